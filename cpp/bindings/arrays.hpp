@@ -1,0 +1,51 @@
+// NumPy arrays in and out. Python has checked shapes, dtypes and values; here they are only looked at as plain data.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <cstring>
+#include <memory>
+#include <span>
+
+namespace fastlines {
+
+template <class Scalar>
+using Input = nanobind::ndarray<const Scalar, nanobind::c_contig, nanobind::device::cpu>;
+
+template <class Scalar>
+using Output = nanobind::ndarray<nanobind::numpy, Scalar>;
+
+/// The rows of an array as structs of the same bytes.
+template <class Row, class Scalar>
+std::span<const Row> rows(const Input<Scalar>& array) {
+  return {reinterpret_cast<const Row*>(array.data()), array.size() * sizeof(Scalar) / sizeof(Row)};
+}
+
+/// An array of `n` rows of `width` numbers that owns its memory; width 0 gives one dimension.
+template <class Scalar>
+Output<Scalar> make_array(std::size_t n, std::size_t width = 0) {
+  auto data = std::make_unique<Scalar[]>(std::max<std::size_t>(1, n * std::max<std::size_t>(1, width)));
+  nanobind::capsule owner(data.get(), [](void* p) noexcept { delete[] static_cast<Scalar*>(p); });
+  const std::size_t shape[] = {n, width};
+  return Output<Scalar>(data.release(), width ? 2 : 1, shape, owner);
+}
+
+/// A copy of a vector of structs as rows of numbers.
+template <class Scalar, class Row>
+Output<Scalar> copy_rows(const std::vector<Row>& from) {
+  static_assert(sizeof(Row) % sizeof(Scalar) == 0);
+  auto array = make_array<Scalar>(from.size(), sizeof(Row) / sizeof(Scalar));
+  std::memcpy(array.data(), from.data(), from.size() * sizeof(Row));
+  return array;
+}
+
+/// A copy of a vector of numbers.
+template <class Scalar>
+Output<Scalar> copy_column(const std::vector<Scalar>& from) {
+  auto array = make_array<Scalar>(from.size());
+  std::memcpy(array.data(), from.data(), from.size() * sizeof(Scalar));
+  return array;
+}
+
+}  // namespace fastlines

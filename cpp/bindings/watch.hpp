@@ -1,0 +1,56 @@
+// Long calls: the work runs on a thread of its own without the GIL, while the calling thread looks in on it, shows its
+// progress to Python, and stops it on Ctrl-C or when the progress callback raises.
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+#include "fastlines/build/progress.hpp"
+
+namespace fastlines {
+
+template <class Job>
+void watch(Job&& job, nanobind::object callback) {
+  namespace nb = nanobind;
+  Progress progress;
+  std::exception_ptr error;
+  bool finished = false;
+  std::mutex mutex;
+  std::condition_variable done;
+  std::thread worker([&] {
+    try {
+      job(progress);
+    } catch (...) {
+      error = std::current_exception();
+    }
+    const std::lock_guard lock(mutex);
+    finished = true;
+    done.notify_one();
+  });
+  {
+    nb::gil_scoped_release release;
+    std::unique_lock lock(mutex);
+    while (!done.wait_for(lock, std::chrono::milliseconds(50), [&] { return finished; })) {
+      nb::gil_scoped_acquire acquire;
+      if (progress.cancel.load()) continue;
+      bool stop = PyErr_CheckSignals() != 0;
+      if (!stop && !callback.is_none()) {
+        PyObject* result = PyObject_CallFunction(callback.ptr(), "d", progress.done.load());
+        stop = result == nullptr;
+        Py_XDECREF(result);
+      }
+      if (stop) progress.cancel.store(true);
+    }
+    lock.unlock();
+    worker.join();
+  }
+  if (PyErr_Occurred()) throw nb::python_error();
+  if (error) std::rethrow_exception(error);
+}
+
+}  // namespace fastlines

@@ -1,0 +1,69 @@
+// Axis-parallel boxes: a ≤ x ≤ b, c ≤ y ≤ d, e ≤ z ≤ f.
+//
+// Corners are float32, as a tree stores them; areas are float64, so that a cost is the sum of what it
+// says. SA(q) = 2((b−a)(d−c) + (b−a)(f−e) + (d−c)(f−e)), 0 for an empty box (thesis §3.1).
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+#include "vec.hpp"
+
+namespace fastlines {
+
+struct Box {
+  Vec3 lo, hi;
+
+  static constexpr Box empty() {
+    constexpr float inf = std::numeric_limits<float>::infinity();
+    return {{inf, inf, inf}, {-inf, -inf, -inf}};
+  }
+
+  bool is_empty() const { return lo[0] > hi[0] || lo[1] > hi[1] || lo[2] > hi[2]; }
+
+  void grow(const Vec3& point) {
+    for (int k = 0; k < 3; ++k) {
+      lo[k] = std::min(lo[k], point[k]);
+      hi[k] = std::max(hi[k], point[k]);
+    }
+  }
+
+  void grow(const Box& other) {
+    for (int k = 0; k < 3; ++k) {
+      lo[k] = std::min(lo[k], other.lo[k]);
+      hi[k] = std::max(hi[k], other.hi[k]);
+    }
+  }
+
+  bool contains(const Box& other) const {
+    for (int k = 0; k < 3; ++k)
+      if (other.lo[k] < lo[k] || other.hi[k] > hi[k]) return false;
+    return true;
+  }
+
+  double side(int axis) const { return double(hi[axis]) - double(lo[axis]); }
+
+  int longest_axis() const {
+    int axis = 0;
+    for (int k = 1; k < 3; ++k)
+      if (side(k) > side(axis)) axis = k;
+    return axis;
+  }
+
+  double area() const {
+    if (is_empty()) return 0.0;
+    const double x = side(0), y = side(1), z = side(2);
+    return 2.0 * (x * y + x * z + y * z);
+  }
+
+  friend bool operator==(const Box&, const Box&) = default;
+};
+
+/// The chance that a random line through `parent` meets `child` (thesis §1.5). Lines that meet a box of no
+/// area have no measure; then every visit to the parent counts as one to the child.
+inline double visit_chance(const Box& child, const Box& parent) {
+  const double area = parent.area();
+  return area > 0.0 ? child.area() / area : 1.0;
+}
+
+}  // namespace fastlines

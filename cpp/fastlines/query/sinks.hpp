@@ -1,0 +1,104 @@
+// What becomes of the hits of one ray: the first, any, all, or their number. A search shows a sink every segment whose
+// box the ray comes near; the sink decides what counts.
+//
+// A segment can be shown more than once, by each leaf that holds a piece of it. `first` and `any` do not mind. `all` and
+// `count` take it only from the piece [s0, s1) that owns the s of the closest approach, so each hit is taken once.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "../references/reference.hpp"
+#include "exact.hpp"
+
+namespace fastlines {
+
+struct Hit {
+  float t = std::numeric_limits<float>::infinity();  // as the caller counts it
+  std::int64_t prim = -1;
+  float u = 0.0f, distance = std::numeric_limits<float>::infinity();
+  float t_out = std::numeric_limits<float>::infinity();
+
+  bool operator<(const Hit& other) const { return t != other.t ? t < other.t : prim < other.prim; }
+};
+
+/// A segment within the ray's radius, and all that can be told of it.
+struct Found {
+  const Ray& ray;
+  const Seen& seen;
+  const Approach& approach;
+  const Reference& ref;
+
+  bool owned() const { return ref.s0 <= approach.s && approach.s < ref.s1; }
+};
+
+/// The hit in the caller's terms, and its t in the frame.
+inline std::pair<Hit, float> describe(const Found& found, At at) {
+  const Ray& ray = found.ray;
+  const Seen& g = found.seen;
+  Hit hit;
+  hit.prim = found.ref.prim;
+  hit.distance = float(std::sqrt(found.approach.dist2) / ray.scale);
+  float t = found.approach.t;
+  hit.u = found.approach.s;
+  if (at == At::surface) {
+    const auto clamp = [&](float x) { return std::min(std::max(x, ray.t_min), ray.t_max); };
+    const auto [t_in, s_in] = capsule_end(ray, g, -1.0f);
+    t = clamp(t_in);
+    hit.u = s_in;
+    if (t != t_in) {  // the ray starts inside: the nearest point of the segment there
+      const float length2 = g.ee + g.er * g.er;
+      hit.u = length2 > 0.0f ? clamp01(-(g.pu * g.eu + g.pv * g.ev + (g.pr - t) * g.er) / length2) : 0.0f;
+    }
+    hit.t_out = ray.t_given(clamp(capsule_end(ray, g, 1.0f).first));
+  }
+  hit.t = ray.t_given(t);
+  return {hit, t};
+}
+
+struct FirstSink {
+  At at;
+  float limit;  // no hit beyond this t of the frame can win
+  Hit best{};
+
+  FirstSink(At at_, const Ray& ray) : at(at_), limit(ray.t_max) {}
+  void add(const Found& found) {
+    const auto [hit, t] = describe(found, at);
+    if (best.prim >= 0 && !(hit < best)) return;
+    best = hit;
+    limit = std::min(found.ray.t_max, found.ray.not_beyond(t, hit.t));
+  }
+  bool done() const { return false; }
+};
+
+struct AnySink {
+  float limit;
+  bool found = false;
+
+  explicit AnySink(const Ray& ray) : limit(ray.t_max) {}
+  void add(const Found&) { found = true; }
+  bool done() const { return found; }
+};
+
+struct CountSink {
+  float limit;
+  std::int64_t n_hits = 0;
+
+  explicit CountSink(const Ray& ray) : limit(ray.t_max) {}
+  void add(const Found& found) { n_hits += found.owned(); }
+  bool done() const { return false; }
+};
+
+struct AllSink {
+  At at;
+  float limit;
+  std::vector<Hit>& hits;
+
+  AllSink(At at_, const Ray& ray, std::vector<Hit>& hits_) : at(at_), limit(ray.t_max), hits(hits_) {}
+  void add(const Found& found) {
+    if (found.owned()) hits.push_back(describe(found, at).first);
+  }
+  bool done() const { return false; }
+};
+
+}  // namespace fastlines

@@ -1,0 +1,114 @@
+// A candidate: one way to divide a node, with what its cost needs to know.
+//
+// A split set (the thesis's SPLITS) is anything that shows its candidates for a node to a visitor:
+//
+//     set.visit(prims, refs, box, rule, [](const Candidate&) { … });
+//
+// It counts; it moves nothing. `partition` carries a candidate out.
+#pragma once
+
+#include <algorithm>
+#include <span>
+#include <vector>
+
+#include "../references/cut.hpp"
+
+namespace fastlines {
+
+/// How a child's box is made: tight around what lies in it (BVH), or cut out of its parent's (KD tree).
+enum class BoxRule { tight, cut };
+
+struct Candidate {
+  enum class Kind { objects, plane } kind;
+  int axis;
+  float plane;         // of a plane: references that straddle it are cut
+  std::size_t n_left;  // of objects: that many go left, in the order of their centres
+  std::size_t n_right;
+  Box left, right;
+};
+
+using Refs = std::span<const BuildRef>;
+
+inline Box hull(Refs refs) {
+  Box box = Box::empty();
+  for (const BuildRef& ref : refs) box.grow(ref.box);
+  return box;
+}
+
+/// The order of object splits: by centre; ties by primitive and piece, so that it is total.
+struct ByCentre {
+  int axis;
+  bool operator()(const BuildRef& a, const BuildRef& b) const {
+    const double ca = a.centre(axis), cb = b.centre(axis);
+    if (ca != cb) return ca < cb;
+    if (a.ref.prim != b.ref.prim) return a.ref.prim < b.ref.prim;
+    return a.ref.s0 < b.ref.s0;
+  }
+};
+
+/// Both halves of a box, cut at a plane inside it.
+inline std::pair<Box, Box> halves(const Box& box, int axis, float plane) {
+  Box left = box, right = box;
+  left.hi[axis] = right.lo[axis] = plane;
+  return {left, right};
+}
+
+/// Move the references of a node to its two children.
+template <Primitives P>
+void partition(const P& prims, Refs refs, const Candidate& split, std::vector<BuildRef>& left,
+               std::vector<BuildRef>& right) {
+  left.clear();
+  right.clear();
+  if (split.kind == Candidate::Kind::objects) {
+    std::vector<BuildRef> sorted(refs.begin(), refs.end());
+    const auto middle = sorted.begin() + std::ptrdiff_t(split.n_left);
+    std::nth_element(sorted.begin(), middle, sorted.end(), ByCentre{split.axis});
+    left.assign(sorted.begin(), middle);
+    right.assign(middle, sorted.end());
+    return;
+  }
+  left.reserve(split.n_left);
+  right.reserve(split.n_right);
+  for (const BuildRef& ref : refs) switch (side_of(ref.box, split.axis, split.plane)) {
+      case Side::left: left.push_back(ref); break;
+      case Side::right: right.push_back(ref); break;
+      case Side::both: {
+        const auto [l, r] = cut(prims, ref, split.axis, split.plane);
+        left.push_back(l);
+        right.push_back(r);
+      }
+    }
+}
+
+/// One plane, counted the plain way: by looking at every reference.
+template <Primitives P>
+Candidate evaluate_plane(const P& prims, Refs refs, const Box& box, BoxRule rule, int axis, float plane) {
+  const auto [low, high] = halves(box, axis, plane);
+  Candidate split{Candidate::Kind::plane, axis, plane, 0, 0, low, high};
+  if (rule == BoxRule::tight) split.left = split.right = Box::empty();
+  const auto add_left = [&](const Box& part) {
+    ++split.n_left;
+    if (rule == BoxRule::tight) split.left.grow(part);
+  };
+  const auto add_right = [&](const Box& part) {
+    ++split.n_right;
+    if (rule == BoxRule::tight) split.right.grow(part);
+  };
+  for (const BuildRef& ref : refs) switch (side_of(ref.box, axis, plane)) {
+      case Side::left: add_left(ref.box); break;
+      case Side::right: add_right(ref.box); break;
+      case Side::both: {
+        const auto [l, r] = cut(prims, ref, axis, plane);
+        add_left(l.box);
+        add_right(r.box);
+      }
+    }
+  return split;
+}
+
+/// A tight child without references would leave the other as its parent was: no split. A cut one is empty space.
+inline bool divides(const Candidate& split, BoxRule rule) {
+  return rule == BoxRule::cut || (split.n_left > 0 && split.n_right > 0);
+}
+
+}  // namespace fastlines

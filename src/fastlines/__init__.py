@@ -1,0 +1,58 @@
+"""fastlines: acceleration trees for ray queries on lines.
+
+Build a tree over hair, fibres, beams, streamlines or wires, and ask what rays hit, with the radius given at query time.
+
+>>> import fastlines as fl
+>>> tree = fl.build([[[-1, -1, -1], [1, 1, 1]]])
+>>> tree.first_hit([0, 0, -5], [0, 0, 1], radius=0.5).prim
+array(0)
+"""
+
+from importlib.metadata import version as _version
+
+from . import scenes, theory
+from .builder import build
+from .camera import Camera
+from .errors import FastlinesError, FileFormatError, InputError, MissingExtraError
+from .geometry import Lines
+from .hits import AllHits, FirstHits
+from .io import read
+from .primitives import Boxes, Triangles
+from .query import brute_force
+from .settings import METHODS, Cost, Limits, Median, Middle, ObjectSweep, PlaneEvents, PlaneGrid, Settings
+from .threads import get_num_threads, set_num_threads
+from .tree import InvalidTreeError, Tree, load
+
+__version__ = _version("fastlines")
+
+__all__ = [
+    "METHODS",
+    "AllHits",
+    "Boxes",
+    "Camera",
+    "Cost",
+    "FastlinesError",
+    "FileFormatError",
+    "FirstHits",
+    "InputError",
+    "InvalidTreeError",
+    "Limits",
+    "Lines",
+    "Median",
+    "Middle",
+    "MissingExtraError",
+    "ObjectSweep",
+    "PlaneEvents",
+    "PlaneGrid",
+    "Settings",
+    "Tree",
+    "Triangles",
+    "brute_force",
+    "build",
+    "get_num_threads",
+    "load",
+    "read",
+    "scenes",
+    "set_num_threads",
+    "theory",
+]

@@ -1,0 +1,114 @@
+"""Building trees: the one general builder of thesis §4.1, by name or by settings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy.typing as npt
+
+from . import _core
+from .errors import InputError
+from .primitives import Geometry, as_geometry, core_data
+from .progress import ProgressOption, reporting
+from .settings import BoxRule, Cost, Limits, Settings, SplitSet, method_settings
+from .tree import NODE, REF, Tree
+
+#: "No limit", as the core counts.
+NO_LIMIT = 2**64 - 1
+#: The most references that the 32-bit indices of a tree can name.
+MAX_REFS = 2**32 - 16
+
+
+def build(
+    geometry: Geometry | npt.ArrayLike,
+    method: str | None = None,
+    *,
+    splits: SplitSet | Sequence[SplitSet] | None = None,
+    boxes: BoxRule | None = None,
+    lookahead: int | Sequence[int] | None = None,
+    cost: Cost | None = None,
+    limits: Limits | None = None,
+    invalid: str = "error",
+    progress: ProgressOption = False,
+) -> Tree:
+    """Build an acceleration tree.
+
+    Parameters
+    ----------
+    geometry : Lines, Triangles, Boxes or (n, 2, 3) array
+        The primitives; an array is taken for segments.
+    method : {"bvh-d2", "bvh-cl", "bvh-ss", "kd-cl", "kd-d2"}
+        A named tree of the thesis, the first by default. The other arguments change its settings.
+    splits : SplitSet or sequence of SplitSet, optional
+        The candidate splits at each node: `PlaneGrid`, `ObjectSweep`, `PlaneEvents`, `Median`, `Middle`.
+    boxes : {"tight", "cut"}, optional
+        A BVH or a KD tree.
+    lookahead : int or sequence of int, optional
+        How many levels to search; of several, each is tried where the one before says leaf.
+    cost : Cost, optional
+        c_trav and c_prim.
+    limits : Limits, optional
+        Depth, leaf size, number of references.
+    invalid : {"error", "skip"}
+        What to do with segments that hold NaN or Inf; see `Lines.from_segments`.
+    progress : bool or callable
+        Show a bar, or call back with the share that is done.
+
+    Returns
+    -------
+    Tree
+
+    Raises
+    ------
+    InputError
+        If the geometry or a setting can not be used.
+
+    Examples
+    --------
+    >>> tree = build([[[0, 0, 0], [1, 1, 1]], [[0, 1, 0], [1, 0, 1]]], "kd-d2")
+    >>> tree.n_prims
+    2
+    """
+    geometry = as_geometry(geometry, invalid=invalid)
+    given: dict[str, Any] = {"splits": splits, "boxes": boxes, "lookahead": lookahead, "cost": cost, "limits": limits}
+    given = {name: value for name, value in given.items() if value is not None}
+    base = method_settings("bvh-d2" if method is None else method)
+    settings = Settings(**{**{name: getattr(base, name) for name in Settings.__dataclass_fields__}, **given})
+    limits = settings.limits
+    if len(geometry) > MAX_REFS:
+        raise InputError(f"{len(geometry)} primitives are more than a tree can name ({MAX_REFS}); split them up")
+    if limits.max_refs is not None and limits.max_refs < len(geometry):
+        raise InputError(
+            f"max_refs={limits.max_refs} is less than the {len(geometry)} primitives, which need a reference each"
+        )
+    if limits.max_leaf_refs is not None and len(geometry) > limits.max_leaf_refs * 2**limits.max_depth:
+        raise InputError(
+            f"max_leaf_refs={limits.max_leaf_refs} can not be kept within max_depth={limits.max_depth} for "
+            f"{len(geometry)} primitives; allow more of either"
+        )
+    kind, data = core_data(geometry)
+    with reporting(progress, "build") as callback:
+        nodes, refs, hit = _core.build(
+            kind,
+            data,
+            [
+                (split.name, getattr(split, "n_planes", 0), split.max_refs or NO_LIMIT)
+                for split in settings.splits
+            ],
+            settings.boxes == "cut",
+            settings.lookahead,
+            settings.cost.c_trav,
+            settings.cost.c_prim,
+            limits.max_depth,
+            limits.max_leaf_refs or NO_LIMIT,
+            min(limits.max_refs or MAX_REFS, MAX_REFS),
+            limits.leaf_refs,
+            limits.leaf_size,
+            callback,
+        )
+    nodes, refs = nodes.reshape(-1).view(NODE), refs.reshape(-1).view(REF)
+    nodes.flags.writeable = refs.flags.writeable = False
+    name = (method or "bvh-d2") if not given else "custom"
+    limits_hit = tuple(limit for limit, was_hit in zip(("max_depth", "max_refs", "max_leaf_refs"), hit, strict=True) if was_hit)
+    return Tree(geometry, nodes, refs, settings, name, limits_hit)

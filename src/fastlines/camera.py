@@ -1,0 +1,260 @@
+"""A pinhole camera: rays for pictures, a frame around geometry, and the way back from points to pixels.
+
+A point at (x, y, depth) in the camera's axes lies in the picture where |y| ≤ depth·tan(fov/2) and |x| ≤
+depth·tan(fov/2)·aspect. `Camera.framing` solves these four inequalities for the camera's position: along a
+fixed direction each of them is linear, so only the extreme point for each side of the frame matters.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import operator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import InputError
+from .geometry import FloatArray, Lines
+
+Vector: TypeAlias = tuple[float, float, float]
+Float64Array: TypeAlias = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera.
+
+    Parameters
+    ----------
+    origin : (3,) numbers
+        Where all rays start.
+    target : (3,) numbers
+        What lies in the middle of the picture.
+    up : (3,) numbers
+        What points upwards in the picture. If it is parallel to the view, the coordinate axis furthest from
+        the view takes its place.
+    fov_degrees : float
+        The vertical field of view, in (0, 180).
+
+    Raises
+    ------
+    InputError
+        If a number is not finite, the origin is the target, ``up`` is zero or the field of view is out of
+        range.
+
+    Examples
+    --------
+    >>> camera = Camera(origin=(0, 0, 4), target=(0, 0, 0))
+    >>> origins, directions = camera.rays(width=3, height=1)
+    >>> directions[1].tolist()
+    [0.0, 0.0, -1.0]
+    >>> pixels, depth = camera.project([[0, 0, 0]], width=3, height=1)
+    >>> pixels.tolist(), depth.tolist()
+    ([[1.5, 0.5]], [4.0])
+    """
+
+    origin: Vector
+    target: Vector
+    up: Vector = (0.0, 1.0, 0.0)
+    fov_degrees: float = 30.0
+
+    def __post_init__(self) -> None:
+        for name in ("origin", "target", "up"):
+            object.__setattr__(self, name, _vector(getattr(self, name), name))
+        _check_view(self.up, self.fov_degrees)
+        if self.origin == self.target:
+            raise InputError(f"the camera's origin and target are both {self.origin}; move one of them")
+
+    def axes(self) -> Float64Array:
+        """Give the unit vectors to the right, up and forward in the picture, as a (3, 3) float64 array."""
+        return _axes(np.subtract(self.target, self.origin), self.up)
+
+    def rays(self, width: int, height: int) -> tuple[FloatArray, FloatArray]:
+        """Rays through the pixel centres, row by row from the top left.
+
+        Parameters
+        ----------
+        width, height : int
+            The size of the picture in pixels.
+
+        Returns
+        -------
+        origins, directions : (height * width, 3) float32
+            The directions are of unit length.
+        """
+        tan_x, tan_y = self._tangents(*_sizes(width, height))
+        right, up, forward = self.axes()
+        x = ((np.arange(width) + 0.5) * (2 / width) - 1) * tan_x
+        y = (1 - (np.arange(height) + 0.5) * (2 / height)) * tan_y
+        directions = (forward + y[:, None] * up)[:, None] + x[:, None] * right
+        directions /= np.sqrt((directions**2).sum(axis=2, keepdims=True))
+        origins = np.full((height * width, 3), self.origin, np.float32)
+        return origins, directions.reshape(-1, 3).astype(np.float32)
+
+    def project(self, points: npt.ArrayLike, width: int, height: int) -> tuple[Float64Array, Float64Array]:
+        """Find where points appear in the picture.
+
+        Parameters
+        ----------
+        points : (m, 3) array
+        width, height : int
+            The size of the picture in pixels.
+
+        Returns
+        -------
+        pixels : (m, 2) float64
+            x to the right and y downwards from the top left corner: the first pixel's centre is (0.5, 0.5).
+            NaN for points that are not in front of the camera.
+        depth : (m,) float64
+            The distance along the view, negative behind the camera.
+        """
+        tangents = self._tangents(*_sizes(width, height))
+        right, up, forward = self.axes()
+        offsets = _points(points) - self.origin
+        depth = _dot(offsets, forward)
+        in_front = np.where(depth > 0, depth, np.nan)[:, None]
+        plane = np.stack([_dot(offsets, right), -_dot(offsets, up)], axis=1) / (in_front * tangents)
+        return (plane + 1) * (width / 2, height / 2), depth
+
+    @classmethod
+    def framing(
+        cls,
+        geometry: Lines | npt.ArrayLike,
+        direction: npt.ArrayLike = (0.0, 0.0, -1.0),
+        up: npt.ArrayLike = (0.0, 1.0, 0.0),
+        fov_degrees: float = 30.0,
+        aspect: float = 1.0,
+        margin: float = 0.025,
+    ) -> Camera:
+        """Look along a direction from the least distance that shows everything.
+
+        Parameters
+        ----------
+        geometry : Lines, (2, 3) array or (..., 3) array
+            What to show: the ends of all segments, a box as its lowest and highest corner, or points. A box
+            with lowest > highest is empty, like no points at all: the camera looks at the coordinate origin.
+        direction, up : (3,) numbers
+            Where the camera looks, and what is upwards in the picture.
+        fov_degrees : float
+            The vertical field of view.
+        aspect : float
+            Width / height of the picture.
+        margin : float
+            What to leave free at each side of the frame, as a share of its width or height; in [0, 0.5).
+
+        Examples
+        --------
+        >>> camera = Camera.framing([[0, 0, 0], [1, 1, 1]], direction=(0, 0, -1))  # a box
+        >>> pixels, depth = camera.project([[0, 0, 1], [1, 1, 1]], width=200, height=200)
+        >>> pixels.round(6).tolist()
+        [[5.0, 195.0], [195.0, 5.0]]
+        """
+        view, upwards = _vector(direction, "direction"), _vector(up, "up")
+        _check_view(upwards, fov_degrees)
+        if not any(view):
+            raise InputError("direction is zero; expected where the camera looks, such as (0, 0, -1)")
+        if not (0 < aspect < math.inf and 0 <= margin < 0.5):
+            raise InputError(
+                f"aspect={aspect!r}, margin={margin!r}; expected aspect > 0 and 0 <= margin < 0.5"
+            )
+        points = _to_frame(geometry)
+
+        # Work relative to the middle of the geometry: it may lie far from the coordinate origin.
+        low, high = points.min(axis=0), points.max(axis=0)
+        centre = low + (high - low) / 2
+        # What float32 can not tell from a single point has no size of its own.
+        size, away = float((high - low).max()), float(np.abs(centre).max())
+        if size <= 1e-7 * away or size == 0:
+            size = max(1.0, 1e-3 * away)
+        axes = _axes(view, upwards)
+        x, y, depth = (_dot(points - centre, axis) for axis in axes)
+
+        # Put the apex of the frame's pyramid where two opposite sides touch the points, never among them.
+        tan = math.tan(math.radians(fov_degrees) / 2) * (1 - 2 * margin)
+        middle, nearest = [], [depth.min() - 0.01 * size]
+        for across, slope in ((x, tan * aspect), (y, tan)):
+            upper, lower = (across - slope * depth).max(), (across + slope * depth).min()
+            middle.append((lower + upper) / 2)
+            nearest.append((lower - upper) / (2 * slope))
+        apex = centre + _dot(axes.T, np.array([*middle, min(nearest)]))
+        target = apex - min(nearest) * axes[2]
+        return cls(_vector(apex, "origin"), _vector(target, "target"), upwards, fov_degrees)
+
+    def _tangents(self, width: int, height: int) -> tuple[float, float]:
+        """Half the extent of the picture at depth 1."""
+        tan = math.tan(math.radians(self.fov_degrees) / 2)
+        return tan * width / height, tan
+
+
+def _check_view(up: Vector, fov_degrees: float) -> None:
+    if not 0 < fov_degrees < 180:
+        raise InputError(f"fov_degrees={fov_degrees!r}; expected an angle between 0 and 180")
+    if not any(up):
+        raise InputError("the camera's up is zero; expected a direction such as (0, 1, 0)")
+
+
+def _axes(view: npt.ArrayLike, up: npt.ArrayLike) -> Float64Array:
+    """Right, up and forward; vectors are scaled first, so that their squares neither overflow nor vanish."""
+    forward = _unit(view)
+    right = np.cross(forward, _unit(up))
+    if np.abs(right).max() < 1e-6:
+        right = np.cross(forward, np.eye(3)[np.abs(forward).argmin()])
+    right = _unit(right)
+    return np.stack([right, np.cross(right, forward), forward])
+
+
+def _unit(vector: npt.ArrayLike) -> Float64Array:
+    scaled = np.asarray(vector, np.float64) / np.abs(vector).max()
+    return np.asarray(scaled / np.sqrt((scaled**2).sum()))
+
+
+def _dot(vectors: Float64Array, axis: Float64Array) -> Float64Array:
+    # Not @: the last bit of a BLAS product depends on the machine and its threads.
+    return np.asarray((vectors * axis).sum(axis=-1))
+
+
+def _to_frame(geometry: Lines | npt.ArrayLike) -> Float64Array:
+    """Turn what is to be framed into points; never none."""
+    if isinstance(geometry, Lines):
+        geometry = geometry.segments.reshape(-1, 3)
+    elif np.shape(geometry) == (2, 3):
+        low, high = np.asarray(geometry, np.float64)
+        geometry = [] if (low > high).all() else list(itertools.product(*zip(low, high, strict=True)))
+    points = _points(geometry)
+    return points if len(points) else np.zeros((1, 3))
+
+
+def _points(values: npt.ArrayLike) -> Float64Array:
+    try:
+        points = np.asarray(values, np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"points can not be read as an array of numbers: {error}") from None
+    if points.size == 0:
+        return np.empty((0, 3))
+    if points.shape[-1:] != (3,) or not np.isfinite(points).all():
+        raise InputError(f"points have shape {points.shape}; expected (m, 3) finite numbers")
+    return points.reshape(-1, 3)
+
+
+def _vector(values: npt.ArrayLike, name: str) -> Vector:
+    try:
+        x, y, z = (float(value) for value in np.asarray(values, np.float64))
+    except (TypeError, ValueError):
+        raise InputError(f"{name}={values!r}; expected three numbers") from None
+    if not all(map(math.isfinite, (x, y, z))):
+        raise InputError(f"{name}={values!r}; expected finite numbers")
+    return x, y, z
+
+
+def _sizes(width: int, height: int) -> tuple[int, int]:
+    for name, size in (("width", width), ("height", height)):
+        try:
+            good = not isinstance(size, bool) and operator.index(size) >= 1
+        except TypeError:
+            good = False
+        if not good:
+            raise InputError(f"{name}={size!r}; expected a whole number of pixels, at least 1")
+    return width, height

@@ -1,0 +1,97 @@
+"""The file that a tree is kept in: named arrays behind a JSON header, mapped into memory when read.
+
+The layout is that of safetensors: 8 bytes with the length of the header (little-endian), the header as JSON, then the bytes
+of the arrays without holes. The header names for each array its dtype, shape and first and last byte, and under
+``__metadata__`` whatever strings the writer wants to keep. It is padded with spaces so that the arrays start at a multiple
+of 64 bytes. Only what is said here is trusted after it was checked against the length of the file.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import FileFormatError
+
+ALIGNMENT = 64
+MAX_HEADER = 1 << 20
+DTYPES = {"F32": np.dtype("<f4"), "U32": np.dtype("<u4"), "I64": np.dtype("<i8")}
+NAMES = {dtype: name for name, dtype in DTYPES.items()}
+
+
+def write(path: str | os.PathLike[str], arrays: Mapping[str, npt.NDArray[Any]], metadata: Mapping[str, str]) -> None:
+    """Write arrays (float32, uint32 or int64) and strings; the file appears whole or not at all."""
+    header: dict[str, Any] = {"__metadata__": dict(metadata)}
+    position = 0
+    for name, array in arrays.items():
+        end = position + array.nbytes
+        header[name] = {"dtype": NAMES[array.dtype], "shape": array.shape, "data_offsets": [position, end]}
+        position = end
+    text = json.dumps(header).encode()
+    text += b" " * (-(8 + len(text)) % ALIGNMENT)
+    target = Path(path)
+    partial = target.with_name(target.name + ".partial")
+    try:
+        with partial.open("wb") as file:
+            file.write(len(text).to_bytes(8, "little"))
+            file.write(text)
+            for array in arrays.values():
+                file.write(np.ascontiguousarray(array).data)
+        partial.replace(target)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def read(path: str | os.PathLike[str]) -> tuple[dict[str, npt.NDArray[Any]], dict[str, str]]:
+    """Map the arrays of a file into memory, read-only.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is not what its header says.
+    """
+    size = Path(path).stat().st_size
+
+    def refuse(why: str) -> FileFormatError:
+        return FileFormatError(f"{path} is not a whole tree file: {why}; build and save the tree again")
+
+    if size < 8:
+        raise refuse(f"it has {size} bytes")
+    raw = np.memmap(path, np.uint8, "r")
+    length = int.from_bytes(raw[:8].tobytes(), "little")
+    if length > min(MAX_HEADER, size - 8):
+        raise refuse(f"its header would be {length} bytes long")
+    try:
+        header = json.loads(raw[8 : 8 + length].tobytes())
+        metadata = header.pop("__metadata__")
+        if not all(isinstance(text, str) for text in metadata.values()):
+            raise TypeError
+        sections = {
+            name: (DTYPES[entry["dtype"]], [int(n) for n in entry["shape"]], *map(int, entry["data_offsets"]))
+            for name, entry in header.items()
+        }
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        raise refuse("its header can not be read") from None
+
+    # The sections follow each other and fill the file.
+    arrays: dict[str, npt.NDArray[Any]] = {}
+    position = 0
+    for name, (dtype, shape, begin, end) in sections.items():
+        n_bytes = dtype.itemsize
+        for n in shape:
+            n_bytes *= n
+        if begin != position or end - begin != n_bytes or min([0, *shape]) < 0:
+            raise refuse(f"the section {name!r} does not have the size of its array")
+        position = end
+        if 8 + length + end > size:
+            break
+        arrays[name] = raw[8 + length + begin : 8 + length + end].view(dtype).reshape(shape)
+    if 8 + length + position != size:
+        raise refuse(f"its header promises {8 + length + position} bytes, but it has {size}")
+    return arrays, metadata

@@ -1,0 +1,22 @@
+"""The errors that fastlines raises: each says what was given, what was expected and what to do."""
+
+from __future__ import annotations
+
+
+class FastlinesError(Exception):
+    """Base of every error that fastlines raises on purpose; the command line prints it as one line."""
+
+
+class InputError(FastlinesError, ValueError):
+    """An argument or an array that can not be used as it is."""
+
+
+class FileFormatError(FastlinesError, ValueError):
+    """A file whose content is not what its format promises."""
+
+
+class MissingExtraError(FastlinesError, ImportError):
+    """An optional dependency is needed and not installed."""
+
+    def __init__(self, what: str, extra: str) -> None:
+        super().__init__(f"{what} needs an optional dependency: run  pip install 'fastlines[{extra}]'")

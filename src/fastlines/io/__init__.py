@@ -1,0 +1,130 @@
+"""Readers of line files: one format per module, and `read`, which picks the reader by a file's extension."""
+
+from __future__ import annotations
+
+import gzip
+import os
+from collections.abc import Callable
+from io import BytesIO
+from pathlib import Path
+
+from ..errors import FileFormatError, InputError
+from ..geometry import Lines
+from . import arrays, hair, tfx, tracts
+from .source import BAD_COPY, Source, reason
+
+__all__ = ["FORMATS", "read"]
+
+_READERS: dict[str, tuple[Callable[[Source, str], Lines], str]] = {
+    ".hair": (hair.parse, "hair, Cem Yuksel's HAIR files"),
+    ".npy": (arrays.parse_npy, "NumPy array of segments, (n, 2, 3) or (n, 6)"),
+    ".npz": (
+        arrays.parse_npz,
+        "NumPy arrays: 'segments', or 'points' and 'counts'; 'radius' and others if wanted",
+    ),
+    ".tck": (tracts.parse_tck, "streamlines, MRtrix (needs fastlines[tracts])"),
+    ".tfx": (tfx.parse, "hair, AMD TressFX versions 3 and 4"),
+    ".trk": (tracts.parse_trk, "streamlines, TrackVis (needs fastlines[tracts])"),
+}
+
+#: What can be read: extension to a line of description. Each may be packed by gzip, as in ``.trk.gz``.
+FORMATS: dict[str, str] = {extension: description for extension, (_, description) in _READERS.items()}
+
+
+def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
+    """Read a file of lines; its extension, in capitals or not, tells the format.
+
+    Parameters
+    ----------
+    path : str or path-like
+        A file with one of the extensions of `FORMATS`, packed by gzip if ``.gz`` follows.
+    invalid : {"error", "skip"}
+        What to do with segments that hold NaN or Inf: raise, or leave them out and record their rows in
+        ``skipped``.
+
+    Returns
+    -------
+    Lines
+        In the file's own units and axes. Segments of zero length are kept; a strand of one point becomes one.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or if segments hold NaN or Inf.
+    FileFormatError
+        If the extension is unknown, or the file is empty, cut short, damaged, or contradicts itself.
+    MissingExtraError
+        If an optional dependency is needed that is not installed.
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> import numpy as np
+    >>> path = os.path.join(tempfile.mkdtemp(), "cross.npy")
+    >>> np.save(path, [[[-1, 0, 0], [1, 0, 0]], [[0, -1, 0], [0, 1, 0]]])
+    >>> len(read(path))
+    2
+    """
+    if invalid not in ("error", "skip"):
+        raise InputError(f"invalid={invalid!r} is not a choice: use 'error' or 'skip'")
+    try:
+        path = Path(path)
+    except TypeError:
+        raise InputError(f"path is a {type(path).__name__}; expected a str or a path") from None
+
+    packed = path.suffix.lower() == ".gz"
+    extension = Path(path.stem if packed else path.name).suffix.lower()
+    if extension not in _READERS:
+        known = ", ".join(_READERS)
+        raise FileFormatError(
+            f"{path}: unknown extension {extension or '(none)'!r}; known: {known}, each also with .gz; "
+            "rename or convert the file"
+        )
+    source = Source(_load(path), str(path))
+    if packed:
+        source = _unpack(source)
+    parse, _ = _READERS[extension]
+    try:
+        return parse(source, invalid)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _load(path: Path) -> bytes:
+    """Read all bytes of a regular file, or say why not."""
+    try:
+        if path.exists() and not path.is_file():
+            kind = "a directory" if path.is_dir() else "a device or a pipe"
+            raise InputError(f"{path}: is {kind}; expected a regular file")
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise InputError(
+            f"{path}: no such file; check the path (the working directory is {Path.cwd()})"
+        ) from None
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the path
+        why = error.strerror if isinstance(error, OSError) else error
+        raise InputError(f"{path}: can not be read: {why}") from None
+    if not data:
+        raise FileFormatError(f"{path}: is empty; {BAD_COPY}")
+    return data
+
+
+def _unpack(source: Source) -> Source:
+    """Undo gzip, piece by piece and not without a limit."""
+    pieces = []
+    n_bytes = 0
+    try:
+        with gzip.GzipFile(fileobj=BytesIO(source.data)) as stream:
+            while n_bytes <= source.unpack_limit and (piece := stream.read(1 << 20)):
+                pieces.append(piece)
+                n_bytes += len(piece)
+    except Exception as error:  # gzip's own kinds, and of zlib and struct whatever the bytes lead to
+        raise source.error(f"not a whole gzip file ({reason(error)}); {BAD_COPY}") from None
+    if n_bytes > source.unpack_limit:
+        raise source.error(
+            f"unpacks to more than {source.unpack_limit} bytes, far more than lines would; if it is sound, "
+            "unpack it by gunzip first"
+        )
+    if not n_bytes:
+        raise source.error(f"is empty once unpacked; {BAD_COPY}")
+    return Source(b"".join(pieces), source.name)

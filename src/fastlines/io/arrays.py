@@ -1,0 +1,170 @@
+"""NumPy's own files: ``.npy`` with segments, ``.npz`` with segments or points and what belongs to them.
+
+Format: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html. `numpy.load` would allocate
+whatever a header asks for; here the header is compared with the file first, and nothing is ever unpickled.
+"""
+
+from __future__ import annotations
+
+import warnings
+import zipfile
+from io import BytesIO
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+from numpy.lib import format as npy
+
+from ..errors import FileFormatError
+from ..geometry import Lines
+from .source import BAD_COPY, Source, reason
+
+AnyArray: TypeAlias = npt.NDArray[Any]
+
+_HEADER_READERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
+_COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+
+
+def parse_npy(source: Source, invalid: str) -> Lines:
+    """Read segments from a ``.npy`` file.
+
+    Parameters
+    ----------
+    source : Source
+        The file: an array (n, 2, 3) or (n, 6) of any kind of real numbers.
+    invalid : {"error", "skip"}
+        See `Lines.from_segments`.
+
+    Returns
+    -------
+    Lines
+        Without strands: each segment stands alone.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is not whole, or holds anything but one array of numbers.
+    InputError
+        If the shape is not that of segments.
+    """
+    return Lines.from_segments(_read_array(source), invalid=invalid)
+
+
+def parse_npz(source: Source, invalid: str) -> Lines:
+    """Read lines from a ``.npz`` file.
+
+    Parameters
+    ----------
+    source : Source
+        The file. It holds either ``segments`` (n, 2, 3) or (n, 6), and if wanted ``strands`` (n,) of
+        integers and ``radius`` (n,) or (n, 2); or ``points`` (m, 3) and ``counts`` (k,) of integers, the
+        number of points of each strand, and if wanted ``radius`` (m,). Any other array has n or m rows and
+        becomes one of the ``attributes``.
+    invalid : {"error", "skip"}
+        See `Lines.from_segments`.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is not whole, holds anything but arrays of numbers, or arrays that do not go together.
+    InputError
+        If the shape of ``segments`` is not that of segments.
+    """
+    arrays = _unzip(source)
+    match sorted(arrays.keys() & {"segments", "points", "counts", "strands"}):
+        case ["segments"] | ["segments", "strands"]:
+            return _from_segments(source, arrays, invalid)
+        case ["counts", "points"]:
+            return _from_points(source, arrays, invalid)
+    raise source.error(
+        f"holds the arrays {', '.join(arrays) or '(none)'}; expected 'segments', with or without 'strands', "
+        "or 'points' and 'counts'"
+    )
+
+
+def _from_segments(source: Source, arrays: dict[str, AnyArray], invalid: str) -> Lines:
+    """Make lines of ``segments`` and what has one row for each."""
+    segments = arrays.pop("segments")
+    n_segments = len(segments) if segments.ndim else 0
+    strands = arrays.pop("strands", np.full(n_segments, -1))
+    _check(source, "strands", strands, (n_segments,), integer=True)
+    radius = arrays.pop("radius", None)
+    if radius is not None:
+        _check(source, "radius", radius, (n_segments, 2) if radius.ndim == 2 else (n_segments,))
+        radius = source.radius("radius", radius)
+    for name, values in arrays.items():
+        _check(source, name, values, (n_segments, *values.shape[1:]))
+    return Lines.from_segments(segments, strands=strands, radius=radius, attributes=arrays, invalid=invalid)
+
+
+def _from_points(source: Source, arrays: dict[str, AnyArray], invalid: str) -> Lines:
+    """Make lines of ``points``, what has one row for each, and ``counts``."""
+    points, counts, radius = arrays.pop("points"), arrays.pop("counts"), arrays.pop("radius", None)
+    n_points = len(points) if points.ndim else 0
+    _check(source, "points", points, (n_points, 3))
+    _check(source, "counts", counts, counts.shape[:1], integer=True)
+    if np.any(counts < 0) or np.any(counts > n_points):  # before they are added: the sum could wrap around
+        raise source.error(f"'counts' are from {counts.min()} to {counts.max()}; there are {n_points} points")
+    if radius is not None:
+        _check(source, "radius", radius, (n_points,))
+        radius = source.radius("radius", radius)
+    for name, values in arrays.items():
+        _check(source, name, values, (n_points, *values.shape[1:]))
+    return Lines.from_points(points, counts, radius=radius, attributes=arrays, invalid=invalid)
+
+
+def _check(
+    source: Source, name: str, array: AnyArray, shape: tuple[int, ...], *, integer: bool = False
+) -> None:
+    """Refuse an array of a ``.npz`` that is not of this shape, or not of integers that fit into int64."""
+    if array.ndim == 0 or array.shape != shape:
+        raise source.error(f"{name!r} has shape {array.shape}; expected {shape}, to go with the other arrays")
+    if integer and not np.can_cast(array.dtype, np.int64):
+        raise source.error(f"{name!r} is of type {array.dtype}; expected integers, int64 or smaller")
+
+
+def _unzip(source: Source) -> dict[str, AnyArray]:
+    """Read all arrays of a ``.npz``, none of which may unpack to more than the file can be trusted with."""
+    try:
+        with zipfile.ZipFile(BytesIO(source.data)) as archive:
+            members = archive.infolist()
+            for member in members:
+                if not member.filename.endswith(".npy") or member.compress_type not in _COMPRESSIONS:
+                    raise source.error(
+                        f"{member.filename!r} in it is not an array that numpy.savez wrote; "
+                        "write the file again with numpy.savez"
+                    )
+            if sum(member.file_size for member in members) > source.unpack_limit:
+                raise source.error(
+                    f"unpacks to more than {source.unpack_limit} bytes, far more than lines would; if it is "
+                    "sound, write it again with numpy.savez"
+                )
+            unpacked = {member.filename.removesuffix(".npy"): archive.read(member) for member in members}
+    except FileFormatError:
+        raise
+    except Exception as error:  # zipfile's own kinds, and of zlib and struct whatever the bytes lead to
+        raise source.error(f"not a whole .npz file ({reason(error)}); {BAD_COPY}") from None
+    return {
+        name: _read_array(Source(data, f"{source.name}, array {name!r}")) for name, data in unpacked.items()
+    }
+
+
+def _read_array(source: Source) -> AnyArray:
+    """Read the bytes of a ``.npy`` file, all of them, without trusting its header."""
+    stream = BytesIO(source.data)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # about headers that Python 2 wrote
+            version = npy.read_magic(stream)
+            if version not in _HEADER_READERS:
+                raise ValueError(f"format version {version}; plain numbers have (1, 0) or (2, 0)")
+            shape, in_columns, dtype = _HEADER_READERS[version](stream)
+    except Exception as error:  # the header is a Python literal: whatever parsing it may raise
+        raise source.error(
+            f"does not start with the header of an array ({reason(error)}); {BAD_COPY}"
+        ) from None
+    if dtype.kind not in "fiub":
+        raise source.error(f"holds {dtype}; expected real numbers")
+    array = source.array("numbers", dtype, shape[::-1] if in_columns else shape, at=stream.tell())
+    source.finish()
+    return array.T if in_columns else array

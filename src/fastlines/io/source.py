@@ -1,0 +1,124 @@
+"""The bytes of a file, taken piece by piece: every piece is checked against the file before it is touched."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import FileFormatError
+from ..geometry import FloatArray, list_rows
+
+#: A packed file may grow by this factor, and by this many bytes more; beyond, it is taken for a trap.
+UNPACK_FACTOR = 200
+UNPACK_BYTES = 16 << 20
+
+BAD_COPY = "the file is cut short or damaged: get a fresh copy"
+
+
+def reason(error: Exception) -> str:
+    """Say in a few printable words of one line what another library raised."""
+    words = " ".join(str(error).split()) or type(error).__name__
+    return "".join(char if char.isprintable() else "?" for char in words[:120])
+
+
+class Source:
+    """The bytes of one file and the name to call it by in errors.
+
+    A header is never believed: an array is made only if the file is long enough to hold it, so that a
+    header that lies can neither ask for more memory than the file has bytes nor lead out of the file.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file, unpacked.
+    name : str
+        How to call it in errors.
+    """
+
+    def __init__(self, data: bytes, name: str) -> None:
+        self.data = data
+        self.name = name
+        self.position = 0
+        self._taken: list[tuple[int, int, str]] = []
+
+    def error(self, message: str) -> FileFormatError:
+        """Make the error that says what is wrong with this file, for the caller to raise."""
+        return FileFormatError(f"{self.name}: {message}")
+
+    @property
+    def unpack_limit(self) -> int:
+        """The most bytes that a packed file of this size is allowed to unpack to."""
+        return UNPACK_FACTOR * len(self.data) + UNPACK_BYTES
+
+    def array(
+        self, what: str, dtype: npt.DTypeLike, shape: tuple[int, ...], *, at: int | None = None
+    ) -> npt.NDArray[Any]:
+        """Take an array.
+
+        Parameters
+        ----------
+        what : str
+            What it holds, in the plural, for errors.
+        dtype : dtype
+            Type and byte order of the numbers in the file.
+        shape : tuple of int
+            How many there are; as promised by a header, so possibly nonsense.
+        at : int, optional
+            The byte at which it starts; without it, where the last array ended.
+
+        Returns
+        -------
+        array of `dtype` and `shape`
+            A read-only view of the file's bytes.
+
+        Raises
+        ------
+        FileFormatError
+            If the array does not fit into the file, or shares bytes with an array that was taken before.
+        """
+        dtype = np.dtype(dtype)
+        start = self.position if at is None else at
+        stop = start + math.prod(shape) * dtype.itemsize
+        if stop > len(self.data) or any(not 0 <= size <= len(self.data) for size in shape):
+            dims = " × ".join(str(size) for size in shape)
+            raise self.error(
+                f"{what} ({dims} of {dtype.itemsize} bytes, from byte {start}) do not fit into "
+                f"the file's {len(self.data)} bytes; {BAD_COPY}"
+            )
+        for other_start, other_stop, other in self._taken:
+            if max(start, other_start) < min(stop, other_stop):
+                raise self.error(
+                    f"{what} (bytes {start} to {stop}) lie over {other} "
+                    f"(bytes {other_start} to {other_stop}); {BAD_COPY}"
+                )
+        self._taken.append((start, stop, what))
+        self.position = stop
+        array: npt.NDArray[Any] = np.ndarray(shape, dtype, buffer=self.data, offset=start)
+        return array
+
+    def record(self, what: str, dtype: npt.DTypeLike) -> dict[str, Any]:
+        """Take one record of named fields, such as a header, as plain Python numbers and bytes."""
+        record = self.array(what, dtype, (1,))[0]
+        return dict(zip(record.dtype.names, record.tolist(), strict=True))
+
+    def finish(self) -> None:
+        """Refuse a file that goes on behind the last array: its header has forgotten something."""
+        n_left = len(self.data) - self.position
+        if n_left:
+            raise self.error(
+                f"{n_left} bytes are left over behind byte {self.position}, where the data that the header "
+                "promises end; its counts are wrong, or something was appended: write the file again"
+            )
+
+    def radius(self, what: str, values: npt.NDArray[Any]) -> FloatArray:
+        """Check a radius, or a thickness, per row: finite and not negative."""
+        with np.errstate(over="ignore"):
+            radius = values.astype(np.float32)
+        bad = ~(np.isfinite(radius) & (radius >= 0))
+        if bad.any():
+            rows = list_rows(bad.reshape(len(bad), -1).max(axis=1))
+            raise self.error(f"the {what} must be finite and not negative (see {rows}); mend the file")
+        return radius

@@ -1,0 +1,98 @@
+"""Geometry other than lines that a tree can be built on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import InputError
+from .geometry import COORDINATE_LIMIT, FloatArray, Lines, as_lines, list_rows, to_float32
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """Triangles, as an array of their corners.
+
+    Parameters
+    ----------
+    corners : (n, 3, 3) array
+        Three corners each; converted to float32.
+
+    Examples
+    --------
+    >>> len(Triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]))
+    1
+    """
+
+    corners: FloatArray
+
+    def __init__(self, corners: npt.ArrayLike) -> None:
+        object.__setattr__(self, "corners", _checked(corners, "triangles", (3, 3)))
+
+    def __len__(self) -> int:
+        return len(self.corners)
+
+
+@dataclass(frozen=True, eq=False)
+class Boxes:
+    """Primitives of which only a box each is known.
+
+    Parameters
+    ----------
+    corners : (n, 2, 3) array
+        Lowest and highest corner of each; converted to float32.
+
+    Examples
+    --------
+    >>> len(Boxes([[[0, 0, 0], [1, 1, 1]]]))
+    1
+    """
+
+    corners: FloatArray
+
+    def __init__(self, corners: npt.ArrayLike) -> None:
+        array = _checked(corners, "boxes", (2, 3))
+        inverted = (array[:, 0] > array[:, 1]).any(axis=1)
+        if inverted.any():
+            raise InputError(
+                f"{int(inverted.sum())} boxes have a low corner above their high one ({list_rows(inverted)})"
+            )
+        object.__setattr__(self, "corners", array)
+
+    def __len__(self) -> int:
+        return len(self.corners)
+
+
+Geometry: TypeAlias = Lines | Triangles | Boxes
+
+
+def as_geometry(geometry: Geometry | npt.ArrayLike, *, invalid: str = "error") -> Geometry:
+    """Pass geometry through; take an array for segments."""
+    return geometry if isinstance(geometry, Triangles | Boxes) else as_lines(geometry, invalid=invalid)
+
+
+def core_data(geometry: Geometry) -> tuple[str, FloatArray]:
+    """What the core calls this kind of primitive, and its numbers: one row a primitive."""
+    if isinstance(geometry, Lines):
+        return "segments", geometry.segments.reshape(-1, 6)
+    if isinstance(geometry, Triangles):
+        return "triangles", geometry.corners.reshape(-1, 9)
+    return "boxes", geometry.corners.reshape(-1, 6)
+
+
+def _checked(values: npt.ArrayLike, name: str, shape: tuple[int, int]) -> FloatArray:
+    array = to_float32(values, name)
+    if array.shape == (0,):
+        array = array.reshape(0, *shape)
+    if array.ndim != 3 or array.shape[1:] != shape:
+        raise InputError(f"{name} have shape {array.shape}; expected (n, {shape[0]}, {shape[1]})")
+    bad: npt.NDArray[np.bool_] = ~(np.abs(array) <= COORDINATE_LIMIT).all(axis=(1, 2))
+    if bad.any():
+        raise InputError(
+            f"{int(bad.sum())} of {len(array)} {name} hold NaN, Inf or a coordinate beyond {COORDINATE_LIMIT:g} "
+            f"({list_rows(bad)})"
+        )
+    return array

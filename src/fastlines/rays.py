@@ -1,0 +1,113 @@
+"""Rays as the core wants them: checked, flat, float32."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import InputError
+from .geometry import FloatArray, IntArray, list_rows, to_float32
+
+#: The largest radius, in units of the scene's size; beyond it squares would overflow.
+RADIUS_LIMIT = 1e12
+
+
+@dataclass(frozen=True, eq=False)
+class Rays:
+    """A checked batch of rays.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        The shape of the question, and of the answer.
+    origins, directions : (n, 3) float32
+    radius, t_min, t_max : (n,) or (1,) float32
+    skipped : (k,) int64
+        Rays that will miss because they could not be asked.
+    """
+
+    shape: tuple[int, ...]
+    origins: FloatArray
+    directions: FloatArray
+    radius: FloatArray
+    t_min: FloatArray
+    t_max: FloatArray
+    skipped: IntArray
+
+    def __len__(self) -> int:
+        return len(self.origins)
+
+
+def check_rays(
+    origins: npt.ArrayLike,
+    directions: npt.ArrayLike,
+    radius: npt.ArrayLike,
+    t_min: npt.ArrayLike,
+    t_max: npt.ArrayLike,
+    invalid: str,
+    scene_size: float,
+) -> Rays:
+    """Check rays; see `Tree.first_hit` for what they are."""
+    if invalid not in ("error", "skip"):
+        raise InputError(f"invalid={invalid!r} is not a choice: use 'error' or 'skip'")
+    origins, directions = to_float32(origins, "origins"), to_float32(directions, "directions")
+    for name, array in (("origins", origins), ("directions", directions)):
+        if array.shape == (0,):
+            continue
+        if array.ndim == 0 or array.shape[-1] != 3:
+            raise InputError(f"{name} have shape {array.shape}; expected (…, 3): x y z of each ray")
+    if origins.size == 0 and directions.size == 0:
+        origins, directions = origins.reshape(-1, 3), directions.reshape(-1, 3)
+    try:
+        shape = np.broadcast_shapes(origins.shape[:-1], directions.shape[:-1])
+    except ValueError:
+        raise InputError(
+            f"origins {origins.shape} and directions {directions.shape} do not match; expected one direction for each "
+            "origin, or one for all"
+        ) from None
+    origins, directions = (
+        np.ascontiguousarray(np.broadcast_to(array, (*shape, 3))).reshape(-1, 3) for array in (origins, directions)
+    )
+    scalars = {}
+    for name, value in (("radius", radius), ("t_min", t_min), ("t_max", t_max)):
+        array = to_float32(value, name)
+        if array.ndim:
+            try:
+                array = np.ascontiguousarray(np.broadcast_to(array, shape))
+            except ValueError:
+                raise InputError(
+                    f"{name} has shape {array.shape}; expected a number, or one for each of the rays {shape}"
+                ) from None
+        scalars[name] = array.reshape(-1)
+    radius, t_min, t_max = scalars["radius"], scalars["t_min"], scalars["t_max"]
+    largest = RADIUS_LIMIT * (scene_size or 1.0)
+
+    # Every way in which a ray can be no ray.
+    n_rays = len(origins)
+    faults = {
+        "have an origin that is not finite": ~np.isfinite(origins).all(axis=1),
+        "have a direction that is not finite": ~np.isfinite(directions).all(axis=1),
+        "have a direction of length zero": ~directions.any(axis=1),
+        f"have a radius that is not a number from 0 to {largest:g} ({RADIUS_LIMIT:g} times the scene's size)": ~(
+            (radius >= 0) & (radius <= largest)
+        ),
+        "have bounds that are not numbers with t_min <= t_max": ~(t_min <= t_max) | (t_min == np.inf),
+    }
+    skipped = np.zeros(n_rays, bool)
+    for fault, rows in faults.items():
+        bad = np.broadcast_to(rows, n_rays)
+        if invalid == "error" and bad.any():
+            raise InputError(
+                f"{int(bad.sum())} of {n_rays} rays {fault} ({list_rows(bad)}); mend them, or pass invalid='skip' to let "
+                "them miss"
+            )
+        skipped |= bad
+    if skipped.any():
+        # A ray that can hit nothing stands in for each.
+        origins, directions = origins.copy(), directions.copy()
+        origins[skipped], directions[skipped] = 3e38, (0, 0, 1)
+        radius, t_min, t_max = (np.broadcast_to(values, n_rays).copy() for values in (radius, t_min, t_max))
+        radius[skipped] = t_min[skipped] = t_max[skipped] = 0
+    return Rays(shape, origins, directions, radius, t_min, t_max, np.flatnonzero(skipped))

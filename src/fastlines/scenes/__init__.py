@@ -1,0 +1,108 @@
+"""The five scenes of the thesis (§6), made by seeded generators: any size, about the unit cube, y up.
+
+The numbers of a scene come from ``numpy.random.default_rng([seed, crc32(name)])``, so each scene has its own
+stream, and the same name, size and seed give the same lines. A smaller scene is the beginning of a larger
+one.
+"""
+
+from __future__ import annotations
+
+import difflib
+import operator
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..camera import Camera, Vector
+from ..errors import InputError
+from ..geometry import Lines
+from . import beams, bun_hair, spaghetti, straight_hair
+
+#: The radii of the thesis's queries: wide, medium, narrow.
+RADII = {"W": 0.005, "M": 0.001, "N": 0.0005}
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Lines and a camera that shows them.
+
+    Attributes
+    ----------
+    name : str
+        What `make` calls it.
+    title : str
+        What the thesis calls it.
+    lines : Lines
+    camera : Camera
+        Fills the frame of a square picture.
+    """
+
+    name: str
+    title: str
+    lines: Lines
+    camera: Camera
+
+
+@dataclass(frozen=True)
+class _Recipe:
+    title: str
+    n_segments: int  # as in the thesis
+    generate: Callable[[int, np.random.Generator], Lines]
+    direction: Vector  # of the camera
+
+
+_RECIPES = {
+    "bun-hair": _Recipe("Bun Hair", 82_250, bun_hair.generate, (-0.9, -0.25, 0.5)),
+    "straight-hair": _Recipe("Straight Hair", 87_460, straight_hair.generate, (-0.9, -0.25, 1.0)),
+    "spaghetti": _Recipe("Spaghetti", 2_000, spaghetti.generate, (-0.2, -0.15, -1.0)),
+    "spaghetti-2": _Recipe("Spaghetti 2", 8_000, spaghetti.generate, (-0.2, -0.15, -1.0)),
+    "photon-beams": _Recipe("Photon Beams", 36_294, beams.generate, (-0.2, -0.15, -1.0)),
+}
+
+NAMES = tuple(_RECIPES)
+
+
+def make(name: str, n_segments: int | None = None, seed: int = 0) -> Scene:
+    """Make one of the thesis's scenes.
+
+    Parameters
+    ----------
+    name : str
+        One of `NAMES`.
+    n_segments : int, optional
+        Exactly how many segments it has; the thesis's number unless given. The last strand may be cut short.
+    seed : int
+        Another seed gives another scene of the same kind.
+
+    Raises
+    ------
+    InputError
+        If there is no such scene, or a number is not usable.
+
+    Examples
+    --------
+    >>> scene = make("spaghetti")
+    >>> scene.title, len(scene.lines)
+    ('Spaghetti', 2000)
+    """
+    if name not in _RECIPES:
+        close = difflib.get_close_matches(str(name).lower(), NAMES, n=1)
+        hint = f"did you mean {close[0]!r}? " if close else ""
+        raise InputError(f"there is no scene {name!r}; {hint}choose one of {', '.join(NAMES)}")
+    recipe = _RECIPES[name]
+    n_segments = _at_least(1, "n_segments", recipe.n_segments if n_segments is None else n_segments)
+    rng = np.random.default_rng([_at_least(0, "seed", seed), zlib.crc32(name.encode())])
+    lines = recipe.generate(n_segments, rng)
+    return Scene(name, recipe.title, lines, Camera.framing(lines, recipe.direction))
+
+
+def _at_least(least: int, name: str, value: int) -> int:
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = least - 1
+    if number < least or isinstance(value, bool):
+        raise InputError(f"{name}={value!r}; expected a whole number, at least {least}")
+    return number

@@ -1,0 +1,43 @@
+"""Spaghetti: long segments right across a cube (thesis §6), the hardest case for trees of whole primitives.
+
+Each segment joins two uniform random points on two opposite faces of the unit cube; which pair of faces is
+drawn anew for each segment. All boxes overlap in the middle of the cube.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..geometry import Lines
+
+
+def generate(n_segments: int, rng: np.random.Generator) -> Lines:
+    """Draw segments that cross the unit cube from face to face.
+
+    Parameters
+    ----------
+    n_segments : int
+        How many; fewer are the first of more.
+    rng : numpy.random.Generator
+        Five uniform numbers are used for each segment.
+
+    Returns
+    -------
+    Lines
+        Each segment is a strand of its own, from the face at 0 to the face at 1 of its axis.
+
+    Examples
+    --------
+    >>> lines = generate(3, np.random.default_rng(0))
+    >>> (lines.segments[:, 1] - lines.segments[:, 0]).max(axis=1).tolist()
+    [1.0, 1.0, 1.0]
+    """
+    uniform = rng.random((n_segments, 5))
+    axis = (3 * uniform[:, 0]).astype(np.int64)
+    segments = np.empty((n_segments, 2, 3))
+    rows = np.arange(n_segments)
+    for end in (0, 1):
+        segments[rows, end, axis] = end
+        segments[rows, end, (axis + 1) % 3] = uniform[:, 1 + 2 * end]
+        segments[rows, end, (axis + 2) % 3] = uniform[:, 2 + 2 * end]
+    return Lines.from_segments(segments, strands=rows)

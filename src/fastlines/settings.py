@@ -1,0 +1,227 @@
+"""What a build can be told: SPLITS, the cost model, limits; and the named trees, which are settings with a name.
+
+The general builder is configurable in three places (thesis §4.3): the costs of a step and of a test, the set of candidate
+splits, and how many levels the search looks ahead.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar, Literal, TypeAlias
+
+from .errors import InputError
+
+BoxRule: TypeAlias = Literal["tight", "cut"]
+
+
+def _check_count(name: str, value: int, least: int, most: int | None = None) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or value < least or (most is not None and value > most):
+        upto = "or more" if most is None else f"to {most}"
+        raise InputError(f"{name}={value!r}; expected a whole number, {least} {upto}")
+
+
+@dataclass(frozen=True)
+class SplitSet:
+    """A set of candidate splits; one of the classes below.
+
+    Parameters
+    ----------
+    max_refs : int, optional
+        Ask this set only about nodes of at most so many references.
+    """
+
+    name: ClassVar[str]
+    max_refs: int | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        if self.max_refs is not None:
+            _check_count("max_refs", self.max_refs, 1)
+
+
+@dataclass(frozen=True)
+class ObjectSweep(SplitSet):
+    """All cuts of the references sorted by box centre, on each axis: classic SAH. Tight boxes only."""
+
+    name = "object_sweep"
+
+
+@dataclass(frozen=True)
+class PlaneGrid(SplitSet):
+    """The planes of a regular grid over the node's box.
+
+    Parameters
+    ----------
+    n_planes : int
+        How many on each axis, 1 to 4096.
+    """
+
+    name = "plane_grid"
+    n_planes: int = 16
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_count("n_planes", self.n_planes, 1, 4096)
+
+
+@dataclass(frozen=True)
+class PlaneEvents(SplitSet):
+    """Planes at the sides of the references' boxes, among them those that cut off empty space: SAH for KD trees."""
+
+    name = "plane_events"
+
+
+@dataclass(frozen=True)
+class Median(SplitSet):
+    """One split at the median centre, on the axis where both areas add up to least."""
+
+    name = "median"
+
+
+@dataclass(frozen=True)
+class Middle(SplitSet):
+    """One plane, in the middle of the longest side."""
+
+    name = "middle"
+
+
+@dataclass(frozen=True)
+class Cost:
+    """The cost model: what a step to a node and what a test of a primitive cost. Only their ratio matters (Theorem 2).
+
+    Parameters
+    ----------
+    c_trav, c_prim : float
+        Positive and finite.
+    """
+
+    c_trav: float = 2.0
+    c_prim: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name, value in (("c_trav", self.c_trav), ("c_prim", self.c_prim)):
+            if not (isinstance(value, int | float) and 0 < value < math.inf):
+                raise InputError(f"{name}={value!r}; a cost is a positive finite number")
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Where a build ends, whatever the costs say. A limit that kept the builder from a split is named in `Tree.stats`.
+
+    Parameters
+    ----------
+    max_depth : int
+        Level of the deepest node; the root's level is 0.
+    max_leaf_refs : int, optional
+        No leaf lists more: larger nodes are split though it looks dearer. Tight boxes only, for a KD tree can not
+        always part its references.
+    max_refs : int, optional
+        No tree has more references. It can not be less than the number of primitives.
+    leaf_refs : int
+        A node of so few references is not split.
+    leaf_size : float
+        A node whose longest side is no longer is not split.
+    """
+
+    max_depth: int = 64
+    max_leaf_refs: int | None = None
+    max_refs: int | None = None
+    leaf_refs: int = 1
+    leaf_size: float = 0.0
+
+    def __post_init__(self) -> None:
+        _check_count("max_depth", self.max_depth, 0, 256)
+        _check_count("leaf_refs", self.leaf_refs, 0)
+        if self.max_leaf_refs is not None:
+            _check_count("max_leaf_refs", self.max_leaf_refs, 1)
+        if self.max_refs is not None:
+            _check_count("max_refs", self.max_refs, 0)
+        if not (isinstance(self.leaf_size, int | float) and 0 <= self.leaf_size < math.inf):
+            raise InputError(f"leaf_size={self.leaf_size!r}; expected a length that is not negative")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All that a build is told.
+
+    Parameters
+    ----------
+    splits : SplitSet or sequence of SplitSet
+        The candidate splits; of several sets, their union.
+    boxes : {"tight", "cut"}
+        How a child's box is made: tight around its primitives makes a BVH, cut out of its parent's makes a KD tree.
+    lookahead : int or sequence of int
+        How many levels to search. Of several, each is tried where the one before says leaf.
+    cost : Cost
+        The cost model.
+    limits : Limits
+        Where to stop.
+
+    Raises
+    ------
+    InputError
+        If they do not go together.
+    """
+
+    splits: tuple[SplitSet, ...] = (PlaneGrid(16),)
+    boxes: BoxRule = "tight"
+    lookahead: tuple[int, ...] = (1,)
+    cost: Cost = Cost()
+    limits: Limits = Limits()
+
+    def __post_init__(self) -> None:
+        splits = (self.splits,) if isinstance(self.splits, SplitSet) else tuple(self.splits)
+        lookahead = (self.lookahead,) if isinstance(self.lookahead, int) else tuple(self.lookahead)
+        object.__setattr__(self, "splits", splits)
+        object.__setattr__(self, "lookahead", lookahead)
+        if not splits or not all(isinstance(split, SplitSet) for split in splits):
+            raise InputError(f"splits={self.splits!r}; expected one or more of fl.PlaneGrid(16), fl.ObjectSweep(), …")
+        if self.boxes not in ("tight", "cut"):
+            raise InputError(f"boxes={self.boxes!r}; expected 'tight' (BVH) or 'cut' (KD tree)")
+        if not lookahead:
+            raise InputError("lookahead is empty; expected 1, 2, … or a list of them to try in turn")
+        for depth in lookahead:
+            _check_count("lookahead", depth, 0, 8)
+        if not isinstance(self.cost, Cost) or not isinstance(self.limits, Limits):
+            raise InputError("cost and limits are fl.Cost(…) and fl.Limits(…)")
+        if self.boxes == "cut":
+            if any(isinstance(split, ObjectSweep) for split in splits):
+                raise InputError("an object sweep does not cut space: a KD tree (boxes='cut') needs planes")
+            if self.limits.max_leaf_refs is not None:
+                raise InputError("max_leaf_refs can not be promised by a KD tree (boxes='cut'); leave it out")
+
+
+#: The five trees of the thesis (§5). c_trav is fitted to its tables: 2.0 for BVHs, 0.6 for KD trees.
+METHODS: dict[str, Settings] = {
+    "bvh-cl": Settings(splits=(ObjectSweep(),)),
+    "bvh-ss": Settings(splits=(PlaneGrid(16),)),
+    "bvh-d2": Settings(splits=(PlaneGrid(16),), lookahead=(1, 2)),
+    "kd-cl": Settings(splits=(PlaneEvents(),), boxes="cut", cost=Cost(c_trav=0.6)),
+    "kd-d2": Settings(splits=(PlaneGrid(16),), boxes="cut", lookahead=(1, 2), cost=Cost(c_trav=0.6)),
+}
+
+#: What each named tree is, in a line.
+METHOD_NOTES: dict[str, str] = {
+    "bvh-cl": "whole primitives, SAH",
+    "bvh-ss": "primitives cut by a grid of planes, SAH",
+    "bvh-d2": "as bvh-ss; where SAH says leaf, look two levels ahead",
+    "kd-cl": "planes at box sides, SAH",
+    "kd-d2": "a grid of planes, SAH; where it says leaf, look two levels ahead",
+}
+
+
+def method_settings(method: str) -> Settings:
+    """Look up a named tree."""
+    try:
+        return METHODS[method]
+    except (KeyError, TypeError):
+        raise InputError(f"unknown method {method!r}{did_you_mean(str(method), METHODS)}") from None
+
+
+def did_you_mean(word: str, known: Sequence[str] | dict[str, Settings]) -> str:
+    """End an error message about an unknown word."""
+    close = difflib.get_close_matches(word.lower(), known, 1)
+    hint = f"did you mean {close[0]!r}? " if close else ""
+    return f"; {hint}known: {', '.join(known)}"
