@@ -1,5 +1,5 @@
-// The Python module fastlines._core: the C++ core, with no judgement of its own. All checks of arguments and all defaults
-// are in Python.
+// The Python module fastlines._core: the C++ core, with no judgement of its own. All checks of arguments and all
+// defaults are in Python.
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
@@ -110,8 +110,8 @@ struct HitColumns {
   }
 };
 
-/// Call run(search, progress) with a search through the tree, or through every segment where there is none. Small batches
-/// run on the calling thread: nobody waits long enough to press Ctrl-C.
+/// Call run(search, progress) with a search through the tree, or through every segment where there is none. Small
+/// batches run on the calling thread: nobody waits long enough to press Ctrl-C.
 template <class Run>
 void with_search(const Input<float>& data, const std::optional<Input<std::uint32_t>>& nodes,
                  const Input<std::uint32_t>& refs, std::size_t n_rays, const nb::object& progress, Run&& run) {

@@ -13,7 +13,7 @@ from importlib.metadata import version as _version
 from . import scenes, theory
 from .builder import build
 from .camera import Camera
-from .errors import FastlinesError, FileFormatError, InputError, MissingExtraError
+from .errors import FastlinesError, FileFormatError, InputError, InvalidTreeError, MissingExtraError
 from .geometry import Lines
 from .hits import AllHits, FirstHits
 from .io import read
@@ -21,7 +21,7 @@ from .primitives import Boxes, Triangles
 from .query import brute_force
 from .settings import METHODS, Cost, Limits, Median, Middle, ObjectSweep, PlaneEvents, PlaneGrid, Settings
 from .threads import get_num_threads, set_num_threads
-from .tree import InvalidTreeError, Tree, load
+from .tree import Tree, load
 
 __version__ = _version("fastlines")
 

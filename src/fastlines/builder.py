@@ -12,7 +12,8 @@ from .errors import InputError
 from .primitives import Geometry, as_geometry, core_data
 from .progress import ProgressOption, reporting
 from .settings import BoxRule, Cost, Limits, Settings, SplitSet, method_settings
-from .tree import NODE, REF, Tree
+from .structure import NODE, REF
+from .tree import Tree
 
 #: "No limit", as the core counts.
 NO_LIMIT = 2**64 - 1
@@ -92,10 +93,7 @@ def build(
         nodes, refs, hit = _core.build(
             kind,
             data,
-            [
-                (split.name, getattr(split, "n_planes", 0), split.max_refs or NO_LIMIT)
-                for split in settings.splits
-            ],
+            [(split.name, getattr(split, "n_planes", 0), split.max_refs or NO_LIMIT) for split in settings.splits],
             settings.boxes == "cut",
             settings.lookahead,
             settings.cost.c_trav,
@@ -110,5 +108,7 @@ def build(
     nodes, refs = nodes.reshape(-1).view(NODE), refs.reshape(-1).view(REF)
     nodes.flags.writeable = refs.flags.writeable = False
     name = (method or "bvh-d2") if not given else "custom"
-    limits_hit = tuple(limit for limit, was_hit in zip(("max_depth", "max_refs", "max_leaf_refs"), hit, strict=True) if was_hit)
+    limits_hit = tuple(
+        limit for limit, was_hit in zip(("max_depth", "max_refs", "max_leaf_refs"), hit, strict=True) if was_hit
+    )
     return Tree(geometry, nodes, refs, settings, name, limits_hit)

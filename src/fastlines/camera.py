@@ -157,9 +157,7 @@ class Camera:
         if not any(view):
             raise InputError("direction is zero; expected where the camera looks, such as (0, 0, -1)")
         if not (0 < aspect < math.inf and 0 <= margin < 0.5):
-            raise InputError(
-                f"aspect={aspect!r}, margin={margin!r}; expected aspect > 0 and 0 <= margin < 0.5"
-            )
+            raise InputError(f"aspect={aspect!r}, margin={margin!r}; expected aspect > 0 and 0 <= margin < 0.5")
         points = _to_frame(geometry)
 
         # Work relative to the middle of the geometry: it may lie far from the coordinate origin.

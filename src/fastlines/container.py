@@ -1,9 +1,9 @@
 """The file that a tree is kept in: named arrays behind a JSON header, mapped into memory when read.
 
-The layout is that of safetensors: 8 bytes with the length of the header (little-endian), the header as JSON, then the bytes
-of the arrays without holes. The header names for each array its dtype, shape and first and last byte, and under
-``__metadata__`` whatever strings the writer wants to keep. It is padded with spaces so that the arrays start at a multiple
-of 64 bytes. Only what is said here is trusted after it was checked against the length of the file.
+The layout is that of safetensors: 8 bytes with the length of the header (little-endian), the header as JSON, then the
+bytes of the arrays without holes. The header names for each array its dtype, shape and first and last byte, and under
+``__metadata__`` whatever strings the writer wants to keep. It is padded with spaces so that the arrays start at a
+multiple of 64 bytes. What the header says is checked against the length of the file before it is used.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from .errors import FileFormatError
 
 ALIGNMENT = 64
 MAX_HEADER = 1 << 20
-DTYPES = {"F32": np.dtype("<f4"), "U32": np.dtype("<u4"), "I64": np.dtype("<i8")}
+DTYPES: dict[str, np.dtype[Any]] = {"F32": np.dtype("<f4"), "U32": np.dtype("<u4"), "I64": np.dtype("<i8")}
 NAMES = {dtype: name for name, dtype in DTYPES.items()}
 
 
@@ -72,8 +72,8 @@ def read(path: str | os.PathLike[str]) -> tuple[dict[str, npt.NDArray[Any]], dic
         metadata = header.pop("__metadata__")
         if not all(isinstance(text, str) for text in metadata.values()):
             raise TypeError
-        sections = {
-            name: (DTYPES[entry["dtype"]], [int(n) for n in entry["shape"]], *map(int, entry["data_offsets"]))
+        sections: dict[str, tuple[np.dtype[Any], list[int], int, int]] = {
+            name: (DTYPES[entry["dtype"]], [int(n) for n in entry["shape"]], *_pair(entry["data_offsets"]))
             for name, entry in header.items()
         }
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
@@ -95,3 +95,8 @@ def read(path: str | os.PathLike[str]) -> tuple[dict[str, npt.NDArray[Any]], dic
     if 8 + length + position != size:
         raise refuse(f"its header promises {8 + length + position} bytes, but it has {size}")
     return arrays, metadata
+
+
+def _pair(values: list[int]) -> tuple[int, int]:
+    first, second = values
+    return int(first), int(second)

@@ -20,3 +20,20 @@ class MissingExtraError(FastlinesError, ImportError):
 
     def __init__(self, what: str, extra: str) -> None:
         super().__init__(f"{what} needs an optional dependency: run  pip install 'fastlines[{extra}]'")
+
+
+class InvalidTreeError(FastlinesError):
+    """A tree that breaks an axiom.
+
+    Attributes
+    ----------
+    node : int
+        Which node breaks it.
+    axiom : str
+        Which axiom: "axiom 1" to "axiom 5", "BVH axiom", "KD axiom" or "Theorem 4".
+    """
+
+    def __init__(self, node: int, axiom: str, detail: str) -> None:
+        super().__init__(f"node {node} breaks {axiom}: {detail}")
+        self.node = node
+        self.axiom = axiom

@@ -93,22 +93,30 @@ class Lines:
         if array.size == 0 and array.shape in ((0,), (0, 2, 3)):
             array = array.reshape(0, 2, 3)
         if array.ndim != 3 or array.shape[1:] != (2, 3):
-            raise InputError(
-                f"segments have shape {array.shape}; expected (n, 2, 3): n segments, both ends, x y z"
-            )
+            raise InputError(f"segments have shape {array.shape}; expected (n, 2, 3): n segments, both ends, x y z")
         n_given = len(array)
-        strands = np.asarray(more.pop("strands", np.full(n_given, -1)), np.int64)
+        strands = to_integers(more.pop("strands", np.full(n_given, -1)), "strands")
         radius = more.pop("radius", None)
         radius = None if radius is None else to_float32(radius, "radius")
         attributes = {name: np.asarray(values) for name, values in more.pop("attributes", {}).items()}
         if more:
             raise InputError(f"unknown argument {next(iter(more))!r}; known: strands, radius, attributes")
-        for name, values in {"strands": strands, "radius": radius, **attributes}.items():
-            if values is not None and (values.ndim == 0 or len(values) != n_given):
+        for name, values in attributes.items():
+            if values.ndim == 0 or len(values) != n_given:
                 raise InputError(f"{name} has shape {values.shape}; expected one row for each of {n_given} segments")
+        if strands.shape != (n_given,):
+            raise InputError(f"strands have shape {strands.shape}; expected ({n_given},), one for each segment")
+        if radius is not None:
+            if radius.shape not in ((n_given,), (n_given, 2)):
+                raise InputError(
+                    f"radius has shape {radius.shape}; expected ({n_given},) or ({n_given}, 2), "
+                    "one for each segment or end"
+                )
+            if not (radius >= 0).all() or np.isinf(radius).any():
+                raise InputError("radius holds values that are not numbers from 0 up")
 
         # Leave out, or refuse, what no query could answer.
-        bad = ~(np.abs(array) <= COORDINATE_LIMIT).all(axis=(1, 2))
+        bad: npt.NDArray[np.bool_] = ~(np.abs(array).max(axis=(1, 2), initial=0) <= COORDINATE_LIMIT)
         skipped = np.empty(0, np.int64)
         if bad.any():
             if invalid == "error":
@@ -148,10 +156,20 @@ class Lines:
         invalid : {"error", "skip"}
             See `from_segments`.
         """
-        points = to_float32(points, "points").reshape(-1, 3)
-        counts = np.asarray(counts, np.int64)
-        if counts.sum() != len(points) or (counts < 0).any():
-            raise InputError(f"strands count {counts.sum()} points in all, but {len(points)} points were given")
+        points = _points(points, "points")
+        counts = to_integers(counts, "counts")
+        if counts.ndim != 1 or (counts < 0).any() or (counts > len(points)).any() or counts.sum() != len(points):
+            raise InputError(
+                f"the counts of the strands do not add up to the {len(points)} points that were given; expected one "
+                "count, 0 or more, for each strand"
+            )
+        per_point = {name: np.asarray(values) for name, values in (attributes or {}).items()}
+        if radius is not None:
+            per_point["radius"] = to_float32(radius, "radius")
+        for name, values in per_point.items():
+            if values.ndim == 0 or len(values) != len(points):
+                raise InputError(f"{name} has shape {values.shape}; expected one row for each of {len(points)} points")
+        radii = per_point.pop("radius", None) if radius is not None else None
 
         # The first point of each segment: all but the last of its strand; a lone point joins itself.
         counts_used = counts[counts > 0]
@@ -165,15 +183,15 @@ class Lines:
         return cls.from_segments(
             points[at_ends],
             strands=strands,
-            radius=None if radius is None else to_float32(radius, "radius")[at_ends],
-            attributes={name: np.asarray(values)[first] for name, values in (attributes or {}).items()},
+            radius=None if radii is None else radii[at_ends],
+            attributes={name: values[first] for name, values in per_point.items()},
             invalid=invalid,
         )
 
     @classmethod
     def from_strands(cls, strands: Iterable[npt.ArrayLike], *, invalid: str = "error") -> Lines:
         """Make lines of a sequence of polylines, each an (m, 3) array of points."""
-        parts: Sequence[FloatArray] = [to_float32(strand, "strand").reshape(-1, 3) for strand in strands]
+        parts: Sequence[FloatArray] = [_points(strand, "strand") for strand in strands]
         points = np.concatenate(parts) if parts else np.empty((0, 3), np.float32)
         return cls.from_points(points, [len(part) for part in parts], invalid=invalid)
 
@@ -188,6 +206,23 @@ def to_float32(values: npt.ArrayLike, name: str) -> FloatArray:
             return np.asarray(array, np.float32, order="C")
     except (TypeError, ValueError) as error:
         raise InputError(f"{name} can not be read as an array of numbers: {error}") from None
+
+
+def to_integers(values: npt.ArrayLike, name: str) -> IntArray:
+    """Convert whole numbers to int64, or say which argument holds something else."""
+    array = np.asarray(values)
+    if array.size and array.dtype.kind not in "iu":
+        raise InputError(f"{name} have dtype {array.dtype}; expected whole numbers")
+    return array.astype(np.int64)
+
+
+def _points(values: npt.ArrayLike, name: str) -> FloatArray:
+    array = to_float32(values, name)
+    if array.size == 0:
+        return array.reshape(0, 3)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InputError(f"{name} have shape {array.shape}; expected (m, 3): x y z of each point")
+    return array
 
 
 def as_lines(lines: Lines | npt.ArrayLike, *, invalid: str = "error") -> Lines:

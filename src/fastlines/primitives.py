@@ -55,7 +55,7 @@ class Boxes:
 
     def __init__(self, corners: npt.ArrayLike) -> None:
         array = _checked(corners, "boxes", (2, 3))
-        inverted = (array[:, 0] > array[:, 1]).any(axis=1)
+        inverted: npt.NDArray[np.bool_] = (array[:, 1] - array[:, 0]).min(axis=1, initial=0) < 0
         if inverted.any():
             raise InputError(
                 f"{int(inverted.sum())} boxes have a low corner above their high one ({list_rows(inverted)})"
@@ -89,7 +89,7 @@ def _checked(values: npt.ArrayLike, name: str, shape: tuple[int, int]) -> FloatA
         array = array.reshape(0, *shape)
     if array.ndim != 3 or array.shape[1:] != shape:
         raise InputError(f"{name} have shape {array.shape}; expected (n, {shape[0]}, {shape[1]})")
-    bad: npt.NDArray[np.bool_] = ~(np.abs(array) <= COORDINATE_LIMIT).all(axis=(1, 2))
+    bad: npt.NDArray[np.bool_] = ~(np.abs(array).max(axis=(1, 2), initial=0) <= COORDINATE_LIMIT)
     if bad.any():
         raise InputError(
             f"{int(bad.sum())} of {len(array)} {name} hold NaN, Inf or a coordinate beyond {COORDINATE_LIMIT:g} "

@@ -9,14 +9,13 @@ import numpy.typing as npt
 
 from . import _core
 from .errors import InputError
-from .geometry import IntArray, Lines, as_lines
+from .geometry import Lines, as_lines
 from .hits import AllHits, FirstHits
 from .progress import ProgressOption, reporting
 from .rays import check_rays
 from .threads import get_num_threads
 
 QueryName: TypeAlias = Literal["first_hit", "any_hit", "count_hits", "all_hits"]
-Answer: TypeAlias = FirstHits | AllHits | IntArray | npt.NDArray[np.bool_]
 
 #: The kinds of query, by the name of their method.
 QUERIES: tuple[QueryName, ...] = ("first_hit", "any_hit", "count_hits", "all_hits")
@@ -36,7 +35,7 @@ def run(
     at: str = "closest",
     invalid: str = "error",
     progress: ProgressOption = False,
-) -> Answer:
+) -> Any:
     """Answer one of `QUERIES` for a batch of rays; without nodes, by testing every segment."""
     if at not in ("closest", "surface"):
         raise InputError(f"at={at!r} is not a choice: use 'closest' (the thesis) or 'surface'")
@@ -63,8 +62,7 @@ def run(
     if query == "all_hits":
         offsets, t, prim, u, distance, t_out = answer
         return AllHits(offsets, t, prim, u, distance, t_out if at == "surface" else None, rays.skipped)
-    flat: IntArray | npt.NDArray[np.bool_] = answer
-    return flat.reshape(rays.shape)
+    return answer.reshape(rays.shape)
 
 
 def brute_force(

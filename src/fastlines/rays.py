@@ -70,7 +70,7 @@ def check_rays(
     origins, directions = (
         np.ascontiguousarray(np.broadcast_to(array, (*shape, 3))).reshape(-1, 3) for array in (origins, directions)
     )
-    scalars = {}
+    scalars: dict[str, FloatArray] = {}
     for name, value in (("radius", radius), ("t_min", t_min), ("t_max", t_max)):
         array = to_float32(value, name)
         if array.ndim:
@@ -81,7 +81,7 @@ def check_rays(
                     f"{name} has shape {array.shape}; expected a number, or one for each of the rays {shape}"
                 ) from None
         scalars[name] = array.reshape(-1)
-    radius, t_min, t_max = scalars["radius"], scalars["t_min"], scalars["t_max"]
+    radii, starts, ends = scalars["radius"], scalars["t_min"], scalars["t_max"]
     largest = RADIUS_LIMIT * (scene_size or 1.0)
 
     # Every way in which a ray can be no ray.
@@ -91,23 +91,23 @@ def check_rays(
         "have a direction that is not finite": ~np.isfinite(directions).all(axis=1),
         "have a direction of length zero": ~directions.any(axis=1),
         f"have a radius that is not a number from 0 to {largest:g} ({RADIUS_LIMIT:g} times the scene's size)": ~(
-            (radius >= 0) & (radius <= largest)
+            (radii >= 0) & (radii <= largest)
         ),
-        "have bounds that are not numbers with t_min <= t_max": ~(t_min <= t_max) | (t_min == np.inf),
+        "have bounds that are not numbers with t_min <= t_max": ~(starts <= ends) | (starts == np.inf),
     }
     skipped = np.zeros(n_rays, bool)
     for fault, rows in faults.items():
         bad = np.broadcast_to(rows, n_rays)
         if invalid == "error" and bad.any():
             raise InputError(
-                f"{int(bad.sum())} of {n_rays} rays {fault} ({list_rows(bad)}); mend them, or pass invalid='skip' to let "
-                "them miss"
+                f"{int(bad.sum())} of {n_rays} rays {fault} ({list_rows(bad)}); mend them, or pass invalid='skip' to "
+                "let them miss"
             )
         skipped |= bad
     if skipped.any():
         # A ray that can hit nothing stands in for each.
         origins, directions = origins.copy(), directions.copy()
         origins[skipped], directions[skipped] = 3e38, (0, 0, 1)
-        radius, t_min, t_max = (np.broadcast_to(values, n_rays).copy() for values in (radius, t_min, t_max))
-        radius[skipped] = t_min[skipped] = t_max[skipped] = 0
-    return Rays(shape, origins, directions, radius, t_min, t_max, np.flatnonzero(skipped))
+        radii, starts, ends = (np.broadcast_to(values, n_rays).copy() for values in (radii, starts, ends))
+        radii[skipped] = starts[skipped] = ends[skipped] = 0
+    return Rays(shape, origins, directions, radii, starts, ends, np.flatnonzero(skipped))

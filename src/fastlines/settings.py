@@ -1,7 +1,7 @@
 """What a build can be told: SPLITS, the cost model, limits; and the named trees, which are settings with a name.
 
-The general builder is configurable in three places (thesis §4.3): the costs of a step and of a test, the set of candidate
-splits, and how many levels the search looks ahead.
+The general builder is configurable in three places (thesis §4.3): the costs of a step and of a test, the set of
+candidate splits, and how many levels the search looks ahead.
 """
 
 from __future__ import annotations
@@ -196,10 +196,10 @@ class Settings:
 #: The five trees of the thesis (§5). c_trav is fitted to its tables: 2.0 for BVHs, 0.6 for KD trees.
 METHODS: dict[str, Settings] = {
     "bvh-cl": Settings(splits=(ObjectSweep(),)),
-    "bvh-ss": Settings(splits=(PlaneGrid(16),)),
-    "bvh-d2": Settings(splits=(PlaneGrid(16),), lookahead=(1, 2)),
+    "bvh-ss": Settings(splits=(PlaneGrid(8),)),
+    "bvh-d2": Settings(splits=(PlaneGrid(8),), lookahead=(1, 2)),
     "kd-cl": Settings(splits=(PlaneEvents(),), boxes="cut", cost=Cost(c_trav=0.6)),
-    "kd-d2": Settings(splits=(PlaneGrid(16),), boxes="cut", lookahead=(1, 2), cost=Cost(c_trav=0.6)),
+    "kd-d2": Settings(splits=(PlaneGrid(12),), boxes="cut", lookahead=(1, 2), cost=Cost(c_trav=0.6)),
 }
 
 #: What each named tree is, in a line.

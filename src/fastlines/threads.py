@@ -19,7 +19,7 @@ def set_num_threads(n_threads: int | None) -> None:
 
 
 def get_num_threads() -> int:
-    """The number of threads that batch calls use."""
+    """Tell how many threads batch calls use."""
     if _n_threads is not None:
         return _n_threads
     given = os.environ.get("FASTLINES_NUM_THREADS")

@@ -21,14 +21,14 @@ struct Box {
 
   bool is_empty() const { return lo[0] > hi[0] || lo[1] > hi[1] || lo[2] > hi[2]; }
 
-  void grow(const Vec3& point) {
+  [[gnu::always_inline]] void grow(const Vec3& point) {
     for (int k = 0; k < 3; ++k) {
       lo[k] = std::min(lo[k], point[k]);
       hi[k] = std::max(hi[k], point[k]);
     }
   }
 
-  void grow(const Box& other) {
+  [[gnu::always_inline]] void grow(const Box& other) {
     for (int k = 0; k < 3; ++k) {
       lo[k] = std::min(lo[k], other.lo[k]);
       hi[k] = std::max(hi[k], other.hi[k]);
@@ -50,10 +50,9 @@ struct Box {
     return axis;
   }
 
-  double area() const {
-    if (is_empty()) return 0.0;
+  [[gnu::always_inline]] double area() const {
     const double x = side(0), y = side(1), z = side(2);
-    return 2.0 * (x * y + x * z + y * z);
+    return is_empty() ? 0.0 : 2.0 * (x * y + x * z + y * z);
   }
 
   friend bool operator==(const Box&, const Box&) = default;

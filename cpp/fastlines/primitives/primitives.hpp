@@ -20,11 +20,16 @@ concept Primitives = requires(const P& prims, std::uint32_t prim, const Box& box
   { prims.clipped_bounds(prim, box) } -> std::same_as<Box>;
 };
 
+template <class C>
+concept Curve = requires(const C& curve, int axis, float plane, float s) {
+  { curve.crossing(axis, plane) } -> std::same_as<float>;
+  { curve.point(s) } -> std::same_as<Vec3>;
+  { curve.ascends(axis) } -> std::same_as<bool>;
+};
+
 template <class P>
-concept Curves = Primitives<P> && requires(const P& prims, std::uint32_t prim, int axis, float plane, float s) {
-  { prims.crossing(prim, axis, plane) } -> std::same_as<float>;
-  { prims.point(prim, s) } -> std::same_as<Vec3>;
-  { prims.ascends(prim, axis) } -> std::same_as<bool>;
+concept Curves = Primitives<P> && requires(const P& prims, std::uint32_t prim) {
+  { prims.curve(prim) } -> Curve;
 };
 
 /// The box that bounds all primitives; empty if there are none.

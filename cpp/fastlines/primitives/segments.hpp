@@ -14,6 +14,31 @@ namespace fastlines {
 
 struct Segment {
   Vec3 p, q;
+
+  Box bounds() const {
+    Box box = Box::empty();
+    box.grow(p);
+    box.grow(q);
+    return box;
+  }
+
+  /// The s at which the line crosses the plane x[axis] = plane, not clamped.
+  float crossing(int axis, float plane) const {
+    const double from = p[axis];
+    return float((plane - from) * (1.0 / (q[axis] - from)));
+  }
+
+  Vec3 point(float s) const {
+    Vec3 at;
+    for (int k = 0; k < 3; ++k) {
+      const double from = p[k];
+      at[k] = s < 1.0f ? float(from + double(s) * (q[k] - from)) : q[k];
+    }
+    return at;
+  }
+
+  /// Whether s grows with x[axis].
+  bool ascends(int axis) const { return q[axis] >= p[axis]; }
 };
 static_assert(sizeof(Segment) == 24);
 
@@ -21,50 +46,24 @@ struct Segments {
   std::span<const Segment> data;
 
   std::size_t size() const { return data.size(); }
-
-  Box bounds(std::uint32_t prim) const {
-    Box box = Box::empty();
-    box.grow(data[prim].p);
-    box.grow(data[prim].q);
-    return box;
-  }
-
-  /// The s at which the line crosses the plane x[axis] = plane, not clamped.
-  float crossing(std::uint32_t prim, int axis, float plane) const {
-    const Segment& segment = data[prim];
-    const double p = segment.p[axis];
-    return float((plane - p) * (1.0 / (segment.q[axis] - p)));
-  }
-
-  Vec3 point(std::uint32_t prim, float s) const {
-    const Segment& segment = data[prim];
-    if (s >= 1.0f) return segment.q;
-    Vec3 at;
-    for (int k = 0; k < 3; ++k) {
-      const double p = segment.p[k];
-      at[k] = float(p + double(s) * (segment.q[k] - p));
-    }
-    return at;
-  }
-
-  /// Whether s grows with x[axis].
-  bool ascends(std::uint32_t prim, int axis) const { return data[prim].q[axis] >= data[prim].p[axis]; }
+  const Segment& curve(std::uint32_t prim) const { return data[prim]; }
+  Box bounds(std::uint32_t prim) const { return data[prim].bounds(); }
 
   Box clipped_bounds(std::uint32_t prim, const Box& box) const {
     const Segment& segment = data[prim];
+    const Box whole = segment.bounds();
     float s0 = 0.0f, s1 = 1.0f;
     for (int k = 0; k < 3; ++k) {
-      const Box whole = bounds(prim);
       if (whole.hi[k] < box.lo[k] || whole.lo[k] > box.hi[k]) return Box::empty();
-      if (segment.p[k] == segment.q[k]) continue;
-      const float at_lo = crossing(prim, k, box.lo[k]), at_hi = crossing(prim, k, box.hi[k]);
+      if (whole.lo[k] == whole.hi[k]) continue;
+      const float at_lo = segment.crossing(k, box.lo[k]), at_hi = segment.crossing(k, box.hi[k]);
       s0 = std::max(s0, std::min(at_lo, at_hi));
       s1 = std::min(s1, std::max(at_lo, at_hi));
     }
     if (s0 > s1) return Box::empty();
     Box clipped = Box::empty();
-    clipped.grow(point(prim, s0));
-    clipped.grow(point(prim, s1));
+    clipped.grow(segment.point(s0));
+    clipped.grow(segment.point(s1));
     for (int k = 0; k < 3; ++k) {
       clipped.lo[k] = std::clamp(clipped.lo[k], box.lo[k], box.hi[k]);
       clipped.hi[k] = std::clamp(clipped.hi[k], box.lo[k], box.hi[k]);

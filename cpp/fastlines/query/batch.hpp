@@ -75,7 +75,8 @@ void first_hits(const Search& search, const RayBatch& rays, At at, unsigned n_th
 }
 
 template <class Search>
-void any_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress, std::span<bool> found) {
+void any_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress,
+              std::span<bool> found) {
   for_each_ray(rays, search.frame, n_threads, progress, [&](std::size_t i, const Ray& ray, Scratch& scratch) {
     AnySink sink(ray);
     search(ray, sink, scratch);

@@ -5,10 +5,10 @@
 //
 //     dist²(s, t) = (p_u + s·e_u)² + (p_v + s·e_v)² + (p_r + s·e_r − t)².
 //
-// It is convex. For the whole line t = p_r + s·e_r, and s = −(p_u·e_u + p_v·e_v)/(e_u² + e_v²), clamped to [0, 1]. If that
-// t is outside [t_min, t_max], the best t is the bound, and s is the point of the segment nearest to the ray's point there.
-// Where e_u² + e_v² is rounding noise the segment is parallel to the ray, or a point: of the equally near points the one
-// with the smallest t counts.
+// It is convex. For the whole line t = p_r + s·e_r, and s = −(p_u·e_u + p_v·e_v)/(e_u² + e_v²), clamped to [0, 1]. If
+// that t is outside [t_min, t_max], the best t is the bound, and s is the point of the segment nearest to the ray's
+// point there. Where e_u² + e_v² is rounding noise the segment is parallel to the ray, or a point: of the equally near
+// points the one with the smallest t counts.
 #pragma once
 
 #include "ray.hpp"

@@ -19,11 +19,11 @@ struct RayQuery {
 };
 
 struct Ray {
-  Vec3 o, r, u, v;            // in the frame; r, u, v orthonormal
-  float t_min, t_max;         // in the frame
-  float radius, radius2;      // in the frame
-  float eps;                  // covers the rounding of the exact test and of the boxes
-  double t0, length, scale;   // the way back
+  Vec3 o, r, u, v;           // in the frame; r, u, v orthonormal
+  float t_min, t_max;        // in the frame
+  float radius, radius2;     // in the frame
+  float eps;                 // covers the rounding of the exact test and of the boxes
+  double t0, length, scale;  // the way back
   float t_min_given, t_max_given;
 
   /// t as the caller counts it.

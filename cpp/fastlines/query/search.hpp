@@ -1,5 +1,5 @@
-// The two ways to search: through a tree as it was built, and through every segment. Both show what they find to a sink,
-// and both decide by the same exact test.
+// The two ways to search: through a tree as it was built, and through every segment. Both show what they find to a
+// sink, and both decide by the same exact test.
 #pragma once
 
 #include "../tree/tree.hpp"
@@ -78,7 +78,8 @@ struct TreeSearch {
       // Go down to a leaf, leaving the farther children for later.
       while (enter != miss && !nodes[index].is_leaf()) {
         std::uint32_t near = index + 1, far = nodes[index].right;
-        float enter_near = slabs.enter(nodes[near].box, sink.limit), enter_far = slabs.enter(nodes[far].box, sink.limit);
+        float enter_near = slabs.enter(nodes[near].box, sink.limit),
+              enter_far = slabs.enter(nodes[far].box, sink.limit);
         if (enter_far < enter_near) {
           std::swap(near, far);
           std::swap(enter_near, enter_far);

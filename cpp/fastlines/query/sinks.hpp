@@ -1,8 +1,8 @@
 // What becomes of the hits of one ray: the first, any, all, or their number. A search shows a sink every segment whose
 // box the ray comes near; the sink decides what counts.
 //
-// A segment can be shown more than once, by each leaf that holds a piece of it. `first` and `any` do not mind. `all` and
-// `count` take it only from the piece [s0, s1) that owns the s of the closest approach, so each hit is taken once.
+// A segment can be shown more than once, by each leaf that holds a piece of it. `first` and `any` do not mind. `all`
+// and `count` take it only from the piece [s0, s1) that owns the s of the closest approach, so each hit is taken once.
 #pragma once
 
 #include <cstdint>

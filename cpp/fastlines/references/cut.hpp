@@ -4,6 +4,7 @@
 // that a split set which counts and a partition which moves can not disagree.
 #pragma once
 
+#include <span>
 #include <utility>
 
 #include "reference.hpp"
@@ -19,38 +20,76 @@ inline Side side_of(const Box& box, int axis, float plane) {
   return Side::both;
 }
 
-/// Cut a reference that straddles the plane x[axis] = plane into its left and its right part.
-template <Primitives P>
-std::pair<BuildRef, BuildRef> cut(const P& prims, const BuildRef& whole, int axis, float plane) {
+/// Cut the piece of a curve that straddles the plane x[axis] = plane into its left and its right part. Both parts store
+/// the same s, so the pieces tile; neither box leaves the box of the whole.
+template <Curve C>
+std::pair<BuildRef, BuildRef> cut_curve(const C& curve, const BuildRef& whole, int axis, float plane) {
   BuildRef left = whole, right = whole;
-  if constexpr (Curves<P>) {
-    // Both parts store the same s, so the pieces tile; neither box leaves the box of the whole.
-    const Reference& ref = whole.ref;
-    const float s = std::clamp(prims.crossing(ref.prim, axis, plane), ref.s0, std::min(ref.s1, 1.0f));
-    const Vec3 at = prims.point(ref.prim, s);
-    const bool ascends = prims.ascends(ref.prim, axis);
-    BuildRef& before = ascends ? left : right;
-    BuildRef& after = ascends ? right : left;
-    before.ref.s1 = after.ref.s0 = s;
-    for (int k = 0; k < 3; ++k) {
-      const float x = std::clamp(at[k], whole.box.lo[k], whole.box.hi[k]);
-      const bool up = prims.ascends(ref.prim, k);
-      (up ? before.box.hi : before.box.lo)[k] = x;
-      (up ? after.box.lo : after.box.hi)[k] = x;
-    }
-  } else {
-    // Ask the primitive; where it knows no better, the part fills its half of the box.
-    Box half = whole.box;
-    half.hi[axis] = plane;
-    left.box = prims.clipped_bounds(whole.ref.prim, half);
-    if (left.box.is_empty()) left.box = half;
-    half = whole.box;
-    half.lo[axis] = plane;
-    right.box = prims.clipped_bounds(whole.ref.prim, half);
-    if (right.box.is_empty()) right.box = half;
+  const float s = std::clamp(curve.crossing(axis, plane), whole.ref.s0, std::min(whole.ref.s1, 1.0f));
+  const Vec3 at = curve.point(s);
+  BuildRef& before = curve.ascends(axis) ? left : right;
+  BuildRef& after = curve.ascends(axis) ? right : left;
+  before.ref.s1 = after.ref.s0 = s;
+  for (int k = 0; k < 3; ++k) {
+    const float x = std::clamp(at[k], whole.box.lo[k], whole.box.hi[k]);
+    (curve.ascends(k) ? before.box.hi : before.box.lo)[k] = x;
+    (curve.ascends(k) ? after.box.lo : after.box.hi)[k] = x;
   }
   left.box.hi[axis] = right.box.lo[axis] = plane;
   return {left, right};
+}
+
+/// Cut any reference that straddles a plane. A primitive that is no curve is asked for its clipped bounds; where it
+/// knows no better, the part fills its half of the box.
+template <Primitives P>
+std::pair<BuildRef, BuildRef> cut(const P& prims, const BuildRef& whole, int axis, float plane) {
+  if constexpr (Curves<P>) {
+    return cut_curve(prims.curve(whole.ref.prim), whole, axis, plane);
+  } else {
+    BuildRef left = whole, right = whole;
+    left.box.hi[axis] = right.box.lo[axis] = plane;
+    for (BuildRef* part : {&left, &right}) {
+      const Box clipped = prims.clipped_bounds(part->ref.prim, part->box);
+      if (!clipped.is_empty()) part->box = clipped;
+    }
+    return {left, right};
+  }
+}
+
+/// The planes, rising, all straddled by a reference, divide space into bins. Grow the box of each bin by the box of the
+/// part in it; bins has one more entry than planes.
+template <Primitives P>
+void grow_bins(const P& prims, const BuildRef& whole, int axis, std::span<const float> planes, Box* bins) {
+  if constexpr (Curves<P>) {
+    // The box of a part is that of its two ends, and two parts share the point between them. The ends of the whole are
+    // corners of its box: the one that the curve comes from in the direction of the axis, and the one it goes to.
+    const auto curve = prims.curve(whole.ref.prim);  // a copy, so that nothing written can alias it
+    const float s0 = whole.ref.s0, s1 = std::min(whole.ref.s1, 1.0f);
+    const Vec3 lo = whole.box.lo, hi = whole.box.hi;
+    Vec3 from, to;
+    for (int k = 0; k < 3; ++k) {
+      const bool along = curve.ascends(k) == curve.ascends(axis);
+      from[k] = along ? lo[k] : hi[k];
+      to[k] = along ? hi[k] : lo[k];
+    }
+    bins[0].grow(from);
+    for (std::size_t i = 0; i < planes.size(); ++i) {
+      Vec3 at = curve.point(std::clamp(curve.crossing(axis, planes[i]), s0, s1));
+      for (int k = 0; k < 3; ++k) at[k] = std::min(std::max(at[k], lo[k]), hi[k]);
+      at[axis] = planes[i];
+      bins[i].grow(at);
+      bins[i + 1].grow(at);
+    }
+    bins[planes.size()].grow(to);
+  } else {
+    BuildRef rest = whole;
+    for (std::size_t i = 0; i < planes.size(); ++i) {
+      const auto [left, right] = cut(prims, rest, axis, planes[i]);
+      bins[i].grow(left.box);
+      rest = right;
+    }
+    bins[planes.size()].grow(rest.box);
+  }
 }
 
 }  // namespace fastlines

@@ -70,8 +70,12 @@ void partition(const P& prims, Refs refs, const Candidate& split, std::vector<Bu
   left.reserve(split.n_left);
   right.reserve(split.n_right);
   for (const BuildRef& ref : refs) switch (side_of(ref.box, split.axis, split.plane)) {
-      case Side::left: left.push_back(ref); break;
-      case Side::right: right.push_back(ref); break;
+      case Side::left:
+        left.push_back(ref);
+        break;
+      case Side::right:
+        right.push_back(ref);
+        break;
       case Side::both: {
         const auto [l, r] = cut(prims, ref, split.axis, split.plane);
         left.push_back(l);
@@ -95,8 +99,12 @@ Candidate evaluate_plane(const P& prims, Refs refs, const Box& box, BoxRule rule
     if (rule == BoxRule::tight) split.right.grow(part);
   };
   for (const BuildRef& ref : refs) switch (side_of(ref.box, axis, plane)) {
-      case Side::left: add_left(ref.box); break;
-      case Side::right: add_right(ref.box); break;
+      case Side::left:
+        add_left(ref.box);
+        break;
+      case Side::right:
+        add_right(ref.box);
+        break;
       case Side::both: {
         const auto [l, r] = cut(prims, ref, axis, plane);
         add_left(l.box);

@@ -28,7 +28,7 @@ struct Median {
     std::vector<BuildRef> sorted(refs.begin(), refs.end());
     std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(n_left), sorted.end(), ByCentre{axis});
     const Refs all = sorted;
-    return Candidate{Candidate::Kind::objects,  axis, 0.0f, n_left, refs.size() - n_left, hull(all.first(n_left)),
+    return Candidate{Candidate::Kind::objects, axis, 0.0f, n_left, refs.size() - n_left, hull(all.first(n_left)),
                      hull(all.subspan(n_left))};
   }
 

@@ -14,77 +14,88 @@ struct PlaneGrid {
 
   template <Primitives P, class Visitor>
   void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, Visitor&& visitor) const {
-    struct Bin {
-      Box box = Box::empty();
-      std::size_t n_enter = 0, n_leave = 0;
-    };
-    std::vector<float> planes;
-    std::vector<Bin> bins;
-    std::vector<Box> from;
+    const bool tight = rule == BoxRule::tight;
+    thread_local Bins bins;
     for (int axis = 0; axis < 3; ++axis) {
-      place(box, axis, planes);
-      if (planes.empty()) continue;
-      const std::size_t n_bins = planes.size() + 1;
-      const double per_plane = double(n_bins) / box.side(axis);
+      place(box, axis, bins.planes);
+      if (bins.planes.empty()) continue;
+      bins.clear(tight);
+      fill(prims, refs, box, axis, tight, bins);
 
-      // Fill the bins.
-      bins.assign(n_bins, Bin{});
-      for (const BuildRef& ref : refs) {
-        const auto guess = [&](float x) {
-          const double bin = (double(x) - double(box.lo[axis])) * per_plane;
-          return std::size_t(std::clamp(bin, 0.0, double(n_bins - 1)));
-        };
-        // The first plane that has all of the reference on its left, the last that has all of it on its right.
-        const float lo = ref.box.lo[axis], hi = ref.box.hi[axis];
-        std::size_t last = guess(hi);
-        while (last > 0 && planes[last - 1] >= hi) --last;
-        while (last < planes.size() && planes[last] < hi) ++last;
-        std::size_t first = std::min(guess(lo), last);
-        while (first > 0 && planes[first - 1] > lo) --first;
-        while (first < last && planes[first] <= lo) ++first;
-        ++bins[first].n_enter;
-        ++bins[last].n_leave;
-        if (rule == BoxRule::cut) continue;
-        BuildRef rest = ref;
-        for (std::size_t i = first; i < last; ++i) {
-          const auto [left, right] = cut(prims, rest, axis, planes[i]);
-          bins[i].box.grow(left.box);
-          rest = right;
-        }
-        bins[last].box.grow(rest.box);
-      }
-
-      // Sweep them.
-      from.assign(n_bins, Box::empty());
-      Box right = Box::empty();
-      for (std::size_t i = n_bins; i-- > 0;) {
-        right.grow(bins[i].box);
-        from[i] = right;
-      }
-      Box left = Box::empty();
-      std::size_t n_left = 0, n_right = refs.size();
+      // Sweep.
+      const std::vector<float>& planes = bins.planes;
+      Candidate split{Candidate::Kind::plane, axis, 0.0f, 0, refs.size(), box, box};
+      if (tight) split.left = Box::empty();
       for (std::size_t i = 0; i < planes.size(); ++i) {
-        left.grow(bins[i].box);
-        n_left += bins[i].n_enter;
-        n_right -= bins[i].n_leave;
-        Candidate split{Candidate::Kind::plane, axis, planes[i], n_left, n_right, left, from[i + 1]};
-        if (rule == BoxRule::cut) std::tie(split.left, split.right) = halves(box, axis, planes[i]);
+        split.plane = planes[i];
+        split.n_left += bins.n_enter[i];
+        split.n_right -= bins.n_leave[i];
+        if (tight) {
+          split.left.grow(bins.boxes[i]);
+          split.right = bins.from[i + 1];
+        } else {
+          split.left.hi[axis] = split.right.lo[axis] = planes[i];
+        }
         if (divides(split, rule)) visitor(split);
       }
     }
   }
 
  private:
+  /// The space between two planes: how many references begin and end in it, and the box of their parts in it.
+  struct Bins {
+    std::vector<float> planes;
+    std::vector<std::uint32_t> n_enter, n_leave;
+    std::vector<Box> boxes, from;  // from[i] bounds bin i and all after it
+
+    void clear(bool tight) {
+      n_enter.assign(planes.size() + 1, 0);
+      n_leave.assign(planes.size() + 1, 0);
+      if (tight) boxes.assign(planes.size() + 1, Box::empty());
+    }
+  };
+
   /// The planes that lie strictly inside the box, rising; none where the box is too thin for floats to divide.
   void place(const Box& box, int axis, std::vector<float>& planes) const {
     planes.clear();
+    const double step = box.side(axis) / (n_planes + 1);
     float previous = box.lo[axis];
     for (int i = 1; i <= n_planes; ++i) {
-      const float plane = float(box.lo[axis] + box.side(axis) * i / (n_planes + 1));
+      const float plane = float(box.lo[axis] + i * step);
       if (plane <= previous || plane >= box.hi[axis]) continue;
       planes.push_back(plane);
       previous = plane;
     }
+  }
+
+  template <Primitives P>
+  static void fill(const P& prims, Refs refs, const Box& box, int axis, bool tight, Bins& bins) {
+    const std::size_t n_planes = bins.planes.size();
+    const float* planes = bins.planes.data();
+    const float per_plane = float(double(n_planes + 1) / box.side(axis)), origin = box.lo[axis];
+    const auto guess = [&](float x) {
+      return std::size_t(std::min(std::max((x - origin) * per_plane, 0.0f), float(n_planes)));
+    };
+    for (const BuildRef& ref : refs) {
+      // The first plane that has all of the reference on its left; the last one that has all of it on its right.
+      const float lo = ref.box.lo[axis], hi = ref.box.hi[axis];
+      std::size_t last = guess(hi);
+      while (last > 0 && planes[last - 1] >= hi) --last;
+      while (last < n_planes && planes[last] < hi) ++last;
+      std::size_t first = std::min(guess(lo), last);
+      while (first > 0 && planes[first - 1] > lo) --first;
+      while (first < last && planes[first] <= lo) ++first;
+      ++bins.n_enter[first];
+      ++bins.n_leave[last];
+      if (!tight) continue;
+      if (first == last)
+        bins.boxes[first].grow(ref.box);
+      else
+        grow_bins(prims, ref, axis, std::span(planes + first, last - first), &bins.boxes[first]);
+    }
+    if (!tight) return;
+    bins.from = bins.boxes;
+    for (std::size_t i = n_planes; i-- > 0;) bins.from[i].grow(bins.from[i + 1]);
   }
 };
 

@@ -1,8 +1,8 @@
-// Is this a tree? The axioms of thesis §3.2, the BVH or KD axiom, and Theorem 4, checked in double, with a tolerance of a
-// few ulps of the scene where boxes were rounded.
+// Is this a tree? The axioms of thesis §3.2, the BVH or KD axiom, and Theorem 4, checked in double, with a tolerance of
+// a few ulps of the scene where boxes were rounded.
 //
-// Axiom 5, (∪p₁ ∩ q₁) ∪ (∪p₂ ∩ q₂) = ∪p ∩ q, is checked primitive by primitive: what of one lies in q must lie in the box
-// of a child that lists it. For curves the parts are intervals of s; of other primitives the boxes of the parts are
+// Axiom 5, (∪p₁ ∩ q₁) ∪ (∪p₂ ∩ q₂) = ∪p ∩ q, is checked primitive by primitive: what of one lies in q must lie in the
+// box of a child that lists it. For curves the parts are intervals of s; of other primitives the boxes of the parts are
 // compared.
 #pragma once
 
@@ -139,7 +139,8 @@ class Validator {
     for (const std::uint32_t prim : prims) {
       const Box part = prims_.clipped_bounds(prim, grown(node.box));
       if (part.is_empty() && theorem_4)
-        return fail(i, "Theorem 4", "the leaf lists primitive " + std::to_string(prim) + ", which does not meet its box");
+        return fail(i, "Theorem 4",
+                    "the leaf lists primitive " + std::to_string(prim) + ", which does not meet its box");
       tight.grow(part);
     }
     if (rule_ == BoxRule::cut) return true;
@@ -149,7 +150,8 @@ class Validator {
     return true;
   }
 
-  /// Each hit is found once because the pieces of a primitive tile it, and found at all because they lie in their leaves.
+  /// Each hit is found once because the pieces of a primitive tile it, and found at all because they lie in their
+  /// leaves.
   bool check_pieces() {
     struct Piece {
       Reference ref;
@@ -176,8 +178,8 @@ class Validator {
         const Box box = grown(nodes_[i].box);
         for (const Reference& ref : refs_.subspan(nodes_[i].first_ref, nodes_[i].n_refs)) {
           Box ends = Box::empty();
-          ends.grow(prims_.point(ref.prim, ref.s0));
-          ends.grow(prims_.point(ref.prim, std::min(ref.s1, 1.0f)));
+          ends.grow(prims_.curve(ref.prim).point(ref.s0));
+          ends.grow(prims_.curve(ref.prim).point(std::min(ref.s1, 1.0f)));
           if (!box.contains(ends))
             return fail(i, "axiom 5", "a piece of primitive " + std::to_string(ref.prim) + " is not in its leaf's box");
         }
@@ -220,7 +222,7 @@ class Validator {
   Interval part_of(std::uint32_t prim, const Box& box, double margin) const
     requires Curves<P>
   {
-    const Vec3 p = prims_.point(prim, 0.0f), q = prims_.point(prim, 1.0f);
+    const Vec3 p = prims_.curve(prim).point(0.0f), q = prims_.curve(prim).point(1.0f);
     Interval part{0.0, 1.0};
     for (int k = 0; k < 3; ++k) {
       const double lo = box.lo[k] - margin - p[k], hi = box.hi[k] + margin - p[k], e = double(q[k]) - p[k];

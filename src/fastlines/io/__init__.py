@@ -98,9 +98,7 @@ def _load(path: Path) -> bytes:
             raise InputError(f"{path}: is {kind}; expected a regular file")
         data = path.read_bytes()
     except FileNotFoundError:
-        raise InputError(
-            f"{path}: no such file; check the path (the working directory is {Path.cwd()})"
-        ) from None
+        raise InputError(f"{path}: no such file; check the path (the working directory is {Path.cwd()})") from None
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         why = error.strerror if isinstance(error, OSError) else error
         raise InputError(f"{path}: can not be read: {why}") from None

@@ -113,9 +113,7 @@ def _from_points(source: Source, arrays: dict[str, AnyArray], invalid: str) -> L
     return Lines.from_points(points, counts, radius=radius, attributes=arrays, invalid=invalid)
 
 
-def _check(
-    source: Source, name: str, array: AnyArray, shape: tuple[int, ...], *, integer: bool = False
-) -> None:
+def _check(source: Source, name: str, array: AnyArray, shape: tuple[int, ...], *, integer: bool = False) -> None:
     """Refuse an array of a ``.npz`` that is not of this shape, or not of integers that fit into int64."""
     if array.ndim == 0 or array.shape != shape:
         raise source.error(f"{name!r} has shape {array.shape}; expected {shape}, to go with the other arrays")
@@ -144,9 +142,7 @@ def _unzip(source: Source) -> dict[str, AnyArray]:
         raise
     except Exception as error:  # zipfile's own kinds, and of zlib and struct whatever the bytes lead to
         raise source.error(f"not a whole .npz file ({reason(error)}); {BAD_COPY}") from None
-    return {
-        name: _read_array(Source(data, f"{source.name}, array {name!r}")) for name, data in unpacked.items()
-    }
+    return {name: _read_array(Source(data, f"{source.name}, array {name!r}")) for name, data in unpacked.items()}
 
 
 def _read_array(source: Source) -> AnyArray:
@@ -160,9 +156,7 @@ def _read_array(source: Source) -> AnyArray:
                 raise ValueError(f"format version {version}; plain numbers have (1, 0) or (2, 0)")
             shape, in_columns, dtype = _HEADER_READERS[version](stream)
     except Exception as error:  # the header is a Python literal: whatever parsing it may raise
-        raise source.error(
-            f"does not start with the header of an array ({reason(error)}); {BAD_COPY}"
-        ) from None
+        raise source.error(f"does not start with the header of an array ({reason(error)}); {BAD_COPY}") from None
     if dtype.kind not in "fiub":
         raise source.error(f"holds {dtype}; expected real numbers")
     array = source.array("numbers", dtype, shape[::-1] if in_columns else shape, at=stream.tell())

@@ -73,9 +73,7 @@ def parse(source: Source, invalid: str) -> Lines:
     """
     version = float(source.array("version numbers", "<f4", (1,))[0])
     if version not in _HEADERS:
-        raise source.error(
-            f"has TressFX version {version:g}; expected 3 or 4; convert it, or check the extension"
-        )
+        raise source.error(f"has TressFX version {version:g}; expected 3 or 4; convert it, or check the extension")
     header = source.record("header fields", _HEADERS[version])
     n_strands, n_vertices = header["strands"], header["vertices"]
     if n_strands and not n_vertices:

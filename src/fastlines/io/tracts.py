@@ -67,9 +67,7 @@ def parse_trk(source: Source, invalid: str) -> Lines:
     for name, values in tractogram.data_per_streamline.items():
         free_name = f"{name} of streamline" if name in attributes else name
         attributes[free_name] = np.repeat(values, counts, axis=0)
-    columns = {
-        name.strip(): data[:, 0] if data.shape[1:] == (1,) else data for name, data in attributes.items()
-    }
+    columns = {name.strip(): data[:, 0] if data.shape[1:] == (1,) else data for name, data in attributes.items()}
     return Lines.from_points(tractogram.streamlines.get_data(), counts, attributes=columns, invalid=invalid)
 
 

@@ -67,9 +67,7 @@ def generate(n_segments: int, rng: np.random.Generator, batch: int = 4096) -> Li
         photons.append(photon + n_photons)
         n_flights += len(flights)
         n_photons += batch
-    return Lines.from_segments(
-        np.concatenate(segments)[:n_segments], strands=np.concatenate(photons)[:n_segments]
-    )
+    return Lines.from_segments(np.concatenate(segments)[:n_segments], strands=np.concatenate(photons)[:n_segments])
 
 
 def trace(keys: UInt64Array) -> tuple[Float64Array, npt.NDArray[np.int64]]:

@@ -1,0 +1,33 @@
+"""Types of the C++ core (cpp/bindings/core.cpp)."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+_Floats: TypeAlias = npt.NDArray[np.float32]
+_Words: TypeAlias = npt.NDArray[np.uint32]
+_Ints: TypeAlias = npt.NDArray[np.int64]
+_Progress: TypeAlias = Callable[[float], object] | None
+
+def build(
+    kind: str,
+    data: _Floats,
+    splits: Sequence[tuple[str, int, int]],
+    cut: bool,
+    lookahead: Sequence[int],
+    c_trav: float,
+    c_prim: float,
+    max_depth: int,
+    max_leaf_refs: int,
+    max_refs: int,
+    leaf_refs: int,
+    leaf_size: float,
+    progress: _Progress,
+) -> tuple[_Words, _Words, tuple[bool, bool, bool]]: ...
+def validate(kind: str, data: _Floats, nodes: _Words, refs: _Words, cut: bool) -> tuple[int, str, str] | None: ...
+def first_hit(*arguments: Any) -> tuple[_Floats, _Ints, _Floats, _Floats, _Floats]: ...
+def any_hit(*arguments: Any) -> npt.NDArray[np.bool_]: ...
+def count_hits(*arguments: Any) -> _Ints: ...
+def all_hits(*arguments: Any) -> tuple[_Ints, _Floats, _Ints, _Floats, _Floats, _Floats]: ...

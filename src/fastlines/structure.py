@@ -1,0 +1,186 @@
+"""The acceleration tree as an object of the theory: axioms, cost, counts, levels.
+
+Axioms, cost and theorems are those of thesis §3; see `fastlines.theory` for them as short, slow Python.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from .errors import InputError, InvalidTreeError
+from .geometry import IntArray
+from .primitives import Geometry, core_data
+from .settings import Cost, Settings
+
+#: A node: its box, the index of its right child (0 = leaf; the left child is the next node), and the range of the
+#: references at or below it.
+NODE = np.dtype([("box", "<f4", (2, 3)), ("right", "<u4"), ("first_ref", "<u4"), ("n_refs", "<u4")])
+#: A reference: a primitive, and the piece [s0, s1) of it that it stands for; s1 = inf in the last piece.
+REF = np.dtype([("prim", "<u4"), ("s0", "<f4"), ("s1", "<f4")])
+
+
+@dataclass(frozen=True, eq=False)
+class TreeStructure:
+    """An acceleration tree over primitives, as plain immutable data.
+
+    Attributes
+    ----------
+    geometry : Lines, Triangles or Boxes
+        What the tree was built on.
+    nodes : (n_nodes,) array of `NODE`
+        In preorder.
+    refs : (n_refs,) array of `REF`
+        In the order of the leaves.
+    settings : Settings
+        What the builder was told.
+    method : str
+        The name of the settings; "custom" if they have none.
+    limits_hit : tuple of str
+        The limits that kept the builder from a split.
+    """
+
+    geometry: Geometry
+    nodes: npt.NDArray[Any]
+    refs: npt.NDArray[Any]
+    settings: Settings
+    method: str = "custom"
+    limits_hit: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return (
+            f"<Tree {self.method}: {self.n_prims:,} primitives, {self.n_refs:,} references, {self.n_nodes:,} nodes, "
+            f"cost {self.cost():.6g}>"
+        )
+
+    # ---- What it is ----
+
+    @property
+    def n_prims(self) -> int:
+        """Number of primitives."""
+        return len(self.geometry)
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes, inner ones and leaves."""
+        return len(self.nodes)
+
+    @property
+    def n_refs(self) -> int:
+        """Number of references; one primitive can have many."""
+        return len(self.refs)
+
+    @property
+    def is_leaf(self) -> npt.NDArray[np.bool_]:
+        """Which nodes are leaves, (n_nodes,) bool."""
+        leaf: npt.NDArray[np.bool_] = self.nodes["right"] == 0
+        return leaf
+
+    @property
+    def left(self) -> IntArray:
+        """Left child of each node, (n_nodes,) int64; -1 in a leaf."""
+        return np.where(self.is_leaf, -1, np.arange(self.n_nodes) + 1)
+
+    @property
+    def right(self) -> IntArray:
+        """Right child of each node, (n_nodes,) int64; -1 in a leaf."""
+        return np.where(self.is_leaf, -1, self.nodes["right"].astype(np.int64))
+
+    def levels(self) -> list[IntArray]:
+        """The nodes of each level, the root's first.
+
+        Returns
+        -------
+        list of (k,) int64
+            Element d holds the indices of the nodes at depth d, rising.
+        """
+        levels = [np.zeros(1, np.int64)]
+        while len(inner := levels[-1][~self.is_leaf[levels[-1]]]):
+            levels.append(np.sort(np.concatenate([self.left[inner], self.right[inner]])))
+        return levels
+
+    @cached_property
+    def _levels(self) -> list[IntArray]:
+        return self.levels()
+
+    @cached_property
+    def areas(self) -> npt.NDArray[np.float64]:
+        """Surface area of each node's box, (n_nodes,) float64."""
+        box = self.nodes["box"].astype(np.float64)
+        x, y, z = (box[:, 1] - box[:, 0]).T
+        area: npt.NDArray[np.float64] = 2 * (x * y + x * z + y * z)
+        return area
+
+    def cost(self, *, by: Literal["f", "g"] = "f", model: Cost | None = None) -> float:
+        """The cost of the tree (thesis §3.3), in float64.
+
+        Parameters
+        ----------
+        by : {"f", "g"}
+            By recursion from the leaves (f), or as a sum over all nodes (g); Theorem 1 says that they are equal.
+        model : Cost, optional
+            c_trav and c_prim; those the tree was built with if not given.
+
+        Notes
+        -----
+        f(leaf) = n·c_prim and f(inner) = c_trav + Σ SA(child)/SA(node)·f(child). g = Σ over inner nodes of
+        SA(node)/SA(root)·c_trav + Σ over leaves of SA(leaf)/SA(root)·n·c_prim. Where an area to divide by is zero, no
+        line measures the node, and its children count as visited whenever it is.
+        """
+        model = model or self.settings.cost
+        area, leaf = self.areas, self.is_leaf
+        at_leaf = self.nodes["n_refs"] * model.c_prim
+        if by == "g":
+            chance = area / area[0] if area[0] > 0 else np.ones_like(area)
+            return float((chance * np.where(leaf, at_leaf, model.c_trav)).sum())
+        if by != "f":
+            raise InputError(f"by={by!r} is not a choice: use 'f' or 'g'")
+        f = at_leaf.astype(np.float64)
+        for level in reversed(self._levels):
+            inner = level[~leaf[level]]
+            f[inner] = model.c_trav
+            for child in (self.left[inner], self.right[inner]):
+                chance = np.divide(area[child], area[inner], out=np.ones(len(inner)), where=area[inner] > 0)
+                f[inner] += chance * f[child]
+        return float(f[0])
+
+    def stats(self) -> dict[str, Any]:
+        """Counts, sizes and cost, ready for JSON."""
+        in_leaf = self.nodes["n_refs"][self.is_leaf]
+        return {
+            "method": self.method,
+            "n_prims": self.n_prims,
+            "n_refs": self.n_refs,
+            "refs_per_prim": self.n_refs / max(1, self.n_prims),
+            "n_nodes": self.n_nodes,
+            "n_leaves": len(in_leaf),
+            "n_empty_leaves": int((in_leaf == 0).sum()),
+            "depth": len(self._levels) - 1,
+            "mean_leaf_refs": float(in_leaf.mean()),
+            "largest_leaf_refs": int(in_leaf.max()),
+            "cost": self.cost(),
+            "memory_bytes": self.nodes.nbytes + self.refs.nbytes,
+            "limits_hit": list(self.limits_hit),
+        }
+
+    def validate(self) -> None:
+        """Check the axioms 1 to 5 of thesis §3.2, the BVH or KD axiom, and Theorem 4.
+
+        Raises
+        ------
+        InvalidTreeError
+            With the node and the axiom that fails.
+        """
+        kind, data = core_data(self.geometry)
+        found = _core.validate(kind, data, *self.words(), self.settings.boxes == "cut")
+        if found is not None:
+            raise InvalidTreeError(*found)
+
+    def words(self) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
+        """Nodes and references as rows of 32-bit words, the way the core and the file see them; no copy."""
+        return self.nodes.view(np.uint32).reshape(-1, 9), self.refs.view(np.uint32).reshape(-1, 3)
