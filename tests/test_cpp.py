@@ -1,0 +1,44 @@
+"""The C++ core without Python: headers that stand alone, the example, and primitives that the library does not know."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+CPP = Path(__file__).parents[1] / "cpp"
+FLAGS = ["-std=c++20", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off", "-pthread", "-I", str(CPP)]
+COMPILER = os.environ.get("CXX") or shutil.which("g++") or shutil.which("clang++") or "c++"
+
+
+def run(*command: str | Path) -> str:
+    result = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert result.returncode == 0, result.stdout + result.stderr
+    return result.stdout
+
+
+def test_every_header_stands_alone(tmp_path: Path) -> None:
+    headers = sorted((CPP / "fastlines").rglob("*.hpp"))
+    assert len(headers) > 20
+    sources = []
+    for i, header in enumerate(headers):
+        source = tmp_path / f"{i}.cpp"
+        source.write_text(f'#include "{header.relative_to(CPP)}"\n')
+        sources.append(source)
+    run(COMPILER, *FLAGS, "-fsyntax-only", *sources)
+
+
+@pytest.mark.parametrize(
+    ("source", "said"),
+    [
+        ("examples/first_hit.cpp", "BVH: segment 0 at t = 5\nKD tree: segment 0 at t = 5\n"),
+        ("tests/custom_primitive.cpp", "valid\n"),
+    ],
+)
+def test_program(source: str, said: str, tmp_path: Path) -> None:
+    program = tmp_path / "program"
+    run(COMPILER, *FLAGS, "-O1", CPP / source, "-o", program)
+    assert said in run(program)
