@@ -1,0 +1,180 @@
+// The general builder (thesis §4.1): at each node search for the cheapest tree of a given depth over all candidate
+// splits, carry out its first split, and go on in the children. Depth 1 is SAH.
+//
+//   best_split(refs, box, 0) = leaf, cost n·c_prim
+//   best_split(refs, box, k) = the cheaper of the leaf and, over SPLITS,
+//       c_trav + (SA(l)·best_split(l, k − 1) + SA(r)·best_split(r, k − 1)) / SA(box)
+#pragma once
+
+#include <optional>
+#include <stdexcept>
+
+#include "../tree/tree.hpp"
+#include "progress.hpp"
+#include "settings.hpp"
+
+namespace fastlines {
+
+template <Primitives P>
+class Builder {
+ public:
+  Builder(const P& prims, const Settings& settings, Progress& progress)
+      : prims_(prims), settings_(settings), progress_(progress) {
+    for (const int k : settings.lookahead) scratch_.resize(std::max(scratch_.size(), std::size_t(k)));
+  }
+
+  Tree build() {
+    std::vector<BuildRef> refs = whole_references(prims_);
+    Box box = hull(refs);
+    if (refs.empty()) box = Box{{0, 0, 0}, {0, 0, 0}};
+    if (refs.size() > capacity(0))
+      throw std::invalid_argument("max_leaf_refs and max_depth leave no room for all references");
+    if (refs.size() > settings_.limits.max_refs)
+      throw std::invalid_argument("max_refs is less than the number of primitives");
+    const std::size_t spare = settings_.limits.max_refs - refs.size();
+    build_node(std::move(refs), box, 0, spare, 1.0);
+    return std::move(tree_);
+  }
+
+  const LimitsHit& limits_hit() const { return hit_; }
+
+ private:
+  struct Choice {
+    double cost;
+    std::optional<Candidate> split;  // none: a leaf
+  };
+
+  struct Anything {
+    bool operator()(const Candidate&) const { return true; }
+  };
+
+  double cost_of_leaf(std::size_t n_refs) const { return settings_.cost.c_prim * double(n_refs); }
+
+  double at_least(std::size_t n_refs) const { return std::min(cost_of_leaf(n_refs), settings_.cost.c_trav); }
+
+  /// The cost of a split whose children cost `left` and `right`; ∞ without a division where that is surely above
+  /// `limit`.
+  double cost_of(const Candidate& split, double area, double left, double right, double limit) const {
+    const double c_trav = settings_.cost.c_trav;
+    if (area == 0.0) return c_trav + (left + right);
+    const double weighed = split.left.area() * left + split.right.area() * right;
+    if (weighed > (limit - c_trav) * area * (1 + 1e-12)) return std::numeric_limits<double>::infinity();
+    return c_trav + weighed / area;
+  }
+
+  template <class Visitor>
+  void for_each_split(Refs refs, const Box& box, Visitor&& visitor) const {
+    visit_splits(settings_.splits, prims_, refs, box, settings_.boxes, visitor);
+  }
+
+  /// The first split of the cheapest tree of depth `lookahead`, among those that `allowed` lets pass.
+  template <class Allowed>
+  Choice best_split(Refs refs, const Box& box, int lookahead, double limit, Allowed&& allowed) {
+    Choice best{limit, {}};
+    if (lookahead == 0 || limit <= settings_.cost.c_trav) return best;  // no split costs less than one step
+    progress_.check();
+    const double area = box.area();
+    const auto consider = [&](const Candidate& split, double left, double right) {
+      const double cost = cost_of(split, area, left, right, best.cost);
+      if (cost < best.cost) best = {cost, split};
+    };
+    if (lookahead == 1) {
+      for_each_split(refs, box, [&](const Candidate& split) {
+        if (allowed(split)) consider(split, cost_of_leaf(split.n_left), cost_of_leaf(split.n_right));
+      });
+      return best;
+    }
+    std::vector<Candidate> candidates;
+    for_each_split(refs, box, [&](const Candidate& split) {
+      if (allowed(split)) candidates.push_back(split);
+    });
+    auto& [left, right] = scratch_[std::size_t(lookahead - 1)];
+    for (const Candidate& split : candidates) {
+      // No tree over n references costs less than a leaf of them or than one step, whichever is less.
+      if (cost_of(split, area, at_least(split.n_left), at_least(split.n_right), best.cost) >= best.cost) continue;
+      partition(prims_, refs, split, left, right);
+      const double cost_left = best_split(left, split.left, lookahead - 1, cost_of_leaf(left.size()), Anything{}).cost;
+      const double cost_right =
+          best_split(right, split.right, lookahead - 1, cost_of_leaf(right.size()), Anything{}).cost;
+      consider(split, cost_left, cost_right);
+    }
+    return best;
+  }
+
+  /// How many references a node at this depth can bring into leaves of the size asked for, by halving alone.
+  std::size_t capacity(std::size_t depth) const {
+    const Limits& limits = settings_.limits;
+    const std::size_t levels = limits.max_depth - depth;
+    return levels >= 63 || limits.max_leaf_refs > (std::size_t(-1) >> levels) ? std::size_t(-1)
+                                                                              : limits.max_leaf_refs << levels;
+  }
+
+  /// What to do with a node: a split, or none for a leaf.
+  std::optional<Candidate> choose(Refs refs, const Box& box, std::size_t depth, std::size_t spare) {
+    const Limits& limits = settings_.limits;
+    const bool too_large = refs.size() > limits.max_leaf_refs;
+    if (!too_large && (refs.size() <= limits.leaf_refs || box.side(box.longest_axis()) <= limits.leaf_size)) return {};
+
+    bool over_refs = false;
+    const auto allowed = [&](const Candidate& split) {
+      if (split.n_left + split.n_right > refs.size() + spare) return !(over_refs = true);
+      if (depth == limits.max_depth) return true;  // looked at below
+      return std::max(split.n_left, split.n_right) <= capacity(depth + 1);
+    };
+    std::optional<Candidate> split;
+    for (const int lookahead : settings_.lookahead) {
+      split = best_split(refs, box, lookahead, cost_of_leaf(refs.size()), allowed).split;
+      if (split) break;
+    }
+    hit_.refs |= over_refs;
+    if (depth == limits.max_depth) {
+      hit_.depth |= split.has_value();
+      return {};
+    }
+    if (!split && too_large) {
+      // Take what looks least bad; where nothing divides the node, halve it.
+      hit_.leaf_refs = true;
+      constexpr double no_limit = std::numeric_limits<double>::infinity();
+      split = best_split(refs, box, settings_.lookahead.front(), no_limit, allowed).split;
+      if (!split) Median{}.visit(prims_, refs, box, BoxRule::tight, [&](const Candidate& half) { split = half; });
+    }
+    return split;
+  }
+
+  void build_node(std::vector<BuildRef> refs, const Box& box, std::size_t depth, std::size_t spare, double share) {
+    const std::size_t index = tree_.nodes.size();
+    if (index >= 0xffff'fff0 || tree_.refs.size() + refs.size() > 0xffff'fff0)
+      throw std::length_error("a tree holds at most 2^32 nodes and references; set max_refs to less");
+    tree_.nodes.push_back({box, 0, std::uint32_t(tree_.refs.size()), 0});
+    if (const auto split = choose(refs, box, depth, spare)) {
+      std::vector<BuildRef> left, right;
+      partition(prims_, refs, *split, left, right);
+
+      // Duplicates are paid out of the spare references; the rest goes to the children by area and number.
+      spare -= left.size() + right.size() - refs.size();
+      refs = {};
+      const double n = double(left.size() + right.size());
+      const double left_weight = split->left.area() * double(left.size());
+      const double weight = left_weight + split->right.area() * double(right.size());
+      const auto left_spare = std::size_t(double(spare) * (weight > 0.0 ? left_weight / weight : 0.5));
+      const double left_share = share * double(left.size()) / n;
+
+      build_node(std::move(left), split->left, depth + 1, left_spare, left_share);
+      tree_.nodes[index].right = std::uint32_t(tree_.nodes.size());
+      build_node(std::move(right), split->right, depth + 1, spare - left_spare, share - left_share);
+    } else {
+      for (const BuildRef& ref : refs) tree_.refs.push_back(ref.ref);
+      progress_.add(share);
+    }
+    tree_.nodes[index].n_refs = std::uint32_t(tree_.refs.size()) - tree_.nodes[index].first_ref;
+  }
+
+  const P& prims_;
+  const Settings& settings_;
+  Progress& progress_;
+  Tree tree_;
+  LimitsHit hit_;
+  std::vector<std::pair<std::vector<BuildRef>, std::vector<BuildRef>>> scratch_;
+};
+
+}  // namespace fastlines

@@ -1,0 +1,35 @@
+// What a build can be told (thesis §4.3): the cost model, SPLITS, how deep to look ahead, and limits.
+#pragma once
+
+#include "../splits/split_set.hpp"
+
+namespace fastlines {
+
+/// Only the ratio of the two matters (Theorem 2).
+struct Cost {
+  double c_trav = 2.0;
+  double c_prim = 1.0;
+};
+
+struct Limits {
+  std::size_t max_depth = 64;                   ///< level of the deepest node; the root's is 0
+  std::size_t max_leaf_refs = std::size_t(-1);  ///< larger nodes are split though it looks dearer; tight boxes only
+  std::size_t max_refs = 0xffff'fff0;           ///< of the whole tree
+  std::size_t leaf_refs = 1;                    ///< nodes of this few references are not split
+  double leaf_size = 0.0;                       ///< nodes whose longest side is no longer are not split
+};
+
+struct Settings {
+  Splits splits{{PlaneGrid{}}};
+  BoxRule boxes = BoxRule::tight;
+  std::vector<int> lookahead{1};  ///< each is tried where the one before says leaf
+  Cost cost;
+  Limits limits;
+};
+
+/// Which limits kept the builder from what it would have done.
+struct LimitsHit {
+  bool depth = false, refs = false, leaf_refs = false;
+};
+
+}  // namespace fastlines
