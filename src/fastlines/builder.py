@@ -11,14 +11,12 @@ from . import _core
 from .errors import InputError
 from .primitives import Geometry, as_geometry, core_data
 from .progress import ProgressOption, reporting
-from .settings import BoxRule, Cost, Limits, Settings, SplitSet, method_settings
+from .settings import REF_LIMIT, BoxRule, Cost, Limits, Settings, SplitSet, method_settings
 from .structure import NODE, REF
 from .tree import Tree
 
 #: "No limit", as the core counts.
 NO_LIMIT = 2**64 - 1
-#: The most references that the 32-bit indices of a tree can name.
-MAX_REFS = 2**32 - 16
 
 
 def build(
@@ -77,8 +75,8 @@ def build(
     base = method_settings("bvh-d2" if method is None else method)
     settings = Settings(**{**{name: getattr(base, name) for name in Settings.__dataclass_fields__}, **given})
     limits = settings.limits
-    if len(geometry) > MAX_REFS:
-        raise InputError(f"{len(geometry)} primitives are more than a tree can name ({MAX_REFS}); split them up")
+    if len(geometry) > REF_LIMIT:
+        raise InputError(f"{len(geometry)} primitives are more than a tree can name ({REF_LIMIT}); split them up")
     if limits.max_refs is not None and limits.max_refs < len(geometry):
         raise InputError(
             f"max_refs={limits.max_refs} is less than the {len(geometry)} primitives, which need a reference each"
@@ -100,7 +98,7 @@ def build(
             settings.cost.c_prim,
             limits.max_depth,
             limits.max_leaf_refs or NO_LIMIT,
-            min(limits.max_refs or MAX_REFS, MAX_REFS),
+            limits.refs_for(len(geometry)),
             limits.leaf_refs,
             limits.leaf_size,
             callback,
@@ -108,7 +106,5 @@ def build(
     nodes, refs = nodes.reshape(-1).view(NODE), refs.reshape(-1).view(REF)
     nodes.flags.writeable = refs.flags.writeable = False
     name = (method or "bvh-d2") if not given else "custom"
-    limits_hit = tuple(
-        limit for limit, was_hit in zip(("max_depth", "max_refs", "max_leaf_refs"), hit, strict=True) if was_hit
-    )
+    limits_hit = {limit: n for limit, n in zip(("max_depth", "max_refs", "max_leaf_refs"), hit, strict=True) if n}
     return Tree(geometry, nodes, refs, settings, name, limits_hit)

@@ -16,6 +16,9 @@ from .errors import InputError
 
 BoxRule: TypeAlias = Literal["tight", "cut"]
 
+#: The most references that the 32-bit indices of a tree can name.
+REF_LIMIT = 2**32 - 16
+
 
 def _check_count(name: str, value: int, least: int, most: int | None = None) -> None:
     if isinstance(value, bool) or not isinstance(value, int) or value < least or (most is not None and value > most):
@@ -118,7 +121,8 @@ class Limits:
         No leaf lists more: larger nodes are split though it looks dearer. Tight boxes only, for a KD tree can not
         always part its references.
     max_refs : int, optional
-        No tree has more references. It can not be less than the number of primitives.
+        No tree has more references. It can not be less than the number of primitives. By default 1,000 for each of
+        them and 10,000 more: among lines that lie on each other there is always a split that looks worth it.
     leaf_refs : int
         A node of so few references is not split.
     leaf_size : float
@@ -130,6 +134,10 @@ class Limits:
     max_refs: int | None = None
     leaf_refs: int = 1
     leaf_size: float = 0.0
+
+    def refs_for(self, n_prims: int) -> int:
+        """Tell how many references a tree over so many primitives may have."""
+        return min(REF_LIMIT, 1000 * n_prims + 10_000 if self.max_refs is None else self.max_refs)
 
     def __post_init__(self) -> None:
         _check_count("max_depth", self.max_depth, 0, 256)

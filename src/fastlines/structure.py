@@ -5,7 +5,8 @@ Axioms, cost and theorems are those of thesis §3; see `fastlines.theory` for th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal
 
@@ -41,8 +42,8 @@ class TreeStructure:
         What the builder was told.
     method : str
         The name of the settings; "custom" if they have none.
-    limits_hit : tuple of str
-        The limits that kept the builder from a split.
+    limits_hit : mapping of str to int
+        The limits that changed the tree, and at how many nodes.
     """
 
     geometry: Geometry
@@ -50,7 +51,7 @@ class TreeStructure:
     refs: npt.NDArray[Any]
     settings: Settings
     method: str = "custom"
-    limits_hit: tuple[str, ...] = ()
+    limits_hit: Mapping[str, int] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return (
@@ -165,7 +166,7 @@ class TreeStructure:
             "largest_leaf_refs": int(in_leaf.max()),
             "cost": self.cost(),
             "memory_bytes": self.nodes.nbytes + self.refs.nbytes,
-            "limits_hit": list(self.limits_hit),
+            "limits_hit": dict(self.limits_hit),
         }
 
     def validate(self) -> None:

@@ -45,7 +45,7 @@ def write(tree: TreeStructure, path: str | os.PathLike[str]) -> None:
         "format": FORMAT,
         "method": tree.method,
         "settings": json.dumps(_settings_to_json(tree.settings)),
-        "limits_hit": json.dumps(tree.limits_hit),
+        "limits_hit": json.dumps(dict(tree.limits_hit)),
     }
     container.write(path, arrays, metadata)
 
@@ -66,7 +66,7 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
             raise refuse(f"the section {name!r} has another type")
     try:
         settings = _settings_from_json(json.loads(metadata["settings"]))
-        limits_hit = tuple(str(name) for name in json.loads(metadata["limits_hit"]))
+        limits_hit = {str(name): int(n) for name, n in json.loads(metadata["limits_hit"]).items()}
         method = metadata["method"]
         lines = Lines.from_segments(arrays["segments"], strands=arrays["strands"], radius=arrays.get("radius"))
     except (KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:

@@ -126,14 +126,14 @@ class Builder {
       split = best_split(refs, box, lookahead, cost_of_leaf(refs.size()), allowed).split;
       if (split) break;
     }
-    hit_.refs |= over_refs;
+    hit_.refs += over_refs;
     if (depth == limits.max_depth) {
-      hit_.depth |= split.has_value();
+      hit_.depth += split.has_value();
       return {};
     }
     if (!split && too_large) {
       // Take what looks least bad; where nothing divides the node, halve it.
-      hit_.leaf_refs = true;
+      ++hit_.leaf_refs;
       constexpr double no_limit = std::numeric_limits<double>::infinity();
       split = best_split(refs, box, settings_.lookahead.front(), no_limit, allowed).split;
       if (!split) Median{}.visit(prims_, refs, box, BoxRule::tight, [&](const Candidate& half) { split = half; });
@@ -150,14 +150,12 @@ class Builder {
       std::vector<BuildRef> left, right;
       partition(prims_, refs, *split, left, right);
 
-      // Duplicates are paid out of the spare references; the rest goes to the children by area and number.
+      // Duplicates are paid out of the spare references; the rest goes to the children by number.
       spare -= left.size() + right.size() - refs.size();
       refs = {};
-      const double n = double(left.size() + right.size());
-      const double left_weight = split->left.area() * double(left.size());
-      const double weight = left_weight + split->right.area() * double(right.size());
-      const auto left_spare = std::size_t(double(spare) * (weight > 0.0 ? left_weight / weight : 0.5));
-      const double left_share = share * double(left.size()) / n;
+      const double part = double(left.size()) / double(left.size() + right.size());
+      const auto left_spare = std::size_t(double(spare) * part);
+      const double left_share = share * part;
 
       build_node(std::move(left), split->left, depth + 1, left_spare, left_share);
       tree_.nodes[index].right = std::uint32_t(tree_.nodes.size());

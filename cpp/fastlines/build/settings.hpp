@@ -27,9 +27,9 @@ struct Settings {
   Limits limits;
 };
 
-/// Which limits kept the builder from what it would have done.
+/// At how many nodes a limit kept the builder from a split that it would have made, or made it split.
 struct LimitsHit {
-  bool depth = false, refs = false, leaf_refs = false;
+  std::size_t depth = 0, refs = 0, leaf_refs = 0;
 };
 
 }  // namespace fastlines
