@@ -43,7 +43,7 @@ class TreeStructure:
     method : str
         The name of the settings; "custom" if they have none.
     limits_hit : mapping of str to int
-        The limits that changed the tree, and at how many nodes.
+        The limits that narrowed the search, and at how many nodes.
     """
 
     geometry: Geometry

@@ -27,7 +27,7 @@ struct Settings {
   Limits limits;
 };
 
-/// At how many nodes a limit kept the builder from a split that it would have made, or made it split.
+/// At how many nodes a limit narrowed the search, or forced a split.
 struct LimitsHit {
   std::size_t depth = 0, refs = 0, leaf_refs = 0;
 };

@@ -1,0 +1,121 @@
+"""The application that the commands belong to, and what it says when something goes wrong.
+
+Every run ends with exit code 0, or with one sentence on stderr and another code: 1 if the work can not be done, 2 if
+the command line is wrong, 70 if fastlines itself is, 130 if it was stopped, 141 if nobody reads its output any more.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from ..errors import FastlinesError
+
+#: Set to see the traceback of an error.
+DEBUG = "FASTLINES_DEBUG"
+
+
+class EndedError(Exception):
+    """Carries what ended a command past typer, which would make something else of it."""
+
+
+class Group(TyperGroup):
+    """All commands; turns whatever goes wrong in one of them into a sentence and an exit code."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command."""
+        try:
+            return super().invoke(ctx)
+        except (KeyboardInterrupt, OSError) as error:
+            raise EndedError from error
+
+    def main(self, *args: Any, **extra: Any) -> Any:
+        """Run a command and leave, or return its exit code."""
+        standalone = extra.pop("standalone_mode", True)
+        try:
+            code = super().main(*args, **{**extra, "standalone_mode": False}) or 0
+            sys.stdout.flush()
+        except (Exception, KeyboardInterrupt) as error:
+            if os.environ.get(DEBUG):
+                raise
+            code, sentence = explain(error.__cause__ or error if isinstance(error, EndedError) else error)
+            if sentence:
+                typer.echo(sentence, err=True)
+        if standalone:
+            sys.exit(code)
+        return code
+
+
+def explain(error: BaseException) -> tuple[int, str]:
+    """Turn an error into an exit code and one line."""
+    code, text = 1, str(error)
+    if isinstance(error, KeyboardInterrupt | typer.Abort):
+        return 130, "stopped"
+    if isinstance(error, BrokenPipeError):
+        # Nobody reads: say nothing, now or when Python flushes at the end.
+        with contextlib.suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141, ""
+    if isinstance(error, FastlinesError):
+        pass
+    elif isinstance(error, MemoryError):
+        text = "there is not enough memory for this; try fewer lines, rays or pixels"
+    elif isinstance(error, OSError):
+        text = ": ".join(str(part) for part in (error.filename, error.strerror or error) if part)
+    elif hasattr(error, "format_message"):  # a wrong command line, from typer
+        code, text = 2, error.format_message()
+        context = getattr(error, "ctx", None)
+        if context is not None:
+            text = f"{text.rstrip('.')}; see {context.command_path} --help"
+    else:
+        code = 70
+        text = f"this is a bug in fastlines, please report it: {type(error).__name__}: {error} ({DEBUG}=1 shows more)"
+    return code, "error: " + " ".join(text.split())
+
+
+app = typer.Typer(
+    cls=Group,
+    add_completion=False,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from .. import __version__
+
+        typer.echo(f"fastlines {__version__}")
+        raise typer.Exit
+
+
+@app.callback(invoke_without_command=True)
+def root(
+    context: typer.Context,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Acceleration trees for ray queries on lines: hair, fibres, beams, streamlines, wires.
+
+    Start with [bold cyan]fastlines demo --quick[/], or with lines of your own:
+
+    [cyan]fastlines info hair.tfx[/]
+
+    [cyan]fastlines build hair.tfx -o hair.flt[/]
+
+    [cyan]fastlines render hair.flt --radius 0.0005 -o hair.png[/]
+    """
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+def main() -> None:
+    """Run the command line: the entry point ``fastlines``."""
+    app(prog_name="fastlines")

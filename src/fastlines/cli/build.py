@@ -1,0 +1,84 @@
+"""``fastlines build``: build a tree."""
+
+from __future__ import annotations
+
+import json
+import time
+from typing import Annotated, Any
+
+import typer
+
+from .app import app
+from .options import Input, Json, Method, Skip
+
+
+@app.command(short_help="Build a tree and keep it in a file.")
+def build(
+    source: Input,
+    method: Method = "bvh-d2",
+    output: Annotated[
+        str | None,
+        typer.Option("--output", "-o", metavar="FILE.flt", help="Where to write the tree; without it, only figures."),
+    ] = None,
+    c_trav: Annotated[
+        float | None, typer.Option("--c-trav", help="Cost of a step to a node.", show_default=False)
+    ] = None,
+    c_prim: Annotated[
+        float | None, typer.Option("--c-prim", help="Cost of a test of a segment.", show_default=False)
+    ] = None,
+    max_depth: Annotated[int | None, typer.Option("--max-depth", help="No node is deeper.", show_default=False)] = None,
+    max_refs: Annotated[
+        int | None, typer.Option("--max-refs", help="The tree has no more references.", show_default=False)
+    ] = None,
+    max_leaf_refs: Annotated[
+        int | None, typer.Option("--max-leaf-refs", help="No leaf has more references (BVH only).", show_default=False)
+    ] = None,
+    skip_invalid: Skip = False,
+    as_json: Json = False,
+) -> None:
+    """Build a tree over lines and keep it in a file.
+
+    [bold]Examples[/]
+
+    [cyan]fastlines build hair.tfx -o hair.flt[/]
+
+    [cyan]fastlines build tracts.trk.gz --method kd-d2 -o tracts.flt[/]
+
+    [cyan]fastlines build scene:spaghetti --method bvh-cl[/]  builds, prints the cost and forgets the tree
+
+    [cyan]fastlines build scene:spaghetti-2:4000 -m kd-d2 --c-trav 1.0 --max-refs 500000 -o s.flt[/]
+    """
+    from dataclasses import replace
+
+    import fastlines as fl
+
+    from ..settings import method_settings
+    from .files import TREE, check_output, open_input, show_progress
+
+    check_output(output, TREE)
+    settings = method_settings(method)
+    costs = {name: value for name, value in (("c_trav", c_trav), ("c_prim", c_prim)) if value is not None}
+    bounds = {"max_depth": max_depth, "max_refs": max_refs, "max_leaf_refs": max_leaf_refs}
+    given: dict[str, Any] = {name: value for name, value in bounds.items() if value is not None}
+    opened = open_input(source, skip_invalid)
+    start = time.perf_counter()
+    tree = fl.build(
+        opened.lines,
+        method,
+        cost=replace(settings.cost, **costs) if costs else None,
+        limits=replace(settings.limits, **given) if given else None,
+        progress=show_progress(),
+    )
+    seconds = time.perf_counter() - start
+    if output is not None:
+        tree.save(output)
+    stats = tree.stats()
+    if as_json:
+        typer.echo(json.dumps({"input": source, "output": output, "seconds": seconds, **stats}, indent=2))
+        return
+    limits = f"; stopped by {', '.join(tree.limits_hit)}" if tree.limits_hit else ""
+    typer.echo(
+        f"{output or opened.name}: {method} over {tree.n_prims:,} segments: {tree.n_refs:,} references, "
+        f"{tree.n_nodes:,} nodes, depth {stats['depth']}, cost {stats['cost']:.6g}, "
+        f"{stats['memory_bytes'] / 1e6:,.1f} MB, built in {seconds:.2f} s{limits}"
+    )

@@ -1,0 +1,122 @@
+"""What a command reads and where it writes."""
+
+from __future__ import annotations
+
+import os
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from .. import scenes
+from ..camera import Camera, Vector
+from ..errors import InputError
+from ..geometry import Lines
+from ..io import FORMATS, read
+from ..tree import Tree, load
+
+TREE = ".flt"
+SCENE = "scene:"
+
+
+@dataclass(frozen=True)
+class Source:
+    """Lines, and what is known about where they came from."""
+
+    name: str
+    lines: Lines
+    extension: str = ""
+    tree: Tree | None = None
+    scene: scenes.Scene | None = None
+
+    def camera(self, direction: Vector | None, up: Vector | None, fov: float, aspect: float) -> Camera:
+        """Look at the lines: as told, or else as the scene's camera does, or as is fit for such a file."""
+        from ..render import default_camera
+
+        if self.scene is not None and direction is None:
+            direction = tuple(self.scene.camera.axes()[2].tolist())
+            up = up or self.scene.camera.up
+        return default_camera(self.lines, self.extension, direction=direction, up=up, fov_degrees=fov, aspect=aspect)
+
+
+def open_input(text: str, skip_invalid: bool = False) -> Source:
+    """Read what the argument INPUT names: a file of lines, a tree or a scene."""
+    if text.startswith(SCENE):
+        scene = make_scene(text.removeprefix(SCENE))
+        return Source(text, scene.lines, scene=scene)
+    path = Path(text)
+    if path.suffix.lower() == TREE:
+        tree = open_tree(text)
+        assert isinstance(tree.geometry, Lines)
+        return Source(text, tree.geometry, TREE, tree)
+    packed = path.suffix.lower() == ".gz"
+    extension = Path(path.stem if packed else path.name).suffix.lower()
+    if path.is_dir():
+        raise InputError(f"{text}: is a directory; expected a file")
+    if extension not in FORMATS:
+        if text in scenes.NAMES and not path.exists():
+            raise InputError(f"{text}: no such file; the scene of that name is {SCENE}{text}")
+        raise InputError(
+            f"{text}: unknown extension {extension or '(none)'!r}; known: {', '.join(FORMATS)} (each also with .gz), "
+            f"{TREE} for trees, and {SCENE}NAME for scenes"
+        )
+    lines = read(path, invalid="skip" if skip_invalid else "error")
+    if len(lines.skipped):
+        note(f"{text}: {len(lines.skipped):,} segments that hold NaN or Inf were left out")
+    return Source(text, lines, extension)
+
+
+def open_tree(text: str) -> Tree:
+    """Load a tree file."""
+    path = Path(text)
+    if path.suffix.lower() != TREE:
+        raise InputError(f"{text}: expected a tree file ({TREE}), which 'fastlines build INPUT -o FILE{TREE}' makes")
+    if path.is_dir():
+        raise InputError(f"{text}: is a directory; expected a tree file")
+    return load(path)
+
+
+def make_scene(text: str) -> scenes.Scene:
+    """Make the scene that NAME[:SEGMENTS[:SEED]] describes."""
+    name, *numbers = text.split(":")
+    if len(numbers) > 2 or not all(number.isdecimal() for number in numbers):
+        raise InputError(f"{SCENE}{text} is not {SCENE}NAME, {SCENE}NAME:SEGMENTS or {SCENE}NAME:SEGMENTS:SEED")
+    return scenes.make(name, int(numbers[0]) if numbers else None, int(numbers[1]) if len(numbers) == 2 else 0)
+
+
+def check_output(path: str | None, *extensions: str) -> None:
+    """Refuse, before the work is done, a file that could not be written after it."""
+    if path is None:
+        return
+    target = Path(path)
+    if extensions and target.suffix.lower() not in extensions:
+        expected = " or ".join(extensions)
+        raise InputError(f"{path}: unknown extension {target.suffix or '(none)'!r} for the output; expected {expected}")
+    if target.is_dir():
+        raise InputError(f"{path}: is a directory; expected the name of a file to write")
+    if not target.parent.is_dir():
+        raise InputError(f"{path}: there is no folder {target.parent}; make it first")
+    if not os.access(target.parent, os.W_OK):
+        raise InputError(f"{path}: the folder {target.parent} can not be written to")
+
+
+def write_npz(path: str, **arrays: Any) -> None:
+    """Write arrays to a .npz file, which appears whole or not at all."""
+    import numpy as np
+
+    from ..render.images import whole
+
+    with whole(path) as partial, partial.open("wb") as file:
+        np.savez_compressed(file, **arrays)
+
+
+def show_progress() -> bool:
+    """Whether someone looks at stderr."""
+    return sys.stderr.isatty()
+
+
+def note(text: str) -> None:
+    """Say something that is no result."""
+    typer.echo(f"note: {text}", err=True)

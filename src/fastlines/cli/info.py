@@ -1,0 +1,93 @@
+"""``fastlines info``: what is in a file."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import typer
+
+from ..geometry import Lines
+from .app import app
+from .options import Input, Json, Skip
+
+
+@app.command(short_help="Say what is in a file of lines or a tree.")
+def info(source: Input, as_json: Json = False, skip_invalid: Skip = False) -> None:
+    """Say what is in a file: how many lines, how large, and what is odd about them.
+
+    [bold]Examples[/]
+
+    [cyan]fastlines info hair.tfx[/]
+
+    [cyan]fastlines info hair.flt --json[/]
+
+    [cyan]fastlines info scene:photon-beams:10000[/]
+    """
+    from .files import open_input
+
+    opened = open_input(source, skip_invalid)
+    facts: dict[str, Any] = {"name": opened.name, "lines": describe(opened.lines)}
+    if opened.tree is not None:
+        facts["tree"] = opened.tree.stats()
+    if as_json:
+        typer.echo(json.dumps(facts, indent=2))
+        return
+    typer.echo(opened.name)
+    for part in ("lines", "tree"):
+        for key, value in facts.get(part, {}).items():
+            name = key.removeprefix("n_").removesuffix("_bytes").replace("_", " ")
+            typer.echo(f"{part:>7}  {name:<18} {_text(key, value)}")
+
+
+def describe(lines: Lines) -> dict[str, Any]:
+    """Count and measure lines; ready for JSON."""
+    import numpy as np
+
+    ends = lines.segments
+    lengths = np.sqrt((np.diff(ends.astype(np.float64), axis=1)[:, 0] ** 2).sum(axis=1))
+    n_bytes = ends.nbytes + lines.strands.nbytes + sum(values.nbytes for values in lines.attributes.values())
+    some = len(lines) > 0
+    return {
+        "n_segments": len(lines),
+        "n_strands": lines.n_strands,
+        "bounds": lines.bounds.tolist() if some else None,
+        "size": (lines.bounds[1] - lines.bounds[0]).tolist() if some else None,
+        "total_length": float(lengths.sum()),
+        "median_length": float(np.median(lengths)) if some else None,
+        "n_zero_length": int((ends[:, 0] == ends[:, 1]).all(axis=1).sum()),
+        "n_duplicates": count_duplicates(lines),
+        "radius": None if lines.radius is None or not some else [float(lines.radius.min()), float(lines.radius.max())],
+        "attributes": sorted(lines.attributes),
+        "n_skipped": len(lines.skipped),
+        "memory_bytes": n_bytes + (0 if lines.radius is None else lines.radius.nbytes),
+    }
+
+
+def count_duplicates(lines: Lines) -> int:
+    """How many segments join the same two points as an earlier one, in whichever direction."""
+    import numpy as np
+
+    ends = lines.segments + np.float32(0)  # no negative zeros
+    first, last = ends[:, 0], ends[:, 1]
+    differs = first != last
+    axis = differs.argmax(axis=1)
+    rows = np.arange(len(ends))
+    turned = first[rows, axis] > last[rows, axis]
+    ends[turned] = ends[turned][:, ::-1]
+    return len(ends) - len(np.unique(ends.reshape(-1, 6), axis=0))
+
+
+def _text(key: str, value: Any) -> str:
+    """A value for people."""
+    if key == "bounds" and value:
+        return " to ".join(_text("", corner) for corner in value)
+    if key == "memory_bytes":
+        return f"{value / 1e6:,.1f} MB"
+    if isinstance(value, list):
+        return "(" + ", ".join(_text("", item) for item in value) + ")" if value else "none"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, int):
+        return f"{value:,}"
+    return "none" if value is None else str(value)

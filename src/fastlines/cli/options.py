@@ -1,0 +1,66 @@
+"""Arguments and options that several commands have, and how their texts are read."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import typer
+
+from ..camera import Vector
+from ..errors import InputError
+
+INPUT_HELP = "A file of lines, a tree (.flt), or a scene: scene:NAME, scene:NAME:SEGMENTS or scene:NAME:SEGMENTS:SEED."
+
+
+def _finite(value: float | None) -> float | None:
+    """Refuse a radius that is no radius before any work is done."""
+    if value is not None and not 0 <= value < math.inf:
+        raise typer.BadParameter(f"{value!r} is not a finite number that is 0 or more.")
+    return value
+
+
+Input = Annotated[str, typer.Argument(metavar="INPUT", help=INPUT_HELP, show_default=False)]
+TreeFile = Annotated[str, typer.Argument(metavar="TREE", help="A tree file (.flt).", show_default=False)]
+Method = Annotated[
+    str, typer.Option("--method", "-m", help="Which tree: bvh-cl, bvh-ss, bvh-d2, kd-cl or kd-d2.", metavar="NAME")
+]
+Radius = Annotated[
+    float,
+    typer.Option(
+        "--radius",
+        "-r",
+        callback=_finite,
+        help="Half the thickness of the lines, in their own units.",
+        show_default=False,
+    ),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Skip = Annotated[bool, typer.Option("--skip-invalid", help="Leave out segments that hold NaN or Inf.")]
+Direction = Annotated[
+    str | None, typer.Option("--direction", metavar="X,Y,Z", help="Where the camera looks; chosen if not given.")
+]
+Up = Annotated[str | None, typer.Option("--up", metavar="X,Y,Z", help="What is upwards; chosen if not given.")]
+Fov = Annotated[float, typer.Option("--fov", help="The camera's vertical field of view in degrees.")]
+
+
+def vector(text: str | None, name: str) -> Vector | None:
+    """Read three numbers with commas between them."""
+    if text is None:
+        return None
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"{name} {text!r} is not three numbers with commas between them, such as 0,0,-1") from None
+    if not all(map(math.isfinite, (x, y, z))) or not (x or y or z):
+        raise InputError(f"{name} {text!r} is not a direction: expected three finite numbers, not all zero")
+    return x, y, z
+
+
+def size(text: str, name: str) -> tuple[int, int]:
+    """Read a width and a height, such as 640x480."""
+    width, _, height = text.lower().partition("x")
+    try:
+        return int(width), int(height)
+    except ValueError:
+        raise InputError(f"{name} {text!r} is not a width and a height, such as 640x480") from None

@@ -1,0 +1,154 @@
+"""``fastlines query``: ask a tree what rays hit."""
+
+from __future__ import annotations
+
+import json
+import time
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..errors import InputError
+from .app import app
+from .options import Direction, Fov, Json, Radius, TreeFile, Up, size, vector
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+#: What the option --kind is called, and the method of a tree.
+KINDS = {"first": "first_hit", "any": "any_hit", "all": "all_hits", "count": "count_hits"}
+
+
+@app.command(short_help="Ask what rays hit.")
+def query(
+    tree_file: TreeFile,
+    radius: Radius,
+    rays: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[RAYS]",
+            help="An array (n, 6) in a .npy file, or origins and directions (n, 3) in a .npz file.",
+            show_default=False,
+        ),
+    ] = None,
+    kind: Annotated[str, typer.Option("--kind", "-k", metavar="KIND", help="first, any, all or count.")] = "first",
+    output: Annotated[
+        str | None,
+        typer.Option("--output", "-o", metavar="FILE.npz", help="Where to write the answer; without it, only figures."),
+    ] = None,
+    camera: Annotated[
+        str | None,
+        typer.Option("--camera", metavar="WxH", help="Instead of RAYS: those of a picture of this size, row by row."),
+    ] = None,
+    direction: Direction = None,
+    up: Up = None,
+    fov: Fov = 30.0,
+    t_min: Annotated[float, typer.Option("--t-min", help="Hits begin here, in lengths of the ray's direction.")] = 0.0,
+    t_max: Annotated[float, typer.Option("--t-max", help="Hits end here.")] = float("inf"),
+    at: Annotated[
+        str, typer.Option("--at", metavar="WHERE", help="What t measures: closest (approach) or surface.")
+    ] = "closest",
+    as_json: Json = False,
+) -> None:
+    """Ask what rays hit, with any radius, and write the answer as arrays.
+
+    The file has the arrays t, prim, u and distance for the kinds first and all (and for all also offsets: the hits of
+    ray i are those from offsets[i] to offsets[i + 1]), hit for any, count for count.
+
+    [bold]Examples[/]
+
+    [cyan]fastlines query hair.flt rays.npy --radius 0.001 -o hits.npz[/]
+
+    [cyan]fastlines query hair.flt rays.npz --radius 0.001 --kind all -o hits.npz[/]
+
+    [cyan]fastlines query hair.flt --camera 640x480 --radius 0.001 --kind count[/]
+    """
+    from ..render.depth import check_size
+    from .files import Source, check_output, open_tree, show_progress, write_npz
+
+    check_output(output, ".npz")
+    if kind not in KINDS:
+        raise InputError(f"--kind {kind!r} is not a choice: use one of {', '.join(KINDS)}")
+    if (rays is None) == (camera is None):
+        raise InputError("give the rays either as a file or by --camera, such as --camera 640x480")
+    tree = open_tree(tree_file)
+    if camera is not None:
+        width, height = size(camera, "--camera")
+        check_size(width, height)
+        view = Source(tree_file, tree.geometry, tree=tree).camera(  # type: ignore[arg-type]
+            vector(direction, "--direction"), vector(up, "--up"), fov, width / height
+        )
+        origins, directions = view.rays(width, height)
+    else:
+        origins, directions = read_rays(str(rays))
+    ask = getattr(tree, KINDS[kind])
+    options: dict[str, Any] = {"t_min": t_min, "t_max": t_max, "progress": show_progress()}
+    if kind in ("first", "all"):
+        options["at"] = at
+    start = time.perf_counter()
+    answer = ask(origins, directions, radius, **options)
+    seconds = time.perf_counter() - start
+
+    # Write the arrays, and say how it went.
+    if output is not None:
+        write_npz(output, **_arrays(kind, answer))
+    n_rays, n_found = len(directions), _count(kind, answer)
+    if as_json:
+        counted = "n_hits" if kind in ("all", "count") else "n_rays_that_hit"
+        facts = {
+            "n_rays": n_rays,
+            "kind": kind,
+            "radius": radius,
+            counted: n_found,
+            "seconds": seconds,
+            "output": output,
+        }
+        typer.echo(json.dumps(facts, indent=2))
+        return
+    found = f"{n_found:,} hits" if kind in ("all", "count") else f"{n_found:,} of them hit something"
+    rate = f", {n_rays / seconds / 1e6:.3g} million rays a second" if n_rays else ""
+    typer.echo(f"{output or tree_file}: {n_rays:,} rays, {found}, in {seconds:.3f} s{rate}")
+
+
+def read_rays(path: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    """Read rays from a .npy or .npz file."""
+    import zipfile
+
+    import numpy as np
+
+    if not path.lower().endswith((".npy", ".npz")):
+        raise InputError(f"{path}: rays are read from .npy, an array (n, 6), or .npz, with origins and directions")
+    try:
+        if path.lower().endswith(".npz"):
+            with open(path, "rb") as file, np.load(file, allow_pickle=False) as arrays:
+                missing = {"origins", "directions"} - set(arrays)
+                if missing:
+                    raise InputError(f"{path}: has no array {' and no '.join(sorted(missing))}; expected both")
+                return arrays["origins"], arrays["directions"]
+        # Mapped, a file is compared with its header before any memory is taken.
+        loaded = np.load(path, mmap_mode="r", allow_pickle=False)
+    except InputError:
+        raise
+    except (ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
+        raise InputError(f"{path}: can not be read as an array of rays: {error}") from None
+    if loaded.ndim != 2 or loaded.shape[1] != 6:
+        raise InputError(f"{path}: has the shape {loaded.shape}; expected (n, 6): origin and direction of each ray")
+    return np.asarray(loaded[:, :3]), np.asarray(loaded[:, 3:])
+
+
+def _arrays(kind: str, answer: Any) -> dict[str, Any]:
+    """Name the arrays of an answer."""
+    if kind in ("any", "count"):
+        return {"hit" if kind == "any" else "count": answer}
+    names = ["t", "prim", "u", "distance", *(["offsets"] if kind == "all" else [])]
+    arrays = {name: getattr(answer, name) for name in names}
+    if answer.t_out is not None:
+        arrays["t_out"] = answer.t_out
+    return arrays
+
+
+def _count(kind: str, answer: Any) -> int:
+    """How many hits there are, or how many rays that hit."""
+    if kind == "first":
+        return int(answer.hit.sum())
+    return len(answer) if kind == "all" else int(answer.sum())

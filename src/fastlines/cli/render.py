@@ -1,0 +1,77 @@
+"""``fastlines render``: draw lines, or the levels of a tree."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from ..errors import InputError
+from .app import app
+from .options import Direction, Fov, Input, Method, Radius, Skip, Up, vector
+
+
+@app.command(short_help="Draw lines by depth, or the levels of a tree.")
+def render(
+    source: Input,
+    radius: Radius,
+    output: Annotated[
+        str,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="A .png for the eye, or an .exr of depths.", show_default=False
+        ),
+    ],
+    width: Annotated[int, typer.Option("--width", min=1, help="Width of the picture in pixels.")] = 800,
+    height: Annotated[int, typer.Option("--height", min=1, help="Height of the picture in pixels.")] = 800,
+    direction: Direction = None,
+    up: Up = None,
+    fov: Fov = 30.0,
+    samples: Annotated[
+        int, typer.Option("--samples", min=1, max=16, help="Average so many by so many rays a pixel (PNG).")
+    ] = 3,
+    levels: Annotated[
+        int, typer.Option("--levels", min=0, max=64, help="Draw the boxes of so many levels of the tree instead.")
+    ] = 0,
+    method: Method = "bvh-d2",
+    skip_invalid: Skip = False,
+) -> None:
+    """Draw lines by depth: lighter is nearer. Of a file of lines or a scene, a tree is built first.
+
+    Lines much thinner than a pixel are drawn by the share of it that they cover, and the picture is made lighter.
+
+    [bold]Examples[/]
+
+    [cyan]fastlines render hair.flt --radius 0.0005 -o hair.png[/]
+
+    [cyan]fastlines render hair.tfx --radius 0.0005 --width 1920 --height 1080 -o hair.exr[/]
+
+    [cyan]fastlines render scene:spaghetti --radius 0.001 --direction 0,-1,0 --up 0,0,1 -o top.png[/]
+
+    [cyan]fastlines render hair.flt --radius 0.0005 --levels 6 -o levels.png[/]
+    """
+    import fastlines as fl
+
+    from ..render import check_image_path, depth_image, depth_picture, level_sheet, write_depth, write_picture
+    from ..render.depth import check_size
+    from ..settings import method_settings
+    from .files import check_output, open_input, show_progress
+
+    extension = check_image_path(output)
+    check_output(output)
+    check_size(width, height)
+    method_settings(method)
+    look, upwards = vector(direction, "--direction"), vector(up, "--up")
+    if levels and extension != ".png":
+        raise InputError(f"{output}: levels are drawn as .png")
+    opened = open_input(source, skip_invalid)
+    camera = opened.camera(look, upwards, fov, 1.0 if levels else width / height)
+    progress = show_progress()
+    tree = opened.tree or fl.build(opened.lines, method, progress=progress)
+    if levels:
+        write_picture(output, level_sheet(tree, camera, radius, levels, progress=progress))
+    elif extension == ".png":
+        write_picture(output, depth_picture(tree, camera, width, height, radius, samples, progress))
+    else:
+        write_depth(output, depth_image(tree, camera, width, height, radius, progress))
+    what = f"{levels} levels" if levels else f"{width} × {height} pixels"
+    typer.echo(f"{output}: {what}, {len(opened.lines):,} segments, radius {radius:g}")

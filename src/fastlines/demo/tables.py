@@ -1,0 +1,110 @@
+"""The demonstration's table, as Markdown and in the terminal."""
+
+from __future__ import annotations
+
+from ..scenes import RADII
+from .measure import Timing
+from .result import QUERIES, Result, Row, SceneResult
+
+#: Marks a figure that was measured on a part of the rays.
+PART_MARK = "*"
+
+
+def markdown(result: Result) -> str:
+    """Write all tables as Markdown."""
+    machine = result.machine
+    lines = [
+        "# Five trees over five scenes",
+        "",
+        f"{machine['processor']}, {machine['threads']} threads, {machine['system']}; fastlines {machine['fastlines']}, "
+        f"Python {machine['python']}; {machine['date']}; the {result.plan.name} run took {result.seconds:.0f} s.",
+        "",
+        f"Answers agree: yes, bit for bit ({result.n_compared:,} compared). Trees valid: all {len(result.rows)}. "
+        f"f = g: yes, to {result.largest_difference:.0e}.",
+        "",
+        f"Radii: {', '.join(f'{name} = {value:g}' for name, value in RADII.items())}. Times are milliseconds for "
+        f"{result.plan.rays}² = {result.plan.rays**2:,} camera rays (in brackets: millions of rays a second).",
+    ]
+    for scene in result.scenes:
+        lines += ["", f"## {scene.title}", "", f"{scene.n_segments:,} segments{_other_size(scene)}", ""]
+        heads = ["tree", "primitives", "references", "nodes", "depth", "cost", "thesis's cost", "build, s"]
+        heads += [f"{kind} {radius}" for kind, radius in QUERIES]
+        lines += [" | ".join(["", *heads, ""]).strip(), "|---" * len(heads) + "|"]
+        for row in scene.rows:
+            cells = [row.method, *tree_cells(row), *(f"{ms(t)} ({mrays(t)})" for t in row.timings.values())]
+            lines.append(f"| {' | '.join(cells)} |")
+        if note := part_note(scene):
+            lines += ["", note]
+    return "\n".join(lines) + "\n"
+
+
+def print_tables(result: Result) -> None:
+    """Print a short form of all tables: costs, and millions of rays a second."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=120)
+    for scene in result.scenes:
+        table = Table(title=f"{scene.title}: {scene.n_segments:,} segments", title_justify="left", pad_edge=False)
+        table.add_column("tree", style="bold", no_wrap=True)
+        for head in ("refs", "nodes", "depth", "cost", "thesis", "build s", *(f"{k} {r}" for k, r in QUERIES)):
+            table.add_column(head, justify="right", no_wrap=True)
+        for row in scene.rows:
+            table.add_row(row.method, *tree_cells(row)[1:], *(mrays(timing) for timing in row.timings.values()))
+        console.print(table)
+    console.print(
+        f"First and all hits: millions of rays a second ({PART_MARK} = a part of the rays asked), radii "
+        + ", ".join(f"{name} {value:g}" for name, value in RADII.items())
+        + f". Answers agree bit for bit ({result.n_compared:,} compared), all {len(result.rows)} trees are valid, "
+        f"f = g to {result.largest_difference:.0e}; {result.seconds:.0f} s in all.",
+        highlight=False,
+    )
+
+
+def tree_cells(row: Row) -> list[str]:
+    """Primitives, references, nodes, depth, cost, the thesis's cost and seconds to build."""
+    stats = row.stats
+    thesis = f"{row.thesis.cost:,.1f}" if row.thesis else "–"
+    counts = [f"{stats[key]:,}" for key in ("n_prims", "n_refs", "n_nodes", "depth")]
+    return [*counts, f"{stats['cost']:,.1f}", thesis, f"{row.build_s:.2f}"]
+
+
+def ms(timing: Timing) -> str:
+    """Milliseconds for all rays, marked if only a part was asked."""
+    return f"{_three_digits(timing.ms)}{mark(timing)}"
+
+
+def mrays(timing: Timing) -> str:
+    """Millions of rays a second, marked if only a part was asked."""
+    return f"{_three_digits(timing.mrays)}{mark(timing)}"
+
+
+def mark(timing: Timing) -> str:
+    """Mark a figure that was measured on a part of the rays."""
+    return PART_MARK if timing.n_measured < timing.n_rays else ""
+
+
+def part_note(scene: SceneResult) -> str:
+    """Say which figures were measured on a part of the rays; "" if none was."""
+    parts: dict[str, set[int]] = {}
+    for row in scene.rows:
+        for timing in row.timings.values():
+            if mark(timing):
+                parts.setdefault(row.method, set()).add(round(timing.n_rays / timing.n_measured))
+    if not parts:
+        return ""
+    said = "; ".join(f"{method}: 1/{', 1/'.join(map(str, sorted(shares)))}" for method, shares in parts.items())
+    return f"{PART_MARK} Measured on an evenly spread part of the rays and scaled up: {said}."
+
+
+def _other_size(scene: SceneResult) -> str:
+    if scene.n_segments == scene.n_thesis:
+        return ", as in the thesis"
+    return f"; the thesis's costs are for {scene.n_thesis:,}"
+
+
+def _three_digits(value: float) -> str:
+    digits = 0 if value >= 99.95 else 1 if value >= 9.995 else 2
+    return f"{value:,.{digits}f}"

@@ -1,0 +1,20 @@
+"""Pictures of lines and of trees, made by asking a tree: depth images as in the thesis, and levels of trees."""
+
+from .depth import MAX_PIXELS, depth_image
+from .images import IMAGE_FORMATS, check_image_path, write_depth, write_picture
+from .levels import level_sheet
+from .picture import depth_picture
+from .view import default_camera, default_view
+
+__all__ = [
+    "IMAGE_FORMATS",
+    "MAX_PIXELS",
+    "check_image_path",
+    "default_camera",
+    "default_view",
+    "depth_image",
+    "depth_picture",
+    "level_sheet",
+    "write_depth",
+    "write_picture",
+]

@@ -1,0 +1,130 @@
+"""Depth images: how far the nearest line is in each pixel."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from ..camera import Camera
+from ..errors import InputError
+from ..geometry import FloatArray
+from ..progress import ProgressOption, reporting
+from ..tree import Tree
+
+#: The most pixels of a picture: an 8K screen has fewer.
+MAX_PIXELS = 1 << 25
+#: So many rays are asked at a time, which bounds the memory of a large picture.
+MAX_BATCH = 1 << 20
+
+
+def depth_image(
+    tree: Tree,
+    camera: Camera,
+    width: int,
+    height: int,
+    radius: float,
+    progress: ProgressOption = False,
+) -> FloatArray:
+    """Find the depth of the nearest line through the centre of each pixel.
+
+    Parameters
+    ----------
+    tree : Tree
+        Over lines.
+    camera : Camera
+    width, height : int
+        The size of the image in pixels; at most `MAX_PIXELS` in all.
+    radius : float
+        Half the thickness of the lines, in their units.
+    progress : bool or callable
+        Show a bar, or call back with the share that is done.
+
+    Returns
+    -------
+    (height, width) float32
+        The distance from the camera's origin along the ray of the pixel; inf where it hits nothing.
+
+    Raises
+    ------
+    InputError
+        If the size or the radius can not be used.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> tree = fl.build([[[-1, 0, 0], [1, 0, 0]]])
+    >>> depth_image(tree, fl.Camera(origin=(0, 0, 4), target=(0, 0, 0)), 1, 3, radius=0.1).ravel().tolist()
+    [inf, 4.0, inf]
+    """
+    check_size(width, height)
+    check_radius(radius)
+    depth = np.empty((height, width), np.float32)
+    with reporting(progress, "render") as callback:
+        for rows in bands(width, height):
+            origins, directions = rays_through(camera, width, height, rows)
+            depth[rows] = tree.first_hit(origins, directions, radius).t
+            if callback is not None:
+                callback(rows.stop / height)
+    return depth
+
+
+def rays_through(
+    camera: Camera, width: int, height: int, rows: slice, at: tuple[float, float] = (0.5, 0.5)
+) -> tuple[FloatArray, FloatArray]:
+    """Rays through one point of each pixel of some rows of a picture.
+
+    Parameters
+    ----------
+    camera : Camera
+    width, height : int
+        The size of the whole picture.
+    rows : slice
+        Which rows, counted from the top.
+    at : tuple of two floats
+        Where in the pixel: rightwards and downwards from its top left corner, from 0 to 1.
+
+    Returns
+    -------
+    origin : (3,) float32
+    directions : (n_rows, width, 3) float32
+        Of unit length.
+    """
+    tan_y = math.tan(math.radians(camera.fov_degrees) / 2)
+    tan_x = tan_y * width / height
+    right, up, forward = camera.axes()
+    x = ((np.arange(width) + at[0]) * (2 / width) - 1) * tan_x
+    y = (1 - (np.arange(rows.start, rows.stop) + at[1]) * (2 / height)) * tan_y
+    directions = (forward + y[:, None] * up)[:, None] + x[:, None] * right
+    directions /= np.sqrt((directions**2).sum(axis=2, keepdims=True))
+    return np.asarray(camera.origin, np.float32), directions.astype(np.float32)
+
+
+def bands(width: int, height: int, max_rays: int = MAX_BATCH) -> Iterator[slice]:
+    """Divide a picture into bands of rows, of at most so many pixels each if a row has no more."""
+    n_rows = max(1, max_rays // width)
+    for top in range(0, height, n_rows):
+        yield slice(top, min(top + n_rows, height))
+
+
+def check_size(width: int, height: int) -> None:
+    """Refuse the size of a picture that has no pixels or too many."""
+    for name, size in (("width", width), ("height", height)):
+        try:
+            good = not isinstance(size, bool) and operator.index(size) >= 1
+        except TypeError:
+            good = False
+        if not good:
+            raise InputError(f"{name}={size!r}; expected a whole number of pixels, at least 1")
+    if int(width) * int(height) > MAX_PIXELS:
+        raise InputError(f"a picture of {width} × {height} pixels has more than {MAX_PIXELS:,}; ask for a smaller one")
+
+
+def check_radius(radius: npt.ArrayLike) -> None:
+    """Refuse what can not be half the thickness of a line."""
+    value = np.asarray(radius)
+    if value.ndim or value.dtype.kind not in "fiu" or not 0 <= value < np.inf:
+        raise InputError(f"radius={radius!r}; expected a finite number that is not negative")

@@ -1,0 +1,81 @@
+"""Files of pictures: PNG for the eye, EXR for the depths themselves."""
+
+from __future__ import annotations
+
+import importlib
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import InputError, MissingExtraError
+from ..geometry import FloatArray
+
+#: Extensions of pictures and what each holds.
+IMAGE_FORMATS = {
+    ".png": "the picture: lighter = nearer, 8 bits",
+    ".exr": "the depths: channel Z, float32, inf where nothing is hit (needs fastlines[exr])",
+}
+
+
+def check_image_path(path: str | os.PathLike[str]) -> str:
+    """Return the extension of a picture's file; refuse one that can not be written."""
+    extension = Path(path).suffix.lower()
+    if extension not in IMAGE_FORMATS:
+        known = ", ".join(IMAGE_FORMATS)
+        raise InputError(f"{path}: unknown extension {extension or '(none)'!r} for a picture; known: {known}")
+    if extension == ".exr":
+        _import_openexr()
+    return extension
+
+
+def write_picture(path: str | os.PathLike[str], picture: npt.NDArray[np.uint8]) -> None:
+    """Write a picture, (h, w) or (h, w, 3) uint8, as PNG; the file appears whole or not at all."""
+    from PIL import Image
+
+    if check_image_path(path) != ".png":
+        raise InputError(f"{path}: a picture of 8 bits is written as .png")
+    with whole(path) as partial:
+        Image.fromarray(picture).save(partial, "PNG")
+
+
+def write_depth(path: str | os.PathLike[str], depth: FloatArray) -> None:
+    """Write depths, (h, w) float32, as EXR with the channel Z; the file appears whole or not at all.
+
+    Raises
+    ------
+    MissingExtraError
+        If OpenEXR is not installed.
+    """
+    if check_image_path(path) != ".exr":
+        raise InputError(f"{path}: depths are written as .exr")
+    exr = _import_openexr()
+    header = {"compression": exr.ZIP_COMPRESSION, "type": exr.scanlineimage}
+    channels = {"Z": np.ascontiguousarray(depth, np.float32)}
+    with whole(path) as partial:
+        exr.File(header, channels).write(str(partial))
+
+
+def _import_openexr() -> Any:
+    """Import OpenEXR only now: it is optional."""
+    try:
+        return importlib.import_module("OpenEXR")
+    except ImportError:
+        raise MissingExtraError("writing .exr", "exr") from None
+
+
+@contextmanager
+def whole(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a file beside the real one to write to; it takes the real one's place once it is whole."""
+    target = Path(path)
+    partial = target.with_name(target.name + ".partial")
+    try:
+        partial.touch()  # says why not if it can not be written
+        yield partial
+        partial.replace(target)
+    finally:
+        partial.unlink(missing_ok=True)

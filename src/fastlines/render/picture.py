@@ -1,0 +1,146 @@
+"""The depth picture: several samples a pixel, or, for lines much thinner than a pixel, the share of it that they cover.
+
+A line of radius r covers the share 2r·k(x) of a small spot around a ray, where x is its distance from the ray and k a
+kernel across the line, here that of Epanechnikov with the radius R of the spot, 3/(4R)·(1 − x²/R²). Hits within R of
+the ray, from the nearest on, each hide this share of what is behind: the picture that very many samples would
+converge to, from one query for all hits.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from ..camera import Camera, Float64Array
+from ..geometry import Lines
+from ..progress import ProgressCallback, ProgressOption, reporting
+from ..tree import Tree
+from .depth import bands, check_radius, check_size, rays_through
+from .tone import Tone, encode
+
+#: Lines thinner than this, as radius in pixels, are drawn by the share of a pixel that they cover.
+THIN = 0.3
+#: The radius of the spot around a ray in which lines are gathered then, in pixels.
+SPOT = 1.0
+#: About so many hits are asked for at a time.
+MAX_HITS = 1 << 22
+#: The size of the small picture that finds the range of depths.
+PROBE = 192
+
+
+def depth_picture(
+    tree: Tree,
+    camera: Camera,
+    width: int,
+    height: int,
+    radius: float,
+    samples: int = 3,
+    progress: ProgressOption = False,
+) -> npt.NDArray[np.uint8]:
+    """Draw the lines, lighter where they are nearer, on black.
+
+    Parameters
+    ----------
+    tree, camera, width, height, radius, progress
+        As in `depth_image`.
+    samples : int
+        Take the mean of so many by so many samples a pixel, 1 to 16.
+
+    Returns
+    -------
+    (height, width) uint8
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> tree = fl.build([[[-1, 1, 0], [1, 1, 0]], [[-1, -1, -3], [1, -1, -3]]])
+    >>> picture = depth_picture(tree, fl.Camera(origin=(0, 0, 8), target=(0, 0, 0)), 1, 200, radius=0.1)
+    >>> int(picture[:100].max()), int(picture[100:].max()), int(picture[100, 0])
+    (255, 36, 0)
+    """
+    check_size(width, height)
+    check_radius(radius)
+    lines = tree.geometry
+    pixel = pixel_size(lines, camera, height) if isinstance(lines, Lines) else 0.0
+    thin = radius < THIN * pixel
+    reach = SPOT * pixel if thin else radius
+    tone = Tone(_probe(tree, camera, width, height, reach))
+    with reporting(progress, "render") as callback:
+        if thin:
+            light = _gather(tree, camera, width, height, radius, reach, tone, callback)
+        else:
+            light = _sample(tree, camera, width, height, radius, samples, tone, callback)
+    return encode(light)
+
+
+def pixel_size(lines: Lines, camera: Camera, height: int) -> float:
+    """How large a pixel is at the distance of the middle of the lines, in their units."""
+    if len(lines) == 0:
+        return 0.0
+    middle = lines.bounds.astype(np.float64).mean(axis=0)
+    distance = float(np.sqrt(((middle - camera.origin) ** 2).sum()))
+    return 2 * math.tan(math.radians(camera.fov_degrees) / 2) / height * distance
+
+
+def _probe(tree: Tree, camera: Camera, width: int, height: int, radius: float) -> npt.NDArray[np.float32]:
+    """Depths of a small version of the picture; of the ends of all lines if it meets too few."""
+    shrink = max(1.0, max(width, height) / PROBE)
+    width, height = max(1, round(width / shrink)), max(1, round(height / shrink))
+    depth: npt.NDArray[np.float32] = tree.first_hit(*rays_through(camera, width, height, slice(0, height)), radius).t
+    if np.isfinite(depth).sum() < 64 and isinstance(tree.geometry, Lines):
+        offsets = tree.geometry.segments.reshape(-1, 3).astype(np.float64) - camera.origin
+        depth = np.sqrt((offsets**2).sum(axis=1)).astype(np.float32)
+    return depth
+
+
+def _sample(
+    tree: Tree,
+    camera: Camera,
+    width: int,
+    height: int,
+    radius: float,
+    samples: int,
+    tone: Tone,
+    callback: ProgressCallback | None,
+) -> Float64Array:
+    """Average the light of a grid of samples in each pixel."""
+    light = np.zeros((height, width))
+    offsets = [((i + 0.5) / samples, (j + 0.5) / samples) for j in range(samples) for i in range(samples)]
+    for n_done, at in enumerate(offsets):
+        for rows in bands(width, height):
+            depth = tree.first_hit(*rays_through(camera, width, height, rows, at), radius).t
+            light[rows] += tone.light(depth)
+            if callback is not None:
+                callback((n_done + rows.stop / height) / len(offsets))
+    return light / len(offsets)
+
+
+def _gather(
+    tree: Tree,
+    camera: Camera,
+    width: int,
+    height: int,
+    radius: float,
+    reach: float,
+    tone: Tone,
+    callback: ProgressCallback | None,
+) -> Float64Array:
+    """Add up the light of all lines near each ray, by the share of the spot that each covers."""
+    light = np.zeros((height, width))
+    counts = tree.count_hits(*rays_through(camera, 32, 32, slice(0, 32)), reach)
+    max_rays = int(MAX_HITS / max(4.0, counts.mean()))
+    for rows in bands(width, height, max_rays):
+        origin, directions = rays_through(camera, width, height, rows)
+        hits = tree.all_hits(origin, directions, reach)
+        share = 2 * radius * 0.75 / reach * (1 - (hits.distance.astype(np.float64) / reach) ** 2)
+        hidden = np.cumsum(np.log1p(-np.clip(share, 0, 0.999)))
+        before = np.concatenate([[0.0], hidden])
+        left_over = np.exp(before[:-1] - before[hits.offsets[hits.ray]])
+        light[rows] = np.bincount(
+            hits.ray, share * left_over * tone.light(hits.t), minlength=len(hits.offsets) - 1
+        ).reshape(-1, width)
+        if callback is not None:
+            callback(rows.stop / height)
+    return light

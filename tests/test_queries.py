@@ -1,0 +1,281 @@
+"""Every tree answers every query bit for bit as brute force does, on nasty inputs; and relations that must hold."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import nasty
+import numpy as np
+import pytest
+
+import fastlines as fl
+from fastlines.query import QUERIES
+
+SEEDS = range(20)
+#: The columns of an answer that is not a plain array.
+COLUMNS = ("offsets", "t", "prim", "u", "distance", "t_out", "skipped")
+#: Keeps trees over copies of long lines small, so that the tests are quick; enough for most others.
+BUDGET = 3000
+
+G = fl.PlaneGrid
+#: Settings off the beaten track.
+GENERAL: dict[str, dict[str, Any]] = {
+    "events tight": {"splits": fl.PlaneEvents()},
+    "median tight": {"splits": fl.Median(), "cost": fl.Cost(0.01)},
+    "median cut": {"splits": fl.Median(), "boxes": "cut", "cost": fl.Cost(0.01)},
+    "middle tight": {"splits": fl.Middle(), "cost": fl.Cost(0.01)},
+    "middle cut": {"splits": fl.Middle(), "boxes": "cut", "cost": fl.Cost(0.01)},
+    "all tight": {"splits": (fl.ObjectSweep(max_refs=32), G(3), fl.PlaneEvents(max_refs=8), fl.Median())},
+    "all cut": {"splits": (G(4), fl.PlaneEvents(max_refs=16), fl.Median(), fl.Middle()), "boxes": "cut"},
+    "sweep ahead 2": {"splits": fl.ObjectSweep(max_refs=12), "lookahead": 2},
+    "grid ahead 3": {"splits": G(1), "lookahead": [1, 2, 3]},
+    "cut ahead 2": {"splits": G(2), "lookahead": 2, "boxes": "cut", "cost": fl.Cost(0.1)},
+    "no lookahead": {"lookahead": 0},
+    "one plane": {"splits": G(1), "cost": fl.Cost(1e-3)},
+    "many planes": {"splits": G(300), "cost": fl.Cost(0.3), "limits": fl.Limits(max_refs=300)},
+    "depth 0": {"limits": fl.Limits(max_depth=0)},
+    "depth 3": {"limits": fl.Limits(max_depth=3, max_refs=BUDGET), "cost": fl.Cost(0.01)},
+    "leaves of 1": {"splits": fl.ObjectSweep(), "limits": fl.Limits(max_leaf_refs=1)},
+    "leaves of 3": {"splits": G(2), "limits": fl.Limits(max_leaf_refs=3, max_refs=BUDGET)},
+    "no duplicates": {"splits": G(16), "limits": fl.Limits(max_refs=40), "cost": fl.Cost(0.01)},
+    "few duplicates": {"boxes": "cut", "limits": fl.Limits(max_refs=55), "cost": fl.Cost(0.01)},
+    "leaf_refs 0": {"splits": fl.PlaneEvents(), "boxes": "cut", "limits": fl.Limits(leaf_refs=0, max_refs=BUDGET)},
+    "leaf_size": {"limits": fl.Limits(leaf_size=0.3, max_refs=BUDGET), "cost": fl.Cost(0.01)},
+}
+
+cases = cache(nasty.cases)
+
+
+def build(segments: Any, method: str) -> fl.Tree:
+    return fl.build(segments, method, limits=fl.Limits(max_refs=max(BUDGET, len(segments))))
+
+
+def assert_same(got: Any, expected: Any) -> None:
+    """Compare two answers bit for bit."""
+    assert type(got) is type(expected)
+    if isinstance(got, np.ndarray):
+        pairs = {"answer": (got, expected)}
+    else:
+        pairs = {name: (getattr(got, name, None), getattr(expected, name, None)) for name in COLUMNS}
+    for name, (a, b) in pairs.items():
+        if a is None or b is None:
+            assert a is b, name
+            continue
+        assert (a.shape, a.dtype) == (b.shape, b.dtype), name
+        rows = np.flatnonzero(a.reshape(-1).view(f"u{a.itemsize}") != b.reshape(-1).view(f"u{b.itemsize}"))
+        assert len(rows) == 0, f"{name} differs at {rows[:5]}: {a.flat[rows[:5]]}, expected {b.flat[rows[:5]]}"
+
+
+def question(case: nasty.Case) -> tuple[dict[str, Any], int]:
+    """Ask all rays of a case with all its radii at once; the rays of one radius follow each other."""
+    n, n_radii = len(case.origins), len(case.radii)
+
+    def repeat(values: Any) -> Any:
+        return values if np.ndim(values) == 0 else np.concatenate([values] * n_radii)
+
+    radius = np.concatenate([np.broadcast_to(np.float32(r), n) for r in case.radii.values()])
+    rays = {"origins": repeat(case.origins), "directions": repeat(case.directions), "radius": radius}
+    return {**rays, "t_min": repeat(case.t_min), "t_max": repeat(case.t_max)}, n
+
+
+def check_relations(all_hits: fl.AllHits, first: fl.FirstHits, n_rays: int) -> None:
+    """Sorted by (ray, t, prim), no segment twice, the first is the first."""
+    ray, t, prim = all_hits.ray, all_hits.t, all_hits.prim
+    assert (np.lexsort((prim, t, ray)) == np.arange(len(ray))).all()
+    assert len(np.unique(np.stack([ray, prim]), axis=1).T) == len(ray)
+    some = all_hits.counts > 0
+    assert (first.hit == some).all()
+    at = all_hits.offsets[:-1][some]
+    for name in ("t", "prim", "u", "distance", "t_out"):
+        one, many = getattr(first, name), getattr(all_hits, name)
+        assert one is None or (one[some] == many[at]).all(), name
+    assert np.isinf(first.t[~some]).all()
+    assert (first.prim[~some] == -1).all()
+    assert np.isinf(first.distance[~some]).all()
+
+
+@pytest.mark.parametrize("name", nasty.NAMES)
+@pytest.mark.parametrize("seed", SEEDS)
+def test_trees_answer_as_brute_force_does(seed: int, name: str) -> None:
+    case = cases(seed)[name]
+    asked, n_rays = question(case)
+    trees = {method: build(case.segments, method) for method in fl.METHODS}
+    for tree in trees.values():
+        tree.validate()
+    answers = {}
+    for query in QUERIES:
+        for at in ("closest", "surface") if query in ("first_hit", "all_hits") else (None,):
+            how = {} if at is None else {"at": at}
+            expected = fl.brute_force(case.segments, **asked, query=query, **how)
+            answers[query, at] = expected
+            for tree in trees.values():
+                assert_same(getattr(tree, query)(**asked, **how), expected)
+
+    closest, surface = answers["all_hits", "closest"], answers["all_hits", "surface"]
+    check_relations(closest, answers["first_hit", "closest"], n_rays)
+    check_relations(surface, answers["first_hit", "surface"], n_rays)
+    assert (answers["count_hits", None] == closest.counts).all()
+    assert (answers["any_hit", None] == (closest.counts > 0)).all()
+
+    # Both kinds of t tell of the same hits; the capsule is entered first.
+    order = [np.lexsort((hits.prim, hits.ray)) for hits in (closest, surface)]
+    for column in ("prim", "ray", "distance"):
+        assert (getattr(closest, column)[order[0]] == getattr(surface, column)[order[1]]).all()
+    t_in, t, t_out = surface.t[order[1]], closest.t[order[0]], surface.t_out[order[1]]
+    slack = 1e-4 * nasty.size_of(case.segments) / np.linalg.norm(asked["directions"].astype(float), axis=1)
+    slack = slack[closest.ray[order[0]]] * (1 + asked["radius"].max() / nasty.size_of(case.segments))
+    assert (t_in <= t + slack).all()
+    assert (t_in <= t_out).all()
+    assert (t_in >= np.broadcast_to(asked["t_min"], n_rays * 5)[surface.ray[order[1]]]).all()
+    assert (t_out <= np.broadcast_to(asked["t_max"], n_rays * 5)[surface.ray[order[1]]]).all()
+
+    # Hits at a smaller radius are hits at a larger one: zero ⊆ small ⊆ medium ⊆ large.
+    hit = np.zeros((5 * n_rays, len(case.segments)), bool)
+    hit[closest.ray, closest.prim] = True
+    hit = hit.reshape(5, n_rays, -1)
+    for smaller in range(3):
+        assert not (hit[smaller] & ~hit[smaller + 1]).any()
+
+
+@pytest.mark.parametrize("name", nasty.NAMES)
+@pytest.mark.parametrize("settings", GENERAL)
+def test_general_settings_answer_as_brute_force_does(settings: str, name: str) -> None:
+    case = cases(len(settings))[name]
+    asked, _ = question(case)
+    given = {"limits": fl.Limits(max_refs=BUDGET), **GENERAL[settings]}
+    tree = fl.build(case.segments, **given)
+    tree.validate()
+    limits, stats = given["limits"], tree.stats()
+    assert stats["n_refs"] <= limits.max_refs if limits.max_refs is not None else True
+    assert stats["depth"] <= limits.max_depth
+    assert limits.max_leaf_refs is None or stats["largest_leaf_refs"] <= limits.max_leaf_refs
+    for query in QUERIES:
+        assert_same(getattr(tree, query)(**asked), fl.brute_force(case.segments, **asked, query=query))
+
+
+@pytest.mark.parametrize("name", nasty.NAMES)
+@pytest.mark.parametrize("seed", range(3))
+def test_radius_of_exactly_the_distance(seed: int, name: str) -> None:
+    """The boxes can not be tighter: each ray asks with its own distance to a segment, and the next float."""
+    case = cases(seed, 40, 720)[name]
+    rng = np.random.default_rng(seed)
+    hits = fl.brute_force(case.segments, *case[1:3], case.radii["medium"], t_min=case.t_min, t_max=case.t_max)
+    some = hits.counts > 0
+    chosen = hits.offsets[:-1][some] + rng.integers(0, 1 << 40, some.sum()) % hits.counts[some]
+    bounds = {
+        name: bound if np.ndim(bound) == 0 else bound[some]
+        for name, bound in (("t_min", case.t_min), ("t_max", case.t_max))
+    }
+    trees = [build(case.segments, method) for method in fl.METHODS]
+    for radius in (hits.distance[chosen], np.nextafter(hits.distance[chosen], np.float32(np.inf))):
+        asked = {"origins": case.origins[some], "directions": case.directions[some], "radius": radius, **bounds}
+        for at in ("closest", "surface"):
+            for query in ("first_hit", "all_hits"):
+                expected = fl.brute_force(case.segments, **asked, query=query, at=at)
+                for tree in trees:
+                    assert_same(getattr(tree, query)(**asked, at=at), expected)
+
+
+@pytest.mark.parametrize("method", fl.METHODS)
+@pytest.mark.parametrize("distance", [0, 1e3, 1e4, 1e5])
+def test_nothing_is_lost_far_from_the_origin(distance: float, method: str) -> None:
+    """Cut points are rounded to the grid of the coordinates, which is coarse there."""
+    rng = np.random.default_rng(int(distance) + 1)
+    segments = (nasty.hair(rng, 80) + distance * np.array([1, -1, 0.3])).astype(np.float32)
+    size = nasty.size_of(segments)
+    rays = nasty.from_distance(1)(rng, segments.astype(float), 20_000, size)
+    tree = build(segments, method)
+    for radius in (1e-4 * size, 1e-3 * size):
+        counts = fl.brute_force(segments, *rays, radius, query="count_hits")
+        assert np.abs(tree.count_hits(*rays, radius) - counts).sum() == 0, f"{counts.sum()} hits in all"
+
+
+@pytest.mark.parametrize("method", fl.METHODS)
+def test_number_of_threads_does_not_show(method: str) -> None:
+    case = nasty.cases(1, 80, 2000)["crossing"]
+    tree = build(case.segments, method)
+    before = fl.get_num_threads()
+    try:
+        for query in QUERIES:
+            answers = []
+            for n_threads in (1, 2, 3, 64):
+                fl.set_num_threads(n_threads)
+                assert fl.get_num_threads() == n_threads
+                radius = case.radii["per ray"]
+                answers.append(getattr(tree, query)(case.origins, case.directions, radius))
+                answers.append(fl.brute_force(case.segments, case.origins, case.directions, radius, query=query))
+            for answer in answers[1:]:
+                assert_same(answer, answers[0])
+    finally:
+        fl.set_num_threads(before)
+
+
+@pytest.mark.parametrize("query", QUERIES)
+def test_one_number_for_all_rays_is_that_number_for_each(query: str) -> None:
+    case = cases(2)["window per ray"]
+    tree = build(case.segments, "bvh-d2")
+    each = np.full(len(case.origins), 0.05, np.float32)
+    expected = getattr(tree, query)(case.origins, case.directions, each, t_min=0 * each + 0.5, t_max=each * 60)
+    got = getattr(tree, query)(case.origins, case.directions, 0.05, t_min=0.5, t_max=np.float32(0.05) * 60)
+    assert_same(got, expected)
+    one = getattr(tree, query)(case.origins, case.directions[0], 0.05)
+    assert_same(one, getattr(tree, query)(case.origins, np.tile(case.directions[0], (len(case.origins), 1)), 0.05))
+
+
+SHAPES = [
+    ((3,), (3,), ()),
+    ((1, 3), (1, 3), (1,)),
+    ((7, 3), (7, 3), (7,)),
+    ((4, 5, 3), (4, 5, 3), (4, 5)),
+    ((3,), (4, 5, 3), (4, 5)),
+    ((7, 3), (3,), (7,)),
+    ((4, 1, 3), (5, 3), (4, 5)),
+    ((2, 1, 3, 3), (1, 4, 1, 3), (2, 4, 3)),
+    ((0, 3), (0, 3), (0,)),
+    ((0, 3), (3,), (0,)),
+    ((4, 0, 3), (4, 0, 3), (4, 0)),
+    ((300, 0, 3), (3,), (300, 0)),
+]
+
+
+@pytest.mark.parametrize(("origins", "directions", "shape"), SHAPES)
+def test_shape_of_the_answer_follows_the_question(
+    origins: tuple[int, ...], directions: tuple[int, ...], shape: tuple[int, ...]
+) -> None:
+    rng = np.random.default_rng(0)
+    segments = nasty.crossing(rng, 30).astype(np.float32)
+    tree = build(segments, "bvh-d2")
+    o, d = rng.uniform(-1, 1, origins), rng.normal(0, 1, directions)
+    per_ray = rng.uniform(0, 0.3, shape)
+    for radius in (0.2, per_ray):
+        first = tree.first_hit(o, d, radius, at="surface")
+        for name, dtype in {
+            "t": np.float32,
+            "prim": np.int64,
+            "u": np.float32,
+            "distance": np.float32,
+            "t_out": np.float32,
+        }.items():
+            column = getattr(first, name)
+            assert isinstance(column, np.ndarray)
+            assert (column.shape, column.dtype) == (shape, dtype)
+        assert first.hit.shape == shape
+        found, counts, every = (
+            tree.any_hit(o, d, radius),
+            tree.count_hits(o, d, radius),
+            tree.all_hits(o, d, radius),
+        )
+        assert (found.shape, found.dtype) == (shape, np.bool_)
+        assert (counts.shape, counts.dtype) == (shape, np.int64)
+        assert every.offsets.shape == (found.size + 1,)
+        assert (every.counts.reshape(shape) == counts).all()
+        assert first.t_out is not None
+        assert tree.first_hit(o, d, radius).t_out is None
+        # Row by row it is the same as all at once.
+        flat_o = np.broadcast_to(o, (*shape, 3)).reshape(-1, 3)
+        flat_d = np.broadcast_to(d, (*shape, 3)).reshape(-1, 3)
+        for i, r in enumerate(np.broadcast_to(radius, shape).reshape(-1)):
+            one = tree.first_hit(flat_o[i], flat_d[i], r, at="surface")
+            assert (one.t, one.prim) == (first.t.reshape(-1)[i], first.prim.reshape(-1)[i])
+            assert (every.prim[every.of(i)] == tree.all_hits(flat_o[i], flat_d[i], r).prim).all()
