@@ -126,7 +126,9 @@ def test_build_takes_costs_and_limits():
     stats = json.loads(text)
     assert stats["depth"] <= 1
     assert stats["method"] == "custom"
-    assert "stopped by max_depth" in done("build", "scene:spaghetti:50", "-m", "bvh-cl", "--max-depth", 1)
+    text = done("build", "scene:spaghetti:500", "-m", "bvh-cl", "--max-depth", 1, "-o", "a.flt")
+    assert re.search(r"max_depth kept \d nodes from a split", text)
+    assert "max_depth at" in done("info", "a.flt")
 
 
 def test_info_counts_what_is_odd():
@@ -399,22 +401,20 @@ def test_errors_become_sentences(error, code, words, monkeypatch):
     assert result.stderr.count("\n") == 1
 
 
-def program(code, *args, **options):
-    """Start the command line in a process of its own."""
-    command = [sys.executable, "-c", code + "\nfrom fastlines.cli import main\nmain()", *args]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+def program(code, *args):
+    """Start the command line in a process of its own, which runs some code first."""
+    command = [sys.executable, "-c", f"from fastlines.cli import main\n{code}\nmain()", *args]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 def test_ctrl_c_stops_a_build():
-    process = program(
-        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); print('on', flush=True)",
-        *("build", "scene:spaghetti-2", "-m", "kd-d2"),
-    )
+    listen = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); print('on', flush=True)"
+    process = program(listen, "build", "scene:spaghetti-2:100000", "-m", "kd-d2")
     assert process.stdout.readline() == "on\n"
     with pytest.raises(subprocess.TimeoutExpired):
         process.wait(1)
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=30)
+    out, err = process.communicate(timeout=60)
     assert (process.returncode, out, err) == (130, "", "stopped\n")
 
 

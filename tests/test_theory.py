@@ -110,7 +110,17 @@ def scene(name: str, seed: int, n: int) -> Any:
     return SCENES[name](rng, max(8, n))[:n].astype(np.float32)
 
 
-SCENE_NAMES = [name for name in SCENES if name != "empty"]
+SCENE_NAMES = [
+    "random",
+    "crossing",
+    "star",
+    "equal boxes",
+    "axis parallel",
+    "collinear",
+    "flat",
+    "duplicates",
+    "points",
+] + ["some points", "nearly points", "single", "outlier", "moved 1e4", "scale 1e-8", "scale 1e8"]
 
 SPLITS: dict[str, Callable[[th.BoxRule], th.Splits]] = {
     "grid": lambda rule: partial(th.plane_grid, n_planes=2, rule=rule),
@@ -315,8 +325,8 @@ def broken(tree: th.Node, rule: th.BoxRule, how: str) -> int:
 )
 def test_check_names_the_node_and_the_axiom(how, rule, axiom):
     built_by = th.tight if rule == "tight" else th.cut
-    tree = th.build(CROSSING, partial(th.plane_grid, n_planes=3, rule=built_by), 2, c_trav=0.2)
-    assert len(tree.nodes()) > 7
+    tree = th.build(CROSSING, partial(th.plane_grid, n_planes=1, rule=built_by), 2, c_trav=0.2)
+    assert len(tree.nodes()) >= 7
     th.check(tree, CROSSING, RULES.get(rule))
     number = broken(tree, built_by, how)
     with pytest.raises(fl.InvalidTreeError) as error:
@@ -373,34 +383,37 @@ def assert_equal(tree: fl.Tree, expected: th.Node) -> None:
 
 Given = fl.Settings
 cheap, dear = fl.Cost(c_trav=0.3), fl.Cost(c_trav=3.0, c_prim=4.0)
-shallow = fl.Limits(max_depth=9)
+deep, shallow = fl.Limits(max_depth=6), fl.Limits(max_depth=4)
 
 #: Settings, and how many primitives of a scene Python can afford.
 SETTINGS: dict[str, tuple[fl.Settings, int]] = {
-    **{name: (method, 7 if name.endswith("d2") else 25) for name, method in fl.METHODS.items()},
+    **{
+        name: (dataclasses.replace(method, limits=deep), 5 if name.endswith("d2") else 15)
+        for name, method in fl.METHODS.items()
+    },
     "never split": (Given(lookahead=0), 10),
-    "sweep and grid": (Given((fl.ObjectSweep(), fl.PlaneGrid(3)), cost=cheap, limits=shallow), 16),
+    "sweep and grid": (Given((fl.ObjectSweep(), fl.PlaneGrid(3)), cost=cheap, limits=deep), 15),
     "grid and sweep, [1, 2]": (
-        Given((fl.PlaneGrid(2), fl.ObjectSweep()), lookahead=(1, 2), cost=cheap, limits=shallow),
-        8,
+        Given((fl.PlaneGrid(2), fl.ObjectSweep()), lookahead=(1, 2), cost=cheap, limits=deep),
+        7,
     ),
     "all sets, 2": (
         Given((fl.PlaneEvents(), fl.Middle(), fl.ObjectSweep(), fl.Median()), lookahead=2, cost=dear, limits=shallow),
         5,
     ),
-    "tight events": (Given(fl.PlaneEvents(), cost=cheap, limits=shallow), 12),
+    "tight events": (Given(fl.PlaneEvents(), cost=cheap, limits=deep), 10),
     "cut events, 2": (Given(fl.PlaneEvents(), "cut", 2, cost=cheap, limits=shallow), 5),
-    "tight grid, 3": (Given(fl.PlaneGrid(1), lookahead=3, cost=cheap, limits=shallow), 6),
+    "tight grid, 3": (Given(fl.PlaneGrid(1), lookahead=3, cost=cheap, limits=shallow), 5),
     "cut grid and middle, [1, 2, 3]": (Given((fl.PlaneGrid(1), fl.Middle()), "cut", (1, 2, 3), cheap, shallow), 6),
     "tight median": (Given(fl.Median(), cost=cheap), 40),
-    "cut median": (Given(fl.Median(), "cut", cost=cheap, limits=shallow), 30),
-    "tight middle": (Given(fl.Middle(), cost=cheap, limits=shallow), 30),
-    "cut middle, 2": (Given(fl.Middle(), "cut", 2, cost=cheap, limits=shallow), 20),
+    "cut median": (Given(fl.Median(), "cut", cost=cheap, limits=deep), 30),
+    "tight middle": (Given(fl.Middle(), cost=cheap, limits=deep), 30),
+    "cut middle, 2": (Given(fl.Middle(), "cut", 2, cost=cheap, limits=deep), 20),
     "max_depth": (Given((fl.PlaneGrid(4), fl.ObjectSweep()), cost=cheap, limits=fl.Limits(max_depth=3)), 20),
-    "leaf_refs": (Given(fl.PlaneGrid(4), "cut", cost=cheap, limits=fl.Limits(max_depth=9, leaf_refs=4)), 20),
-    "leaf_size": (Given(fl.PlaneGrid(3), cost=cheap, limits=fl.Limits(max_depth=9, leaf_refs=0, leaf_size=0.4)), 12),
-    "sets by size": (Given((fl.PlaneGrid(2), fl.ObjectSweep(max_refs=5)), cost=cheap, limits=shallow), 16),
-    "fine grid": (Given(fl.PlaneGrid(100), cost=fl.Cost(c_trav=1.0), limits=shallow), 6),
+    "leaf_refs": (Given(fl.PlaneGrid(4), "cut", cost=cheap, limits=fl.Limits(max_depth=6, leaf_refs=4)), 20),
+    "leaf_size": (Given(fl.PlaneGrid(3), cost=cheap, limits=fl.Limits(max_depth=6, leaf_refs=0, leaf_size=0.4)), 12),
+    "sets by size": (Given((fl.PlaneGrid(2), fl.ObjectSweep(max_refs=5)), cost=cheap, limits=deep), 15),
+    "fine grid": (Given(fl.PlaneGrid(40), cost=fl.Cost(c_trav=1.0), limits=shallow), 5),
 }
 
 
@@ -415,15 +428,15 @@ def test_core_equals_theory_on_segments(given, name):
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
 @pytest.mark.parametrize("method", fl.METHODS)
 def test_core_equals_theory_at_other_scales(method, scale):
-    ends = scene("crossing", 1, 8) * np.float32(scale)
+    ends = scene("crossing", 1, 5) * np.float32(scale)
     assert_equal(core_build(ends, fl.METHODS[method]), theory_build(th.segments(ends), fl.METHODS[method]))
 
 
-@pytest.mark.parametrize("name", ["random", "crossing", "axis parallel", "equal boxes", "moved 1e4"])
+@pytest.mark.parametrize("name", ["random", "crossing", "axis parallel", "equal boxes"])
 @pytest.mark.parametrize("given", SETTINGS)
 def test_core_equals_theory_on_other_primitives(given, name):
     chosen, n = SETTINGS[given]
-    n = min(n, 10)
+    n = min(n, 8)
     seed = zlib.crc32(given.encode())
     ends = scene(name, seed, n)
     third = ends[:, :1] + np.float32(0.3) * np.random.default_rng(seed).normal(size=(n, 1, 3)).astype(np.float32)

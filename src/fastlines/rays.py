@@ -52,14 +52,7 @@ def check_rays(
     """Check rays; see `Tree.first_hit` for what they are."""
     if invalid not in ("error", "skip"):
         raise InputError(f"invalid={invalid!r} is not a choice: use 'error' or 'skip'")
-    origins, directions = to_float32(origins, "origins"), to_float32(directions, "directions")
-    for name, array in (("origins", origins), ("directions", directions)):
-        if array.shape == (0,):
-            continue
-        if array.ndim == 0 or array.shape[-1] != 3:
-            raise InputError(f"{name} have shape {array.shape}; expected (…, 3): x y z of each ray")
-    if origins.size == 0 and directions.size == 0:
-        origins, directions = origins.reshape(-1, 3), directions.reshape(-1, 3)
+    origins, directions = _vectors(origins, "origins"), _vectors(directions, "directions")
     try:
         shape = np.broadcast_shapes(origins.shape[:-1], directions.shape[:-1])
     except ValueError:
@@ -111,3 +104,12 @@ def check_rays(
         radii, starts, ends = (np.broadcast_to(values, n_rays).copy() for values in (radii, starts, ends))
         radii[skipped] = starts[skipped] = ends[skipped] = 0
     return Rays(shape, origins, directions, radii, starts, ends, np.flatnonzero(skipped))
+
+
+def _vectors(values: npt.ArrayLike, name: str) -> FloatArray:
+    array = to_float32(values, name)
+    if array.shape == (0,):
+        return array.reshape(0, 3)
+    if array.ndim == 0 or array.shape[-1] != 3:
+        raise InputError(f"{name} have shape {array.shape}; expected (…, 3): x y z of each ray")
+    return array

@@ -77,7 +77,7 @@ inline Ray prepare(const RayQuery& query, const Frame& frame) {
   ray.t_max = to_frame(query.t_max);
   ray.radius = float(std::min(double(query.radius) * ray.scale, kFar));
   ray.radius2 = ray.radius * ray.radius;
-  ray.eps = std::ldexp(2.0f + largest + ray.radius, -20);
+  ray.eps = std::ldexp(2.0f + largest + ray.radius, -20) + frame.grain;
   return ray;
 }
 

@@ -76,9 +76,9 @@ def build(
     if as_json:
         typer.echo(json.dumps({"input": source, "output": output, "seconds": seconds, **stats}, indent=2))
         return
-    limits = f"; stopped by {', '.join(tree.limits_hit)}" if tree.limits_hit else ""
+    limits = "".join(f"; {limit} kept {n:,} nodes from a split" for limit, n in tree.limits_hit.items())
     typer.echo(
-        f"{output or opened.name}: {method} over {tree.n_prims:,} segments: {tree.n_refs:,} references, "
+        f"{output or opened.name}: {tree.method} over {tree.n_prims:,} segments: {tree.n_refs:,} references, "
         f"{tree.n_nodes:,} nodes, depth {stats['depth']}, cost {stats['cost']:.6g}, "
         f"{stats['memory_bytes'] / 1e6:,.1f} MB, built in {seconds:.2f} s{limits}"
     )

@@ -86,6 +86,8 @@ def _text(key: str, value: Any) -> str:
         return f"{value / 1e6:,.1f} MB"
     if isinstance(value, list):
         return "(" + ", ".join(_text("", item) for item in value) + ")" if value else "none"
+    if isinstance(value, dict):
+        return ", ".join(f"{name} at {_text('', item)} nodes" for name, item in value.items()) or "none"
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, int):

@@ -1,0 +1,217 @@
+"""Long calls leave Python free to run, tell how far they are, and end at once on Ctrl-C or when a callback raises."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import nasty
+import numpy as np
+import pytest
+
+import fastlines as fl
+
+RNG = np.random.default_rng(0)
+LINES = nasty.crossing(RNG, 20_000).astype(np.float32)
+FEW = LINES[:3000]
+RAYS = nasty.from_distance(1)(RNG, LINES.astype(float), 20_000, 2.0)
+TREE = fl.build(FEW, "bvh-cl")
+
+#: Calls of a few tenths of a second or more.
+LONG: dict[str, Callable[..., Any]] = {
+    "build": lambda **more: fl.build(LINES[:2000], "bvh-d2", **more),
+    "build kd": lambda **more: fl.build(LINES[:1500], "kd-d2", **more),
+    "brute force": lambda **more: fl.brute_force(FEW, *RAYS, 0.01, query="count_hits", **more),
+    "first hit": lambda **more: TREE.first_hit(*RAYS, 0.001, **more),
+    "all hits": lambda **more: TREE.all_hits(*RAYS, 0.05, **more),
+}
+
+
+@pytest.fixture(autouse=True)
+def one_thread() -> Any:
+    fl.set_num_threads(1)
+    yield
+    fl.set_num_threads(None)
+
+
+@pytest.mark.parametrize("call", LONG)
+def test_gil_is_released(call: str) -> None:
+    """Another thread goes on meanwhile: it would stand still for all of the call."""
+    ticks: list[float] = []
+    stop = threading.Event()
+
+    def tick() -> None:
+        while not stop.wait(0.005):
+            ticks.append(time.perf_counter())
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    try:
+        begin = time.perf_counter()
+        LONG[call]()
+        end = time.perf_counter()
+    finally:
+        stop.set()
+        thread.join()
+    during = [t for t in ticks if begin < t < end]
+    assert end - begin > 0.05, "too short a call to tell"
+    assert len(during) > 3
+    assert max(np.diff([begin, *during, end])) < max(0.2, 0.5 * (end - begin))
+
+
+@pytest.mark.parametrize("n_threads", [1, 4])
+@pytest.mark.parametrize("call", LONG)
+def test_progress_rises_from_0_to_1(call: str, n_threads: int) -> None:
+    fl.set_num_threads(n_threads)
+    seen: list[float] = []
+    LONG[call](progress=seen.append)
+    assert len(seen) >= 1
+    assert all(type(share) is float for share in seen)
+    assert seen == sorted(seen)
+    assert 0 <= seen[0] <= seen[-1] <= 1
+    assert seen[-1] > 0
+
+
+@pytest.mark.parametrize("call", LONG)
+def test_exception_of_the_callback_ends_the_call(call: str) -> None:
+    class StopHereError(Exception):
+        pass
+
+    times: list[float] = []
+
+    def refuse(share: float) -> None:
+        times.append(time.perf_counter())
+        raise StopHereError(share)
+
+    with pytest.raises(StopHereError):
+        LONG[call](progress=refuse)
+    assert len(times) == 1
+    assert time.perf_counter() - times[0] < 1
+    # And nothing is left of it.
+    assert TREE.count_hits([0, 0, -5], [0, 0, 1], 0.1).shape == ()
+
+
+def test_progress_true_shows_a_bar(capfd: pytest.CaptureFixture[str]) -> None:
+    tree = fl.build(LINES[:3000], "bvh-cl", progress=True)
+    assert tree.n_prims == 3000
+    assert capfd.readouterr().out == ""
+
+
+def test_callback_of_a_small_call_may_ask_queries_itself() -> None:
+    seen: list[int] = []
+    fl.build(LINES[:2000], progress=lambda _: seen.append(TREE.count_hits([0, 0, -5], [0, 0, 1], 0.1)))
+    assert seen
+    assert len({int(n) for n in seen}) == 1
+
+
+def test_queries_from_many_threads() -> None:
+    """One tree, asked by eight Python threads at once, while another is built."""
+    rays = [array[:600] for array in RAYS]
+    expected = TREE.all_hits(*rays, 0.01)
+    wrong: list[object] = []
+
+    def ask() -> None:
+        for _ in range(5):
+            try:
+                got = TREE.all_hits(*rays, 0.01)
+                if got.prim.tobytes() != expected.prim.tobytes() or got.t.tobytes() != expected.t.tobytes():
+                    wrong.append("another answer")
+            except Exception as error:  # a thread's exception would be lost
+                wrong.append(error)
+
+    threads = [threading.Thread(target=ask) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    fl.build(LINES[:1000])
+    for thread in threads:
+        thread.join()
+    assert wrong == []
+
+
+#: Each would take ten seconds or more: what is made before, and the call.
+ENDLESS = {
+    "build bvh-d2": ("many = lines(400_000)", "fl.build(many, 'bvh-d2')"),
+    "build kd-d2": ("many = lines(100_000)", "fl.build(many, 'kd-d2')"),
+    "build bvh-cl": ("many = lines(3_000_000)", "fl.build(many, 'bvh-cl')"),
+    "build events, tight": ("many = lines(60_000)", "fl.build(many, splits=fl.PlaneEvents())"),
+    "build lookahead 8": ("many = lines(20_000)", "fl.build(many, lookahead=8)"),
+    "brute force": ("many, r = lines(20_000), rays(300_000)", "fl.brute_force(many, *r, 0.01, query='first_hit')"),
+    "brute force, few rays": (
+        "many, r = lines(5_000_000), rays(255)",
+        "fl.brute_force(many, *r, 0, query='count_hits')",
+    ),
+    "tree of one leaf": (
+        "r = rays(255); t = fl.build(lines(5_000_000), limits=fl.Limits(max_depth=0))",
+        "[t.count_hits(*r, 0.01) for _ in range(9)]",
+    ),
+    "all hits": ("t = fl.build(lines(20_000), 'bvh-cl'); r = rays(500_000)", "t.all_hits(*r, 0.05)"),
+}
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs signals")
+@pytest.mark.parametrize("what", ENDLESS)
+def test_ctrl_c(what: str) -> None:
+    before, call = ENDLESS[what]
+    program = f"""
+import numpy as np, fastlines as fl
+
+def lines(n):
+    start = np.random.default_rng(0).uniform(-1, 1, (n, 1, 3)).astype(np.float32)
+    return start + np.random.default_rng(1).normal(0, 0.2, (n, 2, 3)).astype(np.float32)
+
+def rays(n):
+    return np.random.default_rng(2).uniform(-1, 1, (2, n, 3)).astype(np.float32)
+
+fl.set_num_threads(1)
+{before}
+print("go", flush=True)
+try:
+    {call}
+except KeyboardInterrupt:
+    print("stopped", flush=True)
+else:
+    print("ended", flush=True)
+"""
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "go\n"
+            time.sleep(0.3)
+            process.send_signal(signal.SIGINT)
+            sent = time.perf_counter()
+            said, _ = process.communicate(timeout=15)
+            took = time.perf_counter() - sent
+        finally:
+            process.kill()
+    assert said == "stopped\n"
+    assert process.returncode == 0
+    assert took < 1.5, f"it took {took:.1f} s"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs a limit on memory")
+def test_threads_that_can_not_be_had_are_an_error_or_done_without() -> None:
+    """Each thread takes 8 MB of address space for its stack; a process may not have so much."""
+    program = """
+import resource
+import numpy as np, fastlines as fl
+lines = np.random.default_rng(0).uniform(-1, 1, (100, 2, 3))
+rays = np.random.default_rng(1).uniform(-1, 1, (2, 300_000, 3))
+tree = fl.build(lines)
+expected = tree.count_hits(*rays, 0.01).sum()
+fl.set_num_threads(1024)
+with open("/proc/self/statm") as file:
+    used = int(file.read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (used + (400 << 20),) * 2)
+try:
+    assert tree.count_hits(*rays, 0.01).sum() == expected
+except (fl.FastlinesError, RuntimeError, MemoryError, OSError) as error:
+    print(error)
+"""
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == 0, f"exit code {ended.returncode}: {ended.stderr[-1000:]}"
