@@ -359,8 +359,6 @@ PROGRAMS = {
     "tiny among huge": "lines[1:] *= np.float32(9e29)",
     "a star at zero": "lines[:, 1] = 0",
     "negative zeros": "lines[:, :, 1:] = -0.0",
-    "NaN in Lines": "lines[7, 0, 1] = np.nan; lines = fl.Lines(lines, np.zeros(len(lines), np.int64))",
-    "Inf in Lines": "lines[7, 0, 1] = np.inf; lines = fl.Lines(lines, np.zeros(len(lines), np.int64))",
 }
 
 

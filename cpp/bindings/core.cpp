@@ -119,7 +119,8 @@ void with_search(const Input<float>& data, const std::optional<Input<std::uint32
   if (nodes) {
     const auto all_nodes = rows<Node>(*nodes);
     const TreeSearch search{all_nodes, rows<Reference>(refs), segments, frame_of(all_nodes[0].box)};
-    if (n_rays > kChunk) return watch([&](Progress& watched) { run(search, watched); }, progress);
+    if (n_rays > kChunk || n_rays * segments.size() > 10'000'000)
+      return watch([&](Progress& watched) { run(search, watched); }, progress);
     nb::gil_scoped_release release;
     Progress unwatched;
     return run(search, unwatched);

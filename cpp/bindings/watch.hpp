@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 
 #include "fastlines/build/progress.hpp"
@@ -22,16 +23,23 @@ void watch(Job&& job, nanobind::object callback) {
   bool finished = false;
   std::mutex mutex;
   std::condition_variable done;
-  std::thread worker([&] {
-    try {
-      job(progress);
-    } catch (...) {
-      error = std::current_exception();
-    }
-    const std::lock_guard lock(mutex);
-    finished = true;
-    done.notify_one();
-  });
+  std::thread worker;
+  try {
+    worker = std::thread([&] {
+      try {
+        job(progress);
+      } catch (...) {
+        error = std::current_exception();
+      }
+      const std::lock_guard lock(mutex);
+      finished = true;
+      done.notify_one();
+    });
+  } catch (const std::system_error&) {
+    // The system gives no thread: do the work here, unwatched.
+    nb::gil_scoped_release release;
+    return job(progress);
+  }
   {
     nb::gil_scoped_release release;
     std::unique_lock lock(mutex);

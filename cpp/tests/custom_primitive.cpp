@@ -1,5 +1,5 @@
-// A set of primitives that the library does not know: balls. Bounds, and bounds clipped to a box, are all that the builder
-// asks for. The program fails if a tree over them breaks an axiom.
+// A set of primitives that the library does not know: balls. Bounds, and bounds clipped to a box, are all that the
+// builder asks for. The program fails if a tree over them breaks an axiom.
 #include <cstdio>
 #include <random>
 
@@ -48,7 +48,8 @@ int main() {
 
   int n_bad = 0;
   for (const BoxRule rule : {BoxRule::tight, BoxRule::cut})
-    for (const SplitSet& set : {SplitSet{PlaneGrid{8}}, SplitSet{PlaneEvents{}}, SplitSet{Median{}}, SplitSet{Middle{}}}) {
+    for (const SplitSet& set :
+         {SplitSet{PlaneGrid{8}}, SplitSet{PlaneEvents{}}, SplitSet{Median{}}, SplitSet{Middle{}}}) {
       Settings settings;
       settings.boxes = rule;
       settings.splits = {{set}};

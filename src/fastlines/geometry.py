@@ -50,6 +50,20 @@ class Lines:
     attributes: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
     skipped: IntArray = field(default_factory=lambda: np.empty(0, np.int64))
 
+    def __post_init__(self) -> None:
+        good = isinstance(self.segments, np.ndarray) and self.segments.flags.c_contiguous
+        if not good or self.segments.dtype != np.float32 or self.segments.shape[1:] != (2, 3):
+            raise InputError(
+                f"Lines take a contiguous float32 array of shape (n, 2, 3), not {_kind(self.segments)}; "
+                "Lines.from_segments converts what it is given"
+            )
+        bad = _unusable(self.segments)
+        if bad.any():
+            raise InputError(
+                f"{int(bad.sum())} of {len(self)} segments hold NaN, Inf or a coordinate beyond {COORDINATE_LIMIT:g} "
+                f"({list_rows(bad)}); Lines.from_segments(…, invalid='skip') leaves them out"
+            )
+
     def __len__(self) -> int:
         return len(self.segments)
 
@@ -98,7 +112,10 @@ class Lines:
         strands = to_integers(more.pop("strands", np.full(n_given, -1)), "strands")
         radius = more.pop("radius", None)
         radius = None if radius is None else to_float32(radius, "radius")
-        attributes = {name: np.asarray(values) for name, values in more.pop("attributes", {}).items()}
+        attributes = more.pop("attributes", {})
+        if not isinstance(attributes, Mapping):
+            raise InputError(f"attributes are a {type(attributes).__name__}; expected a mapping of names to arrays")
+        attributes = {name: np.asarray(values) for name, values in attributes.items()}
         if more:
             raise InputError(f"unknown argument {next(iter(more))!r}; known: strands, radius, attributes")
         for name, values in attributes.items():
@@ -116,7 +133,7 @@ class Lines:
                 raise InputError("radius holds values that are not numbers from 0 up")
 
         # Leave out, or refuse, what no query could answer.
-        bad: npt.NDArray[np.bool_] = ~(np.abs(array).max(axis=(1, 2), initial=0) <= COORDINATE_LIMIT)
+        bad = _unusable(array)
         skipped = np.empty(0, np.int64)
         if bad.any():
             if invalid == "error":
@@ -205,7 +222,7 @@ def to_float32(values: npt.ArrayLike, name: str) -> FloatArray:
                 raise TypeError(f"dtype {array.dtype}")
             return np.asarray(array, np.float32, order="C")
     except (TypeError, ValueError) as error:
-        raise InputError(f"{name} can not be read as an array of numbers: {error}") from None
+        raise InputError(f"{name}: {_kind(values)} can not be read as an array of numbers: {error}") from None
 
 
 def to_integers(values: npt.ArrayLike, name: str) -> IntArray:
@@ -214,6 +231,17 @@ def to_integers(values: npt.ArrayLike, name: str) -> IntArray:
     if array.size and array.dtype.kind not in "iu":
         raise InputError(f"{name} have dtype {array.dtype}; expected whole numbers")
     return array.astype(np.int64)
+
+
+def _kind(values: object) -> str:
+    if isinstance(values, np.ndarray):
+        return f"an array of {values.dtype} of shape {values.shape}"
+    return f"a {type(values).__name__}"
+
+
+def _unusable(segments: FloatArray) -> npt.NDArray[np.bool_]:
+    unusable: npt.NDArray[np.bool_] = ~(np.abs(segments).max(axis=(1, 2), initial=0) <= COORDINATE_LIMIT)
+    return unusable
 
 
 def _points(values: npt.ArrayLike, name: str) -> FloatArray:

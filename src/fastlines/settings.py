@@ -7,23 +7,19 @@ candidate splits, and how many levels the search looks ahead.
 from __future__ import annotations
 
 import difflib
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal, TypeAlias
 
+import numpy as np
+
+from .checks import count, number, sequence
 from .errors import InputError
 
 BoxRule: TypeAlias = Literal["tight", "cut"]
 
 #: The most references that the 32-bit indices of a tree can name.
 REF_LIMIT = 2**32 - 16
-
-
-def _check_count(name: str, value: int, least: int, most: int | None = None) -> None:
-    if isinstance(value, bool) or not isinstance(value, int) or value < least or (most is not None and value > most):
-        upto = "or more" if most is None else f"to {most}"
-        raise InputError(f"{name}={value!r}; expected a whole number, {least} {upto}")
 
 
 @dataclass(frozen=True)
@@ -36,12 +32,14 @@ class SplitSet:
         Ask this set only about nodes of at most so many references.
     """
 
-    name: ClassVar[str]
+    name: ClassVar[str] = ""
     max_refs: int | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
+        if not self.name:
+            raise InputError("fl.SplitSet is what split sets have in common; use fl.PlaneGrid(16), fl.ObjectSweep(), …")
         if self.max_refs is not None:
-            _check_count("max_refs", self.max_refs, 1)
+            object.__setattr__(self, "max_refs", count("max_refs", self.max_refs, 1))
 
 
 @dataclass(frozen=True)
@@ -66,7 +64,7 @@ class PlaneGrid(SplitSet):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_count("n_planes", self.n_planes, 1, 4096)
+        object.__setattr__(self, "n_planes", count("n_planes", self.n_planes, 1, 4096))
 
 
 @dataclass(frozen=True)
@@ -104,9 +102,9 @@ class Cost:
     c_prim: float = 1.0
 
     def __post_init__(self) -> None:
-        for name, value in (("c_trav", self.c_trav), ("c_prim", self.c_prim)):
-            if not (isinstance(value, int | float) and 0 < value < math.inf):
-                raise InputError(f"{name}={value!r}; a cost is a positive finite number")
+        for name in ("c_trav", "c_prim"):
+            value = number(name, getattr(self, name), "a cost: a positive finite number", 0.0)
+            object.__setattr__(self, name, value)
 
 
 @dataclass(frozen=True)
@@ -140,14 +138,15 @@ class Limits:
         return min(REF_LIMIT, 1000 * n_prims + 10_000 if self.max_refs is None else self.max_refs)
 
     def __post_init__(self) -> None:
-        _check_count("max_depth", self.max_depth, 0, 256)
-        _check_count("leaf_refs", self.leaf_refs, 0)
-        if self.max_leaf_refs is not None:
-            _check_count("max_leaf_refs", self.max_leaf_refs, 1)
-        if self.max_refs is not None:
-            _check_count("max_refs", self.max_refs, 0)
-        if not (isinstance(self.leaf_size, int | float) and 0 <= self.leaf_size < math.inf):
-            raise InputError(f"leaf_size={self.leaf_size!r}; expected a length that is not negative")
+        counts = {
+            "max_depth": count("max_depth", self.max_depth, 0, 256),
+            "leaf_refs": count("leaf_refs", self.leaf_refs, 0),
+            "max_leaf_refs": None if self.max_leaf_refs is None else count("max_leaf_refs", self.max_leaf_refs, 1),
+            "max_refs": None if self.max_refs is None else count("max_refs", self.max_refs, 0),
+        }
+        size = 0.0 if self.leaf_size == 0 else number("leaf_size", self.leaf_size, "a length that is not negative", 0.0)
+        for name, value in {**counts, "leaf_size": size}.items():
+            object.__setattr__(self, name, value)
 
 
 @dataclass(frozen=True)
@@ -180,20 +179,17 @@ class Settings:
     limits: Limits = Limits()
 
     def __post_init__(self) -> None:
-        splits = (self.splits,) if isinstance(self.splits, SplitSet) else tuple(self.splits)
-        lookahead = (self.lookahead,) if isinstance(self.lookahead, int) else tuple(self.lookahead)
+        splits = sequence("splits", self.splits, SplitSet, "one or more of fl.PlaneGrid(16), fl.ObjectSweep(), …")
+        several = "a whole number, 1, 2, …, or a list of them to try in turn"
+        lookahead = sequence("lookahead", self.lookahead, (int, np.integer), several)
         object.__setattr__(self, "splits", splits)
-        object.__setattr__(self, "lookahead", lookahead)
-        if not splits or not all(isinstance(split, SplitSet) for split in splits):
-            raise InputError(f"splits={self.splits!r}; expected one or more of fl.PlaneGrid(16), fl.ObjectSweep(), …")
+        object.__setattr__(self, "lookahead", tuple(count("lookahead", depth, 0, 8) for depth in lookahead))
         if self.boxes not in ("tight", "cut"):
             raise InputError(f"boxes={self.boxes!r}; expected 'tight' (BVH) or 'cut' (KD tree)")
-        if not lookahead:
-            raise InputError("lookahead is empty; expected 1, 2, … or a list of them to try in turn")
-        for depth in lookahead:
-            _check_count("lookahead", depth, 0, 8)
-        if not isinstance(self.cost, Cost) or not isinstance(self.limits, Limits):
-            raise InputError("cost and limits are fl.Cost(…) and fl.Limits(…)")
+        if not isinstance(self.cost, Cost):
+            raise InputError(f"cost={self.cost!r}; expected fl.Cost(c_trav=…, c_prim=…)")
+        if not isinstance(self.limits, Limits):
+            raise InputError(f"limits={self.limits!r}; expected fl.Limits(max_depth=…, …)")
         if self.boxes == "cut":
             if any(isinstance(split, ObjectSweep) for split in splits):
                 raise InputError("an object sweep does not cut space: a KD tree (boxes='cut') needs planes")

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import os
 
+from .checks import count
 from .errors import InputError
+
+MAX_THREADS = 1024
 
 _n_threads: int | None = None
 
@@ -15,7 +18,7 @@ def set_num_threads(n_threads: int | None) -> None:
     The environment variable ``FASTLINES_NUM_THREADS`` sets it for a whole program. Answers do not depend on it.
     """
     global _n_threads
-    _n_threads = None if n_threads is None else _checked(n_threads, "n_threads")
+    _n_threads = None if n_threads is None else count("n_threads", n_threads, 1, MAX_THREADS)
 
 
 def get_num_threads() -> int:
@@ -24,11 +27,10 @@ def get_num_threads() -> int:
         return _n_threads
     given = os.environ.get("FASTLINES_NUM_THREADS")
     if given:
-        return _checked(int(given) if given.isdigit() else given, "FASTLINES_NUM_THREADS")
+        try:
+            return count("FASTLINES_NUM_THREADS", int(given), 1, MAX_THREADS)
+        except ValueError:
+            raise InputError(
+                f"FASTLINES_NUM_THREADS={given!r}; expected a whole number of threads, 1 to 1024"
+            ) from None
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _checked(value: object, name: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= 1024:
-        raise InputError(f"{name}={value!r}; expected a whole number of threads, 1 to 1024")
-    return value

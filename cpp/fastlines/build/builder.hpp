@@ -79,7 +79,9 @@ class Builder {
       if (cost < best.cost) best = {cost, split};
     };
     if (lookahead == 1) {
+      unsigned n_seen = 0;
       for_each_split(refs, box, [&](const Candidate& split) {
+        if (++n_seen % 64 == 0) progress_.check();
         if (allowed(split)) consider(split, cost_of_leaf(split.n_left), cost_of_leaf(split.n_right));
       });
       return best;

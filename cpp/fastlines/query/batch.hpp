@@ -4,6 +4,7 @@
 
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 
 #include "../build/progress.hpp"
@@ -48,7 +49,11 @@ void for_each_chunk(std::size_t n, unsigned n_threads, Progress& progress, Work&
     }
   };
   std::vector<std::thread> threads;
-  for (std::size_t i = 1; i < std::min(std::size_t(n_threads), n_chunks); ++i) threads.emplace_back(run);
+  try {
+    for (std::size_t i = 1; i < std::min(std::size_t(n_threads), n_chunks); ++i) threads.emplace_back(run);
+  } catch (const std::system_error&) {
+    // The system gives no more threads: those that there are do the work.
+  }
   run();
   for (std::thread& thread : threads) thread.join();
   if (error) std::rethrow_exception(error);
@@ -59,7 +64,10 @@ template <class Answer>
 void for_each_ray(const RayBatch& rays, const Frame& frame, unsigned n_threads, Progress& progress, Answer&& answer) {
   for_each_chunk(rays.size(), n_threads, progress,
                  [&](std::size_t, std::size_t begin, std::size_t end, Scratch& scratch) {
-                   for (std::size_t i = begin; i < end; ++i) answer(i, prepare(rays[i], frame), scratch);
+                   for (std::size_t i = begin; i < end; ++i) {
+                     progress.check();
+                     answer(i, prepare(rays[i], frame), scratch);
+                   }
                  });
 }
 

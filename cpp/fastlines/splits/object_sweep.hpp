@@ -10,18 +10,21 @@ struct ObjectSweep {
   void visit(const P&, Refs refs, const Box&, BoxRule, Visitor&& visitor) const {
     const std::size_t n = refs.size();
     if (n < 2) return;
-    std::vector<BuildRef> sorted(refs.begin(), refs.end());
-    std::vector<Box> from(n);  // from[i] bounds sorted[i ..]
+    std::vector<std::pair<double, std::uint32_t>> order(n);  // centre, and which reference
+    std::vector<Box> from(n);                                // from[i] bounds the references from i on
     for (int axis = 0; axis < 3; ++axis) {
-      std::sort(sorted.begin(), sorted.end(), ByCentre{axis});
+      for (std::size_t i = 0; i < n; ++i) order[i] = {refs[i].centre(axis), std::uint32_t(i)};
+      std::sort(order.begin(), order.end(), [&](const auto& a, const auto& b) {
+        return a.first != b.first ? a.first < b.first : ByCentre{axis}(refs[a.second], refs[b.second]);
+      });
       Box box = Box::empty();
       for (std::size_t i = n; i-- > 0;) {
-        box.grow(sorted[i].box);
+        box.grow(refs[order[i].second].box);
         from[i] = box;
       }
       box = Box::empty();
       for (std::size_t n_left = 1; n_left < n; ++n_left) {
-        box.grow(sorted[n_left - 1].box);
+        box.grow(refs[order[n_left - 1].second].box);
         visitor(Candidate{Candidate::Kind::objects, axis, 0.0f, n_left, n - n_left, box, from[n_left]});
       }
     }

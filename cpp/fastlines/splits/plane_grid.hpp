@@ -72,9 +72,9 @@ struct PlaneGrid {
   static void fill(const P& prims, Refs refs, const Box& box, int axis, bool tight, Bins& bins) {
     const std::size_t n_planes = bins.planes.size();
     const float* planes = bins.planes.data();
-    const float per_plane = float(double(n_planes + 1) / box.side(axis)), origin = box.lo[axis];
+    const double per_plane = double(n_planes + 1) / box.side(axis), origin = box.lo[axis];
     const auto guess = [&](float x) {
-      return std::size_t(std::min(std::max((x - origin) * per_plane, 0.0f), float(n_planes)));
+      return std::size_t(std::clamp((double(x) - origin) * per_plane, 0.0, double(n_planes)));
     };
     for (const BuildRef& ref : refs) {
       // The first plane that has all of the reference on its left; the last one that has all of it on its right.

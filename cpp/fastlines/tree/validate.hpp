@@ -33,7 +33,7 @@ class Validator {
     if (!all.is_empty())
       for (int k = 0; k < 3; ++k)
         largest = std::max({largest, std::abs(double(all.lo[k])), std::abs(double(all.hi[k]))});
-    tolerance_ = std::ldexp(largest, -21);
+    tolerance_ = std::max(std::ldexp(largest, -21), 2.0 * std::numeric_limits<float>::denorm_min());
   }
 
   /// The first violation found, if there is one.

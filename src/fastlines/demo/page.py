@@ -9,7 +9,7 @@ from pathlib import Path
 from ..scenes import RADII
 from ..settings import METHOD_NOTES
 from .result import QUERIES, Result, Row, SceneResult
-from .tables import mrays, ms, part_note, tree_cells
+from .tables import limits_note, mrays, ms, part_note, tree_cells
 
 #: What each scene is, in a line.
 SCENE_NOTES = {
@@ -98,14 +98,14 @@ def _section(scene: SceneResult, result: Result) -> str:
     )
     same = scene.n_segments == scene.n_thesis
     size = f"{scene.n_segments:,} segments" + ("" if same else f" (the thesis’s costs are for {scene.n_thesis:,})")
-    note = part_note(scene)
+    notes = [note for note in (part_note(scene), limits_note(scene)) if note]
     return f"""<section id="{escape(scene.name)}">
 <h2>{escape(scene.title)}</h2>
 <p>{size}: {escape(SCENE_NOTES.get(scene.name, ""))}.</p>
 <div class="pictures">{pictures}</div>
 {_trees_table(scene)}
 {_queries_table(scene)}
-{f'<p class="note">{escape(note)}</p>' if note else ""}
+{"".join(f'<p class="note">{escape(note)}</p>' for note in notes)}
 <div class="sheets">{sheets}</div>
 </section>"""
 

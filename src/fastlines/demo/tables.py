@@ -33,8 +33,8 @@ def markdown(result: Result) -> str:
         for row in scene.rows:
             cells = [row.method, *tree_cells(row), *(f"{ms(t)} ({mrays(t)})" for t in row.timings.values())]
             lines.append(f"| {' | '.join(cells)} |")
-        if note := part_note(scene):
-            lines += ["", note]
+        for note in (part_note(scene), limits_note(scene)):
+            lines += ["", note] if note else []
     return "\n".join(lines) + "\n"
 
 
@@ -97,6 +97,16 @@ def part_note(scene: SceneResult) -> str:
         return ""
     said = "; ".join(f"{method}: 1/{', 1/'.join(map(str, sorted(shares)))}" for method, shares in parts.items())
     return f"{PART_MARK} Measured on an evenly spread part of the rays and scaled up: {said}."
+
+
+def limits_note(scene: SceneResult) -> str:
+    """Say which trees a limit kept from being what their method makes; "" if none was."""
+    said = [
+        f"{row.method}: {limit} at {count:,} nodes"
+        for row in scene.rows
+        for limit, count in row.stats["limits_hit"].items()
+    ]
+    return f"Limits kept nodes from a split: {'; '.join(said)}." if said else ""
 
 
 def _other_size(scene: SceneResult) -> str:

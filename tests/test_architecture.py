@@ -1,0 +1,186 @@
+"""Data flows one way: a file includes or imports only what stands before it. Files are short and know nobody's disk."""
+
+from __future__ import annotations
+
+import ast
+import graphlib
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+CPP = ROOT / "cpp" / "fastlines"
+PACKAGE = ROOT / "src" / "fastlines"
+MAX_LINES = 400
+
+#: The C++ core from the ground up; a folder stands for all in it that is not named itself. A tree is data that builders
+#: write and queries read, so it stands before both; `validate` needs the box rules of the splits; all that runs long
+#: shares `progress`.
+HEADERS = (
+    "geometry",
+    "primitives",
+    "references",
+    "tree/tree.hpp",
+    "splits",
+    "tree/validate.hpp",
+    "build/progress.hpp",
+    "build",
+    "query",
+    "fastlines.hpp",
+)
+
+#: The modules and packages of Python likewise; "fastlines" is the package's own front door.
+MODULES = (
+    "errors",
+    "geometry",
+    "primitives",
+    "camera",
+    "scenes",
+    "io",
+    "analytic",
+    "theory",
+    "progress",
+    "threads",
+    "settings",
+    "hits",
+    "rays",
+    "_core",
+    "structure",
+    "container",
+    "treefile",
+    "query",
+    "tree",
+    "builder",
+    "fastlines",
+    "render",
+    "demo",
+    "cli",
+)
+
+
+def header_layer(header: str) -> int:
+    named = [i for i, layer in enumerate(HEADERS) if header == layer or header.startswith(f"{layer}/")]
+    assert named, f"{header} is in no layer: say in HEADERS where it stands"
+    return max(named, key=lambda i: len(HEADERS[i]))
+
+
+def includes() -> dict[str, set[str]]:
+    """Return what each header of the core includes, as paths from cpp/fastlines."""
+    graph = {}
+    for path in sorted(CPP.rglob("*.hpp")):
+        found = re.findall(r'^\s*#\s*include\s+"([^"]+)"', path.read_text(encoding="utf-8"), re.MULTILINE)
+        targets = {(path.parent / name).resolve() for name in found}
+        assert all(target.is_file() for target in targets), f"{path} includes what is not in cpp/fastlines: {found}"
+        graph[path.relative_to(CPP).as_posix()] = {target.relative_to(CPP.resolve()).as_posix() for target in targets}
+    return graph
+
+
+def test_headers_include_only_what_stands_before_them() -> None:
+    graph = includes()
+    assert len(graph) > 20
+    upwards = [
+        f"{header} includes {target}"
+        for header, targets in graph.items()
+        for target in targets
+        if header_layer(target) > header_layer(header)
+    ]
+    assert upwards == []
+    list(graphlib.TopologicalSorter(graph).static_order())
+    assert {header_layer(header) for header in graph} == set(range(len(HEADERS))), "a layer is empty"
+
+
+def test_the_core_knows_neither_python_nor_its_bindings() -> None:
+    for path in [*CPP.rglob("*.hpp"), *(ROOT / "cpp" / "examples").rglob("*.cpp")]:
+        assert not re.search(r"nanobind|Python\.h|bindings/", path.read_text(encoding="utf-8")), path
+
+
+def python_modules() -> dict[str, Path]:
+    modules = {}
+    for path in sorted(PACKAGE.rglob("*.py")):
+        parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+        modules[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    modules["fastlines._core"] = PACKAGE / "_core.pyi"
+    return modules
+
+
+def statements(node: ast.AST) -> Iterator[ast.Import | ast.ImportFrom]:
+    """Yield all imports, those inside functions too, but for those that only type checkers see."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.Import | ast.ImportFrom):
+            yield child
+        elif not (isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test)):
+            yield from statements(child)
+
+
+def imports(name: str, path: Path, known: dict[str, Path]) -> set[str]:
+    """Return the modules of the package that a module imports."""
+    package = name.split(".") if path.stem == "__init__" else name.split(".")[:-1]
+    found = set()
+    for statement in statements(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(statement, ast.Import):
+            found |= {alias.name for alias in statement.names}
+            continue
+        base = package[: len(package) - statement.level + 1] if statement.level else []
+        module = ".".join([*base, *(statement.module or "").split(".")]).strip(".")
+        for alias in statement.names:
+            inner = f"{module}.{alias.name}"
+            found.add(inner if inner in known else module)
+    return {target for target in found if target in known and target != name}
+
+
+def module_layer(name: str) -> int:
+    layer = name.split(".")[1] if "." in name else name
+    assert layer in MODULES, f"{name} is in no layer: say in MODULES where it stands"
+    return MODULES.index(layer)
+
+
+def test_modules_import_only_what_stands_before_them() -> None:
+    known = python_modules()
+    graph = {name: imports(name, path, known) for name, path in known.items() if path.suffix == ".py"}
+    assert graph["fastlines.query"] > {"fastlines.rays", "fastlines._core"}
+    upwards = [
+        f"{name} imports {target}"
+        for name, targets in graph.items()
+        for target in targets
+        if module_layer(target) > module_layer(name)
+    ]
+    assert upwards == []
+    list(graphlib.TopologicalSorter(graph).static_order())
+    assert {module_layer(name) for name in known} == set(range(len(MODULES))), "a layer is empty"
+
+
+def own_files() -> list[Path]:
+    """Return what is written by hand: not what builds, tools and documentation leave behind."""
+    folders = ("src", "cpp", "tests", "docs", "benchmarks", "examples", ".ci")
+    found = [path for folder in folders for path in (ROOT / folder).rglob("*") if path.is_file()]
+    found += [path for path in ROOT.iterdir() if path.suffix in (".md", ".toml", ".txt", ".cff")]
+    made = re.compile(r"(^|/)(_build|_autosummary|__pycache__|\..*_cache|.*\.egg-info)(/|$)")
+    return sorted(path for path in found if not made.search(path.relative_to(ROOT).as_posix()))
+
+
+def is_source(path: Path) -> bool:
+    return path.suffix in (".py", ".pyi", ".hpp", ".cpp", ".h", ".css", ".js")
+
+
+@pytest.mark.parametrize("folder", ["src", "cpp", "tests"])
+def test_files_are_short(folder: str) -> None:
+    lines = {
+        path.relative_to(ROOT).as_posix(): len(path.read_text(encoding="utf-8").splitlines())
+        for path in own_files()
+        if path.is_relative_to(ROOT / folder) and is_source(path)
+    }
+    assert len(lines) > 10 or folder == "cpp"
+    assert {name: n for name, n in lines.items() if n > MAX_LINES} == {}, "look for the second thing in it"
+
+
+def test_no_path_of_someones_disk() -> None:
+    folders = "|".join(["work", "tmp", "root", "home", "Users", "private"])
+    somewhere = re.compile(rf"(?<![\w.~*:/-])/({folders})/\w")
+    for path in own_files():
+        try:
+            text = path.read_text(encoding="utf-8")
+        except UnicodeDecodeError:
+            continue
+        assert [line for line in text.splitlines() if somewhere.search(line)] == [], path.relative_to(ROOT)
