@@ -318,7 +318,7 @@ def windows_for(rng: Random, ends: Array, origins: Array, directions: Array) -> 
     }
 
 
-def cases(seed: int, n_segments: int = 40, n_rays: int = 72) -> dict[str, Case]:
+def cases(seed: int, n_segments: int = 40, n_rays: int = 45) -> dict[str, Case]:
     """Return the catalogue for one seed."""
 
     def random_for(name: str) -> Random:

@@ -34,6 +34,7 @@ HEADERS = (
 #: The modules and packages of Python likewise; "fastlines" is the package's own front door.
 MODULES = (
     "errors",
+    "checks",
     "geometry",
     "primitives",
     "camera",

@@ -74,7 +74,7 @@ def test_page_is_whole_and_needs_nothing_else(folder):
     assert "width=device-width" in text
     assert "prefers-color-scheme: dark" in text
     for scene in THESIS.values():
-        assert f"{scene['kd-d2'].cost:,.1f}" in page.text
+        assert f"{scene['kd-d2'].cost:,.2f}" in page.text
 
 
 def test_table_json_has_everything(folder):

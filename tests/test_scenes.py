@@ -73,11 +73,7 @@ def test_same_seed_same_bits(name):
 
 
 def test_each_scene_has_its_own_numbers(default):
-    assert (
-        (default["spaghetti"].lines.segments != default["spaghetti-2"].lines.segments[:2000])
-        .any(axis=(1, 2))
-        .all()
-    )
+    assert (default["spaghetti"].lines.segments != default["spaghetti-2"].lines.segments[:2000]).any(axis=(1, 2)).all()
 
 
 @pytest.mark.parametrize("name", ["spaghetti", "spaghetti-2"])

@@ -1,20 +1,16 @@
-"""The executable specification: the thesis's theorems as properties, and the core equal to it node for node."""
+"""The executable specification: the thesis's theorems as properties."""
 
-import dataclasses
 import doctest
-import importlib.util
 import math
-import zlib
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nasty import SCENES
+from theory_scenes import SCENE_NAMES, Ball, a_box, scene
 
 import fastlines as fl
 from fastlines import theory as th
@@ -29,91 +25,7 @@ def test_examples():
     assert tried.failed == 0
 
 
-# ---- Primitives of our own ----
-
-
-class Ball(NamedTuple):
-    """What of a ball lies within a box."""
-
-    id: int
-    centre: th.Point
-    radius: float
-    within: th.Box = th.Box((-math.inf,) * 3, (math.inf,) * 3)
-
-    def gaps(self):
-        """Squared distance from the centre to the box, by axis."""
-        return [max(lo - x, 0, x - hi) ** 2 for x, lo, hi in zip(self.centre, *self.within, strict=True)]
-
-    def bounds(self):
-        gaps = self.gaps()
-        reach = [math.sqrt(max(0, self.radius**2 - (sum(gaps) - gap))) for gap in gaps]
-        lo = tuple(max(x - r, edge) for x, r, edge in zip(self.centre, reach, self.within.lo, strict=True))
-        hi = tuple(min(x + r, edge) for x, r, edge in zip(self.centre, reach, self.within.hi, strict=True))
-        return th.Box(lo, hi)
-
-    def clip(self, box):
-        block = th.Block(0, self.within).clip(box)
-        part = self._replace(within=block.box) if block else None
-        return part if part and sum(part.gaps()) <= self.radius**2 else None
-
-
-class Triangle(NamedTuple):
-    """What of a triangle lies within a box, with the arithmetic of primitives/triangles.hpp."""
-
-    id: int
-    corners: list[th.Point]
-    box: th.Box
-
-    def bounds(self):
-        return self.box
-
-    def clip(self, box):
-        block = th.Block(0, self.box).clip(box)
-        if block is None:
-            return None
-        polygon = self.corners
-        for axis in range(3):
-            for sign, plane in ((1.0, block.box.hi[axis]), (-1.0, block.box.lo[axis])):
-                kept = []
-                for a, b in zip(polygon, polygon[1:] + polygon[:1], strict=True):
-                    beyond_a, beyond_b = sign * (a[axis] - plane), sign * (b[axis] - plane)
-                    if beyond_a <= 0:
-                        kept.append(a)
-                    if beyond_a * beyond_b < 0:
-                        s = beyond_a / (beyond_a - beyond_b)
-                        kept.append(tuple(plane if k == axis else a[k] + s * (b[k] - a[k]) for k in range(3)))
-                polygon = kept
-        # Round outwards, but to where it was cut.
-        lo, hi = list(block.box.lo), list(block.box.hi)
-        for k in range(3 if polygon else 0):
-            if lo[k] == self.box.lo[k]:
-                lo[k] = max(lo[k], outwards(min(point[k] for point in polygon), -1))
-            if hi[k] == self.box.hi[k]:
-                hi[k] = min(hi[k], outwards(max(point[k] for point in polygon), 1))
-        return self._replace(box=th.Box(tuple(lo), tuple(hi)))
-
-
-def outwards(x: float, sign: int) -> float:
-    at = np.float32(x)
-    return float(np.nextafter(at, np.float32(sign * np.inf)) if sign * (x - float(at)) > 0 else at)
-
-
-def a_box(points: list[th.Point]) -> th.Box:
-    return th.Box(tuple(map(min, *points)), tuple(map(max, *points)))
-
-
 # ---- Random trees ----
-
-
-def scene(name: str, seed: int, n: int) -> Any:
-    rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
-    return SCENES[name](rng, max(8, n))[:n].astype(np.float32)
-
-
-SCENE_NAMES = (
-    *("random", "crossing", "star", "equal boxes", "axis parallel", "collinear", "flat", "duplicates", "points"),
-    *("some points", "nearly points", "single", "outlier", "moved 1e4", "scale 1e-8", "scale 1e8"),
-)
 
 SPLITS: dict[str, Callable[[th.BoxRule], th.Splits]] = {
     "grid": lambda rule: partial(th.plane_grid, n_planes=2, rule=rule),
@@ -331,132 +243,3 @@ def test_a_leaf_is_a_bvh_and_a_kd_tree():
     tree = th.Node(CROSSING, th.hull(CROSSING))
     th.check(tree, CROSSING, th.tight)
     th.check(tree, CROSSING, th.cut)
-
-
-# ---- The core is equal, node for node ----
-
-
-def theory_splits(given: fl.Settings) -> th.Splits:
-    """Translate SPLITS."""
-    rule = RULES[given.boxes]
-
-    def translate(split) -> th.Splits:
-        options = {"rule": rule, "n_planes": getattr(split, "n_planes", None)}
-        names = {"object_sweep": (), "plane_grid": ("n_planes", "rule")}.get(split.name, ("rule",))
-        splits = partial(getattr(th, split.name), **{name: options[name] for name in names})
-        most = split.max_refs or math.inf
-        return lambda prims, box: splits(prims, box) if len(prims) <= most else ()
-
-    return th.union(*map(translate, given.splits))
-
-
-def theory_build(prims, given: fl.Settings) -> th.Node:
-    limits = {name: getattr(given.limits, name) for name in ("max_depth", "leaf_refs", "leaf_size")}
-    splits = theory_splits(given)
-    return th.build(prims, splits, given.lookahead, given.cost.c_trav, given.cost.c_prim, **limits)
-
-
-def core_build(geometry, given: fl.Settings) -> fl.Tree:
-    """Build without the core's budget of references, which the theory does not know."""
-    options = {field.name: getattr(given, field.name) for field in dataclasses.fields(given)}
-    return fl.build(geometry, **{**options, "limits": dataclasses.replace(given.limits, max_refs=10**6)})
-
-
-def assert_equal(tree: fl.Tree, expected: th.Node) -> None:
-    """Boxes bit for bit, the same graph, the same pieces in each leaf, the same cost."""
-    assert "max_refs" not in tree.limits_hit
-    nodes = expected.nodes()
-    place = {id(node): number for number, node in enumerate(nodes)}
-    assert tree.nodes["right"].tolist() == [place[id(node.right)] if node.right else 0 for node in nodes]
-    np.testing.assert_array_equal(tree.nodes["box"], np.array([node.box for node in nodes]))
-    for number in np.flatnonzero(tree.is_leaf):
-        _, _, first, n = tree.nodes[number]
-        pieces = [(prim.id, getattr(prim, "s0", 0.0), getattr(prim, "s1", math.inf)) for prim in nodes[number].prims]
-        assert sorted(tree.refs[first : first + n].tolist()) == sorted(pieces)
-    assert tree.cost() == th.f(expected, tree.settings.cost.c_trav, tree.settings.cost.c_prim)
-
-
-Given = fl.Settings
-cheap, dear = fl.Cost(c_trav=0.3), fl.Cost(c_trav=3.0, c_prim=4.0)
-deep, shallow = fl.Limits(max_depth=6), fl.Limits(max_depth=4)
-
-#: Settings, and how many primitives of a scene Python can afford.
-SETTINGS: dict[str, tuple[fl.Settings, int]] = {
-    **{
-        name: (dataclasses.replace(method, limits=deep), 5 if name.endswith("d2") else 15)
-        for name, method in fl.METHODS.items()
-    },
-    "never split": (Given(lookahead=0), 10),
-    "sweep and grid": (Given((fl.ObjectSweep(), fl.PlaneGrid(3)), cost=cheap, limits=deep), 15),
-    "grid and sweep, [1, 2]": (
-        Given((fl.PlaneGrid(2), fl.ObjectSweep()), lookahead=(1, 2), cost=cheap, limits=deep),
-        7,
-    ),
-    "all sets, 2": (
-        Given((fl.PlaneEvents(), fl.Middle(), fl.ObjectSweep(), fl.Median()), lookahead=2, cost=dear, limits=shallow),
-        5,
-    ),
-    "tight events": (Given(fl.PlaneEvents(), cost=cheap, limits=deep), 10),
-    "cut events, 2": (Given(fl.PlaneEvents(), "cut", 2, cost=cheap, limits=shallow), 5),
-    "tight grid, 3": (Given(fl.PlaneGrid(1), lookahead=3, cost=cheap, limits=shallow), 5),
-    "cut grid and middle, [1, 2, 3]": (Given((fl.PlaneGrid(1), fl.Middle()), "cut", (1, 2, 3), cheap, shallow), 6),
-    "tight median": (Given(fl.Median(), cost=cheap), 40),
-    "cut median": (Given(fl.Median(), "cut", cost=cheap, limits=deep), 30),
-    "tight middle": (Given(fl.Middle(), cost=cheap, limits=deep), 30),
-    "cut middle, 2": (Given(fl.Middle(), "cut", 2, cost=cheap, limits=deep), 20),
-    "max_depth": (Given((fl.PlaneGrid(4), fl.ObjectSweep()), cost=cheap, limits=fl.Limits(max_depth=3)), 20),
-    "leaf_refs": (Given(fl.PlaneGrid(4), "cut", cost=cheap, limits=fl.Limits(max_depth=6, leaf_refs=4)), 20),
-    "leaf_size": (Given(fl.PlaneGrid(3), cost=cheap, limits=fl.Limits(max_depth=6, leaf_refs=0, leaf_size=0.4)), 12),
-    "sets by size": (Given((fl.PlaneGrid(2), fl.ObjectSweep(max_refs=5)), cost=cheap, limits=deep), 15),
-    "fine grid": (Given(fl.PlaneGrid(40), cost=fl.Cost(c_trav=1.0), limits=shallow), 5),
-}
-
-
-@pytest.mark.parametrize("name", SCENE_NAMES)
-@pytest.mark.parametrize("given", SETTINGS)
-def test_core_equals_theory_on_segments(given, name):
-    chosen, n = SETTINGS[given]
-    ends = scene(name, zlib.crc32(given.encode()), n)
-    assert_equal(core_build(ends, chosen), theory_build(th.segments(ends), chosen))
-
-
-@pytest.mark.parametrize("scale", [1e-6, 1e6])
-@pytest.mark.parametrize("method", fl.METHODS)
-def test_core_equals_theory_at_other_scales(method, scale):
-    ends = scene("crossing", 1, 5) * np.float32(scale)
-    assert_equal(core_build(ends, fl.METHODS[method]), theory_build(th.segments(ends), fl.METHODS[method]))
-
-
-@pytest.mark.parametrize("name", ["random", "crossing", "axis parallel", "equal boxes"])
-@pytest.mark.parametrize("given", SETTINGS)
-def test_core_equals_theory_on_other_primitives(given, name):
-    chosen, n = SETTINGS[given]
-    n = min(n, 8)
-    seed = zlib.crc32(given.encode())
-    ends = scene(name, seed, n)
-    third = ends[:, :1] + np.float32(0.3) * np.random.default_rng(seed).normal(size=(n, 1, 3)).astype(np.float32)
-    corners = np.concatenate([ends, third], axis=1)
-
-    triangles = [Triangle(i, list(map(tuple, rows)), a_box(rows)) for i, rows in enumerate(corners.tolist())]
-    assert_equal(core_build(fl.Triangles(corners), chosen), theory_build(triangles, chosen))
-
-    boxes = np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1)
-    blocks = [th.Block(i, a_box(rows)) for i, rows in enumerate(boxes.tolist())]
-    assert_equal(core_build(fl.Boxes(boxes), chosen), theory_build(blocks, chosen))
-
-
-# ---- §4.3 ----
-
-
-def test_table_4_3_looking_further_ahead_costs_less():
-    path = Path(__file__).parents[1] / "benchmarks" / "table_4_3.py"
-    spec = importlib.util.spec_from_file_location("table_4_3", path)
-    assert spec is not None
-    table = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(table)
-    axes = table.cylinders(seed=0)
-    assert axes.shape == (100, 2, 3)
-    np.testing.assert_allclose(np.linalg.norm(axes[:, 1] - axes[:, 0], axis=1), 1)
-    costs = [table.build(axes, depth, c_trav=1.2).cost() for depth in table.DEPTHS]
-    assert costs == [100.0, *(pytest.approx(cost, abs=0.05) for cost in (24.5, 24.0, 23.8))]
-    assert costs == sorted(costs, reverse=True)

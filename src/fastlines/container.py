@@ -76,7 +76,7 @@ def read(path: str | os.PathLike[str]) -> tuple[dict[str, npt.NDArray[Any]], dic
             name: (DTYPES[entry["dtype"]], [int(n) for n in entry["shape"]], *_pair(entry["data_offsets"]))
             for name, entry in header.items()
         }
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+    except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
         raise refuse("its header can not be read") from None
 
     # The sections follow each other and fill the file.
@@ -86,7 +86,7 @@ def read(path: str | os.PathLike[str]) -> tuple[dict[str, npt.NDArray[Any]], dic
         n_bytes = dtype.itemsize
         for n in shape:
             n_bytes *= n
-        if begin != position or end - begin != n_bytes or min([0, *shape]) < 0:
+        if begin != position or end - begin != n_bytes or len(shape) > 3 or not all(0 <= n <= size for n in shape):
             raise refuse(f"the section {name!r} does not have the size of its array")
         position = end
         if 8 + length + end > size:

@@ -56,13 +56,16 @@ def run(
             get_num_threads(),
             callback,
         )
+    # Integers come in C's name for 64 bits; NumPy prints its own without a dtype.
     if query == "first_hit":
         t, prim, u, distance, t_out = (column.reshape(rays.shape) for column in answer)
-        return FirstHits(t, prim, u, distance, t_out if at == "surface" else None, rays.skipped)
+        return FirstHits(t, prim.view(np.int64), u, distance, t_out if at == "surface" else None, rays.skipped)
     if query == "all_hits":
         offsets, t, prim, u, distance, t_out = answer
-        return AllHits(offsets, t, prim, u, distance, t_out if at == "surface" else None, rays.skipped)
-    return answer.reshape(rays.shape)
+        surface = t_out if at == "surface" else None
+        return AllHits(offsets.view(np.int64), t, prim.view(np.int64), u, distance, surface, rays.skipped)
+    column = answer.reshape(rays.shape)
+    return column.view(np.int64) if query == "count_hits" else column
 
 
 def brute_force(

@@ -101,9 +101,12 @@ class TreeStructure:
             Element d holds the indices of the nodes at depth d, rising.
         """
         levels = [np.zeros(1, np.int64)]
-        while len(inner := levels[-1][~self.is_leaf[levels[-1]]]):
-            levels.append(np.sort(np.concatenate([self.left[inner], self.right[inner]])))
+        while len(inner := levels[-1][self.nodes["right"][levels[-1]] > 0]):
+            levels.append(np.sort(np.concatenate(self._children(inner))))
         return levels
+
+    def _children(self, inner: IntArray) -> tuple[IntArray, IntArray]:
+        return inner + 1, self.nodes["right"][inner].astype(np.int64)
 
     @cached_property
     def _levels(self) -> list[IntArray]:
@@ -145,7 +148,7 @@ class TreeStructure:
         for level in reversed(self._levels):
             inner = level[~leaf[level]]
             f[inner] = model.c_trav
-            for child in (self.left[inner], self.right[inner]):
+            for child in self._children(inner):
                 chance = np.divide(area[child], area[inner], out=np.ones(len(inner)), where=area[inner] > 0)
                 f[inner] += chance * f[child]
         return float(f[0])

@@ -69,7 +69,7 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
         limits_hit = {str(name): int(n) for name, n in json.loads(metadata["limits_hit"]).items()}
         method = metadata["method"]
         lines = Lines.from_segments(arrays["segments"], strands=arrays["strands"], radius=arrays.get("radius"))
-    except (KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
         raise refuse(f"{error}") from None
     fields: dict[str, Any] = {
         "geometry": lines,

@@ -148,9 +148,14 @@ class Builder {
     if (index >= 0xffff'fff0 || tree_.refs.size() + refs.size() > 0xffff'fff0)
       throw std::length_error("a tree holds at most 2^32 nodes and references; set max_refs to less");
     tree_.nodes.push_back({box, 0, std::uint32_t(tree_.refs.size()), 0});
-    if (const auto split = choose(refs, box, depth, spare)) {
+    if (auto split = choose(refs, box, depth, spare)) {
       std::vector<BuildRef> left, right;
       partition(prims_, refs, *split, left, right);
+      if (!Curves<P> && settings_.boxes == BoxRule::tight) {
+        // What was counted plane by plane may be an ulp off; only curves promise not to.
+        split->left = hull(left);
+        split->right = hull(right);
+      }
 
       // Duplicates are paid out of the spare references; the rest goes to the children by number.
       spare -= left.size() + right.size() - refs.size();

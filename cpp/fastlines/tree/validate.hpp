@@ -70,6 +70,8 @@ class Validator {
           node.n_refs != left.n_refs + right.n_refs)
         return fail(i, "axiom 2", "its references are not those of its two children");
     }
+    if (nodes_[0].first_ref != 0 || nodes_[0].n_refs != refs_.size())
+      return fail(0, "axiom 3", "not all references are below the root");
     return true;
   }
 
@@ -81,9 +83,14 @@ class Validator {
         if (!(lo <= hi) || std::isinf(lo) || std::isinf(hi)) return fail(i, "axiom 2", "its box is not a box");
       }
     for (std::size_t i = 0; i < refs_.size(); ++i)
-      if (refs_[i].prim >= prims_.size() || !(0.0f <= refs_[i].s0 && refs_[i].s0 <= refs_[i].s1))
+      if (refs_[i].prim >= prims_.size() || !is_piece(refs_[i]))
         return fail(leaf_of(i), "axiom 2", "reference " + std::to_string(i) + " is not a piece of a primitive");
     return true;
+  }
+
+  /// Only curves are cut into pieces.
+  static bool is_piece(const Reference& ref) {
+    return Curves<P> ? 0.0f <= ref.s0 && ref.s0 <= ref.s1 : ref.s0 == 0.0f && std::isinf(ref.s1);
   }
 
   /// Axiom 3: the root is (P, AABB(∪P)).
@@ -107,7 +114,9 @@ class Validator {
       if (node.is_leaf()) {
         for (const Reference& ref : refs_.subspan(node.first_ref, node.n_refs)) prims.push_back(ref.prim);
         std::sort(prims.begin(), prims.end());
-        prims.erase(std::unique(prims.begin(), prims.end()), prims.end());
+        const auto last = std::unique(prims.begin(), prims.end());
+        if (!Curves<P> && last != prims.end()) return fail(i, "axiom 2", "it lists a primitive twice");
+        prims.erase(last, prims.end());
       } else {
         const Box &left = nodes_[i + 1].box, &right = nodes_[node.right].box;
         if (!node.box.contains(left) || !node.box.contains(right))

@@ -41,9 +41,9 @@ class Plan:
     scenes: Mapping[str, int | None] = field(default_factory=lambda: dict.fromkeys(NAMES))
     methods: tuple[str, ...] = tuple(METHODS)
     rays: int = 512
-    budget: float = 3.0
-    picture: int = 640
-    samples: int = 3
+    budget: float = 2.0
+    picture: int = 600
+    samples: int = 2
     panel: int = 320
     levels: int = 6
     drawn: tuple[str, ...] = ("bvh-d2", "kd-d2")
@@ -65,6 +65,5 @@ QUICK = Plan(
     rays=128,
     budget=0.15,
     picture=256,
-    samples=2,
     panel=224,
 )

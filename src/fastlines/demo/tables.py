@@ -8,6 +8,8 @@ from .result import QUERIES, Result, Row, SceneResult
 
 #: Marks a figure that was measured on a part of the rays.
 PART_MARK = "*"
+#: The columns of a terminal that shows all queries.
+WIDE = 132
 
 
 def markdown(result: Result) -> str:
@@ -39,25 +41,26 @@ def markdown(result: Result) -> str:
 
 
 def print_tables(result: Result) -> None:
-    """Print a short form of all tables: costs, and millions of rays a second."""
+    """Print all tables: costs, and millions of rays a second, of the radius M only if the terminal is narrow."""
     from rich.console import Console
     from rich.table import Table
 
     console = Console()
     if not console.is_terminal:
-        console = Console(width=120)
+        console = Console(width=WIDE)
+    queries = [query for query in QUERIES if console.width >= WIDE or query[1] == "M"]
     for scene in result.scenes:
         table = Table(title=f"{scene.title}: {scene.n_segments:,} segments", title_justify="left", pad_edge=False)
         table.add_column("tree", style="bold", no_wrap=True)
-        for head in ("refs", "nodes", "depth", "cost", "thesis", "build s", *(f"{k} {r}" for k, r in QUERIES)):
+        for head in ("refs", "nodes", "depth", "cost", "thesis", "build s", *(f"{k} {r}" for k, r in queries)):
             table.add_column(head, justify="right", no_wrap=True)
         for row in scene.rows:
-            table.add_row(row.method, *tree_cells(row)[1:], *(mrays(timing) for timing in row.timings.values()))
+            table.add_row(row.method, *tree_cells(row)[1:], *(mrays(row.timings[query]) for query in queries))
         console.print(table)
+    radii = ", ".join(f"{name} {value:g}" for name, value in RADII.items())
     console.print(
-        f"First and all hits: millions of rays a second ({PART_MARK} = a part of the rays asked), radii "
-        + ", ".join(f"{name} {value:g}" for name, value in RADII.items())
-        + f". Answers agree bit for bit ({result.n_compared:,} compared), all {len(result.rows)} trees are valid, "
+        f"First and all hits: millions of rays a second ({PART_MARK} = a part of the rays was asked), radii {radii}. "
+        f"Answers agree bit for bit ({result.n_compared:,} compared), all {len(result.rows)} trees are valid, "
         f"f = g to {result.largest_difference:.0e}; {result.seconds:.0f} s in all.",
         highlight=False,
     )
@@ -66,9 +69,9 @@ def print_tables(result: Result) -> None:
 def tree_cells(row: Row) -> list[str]:
     """Primitives, references, nodes, depth, cost, the thesis's cost and seconds to build."""
     stats = row.stats
-    thesis = f"{row.thesis.cost:,.1f}" if row.thesis else "–"
+    thesis = f"{row.thesis.cost:,.2f}" if row.thesis else "–"
     counts = [f"{stats[key]:,}" for key in ("n_prims", "n_refs", "n_nodes", "depth")]
-    return [*counts, f"{stats['cost']:,.1f}", thesis, f"{row.build_s:.2f}"]
+    return [*counts, f"{stats['cost']:,.2f}", thesis, f"{row.build_s:.2f}"]
 
 
 def ms(timing: Timing) -> str:
@@ -116,5 +119,5 @@ def _other_size(scene: SceneResult) -> str:
 
 
 def _three_digits(value: float) -> str:
-    digits = 0 if value >= 99.95 else 1 if value >= 9.995 else 2
+    digits = 0 if value >= 99.95 else 1 if value >= 9.995 else 2 if value >= 0.0995 else 3
     return f"{value:,.{digits}f}"

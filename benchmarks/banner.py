@@ -1,0 +1,49 @@
+"""Put the README's banner together from the pictures of a demo: ``python benchmarks/banner.py fastlines-demo``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from PIL import Image
+
+from fastlines.scenes import NAMES
+
+WIDTH, GAP = 1280, 6
+
+
+def row(paths: list[Path]) -> Image.Image:
+    """Scale pictures to one height so that together they are as wide as the banner."""
+    pictures = [Image.open(path).convert("RGB") for path in paths]
+    room = WIDTH - GAP * (len(pictures) - 1)
+    height = round(room / sum(picture.width / picture.height for picture in pictures))
+    strip = Image.new("RGB", (WIDTH, height), "white")
+    x = 0
+    for picture in pictures:
+        width = round(height * picture.width / picture.height)
+        strip.paste(picture.resize((width, height), Image.Resampling.LANCZOS), (x, 0))
+        x += width + GAP
+    return strip
+
+
+def main() -> None:
+    """Write the banner."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("demo", type=Path, help="the folder that `fastlines demo` wrote")
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/images/banner.png"))
+    given = parser.parse_args()
+    images = given.demo / "images"
+    rows = [
+        row([images / f"{name}-M.png" for name in NAMES]),
+        row([images / "spaghetti-bvh-d2.png", images / "straight-hair-kd-d2.png"]),
+    ]
+    banner = Image.new("RGB", (WIDTH, sum(strip.height for strip in rows) + GAP), "white")
+    y = 0
+    for strip in rows:
+        banner.paste(strip, (0, y))
+        y += strip.height + GAP
+    banner.quantize(128).save(given.output, optimize=True)
+
+
+if __name__ == "__main__":
+    main()
