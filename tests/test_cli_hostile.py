@@ -79,13 +79,14 @@ def test_bad_files(tree_file, name, command):
     assert not os.path.exists("a.png")
 
 
-def test_an_empty_array_is_no_lines_but_no_crash():
+def test_an_empty_array_can_be_looked_at_but_not_built():
     np.save("empty.npy", np.empty((0, 2, 3)))
     assert json.loads(done("info", "empty.npy", "--json"))["lines"]["bounds"] is None
     done("info", "empty.npy")
-    done("build", "empty.npy", "-o", "empty.flt")
+    assert "holds no segments" in refused("build", "empty.npy", "-o", "empty.flt")[1]
+    fl.build(np.empty((0, 2, 3))).save("empty.flt")
     done("validate", "empty.flt")
-    done("render", "empty.flt", "-r", 1, "-o", "empty.png", "--width", 8, "--height", 8)
+    assert "holds no segments" in refused("render", "empty.flt", "-r", 1, "-o", "empty.png")[1]
     done("query", "empty.flt", "--camera", "4x4", "-r", 1, "-k", "all")
 
 

@@ -53,14 +53,14 @@ def build(
     import fastlines as fl
 
     from ..settings import method_settings
-    from .files import TREE, check_output, open_input, show_progress
+    from .files import TREE, check_output, open_lines, show_progress
 
     check_output(output, TREE)
     settings = method_settings(method)
     costs = {name: value for name, value in (("c_trav", c_trav), ("c_prim", c_prim)) if value is not None}
     bounds = {"max_depth": max_depth, "max_refs": max_refs, "max_leaf_refs": max_leaf_refs}
     given: dict[str, Any] = {name: value for name, value in bounds.items() if value is not None}
-    opened = open_input(source, skip_invalid)
+    opened = open_lines(source, skip_invalid)
     start = time.perf_counter()
     tree = fl.build(
         opened.lines,

@@ -41,6 +41,14 @@ class Source:
         return default_camera(self.lines, self.extension, direction=direction, up=up, fov_degrees=fov, aspect=aspect)
 
 
+def open_lines(text: str, skip_invalid: bool = False) -> Source:
+    """Read an input to work on: one without lines is most likely a mistake, and there would be nothing to show."""
+    source = open_input(text, skip_invalid)
+    if len(source.lines) == 0:
+        raise InputError(f"{text}: holds no segments; expected at least one ('fastlines info' tells what is in a file)")
+    return source
+
+
 def open_input(text: str, skip_invalid: bool = False) -> Source:
     """Read what the argument INPUT names: a file of lines, a tree or a scene."""
     if text.startswith(SCENE):

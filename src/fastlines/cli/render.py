@@ -54,7 +54,7 @@ def render(
     from ..render import check_image_path, depth_image, depth_picture, level_sheet, write_depth, write_picture
     from ..render.depth import check_size
     from ..settings import method_settings
-    from .files import check_output, open_input, show_progress
+    from .files import check_output, open_lines, show_progress
 
     extension = check_image_path(output)
     check_output(output)
@@ -63,7 +63,7 @@ def render(
     look, upwards = vector(direction, "--direction"), vector(up, "--up")
     if levels and extension != ".png":
         raise InputError(f"{output}: levels are drawn as .png")
-    opened = open_input(source, skip_invalid)
+    opened = open_lines(source, skip_invalid)
     camera = opened.camera(look, upwards, fov, 1.0 if levels else width / height)
     progress = show_progress()
     tree = opened.tree or fl.build(opened.lines, method, progress=progress)
