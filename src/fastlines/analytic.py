@@ -4,7 +4,7 @@ Nothing here is a port of the core. The core works in a basis of the ray; here t
 convex problem solved by its candidates, and the capsule is a union of two balls and a piece of a cylinder.
 
 With Δ = P − o the vector from the ray's origin to the segment's start, e the segment, d the direction and
-n = d × e, the two lines are nearest to each other at
+n = d × e, the two lines are nearest to each other at::
 
     t = (Δ × e)·n / |n|²,      s = (Δ × d)·n / |n|²          (Jarosz et al. 2011, the beam × beam query).
 
@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
-#: |d × e| ≤ this · |d|·|e| counts as parallel: float64 knows no smaller angles.
+#: ``|d × e|`` up to this times ``|d|·|e|`` counts as parallel: float64 knows no smaller angles.
 PARALLEL = 1e-14
 
 
@@ -35,7 +35,7 @@ def closest_approach(
 ) -> tuple[Array, Array, Array]:
     """Find where each ray comes nearest to each segment.
 
-    This minimises |P + s·e − o − t·d| over 0 ≤ s ≤ 1 and t_min ≤ t ≤ t_max. Where the minimum is not unique
+    This minimises ``|P + s·e − o − t·d|`` over 0 ≤ s ≤ 1 and t_min ≤ t ≤ t_max. Where the minimum is not unique
     (a segment parallel to the ray) the smallest such t counts.
 
     Parameters
