@@ -115,22 +115,16 @@ def test_is_mapped_aligned_and_read_only(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("shift", [1, 2, 3, 4])
-def test_sections_out_of_step_are_refused_or_put_right(tmp_path: Path, shift: int) -> None:
+def test_sections_out_of_step_are_refused(tmp_path: Path, shift: int) -> None:
     """The core reads words: it must not be given any that start between two."""
     path = tmp_path / "a.flt"
-    tree, data = saved(path)
+    _, data = saved(path)
     header, body = split(data)
     text = json.dumps(header).encode()
     text += b" " * (-(8 + len(text)) % 64 + shift)
     path.write_bytes(len(text).to_bytes(8, "little") + text + body)
-    try:
-        back = fl.load(path)
-    except fl.FileFormatError:
-        return
-    for array in (back.nodes, back.refs, back.geometry.segments, back.geometry.strands, back.geometry.radius):
-        assert array.ctypes.data % 4 == 0
-        assert array.flags.aligned
-    assert same_answers(tree, back)
+    with pytest.raises(fl.FileFormatError, match="multiple of 64"):
+        fl.load(path)
 
 
 def test_saving_is_all_or_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -67,6 +67,8 @@ def read(path: str | os.PathLike[str]) -> tuple[dict[str, npt.NDArray[Any]], dic
     length = int.from_bytes(raw[:8].tobytes(), "little")
     if length > min(MAX_HEADER, size - 8):
         raise refuse(f"its header would be {length} bytes long")
+    if (8 + length) % ALIGNMENT:
+        raise refuse(f"its sections start at byte {8 + length}, which is not a multiple of {ALIGNMENT}")
     try:
         header = json.loads(raw[8 : 8 + length].tobytes())
         metadata = header.pop("__metadata__")
@@ -88,6 +90,8 @@ def read(path: str | os.PathLike[str]) -> tuple[dict[str, npt.NDArray[Any]], dic
             n_bytes *= n
         if begin != position or end - begin != n_bytes or len(shape) > 3 or not all(0 <= n <= size for n in shape):
             raise refuse(f"the section {name!r} does not have the size of its array")
+        if begin % dtype.itemsize:
+            raise refuse(f"the section {name!r} starts between two of its numbers")
         position = end
         if 8 + length + end > size:
             break
