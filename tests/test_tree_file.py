@@ -210,7 +210,6 @@ SETTINGS = [
     '{"splits": [{"name": "plane_grid", "n": 3}], "boxes": "tight", "lookahead": [1], "cost": {}, "limits": {}}',
     '{"splits": [{"name": "plane_grid"}], "boxes": "loose", "lookahead": [1], "cost": {}, "limits": {}}',
     '{"splits": [{"name": "plane_grid"}], "boxes": "tight", "lookahead": [1e999], "cost": {}, "limits": {}}',
-    '{"splits": [{"name": "plane_grid"}], "boxes": "tight", "lookahead": 1, "cost": {}, "limits": {}}',
     '{"splits": [{"name": "plane_grid"}], "boxes": "tight", "lookahead": [1], "cost": {"c_trav": NaN}, "limits": {}}',
     '{"splits": [{"name": "plane_grid"}], "boxes": "tight", "lookahead": [1], "cost": [], "limits": {"a": 1}}',
 ]  # fmt: skip

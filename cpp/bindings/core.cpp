@@ -44,7 +44,7 @@ nb::tuple build(const std::string& kind, Input<float> data,
                 const std::vector<std::tuple<std::string, int, std::size_t>>& splits, bool cut,
                 const std::vector<int>& lookahead, double c_trav, double c_prim, std::size_t max_depth,
                 std::size_t max_leaf_refs, std::size_t max_refs, std::size_t leaf_refs, double leaf_size,
-                nb::object progress) {
+                int bad_levels, bool prune, double radius_hint, nb::object progress) {
   Settings settings;
   settings.splits.clear();
   for (const auto& [name, n_planes, limit] : splits) settings.splits.push_back({split_set(name, n_planes), limit});
@@ -52,6 +52,9 @@ nb::tuple build(const std::string& kind, Input<float> data,
   settings.lookahead = lookahead;
   settings.cost = {c_trav, c_prim};
   settings.limits = {max_depth, max_leaf_refs, max_refs, leaf_refs, leaf_size};
+  settings.bad_levels = bad_levels;
+  settings.prune = prune;
+  settings.radius_hint = radius_hint;
 
   Tree tree;
   LimitsHit hit;
@@ -190,7 +193,8 @@ NB_MODULE(_core, m) {
   using namespace fastlines;
   m.doc() = "The C++ core of fastlines. Use the functions of the package; they check what they are given.";
   m.def("build", &build, "kind"_a, "data"_a.noconvert(), "splits"_a, "cut"_a, "lookahead"_a, "c_trav"_a, "c_prim"_a,
-        "max_depth"_a, "max_leaf_refs"_a, "max_refs"_a, "leaf_refs"_a, "leaf_size"_a, "progress"_a.none());
+        "max_depth"_a, "max_leaf_refs"_a, "max_refs"_a, "leaf_refs"_a, "leaf_size"_a, "bad_levels"_a, "prune"_a,
+        "radius_hint"_a, "progress"_a.none());
   m.def("validate", &check, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "cut"_a);
   const auto query = [&](const char* name, auto function) {
     m.def(name, function, "data"_a.noconvert(), "nodes"_a.noconvert().none(), "refs"_a.noconvert(),

@@ -24,6 +24,9 @@ def build(
     max_refs: int,
     leaf_refs: int,
     leaf_size: float,
+    bad_levels: int,
+    prune: bool,
+    radius_hint: float,
     progress: _Progress,
 ) -> tuple[_Words, _Words, tuple[int, int, int]]: ...
 def validate(kind: str, data: _Floats, nodes: _Words, refs: _Words, cut: bool) -> tuple[int, str, str] | None: ...

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy.typing as npt
@@ -11,7 +12,7 @@ from . import _core
 from .errors import InputError
 from .primitives import Geometry, as_geometry, core_data
 from .progress import ProgressOption, reporting
-from .settings import REF_LIMIT, BoxRule, Cost, Limits, Settings, SplitSet, method_settings
+from .settings import DEFAULT_METHOD, REF_LIMIT, BoxRule, Cost, Limits, Settings, SplitSet, method_settings
 from .structure import NODE, REF
 from .tree import Tree
 
@@ -28,6 +29,9 @@ def build(
     lookahead: int | Sequence[int] | None = None,
     cost: Cost | None = None,
     limits: Limits | None = None,
+    bad_levels: int | None = None,
+    prune: bool | None = None,
+    radius_hint: float | None = None,
     invalid: str = "error",
     progress: ProgressOption = False,
 ) -> Tree:
@@ -37,8 +41,9 @@ def build(
     ----------
     geometry : Lines, Triangles, Boxes or (n, 2, 3) array
         The primitives; an array is taken for segments.
-    method : {"bvh-d2", "bvh-cl", "bvh-ss", "kd-cl", "kd-d2"}
-        A named tree of the thesis, the first by default. The other arguments change its settings.
+    method : {"best", "bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-d2"}
+        The tree that queries are fastest on (the default), or one of the thesis. The other arguments change its
+        settings; without a name they change those of `Settings()`.
     splits : SplitSet or sequence of SplitSet, optional
         The candidate splits at each node: `PlaneGrid`, `ObjectSweep`, `PlaneEvents`, `Median`, `Middle`.
     boxes : {"tight", "cut"}, optional
@@ -49,6 +54,8 @@ def build(
         c_trav and c_prim.
     limits : Limits, optional
         Depth, leaf size, number of references.
+    bad_levels, prune, radius_hint : optional
+        How to get past levels that look no better than a leaf; see `Settings`.
     invalid : {"error", "skip"}
         What to do with segments that hold NaN or Inf; see `Lines.from_segments`.
     progress : bool or callable
@@ -70,10 +77,20 @@ def build(
     2
     """
     geometry = as_geometry(geometry, invalid=invalid)
-    given: dict[str, Any] = {"splits": splits, "boxes": boxes, "lookahead": lookahead, "cost": cost, "limits": limits}
+    given: dict[str, Any] = {
+        "splits": splits,
+        "boxes": boxes,
+        "lookahead": lookahead,
+        "cost": cost,
+        "limits": limits,
+        "bad_levels": bad_levels,
+        "prune": prune,
+        "radius_hint": radius_hint,
+    }
     given = {name: value for name, value in given.items() if value is not None}
-    base = method_settings("bvh-d2" if method is None else method)
-    settings = Settings(**{**{name: getattr(base, name) for name in Settings.__dataclass_fields__}, **given})
+    if method is None and not given:
+        method = DEFAULT_METHOD
+    settings = replace(Settings() if method is None else method_settings(method), **given)
     limits = settings.limits
     if len(geometry) > REF_LIMIT:
         raise InputError(f"{len(geometry)} primitives are more than a tree can name ({REF_LIMIT}); split them up")
@@ -101,10 +118,12 @@ def build(
             limits.refs_for(len(geometry)),
             limits.leaf_refs,
             limits.leaf_size,
+            settings.bad_levels,
+            settings.prune,
+            settings.radius_hint,
             callback,
         )
     nodes, refs = nodes.reshape(-1).view(NODE), refs.reshape(-1).view(REF)
     nodes.flags.writeable = refs.flags.writeable = False
-    name = (method or "bvh-d2") if not given else "custom"
     limits_hit = {limit: n for limit, n in zip(("max_depth", "max_refs", "max_leaf_refs"), hit, strict=True) if n}
-    return Tree(geometry, nodes, refs, settings, name, limits_hit)
+    return Tree(geometry, nodes, refs, settings, "custom" if given or method is None else method, limits_hit)

@@ -165,6 +165,14 @@ class Settings:
         The cost model.
     limits : Limits
         Where to stop.
+    bad_levels : int
+        How many levels in a row may be split though that looks no better than a leaf. Where long lines cross, the first
+        levels of a good tree look bad.
+    prune : bool
+        Take back, from the bottom up, what bad levels did not pay for.
+    radius_hint : float
+        The search measures boxes grown by this much, in parts of the scene's longest side. A query that comes with a
+        radius meets boxes grown by it.
 
     Raises
     ------
@@ -177,6 +185,9 @@ class Settings:
     lookahead: tuple[int, ...] = (1,)
     cost: Cost = Cost()
     limits: Limits = Limits()
+    bad_levels: int = 0
+    prune: bool = True
+    radius_hint: float = 0.0
 
     def __post_init__(self) -> None:
         splits = sequence("splits", self.splits, SplitSet, "one or more of fl.PlaneGrid(16), fl.ObjectSweep(), …")
@@ -184,6 +195,14 @@ class Settings:
         lookahead = sequence("lookahead", self.lookahead, (int, np.integer), several)
         object.__setattr__(self, "splits", splits)
         object.__setattr__(self, "lookahead", tuple(count("lookahead", depth, 0, 8) for depth in lookahead))
+        object.__setattr__(self, "bad_levels", count("bad_levels", self.bad_levels, 0, 16))
+        if not isinstance(self.prune, bool):
+            raise InputError(f"prune={self.prune!r}; expected True or False")
+        what = "a share of the scene's longest side, 0 to 1"
+        hint = 0.0 if self.radius_hint == 0 else number("radius_hint", self.radius_hint, what, 0.0)
+        if hint > 1.0:
+            raise InputError(f"radius_hint={self.radius_hint!r}; expected {what}")
+        object.__setattr__(self, "radius_hint", hint)
         if self.boxes not in ("tight", "cut"):
             raise InputError(f"boxes={self.boxes!r}; expected 'tight' (BVH) or 'cut' (KD tree)")
         if not isinstance(self.cost, Cost):
@@ -197,8 +216,17 @@ class Settings:
                 raise InputError("max_leaf_refs can not be promised by a KD tree (boxes='cut'); leave it out")
 
 
-#: The five trees of the thesis (§5). c_trav is fitted to its tables: 2.0 for BVHs, 0.6 for KD trees.
+#: The tree that the fast queries like best, and the five of the thesis (§5). c_trav is fitted to the tables of the
+#: thesis: 2.0 for BVHs, 0.6 for KD trees.
 METHODS: dict[str, Settings] = {
+    "best": Settings(
+        splits=(PlaneGrid(16), ObjectSweep(max_refs=32)),
+        bad_levels=3,
+        prune=False,
+        radius_hint=0.001,
+        cost=Cost(c_trav=4.0),
+        limits=Limits(max_leaf_refs=16),
+    ),
     "bvh-cl": Settings(splits=(ObjectSweep(),)),
     "bvh-ss": Settings(splits=(PlaneGrid(8),)),
     "bvh-d2": Settings(splits=(PlaneGrid(8),), lookahead=(1, 2)),
@@ -206,8 +234,14 @@ METHODS: dict[str, Settings] = {
     "kd-d2": Settings(splits=(PlaneGrid(12),), boxes="cut", lookahead=(1, 2), cost=Cost(c_trav=0.6)),
 }
 
+DEFAULT_METHOD = "best"
+
+#: The named trees of the thesis.
+THESIS_METHODS = tuple(method for method in METHODS if method != "best")
+
 #: What each named tree is, in a line.
 METHOD_NOTES: dict[str, str] = {
+    "best": "a grid of planes, through up to 3 bad levels; what queries are fastest on",
     "bvh-cl": "whole primitives, SAH",
     "bvh-ss": "primitives cut by a grid of planes, SAH",
     "bvh-d2": "as bvh-ss; where SAH says leaf, look two levels ahead",

@@ -125,5 +125,9 @@ def _settings_to_json(settings: Settings) -> dict[str, Any]:
 
 def _settings_from_json(data: dict[str, Any]) -> Settings:
     sets: dict[str, type[SplitSet]] = {kind.name: kind for kind in SplitSet.__subclasses__()}
-    splits = tuple(sets[entry.pop("name")](**entry) for entry in data["splits"])
-    return Settings(splits, data["boxes"], tuple(data["lookahead"]), Cost(**data["cost"]), Limits(**data["limits"]))
+    parts: dict[str, Any] = {
+        "splits": tuple(sets[entry.pop("name")](**entry) for entry in data.pop("splits")),
+        "cost": Cost(**data.pop("cost")),
+        "limits": Limits(**data.pop("limits")),
+    }
+    return Settings(**parts, **data)

@@ -23,6 +23,9 @@ struct Settings {
   Splits splits{{PlaneGrid{}}};
   BoxRule boxes = BoxRule::tight;
   std::vector<int> lookahead{1};  ///< each is tried where the one before says leaf
+  int bad_levels = 0;             ///< how many levels in a row may be split though that looks no better than a leaf
+  bool prune = true;              ///< take back what bad levels did not pay for
+  double radius_hint = 0.0;       ///< the search measures boxes grown by this much of the scene's longest side
   Cost cost;
   Limits limits;
 };

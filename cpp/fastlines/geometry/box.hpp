@@ -50,8 +50,9 @@ struct Box {
     return axis;
   }
 
-  [[gnu::always_inline]] double area() const {
-    const double x = side(0), y = side(1), z = side(2);
+  /// The area of the box grown by `margin` on all sides.
+  [[gnu::always_inline]] double area(double margin = 0.0) const {
+    const double x = side(0) + 2 * margin, y = side(1) + 2 * margin, z = side(2) + 2 * margin;
     return is_empty() ? 0.0 : 2.0 * (x * y + x * z + y * z);
   }
 

@@ -15,7 +15,7 @@ from .options import Input, Json, Method, Skip
 @app.command(short_help="Build a tree and keep it in a file.")
 def build(
     source: Input,
-    method: Method = "bvh-d2",
+    method: Method = "best",
     output: Annotated[
         str | None,
         typer.Option("--output", "-o", metavar="FILE.flt", help="Where to write the tree; without it, only figures."),

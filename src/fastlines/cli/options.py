@@ -23,7 +23,8 @@ def _finite(value: float | None) -> float | None:
 Input = Annotated[str, typer.Argument(metavar="INPUT", help=INPUT_HELP, show_default=False)]
 TreeFile = Annotated[str, typer.Argument(metavar="TREE", help="A tree file (.flt).", show_default=False)]
 Method = Annotated[
-    str, typer.Option("--method", "-m", help="Which tree: bvh-cl, bvh-ss, bvh-d2, kd-cl or kd-d2.", metavar="NAME")
+    str,
+    typer.Option("--method", "-m", help="Which tree: best, bvh-cl, bvh-ss, bvh-d2, kd-cl or kd-d2.", metavar="NAME"),
 ]
 Radius = Annotated[
     float,

@@ -32,7 +32,7 @@ def render(
     levels: Annotated[
         int, typer.Option("--levels", min=0, max=64, help="Draw the boxes of so many levels of the tree instead.")
     ] = 0,
-    method: Method = "bvh-d2",
+    method: Method = "best",
     skip_invalid: Skip = False,
 ) -> None:
     """Draw lines by depth: lighter is nearer. Of a file of lines or a scene, a tree is built first.

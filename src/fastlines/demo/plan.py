@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ..scenes import NAMES
-from ..settings import METHODS
+from ..settings import THESIS_METHODS
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Plan:
 
     name: str
     scenes: Mapping[str, int | None] = field(default_factory=lambda: dict.fromkeys(NAMES))
-    methods: tuple[str, ...] = tuple(METHODS)
+    methods: tuple[str, ...] = THESIS_METHODS
     rays: int = 512
     budget: float = 2.0
     picture: int = 600
