@@ -27,7 +27,10 @@ HEADERS = (
     "tree/validate.hpp",
     "build/progress.hpp",
     "build",
+    "simd",
     "query",
+    "layout",
+    "kernels",
     "fastlines.hpp",
 )
 
@@ -48,6 +51,8 @@ MODULES = (
     "hits",
     "rays",
     "_core",
+    "engines",
+    "layout",
     "structure",
     "container",
     "treefile",

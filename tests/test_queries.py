@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import fastlines as fl
+from fastlines.engines import KERNELS
 from fastlines.query import QUERIES
 
 SEEDS = range(20)
@@ -67,6 +68,14 @@ def assert_same(got: Any, expected: Any) -> None:
         assert len(rows) == 0, f"{name} differs at {rows[:5]}: {a.flat[rows[:5]]}, expected {b.flat[rows[:5]]}"
 
 
+#: The kinds of query that can be asked for either t.
+WITH_AT = ("first_hit", "all_hits", "next_hits")
+
+
+def options(query: str) -> dict[str, int]:
+    return {"k": 3} if query == "next_hits" else {}
+
+
 def question(case: nasty.Case) -> tuple[dict[str, Any], int]:
     """Ask all rays of a case with all its radii at once; the rays of one radius follow each other."""
     n, n_radii = len(case.origins), len(case.radii)
@@ -103,14 +112,16 @@ def test_trees_answer_as_brute_force_does(seed: int, name: str) -> None:
     trees = {method: build(case.segments, method) for method in fl.METHODS}
     for tree in trees.values():
         tree.validate()
+    forced = trees[list(trees)[seed % len(trees)]]
     answers = {}
     for query in QUERIES:
-        for at in ("closest", "surface") if query in ("first_hit", "all_hits") else (None,):
-            how = {} if at is None else {"at": at}
+        for at in ("closest", "surface") if query in WITH_AT else (None,):
+            how = ({} if at is None else {"at": at}) | options(query)
             expected = fl.brute_force(case.segments, **asked, query=query, **how)
             answers[query, at] = expected
             for tree in trees.values():
-                assert_same(getattr(tree, query)(**asked, **how), expected)
+                for kernel in KERNELS if tree is forced else ("auto", "binary"):
+                    assert_same(getattr(tree, query)(**asked, **how, kernel=kernel), expected)
 
     closest, surface = answers["all_hits", "closest"], answers["all_hits", "surface"]
     check_relations(closest, answers["first_hit", "closest"], n_rays)
@@ -151,7 +162,10 @@ def test_general_settings_answer_as_brute_force_does(settings: str, name: str) -
     assert stats["depth"] <= limits.max_depth
     assert limits.max_leaf_refs is None or stats["largest_leaf_refs"] <= limits.max_leaf_refs
     for query in QUERIES:
-        assert_same(getattr(tree, query)(**asked), fl.brute_force(case.segments, **asked, query=query))
+        how = options(query)
+        expected = fl.brute_force(case.segments, **asked, query=query, **how)
+        for kernel in ("auto", "binary"):
+            assert_same(getattr(tree, query)(**asked, **how, kernel=kernel), expected)
 
 
 @pytest.mark.parametrize("name", nasty.NAMES)
@@ -203,8 +217,10 @@ def test_number_of_threads_does_not_show(method: str) -> None:
                 fl.set_num_threads(n_threads)
                 assert fl.get_num_threads() == n_threads
                 radius = case.radii["per ray"]
-                answers.append(getattr(tree, query)(case.origins, case.directions, radius))
-                answers.append(fl.brute_force(case.segments, case.origins, case.directions, radius, query=query))
+                rays = (case.origins, case.directions, radius)
+                for kernel in KERNELS:
+                    answers.append(getattr(tree, query)(*rays, **options(query), kernel=kernel))
+                answers.append(fl.brute_force(case.segments, *rays, query=query, **options(query)))
             for answer in answers[1:]:
                 assert_same(answer, answers[0])
     finally:
@@ -215,12 +231,15 @@ def test_number_of_threads_does_not_show(method: str) -> None:
 def test_one_number_for_all_rays_is_that_number_for_each(query: str) -> None:
     case = cases(2)["window per ray"]
     tree = build(case.segments, "bvh-d2")
+
+    def ask(directions: Any, radius: Any, **bounds: Any) -> Any:
+        return getattr(tree, query)(case.origins, directions, radius, **options(query), **bounds)
+
     each = np.full(len(case.origins), 0.05, np.float32)
-    expected = getattr(tree, query)(case.origins, case.directions, each, t_min=0 * each + 0.5, t_max=each * 60)
-    got = getattr(tree, query)(case.origins, case.directions, 0.05, t_min=0.5, t_max=np.float32(0.05) * 60)
-    assert_same(got, expected)
-    one = getattr(tree, query)(case.origins, case.directions[0], 0.05)
-    assert_same(one, getattr(tree, query)(case.origins, np.tile(case.directions[0], (len(case.origins), 1)), 0.05))
+    expected = ask(case.directions, each, t_min=0 * each + 0.5, t_max=each * 60)
+    assert_same(ask(case.directions, 0.05, t_min=0.5, t_max=np.float32(0.05) * 60), expected)
+    tiled = np.tile(case.directions[0], (len(case.origins), 1))
+    assert_same(ask(case.directions[0], 0.05), ask(tiled, 0.05))
 
 
 SHAPES = [

@@ -6,12 +6,12 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
-#include "arrays.hpp"
 #include "fastlines/build/builder.hpp"
+#include "fastlines/layout/collapse.hpp"
 #include "fastlines/primitives/boxes.hpp"
 #include "fastlines/primitives/triangles.hpp"
-#include "fastlines/query/batch.hpp"
 #include "fastlines/tree/validate.hpp"
+#include "rays.hpp"
 #include "watch.hpp"
 
 namespace nb = nanobind;
@@ -36,6 +36,21 @@ SplitSet split_set(const std::string& name, int n_planes) {
   if (name == "median") return Median{};
   if (name == "middle") return Middle{};
   throw std::invalid_argument("unknown split set: " + name);
+}
+
+/// The widest instruction set of this machine that there is a module for.
+const char* best_simd() {
+#if defined(__x86_64__) || defined(__i386__)
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
+    return "avx512";
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return "avx2";
+  if (__builtin_cpu_supports("sse4.2")) return "sse42";
+  return "portable";
+#elif defined(__aarch64__)
+  return "neon";
+#else
+  return "portable";
+#endif
 }
 
 BoxRule box_rule(bool cut) { return cut ? BoxRule::cut : BoxRule::tight; }
@@ -86,47 +101,32 @@ std::optional<std::tuple<std::size_t, std::string, std::string>> check(const std
   return std::make_tuple(found->node, found->axiom, found->detail);
 }
 
-/// Rays as Python hands them over.
-RayBatch batch(const Input<float>& origins, const Input<float>& directions, const Input<float>& radius,
-               const Input<float>& t_min, const Input<float>& t_max) {
-  return {rows<Vec3>(origins), rows<Vec3>(directions), rows<float>(radius), rows<float>(t_min), rows<float>(t_max)};
+/// The layout that wide queries run on, and the mean extent of its leaves.
+nb::tuple widen(Input<float> data, Input<std::uint32_t> nodes, Input<std::uint32_t> refs, double radius_hint,
+                nb::object progress) {
+  WideTree wide;
+  watch(
+      [&](Progress& watched) {
+        wide = collapse(rows<Node>(nodes), rows<Reference>(refs), rows<Segment>(data), {.radius_hint = radius_hint},
+                        watched);
+      },
+      progress);
+  return nb::make_tuple(copy_rows<std::uint8_t>(wide.nodes), copy_rows<std::uint8_t>(wide.leaves),
+                        copy_rows<std::uint32_t>(wide.refs), wide.mean_extent);
 }
 
-/// Hits as one array a property.
-struct HitColumns {
-  Output<float> t, u, distance, t_out;
-  Output<std::int64_t> prim;
+std::size_t n_rays(const RayArrays& rays) { return batch_of(rays).size(); }
 
-  explicit HitColumns(std::size_t n)
-      : t(make_array<float>(n)),
-        u(make_array<float>(n)),
-        distance(make_array<float>(n)),
-        t_out(make_array<float>(n)),
-        prim(make_array<std::int64_t>(n)) {}
-
-  void set(std::size_t i, const Hit& hit) {
-    t.data()[i] = hit.t;
-    u.data()[i] = hit.u;
-    distance.data()[i] = hit.distance;
-    t_out.data()[i] = hit.t_out;
-    prim.data()[i] = hit.prim;
-  }
-};
-
-/// Call run(search, progress) with a search through the tree, or through every segment where there is none. Small
-/// batches run on the calling thread: nobody waits long enough to press Ctrl-C.
+/// Call run(search, progress) with a search through the tree, or through every segment where there is none.
 template <class Run>
 void with_search(const Input<float>& data, const std::optional<Input<std::uint32_t>>& nodes,
-                 const Input<std::uint32_t>& refs, std::size_t n_rays, const nb::object& progress, Run&& run) {
+                 const Input<std::uint32_t>& refs, std::size_t n, const nb::object& progress, Run&& run) {
   const auto segments = rows<Segment>(data);
   if (nodes) {
     const auto all_nodes = rows<Node>(*nodes);
     const TreeSearch search{all_nodes, rows<Reference>(refs), segments, frame_of(all_nodes[0].box)};
-    if (n_rays > kChunk || n_rays * segments.size() > 10'000'000)
-      return watch([&](Progress& watched) { run(search, watched); }, progress);
-    nb::gil_scoped_release release;
-    Progress unwatched;
-    return run(search, unwatched);
+    return watch_if(n > kChunk || n * segments.size() > 10'000'000, progress,
+                    [&](Progress& watched) { run(search, watched); });
   }
   const Box box = bounds_of_all(Segments{segments});
   const BruteForce search{segments, frame_of(box.is_empty() ? Box{{0, 0, 0}, {0, 0, 0}} : box)};
@@ -135,55 +135,46 @@ void with_search(const Input<float>& data, const std::optional<Input<std::uint32
 
 using OptionalNodes = std::optional<Input<std::uint32_t>>;
 
-nb::tuple first_hit(Input<float> data, OptionalNodes nodes, Input<std::uint32_t> refs, Input<float> origins,
-                    Input<float> directions, Input<float> radius, Input<float> t_min, Input<float> t_max, bool surface,
+nb::tuple first_hit(Input<float> data, OptionalNodes nodes, Input<std::uint32_t> refs, RayArrays rays, bool surface,
                     unsigned n_threads, nb::object progress) {
-  const RayBatch rays = batch(origins, directions, radius, t_min, t_max);
-  HitColumns hits(rays.size());
-  with_search(data, nodes, refs, rays.size(), progress, [&](const auto& search, Progress& watched) {
-    first_hits(search, rays, surface ? At::surface : At::closest, n_threads, watched,
-               [&](std::size_t i, const Hit& hit) { hits.set(i, hit); });
+  HitArrays hits(n_rays(rays), surface);
+  with_search(data, nodes, refs, n_rays(rays), progress, [&](const auto& search, Progress& watched) {
+    first_hits(search, batch_of(rays), surface ? At::surface : At::closest, n_threads, watched,
+               [&](std::size_t i, const Hit& hit) { hits.columns().set(i, hit); });
   });
-  return nb::make_tuple(hits.t, hits.prim, hits.u, hits.distance, hits.t_out);
+  return hits.tuple();
 }
 
-Output<bool> any_hit(Input<float> data, OptionalNodes nodes, Input<std::uint32_t> refs, Input<float> origins,
-                     Input<float> directions, Input<float> radius, Input<float> t_min, Input<float> t_max, bool,
+Output<bool> any_hit(Input<float> data, OptionalNodes nodes, Input<std::uint32_t> refs, RayArrays rays, bool,
                      unsigned n_threads, nb::object progress) {
-  const RayBatch rays = batch(origins, directions, radius, t_min, t_max);
-  auto found = make_array<bool>(rays.size());
-  with_search(data, nodes, refs, rays.size(), progress, [&](const auto& search, Progress& watched) {
-    any_hits(search, rays, n_threads, watched, {found.data(), rays.size()});
+  auto found = make_array<bool>(n_rays(rays));
+  with_search(data, nodes, refs, n_rays(rays), progress, [&](const auto& search, Progress& watched) {
+    any_hits(search, batch_of(rays), n_threads, watched, {found.data(), n_rays(rays)});
   });
   return found;
 }
 
-Output<std::int64_t> count(Input<float> data, OptionalNodes nodes, Input<std::uint32_t> refs, Input<float> origins,
-                           Input<float> directions, Input<float> radius, Input<float> t_min, Input<float> t_max, bool,
+Output<std::int64_t> count(Input<float> data, OptionalNodes nodes, Input<std::uint32_t> refs, RayArrays rays, bool,
                            unsigned n_threads, nb::object progress) {
-  const RayBatch rays = batch(origins, directions, radius, t_min, t_max);
-  auto counts = make_array<std::int64_t>(rays.size());
-  with_search(data, nodes, refs, rays.size(), progress, [&](const auto& search, Progress& watched) {
-    count_hits(search, rays, n_threads, watched, {counts.data(), rays.size()});
+  auto counts = make_array<std::int64_t>(n_rays(rays));
+  with_search(data, nodes, refs, n_rays(rays), progress, [&](const auto& search, Progress& watched) {
+    count_hits(search, batch_of(rays), n_threads, watched, {counts.data(), n_rays(rays)});
   });
   return counts;
 }
 
-nb::tuple all_hit(Input<float> data, OptionalNodes nodes, Input<std::uint32_t> refs, Input<float> origins,
-                  Input<float> directions, Input<float> radius, Input<float> t_min, Input<float> t_max, bool surface,
-                  unsigned n_threads, nb::object progress) {
-  const RayBatch rays = batch(origins, directions, radius, t_min, t_max);
-  AllHits all;
-  with_search(data, nodes, refs, rays.size(), progress, [&](const auto& search, Progress& watched) {
-    all = all_hits(search, rays, surface ? At::surface : At::closest, n_threads, watched);
+/// All hits, or with k those that are nearest.
+nb::tuple list(Input<float> data, OptionalNodes nodes, Input<std::uint32_t> refs, RayArrays rays, bool surface,
+               std::optional<std::size_t> k, unsigned n_threads, nb::object progress) {
+  std::optional<PendingLists> lists;
+  const At at = surface ? At::surface : At::closest;
+  with_search(data, nodes, refs, n_rays(rays), progress, [&](const auto& search, Progress& watched) {
+    if (k)
+      lists = list_hits(search, batch_of(rays), n_threads, watched, [&](const Ray& ray) { return NextSink(at, ray, *k); });
+    else
+      lists = list_hits(search, batch_of(rays), n_threads, watched, [&](const Ray& ray) { return AllSink(at, ray); });
   });
-  HitColumns hits(std::size_t(all.offsets.back()));
-  std::size_t i = 0;
-  for (std::vector<Hit>& chunk : all.chunks) {
-    for (const Hit& hit : chunk) hits.set(i++, hit);
-    chunk = {};
-  }
-  return nb::make_tuple(copy_column(all.offsets), hits.t, hits.prim, hits.u, hits.distance, hits.t_out);
+  return placed(*lists, surface, n_threads);
 }
 
 }  // namespace
@@ -196,13 +187,15 @@ NB_MODULE(_core, m) {
         "max_depth"_a, "max_leaf_refs"_a, "max_refs"_a, "leaf_refs"_a, "leaf_size"_a, "bad_levels"_a, "prune"_a,
         "radius_hint"_a, "progress"_a.none());
   m.def("validate", &check, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "cut"_a);
-  const auto query = [&](const char* name, auto function) {
-    m.def(name, function, "data"_a.noconvert(), "nodes"_a.noconvert().none(), "refs"_a.noconvert(),
-          "origins"_a.noconvert(), "directions"_a.noconvert(), "radius"_a.noconvert(), "t_min"_a.noconvert(),
-          "t_max"_a.noconvert(), "surface"_a, "n_threads"_a, "progress"_a.none());
-  };
-  query("first_hit", &first_hit);
-  query("any_hit", &any_hit);
-  query("count_hits", &count);
-  query("all_hits", &all_hit);
+  m.def("widen", &widen, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "radius_hint"_a,
+        "progress"_a.none());
+  m.def("best_simd", [] { return best_simd(); });
+  m.def("first_hit", &first_hit, "data"_a.noconvert(), "nodes"_a.noconvert().none(), "refs"_a.noconvert(), "rays"_a,
+        "surface"_a, "n_threads"_a, "progress"_a.none());
+  m.def("any_hit", &any_hit, "data"_a.noconvert(), "nodes"_a.noconvert().none(), "refs"_a.noconvert(), "rays"_a,
+        "surface"_a, "n_threads"_a, "progress"_a.none());
+  m.def("count_hits", &count, "data"_a.noconvert(), "nodes"_a.noconvert().none(), "refs"_a.noconvert(), "rays"_a,
+        "surface"_a, "n_threads"_a, "progress"_a.none());
+  m.def("list_hits", &list, "data"_a.noconvert(), "nodes"_a.noconvert().none(), "refs"_a.noconvert(), "rays"_a,
+        "surface"_a, "k"_a.none(), "n_threads"_a, "progress"_a.none());
 }

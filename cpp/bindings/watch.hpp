@@ -61,4 +61,13 @@ void watch(Job&& job, nanobind::object callback) {
   if (error) std::rethrow_exception(error);
 }
 
+/// Work that may be over before anyone could press Ctrl-C is done at once, on the calling thread.
+template <class Job>
+void watch_if(bool is_long, const nanobind::object& callback, Job&& job) {
+  if (is_long) return watch(job, callback);
+  nanobind::gil_scoped_release release;
+  Progress unwatched;
+  job(unwatched);
+}
+
 }  // namespace fastlines

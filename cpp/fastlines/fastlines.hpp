@@ -2,8 +2,10 @@
 #pragma once
 
 #include "build/builder.hpp"
+#include "kernels/run.hpp"
+#include "layout/collapse.hpp"
 #include "primitives/boxes.hpp"
 #include "primitives/segments.hpp"
 #include "primitives/triangles.hpp"
-#include "query/batch.hpp"
+#include "query/lists.hpp"
 #include "tree/validate.hpp"

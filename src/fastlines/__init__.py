@@ -13,6 +13,7 @@ from importlib.metadata import version as _version
 from . import scenes, theory
 from .builder import build
 from .camera import Camera
+from .engines import available_simd, set_simd, simd
 from .errors import FastlinesError, FileFormatError, InputError, InvalidTreeError, MissingExtraError
 from .geometry import Lines
 from .hits import AllHits, FirstHits
@@ -47,6 +48,7 @@ __all__ = [
     "Settings",
     "Tree",
     "Triangles",
+    "available_simd",
     "brute_force",
     "build",
     "get_num_threads",
@@ -54,5 +56,7 @@ __all__ = [
     "read",
     "scenes",
     "set_num_threads",
+    "set_simd",
+    "simd",
     "theory",
 ]

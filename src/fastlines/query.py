@@ -2,70 +2,94 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from .checks import count
+from .engines import engine, kernel_number
 from .errors import InputError
 from .geometry import Lines, as_lines
 from .hits import AllHits, FirstHits
+from .layout import Layout
 from .progress import ProgressOption, reporting
-from .rays import check_rays
+from .rays import Rays, check_rays
 from .threads import get_num_threads
 
-QueryName: TypeAlias = Literal["first_hit", "any_hit", "count_hits", "all_hits"]
+QueryName: TypeAlias = Literal["first_hit", "any_hit", "count_hits", "all_hits", "next_hits"]
 
 #: The kinds of query, by the name of their method.
-QUERIES: tuple[QueryName, ...] = ("first_hit", "any_hit", "count_hits", "all_hits")
+QUERIES: tuple[QueryName, ...] = ("first_hit", "any_hit", "count_hits", "all_hits", "next_hits")
 
 
-def run(
-    query: QueryName,
-    lines: Lines,
-    nodes: npt.NDArray[Any] | None,
-    refs: npt.NDArray[Any],
-    origins: npt.ArrayLike,
-    directions: npt.ArrayLike,
-    radius: npt.ArrayLike,
-    *,
-    t_min: npt.ArrayLike = 0.0,
-    t_max: npt.ArrayLike = np.inf,
-    at: str = "closest",
-    invalid: str = "error",
-    progress: ProgressOption = False,
+@dataclass(frozen=True)
+class Question:
+    """What rays are asked, as `Tree.first_hit` explains it."""
+
+    query: QueryName
+    origins: npt.ArrayLike
+    directions: npt.ArrayLike
+    radius: npt.ArrayLike
+    t_min: npt.ArrayLike = 0.0
+    t_max: npt.ArrayLike = np.inf
+    at: str = "closest"
+    k: int | None = None
+    invalid: str = "error"
+    progress: ProgressOption = False
+
+    def answer(self, scene_size: float, ask: Callable[..., Any]) -> Any:
+        """Check the question, pass it on as ask(name, rays, *options), and give the answer its shape."""
+        if self.at not in ("closest", "surface"):
+            raise InputError(f"at={self.at!r} is not a choice: use 'closest' (the thesis) or 'surface'")
+        k = count("k", self.k, 0) if self.query == "next_hits" else None
+        rays = check_rays(self.origins, self.directions, self.radius, self.t_min, self.t_max, self.invalid, scene_size)
+        name = "list_hits" if self.query in ("all_hits", "next_hits") else self.query
+        surface = self.at == "surface"
+        with reporting(self.progress, self.query.replace("_", " ")) as callback:
+            answer = ask(name, rays, surface, k, get_num_threads(), callback)
+        # Integers come in C's name for 64 bits; NumPy prints its own without a dtype.
+        if name == "first_hit":
+            t, prim, u, distance = (column.reshape(rays.shape) for column in answer[:4])
+            t_out = None if answer[4] is None else answer[4].reshape(rays.shape)
+            return FirstHits(t, prim.view(np.int64), u, distance, t_out, rays.skipped)
+        if name == "list_hits":
+            offsets, (t, prim, u, distance, t_out) = answer
+            return AllHits(offsets.view(np.int64), t, prim.view(np.int64), u, distance, t_out, rays.skipped)
+        column = answer.reshape(rays.shape)
+        return column.view(np.int64) if name == "count_hits" else column
+
+
+def ask_layout(layout: Layout, question: Question, kernel: str) -> Any:
+    """Answer by the kernels of the wide layout."""
+    number = kernel_number(kernel)
+    module = engine()
+
+    def ask(name: str, rays: Rays, surface: bool, k: int | None, n_threads: int, progress: Any) -> Any:
+        given: dict[str, tuple[Any, ...]] = {"first_hit": (surface,), "list_hits": (surface, k)}
+        return getattr(module, name)(layout.arrays(), rays.arrays(), *given.get(name, ()), number, n_threads, progress)
+
+    return question.answer(_size(layout.box), ask)
+
+
+def ask_binary(
+    lines: Lines, nodes: npt.NDArray[Any] | None, refs: npt.NDArray[Any], box: npt.NDArray[Any], question: Question
 ) -> Any:
-    """Answer one of `QUERIES` for a batch of rays; without nodes, by testing every segment."""
-    if at not in ("closest", "surface"):
-        raise InputError(f"at={at!r} is not a choice: use 'closest' (the thesis) or 'surface'")
-    low, high = lines.bounds
-    size = float((high.astype(np.float64) - low).max()) if len(lines) else 0.0
-    rays = check_rays(origins, directions, radius, t_min, t_max, invalid, size)
-    with reporting(progress, query.replace("_", " ")) as callback:
-        answer = getattr(_core, query)(
-            lines.segments.reshape(-1, 6),
-            nodes,
-            refs,
-            rays.origins,
-            rays.directions,
-            rays.radius,
-            rays.t_min,
-            rays.t_max,
-            at == "surface",
-            get_num_threads(),
-            callback,
-        )
-    # Integers come in C's name for 64 bits; NumPy prints its own without a dtype.
-    if query == "first_hit":
-        t, prim, u, distance, t_out = (column.reshape(rays.shape) for column in answer)
-        return FirstHits(t, prim.view(np.int64), u, distance, t_out if at == "surface" else None, rays.skipped)
-    if query == "all_hits":
-        offsets, t, prim, u, distance, t_out = answer
-        surface = t_out if at == "surface" else None
-        return AllHits(offsets.view(np.int64), t, prim.view(np.int64), u, distance, surface, rays.skipped)
-    column = answer.reshape(rays.shape)
-    return column.view(np.int64) if query == "count_hits" else column
+    """Answer by a search through the tree as it was built; without nodes, by testing every segment."""
+
+    def ask(name: str, rays: Rays, surface: bool, k: int | None, n_threads: int, progress: Any) -> Any:
+        options = (surface, k) if name == "list_hits" else (surface,)
+        segments = lines.segments.reshape(-1, 6)
+        return getattr(_core, name)(segments, nodes, refs, rays.arrays(), *options, n_threads, progress)
+
+    return question.answer(_size(box), ask)
+
+
+def _size(box: npt.NDArray[Any]) -> float:
+    return float((box[1].astype(np.float64) - box[0]).max())
 
 
 def brute_force(
@@ -78,6 +102,7 @@ def brute_force(
     t_min: npt.ArrayLike = 0.0,
     t_max: npt.ArrayLike = np.inf,
     at: str = "closest",
+    k: int | None = None,
     invalid: str = "error",
     progress: ProgressOption = False,
 ) -> Any:
@@ -86,9 +111,11 @@ def brute_force(
     Parameters
     ----------
     lines : Lines or (n, 2, 3) array
-    query : {"all_hits", "first_hit", "any_hit", "count_hits"}
+    query : {"all_hits", "first_hit", "any_hit", "count_hits", "next_hits"}
     origins, directions, radius, t_min, t_max, at, invalid, progress
         As in `Tree.first_hit`.
+    k : int
+        As in `Tree.next_hits`.
 
     Returns
     -------
@@ -102,17 +129,8 @@ def brute_force(
     """
     if query not in QUERIES:
         raise InputError(f"query={query!r} is not a choice: use one of {', '.join(QUERIES)}")
-    return run(
-        query,
-        as_lines(lines),
-        None,
-        np.empty((0, 3), np.uint32),
-        origins,
-        directions,
-        radius,
-        t_min=t_min,
-        t_max=t_max,
-        at=at,
-        invalid=invalid,
-        progress=progress,
-    )
+    lines = as_lines(lines)
+    low, high = lines.bounds
+    box = np.array([low, high] if len(lines) else np.zeros((2, 3)), np.float32)
+    question = Question(query, origins, directions, radius, t_min, t_max, at, k, invalid, progress)
+    return ask_binary(lines, None, np.empty((0, 3), np.uint32), box, question)

@@ -39,6 +39,10 @@ class Rays:
     def __len__(self) -> int:
         return len(self.origins)
 
+    def arrays(self) -> tuple[FloatArray, ...]:
+        """Give the rays as the core takes them."""
+        return self.origins, self.directions, self.radius, self.t_min, self.t_max
+
 
 def check_rays(
     origins: npt.ArrayLike,

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from . import query, treefile
+from . import treefile
+from .engines import kernel_number
 from .errors import InputError
 from .geometry import IntArray, Lines
 from .hits import AllHits, FirstHits
+from .layout import Layout, widen
 from .progress import ProgressOption
+from .query import Question, ask_binary, ask_layout
 from .structure import TreeStructure
 
 
@@ -22,7 +26,8 @@ class Tree(TreeStructure):
     """An acceleration tree over primitives, as `build` makes it.
 
     It is immutable. What it is: ``nodes``, ``refs``, ``cost()``, ``stats()``, ``levels()``, ``validate()``. What it
-    answers: ``first_hit``, ``any_hit``, ``count_hits``, ``all_hits``, with the radius given at query time.
+    answers: ``first_hit``, ``any_hit``, ``count_hits``, ``all_hits``, ``next_hits``, with the radius given at query
+    time.
     """
 
     def first_hit(
@@ -36,6 +41,7 @@ class Tree(TreeStructure):
         at: str = "closest",
         invalid: str = "error",
         progress: ProgressOption = False,
+        kernel: str = "auto",
     ) -> FirstHits:
         """Find the nearest hit of each ray o + t·d.
 
@@ -58,6 +64,9 @@ class Tree(TreeStructure):
             ``skipped``.
         progress : bool or callable
             Show a bar, or call back with the share that is done.
+        kernel : {"auto", "single", "wave", "bundle", "binary"}
+            How to search: chosen for each group of rays by how they run, or forced (docs/engine.md); "binary" goes
+            through the tree as it was built. The answer is the same.
 
         Returns
         -------
@@ -76,7 +85,8 @@ class Tree(TreeStructure):
         >>> tree.first_hit([0, 0, -5], [0, 0, 1], 0.5).t
         array(5., dtype=float32)
         """
-        hits: FirstHits = self._ask("first_hit", origins, directions, radius, t_min, t_max, at, invalid, progress)
+        question = Question("first_hit", origins, directions, radius, t_min, t_max, at, None, invalid, progress)
+        hits: FirstHits = self._ask(question, kernel)
         return hits
 
     def all_hits(
@@ -90,9 +100,11 @@ class Tree(TreeStructure):
         at: str = "closest",
         invalid: str = "error",
         progress: ProgressOption = False,
+        kernel: str = "auto",
     ) -> AllHits:
         """Find every hit of each ray, each once, sorted by t; see `first_hit` for the parameters."""
-        hits: AllHits = self._ask("all_hits", origins, directions, radius, t_min, t_max, at, invalid, progress)
+        question = Question("all_hits", origins, directions, radius, t_min, t_max, at, None, invalid, progress)
+        hits: AllHits = self._ask(question, kernel)
         return hits
 
     def any_hit(
@@ -105,11 +117,11 @@ class Tree(TreeStructure):
         t_max: npt.ArrayLike = np.inf,
         invalid: str = "error",
         progress: ProgressOption = False,
+        kernel: str = "auto",
     ) -> npt.NDArray[np.bool_]:
         """Tell for each ray whether it hits anything: bool of the question's shape; see `first_hit`."""
-        found: npt.NDArray[np.bool_] = self._ask(
-            "any_hit", origins, directions, radius, t_min, t_max, "closest", invalid, progress
-        )
+        question = Question("any_hit", origins, directions, radius, t_min, t_max, "closest", None, invalid, progress)
+        found: npt.NDArray[np.bool_] = self._ask(question, kernel)
         return found
 
     def count_hits(
@@ -122,40 +134,52 @@ class Tree(TreeStructure):
         t_max: npt.ArrayLike = np.inf,
         invalid: str = "error",
         progress: ProgressOption = False,
+        kernel: str = "auto",
     ) -> IntArray:
         """Count the segments that each ray hits: int64 of the question's shape; see `first_hit`."""
-        counts: IntArray = self._ask(
-            "count_hits", origins, directions, radius, t_min, t_max, "closest", invalid, progress
-        )
+        question = Question("count_hits", origins, directions, radius, t_min, t_max, "closest", None, invalid, progress)
+        counts: IntArray = self._ask(question, kernel)
         return counts
 
-    def _ask(
+    def next_hits(
         self,
-        name: query.QueryName,
         origins: npt.ArrayLike,
         directions: npt.ArrayLike,
         radius: npt.ArrayLike,
-        t_min: npt.ArrayLike,
-        t_max: npt.ArrayLike,
-        at: str,
-        invalid: str,
-        progress: ProgressOption,
-    ) -> Any:
+        k: int,
+        *,
+        t_min: npt.ArrayLike = 0.0,
+        t_max: npt.ArrayLike = np.inf,
+        at: str = "closest",
+        invalid: str = "error",
+        progress: ProgressOption = False,
+        kernel: str = "auto",
+    ) -> AllHits:
+        """Find the k nearest hits of each ray, each once, sorted by t; see `first_hit` for the other parameters.
+
+        To go on after them, ask again with t_min at the last one's t.
+        """
+        hits: AllHits = self._ask(
+            Question("next_hits", origins, directions, radius, t_min, t_max, at, k, invalid, progress), kernel
+        )
+        return hits
+
+    @cached_property
+    def layout(self) -> Layout:
+        """What queries run on: made at the first of them, and kept."""
+        self._check_lines()
+        return widen(self.geometry, *self.words(), self.nodes["box"][0])  # type: ignore[arg-type]
+
+    def _check_lines(self) -> None:
         if not isinstance(self.geometry, Lines):
             raise InputError(f"queries are for lines; this tree is over {type(self.geometry).__name__}")
-        return query.run(
-            name,
-            self.geometry,
-            *self.words(),
-            origins,
-            directions,
-            radius,
-            t_min=t_min,
-            t_max=t_max,
-            at=at,
-            invalid=invalid,
-            progress=progress,
-        )
+
+    def _ask(self, question: Question, kernel: str) -> Any:
+        self._check_lines()
+        if kernel_number(kernel) < 0:
+            box = self.nodes["box"][0]
+            return ask_binary(self.geometry, *self.words(), box, question)  # type: ignore[arg-type]
+        return ask_layout(self.layout, question, kernel)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the tree and its lines to one file, which `load` maps into memory.

@@ -20,26 +20,25 @@ struct RayBatch {
   std::size_t size() const { return origins.size(); }
 
   RayQuery operator[](std::size_t i) const {
-    const auto pick = [i](std::span<const float> values) { return values.size() == 1 ? values[0] : values[i]; };
-    return {origins[i], directions[i], pick(t_min), pick(t_max), pick(radius)};
+    return {origins[i], directions[i], pick(t_min, i), pick(t_max, i), pick(radius, i)};
   }
+
+  static float pick(std::span<const float> values, std::size_t i) { return values[values.size() == 1 ? 0 : i]; }
 };
 
-inline constexpr std::size_t kChunk = 256;
-
-/// Call work(chunk, begin, end, scratch) for all chunks of n rays. The first exception ends the batch and is rethrown.
-template <class Work>
-void for_each_chunk(std::size_t n, unsigned n_threads, Progress& progress, Work&& work) {
-  const std::size_t n_chunks = (n + kChunk - 1) / kChunk;
+/// Call work(worker, chunk) for all chunks, each thread with a worker that make() gave it. The first exception ends the
+/// batch and is rethrown.
+template <class Make, class Work>
+void for_each_chunk(std::size_t n_chunks, unsigned n_threads, Progress& progress, Make&& make, Work&& work) {
   std::atomic<std::size_t> next{0}, finished{0};
   std::exception_ptr error;
   std::mutex mutex;
   const auto run = [&] {
-    Scratch scratch;
     try {
+      auto worker = make();
       for (std::size_t chunk; (chunk = next.fetch_add(1)) < n_chunks;) {
         progress.check();
-        work(chunk, chunk * kChunk, std::min(n, (chunk + 1) * kChunk), scratch);
+        work(worker, chunk);
         progress.done.store(double(finished.fetch_add(1) + 1) / double(n_chunks), std::memory_order_relaxed);
       }
     } catch (...) {
@@ -59,12 +58,14 @@ void for_each_chunk(std::size_t n, unsigned n_threads, Progress& progress, Work&
   if (error) std::rethrow_exception(error);
 }
 
-/// Call answer(i, ray, scratch) for every ray.
+inline constexpr std::size_t kChunk = 256;
+
+/// Call answer(i, ray, scratch) for every ray, in chunks.
 template <class Answer>
 void for_each_ray(const RayBatch& rays, const Frame& frame, unsigned n_threads, Progress& progress, Answer&& answer) {
-  for_each_chunk(rays.size(), n_threads, progress,
-                 [&](std::size_t, std::size_t begin, std::size_t end, Scratch& scratch) {
-                   for (std::size_t i = begin; i < end; ++i) {
+  for_each_chunk((rays.size() + kChunk - 1) / kChunk, n_threads, progress, [] { return Scratch{}; },
+                 [&](Scratch& scratch, std::size_t chunk) {
+                   for (std::size_t i = chunk * kChunk; i < std::min(rays.size(), (chunk + 1) * kChunk); ++i) {
                      progress.check();
                      answer(i, prepare(rays[i], frame), scratch);
                    }
@@ -100,36 +101,6 @@ void count_hits(const Search& search, const RayBatch& rays, unsigned n_threads, 
     search(ray, sink, scratch);
     counts[i] = sink.n_hits;
   });
-}
-
-/// All hits as CSR: those of ray i are hits[offsets[i] … offsets[i + 1]), sorted by (t, prim).
-struct AllHits {
-  std::vector<std::int64_t> offsets;
-  std::vector<std::vector<Hit>> chunks;  // one after the other they are the hits
-};
-
-template <class Search>
-AllHits all_hits(const Search& search, const RayBatch& rays, At at, unsigned n_threads, Progress& progress) {
-  AllHits all;
-  all.offsets.assign(rays.size() + 1, 0);
-  all.chunks.resize((rays.size() + kChunk - 1) / kChunk);
-  for_each_chunk(rays.size(), n_threads, progress,
-                 [&](std::size_t chunk, std::size_t begin, std::size_t end, Scratch& scratch) {
-                   std::vector<Hit> hits;
-                   for (std::size_t i = begin; i < end; ++i) {
-                     progress.check();
-                     const auto n_before = std::ptrdiff_t(hits.size());
-                     const Ray ray = prepare(rays[i], search.frame);
-                     AllSink sink(at, ray, hits);
-                     search(ray, sink, scratch);
-                     std::sort(hits.begin() + n_before, hits.end());
-                     all.offsets[i + 1] = std::int64_t(hits.size()) - n_before;
-                   }
-                   hits.shrink_to_fit();
-                   all.chunks[chunk] = std::move(hits);
-                 });
-  for (std::size_t i = 0; i < rays.size(); ++i) all.offsets[i + 1] += all.offsets[i];
-  return all;
 }
 
 }  // namespace fastlines

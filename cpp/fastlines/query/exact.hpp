@@ -9,8 +9,12 @@
 // that t is outside [t_min, t_max], the best t is the bound, and s is the point of the segment nearest to the ray's
 // point there. Where e_u² + e_v² is rounding noise the segment is parallel to the ray, or a point: of the equally near
 // points the one with the smallest t counts.
+//
+// One text for one ray and one segment (N = float) and for sixteen of either (N = Float16): the same operations in the
+// same order, each rounded alike.
 #pragma once
 
+#include "../simd/simd.hpp"
 #include "ray.hpp"
 
 namespace fastlines {
@@ -18,49 +22,76 @@ namespace fastlines {
 /// Where t is taken: at the closest approach, or where the ray enters the capsule of its radius around the segment.
 enum class At { closest, surface };
 
+template <class N>
 struct Approach {
-  float s, t, dist2;  // t in the frame
-  bool hit;
+  N s, t, dist2;  // t in the frame
+  MaskOf<N> hit;
 };
 
 /// A segment in the basis of a ray.
+template <class N>
 struct Seen {
-  float pu, pv, pr, eu, ev, er;
-  float ee;       // |e|² across the ray
-  bool parallel;  // ee is no more than noise
+  N pu, pv, pr, eu, ev, er;
+  N ee;                // |e|² across the ray
+  MaskOf<N> parallel;  // ee is no more than noise
 };
 
-inline Seen see(const Ray& ray, const Segment& segment, const Frame& frame) {
-  const Vec3 start = frame(segment.p);
-  const Vec3 p = start - ray.o, e = frame(segment.q) - start;
-  Seen seen{dot(p, ray.u), dot(p, ray.v), dot(p, ray.r), dot(e, ray.u), dot(e, ray.v), dot(e, ray.r), 0.0f, false};
+template <class N, class A, class B>
+[[gnu::always_inline]] inline N dot3(const A& a, const B& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/// `R` has o, u, v, r; start and e = end − start are in the frame.
+template <class N, class R, class V>
+[[gnu::always_inline]] inline Seen<N> see(const R& ray, const V& start, const V& e) {
+  const N p[3] = {start[0] - ray.o[0], start[1] - ray.o[1], start[2] - ray.o[2]};
+  Seen<N> seen;
+  seen.pu = dot3<N>(p, ray.u);
+  seen.pv = dot3<N>(p, ray.v);
+  seen.pr = dot3<N>(p, ray.r);
+  seen.eu = dot3<N>(e, ray.u);
+  seen.ev = dot3<N>(e, ray.v);
+  seen.er = dot3<N>(e, ray.r);
   seen.ee = seen.eu * seen.eu + seen.ev * seen.ev;
-  const float size = std::max({std::abs(p[0]), std::abs(p[1]), std::abs(p[2])}) +
-                     std::max({std::abs(e[0]), std::abs(e[1]), std::abs(e[2])});
-  const float noise = std::ldexp(size, -22);
+  const N size = max(max(abs(p[0]), abs(p[1])), abs(p[2])) + N(max(max(abs(e[0]), abs(e[1])), abs(e[2])));
+  const N noise = size * N(0x1p-22f);
   seen.parallel = seen.ee <= noise * noise;
   return seen;
 }
 
-inline float clamp01(float s) { return std::min(std::max(s, 0.0f), 1.0f); }
+inline Seen<float> see(const Ray& ray, const Segment& segment, const Frame& frame) {
+  const Vec3 start = frame(segment.p);
+  return see<float>(ray, start, frame(segment.q) - start);
+}
 
-inline Approach closest_approach(const Ray& ray, const Seen& g) {
-  float s = g.parallel ? (g.er < 0.0f ? 1.0f : 0.0f) : clamp01(-(g.pu * g.eu + g.pv * g.ev) / g.ee);
-  float t = g.pr + s * g.er;
-  float along = 0.0f;
-  if (t < ray.t_min || t > ray.t_max) {
-    t = t < ray.t_min ? ray.t_min : ray.t_max;
-    const float length2 = g.ee + g.er * g.er;
-    s = length2 > 0.0f ? clamp01(-(g.pu * g.eu + g.pv * g.ev + (g.pr - t) * g.er) / length2) : 0.0f;
-    along = g.pr - t + s * g.er;
+template <class N>
+[[gnu::always_inline]] inline N clamp01(N s) {
+  return min(max(s, N(0.0f)), N(1.0f));
+}
+
+/// `R` has t_min, t_max, radius2.
+template <class N, class R>
+[[gnu::always_inline]] inline Approach<N> closest_approach(const R& ray, const Seen<N>& g) {
+  const N zero = 0.0f, one = 1.0f;
+  N s = select(g.parallel, select(g.er < zero, one, zero), clamp01((zero - (g.pu * g.eu + g.pv * g.ev)) / g.ee));
+  N t = g.pr + s * g.er, along = zero;
+  const auto early = t < ray.t_min, outside = early | (ray.t_max < t);
+  if (any(outside)) {
+    const N bound = select(early, ray.t_min, ray.t_max);
+    const N length2 = g.ee + g.er * g.er;
+    const N nearest = clamp01((zero - (g.pu * g.eu + g.pv * g.ev + (g.pr - bound) * g.er)) / length2);
+    const N at_bound = select(zero < length2, nearest, zero);
+    s = select(outside, at_bound, s);
+    t = select(outside, bound, t);
+    along = select(outside, g.pr - bound + at_bound * g.er, zero);
   }
-  const float x = g.pu + s * g.eu, y = g.pv + s * g.ev;
-  const float dist2 = x * x + y * y + along * along;
+  const N x = g.pu + s * g.eu, y = g.pv + s * g.ev;
+  const N dist2 = x * x + y * y + along * along;
   return {s, t, dist2, dist2 <= ray.radius2};
 }
 
 /// Where the line enters (sign −1) or leaves (sign +1) the capsule, and the s there; only after a hit.
-inline std::pair<float, float> capsule_end(const Ray& ray, const Seen& g, float sign) {
+inline std::pair<float, float> capsule_end(const Ray& ray, const Seen<float>& g, float sign) {
   const auto half_chord = [&](float dist2) { return std::sqrt(std::max(ray.radius2 - dist2, 0.0f)); };
   float end;
   if (g.parallel) {

@@ -9,6 +9,7 @@
 // u and v complete r to an orthonormal basis (Duff et al. 2017, "Building an orthonormal basis, revisited").
 #pragma once
 
+#include "../simd/simd.hpp"
 #include "frame.hpp"
 
 namespace fastlines {
@@ -18,49 +19,56 @@ struct RayQuery {
   float t_min, t_max, radius;
 };
 
+/// The way back from the frame: t as the caller counts it.
+inline float given(float t, float t_min, float t_max, float t_min_given, float t_max_given, double t0, double scale,
+                   double length) {
+  if (t == t_min) return t_min_given;
+  if (t == t_max) return t_max_given;
+  return std::min(std::max(float((t0 + double(t) / scale) / length), t_min_given), t_max_given);
+}
+
 struct Ray {
   Vec3 o, r, u, v;           // in the frame; r, u, v orthonormal
   float t_min, t_max;        // in the frame
   float radius, radius2;     // in the frame
   float eps;                 // covers the rounding of the exact test and of the boxes
+  float margin;              // t that lie farther apart than this stay apart as the caller counts them
   double t0, length, scale;  // the way back
   float t_min_given, t_max_given;
 
   /// t as the caller counts it.
-  float t_given(float t) const {
-    if (t == t_min) return t_min_given;
-    if (t == t_max) return t_max_given;
-    const auto given = float((t0 + double(t) / scale) / length);
-    return std::min(std::max(given, t_min_given), t_max_given);
-  }
+  float t_given(float t) const { return given(t, t_min, t_max, t_min_given, t_max_given, t0, scale, length); }
 
-  /// A bound on all t in the frame that become, rounded, no more than the caller's t of this one.
-  float not_beyond(float t, float given) const {
-    return float(t + eps + std::ldexp(std::abs(double(given)) * length * scale, -22));
+  /// A bound on all t in the frame that the caller counts as no more than this.
+  float beyond(float t_given) const {
+    return std::min(t_max, float((double(t_given) * length - t0) * scale) + 2.0f * margin);
   }
 };
 
 /// Bound on what the frame's coordinates are clamped to; squares of it are finite.
 inline constexpr double kFar = 1e18;
 
-inline Ray prepare(const RayQuery& query, const Frame& frame) {
+/// One text for one ray and, in a loop that the compiler turns into vectors, for many: so nothing here branches.
+[[gnu::always_inline]] inline Ray prepare(const RayQuery& query, const Frame& frame) {
+  const auto clamped = [](double x) {
+    const double low = x < kFar ? x : kFar;
+    return float(low > -kFar ? low : -kFar);
+  };
   Ray ray;
-  double from_centre[3], d[3], length2 = 0.0;
+  double from_centre[3], d[3];
   for (int k = 0; k < 3; ++k) {
     d[k] = query.direction[k];
-    length2 += d[k] * d[k];
-    from_centre[k] = double(query.origin[k]) - frame.centre[k];
+    from_centre[k] = double(query.origin[k]) - double(frame.centre[k]);
   }
-  ray.length = std::sqrt(length2);
+  ray.length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
   ray.scale = frame.scale;
   for (int k = 0; k < 3; ++k) d[k] /= ray.length;
   ray.t0 = -(from_centre[0] * d[0] + from_centre[1] * d[1] + from_centre[2] * d[2]);
-  float largest = 0.0f;
   for (int k = 0; k < 3; ++k) {
-    ray.o[k] = float(std::clamp((from_centre[k] + ray.t0 * d[k]) * ray.scale, -kFar, kFar));
+    ray.o[k] = clamped((from_centre[k] + ray.t0 * d[k]) * ray.scale);
     ray.r[k] = float(d[k]);
-    largest = std::max(largest, std::abs(ray.o[k]));
   }
+  const float largest = max(max(std::fabs(ray.o[0]), std::fabs(ray.o[1])), std::fabs(ray.o[2]));
 
   const float sign = std::copysign(1.0f, ray.r[2]);
   const float a = -1.0f / (sign + ray.r[2]);
@@ -68,16 +76,15 @@ inline Ray prepare(const RayQuery& query, const Frame& frame) {
   ray.u = {1.0f + sign * ray.r[0] * ray.r[0] * a, sign * b, -sign * ray.r[0]};
   ray.v = {b, sign + ray.r[1] * ray.r[1] * a, -ray.r[1]};
 
-  const auto to_frame = [&](float t) {
-    return float(std::clamp((double(t) * ray.length - ray.t0) * ray.scale, -kFar, kFar));
-  };
   ray.t_min_given = query.t_min;
   ray.t_max_given = query.t_max;
-  ray.t_min = to_frame(query.t_min);
-  ray.t_max = to_frame(query.t_max);
-  ray.radius = float(std::min(double(query.radius) * ray.scale, kFar));
+  ray.t_min = clamped((double(query.t_min) * ray.length - ray.t0) * ray.scale);
+  ray.t_max = clamped((double(query.t_max) * ray.length - ray.t0) * ray.scale);
+  ray.radius = clamped(double(query.radius) * ray.scale);
   ray.radius2 = ray.radius * ray.radius;
-  ray.eps = std::ldexp(2.0f + largest + ray.radius, -20) + frame.grain;
+  ray.eps = (2.0f + largest + ray.radius) * 0x1p-20f + frame.grain;
+  const double rounding = std::fabs(ray.t0) * ray.scale + 4.0 + 2.0 * ray.radius;
+  ray.margin = ray.eps + clamped(rounding * 0x1p-22 + ray.length * ray.scale * 0x1p-146);
   return ray;
 }
 

@@ -9,8 +9,8 @@ namespace fastlines {
 
 template <class Sink>
 void test_segment(const Ray& ray, const Segment& segment, const Frame& frame, const Reference& ref, Sink& sink) {
-  const Seen seen = see(ray, segment, frame);
-  const Approach approach = closest_approach(ray, seen);
+  const Seen<float> seen = see(ray, segment, frame);
+  const Approach<float> approach = closest_approach(ray, seen);
   if (approach.hit) sink.add({ray, seen, approach, ref});
 }
 

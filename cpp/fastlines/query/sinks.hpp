@@ -25,8 +25,8 @@ struct Hit {
 /// A segment within the ray's radius, and all that can be told of it.
 struct Found {
   const Ray& ray;
-  const Seen& seen;
-  const Approach& approach;
+  const Seen<float>& seen;
+  const Approach<float>& approach;
   const Reference& ref;
 
   bool owned() const { return ref.s0 <= approach.s && approach.s < ref.s1; }
@@ -35,7 +35,7 @@ struct Found {
 /// The hit in the caller's terms, and its t in the frame.
 inline std::pair<Hit, float> describe(const Found& found, At at) {
   const Ray& ray = found.ray;
-  const Seen& g = found.seen;
+  const Seen<float>& g = found.seen;
   Hit hit;
   hit.prim = found.ref.prim;
   hit.distance = float(std::sqrt(found.approach.dist2) / ray.scale);
@@ -63,10 +63,11 @@ struct FirstSink {
 
   FirstSink(At at_, const Ray& ray) : at(at_), limit(ray.t_max) {}
   void add(const Found& found) {
+    if (at == At::closest && found.approach.t > limit) return;
     const auto [hit, t] = describe(found, at);
     if (best.prim >= 0 && !(hit < best)) return;
     best = hit;
-    limit = std::min(found.ray.t_max, found.ray.not_beyond(t, hit.t));
+    limit = std::min(found.ray.t_max, t + found.ray.margin);
   }
   bool done() const { return false; }
 };
@@ -92,13 +93,38 @@ struct CountSink {
 struct AllSink {
   At at;
   float limit;
-  std::vector<Hit>& hits;
+  std::vector<Hit> hits;  // in no order
 
-  AllSink(At at_, const Ray& ray, std::vector<Hit>& hits_) : at(at_), limit(ray.t_max), hits(hits_) {}
+  AllSink(At at_, const Ray& ray) : at(at_), limit(ray.t_max) {}
   void add(const Found& found) {
     if (found.owned()) hits.push_back(describe(found, at).first);
   }
   bool done() const { return false; }
+};
+
+/// The k nearest hits. A hit that is shown again is found among them, or is farther than all of them.
+struct NextSink {
+  At at;
+  float limit;
+  std::size_t k;
+  std::vector<Hit> hits;  // a heap, the farthest on top
+
+  NextSink(At at_, const Ray& ray, std::size_t k_) : at(at_), limit(ray.t_max), k(k_) {}
+  void add(const Found& found) {
+    if (at == At::closest && found.approach.t > limit) return;
+    for (const Hit& hit : hits)
+      if (hit.prim == found.ref.prim) return;
+    const Hit hit = describe(found, at).first;
+    if (hits.size() == k) {
+      if (!(hit < hits.front())) return;
+      std::pop_heap(hits.begin(), hits.end());
+      hits.pop_back();
+    }
+    hits.push_back(hit);
+    std::push_heap(hits.begin(), hits.end());
+    if (hits.size() == k) limit = found.ray.beyond(hits.front().t);
+  }
+  bool done() const { return k == 0; }
 };
 
 }  // namespace fastlines

@@ -1,0 +1,112 @@
+// The Python modules fastlines._engine_*: queries on the wide layout, the same source compiled for each instruction
+// set.
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+
+#include "fastlines/kernels/run.hpp"
+#include "rays.hpp"
+#include "watch.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace fastlines {
+namespace {
+
+/// A layout as Python has it: segments, nodes, leaves, references; the box of the scene; the mean extent of a leaf.
+using LayoutArrays = std::tuple<Input<float>, Input<std::uint8_t>, Input<std::uint8_t>, Input<std::uint32_t>,
+                                std::array<float, 6>, float>;
+
+WideView view_of(const LayoutArrays& layout) {
+  const auto& [segments, nodes, leaves, refs, corners, mean_extent] = layout;
+  const Box box{{corners[0], corners[1], corners[2]}, {corners[3], corners[4], corners[5]}};
+  const Frame frame = frame_of(box);
+  return {.frame = frame,
+          .box = {frame(box.lo), frame(box.hi)},
+          .mean_extent = mean_extent,
+          .nodes = rows<WideNode>(nodes).data(),
+          .leaves = rows<WideLeaf>(leaves).data(),
+          .refs = rows<Reference>(refs).data(),
+          .segments = rows<Segment>(segments).data()};
+}
+
+/// What all questions have in common.
+struct Question {
+  WideView tree;
+  RayBatch rays;
+  Kernel kernel;
+  unsigned n_threads;
+  nb::object progress;
+
+  Question(const LayoutArrays& layout, const RayArrays& rays_, int kernel_, unsigned n_threads_, nb::object progress_)
+      : tree(view_of(layout)),
+        rays(batch_of(rays_)),
+        kernel(Kernel(kernel_)),
+        n_threads(n_threads_),
+        progress(std::move(progress_)) {}
+
+  /// Run a job whose answers go straight to their places.
+  template <class Job>
+  void run(const Job& job) const {
+    watch_if(rays.size() > kChunk, progress, [&](Progress& watched) {
+      run_job(tree, rays, kernel, job, n_threads, watched, [](Job&, std::size_t) {});
+    });
+  }
+
+  template <class Job>
+  nb::tuple list(const Job& job, bool surface) const {
+    std::optional<PendingLists> lists;
+    watch_if(rays.size() > kChunk, progress,
+             [&](Progress& watched) { lists = run_lists(tree, rays, kernel, job, n_threads, watched); });
+    return placed(*lists, surface, n_threads);
+  }
+};
+
+nb::tuple first(LayoutArrays layout, RayArrays rays, bool surface, int kernel, unsigned n_threads,
+                nb::object progress) {
+  const Question question(layout, rays, kernel, n_threads, progress);
+  HitArrays hits(question.rays.size(), surface);
+  if (surface)
+    question.run(FirstSurfaceJob{hits.columns()});
+  else
+    question.run(FirstJob{hits.columns()});
+  return hits.tuple();
+}
+
+Output<bool> any_of(LayoutArrays layout, RayArrays rays, int kernel, unsigned n_threads, nb::object progress) {
+  const Question question(layout, rays, kernel, n_threads, progress);
+  auto found = make_array<bool>(question.rays.size());
+  question.run(AnyJob{found.data()});
+  return found;
+}
+
+Output<std::int64_t> count(LayoutArrays layout, RayArrays rays, int kernel, unsigned n_threads, nb::object progress) {
+  const Question question(layout, rays, kernel, n_threads, progress);
+  auto counts = make_array<std::int64_t>(question.rays.size());
+  question.run(CountJob{counts.data()});
+  return counts;
+}
+
+nb::tuple list(LayoutArrays layout, RayArrays rays, bool surface, std::optional<std::size_t> k, int kernel,
+               unsigned n_threads, nb::object progress) {
+  const Question question(layout, rays, kernel, n_threads, progress);
+  const At at = surface ? At::surface : At::closest;
+  if (k) return question.list(ListJob<NextSink>{at, *k, {}}, surface);
+  if (surface) return question.list(ListJob<AllSink>{at, 0, {}}, surface);
+  return question.list(AllJob{}, surface);
+}
+
+}  // namespace
+}  // namespace fastlines
+
+NB_MODULE(FASTLINES_MODULE, m) {
+  using namespace fastlines;
+  m.doc() = "Queries on the wide layout, for one instruction set. Use the functions of the package.";
+  m.attr("simd") = kSimd;
+  m.def("first_hit", &first, "layout"_a, "rays"_a, "surface"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
+  m.def("any_hit", &any_of, "layout"_a, "rays"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
+  m.def("count_hits", &count, "layout"_a, "rays"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
+  m.def("list_hits", &list, "layout"_a, "rays"_a, "surface"_a, "k"_a.none(), "kernel"_a, "n_threads"_a,
+        "progress"_a.none());
+}

@@ -1,0 +1,58 @@
+// Rays and hits as Python has them.
+#pragma once
+
+#include <nanobind/stl/tuple.h>
+
+#include <optional>
+
+#include "arrays.hpp"
+#include "fastlines/query/lists.hpp"
+
+namespace fastlines {
+
+/// Origins, directions, radius, t_min, t_max.
+using RayArrays = std::tuple<Input<float>, Input<float>, Input<float>, Input<float>, Input<float>>;
+
+inline RayBatch batch_of(const RayArrays& rays) {
+  const auto& [origins, directions, radius, t_min, t_max] = rays;
+  return {rows<Vec3>(origins), rows<Vec3>(directions), rows<float>(radius), rows<float>(t_min), rows<float>(t_max)};
+}
+
+/// Hits as one array a property: t, prim, u, distance, and t_out where it is asked for.
+class HitArrays {
+ public:
+  HitArrays(std::size_t n, bool surface)
+      : t_(make_array<float>(n)),
+        u_(make_array<float>(n)),
+        distance_(make_array<float>(n)),
+        prim_(make_array<std::int64_t>(n)) {
+    if (surface) t_out_ = make_array<float>(n);
+  }
+
+  HitColumns columns() {
+    return {t_.data(), u_.data(), distance_.data(), t_out_ ? t_out_->data() : nullptr, prim_.data()};
+  }
+
+  nanobind::tuple tuple() const {
+    const nanobind::object t_out = t_out_ ? nanobind::cast(*t_out_) : nanobind::none();
+    return nanobind::make_tuple(t_, prim_, u_, distance_, t_out);
+  }
+
+ private:
+  Output<float> t_, u_, distance_;
+  std::optional<Output<float>> t_out_;
+  Output<std::int64_t> prim_;
+};
+
+/// Lists of hits as arrays: the offsets, then the columns.
+inline nanobind::tuple placed(PendingLists& lists, bool surface, unsigned n_threads) {
+  HitArrays hits(lists.n_hits(), surface);
+  {
+    const HitColumns columns = hits.columns();
+    nanobind::gil_scoped_release release;
+    lists.place(columns, n_threads);
+  }
+  return nanobind::make_tuple(copy_column(lists.offsets()), hits.tuple());
+}
+
+}  // namespace fastlines

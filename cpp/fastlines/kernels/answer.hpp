@@ -1,0 +1,81 @@
+// Groups of up to 64 rays, each answered by the kernel that suits it: as one bundle, as bundles of sixteen, or with
+// rays that have nothing to do with each other in a wave.
+//
+// What is asked is a job (jobs.hpp): it gives a sink to each ray that goes alone and a collector to bundles, and takes
+// their answers.
+#pragma once
+
+#include "bundle.hpp"
+#include "single.hpp"
+#include "wave.hpp"
+
+namespace fastlines {
+
+/// Which kernel to use; `automatic` measures how far the rays of each group spread.
+enum class Kernel { automatic, single, wave, bundle };
+
+/// Bundles may spread so far, in mean extents of a leaf: beyond, they meet too much that none of their rays meets.
+inline constexpr float kSpread = 0.8f;
+
+template <class Job>
+class Answerer {
+ public:
+  Answerer(const WideView& tree, const RayBatch& batch, Kernel kernel, Job job)
+      : job(std::move(job)), tree_(tree), batch_(batch), kernel_(kernel), collector_(this->job.collector(tree)) {}
+
+  /// Answer the rays with these numbers, at most 64; those that go alone may stay unanswered until `finish`.
+  void take(const std::uint32_t* ids, int n) {
+    rays_.fill(batch_, tree_.frame, n, [ids](int i) { return ids[i]; });
+    if (kernel_ == Kernel::single || kernel_ == Kernel::wave) return alone(0, n);
+    const int end = (n + kWidth - 1) / kWidth * kWidth;
+    if (suits(0, end)) return together(0, end);
+    for (int first = 0; first < end; first += kWidth)
+      if (suits(first, first + kWidth))
+        together(first, first + kWidth);
+      else
+        alone(first, std::min(first + kWidth, n));
+  }
+
+  void finish() {
+    wave_.drain([this](std::uint32_t id, typename Job::Sink& sink) { job.done(id, sink); });
+  }
+
+  Job job;
+
+ private:
+  bool suits(int first, int end) {
+    if (!bundle_.gather(rays_, first, end, tree_.box)) return false;
+    return kernel_ == Kernel::bundle || bundle_.spread <= kSpread * tree_.mean_extent;
+  }
+
+  void together(int first, int end) {
+    job.begin(collector_, rays_);
+    search_bundle(tree_, rays_, bundle_, collector_, stack_, seen_);
+    job.take(rays_, collector_, first, std::min(end, rays_.n));
+  }
+
+  void alone(int first, int end) {
+    for (int i = first; i < end; ++i) {
+      const Ray ray = rays_.ray(i);
+      auto sink = job.sink(ray);
+      if (kernel_ == Kernel::single) {
+        search_single(tree_, ray, sink, stack_);
+        job.done(rays_.id[i], sink);
+      } else {
+        wave_.add(ray, sink, rays_.id[i], [this](std::uint32_t id, typename Job::Sink& ended) { job.done(id, ended); });
+      }
+    }
+  }
+
+  const WideView& tree_;
+  const RayBatch& batch_;
+  Kernel kernel_;
+  RayLanes rays_;
+  Bundle bundle_;
+  Stack stack_;
+  SeenSet seen_;
+  typename Job::Collector collector_;
+  Wave<typename Job::Sink> wave_{tree_};
+};
+
+}  // namespace fastlines

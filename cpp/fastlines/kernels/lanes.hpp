@@ -1,0 +1,118 @@
+// Prepared rays in lanes: 64 of them, each number an array, so that sixteen rays are one vector of it.
+#pragma once
+
+#include "../query/batch.hpp"
+
+namespace fastlines {
+
+inline constexpr int kLanes = 64;
+
+struct alignas(64) RayLanes {
+  float o[3][kLanes], u[3][kLanes], v[3][kLanes], r[3][kLanes];
+  float t_min[kLanes], t_max[kLanes], radius[kLanes], radius2[kLanes], eps[kLanes], margin[kLanes];
+  float t_min_given[kLanes], t_max_given[kLanes];
+  double t0[kLanes], length[kLanes];
+  double scale;
+  int n = 0;  // lanes past it repeat the last ray
+  std::uint32_t id[kLanes];
+
+  /// Prepare the rays with these numbers, 1 to 64.
+  template <class Id>
+  void fill(const RayBatch& rays, const Frame& frame, int n_rays, Id&& id_of) {
+    n = n_rays;
+    scale = frame.scale;
+    for (int i = 0; i < n; ++i) id[i] = std::uint32_t(id_of(i));
+    const int padded = (n + kWidth - 1) / kWidth * kWidth;
+    for (int i = n; i < padded; ++i) id[i] = id[n - 1];
+    float from[3][kLanes], along[3][kLanes], start[kLanes], stop[kLanes], reach[kLanes];
+    for (int i = 0; i < padded; ++i) {
+      for (int k = 0; k < 3; ++k) {
+        from[k][i] = rays.origins[id[i]][k];
+        along[k][i] = rays.directions[id[i]][k];
+      }
+      start[i] = RayBatch::pick(rays.t_min, id[i]);
+      stop[i] = RayBatch::pick(rays.t_max, id[i]);
+      reach[i] = RayBatch::pick(rays.radius, id[i]);
+    }
+    const Frame here = frame;  // a copy, so that nothing written can alias it
+    for (int i = 0; i < padded; ++i)
+      put(i, prepare({{from[0][i], from[1][i], from[2][i]},
+                      {along[0][i], along[1][i], along[2][i]},
+                      start[i],
+                      stop[i],
+                      reach[i]},
+                     here));
+  }
+
+  [[gnu::always_inline]] void put(int i, const Ray& ray) {
+    for (int k = 0; k < 3; ++k) {
+      o[k][i] = ray.o[k];
+      u[k][i] = ray.u[k];
+      v[k][i] = ray.v[k];
+      r[k][i] = ray.r[k];
+    }
+    t_min[i] = ray.t_min;
+    t_max[i] = ray.t_max;
+    radius[i] = ray.radius;
+    radius2[i] = ray.radius2;
+    eps[i] = ray.eps;
+    margin[i] = ray.margin;
+    t_min_given[i] = ray.t_min_given;
+    t_max_given[i] = ray.t_max_given;
+    t0[i] = ray.t0;
+    length[i] = ray.length;
+  }
+
+  /// t as the caller counts it.
+  float t_given(int i, float t) const {
+    return given(t, t_min[i], t_max[i], t_min_given[i], t_max_given[i], t0[i], scale, length[i]);
+  }
+
+  Ray ray(int i) const {
+    Ray ray;
+    for (int k = 0; k < 3; ++k) {
+      ray.o[k] = o[k][i];
+      ray.u[k] = u[k][i];
+      ray.v[k] = v[k][i];
+      ray.r[k] = r[k][i];
+    }
+    ray.t_min = t_min[i];
+    ray.t_max = t_max[i];
+    ray.radius = radius[i];
+    ray.radius2 = radius2[i];
+    ray.eps = eps[i];
+    ray.margin = margin[i];
+    ray.t_min_given = t_min_given[i];
+    ray.t_max_given = t_max_given[i];
+    ray.t0 = t0[i];
+    ray.length = length[i];
+    ray.scale = scale;
+    return ray;
+  }
+};
+
+/// Sixteen rays as the exact test sees them: what it reads is loaded when it reads it.
+struct Rays16 {
+  struct Number {
+    const float* at;
+    operator Float16() const { return Float16::load(at); }
+  };
+  struct Vector {
+    const float (*at)[kLanes];
+    int first;
+    Float16 operator[](int k) const { return Float16::load(at[k] + first); }
+  };
+  Vector o, u, v, r;
+  Number t_min, t_max, radius2;
+
+  Rays16(const RayLanes& lanes, int first)
+      : o{lanes.o, first},
+        u{lanes.u, first},
+        v{lanes.v, first},
+        r{lanes.r, first},
+        t_min{lanes.t_min + first},
+        t_max{lanes.t_max + first},
+        radius2{lanes.radius2 + first} {}
+};
+
+}  // namespace fastlines

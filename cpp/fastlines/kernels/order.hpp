@@ -1,0 +1,72 @@
+// In which order the rays of a batch are taken: in groups of up to 64 that are likely to run alike.
+//
+// Rays of a picture come row by row; eight pixels of eight rows lie closer together than 64 of one row. The length of a
+// row is seen in the rays themselves: the ray below the first one differs from it as little as its neighbour does.
+#pragma once
+
+#include "../query/batch.hpp"
+#include "lanes.hpp"
+
+namespace fastlines {
+
+class RayOrder {
+ public:
+  explicit RayOrder(const RayBatch& rays) : n_rays_(rays.size()), row_(row_length(rays)) {
+    if (row_ == 0) {
+      n_groups_ = (n_rays_ + kLanes - 1) / kLanes;
+      return;
+    }
+    n_rows_ = n_rays_ / row_;
+    tiles_across_ = (row_ + kSide - 1) / kSide;
+    n_groups_ = tiles_across_ * ((n_rows_ + kSide - 1) / kSide);
+  }
+
+  std::size_t n_groups() const { return n_groups_; }
+
+  /// The rays of a group, in place: at most 64; four tiles of four by four where the group is whole.
+  int group(std::size_t index, std::uint32_t* ids) const {
+    int n = 0;
+    if (row_ == 0) {
+      const std::size_t begin = index * kLanes, end = std::min(begin + kLanes, n_rays_);
+      for (std::size_t i = begin; i < end; ++i) ids[n++] = std::uint32_t(i);
+      return n;
+    }
+    const std::size_t left = index % tiles_across_ * kSide, top = index / tiles_across_ * kSide;
+    for (int quarter = 0; quarter < 4; ++quarter)
+      for (std::size_t y = 0; y < kSide / 2; ++y)
+        for (std::size_t x = 0; x < kSide / 2; ++x) {
+          const std::size_t column = left + x + (quarter & 1) * kSide / 2, row = top + y + (quarter >> 1) * kSide / 2;
+          if (column < row_ && row < n_rows_) ids[n++] = std::uint32_t(row * row_ + column);
+        }
+    return n;
+  }
+
+ private:
+  static constexpr std::size_t kSide = 8;
+
+  /// How different two rays are.
+  static float step(const RayBatch& rays, std::size_t i, std::size_t j) {
+    float largest = 0.0f;
+    for (int k = 0; k < 3; ++k)
+      largest = std::max({largest, std::abs(rays.origins[i][k] - rays.origins[j][k]),
+                          std::abs(rays.directions[i][k] - rays.directions[j][k])});
+    return largest;
+  }
+
+  /// The length of a row of pixels, or 0 if the rays look like no picture.
+  static std::size_t row_length(const RayBatch& rays) {
+    constexpr std::size_t kLook = 16, kLongest = 1 << 15;
+    if (rays.size() < 4 * kLook) return 0;
+    float steps[kLook];
+    for (std::size_t i = 0; i < kLook; ++i) steps[i] = step(rays, i, i + 1);
+    std::nth_element(steps, steps + kLook / 2, steps + kLook);
+    const float near = 4.0f * steps[kLook / 2];
+    for (std::size_t row = kLook; row <= std::min(rays.size() / 2, kLongest); ++row)
+      if (step(rays, 0, row) <= near && step(rays, row - 1, row) > near) return rays.size() % row == 0 ? row : 0;
+    return 0;
+  }
+
+  std::size_t n_rays_, row_, n_rows_ = 0, tiles_across_ = 0, n_groups_ = 0;
+};
+
+}  // namespace fastlines

@@ -1,0 +1,41 @@
+// A job for a whole batch, on all cores.
+#pragma once
+
+#include "answer.hpp"
+#include "list_jobs.hpp"
+#include "order.hpp"
+
+namespace fastlines {
+
+/// Answer all rays. Each thread has a copy of the job; gather(job, chunk) is called when it has done a chunk.
+template <class Job, class Gather>
+void run_job(const WideView& tree, const RayBatch& rays, Kernel kernel, const Job& job, unsigned n_threads,
+             Progress& progress, Gather&& gather) {
+  const RayOrder order(rays);
+  const std::size_t n_groups = order.n_groups();
+  // Large enough that a wave is rarely drained, small enough that threads end together.
+  const std::size_t per_chunk = std::clamp<std::size_t>(n_groups / (8 * n_threads), 1, 16);
+  for_each_chunk((n_groups + per_chunk - 1) / per_chunk, n_threads, progress,
+                 [&] { return std::make_unique<Answerer<Job>>(tree, rays, kernel, job); },
+                 [&](auto& answerer, std::size_t chunk) {
+                   std::uint32_t ids[kLanes];
+                   for (std::size_t i = chunk * per_chunk; i < std::min(n_groups, (chunk + 1) * per_chunk); ++i) {
+                     progress.check();
+                     answerer->take(ids, order.group(i, ids));
+                   }
+                   answerer->finish();
+                   gather(answerer->job, chunk);
+                 });
+}
+
+template <class Job>
+PendingLists run_lists(const WideView& tree, const RayBatch& rays, Kernel kernel, const Job& job, unsigned n_threads,
+                       Progress& progress) {
+  PendingLists pending(rays.size(), RayOrder(rays).n_groups());
+  run_job(tree, rays, kernel, job, n_threads, progress,
+          [&](Job& done, std::size_t chunk) { pending.take(chunk, done.lists); });
+  pending.finish();
+  return pending;
+}
+
+}  // namespace fastlines

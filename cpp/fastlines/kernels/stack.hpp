@@ -1,0 +1,46 @@
+// The stack of a traversal, nearest child on top.
+#pragma once
+
+#include <bit>
+
+#include "cull.hpp"
+
+namespace fastlines {
+
+/// A child that waits: an inner node, or a leaf (marked by its highest bit).
+struct Waiting {
+  std::uint32_t child;
+  float enter;
+};
+
+inline constexpr std::uint32_t kLeaf = 1u << 31;
+
+class Stack {
+ public:
+  bool empty() const { return size_ == 0; }
+  void clear() { size_ = 0; }
+  Waiting pop() { return waiting_[--size_]; }
+
+  /// Put the children in these lanes on the stack, the nearest on top.
+  void push(const WideNode& node, std::uint32_t lanes, const float* enter) {
+    if (waiting_.size() < size_ + kWidth) waiting_.resize(2 * (size_ + kWidth));
+    Waiting* const bottom = waiting_.data() + size_;
+    Waiting* top = bottom;
+    for (; lanes; lanes &= lanes - 1) {
+      const auto lane = std::uint32_t(std::countr_zero(lanes));
+      const std::uint32_t child =
+          lane < node.n_inner ? node.first_inner + lane : (node.first_leaf + lane - node.n_inner) | kLeaf;
+      const float at = enter[lane];
+      Waiting* place = top++;
+      for (; place != bottom && place[-1].enter < at; --place) *place = place[-1];
+      *place = {child, at};
+    }
+    size_ += std::size_t(top - bottom);
+  }
+
+ private:
+  std::vector<Waiting> waiting_;
+  std::size_t size_ = 0;
+};
+
+}  // namespace fastlines

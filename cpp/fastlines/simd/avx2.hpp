@@ -1,0 +1,83 @@
+// Sixteen floats as two AVX2 registers.
+#pragma once
+
+#include <immintrin.h>
+
+#include <bit>
+#include <cstdint>
+
+#include "packing.hpp"
+
+namespace fastlines {
+
+inline constexpr const char* kSimd = "avx2";
+
+struct Mask16 {
+  __m256 a, b;
+  std::uint32_t bits() const {
+    return std::uint32_t(_mm256_movemask_ps(a)) | std::uint32_t(_mm256_movemask_ps(b)) << 8;
+  }
+  friend Mask16 operator&(Mask16 x, Mask16 y) { return {_mm256_and_ps(x.a, y.a), _mm256_and_ps(x.b, y.b)}; }
+  friend Mask16 operator|(Mask16 x, Mask16 y) { return {_mm256_or_ps(x.a, y.a), _mm256_or_ps(x.b, y.b)}; }
+};
+
+struct Float16 {
+  __m256 a, b;
+
+  Float16() = default;
+  Float16(__m256 a_, __m256 b_) : a(a_), b(b_) {}
+  Float16(float x) : a(_mm256_set1_ps(x)), b(a) {}
+
+  static Float16 load(const float* p) { return {_mm256_loadu_ps(p), _mm256_loadu_ps(p + 8)}; }
+  static Float16 bytes(const std::uint8_t* p) {
+    const auto eight = [](const std::uint8_t* from) {
+      return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from))));
+    };
+    return {eight(p), eight(p + 8)};
+  }
+  void store(float* p) const {
+    _mm256_storeu_ps(p, a);
+    _mm256_storeu_ps(p + 8, b);
+  }
+
+  friend Float16 operator+(Float16 x, Float16 y) { return {_mm256_add_ps(x.a, y.a), _mm256_add_ps(x.b, y.b)}; }
+  friend Float16 operator-(Float16 x, Float16 y) { return {_mm256_sub_ps(x.a, y.a), _mm256_sub_ps(x.b, y.b)}; }
+  friend Float16 operator*(Float16 x, Float16 y) { return {_mm256_mul_ps(x.a, y.a), _mm256_mul_ps(x.b, y.b)}; }
+  friend Float16 operator/(Float16 x, Float16 y) { return {_mm256_div_ps(x.a, y.a), _mm256_div_ps(x.b, y.b)}; }
+  friend Mask16 operator<=(Float16 x, Float16 y) {
+    return {_mm256_cmp_ps(x.a, y.a, _CMP_LE_OQ), _mm256_cmp_ps(x.b, y.b, _CMP_LE_OQ)};
+  }
+  friend Mask16 operator<(Float16 x, Float16 y) {
+    return {_mm256_cmp_ps(x.a, y.a, _CMP_LT_OQ), _mm256_cmp_ps(x.b, y.b, _CMP_LT_OQ)};
+  }
+};
+
+inline Float16 min(Float16 x, Float16 y) { return {_mm256_min_ps(x.a, y.a), _mm256_min_ps(x.b, y.b)}; }
+inline Float16 max(Float16 x, Float16 y) { return {_mm256_max_ps(x.a, y.a), _mm256_max_ps(x.b, y.b)}; }
+inline Float16 fma(Float16 x, Float16 y, Float16 z) {
+  return {_mm256_fmadd_ps(x.a, y.a, z.a), _mm256_fmadd_ps(x.b, y.b, z.b)};
+}
+inline Float16 select(Mask16 mask, Float16 x, Float16 y) {
+  return {_mm256_blendv_ps(y.a, x.a, mask.a), _mm256_blendv_ps(y.b, x.b, mask.b)};
+}
+
+/// The lanes of these bits, one after the other; and their numbers, plus `base`. Both write sixteen.
+inline void pack(std::uint32_t bits, Float16 x, std::uint32_t base, float* to, std::uint32_t* numbers) {
+  const auto eight = [base](std::uint32_t byte, __m256 from, std::uint32_t first, float* at, std::uint32_t* number) {
+    const auto* row = reinterpret_cast<const __m128i*>(kPacking.lanes[byte]);
+    const __m256i lanes = _mm256_cvtepu8_epi32(_mm_loadl_epi64(row));
+    _mm256_storeu_ps(at, _mm256_permutevar8x32_ps(from, lanes));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(number),
+                        _mm256_add_epi32(lanes, _mm256_set1_epi32(int(base + first))));
+  };
+  const int n = std::popcount(bits & 0xff);
+  eight(bits & 0xff, x.a, 0, to, numbers);
+  eight(bits >> 8, x.b, 8, to + n, numbers + n);
+}
+
+inline Float16 abs(Float16 x) {
+  const __m256 sign = _mm256_set1_ps(-0.0f);
+  return {_mm256_andnot_ps(sign, x.a), _mm256_andnot_ps(sign, x.b)};
+}
+
+}  // namespace fastlines

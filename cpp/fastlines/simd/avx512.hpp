@@ -1,0 +1,56 @@
+// Sixteen floats as one AVX-512 register.
+#pragma once
+
+#include <immintrin.h>
+
+#include <cstdint>
+
+namespace fastlines {
+
+inline constexpr const char* kSimd = "avx512";
+
+struct Mask16 {
+  __mmask16 m;
+  std::uint32_t bits() const { return m; }
+  friend Mask16 operator&(Mask16 x, Mask16 y) { return {__mmask16(x.m & y.m)}; }
+  friend Mask16 operator|(Mask16 x, Mask16 y) { return {__mmask16(x.m | y.m)}; }
+};
+
+struct Float16 {
+  __m512 a;
+
+  Float16() = default;
+  Float16(__m512 a_) : a(a_) {}
+  Float16(float x) : a(_mm512_set1_ps(x)) {}
+
+  static Float16 load(const float* p) { return _mm512_loadu_ps(p); }
+  static Float16 bytes(const std::uint8_t* p) {
+    return _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))));
+  }
+  void store(float* p) const { _mm512_storeu_ps(p, a); }
+
+  friend Float16 operator+(Float16 x, Float16 y) { return _mm512_add_ps(x.a, y.a); }
+  friend Float16 operator-(Float16 x, Float16 y) { return _mm512_sub_ps(x.a, y.a); }
+  friend Float16 operator*(Float16 x, Float16 y) { return _mm512_mul_ps(x.a, y.a); }
+  friend Float16 operator/(Float16 x, Float16 y) { return _mm512_div_ps(x.a, y.a); }
+  friend Mask16 operator<=(Float16 x, Float16 y) { return {_mm512_cmp_ps_mask(x.a, y.a, _CMP_LE_OQ)}; }
+  friend Mask16 operator<(Float16 x, Float16 y) { return {_mm512_cmp_ps_mask(x.a, y.a, _CMP_LT_OQ)}; }
+};
+
+inline Float16 min(Float16 x, Float16 y) { return _mm512_min_ps(x.a, y.a); }
+inline Float16 max(Float16 x, Float16 y) { return _mm512_max_ps(x.a, y.a); }
+inline Float16 fma(Float16 x, Float16 y, Float16 z) { return _mm512_fmadd_ps(x.a, y.a, z.a); }
+inline Float16 select(Mask16 mask, Float16 x, Float16 y) { return _mm512_mask_blend_ps(mask.m, y.a, x.a); }
+
+/// The lanes of these bits, one after the other; and their numbers, plus `base`. Both write sixteen.
+inline void pack(std::uint32_t bits, Float16 x, std::uint32_t base, float* to, std::uint32_t* numbers) {
+  const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  const auto mask = __mmask16(bits);
+  _mm512_storeu_ps(to, _mm512_maskz_compress_ps(mask, x.a));
+  _mm512_storeu_si512(numbers,
+                      _mm512_maskz_compress_epi32(mask, _mm512_add_epi32(lanes, _mm512_set1_epi32(int(base)))));
+}
+
+inline Float16 abs(Float16 x) { return _mm512_abs_ps(x.a); }
+
+}  // namespace fastlines

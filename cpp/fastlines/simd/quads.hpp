@@ -1,0 +1,149 @@
+// Sixteen floats as four vectors of four, in the compiler's own vector types: SSE4.2, NEON, and whatever else there is.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <cstring>
+
+#include "packing.hpp"
+
+#if defined(FASTLINES_PORTABLE)
+#elif defined(__SSE4_2__)
+#include <immintrin.h>
+#elif defined(__ARM_NEON)
+#include <arm_neon.h>
+#endif
+
+namespace fastlines {
+
+#if defined(FASTLINES_PORTABLE)
+inline constexpr const char* kSimd = "portable";
+#elif defined(__SSE4_2__)
+inline constexpr const char* kSimd = "sse42";
+#elif defined(__ARM_NEON)
+inline constexpr const char* kSimd = "neon";
+#else
+inline constexpr const char* kSimd = "portable";
+#endif
+
+using Quad = float __attribute__((vector_size(16)));
+using IntQuad = std::int32_t __attribute__((vector_size(16)));
+
+/// The signs of four lanes as bits.
+inline std::uint32_t bits_of(IntQuad mask) {
+#if defined(__SSE4_2__) && !defined(FASTLINES_PORTABLE)
+  return std::uint32_t(_mm_movemask_ps(reinterpret_cast<__m128>(mask)));
+#elif defined(__ARM_NEON) && !defined(FASTLINES_PORTABLE)
+  const uint32x4_t weights = {1, 2, 4, 8};
+  return vaddvq_u32(vandq_u32(reinterpret_cast<uint32x4_t>(mask), weights));
+#else
+  return std::uint32_t((mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8));
+#endif
+}
+
+inline Quad quad_of_bytes(const std::uint8_t* p) {
+#if defined(__SSE4_2__) && !defined(FASTLINES_PORTABLE)
+  std::int32_t four;
+  std::memcpy(&four, p, 4);
+  return _mm_cvtepi32_ps(_mm_cvtepu8_epi32(_mm_cvtsi32_si128(four)));
+#elif defined(__ARM_NEON) && !defined(FASTLINES_PORTABLE)
+  std::uint32_t four;
+  std::memcpy(&four, p, 4);
+  return vcvtq_f32_u32(vmovl_u16(vget_low_u16(vmovl_u8(vcreate_u8(four)))));
+#else
+  return Quad{float(p[0]), float(p[1]), float(p[2]), float(p[3])};
+#endif
+}
+
+struct Mask16 {
+  IntQuad v[4];
+  std::uint32_t bits() const { return bits_of(v[0]) | bits_of(v[1]) << 4 | bits_of(v[2]) << 8 | bits_of(v[3]) << 12; }
+  friend Mask16 operator&(Mask16 x, Mask16 y) {
+    return {x.v[0] & y.v[0], x.v[1] & y.v[1], x.v[2] & y.v[2], x.v[3] & y.v[3]};
+  }
+  friend Mask16 operator|(Mask16 x, Mask16 y) {
+    return {x.v[0] | y.v[0], x.v[1] | y.v[1], x.v[2] | y.v[2], x.v[3] | y.v[3]};
+  }
+};
+
+struct Float16 {
+  Quad v[4];
+
+  Float16() = default;
+  Float16(Quad a, Quad b, Quad c, Quad d) : v{a, b, c, d} {}
+  Float16(float x) : v{Quad{x, x, x, x}, Quad{x, x, x, x}, Quad{x, x, x, x}, Quad{x, x, x, x}} {}
+
+  static Float16 load(const float* p) {
+    Float16 x;
+    std::memcpy(x.v, p, sizeof x.v);
+    return x;
+  }
+  static Float16 bytes(const std::uint8_t* p) {
+    return {quad_of_bytes(p), quad_of_bytes(p + 4), quad_of_bytes(p + 8), quad_of_bytes(p + 12)};
+  }
+  void store(float* p) const { std::memcpy(p, v, sizeof v); }
+
+  template <class Op>
+  static Float16 each(Float16 x, Float16 y, Op op) {
+    return {op(x.v[0], y.v[0]), op(x.v[1], y.v[1]), op(x.v[2], y.v[2]), op(x.v[3], y.v[3])};
+  }
+  template <class Op>
+  static Mask16 compare(Float16 x, Float16 y, Op op) {
+    return {op(x.v[0], y.v[0]), op(x.v[1], y.v[1]), op(x.v[2], y.v[2]), op(x.v[3], y.v[3])};
+  }
+
+  friend Float16 operator+(Float16 x, Float16 y) {
+    return each(x, y, [](Quad a, Quad b) { return a + b; });
+  }
+  friend Float16 operator-(Float16 x, Float16 y) {
+    return each(x, y, [](Quad a, Quad b) { return a - b; });
+  }
+  friend Float16 operator*(Float16 x, Float16 y) {
+    return each(x, y, [](Quad a, Quad b) { return a * b; });
+  }
+  friend Float16 operator/(Float16 x, Float16 y) {
+    return each(x, y, [](Quad a, Quad b) { return a / b; });
+  }
+  friend Mask16 operator<=(Float16 x, Float16 y) {
+    return compare(x, y, [](Quad a, Quad b) { return IntQuad(a <= b); });
+  }
+  friend Mask16 operator<(Float16 x, Float16 y) {
+    return compare(x, y, [](Quad a, Quad b) { return IntQuad(a < b); });
+  }
+};
+
+inline Float16 min(Float16 x, Float16 y) {
+  return Float16::each(x, y, [](Quad a, Quad b) { return a < b ? a : b; });
+}
+inline Float16 max(Float16 x, Float16 y) {
+  return Float16::each(x, y, [](Quad a, Quad b) { return a > b ? a : b; });
+}
+inline Float16 fma(Float16 x, Float16 y, Float16 z) { return x * y + z; }
+inline Float16 select(Mask16 mask, Float16 x, Float16 y) {
+  return {mask.v[0] ? x.v[0] : y.v[0], mask.v[1] ? x.v[1] : y.v[1], mask.v[2] ? x.v[2] : y.v[2],
+          mask.v[3] ? x.v[3] : y.v[3]};
+}
+
+/// The lanes of these bits, one after the other; and their numbers, plus `base`. Both write sixteen.
+inline void pack(std::uint32_t bits, Float16 x, std::uint32_t base, float* to, std::uint32_t* numbers) {
+  float from[16];
+  x.store(from);
+  const int n = std::popcount(bits & 0xff);
+  for (int i = 0; i < 8; ++i) {
+    const std::uint8_t lane = kPacking.lanes[bits & 0xff][i];
+    to[i] = from[lane];
+    numbers[i] = base + lane;
+  }
+  for (int i = 0; i < 8; ++i) {
+    const std::uint32_t lane = 8u + kPacking.lanes[bits >> 8][i];
+    to[n + i] = from[lane];
+    numbers[n + i] = base + lane;
+  }
+}
+
+inline Float16 abs(Float16 x) {
+  const auto each = [](Quad a) { return Quad(IntQuad(a) & 0x7fff'ffff); };
+  return {each(x.v[0]), each(x.v[1]), each(x.v[2]), each(x.v[3])};
+}
+
+}  // namespace fastlines

@@ -1,0 +1,34 @@
+// Sixteen lanes of float32, on whatever the compiler may use: Float16, and Mask16 for what comparisons say.
+//
+// Every operation gives the same bits on every instruction set, but for `fma`, which may round once or twice: it is for
+// culling only. min and max are defined as below, also for one float, so that one text serves both.
+#pragma once
+
+#if defined(FASTLINES_PORTABLE)
+#include "quads.hpp"
+#elif defined(__AVX512F__)
+#include "avx512.hpp"
+#elif defined(__AVX2__) && defined(__FMA__)
+#include "avx2.hpp"
+#else
+#include "quads.hpp"
+#endif
+
+#include <cmath>
+
+namespace fastlines {
+
+inline constexpr int kWidth = 16;
+
+/// What a comparison of two N gives.
+template <class N>
+using MaskOf = decltype(N() <= N());
+
+inline float min(float x, float y) { return x < y ? x : y; }
+inline float max(float x, float y) { return x > y ? x : y; }
+inline float abs(float x) { return std::fabs(x); }
+inline float select(bool mask, float x, float y) { return mask ? x : y; }
+inline bool any(bool mask) { return mask; }
+inline bool any(Mask16 mask) { return mask.bits() != 0; }
+
+}  // namespace fastlines

@@ -1,0 +1,63 @@
+"""The wide layout: what queries run on. It is made from a tree, and loses nothing of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from .geometry import Lines
+from .progress import ProgressOption, reporting
+
+#: Boxes are measured grown by this much of the scene's longest side, for queries come with a radius.
+RADIUS_HINT = 0.001
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """A tree of up to 16 children a node, boxes and pieces of segments quantised to bytes (docs/engine.md).
+
+    Attributes
+    ----------
+    nodes, leaves : (n, 128) uint8
+        Blocks of 128 bytes.
+    refs : (n, 3) uint32
+        Primitive, s0 and s1 (the bits of float32) of each reference, in the order of the leaves.
+    mean_extent : float
+        Of the leaves, in the frame of the scene, which spans −1 to 1.
+    """
+
+    lines: Lines
+    box: npt.NDArray[np.float32]
+    nodes: npt.NDArray[np.uint8]
+    leaves: npt.NDArray[np.uint8]
+    refs: npt.NDArray[np.uint32]
+    mean_extent: float
+
+    @property
+    def n_bytes(self) -> int:
+        """The memory of the layout and of the segments."""
+        return self.nodes.nbytes + self.leaves.nbytes + self.refs.nbytes + self.lines.segments.nbytes
+
+    def arrays(self) -> tuple[Any, ...]:
+        """Give the layout as the core takes it."""
+        segments = self.lines.segments.reshape(-1, 6)
+        return segments, self.nodes, self.leaves, self.refs, tuple(self.box.reshape(-1).tolist()), self.mean_extent
+
+
+def widen(
+    lines: Lines,
+    nodes: npt.NDArray[np.uint32],
+    refs: npt.NDArray[np.uint32],
+    box: npt.NDArray[np.float32],
+    progress: ProgressOption = False,
+) -> Layout:
+    """Lay out a tree, given as rows of 32-bit words."""
+    with reporting(progress, "layout") as callback:
+        made = _core.widen(lines.segments.reshape(-1, 6), nodes, refs, RADIUS_HINT, callback)
+    for array in made[:3]:
+        array.flags.writeable = False
+    return Layout(lines, box, *made)
