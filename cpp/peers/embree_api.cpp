@@ -46,6 +46,7 @@ const Api& load_api(const std::string& tbb, const std::string& embree) {
   take(library, api->SetGeometryBoundsFunction, "rtcSetGeometryBoundsFunction");
   take(library, api->SetGeometryIntersectFunction, "rtcSetGeometryIntersectFunction");
   take(library, api->SetGeometryOccludedFunction, "rtcSetGeometryOccludedFunction");
+  take(library, api->SetGeometryEnableFilterFunctionFromArguments, "rtcSetGeometryEnableFilterFunctionFromArguments");
   take(library, api->NewScene, "rtcNewScene");
   take(library, api->ReleaseScene, "rtcReleaseScene");
   take(library, api->SetSceneBuildQuality, "rtcSetSceneBuildQuality");

@@ -1,5 +1,5 @@
-// The part of the Embree 4 interface that the peer uses, declared by hand, and taken from a library that is loaded at run
-// time: fastlines neither links nor ships Embree. Names, values and layouts follow its reference, "Embree API
+// The part of the Embree 4 interface that the peer uses, declared by hand, and taken from a library that is loaded at
+// run time: fastlines neither links nor ships Embree. Names, values and layouts follow its reference, "Embree API
 // Reference" (embree.org/api.html): RTCRay, RTCHit, RTCRayHitN, RTCIntersectArguments, RTCGeometryType, and so on.
 // tests/test_embree_peer.py would see a wrong one: answers are compared hit for hit.
 #pragma once
@@ -16,8 +16,8 @@ enum class GeometryType : int { triangle = 0, round_linear_curve = 16, flat_line
 enum class BufferType : int { index = 0, vertex = 1 };
 enum class Format : int { uint1 = 0x5001, uint3 = 0x5003, float3 = 0x9003, float4 = 0x9004 };
 enum class Quality : int { low = 0, medium = 1, high = 2 };
-inline constexpr int kInvokeFilter = 1 << 1;      // RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER
-inline constexpr int kCoherent = 1 << 16;         // RTC_RAY_QUERY_FLAG_COHERENT
+inline constexpr int kInvokeFilter = 1 << 1;        // RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER
+inline constexpr int kCoherent = 1 << 16;           // RTC_RAY_QUERY_FLAG_COHERENT
 inline constexpr std::uint32_t kAllFeatures = ~0u;  // RTC_FEATURE_FLAG_ALL
 
 /// RTCRayN followed by RTCHitN: arrays of N, one after the other; for N = 1 this is RTCRayHit.
@@ -104,6 +104,7 @@ struct Api {
   void (*SetGeometryBoundsFunction)(Geometry, void (*)(const BoundsArguments*), void*);
   void (*SetGeometryIntersectFunction)(Geometry, Callback);
   void (*SetGeometryOccludedFunction)(Geometry, Callback);
+  void (*SetGeometryEnableFilterFunctionFromArguments)(Geometry, bool);
   SceneHandle (*NewScene)(Device);
   void (*ReleaseScene)(SceneHandle);
   void (*SetSceneBuildQuality)(SceneHandle, Quality);

@@ -80,6 +80,7 @@ Scene::Scene(std::span<const SegmentEnds> segments, const SceneSettings& setting
       add_ribbons(geometry, segments);
     else
       add_curves(geometry, segments);
+    if (settings.kind != Kind::user) rtc.SetGeometryEnableFilterFunctionFromArguments(geometry, true);
     rtc.CommitGeometry(geometry);
     rtc.AttachGeometry(scene_, geometry);
     rtc.ReleaseGeometry(geometry);
@@ -118,8 +119,8 @@ void Scene::cut(std::span<const SegmentEnds> segments) {
   for (std::size_t i = 0; i < segments.size(); ++i) {
     std::size_t n = 1;
     if (settings_.piece_length > 0)
-      n = std::size_t(std::clamp(std::ceil(double(length_of(segments[i])) / settings_.piece_length), 1.0,
-                                 double(kMaxPieces)));
+      n = std::size_t(
+          std::clamp(std::ceil(double(length_of(segments[i])) / settings_.piece_length), 1.0, double(kMaxPieces)));
     n_cuts_[i] = std::uint16_t(n);
     n_pieces += n;
     for (int k = 0; k < 3; ++k) {
@@ -174,14 +175,15 @@ void Scene::add_curves(Geometry geometry, std::span<const SegmentEnds> segments)
     }
 }
 
-/// Across the ribbon is across the segment and the view of the eye; the pieces of a segment share the points between them.
+/// Across the ribbon is across the segment and the view of the eye; the pieces of a segment share the points between
+/// them.
 void Scene::add_ribbons(Geometry geometry, std::span<const SegmentEnds> segments) {
   const Api& rtc = api();
   const std::size_t n_points = 2 * (owners_.size() + segments.size());
   auto* points = static_cast<float*>(
       rtc.SetNewGeometryBuffer(geometry, BufferType::vertex, 0, Format::float3, 3 * sizeof(float), n_points));
-  auto* index = static_cast<std::uint32_t*>(rtc.SetNewGeometryBuffer(
-      geometry, BufferType::index, 0, Format::uint3, 3 * sizeof(std::uint32_t), 2 * owners_.size()));
+  auto* index = static_cast<std::uint32_t*>(rtc.SetNewGeometryBuffer(geometry, BufferType::index, 0, Format::uint3,
+                                                                     3 * sizeof(std::uint32_t), 2 * owners_.size()));
   if (!points || !index) throw std::runtime_error("Embree: " + error_);
   std::uint32_t at = 0;
   for (std::size_t i = 0; i < segments.size(); ++i) {

@@ -1,5 +1,5 @@
-// Segments as an Embree scene: as user geometry, as its linear curves, or as ribbons of two triangles; cut to a length or
-// whole.
+// Segments as an Embree scene: as user geometry, as its linear curves, or as ribbons of two triangles; cut to a length
+// or whole.
 #pragma once
 
 #include <atomic>
@@ -19,10 +19,10 @@ struct SegmentEnds {
 struct SceneSettings {
   Kind kind = Kind::user;
   float radius = 0.0f;
-  float piece_length = 0.0f;   // segments are cut into equal pieces no longer than this; 0 = not at all
+  float piece_length = 0.0f;  // segments are cut into equal pieces no longer than this; 0 = not at all
   Quality quality = Quality::high;
-  std::string device;          // the configuration of rtcNewDevice, such as "threads=1"
-  float eye[3] = {0, 0, 0};    // ribbons face it
+  std::string device;        // the configuration of rtcNewDevice, such as "threads=1"
+  float eye[3] = {0, 0, 0};  // ribbons face it
 };
 
 /// An Embree device with one scene of one geometry. Not to be copied: Embree holds pointers into it.

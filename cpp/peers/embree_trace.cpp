@@ -49,7 +49,8 @@ Batch batch_of(const Scene& scene, const Rays& rays) {
   batch.owners = scene.owners().data();
   const float radius = scene.settings().radius;
   batch.radius2 = radius * radius;
-  // The distance of the lines is computed to about 2⁻²¹ of how far origins are from the segments: slack for ten times that.
+  // The distance of the lines is computed to about 2⁻²¹ of how far origins are from the segments: slack for ten times
+  // that.
   float far2 = 0.0f;
   for (const Ray3& o : rays.origins) {
     const float origin[3] = {o.x, o.y, o.z};
@@ -93,7 +94,8 @@ void occluded(const Scene& scene, const int* valid, RayHits<W>& packet, QueryArg
 
 /// Trace the rays of a chunk in packets; then(packet, lane, i) sees each ray afterwards.
 template <int W, bool kOccluded, class Then>
-void trace(const Scene& scene, const Rays& rays, QueryArguments& args, std::size_t begin, std::size_t end, Then&& then) {
+void trace(const Scene& scene, const Rays& rays, QueryArguments& args, std::size_t begin, std::size_t end,
+           Then&& then) {
   RayHits<W> packet;
   alignas(64) int valid[W];
   for (std::size_t first = begin; first < end; first += W) {
@@ -140,7 +142,8 @@ void collect(const FilterArguments* args) {
     if constexpr (kKind == Kind::round) {
       // Where the ray enters, not where it leaves.
       float facing = 0.0f;
-      for (unsigned k = 0; k < 3; ++k) facing += args->hits[(kNormal + k) * n + i] * args->rays[(kDirection + k) * n + i];
+      for (unsigned k = 0; k < 3; ++k)
+        facing += args->hits[(kNormal + k) * n + i] * args->rays[(kDirection + k) * n + i];
       if (facing >= 0.0f) continue;
     }
     batch.hits->push_back({ids[i], owner.prim, args->rays[kFar * n + i]});
@@ -180,9 +183,8 @@ void any_hits(const Scene& scene, const Rays& rays, const How& how, bool* found)
     args.flags = how.coherent ? kCoherent : 0;
     args.context = &batch;
     with_width(how.width, [&](auto width) {
-      trace<width(), true>(scene, rays, args, begin, end, [&](const auto& packet, int lane, std::size_t i) {
-        found[i] = packet.tfar[lane] == -kInf;
-      });
+      trace<width(), true>(scene, rays, args, begin, end,
+                           [&](const auto& packet, int lane, std::size_t i) { found[i] = packet.tfar[lane] == -kInf; });
     });
   });
 }
@@ -204,7 +206,11 @@ std::vector<std::vector<PeerHit>> all_hits(const Scene& scene, const Rays& rays,
       args.filter = collector(scene.settings().kind);
     }
     with_width(how.width, [&](auto width) {
-      trace<width(), true>(scene, rays, args, begin, end, [](const auto&, int, std::size_t) {});
+      const auto nothing = [](const auto&, int, std::size_t) {};
+      if (how.coherent)
+        trace<width(), false>(scene, rays, args, begin, end, nothing);
+      else
+        trace<width(), true>(scene, rays, args, begin, end, nothing);
     });
   });
   return hits;

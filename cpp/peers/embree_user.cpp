@@ -1,10 +1,10 @@
 // The callbacks of user geometry, over the rays of a packet at once. Compiled once for each instruction set, with
 // fused multiply-adds: Embree shall have them.
 //
-// The distance is that of cpp/fastlines/query/exact.hpp, without the frame and without a basis: with p = P − o, the parts
-// of p and e across the ray are a = p − (p·r) r and b = e − (e·r) r; s = −a·b/b·b, clamped; t = p·r + s·e·r. Directions
-// are of unit length. Most calls end after the distance of the two lines, |p·(e × r)|/|e × r|, which is no more than that
-// of ray and segment.
+// The distance is that of cpp/fastlines/query/exact.hpp, without the frame and without a basis: with p = P − o, the
+// parts of p and e across the ray are a = p − (p·r) r and b = e − (e·r) r; s = −a·b/b·b, clamped; t = p·r + s·e·r.
+// Directions are of unit length. Most calls end after the distance of the two lines, |p·(e × r)|/|e × r|, which is no
+// more than that of ray and segment.
 #include "embree_user.hpp"
 
 #if defined(__AVX2__) || defined(__AVX512F__)

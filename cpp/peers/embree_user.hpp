@@ -16,8 +16,8 @@ struct Owner {
   bool is_last() const { return k + 1 == m; }
 };
 
-/// What user geometry keeps for a piece: half a cache line. All pieces of a segment test the whole segment, so that each
-/// gives the same t; the piece decides which of them reports it, and how large the box is.
+/// What user geometry keeps for a piece: half a cache line. All pieces of a segment test the whole segment, so that
+/// each gives the same t; the piece decides which of them reports it, and how large the box is.
 struct Piece {
   float p[3], e[3];
   Owner owner;
@@ -31,12 +31,12 @@ struct PeerHit {
 
 /// What a batch of rays shares, and where its hits go. Embree hands it back to callbacks.
 struct Batch : QueryContext {
-  const Piece* pieces = nullptr;        // user geometry
-  const Owner* owners = nullptr;        // what Embree tests itself
-  float radius2 = 0.0f;                 // of a hit
-  float loose2 = 0.0f, slack2 = 0.0f;   // of the early way out: (p·n)² > loose2·n² + slack2·|e|² is no hit
-  float t_max = 0.0f;                   // as asked
-  bool bounded = false;                 // t_max is finite
+  const Piece* pieces = nullptr;         // user geometry
+  const Owner* owners = nullptr;         // what Embree tests itself
+  float radius2 = 0.0f;                  // of a hit
+  float loose2 = 0.0f, slack2 = 0.0f;    // of the early way out: (p·n)² > loose2·n² + slack2·|e|² is no hit
+  float t_max = 0.0f;                    // as asked
+  bool bounded = false;                  // t_max is finite
   std::vector<PeerHit>* hits = nullptr;  // all hits, in no order
 };
 
