@@ -207,6 +207,8 @@ std::vector<std::vector<PeerHit>> all_hits(const Scene& scene, const Rays& rays,
     }
     with_width(how.width, [&](auto width) {
       const auto nothing = [](const auto&, int, std::size_t) {};
+      // Embree 4.4's packets of coherent rays call occlusion callbacks more than once for the same primitive and ray
+      // when these reject the hit; those of rtcIntersect do not. For other rays occlusion is the faster way.
       if (how.coherent)
         trace<width(), false>(scene, rays, args, begin, end, nothing);
       else

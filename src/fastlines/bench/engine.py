@@ -246,7 +246,7 @@ class _Runner:
         return Cell(self.case.name, radius, rays.kind, query, len(many), n_hits, rate, sides)
 
     def _ask(self, radius: float, query: str, rays: RayBatch) -> Any:
-        ask = {"first": self.tree.first_hit, "any": self.tree.any_hit, "all": self.tree.all_hits}[query]
+        ask: Any = {"first": self.tree.first_hit, "any": self.tree.any_hit, "all": self.tree.all_hits}[query]
         return ask(rays.origins, rays.directions, radius, t_min=rays.t_min, t_max=rays.t_max)
 
     def _time(self, ask: Callable[[RayBatch], Any], rays: RayBatch) -> tuple[float, Any]:

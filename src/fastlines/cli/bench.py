@@ -22,20 +22,21 @@ QUICK_RADII = (0.001,)
 bench = typer.Typer(
     cls=Group,
     help="Measure fastlines beside its peers, answers compared.",
-    no_args_is_help=True,
     rich_markup_mode="rich",
 )
 app.add_typer(bench, name="bench")
 
 
-@bench.callback()
-def root() -> None:
+@bench.callback(invoke_without_command=True)
+def root(context: typer.Context) -> None:
     """Measure fastlines beside its peers, on the same rays, answers compared.
 
     [bold]Examples[/]
 
     [cyan]fastlines bench engine --quick[/]
     """
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
 
 
 @bench.command(short_help="Queries of our trees beside Embree's.")
