@@ -87,28 +87,33 @@ Output<bool> any_hit(const Scene& scene, Input<float> origins, Input<float> dire
   return found;
 }
 
-using HitBuffers = std::vector<std::vector<PeerHit>>;
+/// The hits of each thread.
+struct HitBuffers {
+  std::vector<HitBuffer> threads;
+
+  explicit HitBuffers(std::vector<HitBuffer> hits) : threads(std::move(hits)) {}
+  HitBuffers(HitBuffers&&) = default;  // and no copy
+};
 
 /// The hits as they were written, to be unpacked when the clock has stopped.
 HitBuffers all_hit(const Scene& scene, Input<float> origins, Input<float> directions, float t_min, float t_max,
                    int width, bool coherent, unsigned n_threads) {
   const Rays rays = batch(origins, directions, t_min, t_max);
   nb::gil_scoped_release release;
-  return all_hits(scene, rays, {width, coherent, n_threads}, best_callbacks());
+  return HitBuffers(all_hits(scene, rays, {width, coherent, n_threads}, best_callbacks()));
 }
 
 nb::tuple unpack(const HitBuffers& buffers) {
-  std::size_t n = 0;
-  for (const auto& hits : buffers) n += hits.size();
+  std::size_t n = 0, i = 0;
+  for (const HitBuffer& hits : buffers.threads) n += std::size_t(hits.at - hits.begin);
   auto ray = make_array<std::int64_t>(n);
   auto prim = make_array<std::int64_t>(n);
   auto t = make_array<float>(n);
-  std::size_t i = 0;
-  for (const auto& hits : buffers)
-    for (const PeerHit& hit : hits) {
-      ray.data()[i] = hit.ray;
-      prim.data()[i] = hit.prim;
-      t.data()[i++] = hit.t;
+  for (const HitBuffer& hits : buffers.threads)
+    for (const PeerHit* hit = hits.begin; hit != hits.at; ++hit) {
+      ray.data()[i] = hit->ray;
+      prim.data()[i] = hit->prim;
+      t.data()[i++] = hit->t;
     }
   return nb::make_tuple(ray, prim, t);
 }

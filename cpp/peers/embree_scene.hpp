@@ -5,6 +5,7 @@
 #include <atomic>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "embree_user.hpp"
 

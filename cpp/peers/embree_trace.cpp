@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <thread>
+#include <utility>
 
 #if defined(__SSE__)
 #include <xmmintrin.h>
@@ -146,7 +148,9 @@ void collect(const FilterArguments* args) {
         facing += args->hits[(kNormal + k) * n + i] * args->rays[(kDirection + k) * n + i];
       if (facing >= 0.0f) continue;
     }
-    batch.hits->push_back({ids[i], owner.prim, args->rays[kFar * n + i]});
+    HitBuffer& hits = *batch.hits;
+    if (hits.at == hits.end) hits.grow();
+    *hits.at++ = {ids[i], owner.prim, args->rays[kFar * n + i]};
   }
 }
 
@@ -155,6 +159,22 @@ Filter collector(Kind kind) {
 }
 
 }  // namespace
+
+HitBuffer::HitBuffer() = default;
+HitBuffer::HitBuffer(HitBuffer&& other) noexcept
+    : begin(std::exchange(other.begin, nullptr)),
+      at(std::exchange(other.at, nullptr)),
+      end(std::exchange(other.end, nullptr)) {}
+HitBuffer::~HitBuffer() { std::free(begin); }
+
+void HitBuffer::grow() {
+  const auto n = std::size_t(end - begin), wanted = std::max<std::size_t>(2 * n, 4096);
+  auto* moved = static_cast<PeerHit*>(std::realloc(begin, wanted * sizeof(PeerHit)));
+  if (!moved) std::abort();  // in a callback of Embree nothing may be thrown
+  begin = moved;
+  at = moved + n;
+  end = moved + wanted;
+}
 
 void first_hits(const Scene& scene, const Rays& rays, const How& how, float* t, std::int32_t* prim) {
   const Batch shared = batch_of(scene, rays);
@@ -189,10 +209,9 @@ void any_hits(const Scene& scene, const Rays& rays, const How& how, bool* found)
   });
 }
 
-std::vector<std::vector<PeerHit>> all_hits(const Scene& scene, const Rays& rays, const How& how,
-                                           const Callbacks& callbacks) {
+std::vector<HitBuffer> all_hits(const Scene& scene, const Rays& rays, const How& how, const Callbacks& callbacks) {
   const Batch shared = batch_of(scene, rays);
-  std::vector<std::vector<PeerHit>> hits(std::max(1u, how.n_threads));
+  std::vector<HitBuffer> hits(std::max(1u, how.n_threads));
   for_each_chunk(rays.origins.size(), how.n_threads, [&](unsigned thread, std::size_t begin, std::size_t end) {
     Batch batch = shared;
     batch.hits = &hits[thread];

@@ -29,7 +29,6 @@ void first_hits(const Scene& scene, const Rays& rays, const How& how, float* t, 
 void any_hits(const Scene& scene, const Rays& rays, const How& how, bool* found);
 
 /// All hits, in no order: those of each thread.
-std::vector<std::vector<PeerHit>> all_hits(const Scene& scene, const Rays& rays, const How& how,
-                                           const Callbacks& callbacks);
+std::vector<HitBuffer> all_hits(const Scene& scene, const Rays& rays, const How& how, const Callbacks& callbacks);
 
 }  // namespace fastlines::peers

@@ -169,8 +169,10 @@ void test(const CallbackArguments& args, unsigned n, unsigned from) {
         hit_s = s, hit_t = t;
       else
         hit_s = s[i], hit_t = t[i];
-      if (s0 <= hit_s && hit_s < s1)
-        batch.hits->push_back({reinterpret_cast<const std::uint32_t*>(at(kId))[i], prim, hit_t});
+      if (hit_s < s0 || hit_s >= s1) continue;
+      HitBuffer& hits = *batch.hits;
+      if (hits.at == hits.end) hits.grow();
+      *hits.at++ = {reinterpret_cast<const std::uint32_t*>(at(kId))[i], prim, hit_t};
     }
   }
 }

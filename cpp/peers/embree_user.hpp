@@ -1,8 +1,6 @@
 // User geometry for Embree: a segment of a given radius, hit as fastlines defines it (docs/answers.md).
 #pragma once
 
-#include <vector>
-
 #include "embree_api.hpp"
 
 namespace fastlines::peers {
@@ -29,15 +27,26 @@ struct PeerHit {
   float t;
 };
 
+/// A growing array of hits. Not a std::vector: what callbacks call must not be compiled with them, or the linker could
+/// give code for AVX-512 to everybody.
+struct HitBuffer {
+  PeerHit *begin = nullptr, *at = nullptr, *end = nullptr;
+
+  HitBuffer();
+  HitBuffer(HitBuffer&& other) noexcept;
+  ~HitBuffer();
+  void grow();  // to twice the size
+};
+
 /// What a batch of rays shares, and where its hits go. Embree hands it back to callbacks.
 struct Batch : QueryContext {
-  const Piece* pieces = nullptr;         // user geometry
-  const Owner* owners = nullptr;         // what Embree tests itself
-  float radius2 = 0.0f;                  // of a hit
-  float loose2 = 0.0f, slack2 = 0.0f;    // of the early way out: (p·n)² > loose2·n² + slack2·|e|² is no hit
-  float t_max = 0.0f;                    // as asked
-  bool bounded = false;                  // t_max is finite
-  std::vector<PeerHit>* hits = nullptr;  // all hits, in no order
+  const Piece* pieces = nullptr;       // user geometry
+  const Owner* owners = nullptr;       // what Embree tests itself
+  float radius2 = 0.0f;                // of a hit
+  float loose2 = 0.0f, slack2 = 0.0f;  // of the early way out: (p·n)² > loose2·n² + slack2·|e|² is no hit
+  float t_max = 0.0f;                  // as asked
+  bool bounded = false;                // t_max is finite
+  HitBuffer* hits = nullptr;           // all hits, in no order
 };
 
 /// One callback a kind of query, for packets of 1, 4, 8 and 16 rays.

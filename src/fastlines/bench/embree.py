@@ -120,7 +120,7 @@ def load() -> str:
     try:
         from .. import _embree
     except ImportError:
-        raise FastlinesError("this build of fastlines has no Embree peer: it is built on Unix only") from None
+        raise FastlinesError("this build of fastlines has no Embree peer: it is built on Linux only") from None
     if not _embree.instruction_set():
         raise FastlinesError("the Embree peer needs a processor with AVX2 and FMA, which this one has not")
     try:

@@ -33,7 +33,7 @@ def draw(result: Result, path: str | os.PathLike[str]) -> None:
         if any(cell.best for cell in cells):
             rates = [cell.best.mrays if cell.best else 0.0 for cell in cells]
             panel.bar([x + 0.2 for x in places], rates, 0.4, label="Embree, its best", color="#64748b")
-        mean = geometric_mean(cells)
+        mean = geometric_mean([cell.ratio for cell in cells])
         panel.set_title(
             f"{kind} rays, {query}" + (f": {mean:.2f} × Embree (geometric mean)" if mean else ""), loc="left"
         )

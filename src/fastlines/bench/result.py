@@ -57,18 +57,31 @@ class Cell:
         return max((side for side in self.sides if side.n_rounds), key=lambda side: side.mrays, default=None)
 
     @property
+    def exact(self) -> Side | None:
+        """The fastest of those that have our definition of a hit."""
+        user = [side for side in self.sides if side.n_rounds and side.config.build.geometry == "user"]
+        return max(user, key=lambda side: side.mrays, default=None)
+
+    @property
     def ratio(self) -> float:
         """How many times faster we are than the peer's best; NaN without a peer."""
         return self.mrays / self.best.mrays if self.best else math.nan
 
+    @property
+    def exact_ratio(self) -> float:
+        """Likewise, than the best that has our definition of a hit."""
+        return self.mrays / self.exact.mrays if self.exact else math.nan
+
     def to_json(self) -> dict[str, Any]:
         """Everything."""
         figures = {key: getattr(self, key) for key in ("scene", "radius", "kind", "query", "n_rays", "n_hits", "mrays")}
-        best = self.best
+        best, exact = self.best, self.exact
         return {
             **figures,
             "ratio": self.ratio if best else None,
             "best": str(best.config) if best else None,
+            "exact_ratio": self.exact_ratio if exact else None,
+            "best_exact": str(exact.config) if exact else None,
             "peers": [side.to_json() for side in self.sides],
         }
 
@@ -117,14 +130,19 @@ class Result:
             "seconds": self.seconds,
             "built": [asdict(built) for built in self.built],
             "geometric_means": [
-                {"kind": kind, "query": query, "ratio": geometric_mean(cells)}
+                {
+                    "kind": kind,
+                    "query": query,
+                    "ratio": geometric_mean([cell.ratio for cell in cells]),
+                    "exact_ratio": geometric_mean([cell.exact_ratio for cell in cells]),
+                }
                 for (kind, query), cells in self.groups().items()
             ],
             "cells": [cell.to_json() for cell in self.cells],
         }
 
 
-def geometric_mean(cells: list[Cell]) -> float | None:
-    """Of the ratios; None if there are none."""
-    ratios = [cell.ratio for cell in cells if cell.best]
-    return math.exp(sum(map(math.log, ratios)) / len(ratios)) if ratios else None
+def geometric_mean(ratios: list[float]) -> float | None:
+    """Of those that there are; None if there are none."""
+    logs = [math.log(ratio) for ratio in ratios if not math.isnan(ratio)]
+    return math.exp(sum(logs) / len(logs)) if logs else None

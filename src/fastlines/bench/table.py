@@ -21,17 +21,17 @@ def print_tables(result: Result) -> None:
     for (kind, query), cells in result.groups().items():
         table = Table(title=f"{kind} rays ({KIND_NOTES[kind]}): {query}", title_justify="left", pad_edge=False)
         table.add_column("scene", style="bold", no_wrap=True)
-        heads = ["radius", "rays", "ours", *(["Embree", "ratio", "differ", "max Δt"] if peer else [])]
+        heads = ["radius", "rays", "ours", *(["Embree", "ratio", "to user", "differ", "max Δt"] if peer else [])]
         for head in heads:
             table.add_column(head, justify="right", no_wrap=True)
         if peer:
             table.add_column("Embree's configuration")
         for cell in cells:
             table.add_row(*_cells(cell))
-        mean = geometric_mean(cells)
-        if mean is not None:
+        means = [geometric_mean(ratios) for ratios in ([c.ratio for c in cells], [c.exact_ratio for c in cells])]
+        if any(means):
             table.add_section()
-            table.add_row("geometric mean", "", "", "", "", f"{mean:.2f}")
+            table.add_row("geometric mean", "", "", "", "", *("–" if mean is None else f"{mean:.2f}" for mean in means))
         console.print(table)
     console.print(_building(result))
     threads = result.plan["n_threads"]
@@ -39,7 +39,7 @@ def print_tables(result: Result) -> None:
     if peer:
         said += (
             f"Embree {result.machine['embree']}: its fastest configuration in each cell. differ: share of rays with "
-            "another answer than ours; only user geometry has our definition of a hit. "
+            "another answer than ours; to user: the ratio to Embree's user geometry, which alone has our definition of a hit. "
         )
     console.print(f"{said}{result.seconds:.0f} s in all.", highlight=False)
 
@@ -52,7 +52,7 @@ def _cells(cell: Cell) -> list[str]:
     difference = best.difference
     share = "0" if difference.n_differ == 0 else f"{difference.share:.1e}"
     dt = "–" if cell.query == "any" else f"{difference.max_dt:.0e}"
-    return [*row, three(best.mrays), f"{cell.ratio:.2f}", share, dt, str(best.config)]
+    return [*row, three(best.mrays), f"{cell.ratio:.2f}", f"{cell.exact_ratio:.2f}", share, dt, str(best.config)]
 
 
 def _building(result: Result) -> Table:

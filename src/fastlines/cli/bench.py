@@ -19,12 +19,8 @@ if TYPE_CHECKING:
 QUICK_SCENES = ("spaghetti:1000", "straight-hair:10000")
 QUICK_RADII = (0.001,)
 
-bench = typer.Typer(
-    cls=Group,
-    help="Measure fastlines beside its peers, answers compared.",
-    rich_markup_mode="rich",
-)
-app.add_typer(bench, name="bench")
+bench = typer.Typer(cls=Group, rich_markup_mode="rich")
+app.add_typer(bench, name="bench", short_help="Our trees beside their peers, answers compared.")
 
 
 @bench.callback(invoke_without_command=True)
@@ -34,6 +30,8 @@ def root(context: typer.Context) -> None:
     [bold]Examples[/]
 
     [cyan]fastlines bench engine --quick[/]
+
+    [cyan]fastlines bench engine --help[/]
     """
     if context.invoked_subcommand is None:
         typer.echo(context.get_help())
@@ -107,18 +105,18 @@ def engine(
         bool, typer.Option("--retune", help="Find anew to what lengths segments are best cut for Embree.")
     ] = False,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Two small scenes, one radius, fewer rays: about a minute.")
+        bool, typer.Option("--quick", help="Two small scenes, one radius, fewer rays: less than a minute.")
     ] = False,
     json_file: Annotated[
         str | None, typer.Option("--json", metavar="FILE", help="Write all cells with all configurations.")
     ] = None,
     plot: Annotated[str | None, typer.Option("--plot", metavar="FILE.png", help="Draw the rates.")] = None,
 ) -> None:
-    """Time queries of our tree and of Embree in turn: the same rays, the same definition of a hit, answers compared.
+    r"""Time queries of our tree and of Embree in turn: the same rays, the same definition of a hit, answers compared.
 
-    Embree comes from the package embreex (pip install "fastlines[bench]"). It is measured as user geometry, as flat and
-    round curves and as ribbons; whole and cut to a length that is tuned for the scene; ray by ray and in packets. What
-    counts in a cell is the fastest of them.
+    Embree comes from the package embreex (pip install "fastlines\[bench]"). It is measured as user geometry, as flat
+    and round curves and as ribbons; whole and cut to a length that is tuned for the scene; ray by ray and in packets.
+    What counts in a cell is the fastest of them.
 
     [bold]Examples[/]
 
