@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 
 from ..errors import MissingExtraError
@@ -17,7 +18,7 @@ def check() -> None:
 
 
 def draw(result: Result, path: str | os.PathLike[str]) -> None:
-    """Draw bars, a panel for each kind of rays and query, and write them as a PNG."""
+    """Draw points, a panel for each kind of rays and query, and write them as a PNG."""
     check()
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -28,18 +29,20 @@ def draw(result: Result, path: str | os.PathLike[str]) -> None:
     FigureCanvasAgg(figure)
     panels = figure.subplots(len(groups), 1, squeeze=False)[:, 0]
     for panel, ((kind, query), cells) in zip(panels, groups.items(), strict=True):
-        places = range(len(cells))
-        panel.bar([x - 0.2 for x in places], [cell.mrays for cell in cells], 0.4, label="fastlines", color="#c2410c")
+        places = list(range(len(cells)))
+        ours, theirs = [cell.mrays for cell in cells], [cell.best.mrays if cell.best else math.nan for cell in cells]
+        panel.vlines(places, ours, theirs, color="#cbd5e1", zorder=0)
+        panel.plot(places, ours, "o", label="fastlines", color="#c2410c")
         if any(cell.best for cell in cells):
-            rates = [cell.best.mrays if cell.best else 0.0 for cell in cells]
-            panel.bar([x + 0.2 for x in places], rates, 0.4, label="Embree, its best", color="#64748b")
+            panel.plot(places, theirs, "s", label="Embree, its best", color="#64748b")
         mean = geometric_mean([cell.ratio for cell in cells])
         panel.set_title(
             f"{kind} rays, {query}" + (f": {mean:.2f} × Embree (geometric mean)" if mean else ""), loc="left"
         )
         panel.set_yscale("log")
         panel.set_ylabel("Mrays/s")
-        panel.set_xticks(list(places), [f"{cell.scene}\n{cell.radius:g}" for cell in cells], fontsize=6)
+        panel.set_xlim(-0.5, len(cells) - 0.5)
+        panel.set_xticks(places, [f"{cell.scene}\n{cell.radius:g}" for cell in cells], fontsize=6)
         panel.spines[["top", "right"]].set_visible(False)
     panels[0].legend(frameon=False)
     figure.savefig(path, dpi=120, format="png")

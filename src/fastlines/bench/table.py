@@ -39,7 +39,7 @@ def print_tables(result: Result) -> None:
     if peer:
         said += (
             f"Embree {result.machine['embree']}: its fastest configuration in each cell. differ: share of rays with "
-            "another answer than ours; to user: the ratio to Embree's user geometry, which alone has our definition of a hit. "
+            "another answer than ours; to user: our ratio to its user geometry, which alone shares our hits. "
         )
     console.print(f"{said}{result.seconds:.0f} s in all.", highlight=False)
 
