@@ -129,10 +129,21 @@ def test_differences_are_counted():
             return ours.ray[self.rows], ours.prim[self.rows], ours.t[self.rows]
 
     every = np.random.default_rng(0).permutation(len(ours))
-    assert comparing.compare("all", ours, Theirs(every)) == comparing.Difference(256, 0, 0.0)
+    assert comparing.compare("all", ours, Theirs(every)) == comparing.Difference(256, 0, 0, 0.0)
     assert comparing.compare("all", ours, Theirs(every[1:])).n_differ == 1
     assert comparing.compare("all", ours, Theirs(np.append(every, every[0]))).n_differ == 1
-    assert (comparing.Difference(10, 1, 0.5) + comparing.Difference(30, 3, 0.1)) == comparing.Difference(40, 4, 0.5)
+    both = comparing.Difference(10, 2, 1, 0.5) + comparing.Difference(30, 3, 1, 0.1)
+    assert both == comparing.Difference(40, 5, 2, 0.5)
+    assert both.share == 3 / 40
+
+    # Another segment at the same t is a tie; one elsewhere is a difference.
+    first = fl.build(lines.lines).first_hit(origins, directions, 0.05)
+    hit = int(np.flatnonzero(first.hit)[0])
+    t, prim = first.t.copy(), first.prim.copy()
+    prim[hit] += 1
+    assert comparing.compare("first", first, (t, prim)) == comparing.Difference(256, 1, 1, 0.0)
+    t[hit] += 0.01
+    assert comparing.compare("first", first, (t, prim)) == comparing.Difference(256, 1, 0, 0.0)
 
 
 def test_cache_is_where_the_system_wants_it(monkeypatch, tmp_path):

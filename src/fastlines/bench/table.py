@@ -50,7 +50,7 @@ def _cells(cell: Cell) -> list[str]:
     if best is None:
         return row
     difference = best.difference
-    share = "0" if difference.n_differ == 0 else f"{difference.share:.1e}"
+    share = "0" if difference.share == 0 else f"{difference.share:.1e}"
     dt = "–" if cell.query == "any" else f"{difference.max_dt:.0e}"
     return [*row, three(best.mrays), f"{cell.ratio:.2f}", f"{cell.exact_ratio:.2f}", share, dt, str(best.config)]
 
