@@ -51,6 +51,7 @@ MODULES = (
     "hits",
     "rays",
     "_core",
+    "_embree",
     "engines",
     "layout",
     "structure",
@@ -62,6 +63,7 @@ MODULES = (
     "fastlines",
     "render",
     "demo",
+    "bench",
     "cli",
 )
 
@@ -107,7 +109,7 @@ def python_modules() -> dict[str, Path]:
     for path in sorted(PACKAGE.rglob("*.py")):
         parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
         modules[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
-    modules["fastlines._core"] = PACKAGE / "_core.pyi"
+    modules |= {f"fastlines.{path.stem}": path for path in PACKAGE.glob("*.pyi")}
     return modules
 
 

@@ -18,7 +18,7 @@ import fastlines as fl
 from fastlines.cli.app import explain
 from fastlines.cli.info import count_duplicates
 
-COMMANDS = ("demo", "scene", "info", "build", "validate", "query", "render")
+COMMANDS = ("demo", "scene", "info", "build", "validate", "query", "render", "bench")
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 

@@ -21,7 +21,8 @@ def run(*command: str | Path) -> str:
 
 
 def test_every_header_stands_alone(tmp_path: Path) -> None:
-    headers = sorted((CPP / "fastlines").rglob("*.hpp"))
+    # The wrappers of one instruction set are for its own flags.
+    headers = sorted(set((CPP / "fastlines").rglob("*.hpp")) - set((CPP / "fastlines" / "simd").glob("avx*.hpp")))
     assert len(headers) > 20
     sources = []
     for i, header in enumerate(headers):

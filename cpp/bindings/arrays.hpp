@@ -4,10 +4,12 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <new>
 #include <span>
+#include <vector>
 
 #if __has_include(<sys/mman.h>)
 #include <sys/mman.h>

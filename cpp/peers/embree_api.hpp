@@ -1,0 +1,131 @@
+// The part of the Embree 4 interface that the peer uses, declared by hand, and taken from a library that is loaded at
+// run time: fastlines neither links nor ships Embree. Names, values and layouts follow its reference, "Embree API
+// Reference" (embree.org/api.html): RTCRay, RTCHit, RTCRayHitN, RTCIntersectArguments, RTCGeometryType, and so on.
+// tests/test_embree_peer.py would see a wrong one: answers are compared hit for hit.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace fastlines::peers {
+
+inline constexpr std::uint32_t kInvalid = ~0u;  // RTC_INVALID_GEOMETRY_ID
+
+enum class GeometryType : int { triangle = 0, round_linear_curve = 16, flat_linear_curve = 17, user = 120 };
+enum class BufferType : int { index = 0, vertex = 1 };
+enum class Format : int { uint1 = 0x5001, uint3 = 0x5003, float3 = 0x9003, float4 = 0x9004 };
+enum class Quality : int { low = 0, medium = 1, high = 2 };
+inline constexpr int kInvokeFilter = 1 << 1;        // RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER
+inline constexpr int kCoherent = 1 << 16;           // RTC_RAY_QUERY_FLAG_COHERENT
+inline constexpr std::uint32_t kAllFeatures = ~0u;  // RTC_FEATURE_FLAG_ALL
+
+/// RTCRayN followed by RTCHitN: arrays of N, one after the other; for N = 1 this is RTCRayHit.
+template <int N>
+struct alignas(N == 1 ? 16 : 4 * N) RayHits {
+  float ox[N], oy[N], oz[N], tnear[N];
+  float dx[N], dy[N], dz[N], time[N];
+  float tfar[N];
+  std::uint32_t mask[N], id[N], flags[N];
+  float nx[N], ny[N], nz[N], u[N], v[N];
+  std::uint32_t prim[N], geom[N], instance[N], instance_prim[N];
+};
+
+/// Where an array begins in a packet, counted in arrays of N words.
+enum RayField { kOrigin = 0, kNear = 3, kDirection = 4, kFar = 8, kId = 10 };
+enum HitField { kNormal = 0, kU = 3, kPrim = 5, kGeom = 6, kInstance = 7 };
+
+struct alignas(16) Bounds {
+  float lo[3], unused0, hi[3], unused1;
+};
+
+struct BoundsArguments {
+  void* user;
+  std::uint32_t prim, time_step;
+  Bounds* bounds;
+};
+
+/// RTCRayQueryContext is what stands before `own`; a caller may append.
+struct QueryContext {
+  std::uint32_t instance = kInvalid, instance_prim = kInvalid;
+};
+
+/// RTCIntersectFunctionNArguments and, with rays that have no hits behind them, RTCOccludedFunctionNArguments.
+struct CallbackArguments {
+  int* valid;
+  void* user;
+  std::uint32_t prim;
+  QueryContext* context;
+  float* rays;
+  std::uint32_t n, geom;
+};
+
+struct FilterArguments {
+  int* valid;
+  void* user;
+  QueryContext* context;
+  float* rays;
+  float* hits;
+  std::uint32_t n;
+};
+
+using Callback = void (*)(const CallbackArguments*);
+using Filter = void (*)(const FilterArguments*);
+
+/// RTCIntersectArguments and RTCOccludedArguments.
+struct QueryArguments {
+  int flags = 0;
+  std::uint32_t features = kAllFeatures;
+  QueryContext* context = nullptr;
+  Filter filter = nullptr;
+  Callback callback = nullptr;
+  float min_width = 0.0f;
+};
+
+using Device = struct DeviceHandle*;
+using Geometry = struct GeometryHandle*;
+using SceneHandle = struct SceneObject*;
+
+/// The functions of the library. Each is named as there, without "rtc".
+struct Api {
+  Device (*NewDevice)(const char*);
+  void (*ReleaseDevice)(Device);
+  int (*GetDeviceError)(Device);
+  std::ptrdiff_t (*GetDeviceProperty)(Device, int);
+  void (*SetDeviceErrorFunction)(Device, void (*)(void*, int, const char*), void*);
+  void (*SetDeviceMemoryMonitorFunction)(Device, bool (*)(void*, std::ptrdiff_t, bool), void*);
+  Geometry (*NewGeometry)(Device, GeometryType);
+  void (*ReleaseGeometry)(Geometry);
+  void (*CommitGeometry)(Geometry);
+  void* (*SetNewGeometryBuffer)(Geometry, BufferType, unsigned, Format, std::size_t, std::size_t);
+  void (*SetGeometryBuildQuality)(Geometry, Quality);
+  void (*SetGeometryUserPrimitiveCount)(Geometry, unsigned);
+  void (*SetGeometryUserData)(Geometry, void*);
+  void (*SetGeometryBoundsFunction)(Geometry, void (*)(const BoundsArguments*), void*);
+  void (*SetGeometryIntersectFunction)(Geometry, Callback);
+  void (*SetGeometryOccludedFunction)(Geometry, Callback);
+  void (*SetGeometryEnableFilterFunctionFromArguments)(Geometry, bool);
+  SceneHandle (*NewScene)(Device);
+  void (*ReleaseScene)(SceneHandle);
+  void (*SetSceneBuildQuality)(SceneHandle, Quality);
+  unsigned (*AttachGeometry)(SceneHandle, Geometry);
+  void (*CommitScene)(SceneHandle);
+  void (*Intersect1)(SceneHandle, void*, QueryArguments*);
+  void (*Intersect8)(const int*, SceneHandle, void*, QueryArguments*);
+  void (*Intersect16)(const int*, SceneHandle, void*, QueryArguments*);
+  void (*Occluded1)(SceneHandle, void*, QueryArguments*);
+  void (*Occluded8)(const int*, SceneHandle, void*, QueryArguments*);
+  void (*Occluded16)(const int*, SceneHandle, void*, QueryArguments*);
+};
+
+/// RTC_DEVICE_PROPERTY_…
+inline constexpr int kVersionMajor = 1, kVersionMinor = 2, kVersionPatch = 3, kNative8 = 33, kNative16 = 34;
+
+/// Load the library, and before it the one that it needs, so that it need not be searched for ("" if there is none).
+/// Throws std::runtime_error with what the system says.
+const Api& load_api(const std::string& tbb, const std::string& embree);
+
+/// What was loaded; throws if nothing was.
+const Api& api();
+
+}  // namespace fastlines::peers

@@ -1,0 +1,65 @@
+// Segments as an Embree scene: as user geometry, as its linear curves, or as ribbons of two triangles; cut to a length
+// or whole.
+#pragma once
+
+#include <atomic>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "embree_user.hpp"
+
+namespace fastlines::peers {
+
+enum class Kind { user, flat, round, ribbon };
+
+struct SegmentEnds {
+  float p[3], q[3];
+};
+
+struct SceneSettings {
+  Kind kind = Kind::user;
+  float radius = 0.0f;
+  float piece_length = 0.0f;  // segments are cut into equal pieces no longer than this; 0 = not at all
+  Quality quality = Quality::high;
+  std::string device;        // the configuration of rtcNewDevice, such as "threads=1"
+  float eye[3] = {0, 0, 0};  // ribbons face it
+};
+
+/// An Embree device with one scene of one geometry. Not to be copied: Embree holds pointers into it.
+class Scene {
+ public:
+  Scene(std::span<const SegmentEnds> segments, const SceneSettings& settings, const Callbacks& callbacks);
+  ~Scene();
+  Scene(const Scene&) = delete;
+
+  const SceneSettings& settings() const { return settings_; }
+  SceneHandle handle() const { return scene_; }
+  const std::vector<Piece>& pieces() const { return pieces_; }
+  const std::vector<Owner>& owners() const { return owners_; }
+  std::size_t n_pieces() const { return pieces_.size() + owners_.size(); }
+  /// What Embree has allocated, by its own account, and what its callbacks need.
+  std::size_t bytes() const;
+  bool is_native(int width) const;
+  /// The box of the segments, to bound how far origins are from them.
+  const Bounds& box() const { return box_; }
+
+ private:
+  void cut(std::span<const SegmentEnds> segments);
+  void add_user(Geometry geometry, const Callbacks& callbacks);
+  void add_curves(Geometry geometry, std::span<const SegmentEnds> segments);
+  void add_ribbons(Geometry geometry, std::span<const SegmentEnds> segments);
+  void release();
+
+  SceneSettings settings_;
+  std::atomic<std::ptrdiff_t> allocated_{0};
+  std::string error_;
+  Device device_ = nullptr;
+  SceneHandle scene_ = nullptr;
+  std::vector<std::uint16_t> n_cuts_;  // while building: pieces of each segment
+  std::vector<Piece> pieces_;          // user geometry
+  std::vector<Owner> owners_;          // the others
+  Bounds box_{};
+};
+
+}  // namespace fastlines::peers

@@ -1,0 +1,240 @@
+// The ray loops.
+#include "embree_trace.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <thread>
+#include <utility>
+
+#if defined(__SSE__)
+#include <xmmintrin.h>
+#endif
+
+namespace fastlines::peers {
+namespace {
+
+constexpr float kInf = std::numeric_limits<float>::infinity();
+constexpr std::size_t kChunk = 4096;  // a multiple of every width
+
+/// Denormals are zero while it lives, as Embree advises.
+class FlushDenormals {
+#if defined(__SSE__)
+ public:
+  FlushDenormals() { _mm_setcsr(before_ | 0x8040); }
+  ~FlushDenormals() { _mm_setcsr(before_); }
+
+ private:
+  unsigned before_ = _mm_getcsr();
+#endif
+};
+
+/// Call work(thread, begin, end) for all chunks of the rays, on so many threads; the calling one is one of them.
+template <class Work>
+void for_each_chunk(std::size_t n_rays, unsigned n_threads, Work&& work) {
+  std::atomic<std::size_t> next{0};
+  const auto run = [&](unsigned thread) {
+    const FlushDenormals flush;
+    for (std::size_t begin; (begin = next.fetch_add(kChunk)) < n_rays;)
+      work(thread, begin, std::min(begin + kChunk, n_rays));
+  };
+  std::vector<std::jthread> others;
+  for (unsigned i = 1; i < n_threads; ++i) others.emplace_back(run, i);
+  run(0);
+}
+
+/// What callbacks need to know of a batch.
+Batch batch_of(const Scene& scene, const Rays& rays) {
+  Batch batch;
+  batch.pieces = scene.pieces().data();
+  batch.owners = scene.owners().data();
+  const float radius = scene.settings().radius;
+  batch.radius2 = radius * radius;
+  // The distance of the lines is computed to about 2⁻²¹ of how far origins are from the segments: slack for ten times
+  // that.
+  float far2 = 0.0f;
+  for (const Ray3& o : rays.origins) {
+    const float origin[3] = {o.x, o.y, o.z};
+    float sum = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+      const float reach = std::max(std::abs(scene.box().lo[k] - origin[k]), std::abs(scene.box().hi[k] - origin[k]));
+      sum += reach * reach;
+    }
+    far2 = std::max(far2, sum);
+  }
+  batch.loose2 = 1.001f * batch.radius2;
+  batch.slack2 = std::ldexp(far2, -36);
+  batch.t_max = rays.t_max;
+  batch.bounded = rays.t_max < kInf;
+  return batch;
+}
+
+template <int W>
+void set_ray(RayHits<W>& packet, int lane, const Rays& rays, std::size_t i) {
+  packet.ox[lane] = rays.origins[i].x, packet.oy[lane] = rays.origins[i].y, packet.oz[lane] = rays.origins[i].z;
+  packet.dx[lane] = rays.directions[i].x, packet.dy[lane] = rays.directions[i].y;
+  packet.dz[lane] = rays.directions[i].z;
+  packet.tnear[lane] = rays.t_min, packet.tfar[lane] = rays.t_max, packet.time[lane] = 0.0f;
+  packet.mask[lane] = ~0u, packet.flags[lane] = 0, packet.id[lane] = std::uint32_t(i);
+  packet.geom[lane] = packet.instance[lane] = packet.instance_prim[lane] = kInvalid;
+}
+
+template <int W>
+void intersect(const Scene& scene, const int* valid, RayHits<W>& packet, QueryArguments& args) {
+  if constexpr (W == 1) return api().Intersect1(scene.handle(), &packet, &args);
+  if constexpr (W == 8) return api().Intersect8(valid, scene.handle(), &packet, &args);
+  if constexpr (W == 16) return api().Intersect16(valid, scene.handle(), &packet, &args);
+}
+
+template <int W>
+void occluded(const Scene& scene, const int* valid, RayHits<W>& packet, QueryArguments& args) {
+  if constexpr (W == 1) return api().Occluded1(scene.handle(), &packet, &args);
+  if constexpr (W == 8) return api().Occluded8(valid, scene.handle(), &packet, &args);
+  if constexpr (W == 16) return api().Occluded16(valid, scene.handle(), &packet, &args);
+}
+
+/// Trace the rays of a chunk in packets; then(packet, lane, i) sees each ray afterwards.
+template <int W, bool kOccluded, class Then>
+void trace(const Scene& scene, const Rays& rays, QueryArguments& args, std::size_t begin, std::size_t end,
+           Then&& then) {
+  RayHits<W> packet;
+  alignas(64) int valid[W];
+  for (std::size_t first = begin; first < end; first += W) {
+    const int n = int(std::min<std::size_t>(W, end - first));
+    for (int lane = 0; lane < W; ++lane) {
+      valid[lane] = lane < n ? -1 : 0;
+      set_ray(packet, lane, rays, first + std::min(lane, n - 1));
+    }
+    if constexpr (kOccluded)
+      occluded(scene, valid, packet, args);
+    else
+      intersect(scene, valid, packet, args);
+    for (int lane = 0; lane < n; ++lane) then(packet, lane, first + lane);
+  }
+}
+
+/// Call use with the width as a constant.
+template <class Use>
+void with_width(int width, Use&& use) {
+  if (width == 1) return use(std::integral_constant<int, 1>{});
+  if (width == 8) return use(std::integral_constant<int, 8>{});
+  return use(std::integral_constant<int, 16>{});
+}
+
+bool is_user(const Scene& scene) { return scene.settings().kind == Kind::user; }
+
+/// Embree's id of a curve or triangle as the owner of that piece.
+std::uint32_t piece_of(Kind kind, std::uint32_t prim) { return kind == Kind::ribbon ? prim / 2 : prim; }
+
+/// Write down each hit that is this segment's, and reject it, so that the search goes on.
+template <Kind kKind>
+void collect(const FilterArguments* args) {
+  const auto& batch = static_cast<const Batch&>(*args->context);
+  const unsigned n = args->n;
+  const auto* ids = reinterpret_cast<const std::uint32_t*>(args->rays + kId * n);
+  const auto* prims = reinterpret_cast<const std::uint32_t*>(args->hits + kPrim * n);
+  for (unsigned i = 0; i < n; ++i) {
+    if (args->valid[i] != -1) continue;
+    args->valid[i] = 0;
+    const Owner owner = batch.owners[piece_of(kKind, prims[i])];
+    const float u = args->hits[kU * n + i];
+    // Between pieces, the hit is of the one whose inner part it is on; the ends belong to the first and the last.
+    if (kKind != Kind::ribbon && ((u <= 0.0f && !owner.is_first()) || (u >= 1.0f && !owner.is_last()))) continue;
+    if constexpr (kKind == Kind::round) {
+      // Where the ray enters, not where it leaves.
+      float facing = 0.0f;
+      for (unsigned k = 0; k < 3; ++k)
+        facing += args->hits[(kNormal + k) * n + i] * args->rays[(kDirection + k) * n + i];
+      if (facing >= 0.0f) continue;
+    }
+    HitBuffer& hits = *batch.hits;
+    if (hits.at == hits.end) hits.grow();
+    *hits.at++ = {ids[i], owner.prim, args->rays[kFar * n + i]};
+  }
+}
+
+Filter collector(Kind kind) {
+  return kind == Kind::flat ? collect<Kind::flat> : kind == Kind::round ? collect<Kind::round> : collect<Kind::ribbon>;
+}
+
+}  // namespace
+
+HitBuffer::HitBuffer() = default;
+HitBuffer::HitBuffer(HitBuffer&& other) noexcept
+    : begin(std::exchange(other.begin, nullptr)),
+      at(std::exchange(other.at, nullptr)),
+      end(std::exchange(other.end, nullptr)) {}
+HitBuffer::~HitBuffer() { std::free(begin); }
+
+void HitBuffer::grow() {
+  const auto n = std::size_t(end - begin), wanted = std::max<std::size_t>(2 * n, 4096);
+  auto* moved = static_cast<PeerHit*>(std::realloc(begin, wanted * sizeof(PeerHit)));
+  if (!moved) std::abort();  // in a callback of Embree nothing may be thrown
+  begin = moved;
+  at = moved + n;
+  end = moved + wanted;
+}
+
+void first_hits(const Scene& scene, const Rays& rays, const How& how, float* t, std::int32_t* prim) {
+  const Batch shared = batch_of(scene, rays);
+  const Kind kind = scene.settings().kind;
+  for_each_chunk(rays.origins.size(), how.n_threads, [&](unsigned, std::size_t begin, std::size_t end) {
+    Batch batch = shared;
+    QueryArguments args;
+    args.flags = how.coherent ? kCoherent : 0;
+    args.context = &batch;
+    with_width(how.width, [&](auto width) {
+      trace<width(), false>(scene, rays, args, begin, end, [&](const auto& packet, int lane, std::size_t i) {
+        const bool hit = packet.geom[lane] != kInvalid;
+        t[i] = hit ? packet.tfar[lane] : kInf;
+        const std::uint32_t found = packet.prim[lane];
+        prim[i] = !hit ? -1 : std::int32_t(is_user(scene) ? found : scene.owners()[piece_of(kind, found)].prim);
+      });
+    });
+  });
+}
+
+void any_hits(const Scene& scene, const Rays& rays, const How& how, bool* found) {
+  const Batch shared = batch_of(scene, rays);
+  for_each_chunk(rays.origins.size(), how.n_threads, [&](unsigned, std::size_t begin, std::size_t end) {
+    Batch batch = shared;
+    QueryArguments args;
+    args.flags = how.coherent ? kCoherent : 0;
+    args.context = &batch;
+    with_width(how.width, [&](auto width) {
+      trace<width(), true>(scene, rays, args, begin, end,
+                           [&](const auto& packet, int lane, std::size_t i) { found[i] = packet.tfar[lane] == -kInf; });
+    });
+  });
+}
+
+std::vector<HitBuffer> all_hits(const Scene& scene, const Rays& rays, const How& how, const Callbacks& callbacks) {
+  const Batch shared = batch_of(scene, rays);
+  std::vector<HitBuffer> hits(std::max(1u, how.n_threads));
+  for_each_chunk(rays.origins.size(), how.n_threads, [&](unsigned thread, std::size_t begin, std::size_t end) {
+    Batch batch = shared;
+    batch.hits = &hits[thread];
+    QueryArguments args;
+    args.flags = how.coherent ? kCoherent : 0;
+    args.context = &batch;
+    if (is_user(scene)) {
+      args.callback = callbacks.all;
+    } else {
+      args.flags |= kInvokeFilter;
+      args.filter = collector(scene.settings().kind);
+    }
+    with_width(how.width, [&](auto width) {
+      const auto nothing = [](const auto&, int, std::size_t) {};
+      // Embree 4.4's packets of coherent rays call occlusion callbacks more than once for the same primitive and ray
+      // when these reject the hit; those of rtcIntersect do not. For other rays occlusion is the faster way.
+      if (how.coherent)
+        trace<width(), false>(scene, rays, args, begin, end, nothing);
+      else
+        trace<width(), true>(scene, rays, args, begin, end, nothing);
+    });
+  });
+  return hits;
+}
+
+}  // namespace fastlines::peers

@@ -1,0 +1,34 @@
+// Batches of rays through an Embree scene: the loops of a caller who knows Embree well.
+#pragma once
+
+#include "embree_scene.hpp"
+
+namespace fastlines::peers {
+
+struct Ray3 {
+  float x, y, z;
+};
+
+/// Rays of unit direction, all with the same bounds.
+struct Rays {
+  std::span<const Ray3> origins, directions;
+  float t_min, t_max;
+};
+
+/// How to ask: rays one by one (width 1), or in packets of 8 or 16 neighbours; coherent is what Embree is told of them.
+struct How {
+  int width = 16;
+  bool coherent = false;
+  unsigned n_threads = 1;
+};
+
+/// The nearest hit of each ray: t (∞ = miss) and segment (−1 = miss).
+void first_hits(const Scene& scene, const Rays& rays, const How& how, float* t, std::int32_t* prim);
+
+/// Whether each ray hits anything.
+void any_hits(const Scene& scene, const Rays& rays, const How& how, bool* found);
+
+/// All hits, in no order: those of each thread.
+std::vector<HitBuffer> all_hits(const Scene& scene, const Rays& rays, const How& how, const Callbacks& callbacks);
+
+}  // namespace fastlines::peers

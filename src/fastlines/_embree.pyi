@@ -1,0 +1,59 @@
+"""Types of the Embree peer (cpp/peers/embree.cpp)."""
+
+import numpy as np
+import numpy.typing as npt
+
+_Floats = npt.NDArray[np.float32]
+
+def instruction_set() -> str: ...
+def load(tbb: str, embree: str) -> tuple[int, int, int]: ...
+
+class HitBuffers:
+    def unpack(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], _Floats]: ...
+
+class Scene:
+    def __init__(
+        self,
+        segments: _Floats,
+        kind: str,
+        radius: float,
+        piece_length: float,
+        high_quality: bool,
+        device: str,
+        eye: tuple[float, float, float],
+    ) -> None: ...
+    def first_hit(
+        self,
+        origins: _Floats,
+        directions: _Floats,
+        t_min: float,
+        t_max: float,
+        width: int,
+        coherent: bool,
+        n_threads: int,
+    ) -> tuple[_Floats, npt.NDArray[np.int32]]: ...
+    def any_hit(
+        self,
+        origins: _Floats,
+        directions: _Floats,
+        t_min: float,
+        t_max: float,
+        width: int,
+        coherent: bool,
+        n_threads: int,
+    ) -> npt.NDArray[np.bool_]: ...
+    def all_hits(
+        self,
+        origins: _Floats,
+        directions: _Floats,
+        t_min: float,
+        t_max: float,
+        width: int,
+        coherent: bool,
+        n_threads: int,
+    ) -> HitBuffers: ...
+    def is_native(self, width: int) -> bool: ...
+    @property
+    def n_pieces(self) -> int: ...
+    @property
+    def bytes(self) -> int: ...

@@ -1,0 +1,132 @@
+"""The rays that are timed: those of a camera, random ones, and those of ambient occlusion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from ..camera import Camera
+from ..errors import InputError
+from ..geometry import FloatArray, Lines
+
+#: The kinds of rays and the queries that are asked of each.
+KINDS: dict[str, tuple[str, ...]] = {
+    "camera": ("first", "all"),
+    "tiled": ("first", "all"),
+    "random": ("first", "all"),
+    "ao": ("any",),
+}
+
+#: What each kind is, in a line.
+KIND_NOTES = {
+    "camera": "a square picture that the lines fill, row by row",
+    "tiled": "the same in tiles of 4×4 within tiles of 8×8 pixels",
+    "random": "through a uniform point of the box, in an isotropic direction, from outside",
+    "ao": "from the points that a camera sees, over the sphere, t from 2.5 radii to a tenth of the box's diagonal",
+}
+
+#: Ambient occlusion: t_min in radii, so that a ray does not hit where it starts; t_max in diagonals of the box.
+AO_T_MIN = 2.5
+AO_T_MAX = 0.1
+
+#: Rays are left out in blocks of so many neighbours, so that those that remain are as coherent as all are.
+BLOCK = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class RayBatch:
+    """Rays of unit direction with common bounds.
+
+    Attributes
+    ----------
+    kind : str
+        One of `KINDS`.
+    origins, directions : (n, 3) float32
+    t_min, t_max : float
+    """
+
+    kind: str
+    origins: FloatArray
+    directions: FloatArray
+    t_min: float = 0.0
+    t_max: float = float("inf")
+
+    def __len__(self) -> int:
+        return len(self.origins)
+
+    @property
+    def coherent(self) -> bool:
+        """Whether neighbours are alike."""
+        return self.kind in ("camera", "tiled")
+
+    def take(self, rows: slice | npt.NDArray[np.int64]) -> RayBatch:
+        """Some of the rays."""
+        origins, directions = (np.ascontiguousarray(a[rows]) for a in (self.origins, self.directions))
+        return replace(self, origins=origins, directions=directions)
+
+    def part(self, n_rays: int) -> RayBatch:
+        """So many of the rays, or a few more: blocks of neighbours, evenly spread."""
+        if n_rays >= len(self):
+            return self
+        n_blocks = -(-n_rays // BLOCK)
+        if n_blocks * BLOCK >= len(self):
+            return self.take(slice(0, n_rays))
+        size = min(BLOCK, n_rays)
+        starts = np.linspace(0, len(self) - size, n_blocks + 2).astype(np.int64)[1:-1]
+        return self.take((starts[:, None] + np.arange(size)).ravel())
+
+
+def camera_rays(camera: Camera, n_rays: int) -> RayBatch:
+    """The rays of a square picture of about so many pixels, as `Camera.rays` gives them: row by row."""
+    size = max(1, round(n_rays**0.5))
+    return RayBatch("camera", *camera.rays(size, size))
+
+
+def tiled_rays(camera: Camera, n_rays: int) -> RayBatch:
+    """The same rays, for a caller who walks the picture in tiles of 4×4 pixels within tiles of 8×8."""
+    size = max(8, round(n_rays**0.5 / 8) * 8)
+    origins, directions = camera.rays(size, size)
+    order = np.arange(size * size).reshape(size // 8, 2, 4, size // 8, 2, 4).transpose(0, 3, 1, 4, 2, 5).ravel()
+    return RayBatch("tiled", origins[order], directions[order])
+
+
+def random_rays(lines: Lines, n_rays: int, seed: int = 0) -> RayBatch:
+    """Rays through a uniform point of the lines' box, of isotropic direction, that start outside the box."""
+    rng = np.random.default_rng([seed, 1])
+    low, high = lines.bounds.astype(np.float64)
+    target = low + rng.random((n_rays, 3)) * (high - low)
+    directions = _sphere(rng, n_rays)
+    diagonal = float(np.sqrt(((high - low) ** 2).sum())) or 1.0
+    return RayBatch("random", (target - 1.01 * diagonal * directions).astype(np.float32), directions)
+
+
+def ao_rays(lines: Lines, camera: RayBatch, t: FloatArray, radius: float, n_rays: int, seed: int = 0) -> RayBatch:
+    """Ambient occlusion: from the points that camera rays hit first, a few directions each, uniform over the sphere.
+
+    Parameters
+    ----------
+    camera : RayBatch
+        The camera's rays, and
+    t : (n,) float32
+        where each of them hits; inf = nowhere.
+    """
+    seen = np.isfinite(t)
+    if not seen.any():
+        raise InputError("no camera ray hits anything, so there is nowhere for ambient occlusion to start")
+    points = (camera.origins + np.where(seen, t, 0)[:, None] * camera.directions)[seen]
+    points = np.repeat(points, -(-n_rays // len(points)), axis=0)
+    rng = np.random.default_rng([seed, 2])
+    low, high = lines.bounds.astype(np.float64)
+    t_max = AO_T_MAX * float(np.sqrt(((high - low) ** 2).sum()))
+    rays = RayBatch("ao", points.astype(np.float32), _sphere(rng, len(points)), AO_T_MIN * radius, t_max)
+    if rays.t_min >= t_max:
+        raise InputError(f"radius {radius:g} is too large for ambient occlusion: rays would end at {t_max:g}")
+    return rays.part(n_rays)
+
+
+def _sphere(rng: np.random.Generator, n: int) -> FloatArray:
+    """Isotropic unit vectors."""
+    vectors = rng.standard_normal((n, 3))
+    return np.asarray(vectors / np.sqrt((vectors**2).sum(axis=1, keepdims=True)), np.float32)

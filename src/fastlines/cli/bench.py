@@ -1,0 +1,223 @@
+"""``fastlines bench``: our engine beside its peers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ..errors import InputError
+from .app import Group, app
+
+if TYPE_CHECKING:
+    from ..bench import Case
+
+#: The scenes of --quick.
+QUICK_SCENES = ("spaghetti:1000", "straight-hair:10000")
+QUICK_RADII = (0.001,)
+
+bench = typer.Typer(cls=Group, rich_markup_mode="rich")
+app.add_typer(bench, name="bench", short_help="Our trees beside their peers, answers compared.")
+
+
+@bench.callback(invoke_without_command=True)
+def root(context: typer.Context) -> None:
+    """Measure fastlines beside its peers, on the same rays, answers compared.
+
+    [bold]Examples[/]
+
+    [cyan]fastlines bench engine --quick[/]
+
+    [cyan]fastlines bench engine --help[/]
+    """
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+@bench.command(short_help="Queries of our trees beside Embree's.")
+def engine(
+    scene: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--scene",
+            "-s",
+            metavar="NAME",
+            help="A scene: NAME, NAME:SEGMENTS or NAME:SEGMENTS:SEED; again for more. All five unless given.",
+            show_default=False,
+        ),
+    ] = None,
+    file: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--file",
+            "-f",
+            metavar="FILE",
+            help="A file of lines or a tree, instead of or beside scenes; again for more.",
+            show_default=False,
+        ),
+    ] = None,
+    radius: Annotated[
+        str | None,
+        typer.Option(
+            "--radius",
+            "-r",
+            metavar="R,R,…",
+            help="Radii with commas between them; unless given, 0.005, 0.001 "
+            "and 0.0005 for scenes, and these shares of the box's largest side for files.",
+            show_default=False,
+        ),
+    ] = None,
+    rays: Annotated[
+        str, typer.Option("--rays", metavar="KIND,…", help="Kinds of rays: camera, tiled, random, ao.")
+    ] = "camera,random,ao",
+    n_rays: Annotated[
+        int | None,
+        typer.Option(
+            "--n-rays", help="At most so many rays in a cell; 1048576 unless given.", min=64, show_default=False
+        ),
+    ] = None,
+    threads: Annotated[int, typer.Option("--threads", "-t", help="Threads of both sides.", min=1, max=1024)] = 1,
+    method: Annotated[
+        str | None,
+        typer.Option(
+            "--method",
+            "-m",
+            metavar="NAME",
+            help="Our tree; the one that is meant for queries unless given.",
+            show_default=False,
+        ),
+    ] = None,
+    peer: Annotated[str, typer.Option("--peer", help="embree or none.")] = "embree",
+    seconds: Annotated[
+        float | None,
+        typer.Option(
+            "--seconds", help="About how long one turn of the slower side takes.", min=0.0, show_default=False
+        ),
+    ] = None,
+    rounds: Annotated[
+        int | None,
+        typer.Option("--rounds", help="How many turns each side has; the best counts.", min=1, show_default=False),
+    ] = None,
+    retune: Annotated[
+        bool, typer.Option("--retune", help="Find anew to what lengths segments are best cut for Embree.")
+    ] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Two small scenes, one radius, fewer rays: less than a minute.")
+    ] = False,
+    json_file: Annotated[
+        str | None, typer.Option("--json", metavar="FILE", help="Write all cells with all configurations.")
+    ] = None,
+    plot: Annotated[str | None, typer.Option("--plot", metavar="FILE.png", help="Draw the rates.")] = None,
+) -> None:
+    r"""Time queries of our tree and of Embree in turn: the same rays, the same definition of a hit, answers compared.
+
+    Embree comes from the package embreex (pip install "fastlines\[bench]"). It is measured as user geometry, as flat
+    and round curves and as ribbons; whole and cut to a length that is tuned for the scene; ray by ray and in packets.
+    What counts in a cell is the fastest of them.
+
+    [bold]Examples[/]
+
+    [cyan]fastlines bench engine --quick[/]
+
+    [cyan]fastlines bench engine --json engine.json --plot engine.png[/]  all scenes and radii: many minutes
+
+    [cyan]fastlines bench engine --scene spaghetti --scene bun-hair --radius 0.001 --rays camera,random[/]
+
+    [cyan]fastlines bench engine --file hair.tfx --peer none --threads 2[/]
+    """
+    from dataclasses import replace
+
+    from ..bench import Plan, run_engine
+    from ..bench.engine import QUICK
+    from ..bench.plot import check, draw
+    from ..bench.rays import KINDS
+    from ..bench.table import print_tables
+    from ..settings import method_settings
+    from .files import check_output, show_progress
+
+    check_output(json_file, ".json")
+    check_output(plot, ".png")
+    if plot is not None:
+        check()
+    if peer not in ("embree", "none"):
+        raise InputError(f"--peer {peer!r} is not a choice: use embree or none")
+    kinds = tuple(rays.split(","))
+    for kind in kinds:
+        if kind not in KINDS:
+            raise InputError(f"--rays {kind!r} is not a choice: use one or more of {', '.join(KINDS)}")
+    if method is not None:
+        method_settings(method)
+    if peer == "embree":
+        from ..bench.embree import load
+
+        load()
+    given = {"n_rays": n_rays, "seconds": seconds, "rounds": rounds, "method": method}
+    plan = replace(
+        QUICK if quick else Plan(),
+        kinds=kinds,
+        n_threads=threads,
+        peer=peer == "embree",
+        retune=retune,
+        **{name: value for name, value in given.items() if value is not None},  # type: ignore[arg-type]
+    )
+    cases = list(_cases(scene or [], file or [], radius, quick))
+    with _bar(show_progress()) as progress:
+        result = run_engine(cases, plan, progress)
+    print_tables(result)
+    if json_file is not None:
+        from ..render.images import whole
+
+        with whole(json_file) as partial:
+            partial.write_text(json.dumps(result.to_json(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    if plot is not None:
+        from ..render.images import whole
+
+        with whole(plot) as partial:
+            draw(result, partial)
+
+
+def _cases(scene: list[str], file: list[str], radius: str | None, quick: bool) -> Iterator[Case]:
+    """What to measure, with which radii."""
+    from ..bench import Case
+    from ..scenes import NAMES, RADII
+    from .files import SCENE, open_lines
+
+    if not scene and not file:
+        scene = list(QUICK_SCENES if quick else NAMES)
+    for name, is_scene in [*((name, True) for name in scene), *((name, False) for name in file)]:
+        source = open_lines(f"{SCENE}{name}" if is_scene else name)
+        radii: tuple[float, ...] = QUICK_RADII if quick else tuple(RADII.values())
+        if radius is not None:
+            radii = tuple(_radius(part) for part in radius.split(","))
+        elif not is_scene:
+            low, high = source.lines.bounds
+            radii = tuple(share * (float((high - low).max()) or 1.0) for share in radii)
+        yield Case(name, source.lines, source.camera(None, None, 30.0, 1.0), radii)
+
+
+def _radius(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0 < value < float("inf"):
+        raise InputError(f"--radius {text!r} is not a number above 0; expected one or more, such as 0.005,0.001")
+    return value
+
+
+@contextmanager
+def _bar(show: bool) -> Iterator[Callable[[str, float], None]]:
+    """Show what is being measured, if there is someone to look at it."""
+    if not show:
+        yield lambda what, share: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=1.0)
+        yield lambda what, share: bar.update(task, description=f"{what:<60}", completed=share)
