@@ -7,6 +7,7 @@
 
 #include "bundle.hpp"
 #include "single.hpp"
+#include "stream.hpp"
 #include "wave.hpp"
 
 namespace fastlines {
@@ -55,6 +56,13 @@ class Answerer {
   }
 
   void alone(int first, int end) {
+    if constexpr (Job::kUnordered) {
+      if (kernel_ != Kernel::single) {
+        job.begin(collector_, rays_);
+        stream_.search(rays_, first, end, collector_);
+        return job.take(rays_, collector_, first, end);
+      }
+    }
     for (int i = first; i < end; ++i) {
       const Ray ray = rays_.ray(i);
       auto sink = job.sink(ray);
@@ -76,6 +84,7 @@ class Answerer {
   SeenSet seen_;
   typename Job::Collector collector_;
   Wave<typename Job::Sink> wave_{tree_};
+  Stream stream_{tree_};
 };
 
 }  // namespace fastlines

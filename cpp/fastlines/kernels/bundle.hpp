@@ -94,16 +94,7 @@ struct Bundle {
     for (int i = first; i < end; ++i) sum += x[i];
     return sum;
   }
-  static float greatest(Float16 x) {
-    alignas(64) float lanes[kWidth];
-    x.store(lanes);
-    return *std::max_element(lanes, lanes + kWidth);
-  }
-  static float least(Float16 x) {
-    alignas(64) float lanes[kWidth];
-    x.store(lanes);
-    return *std::min_element(lanes, lanes + kWidth);
-  }
+  static float greatest(Float16 x) { return -least(Float16(0.0f) - x); }
 };
 
 /// Show the collector what the rays of a bundle come near.

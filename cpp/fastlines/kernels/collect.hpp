@@ -134,6 +134,10 @@ struct CountCollector {
   void take(const RayLanes&, int first, std::uint32_t hit, const Approach<Float16>&, std::uint32_t) {
     for (; hit; hit &= hit - 1) ++n_hits[first + std::countr_zero(hit)];
   }
+
+  void take_of_ray(int lane, std::uint32_t hit, const Approach<Float16>&, const std::uint32_t*) {
+    n_hits[lane] += std::popcount(hit);
+  }
 };
 
 /// All hits, by closest approach.
@@ -164,6 +168,19 @@ struct AllCollector {
       *to++ = {std::uint32_t(first) + lane, prim, t[lane], s[lane], dist2[lane]};
     }
     n = std::size_t(to - pending.data());
+  }
+
+  /// The same for one ray and sixteen segments.
+  void take_of_ray(int lane, std::uint32_t hit, const Approach<Float16>& approach, const std::uint32_t* prims) {
+    if (pending.size() < n + kWidth) pending.resize(2 * n + 1024);
+    alignas(64) float t[kWidth], s[kWidth], dist2[kWidth];
+    approach.t.store(t);
+    approach.s.store(s);
+    approach.dist2.store(dist2);
+    for (; hit; hit &= hit - 1) {
+      const int j = std::countr_zero(hit);
+      pending[n++] = {std::uint32_t(lane), prims[j], t[j], s[j], dist2[j]};
+    }
   }
 };
 

@@ -1,7 +1,8 @@
 // What can be asked of a wide tree, and where the answers go.
 //
 // A job is one thread's. `sink` begins a ray that goes alone and `done` takes its answer; `begin` readies the collector
-// for a bundle and `take` takes the answers of its rays.
+// for a bundle or a stream and `take` takes the answers of its rays. `kUnordered` says that the collector takes hits in
+// any order, also those of one ray and sixteen segments, as a stream finds them.
 #pragma once
 
 #include "../query/lists.hpp"
@@ -11,6 +12,7 @@ namespace fastlines {
 
 /// The first hit of each ray, by closest approach.
 struct FirstJob {
+  static constexpr bool kUnordered = false;
   using Sink = FirstSink;
   using Collector = FirstCollector;
   HitColumns to;
@@ -39,6 +41,7 @@ struct FirstJob {
 
 /// The first hit of each ray, where it enters the capsule.
 struct FirstSurfaceJob {
+  static constexpr bool kUnordered = false;
   using Sink = FirstSink;
   using Collector = SinkCollector<Sink>;
   HitColumns to;
@@ -56,6 +59,7 @@ struct FirstSurfaceJob {
 
 /// Whether each ray hits anything.
 struct AnyJob {
+  static constexpr bool kUnordered = false;
   using Sink = AnySink;
   using Collector = AnyCollector;
   bool* to;
@@ -71,6 +75,7 @@ struct AnyJob {
 
 /// How many segments each ray hits.
 struct CountJob {
+  static constexpr bool kUnordered = true;
   using Sink = CountSink;
   using Collector = CountCollector;
   std::int64_t* to;

@@ -7,6 +7,7 @@ namespace fastlines {
 
 /// All hits of each ray, by closest approach.
 struct AllJob {
+  static constexpr bool kUnordered = true;
   using Sink = AllSink;
   using Collector = AllCollector;
   HitLists lists;
@@ -55,6 +56,7 @@ struct AllJob {
 /// Hits that are described one by one: all of them where the ray enters their capsules, or the k nearest.
 template <class S>
 struct ListJob {
+  static constexpr bool kUnordered = false;
   using Sink = S;
   using Collector = SinkCollector<S>;
   At at;

@@ -14,6 +14,7 @@
 
 #include "../query/search.hpp"
 #include "cull.hpp"
+#include "fetch.hpp"
 
 namespace fastlines {
 
@@ -87,7 +88,6 @@ class Wave {
     leaf_.resize(std::size_t(n_ + 1) * kWidth);
     of_leaf_.resize(leaf_.size());
     std::size_t n_leaves = 0;
-    float unused[2 * kWidth];
     for (int i = 0; i < n_; ++i) {
       Slot& slot = slots_[std::size_t(i)];
       const WideNode& node = tree_.nodes[slot.node];
@@ -95,10 +95,10 @@ class Wave {
       const std::uint32_t lanes = cull_node(slot.cull, node, slot.sink->limit, near);
       const std::uint32_t inner = lanes & ((1u << node.n_inner) - 1), leaves = lanes ^ inner;
       slot.reserve();
-      pack(inner, near, node.first_inner, slot.enter.data() + kWidth + slot.size,
-           slot.child.data() + kWidth + slot.size);
+      pack(inner, near, slot.enter.data() + kWidth + slot.size);
+      pack_numbers(inner, node.first_inner, slot.child.data() + kWidth + slot.size);
       slot.size += std::size_t(std::popcount(inner));
-      pack(leaves, near, node.first_leaf - node.n_inner, unused, leaf_.data() + n_leaves);
+      pack_numbers(leaves, node.first_leaf - node.n_inner, leaf_.data() + n_leaves);
       for (int k = 0; k < kWidth; ++k) of_leaf_[n_leaves + std::size_t(k)] = std::uint32_t(i);
       n_leaves += std::size_t(std::popcount(leaves));
     }
@@ -140,20 +140,6 @@ class Wave {
   }
 
   static constexpr std::size_t kAhead = 8;
-
-  template <class Block>
-  static void fetch(const Block* block) {
-    __builtin_prefetch(block);
-    __builtin_prefetch(reinterpret_cast<const char*>(block) + 64);
-  }
-
-  static float least(Float16 x) {
-    alignas(64) float lanes[kWidth];
-    x.store(lanes);
-    float least = lanes[0];
-    for (int k = 1; k < kWidth; ++k) least = min(least, lanes[k]);
-    return least;
-  }
 
   const WideView& tree_;
   int n_ = 0;

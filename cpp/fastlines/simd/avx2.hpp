@@ -61,18 +61,29 @@ inline Float16 select(Mask16 mask, Float16 x, Float16 y) {
   return {_mm256_blendv_ps(y.a, x.a, mask.a), _mm256_blendv_ps(y.b, x.b, mask.b)};
 }
 
-/// The lanes of these bits, one after the other; and their numbers, plus `base`. Both write sixteen.
-inline void pack(std::uint32_t bits, Float16 x, std::uint32_t base, float* to, std::uint32_t* numbers) {
-  const auto eight = [base](std::uint32_t byte, __m256 from, std::uint32_t first, float* at, std::uint32_t* number) {
-    const auto* row = reinterpret_cast<const __m128i*>(kPacking.lanes[byte]);
-    const __m256i lanes = _mm256_cvtepu8_epi32(_mm_loadl_epi64(row));
-    _mm256_storeu_ps(at, _mm256_permutevar8x32_ps(from, lanes));
-    _mm256_storeu_si256(reinterpret_cast<__m256i*>(number),
-                        _mm256_add_epi32(lanes, _mm256_set1_epi32(int(base + first))));
-  };
-  const int n = std::popcount(bits & 0xff);
-  eight(bits & 0xff, x.a, 0, to, numbers);
-  eight(bits >> 8, x.b, 8, to + n, numbers + n);
+inline __m256i packing(std::uint32_t byte) {
+  return _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kPacking.lanes[byte])));
+}
+
+/// The lanes of these bits, one after the other; writes sixteen.
+inline void pack(std::uint32_t bits, Float16 x, float* to) {
+  _mm256_storeu_ps(to, _mm256_permutevar8x32_ps(x.a, packing(bits & 0xff)));
+  _mm256_storeu_ps(to + std::popcount(bits & 0xff), _mm256_permutevar8x32_ps(x.b, packing(bits >> 8)));
+}
+
+/// The numbers of these bits, plus `base`; writes sixteen.
+inline void pack_numbers(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
+  const auto store = [](std::uint32_t* at, __m256i x) { _mm256_storeu_si256(reinterpret_cast<__m256i*>(at), x); };
+  store(to, _mm256_add_epi32(packing(bits & 0xff), _mm256_set1_epi32(int(base))));
+  store(to + std::popcount(bits & 0xff), _mm256_add_epi32(packing(bits >> 8), _mm256_set1_epi32(int(base + 8))));
+}
+
+/// The least of all lanes.
+inline float least(Float16 x) {
+  const __m256 eight = _mm256_min_ps(x.a, x.b);
+  __m128 four = _mm_min_ps(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
+  four = _mm_min_ps(four, _mm_movehl_ps(four, four));
+  return _mm_cvtss_f32(_mm_min_ss(four, _mm_movehdup_ps(four)));
 }
 
 inline Float16 abs(Float16 x) {

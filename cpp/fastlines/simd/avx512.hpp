@@ -42,14 +42,20 @@ inline Float16 max(Float16 x, Float16 y) { return _mm512_max_ps(x.a, y.a); }
 inline Float16 fma(Float16 x, Float16 y, Float16 z) { return _mm512_fmadd_ps(x.a, y.a, z.a); }
 inline Float16 select(Mask16 mask, Float16 x, Float16 y) { return _mm512_mask_blend_ps(mask.m, y.a, x.a); }
 
-/// The lanes of these bits, one after the other; and their numbers, plus `base`. Both write sixteen.
-inline void pack(std::uint32_t bits, Float16 x, std::uint32_t base, float* to, std::uint32_t* numbers) {
-  const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-  const auto mask = __mmask16(bits);
-  _mm512_storeu_ps(to, _mm512_maskz_compress_ps(mask, x.a));
-  _mm512_storeu_si512(numbers,
-                      _mm512_maskz_compress_epi32(mask, _mm512_add_epi32(lanes, _mm512_set1_epi32(int(base)))));
+/// The lanes of these bits, one after the other; writes sixteen.
+inline void pack(std::uint32_t bits, Float16 x, float* to) {
+  _mm512_storeu_ps(to, _mm512_maskz_compress_ps(__mmask16(bits), x.a));
 }
+
+/// The numbers of these bits, plus `base`; writes sixteen.
+inline void pack_numbers(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
+  const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  const __m512i numbers = _mm512_add_epi32(lanes, _mm512_set1_epi32(int(base)));
+  _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(__mmask16(bits), numbers));
+}
+
+/// The least of all lanes.
+inline float least(Float16 x) { return _mm512_reduce_min_ps(x.a); }
 
 inline Float16 abs(Float16 x) { return _mm512_abs_ps(x.a); }
 

@@ -124,21 +124,28 @@ inline Float16 select(Mask16 mask, Float16 x, Float16 y) {
           mask.v[3] ? x.v[3] : y.v[3]};
 }
 
-/// The lanes of these bits, one after the other; and their numbers, plus `base`. Both write sixteen.
-inline void pack(std::uint32_t bits, Float16 x, std::uint32_t base, float* to, std::uint32_t* numbers) {
+/// The lanes of these bits, one after the other; writes sixteen.
+inline void pack(std::uint32_t bits, Float16 x, float* to) {
   float from[16];
   x.store(from);
   const int n = std::popcount(bits & 0xff);
-  for (int i = 0; i < 8; ++i) {
-    const std::uint8_t lane = kPacking.lanes[bits & 0xff][i];
-    to[i] = from[lane];
-    numbers[i] = base + lane;
-  }
-  for (int i = 0; i < 8; ++i) {
-    const std::uint32_t lane = 8u + kPacking.lanes[bits >> 8][i];
-    to[n + i] = from[lane];
-    numbers[n + i] = base + lane;
-  }
+  for (int i = 0; i < 8; ++i) to[i] = from[kPacking.lanes[bits & 0xff][i]];
+  for (int i = 0; i < 8; ++i) to[n + i] = from[8 + kPacking.lanes[bits >> 8][i]];
+}
+
+/// The numbers of these bits, plus `base`; writes sixteen.
+inline void pack_numbers(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
+  const int n = std::popcount(bits & 0xff);
+  for (int i = 0; i < 8; ++i) to[i] = base + kPacking.lanes[bits & 0xff][i];
+  for (int i = 0; i < 8; ++i) to[n + i] = base + 8 + kPacking.lanes[bits >> 8][i];
+}
+
+/// The least of all lanes.
+inline float least(Float16 x) {
+  const auto less = [](Quad a, Quad b) { return a < b ? a : b; };
+  const Quad four = less(less(x.v[0], x.v[1]), less(x.v[2], x.v[3]));
+  const float two[2] = {four[0] < four[1] ? four[0] : four[1], four[2] < four[3] ? four[2] : four[3]};
+  return two[0] < two[1] ? two[0] : two[1];
 }
 
 inline Float16 abs(Float16 x) {

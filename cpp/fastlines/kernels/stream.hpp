@@ -1,0 +1,161 @@
+// All hits of up to 64 rays that have nothing to do with each other. Order does not matter, so nodes are not a stack
+// for each ray but one list of (node, ray): long runs of the same test, whose memory can be fetched ahead. Leaves that
+// are met wait in a list of their own, and so do pieces that survive; these are sorted by ray, and each ray is tested
+// exactly against sixteen segments at a time.
+#pragma once
+
+#include "collect.hpp"
+#include "cull.hpp"
+#include "fetch.hpp"
+
+namespace fastlines {
+
+class Stream {
+ public:
+  explicit Stream(const WideView& tree) : tree_(tree) {}
+
+  /// Show the collector the hits of rays [first, end), each by the piece that owns it.
+  template <class Collector>
+  void search(const RayLanes& rays, int first, int end, Collector& collector) {
+    nodes_.clear();
+    leaves_.clear();
+    survivors_.clear();
+    for (int i = first; i < end; ++i) {
+      cull_[i] = CullRay(rays.ray(i));
+      nodes_.push(0, std::uint32_t(i));
+    }
+    while (!nodes_.empty()) {
+      test_nodes(rays);
+      if (leaves_.size() >= kEnough) test_leaves(rays, collector);
+    }
+    test_leaves(rays, collector);
+    test_survivors(rays, collector);
+  }
+
+ private:
+  static constexpr std::size_t kAtOnce = 256, kEnough = 1024, kAhead = 8;
+
+  /// Pairs of a thing and a ray; writing may go sixteen past the end.
+  struct Pairs {
+    std::vector<std::uint32_t> what, ray;
+    std::size_t n = 0;
+
+    bool empty() const { return n == 0; }
+    std::size_t size() const { return n; }
+    void clear() { n = 0; }
+    void reserve(std::size_t more) {
+      if (what.size() >= n + more) return;
+      what.resize(2 * (n + more));
+      ray.resize(2 * (n + more));
+    }
+    void push(std::uint32_t w, std::uint32_t r) {
+      reserve(1);
+      what[n] = w;
+      ray[n++] = r;
+    }
+    /// The things `base` + the numbers of these bits.
+    void pack(std::uint32_t bits, std::uint32_t base, std::uint32_t r) {
+      pack_numbers(bits, base, what.data() + n);
+      for (int k = 0; k < kWidth; ++k) ray[n + std::size_t(k)] = r;
+      n += std::size_t(std::popcount(bits));
+    }
+  };
+
+  /// Take some pairs from the end of the list, so that it stays short, and test them.
+  void test_nodes(const RayLanes& rays) {
+    const std::size_t n = std::min(nodes_.size(), kAtOnce), begin = nodes_.size() - n;
+    taken_.what.assign(nodes_.what.begin() + std::ptrdiff_t(begin), nodes_.what.begin() + std::ptrdiff_t(begin + n));
+    taken_.ray.assign(nodes_.ray.begin() + std::ptrdiff_t(begin), nodes_.ray.begin() + std::ptrdiff_t(begin + n));
+    nodes_.n = begin;
+    nodes_.reserve((n + 1) * kWidth);
+    leaves_.reserve((n + 1) * kWidth);
+    for (std::size_t j = 0; j < n; ++j) {
+      if (j + kAhead < n) fetch(tree_.nodes + taken_.what[j + kAhead]);
+      const WideNode& node = tree_.nodes[taken_.what[j]];
+      const std::uint32_t ray = taken_.ray[j];
+      Float16 near;
+      const std::uint32_t lanes = cull_node(cull_[ray], node, rays.t_max[ray], near);
+      const std::uint32_t inner = lanes & ((1u << node.n_inner) - 1);
+      nodes_.pack(inner, node.first_inner, ray);
+      leaves_.pack(lanes ^ inner, node.first_leaf - node.n_inner, ray);
+    }
+  }
+
+  template <class Collector>
+  void test_leaves(const RayLanes& rays, Collector& collector) {
+    const std::size_t n = leaves_.size();
+    for (std::size_t j = 0; j < std::min(n, kAhead); ++j) fetch(tree_.leaves + leaves_.what[j]);
+    for (std::size_t j = 0; j < n; ++j) {
+      if (j + kAhead < n) fetch(tree_.leaves + leaves_.what[j + kAhead]);
+      const WideLeaf& leaf = tree_.leaves[leaves_.what[j]];
+      const std::uint32_t lanes = cull_leaf(cull_[leaves_.ray[j]], leaf);
+      if (lanes == 0) continue;
+      survivors_.reserve(2 * kWidth);
+      survivors_.pack(lanes, leaf.first_ref, leaves_.ray[j]);
+    }
+    leaves_.clear();
+    if (survivors_.size() >= kEnough) test_survivors(rays, collector);
+  }
+
+  template <class Collector>
+  void test_survivors(const RayLanes& rays, Collector& collector) {
+    // Sort by ray; begin[i] becomes where ray i's are.
+    const std::size_t n = survivors_.size();
+    std::uint32_t begin[kLanes + 1] = {};
+    for (std::size_t j = 0; j < n; ++j) {
+      __builtin_prefetch(tree_.refs + survivors_.what[j]);
+      ++begin[survivors_.ray[j] + 1];
+    }
+    for (int i = 0; i < kLanes; ++i) begin[i + 1] += begin[i];
+    sorted_.resize(n);
+    std::uint32_t next[kLanes];
+    std::copy_n(begin, kLanes, next);
+    for (std::size_t j = 0; j < n; ++j) {
+      const Reference& ref = tree_.refs[survivors_.what[j]];
+      __builtin_prefetch(tree_.segments + ref.prim);
+      sorted_[next[survivors_.ray[j]]++] = survivors_.what[j];
+    }
+    survivors_.clear();
+
+    for (int i = 0; i < kLanes; ++i)
+      if (begin[i] != begin[i + 1]) test_ray(rays.ray(i), i, begin[i], begin[i + 1], collector);
+  }
+
+  /// Test one ray against the segments of sorted_[begin … end), sixteen at a time.
+  template <class Collector>
+  void test_ray(const Ray& ray, int lane, std::size_t begin, std::size_t end, Collector& collector) {
+    alignas(64) float p[3][kWidth] = {}, q[3][kWidth] = {}, s0[kWidth], s1[kWidth];
+    std::uint32_t prims[kWidth];
+    for (; begin < end; begin += kWidth) {
+      const int n = int(std::min<std::size_t>(end - begin, kWidth));
+      for (int j = 0; j < n; ++j) {
+        const Reference& ref = tree_.refs[sorted_[begin + std::size_t(j)]];
+        const Segment& segment = tree_.segments[ref.prim];
+        for (int k = 0; k < 3; ++k) {
+          p[k][j] = segment.p[k];
+          q[k][j] = segment.q[k];
+        }
+        s0[j] = ref.s0;
+        s1[j] = ref.s1;
+        prims[j] = ref.prim;
+      }
+      Float16 start[3], e[3];
+      for (int k = 0; k < 3; ++k) {
+        const Float16 centre = tree_.frame.centre[k], scale = tree_.frame.scale;
+        start[k] = (Float16::load(p[k]) - centre) * scale;
+        e[k] = (Float16::load(q[k]) - centre) * scale - start[k];
+      }
+      const Approach<Float16> approach = closest_approach(ray, see<Float16>(ray, start, e));
+      const Mask16 owned = (Float16::load(s0) <= approach.s) & (approach.s < Float16::load(s1));
+      const std::uint32_t hit = (approach.hit & owned).bits() & ((1u << n) - 1);
+      if (hit) collector.take_of_ray(lane, hit, approach, prims);
+    }
+  }
+
+  const WideView& tree_;
+  CullRay cull_[kLanes];
+  Pairs nodes_, taken_, leaves_, survivors_;
+  std::vector<std::uint32_t> sorted_;
+};
+
+}  // namespace fastlines
