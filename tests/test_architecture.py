@@ -35,6 +35,7 @@ HEADERS = (
 MODULES = (
     "errors",
     "checks",
+    "whole",
     "geometry",
     "primitives",
     "camera",
