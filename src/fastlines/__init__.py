@@ -10,7 +10,7 @@ array(0)
 
 from importlib.metadata import version as _version
 
-from . import scenes, theory
+from . import analytic, scenes, theory
 from .builder import build
 from .camera import Camera
 from .errors import FastlinesError, FileFormatError, InputError, InvalidTreeError, MissingExtraError
@@ -47,6 +47,7 @@ __all__ = [
     "Settings",
     "Tree",
     "Triangles",
+    "analytic",
     "brute_force",
     "build",
     "get_num_threads",

@@ -91,7 +91,16 @@ class Tree(TreeStructure):
         invalid: str = "error",
         progress: ProgressOption = False,
     ) -> AllHits:
-        """Find every hit of each ray, each once, sorted by t; see `first_hit` for the parameters."""
+        """Find every hit of each ray, each once, sorted by t; see `first_hit` for the parameters.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> tree = fl.build([[[-1, 0, 0], [1, 0, 0]], [[0, -1, 1], [0, 1, 1]]])
+        >>> hits = tree.all_hits([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
+        >>> print(hits.offsets, hits.prim, hits.t)
+        [0 2 2] [0 1] [5. 6.]
+        """
         hits: AllHits = self._ask("all_hits", origins, directions, radius, t_min, t_max, at, invalid, progress)
         return hits
 
@@ -106,7 +115,14 @@ class Tree(TreeStructure):
         invalid: str = "error",
         progress: ProgressOption = False,
     ) -> npt.NDArray[np.bool_]:
-        """Tell for each ray whether it hits anything: bool of the question's shape; see `first_hit`."""
+        """Tell for each ray whether it hits anything: bool of the question's shape; see `first_hit`.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> fl.build([[[-1, 0, 0], [1, 0, 0]]]).any_hit([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
+        array([ True, False])
+        """
         found: npt.NDArray[np.bool_] = self._ask(
             "any_hit", origins, directions, radius, t_min, t_max, "closest", invalid, progress
         )
@@ -123,7 +139,15 @@ class Tree(TreeStructure):
         invalid: str = "error",
         progress: ProgressOption = False,
     ) -> IntArray:
-        """Count the segments that each ray hits: int64 of the question's shape; see `first_hit`."""
+        """Count the segments that each ray hits: int64 of the question's shape; see `first_hit`.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> tree = fl.build([[[-1, 0, 0], [1, 0, 0]], [[0, -1, 1], [0, 1, 1]]])
+        >>> tree.count_hits([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
+        array([2, 0])
+        """
         counts: IntArray = self._ask(
             "count_hits", origins, directions, radius, t_min, t_max, "closest", invalid, progress
         )
@@ -168,8 +192,8 @@ class Tree(TreeStructure):
 def load(path: str | os.PathLike[str]) -> Tree:
     """Map a saved tree into memory and check that it can be used.
 
-    What a query relies on is checked: the graph, the ranges, the boxes, the pieces. `Tree.validate` checks the axioms
-    too.
+    What a query relies on is checked: the graph, the ranges, the boxes, that the pieces of each segment tile it, and
+    that each lies in its leaf's box. So no hit is lost or told twice. `Tree.validate` checks the axioms too.
 
     Raises
     ------
