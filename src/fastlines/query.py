@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .errors import InputError
+from .checks import choice
 from .geometry import Lines, as_lines
 from .hits import AllHits, FirstHits
 from .progress import ProgressOption, reporting
@@ -37,11 +37,8 @@ def run(
     progress: ProgressOption = False,
 ) -> Any:
     """Answer one of `QUERIES` for a batch of rays; without nodes, by testing every segment."""
-    if at not in ("closest", "surface"):
-        raise InputError(f"at={at!r} is not a choice: use 'closest' (the thesis) or 'surface'")
-    low, high = lines.bounds
-    size = float((high.astype(np.float64) - low).max()) if len(lines) else 0.0
-    rays = check_rays(origins, directions, radius, t_min, t_max, invalid, size)
+    choice("at", at, ("closest", "surface"))
+    rays = check_rays(origins, directions, radius, t_min, t_max, invalid, lines.bounds)
     with reporting(progress, query.replace("_", " ")) as callback:
         answer = getattr(_core, query)(
             lines.segments.reshape(-1, 6),
@@ -100,8 +97,7 @@ def brute_force(
     >>> brute_force([[[-1, -1, -1], [1, 1, 1]]], [0, 0, -5], [0, 0, 1], 0.5).prim
     array([0])
     """
-    if query not in QUERIES:
-        raise InputError(f"query={query!r} is not a choice: use one of {', '.join(QUERIES)}")
+    choice("query", query, QUERIES)
     return run(
         query,
         as_lines(lines),
