@@ -38,6 +38,7 @@ HEADERS = (
 MODULES = (
     "errors",
     "checks",
+    "whole",
     "geometry",
     "primitives",
     "camera",

@@ -90,7 +90,9 @@ def test_build_takes_costs_and_limits():
     assert stats["method"] == "custom"
     text = done("build", "scene:spaghetti:500", "-m", "bvh-cl", "--max-depth", 1, "-o", "a.flt")
     assert re.search(r"max_depth kept \d nodes from a split", text)
-    assert "max_depth at" in done("info", "a.flt")
+    assert "max_depth kept" in done("info", "a.flt")
+    text = done("build", "scene:spaghetti:500", "-m", "bvh-cl", "--max-leaf-refs", 4)
+    assert re.search(r"; max_leaf_refs forced \d+ splits\n", text)
 
 
 def test_info_counts_what_is_odd():

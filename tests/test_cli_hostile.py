@@ -102,7 +102,9 @@ def test_an_empty_array_can_be_looked_at_but_not_built():
         (("build", "scene:spagetti"), 1, "did you mean 'spaghetti'"),
         (("build", "scene:spaghetti:many"), 1, "scene:NAME:SEGMENTS"),
         (("build", "scene:spaghetti:1:2:3"), 1, "scene:NAME:SEGMENTS"),
-        (("build", "scene:spaghetti:0"), 1, "at least 1"),
+        (("build", "scene:spaghetti:0"), 1, "n_segments=0; expected a whole number, 1 to 100000000"),
+        (("build", "scene:spaghetti:100000000000000000000000"), 1, "n_segments=1"),
+        (("build", "scene:spaghetti:" + "9" * 5000), 1, "scene:NAME:SEGMENTS"),
         (("build", "scene:spaghetti:-5"), 1, "scene:NAME:SEGMENTS"),
         (("build", "scene:spaghetti", "-m", "bvhd2"), 1, "did you mean 'bvh-d2'"),
         (("build", "scene:spaghetti", "-o", "tree.txt"), 1, ".flt"),
@@ -114,7 +116,7 @@ def test_an_empty_array_can_be_looked_at_but_not_built():
         (("build", "scene:spaghetti", "--max-depth", "-3"), 1, "max_depth"),
         (("build", "scene:spaghetti", "--max-depth", "x"), 2, "--max-depth"),
         (("scene", "spagetti"), 1, "did you mean"),
-        (("scene", "spaghetti", "-n", "0"), 1, "at least 1"),
+        (("scene", "spaghetti", "-n", "0"), 1, "n_segments=0"),
         (("scene", "spaghetti", "-n", "x"), 2, "'-n'"),
         (("scene", "spaghetti", "--seed", "-1"), 1, "seed"),
         (("scene", "spaghetti", "-o", "a.tfx"), 1, ".npz"),
@@ -135,7 +137,7 @@ def test_an_empty_array_can_be_looked_at_but_not_built():
         (("render", "s.flt", "-r", "1", "-o", "a.png", "--width", "0"), 2, "--width"),
         (("render", "s.flt", "-r", "1", "-o", "a.png", "--height", "-3"), 2, "--height"),
         (("render", "s.flt", "-r", "1", "-o", "a.png", "--width", "1000000000"), 1, "1000000000"),
-        (("render", "s.flt", "-r", "1", "-o", "a.png", "--width", "9" * 30), 1, "smaller"),
+        (("render", "s.flt", "-r", "1", "-o", "a.png", "--width", "9" * 30), 1, "expected a whole number, 1 to"),
         (("render", "s.flt", "-r", "1", "-o", "a.png", "--samples", "0"), 2, "--samples"),
         (("render", "s.flt", "-r", "1", "-o", "a.png", "--fov", "180"), 1, "180"),
         (("render", "s.flt", "-r", "1", "-o", "a.png", "--fov", "nan"), 1, "nan"),
@@ -152,6 +154,18 @@ def test_an_empty_array_can_be_looked_at_but_not_built():
         (("query", "s.flt", "--camera", "4x4", "-r", "1", "--at", "end"), 1, "at='end'"),
         (("query", "s.flt", "--camera", "4x4", "-r", "1", "--t-min", "2", "--t-max", "1"), 1, "t_min"),
         (("query", "s.flt", "--camera", "4x4", "-r", "1", "-o", "a.txt"), 1, ".npz"),
+        # What does not apply is not ignored.
+        (("query", "s.flt", "--camera", "4x4", "-r", "1", "-k", "any", "--at", "nonsense"), 1, "--at does not apply"),
+        (("query", "s.flt", "--camera", "4x4", "-r", "1", "-k", "count", "--at", "surface"), 1, "--kind count"),
+        (
+            ("query", "s.flt", "rays.npy", "-r", "1", "--direction", "1,2,3", "--fov", "77"),
+            1,
+            "--direction and --fov do",
+        ),
+        (("render", "s.flt", "-r", "1", "-o", "a.png", "-m", "kd-cl"), 1, "--method does not apply"),
+        (("render", "s.flt", "-r", "1", "-o", "a.png", "--levels", "2", "--width", "50"), 1, "--width does not apply"),
+        (("render", "s.flt", "-r", "1", "-o", "a.exr", "--samples", "2"), 1, "--samples does not apply"),
+        (("build", "scene:spaghetti", "--c-trav", "1e308"), 1, "1e-100 to 1e100"),
         (("demo", "-o", "s.flt"), 1, "s.flt"),
         (("demo", "-o", "s.flt/x"), 1, "s.flt"),
         (("frobnicate",), 2, "frobnicate"),
@@ -204,7 +218,6 @@ def test_bad_ray_files(tree_file):
 def test_an_invalid_tree_names_node_and_axiom(tree_file):
     tree = fl.load(tree_file)
     nodes = tree.nodes.copy()
-    leaf = int(np.flatnonzero(tree.is_leaf)[0])
-    nodes["box"][leaf, 1] = nodes["box"][leaf, 0]
+    nodes["box"][1] = nodes["box"][0]  # not cut out of its parent's
     fl.Tree(tree.geometry, nodes, tree.refs, tree.settings).save("bad.flt")
     assert re.search(r"node \d+ breaks", refused("validate", "bad.flt")[1])

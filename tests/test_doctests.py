@@ -18,7 +18,12 @@ MODULES = [
     for _, name, _ in pkgutil.walk_packages(fastlines.__path__, "fastlines.")
     if not name.endswith(("._core", "__main__"))
 ]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+#: The Python of each page that has any.
+PAGES = {
+    page.name: "\n".join(re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL))
+    for page in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    if "```python" in page.read_text(encoding="utf-8")
+}
 
 
 @pytest.mark.parametrize("name", ["fastlines", *MODULES])
@@ -27,9 +32,13 @@ def test_docstrings(name: str) -> None:
     assert failed == 0
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_page(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pages_have_examples() -> None:
+    assert {"README.md", "answers.md", "builder.md"} <= PAGES.keys()
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_page(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    text = "\n".join(re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL))
-    parsed = doctest.DocTestParser().get_doctest(text, {}, page.name, str(page), 0)
+    parsed = doctest.DocTestParser().get_doctest(PAGES[page], {}, page, page, 0)
+    assert len(parsed.examples) > 2
     assert doctest.DocTestRunner().run(parsed).failed == 0

@@ -48,6 +48,29 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "strands length": (lambda: fl.Lines.from_segments(ONE, strands=[1, 2]), ["strands", "(2,)", "(1,)"]),
     "strands text": (lambda: fl.Lines.from_segments(ONE, strands=["a"]), ["strands"]),
     "strands huge": (lambda: fl.Lines.from_segments(ONE, strands=[10**30]), ["strands"]),
+    "strands beyond int64": (
+        lambda: fl.Lines.from_segments(ONE, strands=np.array([2**63], np.uint64)),
+        ["strands", "9223372036854775808", "2^63"],
+    ),
+    "segments masked": (lambda: fl.build(np.ma.masked_array(ONE, ONE > 0)), ["segments", "masked", "fill"]),
+    "strands masked": (
+        lambda: fl.Lines.from_segments(ONE, strands=np.ma.masked_array([1], [True])),
+        ["strands", "masked"],
+    ),
+    "Lines strands length": (lambda: fl.Lines(ONE, np.zeros(2, np.int64)), ["strands", "(2,)", "(1,)"]),
+    "Lines strands type": (lambda: fl.Lines(ONE, np.zeros(1)), ["strands", "float64", "int64"]),
+    "Lines strands list": (lambda: fl.Lines(ONE, [1]), ["strands", "list", "from_segments"]),
+    "Lines radius": (lambda: fl.Lines(ONE, np.zeros(1, int), np.float32([-1])), ["radius", "from 0 up"]),
+    "Lines attributes": (lambda: fl.Lines(ONE, np.zeros(1, int), None, {"a": np.zeros(3)}), ["a", "(3,)", "1 segm"]),
+    "Lines skipped": (lambda: fl.Lines(ONE, np.zeros(1, int), skipped=np.array([5])), ["skipped", "rising", "2"]),
+    "invalid of build of lines": (
+        lambda: fl.build(fl.Lines.from_segments(ONE), invalid="bogus"),
+        ["'bogus'", "'error'", "'skip'"],
+    ),
+    "invalid of build of triangles": (
+        lambda: fl.build(fl.Triangles(np.zeros((1, 3, 3))), invalid="bogus"),
+        ["'bogus'", "'error'", "'skip'"],
+    ),
     "strands fractions": (lambda: fl.Lines.from_segments(ONE, strands=[1.5]), ["strands", "whole numbers"]),
     "radius length": (lambda: fl.Lines.from_segments(ONE, radius=[1, 2]), ["radius", "(2,)"]),
     "attribute length": (lambda: fl.Lines.from_segments(ONE, attributes={"id": [1, 2]}), ["id", "(2,)"]),
@@ -104,6 +127,8 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "split max_refs": (lambda: fl.Median(max_refs=0), ["max_refs=0", "1 or more"]),
     "split max_refs huge": (lambda: fl.build(ONE, splits=fl.Median(max_refs=2**70)), ["max_refs"]),
     "c_trav 0": (lambda: fl.Cost(0), ["c_trav=0", "positive"]),
+    "c_trav tiny": (lambda: fl.Cost(1e-308), ["c_trav=1e-308", "1e-100 to 1e100"]),
+    "c_trav huge": (lambda: fl.Cost(1e308), ["c_trav=1e+308", "1e-100 to 1e100"]),
     "c_trav NaN": (lambda: fl.Cost(NAN), ["c_trav=nan", "finite"]),
     "c_prim Inf": (lambda: fl.Cost(1, INF), ["c_prim=inf", "finite"]),
     "c_prim text": (lambda: fl.Cost(1, "1"), ["c_prim='1'", "positive"]),
@@ -136,6 +161,8 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "origins beyond float32": (lambda: ask([0, 0, 1e39]), ["1 of 1", "origin", "finite"]),
     "directions Inf": (lambda: ask(directions=[0, 0, INF]), ["direction", "finite", "row 0", "skip"]),
     "directions zero": (lambda: ask(directions=[0, -0.0, 0]), ["direction", "length zero", "row 0", "skip"]),
+    "directions too short": (lambda: ask(directions=[0, 0, 1e-38]), ["direction", "so short that t", "row 0", "skip"]),
+    "directions too short from afar": (lambda: ask([0, 0, -1e20], [0, 0, 1e-20]), ["direction", "so short that t"]),
     "directions vanish in float32": (lambda: ask(directions=[0, 0, 1e-60]), ["direction", "length zero"]),
     "radius negative": (lambda: ask(radius=-1e-9), ["radius", "from 0"]),
     "radius NaN": (lambda: ask(radius=NAN), ["radius", "from 0"]),
@@ -150,6 +177,7 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "t_min Inf": (lambda: ask(t_min=INF), ["t_min"]),
     "t_max shape": (lambda: ask(np.zeros((3, 3)), t_max=[1, 2]), ["t_max", "(2,)", "(3,)"]),
     "at": (lambda: ask(at="middle"), ["'middle'", "'closest'", "'surface'"]),
+    "at array": (lambda: ask(at=np.array(["closest"] * 2)), ["at=", "'closest'", "'surface'"]),
     "at None": (lambda: ask(at=None), ["None", "'closest'"]),
     "invalid": (lambda: ask(invalid="drop"), ["'drop'", "'error'", "'skip'"]),
     "query": (lambda: fl.brute_force(ONE, [0, 0, 0], [0, 0, 1], 1, query="hits"), ["'hits'", "first_hit", "all_hits"]),
@@ -163,6 +191,9 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     ),
     "save of boxes": (lambda: fl.build(fl.Boxes(ONE)).save("never"), ["lines", "Boxes"]),
     "cost by": (lambda: TREE.cost(by="h"), ["'h'", "'f'", "'g'"]),
+    "cost model": (lambda: TREE.cost(model=3), ["model=3", "fl.Cost"]),
+    "scene list": (lambda: fl.scenes.make(["a"]), ["['a']", "spaghetti-2"]),
+    "scene huge": (lambda: fl.scenes.make("spaghetti", 10**30), ["n_segments=1000", "1 to 100000000"]),
     # Threads.
     "threads 0": (lambda: fl.set_num_threads(0), ["n_threads=0", "1 to 1024"]),
     "threads negative": (lambda: fl.set_num_threads(-1), ["n_threads=-1", "1 to 1024"]),
@@ -201,6 +232,21 @@ def test_number_of_threads_comes_from_the_call_or_the_environment(monkeypatch: p
     finally:
         fl.set_num_threads(None)
     assert fl.get_num_threads() == 7
+
+
+@pytest.mark.parametrize("length", [1e-38, 3e-38, 1e-30, 1.0, 1e30])
+@pytest.mark.parametrize("scale", [1e-8, 1.0, 1e8, 1e30])
+def test_t_is_finite_where_there_is_a_hit(length: float, scale: float) -> None:
+    """However short a direction is that is taken; and no scene is so large that a warning is given."""
+    tree = fl.build(ONE * np.float32(scale))
+    rays = ([0, 0, -5 * scale], [[0, 0, length], [0, 0, -length]], scale / 2)
+    if 6.66 * scale / length > 3.4e38:
+        with pytest.raises(fl.InputError, match="so short that t"):
+            tree.first_hit(*rays)
+        return
+    hits = tree.first_hit(*rays)
+    assert hits.prim.tolist() == [0, -1]
+    assert hits.t[0] == pytest.approx(5 * scale / length, rel=1e-5)
 
 
 @pytest.mark.parametrize("n_rays", [9, 600])
@@ -283,71 +329,6 @@ def test_no_rays_have_no_hits(origins: Any, directions: Any) -> None:
     assert TREE.all_hits(origins, directions, 0.5).offsets.tolist() == [0]
     assert TREE.count_hits(origins, directions, 0.5).shape == (0,)
     assert fl.brute_force(ONE, origins, directions, 0.5).offsets.tolist() == [0]
-
-
-def fortran(array: Any) -> Any:
-    return np.asfortranarray(array)
-
-
-def strided(array: Any) -> Any:
-    return np.repeat(np.asarray(array), 2, axis=0)[::2]
-
-
-def backwards(array: Any) -> Any:
-    return np.ascontiguousarray(np.asarray(array)[::-1])[::-1]
-
-
-def readonly(array: Any) -> Any:
-    array = np.array(array, np.float32)
-    array.flags.writeable = False
-    return array
-
-
-def unaligned(array: Any) -> Any:
-    array = np.asarray(array, np.float32)
-    buffer = np.zeros(array.nbytes + 1, np.uint8)
-    view = buffer[1:].view(np.float32).reshape(array.shape)
-    view[...] = array
-    return view
-
-
-KINDS: dict[str, Callable[[Any], Any]] = {
-    **{dtype: lambda array, dtype=dtype: np.asarray(array, dtype) for dtype in ("f2", "f4", "f8", "g", ">f4", ">f8")},
-    **{dtype: lambda array, dtype=dtype: np.asarray(array, dtype) for dtype in ("i1", "i2", "i4", "i8", ">i8")},
-    **{call.__name__: call for call in (fortran, strided, backwards, readonly, unaligned)},
-    "list": lambda array: np.asarray(array).tolist(),
-    "matrix of rows": lambda array: [*np.asarray(array)],
-    "subclass": lambda array: np.ma.masked_array(array),
-}
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_arrays_of_every_kind_are_taken(kind: str) -> None:
-    rng = np.random.default_rng(1)
-    segments, origins = rng.integers(-50, 51, (40, 2, 3)), rng.integers(-50, 51, (300, 3))
-    directions, radius = rng.integers(-3, 4, (300, 3)), rng.integers(1, 9, 300)
-    directions[(directions == 0).all(axis=1)] = 1
-    expected = fl.brute_force(segments.astype(np.float32), origins, directions, radius)
-    assert len(expected) > 300
-    given = [KINDS[kind](array) for array in (segments, origins, directions, radius)]
-    before = [np.array(array) for array in given]
-    tree = fl.build(given[0])
-    got = tree.all_hits(*given[1:])
-    for name in ("offsets", "prim", "t", "u", "distance"):
-        assert getattr(got, name).tobytes() == getattr(expected, name).tobytes()
-    for array, copy in zip(given, before, strict=True):
-        assert (np.asarray(array) == copy).all(), "the input was changed"
-
-
-def test_numpy_numbers_are_numbers() -> None:
-    """Numbers that come out of arrays are as good as those of Python."""
-    settings = fl.Settings(fl.PlaneGrid(np.int64(4)), lookahead=[np.int32(1), np.int64(2)])
-    assert settings == fl.Settings(fl.PlaneGrid(4), lookahead=[1, 2])
-    assert fl.Cost(np.float32(2), np.int64(1)) == fl.Cost(2.0, 1.0)
-    assert fl.Limits(np.int64(8), leaf_size=np.float32(0.5)) == fl.Limits(8, leaf_size=0.5)
-    fl.build(ONE, splits=settings.splits, cost=fl.Cost(np.float32(2)), limits=fl.Limits(np.int64(8)))
-    fl.set_num_threads(np.int64(fl.get_num_threads()))
-    fl.set_num_threads(None)
 
 
 #: Programs that must end well, each in a process of its own.

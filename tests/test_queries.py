@@ -112,6 +112,7 @@ def test_trees_answer_as_brute_force_does(seed: int, name: str) -> None:
     trees = {method: build(case.segments, method) for method in fl.METHODS}
     for tree in trees.values():
         tree.validate()
+        assert tree.cost(by="f") == pytest.approx(tree.cost(by="g"), rel=1e-9)  # Theorem 1
     forced = trees[list(trees)[seed % len(trees)]]
     answers = {}
     for query in QUERIES:
@@ -157,6 +158,7 @@ def test_general_settings_answer_as_brute_force_does(settings: str, name: str) -
     given = {"limits": fl.Limits(max_refs=BUDGET), **GENERAL[settings]}
     tree = fl.build(case.segments, **given)
     tree.validate()
+    assert tree.cost(by="f") == pytest.approx(tree.cost(by="g"), rel=1e-9)
     limits, stats = given["limits"], tree.stats()
     assert stats["n_refs"] <= limits.max_refs if limits.max_refs is not None else True
     assert stats["depth"] <= limits.max_depth

@@ -22,6 +22,7 @@ from fastlines.render import (
 )
 from fastlines.render.depth import MAX_BATCH, MAX_PIXELS, bands, rays_through
 from fastlines.render.tone import DARKEST, GAMMA, Tone, encode
+from fastlines.whole import whole
 
 CAMERA = fl.Camera(origin=(0, 0, 4), target=(0, 0, 0))
 #: Across the view at the depths 4 (upper half), 6 (lower half).
@@ -62,7 +63,7 @@ def test_rays_agree_with_the_camera(width, height):
     camera = fl.Camera(origin=(1, 2, 3), target=(-1, 0.5, -2), up=(0.2, 1, 0), fov_degrees=40)
     origins, directions = camera.rays(width, height)
     mine = [rays_through(camera, width, height, rows) for rows in bands(width, height, 2 * width)]
-    assert np.allclose(np.concatenate([d for _, d in mine]).reshape(-1, 3), directions, atol=1e-6)
+    assert (np.concatenate([d for _, d in mine]).reshape(-1, 3) == directions).all()
     assert (mine[0][0] == origins[0]).all()
 
 
@@ -87,7 +88,8 @@ def test_progress_reaches_one(two_lines):
         (0, 5, 0.1, "width=0"),
         (5, -1, 0.1, "height=-1"),
         (5, 2.5, 0.1, "height=2.5"),
-        (10**9, 1, 0.1, f"{MAX_PIXELS:,}"),
+        (10**9, 1, 0.1, f"width=1000000000; expected a whole number, 1 to {MAX_PIXELS}"),
+        (MAX_PIXELS, 2, 0.1, f"{MAX_PIXELS:,}"),
         (5, 5, -1.0, "radius=-1.0"),
         (5, 5, math.nan, "radius=nan"),
         (5, 5, math.inf, "radius=inf"),
@@ -123,6 +125,7 @@ def test_exposure_never_darkens():
     assert encode(np.zeros((2, 2))).max() == 0
     assert encode(np.array([[1.0, 0.0]])).tolist() == [[255, 0]]
     assert encode(np.full((10, 10), 1e-6)).min() == 255
+    assert encode(np.array([[1e-320, 0.0]])).tolist() == [[255, 0]]
 
 
 # --- Pictures ---
@@ -228,12 +231,21 @@ def test_unknown_extensions_are_named(tmp_path):
 def test_a_failed_write_leaves_the_old_file(tmp_path):
     path = tmp_path / "a.png"
     path.write_bytes(b"old")
-    with pytest.raises(FileNotFoundError), images.whole(path) as partial:
+    with pytest.raises(FileNotFoundError), whole(path) as partial:
         partial.unlink()  # a stand-in for whatever may happen before it is whole
     assert path.read_bytes() == b"old"
     assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
     with pytest.raises(FileNotFoundError):
         write_picture(tmp_path / "no" / "a.png", np.zeros((2, 2), np.uint8))
+
+
+def test_two_writers_of_one_file_do_not_share_a_partial_one(tmp_path):
+    path = tmp_path / "a.txt"
+    with whole(path) as one, whole(path) as other:
+        one.write_text("one")
+        other.write_text("other")
+    assert path.read_text() == "one"  # its block ended last
+    assert [entry.name for entry in tmp_path.iterdir()] == ["a.txt"]
 
 
 # --- Views ---

@@ -178,7 +178,13 @@ def test_beams_do_not_depend_on_the_batch():
 
 
 @pytest.mark.parametrize(
-    ("name", "hint"), [("spagheti", "did you mean 'spaghetti'"), ("Bun Hair", "'bun-hair'"), (3, "one of")]
+    ("name", "hint"),
+    [
+        ("spagheti", "did you mean 'spaghetti'"),
+        ("Bun Hair", "'bun-hair'"),
+        (3, "known: bun-hair"),
+        (["a"], "known: bun-hair"),
+    ],
 )
 def test_unknown_scene(name, hint):
     with pytest.raises(InputError, match=hint) as error:

@@ -296,7 +296,26 @@ def test_arrays_that_lie(tmp_path: Path) -> None:
         array[row][field] = value
         words = array.view(np.uint32).reshape(len(array), -1)
         refused(path, rewritten(tree, path, **{section: words}).read_bytes())
+    # Pieces that are none of a tiling: hits would be told twice, or not at all.
+    whole = tree.refs.copy()
+    whole["s0"], whole["s1"] = 0, np.inf
+    cut = np.flatnonzero(np.isfinite(tree.refs["s1"]))
+    one_longer, one_shorter = tree.refs.copy(), tree.refs.copy()
+    one_longer["s1"][cut[0]], one_shorter["s1"][cut[0]] = np.inf, tree.refs["s0"][cut[0]]
+    elsewhere = tree.refs.copy()
+    elsewhere["prim"] = np.roll(tree.refs["prim"], 1)
+    for refs in (whole, one_longer, one_shorter, elsewhere):
+        refused(path, rewritten(tree, path, refs=refs.view(np.uint32).reshape(-1, 3)).read_bytes())
+    # Leaves that do not hold their pieces: a box that is a corner, and one that is a little too small.
+    for shrink in (1.0, 0.01):
+        nodes = tree.nodes.copy()
+        low, high = nodes["box"][leaf]
+        nodes["box"][leaf, 1] = high - np.float32(shrink) * (high - low)
+        refused(path, rewritten(tree, path, nodes=nodes.view(np.uint32).reshape(-1, 9)).read_bytes())
     for changed in (
+        {"skipped": np.array([-1])},
+        {"skipped": np.array([3, 3])},
+        {"skipped": np.array([21])},
         {"segments": np.full_like(SEGMENTS, np.nan)},
         {"segments": SEGMENTS[:-1]},
         {"segments": 2 * SEGMENTS},
@@ -348,7 +367,8 @@ for _ in range(n_rounds):
         assert ((first.prim >= -1) & (first.prim < tree.n_prims)).all()
         assert tree.count_hits(origins, directions, radius, t_min=-np.inf).min() >= 0
         assert tree.any_hit(origins, directions, radius).shape == (len(origins),)
-        assert len(tree.all_hits(origins, directions, radius)) <= tree.n_refs * len(origins)
+        every = tree.all_hits(origins, directions, radius)
+        assert len(np.unique(np.stack([every.ray, every.prim]), axis=1).T) == len(every), "a hit is told twice"
     repr(tree), tree.stats(), tree.levels(), tree.cost(by="g")
     try:
         tree.validate()
@@ -362,7 +382,7 @@ print(accepted)
 @pytest.mark.parametrize("method", ["bvh-d2", "kd-d2"])
 def test_flipped_bytes_are_refused_or_harmless(tmp_path: Path, seed: int, method: str) -> None:
     _, data = saved(tmp_path / "a.flt", method=method)
-    n_rounds = 350
+    n_rounds = 500
     ended = subprocess.run(
         [sys.executable, "-W", "error", "-c", FLIPS, str(tmp_path / "b.flt"), str(seed), str(n_rounds)],
         input=pickle.dumps((data, *RAYS)),

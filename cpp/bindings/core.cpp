@@ -133,6 +133,27 @@ void with_search(const Input<float>& data, const std::optional<Input<std::uint32
   watch([&](Progress& watched) { run(search, watched); }, progress);
 }
 
+/// Whether all rays can be asked: everything finite, bounds in order, directions long enough for t to be a float32 in a
+/// scene whose coordinates go up to `farthest`. A quick look: `false` means that Python has to look closer.
+bool are_rays(Input<float> origins, Input<float> directions, Input<float> radius, Input<float> t_min,
+              Input<float> t_max, float largest_radius, float farthest) {
+  const RayBatch rays{rows<Vec3>(origins), rows<Vec3>(directions), rows<float>(radius), rows<float>(t_min),
+                      rows<float>(t_max)};
+  constexpr float largest = std::numeric_limits<float>::max();
+  const auto longest = [](const Vec3& x) { return max(max(std::fabs(x[0]), std::fabs(x[1])), std::fabs(x[2])); };
+  const auto is_finite = [](const Vec3& x) { return x[0] - x[0] + x[1] - x[1] + x[2] - x[2] == 0.0f; };
+  bool fine = true;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const Vec3 &o = rays.origins[i], &d = rays.directions[i];
+    const float reach = RayBatch::pick(rays.radius, i), start = RayBatch::pick(rays.t_min, i),
+                end = RayBatch::pick(rays.t_max, i);
+    const double far = 2.0 * (double(longest(o)) + farthest) + reach;
+    fine &= is_finite(o) & is_finite(d) & (reach >= 0.0f) & (reach <= largest_radius) & (start <= end) &
+            (start <= largest) & (far <= double(longest(d)) * largest);
+  }
+  return fine;
+}
+
 using OptionalNodes = std::optional<Input<std::uint32_t>>;
 
 nb::tuple first_hit(Input<float> data, OptionalNodes nodes, Input<std::uint32_t> refs, RayArrays rays, bool surface,
@@ -170,7 +191,8 @@ nb::tuple list(Input<float> data, OptionalNodes nodes, Input<std::uint32_t> refs
   const At at = surface ? At::surface : At::closest;
   with_search(data, nodes, refs, n_rays(rays), progress, [&](const auto& search, Progress& watched) {
     if (k)
-      lists = list_hits(search, batch_of(rays), n_threads, watched, [&](const Ray& ray) { return NextSink(at, ray, *k); });
+      lists =
+          list_hits(search, batch_of(rays), n_threads, watched, [&](const Ray& ray) { return NextSink(at, ray, *k); });
     else
       lists = list_hits(search, batch_of(rays), n_threads, watched, [&](const Ray& ray) { return AllSink(at, ray); });
   });
@@ -189,7 +211,9 @@ NB_MODULE(_core, m) {
   m.def("validate", &check, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "cut"_a);
   m.def("widen", &widen, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "radius_hint"_a,
         "progress"_a.none());
-  m.def("best_simd", [] { return best_simd(); });
+  m.def("best_simd", &best_simd);
+  m.def("are_rays", &are_rays, "origins"_a.noconvert(), "directions"_a.noconvert(), "radius"_a.noconvert(),
+        "t_min"_a.noconvert(), "t_max"_a.noconvert(), "largest_radius"_a, "farthest"_a);
   m.def("first_hit", &first_hit, "data"_a.noconvert(), "nodes"_a.noconvert().none(), "refs"_a.noconvert(), "rays"_a,
         "surface"_a, "n_threads"_a, "progress"_a.none());
   m.def("any_hit", &any_hit, "data"_a.noconvert(), "nodes"_a.noconvert().none(), "refs"_a.noconvert(), "rays"_a,

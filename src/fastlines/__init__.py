@@ -10,7 +10,7 @@ array(0)
 
 from importlib.metadata import version as _version
 
-from . import scenes, theory
+from . import analytic, scenes, theory
 from .builder import build
 from .camera import Camera
 from .engines import available_simd, set_simd, simd
@@ -48,6 +48,7 @@ __all__ = [
     "Settings",
     "Tree",
     "Triangles",
+    "analytic",
     "available_simd",
     "brute_force",
     "build",

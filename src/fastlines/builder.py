@@ -57,7 +57,8 @@ def build(
     bad_levels, prune, radius_hint : optional
         How to get past levels that look no better than a leaf; see `Settings`.
     invalid : {"error", "skip"}
-        What to do with segments that hold NaN or Inf; see `Lines.from_segments`.
+        What to do with segments that hold NaN or Inf: raise, or leave them out; then hits name positions among those
+        that are left, and ``tree.geometry.rows`` has the rows of the input. See `Lines.from_segments`.
     progress : bool or callable
         Show a bar, or call back with the share that is done.
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import itertools
 import math
-import operator
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
+from .checks import count
 from .errors import InputError
 from .geometry import FloatArray, Lines
 
@@ -85,14 +85,35 @@ class Camera:
         origins, directions : (height * width, 3) float32
             The directions are of unit length.
         """
+        directions = self.directions(width, height).reshape(-1, 3)
+        return np.full(directions.shape, self.origin, np.float32), directions
+
+    def directions(
+        self, width: int, height: int, rows: slice | None = None, at: tuple[float, float] = (0.5, 0.5)
+    ) -> FloatArray:
+        """Directions through one point of each pixel.
+
+        Parameters
+        ----------
+        width, height : int
+            The size of the whole picture in pixels.
+        rows : slice, optional
+            Which rows, counted from the top; all if not given.
+        at : tuple of two floats
+            Where in the pixel: rightwards and downwards from its top left corner, from 0 to 1.
+
+        Returns
+        -------
+        (n_rows, width, 3) float32
+            Of unit length.
+        """
         tan_x, tan_y = self._tangents(*_sizes(width, height))
         right, up, forward = self.axes()
-        x = ((np.arange(width) + 0.5) * (2 / width) - 1) * tan_x
-        y = (1 - (np.arange(height) + 0.5) * (2 / height)) * tan_y
+        x = ((np.arange(width) + at[0]) * (2 / width) - 1) * tan_x
+        y = (1 - (np.arange(height)[rows or slice(None)] + at[1]) * (2 / height)) * tan_y
         directions = (forward + y[:, None] * up)[:, None] + x[:, None] * right
         directions /= np.sqrt((directions**2).sum(axis=2, keepdims=True))
-        origins = np.full((height * width, 3), self.origin, np.float32)
-        return origins, directions.reshape(-1, 3).astype(np.float32)
+        return np.asarray(directions, np.float32)
 
     def project(self, points: npt.ArrayLike, width: int, height: int) -> tuple[Float64Array, Float64Array]:
         """Find where points appear in the picture.
@@ -248,11 +269,4 @@ def _vector(values: npt.ArrayLike, name: str) -> Vector:
 
 
 def _sizes(width: int, height: int) -> tuple[int, int]:
-    for name, size in (("width", width), ("height", height)):
-        try:
-            good = not isinstance(size, bool) and operator.index(size) >= 1
-        except TypeError:
-            good = False
-        if not good:
-            raise InputError(f"{name}={size!r}; expected a whole number of pixels, at least 1")
-    return width, height
+    return count("width", width, 1), count("height", height, 1)

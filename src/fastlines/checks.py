@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,10 +24,10 @@ def count(name: str, value: object, least: int, most: int | None = None) -> int:
     return given
 
 
-def number(name: str, value: object, expected: str, low: float) -> float:
-    """Check a finite number above `low`."""
+def number(name: str, value: object, expected: str, low: float, high: float = sys.float_info.max) -> float:
+    """Check a number above `low` and up to `high`."""
     given = value.item() if isinstance(value, np.number) else value
-    if isinstance(given, bool) or not isinstance(given, int | float) or not low < given <= sys.float_info.max:
+    if isinstance(given, bool) or not isinstance(given, int | float) or not low < given <= high:
         raise InputError(f"{name}={value!r}; expected {expected}")
     return float(given)
 
@@ -37,3 +38,19 @@ def sequence(name: str, value: object, kind: type | tuple[type, ...], expected: 
     if not isinstance(several, Sequence) or not several or not all(isinstance(one, kind) for one in several):
         raise InputError(f"{name}={value!r}; expected {expected}")
     return tuple(several)
+
+
+def choice(name: str, value: object, known: Iterable[str]) -> str:
+    """Check one of a few words."""
+    words = tuple(known)
+    if not isinstance(value, str) or value not in words:
+        raise InputError(f"{name}={value!r} is not a choice: use {' or '.join(map(repr, words))}")
+    return value
+
+
+def did_you_mean(word: object, known: Iterable[str]) -> str:
+    """End an error message about an unknown word."""
+    words = tuple(known)
+    close = difflib.get_close_matches(str(word).lower(), words, 1)
+    hint = f"did you mean {close[0]!r}? " if close else ""
+    return f"; {hint}known: {', '.join(words)}"

@@ -9,6 +9,7 @@ import os
 from typing import Any
 
 from . import _core
+from .checks import choice
 from .errors import InputError
 
 #: All instruction sets that there is a module for somewhere, the widest first.
@@ -71,6 +72,5 @@ def _check(name: str, what: str) -> str:
 
 def kernel_number(kernel: str) -> int:
     """Look up a kernel."""
-    if not isinstance(kernel, str) or kernel not in KERNELS:
-        raise InputError(f"kernel={kernel!r} is not a choice: use one of {', '.join(KERNELS)}")
+    choice("kernel", kernel, tuple(KERNELS))
     return KERNELS[kernel]

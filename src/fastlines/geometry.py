@@ -9,10 +9,14 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .checks import choice
 from .errors import InputError
 
 FloatArray: TypeAlias = npt.NDArray[np.float32]
 IntArray: TypeAlias = npt.NDArray[np.int64]
+
+#: What can be done with what can not be used.
+INVALID = ("error", "skip")
 
 #: Coordinates beyond this would overflow when squared in the arithmetic of the builders.
 COORDINATE_LIMIT = 1e30
@@ -28,7 +32,7 @@ def list_rows(bad: npt.NDArray[np.bool_], shown: int = 5) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """Line segments, with what is known about each.
+    """Line segments, with what is known about each. Nobody can change them: arrays that somebody could are copied.
 
     Attributes
     ----------
@@ -41,7 +45,8 @@ class Lines:
     attributes : mapping of str to array
         Anything else, one row per segment.
     skipped : (k,) int64
-        Rows of the input that were left out because ``invalid="skip"`` was asked for.
+        Rows of the input that were left out because ``invalid="skip"`` was asked for. Then what `rows` tells is not the
+        same as a position in `segments`.
     """
 
     segments: FloatArray
@@ -57,6 +62,11 @@ class Lines:
                 f"Lines take a contiguous float32 array of shape (n, 2, 3), not {_kind(self.segments)}; "
                 "Lines.from_segments converts what it is given"
             )
+        self._check_columns()
+        for name in ("segments", "strands", "radius", "skipped"):
+            _refuse_masked(getattr(self, name), name)
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+        object.__setattr__(self, "attributes", {name: frozen(values) for name, values in self.attributes.items()})
         bad = _unusable(self.segments)
         if bad.any():
             raise InputError(
@@ -64,8 +74,42 @@ class Lines:
                 f"({list_rows(bad)}); Lines.from_segments(…, invalid='skip') leaves them out"
             )
 
+    def _check_columns(self) -> None:
+        """Refuse columns that do not fit the segments."""
+        n = len(self.segments)
+        expected: dict[str, tuple[Any, type[Any], tuple[tuple[int, ...], ...]]] = {
+            "strands": (self.strands, np.int64, ((n,),)),
+            "radius": (self.radius, np.float32, ((n,), (n, 2))),
+            "skipped": (self.skipped, np.int64, (np.shape(self.skipped)[:1],)),
+        }
+        for name, (values, dtype, shapes) in expected.items():
+            if name == "radius" and values is None:
+                continue
+            if not isinstance(values, np.ndarray) or values.dtype != dtype or values.shape not in shapes:
+                raise InputError(
+                    f"{name}: {_kind(values)}; Lines of {n} segments take {np.dtype(dtype)} of shape "
+                    f"{' or '.join(map(str, shapes))}, and Lines.from_segments converts what it is given"
+                )
+        if self.radius is not None and not ((self.radius >= 0) & (self.radius < np.inf)).all():
+            raise InputError("radius holds values that are not numbers from 0 up")
+        skipped = self.skipped
+        if len(skipped) and (skipped[0] < 0 or skipped[-1] >= n + len(skipped) or (np.diff(skipped) <= 0).any()):
+            raise InputError(f"skipped are not rising rows of the {n + len(skipped)} that were given")
+        if not isinstance(self.attributes, Mapping):
+            raise InputError(
+                f"attributes are a {type(self.attributes).__name__}; expected a mapping of names to arrays"
+            )
+        for name, values in self.attributes.items():
+            if not isinstance(values, np.ndarray) or values.ndim == 0 or len(values) != n:
+                raise InputError(f"{name}: {_kind(values)}; expected an array with one row for each of {n} segments")
+
     def __len__(self) -> int:
         return len(self.segments)
+
+    @property
+    def rows(self) -> IntArray:
+        """The row of the input that each segment was: ``lines.rows[hits.prim]`` if any were skipped; (n,) int64."""
+        return np.delete(np.arange(len(self) + len(self.skipped)), self.skipped)
 
     @property
     def bounds(self) -> FloatArray:
@@ -90,7 +134,8 @@ class Lines:
             Both ends of each segment. Converted to float32.
         invalid : {"error", "skip"}
             What to do with segments that hold NaN or Inf (or are too large for float32): raise, or leave them
-            out and record their rows in ``skipped``.
+            out and record their rows in ``skipped``. Hits then name positions among the segments that are left;
+            ``rows`` has the rows of the input that they were.
         **more
             ``strands``, ``radius`` and ``attributes``, one row per segment.
 
@@ -98,9 +143,16 @@ class Lines:
         ------
         InputError
             If the shape, the type or a value can not be used.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> lines = Lines.from_segments([[[0, 0, np.nan], [1, 1, 1]], [[0, 0, 0], [1, 1, 1]]], invalid="skip")
+        >>> hits = fl.build(lines).first_hit([0.5, 0.5, -1], [0, 0, 1], 0.1)
+        >>> print(hits.prim, lines.rows[hits.prim])
+        0 1
         """
-        if invalid not in ("error", "skip"):
-            raise InputError(f"invalid={invalid!r} is not a choice: use 'error' or 'skip'")
+        choice("invalid", invalid, INVALID)
         array = to_float32(segments, "segments")
         if array.ndim == 2 and array.shape[1] == 6:
             array = array.reshape(-1, 2, 3)
@@ -115,22 +167,15 @@ class Lines:
         attributes = more.pop("attributes", {})
         if not isinstance(attributes, Mapping):
             raise InputError(f"attributes are a {type(attributes).__name__}; expected a mapping of names to arrays")
-        attributes = {name: np.asarray(values) for name, values in attributes.items()}
+        attributes = {name: _column(values, name, n_given, "segments") for name, values in attributes.items()}
         if more:
             raise InputError(f"unknown argument {next(iter(more))!r}; known: strands, radius, attributes")
-        for name, values in attributes.items():
-            if values.ndim == 0 or len(values) != n_given:
-                raise InputError(f"{name} has shape {values.shape}; expected one row for each of {n_given} segments")
         if strands.shape != (n_given,):
             raise InputError(f"strands have shape {strands.shape}; expected ({n_given},), one for each segment")
-        if radius is not None:
-            if radius.shape not in ((n_given,), (n_given, 2)):
-                raise InputError(
-                    f"radius has shape {radius.shape}; expected ({n_given},) or ({n_given}, 2), "
-                    "one for each segment or end"
-                )
-            if not (radius >= 0).all() or np.isinf(radius).any():
-                raise InputError("radius holds values that are not numbers from 0 up")
+        if radius is not None and radius.shape not in ((n_given,), (n_given, 2)):
+            raise InputError(
+                f"radius has shape {radius.shape}; expected ({n_given},) or ({n_given}, 2), one for each segment or end"
+            )
 
         # Leave out, or refuse, what no query could answer.
         bad = _unusable(array)
@@ -145,7 +190,7 @@ class Lines:
             array, strands = array[~bad], strands[~bad]
             radius = None if radius is None else radius[~bad]
             attributes = {name: values[~bad] for name, values in attributes.items()}
-        return cls(np.ascontiguousarray(array), strands, radius, attributes, skipped)
+        return cls(array, strands, radius, attributes, skipped)
 
     @classmethod
     def from_points(
@@ -180,13 +225,9 @@ class Lines:
                 f"the counts of the strands do not add up to the {len(points)} points that were given; expected one "
                 "count, 0 or more, for each strand"
             )
-        per_point = {name: np.asarray(values) for name, values in (attributes or {}).items()}
-        if radius is not None:
-            per_point["radius"] = to_float32(radius, "radius")
-        for name, values in per_point.items():
-            if values.ndim == 0 or len(values) != len(points):
-                raise InputError(f"{name} has shape {values.shape}; expected one row for each of {len(points)} points")
-        radii = per_point.pop("radius", None) if radius is not None else None
+        n = len(points)
+        per_point = {name: _column(values, name, n, "points") for name, values in (attributes or {}).items()}
+        radii = None if radius is None else _column(to_float32(radius, "radius"), "radius", n, "points")
 
         # The first point of each segment: all but the last of its strand; a lone point joins itself.
         counts_used = counts[counts > 0]
@@ -197,8 +238,10 @@ class Lines:
         first = strand_start + np.arange(len(strands)) - segment_start
         last = first + np.repeat(counts_used > 1, n_segments)
         at_ends = np.stack([first, last], axis=1)
+        segments = points[at_ends]
+        segments.flags.writeable = False  # nobody else has it: no need of a copy
         return cls.from_segments(
-            points[at_ends],
+            segments,
             strands=strands,
             radius=None if radii is None else radii[at_ends],
             attributes={name: values[first] for name, values in per_point.items()},
@@ -213,24 +256,63 @@ class Lines:
         return cls.from_points(points, [len(part) for part in parts], invalid=invalid)
 
 
+def frozen(array: Any) -> Any:
+    """Make an array read-only; copy it if it, or the memory that it shows, is somebody's who could change it."""
+    if not isinstance(array, np.ndarray):
+        return array
+    base: Any = array
+    while isinstance(base, np.ndarray):
+        if base.flags.writeable:
+            array = array.copy()
+            array.flags.writeable = False
+            break
+        base = base.base
+    return array
+
+
 def to_float32(values: npt.ArrayLike, name: str) -> FloatArray:
-    """Convert to float32, or say which argument is not made of numbers."""
+    """Convert to float32, or say which argument is not made of numbers; read-only if it had to be made."""
+    _refuse_masked(values, name)
     try:
         with np.errstate(over="ignore"):
-            array = np.asarray(values)
-            if array.dtype.kind not in "fiub":
-                raise TypeError(f"dtype {array.dtype}")
-            return np.asarray(array, np.float32, order="C")
+            given = np.asarray(values)
+            if given.dtype.kind not in "fiub":
+                raise TypeError(f"dtype {given.dtype}")
+            array = np.asarray(given, np.float32, order="C")
     except (TypeError, ValueError) as error:
         raise InputError(f"{name}: {_kind(values)} can not be read as an array of numbers: {error}") from None
+    if array is not given:
+        array.flags.writeable = False
+    return array
 
 
 def to_integers(values: npt.ArrayLike, name: str) -> IntArray:
     """Convert whole numbers to int64, or say which argument holds something else."""
+    _refuse_masked(values, name)
     array = np.asarray(values)
     if array.size and array.dtype.kind not in "iu":
         raise InputError(f"{name} have dtype {array.dtype}; expected whole numbers")
-    return array.astype(np.int64)
+    if array.dtype.kind == "u" and array.size and int(array.max()) > np.iinfo(np.int64).max:
+        raise InputError(f"{name} hold {array.max()}; expected whole numbers below 2^63")
+    return array.astype(np.int64, copy=False)
+
+
+def _refuse_masked(values: object, name: str) -> None:
+    """A mask has no place in a tree."""
+    if np.ma.is_masked(values):
+        raise InputError(f"{name} hold masked values; fill them, with NaN for example, or leave their rows out")
+
+
+def _column(values: npt.ArrayLike, name: str, n: int, of: str) -> npt.NDArray[Any]:
+    """Take an array of one row for each of n things."""
+    _refuse_masked(values, name)
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise InputError(f"{name} can not be read as an array: {error}") from None
+    if array.ndim == 0 or len(array) != n:
+        raise InputError(f"{name} has shape {array.shape}; expected one row for each of {n} {of}")
+    return array
 
 
 def _kind(values: object) -> str:
@@ -255,4 +337,5 @@ def _points(values: npt.ArrayLike, name: str) -> FloatArray:
 
 def as_lines(lines: Lines | npt.ArrayLike, *, invalid: str = "error") -> Lines:
     """Pass lines through; check and wrap an array of segments."""
+    choice("invalid", invalid, INVALID)
     return lines if isinstance(lines, Lines) else Lines.from_segments(lines, invalid=invalid)

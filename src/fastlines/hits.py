@@ -19,7 +19,8 @@ class FirstHits:
     t : float32
         Where on the ray, in units of its direction; inf = miss.
     prim : int64
-        Which segment, as a position in the input; -1 = miss.
+        Which segment, as a position in the input; -1 = miss. If segments were skipped, a position among those that are
+        left: ``lines.rows[prim]`` is that in the input.
     u : float32
         Where on the segment, from 0 to 1.
     distance : float32

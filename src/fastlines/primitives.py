@@ -8,8 +8,9 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .checks import choice
 from .errors import InputError
-from .geometry import COORDINATE_LIMIT, FloatArray, Lines, as_lines, list_rows, to_float32
+from .geometry import COORDINATE_LIMIT, INVALID, FloatArray, Lines, as_lines, frozen, list_rows, to_float32
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +72,7 @@ Geometry: TypeAlias = Lines | Triangles | Boxes
 
 def as_geometry(geometry: Geometry | npt.ArrayLike, *, invalid: str = "error") -> Geometry:
     """Pass geometry through; take an array for segments."""
+    choice("invalid", invalid, INVALID)
     return geometry if isinstance(geometry, Triangles | Boxes) else as_lines(geometry, invalid=invalid)
 
 
@@ -95,4 +97,5 @@ def _checked(values: npt.ArrayLike, name: str, shape: tuple[int, int]) -> FloatA
             f"{int(bad.sum())} of {len(array)} {name} hold NaN, Inf or a coordinate beyond {COORDINATE_LIMIT:g} "
             f"({list_rows(bad)})"
         )
-    return array
+    checked: FloatArray = frozen(array)
+    return checked

@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .checks import count
+from .checks import choice, count
 from .engines import engine, kernel_number
-from .errors import InputError
 from .geometry import Lines, as_lines
 from .hits import AllHits, FirstHits
 from .layout import Layout
@@ -41,12 +40,11 @@ class Question:
     invalid: str = "error"
     progress: ProgressOption = False
 
-    def answer(self, scene_size: float, ask: Callable[..., Any]) -> Any:
+    def answer(self, box: npt.NDArray[Any], ask: Callable[..., Any]) -> Any:
         """Check the question, pass it on as ask(name, rays, *options), and give the answer its shape."""
-        if self.at not in ("closest", "surface"):
-            raise InputError(f"at={self.at!r} is not a choice: use 'closest' (the thesis) or 'surface'")
+        choice("at", self.at, ("closest", "surface"))
         k = count("k", self.k, 0) if self.query == "next_hits" else None
-        rays = check_rays(self.origins, self.directions, self.radius, self.t_min, self.t_max, self.invalid, scene_size)
+        rays = check_rays(self.origins, self.directions, self.radius, self.t_min, self.t_max, self.invalid, box)
         name = "list_hits" if self.query in ("all_hits", "next_hits") else self.query
         surface = self.at == "surface"
         with reporting(self.progress, self.query.replace("_", " ")) as callback:
@@ -72,7 +70,7 @@ def ask_layout(layout: Layout, question: Question, kernel: str) -> Any:
         given: dict[str, tuple[Any, ...]] = {"first_hit": (surface,), "list_hits": (surface, k)}
         return getattr(module, name)(layout.arrays(), rays.arrays(), *given.get(name, ()), number, n_threads, progress)
 
-    return question.answer(_size(layout.box), ask)
+    return question.answer(layout.box, ask)
 
 
 def ask_binary(
@@ -85,11 +83,7 @@ def ask_binary(
         segments = lines.segments.reshape(-1, 6)
         return getattr(_core, name)(segments, nodes, refs, rays.arrays(), *options, n_threads, progress)
 
-    return question.answer(_size(box), ask)
-
-
-def _size(box: npt.NDArray[Any]) -> float:
-    return float((box[1].astype(np.float64) - box[0]).max())
+    return question.answer(box, ask)
 
 
 def brute_force(
@@ -127,10 +121,8 @@ def brute_force(
     >>> brute_force([[[-1, -1, -1], [1, 1, 1]]], [0, 0, -5], [0, 0, 1], 0.5).prim
     array([0])
     """
-    if query not in QUERIES:
-        raise InputError(f"query={query!r} is not a choice: use one of {', '.join(QUERIES)}")
+    choice("query", query, QUERIES)
     lines = as_lines(lines)
-    low, high = lines.bounds
-    box = np.array([low, high] if len(lines) else np.zeros((2, 3)), np.float32)
+    box = np.array(lines.bounds, np.float32) if len(lines) else np.zeros((2, 3), np.float32)
     question = Question(query, origins, directions, radius, t_min, t_max, at, k, invalid, progress)
     return ask_binary(lines, None, np.empty((0, 3), np.uint32), box, question)

@@ -7,11 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from . import _core
+from .checks import choice
 from .errors import InputError
-from .geometry import FloatArray, IntArray, list_rows, to_float32
+from .geometry import INVALID, FloatArray, IntArray, list_rows, to_float32
 
 #: The largest radius, in units of the scene's size; beyond it squares would overflow.
 RADIUS_LIMIT = 1e12
+LARGEST = float(np.finfo(np.float32).max)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,22 +54,22 @@ def check_rays(
     t_min: npt.ArrayLike,
     t_max: npt.ArrayLike,
     invalid: str,
-    scene_size: float,
+    bounds: FloatArray,
 ) -> Rays:
-    """Check rays; see `Tree.first_hit` for what they are."""
-    if invalid not in ("error", "skip"):
-        raise InputError(f"invalid={invalid!r} is not a choice: use 'error' or 'skip'")
+    """Check rays for a scene with these bounds; see `Tree.first_hit` for what they are."""
+    choice("invalid", invalid, INVALID)
     origins, directions = _vectors(origins, "origins"), _vectors(directions, "directions")
-    try:
-        shape = np.broadcast_shapes(origins.shape[:-1], directions.shape[:-1])
-    except ValueError:
-        raise InputError(
-            f"origins {origins.shape} and directions {directions.shape} do not match; expected one direction for each "
-            "origin, or one for all"
-        ) from None
-    origins, directions = (
-        np.ascontiguousarray(np.broadcast_to(array, (*shape, 3))).reshape(-1, 3) for array in (origins, directions)
-    )
+    shape = origins.shape[:-1]
+    if directions.shape != origins.shape:
+        try:
+            shape = np.broadcast_shapes(origins.shape[:-1], directions.shape[:-1])
+        except ValueError:
+            raise InputError(
+                f"origins {origins.shape} and directions {directions.shape} do not match; expected one direction for "
+                "each origin, or one for all"
+            ) from None
+        origins, directions = (np.broadcast_to(array, (*shape, 3)) for array in (origins, directions))
+    origins, directions = (np.ascontiguousarray(array).reshape(-1, 3) for array in (origins, directions))
     scalars: dict[str, FloatArray] = {}
     for name, value in (("radius", radius), ("t_min", t_min), ("t_max", t_max)):
         array = to_float32(value, name)
@@ -79,9 +82,13 @@ def check_rays(
                 ) from None
         scalars[name] = array.reshape(-1)
     radii, starts, ends = scalars["radius"], scalars["t_min"], scalars["t_max"]
-    largest = RADIUS_LIMIT * (scene_size or 1.0)
+    corners = bounds.astype(np.float64) if np.isfinite(bounds).all() else np.zeros((2, 3))
+    largest = min(RADIUS_LIMIT * (float((corners[1] - corners[0]).max()) or 1.0), LARGEST)
+    farthest = float(np.abs(corners).max())
+    if _core.are_rays(origins, directions, radii, starts, ends, largest, farthest):
+        return Rays(shape, origins, directions, radii, starts, ends, np.zeros(0, np.int64))
 
-    # Every way in which a ray can be no ray.
+    # Every way in which a ray can be no ray; the core only tells that there may be one.
     n_rays = len(origins)
     faults = {
         "have an origin that is not finite": ~np.isfinite(origins).all(axis=1),
@@ -91,6 +98,9 @@ def check_rays(
             (radii >= 0) & (radii <= largest)
         ),
         "have bounds that are not numbers with t_min <= t_max": ~(starts <= ends) | (starts == np.inf),
+        "have a direction so short that t in the scene is more than float32 can hold": _too_short(
+            origins, directions, radii, corners
+        ),
     }
     skipped = np.zeros(n_rays, bool)
     for fault, rows in faults.items():
@@ -108,6 +118,19 @@ def check_rays(
         radii, starts, ends = (np.broadcast_to(values, n_rays).copy() for values in (radii, starts, ends))
         radii[skipped] = starts[skipped] = ends[skipped] = 0
     return Rays(shape, origins, directions, radii, starts, ends, np.flatnonzero(skipped))
+
+
+def _too_short(
+    origins: FloatArray, directions: FloatArray, radii: FloatArray, corners: npt.NDArray[np.float64]
+) -> npt.NDArray[np.bool_]:
+    """Find the rays whose t is more than a float32 can hold somewhere in the scene."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        from_origin = origins.astype(np.float64)
+        farthest_corner = np.maximum(np.abs(corners[0] - from_origin), np.abs(corners[1] - from_origin))
+        reach = np.sqrt((farthest_corner**2).sum(axis=1))
+        length = np.sqrt((directions.astype(np.float64) ** 2).sum(axis=1))
+        short: npt.NDArray[np.bool_] = reach + radii > length * LARGEST
+    return short
 
 
 def _vectors(values: npt.ArrayLike, name: str) -> FloatArray:

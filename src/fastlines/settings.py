@@ -6,14 +6,14 @@ candidate splits, and how many levels the search looks ahead.
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal, TypeAlias
 
 import numpy as np
 
-from .checks import count, number, sequence
+from .checks import choice, count, did_you_mean, number, sequence
 from .errors import InputError
 
 BoxRule: TypeAlias = Literal["tight", "cut"]
@@ -95,7 +95,7 @@ class Cost:
     Parameters
     ----------
     c_trav, c_prim : float
-        Positive and finite.
+        From 1e-100 to 1e100, so that no cost overflows.
     """
 
     c_trav: float = 2.0
@@ -103,13 +103,14 @@ class Cost:
 
     def __post_init__(self) -> None:
         for name in ("c_trav", "c_prim"):
-            value = number(name, getattr(self, name), "a cost: a positive finite number", 0.0)
+            what = "a cost: a positive finite number, from 1e-100 to 1e100"
+            value = number(name, getattr(self, name), what, math.nextafter(1e-100, 0.0), 1e100)
             object.__setattr__(self, name, value)
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Where a build ends, whatever the costs say. A limit that kept the builder from a split is named in `Tree.stats`.
+    """Where a build ends, whatever the costs say. `Tree.limits_hit` counts the nodes at which each was felt.
 
     Parameters
     ----------
@@ -203,8 +204,7 @@ class Settings:
         if hint > 1.0:
             raise InputError(f"radius_hint={self.radius_hint!r}; expected {what}")
         object.__setattr__(self, "radius_hint", hint)
-        if self.boxes not in ("tight", "cut"):
-            raise InputError(f"boxes={self.boxes!r}; expected 'tight' (BVH) or 'cut' (KD tree)")
+        choice("boxes", self.boxes, ("tight", "cut"))
         if not isinstance(self.cost, Cost):
             raise InputError(f"cost={self.cost!r}; expected fl.Cost(c_trav=…, c_prim=…)")
         if not isinstance(self.limits, Limits):
@@ -255,11 +255,24 @@ def method_settings(method: str) -> Settings:
     try:
         return METHODS[method]
     except (KeyError, TypeError):
-        raise InputError(f"unknown method {method!r}{did_you_mean(str(method), METHODS)}") from None
+        raise InputError(f"unknown method {method!r}{did_you_mean(method, METHODS)}") from None
 
 
-def did_you_mean(word: str, known: Sequence[str] | dict[str, Settings]) -> str:
-    """End an error message about an unknown word."""
-    close = difflib.get_close_matches(word.lower(), known, 1)
-    hint = f"did you mean {close[0]!r}? " if close else ""
-    return f"; {hint}known: {', '.join(known)}"
+def limit_notes(limits_hit: Mapping[str, int]) -> list[str]:
+    """Say of each limit that a build has felt what it did there.
+
+    Examples
+    --------
+    >>> limit_notes({"max_depth": 1, "max_refs": 81, "max_leaf_refs": 518})
+    ['max_depth kept 1 node from a split', 'max_refs refused a split at 81 nodes', 'max_leaf_refs forced 518 splits']
+    """
+    phrases = {
+        "max_depth": ("kept {} from a split", "node"),
+        "max_refs": ("refused a split at {}", "node"),
+        "max_leaf_refs": ("forced {}", "split"),
+    }
+    notes = []
+    for limit, n in limits_hit.items():
+        phrase, noun = phrases.get(limit, ("was felt at {}", "node"))
+        notes.append(f"{limit} {phrase.format(f'{n:,} {noun}' if n == 1 else f'{n:,} {noun}s')}")
+    return notes

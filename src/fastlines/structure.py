@@ -14,8 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from .checks import choice
 from .errors import InputError, InvalidTreeError
-from .geometry import IntArray
+from .geometry import IntArray, frozen
 from .primitives import Geometry, core_data
 from .settings import Cost, Settings
 
@@ -30,6 +31,8 @@ REF = np.dtype([("prim", "<u4"), ("s0", "<f4"), ("s1", "<f4")])
 class TreeStructure:
     """An acceleration tree over primitives, as plain immutable data.
 
+    What is made by hand is checked so far that nothing can lead out of an array: `validate` checks the rest.
+
     Attributes
     ----------
     geometry : Lines, Triangles or Boxes
@@ -43,7 +46,8 @@ class TreeStructure:
     method : str
         The name of the settings; "custom" if they have none.
     limits_hit : mapping of str to int
-        The limits that narrowed the search, and at how many nodes.
+        The limits that were felt, and at how many nodes: where ``max_depth`` kept a node from a split, ``max_refs``
+        refused a split, or ``max_leaf_refs`` forced one.
     """
 
     geometry: Geometry
@@ -52,6 +56,33 @@ class TreeStructure:
     settings: Settings
     method: str = "custom"
     limits_hit: Mapping[str, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name, dtype in (("nodes", NODE), ("refs", REF)):
+            array = frozen(getattr(self, name))
+            object.__setattr__(self, name, array)
+            if not isinstance(array, np.ndarray) or array.dtype != dtype or array.ndim != 1:
+                raise InputError(f"{name} are not a 1-d array of fastlines.structure.{name[:-1].upper()}")
+            if not array.flags.c_contiguous:
+                raise InputError(f"{name} are not contiguous; pass np.ascontiguousarray({name})")
+        if not isinstance(self.settings, Settings):
+            raise InputError(f"settings are a {type(self.settings).__name__}; expected fl.Settings(…)")
+        if self.n_nodes == 0:
+            raise InvalidTreeError(0, "axiom 1", "there is no root")
+
+        # Children follow their parents, so every way down ends.
+        index, right = np.arange(self.n_nodes), self.nodes["right"]
+        self._refuse(
+            (right != 0) & ((right <= index) | (right >= self.n_nodes)), "axiom 1", "its right child is no later node"
+        )
+        ends = self.nodes["first_ref"].astype(np.int64) + self.nodes["n_refs"]
+        self._refuse(ends > self.n_refs, "axiom 2", "its references reach past the end of the list")
+        if self.n_refs and int(self.refs["prim"].max()) >= self.n_prims:
+            raise InvalidTreeError(0, "axiom 2", f"a reference names none of the {self.n_prims} primitives")
+
+    def _refuse(self, bad: npt.NDArray[np.bool_], axiom: str, detail: str) -> None:
+        if bad.any():
+            raise InvalidTreeError(int(bad.argmax()), axiom, detail)
 
     def __repr__(self) -> str:
         return (
@@ -99,6 +130,13 @@ class TreeStructure:
         -------
         list of (k,) int64
             Element d holds the indices of the nodes at depth d, rising.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> tree = fl.build([[[0, 0, 0], [1, 1, 1]], [[8, 8, 8], [9, 9, 9]]], "bvh-cl", cost=fl.Cost(0.1))
+        >>> tree.levels()
+        [array([0]), array([1, 2])]
         """
         levels = [np.zeros(1, np.int64)]
         while len(inner := levels[-1][self.nodes["right"][levels[-1]] > 0]):
@@ -135,15 +173,23 @@ class TreeStructure:
         f(leaf) = n·c_prim and f(inner) = c_trav + Σ SA(child)/SA(node)·f(child). g = Σ over inner nodes of
         SA(node)/SA(root)·c_trav + Σ over leaves of SA(leaf)/SA(root)·n·c_prim. Where an area to divide by is zero, no
         line measures the node, and its children count as visited whenever it is.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> tree = fl.build([[[-1, -1, -1], [1, 1, 1]]])
+        >>> tree.cost(), tree.cost(by="g", model=fl.Cost(c_prim=3))
+        (1.0, 3.0)
         """
-        model = model or self.settings.cost
+        choice("by", by, ("f", "g"))
+        model = self.settings.cost if model is None else model
+        if not isinstance(model, Cost):
+            raise InputError(f"model={model!r}; expected fl.Cost(c_trav=…, c_prim=…)")
         area, leaf = self.areas, self.is_leaf
         at_leaf = self.nodes["n_refs"] * model.c_prim
         if by == "g":
             chance = area / area[0] if area[0] > 0 else np.ones_like(area)
             return float((chance * np.where(leaf, at_leaf, model.c_trav)).sum())
-        if by != "f":
-            raise InputError(f"by={by!r} is not a choice: use 'f' or 'g'")
         f = at_leaf.astype(np.float64)
         for level in reversed(self._levels):
             inner = level[~leaf[level]]
@@ -154,7 +200,15 @@ class TreeStructure:
         return float(f[0])
 
     def stats(self) -> dict[str, Any]:
-        """Counts, sizes and cost, ready for JSON."""
+        """Counts, sizes and cost, ready for JSON.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> stats = fl.build([[[-1, -1, -1], [1, 1, 1]]]).stats()
+        >>> stats["n_refs"], stats["depth"], stats["memory_bytes"]
+        (1, 0, 48)
+        """
         in_leaf = self.nodes["n_refs"][self.is_leaf]
         return {
             "method": self.method,

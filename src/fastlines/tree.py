@@ -102,7 +102,16 @@ class Tree(TreeStructure):
         progress: ProgressOption = False,
         kernel: str = "auto",
     ) -> AllHits:
-        """Find every hit of each ray, each once, sorted by t; see `first_hit` for the parameters."""
+        """Find every hit of each ray, each once, sorted by t; see `first_hit` for the parameters.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> tree = fl.build([[[-1, 0, 0], [1, 0, 0]], [[0, -1, 1], [0, 1, 1]]])
+        >>> hits = tree.all_hits([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
+        >>> print(hits.offsets, hits.prim, hits.t)
+        [0 2 2] [0 1] [5. 6.]
+        """
         question = Question("all_hits", origins, directions, radius, t_min, t_max, at, None, invalid, progress)
         hits: AllHits = self._ask(question, kernel)
         return hits
@@ -119,7 +128,14 @@ class Tree(TreeStructure):
         progress: ProgressOption = False,
         kernel: str = "auto",
     ) -> npt.NDArray[np.bool_]:
-        """Tell for each ray whether it hits anything: bool of the question's shape; see `first_hit`."""
+        """Tell for each ray whether it hits anything: bool of the question's shape; see `first_hit`.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> fl.build([[[-1, 0, 0], [1, 0, 0]]]).any_hit([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
+        array([ True, False])
+        """
         question = Question("any_hit", origins, directions, radius, t_min, t_max, "closest", None, invalid, progress)
         found: npt.NDArray[np.bool_] = self._ask(question, kernel)
         return found
@@ -136,7 +152,15 @@ class Tree(TreeStructure):
         progress: ProgressOption = False,
         kernel: str = "auto",
     ) -> IntArray:
-        """Count the segments that each ray hits: int64 of the question's shape; see `first_hit`."""
+        """Count the segments that each ray hits: int64 of the question's shape; see `first_hit`.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> tree = fl.build([[[-1, 0, 0], [1, 0, 0]], [[0, -1, 1], [0, 1, 1]]])
+        >>> tree.count_hits([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
+        array([2, 0])
+        """
         question = Question("count_hits", origins, directions, radius, t_min, t_max, "closest", None, invalid, progress)
         counts: IntArray = self._ask(question, kernel)
         return counts
@@ -192,8 +216,8 @@ class Tree(TreeStructure):
 def load(path: str | os.PathLike[str]) -> Tree:
     """Map a saved tree into memory and check that it can be used.
 
-    What a query relies on is checked: the graph, the ranges, the boxes, the pieces. `Tree.validate` checks the axioms
-    too.
+    What a query relies on is checked: the graph, the ranges, the boxes, that the pieces of each segment tile it, and
+    that each lies in its leaf's box. So no hit is lost or told twice. `Tree.validate` checks the axioms too.
 
     Raises
     ------

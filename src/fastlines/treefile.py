@@ -11,12 +11,15 @@ from typing import Any
 import numpy as np
 
 from . import container
-from .errors import FileFormatError, InputError
-from .geometry import Lines
+from .errors import FileFormatError, InputError, InvalidTreeError
+from .geometry import FloatArray, Lines
 from .settings import Cost, Limits, Settings, SplitSet
 from .structure import NODE, REF, TreeStructure
 
 FORMAT = "fastlines tree 1"
+
+#: So many references are looked at at a time, which bounds the memory that a check takes.
+BLOCK = 1 << 14
 
 #: The sections of a file: dtype and the shape of a row.
 SECTIONS: dict[str, tuple[str, tuple[int, ...]]] = {
@@ -39,6 +42,8 @@ def write(tree: TreeStructure, path: str | os.PathLike[str]) -> None:
         "refs": refs,
         "segments": tree.geometry.segments,
     }
+    if len(tree.geometry.skipped):
+        arrays = {"skipped": tree.geometry.skipped, **arrays}
     if tree.geometry.radius is not None:
         arrays["radius"] = tree.geometry.radius
     metadata = {
@@ -68,7 +73,8 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
         settings = _settings_from_json(json.loads(metadata["settings"]))
         limits_hit = {str(name): int(n) for name, n in json.loads(metadata["limits_hit"]).items()}
         method = metadata["method"]
-        lines = Lines.from_segments(arrays["segments"], strands=arrays["strands"], radius=arrays.get("radius"))
+        skipped = arrays.get("skipped", np.empty(0, np.int64))
+        lines = Lines(arrays["segments"], arrays["strands"], arrays.get("radius"), skipped=skipped)
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
         raise refuse(f"{error}") from None
     fields: dict[str, Any] = {
@@ -79,26 +85,23 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
         "method": method,
         "limits_hit": limits_hit,
     }
-    _check_usable(TreeStructure(**fields), refuse)
+    try:
+        tree = TreeStructure(**fields)
+    except (InputError, InvalidTreeError) as error:
+        raise refuse(f"{error}") from None
+    _check_usable(tree, refuse)
     return fields
 
 
 def _check_usable(tree: TreeStructure, refuse: Callable[[str], FileFormatError]) -> None:
-    """Check what a query relies on, in time proportional to the file."""
-    nodes, refs, leaf = tree.nodes, tree.refs, tree.is_leaf
-    index = np.arange(tree.n_nodes)
-    if tree.n_nodes == 0:
-        raise refuse("it has no nodes")
-    inner = index[~leaf]
+    """Check what a query relies on beyond what every tree is checked for, in time about proportional to the file."""
+    nodes, leaf = tree.nodes, tree.is_leaf
+    inner = np.flatnonzero(~leaf)
     left, right = inner + 1, nodes["right"][inner].astype(np.int64)
-    if (right <= left).any() or (right >= tree.n_nodes).any():
-        raise refuse("a child does not follow its parent")
     parents = np.bincount(np.concatenate([left, right]), minlength=tree.n_nodes)
     if parents[0] != 0 or (parents[1:] != 1).any():
         raise refuse("a node does not have one parent")
     first, n_refs = nodes["first_ref"].astype(np.int64), nodes["n_refs"].astype(np.int64)
-    if (first + n_refs > tree.n_refs).any():
-        raise refuse("a node's references reach past the end")
     if n_refs[leaf].sum() != tree.n_refs or (np.cumsum(n_refs[leaf]) - n_refs[leaf] != first[leaf]).any():
         raise refuse("the leaves do not list each reference once")
     low, high = nodes["box"][:, 0], nodes["box"][:, 1]
@@ -109,12 +112,49 @@ def _check_usable(tree: TreeStructure, refuse: Callable[[str], FileFormatError])
     assert isinstance(tree.geometry, Lines)
     if tree.n_prims and (nodes["box"][0] != tree.geometry.bounds).any():
         raise refuse("the root's box does not bound the segments")
-    if tree.n_refs and (refs["prim"] >= tree.n_prims).any():
-        raise refuse("a reference names no segment")
-    if len(np.unique(refs["prim"])) != tree.n_prims:
-        raise refuse("a segment is in no leaf")
-    if not ((refs["s0"] >= 0) & (refs["s0"] <= refs["s1"])).all():
+    if not ((tree.refs["s0"] >= 0) & (tree.refs["s0"] <= tree.refs["s1"])).all():
         raise refuse("a reference is not a piece of its segment")
+    if not _tile(tree):
+        raise refuse("the pieces of a segment do not tile it")
+    if not _in_leaves(tree, tree.geometry.segments):
+        raise refuse("a piece of a segment does not lie in its leaf's box")
+
+
+def _tile(tree: TreeStructure) -> bool:
+    """Whether each s of each segment is in exactly one piece: then all hits are told once.
+
+    The number of pieces that hold s is how many begin at s or before, less how many end there. So only where pieces
+    begin and where they end need to be put in order: a segment's begin at 0, and where another ends; the last at inf.
+    """
+    if tree.n_refs == 0:
+        return tree.n_prims == 0
+    prim = tree.refs["prim"].astype(np.uint64) << np.uint64(32)
+    # The bits of floats that are not negative are in the order of the floats.
+    begins, ends = (np.sort(prim | tree.refs[end].view(np.uint32)) for end in ("s0", "s1"))
+    last = np.append(np.diff(begins >> np.uint64(32)) > 0, True)
+    is_first = np.roll(last, 1)
+    whole = np.arange(tree.n_prims, dtype=np.uint64) << np.uint64(32)
+    return (
+        np.array_equal(begins[is_first], whole)
+        and np.array_equal(ends[last], whole | np.float32(np.inf).view(np.uint32))
+        and np.array_equal(begins[~is_first], ends[~last])
+    )
+
+
+def _in_leaves(tree: TreeStructure, segments: FloatArray) -> bool:
+    """Whether both ends of each piece lie in its leaf's box, but for the rounding of cuts."""
+    leaves = np.flatnonzero(tree.is_leaf)
+    leaf_of = np.repeat(leaves, tree.nodes["n_refs"][leaves])
+    slack = np.ldexp(float(np.abs(segments).max(initial=0)), -21) + 2 * np.finfo(np.float32).smallest_subnormal
+    for start in range(0, tree.n_refs, BLOCK):
+        refs = tree.refs[start : start + BLOCK]
+        box = tree.nodes["box"][leaf_of[start : start + BLOCK]]
+        p, q = segments[refs["prim"]].astype(np.float64).swapaxes(0, 1)
+        for s in (refs["s0"], np.minimum(refs["s1"], 1)):
+            at = p + s[:, None] * (q - p)
+            if (at < box[:, 0] - slack).any() or (at > box[:, 1] + slack).any():
+                return False
+    return True
 
 
 def _settings_to_json(settings: Settings) -> dict[str, Any]:

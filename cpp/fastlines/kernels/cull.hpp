@@ -50,8 +50,8 @@ struct CullRay {
 }
 
 /// The pieces that may come within reach of the ray's line. In quanta: rounding an end moves it by at most √3/2, and
-/// with it every point of the piece by no more; the rest of 0.89 is for the rounding of the arithmetic. Most leaves fail at
-/// the line already, but too many do not: a branch there costs more than it saves.
+/// with it every point of the piece by no more; the rest of 0.89 is for the rounding of the arithmetic. Most leaves
+/// fail at the line already, but too many do not: a branch there costs more than it saves.
 [[gnu::always_inline]] inline std::uint32_t cull_leaf(const CullRay& ray, const WideLeaf& leaf) {
   using F = Float16;
   const float p[3] = {leaf.org[0] - ray.o[0], leaf.org[1] - ray.o[1], leaf.org[2] - ray.o[2]};

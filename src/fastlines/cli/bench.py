@@ -168,12 +168,12 @@ def engine(
         result = run_engine(cases, plan, progress)
     print_tables(result)
     if json_file is not None:
-        from ..render.images import whole
+        from ..whole import whole
 
         with whole(json_file) as partial:
             partial.write_text(json.dumps(result.to_json(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
     if plot is not None:
-        from ..render.images import whole
+        from ..whole import whole
 
         with whole(plot) as partial:
             draw(result, partial)

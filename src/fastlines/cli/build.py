@@ -52,7 +52,7 @@ def build(
 
     import fastlines as fl
 
-    from ..settings import method_settings
+    from ..settings import limit_notes, method_settings
     from .files import TREE, check_output, open_lines, show_progress
 
     check_output(output, TREE)
@@ -76,7 +76,7 @@ def build(
     if as_json:
         typer.echo(json.dumps({"input": source, "output": output, "seconds": seconds, **stats}, indent=2))
         return
-    limits = "".join(f"; {limit} kept {n:,} nodes from a split" for limit, n in tree.limits_hit.items())
+    limits = "".join(f"; {said}" for said in limit_notes(tree.limits_hit))
     typer.echo(
         f"{output or opened.name}: {tree.method} over {tree.n_prims:,} segments: {tree.n_refs:,} references, "
         f"{tree.n_nodes:,} nodes, depth {stats['depth']}, cost {stats['cost']:.6g}, "

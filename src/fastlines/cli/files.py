@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -89,9 +90,10 @@ def open_tree(text: str) -> Tree:
 def make_scene(text: str) -> scenes.Scene:
     """Make the scene that NAME[:SEGMENTS[:SEED]] describes."""
     name, *numbers = text.split(":")
-    if len(numbers) > 2 or not all(number.isdecimal() for number in numbers):
-        raise InputError(f"{SCENE}{text} is not {SCENE}NAME, {SCENE}NAME:SEGMENTS or {SCENE}NAME:SEGMENTS:SEED")
-    return scenes.make(name, int(numbers[0]) if numbers else None, int(numbers[1]) if len(numbers) == 2 else 0)
+    if len(numbers) > 2 or not all(re.fullmatch("[0-9]{1,100}", number) for number in numbers):
+        shown = text if len(text) < 100 else text[:100] + "…"
+        raise InputError(f"{SCENE}{shown} is not {SCENE}NAME, {SCENE}NAME:SEGMENTS or {SCENE}NAME:SEGMENTS:SEED")
+    return scenes.make(name, *map(int, numbers))
 
 
 def check_output(path: str | None, *extensions: str) -> None:
@@ -114,7 +116,7 @@ def write_npz(path: str, **arrays: Any) -> None:
     """Write arrays to a .npz file, which appears whole or not at all."""
     import numpy as np
 
-    from ..render.images import whole
+    from ..whole import whole
 
     with whole(path) as partial, partial.open("wb") as file:
         np.savez_compressed(file, **arrays)

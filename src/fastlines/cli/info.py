@@ -8,6 +8,7 @@ from typing import Any
 import typer
 
 from ..geometry import Lines
+from ..settings import limit_notes
 from .app import app
 from .options import Input, Json, Skip
 
@@ -87,7 +88,7 @@ def _text(key: str, value: Any) -> str:
     if isinstance(value, list):
         return "(" + ", ".join(_text("", item) for item in value) + ")" if value else "none"
     if isinstance(value, dict):
-        return ", ".join(f"{name} at {_text('', item)} nodes" for name, item in value.items()) or "none"
+        return ", ".join(limit_notes(value)) or "none"
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, int):

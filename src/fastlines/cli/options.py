@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated
 
 import typer
@@ -42,7 +43,17 @@ Direction = Annotated[
     str | None, typer.Option("--direction", metavar="X,Y,Z", help="Where the camera looks; chosen if not given.")
 ]
 Up = Annotated[str | None, typer.Option("--up", metavar="X,Y,Z", help="What is upwards; chosen if not given.")]
-Fov = Annotated[float, typer.Option("--fov", help="The camera's vertical field of view in degrees.")]
+Fov = Annotated[
+    float | None, typer.Option("--fov", help="The camera's vertical field of view in degrees; 30 if not given.")
+]
+FOV = 30.0
+
+
+def refuse_given(given: Mapping[str, object], why: str) -> None:
+    """Refuse options that were given and do not apply: what they ask for would be ignored."""
+    names = [name for name, value in given.items() if value is not None]
+    if names:
+        raise InputError(f"{' and '.join(names)} {'does' if len(names) == 1 else 'do'} not apply: {why}")
 
 
 def vector(text: str | None, name: str) -> Vector | None:

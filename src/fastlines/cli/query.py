@@ -10,7 +10,7 @@ import typer
 
 from ..errors import InputError
 from .app import app
-from .options import Direction, Fov, Json, Radius, TreeFile, Up, size, vector
+from .options import FOV, Direction, Fov, Json, Radius, TreeFile, Up, refuse_given, size, vector
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -42,12 +42,17 @@ def query(
     ] = None,
     direction: Direction = None,
     up: Up = None,
-    fov: Fov = 30.0,
+    fov: Fov = None,
     t_min: Annotated[float, typer.Option("--t-min", help="Hits begin here, in lengths of the ray's direction.")] = 0.0,
     t_max: Annotated[float, typer.Option("--t-max", help="Hits end here.")] = float("inf"),
     at: Annotated[
-        str, typer.Option("--at", metavar="WHERE", help="What t measures: closest (approach) or surface.")
-    ] = "closest",
+        str | None,
+        typer.Option(
+            "--at",
+            metavar="WHERE",
+            help="What t measures: closest (approach; if not given) or surface. For first and all.",
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Ask what rays hit, with any radius, and write the answer as arrays.
@@ -71,19 +76,25 @@ def query(
         raise InputError(f"--kind {kind!r} is not a choice: use one of {', '.join(KINDS)}")
     if (rays is None) == (camera is None):
         raise InputError("give the rays either as a file or by --camera, such as --camera 640x480")
+    if kind not in ("first", "all"):
+        refuse_given({"--at": at}, f"--kind {kind} tells no t")
+    if camera is None:
+        refuse_given(
+            {"--direction": direction, "--up": up, "--fov": fov}, "the rays come from a file, not from a camera"
+        )
     tree = open_tree(tree_file)
     if camera is not None:
         width, height = size(camera, "--camera")
         check_size(width, height)
         view = Source(tree_file, tree.geometry, tree=tree).camera(  # type: ignore[arg-type]
-            vector(direction, "--direction"), vector(up, "--up"), fov, width / height
+            vector(direction, "--direction"), vector(up, "--up"), FOV if fov is None else fov, width / height
         )
         origins, directions = view.rays(width, height)
     else:
         origins, directions = read_rays(str(rays))
     ask = getattr(tree, KINDS[kind])
     options: dict[str, Any] = {"t_min": t_min, "t_max": t_max, "progress": show_progress()}
-    if kind in ("first", "all"):
+    if at is not None:
         options["at"] = at
     start = time.perf_counter()
     answer = ask(origins, directions, radius, **options)

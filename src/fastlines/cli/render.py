@@ -8,7 +8,7 @@ import typer
 
 from ..errors import InputError
 from .app import app
-from .options import Direction, Fov, Input, Method, Radius, Skip, Up, vector
+from .options import FOV, Direction, Fov, Input, Radius, Skip, Up, refuse_given, vector
 
 
 @app.command(short_help="Draw lines by depth, or the levels of a tree.")
@@ -21,18 +21,24 @@ def render(
             "--output", "-o", metavar="FILE", help="A .png for the eye, or an .exr of depths.", show_default=False
         ),
     ],
-    width: Annotated[int, typer.Option("--width", min=1, help="Width of the picture in pixels.")] = 800,
-    height: Annotated[int, typer.Option("--height", min=1, help="Height of the picture in pixels.")] = 800,
+    width: Annotated[
+        int | None, typer.Option("--width", min=1, help="Width of the picture in pixels; 800 if not given.")
+    ] = None,
+    height: Annotated[int | None, typer.Option("--height", min=1, help="Height of the picture, likewise.")] = None,
     direction: Direction = None,
     up: Up = None,
-    fov: Fov = 30.0,
+    fov: Fov = None,
     samples: Annotated[
-        int, typer.Option("--samples", min=1, max=16, help="Average so many by so many rays a pixel (PNG).")
-    ] = 3,
+        int | None,
+        typer.Option("--samples", min=1, max=16, help="Average so many by so many rays a pixel (PNG); 3 if not given."),
+    ] = None,
     levels: Annotated[
         int, typer.Option("--levels", min=0, max=64, help="Draw the boxes of so many levels of the tree instead.")
     ] = 0,
-    method: Method = "best",
+    method: Annotated[
+        str | None,
+        typer.Option("--method", "-m", metavar="NAME", help="Which tree to build; best if not given."),
+    ] = None,
     skip_invalid: Skip = False,
 ) -> None:
     """Draw lines by depth: lighter is nearer. Of a file of lines or a scene, a tree is built first.
@@ -53,24 +59,33 @@ def render(
 
     from ..render import check_image_path, depth_image, depth_picture, level_sheet, write_depth, write_picture
     from ..render.depth import check_size
-    from ..settings import method_settings
+    from ..settings import DEFAULT_METHOD, method_settings
     from .files import check_output, open_lines, show_progress
 
     extension = check_image_path(output)
     check_output(output)
+    size = {"--width": width, "--height": height, "--samples": samples}
+    if levels:
+        refuse_given(size, "levels are drawn in panels of a size of their own")
+    if extension == ".exr":
+        refuse_given({"--samples": samples}, "an .exr holds the depth of one ray a pixel")
+    width, height = width or 800, height or 800
     check_size(width, height)
-    method_settings(method)
+    if method is not None:
+        method_settings(method)
     look, upwards = vector(direction, "--direction"), vector(up, "--up")
     if levels and extension != ".png":
         raise InputError(f"{output}: levels are drawn as .png")
     opened = open_lines(source, skip_invalid)
-    camera = opened.camera(look, upwards, fov, 1.0 if levels else width / height)
+    if opened.tree is not None:
+        refuse_given({"--method": method}, f"{source} is a tree already; 'fastlines build' makes another")
+    camera = opened.camera(look, upwards, FOV if fov is None else fov, 1.0 if levels else width / height)
     progress = show_progress()
-    tree = opened.tree or fl.build(opened.lines, method, progress=progress)
+    tree = opened.tree or fl.build(opened.lines, method or DEFAULT_METHOD, progress=progress)
     if levels:
         write_picture(output, level_sheet(tree, camera, radius, levels, progress=progress))
     elif extension == ".png":
-        write_picture(output, depth_picture(tree, camera, width, height, radius, samples, progress))
+        write_picture(output, depth_picture(tree, camera, width, height, radius, samples or 3, progress))
     else:
         write_depth(output, depth_image(tree, camera, width, height, radius, progress))
     what = f"{levels} levels" if levels else f"{width} × {height} pixels"

@@ -61,13 +61,14 @@ tried on lines, done again by fastlines {escape(str(result.machine["fastlines"])
 
 
 def _verdicts(result: Result) -> str:
+    agree = "✓ Answers agree: yes" if result.answers_agree else "Answers agree: not compared"
     verdicts = {
-        "Answers agree: yes": f"{result.n_compared:,} answers of one tree equal those of another, bit for bit",
-        f"Valid trees: {len(result.rows)} of {len(result.rows)}": "axioms 1 to 5, the BVH or KD axiom, Theorem 4",
-        "f = g: yes": f"Theorem 1 holds; both sums differ by {result.largest_difference:.0e} at most",
+        agree: f"{result.n_compared:,} answers of one tree equal those of another, bit for bit",
+        f"✓ Valid trees: {len(result.rows)} of {len(result.rows)}": "axioms 1 to 5, the BVH or KD axiom, Theorem 4",
+        "✓ f = g: yes": f"Theorem 1 holds; both sums differ by {result.largest_difference:.0e} at most",
     }
     items = "".join(
-        f"<li><strong>✓ {escape(what)}</strong><span>{escape(why)}</span></li>" for what, why in verdicts.items()
+        f"<li><strong>{escape(what)}</strong><span>{escape(why)}</span></li>" for what, why in verdicts.items()
     )
     return f'<ul class="verdicts">{items}</ul>'
 

@@ -52,18 +52,18 @@ class Plan:
 #: Everything as large as in the thesis: some minutes.
 FULL = Plan("full")
 
-#: Less than a minute on two cores.
+#: About half a minute on two cores.
 QUICK = Plan(
     "quick",
     scenes={
-        "bun-hair": 12_000,
-        "straight-hair": 12_000,
+        "bun-hair": 6_000,
+        "straight-hair": 8_000,
         "spaghetti": 2_000,
-        "spaghetti-2": 3_000,
-        "photon-beams": 5_000,
+        "spaghetti-2": 2_500,
+        "photon-beams": 2_500,
     },
     rays=128,
-    budget=0.15,
-    picture=256,
+    budget=0.1,
+    picture=224,
     panel=224,
 )

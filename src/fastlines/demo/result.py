@@ -79,6 +79,11 @@ class Result:
         """How many answers of one tree were compared with those of another."""
         return sum(scene.n_compared for scene in self.scenes)
 
+    @property
+    def answers_agree(self) -> bool:
+        """Whether answers were compared in every scene; one that differs ends the run before there is a result."""
+        return all(scene.n_compared > 0 for scene in self.scenes)
+
     def to_json(self) -> dict[str, Any]:
         """Everything that the page shows, ready for JSON."""
         return {
@@ -87,9 +92,9 @@ class Result:
             "machine": self.machine,
             "radii": RADII,
             "seconds": self.seconds,
-            "answers_agree": True,
+            "answers_agree": self.answers_agree,
             "n_answers_compared": self.n_compared,
-            "all_trees_valid": True,
+            "n_trees_valid": len(self.rows),  # one that is not ends the run
             "largest_f_g_difference": self.largest_difference,
             "scenes": [
                 {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..scenes import RADII
+from ..settings import limit_notes
 from .measure import Timing
 from .result import QUERIES, Result, Row, SceneResult
 
@@ -15,13 +16,14 @@ WIDE = 132
 def markdown(result: Result) -> str:
     """Write all tables as Markdown."""
     machine = result.machine
+    agree = "yes, bit for bit" if result.answers_agree else "not compared"
     lines = [
         "# Five trees over five scenes",
         "",
         f"{machine['processor']}, {machine['threads']} threads, {machine['system']}; fastlines {machine['fastlines']}, "
         f"Python {machine['python']}; {machine['date']}; the {result.plan.name} run took {result.seconds:.0f} s.",
         "",
-        f"Answers agree: yes, bit for bit ({result.n_compared:,} compared). Trees valid: all {len(result.rows)}. "
+        f"Answers agree: {agree} ({result.n_compared:,} compared). Trees valid: all {len(result.rows)}. "
         f"f = g: yes, to {result.largest_difference:.0e}.",
         "",
         f"Radii: {', '.join(f'{name} = {value:g}' for name, value in RADII.items())}. Times are milliseconds for "
@@ -103,13 +105,9 @@ def part_note(scene: SceneResult) -> str:
 
 
 def limits_note(scene: SceneResult) -> str:
-    """Say which trees a limit kept from being what their method makes; "" if none was."""
-    said = [
-        f"{row.method}: {limit} at {count:,} nodes"
-        for row in scene.rows
-        for limit, count in row.stats["limits_hit"].items()
-    ]
-    return f"Limits kept nodes from a split: {'; '.join(said)}." if said else ""
+    """Say which trees felt a limit; "" if none did."""
+    said = [f"{row.method}: {note}" for row in scene.rows for note in limit_notes(row.stats["limits_hit"])]
+    return f"Limits were felt: {'; '.join(said)}." if said else ""
 
 
 def _other_size(scene: SceneResult) -> str:

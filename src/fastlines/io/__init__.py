@@ -8,8 +8,9 @@ from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
 
+from ..checks import choice
 from ..errors import FileFormatError, InputError
-from ..geometry import Lines
+from ..geometry import INVALID, Lines
 from . import arrays, hair, tfx, tracts
 from .source import BAD_COPY, Source, reason
 
@@ -65,8 +66,7 @@ def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
     >>> len(read(path))
     2
     """
-    if invalid not in ("error", "skip"):
-        raise InputError(f"invalid={invalid!r} is not a choice: use 'error' or 'skip'")
+    choice("invalid", invalid, INVALID)
     try:
         path = Path(path)
     except TypeError:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
-import operator
 from collections.abc import Iterator
 
 import numpy as np
 import numpy.typing as npt
 
 from ..camera import Camera
+from ..checks import count
 from ..errors import InputError
 from ..geometry import FloatArray
 from ..progress import ProgressOption, reporting
@@ -75,32 +74,8 @@ def depth_image(
 def rays_through(
     camera: Camera, width: int, height: int, rows: slice, at: tuple[float, float] = (0.5, 0.5)
 ) -> tuple[FloatArray, FloatArray]:
-    """Rays through one point of each pixel of some rows of a picture.
-
-    Parameters
-    ----------
-    camera : Camera
-    width, height : int
-        The size of the whole picture.
-    rows : slice
-        Which rows, counted from the top.
-    at : tuple of two floats
-        Where in the pixel: rightwards and downwards from its top left corner, from 0 to 1.
-
-    Returns
-    -------
-    origin : (3,) float32
-    directions : (n_rows, width, 3) float32
-        Of unit length.
-    """
-    tan_y = math.tan(math.radians(camera.fov_degrees) / 2)
-    tan_x = tan_y * width / height
-    right, up, forward = camera.axes()
-    x = ((np.arange(width) + at[0]) * (2 / width) - 1) * tan_x
-    y = (1 - (np.arange(rows.start, rows.stop) + at[1]) * (2 / height)) * tan_y
-    directions = (forward + y[:, None] * up)[:, None] + x[:, None] * right
-    directions /= np.sqrt((directions**2).sum(axis=2, keepdims=True))
-    return np.asarray(camera.origin, np.float32), directions.astype(np.float32)
+    """Rays through one point of each pixel of some rows of a picture: their origin, and `Camera.directions`."""
+    return np.asarray(camera.origin, np.float32), camera.directions(width, height, rows, at)
 
 
 def bands(width: int, height: int, max_rays: int = MAX_BATCH) -> Iterator[slice]:
@@ -112,14 +87,7 @@ def bands(width: int, height: int, max_rays: int = MAX_BATCH) -> Iterator[slice]
 
 def check_size(width: int, height: int) -> None:
     """Refuse the size of a picture that has no pixels or too many."""
-    for name, size in (("width", width), ("height", height)):
-        try:
-            good = not isinstance(size, bool) and operator.index(size) >= 1
-        except TypeError:
-            good = False
-        if not good:
-            raise InputError(f"{name}={size!r}; expected a whole number of pixels, at least 1")
-    if int(width) * int(height) > MAX_PIXELS:
+    if count("width", width, 1, MAX_PIXELS) * count("height", height, 1, MAX_PIXELS) > MAX_PIXELS:
         raise InputError(f"a picture of {width} × {height} pixels has more than {MAX_PIXELS:,}; ask for a smaller one")
 
 

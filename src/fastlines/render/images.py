@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import importlib
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +12,7 @@ import numpy.typing as npt
 
 from ..errors import InputError, MissingExtraError
 from ..geometry import FloatArray
+from ..whole import whole
 
 #: Extensions of pictures and what each holds.
 IMAGE_FORMATS = {
@@ -66,16 +65,3 @@ def _import_openexr() -> Any:
         return importlib.import_module("OpenEXR")
     except ImportError:
         raise MissingExtraError("writing .exr", "exr") from None
-
-
-@contextmanager
-def whole(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a file beside the real one to write to; it takes the real one's place once it is whole."""
-    target = Path(path)
-    partial = target.with_name(target.name + ".partial")
-    try:
-        partial.touch()  # says why not if it can not be written
-        yield partial
-        partial.replace(target)
-    finally:
-        partial.unlink(missing_ok=True)

@@ -63,6 +63,6 @@ def encode(light: Float64Array) -> npt.NDArray[np.uint8]:
     becomes white.
     """
     lit = light[light > 0]
-    exposure = 1 / min(1.0, float(np.quantile(lit, 0.99))) if len(lit) else 1.0
-    shown: npt.NDArray[np.uint8] = (np.minimum(light * exposure, 1) ** (1 / GAMMA) * 255 + 0.5).astype(np.uint8)
+    white = min(1.0, float(np.quantile(lit, 0.99))) if len(lit) else 1.0
+    shown: npt.NDArray[np.uint8] = (np.minimum(light / white, 1) ** (1 / GAMMA) * 255 + 0.5).astype(np.uint8)
     return shown

@@ -7,8 +7,6 @@ one.
 
 from __future__ import annotations
 
-import difflib
-import operator
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,9 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..camera import Camera, Vector
+from ..checks import count, did_you_mean
 from ..errors import InputError
 from ..geometry import Lines
 from . import beams, bun_hair, spaghetti, straight_hair
+
+#: The largest scene that is made: some gigabytes of random numbers.
+MAX_SEGMENTS = 100_000_000
 
 #: The radii of the thesis's queries: wide, medium, narrow.
 RADII = {"W": 0.005, "M": 0.001, "N": 0.0005}
@@ -72,7 +74,8 @@ def make(name: str, n_segments: int | None = None, seed: int = 0) -> Scene:
     name : str
         One of `NAMES`.
     n_segments : int, optional
-        Exactly how many segments it has; the thesis's number unless given. The last strand may be cut short.
+        Exactly how many segments it has, up to `MAX_SEGMENTS`; the thesis's number unless given. The last strand may be
+        cut short.
     seed : int
         Another seed gives another scene of the same kind.
 
@@ -87,22 +90,10 @@ def make(name: str, n_segments: int | None = None, seed: int = 0) -> Scene:
     >>> scene.title, len(scene.lines)
     ('Spaghetti', 2000)
     """
-    if name not in _RECIPES:
-        close = difflib.get_close_matches(str(name).lower(), NAMES, n=1)
-        hint = f"did you mean {close[0]!r}? " if close else ""
-        raise InputError(f"there is no scene {name!r}; {hint}choose one of {', '.join(NAMES)}")
+    if not isinstance(name, str) or name not in _RECIPES:
+        raise InputError(f"there is no scene {name!r}{did_you_mean(name, NAMES)}")
     recipe = _RECIPES[name]
-    n_segments = _at_least(1, "n_segments", recipe.n_segments if n_segments is None else n_segments)
-    rng = np.random.default_rng([_at_least(0, "seed", seed), zlib.crc32(name.encode())])
+    n_segments = count("n_segments", recipe.n_segments if n_segments is None else n_segments, 1, MAX_SEGMENTS)
+    rng = np.random.default_rng([count("seed", seed, 0), zlib.crc32(name.encode())])
     lines = recipe.generate(n_segments, rng)
     return Scene(name, recipe.title, lines, Camera.framing(lines, recipe.direction))
-
-
-def _at_least(least: int, name: str, value: int) -> int:
-    try:
-        number = operator.index(value)
-    except TypeError:
-        number = least - 1
-    if number < least or isinstance(value, bool):
-        raise InputError(f"{name}={value!r}; expected a whole number, at least {least}")
-    return number
