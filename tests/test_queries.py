@@ -211,7 +211,6 @@ def test_nothing_is_lost_far_from_the_origin(distance: float, method: str) -> No
 def test_number_of_threads_does_not_show(method: str) -> None:
     case = nasty.cases(1, 80, 2000)["crossing"]
     tree = build(case.segments, method)
-    before = fl.get_num_threads()
     try:
         for query in QUERIES:
             answers = []
@@ -226,7 +225,7 @@ def test_number_of_threads_does_not_show(method: str) -> None:
             for answer in answers[1:]:
                 assert_same(answer, answers[0])
     finally:
-        fl.set_num_threads(before)
+        fl.set_num_threads(None)
 
 
 @pytest.mark.parametrize("query", QUERIES)

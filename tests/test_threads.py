@@ -21,6 +21,7 @@ RNG = np.random.default_rng(0)
 LINES = nasty.crossing(RNG, 20_000).astype(np.float32)
 FEW = LINES[:3000]
 RAYS = nasty.from_distance(1)(RNG, LINES.astype(float), 20_000, 2.0)
+MANY = tuple(np.tile(rays, (20, 1)) for rays in RAYS)
 TREE = fl.build(FEW, "bvh-cl")
 
 #: Calls of a few tenths of a second or more.
@@ -28,7 +29,7 @@ LONG: dict[str, Callable[..., Any]] = {
     "build": lambda **more: fl.build(LINES[:2000], "bvh-d2", **more),
     "build kd": lambda **more: fl.build(LINES[:1500], "kd-d2", **more),
     "brute force": lambda **more: fl.brute_force(FEW, *RAYS, 0.01, query="count_hits", **more),
-    "first hit": lambda **more: TREE.first_hit(*RAYS, 0.001, **more),
+    "first hit": lambda **more: TREE.first_hit(*MANY, 0.001, **more),
     "all hits": lambda **more: TREE.all_hits(*RAYS, 0.05, **more),
 }
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from .checks import count
 from .errors import InputError
@@ -19,6 +21,18 @@ def set_num_threads(n_threads: int | None) -> None:
     """
     global _n_threads
     _n_threads = None if n_threads is None else count("n_threads", n_threads, 1, MAX_THREADS)
+
+
+@contextmanager
+def num_threads(n_threads: int | None) -> Iterator[None]:
+    """Set the number of threads for a while."""
+    global _n_threads
+    before = _n_threads
+    set_num_threads(n_threads)
+    try:
+        yield
+    finally:
+        _n_threads = before
 
 
 def get_num_threads() -> int:

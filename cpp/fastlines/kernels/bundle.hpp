@@ -139,7 +139,7 @@ void search_bundle(const WideView& tree, const RayLanes& rays, const Bundle& bun
       continue;
     }
     const WideLeaf& leaf = tree.leaves[child & ~kLeaf];
-    for (std::uint32_t lanes = cull_leaf(bundle.axis, leaf); lanes; lanes &= lanes - 1) {
+    for (std::uint32_t lanes = cull_leaf(bundle.axis, leaf, LeafPlace(bundle.axis, leaf)); lanes; lanes &= lanes - 1) {
       const std::uint32_t prim = tree.refs[leaf.first_ref + std::uint32_t(std::countr_zero(lanes))].prim;
       if (seen.insert(prim)) test(prim);
     }

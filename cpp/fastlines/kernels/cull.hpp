@@ -13,7 +13,7 @@ namespace fastlines {
 /// What culling needs of a ray (or of a bundle's centre): its line, and how near counts.
 struct CullRay {
   float inverse[3], near[3], far[3];  // box planes: q·(scale·inverse) + (org·inverse − near)
-  int near_is_hi[3];
+  int near_row[3], far_row[3];        // where a node's bytes of the near and the far planes begin
   float t_min;
   float o[3], u[3], v[3], reach;  // reach: radius and rounding
 
@@ -24,9 +24,12 @@ struct CullRay {
     for (int k = 0; k < 3; ++k) {
       const float component = std::copysign(std::max(std::abs(r[k]), 1e-18f), r[k]);
       inverse[k] = 1.0f / component;
-      near_is_hi[k] = component < 0.0f;
-      near[k] = (origin[k] + (near_is_hi[k] ? -reach : reach)) * inverse[k];
-      far[k] = (origin[k] + (near_is_hi[k] ? reach : -reach)) * inverse[k];
+      const bool backwards = component < 0.0f;
+      const float grow = std::copysign(reach, component);
+      near_row[k] = (backwards ? k + 3 : k) * kWidth;
+      far_row[k] = (backwards ? k : k + 3) * kWidth;
+      near[k] = (origin[k] + grow) * inverse[k];
+      far[k] = (origin[k] - grow) * inverse[k];
       o[k] = origin[k];
       u[k] = u_[k];
       v[k] = v_[k];
@@ -42,23 +45,34 @@ struct CullRay {
   for (int k = 0; k < 3; ++k) {
     const F step = node.scale * ray.inverse[k];
     const float base = node.org[k] * ray.inverse[k];
-    near = max(fma(F::bytes(ray.near_is_hi[k] ? node.hi[k] : node.lo[k]), step, F(base - ray.near[k])), near);
-    far = min(fma(F::bytes(ray.near_is_hi[k] ? node.lo[k] : node.hi[k]), step, F(base - ray.far[k])), far);
+    near = max(fma(F::bytes(node.planes + ray.near_row[k]), step, F(base - ray.near[k])), near);
+    far = min(fma(F::bytes(node.planes + ray.far_row[k]), step, F(base - ray.far[k])), far);
   }
   enter = near;
   return (near <= far).bits() & ((1u << node.n_children) - 1);
 }
 
+/// Where a leaf lies, seen along a ray, and how near counts there; in its quanta.
+struct LeafPlace {
+  float u, v, near2;
+
+  LeafPlace() = default;
+  LeafPlace(const CullRay& ray, const WideLeaf& leaf) {
+    const float p[3] = {leaf.org[0] - ray.o[0], leaf.org[1] - ray.o[1], leaf.org[2] - ray.o[2]};
+    u = (p[0] * ray.u[0] + p[1] * ray.u[1] + p[2] * ray.u[2]) * leaf.per_scale;
+    v = (p[0] * ray.v[0] + p[1] * ray.v[1] + p[2] * ray.v[2]) * leaf.per_scale;
+    const float near = ray.reach * leaf.per_scale + 0.89f;
+    near2 = near * near;
+  }
+};
+
 /// The pieces that may come within reach of the ray's line. In quanta: rounding an end moves it by at most √3/2, and
 /// with it every point of the piece by no more; the rest of 0.89 is for the rounding of the arithmetic. Most leaves
 /// fail at the line already, but too many do not: a branch there costs more than it saves.
-[[gnu::always_inline]] inline std::uint32_t cull_leaf(const CullRay& ray, const WideLeaf& leaf) {
+[[gnu::always_inline]] inline std::uint32_t cull_leaf(const CullRay& ray, const WideLeaf& leaf,
+                                                      const LeafPlace& place) {
   using F = Float16;
-  const float p[3] = {leaf.org[0] - ray.o[0], leaf.org[1] - ray.o[1], leaf.org[2] - ray.o[2]};
-  const F bu = (p[0] * ray.u[0] + p[1] * ray.u[1] + p[2] * ray.u[2]) * leaf.per_scale;
-  const F bv = (p[0] * ray.v[0] + p[1] * ray.v[1] + p[2] * ray.v[2]) * leaf.per_scale;
-  const float near = ray.reach * leaf.per_scale + 0.89f;
-  const F near2 = near * near;
+  const F bu = place.u, bv = place.v, near2 = place.near2;
   const F ax = F::bytes(leaf.a[0]), ay = F::bytes(leaf.a[1]), az = F::bytes(leaf.a[2]);
   const F cx = F::bytes(leaf.c[0]), cy = F::bytes(leaf.c[1]), cz = F::bytes(leaf.c[2]);
   const F ux = ray.u[0], uy = ray.u[1], uz = ray.u[2], vx = ray.v[0], vy = ray.v[1], vz = ray.v[2];
@@ -67,10 +81,9 @@ struct CullRay {
   const F wu = cu - au, wv = cv - av;
   const F cross = au * wv - av * wu;
   const auto line = cross * cross <= fma(fma(wu, wu, wv * wv), near2, F(1e-3f));
-  const std::uint32_t lanes = (1u << leaf.n_refs) - 1;
   const auto inside = (fma(au, wu, av * wv) <= F(0.0f)) & (F(0.0f) <= fma(cu, wu, cv * wv));
   const auto ends = min(fma(au, au, av * av), fma(cu, cu, cv * cv)) <= near2;
-  return (line & (inside | ends)).bits() & lanes;
+  return (line & (inside | ends)).bits() & ((1u << leaf.n_refs) - 1);
 }
 
 }  // namespace fastlines

@@ -23,11 +23,10 @@ struct FirstJob {
   void begin(Collector& collector, const RayLanes& rays) const { collector.begin(rays); }
 
   void take(const RayLanes& rays, const Collector& found, int first, int end) const {
-    const double per_scale = 1.0 / rays.scale;
     float t[kLanes], distance[kLanes];
     for (int i = first; i < end; ++i) {
       t[i] = rays.t_given(i, found.t[i]);
-      distance[i] = float(std::sqrt(found.dist2[i]) * per_scale);
+      distance[i] = float(std::sqrt(found.dist2[i]) * rays.per_scale);
     }
     for (int i = first; i < end; ++i) {
       const auto prim = std::bit_cast<std::uint32_t>(found.prim[i]);

@@ -11,8 +11,8 @@ struct alignas(64) RayLanes {
   float o[3][kLanes], u[3][kLanes], v[3][kLanes], r[3][kLanes];
   float t_min[kLanes], t_max[kLanes], radius[kLanes], radius2[kLanes], eps[kLanes], margin[kLanes];
   float t_min_given[kLanes], t_max_given[kLanes];
-  double t0[kLanes], length[kLanes];
-  double scale;
+  double t0[kLanes], per_length[kLanes];
+  double per_scale;
   int n = 0;  // lanes past it repeat the last ray
   std::uint32_t id[kLanes];
 
@@ -20,7 +20,7 @@ struct alignas(64) RayLanes {
   template <class Id>
   void fill(const RayBatch& rays, const Frame& frame, int n_rays, Id&& id_of) {
     n = n_rays;
-    scale = frame.scale;
+    per_scale = 1.0 / frame.scale;
     for (int i = 0; i < n; ++i) id[i] = std::uint32_t(id_of(i));
     const int padded = (n + kWidth - 1) / kWidth * kWidth;
     for (int i = n; i < padded; ++i) id[i] = id[n - 1];
@@ -60,12 +60,12 @@ struct alignas(64) RayLanes {
     t_min_given[i] = ray.t_min_given;
     t_max_given[i] = ray.t_max_given;
     t0[i] = ray.t0;
-    length[i] = ray.length;
+    per_length[i] = ray.per_length;
   }
 
   /// t as the caller counts it.
   float t_given(int i, float t) const {
-    return given(t, t_min[i], t_max[i], t_min_given[i], t_max_given[i], t0[i], scale, length[i]);
+    return given(t, t_min[i], t_max[i], t_min_given[i], t_max_given[i], t0[i], per_scale, per_length[i]);
   }
 
   Ray ray(int i) const {
@@ -85,8 +85,8 @@ struct alignas(64) RayLanes {
     ray.t_min_given = t_min_given[i];
     ray.t_max_given = t_max_given[i];
     ray.t0 = t0[i];
-    ray.length = length[i];
-    ray.scale = scale;
+    ray.per_length = per_length[i];
+    ray.per_scale = per_scale;
     return ray;
   }
 };

@@ -18,39 +18,34 @@ struct AllJob {
   void begin(Collector& collector, const RayLanes& rays) const { collector.begin(rays); }
 
   void take(const RayLanes& rays, const Collector& found, int first, int end) {
-    // Count, and put each hit into its ray's run.
+    // Count, and put each hit into its ray's run, in order: runs are short, and hits come nearly in order.
     std::uint32_t n_hits[kLanes] = {};
     const std::span pending(found.pending.data(), found.n);
     for (const auto& one : pending) ++n_hits[one.lane];
     const std::size_t before = lists.hits.size();
     lists.hits.resize(before + found.n);
-    PackedHit* to[kLanes];
+    PackedHit *begin[kLanes], *to[kLanes];
     PackedHit* next = lists.hits.data() + before;
     for (int i = first; i < end; ++i) {
       lists.runs.push_back({rays.id[i], n_hits[i]});
-      to[i] = next;
+      begin[i] = to[i] = next;
       next += n_hits[i];
     }
-    const double per_scale = 1.0 / rays.scale;
     for (const auto& one : pending) {
       const auto i = int(one.lane);
-      *to[i]++ = {rays.t_given(i, one.t), one.s, float(std::sqrt(one.dist2) * per_scale), 0.0f, one.prim};
+      const float distance = float(std::sqrt(one.dist2) * rays.per_scale);
+      const PackedHit hit{rays.t_given(i, one.t), one.s, distance, 0.0f, one.prim};
+      PackedHit* place = to[i]++;
+      if (n_hits[i] <= kShort)
+        for (; place > begin[i] && hit < place[-1]; --place) *place = place[-1];
+      *place = hit;
     }
-    next = lists.hits.data() + before;
-    for (int i = first; i < end; next += n_hits[i++]) sort(next, next + n_hits[i]);
+    for (int i = first; i < end; ++i)
+      if (n_hits[i] > kShort) std::sort(begin[i], to[i]);
   }
 
  private:
-  /// Runs are short, and their hits nearly in order.
-  static void sort(PackedHit* begin, PackedHit* end) {
-    if (end - begin > 64) return std::sort(begin, end);
-    for (PackedHit* hit = begin; hit < end; ++hit) {
-      const PackedHit here = *hit;
-      PackedHit* place = hit;
-      for (; place > begin && here < place[-1]; --place) *place = place[-1];
-      *place = here;
-    }
-  }
+  static constexpr std::uint32_t kShort = 32;
 };
 
 /// Hits that are described one by one: all of them where the ray enters their capsules, or the k nearest.

@@ -33,7 +33,7 @@ class Stream {
   }
 
  private:
-  static constexpr std::size_t kAtOnce = 256, kEnough = 1024, kAhead = 8;
+  static constexpr std::size_t kAtOnce = 256, kEnough = 1024, kAhead = 16;
 
   /// Pairs of a thing and a ray; writing may go sixteen past the end.
   struct Pairs {
@@ -84,14 +84,17 @@ class Stream {
   template <class Collector>
   void test_leaves(const RayLanes& rays, Collector& collector) {
     const std::size_t n = leaves_.size();
-    for (std::size_t j = 0; j < std::min(n, kAhead); ++j) fetch(tree_.leaves + leaves_.what[j]);
-    for (std::size_t j = 0; j < n; ++j) {
-      if (j + kAhead < n) fetch(tree_.leaves + leaves_.what[j + kAhead]);
-      const WideLeaf& leaf = tree_.leaves[leaves_.what[j]];
-      const std::uint32_t lanes = cull_leaf(cull_[leaves_.ray[j]], leaf);
-      if (lanes == 0) continue;
-      survivors_.reserve(2 * kWidth);
-      survivors_.pack(lanes, leaf.first_ref, leaves_.ray[j]);
+    survivors_.reserve((n + 1) * kWidth);
+    LeafPlace places[kAhead];
+    for (std::size_t begin = 0; begin < n; begin += kAhead) {
+      const std::size_t end = std::min(begin + kAhead, n);
+      for (std::size_t j = end; j < std::min(end + kAhead, n); ++j) fetch(tree_.leaves + leaves_.what[j]);
+      for (std::size_t j = begin; j < end; ++j)
+        places[j - begin] = LeafPlace(cull_[leaves_.ray[j]], tree_.leaves[leaves_.what[j]]);
+      for (std::size_t j = begin; j < end; ++j) {
+        const WideLeaf& leaf = tree_.leaves[leaves_.what[j]];
+        survivors_.pack(cull_leaf(cull_[leaves_.ray[j]], leaf, places[j - begin]), leaf.first_ref, leaves_.ray[j]);
+      }
     }
     leaves_.clear();
     if (survivors_.size() >= kEnough) test_survivors(rays, collector);

@@ -106,20 +106,20 @@ class Wave {
     // B: leaves.
     ref_.resize((n_leaves + 1) * kWidth);
     of_ref_.resize(ref_.size());
+    place_.resize(n_leaves);
     std::size_t n_refs = 0;
-    for (std::size_t j = 0; j < std::min<std::size_t>(n_leaves, kAhead); ++j) fetch(tree_.leaves + leaf_[j]);
+    for (std::size_t j = 0; j < n_leaves; ++j) fetch(tree_.leaves + leaf_[j]);
+    for (std::size_t j = 0; j < n_leaves; ++j) place_[j] = LeafPlace(slots_[of_leaf_[j]].cull, tree_.leaves[leaf_[j]]);
     for (std::size_t j = 0; j < n_leaves; ++j) {
-      if (j + kAhead < n_leaves) fetch(tree_.leaves + leaf_[j + kAhead]);
       const WideLeaf& leaf = tree_.leaves[leaf_[j]];
-      for (std::uint32_t lanes = cull_leaf(slots_[of_leaf_[j]].cull, leaf); lanes; lanes &= lanes - 1) {
-        ref_[n_refs] = leaf.first_ref + std::uint32_t(std::countr_zero(lanes));
-        of_ref_[n_refs] = of_leaf_[j];
-        __builtin_prefetch(tree_.refs + ref_[n_refs]);
-        ++n_refs;
-      }
+      const std::uint32_t lanes = cull_leaf(slots_[of_leaf_[j]].cull, leaf, place_[j]);
+      pack_numbers(lanes, leaf.first_ref, ref_.data() + n_refs);
+      for (int k = 0; k < kWidth; ++k) of_ref_[n_refs + std::size_t(k)] = of_leaf_[j];
+      n_refs += std::size_t(std::popcount(lanes));
     }
 
     // C: survivors.
+    for (std::size_t j = 0; j < n_refs; ++j) __builtin_prefetch(tree_.refs + ref_[j]);
     for (std::size_t j = 0; j < n_refs; ++j) __builtin_prefetch(tree_.segments + tree_.refs[ref_[j]].prim);
     for (std::size_t j = 0; j < n_refs; ++j) {
       Slot& slot = slots_[of_ref_[j]];
@@ -139,12 +139,11 @@ class Wave {
     }
   }
 
-  static constexpr std::size_t kAhead = 8;
-
   const WideView& tree_;
   int n_ = 0;
   std::vector<Slot> slots_;
   std::vector<std::uint32_t> leaf_, of_leaf_, ref_, of_ref_;
+  std::vector<LeafPlace> place_;
 };
 
 }  // namespace fastlines

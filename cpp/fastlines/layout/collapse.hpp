@@ -150,15 +150,16 @@ class Collapse {
     node.n_children = std::uint8_t(children.size());
     for (int k = 0; k < 3; ++k)
       for (int i = 0; i < kWidth; ++i) {
-        node.lo[k][i] = 255;
-        node.hi[k][i] = 0;
+        std::uint8_t &low = node.planes[k * kWidth + i], &high = node.planes[(k + 3) * kWidth + i];
+        low = 255;
+        high = 0;
         if (std::size_t(i) >= children.size()) continue;
         // The 0.02 pay for the rounding of org + q·scale.
         const Box box = framed(nodes_[children[std::size_t(i)]].box);
         const double lo = (double(box.lo[k]) - node.org[k]) / node.scale,
                      hi = (double(box.hi[k]) - node.org[k]) / node.scale;
-        node.lo[k][i] = std::uint8_t(std::clamp(std::floor(lo - 0.02), 0.0, 255.0));
-        node.hi[k][i] = std::uint8_t(std::clamp(std::ceil(hi + 0.02), 0.0, 255.0));
+        low = std::uint8_t(std::clamp(std::floor(lo - 0.02), 0.0, 255.0));
+        high = std::uint8_t(std::clamp(std::ceil(hi + 0.02), 0.0, 255.0));
       }
   }
 

@@ -21,7 +21,7 @@ struct alignas(128) WideNode {
   std::uint32_t first_inner, first_leaf;
   std::uint8_t n_inner, n_children;
   std::uint8_t unused[6];
-  std::uint8_t lo[3][kWidth], hi[3][kWidth];  // rounded outwards
+  std::uint8_t planes[6 * kWidth];  // low x, y, z, then high x, y, z of all children, rounded outwards
 };
 static_assert(sizeof(WideNode) == 128);
 

@@ -29,6 +29,10 @@ struct PackedHit {
   float t, u, distance, t_out;
   std::uint32_t prim;
 
+  PackedHit() {}  // not cleared: lists of them grow by many
+  PackedHit(float t_, float u_, float distance_, float t_out_, std::uint32_t prim_)
+      : t(t_), u(u_), distance(distance_), t_out(t_out_), prim(prim_) {}
+
   bool operator<(const PackedHit& other) const { return t != other.t ? t < other.t : prim < other.prim; }
 };
 

@@ -20,28 +20,27 @@ struct RayQuery {
 };
 
 /// The way back from the frame: t as the caller counts it.
-inline float given(float t, float t_min, float t_max, float t_min_given, float t_max_given, double t0, double scale,
-                   double length) {
-  if (t == t_min) return t_min_given;
-  if (t == t_max) return t_max_given;
-  return std::min(std::max(float((t0 + double(t) / scale) / length), t_min_given), t_max_given);
+inline float given(float t, float t_min, float t_max, float t_min_given, float t_max_given, double t0, double per_scale,
+                   double per_length) {
+  const float back = min(max(float((t0 + double(t) * per_scale) * per_length), t_min_given), t_max_given);
+  return t == t_min ? t_min_given : t == t_max ? t_max_given : back;
 }
 
 struct Ray {
-  Vec3 o, r, u, v;           // in the frame; r, u, v orthonormal
-  float t_min, t_max;        // in the frame
-  float radius, radius2;     // in the frame
-  float eps;                 // covers the rounding of the exact test and of the boxes
-  float margin;              // t that lie farther apart than this stay apart as the caller counts them
-  double t0, length, scale;  // the way back
+  Vec3 o, r, u, v;                   // in the frame; r, u, v orthonormal
+  float t_min, t_max;                // in the frame
+  float radius, radius2;             // in the frame
+  float eps;                         // covers the rounding of the exact test and of the boxes
+  float margin;                      // t that lie farther apart than this stay apart as the caller counts them
+  double t0, per_scale, per_length;  // the way back
   float t_min_given, t_max_given;
 
   /// t as the caller counts it.
-  float t_given(float t) const { return given(t, t_min, t_max, t_min_given, t_max_given, t0, scale, length); }
+  float t_given(float t) const { return given(t, t_min, t_max, t_min_given, t_max_given, t0, per_scale, per_length); }
 
   /// A bound on all t in the frame that the caller counts as no more than this.
   float beyond(float t_given) const {
-    return std::min(t_max, float((double(t_given) * length - t0) * scale) + 2.0f * margin);
+    return std::min(t_max, float((double(t_given) / per_length - t0) / per_scale) + 2.0f * margin);
   }
 };
 
@@ -60,12 +59,13 @@ inline constexpr double kFar = 1e18;
     d[k] = query.direction[k];
     from_centre[k] = double(query.origin[k]) - double(frame.centre[k]);
   }
-  ray.length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-  ray.scale = frame.scale;
-  for (int k = 0; k < 3; ++k) d[k] /= ray.length;
+  const double length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]), scale = frame.scale;
+  ray.per_length = 1.0 / length;
+  ray.per_scale = 1.0 / scale;
+  for (int k = 0; k < 3; ++k) d[k] *= ray.per_length;
   ray.t0 = -(from_centre[0] * d[0] + from_centre[1] * d[1] + from_centre[2] * d[2]);
   for (int k = 0; k < 3; ++k) {
-    ray.o[k] = clamped((from_centre[k] + ray.t0 * d[k]) * ray.scale);
+    ray.o[k] = clamped((from_centre[k] + ray.t0 * d[k]) * scale);
     ray.r[k] = float(d[k]);
   }
   const float largest = max(max(std::fabs(ray.o[0]), std::fabs(ray.o[1])), std::fabs(ray.o[2]));
@@ -78,13 +78,13 @@ inline constexpr double kFar = 1e18;
 
   ray.t_min_given = query.t_min;
   ray.t_max_given = query.t_max;
-  ray.t_min = clamped((double(query.t_min) * ray.length - ray.t0) * ray.scale);
-  ray.t_max = clamped((double(query.t_max) * ray.length - ray.t0) * ray.scale);
-  ray.radius = clamped(double(query.radius) * ray.scale);
+  ray.t_min = clamped((double(query.t_min) * length - ray.t0) * scale);
+  ray.t_max = clamped((double(query.t_max) * length - ray.t0) * scale);
+  ray.radius = clamped(double(query.radius) * scale);
   ray.radius2 = ray.radius * ray.radius;
   ray.eps = (2.0f + largest + ray.radius) * 0x1p-20f + frame.grain;
-  const double rounding = std::fabs(ray.t0) * ray.scale + 4.0 + 2.0 * ray.radius;
-  ray.margin = ray.eps + clamped(rounding * 0x1p-22 + ray.length * ray.scale * 0x1p-146);
+  const double rounding = std::fabs(ray.t0) * scale + 4.0 + 2.0 * ray.radius;
+  ray.margin = ray.eps + clamped(rounding * 0x1p-22 + length * scale * 0x1p-146);
   return ray;
 }
 

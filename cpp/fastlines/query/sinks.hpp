@@ -38,7 +38,7 @@ inline std::pair<Hit, float> describe(const Found& found, At at) {
   const Seen<float>& g = found.seen;
   Hit hit;
   hit.prim = found.ref.prim;
-  hit.distance = float(std::sqrt(found.approach.dist2) / ray.scale);
+  hit.distance = float(std::sqrt(found.approach.dist2) * ray.per_scale);
   float t = found.approach.t;
   hit.u = found.approach.s;
   if (at == At::surface) {

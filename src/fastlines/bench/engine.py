@@ -17,7 +17,7 @@ from ..demo.machine import describe_machine
 from ..geometry import Lines
 from ..scenes import RADII
 from ..settings import METHODS
-from ..threads import get_num_threads, set_num_threads
+from ..threads import num_threads
 from ..tree import Tree
 from . import embree, tuning
 from .compare import Difference, compare
@@ -114,19 +114,16 @@ def run_engine(
     start = time.perf_counter()
     plan = replace(plan, method=plan.method or default_method())
     version = embree.load() if plan.peer else None
-    n_before, n_cells = get_num_threads(), sum(len(case.radii) for case in cases) * len(plan.kinds)
-    set_num_threads(plan.n_threads)
+    n_cells = sum(len(case.radii) for case in cases) * len(plan.kinds)
     built: list[Built] = []
     cells: list[Cell] = []
-    try:
+    with num_threads(plan.n_threads):
         machine = {**describe_machine(), "threads": plan.n_threads, "embree": version, "load": _load()}
         for case in cases:
             progress(f"{case.name}: building", len(cells) / max(1, n_cells))
             runner = _Runner(case, plan, lambda what: progress(what, len(cells) / max(1, n_cells)))
             built.append(runner.built)
             cells.extend(runner.cells())
-    finally:
-        set_num_threads(n_before)
     return Result(machine, asdict(plan), built, cells, time.perf_counter() - start)
 
 

@@ -31,9 +31,6 @@ KIND_NOTES = {
 AO_T_MIN = 2.5
 AO_T_MAX = 0.1
 
-#: Rays are left out in blocks of so many neighbours, so that those that remain are as coherent as all are.
-BLOCK = 4096
-
 
 @dataclass(frozen=True, eq=False)
 class RayBatch:
@@ -45,6 +42,8 @@ class RayBatch:
         One of `KINDS`.
     origins, directions : (n, 3) float32
     t_min, t_max : float
+    block : int
+        So many neighbours stay together where a part of the rays is taken: of a picture, eight whole rows.
     """
 
     kind: str
@@ -52,6 +51,7 @@ class RayBatch:
     directions: FloatArray
     t_min: float = 0.0
     t_max: float = float("inf")
+    block: int = 4096
 
     def __len__(self) -> int:
         return len(self.origins)
@@ -70,10 +70,10 @@ class RayBatch:
         """So many of the rays, or a few more: blocks of neighbours, evenly spread."""
         if n_rays >= len(self):
             return self
-        n_blocks = -(-n_rays // BLOCK)
-        if n_blocks * BLOCK >= len(self):
+        n_blocks = -(-n_rays // self.block)
+        if n_blocks * self.block >= len(self):
             return self.take(slice(0, n_rays))
-        size = min(BLOCK, n_rays)
+        size = min(self.block, n_rays)
         starts = np.linspace(0, len(self) - size, n_blocks + 2).astype(np.int64)[1:-1]
         return self.take((starts[:, None] + np.arange(size)).ravel())
 
@@ -81,7 +81,7 @@ class RayBatch:
 def camera_rays(camera: Camera, n_rays: int) -> RayBatch:
     """The rays of a square picture of about so many pixels, as `Camera.rays` gives them: row by row."""
     size = max(1, round(n_rays**0.5))
-    return RayBatch("camera", *camera.rays(size, size))
+    return RayBatch("camera", *camera.rays(size, size), block=8 * size)
 
 
 def tiled_rays(camera: Camera, n_rays: int) -> RayBatch:

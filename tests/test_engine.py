@@ -1,0 +1,141 @@
+"""The wide engine: every instruction set and kernel answers as brute force does, whatever the rays are like."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import nasty
+import numpy as np
+import pytest
+from test_queries import WITH_AT, assert_same, cases, options, question
+
+import fastlines as fl
+from fastlines.engines import KERNELS
+from fastlines.query import QUERIES
+
+WIDE = [kernel for kernel in KERNELS if kernel != "binary"]
+
+
+@pytest.fixture(autouse=True)
+def any_simd() -> Iterator[None]:
+    yield
+    fl.set_simd(None)
+
+
+@pytest.mark.parametrize("name", nasty.NAMES)
+@pytest.mark.parametrize("simd", fl.available_simd())
+def test_every_instruction_set_answers_as_brute_force_does(simd: str, name: str) -> None:
+    case = cases(4)[name]
+    asked, _ = question(case)
+    tree = fl.build(case.segments)
+    fl.set_simd(simd)
+    assert fl.simd() == simd
+    for query in QUERIES:
+        for at in ("closest", "surface") if query in WITH_AT else (None,):
+            how = ({} if at is None else {"at": at}) | options(query)
+            expected = fl.brute_force(case.segments, **asked, query=query, **how)
+            for kernel in WIDE:
+                assert_same(getattr(tree, query)(**asked, **how, kernel=kernel), expected)
+
+
+def pictures(n: int) -> dict[str, tuple[Any, Any]]:
+    """Rays as pictures have them: from far, from inside, shuffled, of another aspect."""
+    size = (3 * n, n)
+    from_far = fl.Camera((0.5, 0.4, 4.0), (0.5, 0.5, 0.5), fov_degrees=20.0).rays(*size)
+    inside = fl.Camera((0.5, 0.5, 0.5), (0.1, 0.9, 0.2), fov_degrees=80.0).rays(*size)
+    order = np.random.default_rng(n).permutation(3 * n * n)
+    return {"from far": from_far, "from inside": inside, "shuffled": (from_far[0][order], from_far[1][order])}
+
+
+@pytest.mark.parametrize("scene", fl.scenes.NAMES)
+@pytest.mark.parametrize("rays", ["from far", "from inside", "shuffled"])
+def test_pictures_of_scenes(scene: str, rays: str) -> None:
+    lines = fl.scenes.make(scene, 400).lines
+    tree = fl.build(lines)
+    asked = pictures(67)[rays]  # no whole number of tiles, and a last row of tiles that is cut
+    for radius in (0.0, 0.002, 0.05):
+        for query in QUERIES:
+            expected = fl.brute_force(lines, *asked, radius, query=query, **options(query))
+            for kernel in WIDE:
+                assert_same(getattr(tree, query)(*asked, radius, **options(query), kernel=kernel), expected)
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("shift", [0.0, 1e4])
+def test_scaled_and_moved_scenes(scale: float, shift: float) -> None:
+    lines = ((fl.scenes.make("photon-beams", 300).lines.segments.astype(float) + shift) * scale).astype(np.float32)
+    tree = fl.build(lines)
+    o, d = pictures(40)["from far"]
+    o = ((o.astype(float) + shift) * scale).astype(np.float32)
+    for radius in (0.0005 * scale, 0.005 * scale, 3 * scale):
+        for query in ("first_hit", "all_hits", "any_hit"):
+            expected = fl.brute_force(lines, o, d, radius, query=query)
+            for kernel in WIDE:
+                assert_same(getattr(tree, query)(o, d, radius, kernel=kernel), expected)
+
+
+def test_next_hits_are_the_first_of_all_hits() -> None:
+    case = cases(3)["crossing"]
+    asked, _ = question(case)
+    tree = fl.build(case.segments)
+    every = tree.all_hits(**asked)
+    for k in (0, 1, 2, 7, 10_000):
+        few = tree.next_hits(**asked, k=k)
+        assert (few.counts == np.minimum(every.counts, k)).all()
+        chosen = np.concatenate([np.arange(a, a + n) for a, n in zip(every.offsets, few.counts, strict=False)])
+        for name in ("t", "prim", "u", "distance"):
+            assert (getattr(few, name) == getattr(every, name)[chosen.astype(int)]).all(), name
+    for k in (-1, 1.5, None, "3"):
+        with pytest.raises(fl.InputError, match="k="):
+            tree.next_hits(**asked, k=k)
+
+
+@pytest.mark.parametrize("method", ["bvh-ss", "kd-d2"])
+def test_large_leaves_are_laid_out(method: str) -> None:
+    """Spaghetti is one leaf of 500 to some builders; a block holds 16."""
+    lines = fl.scenes.make("spaghetti", 500).lines
+    tree = fl.build(lines, method)
+    assert len(np.unique(tree.layout.refs[:, 0])) == 500
+    rays = pictures(30)["from far"]
+    for query in QUERIES:
+        expected = fl.brute_force(lines, *rays, 0.01, query=query, **options(query))
+        assert_same(getattr(tree, query)(*rays, 0.01, **options(query)), expected)
+
+
+def test_layout_is_small() -> None:
+    lines = fl.scenes.make("spaghetti").lines
+    layout = fl.build(lines).layout
+    assert layout.n_bytes < 1.3e6
+    assert layout.nodes.shape[1] == layout.leaves.shape[1] == 128
+    assert layout.nodes.ctypes.data % 128 == layout.leaves.ctypes.data % 128 == 0
+    assert not layout.nodes.flags.writeable
+
+
+def test_wrong_names() -> None:
+    tree = fl.build([[[0, 0, 0], [1, 1, 1]]])
+    with pytest.raises(fl.InputError, match="kernel='fast' is not a choice"):
+        tree.first_hit([0, 0, -5], [0, 0, 1], 0.1, kernel="fast")
+    with pytest.raises(fl.InputError, match="simd='mmx' can not be had here; expected one of"):
+        fl.set_simd("mmx")
+    program = "import fastlines as fl; print(fl.simd())"
+    for name in fl.available_simd():
+        said = subprocess.run(
+            [sys.executable, "-c", program],
+            env={**os.environ, "FASTLINES_SIMD": name},
+            text=True,
+            capture_output=True,
+            check=True,
+        )
+        assert said.stdout.strip() == name
+    said = subprocess.run(
+        [sys.executable, "-c", program],
+        env={**os.environ, "FASTLINES_SIMD": "mmx"},
+        text=True,
+        capture_output=True,
+        check=False,
+    )
+    assert "FASTLINES_SIMD='mmx' can not be had here" in said.stderr
