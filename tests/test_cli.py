@@ -8,6 +8,7 @@ import re
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -144,6 +145,24 @@ def test_query_answers_as_the_library_does(tree_file):
 
 
 # --- Everything else that can happen ---
+
+
+def test_help_keeps_its_brackets():
+    assert "offsets[i] to offsets[i + 1]" in " ".join(done("query", "--help").split())
+
+
+def test_input_is_not_written_over(tree_file):
+    np.savez("rays.npz", origins=np.zeros((1, 3)), directions=np.ones((1, 3)))
+    before = Path("rays.npz").read_bytes()
+    _, said = refused("query", tree_file, "rays.npz", "--radius", "0.1", "-o", "./rays.npz")
+    assert "rays.npz: is read from; write to another file" in said
+    assert Path("rays.npz").read_bytes() == before
+
+
+def test_an_empty_name_and_pickled_rays(tree_file):
+    assert "the name of a file is empty" in refused("info", "")[1]
+    np.save("objects.npy", np.array([{}, None], object), allow_pickle=True)
+    assert "holds Python objects, not numbers" in refused("query", tree_file, "objects.npy", "--radius", "0.1")[1]
 
 
 @pytest.mark.parametrize(

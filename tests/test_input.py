@@ -363,3 +363,25 @@ for method in fl.METHODS:
 """
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, check=False)
     assert ended.returncode == 0, f"exit code {ended.returncode}: {ended.stderr[-2000:]}"
+
+
+def test_names_of_files_in_the_wrong_place(tmp_path):
+    """The likeliest first mistakes are answered with the function that was meant."""
+    tree = fl.build([[[0, 0, 0], [1, 1, 1]]])
+    tree.save(tmp_path / "a.flt")
+    np.save(tmp_path / "a.npy", tree.geometry.segments)
+    for wrong, meant in (
+        (lambda: fl.build("hair.tfx"), "fl.read reads files"),
+        (lambda: fl.build(tmp_path / "hair.tfx"), "fl.read reads files"),
+        (lambda: fl.read(tmp_path / "a.flt"), "fl.load reads it"),
+        (lambda: fl.load(tmp_path / "a.npy"), "fl.read reads it"),
+    ):
+        with pytest.raises(fl.FastlinesError, match=meant):
+            wrong()
+
+
+def test_answers_are_shown_in_a_line():
+    tree = fl.build([[[0, 0, 0], [1, 1, 1]]])
+    rays = np.tile([0.5, 0.5, -5], (1000, 1)), [0, 0, 1]
+    assert repr(tree.first_hit(*rays, 0.1)) == "<FirstHits: 1,000 rays, 1,000 hit>"
+    assert repr(tree.all_hits(*rays, 0.1)) == "<AllHits: 1,000 rays, 1,000 hits>"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
@@ -338,4 +339,6 @@ def _points(values: npt.ArrayLike, name: str) -> FloatArray:
 def as_lines(lines: Lines | npt.ArrayLike, *, invalid: str = "error") -> Lines:
     """Pass lines through; check and wrap an array of segments."""
     choice("invalid", invalid, INVALID)
+    if isinstance(lines, str | os.PathLike):
+        raise InputError(f"segments: {str(lines)!r} is the name of a file, not an array; fl.read reads files of lines")
     return lines if isinstance(lines, Lines) else Lines.from_segments(lines, invalid=invalid)

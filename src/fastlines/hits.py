@@ -10,7 +10,7 @@ import numpy.typing as npt
 from .geometry import FloatArray, IntArray
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class FirstHits:
     """The nearest hit of each ray; every array has the shape of the question.
 
@@ -38,13 +38,16 @@ class FirstHits:
     t_out: FloatArray | None
     skipped: IntArray
 
+    def __repr__(self) -> str:
+        return f"<FirstHits: {self.prim.size:,} rays, {int(self.hit.sum()):,} hit>"
+
     @property
     def hit(self) -> npt.NDArray[np.bool_]:
         """Which rays hit anything."""
         return self.prim >= 0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class AllHits:
     """All hits of each ray, each once, sorted by (ray, t, prim).
 
@@ -68,6 +71,9 @@ class AllHits:
 
     def __len__(self) -> int:
         return len(self.prim)
+
+    def __repr__(self) -> str:
+        return f"<AllHits: {len(self.offsets) - 1:,} rays, {len(self):,} hits>"
 
     @property
     def counts(self) -> IntArray:

@@ -6,7 +6,9 @@ What is measured is the library itself: the loops over rays and the callbacks ar
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -106,8 +108,31 @@ def libraries() -> tuple[str, str]:
 
 
 @cache
-def load() -> str:
+@contextmanager
+def _only_cores(n_cores: int) -> Iterator[None]:
+    """Run on so many cores. A thread pool that begins here makes no more threads than that.
+
+    Embree's (TBB) would make one for each core. Those that it may not use, once there are two devices, ask for work for
+    ever, and their time would count as ours and as Embree's.
+    """
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, sorted(before)[: max(1, n_cores)])
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
+
+
+def load(n_threads: int = 1) -> str:
     """Load Embree, and tell its version.
+
+    Parameters
+    ----------
+    n_threads : int
+        How many it will use at most. The first call of a program decides.
 
     Raises
     ------
@@ -124,7 +149,8 @@ def load() -> str:
     if not _embree.instruction_set():
         raise FastlinesError("the Embree peer needs a processor with AVX2 and FMA, which this one has not")
     try:
-        version = _embree.load(*paths)
+        with _only_cores(n_threads):
+            version = _embree.load(*paths)
     except RuntimeError as error:
         raise FastlinesError(f"Embree can not be loaded: {error}") from None
     return ".".join(map(str, version))
@@ -134,7 +160,7 @@ class Scenes:
     """Embree scenes of some lines with one radius, built when they are first asked for and then kept."""
 
     def __init__(self, lines: Lines, radius: float, eye: Iterable[float], n_threads: int) -> None:
-        load()
+        load(n_threads)
         self.radius, self.n_threads = radius, n_threads
         self._segments = np.ascontiguousarray(lines.segments, np.float32)
         x, y, z = map(float, eye)

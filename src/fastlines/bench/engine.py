@@ -113,7 +113,7 @@ def run_engine(
     """
     start = time.perf_counter()
     plan = replace(plan, method=plan.method or default_method())
-    version = embree.load() if plan.peer else None
+    version = embree.load(plan.n_threads) if plan.peer else None
     n_cells = sum(len(case.radii) for case in cases) * len(plan.kinds)
     built: list[Built] = []
     cells: list[Cell] = []

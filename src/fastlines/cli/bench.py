@@ -153,7 +153,7 @@ def engine(
     if peer == "embree":
         from ..bench.embree import load
 
-        load()
+        load(threads)
     given = {"n_rays": n_rays, "seconds": seconds, "rounds": rounds, "method": method}
     plan = replace(
         QUICK if quick else Plan(),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -55,6 +56,8 @@ def open_input(text: str, skip_invalid: bool = False) -> Source:
     if text.startswith(SCENE):
         scene = make_scene(text.removeprefix(SCENE))
         return Source(text, scene.lines, scene=scene)
+    if not text:
+        raise InputError("the name of a file is empty; expected a file of lines, a tree or a scene")
     path = Path(text)
     if path.suffix.lower() == TREE:
         tree = open_tree(text)
@@ -96,11 +99,13 @@ def make_scene(text: str) -> scenes.Scene:
     return scenes.make(name, *map(int, numbers))
 
 
-def check_output(path: str | None, *extensions: str) -> None:
-    """Refuse, before the work is done, a file that could not be written after it."""
+def check_output(path: str | None, *extensions: str, inputs: Sequence[str | None] = ()) -> None:
+    """Refuse, before the work is done, a file that could not be written after it, or that it is read from."""
     if path is None:
         return
     target = Path(path)
+    if any(text is not None and Path(text).resolve() == target.resolve() for text in inputs):
+        raise InputError(f"{path}: is read from; write to another file")
     if extensions and target.suffix.lower() not in extensions:
         expected = " or ".join(extensions)
         raise InputError(f"{path}: unknown extension {target.suffix or '(none)'!r} for the output; expected {expected}")

@@ -55,10 +55,10 @@ def query(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Ask what rays hit, with any radius, and write the answer as arrays.
+    r"""Ask what rays hit, with any radius, and write the answer as arrays.
 
     The file has the arrays t, prim, u and distance for the kinds first and all (and for all also offsets: the hits of
-    ray i are those from offsets[i] to offsets[i + 1]), hit for any, count for count.
+    ray i are those from offsets\[i] to offsets\[i + 1]), hit for any, count for count.
 
     [bold]Examples[/]
 
@@ -71,7 +71,7 @@ def query(
     from ..render.depth import check_size
     from .files import Source, check_output, open_tree, show_progress, write_npz
 
-    check_output(output, ".npz")
+    check_output(output, ".npz", inputs=(tree_file, rays))
     if kind not in KINDS:
         raise InputError(f"--kind {kind!r} is not a choice: use one of {', '.join(KINDS)}")
     if (rays is None) == (camera is None):
@@ -141,7 +141,8 @@ def read_rays(path: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     except InputError:
         raise
     except (ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path}: can not be read as an array of rays: {error}") from None
+        why = "it holds Python objects, not numbers" if "pickle" in str(error) else error
+        raise InputError(f"{path}: can not be read as an array of rays: {why}") from None
     if loaded.ndim != 2 or loaded.shape[1] != 6:
         raise InputError(f"{path}: has the shape {loaded.shape}; expected (n, 6): origin and direction of each ray")
     return np.asarray(loaded[:, :3]), np.asarray(loaded[:, 3:])

@@ -76,6 +76,8 @@ def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
     extension = Path(path.stem if packed else path.name).suffix.lower()
     if extension not in _READERS:
         known = ", ".join(_READERS)
+        if extension == ".flt":
+            raise FileFormatError(f"{path}: is a tree, not a file of lines; fl.load reads it")
         raise FileFormatError(
             f"{path}: unknown extension {extension or '(none)'!r}; known: {known}, each also with .gz; "
             "rename or convert the file"
