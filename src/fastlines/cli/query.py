@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import time
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -141,7 +142,7 @@ def read_rays(path: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     except InputError:
         raise
     except (ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
-        why = "it holds Python objects, not numbers" if "pickle" in str(error) else error
+        why = "it holds Python objects, not numbers" if re.search("pickle|objects", str(error)) else error
         raise InputError(f"{path}: can not be read as an array of rays: {why}") from None
     if loaded.ndim != 2 or loaded.shape[1] != 6:
         raise InputError(f"{path}: has the shape {loaded.shape}; expected (n, 6): origin and direction of each ray")
