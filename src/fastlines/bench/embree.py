@@ -107,7 +107,6 @@ def libraries() -> tuple[str, str]:
     return find("tbb"), embree
 
 
-@cache
 @contextmanager
 def _only_cores(n_cores: int) -> Iterator[None]:
     """Run on so many cores. A thread pool that begins here makes no more threads than that.
@@ -126,6 +125,7 @@ def _only_cores(n_cores: int) -> Iterator[None]:
         os.sched_setaffinity(0, before)
 
 
+@cache
 def load(n_threads: int = 1) -> str:
     """Load Embree, and tell its version.
 
