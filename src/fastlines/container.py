@@ -61,7 +61,7 @@ def read(path: str | os.PathLike[str]) -> tuple[dict[str, npt.NDArray[Any]], dic
     raw = np.memmap(path, np.uint8, "r")
     length = int.from_bytes(raw[:8].tobytes(), "little")
     if length > min(MAX_HEADER, size - 8):
-        raise FileFormatError(f"{path} does not begin as a tree file does; if it holds lines, fl.read reads it")
+        raise refuse("it does not begin as one (if it holds lines, fl.read reads it)")
     if (8 + length) % ALIGNMENT:
         raise refuse(f"its sections start at byte {8 + length}, which is not a multiple of {ALIGNMENT}")
     try:
