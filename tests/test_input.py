@@ -33,7 +33,7 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "segments 2d space": (lambda: fl.build(np.zeros((4, 2, 2))), ["(4, 2, 2)", "(n, 2, 3)"]),
     "segments empty, odd shape": (lambda: fl.build(np.zeros((0, 7))), ["(0, 7)", "(n, 2, 3)"]),
     "segments scalar": (lambda: fl.build(3.0), ["()", "(n, 2, 3)"]),
-    "segments text": (lambda: fl.build("hair.tfx"), ["segments", "numbers"]),
+    "segments text": (lambda: fl.build("hair.tfx"), ["segments", "fl.read"]),
     "segments of text": (lambda: fl.build([[["a"] * 3] * 2]), ["segments", "numbers"]),
     "segments None": (lambda: fl.build(None), ["segments", "numbers"]),
     "segments complex": (lambda: fl.build(ONE + 1j), ["segments", "complex"]),
