@@ -136,9 +136,9 @@ def _run(tree: Tree, rays: CameraRays, kind: Kind, radius: float, stride: int, m
         rows = directions[top : top + max_rows]
         hits: Any
         start = time.perf_counter()
-        hits = (
-            tree.first_hit(rays.origin, rows, radius) if kind == "first" else tree.all_hits(rays.origin, rows, radius)
-        )
+        # The trees themselves are compared, so they are searched as they were built.
+        ask = tree.first_hit if kind == "first" else tree.all_hits
+        hits = ask(rays.origin, rows, radius, kernel="binary")
         seconds += time.perf_counter() - start
         if kind == "first":
             values = np.stack([hits.t.view(np.uint32), hits.prim], axis=-1).astype(np.uint64)
