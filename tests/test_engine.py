@@ -64,6 +64,18 @@ def test_pictures_of_scenes(scene: str, rays: str) -> None:
                 assert_same(getattr(tree, query)(*asked, radius, **options(query), kernel=kernel), expected)
 
 
+@pytest.mark.parametrize("left_out", [(0, 0), (13, 0), (0, 29), (50, 67)])
+def test_pictures_that_begin_or_end_in_a_row(left_out: tuple[int, int]) -> None:
+    """Any part of a picture is a batch like others: its last row may be short, or its first."""
+    lines = fl.scenes.make("bun-hair", 300).lines
+    tree = fl.build(lines)
+    o, d = fl.scenes.make("bun-hair", 300).camera.rays(64, 41)
+    part = slice(left_out[0], len(o) - left_out[1])
+    for query in QUERIES:
+        expected = fl.brute_force(lines, o[part], d[part], 0.01, query=query, **options(query))
+        assert_same(getattr(tree, query)(o[part], d[part], 0.01, **options(query)), expected)
+
+
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
 @pytest.mark.parametrize("shift", [0.0, 1e4])
 def test_scaled_and_moved_scenes(scale: float, shift: float) -> None:

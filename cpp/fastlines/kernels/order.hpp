@@ -16,14 +16,15 @@ class RayOrder {
       n_groups_ = (n_rays_ + kLanes - 1) / kLanes;
       return;
     }
-    n_rows_ = n_rays_ / row_;
+    n_rows_ = (n_rays_ + row_ - 1) / row_;
     tiles_across_ = (row_ + kSide - 1) / kSide;
     n_groups_ = tiles_across_ * ((n_rows_ + kSide - 1) / kSide);
   }
 
   std::size_t n_groups() const { return n_groups_; }
 
-  /// The rays of a group, in place: at most 64; four tiles of four by four where the group is whole.
+  /// The rays of a group, in place: at most 64; four tiles of four by four where the group is whole. Beside a last row
+  /// that ends early there can be none.
   int group(std::size_t index, std::uint32_t* ids) const {
     int n = 0;
     if (row_ == 0) {
@@ -36,7 +37,7 @@ class RayOrder {
       for (std::size_t y = 0; y < kSide / 2; ++y)
         for (std::size_t x = 0; x < kSide / 2; ++x) {
           const std::size_t column = left + x + (quarter & 1) * kSide / 2, row = top + y + (quarter >> 1) * kSide / 2;
-          if (column < row_ && row < n_rows_) ids[n++] = std::uint32_t(row * row_ + column);
+          if (column < row_ && row * row_ + column < n_rays_) ids[n++] = std::uint32_t(row * row_ + column);
         }
     return n;
   }
@@ -60,9 +61,17 @@ class RayOrder {
     float steps[kLook];
     for (std::size_t i = 0; i < kLook; ++i) steps[i] = step(rays, i, i + 1);
     std::nth_element(steps, steps + kLook / 2, steps + kLook);
-    const float near = 4.0f * steps[kLook / 2];
-    for (std::size_t row = kLook; row <= std::min(rays.size() / 2, kLongest); ++row)
-      if (step(rays, 0, row) <= near && step(rays, row - 1, row) > near) return rays.size() % row == 0 ? row : 0;
+    const float pixel = steps[kLook / 2], near = 4.0f * pixel;
+    if (!(step(rays, 0, kLook) > 8.0f * pixel)) return 0;  // the first rays are no row: they go nowhere
+    const std::size_t longest = std::min(rays.size() / 2, kLongest);
+    for (std::size_t row = kLook; row <= longest; ++row) {
+      if (step(rays, 0, row) > near) continue;
+      // Some pixels further the ray is right below, if this is a picture.
+      std::size_t best = row;
+      for (std::size_t i = row; i <= std::min(row + 8, longest); ++i)
+        if (step(rays, 0, i) < step(rays, 0, best)) best = i;
+      return best;
+    }
     return 0;
   }
 

@@ -21,7 +21,7 @@ void run_job(const WideView& tree, const RayBatch& rays, Kernel kernel, const Jo
                    std::uint32_t ids[kLanes];
                    for (std::size_t i = chunk * per_chunk; i < std::min(n_groups, (chunk + 1) * per_chunk); ++i) {
                      progress.check();
-                     answerer->take(ids, order.group(i, ids));
+                     if (const int n = order.group(i, ids)) answerer->take(ids, n);
                    }
                    answerer->finish();
                    gather(answerer->job, chunk);

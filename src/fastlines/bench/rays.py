@@ -74,7 +74,8 @@ class RayBatch:
         if n_blocks * self.block >= len(self):
             return self.take(slice(0, n_rays))
         size = min(self.block, n_rays)
-        starts = np.linspace(0, len(self) - size, n_blocks + 2).astype(np.int64)[1:-1]
+        row = max(1, size // 8)
+        starts = np.linspace(0, len(self) - size, n_blocks + 2).astype(np.int64)[1:-1] // row * row
         return self.take((starts[:, None] + np.arange(size)).ravel())
 
 
