@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+import fastlines as fl
+
 Array = npt.NDArray[Any]
 Random = np.random.Generator
 
@@ -343,3 +345,19 @@ def cases(seed: int, n_segments: int = 40, n_rays: int = 45) -> dict[str, Case]:
 
 #: The names of all cases, for parametrised tests.
 NAMES = tuple(cases(0, 8, 9))
+
+
+def named_scene(name: str, n: int = 40) -> Any:
+    """Make a scene that is the same every time."""
+    return SCENES[name](np.random.default_rng(zlib.crc32(name.encode())), n).astype(np.float32)
+
+
+def triangles_on(ends: Any) -> fl.Triangles:
+    """Give each segment a third corner."""
+    third = ends[:, :1] + np.random.default_rng(1).normal(0, 0.3, (len(ends), 1, 3)).astype(np.float32)
+    return fl.Triangles(np.concatenate([ends, third], axis=1))
+
+
+def boxes_of(ends: Any) -> fl.Boxes:
+    """Bound each segment."""
+    return fl.Boxes(np.stack([ends.min(axis=1), ends.max(axis=1)], axis=1))

@@ -1,37 +1,16 @@
 """What is built is a tree: every method, and other settings, on nasty input."""
 
-import zlib
-from collections.abc import Callable, Iterator
-from typing import Any
-
 import numpy as np
 import pytest
-from nasty import SCENES
+from nasty import SCENES, boxes_of, named_scene, triangles_on
 
 import fastlines as fl
-
-Blame = set[tuple[int, str]]
-Broken = Iterator[tuple[fl.Tree, Blame]]
-Corruption = Callable[[fl.Tree], Broken]
-
-
-def scene(name: str, n: int = 40) -> Any:
-    return SCENES[name](np.random.default_rng(zlib.crc32(name.encode())), n).astype(np.float32)
-
-
-def triangles_on(ends: Any) -> fl.Triangles:
-    third = ends[:, :1] + np.random.default_rng(1).normal(0, 0.3, (len(ends), 1, 3)).astype(np.float32)
-    return fl.Triangles(np.concatenate([ends, third], axis=1))
-
-
-def boxes_of(ends: Any) -> fl.Boxes:
-    return fl.Boxes(np.stack([ends.min(axis=1), ends.max(axis=1)], axis=1))
 
 
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("method", fl.METHODS)
 def test_every_method_on_nasty_input(method, name):
-    ends = scene(name)
+    ends = named_scene(name)
     for geometry in (ends, triangles_on(ends), boxes_of(ends)):
         fl.build(geometry, method).validate()
 
@@ -50,7 +29,7 @@ def test_every_method_on_nasty_input(method, name):
     ids=lambda options: " ".join(options) + " " + options.get("boxes", ""),
 )
 def test_other_settings_on_nasty_input(options, name):
-    fl.build(scene(name), **options).validate()
+    fl.build(named_scene(name), **options).validate()
 
 
 def test_a_finely_cut_triangle():

@@ -1,32 +1,18 @@
 """`Tree.validate`: every tree that is built passes; every way to break one is named, with the node and the axiom."""
 
 import dataclasses
-import zlib
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-from nasty import SCENES
+from nasty import boxes_of, named_scene, triangles_on
 
 import fastlines as fl
 
 Blame = set[tuple[int, str]]
 Broken = Iterator[tuple[fl.Tree, Blame]]
 Corruption = Callable[[fl.Tree], Broken]
-
-
-def scene(name: str, n: int = 40) -> Any:
-    return SCENES[name](np.random.default_rng(zlib.crc32(name.encode())), n).astype(np.float32)
-
-
-def triangles_on(ends: Any) -> fl.Triangles:
-    third = ends[:, :1] + np.random.default_rng(1).normal(0, 0.3, (len(ends), 1, 3)).astype(np.float32)
-    return fl.Triangles(np.concatenate([ends, third], axis=1))
-
-
-def boxes_of(ends: Any) -> fl.Boxes:
-    return fl.Boxes(np.stack([ends.min(axis=1), ends.max(axis=1)], axis=1))
 
 
 # ---- Broken trees: one change each, at every node or reference where it can be made ----
@@ -314,7 +300,7 @@ CUT_ONLY = [plane_moved]
 
 @pytest.fixture(scope="module")
 def trees() -> dict[str, fl.Tree]:
-    ends = scene("crossing", 24)
+    ends = named_scene("crossing", 24)
     options: dict[str, Any] = {"cost": fl.Cost(c_trav=1.0)}
     return {
         "bvh-cl": fl.build(ends, "bvh-cl", **options),
@@ -366,7 +352,7 @@ def test_references_to_primitives_without_pieces(trees, name, how):
 
 @pytest.mark.parametrize("make", [lambda ends: ends, triangles_on, boxes_of], ids=["lines", "triangles", "boxes"])
 def test_a_single_leaf_that_forgets_a_reference(make):
-    tree = fl.build(make(scene("crossing", 24)), lookahead=0)
+    tree = fl.build(make(named_scene("crossing", 24)), lookahead=0)
     [(broken, _)] = reference_in_no_leaf(tree)
     with pytest.raises(fl.InvalidTreeError) as error:
         broken.validate()

@@ -125,8 +125,7 @@ void with_search(const Input<float>& data, const std::optional<Input<std::uint32
   if (nodes) {
     const auto all_nodes = rows<Node>(*nodes);
     const TreeSearch search{all_nodes, rows<Reference>(refs), segments, frame_of(all_nodes[0].box)};
-    return watch_if(n > kChunk || n * segments.size() > 10'000'000, progress,
-                    [&](Progress& watched) { run(search, watched); });
+    return watch_if(may_be_long(n, segments.size()), progress, [&](Progress& watched) { run(search, watched); });
   }
   const Box box = bounds_of_all(Segments{segments});
   const BruteForce search{segments, frame_of(box.is_empty() ? Box{{0, 0, 0}, {0, 0, 0}} : box)};

@@ -38,18 +38,20 @@ struct Question {
   Kernel kernel;
   unsigned n_threads;
   nb::object progress;
+  bool is_long;  // enough for Ctrl-C
 
   Question(const LayoutArrays& layout, const RayArrays& rays_, int kernel_, unsigned n_threads_, nb::object progress_)
       : tree(view_of(layout)),
         rays(batch_of(rays_)),
         kernel(Kernel(kernel_)),
         n_threads(n_threads_),
-        progress(std::move(progress_)) {}
+        progress(std::move(progress_)),
+        is_long(may_be_long(rays.size(), std::get<3>(layout).size() / 3)) {}
 
   /// Run a job whose answers go straight to their places.
   template <class Job>
   void run(const Job& job) const {
-    watch_if(rays.size() > kChunk, progress, [&](Progress& watched) {
+    watch_if(is_long, progress, [&](Progress& watched) {
       run_job(tree, rays, kernel, job, n_threads, watched, [](Job&, std::size_t) {});
     });
   }
@@ -57,7 +59,7 @@ struct Question {
   template <class Job>
   nb::tuple list(const Job& job, bool surface) const {
     std::optional<PendingLists> lists;
-    watch_if(rays.size() > kChunk, progress,
+    watch_if(is_long, progress,
              [&](Progress& watched) { lists = run_lists(tree, rays, kernel, job, n_threads, watched); });
     return placed(*lists, surface, n_threads);
   }

@@ -61,6 +61,11 @@ void watch(Job&& job, nanobind::object callback) {
   if (error) std::rethrow_exception(error);
 }
 
+/// Whether somebody may want to press Ctrl-C: there are many rays, or each may have much to meet.
+inline bool may_be_long(std::size_t n_rays, std::size_t n_things) {
+  return n_rays > 256 || n_rays * n_things > 10'000'000;
+}
+
 /// Work that may be over before anyone could press Ctrl-C is done at once, on the calling thread.
 template <class Job>
 void watch_if(bool is_long, const nanobind::object& callback, Job&& job) {

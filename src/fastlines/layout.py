@@ -22,6 +22,10 @@ class Layout:
 
     Attributes
     ----------
+    lines : Lines
+        What the tree is over.
+    box : (2, 3) float32
+        Their bounds.
     nodes, leaves : (n, 128) uint8
         Blocks of 128 bytes.
     refs : (n, 3) uint32

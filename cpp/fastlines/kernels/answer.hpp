@@ -26,7 +26,7 @@ class Answerer {
 
   /// Answer the rays with these numbers, at most 64; those that go alone may stay unanswered until `finish`.
   void take(const std::uint32_t* ids, int n) {
-    rays_.fill(batch_, tree_.frame, n, [ids](int i) { return ids[i]; });
+    rays_.fill(batch_, tree_.frame, n, ids);
     if (kernel_ == Kernel::single || kernel_ == Kernel::wave) return alone(0, n);
     const int end = (n + kWidth - 1) / kWidth * kWidth;
     if (suits(0, end)) return together(0, end);

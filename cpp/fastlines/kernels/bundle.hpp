@@ -101,7 +101,6 @@ struct Bundle {
 template <class Collector>
 void search_bundle(const WideView& tree, const RayLanes& rays, const Bundle& bundle, Collector& collector, Stack& stack,
                    SeenSet& seen) {
-  alignas(64) float enter[kWidth];
   float deepest = bundle.deepest(collector.limit);
   seen.clear();
 
@@ -122,20 +121,13 @@ void search_bundle(const WideView& tree, const RayLanes& rays, const Bundle& bun
       if (hit) collector.take(rays, first, hit, approach, prim);
     }
   };
-  const auto visit_node = [&](const WideNode& node) {
-    Float16 near;
-    const std::uint32_t lanes = cull_node(bundle.axis, node, deepest, near);
-    if (lanes == 0) return;
-    near.store(enter);
-    stack.push(node, lanes, enter);
-  };
   stack.clear();
-  visit_node(tree.nodes[0]);
+  stack.visit(tree.nodes[0], bundle.axis, deepest);
   while (!stack.empty()) {
     const auto [child, at] = stack.pop();
     if (!(at <= deepest)) continue;
     if (!(child & kLeaf)) {
-      visit_node(tree.nodes[child]);
+      stack.visit(tree.nodes[child], bundle.axis, deepest);
       continue;
     }
     const WideLeaf& leaf = tree.leaves[child & ~kLeaf];

@@ -157,21 +157,18 @@ struct AllCollector {
   }
 
   void take(const RayLanes&, int first, std::uint32_t hit, const Approach<Float16>& approach, std::uint32_t prim) {
-    if (pending.size() < n + kWidth) pending.resize(2 * n + 1024);
-    alignas(64) float t[kWidth], s[kWidth], dist2[kWidth];
-    approach.t.store(t);
-    approach.s.store(s);
-    approach.dist2.store(dist2);
-    Pending* to = pending.data() + n;
-    for (; hit; hit &= hit - 1) {
-      const auto lane = std::uint32_t(std::countr_zero(hit));
-      *to++ = {std::uint32_t(first) + lane, prim, t[lane], s[lane], dist2[lane]};
-    }
-    n = std::size_t(to - pending.data());
+    append(hit, approach, [=](int j) { return std::pair{std::uint32_t(first + j), prim}; });
   }
 
   /// The same for one ray and sixteen segments.
   void take_of_ray(int lane, std::uint32_t hit, const Approach<Float16>& approach, const std::uint32_t* prims) {
+    append(hit, approach, [=](int j) { return std::pair{std::uint32_t(lane), prims[j]}; });
+  }
+
+ private:
+  /// name(j) tells which ray and which primitive met in lane j.
+  template <class Name>
+  void append(std::uint32_t hit, const Approach<Float16>& approach, Name&& name) {
     if (pending.size() < n + kWidth) pending.resize(2 * n + 1024);
     alignas(64) float t[kWidth], s[kWidth], dist2[kWidth];
     approach.t.store(t);
@@ -179,7 +176,8 @@ struct AllCollector {
     approach.dist2.store(dist2);
     for (; hit; hit &= hit - 1) {
       const int j = std::countr_zero(hit);
-      pending[n++] = {std::uint32_t(lane), prims[j], t[j], s[j], dist2[j]};
+      const auto [lane, prim] = name(j);
+      pending[n++] = {lane, prim, t[j], s[j], dist2[j]};
     }
   }
 };

@@ -17,11 +17,10 @@ struct alignas(64) RayLanes {
   std::uint32_t id[kLanes];
 
   /// Prepare the rays with these numbers, 1 to 64.
-  template <class Id>
-  void fill(const RayBatch& rays, const Frame& frame, int n_rays, Id&& id_of) {
+  void fill(const RayBatch& rays, const Frame& frame, int n_rays, const std::uint32_t* ids) {
     n = n_rays;
     per_scale = 1.0 / frame.scale;
-    for (int i = 0; i < n; ++i) id[i] = std::uint32_t(id_of(i));
+    std::copy_n(ids, n, id);
     const int padded = (n + kWidth - 1) / kWidth * kWidth;
     for (int i = n; i < padded; ++i) id[i] = id[n - 1];
     float from[3][kLanes], along[3][kLanes], start[kLanes], stop[kLanes], reach[kLanes];

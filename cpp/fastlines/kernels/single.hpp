@@ -9,21 +9,13 @@ namespace fastlines {
 template <class Sink>
 void search_single(const WideView& tree, const Ray& ray, Sink& sink, Stack& stack) {
   const CullRay cull(ray);
-  alignas(64) float enter[kWidth];
-  const auto visit_node = [&](const WideNode& node) {
-    Float16 near;
-    const std::uint32_t lanes = cull_node(cull, node, sink.limit, near);
-    if (lanes == 0) return;
-    near.store(enter);
-    stack.push(node, lanes, enter);
-  };
   stack.clear();
-  visit_node(tree.nodes[0]);
+  stack.visit(tree.nodes[0], cull, sink.limit);
   while (!stack.empty()) {
     const auto [child, at] = stack.pop();
     if (!(at <= sink.limit)) continue;
     if (!(child & kLeaf)) {
-      visit_node(tree.nodes[child]);
+      stack.visit(tree.nodes[child], cull, sink.limit);
       continue;
     }
     const WideLeaf& leaf = tree.leaves[child & ~kLeaf];

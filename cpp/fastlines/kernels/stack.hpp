@@ -21,7 +21,17 @@ class Stack {
   void clear() { size_ = 0; }
   Waiting pop() { return waiting_[--size_]; }
 
-  /// Put the children in these lanes on the stack, the nearest on top.
+  /// Put the children of a node that the ray may meet before the limit on the stack, the nearest on top.
+  void visit(const WideNode& node, const CullRay& ray, float limit) {
+    Float16 near;
+    const std::uint32_t lanes = cull_node(ray, node, limit, near);
+    if (lanes == 0) return;
+    alignas(64) float enter[kWidth];
+    near.store(enter);
+    push(node, lanes, enter);
+  }
+
+ private:
   void push(const WideNode& node, std::uint32_t lanes, const float* enter) {
     if (waiting_.size() < size_ + kWidth) waiting_.resize(2 * (size_ + kWidth));
     Waiting* const bottom = waiting_.data() + size_;
@@ -38,7 +48,6 @@ class Stack {
     size_ += std::size_t(top - bottom);
   }
 
- private:
   std::vector<Waiting> waiting_;
   std::size_t size_ = 0;
 };
