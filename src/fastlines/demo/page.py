@@ -83,7 +83,8 @@ def _legend(result: Result) -> str:
 <dl>{methods}</dl>
 <p>The <b>cost</b> is the thesis’s (§3.3): what a random line through the scene is expected to meet, with
 c_prim = 1, and c_trav = 2 for a BVH, 0.6 for a KD tree. Times are for {rays} × {rays} = {rays**2:,} camera rays:
-milliseconds, and below them millions of rays a second. <b>First</b> finds the nearest line, <b>All</b> lists every
+milliseconds, and below them millions of rays a second (a longer bar is faster).
+<b>First</b> finds the nearest line, <b>All</b> lists every
 line that is hit. Lines have the radius {radii}; no tree is built again for another radius.</p>
 </section>"""
 
