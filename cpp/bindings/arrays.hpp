@@ -5,15 +5,11 @@
 #include <nanobind/ndarray.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
-#include <new>
 #include <span>
 #include <vector>
 
-#if __has_include(<sys/mman.h>)
-#include <sys/mman.h>
-#endif
+#include "fastlines/query/memory.hpp"
 
 namespace fastlines {
 
@@ -27,18 +23,6 @@ using Output = nanobind::ndarray<nanobind::numpy, Scalar>;
 template <class Row, class Scalar>
 std::span<const Row> rows(const Input<Scalar>& array) {
   return {reinterpret_cast<const Row*>(array.data()), array.size() * sizeof(Scalar) / sizeof(Row)};
-}
-
-/// Memory as large answers and the blocks of a layout want it: aligned, and in huge pages where that saves faults.
-inline void* allocate(std::size_t n_bytes) {
-  constexpr std::size_t kBlock = 128, kHuge = std::size_t(1) << 21;
-  const std::size_t alignment = n_bytes >= 2 * kHuge ? kHuge : kBlock;
-  void* const data = std::aligned_alloc(alignment, (n_bytes / alignment + 1) * alignment);
-  if (!data) throw std::bad_alloc();
-#ifdef MADV_HUGEPAGE
-  if (alignment == kHuge) madvise(data, n_bytes, MADV_HUGEPAGE);  // a hint: if it is refused, nothing is lost
-#endif
-  return data;
 }
 
 /// An array of `n` rows of `width` numbers that owns its memory; width 0 gives one dimension.

@@ -5,9 +5,9 @@
 // their answers.
 #pragma once
 
-#include "bundle.hpp"
 #include "single.hpp"
 #include "stream.hpp"
+#include "thick.hpp"
 #include "wave.hpp"
 
 namespace fastlines {
@@ -16,7 +16,7 @@ namespace fastlines {
 enum class Kernel { automatic, single, wave, bundle };
 
 /// Bundles may spread so far, in mean extents of a leaf: beyond, they meet too much that none of their rays meets.
-inline constexpr float kSpread = 0.8f;
+inline constexpr float kSpread = 1.6f;
 
 template <class Job>
 class Answerer {
@@ -51,7 +51,7 @@ class Answerer {
 
   void together(int first, int end) {
     job.begin(collector_, rays_);
-    search_bundle(tree_, rays_, bundle_, collector_, stack_, seen_);
+    thick_.search(rays_, bundle_, collector_);
     job.take(rays_, collector_, first, std::min(end, rays_.n));
   }
 
@@ -81,7 +81,7 @@ class Answerer {
   RayLanes rays_;
   Bundle bundle_;
   Stack stack_;
-  SeenSet seen_;
+  ThickSearch thick_{tree_};
   typename Job::Collector collector_;
   Wave<typename Job::Sink> wave_{tree_};
   Stream stream_{tree_};

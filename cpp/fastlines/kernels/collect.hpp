@@ -140,15 +140,12 @@ struct CountCollector {
   }
 };
 
-/// All hits, by closest approach.
+/// All hits, by closest approach, in no order.
 struct AllCollector {
   alignas(64) float limit[kLanes];
   bool closer = false;
-  struct Pending {
-    std::uint32_t lane, prim;
-    float t, s, dist2;
-  };
-  std::vector<Pending> pending;
+  std::vector<float> t, s, dist2;
+  std::vector<std::uint32_t> lane, prim;
   std::size_t n = 0;
 
   void begin(const RayLanes& rays) {
@@ -156,29 +153,31 @@ struct AllCollector {
     n = 0;
   }
 
-  void take(const RayLanes&, int first, std::uint32_t hit, const Approach<Float16>& approach, std::uint32_t prim) {
-    append(hit, approach, [=](int j) { return std::pair{std::uint32_t(first + j), prim}; });
+  void take(const RayLanes&, int first, std::uint32_t hit, const Approach<Float16>& approach, std::uint32_t prim_) {
+    append(hit, approach);
+    pack_numbers(hit, std::uint32_t(first), lane.data() + n);
+    std::fill_n(prim.data() + n, kWidth, prim_);
+    n += std::size_t(std::popcount(hit));
   }
 
   /// The same for one ray and sixteen segments.
-  void take_of_ray(int lane, std::uint32_t hit, const Approach<Float16>& approach, const std::uint32_t* prims) {
-    append(hit, approach, [=](int j) { return std::pair{std::uint32_t(lane), prims[j]}; });
+  void take_of_ray(int lane_, std::uint32_t hit, const Approach<Float16>& approach, const std::uint32_t* prims) {
+    append(hit, approach);
+    std::fill_n(lane.data() + n, kWidth, std::uint32_t(lane_));
+    for (; hit; hit &= hit - 1) prim[n++] = prims[std::countr_zero(hit)];
   }
 
  private:
-  /// name(j) tells which ray and which primitive met in lane j.
-  template <class Name>
-  void append(std::uint32_t hit, const Approach<Float16>& approach, Name&& name) {
-    if (pending.size() < n + kWidth) pending.resize(2 * n + 1024);
-    alignas(64) float t[kWidth], s[kWidth], dist2[kWidth];
-    approach.t.store(t);
-    approach.s.store(s);
-    approach.dist2.store(dist2);
-    for (; hit; hit &= hit - 1) {
-      const int j = std::countr_zero(hit);
-      const auto [lane, prim] = name(j);
-      pending[n++] = {lane, prim, t[j], s[j], dist2[j]};
+  void append(std::uint32_t hit, const Approach<Float16>& approach) {
+    if (t.size() < n + 2 * kWidth)
+      for (auto* floats : {&t, &s, &dist2}) floats->resize(2 * n + 1024);
+    if (lane.size() < t.size()) {
+      lane.resize(t.size());
+      prim.resize(t.size());
     }
+    pack(hit, approach.t, t.data() + n);
+    pack(hit, approach.s, s.data() + n);
+    pack(hit, approach.dist2, dist2.data() + n);
   }
 };
 

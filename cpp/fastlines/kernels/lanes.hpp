@@ -10,6 +10,7 @@ inline constexpr int kLanes = 64;
 struct alignas(64) RayLanes {
   float o[3][kLanes], u[3][kLanes], v[3][kLanes], r[3][kLanes];
   float t_min[kLanes], t_max[kLanes], radius[kLanes], radius2[kLanes], eps[kLanes], margin[kLanes];
+  float reach[kLanes];  // radius + eps
   float t_min_given[kLanes], t_max_given[kLanes];
   double t0[kLanes], per_length[kLanes];
   double per_scale;
@@ -23,7 +24,7 @@ struct alignas(64) RayLanes {
     std::copy_n(ids, n, id);
     const int padded = (n + kWidth - 1) / kWidth * kWidth;
     for (int i = n; i < padded; ++i) id[i] = id[n - 1];
-    float from[3][kLanes], along[3][kLanes], start[kLanes], stop[kLanes], reach[kLanes];
+    float from[3][kLanes], along[3][kLanes], start[kLanes], stop[kLanes], near[kLanes];
     for (int i = 0; i < padded; ++i) {
       for (int k = 0; k < 3; ++k) {
         from[k][i] = rays.origins[id[i]][k];
@@ -31,7 +32,7 @@ struct alignas(64) RayLanes {
       }
       start[i] = RayBatch::pick(rays.t_min, id[i]);
       stop[i] = RayBatch::pick(rays.t_max, id[i]);
-      reach[i] = RayBatch::pick(rays.radius, id[i]);
+      near[i] = RayBatch::pick(rays.radius, id[i]);
     }
     const Frame here = frame;  // a copy, so that nothing written can alias it
     for (int i = 0; i < padded; ++i)
@@ -39,7 +40,7 @@ struct alignas(64) RayLanes {
                       {along[0][i], along[1][i], along[2][i]},
                       start[i],
                       stop[i],
-                      reach[i]},
+                      near[i]},
                      here));
   }
 
@@ -55,6 +56,7 @@ struct alignas(64) RayLanes {
     radius[i] = ray.radius;
     radius2[i] = ray.radius2;
     eps[i] = ray.eps;
+    reach[i] = ray.radius + ray.eps;
     margin[i] = ray.margin;
     t_min_given[i] = ray.t_min_given;
     t_max_given[i] = ray.t_max_given;

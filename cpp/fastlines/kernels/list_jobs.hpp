@@ -2,6 +2,7 @@
 #pragma once
 
 #include "jobs.hpp"
+#include "places.hpp"
 
 namespace fastlines {
 
@@ -18,34 +19,45 @@ struct AllJob {
   void begin(Collector& collector, const RayLanes& rays) const { collector.begin(rays); }
 
   void take(const RayLanes& rays, const Collector& found, int first, int end) {
-    // Count, and put each hit into its ray's run, in order: runs are short, and hits come nearly in order.
-    std::uint32_t n_hits[kLanes] = {};
-    const std::span pending(found.pending.data(), found.n);
-    for (const auto& one : pending) ++n_hits[one.lane];
+    // Each ray's hits in a row.
+    std::uint32_t begin[kLanes + 1] = {}, next[kLanes];
+    for (std::size_t j = 0; j < found.n; ++j) ++begin[found.lane[j] + 1];
+    for (int i = 0; i < kLanes; ++i) {
+      next[i] = begin[i];
+      begin[i + 1] += begin[i];
+    }
+    if (order_.size() < found.n) order_.resize(2 * found.n);
+    for (std::size_t j = 0; j < found.n; ++j) order_[next[found.lane[j]]++] = std::uint32_t(j);
     const std::size_t before = lists.hits.size();
     lists.hits.resize(before + found.n);
-    PackedHit *begin[kLanes], *to[kLanes];
-    PackedHit* next = lists.hits.data() + before;
     for (int i = first; i < end; ++i) {
-      lists.runs.push_back({rays.id[i], n_hits[i]});
-      begin[i] = to[i] = next;
-      next += n_hits[i];
+      const std::uint32_t n = begin[i + 1] - begin[i];
+      lists.runs.push_back({rays.id[i], n});
+      if (n) sort(rays, i, found, order_.data() + begin[i], n, lists.hits.data() + before + begin[i]);
     }
-    for (const auto& one : pending) {
-      const auto i = int(one.lane);
-      const float distance = float(std::sqrt(one.dist2) * rays.per_scale);
-      const PackedHit hit{rays.t_given(i, one.t), one.s, distance, 0.0f, one.prim};
-      PackedHit* place = to[i]++;
-      if (n_hits[i] <= kShort)
-        for (; place > begin[i] && hit < place[-1]; --place) *place = place[-1];
-      *place = hit;
-    }
-    for (int i = first; i < end; ++i)
-      if (n_hits[i] > kShort) std::sort(begin[i], to[i]);
   }
 
  private:
-  static constexpr std::uint32_t kShort = 32;
+  std::vector<std::uint32_t> order_;
+  Places places_;
+
+  /// The hits of ray i in the caller's terms, sorted.
+  void sort(const RayLanes& rays, int i, const Collector& found, const std::uint32_t* of_ray, std::uint32_t n,
+            PackedHit* to) {
+    float* const t = places_.numbers(n);
+    for (std::uint32_t j = 0; j < n; ++j) t[j] = found.t[of_ray[j]];
+    for (std::uint32_t j = 0; j < n; j += kWidth)
+      for (std::uint32_t k = j; k < j + kWidth; ++k) t[k] = rays.t_given(i, t[k]);
+    const std::uint32_t* const place = places_.sort(n);
+    for (std::uint32_t j = 0; j < n; ++j) {
+      const std::uint32_t from = of_ray[j];
+      const float distance = float(std::sqrt(found.dist2[from]) * rays.per_scale);
+      to[place[j]] = {t[j], found.s[from], distance, 0.0f, found.prim[from]};
+    }
+    bool tie = false;  // then the lower id comes first
+    for (std::uint32_t j = 1; j < n; ++j) tie |= to[j].t == to[j - 1].t;
+    if (tie) std::sort(to, to + n);
+  }
 };
 
 /// Hits that are described one by one: all of them where the ray enters their capsules, or the k nearest.

@@ -45,13 +45,10 @@ class RayOrder {
  private:
   static constexpr std::size_t kSide = 8;
 
-  /// How different two rays are.
+  /// How different two rays are. Euclidean, so that the ray right below is nearer than those beside it.
   static float step(const RayBatch& rays, std::size_t i, std::size_t j) {
-    float largest = 0.0f;
-    for (int k = 0; k < 3; ++k)
-      largest = std::max({largest, std::abs(rays.origins[i][k] - rays.origins[j][k]),
-                          std::abs(rays.directions[i][k] - rays.directions[j][k])});
-    return largest;
+    const Vec3 o = rays.origins[i] - rays.origins[j], d = rays.directions[i] - rays.directions[j];
+    return std::sqrt(dot(o, o)) + std::sqrt(dot(d, d));
   }
 
   /// The length of a row of pixels, or 0 if the rays look like no picture.

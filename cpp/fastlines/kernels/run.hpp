@@ -18,10 +18,15 @@ void run_job(const WideView& tree, const RayBatch& rays, Kernel kernel, const Jo
   for_each_chunk((n_groups + per_chunk - 1) / per_chunk, n_threads, progress,
                  [&] { return std::make_unique<Answerer<Job>>(tree, rays, kernel, job); },
                  [&](auto& answerer, std::size_t chunk) {
-                   std::uint32_t ids[kLanes];
-                   for (std::size_t i = chunk * per_chunk; i < std::min(n_groups, (chunk + 1) * per_chunk); ++i) {
+                   const std::size_t begin = chunk * per_chunk, end = std::min(n_groups, begin + per_chunk);
+                   std::uint32_t ids[2][kLanes];  // those of one group, and of the next
+                   int n = order.group(begin, ids[begin % 2]);
+                   for (std::size_t i = begin; i < end; ++i) {
                      progress.check();
-                     if (const int n = order.group(i, ids)) answerer->take(ids, n);
+                     const int n_next = i + 1 < end ? order.group(i + 1, ids[(i + 1) % 2]) : 0;
+                     rays.fetch(ids[(i + 1) % 2], n_next);
+                     if (n) answerer->take(ids[i % 2], n);
+                     n = n_next;
                    }
                    answerer->finish();
                    gather(answerer->job, chunk);

@@ -16,12 +16,22 @@ class SeenSet {
     }
   }
 
-  /// Put a primitive in; false if it was there.
-  bool insert(std::uint32_t prim) {
-    if (2 * (size_ + 1) > slots_.size()) grow();
-    if (!put(prim)) return false;
-    ++size_;
-    return true;
+  /// Room for so many more.
+  void reserve(std::size_t more) {
+    while (2 * (size_ + more) > slots_.size()) grow();
+  }
+
+  /// Put a primitive in, for which there is room; false if it was there.
+  [[gnu::always_inline]] bool insert(std::uint32_t prim) {
+    Slot* const slots = slots_.data();
+    const std::size_t mask = slots_.size() - 1;
+    const Slot wanted{prim, epoch_};
+    std::size_t i = (prim * 0x9e37'79b9u >> 8) & mask;
+    while (slots[i].epoch == wanted.epoch && slots[i].prim != prim) i = (i + 1) & mask;
+    const bool fresh = slots[i].epoch != wanted.epoch;
+    slots[i] = wanted;
+    size_ += fresh;
+    return fresh;
   }
 
  private:
@@ -29,20 +39,12 @@ class SeenSet {
     std::uint32_t prim = 0, epoch = 0;
   };
 
-  bool put(std::uint32_t prim) {
-    const std::size_t mask = slots_.size() - 1;
-    std::size_t i = (prim * 0x9e37'79b9u >> 8) & mask;
-    for (; slots_[i].epoch == epoch_; i = (i + 1) & mask)
-      if (slots_[i].prim == prim) return false;
-    slots_[i] = {prim, epoch_};
-    return true;
-  }
-
   void grow() {
     std::vector<Slot> old(std::max<std::size_t>(256, 2 * slots_.size()));
     old.swap(slots_);
+    size_ = 0;
     for (const Slot& slot : old)
-      if (slot.epoch == epoch_) put(slot.prim);
+      if (slot.epoch == epoch_) insert(slot.prim);
   }
 
   std::vector<Slot> slots_;

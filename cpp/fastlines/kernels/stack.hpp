@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "cull.hpp"
+#include "tally.hpp"
 
 namespace fastlines {
 
@@ -23,16 +24,22 @@ class Stack {
 
   /// Put the children of a node that the ray may meet before the limit on the stack, the nearest on top.
   void visit(const WideNode& node, const CullRay& ray, float limit) {
-    Float16 near;
-    const std::uint32_t lanes = cull_node(ray, node, limit, near);
-    if (lanes == 0) return;
-    alignas(64) float enter[kWidth];
-    near.store(enter);
+    tally(&Steps::nodes);
+    Float16 enter;
+    const std::uint32_t lanes = cull_node(ray, node, limit, enter);
     push(node, lanes, enter);
   }
 
- private:
-  void push(const WideNode& node, std::uint32_t lanes, const float* enter) {
+  void push(Waiting waiting) {
+    if (waiting_.size() == size_) waiting_.resize(2 * (size_ + kWidth));
+    waiting_[size_++] = waiting;
+  }
+
+  /// The children in these lanes, the nearest on top.
+  void push(const WideNode& node, std::uint32_t lanes, const Float16& enters) {
+    if (lanes == 0) return;
+    alignas(64) float enter[kWidth];
+    enters.store(enter);
     if (waiting_.size() < size_ + kWidth) waiting_.resize(2 * (size_ + kWidth));
     Waiting* const bottom = waiting_.data() + size_;
     Waiting* top = bottom;
@@ -48,6 +55,7 @@ class Stack {
     size_ += std::size_t(top - bottom);
   }
 
+ private:
   std::vector<Waiting> waiting_;
   std::size_t size_ = 0;
 };

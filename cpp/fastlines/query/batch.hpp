@@ -23,6 +23,14 @@ struct RayBatch {
     return {origins[i], directions[i], pick(t_min, i), pick(t_max, i), pick(radius, i)};
   }
 
+  /// Ask for the memory of these rays before it is needed.
+  void fetch(const std::uint32_t* ids, int n) const {
+    for (int i = 0; i < n; ++i) {
+      __builtin_prefetch(&origins[ids[i]]);
+      __builtin_prefetch(&directions[ids[i]]);
+    }
+  }
+
   static float pick(std::span<const float> values, std::size_t i) { return values[values.size() == 1 ? 0 : i]; }
 };
 

@@ -3,9 +3,10 @@
 #pragma once
 
 #include <algorithm>
-#include <memory>
+#include <cstring>
 
 #include "batch.hpp"
+#include "memory.hpp"
 
 namespace fastlines {
 
@@ -58,7 +59,9 @@ class PendingLists {
   /// Take the lists of a chunk; they are empty afterwards, but keep their memory.
   void take(std::size_t chunk, HitLists& lists) {
     for (const HitLists::Run& run : lists.runs) offsets_[run.ray + 1] = run.n_hits;
-    chunks_[chunk] = lists;  // a copy has no spare memory
+    const std::size_t n_bytes = lists.hits.size() * sizeof(PackedHit);
+    chunks_[chunk] = {lists.runs, arena_->take(n_bytes)};
+    if (n_bytes) std::memcpy(chunks_[chunk].hits.get(), lists.hits.data(), n_bytes);
     lists.runs.clear();
     lists.hits.clear();
   }
@@ -77,7 +80,7 @@ class PendingLists {
     for_each_chunk(
         chunks_.size(), n_threads, unwatched, [] { return 0; },
         [&](int, std::size_t chunk) {
-          const PackedHit* hit = chunks_[chunk].hits.data();
+          const auto* hit = reinterpret_cast<const PackedHit*>(chunks_[chunk].hits.get());
           for (const HitLists::Run& run : chunks_[chunk].runs) {
             auto i = std::size_t(offsets_[run.ray]);
             for (std::uint32_t n = run.n_hits; n > 0; --n) to.set(i++, *hit++);
@@ -87,8 +90,13 @@ class PendingLists {
   }
 
  private:
+  struct Chunk {
+    std::vector<HitLists::Run> runs;
+    std::shared_ptr<std::byte> hits;
+  };
   std::vector<std::int64_t> offsets_;
-  std::vector<HitLists> chunks_;
+  std::vector<Chunk> chunks_;
+  std::unique_ptr<Arena> arena_ = std::make_unique<Arena>();
 };
 
 /// What the sinks that make(ray) gives have listed for each ray.

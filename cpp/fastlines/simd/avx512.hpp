@@ -57,6 +57,7 @@ inline void pack_numbers(std::uint32_t bits, std::uint32_t base, std::uint32_t* 
 /// The least of all lanes.
 inline float least(Float16 x) { return _mm512_reduce_min_ps(x.a); }
 
+inline Float16 sqrt(Float16 x) { return _mm512_sqrt_ps(x.a); }
 inline Float16 abs(Float16 x) { return _mm512_abs_ps(x.a); }
 
 }  // namespace fastlines

@@ -148,6 +148,11 @@ inline float least(Float16 x) {
   return two[0] < two[1] ? two[0] : two[1];
 }
 
+inline Float16 sqrt(Float16 x) {
+  for (Quad& quad : x.v)
+    for (int i = 0; i < 4; ++i) quad[i] = std::sqrt(quad[i]);
+  return x;
+}
 inline Float16 abs(Float16 x) {
   const auto each = [](Quad a) { return Quad(IntQuad(a) & 0x7fff'ffff); };
   return {each(x.v[0]), each(x.v[1]), each(x.v[2]), each(x.v[3])};
