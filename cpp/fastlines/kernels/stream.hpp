@@ -7,6 +7,7 @@
 #include "collect.hpp"
 #include "cull.hpp"
 #include "fetch.hpp"
+#include "tally.hpp"
 
 namespace fastlines {
 
@@ -67,6 +68,7 @@ class Stream {
     taken_.what.assign(nodes_.what.begin() + std::ptrdiff_t(begin), nodes_.what.begin() + std::ptrdiff_t(begin + n));
     taken_.ray.assign(nodes_.ray.begin() + std::ptrdiff_t(begin), nodes_.ray.begin() + std::ptrdiff_t(begin + n));
     nodes_.n = begin;
+    tally(&Steps::nodes, n);
     nodes_.reserve((n + 1) * kWidth);
     leaves_.reserve((n + 1) * kWidth);
     for (std::size_t j = 0; j < n; ++j) {
@@ -84,6 +86,7 @@ class Stream {
   template <class Collector>
   void test_leaves(const RayLanes& rays, Collector& collector) {
     const std::size_t n = leaves_.size();
+    tally(&Steps::leaves, n);
     survivors_.reserve((n + 1) * kWidth);
     LeafPlace places[kAhead];
     for (std::size_t begin = 0; begin < n; begin += kAhead) {
@@ -104,6 +107,7 @@ class Stream {
   void test_survivors(const RayLanes& rays, Collector& collector) {
     // Sort by ray; begin[i] becomes where ray i's are.
     const std::size_t n = survivors_.size();
+    tally(&Steps::pieces, n);
     std::uint32_t begin[kLanes + 1] = {};
     for (std::size_t j = 0; j < n; ++j) {
       __builtin_prefetch(tree_.refs + survivors_.what[j]);
@@ -131,6 +135,7 @@ class Stream {
     std::uint32_t prims[kWidth];
     for (; begin < end; begin += kWidth) {
       const int n = int(std::min<std::size_t>(end - begin, kWidth));
+      tally(&Steps::packs);
       for (int j = 0; j < n; ++j) {
         const Reference& ref = tree_.refs[sorted_[begin + std::size_t(j)]];
         const Segment& segment = tree_.segments[ref.prim];

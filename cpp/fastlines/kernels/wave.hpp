@@ -15,19 +15,22 @@
 #include "../query/search.hpp"
 #include "cull.hpp"
 #include "fetch.hpp"
+#include "tally.hpp"
 
 namespace fastlines {
 
 template <class Sink>
 class Wave {
  public:
-  explicit Wave(const WideView& tree) : tree_(tree), slots_(kSlots) {}
+  explicit Wave(const WideView& tree) : tree_(tree), slots_(kSlots) {
+    for (int i = 0; i < kSlots; ++i) which_[i] = std::uint32_t(i);
+  }
 
   /// Take a ray in; done(tag, sink) is called for rays that are finished.
   template <class Done>
   void add(const Ray& ray, const Sink& sink, std::uint32_t tag, Done&& done) {
     while (n_ == kSlots) step(done);
-    Slot& slot = slots_[std::size_t(n_++)];
+    Slot& slot = slot_of(n_++);
     slot.ray = ray;
     slot.cull = CullRay(ray);
     slot.sink.emplace(sink);
@@ -89,7 +92,7 @@ class Wave {
     of_leaf_.resize(leaf_.size());
     std::size_t n_leaves = 0;
     for (int i = 0; i < n_; ++i) {
-      Slot& slot = slots_[std::size_t(i)];
+      Slot& slot = slot_of(i);
       const WideNode& node = tree_.nodes[slot.node];
       Float16 near;
       const std::uint32_t lanes = cull_node(slot.cull, node, slot.sink->limit, near);
@@ -99,7 +102,7 @@ class Wave {
       pack_numbers(inner, node.first_inner, slot.child.data() + kWidth + slot.size);
       slot.size += std::size_t(std::popcount(inner));
       pack_numbers(leaves, node.first_leaf - node.n_inner, leaf_.data() + n_leaves);
-      for (int k = 0; k < kWidth; ++k) of_leaf_[n_leaves + std::size_t(k)] = std::uint32_t(i);
+      for (int k = 0; k < kWidth; ++k) of_leaf_[n_leaves + std::size_t(k)] = which_[i];
       n_leaves += std::size_t(std::popcount(leaves));
     }
 
@@ -118,6 +121,10 @@ class Wave {
       n_refs += std::size_t(std::popcount(lanes));
     }
 
+    tally(&Steps::nodes, std::uint64_t(n_));
+    tally(&Steps::leaves, n_leaves);
+    tally(&Steps::pieces, n_refs);
+
     // C: survivors.
     for (std::size_t j = 0; j < n_refs; ++j) __builtin_prefetch(tree_.refs + ref_[j]);
     for (std::size_t j = 0; j < n_refs; ++j) __builtin_prefetch(tree_.segments + tree_.refs[ref_[j]].prim);
@@ -127,21 +134,24 @@ class Wave {
       if (!slot.sink->done()) test_segment(slot.ray, tree_.segments[ref.prim], tree_.frame, ref, *slot.sink);
     }
 
-    // D: what comes next. The last slot takes the place of one that is done.
+    // D: what comes next.
     for (int i = n_; i-- > 0;) {
-      Slot& slot = slots_[std::size_t(i)];
+      Slot& slot = slot_of(i);
       if (!slot.sink->done() && slot.next()) {
         fetch(tree_.nodes + slot.node);
         continue;
       }
       done(slot.tag, *slot.sink);
-      if (i != --n_) std::swap(slot, slots_[std::size_t(n_)]);
+      std::swap(which_[i], which_[--n_]);
     }
   }
+
+  Slot& slot_of(int i) { return slots_[which_[i]]; }
 
   const WideView& tree_;
   int n_ = 0;
   std::vector<Slot> slots_;
+  std::uint32_t which_[kSlots];  // the slots in use, then those that are free
   std::vector<std::uint32_t> leaf_, of_leaf_, ref_, of_ref_;
   std::vector<LeafPlace> place_;
 };
