@@ -139,6 +139,7 @@ NB_MODULE(_embree, m) {
   query(scene, "any_hit", &any_hit);
   query(scene, "all_hits", &all_hit);
   scene.def("is_native", &Scene::is_native, "width"_a);
+  scene.def_rw("radius", &Scene::radius);
   scene.def_prop_ro("n_pieces", &Scene::n_pieces);
   scene.def_prop_ro("bytes", &Scene::bytes);
 }

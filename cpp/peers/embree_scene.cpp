@@ -61,7 +61,7 @@ GeometryType type_of(Kind kind) {
 }  // namespace
 
 Scene::Scene(std::span<const SegmentEnds> segments, const SceneSettings& settings, const Callbacks& callbacks)
-    : settings_(settings) {
+    : radius(settings.radius), settings_(settings) {
   const Api& rtc = api();
   try {
     device_ = rtc.NewDevice(settings.device.c_str());

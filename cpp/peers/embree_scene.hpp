@@ -34,6 +34,8 @@ class Scene {
   Scene(const Scene&) = delete;
 
   const SceneSettings& settings() const { return settings_; }
+  /// How near a ray must come: what the scene was built for. User geometry can also be asked with less.
+  float radius = 0.0f;
   SceneHandle handle() const { return scene_; }
   const std::vector<Piece>& pieces() const { return pieces_; }
   const std::vector<Owner>& owners() const { return owners_; }

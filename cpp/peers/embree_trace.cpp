@@ -49,8 +49,7 @@ Batch batch_of(const Scene& scene, const Rays& rays) {
   Batch batch;
   batch.pieces = scene.pieces().data();
   batch.owners = scene.owners().data();
-  const float radius = scene.settings().radius;
-  batch.radius2 = radius * radius;
+  batch.radius2 = scene.radius * scene.radius;
   // The distance of the lines is computed to about 2⁻²¹ of how far origins are from the segments: slack for ten times
   // that.
   float far2 = 0.0f;

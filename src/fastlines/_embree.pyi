@@ -12,6 +12,7 @@ class HitBuffers:
     def unpack(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], _Floats]: ...
 
 class Scene:
+    radius: float
     def __init__(
         self,
         segments: _Floats,

@@ -57,11 +57,14 @@ class Answerer {
 
   void alone(int first, int end) {
     if constexpr (Job::kUnordered) {
-      if (kernel_ != Kernel::single) {
+      const int at_once = kernel_ == Kernel::single ? 1 : kLanes;
+      for (int i = first; i < end; i += at_once) {
+        const int last = std::min(i + at_once, end);
         job.begin(collector_, rays_);
-        stream_.search(rays_, first, end, collector_);
-        return job.take(rays_, collector_, first, end);
+        stream_.search(rays_, i, last, collector_);
+        job.take(rays_, collector_, i, last);
       }
+      return;
     }
     for (int i = first; i < end; ++i) {
       const Ray ray = rays_.ray(i);

@@ -20,9 +20,10 @@ struct AllJob {
 
   void take(const RayLanes& rays, const Collector& found, int first, int end) {
     // Each ray's hits in a row.
-    std::uint32_t begin[kLanes + 1] = {}, next[kLanes];
+    std::uint32_t begin[kLanes + 1], next[kLanes];
+    std::fill(begin + first, begin + end + 1, 0u);
     for (std::size_t j = 0; j < found.n; ++j) ++begin[found.lane[j] + 1];
-    for (int i = 0; i < kLanes; ++i) {
+    for (int i = first; i < end; ++i) {
       next[i] = begin[i];
       begin[i + 1] += begin[i];
     }

@@ -18,6 +18,8 @@ class Stream {
   /// Show the collector the hits of rays [first, end), each by the piece that owns it.
   template <class Collector>
   void search(const RayLanes& rays, int first, int end, Collector& collector) {
+    first_ = first;
+    end_ = end;
     nodes_.clear();
     leaves_.clear();
     survivors_.clear();
@@ -108,15 +110,17 @@ class Stream {
     // Sort by ray; begin[i] becomes where ray i's are.
     const std::size_t n = survivors_.size();
     tally(&Steps::pieces, n);
-    std::uint32_t begin[kLanes + 1] = {};
+    std::uint32_t begin[kLanes + 1], next[kLanes];
+    std::fill(begin + first_, begin + end_ + 1, 0u);
     for (std::size_t j = 0; j < n; ++j) {
       __builtin_prefetch(tree_.refs + survivors_.what[j]);
       ++begin[survivors_.ray[j] + 1];
     }
-    for (int i = 0; i < kLanes; ++i) begin[i + 1] += begin[i];
-    sorted_.resize(n);
-    std::uint32_t next[kLanes];
-    std::copy_n(begin, kLanes, next);
+    for (int i = first_; i < end_; ++i) {
+      next[i] = begin[i];
+      begin[i + 1] += begin[i];
+    }
+    if (sorted_.size() < n) sorted_.resize(2 * n);
     for (std::size_t j = 0; j < n; ++j) {
       const Reference& ref = tree_.refs[survivors_.what[j]];
       __builtin_prefetch(tree_.segments + ref.prim);
@@ -124,7 +128,7 @@ class Stream {
     }
     survivors_.clear();
 
-    for (int i = 0; i < kLanes; ++i)
+    for (int i = first_; i < end_; ++i)
       if (begin[i] != begin[i + 1]) test_ray(rays.ray(i), i, begin[i], begin[i + 1], collector);
   }
 
@@ -161,6 +165,7 @@ class Stream {
   }
 
   const WideView& tree_;
+  int first_ = 0, end_ = 0;
   CullRay cull_[kLanes];
   Pairs nodes_, taken_, leaves_, survivors_;
   std::vector<std::uint32_t> sorted_;

@@ -157,11 +157,16 @@ def load(n_threads: int = 1) -> str:
 
 
 class Scenes:
-    """Embree scenes of some lines with one radius, built when they are first asked for and then kept."""
+    """Embree scenes of some lines with one radius, built when they are first asked for and then kept.
 
-    def __init__(self, lines: Lines, radius: float, eye: Iterable[float], n_threads: int) -> None:
+    With `built_for`, they are user geometry that is built for that larger radius.
+    """
+
+    def __init__(
+        self, lines: Lines, radius: float, eye: Iterable[float], n_threads: int, built_for: float | None = None
+    ) -> None:
         load(n_threads)
-        self.radius, self.n_threads = radius, n_threads
+        self.radius, self.n_threads, self.built_for = radius, n_threads, built_for
         self._segments = np.ascontiguousarray(lines.segments, np.float32)
         x, y, z = map(float, eye)
         self._eye = (x, y, z)
@@ -182,13 +187,14 @@ class Scenes:
             self._scenes[build] = _embree.Scene(
                 self._segments,
                 build.geometry,
-                self.radius,
+                self.built_for or self.radius,
                 build.piece_length,
                 build.high_quality,
                 device,
                 self._eye,
             )
             self._seconds[build] = now() - start
+            self._scenes[build].radius = self.radius
         return self._scenes[build]
 
     def forget(self) -> None:
@@ -212,14 +218,18 @@ def widths(scenes: Scenes, build: Build) -> list[int]:
     return [width for width in (1, 8, 16) if scenes.get(build).is_native(width)]
 
 
-def configs(scenes: Scenes, builds: Iterable[Build], query: str, rays: RayBatch) -> list[Config]:
+def configs(
+    scenes: Scenes, builds: Iterable[Build], query: str, rays: RayBatch, one_by_one: bool = False
+) -> list[Config]:
     """All ways to ask these rays."""
     found = []
     for build in builds:
+        if scenes.built_for is not None and build.geometry != "user":
+            continue
         # Ribbons face the camera; and spatial splits make Embree report a hit of a triangle more than once.
         if build.geometry == "ribbon" and (not rays.coherent or (query == "all" and build.high_quality)):
             continue
-        for width in widths(scenes, build):
+        for width in [1] if one_by_one else widths(scenes, build):
             found.append(Config(build, width))
             if width > 1 and rays.coherent:
                 found.append(replace(found[-1], coherent=True))

@@ -79,6 +79,10 @@ class Plan:
         To what shares of the box's diagonal segments are cut for Embree in tuning.
     retune : bool
         Do not use the lengths that an earlier run found.
+    one_by_one : bool
+        One ray a call, from C++: our kernel "single" and Embree's rtcIntersect1.
+    built_for : float, optional
+        Embree is user geometry that is built for this radius and asked with others, no larger.
     """
 
     kinds: tuple[str, ...] = ("camera", "random", "ao")
@@ -93,6 +97,8 @@ class Plan:
     near: float = 1.25
     lengths: tuple[float, ...] = tuning.LENGTHS
     retune: bool = False
+    one_by_one: bool = False
+    built_for: float | None = None
 
 
 #: Ends in less than a minute, with two small scenes and one radius.
@@ -149,7 +155,7 @@ class _Runner:
         }
         builds = self._tune(fixed) if plan.peer else {}
         for radius in case.radii:
-            scenes = embree.Scenes(case.lines, radius, case.camera.origin, plan.n_threads) if plan.peer else None
+            scenes = self._scenes(radius) if plan.peer else None
             for kind in plan.kinds:
                 if kind == "ao":
                     small = camera_rays(case.camera, min(plan.n_rays, 1 << 16))
@@ -161,11 +167,15 @@ class _Runner:
                     self.say(f"{case.name}, radius {radius:g}: {kind} rays, {query}")
                     yield self._cell(radius, rays, query, scenes, builds.get("all" if query == "all" else "first", []))
 
+    def _scenes(self, radius: float) -> embree.Scenes:
+        plan = self.plan
+        return embree.Scenes(self.case.lines, radius, self.case.camera.origin, plan.n_threads, plan.built_for)
+
     def _tune(self, fixed: dict[str, RayBatch]) -> dict[str, list[embree.Build]]:
         """Find how Embree likes these lines best, with the middle one of the radii."""
         case, plan = self.case, self.plan
         radius = sorted(case.radii)[len(case.radii) // 2]
-        scenes = embree.Scenes(case.lines, radius, case.camera.origin, plan.n_threads)
+        scenes = self._scenes(plan.built_for or radius)
         batches = [fixed[kind].part(plan.trial) for kind in ("camera", "random")]
         found = tuning.tuned_builds(
             case.lines,
@@ -194,7 +204,7 @@ class _Runner:
         our_seconds, our_answer = self._time(partial(self._ask, radius, query), few)
         tried: dict[embree.Config, tuple[float, Difference]] = {}
         if scenes is not None:
-            for config in embree.configs(scenes, builds, query, few):
+            for config in embree.configs(scenes, builds, query, few, plan.one_by_one):
                 seconds, answer = self._time(partial(scenes.ask, config, query), few)
                 if seconds < TWICE:
                     seconds = min(seconds, self._time(partial(scenes.ask, config, query), few)[0])
@@ -251,7 +261,8 @@ class _Runner:
 
     def _ask(self, radius: float, query: str, rays: RayBatch) -> Any:
         ask: Any = {"first": self.tree.first_hit, "any": self.tree.any_hit, "all": self.tree.all_hits}[query]
-        return ask(rays.origins, rays.directions, radius, t_min=rays.t_min, t_max=rays.t_max)
+        kernel = "single" if self.plan.one_by_one else "auto"
+        return ask(rays.origins, rays.directions, radius, t_min=rays.t_min, t_max=rays.t_max, kernel=kernel)
 
     def _time(self, ask: Callable[[RayBatch], Any], rays: RayBatch) -> tuple[float, Any]:
         start = self.now()

@@ -104,6 +104,18 @@ def engine(
     retune: Annotated[
         bool, typer.Option("--retune", help="Find anew to what lengths segments are best cut for Embree.")
     ] = False,
+    one_by_one: Annotated[
+        bool, typer.Option("--one-by-one", help="One ray a call, from C++: our single kernel and rtcIntersect1.")
+    ] = False,
+    built_for: Annotated[
+        float | None,
+        typer.Option(
+            "--built-for",
+            metavar="R",
+            help="Build Embree's user geometry for this radius and ask it, as our tree, with those of --radius.",
+            show_default=False,
+        ),
+    ] = None,
     quick: Annotated[
         bool, typer.Option("--quick", help="Two small scenes, one radius, fewer rays: less than a minute.")
     ] = False,
@@ -127,6 +139,10 @@ def engine(
     [cyan]fastlines bench engine --scene spaghetti --scene bun-hair --radius 0.001 --rays camera,random[/]
 
     [cyan]fastlines bench engine --file hair.tfx --peer none --threads 2[/]
+
+    [cyan]fastlines bench engine --one-by-one --rays camera,random[/]
+
+    [cyan]fastlines bench engine --radius 0.0005,0.005 --built-for 0.005[/]  one tree for both
     """
     from dataclasses import replace
 
@@ -161,9 +177,16 @@ def engine(
         n_threads=threads,
         peer=peer == "embree",
         retune=retune,
+        one_by_one=one_by_one,
+        built_for=built_for,
         **{name: value for name, value in given.items() if value is not None},  # type: ignore[arg-type]
     )
     cases = list(_cases(scene or [], file or [], radius, quick))
+    largest = max(radius for case in cases for radius in case.radii)
+    if built_for is not None and not largest <= built_for < float("inf"):
+        raise InputError(
+            f"--built-for {built_for:g} is less than a radius that is asked, {largest:g}; use that or more"
+        )
     with _bar(show_progress()) as progress:
         result = run_engine(cases, plan, progress)
     print_tables(result)
