@@ -6,6 +6,8 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <bit>
+
 #include "fastlines/build/builder.hpp"
 #include "fastlines/layout/collapse.hpp"
 #include "fastlines/primitives/boxes.hpp"
@@ -132,25 +134,37 @@ void with_search(const Input<float>& data, const std::optional<Input<std::uint32
   watch([&](Progress& watched) { run(search, watched); }, progress);
 }
 
+/// The greatest size of any of these numbers; infinite if one is not finite. Sizes of floats are ordered as their bits.
+float greatest(std::span<const float> numbers) {
+  std::int32_t greatest = 0;
+  for (const float x : numbers) greatest = std::max(greatest, std::bit_cast<std::int32_t>(x) & 0x7fff'ffff);
+  return std::bit_cast<float>(std::min(greatest, 0x7f80'0000));
+}
+
 /// Whether all rays can be asked: everything finite, bounds in order, directions long enough for t to be a float32 in a
 /// scene whose coordinates go up to `farthest`. A quick look: `false` means that Python has to look closer.
 bool are_rays(Input<float> origins, Input<float> directions, Input<float> radius, Input<float> t_min,
               Input<float> t_max, float largest_radius, float farthest) {
-  const RayBatch rays{rows<Vec3>(origins), rows<Vec3>(directions), rows<float>(radius), rows<float>(t_min),
-                      rows<float>(t_max)};
+  const nb::gil_scoped_release release;
+  const auto all = [](const Input<float>& x) { return rows<float>(x); };
+  if (origins.size() == 0) return true;
   constexpr float largest = std::numeric_limits<float>::max();
-  const auto longest = [](const Vec3& x) { return max(max(std::fabs(x[0]), std::fabs(x[1])), std::fabs(x[2])); };
-  const auto is_finite = [](const Vec3& x) { return x[0] - x[0] + x[1] - x[1] + x[2] - x[2] == 0.0f; };
-  bool fine = true;
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    const Vec3 &o = rays.origins[i], &d = rays.directions[i];
-    const float reach = RayBatch::pick(rays.radius, i), start = RayBatch::pick(rays.t_min, i),
-                end = RayBatch::pick(rays.t_max, i);
-    const double far = 2.0 * (double(longest(o)) + farthest) + reach;
-    fine &= is_finite(o) & is_finite(d) & (reach >= 0.0f) & (reach <= largest_radius) & (start <= end) &
-            (start <= largest) & (far <= double(longest(d)) * largest);
+  const float far_origin = greatest(all(origins)), longest = greatest(all(directions));
+  bool fine = far_origin <= largest && longest <= largest;
+  float reach = 0.0f, shortest = longest;
+  for (const float x : all(radius)) {
+    fine &= (x >= 0.0f) & (x <= largest_radius);
+    reach = max(reach, x);
   }
-  return fine;
+  for (const Vec3& d : rows<Vec3>(directions))
+    shortest = min(shortest, max(max(std::fabs(d[0]), std::fabs(d[1])), std::fabs(d[2])));
+  const std::span starts = all(t_min), ends = all(t_max);
+  for (std::size_t i = 0; i < std::max(starts.size(), ends.size()); ++i) {
+    const float start = RayBatch::pick(starts, i);
+    fine &= (start <= RayBatch::pick(ends, i)) & (start <= largest);
+  }
+  const double far = 2.0 * (double(far_origin) + farthest) + reach;
+  return fine && far <= double(shortest) * largest;
 }
 
 using OptionalNodes = std::optional<Input<std::uint32_t>>;

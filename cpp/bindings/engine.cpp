@@ -4,6 +4,7 @@
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 
+#include "fastlines/kernels/pace.hpp"
 #include "fastlines/kernels/run.hpp"
 #include "rays.hpp"
 #include "watch.hpp"
@@ -99,6 +100,42 @@ nb::tuple list(LayoutArrays layout, RayArrays rays, bool surface, std::optional<
   return question.list(AllJob{}, surface);
 }
 
+/// Nanoseconds that each step takes alone, by name; see kernels/pace.hpp.
+nb::dict pace(LayoutArrays layout, RayArrays rays) {
+  const Pace pace = measure_pace(view_of(layout), batch_of(rays));
+  nb::dict found;
+  for (const auto& [name, nanoseconds] :
+       std::initializer_list<std::pair<const char*, double>>{{"cycle", pace.cycle},
+                                                             {"rays", pace.ray},
+                                                             {"nodes", pace.node},
+                                                             {"leaves", pace.leaf},
+                                                             {"segments", pace.segment},
+                                                             {"lines", pace.line},
+                                                             {"packs", pace.pack},
+                                                             {"tests", pace.test}})
+    found[name] = nanoseconds;
+  return found;
+}
+
+#if defined(FASTLINES_TALLY)
+/// The steps taken since this was last asked, by name; see kernels/tally.hpp.
+nb::dict taken() {
+  const Steps now = std::exchange(steps, Steps{});
+  nb::dict found;
+  for (const auto& [name, n] : std::initializer_list<std::pair<const char*, std::uint64_t>>{{"rays", now.rays},
+                                                                                            {"bundles", now.bundles},
+                                                                                            {"nodes", now.nodes},
+                                                                                            {"leaves", now.leaves},
+                                                                                            {"pieces", now.pieces},
+                                                                                            {"segments", now.segments},
+                                                                                            {"lines", now.lines},
+                                                                                            {"packs", now.packs},
+                                                                                            {"tests", now.tests}})
+    found[name] = n;
+  return found;
+}
+#endif
+
 }  // namespace
 }  // namespace fastlines
 
@@ -111,4 +148,8 @@ NB_MODULE(FASTLINES_MODULE, m) {
   m.def("count_hits", &count, "layout"_a, "rays"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
   m.def("list_hits", &list, "layout"_a, "rays"_a, "surface"_a, "k"_a.none(), "kernel"_a, "n_threads"_a,
         "progress"_a.none());
+  m.def("pace", &pace, "layout"_a, "rays"_a);
+#if defined(FASTLINES_TALLY)
+  m.def("taken", &taken);
+#endif
 }

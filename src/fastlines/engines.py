@@ -6,6 +6,8 @@ import functools
 import importlib
 import importlib.util
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from . import _core
@@ -74,3 +76,14 @@ def kernel_number(kernel: str) -> int:
     """Look up a kernel."""
     choice("kernel", kernel, tuple(KERNELS))
     return KERNELS[kernel]
+
+
+@contextmanager
+def counting() -> Iterator[Any]:
+    """Use the module that counts its steps for a while; its `taken()` tells those since it was last asked."""
+    global _forced
+    before, _forced = _forced, "tally"
+    try:
+        yield _module("tally")
+    finally:
+        _forced = before

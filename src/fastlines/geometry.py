@@ -19,6 +19,8 @@ IntArray: TypeAlias = npt.NDArray[np.int64]
 #: What can be done with what can not be used.
 INVALID = ("error", "skip")
 
+FLOAT32_MAX = float(np.finfo(np.float32).max)
+
 #: Coordinates beyond this would overflow when squared in the arithmetic of the builders.
 COORDINATE_LIMIT = 1e30
 
@@ -273,6 +275,13 @@ def frozen(array: Any) -> Any:
 
 def to_float32(values: npt.ArrayLike, name: str) -> FloatArray:
     """Convert to float32, or say which argument is not made of numbers; read-only if it had to be made."""
+    # The usual cases at once: a small batch has no time for more.
+    if type(values) is np.ndarray and values.dtype == np.float32 and values.flags.c_contiguous:
+        return values
+    if type(values) is float and (abs(values) < FLOAT32_MAX or abs(values) == np.inf):
+        number = np.array(values, np.float32)
+        number.flags.writeable = False
+        return number
     _refuse_masked(values, name)
     try:
         with np.errstate(over="ignore"):

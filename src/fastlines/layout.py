@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -46,8 +47,9 @@ class Layout:
         """The memory of the layout and of the segments."""
         return self.nodes.nbytes + self.leaves.nbytes + self.refs.nbytes + self.lines.segments.nbytes
 
+    @cached_property
     def arrays(self) -> tuple[Any, ...]:
-        """Give the layout as the core takes it."""
+        """The layout as the core takes it."""
         segments = self.lines.segments.reshape(-1, 6)
         return segments, self.nodes, self.leaves, self.refs, tuple(self.box.reshape(-1).tolist()), self.mean_extent
 

@@ -48,7 +48,7 @@ class Question:
         name = "list_hits" if self.query in ("all_hits", "next_hits") else self.query
         surface = self.at == "surface"
         with reporting(self.progress, self.query.replace("_", " ")) as callback:
-            answer = ask(name, rays, surface, k, get_num_threads(), callback)
+            answer = ask(name, rays, surface, k, callback)
         # Integers come in C's name for 64 bits; NumPy prints its own without a dtype.
         if name == "first_hit":
             t, prim, u, distance = (column.reshape(rays.shape) for column in answer[:4])
@@ -61,14 +61,20 @@ class Question:
         return column.view(np.int64) if name == "count_hits" else column
 
 
+def _is_short(n_rays: int, n_refs: int) -> bool:
+    """Whether a batch is over before a second thread has started, even if each ray meets much."""
+    return n_rays <= 256 and n_rays * n_refs <= 10_000_000
+
+
 def ask_layout(layout: Layout, question: Question, kernel: str) -> Any:
     """Answer by the kernels of the wide layout."""
     number = kernel_number(kernel)
     module = engine()
 
-    def ask(name: str, rays: Rays, surface: bool, k: int | None, n_threads: int, progress: Any) -> Any:
+    def ask(name: str, rays: Rays, surface: bool, k: int | None, progress: Any) -> Any:
         given: dict[str, tuple[Any, ...]] = {"first_hit": (surface,), "list_hits": (surface, k)}
-        return getattr(module, name)(layout.arrays(), rays.arrays(), *given.get(name, ()), number, n_threads, progress)
+        n_threads = 1 if _is_short(len(rays), len(layout.refs)) else get_num_threads()
+        return getattr(module, name)(layout.arrays, rays.arrays(), *given.get(name, ()), number, n_threads, progress)
 
     return question.answer(layout.box, ask)
 
@@ -78,10 +84,10 @@ def ask_binary(
 ) -> Any:
     """Answer by a search through the tree as it was built; without nodes, by testing every segment."""
 
-    def ask(name: str, rays: Rays, surface: bool, k: int | None, n_threads: int, progress: Any) -> Any:
+    def ask(name: str, rays: Rays, surface: bool, k: int | None, progress: Any) -> Any:
         options = (surface, k) if name == "list_hits" else (surface,)
         segments = lines.segments.reshape(-1, 6)
-        return getattr(_core, name)(segments, nodes, refs, rays.arrays(), *options, n_threads, progress)
+        return getattr(_core, name)(segments, nodes, refs, rays.arrays(), *options, get_num_threads(), progress)
 
     return question.answer(box, ask)
 

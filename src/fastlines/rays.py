@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,11 +11,10 @@ import numpy.typing as npt
 from . import _core
 from .checks import choice
 from .errors import InputError
-from .geometry import INVALID, FloatArray, IntArray, list_rows, to_float32
+from .geometry import FLOAT32_MAX, INVALID, FloatArray, IntArray, list_rows, to_float32
 
 #: The largest radius, in units of the scene's size; beyond it squares would overflow.
 RADIUS_LIMIT = 1e12
-LARGEST = float(np.finfo(np.float32).max)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,9 +82,11 @@ def check_rays(
                 ) from None
         scalars[name] = array.reshape(-1)
     radii, starts, ends = scalars["radius"], scalars["t_min"], scalars["t_max"]
-    corners = bounds.astype(np.float64) if np.isfinite(bounds).all() else np.zeros((2, 3))
-    largest = min(RADIUS_LIMIT * (float((corners[1] - corners[0]).max()) or 1.0), LARGEST)
-    farthest = float(np.abs(corners).max())
+    low, high = bounds.tolist()
+    if not all(map(math.isfinite, (*low, *high))):
+        low = high = [0.0, 0.0, 0.0]
+    largest = min(RADIUS_LIMIT * (max(b - a for a, b in zip(low, high, strict=True)) or 1.0), FLOAT32_MAX)
+    farthest = max(map(abs, (*low, *high)))
     if _core.are_rays(origins, directions, radii, starts, ends, largest, farthest):
         return Rays(shape, origins, directions, radii, starts, ends, np.zeros(0, np.int64))
 
@@ -99,7 +101,7 @@ def check_rays(
         ),
         "have bounds that are not numbers with t_min <= t_max": ~(starts <= ends) | (starts == np.inf),
         "have a direction so short that t in the scene is more than float32 can hold": _too_short(
-            origins, directions, radii, corners
+            origins, directions, radii, np.array((low, high))
         ),
     }
     skipped = np.zeros(n_rays, bool)
@@ -129,7 +131,7 @@ def _too_short(
         farthest_corner = np.maximum(np.abs(corners[0] - from_origin), np.abs(corners[1] - from_origin))
         reach = np.sqrt((farthest_corner**2).sum(axis=1))
         length = np.sqrt((directions.astype(np.float64) ** 2).sum(axis=1))
-        short: npt.NDArray[np.bool_] = reach + radii > length * LARGEST
+        short: npt.NDArray[np.bool_] = reach + radii > length * FLOAT32_MAX
     return short
 
 

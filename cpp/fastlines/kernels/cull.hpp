@@ -15,7 +15,8 @@ struct CullRay {
   float inverse[3], near[3], far[3];  // box planes: q·(scale·inverse) + (org·inverse − near)
   int near_row[3], far_row[3];        // where a node's bytes of the near and the far planes begin
   float t_min;
-  float o[3], u[3], v[3], reach;  // reach: radius and rounding
+  float o[3], u[3], v[3], reach;      // reach: radius and rounding
+  float away_u, away_v;               // −o·u, −o·v
 
   CullRay() = default;
   explicit CullRay(const Ray& ray) : CullRay(ray.o, ray.r, ray.u, ray.v, ray.radius + ray.eps, ray.t_min) {}
@@ -34,6 +35,8 @@ struct CullRay {
       u[k] = u_[k];
       v[k] = v_[k];
     }
+    away_u = -dot(origin, u_);
+    away_v = -dot(origin, v_);
   }
 };
 
@@ -52,27 +55,18 @@ struct CullRay {
   return (near <= far).bits() & ((1u << node.n_children) - 1);
 }
 
-/// Where a leaf lies, seen along a ray, and how near counts there; in its quanta.
-struct LeafPlace {
-  float u, v, near2;
-
-  LeafPlace() = default;
-  LeafPlace(const CullRay& ray, const WideLeaf& leaf) {
-    const float p[3] = {leaf.org[0] - ray.o[0], leaf.org[1] - ray.o[1], leaf.org[2] - ray.o[2]};
-    u = (p[0] * ray.u[0] + p[1] * ray.u[1] + p[2] * ray.u[2]) * leaf.per_scale;
-    v = (p[0] * ray.v[0] + p[1] * ray.v[1] + p[2] * ray.v[2]) * leaf.per_scale;
-    const float near = ray.reach * leaf.per_scale + 0.89f;
-    near2 = near * near;
-  }
-};
-
 /// The pieces that may come within reach of the ray's line. In quanta: rounding an end moves it by at most √3/2, and
 /// with it every point of the piece by no more; the rest of 0.89 is for the rounding of the arithmetic. Most leaves
 /// fail at the line already, but too many do not: a branch there costs more than it saves.
-[[gnu::always_inline]] inline std::uint32_t cull_leaf(const CullRay& ray, const WideLeaf& leaf,
-                                                      const LeafPlace& place) {
+[[gnu::always_inline]] inline std::uint32_t cull_leaf(const CullRay& ray, const WideLeaf& leaf) {
   using F = Float16;
-  const F bu = place.u, bv = place.v, near2 = place.near2;
+  // Where the leaf lies, seen along the ray, and how near counts there.
+  const auto beside = [&](const float (&axis)[3], float away) {
+    return fma(leaf.org[2], axis[2], fma(leaf.org[1], axis[1], fma(leaf.org[0], axis[0], away))) * leaf.per_scale;
+  };
+  const F bu = beside(ray.u, ray.away_u), bv = beside(ray.v, ray.away_v);
+  const float near = ray.reach * leaf.per_scale + 0.89f;
+  const F near2 = near * near;
   const F ax = F::bytes(leaf.a[0]), ay = F::bytes(leaf.a[1]), az = F::bytes(leaf.a[2]);
   const F cx = F::bytes(leaf.c[0]), cy = F::bytes(leaf.c[1]), cz = F::bytes(leaf.c[2]);
   const F ux = ray.u[0], uy = ray.u[1], uz = ray.u[2], vx = ray.v[0], vy = ray.v[1], vz = ray.v[2];

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "../query/batch.hpp"
+#include "tally.hpp"
 
 namespace fastlines {
 
@@ -20,6 +21,7 @@ struct alignas(64) RayLanes {
   /// Prepare the rays with these numbers, 1 to 64.
   void fill(const RayBatch& rays, const Frame& frame, int n_rays, const std::uint32_t* ids) {
     n = n_rays;
+    tally(&Steps::rays, std::uint64_t(n));
     per_scale = 1.0 / frame.scale;
     std::copy_n(ids, n, id);
     const int padded = (n + kWidth - 1) / kWidth * kWidth;

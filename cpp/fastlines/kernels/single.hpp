@@ -19,8 +19,10 @@ void search_single(const WideView& tree, const Ray& ray, Sink& sink, Stack& stac
       continue;
     }
     const WideLeaf& leaf = tree.leaves[child & ~kLeaf];
-    for (std::uint32_t lanes = cull_leaf(cull, leaf, LeafPlace(cull, leaf)); lanes; lanes &= lanes - 1) {
+    tally(&Steps::leaves);
+    for (std::uint32_t lanes = cull_leaf(cull, leaf); lanes; lanes &= lanes - 1) {
       const Reference& ref = tree.refs[leaf.first_ref + std::uint32_t(std::countr_zero(lanes))];
+      tally(&Steps::tests);
       test_segment(ray, tree.segments[ref.prim], tree.frame, ref, sink);
       if (sink.done()) return;
     }

@@ -90,16 +90,11 @@ class Stream {
     const std::size_t n = leaves_.size();
     tally(&Steps::leaves, n);
     survivors_.reserve((n + 1) * kWidth);
-    LeafPlace places[kAhead];
-    for (std::size_t begin = 0; begin < n; begin += kAhead) {
-      const std::size_t end = std::min(begin + kAhead, n);
-      for (std::size_t j = end; j < std::min(end + kAhead, n); ++j) fetch(tree_.leaves + leaves_.what[j]);
-      for (std::size_t j = begin; j < end; ++j)
-        places[j - begin] = LeafPlace(cull_[leaves_.ray[j]], tree_.leaves[leaves_.what[j]]);
-      for (std::size_t j = begin; j < end; ++j) {
-        const WideLeaf& leaf = tree_.leaves[leaves_.what[j]];
-        survivors_.pack(cull_leaf(cull_[leaves_.ray[j]], leaf, places[j - begin]), leaf.first_ref, leaves_.ray[j]);
-      }
+    for (std::size_t j = 0; j < n; ++j) {
+      if (j + kAhead < n) fetch(tree_.leaves + leaves_.what[j + kAhead]);
+      const WideLeaf& leaf = tree_.leaves[leaves_.what[j]];
+      const std::uint32_t ray = leaves_.ray[j];
+      survivors_.pack(cull_leaf(cull_[ray], leaf), leaf.first_ref, ray);
     }
     leaves_.clear();
     if (survivors_.size() >= kEnough) test_survivors(rays, collector);

@@ -1,15 +1,21 @@
-// How many steps of each kind a thread's kernels have taken. Counted only where FASTLINES_TALLY is defined, in a module
-// of its own (`fastlines bench steps`); elsewhere `tally` does nothing.
+// How many steps of each kind the kernels have taken. Counted only where FASTLINES_TALLY is defined, in a module of its
+// own, on one thread (`fastlines bench steps`); elsewhere `tally` does nothing.
 #pragma once
 
 #include <cstdint>
 
 namespace fastlines {
 
-/// `rays` and `bundles` begun; blocks culled; `pieces` that survived their leaves; `lines` of 16 rays beside a segment
-/// looked at from afar; `tests` of one segment with one ray, exact; `packs`, the same sixteen at a time.
 struct Steps {
-  std::uint64_t rays = 0, bundles = 0, nodes = 0, leaves = 0, pieces = 0, lines = 0, tests = 0, packs = 0;
+  std::uint64_t rays = 0;      // prepared
+  std::uint64_t bundles = 0;   // searched
+  std::uint64_t nodes = 0;     // culled: 16 boxes
+  std::uint64_t leaves = 0;    // culled: 16 pieces
+  std::uint64_t pieces = 0;    // that survived
+  std::uint64_t segments = 0;  // set up to be seen by a bundle
+  std::uint64_t lines = 0;     // seen from afar by sixteen rays
+  std::uint64_t packs = 0;     // exact tests of sixteen
+  std::uint64_t tests = 0;     // exact tests of one ray and one segment
 };
 
 #if defined(FASTLINES_TALLY)

@@ -57,7 +57,7 @@ class ThickSearch {
     for (; leaves; leaves &= leaves - 1) {
       const WideLeaf& leaf = tree_.leaves[base + std::uint32_t(std::countr_zero(leaves))];
       tally(&Steps::leaves);
-      const std::uint32_t lanes = cull_leaf(axis, leaf, LeafPlace(axis, leaf));
+      const std::uint32_t lanes = cull_leaf(axis, leaf);
       pack_numbers(lanes, leaf.first_ref, pieces_ + n_pieces);
       n_pieces += std::popcount(lanes);
     }
@@ -76,6 +76,7 @@ class ThickSearch {
   template <class Collector>
   void test(const RayLanes& rays, const Bundle& bundle, const std::uint32_t* prims, int n, Collector& collector) {
     lines_.take(tree_, prims, n, bundle);
+    tally(&Steps::segments, std::uint64_t(n));
     int n_packs = 0;
     for (int j = 0; j < n; ++j)
       for (int first = bundle.first; first < bundle.end; first += kWidth) {

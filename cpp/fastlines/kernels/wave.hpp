@@ -59,11 +59,15 @@ class Wave {
     std::vector<float> enter = std::vector<float>(8 * kWidth, kNever);
     std::vector<std::uint32_t> child = std::vector<std::uint32_t>(8 * kWidth);
 
-    /// Room for sixteen more.
-    void reserve() {
-      if (enter.size() >= size + 2 * kWidth) return;
-      enter.resize(2 * enter.size());
-      child.resize(2 * child.size());
+    /// Put the children in these lanes, numbered from `base`, onto the stack.
+    void push(std::uint32_t lanes, const Float16& near, std::uint32_t base) {
+      if (enter.size() < size + 2 * kWidth) {
+        enter.resize(2 * enter.size());
+        child.resize(2 * child.size());
+      }
+      fastlines::pack(lanes, near, enter.data() + kWidth + size);
+      pack_numbers(lanes, base, child.data() + kWidth + size);
+      size += std::size_t(std::popcount(lanes));
     }
 
     /// Take the nearest of the topmost sixteen; false if none is left.
@@ -85,52 +89,61 @@ class Wave {
     }
   };
 
+  /// Things, and the slots that they are for.
+  struct Pairs {
+    std::vector<std::uint32_t> what, slot;
+
+    void reserve(std::size_t n) {
+      if (what.size() >= n) return;
+      what.resize(2 * n);
+      slot.resize(2 * n);
+    }
+    /// Put the things in these lanes, numbered from `base`, at n; room for sixteen is needed. Returns how many.
+    std::size_t pack(std::size_t n, std::uint32_t lanes, std::uint32_t base, std::uint32_t which) {
+      pack_numbers(lanes, base, what.data() + n);
+      std::fill_n(slot.data() + n, kWidth, which);
+      return std::size_t(std::popcount(lanes));
+    }
+  };
+
   template <class Done>
   void step(Done&& done) {
+    Slot* const slots = slots_.data();
+
     // A: nodes.
-    leaf_.resize(std::size_t(n_ + 1) * kWidth);
-    of_leaf_.resize(leaf_.size());
+    leaf_.reserve(std::size_t(n_ + 1) * kWidth);
     std::size_t n_leaves = 0;
     for (int i = 0; i < n_; ++i) {
-      Slot& slot = slot_of(i);
+      const std::uint32_t which = which_[i];
+      Slot& slot = slots[which];
       const WideNode& node = tree_.nodes[slot.node];
       Float16 near;
       const std::uint32_t lanes = cull_node(slot.cull, node, slot.sink->limit, near);
-      const std::uint32_t inner = lanes & ((1u << node.n_inner) - 1), leaves = lanes ^ inner;
-      slot.reserve();
-      pack(inner, near, slot.enter.data() + kWidth + slot.size);
-      pack_numbers(inner, node.first_inner, slot.child.data() + kWidth + slot.size);
-      slot.size += std::size_t(std::popcount(inner));
-      pack_numbers(leaves, node.first_leaf - node.n_inner, leaf_.data() + n_leaves);
-      for (int k = 0; k < kWidth; ++k) of_leaf_[n_leaves + std::size_t(k)] = which_[i];
-      n_leaves += std::size_t(std::popcount(leaves));
+      const std::uint32_t inner = lanes & ((1u << node.n_inner) - 1);
+      slot.push(inner, near, node.first_inner);
+      n_leaves += leaf_.pack(n_leaves, lanes ^ inner, node.first_leaf - node.n_inner, which);
     }
 
     // B: leaves.
-    ref_.resize((n_leaves + 1) * kWidth);
-    of_ref_.resize(ref_.size());
-    place_.resize(n_leaves);
+    ref_.reserve((n_leaves + 1) * kWidth);
     std::size_t n_refs = 0;
-    for (std::size_t j = 0; j < n_leaves; ++j) fetch(tree_.leaves + leaf_[j]);
-    for (std::size_t j = 0; j < n_leaves; ++j) place_[j] = LeafPlace(slots_[of_leaf_[j]].cull, tree_.leaves[leaf_[j]]);
+    for (std::size_t j = 0; j < n_leaves; ++j) fetch(tree_.leaves + leaf_.what[j]);
     for (std::size_t j = 0; j < n_leaves; ++j) {
-      const WideLeaf& leaf = tree_.leaves[leaf_[j]];
-      const std::uint32_t lanes = cull_leaf(slots_[of_leaf_[j]].cull, leaf, place_[j]);
-      pack_numbers(lanes, leaf.first_ref, ref_.data() + n_refs);
-      for (int k = 0; k < kWidth; ++k) of_ref_[n_refs + std::size_t(k)] = of_leaf_[j];
-      n_refs += std::size_t(std::popcount(lanes));
+      const WideLeaf& leaf = tree_.leaves[leaf_.what[j]];
+      const std::uint32_t which = leaf_.slot[j];
+      n_refs += ref_.pack(n_refs, cull_leaf(slots[which].cull, leaf), leaf.first_ref, which);
     }
-
     tally(&Steps::nodes, std::uint64_t(n_));
     tally(&Steps::leaves, n_leaves);
     tally(&Steps::pieces, n_refs);
+    tally(&Steps::tests, n_refs);
 
     // C: survivors.
-    for (std::size_t j = 0; j < n_refs; ++j) __builtin_prefetch(tree_.refs + ref_[j]);
-    for (std::size_t j = 0; j < n_refs; ++j) __builtin_prefetch(tree_.segments + tree_.refs[ref_[j]].prim);
+    for (std::size_t j = 0; j < n_refs; ++j) __builtin_prefetch(tree_.refs + ref_.what[j]);
+    for (std::size_t j = 0; j < n_refs; ++j) __builtin_prefetch(tree_.segments + tree_.refs[ref_.what[j]].prim);
     for (std::size_t j = 0; j < n_refs; ++j) {
-      Slot& slot = slots_[of_ref_[j]];
-      const Reference& ref = tree_.refs[ref_[j]];
+      Slot& slot = slots[ref_.slot[j]];
+      const Reference& ref = tree_.refs[ref_.what[j]];
       if (!slot.sink->done()) test_segment(slot.ray, tree_.segments[ref.prim], tree_.frame, ref, *slot.sink);
     }
 
@@ -152,8 +165,7 @@ class Wave {
   int n_ = 0;
   std::vector<Slot> slots_;
   std::uint32_t which_[kSlots];  // the slots in use, then those that are free
-  std::vector<std::uint32_t> leaf_, of_leaf_, ref_, of_ref_;
-  std::vector<LeafPlace> place_;
+  Pairs leaf_, ref_;
 };
 
 }  // namespace fastlines

@@ -82,7 +82,7 @@ inline constexpr double kFar = 1e18;
   ray.t_max = clamped((double(query.t_max) * length - ray.t0) * scale);
   ray.radius = clamped(double(query.radius) * scale);
   ray.radius2 = ray.radius * ray.radius;
-  ray.eps = (2.0f + largest + ray.radius) * 0x1p-20f + frame.grain;
+  ray.eps = (3.0f + largest + ray.radius) * 0x1p-20f + frame.grain;
   const double rounding = std::fabs(ray.t0) * scale + 4.0 + 2.0 * ray.radius;
   ray.margin = ray.eps + clamped(rounding * 0x1p-22 + length * scale * 0x1p-146);
   return ray;

@@ -26,6 +26,14 @@ using MaskOf = decltype(N() <= N());
 
 inline float min(float x, float y) { return x < y ? x : y; }
 inline float max(float x, float y) { return x > y ? x : y; }
+/// Rounds once or twice, as it does for sixteen.
+inline float fma(float x, float y, float z) {
+#if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
+  return __builtin_fmaf(x, y, z);
+#else
+  return x * y + z;
+#endif
+}
 inline float abs(float x) { return std::fabs(x); }
 inline float select(bool mask, float x, float y) { return mask ? x : y; }
 inline bool any(bool mask) { return mask; }

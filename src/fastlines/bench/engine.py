@@ -142,8 +142,9 @@ class _Runner:
         start = self.now()
         self.tree: Tree = build(case.lines, plan.method)
         seconds = self.now() - start
+        start = self.now()
         n_bytes = self.tree.layout.n_bytes
-        self.built = Built(case.name, len(case.lines), plan.method, seconds, int(n_bytes))
+        self.built = Built(case.name, len(case.lines), plan.method, seconds, self.now() - start, int(n_bytes))
 
     def cells(self) -> Iterator[Cell]:
         case, plan = self.case, self.plan

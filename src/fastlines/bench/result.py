@@ -88,12 +88,13 @@ class Cell:
 
 @dataclass(frozen=True)
 class Built:
-    """Our tree over a scene."""
+    """Our tree over a scene, and its layout, which queries are asked of: its bytes are what they need."""
 
     scene: str
     n_segments: int
     method: str
     build_s: float
+    layout_s: float
     bytes: int
 
 

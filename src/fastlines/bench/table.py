@@ -60,13 +60,19 @@ def _building(result: Result) -> Table:
     table = Table(title="building: seconds and megabytes", title_justify="left", pad_edge=False)
     table.add_column("scene", style="bold", no_wrap=True)
     peer = result.plan["peer"]
-    heads = ["segments", "ours s", "ours MB", *(["radius", "Embree s", "Embree MB"] if peer else [])]
+    heads = ["segments", "tree s", "layout s", "ours MB", *(["radius", "Embree s", "Embree MB"] if peer else [])]
     for head in heads:
         table.add_column(head, justify="right", no_wrap=True)
     if peer:
         table.add_column("Embree's build")
     for built in result.built:
-        row = [built.scene, f"{built.n_segments:,}", three(built.build_s), three(built.bytes / 1e6)]
+        row = [
+            built.scene,
+            f"{built.n_segments:,}",
+            three(built.build_s),
+            three(built.layout_s),
+            three(built.bytes / 1e6),
+        ]
         radii = list(dict.fromkeys(cell.radius for cell in result.cells if cell.scene == built.scene))
         usual = [(radius, result.usual(built.scene, radius)) for radius in radii]
         sides = [(radius, side) for radius, side in usual if side is not None]

@@ -1,11 +1,11 @@
-"""``fastlines bench``: our engine beside its peers."""
+"""``fastlines bench``, and ``bench engine``: our engine beside its peers."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -20,16 +20,18 @@ QUICK_SCENES = ("spaghetti:1000", "straight-hair:10000")
 QUICK_RADII = (0.001,)
 
 bench = typer.Typer(cls=Group, rich_markup_mode="rich")
-app.add_typer(bench, name="bench", short_help="Our trees beside their peers, answers compared.")
+app.add_typer(bench, name="bench", short_help="Our trees beside their peers, and as scenes grow.")
 
 
 @bench.callback(invoke_without_command=True)
 def root(context: typer.Context) -> None:
-    """Measure fastlines beside its peers, on the same rays, answers compared.
+    """Measure fastlines: beside its peers, on the same rays, answers compared; and as scenes grow.
 
     [bold]Examples[/]
 
     [cyan]fastlines bench engine --quick[/]
+
+    [cyan]fastlines bench growth --quick[/]
 
     [cyan]fastlines bench engine --help[/]
     """
@@ -160,10 +162,7 @@ def engine(
         check()
     if peer not in ("embree", "none"):
         raise InputError(f"--peer {peer!r} is not a choice: use embree or none")
-    kinds = tuple(rays.split(","))
-    for kind in kinds:
-        if kind not in KINDS:
-            raise InputError(f"--rays {kind!r} is not a choice: use one or more of {', '.join(KINDS)}")
+    kinds = check_kinds(rays, tuple(KINDS))
     if method is not None:
         method_settings(method)
     if peer == "embree":
@@ -181,20 +180,17 @@ def engine(
         built_for=built_for,
         **{name: value for name, value in given.items() if value is not None},  # type: ignore[arg-type]
     )
-    cases = list(_cases(scene or [], file or [], radius, quick))
+    cases = list(cases_of(scene or [], file or [], radius, quick))
     largest = max(radius for case in cases for radius in case.radii)
     if built_for is not None and not largest <= built_for < float("inf"):
         raise InputError(
             f"--built-for {built_for:g} is less than a radius that is asked, {largest:g}; use that or more"
         )
-    with _bar(show_progress()) as progress:
+    with progress_bar(show_progress()) as progress:
         result = run_engine(cases, plan, progress)
     print_tables(result)
     if json_file is not None:
-        from ..whole import whole
-
-        with whole(json_file) as partial:
-            partial.write_text(json.dumps(result.to_json(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        write_json(json_file, result.to_json())
     if plot is not None:
         from ..whole import whole
 
@@ -202,7 +198,24 @@ def engine(
             draw(result, partial)
 
 
-def _cases(scene: list[str], file: list[str], radius: str | None, quick: bool) -> Iterator[Case]:
+def check_kinds(rays: str, known: tuple[str, ...]) -> tuple[str, ...]:
+    """Take the option --rays apart."""
+    kinds = tuple(rays.split(","))
+    for kind in kinds:
+        if kind not in known:
+            raise InputError(f"--rays {kind!r} is not a choice: use one or more of {', '.join(known)}")
+    return kinds
+
+
+def write_json(path: str, result: Any) -> None:
+    """Write a file that is whole, or not there."""
+    from ..whole import whole
+
+    with whole(path) as partial:
+        partial.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def cases_of(scene: list[str], file: list[str], radius: str | None, quick: bool) -> Iterator[Case]:
     """What to measure, with which radii."""
     from ..bench import Case
     from ..scenes import NAMES, RADII
@@ -232,7 +245,7 @@ def _radius(text: str) -> float:
 
 
 @contextmanager
-def _bar(show: bool) -> Iterator[Callable[[str, float], None]]:
+def progress_bar(show: bool) -> Iterator[Callable[[str, float], None]]:
     """Show what is being measured, if there is someone to look at it."""
     if not show:
         yield lambda what, share: None

@@ -1,0 +1,144 @@
+"""What a ray costs, step by step: how many steps of each kind, how long each takes alone, and how long all took."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from ..builder import build
+from ..demo.machine import describe_machine
+from ..engines import counting, engine, simd
+from ..rays import check_rays
+from ..threads import num_threads
+from ..tree import Tree
+from .engine import Case
+from .rays import KINDS, RayBatch, ao_rays, camera_rays, random_rays
+from .timing import clock
+
+#: The steps that are counted and paced, as kernels/tally.hpp and kernels/pace.hpp have them.
+STEPS = {
+    "rays": "a ray prepared",
+    "nodes": "a node culled: 16 boxes",
+    "leaves": "a leaf culled: 16 pieces",
+    "segments": "a segment set up for a bundle",
+    "lines": "a segment's line seen by 16 rays from afar",
+    "packs": "an exact test of 16",
+    "tests": "an exact test of one",
+}
+
+#: A ray's steps are counted on so many rays at most.
+COUNTED = 1 << 16
+
+
+@dataclass(frozen=True)
+class StepCell:
+    """One query on one kind of rays.
+
+    Attributes
+    ----------
+    per_ray : dict of str to float
+        Steps of each kind a ray; `pieces` are those that survive leaves, `bundles` those that are searched.
+    bound_ns : float
+        What the steps of a ray would take at their pace alone.
+    ns : float
+        What a ray takes.
+    """
+
+    scene: str
+    radius: float
+    kind: str
+    query: str
+    n_rays: int
+    per_ray: dict[str, float]
+    bound_ns: float
+    ns: float
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """All cells, and the pace of each scene: nanoseconds a step."""
+
+    machine: dict[str, Any]
+    pace: dict[str, dict[str, float]]
+    cells: list[StepCell]
+
+    def to_json(self) -> dict[str, Any]:
+        """Everything, ready for JSON."""
+        return {"format": "fastlines bench steps 1", **asdict(self)}
+
+
+def run_steps(
+    cases: list[Case],
+    kinds: tuple[str, ...],
+    n_rays: int = 1 << 18,
+    rounds: int = 5,
+    progress: Callable[[str, float], None] = lambda what, share: None,
+) -> StepResult:
+    """Count and time, on one thread.
+
+    Parameters
+    ----------
+    cases : list of Case
+    kinds : tuple of str
+        Kinds of rays, of `rays.KINDS`.
+    n_rays : int
+        So many rays are timed, and at most `COUNTED` of them counted.
+    rounds : int
+        The best of so many times counts.
+    progress : callable
+        Called with what is being done, and which share of all is done.
+    """
+    cells: list[StepCell] = []
+    pace: dict[str, dict[str, float]] = {}
+    n_cells = sum(len(case.radii) * sum(len(KINDS[kind]) for kind in kinds) for case in cases)
+    machine = {**describe_machine(), "simd": simd()}
+    for case in cases:
+        progress(f"{case.name}: building", len(cells) / n_cells)
+        tree = build(case.lines)
+        with num_threads(1):
+            for radius in case.radii:
+                picture = camera_rays(case.camera, n_rays)
+                pace[case.name] = _pace(tree, picture, radius, pace.get(case.name, {}))
+                for kind in kinds:
+                    rays = _rays(kind, case, tree, picture, radius, n_rays)
+                    for query in KINDS[kind]:
+                        progress(f"{case.name}, radius {radius:g}: {kind} rays, {query}", len(cells) / n_cells)
+                        cells.append(_cell(case.name, tree, rays, radius, query, rounds, pace[case.name]))
+    return StepResult(machine, pace, cells)
+
+
+def _rays(kind: str, case: Case, tree: Tree, picture: RayBatch, radius: float, n_rays: int) -> RayBatch:
+    if kind == "ao":
+        small = camera_rays(case.camera, min(n_rays, 1 << 16))
+        return ao_rays(case.lines, small, tree.first_hit(small.origins, small.directions, radius).t, radius, n_rays)
+    return random_rays(case.lines, n_rays) if kind == "random" else picture
+
+
+def _pace(tree: Tree, rays: RayBatch, radius: float, known: dict[str, float]) -> dict[str, float]:
+    layout = tree.layout
+    checked = check_rays(rays.origins, rays.directions, radius, rays.t_min, rays.t_max, "error", layout.box)
+    now: dict[str, float] = engine().pace(layout.arrays, checked.arrays())
+    return {name: min(nanoseconds, known.get(name, nanoseconds)) for name, nanoseconds in now.items()}
+
+
+def _cell(
+    scene: str, tree: Tree, rays: RayBatch, radius: float, query: str, rounds: int, pace: dict[str, float]
+) -> StepCell:
+    ask: Any = {"first": tree.first_hit, "any": tree.any_hit, "all": tree.all_hits}[query]
+
+    def answer(some: RayBatch) -> None:
+        ask(some.origins, some.directions, radius, t_min=some.t_min, t_max=some.t_max)
+
+    few = rays.part(COUNTED)
+    with counting() as module:
+        module.taken()
+        answer(few)
+        per_ray = {name: n / len(few) for name, n in module.taken().items()}
+    now, best = clock(1), float("inf")
+    for _ in range(rounds):
+        start = now()
+        answer(rays)
+        best = min(best, now() - start)
+    bound = sum(per_ray[name] * pace[name] for name in STEPS)
+    return StepCell(scene, radius, rays.kind, query, len(rays), per_ray, bound, best / len(rays) * 1e9)

@@ -1,0 +1,105 @@
+"""``fastlines bench steps``: what a ray costs, step by step."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from .bench import bench, cases_of, check_kinds, progress_bar, write_json
+
+if TYPE_CHECKING:
+    from ..bench.steps import StepResult
+
+
+@bench.command(short_help="What a ray of ours costs, step by step.")
+def steps(
+    scene: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--scene",
+            "-s",
+            metavar="NAME",
+            help="A scene: NAME, NAME:SEGMENTS or NAME:SEGMENTS:SEED; again for more. All five unless given.",
+            show_default=False,
+        ),
+    ] = None,
+    file: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--file", "-f", metavar="FILE", help="A file of lines or a tree; again for more.", show_default=False
+        ),
+    ] = None,
+    radius: Annotated[str, typer.Option("--radius", "-r", metavar="R,R,…", help="Radii.")] = "0.001",
+    rays: Annotated[
+        str, typer.Option("--rays", metavar="KIND,…", help="Kinds of rays: camera, random, ao.")
+    ] = "camera,random,ao",
+    n_rays: Annotated[int, typer.Option("--n-rays", help="So many rays are timed.", min=64)] = 1 << 18,
+    rounds: Annotated[int, typer.Option("--rounds", help="The best of so many times counts.", min=1)] = 5,
+    json_file: Annotated[str | None, typer.Option("--json", metavar="FILE", help="Write all figures.")] = None,
+) -> None:
+    """Count the steps of our kernels, pace each step alone, and compare their sum with what a ray takes.
+
+    One thread. Steps are counted by a module of its own, so that nothing is counted while the clock runs.
+
+    [bold]Examples[/]
+
+    [cyan]fastlines bench steps[/]
+
+    [cyan]fastlines bench steps --scene spaghetti --rays camera --json steps.json[/]
+    """
+    from ..bench.steps import run_steps
+    from .files import check_output, show_progress
+
+    check_output(json_file, ".json")
+    kinds = check_kinds(rays, ("camera", "random", "ao"))
+    cases = list(cases_of(scene or [], file or [], radius, False))
+    with progress_bar(show_progress()) as progress:
+        result = run_steps(cases, kinds, n_rays, rounds, progress)
+    _print(result)
+    if json_file is not None:
+        write_json(json_file, result.to_json())
+
+
+def _print(result: StepResult) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    from ..bench.steps import STEPS
+    from ..bench.table import WIDE, three
+
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=WIDE)
+    paces = Table(title="a step alone: nanoseconds (cycles)", title_justify="left", pad_edge=False)
+    paces.add_column("step", style="bold", no_wrap=True)
+    for name in result.pace:
+        paces.add_column(name, justify="right", no_wrap=True)
+    for step, meaning in STEPS.items():
+        cells = [f"{pace[step]:.1f} ({pace[step] / pace['cycle']:.0f})" for pace in result.pace.values()]
+        paces.add_row(meaning, *cells)
+    console.print(paces)
+
+    table = Table(title="steps a ray, and nanoseconds", title_justify="left", pad_edge=False)
+    table.add_column("scene", style="bold", no_wrap=True)
+    counted = ("bundles", "nodes", "leaves", "pieces", "lines", "packs", "tests")
+    for head in ("radius", "rays", "query", *counted, "sum ns", "a ray ns", "share"):
+        table.add_column(head, justify="left" if head in ("rays", "query") else "right", no_wrap=True)
+    for cell in result.cells:
+        shares = [three(cell.per_ray[name]) if cell.per_ray[name] else "–" for name in counted]
+        table.add_row(
+            cell.scene,
+            f"{cell.radius:g}",
+            cell.kind,
+            cell.query,
+            *shares,
+            f"{cell.bound_ns:.0f}",
+            f"{cell.ns:.0f}",
+            f"{cell.bound_ns / cell.ns:.2f}",
+        )
+    console.print(table)
+    console.print(
+        f"One thread, {result.machine['simd']}. sum: what the steps of a ray would take at the pace that each has "
+        "alone, with nothing to wait for; it bounds the kernels. a ray: all there is, lists sorted and written out. share: the first of the second.",
+        highlight=False,
+    )
