@@ -1,0 +1,342 @@
+// Small scenes, asked all queries with every kernel, and compared with brute force bit for bit. The program prints the
+// name of the instruction set that it was compiled for and a digest of all answers, which is the same on every machine:
+// scenes and rays come from integers, by operations that round alike everywhere.
+#include <bit>
+#include <cinttypes>
+#include <cstdio>
+#include <string>
+
+#include "fastlines/fastlines.hpp"
+
+using namespace fastlines;
+
+namespace {
+
+/// Splitmix64.
+struct Random {
+  std::uint64_t state;
+
+  std::uint64_t operator()() {
+    std::uint64_t z = state += 0x9e37'79b9'7f4a'7c15;
+    z = (z ^ z >> 30) * 0xbf58'476d'1ce4'e5b9;
+    z = (z ^ z >> 27) * 0x94d0'49bb'1331'11eb;
+    return z ^ z >> 31;
+  }
+  std::size_t below(std::size_t n) { return std::size_t((*this)() % n); }
+  float uniform() { return float((*this)() >> 40) * 0x1p-24f; }
+  Vec3 in_cube() { return {uniform(), uniform(), uniform()}; }
+  Vec3 direction() { return in_cube() - Vec3{0.5f, 0.5f, 0.5f}; }
+};
+
+using Lines = std::vector<Segment>;
+
+struct Scene {
+  std::string name;
+  Lines lines;
+};
+
+Lines long_lines(int n) {
+  Random random{1};
+  Lines lines;
+  while (int(lines.size()) < n) lines.push_back({random.in_cube(), random.in_cube()});
+  return lines;
+}
+
+Lines hair(int n_strands) {
+  Random random{2};
+  Lines lines;
+  for (int strand = 0; strand < n_strands; ++strand) {
+    Vec3 at = random.in_cube(), along = random.direction() * 0.1f;
+    for (int i = 0; i < 12; ++i) {
+      const Vec3 next = at + along;
+      lines.push_back({at, next});
+      along = along + random.direction() * 0.04f;
+      at = next;
+    }
+  }
+  return lines;
+}
+
+Lines through_one_point(int n) {
+  Random random{3};
+  Lines lines;
+  while (int(lines.size()) < n) {
+    const Vec3 p = random.in_cube();
+    lines.push_back({p, Vec3{1, 1, 1} - p});
+  }
+  return lines;
+}
+
+Lines points(int n) {
+  Random random{4};
+  Lines lines;
+  while (int(lines.size()) < n) {
+    const Vec3 p = random.in_cube();
+    lines.push_back({p, lines.size() % 8 == 0 ? p + Vec3{0, 0, 0.1f} : p});
+  }
+  return lines;
+}
+
+/// The same lines again and again, some of them backwards.
+Lines duplicates(int n) {
+  const Lines few = long_lines(12);
+  Lines lines;
+  while (int(lines.size()) < n) {
+    const Segment& line = few[lines.size() % few.size()];
+    lines.push_back(lines.size() % 5 == 0 ? Segment{line.q, line.p} : line);
+  }
+  return lines;
+}
+
+/// Lines along x and y in one plane.
+Lines grid(int n) {
+  Lines lines;
+  for (int i = 0; i < n; ++i) {
+    const float at = float(i) / float(n - 1);
+    lines.push_back({{at, 0, 0.5f}, {at, 1, 0.5f}});
+    lines.push_back({{0, at, 0.5f}, {1, at, 0.5f}});
+  }
+  return lines;
+}
+
+Lines moved(Lines lines, float scale, float shift) {
+  for (Segment& line : lines)
+    for (Vec3* end : {&line.p, &line.q}) *end = *end * scale + Vec3{shift, shift, shift};
+  return lines;
+}
+
+std::vector<Scene> scenes() {
+  return {{"long lines", long_lines(120)},
+          {"hair", hair(16)},
+          {"through one point", through_one_point(80)},
+          {"points", points(120)},
+          {"duplicates", duplicates(60)},
+          {"grid", grid(30)},
+          {"one line", long_lines(1)},
+          {"tiny", moved(long_lines(60), 1e-6f, 0)},
+          {"far away", moved(hair(8), 1, 1e4f)}};
+}
+
+/// A batch that owns its numbers.
+struct Rays {
+  std::string name;
+  std::vector<Vec3> origins, directions;
+  std::vector<float> radius, t_min{0.0f}, t_max{std::numeric_limits<float>::infinity()};
+
+  RayBatch batch() const { return {origins, directions, radius, t_min, t_max}; }
+};
+
+/// A picture, row by row.
+Rays picture(const std::string& name, const Vec3& eye, float width, const Box& box, float size, float radius) {
+  constexpr int kAcross = 19, kDown = 9;  // no whole number of tiles
+  Rays rays{name + ", radius " + std::to_string(radius), {}, {}, {radius * size}};
+  const Vec3 centre = (box.lo + box.hi) * 0.5f, origin = centre + eye * size;
+  for (int y = 0; y < kDown; ++y)
+    for (int x = 0; x < kAcross; ++x) {
+      const Vec3 pixel{(float(x) - 9.0f) / 18.0f, (float(y) - 4.0f) / 18.0f, 0.01f};
+      rays.origins.push_back(origin);
+      rays.directions.push_back(centre + pixel * (width * size) - origin);
+    }
+  return rays;
+}
+
+/// Rays of all kinds, each with a radius and bounds of its own: from outside, from inside, along an axis, and from end
+/// to end of two lines.
+Rays scattered(const Lines& lines, const Box& box, float size) {
+  Random random{5};
+  Rays rays{"scattered", {}, {}, {}, {}, {}};
+  const Vec3 centre = (box.lo + box.hi) * 0.5f;
+  for (int i = 0; i < 140; ++i) {
+    Vec3 o = centre + random.direction() * size, d = random.direction() * size;
+    const Segment &line = lines[random.below(lines.size())], &other = lines[random.below(lines.size())];
+    if (i % 4 == 0) o = o - d * 5.0f;
+    if (i % 4 == 2) {
+      d = {0, 0, 0};
+      d[i / 4 % 3] = i % 8 < 4 ? size : -size;
+      o = line.p - d;
+    }
+    if (i % 4 == 3 && other.q != line.p) {
+      d = other.q - line.p;
+      o = line.p - d;
+    }
+    const float radii[] = {0.0f, 1e-4f, 0.003f, 0.02f, 0.1f, 2.0f};
+    rays.origins.push_back(o);
+    rays.directions.push_back(d);
+    rays.radius.push_back(radii[random.below(6)] * size);
+    rays.t_min.push_back(random.below(3) == 0 ? random.uniform() : 0.0f);
+    rays.t_max.push_back(random.below(3) == 0 ? 1.0f + random.uniform() : 1e6f);
+  }
+  return rays;
+}
+
+/// The bits of the answers to a batch; those to ray i end at ends[i].
+struct Answers {
+  std::vector<std::uint32_t> words;
+  std::vector<std::size_t> ends;
+
+  void add(float x) { words.push_back(std::bit_cast<std::uint32_t>(x)); }
+  void add(std::int64_t n) { words.push_back(std::uint32_t(n)); }
+  void end() { ends.push_back(words.size()); }
+
+  std::span<const std::uint32_t> of(std::size_t ray) const {
+    const std::size_t begin = ray ? ends[ray - 1] : 0;
+    return std::span(words).subspan(begin, ends[ray] - begin);
+  }
+};
+
+struct Hits {
+  std::vector<float> t, u, distance;
+  std::vector<std::int64_t> prim;
+
+  explicit Hits(std::size_t n) : t(n), u(n), distance(n), prim(n) {}
+
+  HitColumns columns() { return {t.data(), u.data(), distance.data(), nullptr, prim.data()}; }
+  void put(std::size_t i, Answers& to) const {
+    for (const float x : {t[i], u[i], distance[i]}) to.add(x);
+    to.add(prim[i]);
+  }
+};
+
+/// Those who are asked put first hits, flags and counts in their places, and make lists.
+struct Brute {
+  BruteForce search;
+  const RayBatch& rays;
+  unsigned n_threads = 1;
+  Progress& progress;
+
+  void first(const HitColumns& to) const {
+    first_hits(search, rays, At::closest, n_threads, progress, [&](std::size_t i, const Hit& hit) { to.set(i, hit); });
+  }
+  void any(std::span<bool> to) const { any_hits(search, rays, n_threads, progress, to); }
+  void count(std::span<std::int64_t> to) const { count_hits(search, rays, n_threads, progress, to); }
+  PendingLists all() const {
+    return list_hits(search, rays, n_threads, progress, [](const Ray& ray) { return AllSink(At::closest, ray); });
+  }
+};
+
+struct Engine {
+  const WideView& tree;
+  const RayBatch& rays;
+  Kernel kernel;
+  unsigned n_threads;
+  Progress& progress;
+
+  template <class Job>
+  void run(const Job& job) const {
+    run_job(tree, rays, kernel, job, n_threads, progress, [](Job&, std::size_t) {});
+  }
+  void first(const HitColumns& to) const { run(FirstJob{to}); }
+  void any(std::span<bool> to) const { run(AnyJob{to.data()}); }
+  void count(std::span<std::int64_t> to) const { run(CountJob{to.data()}); }
+  PendingLists all() const { return run_lists(tree, rays, kernel, AllJob{}, n_threads, progress); }
+};
+
+enum Query { first, any, count, all };
+constexpr const char* kQueries[] = {"first", "any", "count", "all"};
+
+template <class Asked>
+Answers ask(const Asked& asked, Query query) {
+  const std::size_t n = asked.rays.size();
+  Answers answers;
+  if (query == all) {
+    PendingLists lists = asked.all();
+    Hits hits(lists.n_hits());
+    lists.place(hits.columns(), asked.n_threads);
+    for (std::size_t ray = 0; ray < n; ++ray) {
+      for (auto i = lists.offsets()[ray]; i < lists.offsets()[ray + 1]; ++i) hits.put(std::size_t(i), answers);
+      answers.end();
+    }
+    return answers;
+  }
+  Hits hits(n);
+  const std::unique_ptr<bool[]> found(new bool[n]);
+  if (query == first) asked.first(hits.columns());
+  if (query == any) asked.any({found.get(), n});
+  if (query == count) asked.count(hits.prim);
+  for (std::size_t ray = 0; ray < n; ++ray) {
+    if (query == first) hits.put(ray, answers);
+    if (query == any) answers.add(std::int64_t(found[ray]));
+    if (query == count) answers.add(hits.prim[ray]);
+    answers.end();
+  }
+  return answers;
+}
+
+/// FNV-1a, a word at a time.
+struct Digest {
+  std::uint64_t value = 0xcbf2'9ce4'8422'2325;
+
+  void add(std::uint64_t word) { value = (value ^ word) * 0x100'0000'01b3; }
+  void add(const Answers& answers) {
+    for (const std::uint32_t word : answers.words) add(word);
+    for (const std::size_t end : answers.ends) add(end);
+  }
+};
+
+struct Way {
+  const char* name;
+  Kernel kernel;
+  unsigned n_threads;
+};
+constexpr Way kWays[] = {{"automatic", Kernel::automatic, 1},
+                         {"automatic on 3 threads", Kernel::automatic, 3},
+                         {"single", Kernel::single, 1},
+                         {"wave", Kernel::wave, 1},
+                         {"bundle", Kernel::bundle, 1}};
+
+/// The tree of method "best".
+Tree build(const Lines& lines, Progress& progress) {
+  Settings settings;
+  settings.splits = {{PlaneGrid{16}}, {ObjectSweep{}, 32}};
+  settings.bad_levels = 3;
+  settings.prune = false;
+  settings.radius_hint = 0.001;
+  settings.cost.c_trav = 4.0;
+  settings.limits.max_leaf_refs = 16;
+  return Builder(Segments{lines}, settings, progress).build();
+}
+
+/// Ask all questions about one scene; false where an answer is not that of brute force.
+bool agree(const Scene& scene, Digest& digest) {
+  Progress progress;
+  const Tree tree = build(scene.lines, progress);
+  const WideTree wide = collapse(tree.nodes, tree.refs, scene.lines, {.radius_hint = 0.001}, progress);
+  const WideView view = view_of(wide, scene.lines.data());
+  const Box& box = tree.nodes[0].box;
+  const auto size = float(box.side(box.longest_axis()));
+
+  const Vec3 outside{0.3f, 0.2f, 2.2f}, inside{0.05f, -0.1f, 0.02f};
+  const Rays asked[] = {picture("from outside", outside, 1.3f, box, size, 0.0f),
+                        picture("from outside", outside, 0.02f, box, size, 0.002f),
+                        picture("from outside", outside, 1.3f, box, size, 0.01f),
+                        picture("from inside", inside, 2.0f, box, size, 0.05f), scattered(scene.lines, box, size)};
+  std::size_t n_hits = 0;
+  for (const Rays& rays : asked) {
+    const RayBatch batch = rays.batch();
+    for (const Query query : {first, any, count, all}) {
+      const Answers expected = ask(Brute{{scene.lines, view.frame}, batch, 1, progress}, query);
+      digest.add(expected);
+      if (query == all) n_hits += expected.words.size();
+      for (const Way& way : kWays) {
+        const Answers given = ask(Engine{view, batch, way.kernel, way.n_threads, progress}, query);
+        for (std::size_t ray = 0; ray < batch.size(); ++ray) {
+          if (std::ranges::equal(given.of(ray), expected.of(ray))) continue;
+          std::printf("%s: scene \"%s\", rays \"%s\", kernel %s, query \"%s\": ray %zu differs from brute force\n",
+                      kSimd, scene.name.c_str(), rays.name.c_str(), way.name, kQueries[query], ray);
+          return false;
+        }
+      }
+    }
+  }
+  if (n_hits == 0) std::printf("%s: scene \"%s\": no ray hits anything\n", kSimd, scene.name.c_str());
+  return n_hits > 0;
+}
+
+}  // namespace
+
+int main() {
+  Digest digest;
+  for (const Scene& scene : scenes())
+    if (!agree(scene, digest)) return 1;
+  std::printf("%s %016" PRIx64 "\n", kSimd, digest.value);
+}

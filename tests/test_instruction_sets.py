@@ -1,0 +1,64 @@
+"""One source, several instruction sets: all give the same bits, under emulation too, and none uses code of another."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import sys
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from test_cpp import COMPILER, CPP, FLAGS, run
+
+import fastlines as fl
+
+CMAKE = (CPP.parent / "CMakeLists.txt").read_text(encoding="utf-8")
+COMMON = re.findall(r"-f[\w=-]+", CMAKE[CMAKE.index("target_compile_options(") :].split(")")[0])
+OF_SET = {name: flags.split() for name, flags in re.findall(r"set\(simd_(\w+) (-[^)]*)\)", CMAKE)}
+
+EMULATED = "neon, emulated"
+CROSS_COMPILER, EMULATOR = "aarch64-linux-gnu-g++", "qemu-aarch64"
+MISSING = [tool for tool in (CROSS_COMPILER, EMULATOR) if shutil.which(tool) is None]
+
+
+def answer(simd: str, folder: Path) -> str:
+    """Compile the program for an instruction set and run it."""
+    program = folder / simd.replace(", ", "-")
+    emulated = simd == EMULATED
+    flags = ["-static"] if emulated else OF_SET.get(simd, [])
+    compiler = CROSS_COMPILER if emulated else COMPILER
+    # -O1: most of the time goes to the compiler. -w: GCC 12 warns of its own AVX-512 header.
+    run(compiler, *FLAGS, *COMMON, *flags, "-O1", "-w", CPP / "tests" / "answers.cpp", "-o", program)
+    return run(*[EMULATOR] * emulated, program)
+
+
+@pytest.fixture(scope="module")
+def answers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Future[str]]]:
+    """All compilers run at once."""
+    folder = tmp_path_factory.mktemp("answers")
+    sets = [*([] if MISSING else [EMULATED]), *fl.available_simd()]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        yield {simd: pool.submit(answer, simd, folder) for simd in sets}
+
+
+needs_tools = pytest.mark.skipif(bool(MISSING), reason=f"not installed: {', '.join(MISSING)}")
+
+
+@pytest.mark.parametrize("simd", [*fl.available_simd(), pytest.param(EMULATED, marks=needs_tools)])
+def test_answers_are_the_same(simd: str, answers: dict[str, Future[str]]) -> None:
+    name, digest = answers[simd].result().split()
+    assert name == simd.removesuffix(", emulated")
+    assert ["portable", digest] == answers["portable"].result().split()
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux") or shutil.which("nm") is None, reason="no nm to ask")
+def test_engines_export_nothing_else() -> None:
+    """A function that two modules export could be called by one and be the other's."""
+    modules = sorted(Path(fl.__file__).parent.glob("_engine_*.so"))
+    assert len(modules) >= len(fl.available_simd())
+    for module in modules:
+        symbols = run("nm", "-D", "--defined-only", module).splitlines()
+        assert [line.split()[-1] for line in symbols] == [f"PyInit_{module.name.split('.')[0]}"]
