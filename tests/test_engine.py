@@ -151,3 +151,69 @@ def test_wrong_names() -> None:
         check=False,
     )
     assert "FASTLINES_SIMD='mmx' can not be had here" in said.stderr
+
+
+def hedge(n: int) -> Any:
+    """Short segments across the z axis, at heights that lie the denser the lower."""
+    z = np.geomspace(1e-3, 1, n)
+    first = np.stack([np.full(n, -0.01), np.zeros(n), z], axis=1)
+    return np.stack([first, first + np.array([0.02, 0, 0])], axis=1).astype(np.float32)
+
+
+@pytest.mark.parametrize("n", [15, 33, 300, 3000])
+def test_long_lists_are_sorted(n: int) -> None:
+    """Also where t are much the same for most, the same for all, or far apart for some."""
+    rng = np.random.default_rng(n)
+    segments = hedge(n)[rng.permutation(n)]
+    tree = fl.build(segments)
+    start = rng.normal(0, 1e-4, (32, 3))
+    for along, t_min, t_max in (
+        ([0, 0, 1], 0, np.inf),
+        ([0, 0, -1], -2, 2),
+        ([0, 0, 1], 0.5, np.inf),
+        ([1, 0, 0], 0, 0),
+    ):
+        asked: dict[str, Any] = {"t_min": t_min, "t_max": t_max, "radius": 2.0 if t_max == 0 else 0.002}
+        expected = fl.brute_force(segments, start, along, **asked)
+        assert len(expected) == 32 * n or t_min == 0.5
+        for kernel in WIDE:
+            assert_same(tree.all_hits(start, along, **asked, kernel=kernel), expected)
+
+
+@pytest.mark.parametrize("far", [1.0, 1e3, 1e6, 1e9])
+def test_bundles_of_rays_that_lie_far_apart(far: float) -> None:
+    """Forced into a bundle, rays that pass far from the scene, with a radius that just reaches it or does not."""
+    segments = np.concatenate([hedge(20), hedge(20)[:, :, [2, 0, 1]], [[[0, 0, 0], [0, 0, 1]]]]).astype(np.float32)
+    tree = fl.build(segments)
+    rng = np.random.default_rng(1)
+    side = np.sign(rng.normal(size=(64, 1))) * far
+    origins = np.concatenate([side, rng.random((64, 2))], axis=1).astype(np.float32)
+    for along in ([0, 0, 1], [0, 1e-5, 1], [0, 1, 0.3]):
+        for radius in (far, far * (1 - 1e-6), 0.99 * far, 1.5 * far):
+            for query in QUERIES:
+                expected = fl.brute_force(segments, origins, along, radius, query=query, **options(query))
+                for kernel in WIDE:
+                    assert_same(getattr(tree, query)(origins, along, radius, **options(query), kernel=kernel), expected)
+
+
+def test_segments_whose_squares_are_nothing() -> None:
+    """Squares of lengths below 1e-19 are 0, in the test from afar and in that of a leaf."""
+    tiny = [[[0, 0, 0], [length, 0, 0]] for length in (0, 1e-30, 1e-25, 1e-21, 1e-19, 1e-16)]
+    segments = np.array([[[-1, -1, -1]] * 2, [[1, 1, 1]] * 2, *tiny], np.float32)
+    tree = fl.build(segments)
+    origins = np.stack([np.linspace(0, 1e-4, 64), np.full(64, 0.1), np.full(64, -5)], axis=1).astype(np.float32)
+    for radius in (0.1, 0.2, 1e6, 1e11):
+        for query in QUERIES:
+            expected = fl.brute_force(segments, origins, [0, 0, 1], radius, query=query, **options(query))
+            for kernel in WIDE:
+                assert_same(getattr(tree, query)(origins, [0, 0, 1], radius, **options(query), kernel=kernel), expected)
+
+
+def test_a_ray_that_is_skipped_hides_nothing_from_its_neighbours() -> None:
+    segments = np.array([[[x, 0, 0], [x, 0, 0]] for x in (-1, 0, 1)], np.float32)
+    tree = fl.build(segments)
+    origins = np.tile(np.array([0, 0.1, -5], np.float32), (16, 1))
+    origins[3, 0] = np.nan
+    for kernel in WIDE:
+        hits = tree.first_hit(origins, [0, 0, 1], 0.2, invalid="skip", kernel=kernel)
+        assert hits.prim.tolist() == [1] * 3 + [-1] + [1] * 12

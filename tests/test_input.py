@@ -385,3 +385,9 @@ def test_answers_are_shown_in_a_line():
     rays = np.tile([0.5, 0.5, -5], (1000, 1)), [0, 0, 1]
     assert repr(tree.first_hit(*rays, 0.1)) == "<FirstHits: 1,000 rays, 1,000 hit>"
     assert repr(tree.all_hits(*rays, 0.1)) == "<AllHits: 1,000 rays, 1,000 hits>"
+
+
+def test_a_direction_of_length_zero_is_refused_where_all_else_is_zero_too():
+    for segments in ([[[0, 0, 0], [0, 0, 0]]], np.zeros((0, 2, 3))):
+        with pytest.raises(fl.InputError, match="length zero"):
+            fl.build(segments).first_hit([0, 0, 0], [0, 0, 0], 0.0)

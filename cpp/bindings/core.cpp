@@ -164,7 +164,7 @@ bool are_rays(Input<float> origins, Input<float> directions, Input<float> radius
     fine &= (start <= RayBatch::pick(ends, i)) & (start <= largest);
   }
   const double far = 2.0 * (double(far_origin) + farthest) + reach;
-  return fine && far <= double(shortest) * largest;
+  return fine && shortest > 0.0f && far <= double(shortest) * largest;
 }
 
 using OptionalNodes = std::optional<Input<std::uint32_t>>;

@@ -102,7 +102,10 @@ nb::tuple list(LayoutArrays layout, RayArrays rays, bool surface, std::optional<
 
 /// Nanoseconds that each step takes alone, by name; see kernels/pace.hpp.
 nb::dict pace(LayoutArrays layout, RayArrays rays) {
-  const Pace pace = measure_pace(view_of(layout), batch_of(rays));
+  const RayBatch batch = batch_of(rays);
+  if (batch.size() < kLanes || std::get<3>(layout).size() == 0)
+    throw std::invalid_argument("pace needs 64 rays and a segment");
+  const Pace pace = measure_pace(view_of(layout), batch);
   nb::dict found;
   for (const auto& [name, nanoseconds] :
        std::initializer_list<std::pair<const char*, double>>{{"cycle", pace.cycle},

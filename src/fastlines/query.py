@@ -62,7 +62,7 @@ class Question:
 
 
 def _is_short(n_rays: int, n_refs: int) -> bool:
-    """Whether a batch is over before a second thread has started, even if each ray meets much."""
+    """Whether a batch is over when a second thread has hardly started, unless its rays meet most of the scene."""
     return n_rays <= 256 and n_rays * n_refs <= 10_000_000
 
 

@@ -18,6 +18,7 @@ def set_num_threads(n_threads: int | None) -> None:
     """Set the number of threads of all later batch calls; None = one for each core that this process may use.
 
     The environment variable ``FASTLINES_NUM_THREADS`` sets it for a whole program. Answers do not depend on it.
+    Batches of up to 256 rays take one thread, unless rays times references of the tree are more than ten million.
     """
     global _n_threads
     _n_threads = None if n_threads is None else count("n_threads", n_threads, 1, MAX_THREADS)

@@ -14,7 +14,8 @@ namespace fastlines {
 struct LinesBeside {
   alignas(64) float start[3][kWidth], along[3][kWidth];  // the segments, in the frame
   alignas(64) float at_x[kWidth], at_y[kWidth], at_dx[kWidth], at_dy[kWidth], at_moment[kWidth], rest[kWidth];
-  alignas(64) float most[kWidth], nearest[kWidth];  // no |m| and no depth beyond can be a hit
+  alignas(64) float most[kWidth],
+      nearest[kWidth];  // of a hit: |m| is no more than `most`, `last` no less than `nearest`
 
   void take(const WideView& tree, const std::uint32_t* prims, int n, const Bundle& bundle) {
     for (int j = 0; j < n; ++j) {
@@ -46,7 +47,8 @@ struct LinesBeside {
     (px * ez - pz * ex).store(at_dy);
     (zero - ez).store(at_moment);
     (py * ex - px * ey).store(rest);
-    const F across2 = fma(ex, ex, ey * ey), length = sqrt(fma(ez, ez, across2));
+    // A length is never taken for less than 1e-18: squares of less are lost, but m is not.
+    const F across2 = fma(ex, ex, fma(ey, ey, F(1e-36f))), length = sqrt(fma(ez, ez, across2));
     fma(fma(F(bundle.slope), length, sqrt(across2)), F(1.0001f * bundle.reach), F(bundle.grain) * length).store(most);
     (pz + min(ez, zero)).store(nearest);
   }

@@ -84,7 +84,7 @@ struct Bundle {
     if (!(least(slant) > 0.5f)) return false;
     spread = std::sqrt(greatest(stray2));
     slope = std::sqrt(greatest(slope2));
-    grain = far * 0x1p-17f;
+    grain = (far + spread) * 0x1p-17f;  // ulps of all that m is made of
     axis = CullRay(centre, c, u, v, reach + spread * 1.0002f + 4e-6f, least(earliest) - spread - reach - 1e-5f);
     return true;
   }
@@ -92,7 +92,7 @@ struct Bundle {
   /// Note the depths beyond which rays want nothing more, and return the greatest.
   float look(const float* limit) {
     Float16 deepest = -std::numeric_limits<float>::max();
-    const Float16 more = reach + 1e-5f;
+    const Float16 more = reach + grain;
     for (int i = first; i < end; i += kWidth) {
       const Float16 here =
           fma(Float16::load(b + i), min(Float16::load(limit + i), Float16(8.0f)), Float16::load(a + i));

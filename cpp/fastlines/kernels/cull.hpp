@@ -15,8 +15,8 @@ struct CullRay {
   float inverse[3], near[3], far[3];  // box planes: q·(scale·inverse) + (org·inverse − near)
   int near_row[3], far_row[3];        // where a node's bytes of the near and the far planes begin
   float t_min;
-  float o[3], u[3], v[3], reach;      // reach: radius and rounding
-  float away_u, away_v;               // −o·u, −o·v
+  float o[3], u[3], v[3], reach;  // reach: radius and rounding
+  float away_u, away_v;           // −o·u, −o·v
 
   CullRay() = default;
   explicit CullRay(const Ray& ray) : CullRay(ray.o, ray.r, ray.u, ray.v, ray.radius + ray.eps, ray.t_min) {}
@@ -74,7 +74,8 @@ struct CullRay {
   const F cu = fma(cz, uz, fma(cy, uy, fma(cx, ux, bu))), cv = fma(cz, vz, fma(cy, vy, fma(cx, vx, bv)));
   const F wu = cu - au, wv = cv - av;
   const F cross = au * wv - av * wu;
-  const auto line = cross * cross <= fma(fma(wu, wu, wv * wv), near2, F(1e-3f));
+  // Never 0 · infinity, which would be no number.
+  const auto line = cross * cross <= fma(fma(wu, wu, fma(wv, wv, F(1e-30f))), near2, F(1e-3f));
   const auto inside = (fma(au, wu, av * wv) <= F(0.0f)) & (F(0.0f) <= fma(cu, wu, cv * wv));
   const auto ends = min(fma(au, au, av * av), fma(cu, cu, cv * cv)) <= near2;
   return (line & (inside | ends)).bits() & ((1u << leaf.n_refs) - 1);

@@ -19,6 +19,8 @@ struct AllJob {
   void begin(Collector& collector, const RayLanes& rays) const { collector.begin(rays); }
 
   void take(const RayLanes& rays, const Collector& found, int first, int end) {
+    if (found.n > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();  // 64 rays: over 80 GB
+
     // Each ray's hits in a row.
     std::uint32_t begin[kLanes + 1], next[kLanes];
     std::fill(begin + first, begin + end + 1, 0u);
@@ -55,9 +57,13 @@ struct AllJob {
       const float distance = float(std::sqrt(found.dist2[from]) * rays.per_scale);
       to[place[j]] = {t[j], found.s[from], distance, 0.0f, found.prim[from]};
     }
-    bool tie = false;  // then the lower id comes first
-    for (std::uint32_t j = 1; j < n; ++j) tie |= to[j].t == to[j - 1].t;
-    if (tie) std::sort(to, to + n);
+    // Of equal t the lower id comes first. Two that meet in a point often have the same.
+    for (std::uint32_t j = 1; j < n; ++j) {
+      if (to[j].t != to[j - 1].t) continue;
+      const std::uint32_t first = j - 1;
+      while (j < n && to[j].t == to[first].t) ++j;
+      std::sort(to + first, to + j);
+    }
   }
 };
 

@@ -1,8 +1,9 @@
 // How long each step of the kernels takes alone: the same few blocks and rays again and again, from the nearest cache,
-// with nothing to wait for. What the steps of a query would take at this pace bounds how fast it can be.
+// with nothing to wait for. What the steps of a query would take at this pace is what there is to win by waiting less.
 #pragma once
 
 #include <chrono>
+#include <stdexcept>
 
 #include "thick.hpp"
 
@@ -39,7 +40,7 @@ double pace_of(Step&& step, int n = 4096) {
   return best;
 }
 
-/// For a tree with at least one node and one leaf, and at least 64 rays.
+/// For a tree over something, and at least 64 rays that run alike.
 inline Pace measure_pace(const WideView& tree, const RayBatch& batch) {
   constexpr std::uint32_t kFew = 8;
   std::uint32_t ids[kLanes], sum = 0;
@@ -50,7 +51,7 @@ inline Pace measure_pace(const WideView& tree, const RayBatch& batch) {
   rays->fill(batch, tree.frame, kLanes, ids);
   CullRay cull[kFew];
   for (std::uint32_t i = 0; i < kFew; ++i) cull[i] = CullRay(rays->ray(int(i)));
-  bundle->gather(*rays, 0, kLanes, tree.box);
+  if (!bundle->gather(*rays, 0, kLanes, tree.box)) throw std::invalid_argument("the first 64 rays do not run alike");
   bundle->look(rays->t_max);
   std::uint32_t prims[kWidth];
   for (std::uint32_t i = 0; i < kWidth; ++i) prims[i] = tree.leaves[0].first_ref + i % tree.leaves[0].n_refs;

@@ -16,8 +16,8 @@ class Places {
  public:
   /// x[0 … n) takes the numbers; there is room to read and write up to the next multiple of 16.
   float* numbers(std::uint32_t n) {
-    if (x_.size() < n + kWidth) {
-      x_.resize(2 * n + kWidth);
+    if (x_.size() < std::size_t(n) + kWidth) {
+      x_.resize(2 * std::size_t(n) + kWidth);
       dealt_.resize(x_.size());
       place_.resize(x_.size());
       bucket_.resize(x_.size());

@@ -130,7 +130,7 @@ class Stream {
   /// Test one ray against the segments of sorted_[begin … end), sixteen at a time.
   template <class Collector>
   void test_ray(const Ray& ray, int lane, std::size_t begin, std::size_t end, Collector& collector) {
-    alignas(64) float p[3][kWidth] = {}, q[3][kWidth] = {}, s0[kWidth], s1[kWidth];
+    alignas(64) float p[3][kWidth] = {}, q[3][kWidth] = {}, s0[kWidth] = {}, s1[kWidth] = {};
     std::uint32_t prims[kWidth];
     for (; begin < end; begin += kWidth) {
       const int n = int(std::min<std::size_t>(end - begin, kWidth));

@@ -108,7 +108,7 @@ class ThickSearch {
   SeenSet seen_;
   LinesBeside lines_{};
   std::uint32_t pieces_[(kWidth + 1) * kWidth], prims_[(kWidth + 1) * kWidth];
-  Pack packs_[kWidth * kLanes / kWidth + 1];
+  Pack packs_[kWidth * (kLanes / kWidth)];
 };
 
 }  // namespace fastlines

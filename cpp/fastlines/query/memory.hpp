@@ -33,10 +33,11 @@ class Arena {
     const std::size_t size = (n_bytes + kPiece - 1) / kPiece * kPiece;
     const std::lock_guard lock(mutex_);
     if (left_ < size) {
-      left_ = std::max(size, next_);
-      next_ = std::min(2 * next_, kLargest);
-      block_.reset(static_cast<std::byte*>(allocate(left_)), [](std::byte* data) { std::free(data); });
+      const std::size_t n_bytes_of_block = std::max(size, next_);
+      block_.reset(static_cast<std::byte*>(allocate(n_bytes_of_block)), [](std::byte* data) { std::free(data); });
       at_ = block_.get();
+      left_ = n_bytes_of_block;
+      next_ = std::min(2 * next_, kLargest);
     }
     std::shared_ptr<std::byte> piece(block_, at_);
     at_ += size;

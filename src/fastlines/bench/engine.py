@@ -80,7 +80,7 @@ class Plan:
     retune : bool
         Do not use the lengths that an earlier run found.
     one_by_one : bool
-        One ray a call, from C++: our kernel "single" and Embree's rtcIntersect1.
+        Each ray is searched alone: by our kernel "single", and by Embree's rtcIntersect1.
     built_for : float, optional
         Embree is user geometry that is built for this radius and asked with others, no larger.
     """

@@ -36,6 +36,10 @@ def print_tables(result: Result) -> None:
     console.print(_building(result))
     threads = result.plan["n_threads"]
     said = f"Millions of rays a second, {threads} thread{'s' if threads > 1 else ''}, best of {result.plan['rounds']}. "
+    if result.plan["one_by_one"]:
+        said += "Each ray is searched alone. "
+    if result.plan["built_for"] is not None:
+        said += f"Embree's trees are built for the radius {result.plan['built_for']:g} and asked with those shown. "
     if peer:
         said += (
             f"Embree {result.machine['embree']}: its fastest configuration in each cell. differ: share of rays with "

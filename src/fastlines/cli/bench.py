@@ -107,7 +107,8 @@ def engine(
         bool, typer.Option("--retune", help="Find anew to what lengths segments are best cut for Embree.")
     ] = False,
     one_by_one: Annotated[
-        bool, typer.Option("--one-by-one", help="One ray a call, from C++: our single kernel and rtcIntersect1.")
+        bool,
+        typer.Option("--one-by-one", help="Search each ray alone: our kernel single, and rtcIntersect1."),
     ] = False,
     built_for: Annotated[
         float | None,
@@ -182,9 +183,10 @@ def engine(
     )
     cases = list(cases_of(scene or [], file or [], radius, quick))
     largest = max(radius for case in cases for radius in case.radii)
-    if built_for is not None and not largest <= built_for < float("inf"):
+    if built_for is not None and (peer == "none" or not largest <= built_for < float("inf")):
         raise InputError(
-            f"--built-for {built_for:g} is less than a radius that is asked, {largest:g}; use that or more"
+            f"--built-for {built_for:g}: expected a radius for Embree's trees, no less than the largest that is asked, "
+            f"{largest:g}, and --peer embree"
         )
     with progress_bar(show_progress()) as progress:
         result = run_engine(cases, plan, progress)

@@ -83,7 +83,7 @@ def growth(
 
     [cyan]fastlines bench growth --quick[/]
 
-    [cyan]fastlines bench growth --scene bun-hair --json growth.json --plot growth.png[/]  up to a million segments
+    [cyan]fastlines bench growth --scene bun-hair --json growth.json --plot growth.png[/]  up to 100,000 segments
 
     [cyan]fastlines bench growth --scene straight-hair --sizes 1000,10000,100000 --threads 1,2,4[/]
     """

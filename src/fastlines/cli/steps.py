@@ -100,7 +100,7 @@ def _print(result: StepResult) -> None:
     console.print(table)
     console.print(
         f"One thread, {result.machine['simd']}. sum: what the steps of a ray would take at the pace that each has "
-        "alone, with nothing to wait for; it bounds the kernels. a ray: all there is, lists sorted and written out. "
-        "share: the first of the second.",
+        "alone, with nothing to wait for; stacks, packing and sorting are not in it. a ray: all there is. share: the "
+        "first of the second.",
         highlight=False,
     )
