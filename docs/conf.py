@@ -11,6 +11,7 @@ myst_heading_anchors = 3
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 napoleon_google_docstring = False
+napoleon_use_ivar = True  # attributes of that name are no targets of their own
 exclude_patterns = ["_build"]
 html_theme = "furo"
 html_title = "fastlines"
