@@ -306,6 +306,5 @@ def _count(query: str, answer: Any) -> int:
 
 def _same(a: Any, b: Any) -> bool:
     """Whether two answers are one."""
-    return all(
-        np.array_equal(getattr(a, name), getattr(b, name)) for name in ("t", "prim", "offsets") if hasattr(a, name)
-    )
+    names = ("t", "prim", "u", "distance", "offsets")
+    return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in names if hasattr(a, name))
