@@ -14,8 +14,8 @@ namespace fastlines {
 struct LinesBeside {
   alignas(64) float start[3][kWidth], along[3][kWidth];  // the segments, in the frame
   alignas(64) float at_x[kWidth], at_y[kWidth], at_dx[kWidth], at_dy[kWidth], at_moment[kWidth], rest[kWidth];
-  alignas(64) float most[kWidth],
-      nearest[kWidth];  // of a hit: |m| is no more than `most`, `last` no less than `nearest`
+  // Of a hit |m| is no more than `most`, and the ray's `last` no less than `nearest`.
+  alignas(64) float most[kWidth], nearest[kWidth];
 
   void take(const WideView& tree, const std::uint32_t* prims, int n, const Bundle& bundle) {
     for (int j = 0; j < n; ++j) {

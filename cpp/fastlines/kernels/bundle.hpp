@@ -23,8 +23,8 @@ struct Bundle {
   float slope = 0.0f;   // the largest |(x', y')|
   float grain = 0.0f;   // times |e|: what rounding may add to a line's moment
 
-  /// Rays beside the axis: at depth z at x + z·dx, y + z·dy; moment = x·dy − y·dx. Depth a + b·t; from `last` on no
-  /// hit.
+  // Rays beside the axis: at depth z at x + z·dx, y + z·dy; moment = x·dy − y·dx. Their depth is a + b·t; what begins
+  // beyond `last` is no hit.
   float x[kLanes], y[kLanes], dx[kLanes], dy[kLanes], moment[kLanes];
   float a[kLanes], b[kLanes], last[kLanes];
 

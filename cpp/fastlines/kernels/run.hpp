@@ -9,9 +9,8 @@ namespace fastlines {
 
 /// Answer all rays. Each thread has a copy of the job; gather(job, chunk) is called when it has done a chunk.
 template <class Job, class Gather>
-void run_job(const WideView& tree, const RayBatch& rays, Kernel kernel, const Job& job, unsigned n_threads,
-             Progress& progress, Gather&& gather) {
-  const RayOrder order(rays);
+void run_job(const WideView& tree, const RayBatch& rays, const RayOrder& order, Kernel kernel, const Job& job,
+             unsigned n_threads, Progress& progress, Gather&& gather) {
   const std::size_t n_groups = order.n_groups();
   // Large enough that a wave is rarely drained, small enough that threads end together.
   const std::size_t per_chunk = std::clamp<std::size_t>(n_groups / (8 * n_threads), 1, 16);
@@ -33,11 +32,18 @@ void run_job(const WideView& tree, const RayBatch& rays, Kernel kernel, const Jo
                  });
 }
 
+template <class Job, class Gather>
+void run_job(const WideView& tree, const RayBatch& rays, Kernel kernel, const Job& job, unsigned n_threads,
+             Progress& progress, Gather&& gather) {
+  run_job(tree, rays, RayOrder(rays), kernel, job, n_threads, progress, gather);
+}
+
 template <class Job>
 PendingLists run_lists(const WideView& tree, const RayBatch& rays, Kernel kernel, const Job& job, unsigned n_threads,
                        Progress& progress) {
-  PendingLists pending(rays.size(), RayOrder(rays).n_groups());
-  run_job(tree, rays, kernel, job, n_threads, progress,
+  const RayOrder order(rays);
+  PendingLists pending(rays.size(), order.n_groups());
+  run_job(tree, rays, order, kernel, job, n_threads, progress,
           [&](Job& done, std::size_t chunk) { pending.take(chunk, done.lists); });
   pending.finish();
   return pending;

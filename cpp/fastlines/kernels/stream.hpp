@@ -7,6 +7,7 @@
 #include "collect.hpp"
 #include "cull.hpp"
 #include "fetch.hpp"
+#include "pairs.hpp"
 #include "tally.hpp"
 
 namespace fastlines {
@@ -37,32 +38,6 @@ class Stream {
 
  private:
   static constexpr std::size_t kAtOnce = 256, kEnough = 1024, kAhead = 16;
-
-  /// Pairs of a thing and a ray; writing may go sixteen past the end.
-  struct Pairs {
-    std::vector<std::uint32_t> what, ray;
-    std::size_t n = 0;
-
-    bool empty() const { return n == 0; }
-    std::size_t size() const { return n; }
-    void clear() { n = 0; }
-    void reserve(std::size_t more) {
-      if (what.size() >= n + more) return;
-      what.resize(2 * (n + more));
-      ray.resize(2 * (n + more));
-    }
-    void push(std::uint32_t w, std::uint32_t r) {
-      reserve(1);
-      what[n] = w;
-      ray[n++] = r;
-    }
-    /// The things `base` + the numbers of these bits.
-    void pack(std::uint32_t bits, std::uint32_t base, std::uint32_t r) {
-      pack_numbers(bits, base, what.data() + n);
-      for (int k = 0; k < kWidth; ++k) ray[n + std::size_t(k)] = r;
-      n += std::size_t(std::popcount(bits));
-    }
-  };
 
   /// Take some pairs from the end of the list, so that it stays short, and test them.
   void test_nodes(const RayLanes& rays) {

@@ -15,6 +15,7 @@
 #include "../query/search.hpp"
 #include "cull.hpp"
 #include "fetch.hpp"
+#include "pairs.hpp"
 #include "tally.hpp"
 
 namespace fastlines {
@@ -89,30 +90,13 @@ class Wave {
     }
   };
 
-  /// Things, and the slots that they are for.
-  struct Pairs {
-    std::vector<std::uint32_t> what, slot;
-
-    void reserve(std::size_t n) {
-      if (what.size() >= n) return;
-      what.resize(2 * n);
-      slot.resize(2 * n);
-    }
-    /// Put the things in these lanes, numbered from `base`, at n; room for sixteen is needed. Returns how many.
-    std::size_t pack(std::size_t n, std::uint32_t lanes, std::uint32_t base, std::uint32_t which) {
-      pack_numbers(lanes, base, what.data() + n);
-      std::fill_n(slot.data() + n, kWidth, which);
-      return std::size_t(std::popcount(lanes));
-    }
-  };
-
   template <class Done>
   void step(Done&& done) {
     Slot* const slots = slots_.data();
 
     // A: nodes.
-    leaf_.reserve(std::size_t(n_ + 1) * kWidth);
-    std::size_t n_leaves = 0;
+    leaves_.clear();
+    leaves_.reserve(std::size_t(n_ + 1) * kWidth);
     for (int i = 0; i < n_; ++i) {
       const std::uint32_t which = which_[i];
       Slot& slot = slots[which];
@@ -121,31 +105,33 @@ class Wave {
       const std::uint32_t lanes = cull_node(slot.cull, node, slot.sink->limit, near);
       const std::uint32_t inner = lanes & ((1u << node.n_inner) - 1);
       slot.push(inner, near, node.first_inner);
-      n_leaves += leaf_.pack(n_leaves, lanes ^ inner, node.first_leaf - node.n_inner, which);
+      leaves_.pack(lanes ^ inner, node.first_leaf - node.n_inner, which);
     }
 
     // B: leaves.
-    ref_.reserve((n_leaves + 1) * kWidth);
-    std::size_t n_refs = 0;
-    for (std::size_t j = 0; j < n_leaves; ++j) fetch(tree_.leaves + leaf_.what[j]);
+    const std::size_t n_leaves = leaves_.size();
+    survivors_.clear();
+    survivors_.reserve((n_leaves + 1) * kWidth);
+    for (std::size_t j = 0; j < n_leaves; ++j) fetch(tree_.leaves + leaves_.what[j]);
     for (std::size_t j = 0; j < n_leaves; ++j) {
-      const WideLeaf& leaf = tree_.leaves[leaf_.what[j]];
-      const std::uint32_t which = leaf_.slot[j];
-      n_refs += ref_.pack(n_refs, cull_leaf(slots[which].cull, leaf), leaf.first_ref, which);
+      const WideLeaf& leaf = tree_.leaves[leaves_.what[j]];
+      const std::uint32_t which = leaves_.ray[j];
+      survivors_.pack(cull_leaf(slots[which].cull, leaf), leaf.first_ref, which);
+    }
+
+    // C: survivors.
+    const std::size_t n = survivors_.size();
+    for (std::size_t j = 0; j < n; ++j) __builtin_prefetch(tree_.refs + survivors_.what[j]);
+    for (std::size_t j = 0; j < n; ++j) __builtin_prefetch(tree_.segments + tree_.refs[survivors_.what[j]].prim);
+    for (std::size_t j = 0; j < n; ++j) {
+      Slot& slot = slots[survivors_.ray[j]];
+      const Reference& ref = tree_.refs[survivors_.what[j]];
+      if (!slot.sink->done()) test_segment(slot.ray, tree_.segments[ref.prim], tree_.frame, ref, *slot.sink);
     }
     tally(&Steps::nodes, std::uint64_t(n_));
     tally(&Steps::leaves, n_leaves);
-    tally(&Steps::pieces, n_refs);
-    tally(&Steps::tests, n_refs);
-
-    // C: survivors.
-    for (std::size_t j = 0; j < n_refs; ++j) __builtin_prefetch(tree_.refs + ref_.what[j]);
-    for (std::size_t j = 0; j < n_refs; ++j) __builtin_prefetch(tree_.segments + tree_.refs[ref_.what[j]].prim);
-    for (std::size_t j = 0; j < n_refs; ++j) {
-      Slot& slot = slots[ref_.slot[j]];
-      const Reference& ref = tree_.refs[ref_.what[j]];
-      if (!slot.sink->done()) test_segment(slot.ray, tree_.segments[ref.prim], tree_.frame, ref, *slot.sink);
-    }
+    tally(&Steps::pieces, n);
+    tally(&Steps::tests, n);
 
     // D: what comes next.
     for (int i = n_; i-- > 0;) {
@@ -165,7 +151,7 @@ class Wave {
   int n_ = 0;
   std::vector<Slot> slots_;
   std::uint32_t which_[kSlots];  // the slots in use, then those that are free
-  Pairs leaf_, ref_;
+  Pairs leaves_, survivors_;     // each for a slot
 };
 
 }  // namespace fastlines

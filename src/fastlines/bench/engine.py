@@ -158,12 +158,7 @@ class _Runner:
         for radius in case.radii:
             scenes = self._scenes(radius) if plan.peer else None
             for kind in plan.kinds:
-                if kind == "ao":
-                    small = camera_rays(case.camera, min(plan.n_rays, 1 << 16))
-                    t = self.tree.first_hit(small.origins, small.directions, radius).t
-                    rays = ao_rays(case.lines, small, t, radius, plan.n_rays)
-                else:
-                    rays = fixed[kind]
+                rays = occlusion(case, self.tree, radius, plan.n_rays) if kind == "ao" else fixed[kind]
                 for query in KINDS[kind]:
                     self.say(f"{case.name}, radius {radius:g}: {kind} rays, {query}")
                     yield self._cell(radius, rays, query, scenes, builds.get("all" if query == "all" else "first", []))
@@ -231,7 +226,7 @@ class _Runner:
                 seconds, our_answer = self._time(partial(self._ask, radius, query), part)
                 mine += seconds
                 if i_round == 0:
-                    n_hits += _count(query, our_answer)
+                    n_hits += count_hits(query, our_answer)
                 for config in near:
                     assert scenes is not None
                     seconds, answer = self._time(partial(scenes.ask, config, query), part)
@@ -261,9 +256,7 @@ class _Runner:
         return Cell(self.case.name, radius, rays.kind, query, len(many), n_hits, rate, sides)
 
     def _ask(self, radius: float, query: str, rays: RayBatch) -> Any:
-        ask: Any = {"first": self.tree.first_hit, "any": self.tree.any_hit, "all": self.tree.all_hits}[query]
-        kernel = "single" if self.plan.one_by_one else "auto"
-        return ask(rays.origins, rays.directions, radius, t_min=rays.t_min, t_max=rays.t_max, kernel=kernel)
+        return ask_tree(self.tree, query, rays, radius, "single" if self.plan.one_by_one else "auto")
 
     def _time(self, ask: Callable[[RayBatch], Any], rays: RayBatch) -> tuple[float, Any]:
         start = self.now()
@@ -276,7 +269,19 @@ def _load() -> float | None:
     return os.getloadavg()[0] if hasattr(os, "getloadavg") else None
 
 
-def _count(query: str, answer: Any) -> int:
+def occlusion(case: Case, tree: Tree, radius: float, n_rays: int) -> RayBatch:
+    """Ambient-occlusion rays from what the case's camera sees."""
+    small = camera_rays(case.camera, min(n_rays, 1 << 16))
+    return ao_rays(case.lines, small, tree.first_hit(small.origins, small.directions, radius).t, radius, n_rays)
+
+
+def ask_tree(tree: Tree, query: str, rays: RayBatch, radius: float, kernel: str = "auto") -> Any:
+    """Ask our tree a query, "first", "any" or "all"."""
+    ask: Any = {"first": tree.first_hit, "any": tree.any_hit, "all": tree.all_hits}[query]
+    return ask(rays.origins, rays.directions, radius, t_min=rays.t_min, t_max=rays.t_max, kernel=kernel)
+
+
+def count_hits(query: str, answer: Any) -> int:
     """How many hits there are, or how many rays that hit."""
     if query == "all":
         return len(answer)

@@ -18,7 +18,7 @@ from ..demo.machine import describe_machine
 from ..scenes import RADII, make
 from ..threads import num_threads
 from ..tree import Tree
-from .engine import MAX_HITS
+from .engine import MAX_HITS, ask_tree, count_hits
 from .rays import KINDS, RayBatch, camera_rays, random_rays
 
 #: The kinds of rays; each is asked for its queries.
@@ -251,17 +251,16 @@ def _alternate(tree: Tree, query: str, rays: RayBatch, plan: Plan) -> tuple[int,
     """Ask as many of the rays as there is time for, with each thread count in turn; count rays, hits and seconds."""
 
     def ask(part: RayBatch, n_threads: int) -> tuple[Any, float]:
-        call: Any = {"first": tree.first_hit, "all": tree.all_hits}[query]
         with num_threads(n_threads):
             start = time.perf_counter()
-            answer = call(part.origins, part.directions, plan.radius, t_min=part.t_min, t_max=part.t_max)
+            answer = ask_tree(tree, query, part, plan.radius)
             return answer, time.perf_counter() - start
 
     # Try a few.
     few = spread(rays, TRIAL)
     tried = [ask(few, n_threads) for n_threads in plan.threads]
     slowest = max(seconds for _, seconds in tried)
-    n_hits = _count(query, tried[0][0])
+    n_hits = count_hits(query, tried[0][0])
     del tried
     many = spread(rays, max(len(few), int(len(few) * plan.seconds / max(slowest, 1e-6))))
 
@@ -282,7 +281,7 @@ def _alternate(tree: Tree, query: str, rays: RayBatch, plan: Plan) -> tuple[int,
                 if i_round > 0:
                     continue
                 if first is None:
-                    first, n_hits = answer, n_hits + _count(query, answer)
+                    first, n_hits = answer, n_hits + count_hits(query, answer)
                 elif not _same(first, answer):
                     raise RuntimeError(f"{query} hits differ between {plan.threads[0]} and {n_threads} threads")
         best = np.minimum(best, times)
@@ -297,11 +296,6 @@ def spread(rays: RayBatch, n_rays: int) -> RayBatch:
         return rays
     blocks = ((np.arange(n_taken) + 0.5) * n_blocks / n_taken).astype(np.int64)
     return rays.take((blocks[:, None] * rays.block + np.arange(rays.block)).ravel())
-
-
-def _count(query: str, answer: Any) -> int:
-    """How many hits there are, or how many rays that hit."""
-    return len(answer) if query == "all" else int(answer.hit.sum())
 
 
 def _same(a: Any, b: Any) -> bool:

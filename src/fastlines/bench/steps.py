@@ -12,8 +12,8 @@ from ..engines import counting, engine, simd
 from ..rays import check_rays
 from ..threads import num_threads
 from ..tree import Tree
-from .engine import Case
-from .rays import KINDS, RayBatch, ao_rays, camera_rays, random_rays
+from .engine import Case, ask_tree, occlusion
+from .rays import KINDS, RayBatch, camera_rays, random_rays
 from .timing import clock
 
 #: The steps that are counted and paced, as kernels/tally.hpp and kernels/pace.hpp have them.
@@ -96,23 +96,16 @@ def run_steps(
     for case in cases:
         progress(f"{case.name}: building", len(cells) / n_cells)
         tree = build(case.lines)
+        fixed = {"camera": camera_rays(case.camera, n_rays), "random": random_rays(case.lines, n_rays)}
         with num_threads(1):
             for radius in case.radii:
-                picture = camera_rays(case.camera, n_rays)
-                pace[case.name] = _pace(tree, picture, radius, pace.get(case.name, {}))
+                pace[case.name] = _pace(tree, fixed["camera"], radius, pace.get(case.name, {}))
                 for kind in kinds:
-                    rays = _rays(kind, case, tree, picture, radius, n_rays)
+                    rays = occlusion(case, tree, radius, n_rays) if kind == "ao" else fixed[kind]
                     for query in KINDS[kind]:
                         progress(f"{case.name}, radius {radius:g}: {kind} rays, {query}", len(cells) / n_cells)
                         cells.append(_cell(case.name, tree, rays, radius, query, rounds, pace[case.name]))
     return StepResult(machine, pace, cells)
-
-
-def _rays(kind: str, case: Case, tree: Tree, picture: RayBatch, radius: float, n_rays: int) -> RayBatch:
-    if kind == "ao":
-        small = camera_rays(case.camera, min(n_rays, 1 << 16))
-        return ao_rays(case.lines, small, tree.first_hit(small.origins, small.directions, radius).t, radius, n_rays)
-    return random_rays(case.lines, n_rays) if kind == "random" else picture
 
 
 def _pace(tree: Tree, rays: RayBatch, radius: float, known: dict[str, float]) -> dict[str, float]:
@@ -125,20 +118,15 @@ def _pace(tree: Tree, rays: RayBatch, radius: float, known: dict[str, float]) ->
 def _cell(
     scene: str, tree: Tree, rays: RayBatch, radius: float, query: str, rounds: int, pace: dict[str, float]
 ) -> StepCell:
-    ask: Any = {"first": tree.first_hit, "any": tree.any_hit, "all": tree.all_hits}[query]
-
-    def answer(some: RayBatch) -> None:
-        ask(some.origins, some.directions, radius, t_min=some.t_min, t_max=some.t_max)
-
     few = rays.part(COUNTED)
     with counting() as module:
         module.taken()
-        answer(few)
+        ask_tree(tree, query, few, radius)
         per_ray = {name: n / len(few) for name, n in module.taken().items()}
     now, best = clock(1), float("inf")
     for _ in range(rounds):
         start = now()
-        answer(rays)
+        ask_tree(tree, query, rays, radius)
         best = min(best, now() - start)
     bound = sum(per_ray[name] * pace[name] for name in STEPS)
     return StepCell(scene, radius, rays.kind, query, len(rays), per_ray, bound, best / len(rays) * 1e9)

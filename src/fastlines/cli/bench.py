@@ -11,6 +11,7 @@ import typer
 
 from ..errors import InputError
 from .app import Group, app
+from .options import Files, Scenes
 
 if TYPE_CHECKING:
     from ..bench import Case
@@ -41,26 +42,8 @@ def root(context: typer.Context) -> None:
 
 @bench.command(short_help="Queries of our trees beside Embree's.")
 def engine(
-    scene: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--scene",
-            "-s",
-            metavar="NAME",
-            help="A scene: NAME, NAME:SEGMENTS or NAME:SEGMENTS:SEED; again for more. All five unless given.",
-            show_default=False,
-        ),
-    ] = None,
-    file: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--file",
-            "-f",
-            metavar="FILE",
-            help="A file of lines or a tree, instead of or beside scenes; again for more.",
-            show_default=False,
-        ),
-    ] = None,
+    scene: Scenes = None,
+    file: Files = None,
     radius: Annotated[
         str | None,
         typer.Option(

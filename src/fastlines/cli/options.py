@@ -37,6 +37,26 @@ Radius = Annotated[
         show_default=False,
     ),
 ]
+Scenes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--scene",
+        "-s",
+        metavar="NAME",
+        help="A scene: NAME, NAME:SEGMENTS or NAME:SEGMENTS:SEED; again for more. All five unless given.",
+        show_default=False,
+    ),
+]
+Files = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--file",
+        "-f",
+        metavar="FILE",
+        help="A file of lines or a tree, instead of or beside scenes; again for more.",
+        show_default=False,
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Skip = Annotated[bool, typer.Option("--skip-invalid", help="Leave out segments that hold NaN or Inf.")]
 Direction = Annotated[

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .bench import bench, cases_of, check_kinds, progress_bar, write_json
+from .options import Files, Scenes
 
 if TYPE_CHECKING:
     from ..bench.steps import StepResult
@@ -14,22 +15,8 @@ if TYPE_CHECKING:
 
 @bench.command(short_help="What a ray of ours costs, step by step.")
 def steps(
-    scene: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--scene",
-            "-s",
-            metavar="NAME",
-            help="A scene: NAME, NAME:SEGMENTS or NAME:SEGMENTS:SEED; again for more. All five unless given.",
-            show_default=False,
-        ),
-    ] = None,
-    file: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--file", "-f", metavar="FILE", help="A file of lines or a tree; again for more.", show_default=False
-        ),
-    ] = None,
+    scene: Scenes = None,
+    file: Files = None,
     radius: Annotated[str, typer.Option("--radius", "-r", metavar="R,R,…", help="Radii.")] = "0.001",
     rays: Annotated[
         str, typer.Option("--rays", metavar="KIND,…", help="Kinds of rays: camera, random, ao.")
