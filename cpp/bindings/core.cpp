@@ -8,7 +8,7 @@
 
 #include <bit>
 
-#include "fastlines/build/builder.hpp"
+#include "build.hpp"
 #include "fastlines/layout/collapse.hpp"
 #include "fastlines/primitives/boxes.hpp"
 #include "fastlines/primitives/triangles.hpp"
@@ -31,15 +31,6 @@ void with_primitives(const std::string& kind, const Input<float>& data, Use&& us
   throw std::invalid_argument("unknown kind of primitive: " + kind);
 }
 
-SplitSet split_set(const std::string& name, int n_planes) {
-  if (name == "object_sweep") return ObjectSweep{};
-  if (name == "plane_grid") return PlaneGrid{n_planes};
-  if (name == "plane_events") return PlaneEvents{};
-  if (name == "median") return Median{};
-  if (name == "middle") return Middle{};
-  throw std::invalid_argument("unknown split set: " + name);
-}
-
 /// The widest instruction set of this machine that there is a module for.
 const char* best_simd() {
 #if defined(__x86_64__) || defined(__i386__)
@@ -55,37 +46,11 @@ const char* best_simd() {
 #endif
 }
 
-BoxRule box_rule(bool cut) { return cut ? BoxRule::cut : BoxRule::tight; }
-
-nb::tuple build(const std::string& kind, Input<float> data,
-                const std::vector<std::tuple<std::string, int, std::size_t>>& splits, bool cut,
-                const std::vector<int>& lookahead, double c_trav, double c_prim, std::size_t max_depth,
-                std::size_t max_leaf_refs, std::size_t max_refs, std::size_t leaf_refs, double leaf_size,
-                int bad_levels, bool prune, double radius_hint, nb::object progress) {
-  Settings settings;
-  settings.splits.clear();
-  for (const auto& [name, n_planes, limit] : splits) settings.splits.push_back({split_set(name, n_planes), limit});
-  settings.boxes = box_rule(cut);
-  settings.lookahead = lookahead;
-  settings.cost = {c_trav, c_prim};
-  settings.limits = {max_depth, max_leaf_refs, max_refs, leaf_refs, leaf_size};
-  settings.bad_levels = bad_levels;
-  settings.prune = prune;
-  settings.radius_hint = radius_hint;
-
-  Tree tree;
-  LimitsHit hit;
-  watch(
-      [&](Progress& watched) {
-        with_primitives(kind, data, [&](const auto& prims) {
-          Builder builder(prims, settings, watched);
-          tree = builder.build();
-          hit = builder.limits_hit();
-        });
-      },
-      progress);
-  return nb::make_tuple(copy_rows<std::uint32_t>(tree.nodes), copy_rows<std::uint32_t>(tree.refs),
-                        nb::make_tuple(hit.depth, hit.refs, hit.leaf_refs));
+/// Trees over segments are built by the engine modules.
+nb::tuple build(const std::string& kind, Input<float> data, const SettingsArgs& settings, nb::object progress) {
+  std::optional<nb::tuple> tree;
+  with_primitives(kind, data, [&](const auto& prims) { tree = build_tree(prims, settings, progress); });
+  return *tree;
 }
 
 std::optional<std::tuple<std::size_t, std::string, std::string>> check(const std::string& kind, Input<float> data,
@@ -218,9 +183,7 @@ nb::tuple list(Input<float> data, OptionalNodes nodes, Input<std::uint32_t> refs
 NB_MODULE(_core, m) {
   using namespace fastlines;
   m.doc() = "The C++ core of fastlines. Use the functions of the package; they check what they are given.";
-  m.def("build", &build, "kind"_a, "data"_a.noconvert(), "splits"_a, "cut"_a, "lookahead"_a, "c_trav"_a, "c_prim"_a,
-        "max_depth"_a, "max_leaf_refs"_a, "max_refs"_a, "leaf_refs"_a, "leaf_size"_a, "bad_levels"_a, "prune"_a,
-        "radius_hint"_a, "progress"_a.none());
+  m.def("build", &build, "kind"_a, "data"_a.noconvert(), "settings"_a, "progress"_a.none());
   m.def("validate", &check, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "cut"_a);
   m.def("widen", &widen, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "radius_hint"_a,
         "progress"_a.none());

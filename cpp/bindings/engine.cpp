@@ -1,9 +1,10 @@
-// The Python modules fastlines._engine_*: queries on the wide layout, the same source compiled for each instruction
-// set.
+// The Python modules fastlines._engine_*: trees over segments and queries on their wide layout, the same source
+// compiled for each instruction set.
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 
+#include "build.hpp"
 #include "fastlines/kernels/pace.hpp"
 #include "fastlines/kernels/run.hpp"
 #include "rays.hpp"
@@ -14,6 +15,10 @@ using namespace nb::literals;
 
 namespace fastlines {
 namespace {
+
+nb::tuple build(Input<float> segments, const SettingsArgs& settings, nb::object progress) {
+  return build_tree(Segments{rows<Segment>(segments)}, settings, progress);
+}
 
 /// A layout as Python has it: segments, nodes, leaves, references; the box of the scene; the mean extent of a leaf.
 using LayoutArrays = std::tuple<Input<float>, Input<std::uint8_t>, Input<std::uint8_t>, Input<std::uint32_t>,
@@ -144,8 +149,9 @@ nb::dict taken() {
 
 NB_MODULE(FASTLINES_MODULE, m) {
   using namespace fastlines;
-  m.doc() = "Queries on the wide layout, for one instruction set. Use the functions of the package.";
+  m.doc() = "Trees over segments and queries on them, for one instruction set. Use the functions of the package.";
   m.attr("simd") = kSimd;
+  m.def("build", &build, "segments"_a.noconvert(), "settings"_a, "progress"_a.none());
   m.def("first_hit", &first, "layout"_a, "rays"_a, "surface"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
   m.def("any_hit", &any_of, "layout"_a, "rays"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
   m.def("count_hits", &count, "layout"_a, "rays"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());

@@ -20,7 +20,18 @@ from .hits import AllHits, FirstHits
 from .io import read
 from .primitives import Boxes, Triangles
 from .query import brute_force
-from .settings import METHODS, Cost, Limits, Median, Middle, ObjectSweep, PlaneEvents, PlaneGrid, Settings
+from .settings import (
+    METHODS,
+    Cost,
+    Limits,
+    Median,
+    Middle,
+    ObjectSweep,
+    PlaneEvents,
+    PlaneGrid,
+    PlaneOctets,
+    Settings,
+)
 from .threads import get_num_threads, set_num_threads
 from .tree import Tree, load
 
@@ -45,6 +56,7 @@ __all__ = [
     "ObjectSweep",
     "PlaneEvents",
     "PlaneGrid",
+    "PlaneOctets",
     "Settings",
     "Tree",
     "Triangles",

@@ -11,23 +11,21 @@ _Words: TypeAlias = npt.NDArray[np.uint32]
 _Ints: TypeAlias = npt.NDArray[np.int64]
 _Progress: TypeAlias = Callable[[float], object] | None
 
+#: See cpp/bindings/build.hpp.
+_Settings: TypeAlias = tuple[
+    Sequence[tuple[str, int, int, int]],
+    bool,
+    Sequence[int],
+    tuple[float, float],
+    tuple[int, int, int, int, float],
+    int,
+    bool,
+    float,
+    int,
+]
+
 def build(
-    kind: str,
-    data: _Floats,
-    splits: Sequence[tuple[str, int, int]],
-    cut: bool,
-    lookahead: Sequence[int],
-    c_trav: float,
-    c_prim: float,
-    max_depth: int,
-    max_leaf_refs: int,
-    max_refs: int,
-    leaf_refs: int,
-    leaf_size: float,
-    bad_levels: int,
-    prune: bool,
-    radius_hint: float,
-    progress: _Progress,
+    kind: str, data: _Floats, settings: _Settings, progress: _Progress
 ) -> tuple[_Words, _Words, tuple[int, int, int]]: ...
 def validate(kind: str, data: _Floats, nodes: _Words, refs: _Words, cut: bool) -> tuple[int, str, str] | None: ...
 def widen(

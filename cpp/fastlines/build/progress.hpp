@@ -17,7 +17,7 @@ struct Progress {
   void check() const {
     if (cancel.load(std::memory_order_relaxed)) throw Cancelled{};
   }
-  void add(double share) { done.store(done.load(std::memory_order_relaxed) + share, std::memory_order_relaxed); }
+  void add(double share) { done.fetch_add(share, std::memory_order_relaxed); }
 };
 
 }  // namespace fastlines

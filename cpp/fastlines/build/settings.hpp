@@ -22,17 +22,25 @@ struct Limits {
 struct Settings {
   Splits splits{{PlaneGrid{}}};
   BoxRule boxes = BoxRule::tight;
-  std::vector<int> lookahead{1};  ///< each is tried where the one before says leaf
-  int bad_levels = 0;             ///< how many levels in a row may be split though that looks no better than a leaf
-  bool prune = true;              ///< take back what bad levels did not pay for
-  double radius_hint = 0.0;       ///< the search measures boxes grown by this much of the scene's longest side
+  std::vector<int> lookahead{1};       ///< each is tried where the one before says leaf
+  std::size_t beam = std::size_t(-1);  ///< of a node's candidates so many are looked into more than one level deep
+  bool exhaustive = false;             ///< look into all of them, also where that can not pay; the tree is the same
+  int bad_levels = 0;        ///< how many levels in a row may be split though that looks no better than a leaf
+  bool prune = true;         ///< take back what bad levels did not pay for
+  double radius_hint = 0.0;  ///< the search measures boxes grown by this much of the scene's longest side
   Cost cost;
   Limits limits;
+  unsigned n_threads = 1;  ///< the tree does not depend on it
 };
 
 /// At how many nodes a limit narrowed the search, or forced a split.
 struct LimitsHit {
   std::size_t depth = 0, refs = 0, leaf_refs = 0;
+};
+
+/// How many candidates were looked at more than one level deep, and how many of them carried out.
+struct Searched {
+  std::size_t candidates = 0, carried_out = 0;
 };
 
 }  // namespace fastlines

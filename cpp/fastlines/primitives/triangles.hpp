@@ -26,7 +26,7 @@ struct Triangles {
 
   Box clipped_bounds(std::uint32_t prim, const Box& box) const {
     using Point = std::array<double, 3>;
-    std::array<Point, 9> polygon, kept;
+    std::array<Point, 9> polygon{}, kept{};
     int n = 3;
     for (int i = 0; i < 3; ++i)
       for (int k = 0; k < 3; ++k) polygon[i][k] = data[prim].corner[i][k];

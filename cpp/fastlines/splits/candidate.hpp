@@ -19,7 +19,7 @@ namespace fastlines {
 enum class BoxRule { tight, cut };
 
 struct Candidate {
-  enum class Kind { objects, plane } kind;
+  enum class Kind { objects, centres, plane } kind;
   int axis;
   float plane;         // of a plane: references that straddle it are cut
   std::size_t n_left;  // of objects: that many go left, in the order of their centres
@@ -28,6 +28,9 @@ struct Candidate {
 };
 
 using Refs = std::span<const BuildRef>;
+
+/// Of a box that goes whole to one side of a plane: left if this is less.
+inline float centre_of(const Box& box, int axis) { return 0.5f * box.lo[axis] + 0.5f * box.hi[axis]; }
 
 inline Box hull(Refs refs) {
   Box box = Box::empty();
@@ -69,6 +72,10 @@ void partition(const P& prims, Refs refs, const Candidate& split, std::vector<Bu
   }
   left.reserve(split.n_left);
   right.reserve(split.n_right);
+  if (split.kind == Candidate::Kind::centres) {
+    for (const BuildRef& ref : refs) (centre_of(ref.box, split.axis) < split.plane ? left : right).push_back(ref);
+    return;
+  }
   for (const BuildRef& ref : refs) switch (side_of(ref.box, split.axis, split.plane)) {
       case Side::left:
         left.push_back(ref);

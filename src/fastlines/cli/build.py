@@ -20,6 +20,14 @@ def build(
         str | None,
         typer.Option("--output", "-o", metavar="FILE.flt", help="Where to write the tree; without it, only figures."),
     ] = None,
+    effort: Annotated[
+        float | None,
+        typer.Option(
+            "--effort",
+            help="Of best: from 0, the fastest build, to 1, the best tree; 0.5 unless given.",
+            show_default=False,
+        ),
+    ] = None,
     c_trav: Annotated[
         float | None, typer.Option("--c-trav", help="Cost of a step to a node.", show_default=False)
     ] = None,
@@ -46,6 +54,8 @@ def build(
 
     [cyan]fastlines build scene:spaghetti --method bvh-cl[/]  builds, prints the cost and forgets the tree
 
+    [cyan]fastlines build scene:spaghetti --c-trav 2 --effort 1[/]  the cheapest tree for this cost
+
     [cyan]fastlines build scene:spaghetti-2:4000 -m kd-d2 --c-trav 1.0 --max-refs 500000 -o s.flt[/]
     """
     from dataclasses import replace
@@ -66,7 +76,8 @@ def build(
         opened.lines,
         method,
         cost=replace(settings.cost, **costs) if costs else None,
-        limits=replace(settings.limits, **given) if given else None,
+        limits=fl.Limits(**given) if given else None,
+        effort=effort,
         progress=show_progress(),
     )
     seconds = time.perf_counter() - start

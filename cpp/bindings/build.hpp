@@ -1,0 +1,71 @@
+// What a build is told, as Python says it, and the arrays that come of it.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include "arrays.hpp"
+#include "fastlines/build/builder.hpp"
+#include "watch.hpp"
+
+namespace fastlines {
+
+inline BoxRule box_rule(bool cut) { return cut ? BoxRule::cut : BoxRule::tight; }
+
+inline SplitSet split_set(const std::string& name, int n_planes, std::size_t max_whole) {
+  if (name == "object_sweep") return ObjectSweep{};
+  if (name == "plane_grid") return PlaneGrid{n_planes};
+  if (name == "plane_octets") return PlaneOctets{n_planes, max_whole};
+  if (name == "plane_events") return PlaneEvents{};
+  if (name == "median") return Median{};
+  if (name == "middle") return Middle{};
+  throw std::invalid_argument("unknown split set: " + name);
+}
+
+/// Name, planes, largest nodes that are split whole, largest nodes that are asked about.
+using SplitSetArgs = std::tuple<std::string, int, std::size_t, std::size_t>;
+
+/// The fields of `Settings` in Python, in their order, limits as a tuple of their own; then threads.
+using SettingsArgs =
+    std::tuple<std::vector<SplitSetArgs>, bool, std::vector<int>, std::pair<double, double>,
+               std::tuple<std::size_t, std::size_t, std::size_t, std::size_t, double>, int, bool, double, unsigned>;
+
+inline Settings settings_of(const SettingsArgs& args) {
+  const auto& [splits, cut, lookahead, cost, limits, bad_levels, prune, radius_hint, n_threads] = args;
+  Settings settings;
+  settings.splits.clear();
+  for (const auto& [name, n_planes, max_whole, max_refs] : splits)
+    settings.splits.push_back({split_set(name, n_planes, max_whole), max_refs});
+  settings.boxes = box_rule(cut);
+  settings.lookahead = lookahead;
+  settings.cost = {cost.first, cost.second};
+  const auto& [max_depth, max_leaf_refs, max_refs, leaf_refs, leaf_size] = limits;
+  settings.limits = {max_depth, max_leaf_refs, max_refs, leaf_refs, leaf_size};
+  settings.bad_levels = bad_levels;
+  settings.prune = prune;
+  settings.radius_hint = radius_hint;
+  settings.n_threads = n_threads;
+  return settings;
+}
+
+/// Nodes, references, and at how many nodes each limit was felt.
+template <Primitives P>
+nanobind::tuple build_tree(const P& prims, const SettingsArgs& args, const nanobind::object& progress) {
+  const Settings settings = settings_of(args);
+  Tree tree;
+  LimitsHit hit;
+  watch(
+      [&](Progress& watched) {
+        Builder builder(prims, settings, watched);
+        tree = builder.build();
+        hit = builder.limits_hit();
+      },
+      progress);
+  return nanobind::make_tuple(copy_rows<std::uint32_t>(tree.nodes), copy_rows<std::uint32_t>(tree.refs),
+                              nanobind::make_tuple(hit.depth, hit.refs, hit.leaf_refs));
+}
+
+}  // namespace fastlines

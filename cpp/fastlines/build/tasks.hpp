@@ -1,0 +1,115 @@
+// Fork and join: the two subtrees of a large node are built side by side.
+//
+// Whoever waits for a task does it himself if nobody has begun it, and else helps with others meanwhile. What a task
+// makes does not depend on who does it.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+namespace fastlines {
+
+class Tasks {
+ public:
+  /// Something to do. It stays where it is until it has been joined.
+  class Task {
+   public:
+    explicit Task(std::function<void()> work) : work_(std::move(work)) {}
+
+   private:
+    friend class Tasks;
+    void run() {
+      try {
+        work_();
+      } catch (...) {
+        error_ = std::current_exception();
+      }
+      done_.store(true, std::memory_order_release);
+    }
+    std::function<void()> work_;
+    std::exception_ptr error_;
+    std::atomic<bool> done_{false};
+  };
+
+  explicit Tasks(unsigned n_threads) {
+    try {
+      for (unsigned i = 1; i < n_threads; ++i) threads_.emplace_back([this] { serve(); });
+    } catch (const std::system_error&) {
+      // The system gives no more threads: those that there are do the work.
+    }
+  }
+
+  ~Tasks() {
+    {
+      const std::lock_guard lock(mutex_);
+      over_ = true;
+    }
+    changed_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+  }
+
+  Tasks(const Tasks&) = delete;
+  Tasks& operator=(const Tasks&) = delete;
+
+  /// Whether anybody is there to share work with.
+  bool shared() const { return !threads_.empty(); }
+
+  void fork(Task& task) {
+    {
+      const std::lock_guard lock(mutex_);
+      waiting_.push_back(&task);
+    }
+    changed_.notify_one();
+  }
+
+  /// Wait until a task is done; throws what it threw.
+  void join(Task& task) {
+    std::unique_lock lock(mutex_);
+    while (!task.done_.load(std::memory_order_acquire)) {
+      const auto mine = std::find(waiting_.begin(), waiting_.end(), &task);
+      if (mine != waiting_.end() || !waiting_.empty()) {
+        Task* next = mine != waiting_.end() ? *mine : waiting_.back();
+        waiting_.erase(mine != waiting_.end() ? mine : waiting_.end() - 1);
+        run(*next, lock);
+      } else {
+        changed_.wait(lock);
+      }
+    }
+    if (task.error_) std::rethrow_exception(task.error_);
+  }
+
+ private:
+  void run(Task& task, std::unique_lock<std::mutex>& lock) {
+    lock.unlock();
+    task.run();
+    lock.lock();
+    changed_.notify_all();
+  }
+
+  void serve() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      changed_.wait(lock, [this] { return over_ || !waiting_.empty(); });
+      if (over_) return;
+      Task* task = waiting_.front();  // the oldest is the largest
+      waiting_.pop_front();
+      run(*task, lock);
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Task*> waiting_;
+  std::vector<std::thread> threads_;
+  bool over_ = false;
+};
+
+}  // namespace fastlines

@@ -1,0 +1,137 @@
+"""The best builder: octets of planes, its aims and its effort, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from nasty import SCENES, boxes_of, named_scene, triangles_on
+
+import fastlines as fl
+
+COST = fl.Cost(2.0)
+
+
+@pytest.fixture(autouse=True)
+def as_before() -> Iterator[None]:
+    yield
+    fl.set_simd(None)
+    fl.set_num_threads(None)
+
+
+def same(a: fl.Tree, b: fl.Tree) -> bool:
+    return a.nodes.tobytes() == b.nodes.tobytes() and a.refs.tobytes() == b.refs.tobytes()
+
+
+@pytest.mark.parametrize("boxes", ["tight", "cut"])
+@pytest.mark.parametrize("name", SCENES)
+def test_nasty_scenes_make_valid_trees(name: str, boxes: fl.settings.BoxRule) -> None:
+    ends = named_scene(name, 60)
+    for tree in (fl.build(ends, boxes=boxes), fl.build(ends, boxes=boxes, cost=fl.Cost(0.3), effort=1)):
+        tree.validate()
+        assert tree.method == "best"
+    whole = fl.build(ends, boxes=boxes, cost=fl.Cost(0.3), effort=1, limits=fl.Limits(max_depth=0))
+    assert tree.cost() <= whole.cost() * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("boxes", ["tight", "cut"])
+@pytest.mark.parametrize("n_planes", [1, 7, 8, 20])
+def test_octets_find_what_the_grid_finds(n_planes: int, boxes: fl.settings.BoxRule) -> None:
+    for name in ("random", "crossing", "hair", "axis parallel", "moved 1e4"):
+        ends = named_scene(name, 120)
+        more = {"boxes": boxes, "bad_levels": 3, "limits": fl.Limits(max_depth=12)}
+        exact = fl.build(ends, splits=fl.PlaneGrid(n_planes), **more)
+        octets = fl.build(ends, splits=fl.PlaneOctets(n_planes), **more)
+        octets.validate()
+        assert octets.cost() == pytest.approx(exact.cost(), rel=0.01)
+
+
+def test_whole_splits_save_references() -> None:
+    lines = fl.scenes.make("bun-hair", 3000).lines
+    cut, whole = (fl.build(lines, splits=fl.PlaneOctets(8, n), limits=fl.Limits(leaf_refs=16)) for n in (0, 100))
+    whole.validate()
+    assert whole.n_refs < 0.9 * cut.n_refs
+    assert (np.bincount(whole.refs["prim"], minlength=3000) > 0).all()
+
+
+def test_effort_makes_trees_cheaper() -> None:
+    lines = fl.scenes.make("spaghetti", 300).lines
+    for boxes in ("tight", "cut"):
+        costs = [fl.build(lines, boxes=boxes, cost=fl.Cost(1.0), effort=effort).cost() for effort in (0, 0.5, 1)]
+        assert costs[0] > costs[1] > costs[2]
+    assert fl.build(lines).settings == fl.METHODS["best"] == fl.build(lines, "best", effort=0.5).settings
+
+
+def test_a_cost_is_what_the_tree_aims_at() -> None:
+    lines = fl.scenes.make("spaghetti", 500).lines
+    aimed = fl.build(lines, cost=COST)
+    assert aimed.settings.cost == COST
+    for method in ("bvh-cl", "bvh-ss", "bvh-d2"):
+        assert aimed.cost() < fl.build(lines, method).cost()
+    for method in ("kd-cl", "kd-d2"):
+        assert fl.build(lines, boxes="cut").cost() < fl.build(lines, method).cost()
+
+
+def test_limits_leave_the_rest_of_the_method_alone() -> None:
+    limits = fl.build(fl.scenes.make("spaghetti", 100).lines, limits=fl.Limits(max_refs=5000)).settings.limits
+    assert limits == fl.Limits(max_refs=5000, max_leaf_refs=16, leaf_refs=16)
+
+
+def test_a_budget_of_references_holds() -> None:
+    lines = fl.scenes.make("spaghetti", 400).lines
+    free = fl.build(lines, cost=COST)
+    assert free.n_refs > 3000
+    for budget in (400, 1000, 3000):
+        bound = fl.build(lines, cost=COST, limits=fl.Limits(max_refs=budget))
+        bound.validate()
+        assert bound.n_refs <= budget
+        assert bound.limits_hit["max_refs"] > 0
+        assert bound.cost() >= free.cost()
+
+
+@pytest.mark.parametrize("settings", [{}, {"cost": COST}, {"boxes": "cut"}, {"method": "bvh-cl"}], ids=str)
+def test_the_same_tree_for_all_threads_and_instruction_sets(settings: dict[str, object]) -> None:
+    # Enough references that subtrees are built side by side.
+    lines = fl.scenes.make("straight-hair", 20_000).lines
+    fl.set_num_threads(1)
+    alone = fl.build(lines, **settings)  # type: ignore[arg-type]
+    for n_threads in (2, 3, 7):
+        fl.set_num_threads(n_threads)
+        assert same(alone, fl.build(lines, **settings))  # type: ignore[arg-type]
+    for simd in fl.available_simd():
+        fl.set_simd(simd)
+        assert same(alone, fl.build(lines, **settings))  # type: ignore[arg-type]
+
+
+def test_a_build_side_by_side_can_be_stopped() -> None:
+    def stop(share: float) -> None:
+        raise KeyboardInterrupt
+
+    fl.set_num_threads(3)
+    lines = fl.scenes.make("spaghetti-2", 20_000).lines
+    with pytest.raises(KeyboardInterrupt):
+        fl.build(lines, cost=COST, effort=1, progress=stop)
+
+
+def test_other_primitives_are_counted_exactly() -> None:
+    ends = named_scene("random", 80)
+    for geometry in (triangles_on(ends), boxes_of(ends)):
+        tree = fl.build(geometry, cost=fl.Cost(0.5))
+        tree.validate()
+        grid = (fl.PlaneGrid(32), fl.ObjectSweep(max_refs=16))
+        by_hand = fl.build(geometry, splits=grid, bad_levels=3, cost=fl.Cost(0.5))
+        assert same(tree, by_hand)
+
+
+def test_bad_wishes_are_refused() -> None:
+    ends = named_scene("random", 10)
+    for effort in (-0.1, 1.1, float("nan"), "high"):
+        with pytest.raises(fl.InputError, match="effort=.*from 0"):
+            fl.build(ends, effort=effort)  # type: ignore[arg-type]
+    with pytest.raises(fl.InputError, match="knob of method='best'"):
+        fl.build(ends, "bvh-cl", effort=0.5)
+    with pytest.raises(fl.InputError, match="cut space"):
+        fl.build(ends, splits=fl.PlaneOctets(8, 4), boxes="cut")
+    with pytest.raises(fl.InputError, match="max_whole"):
+        fl.PlaneOctets(8, -1)
