@@ -35,7 +35,8 @@ def theory_splits(given: fl.Settings) -> th.Splits:
 def theory_build(prims, given: fl.Settings) -> th.Node:
     limits = {name: getattr(given.limits, name) for name in ("max_depth", "leaf_refs", "leaf_size")}
     splits = theory_splits(given)
-    return th.build(prims, splits, given.lookahead, given.cost.c_trav, given.cost.c_prim, **limits)
+    levels = {"bad_levels": given.bad_levels, "pruned": given.prune}
+    return th.build(prims, splits, given.lookahead, given.cost.c_trav, given.cost.c_prim, **limits, **levels)
 
 
 def core_build(geometry, given: fl.Settings) -> fl.Tree:
@@ -67,7 +68,7 @@ SETTINGS: dict[str, tuple[fl.Settings, int]] = {
     **{
         name: (dataclasses.replace(method, limits=deep), 5 if name.endswith("d2") else 15)
         for name, method in fl.METHODS.items()
-        if name != "best"  # bad levels are the core's own; tests/test_deep_build.py
+        if name != "best"  # max_leaf_refs and the radius hint are the core's own; tests/test_deep_build.py
     },
     "never split": (Given(lookahead=0), 10),
     "sweep and grid": (Given((fl.ObjectSweep(), fl.PlaneGrid(3)), cost=cheap, limits=deep), 15),
@@ -91,6 +92,11 @@ SETTINGS: dict[str, tuple[fl.Settings, int]] = {
     "leaf_refs": (Given(fl.PlaneGrid(4), "cut", cost=cheap, limits=fl.Limits(max_depth=6, leaf_refs=4)), 20),
     "leaf_size": (Given(fl.PlaneGrid(3), cost=cheap, limits=fl.Limits(max_depth=6, leaf_refs=0, leaf_size=0.4)), 12),
     "sets by size": (Given((fl.PlaneGrid(2), fl.ObjectSweep(max_refs=5)), cost=cheap, limits=deep), 15),
+    "bad levels": (Given(fl.PlaneGrid(3), bad_levels=2, limits=deep), 12),
+    "bad levels, kept": (Given((fl.PlaneGrid(2), fl.ObjectSweep()), bad_levels=3, prune=False, limits=shallow), 10),
+    "bad levels, cut": (Given(fl.PlaneGrid(2), "cut", bad_levels=3, cost=cheap, limits=shallow), 10),
+    "bad levels, [1, 2]": (Given(fl.PlaneGrid(1), "cut", (1, 2), bad_levels=1, limits=shallow), 8),
+    "bad levels of one split": (Given(fl.Middle(), "cut", bad_levels=16, cost=cheap, limits=deep), 12),
     "fine grid": (Given(fl.PlaneGrid(40), cost=fl.Cost(c_trav=1.0), limits=shallow), 5),
 }
 

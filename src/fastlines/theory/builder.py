@@ -1,0 +1,102 @@
+"""The algorithm (thesis §4.1), levels that may look bad, and the exact prune that takes back those that did not pay."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TypeAlias
+
+from .box import Box
+from .node import Node, f
+from .primitive import Prims, hull
+from .splits import Split, Splits
+
+Best: TypeAlias = tuple[float, "Split | None"]
+
+
+def best_split(
+    prims: Prims,
+    box: Box,
+    splits: Splits,
+    lookahead: int,
+    c_trav: float,
+    c_prim: float,
+    limit: float | None = None,
+) -> Best:
+    """Find the cheapest tree of so many levels (§4.1): its cost and its first split, None for a leaf.
+
+    With a limit, what costs less than that is found, instead of what costs less than a leaf.
+    """
+    best_cost, best = len(prims) * c_prim if limit is None else limit, None
+    if lookahead == 0:
+        return best_cost, best
+    for split in splits(prims, box):
+        (_, lb), (_, rb) = split
+        left, right = (best_split(*part, splits, lookahead - 1, c_trav, c_prim)[0] for part in split)
+        area = box.area()
+        cost = c_trav + ((lb.area() * left + rb.area() * right) / area if area > 0 else left + right)
+        if cost < best_cost:
+            best_cost, best = cost, split
+    return best_cost, best
+
+
+def prune(node: Node, c_trav: float = 2.0, c_prim: float = 1.0) -> Node:
+    """Give the cheapest of all prunings: from the bottom up, children stay where they cost less than a leaf."""
+    leaf = Node(node.prims, node.box)
+    if not (node.left and node.right):
+        return leaf
+    whole = Node(node.prims, node.box, prune(node.left, c_trav, c_prim), prune(node.right, c_trav, c_prim))
+    return min(leaf, whole, key=lambda tree: f(tree, c_trav, c_prim))
+
+
+def build(
+    prims: Prims,
+    splits: Splits,
+    lookahead: int | Sequence[int] = 1,
+    c_trav: float = 2.0,
+    c_prim: float = 1.0,
+    *,
+    max_depth: int = 64,
+    leaf_refs: int = 1,
+    leaf_size: float = 0.0,
+    bad_levels: int = 0,
+    pruned: bool = True,
+) -> Node:
+    """Build a tree over one primitive or more (§4.1).
+
+    Parameters
+    ----------
+    prims : sequence of Primitive
+        P.
+    splits : function of (prims, box)
+        SPLITS: gives ((left prims, left box), (right prims, right box)) for each candidate.
+    lookahead : int or sequence of int
+        How many levels to search; of several, each is tried where the one before says leaf.
+    c_trav, c_prim : float
+        What a step to a node and a test of a primitive cost.
+    max_depth, leaf_refs, leaf_size
+        A node so deep, of so few primitives, or of sides so short is a leaf.
+    bad_levels : int
+        How many levels in a row may be split though that looks no better than a leaf.
+    pruned : bool
+        Take back bad levels that did not pay; a level that looked good did.
+    """
+    turns = [lookahead] if isinstance(lookahead, int) else lookahead
+
+    def build_node(prims: Prims, box: Box, depth: int, n_bad: int) -> Node:
+        if depth == max_depth or len(prims) <= leaf_refs or max(box.sides()) <= leaf_size:
+            return Node(prims, box)
+        leaf, split, good = len(prims) * c_prim, None, False
+        may_be_bad = n_bad < bad_levels and leaf > c_trav
+        for levels in turns:
+            cost, split = best_split(prims, box, splits, levels, c_trav, c_prim, math.inf if may_be_bad else leaf)
+            good = split is not None and cost < leaf
+            if good:
+                break
+        if split is None:
+            return Node(prims, box)
+        node = Node(prims, box, *(build_node(*part, depth + 1, 0 if good else n_bad + 1) for part in split))
+        takes_back = pruned and not good and f(node, c_trav, c_prim) >= leaf
+        return Node(prims, box) if takes_back else node
+
+    return build_node(prims, hull(prims), 0, 0)

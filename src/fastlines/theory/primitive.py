@@ -1,0 +1,99 @@
+"""Primitives (thesis §3.1): segments, blocks, or your own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from .box import Box, Point, f32, put
+
+
+class Primitive(Protocol):
+    """What a primitive answers, and the part of a primitive that a node holds."""
+
+    @property
+    def id(self) -> int:
+        """Say which primitive this is or is a part of."""
+
+    def bounds(self) -> Box:
+        """Give the least box that holds it, AABB(p)."""
+
+    def clip(self, box: Box) -> Primitive | None:
+        """Give the part of it that lies in a box, if there is one; the part is a primitive again."""
+
+
+Prims: TypeAlias = Sequence[Primitive]
+
+
+def hull(prims: Sequence[Primitive]) -> Box:
+    """Give the least box that holds some primitives, AABB(∪p)."""
+    los, his = zip(*(prim.bounds() for prim in prims), strict=True)
+    return Box(tuple(map(min, zip(*los, strict=True))), tuple(map(max, zip(*his, strict=True))))
+
+
+class Segment(NamedTuple):
+    """The piece of a line p + s·(q − p) with s from s0 to s1, which goes from `start` to `end`.
+
+    A cut is reckoned from p and q, so that pieces of pieces do not drift; the last piece has s1 = ∞.
+    """
+
+    id: int
+    p: Point
+    q: Point
+    start: Point
+    end: Point
+    s0: float = 0.0
+    s1: float = math.inf
+
+    def bounds(self) -> Box:
+        """Bound both ends."""
+        return Box(tuple(map(min, self.start, self.end)), tuple(map(max, self.start, self.end)))
+
+    def clip(self, box: Box) -> Segment | None:
+        """Cut off what lies beyond each side of a box."""
+        part = self
+        for axis in range(3):
+            lo, hi = sorted((part.start[axis], part.end[axis]))
+            if hi < box.lo[axis] or lo > box.hi[axis]:
+                return None
+            if lo < box.lo[axis]:
+                _, part = part.cut(axis, box.lo[axis])
+            if hi > box.hi[axis]:
+                part, _ = part.cut(axis, box.hi[axis])
+        return part
+
+    def cut(self, axis: int, plane: float) -> tuple[Segment, Segment]:
+        """Cut it at a plane into what lies below and above."""
+        p, q = self.p, self.q
+        s = f32((plane - p[axis]) * (1 / (q[axis] - p[axis])))
+        s = sorted((self.s0, s, min(self.s1, 1.0)))[1]  # the one in the middle
+        at = q if s == 1 else tuple(f32(a + s * (b - a)) for a, b in zip(p, q, strict=True))
+        at = tuple(sorted(three)[1] for three in zip(self.start, put(at, axis, plane), self.end, strict=True))
+        first, second = self._replace(end=at, s1=s), self._replace(start=at, s0=s)
+        return (first, second) if p[axis] <= q[axis] else (second, first)
+
+
+def segments(ends: npt.ArrayLike) -> list[Segment]:
+    """Make primitives of an (n, 2, 3) array."""
+    rows = np.asarray(ends, np.float32).reshape(-1, 2, 3).tolist()
+    return [Segment(i, tuple(p), tuple(q), tuple(p), tuple(q)) for i, (p, q) in enumerate(rows)]
+
+
+class Block(NamedTuple):
+    """A primitive that fills its box: the least that it takes to put something else into a tree."""
+
+    id: int
+    box: Box
+
+    def bounds(self) -> Box:
+        """Give the box."""
+        return self.box
+
+    def clip(self, box: Box) -> Block | None:
+        """Intersect two boxes."""
+        both = Box(tuple(map(max, self.box.lo, box.lo)), tuple(map(min, self.box.hi, box.hi)))
+        return Block(self.id, both) if min(both.sides()) >= 0 else None

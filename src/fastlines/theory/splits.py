@@ -1,0 +1,106 @@
+"""SPLITS (thesis §4.1): functions that show the candidate splits of a node, one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import TypeAlias
+
+from .box import Box, f32
+from .primitive import Primitive, Prims, hull
+
+Split: TypeAlias = tuple[tuple[Prims, Box], tuple[Prims, Box]]
+Splits: TypeAlias = Callable[[Prims, Box], Iterable[Split]]
+BoxRule: TypeAlias = Callable[[Prims, Box], "Box | None"]
+
+
+def tight(prims: Prims, half: Box) -> Box | None:
+    """Box rule of a BVH: tight around the child's primitives; without any it is no child."""
+    return hull(prims) if prims else None
+
+
+def cut(prims: Prims, half: Box) -> Box | None:
+    """Box rule of a KD tree: half of the parent's box, be it empty space."""
+    return half
+
+
+def divide(prims: Prims, box: Box, axis: int, plane: float) -> tuple[Prims, Prims]:
+    """Cut the primitives that straddle a plane inside the box; one that lies in it goes left."""
+    low, high = box.split(axis, plane)
+    left, right = list[Primitive](), list[Primitive]()
+    for prim in prims:
+        bounds = prim.bounds()
+        if bounds.hi[axis] <= plane:
+            left.append(prim)
+        elif bounds.lo[axis] >= plane:
+            right.append(prim)
+        else:
+            left += filter(None, [prim.clip(low)])
+            right += filter(None, [prim.clip(high)])
+    return left, right
+
+
+def at_plane(prims: Prims, box: Box, axis: int, plane: float, rule: BoxRule) -> Iterator[Split]:
+    """Split at a plane inside the box, if each half makes a child."""
+    if not box.lo[axis] < plane < box.hi[axis]:
+        return
+    left, right = divide(prims, box, axis, plane)
+    low, high = box.split(axis, plane)
+    left_box, right_box = rule(left, low), rule(right, high)
+    if left_box and right_box:
+        yield (left, left_box), (right, right_box)
+
+
+def at_object(ordered: Prims, n_left: int) -> Split:
+    """Split a list of primitives, none of which is cut."""
+    left, right = ordered[:n_left], ordered[n_left:]
+    return (left, hull(left)), (right, hull(right))
+
+
+def by_centre(prims: Prims, axis: int) -> Prims:
+    """Sort by the centres of boxes, and equal ones by id."""
+    return sorted(prims, key=lambda prim: (prim.bounds().centre(axis), prim.id))
+
+
+def object_sweep(prims: Prims, box: Box) -> Iterator[Split]:
+    """All cuts of the list of primitives sorted by centre, on each axis (§1.5). A BVH's."""
+    for axis in range(3):
+        ordered = by_centre(prims, axis)
+        for n_left in range(1, len(ordered)):
+            yield at_object(ordered, n_left)
+
+
+def plane_grid(prims: Prims, box: Box, n_planes: int = 16, rule: BoxRule = tight) -> Iterator[Split]:
+    """So many planes on each axis, evenly over the box (§4.3)."""
+    for axis, side in enumerate(box.sides()):
+        for i in range(1, n_planes + 1):
+            yield from at_plane(prims, box, axis, f32(box.lo[axis] + side * i / (n_planes + 1)), rule)
+
+
+def plane_events(prims: Prims, box: Box, rule: BoxRule = cut) -> Iterator[Split]:
+    """Planes at the sides of the primitives' boxes (§1.5); the outermost cut off empty space."""
+    for axis in range(3):
+        for plane in sorted({corner[axis] for prim in prims for corner in prim.bounds()}):
+            yield from at_plane(prims, box, axis, plane, rule)
+
+
+def median(prims: Prims, box: Box, rule: BoxRule = tight) -> Iterator[Split]:
+    """One split at the median primitive, on the axis where both areas add up to least (§1.4.1)."""
+    found: list[Split] = []
+    for axis in range(3):
+        ordered, half = by_centre(prims, axis), len(prims) // 2
+        if rule is tight and half > 0:
+            found.append(at_object(ordered, half))
+        if rule is cut and prims:
+            found += at_plane(prims, box, axis, f32(ordered[half].bounds().centre(axis)), rule)
+    yield from sorted(found, key=lambda split: split[0][1].area() + split[1][1].area())[:1]
+
+
+def middle(prims: Prims, box: Box, rule: BoxRule = tight) -> Iterator[Split]:
+    """One plane, in the middle of the longest side (§1.4.1)."""
+    axis = box.sides().index(max(box.sides()))
+    yield from at_plane(prims, box, axis, f32(box.centre(axis)), rule)
+
+
+def union(*sets: Splits) -> Splits:
+    """Try several sets of splits in turn."""
+    return lambda prims, box: (split for splits in sets for split in splits(prims, box))
