@@ -84,12 +84,13 @@ _deep = Settings(splits=(PlaneGrid(16),), bad_levels=3)
 #: The core's builders.
 BUILDERS: dict[str, Settings] = {
     **METHODS,
-    "3 bad levels": _deep,
-    "and sweep ≤ 8": replace(_deep, splits=(PlaneGrid(16), ObjectSweep(max_refs=8))),
-    "and sweep ≤ 32": replace(_deep, splits=(PlaneGrid(16), ObjectSweep(max_refs=32))),
+    "best, c_trav 2, pruned": replace(METHODS["best"], cost=Cost(2.0), prune=True, limits=Limits()),
+    "bad levels": _deep,
+    "bad levels, sweep ≤ 8": replace(_deep, splits=(PlaneGrid(16), ObjectSweep(max_refs=8))),
+    "bad levels, sweep ≤ 32": replace(_deep, splits=(PlaneGrid(16), ObjectSweep(max_refs=32))),
     "grid and sweep (SBVH)": Settings(splits=(PlaneGrid(16), ObjectSweep())),
     "2 levels": Settings(splits=(PlaneGrid(8),), lookahead=(2,)),
-    "kd, 3 bad levels": replace(_deep, boxes="cut", cost=Cost(0.6)),
+    "kd, bad levels": replace(_deep, boxes="cut", cost=Cost(0.6)),
     "kd, 6 bad levels": replace(_deep, boxes="cut", cost=Cost(0.6), bad_levels=6),
     "kd, 2 levels": Settings(splits=(PlaneGrid(12),), boxes="cut", lookahead=(2,), cost=Cost(0.6)),
 }
@@ -112,7 +113,7 @@ class Plan:
     n_seeds: int = 5
     same_planes: tuple[int, int] = (16, 3)
     sets: int = 9
-    builders: tuple[int, int] = (24, 9)
+    builders: tuple[int, int] = (24, 7)
     c_trav: float = 0.5
 
 
