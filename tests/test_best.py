@@ -127,7 +127,7 @@ def test_other_primitives_are_counted_exactly() -> None:
 def test_bad_wishes_are_refused() -> None:
     ends = named_scene("random", 10)
     for effort in (-0.1, 1.1, float("nan"), "high"):
-        with pytest.raises(fl.InputError, match="effort=.*from 0"):
+        with pytest.raises(fl.InputError, match=r"effort=.*from 0"):
             fl.build(ends, effort=effort)  # type: ignore[arg-type]
     with pytest.raises(fl.InputError, match="knob of method='best'"):
         fl.build(ends, "bvh-cl", effort=0.5)
