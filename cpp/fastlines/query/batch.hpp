@@ -2,12 +2,7 @@
 // of threads can not be seen in it.
 #pragma once
 
-#include <exception>
-#include <mutex>
-#include <system_error>
-#include <thread>
-
-#include "../build/progress.hpp"
+#include "../build/chunks.hpp"
 #include "search.hpp"
 
 namespace fastlines {
@@ -33,38 +28,6 @@ struct RayBatch {
 
   static float pick(std::span<const float> values, std::size_t i) { return values[values.size() == 1 ? 0 : i]; }
 };
-
-/// Call work(worker, chunk) for all chunks, each thread with a worker that make() gave it. The first exception ends the
-/// batch and is rethrown.
-template <class Make, class Work>
-void for_each_chunk(std::size_t n_chunks, unsigned n_threads, Progress& progress, Make&& make, Work&& work) {
-  std::atomic<std::size_t> next{0}, finished{0};
-  std::exception_ptr error;
-  std::mutex mutex;
-  const auto run = [&] {
-    try {
-      auto worker = make();
-      for (std::size_t chunk; (chunk = next.fetch_add(1)) < n_chunks;) {
-        progress.check();
-        work(worker, chunk);
-        progress.done.store(double(finished.fetch_add(1) + 1) / double(n_chunks), std::memory_order_relaxed);
-      }
-    } catch (...) {
-      next.store(n_chunks);
-      const std::lock_guard lock(mutex);
-      if (!error) error = std::current_exception();
-    }
-  };
-  std::vector<std::thread> threads;
-  try {
-    for (std::size_t i = 1; i < std::min(std::size_t(n_threads), n_chunks); ++i) threads.emplace_back(run);
-  } catch (const std::system_error&) {
-    // The system gives no more threads: those that there are do the work.
-  }
-  run();
-  for (std::thread& thread : threads) thread.join();
-  if (error) std::rethrow_exception(error);
-}
 
 inline constexpr std::size_t kChunk = 256;
 

@@ -1,0 +1,54 @@
+// Work on all cores: chunks of it are dealt out by a counter. Where each chunk has a place of its own for what it
+// finds, the number of threads can not be seen in the outcome.
+#pragma once
+
+#include <algorithm>
+#include <mutex>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include "progress.hpp"
+
+namespace fastlines {
+
+/// Which part of a long call's progress some work is.
+struct Stage {
+  double from = 0.0, to = 1.0;
+};
+
+/// Call work(worker, chunk) for all chunks, each thread with a worker that make() gave it. The first exception ends the
+/// work and is rethrown.
+template <class Make, class Work>
+void for_each_chunk(std::size_t n_chunks, unsigned n_threads, Progress& progress, Make&& make, Work&& work,
+                    Stage stage = {}) {
+  std::atomic<std::size_t> next{0}, finished{0};
+  std::exception_ptr error;
+  std::mutex mutex;
+  const auto run = [&] {
+    try {
+      auto worker = make();
+      for (std::size_t chunk; (chunk = next.fetch_add(1)) < n_chunks;) {
+        progress.check();
+        work(worker, chunk);
+        const double share = double(finished.fetch_add(1) + 1) / double(n_chunks);
+        progress.done.store(stage.from + (stage.to - stage.from) * share, std::memory_order_relaxed);
+      }
+    } catch (...) {
+      next.store(n_chunks);
+      const std::lock_guard lock(mutex);
+      if (!error) error = std::current_exception();
+    }
+  };
+  std::vector<std::thread> threads;
+  try {
+    for (std::size_t i = 1; i < std::min(std::size_t(n_threads), n_chunks); ++i) threads.emplace_back(run);
+  } catch (const std::system_error&) {
+    // The system gives no more threads: those that there are do the work.
+  }
+  run();
+  for (std::thread& thread : threads) thread.join();
+  if (error) std::rethrow_exception(error);
+}
+
+}  // namespace fastlines
