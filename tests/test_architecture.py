@@ -19,13 +19,13 @@ MAX_LINES = 400
 #: write and queries read, so it stands before both; `validate` needs the box rules of the splits; all that runs long
 #: shares `progress`.
 HEADERS = (
+    "build/progress.hpp",
     "geometry",
     "primitives",
     "references",
     "tree/tree.hpp",
     "splits",
     "tree/validate.hpp",
-    "build/progress.hpp",
     "build",
     "simd",
     "query",

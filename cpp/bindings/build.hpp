@@ -25,20 +25,20 @@ inline SplitSet split_set(const std::string& name, int n_planes, std::size_t max
   throw std::invalid_argument("unknown split set: " + name);
 }
 
-/// Name, planes, largest nodes that are split whole, largest nodes that are asked about.
-using SplitSetArgs = std::tuple<std::string, int, std::size_t, std::size_t>;
+/// Name, planes, largest nodes that are split whole, largest nodes that are asked about, least overlap.
+using SplitSetArgs = std::tuple<std::string, int, std::size_t, std::size_t, double>;
 
-/// The fields of `Settings` in Python, in their order, limits as a tuple of their own; then threads.
+/// The fields of `Settings` in Python, in their order, costs, limits and presplit as tuples of their own; then threads.
 using SettingsArgs =
     std::tuple<std::vector<SplitSetArgs>, bool, std::vector<int>, std::pair<double, double>,
                std::tuple<std::size_t, std::size_t, std::size_t, std::size_t, double>, int, bool, double, unsigned>;
 
 inline Settings settings_of(const SettingsArgs& args) {
-  const auto& [splits, cut, lookahead, cost, limits, bad_levels, prune, radius_hint, n_threads] = args;
+  const auto& [splits, cut, lookahead, cost, limits, bad_levels, prune, radius_hint, presplit, n_threads] = args;
   Settings settings;
   settings.splits.clear();
-  for (const auto& [name, n_planes, max_whole, max_refs] : splits)
-    settings.splits.push_back({split_set(name, n_planes, max_whole), max_refs});
+  for (const auto& [name, n_planes, max_whole, max_refs, min_overlap] : splits)
+    settings.splits.push_back({split_set(name, n_planes, max_whole), max_refs, min_overlap});
   settings.boxes = box_rule(cut);
   settings.lookahead = lookahead;
   settings.cost = {cost.first, cost.second};
@@ -47,6 +47,7 @@ inline Settings settings_of(const SettingsArgs& args) {
   settings.bad_levels = bad_levels;
   settings.prune = prune;
   settings.radius_hint = radius_hint;
+  settings.presplit = {presplit.first, presplit.second};
   settings.n_threads = n_threads;
   return settings;
 }
@@ -54,11 +55,13 @@ inline Settings settings_of(const SettingsArgs& args) {
 /// Nodes, references, and at how many nodes each limit was felt.
 template <Primitives P>
 nanobind::tuple build_tree(const P& prims, const SettingsArgs& args, const nanobind::object& progress) {
-  const Settings settings = settings_of(args);
+  Settings settings = settings_of(args);
   Tree tree;
   LimitsHit hit;
   watch(
       [&](Progress& watched) {
+        for (SizedSplitSet& sized : settings.splits)
+          if (sized.min_overlap > 0.0) sized.min_overlap *= bounds_of_all(prims).area();
         Builder builder(prims, settings, watched);
         tree = builder.build();
         hit = builder.limits_hit();

@@ -2,6 +2,7 @@
 // defaults are in Python.
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
@@ -9,6 +10,7 @@
 #include <bit>
 
 #include "build.hpp"
+#include "fastlines/build/reinsertion.hpp"
 #include "fastlines/layout/collapse.hpp"
 #include "fastlines/primitives/boxes.hpp"
 #include "fastlines/primitives/triangles.hpp"
@@ -53,15 +55,35 @@ nb::tuple build(const std::string& kind, Input<float> data, const SettingsArgs& 
   return *tree;
 }
 
+/// The tree after moves of its subtrees, and how many of them were too deep.
+nb::tuple reinsert(Input<std::uint32_t> nodes, Input<std::uint32_t> refs, int rounds, std::size_t max_depth,
+                   double radius_hint, unsigned n_threads, nb::object progress) {
+  Tree tree;
+  std::size_t n_too_deep = 0;
+  watch(
+      [&](Progress& watched) {
+        Reinsertion reinsertion(rows<Node>(nodes), rows<Reference>(refs), {rounds, max_depth, radius_hint, n_threads},
+                                watched);
+        tree = reinsertion();
+        n_too_deep = reinsertion.n_too_deep();
+      },
+      progress);
+  return nb::make_tuple(copy_rows<std::uint32_t>(tree.nodes), copy_rows<std::uint32_t>(tree.refs), n_too_deep);
+}
+
 std::optional<std::tuple<std::size_t, std::string, std::string>> check(const std::string& kind, Input<float> data,
                                                                        Input<std::uint32_t> nodes,
-                                                                       Input<std::uint32_t> refs, bool cut) {
+                                                                       Input<std::uint32_t> refs, bool cut,
+                                                                       bool pieces) {
   std::optional<Violation> found;
   watch(
       [&](Progress&) {
-        with_primitives(kind, data, [&](const auto& prims) {
-          found = validate(prims, rows<Node>(nodes), rows<Reference>(refs), box_rule(cut));
-        });
+        if (pieces)
+          found = validate_pieces({rows<Segment>(data)}, rows<Node>(nodes), rows<Reference>(refs), box_rule(cut));
+        else
+          with_primitives(kind, data, [&](const auto& prims) {
+            found = validate(prims, rows<Node>(nodes), rows<Reference>(refs), box_rule(cut));
+          });
       },
       nb::none());
   if (!found) return {};
@@ -184,7 +206,10 @@ NB_MODULE(_core, m) {
   using namespace fastlines;
   m.doc() = "The C++ core of fastlines. Use the functions of the package; they check what they are given.";
   m.def("build", &build, "kind"_a, "data"_a.noconvert(), "settings"_a, "progress"_a.none());
-  m.def("validate", &check, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "cut"_a);
+  m.def("reinsert", &reinsert, "nodes"_a.noconvert(), "refs"_a.noconvert(), "rounds"_a, "max_depth"_a, "radius_hint"_a,
+        "n_threads"_a, "progress"_a.none());
+  m.def("validate", &check, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "cut"_a,
+        "pieces"_a);
   m.def("widen", &widen, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "radius_hint"_a,
         "progress"_a.none());
   m.def("best_simd", &best_simd);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "build/builder.hpp"
+#include "build/reinsertion.hpp"
 #include "kernels/run.hpp"
 #include "layout/collapse.hpp"
 #include "primitives/boxes.hpp"

@@ -30,6 +30,7 @@ from .settings import (
     PlaneEvents,
     PlaneGrid,
     PlaneOctets,
+    Presplit,
     Settings,
 )
 from .threads import get_num_threads, set_num_threads
@@ -57,6 +58,7 @@ __all__ = [
     "PlaneEvents",
     "PlaneGrid",
     "PlaneOctets",
+    "Presplit",
     "Settings",
     "Tree",
     "Triangles",

@@ -13,7 +13,7 @@ _Progress: TypeAlias = Callable[[float], object] | None
 
 #: See cpp/bindings/build.hpp.
 _Settings: TypeAlias = tuple[
-    Sequence[tuple[str, int, int, int]],
+    Sequence[tuple[str, int, int, int, float]],
     bool,
     Sequence[int],
     tuple[float, float],
@@ -21,13 +21,25 @@ _Settings: TypeAlias = tuple[
     int,
     bool,
     float,
+    tuple[float, int],
     int,
 ]
 
 def build(
     kind: str, data: _Floats, settings: _Settings, progress: _Progress
 ) -> tuple[_Words, _Words, tuple[int, int, int]]: ...
-def validate(kind: str, data: _Floats, nodes: _Words, refs: _Words, cut: bool) -> tuple[int, str, str] | None: ...
+def reinsert(
+    nodes: _Words,
+    refs: _Words,
+    rounds: int,
+    max_depth: int,
+    radius_hint: float,
+    n_threads: int,
+    progress: _Progress,
+) -> tuple[_Words, _Words, int]: ...
+def validate(
+    kind: str, data: _Floats, nodes: _Words, refs: _Words, cut: bool, pieces: bool
+) -> tuple[int, str, str] | None: ...
 def widen(
     data: _Floats, nodes: _Words, refs: _Words, radius_hint: float, progress: _Progress
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8], _Words, float]: ...

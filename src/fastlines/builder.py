@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import count
 from typing import Any
 
 import numpy.typing as npt
@@ -11,8 +13,9 @@ import numpy.typing as npt
 from . import _core
 from .engines import engine
 from .errors import InputError
+from .geometry import Lines
 from .primitives import Geometry, as_geometry, core_data
-from .progress import ProgressOption, reporting
+from .progress import ProgressCallback, ProgressOption, reporting
 from .settings import (
     DEFAULT_METHOD,
     REF_LIMIT,
@@ -20,6 +23,7 @@ from .settings import (
     Cost,
     Limits,
     PlaneOctets,
+    Presplit,
     Settings,
     SplitSet,
     best_settings,
@@ -49,6 +53,8 @@ def build(
     prune: bool | None = None,
     radius_hint: float | None = None,
     effort: float | None = None,
+    presplit: Presplit | None = None,
+    reinsertion: int | None = None,
     invalid: str = "error",
     progress: ProgressOption = False,
 ) -> Tree:
@@ -76,6 +82,10 @@ def build(
         How to get past levels that look no better than a leaf; see `Settings`.
     effort : float, optional
         Of "best": from 0, the fastest build, to 1, the best tree; 0.5 unless given.
+    presplit : Presplit, optional
+        Cut lines before the build.
+    reinsertion : int, optional
+        Move subtrees after the build, in so many rounds at most.
     invalid : {"error", "skip"}
         What to do with segments that hold NaN or Inf: raise, or leave them out; then hits name positions among those
         that are left, and ``tree.geometry.rows`` has the rows of the input. See `Lines.from_segments`.
@@ -107,6 +117,8 @@ def build(
         "bad_levels": bad_levels,
         "prune": prune,
         "radius_hint": radius_hint,
+        "presplit": presplit,
+        "reinsertion": reinsertion,
     }
     given = {name: value for name, value in given.items() if value is not None}
     if method is None and not SEARCH & given.keys():
@@ -133,16 +145,52 @@ def build(
             f"max_leaf_refs={limits.max_leaf_refs} can not be kept within max_depth={limits.max_depth} for "
             f"{len(geometry)} primitives; allow more of either"
         )
+    if not isinstance(geometry, Lines) and (settings.presplit is not None or settings.reinsertion > 0):
+        raise InputError(f"presplit and reinsertion are for lines, these are {type(geometry).__name__}; leave them out")
+    if settings.presplit is not None and first_refs(len(geometry), settings) > limits.refs_for(len(geometry)):
+        raise InputError(
+            f"{settings.presplit} asks for {first_refs(len(geometry), settings)} references, max_refs allows "
+            f"{limits.refs_for(len(geometry))}; ask for fewer or allow more"
+        )
+    name = "custom" if given or method is None else method
     with reporting(progress, "build") as callback:
-        nodes, refs, hit = _build(geometry, settings, callback)
-    nodes, refs = nodes.reshape(-1).view(NODE), refs.reshape(-1).view(REF)
-    nodes.flags.writeable = refs.flags.writeable = False
-    limits_hit = {limit: n for limit, n in zip(("max_depth", "max_refs", "max_leaf_refs"), hit, strict=True) if n}
-    return Tree(geometry, nodes, refs, settings, "custom" if given or method is None else method, limits_hit)
+        if settings.presplit == Presplit():
+            return _cheapest_presplit(geometry, settings, name, callback)
+        return _build(geometry, settings, name, callback)
 
 
-def _build(geometry: Geometry, settings: Settings, callback: Any) -> Any:
-    """Hand the build to the core; segments to the module for the instruction set in use."""
+def first_refs(n_prims: int, settings: Settings) -> int:
+    """Tell how many references a presplit to a number of them makes; 0 if it has another bound."""
+    presplit = settings.presplit
+    return 0 if presplit is None or presplit.refs is None else max(n_prims, int(presplit.refs * n_prims))
+
+
+def _cheapest_presplit(geometry: Geometry, settings: Settings, name: str, callback: ProgressCallback | None) -> Tree:
+    """Build with 1, 2, 4, … references a line as long as the next tree is cheaper by one part in a hundred."""
+    best: Tree | None = None
+    for doubling in count():
+        more = replace(settings, presplit=Presplit(refs=2.0**doubling))
+        if best is not None and first_refs(len(geometry), more) > _most_first_refs(len(geometry), settings.limits):
+            return best
+        tree = _build(geometry, more, name, _stage(callback, 1 - 2.0**-doubling, 1 - 2.0 ** -(doubling + 1)))
+        if best is not None and not tree.cost() < 0.99 * best.cost():
+            return best
+        best = tree
+    raise AssertionError
+
+
+def _stage(callback: ProgressCallback | None, first: float, last: float) -> ProgressCallback | None:
+    """Report a part of the work as this part of all."""
+    return None if callback is None else lambda done: callback(first + (last - first) * done)
+
+
+def _most_first_refs(n_prims: int, limits: Limits) -> int:
+    """Tell how many references there is room for before the build."""
+    most = limits.refs_for(n_prims)
+    return most if limits.max_leaf_refs is None else min(most, limits.max_leaf_refs * 2**limits.max_depth)
+
+
+def _build(geometry: Geometry, settings: Settings, name: str, callback: ProgressCallback | None) -> Tree:
     kind, data = core_data(geometry)
     splits: list[SplitSet] = []
     for split in settings.splits:
@@ -151,9 +199,21 @@ def _build(geometry: Geometry, settings: Settings, callback: Any) -> Any:
         else:
             splits.append(split)
     limits = settings.limits
+    most = _most_first_refs(len(geometry), limits)
+    presplit = (math.inf, most)
+    if settings.presplit is not None:
+        presplit = (0.0, first_refs(len(geometry), settings))
+        if settings.presplit.area is not None:
+            presplit = (settings.presplit.area, most)
     args = (
         [
-            (split.name, getattr(split, "n_planes", 0), getattr(split, "max_whole", 0), split.max_refs or NO_LIMIT)
+            (
+                split.name,
+                getattr(split, "n_planes", 0),
+                getattr(split, "max_whole", 0),
+                split.max_refs or NO_LIMIT,
+                split.min_overlap,
+            )
             for split in splits
         ],
         settings.boxes == "cut",
@@ -169,6 +229,27 @@ def _build(geometry: Geometry, settings: Settings, callback: Any) -> Any:
         settings.bad_levels,
         settings.prune,
         settings.radius_hint,
+        presplit,
         get_num_threads(),
     )
-    return engine().build(data, args, callback) if kind == "segments" else _core.build(kind, data, args, callback)
+    first = callback if settings.reinsertion == 0 else _stage(callback, 0.0, 0.5)
+    if kind == "segments":
+        nodes, refs, hit = engine().build(data, args, first)
+    else:
+        nodes, refs, hit = _core.build(kind, data, args, first)
+    limits_hit = {limit: n for limit, n in zip(("max_depth", "max_refs", "max_leaf_refs"), hit, strict=True) if n}
+    if settings.reinsertion > 0:
+        nodes, refs, n_too_deep = _core.reinsert(
+            nodes,
+            refs,
+            settings.reinsertion,
+            limits.max_depth,
+            settings.radius_hint,
+            get_num_threads(),
+            _stage(callback, 0.5, 1.0),
+        )
+        if n_too_deep:
+            limits_hit["max_depth"] = limits_hit.get("max_depth", 0) + n_too_deep
+    nodes, refs = nodes.reshape(-1).view(NODE), refs.reshape(-1).view(REF)
+    nodes.flags.writeable = refs.flags.writeable = False
+    return Tree(geometry, nodes, refs, settings, name, limits_hit)

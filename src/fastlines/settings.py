@@ -30,16 +30,23 @@ class SplitSet:
     ----------
     max_refs : int, optional
         Ask this set only about nodes of at most so many references.
+    min_overlap : float
+        Ask this set only where the boxes of the best object split of the sets before it overlap, in a box with more
+        area than this share of the scene's: SBVH's restriction of spatial splits, with 1e-5 (Stich et al. 2009).
     """
 
     name: ClassVar[str] = ""
     max_refs: int | None = field(default=None, kw_only=True)
+    min_overlap: float = field(default=0.0, kw_only=True)
 
     def __post_init__(self) -> None:
         if not self.name:
             raise InputError("fl.SplitSet is what split sets have in common; use fl.PlaneGrid(16), fl.ObjectSweep(), …")
         if self.max_refs is not None:
             object.__setattr__(self, "max_refs", count("max_refs", self.max_refs, 1))
+        what = "a share of the area of the scene's box, 0 to 1"
+        overlap = 0.0 if self.min_overlap == 0 else number("min_overlap", self.min_overlap, what, 0.0, 1.0)
+        object.__setattr__(self, "min_overlap", overlap)
 
 
 @dataclass(frozen=True)
@@ -189,6 +196,36 @@ class Limits:
 
 
 @dataclass(frozen=True)
+class Presplit:
+    """Lines are cut before the build, in the middle of the longest side of their boxes, the largest box first.
+
+    That is early split clipping (Ernst and Greiner 2007). With neither bound, trees with 1, 2, 4, … references a line
+    are built as long as the next is cheaper by one part in a hundred; the tree's settings tell where that ended.
+
+    Parameters
+    ----------
+    area : float, optional
+        No piece's box has a larger area, in parts of the area of the scene's box, above 0 to 1: the paper's bound.
+        `Limits.max_refs` still holds.
+    refs : float, optional
+        So many references for each line on average, at least 1.
+    """
+
+    area: float | None = None
+    refs: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.area is not None and self.refs is not None:
+            raise InputError(f"area={self.area!r} and refs={self.refs!r} are two bounds; give one of them, or none")
+        if self.area is not None:
+            what = "a share of the area of the scene's box, above 0 to 1"
+            object.__setattr__(self, "area", number("area", self.area, what, 0.0, 1.0))
+        if self.refs is not None:
+            what = f"references for each line, 1 to {REF_LIMIT}"
+            object.__setattr__(self, "refs", number("refs", self.refs, what, math.nextafter(1.0, 0.0), REF_LIMIT))
+
+
+@dataclass(frozen=True)
 class Settings:
     """All that a build is told.
 
@@ -212,6 +249,11 @@ class Settings:
     radius_hint : float
         The search measures boxes grown by this much, in parts of the scene's longest side. A query that comes with a
         radius meets boxes grown by it.
+    presplit : Presplit, optional
+        Cut lines before the build. Tight boxes and lines only.
+    reinsertion : int
+        After the build, in so many rounds at most, take subtrees out and put them in where they cost least. Tight boxes
+        and lines only.
 
     Raises
     ------
@@ -227,6 +269,8 @@ class Settings:
     bad_levels: int = 0
     prune: bool = True
     radius_hint: float = 0.0
+    presplit: Presplit | None = None
+    reinsertion: int = 0
 
     def __post_init__(self) -> None:
         splits = sequence("splits", self.splits, SplitSet, "one or more of fl.PlaneGrid(16), fl.ObjectSweep(), …")
@@ -242,6 +286,9 @@ class Settings:
         if hint > 1.0:
             raise InputError(f"radius_hint={self.radius_hint!r}; expected {what}")
         object.__setattr__(self, "radius_hint", hint)
+        if not isinstance(self.presplit, Presplit | None):
+            raise InputError(f"presplit={self.presplit!r}; expected fl.Presplit(), fl.Presplit(refs=…) or None")
+        object.__setattr__(self, "reinsertion", count("reinsertion", self.reinsertion, 0, 1000))
         choice("boxes", self.boxes, ("tight", "cut"))
         if not isinstance(self.cost, Cost):
             raise InputError(f"cost={self.cost!r}; expected fl.Cost(c_trav=…, c_prim=…)")
@@ -252,6 +299,14 @@ class Settings:
                 raise InputError("an object sweep does not cut space: a KD tree (boxes='cut') needs planes")
             if self.limits.max_leaf_refs is not None:
                 raise InputError("max_leaf_refs can not be promised by a KD tree (boxes='cut'); leave it out")
+            if self.presplit is not None:
+                raise InputError(
+                    "presplit is for tight boxes: a KD tree (boxes='cut') cuts all lines itself; leave it out"
+                )
+            if self.reinsertion > 0:
+                raise InputError(
+                    "reinsertion is for tight boxes: those of a KD tree (boxes='cut') can not move; leave it out"
+                )
 
 
 #: c_trav of the thesis's trees, fitted to its tables.
@@ -327,11 +382,13 @@ def limit_notes(limits_hit: Mapping[str, int]) -> list[str]:
 
     Examples
     --------
-    >>> limit_notes({"max_depth": 1, "max_refs": 81, "max_leaf_refs": 518})
-    ['max_depth kept 1 node from a split', 'max_refs refused a split at 81 nodes', 'max_leaf_refs forced 518 splits']
+    >>> limit_notes({"max_depth": 1, "max_refs": 81})
+    ['max_depth kept 1 node from a split or move', 'max_refs refused a split at 81 nodes']
+    >>> limit_notes({"max_leaf_refs": 518})
+    ['max_leaf_refs forced 518 splits']
     """
     phrases = {
-        "max_depth": ("kept {} from a split", "node"),
+        "max_depth": ("kept {} from a split or move", "node"),
         "max_refs": ("refused a split at {}", "node"),
         "max_leaf_refs": ("forced {}", "split"),
     }

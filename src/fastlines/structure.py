@@ -229,13 +229,16 @@ class TreeStructure:
     def validate(self) -> None:
         """Check the axioms 1 to 5 of thesis §3.2, the BVH or KD axiom, and Theorem 4.
 
+        A tree that was presplit or reinserted is one over pieces of lines, and is checked as one.
+
         Raises
         ------
         InvalidTreeError
             With the node and the axiom that fails.
         """
         kind, data = core_data(self.geometry)
-        found = _core.validate(kind, data, *self.words(), self.settings.boxes == "cut")
+        pieces = self.settings.presplit is not None or self.settings.reinsertion > 0
+        found = _core.validate(kind, data, *self.words(), self.settings.boxes == "cut", pieces)
         if found is not None:
             raise InvalidTreeError(*found)
 

@@ -13,7 +13,7 @@ import numpy as np
 from . import container
 from .errors import FileFormatError, InputError, InvalidTreeError
 from .geometry import FloatArray, Lines
-from .settings import Cost, Limits, Settings, SplitSet
+from .settings import Cost, Limits, Presplit, Settings, SplitSet
 from .structure import NODE, REF, TreeStructure
 
 FORMAT = "fastlines tree 1"
@@ -170,4 +170,6 @@ def _settings_from_json(data: dict[str, Any]) -> Settings:
         "cost": Cost(**data.pop("cost")),
         "limits": Limits(**data.pop("limits")),
     }
+    if data.get("presplit") is not None:
+        parts["presplit"] = Presplit(**data.pop("presplit"))
     return Settings(**parts, **data)

@@ -22,7 +22,7 @@ class Builder {
       : prims_(prims), settings_(settings), progress_(progress), tasks_(settings.n_threads) {}
 
   Tree build() {
-    std::vector<BuildRef> refs = whole_references(prims_);
+    std::vector<BuildRef> refs = first_references(prims_, settings_.presplit, progress_, limits_hit_.refs);
     Box box = hull(refs);
     if (refs.empty()) box = Box{{0, 0, 0}, {0, 0, 0}};
     const double margin = settings_.radius_hint * box.side(box.longest_axis());
@@ -33,7 +33,7 @@ class Builder {
       throw std::invalid_argument("max_refs is less than the number of primitives");
     const std::size_t spare = settings_.limits.max_refs - refs.size();
     whole.build(std::move(refs), box, Place{.spare = spare});
-    limits_hit_ = whole.limits_hit;
+    limits_hit_ += whole.limits_hit;
     searched_ = whole.searched;
     return std::move(whole.tree);
   }

@@ -1,6 +1,7 @@
 // What a build can be told (thesis §4.3): the cost model, SPLITS, how deep to look ahead, and limits.
 #pragma once
 
+#include "../references/presplit.hpp"
 #include "../splits/split_set.hpp"
 
 namespace fastlines {
@@ -28,6 +29,7 @@ struct Settings {
   int bad_levels = 0;        ///< how many levels in a row may be split though that looks no better than a leaf
   bool prune = true;         ///< take back what bad levels did not pay for
   double radius_hint = 0.0;  ///< the search measures boxes grown by this much of the scene's longest side
+  Presplit presplit;         ///< cut primitives before the build
   Cost cost;
   Limits limits;
   unsigned n_threads = 1;  ///< the tree does not depend on it
@@ -36,11 +38,24 @@ struct Settings {
 /// At how many nodes a limit narrowed the search, or forced a split.
 struct LimitsHit {
   std::size_t depth = 0, refs = 0, leaf_refs = 0;
+
+  LimitsHit& operator+=(const LimitsHit& other) {
+    depth += other.depth;
+    refs += other.refs;
+    leaf_refs += other.leaf_refs;
+    return *this;
+  }
 };
 
 /// How many candidates were looked at more than one level deep, and how many of them carried out.
 struct Searched {
   std::size_t candidates = 0, carried_out = 0;
+
+  Searched& operator+=(const Searched& other) {
+    candidates += other.candidates;
+    carried_out += other.carried_out;
+    return *this;
+  }
 };
 
 }  // namespace fastlines

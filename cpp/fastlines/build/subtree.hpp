@@ -295,11 +295,8 @@ class Subtree {
     tasks_.join(task);
     tree.nodes[index].right = std::uint32_t(tree.nodes.size());
     append(beside.tree);
-    limits_hit.depth += beside.limits_hit.depth;
-    limits_hit.refs += beside.limits_hit.refs;
-    limits_hit.leaf_refs += beside.limits_hit.leaf_refs;
-    searched.candidates += beside.searched.candidates;
-    searched.carried_out += beside.searched.carried_out;
+    limits_hit += beside.limits_hit;
+    searched += beside.searched;
     return {cost_left, cost_right};
   }
 

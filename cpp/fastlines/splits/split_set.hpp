@@ -1,6 +1,7 @@
 // SPLITS of a build: the union of one or more split sets, tried in the order in which they are listed.
 #pragma once
 
+#include <algorithm>
 #include <stdexcept>
 #include <variant>
 
@@ -15,10 +16,11 @@ namespace fastlines {
 
 using SplitSet = std::variant<ObjectSweep, PlaneGrid, PlaneOctets, PlaneEvents, Median, Middle>;
 
-/// A split set that is asked only about nodes of at most so many references: |SPLITS| by size.
+/// A split set that is asked only about some nodes.
 struct SizedSplitSet {
   SplitSet set;
-  std::size_t max_refs = std::size_t(-1);
+  std::size_t max_refs = std::size_t(-1);  ///< only those of at most so many references: |SPLITS| by size
+  double min_overlap = 0.0;  ///< only where children of the best object split before it overlap in a larger area
 };
 
 using Splits = std::vector<SizedSplitSet>;
@@ -29,19 +31,50 @@ inline bool estimates(const Splits& splits) {
                      [](const SizedSplitSet& sized) { return std::holds_alternative<PlaneOctets>(sized.set); });
 }
 
+/// The area in which the children of the best object split overlap: SBVH asks for spatial splits only where that is
+/// large (Stich, Friedrich, Dietrich 2009, "Spatial splits in bounding volume hierarchies").
+class Overlap {
+ public:
+  void look_at(const Candidate& split) {
+    if (split.kind != Candidate::Kind::objects) return;
+    const double cost = split.left.area() * double(split.n_left) + split.right.area() * double(split.n_right);
+    if (cost >= least_) return;
+    least_ = cost;
+    Box both;
+    for (int k = 0; k < 3; ++k) {
+      both.lo[k] = std::max(split.left.lo[k], split.right.lo[k]);
+      both.hi[k] = std::min(split.left.hi[k], split.right.hi[k]);
+    }
+    area_ = both.area();
+  }
+
+  /// Infinite if there was no object split.
+  double area() const { return area_; }
+
+ private:
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  double least_ = kNone, area_ = kNone;
+};
+
 /// Show the candidates for a node. Octets measure boxes grown by `margin`, and show only the cheapest of each axis
 /// unless `all` are asked for.
 template <Primitives P, class Visitor>
 void visit_splits(const Splits& splits, const P& prims, Refs refs, const Box& box, BoxRule rule, double margin,
                   bool all, Visitor&& visitor) {
+  const bool by_overlap = std::ranges::any_of(splits, [](const auto& sized) { return sized.min_overlap > 0.0; });
+  Overlap overlap;
+  const auto show = [&](const Candidate& split) {
+    if (by_overlap) overlap.look_at(split);
+    visitor(split);
+  };
   for (const SizedSplitSet& sized : splits) {
-    if (refs.size() > sized.max_refs) continue;
+    if (refs.size() > sized.max_refs || (sized.min_overlap > 0.0 && overlap.area() <= sized.min_overlap)) continue;
     std::visit(
         [&]<class Set>(const Set& set) {
           if constexpr (!std::same_as<Set, PlaneOctets>)
-            set.visit(prims, refs, box, rule, visitor);
+            set.visit(prims, refs, box, rule, show);
           else if constexpr (Straight<P>)
-            set.visit(prims, refs, box, rule, margin, all, visitor);
+            set.visit(prims, refs, box, rule, margin, all, show);
           else
             throw std::invalid_argument("octets of planes are for straight curves");
         },

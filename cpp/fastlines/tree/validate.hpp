@@ -3,13 +3,14 @@
 //
 // Axiom 5, (∪p₁ ∩ q₁) ∪ (∪p₂ ∩ q₂) = ∪p ∩ q, is checked primitive by primitive: what of one lies in q must lie in the
 // box of a child that lists it. For curves the parts are intervals of s; of other primitives the boxes of the parts are
-// compared.
+// compared. A tree over pieces is checked with the pieces as its primitives.
 #pragma once
 
 #include <cmath>
 #include <optional>
 #include <string>
 
+#include "../references/pieces.hpp"
 #include "../splits/candidate.hpp"
 #include "tree.hpp"
 
@@ -40,6 +41,15 @@ class Validator {
   std::optional<Violation> operator()() {
     check_graph() && check_references() && check_root() && check_nodes() && check_pieces();
     return found_;
+  }
+
+  /// The same of a tree over pieces: do they tile the primitives, and is it a tree over them?
+  std::optional<Violation> over_pieces()
+    requires std::same_as<P, Segments>
+  {
+    if (!(check_graph() && check_references() && check_root() && check_pieces())) return found_;
+    const std::vector<Segment> pieces = pieces_of(prims_, refs_);
+    return Validator(Segments{pieces}, nodes_, references_to(pieces), rule_)();
   }
 
  private:
@@ -277,6 +287,12 @@ class Validator {
   double tolerance_ = 0.0;
   std::optional<Violation> found_;
 };
+
+/// A tree over pieces of segments, as presplit and reinsertion make it.
+inline std::optional<Violation> validate_pieces(const Segments& segments, std::span<const Node> nodes,
+                                                std::span<const Reference> refs, BoxRule rule) {
+  return Validator(segments, nodes, refs, rule).over_pieces();
+}
 
 template <Primitives P>
 std::optional<Violation> validate(const P& prims, std::span<const Node> nodes, std::span<const Reference> refs,

@@ -1,0 +1,261 @@
+// Insertion-based optimisation (Bittner, Hapala, Havran 2013, "Fast insertion-based optimization of bounding volume
+// hierarchies"; in parallel as Meister, Bittner 2018, "Parallel reinsertion for bounding volume hierarchy
+// optimization"): subtrees of a finished BVH are taken out and put in where they cost least.
+//
+// Leaves stay as they are, and the root bounds the same. So of the cost g (thesis §3.3) only the sum of the areas of
+// the inner nodes changes, and costs of steps and tests need not be known. To put v beside x gains
+//
+//     SA(parent of v) − SA(x ∪ v) + Σ_a (SA(a) − SA(a without v)) − Σ_y (SA(y ∪ v) − SA(y))
+//
+// where a are the ancestors of v's parent, and y those of x, below the node where the two paths meet. An ancestor can
+// be an x itself; it is one of the a then, and x ∪ v is its box.
+//
+// In each round all nodes look for their best place at the same time, by branch and bound: below a node that v would
+// grow, a place gains no more than what there is so far less SA(v). Then the moves are made one after the other, those
+// that gain most first; each is measured again, for those before it have changed the tree, and left out if it no longer
+// gains. So no round makes a tree dearer, and the number of threads does not show.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "../tree/tree.hpp"
+#include "chunks.hpp"
+
+namespace fastlines {
+
+class Reinsertion {
+ public:
+  struct Options {
+    int rounds = 1;
+    std::size_t max_depth = 64;  ///< no move makes a node deeper
+    double radius_hint = 0.0;    ///< boxes are measured grown by this much of the scene's longest side
+    unsigned n_threads = 1;
+  };
+
+  Reinsertion(std::span<const Node> nodes, std::span<const Reference> refs, const Options& options, Progress& progress)
+      : nodes_(nodes), refs_(refs), options_(options), progress_(progress), links_(nodes.size()) {
+    const Box& box = nodes[0].box;
+    margin_ = options.radius_hint * box.side(box.longest_axis());
+    least_ = 1e-9 * area_of(box);
+    for (std::uint32_t v = std::uint32_t(nodes.size()); v-- > 0;) {
+      links_[v].box = nodes[v].box;
+      links_[v].area = area_of(nodes[v].box);
+      if (nodes[v].is_leaf()) continue;
+      links_[v].child = {v + 1, nodes[v].right};
+      for (const std::uint32_t child : links_[v].child) links_[child].parent = v;
+      links_[v].height = height_of(v);
+    }
+  }
+
+  Tree operator()() {
+    for (int round = 0; round < options_.rounds; ++round)
+      if (!improve({double(round) / options_.rounds, double(round + 1) / options_.rounds})) break;
+    tree_.nodes.reserve(nodes_.size());
+    tree_.refs.reserve(refs_.size());
+    append(root_);
+    return std::move(tree_);
+  }
+
+  /// How many moves max_depth refused.
+  std::size_t n_too_deep() const { return n_too_deep_; }
+
+ private:
+  static constexpr std::uint32_t kNone = std::uint32_t(-1);
+
+  /// A node that can be hung elsewhere.
+  struct Link {
+    Box box;
+    double area;
+    std::uint32_t parent = kNone;
+    std::array<std::uint32_t, 2> child{kNone, kNone};
+    std::uint32_t height = 0;  // of the subtree, in levels below it
+
+    bool is_leaf() const { return child[0] == kNone; }
+  };
+
+  /// Put v beside x.
+  struct Move {
+    double gain;
+    std::uint32_t v, x;
+  };
+
+  /// A subtree to look into, and what is gained before anything in it changes.
+  struct Waiting {
+    std::uint32_t x;
+    double gain;
+  };
+
+  double area_of(const Box& box) const { return box.area(margin_); }
+
+  double area_of(const Box& a, const Box& b) const {
+    Box both = a;
+    both.grow(b);
+    return area_of(both);
+  }
+
+  std::uint32_t height_of(std::uint32_t v) const {
+    const auto& [left, right] = links_[v].child;
+    return 1 + std::max(links_[left].height, links_[right].height);
+  }
+
+  std::uint32_t sibling(std::uint32_t v) const {
+    const auto& child = links_[links_[v].parent].child;
+    return child[child[0] == v];
+  }
+
+  bool improve(Stage stage) {
+    constexpr std::size_t per_chunk = 256;
+    std::vector<Move> moves(links_.size());
+    for_each_chunk((links_.size() + per_chunk - 1) / per_chunk, options_.n_threads, progress_,
+                   [] { return std::vector<Waiting>{}; },
+                   [&](std::vector<Waiting>& waiting, std::size_t chunk) {
+                     for (std::size_t v = chunk * per_chunk; v < std::min(links_.size(), (chunk + 1) * per_chunk);
+                          ++v) {
+                       progress_.check();
+                       moves[v] = best_move(std::uint32_t(v), waiting);
+                     }
+                   },
+                   stage);
+    std::erase_if(moves, [](const Move& move) { return move.x == kNone; });
+    std::sort(moves.begin(), moves.end(),
+              [](const Move& a, const Move& b) { return a.gain != b.gain ? a.gain > b.gain : a.v < b.v; });
+    std::size_t n_made = 0;
+    for (const Move& move : moves) {
+      progress_.check();
+      n_made += make(move.v, move.x);
+    }
+    return n_made > 0;
+  }
+
+  /// The best place for v, among all that there are; none if no move gains.
+  Move best_move(std::uint32_t v, std::vector<Waiting>& waiting) const {
+    Move best{least_, v, kNone};
+    if (v == root_) return best;
+    const Box box = links_[v].box;
+    const double area = links_[v].area;
+    const std::uint32_t parent = links_[v].parent;
+    double gain = links_[parent].area;     // of taking v out, below the pivot
+    Box without = links_[sibling(v)].box;  // the pivot without v
+    for (std::uint32_t below = v, pivot = parent; pivot != kNone; below = pivot, pivot = links_[pivot].parent) {
+      const std::uint32_t other = sibling(below);
+
+      // Places on the other side of the pivot.
+      waiting.push_back({other, gain});
+      while (!waiting.empty()) {
+        const auto [x, gained] = waiting.back();
+        waiting.pop_back();
+        if (gained - area <= best.gain) continue;
+        const double beside = gained - area_of(links_[x].box, box);
+        if (beside > best.gain) best = {beside, v, x};
+        if (links_[x].is_leaf()) continue;
+        const double below_x = beside + links_[x].area;
+        if (below_x - area > best.gain)
+          for (const std::uint32_t child : links_[x].child) waiting.push_back({child, below_x});
+      }
+
+      // The pivot itself.
+      if (pivot == parent) continue;
+      without.grow(links_[other].box);
+      const double above = gain - area_of(without);
+      if (above > best.gain) best = {above, v, pivot};
+      gain = above + links_[pivot].area;
+    }
+    return best;
+  }
+
+  std::uint32_t depth_of(std::uint32_t v) const {
+    std::uint32_t depth = 0;
+    while ((v = links_[v].parent) != kNone) ++depth;
+    return depth;
+  }
+
+  /// Put v beside x if that gains as the tree is now.
+  bool make(std::uint32_t v, std::uint32_t x) {
+    // Where do the two paths to the root meet?
+    const std::uint32_t parent = links_[v].parent;
+    if (parent == kNone) return false;
+    const std::uint32_t depth_v = depth_of(v), depth_x = depth_of(x);
+    std::uint32_t a = v, pivot = x;
+    for (std::uint32_t depth = depth_v; depth > depth_x; --depth) a = links_[a].parent;
+    for (std::uint32_t depth = depth_x; depth > depth_v; --depth) pivot = links_[pivot].parent;
+    for (; pivot != a; a = links_[a].parent) pivot = links_[pivot].parent;
+    if (pivot == v || x == parent) return false;
+
+    // Measure.
+    const Box& box = links_[v].box;
+    double gain = links_[parent].area - area_of(links_[x].box, box);
+    if (x != pivot)
+      for (std::uint32_t y = links_[x].parent; y != pivot; y = links_[y].parent)
+        gain -= area_of(links_[y].box, box) - links_[y].area;
+    Box without = links_[sibling(v)].box;
+    for (a = parent; a != pivot;) {
+      without.grow(links_[sibling(a)].box);
+      a = links_[a].parent;
+      if (a != pivot || a == x) gain += links_[a].area - area_of(without);
+    }
+    if (gain <= least_) return false;
+    const std::size_t deepest = depth_x + (pivot != parent) + std::max(links_[x].height, links_[v].height);
+    if (deepest > options_.max_depth) {
+      ++n_too_deep_;
+      return false;
+    }
+
+    // Take v and its parent out, and put the parent in above x.
+    const std::uint32_t before = links_[parent].parent;
+    replace(before, parent, sibling(v));
+    replace(links_[x].parent, x, parent);
+    links_[parent].child[links_[parent].child[0] == v] = x;
+    links_[x].parent = parent;
+    refit(before);
+    refit(parent);
+    return true;
+  }
+
+  void replace(std::uint32_t parent, std::uint32_t child, std::uint32_t by) {
+    if (parent == kNone)
+      root_ = by;
+    else
+      links_[parent].child[links_[parent].child[1] == child] = by;
+    links_[by].parent = parent;
+  }
+
+  /// Bound a node and its ancestors anew.
+  void refit(std::uint32_t v) {
+    for (; v != kNone; v = links_[v].parent) {
+      Link& link = links_[v];
+      link.box = links_[link.child[0]].box;
+      link.box.grow(links_[link.child[1]].box);
+      link.area = area_of(link.box);
+      link.height = height_of(v);
+    }
+  }
+
+  /// Append a subtree in preorder. Trees are as deep as settings allow, so recursion is safe.
+  void append(std::uint32_t v) {
+    const std::size_t index = tree_.nodes.size(), first_ref = tree_.refs.size();
+    tree_.nodes.push_back({links_[v].box, 0, std::uint32_t(first_ref), 0});
+    if (links_[v].is_leaf()) {
+      const auto refs = refs_.subspan(nodes_[v].first_ref, nodes_[v].n_refs);
+      tree_.refs.insert(tree_.refs.end(), refs.begin(), refs.end());
+    } else {
+      append(links_[v].child[0]);
+      tree_.nodes[index].right = std::uint32_t(tree_.nodes.size());
+      append(links_[v].child[1]);
+    }
+    tree_.nodes[index].n_refs = std::uint32_t(tree_.refs.size() - first_ref);
+  }
+
+  std::span<const Node> nodes_;
+  std::span<const Reference> refs_;
+  Options options_;
+  Progress& progress_;
+  std::vector<Link> links_;
+  std::uint32_t root_ = 0;
+  double margin_ = 0.0;  // by which boxes are grown before they are measured
+  double least_ = 0.0;   // a move that gains no more is not worth it
+  std::size_t n_too_deep_ = 0;
+  Tree tree_;
+};
+
+}  // namespace fastlines

@@ -1,0 +1,33 @@
+// Pieces of segments as primitives of their own: what a tree is over once lines were cut before it was built (thesis
+// §2.2), or once subtrees that hold pieces were moved.
+//
+// A node of such a tree lists pieces. Another piece of the same line may lie in its box too and be listed elsewhere.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "../primitives/segments.hpp"
+#include "reference.hpp"
+
+namespace fastlines {
+
+/// The piece that each reference stands for.
+inline std::vector<Segment> pieces_of(const Segments& segments, std::span<const Reference> refs) {
+  std::vector<Segment> pieces;
+  pieces.reserve(refs.size());
+  for (const Reference& ref : refs) {
+    const Segment& segment = segments.curve(ref.prim);
+    pieces.push_back({segment.point(ref.s0), segment.point(std::min(ref.s1, 1.0f))});
+  }
+  return pieces;
+}
+
+/// One reference to each whole piece, in their order.
+inline std::vector<Reference> references_to(std::span<const Segment> pieces) {
+  std::vector<Reference> refs(pieces.size());
+  for (std::size_t i = 0; i < refs.size(); ++i) refs[i].prim = std::uint32_t(i);
+  return refs;
+}
+
+}  // namespace fastlines

@@ -1,0 +1,63 @@
+// Presplit, or early split clipping (Ernst, Greiner 2007, "Early split clipping for bounding volume hierarchies";
+// thesis §2.2): curves are cut before the build, in the middle of the longest side of their boxes, until no box is
+// larger than a bound. The largest box comes first, so a number of references is a bound too.
+#pragma once
+
+#include <algorithm>
+
+#include "../build/progress.hpp"
+#include "cut.hpp"
+
+namespace fastlines {
+
+/// Where cutting ends; by default before it begins.
+struct Presplit {
+  double area = std::numeric_limits<double>::infinity();  ///< no box is larger, in parts of the area of the scene's box
+  std::size_t max_refs = std::size_t(-1);                 ///< there are no more pieces
+};
+
+/// What a build begins with. Where max_refs ends the cutting before an area that was asked for, n_refused grows.
+template <Primitives P>
+std::vector<BuildRef> first_references(const P& prims, const Presplit& presplit, Progress& progress,
+                                       std::size_t& n_refused) {
+  std::vector<BuildRef> refs = whole_references(prims);
+  if constexpr (Curves<P>) {
+    const double bound = presplit.area * bounds_of_all(prims).area();
+    if (!(bound < std::numeric_limits<double>::infinity())) return refs;
+
+    // The largest first; of the same size, the first.
+    using Entry = std::pair<double, std::uint32_t>;
+    const auto before = [](const Entry& a, const Entry& b) {
+      return a.first != b.first ? a.first < b.first : a.second > b.second;
+    };
+    std::vector<Entry> large;
+    const auto list = [&](std::size_t i) {
+      const double area = refs[i].box.area();
+      if (area > bound) large.push_back({area, std::uint32_t(i)});
+      return area > bound;
+    };
+    for (std::size_t i = 0; i < refs.size(); ++i) list(i);
+    std::make_heap(large.begin(), large.end(), before);
+    for (std::size_t n_done = 0; !large.empty(); ++n_done) {
+      if (n_done % 1024 == 0) progress.check();
+      if (refs.size() >= presplit.max_refs) {
+        n_refused += bound > 0.0;
+        break;
+      }
+      std::pop_heap(large.begin(), large.end(), before);
+      const std::size_t i = large.back().second;
+      large.pop_back();
+      const int axis = refs[i].box.longest_axis();
+      const float plane = float(0.5 * (double(refs[i].box.lo[axis]) + double(refs[i].box.hi[axis])));
+      if (side_of(refs[i].box, axis, plane) != Side::both) continue;  // too thin for floats to divide
+      const auto [left, right] = cut(prims, refs[i], axis, plane);
+      refs[i] = left;
+      refs.push_back(right);
+      for (const std::size_t part : {i, refs.size() - 1})
+        if (list(part)) std::push_heap(large.begin(), large.end(), before);
+    }
+  }
+  return refs;
+}
+
+}  // namespace fastlines
