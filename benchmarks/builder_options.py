@@ -1,0 +1,104 @@
+"""What reinsertion, presplit and SBVH's restriction of spatial splits bring and take: the tables of docs/builder.md.
+
+    python benchmarks/builder_options.py
+
+Costs are those of c_trav = 2 and c_prim = 1. Times are those of one thread, in parts of the build's without the option.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import fastlines as fl
+
+DEEP = {"method": "best", "cost": fl.Cost(2.0), "prune": True, "radius_hint": 0.0}
+REINSERTED: list[tuple[str, str, dict[str, Any]]] = [
+    ("spaghetti", "bvh-cl", {"method": "bvh-cl"}),
+    ("spaghetti", "bvh-d2", {"method": "bvh-d2"}),
+    ("spaghetti", "best, c_trav 2, pruned, no hint", DEEP),
+    ("bun-hair", "bvh-cl", {"method": "bvh-cl"}),
+    ("bun-hair", "median", {"splits": fl.Median(), "limits": fl.Limits(max_leaf_refs=8)}),
+    ("straight-hair", "bvh-cl", {"method": "bvh-cl"}),
+]
+ROUNDS = (1, 2, 5, 50)
+PRESPLIT: dict[str, Any] = {
+    "none": None,
+    "refs=2": fl.Presplit(refs=2),
+    "refs=8": fl.Presplit(refs=8),
+    "refs=32": fl.Presplit(refs=32),
+    "area=1e-3": fl.Presplit(area=1e-3),
+    "area=1e-4": fl.Presplit(area=1e-4),
+    "area=1e-5": fl.Presplit(area=1e-5),
+    "automatic": fl.Presplit(),
+}
+OVERLAPS = (0.0, 1e-5, 1e-3)
+
+
+def timed(scene: str, **given: Any) -> tuple[fl.Tree, float]:
+    """Build a tree, quick ones several times; return it and the best time that the processor took."""
+    lines = fl.scenes.make(scene).lines
+    times: list[float] = []
+    while sum(times) < 1:
+        start = time.process_time()
+        tree = fl.build(lines, **given)
+        times.append(time.process_time() - start)
+    return tree, min(times)
+
+
+def reinsertion() -> Iterator[list[str]]:
+    """Yield the rows of costs after some rounds."""
+    yield [
+        "scene",
+        "tree",
+        "cost",
+        *(f"{n} rounds" for n in ROUNDS),
+        f"gain of {ROUNDS[-1]}",
+        f"time of {ROUNDS[-1]}, in builds",
+    ]
+    for scene, name, given in REINSERTED:
+        tree, seconds = timed(scene, **given)
+        after = [timed(scene, reinsertion=n, **given) for n in ROUNDS]
+        last, longest = after[-1]
+        last.validate()
+        gain = f"{100 * (1 - last.cost() / tree.cost()):.1f} %"
+        costs = [f"{one.cost():.2f}" for one in (tree, *(moved for moved, _ in after))]
+        yield [scene, name, *costs, gain, f"{longest / seconds - 1:.1f}"]
+
+
+def presplit() -> Iterator[list[str]]:
+    """Yield the rows of costs after cuts."""
+    yield ["scene", "presplit", "references a line", "cost of bvh-cl", "time"]
+    for scene in ("spaghetti", "bun-hair", "straight-hair"):
+        _, seconds = timed(scene, method="bvh-cl")
+        for name, bound in PRESPLIT.items():
+            tree, longer = timed(scene, method="bvh-cl", presplit=bound)
+            yield [scene, name, f"{tree.n_refs / tree.n_prims:.1f}", f"{tree.cost():.1f}", f"{longer / seconds:.0f}"]
+
+
+def sbvh() -> Iterator[list[str]]:
+    """Yield the rows of object and spatial splits."""
+    yield ["scene", "min_overlap", "references a line", "cost", "time"]
+    for scene in ("spaghetti", "bun-hair", "straight-hair"):
+        first = None
+        for share in OVERLAPS:
+            tree, seconds = timed(scene, splits=(fl.ObjectSweep(), fl.PlaneGrid(16, min_overlap=share)))
+            first = first or seconds
+            n_refs = f"{tree.n_refs / tree.n_prims:.2f}"
+            yield [scene, f"{share:g}", n_refs, f"{tree.cost():.2f}", f"{seconds / first:.2f}"]
+
+
+def main() -> None:
+    """Print the tables."""
+    fl.set_num_threads(1)
+    for table in (reinsertion, presplit, sbvh):
+        for i, row in enumerate(table()):
+            print(f"| {' | '.join(row)} |", flush=True)
+            if i == 0:
+                print("|---" * len(row) + "|")
+        print()
+
+
+if __name__ == "__main__":
+    main()
