@@ -9,7 +9,7 @@ import pytest
 from command_line import done, refused
 
 import fastlines as fl
-from fastlines.bench import growth
+from fastlines.bench import alternate, growth
 from fastlines.bench.rays import camera_rays, random_rays
 
 TINY = ("--quick", "--n-rays", 1024, "--seconds", 0, "--rounds", 1)
@@ -94,18 +94,18 @@ def test_the_fit_finds_what_was_put_in():
 def test_few_rays_are_spread():
     scene = fl.scenes.make("spaghetti", 50)
     picture = camera_rays(scene.camera, 64 * 64)
-    few = growth.spread(picture, 1500)
+    few = alternate.spread(picture, 1500)
     assert len(few) == 3 * 512
     rows = np.flatnonzero((picture.directions[:, None] == few.directions[None, ::512]).all(axis=2).any(axis=1))
     assert (rows // 512).tolist() == [1, 4, 6]  # of eight blocks
-    assert growth.spread(picture, 4096) is picture
-    assert len(growth.spread(random_rays(scene.lines, 5000), 4000)) == 5000
-    assert len(growth.spread(random_rays(scene.lines, 9000), 4000)) == 4096
+    assert alternate.spread(picture, 4096) is picture
+    assert len(alternate.spread(random_rays(scene.lines, 5000), 4000)) == 5000
+    assert len(alternate.spread(random_rays(scene.lines, 9000), 4000)) == 4096
 
 
 def test_another_answer_is_a_bug(monkeypatch):
-    monkeypatch.setattr(growth, "_same", lambda a, b: False)
-    with pytest.raises(RuntimeError, match="differ between 1 and 2 threads"):
+    monkeypatch.setattr(alternate, "same", lambda a, b: False)
+    with pytest.raises(RuntimeError, match="differ between 1 thread and 2 threads"):
         growth.run_growth(growth.Plan(("spaghetti",), (20,), n_rays=64, rounds=1))
 
 

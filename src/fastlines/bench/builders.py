@@ -1,20 +1,31 @@
-"""All builders that the thesis names, as settings of the one builder, so that one table compares them on equal terms.
+"""The builders that are compared: a name, and what `fastlines.build` is told. All that the thesis names are among them.
 
-Those of one kind of box share the costs of a step and of a test, but for "best": compare all under one model,
-``tree.cost(model=fl.Cost(2.0))``, or those of cut boxes under ``fl.Cost(0.6)``.
+A name with an @ is a place on a sweep: what stands before it is what is swept, and plots join its places by a line.
+"best" has a cost of its own, so trees are compared under one model, `THESIS_COST`.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from ..settings import Cost, Limits, Median, Middle, ObjectSweep, PlaneEvents, PlaneGrid, Presplit
+from ..settings import Cost, Limits, Median, Middle, ObjectSweep, PlaneEvents, PlaneGrid, Presplit, Settings
 
-_CUT: dict[str, Any] = {"boxes": "cut", "cost": Cost(c_trav=0.6)}
+#: One cost for all trees of a kind, as the thesis's figures have it.
+THESIS_COST = {"bvh": Cost(2.0), "kd": Cost(0.6)}
+
+_CUT: dict[str, Any] = {"boxes": "cut", "cost": THESIS_COST["kd"]}
+
+#: "best" for queries, for the thesis's cost as a BVH, and as a KD tree.
+_BEST: dict[str, dict[str, Any]] = {
+    "best": {"method": "best"},
+    "best-bvh": {"method": "best", "cost": THESIS_COST["bvh"]},
+    "best-kd": {"method": "best", **_CUT},
+}
 
 #: What `fastlines.build` is told, by name.
 BUILDERS: dict[str, dict[str, Any]] = {
-    "best": {"method": "best"},
+    **_BEST,
+    **{f"{name}@{effort:g}": {**given, "effort": effort} for name, given in _BEST.items() for effort in (0, 0.25, 0.75, 1)},
     # Tight boxes.
     "median": {"splits": Median(), "limits": Limits(max_leaf_refs=8)},
     "middle": {"splits": Middle(), "bad_levels": 3},
@@ -27,7 +38,7 @@ BUILDERS: dict[str, dict[str, Any]] = {
     "bvh-cl-reinsertion": {"method": "bvh-cl", "reinsertion": 10},
     "bvh-d2-reinsertion": {"method": "bvh-d2", "reinsertion": 10},
     "presplit-reinsertion": {"method": "bvh-cl", "presplit": Presplit(), "reinsertion": 10},
-    "best-reinsertion": {"method": "best", "reinsertion": 10},
+    "best-bvh-reinsertion": {**_BEST["best-bvh"], "reinsertion": 10},
     # Cut boxes.
     "kd-median": {"splits": Median(), "bad_levels": 3, **_CUT},
     "kd-middle": {"splits": Middle(), "bad_levels": 3, **_CUT},
@@ -35,3 +46,8 @@ BUILDERS: dict[str, dict[str, Any]] = {
     "kd-d2": {"method": "kd-d2"},
     "bad-refines": {"splits": (PlaneEvents(), Middle()), "bad_levels": 3, "prune": False, **_CUT},
 }
+
+
+def kind_of(settings: Settings) -> str:
+    """Tell which kind of tree such settings make: "bvh" or "kd"."""
+    return "kd" if settings.boxes == "cut" else "bvh"

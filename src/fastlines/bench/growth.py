@@ -16,16 +16,8 @@ import numpy as np
 from ..builder import build
 from ..demo.machine import describe_machine
 from ..scenes import RADII, make
-from ..threads import num_threads
-from ..tree import Tree
-from .engine import MAX_HITS, ask_tree, count_hits
-from .rays import KINDS, RayBatch, camera_rays, random_rays
-
-#: The kinds of rays; each is asked for its queries.
-RAYS = ("camera", "random")
-
-#: So many rays are tried to see how many there is time for; no fewer are timed.
-TRIAL = 1 << 14
+from .alternate import alternate, way
+from .rays import QUESTIONS, camera_rays, random_rays
 
 
 @dataclass(frozen=True)
@@ -219,8 +211,7 @@ def run_growth(plan: Plan, progress: Callable[[str, float], None] = lambda what,
     start = time.perf_counter()
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
     machine = {**describe_machine(), "load": load}
-    questions = [(kind, query) for kind in RAYS for query in KINDS[kind]]
-    n_cells = len(plan.scenes) * len(plan.sizes) * len(questions)
+    n_cells = len(plan.scenes) * len(plan.sizes) * len(QUESTIONS)
     sizes: list[Size] = []
     cells: list[Cell] = []
     for name in plan.scenes:
@@ -240,65 +231,10 @@ def run_growth(plan: Plan, progress: Callable[[str, float], None] = lambda what,
                 "camera": camera_rays(scene.camera, plan.n_rays),
                 "random": random_rays(scene.lines, plan.n_rays),
             }
-            for kind, query in questions:
+            for kind, query in QUESTIONS:
                 progress(f"{what}: {kind} rays, {query}", len(cells) / n_cells)
-                n_rays, n_hits, seconds = _alternate(tree, query, rays[kind], plan)
-                cells.append(Cell(name, n_segments, kind, query, n_rays, n_hits, seconds))
+                ways = {f"{n} thread{'s' if n > 1 else ''}": way(tree, query, plan.radius, n) for n in plan.threads}
+                turns = alternate(ways, query, rays[kind], plan.seconds, plan.rounds, time.perf_counter)
+                seconds = tuple(turns.seconds.values())
+                cells.append(Cell(name, n_segments, kind, query, turns.n_rays, turns.n_hits, seconds))
     return Growth(machine, plan, sizes, cells, time.perf_counter() - start)
-
-
-def _alternate(tree: Tree, query: str, rays: RayBatch, plan: Plan) -> tuple[int, int, tuple[float, ...]]:
-    """Ask as many of the rays as there is time for, with each thread count in turn; count rays, hits and seconds."""
-
-    def ask(part: RayBatch, n_threads: int) -> tuple[Any, float]:
-        with num_threads(n_threads):
-            start = time.perf_counter()
-            answer = ask_tree(tree, query, part, plan.radius)
-            return answer, time.perf_counter() - start
-
-    # Try a few.
-    few = spread(rays, TRIAL)
-    tried = [ask(few, n_threads) for n_threads in plan.threads]
-    slowest = max(seconds for _, seconds in tried)
-    n_hits = count_hits(query, tried[0][0])
-    del tried
-    many = spread(rays, max(len(few), int(len(few) * plan.seconds / max(slowest, 1e-6))))
-
-    # Then in turn. One call asks all rays, but that its lists of hits stay of a size.
-    size = len(many)
-    if query == "all":
-        size = max(1, int(MAX_HITS / max(1.0, n_hits / len(few))) // rays.block) * rays.block
-    parts = [many.take(slice(i, i + size)) for i in range(0, len(many), size)]
-    best = np.full(len(plan.threads), np.inf)
-    n_hits = 0
-    for i_round in range(plan.rounds):
-        times = np.zeros(len(plan.threads))
-        for part in parts:
-            first = None
-            for i, n_threads in enumerate(plan.threads):
-                answer, seconds = ask(part, n_threads)
-                times[i] += seconds
-                if i_round > 0:
-                    continue
-                if first is None:
-                    first, n_hits = answer, n_hits + count_hits(query, answer)
-                elif not _same(first, answer):
-                    raise RuntimeError(f"{query} hits differ between {plan.threads[0]} and {n_threads} threads")
-        best = np.minimum(best, times)
-    return len(many), n_hits, tuple(np.maximum(best, 1e-9).tolist())
-
-
-def spread(rays: RayBatch, n_rays: int) -> RayBatch:
-    """So many of the rays, or a few more: whole blocks, from the middles of equal shares, so that means stay true."""
-    n_blocks = len(rays) // rays.block
-    n_taken = -(-n_rays // rays.block)
-    if n_taken >= n_blocks:
-        return rays
-    blocks = ((np.arange(n_taken) + 0.5) * n_blocks / n_taken).astype(np.int64)
-    return rays.take((blocks[:, None] * rays.block + np.arange(rays.block)).ravel())
-
-
-def _same(a: Any, b: Any) -> bool:
-    """Whether two answers are one."""
-    names = ("t", "prim", "u", "distance", "offsets")
-    return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in names if hasattr(a, name))

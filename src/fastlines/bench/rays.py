@@ -19,6 +19,9 @@ KINDS: dict[str, tuple[str, ...]] = {
     "ao": ("any",),
 }
 
+#: What is asked where a table is to hold it all: the kind of rays, and the query.
+QUESTIONS = tuple((kind, query) for kind in ("camera", "random") for query in KINDS[kind])
+
 #: What each kind is, in a line.
 KIND_NOTES = {
     "camera": "a square picture that the lines fill, row by row",

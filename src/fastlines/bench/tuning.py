@@ -107,6 +107,17 @@ def tuned_builds(
     }
 
 
+def usual_build(builds: dict[str, list[Build]], scenes: Scenes, batches: Sequence[RayBatch]) -> Build:
+    """Find the build that is best for all queries and rays together, of those that `tuned_builds` gave.
+
+    Ribbons can not be asked all of them.
+    """
+    every = dict.fromkeys(build for found in builds.values() for build in found if build.geometry != "ribbon")
+    rates = {build: math.prod(_rate(scenes, build, query, batches) for query in builds) for build in every}
+    scenes.forget()
+    return max(rates, key=lambda build: rates[build])
+
+
 def _applies(variant: Build, query: str, batches: Sequence[RayBatch]) -> bool:
     if variant.geometry != "ribbon":
         return True

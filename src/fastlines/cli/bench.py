@@ -144,21 +144,16 @@ def engine(
     check_output(plot, ".png")
     if plot is not None:
         check()
-    if peer not in ("embree", "none"):
-        raise InputError(f"--peer {peer!r} is not a choice: use embree or none")
     kinds = check_kinds(rays, tuple(KINDS))
     if method is not None:
         method_settings(method)
-    if peer == "embree":
-        from ..bench.embree import load
-
-        load(threads)
+    beside = check_peer(peer, threads)
     given = {"n_rays": n_rays, "seconds": seconds, "rounds": rounds, "method": method}
     plan = replace(
         QUICK if quick else Plan(),
         kinds=kinds,
         n_threads=threads,
-        peer=peer == "embree",
+        peer=beside,
         retune=retune,
         one_by_one=one_by_one,
         built_for=built_for,
@@ -181,6 +176,17 @@ def engine(
 
         with whole(plot) as partial:
             draw(result, partial)
+
+
+def check_peer(peer: str, n_threads: int) -> bool:
+    """Take the option --peer apart: whether there is one, which then can be used."""
+    if peer not in ("embree", "none"):
+        raise InputError(f"--peer {peer!r} is not a choice: use embree or none")
+    if peer == "embree":
+        from ..bench.embree import load
+
+        load(n_threads)
+    return peer == "embree"
 
 
 def check_kinds(rays: str, known: tuple[str, ...]) -> tuple[str, ...]:

@@ -57,6 +57,36 @@ Files = Annotated[
         show_default=False,
     ),
 ]
+Builders = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--builder",
+        "-b",
+        metavar="NAME,…",
+        help="Builders with commas between them; again for more. All unless given.",
+        show_default=False,
+    ),
+]
+Limit = Annotated[
+    float | None,
+    typer.Option(
+        "--limit",
+        metavar="SECONDS",
+        help="How long the builds of one builder on one scene may take; what does not end is left out, and named.",
+        min=0.0,
+        show_default=False,
+    ),
+]
+OneRadius = Annotated[
+    float | None,
+    typer.Option(
+        "--radius",
+        "-r",
+        callback=_finite,
+        help="Of all queries; unless given, 0.001 for scenes, and this share of the box's largest side for files.",
+        show_default=False,
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Skip = Annotated[bool, typer.Option("--skip-invalid", help="Leave out segments that hold NaN or Inf.")]
 Direction = Annotated[

@@ -1,0 +1,139 @@
+"""The trees of all builders over one case: built in turn, within a limit of time, and asked in turn."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from statistics import median
+
+from ..builder import build
+from ..geometry import Lines
+from ..threads import get_num_threads
+from ..tree import Tree
+from .alternate import Turns, alternate, way
+from .builders import BUILDERS
+from .engine import Case
+from .rays import QUESTIONS, RayBatch, camera_rays, random_rays
+from .timing import clock
+
+
+class _OverLimitError(Exception):
+    """Ends a build that takes too long."""
+
+
+@dataclass(frozen=True)
+class Grown:
+    """A builder's tree, and what building it took each time."""
+
+    tree: Tree
+    seconds: list[float]
+
+    @property
+    def build_s(self) -> float:
+        """The median."""
+        return median(self.seconds)
+
+
+def middle_radius(case: Case) -> float:
+    """The radius that a case is asked with where there is to be one."""
+    return sorted(case.radii)[len(case.radii) // 2]
+
+
+def build_in_turn(
+    lines: Lines,
+    builders: Sequence[str],
+    rounds: int,
+    limit: float,
+    say: Callable[[str], None] = lambda what: None,
+    peer: Callable[[], object] = lambda: None,
+) -> dict[str, Grown | None]:
+    """Build all trees in turn, round by round, with the number of threads that is set.
+
+    Parameters
+    ----------
+    lines : Lines
+    builders : sequence of str
+        Names of `BUILDERS`.
+    rounds : int
+        So often is each tree built, if there is time for it.
+    limit : float
+        Seconds on the wall. A build that takes longer is ended, and none is begun again for which there would not be
+        time within it.
+    say : callable
+        Called with what is being built.
+    peer : callable
+        Called once a round: what else takes its turn.
+
+    Returns
+    -------
+    dict of str to Grown or None
+        By builder; None for one that did not end within the limit.
+    """
+    found: dict[str, Grown | None] = {}
+    spent: dict[str, float] = dict.fromkeys(builders, 0.0)
+    for i in range(rounds):
+        for name in builders:
+            before = found.get(name)
+            if i > 0 and (before is None or spent[name] * (1 + 1 / len(before.seconds)) > limit):
+                continue
+            say(f"building {name}")
+            start = time.perf_counter()
+            again = _build(lines, name, limit)
+            spent[name] += time.perf_counter() - start
+            if before is None:
+                found[name] = again
+            elif again is not None:
+                before.seconds.extend(again.seconds)
+        peer()
+    return found
+
+
+def _build(lines: Lines, name: str, limit: float) -> Grown | None:
+    begun = time.perf_counter()
+
+    def watch(share: float) -> None:
+        if time.perf_counter() - begun > limit:
+            raise _OverLimitError
+
+    now = clock(get_num_threads())
+    start = now()
+    try:
+        tree = build(lines, **BUILDERS[name], progress=watch)
+    except _OverLimitError:
+        return None
+    return Grown(tree, [now() - start])
+
+
+def lay_out(tree: Tree) -> float:
+    """Make what queries run on; tell how long that took."""
+    now = clock(1)
+    start = now()
+    assert len(tree.layout.nodes)
+    return now() - start
+
+
+def rays_of(case: Case, n_rays: int) -> dict[str, RayBatch]:
+    """The rays of `QUESTIONS`, by their kind."""
+    return {"camera": camera_rays(case.camera, n_rays), "random": random_rays(case.lines, n_rays)}
+
+
+def ask_in_turn(
+    case: Case,
+    trees: dict[str, Tree],
+    n_rays: int,
+    seconds: float,
+    rounds: int,
+    say: Callable[[str], None] = lambda what: None,
+    kernel: str = "auto",
+    questions: Sequence[tuple[str, str]] = QUESTIONS,
+) -> dict[str, Turns]:
+    """Ask all trees, which are laid out, the same questions in turn: "camera first" and so on; see `alternate`."""
+    n_threads = get_num_threads()
+    rays = rays_of(case, n_rays)
+    found = {}
+    for kind, query in questions:
+        say(f"{kind} rays, {query}")
+        ways = {name: way(tree, query, middle_radius(case), n_threads, kernel) for name, tree in trees.items()}
+        found[f"{kind} {query}"] = alternate(ways, query, rays[kind], seconds, rounds, clock(n_threads))
+    return found
