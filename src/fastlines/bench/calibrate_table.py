@@ -1,0 +1,69 @@
+"""The tables of what steps take, and of which figures order trees as their query times do."""
+
+from __future__ import annotations
+
+from rich.console import Console
+from rich.table import Table
+
+from .calibrate import Calibration
+from .predict import PREDICTORS, Correlation
+from .rays import QUESTIONS
+from .table import WIDE, three
+
+
+def print_calibration(calibration: Calibration) -> None:
+    """Print what steps take, then the rank correlations."""
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=WIDE)
+    plan = calibration.plan
+    if calibration.samples:
+        console.print(_fits(calibration))
+        for name, ratio in calibration.c_trav().items():
+            said = "unknown: tests explain nothing" if ratio is None else f"{ratio:.2f}"
+            console.print(f"c_trav/c_prim, {name}: {said}", highlight=False)
+        for rank, title in (("spearman", "Spearman's ρ"), ("kendall", "Kendall's τ")):
+            console.print(_correlations(calibration, rank, title))
+    for scene, builder in calibration.over:
+        console.print(f"{scene}: {builder} did not end within {plan.limit:g} s and is left out", highlight=False)
+    notes = "; ".join(f"{name}: {note}" for name, note in PREDICTORS.items())
+    mix = calibration.mix()
+    console.print(
+        f"One thread, {calibration.machine['simd']}. binary: the search through the tree as it was built, random rays, "
+        f"all hits. {notes} (α = {mix.alpha:g}, found on these same figures). Scenes, all: the geometric mean of the "
+        "four query times; then each query alone, over all scenes. regret: how much slower the tree with the lowest "
+        f"figure is than the fastest, mean over the scenes. {calibration.seconds:.0f} s in all.",
+        highlight=False,
+    )
+
+
+def _fits(calibration: Calibration) -> Table:
+    fits = calibration.fits()
+    table = Table(title="what a step takes: nanoseconds, fitted", title_justify="left", pad_edge=False)
+    table.add_column("", style="bold")
+    steps = list(dict.fromkeys(step for fit in fits for step in fit.ns))
+    for head in (*steps, "trees", "error", "worst"):
+        table.add_column(head, justify="right", no_wrap=True)
+    for fit in fits:
+        cells = [three(fit.ns[step]) if fit.ns.get(step) else "–" for step in steps]
+        table.add_row(fit.what, *cells, f"{fit.n}", f"{fit.error:.0%}", f"{fit.worst:.0%}")
+    return table
+
+
+def _correlations(calibration: Calibration, rank: str, title: str) -> Table:
+    table = Table(title=f"{title} with query times", title_justify="left", pad_edge=False)
+    table.add_column("", style="bold", no_wrap=True)
+    predictors = calibration.predictors()
+    questions = ["\n".join(question) for question in QUESTIONS]
+    for head in (*(scene.replace("-", "-\n").replace(":", "\n") for scene in predictors[0].scenes), "all", *questions):
+        table.add_column(head, justify="right", no_wrap=True)
+    table.add_column("regret", justify="right", no_wrap=True)
+
+    def cell(correlation: Correlation) -> str:
+        value = getattr(correlation, rank)
+        return "–" if value is None else f"{value:.2f}"
+
+    for predictor in predictors:
+        found = [*predictor.scenes.values(), predictor.overall, *predictor.questions.values()]
+        table.add_row(predictor.name, *map(cell, found), f"{predictor.regret:.1%}")
+    return table

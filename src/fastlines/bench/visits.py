@@ -1,0 +1,149 @@
+"""The steps of a search through the tree as it was built: counted on rays, or reckoned from areas.
+
+A step down is a visit of an inner node and costs c_trav; a test is that of a reference and costs c_prim (thesis §3.3).
+Areas say how many of both a random line makes, if lines that meet the root's box meet a child's with the chance
+SA(child)/SA(root).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..geometry import IntArray
+from ..layout import Layout
+from ..settings import Cost
+from ..structure import TreeStructure
+from .rays import RayBatch
+
+#: A node of the wide layout (layout/wide.hpp); its children's planes are low x, y, z, then high x, y, z, of 16 each.
+WIDE_NODE = np.dtype(
+    [
+        ("org", "<f4", 3),
+        ("scale", "<f4"),
+        ("first_inner", "<u4"),
+        ("first_leaf", "<u4"),
+        ("n_inner", "u1"),
+        ("n_children", "u1"),
+        ("unused", "u1", 6),
+        ("planes", "u1", (2, 3, 16)),
+    ]
+)
+
+
+@dataclass(frozen=True)
+class Visits:
+    """Steps of a query, on average: inner nodes, and tests of references."""
+
+    inner: float
+    tests: float
+
+    def cost(self, model: Cost) -> float:
+        """What they cost."""
+        return model.c_trav * self.inner + model.c_prim * self.tests
+
+
+def descend(
+    tree: TreeStructure, n_things: int, meets: Callable[[IntArray, IntArray], npt.NDArray[np.bool_]]
+) -> Iterator[tuple[IntArray, IntArray]]:
+    """Go down with many things at once, level by level.
+
+    Parameters
+    ----------
+    n_things : int
+        Rays, points, …
+    meets : callable
+        Given things and nodes, which of these pairs meet.
+
+    Yields
+    ------
+    things, nodes : (k,) int64
+        All pairs of a level that meet.
+    """
+    things, nodes = np.arange(n_things), np.zeros(n_things, np.int64)
+    while len(things):
+        met = meets(things, nodes)
+        things, nodes = things[met], nodes[met]
+        yield things, nodes
+        right = tree.nodes["right"][nodes].astype(np.int64)
+        inner = right > 0
+        things, nodes = np.tile(things[inner], 2), np.concatenate([nodes[inner] + 1, right[inner]])
+
+
+def grown_boxes(tree: TreeStructure, radius: float) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Both corners of all boxes, (n_nodes, 3) each, grown by the radius of queries."""
+    box = tree.nodes["box"].astype(np.float64)
+    return box[:, 0] - radius, box[:, 1] + radius
+
+
+def weigh(tree: TreeStructure, nodes: IntArray) -> tuple[int, int]:
+    """Count the inner nodes among these, and the references of the leaves."""
+    leaf = tree.nodes["right"][nodes] == 0
+    return int((~leaf).sum()), int(tree.nodes["n_refs"][nodes][leaf].sum())
+
+
+def count_visits(tree: TreeStructure, rays: RayBatch, radius: float) -> Visits:
+    """Count the steps of rays that are asked for all hits; from inf to inf, so the order of children is no matter."""
+    low, high = grown_boxes(tree, radius)
+    origins = rays.origins.astype(np.float64)
+    with np.errstate(divide="ignore"):
+        inverse = 1.0 / rays.directions.astype(np.float64)
+
+    def meets(things: IntArray, nodes: IntArray) -> npt.NDArray[np.bool_]:
+        o, per = origins[things], inverse[things]
+        with np.errstate(invalid="ignore"):
+            a, b = (low[nodes] - o) * per, (high[nodes] - o) * per
+        # A ray in the very plane of a side, 0 · inf, meets it.
+        enter = np.where(np.isnan(a) | np.isnan(b), -np.inf, np.minimum(a, b)).max(axis=1)
+        leave = np.where(np.isnan(a) | np.isnan(b), np.inf, np.maximum(a, b)).min(axis=1)
+        met: npt.NDArray[np.bool_] = np.maximum(enter, rays.t_min) <= np.minimum(leave, rays.t_max)
+        return met
+
+    inner = tests = 0
+    for _, nodes in descend(tree, len(rays), meets):
+        more = weigh(tree, nodes)
+        inner, tests = inner + more[0], tests + more[1]
+    return Visits(inner / max(1, len(rays)), tests / max(1, len(rays)))
+
+
+def expect_visits(tree: TreeStructure, radius: float) -> Visits:
+    """Reckon the steps of a random line that meets the root's box, from the areas of boxes grown by the radius."""
+    low, high = grown_boxes(tree, radius)
+    chance = _chance(low, high)
+    leaf = tree.is_leaf
+    return Visits(float(chance[~leaf].sum()), float((chance * tree.nodes["n_refs"])[leaf].sum()))
+
+
+def expect_wide(layout: Layout, radius: float) -> tuple[float, float]:
+    """Reckon likewise how many nodes and leaves of the layout are culled for a line."""
+    nodes = layout.nodes.reshape(-1).view(WIDE_NODE)
+    # Coordinates are those of the frame, which scales by a power of two (query/frame.hpp).
+    box = layout.box.astype(np.float64)
+    centre = box.mean(axis=0).astype(np.float32)
+    half = float(np.abs(box - centre).max())
+    margin = radius * 2.0 ** -float(np.frexp(half)[1])
+    q = nodes["planes"].astype(np.float64) * nodes["scale"][:, None, None, None].astype(np.float64)
+    corners = q + nodes["org"].astype(np.float64)[:, None, :, None]
+    lane = np.arange(16)
+    child = lane < nodes["n_children"][:, None]
+    inner = lane < nodes["n_inner"][:, None]
+    low, high = (corners[:, i].transpose(0, 2, 1) for i in range(2))
+    # The root: what holds the children of the first node.
+    low, high = (
+        np.concatenate([low[0][child[0]].min(axis=0)[None], low[child]]) - margin,
+        np.concatenate([high[0][child[0]].max(axis=0)[None], high[child]]) + margin,
+    )
+    chance = _chance(low, high)
+    is_node = np.concatenate([[True], inner[child]])
+    return float(chance[is_node].sum()), float(chance[~is_node].sum())
+
+
+def _chance(low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """The chance that a line through the first box meets each; 1 where the first has no area to divide by."""
+    x, y, z = (high - low).T
+    area = x * y + x * z + y * z
+    chance: npt.NDArray[np.float64] = area / area[0] if area[0] > 0 else np.ones_like(area)
+    return chance
