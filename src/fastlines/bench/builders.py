@@ -25,7 +25,11 @@ _BEST: dict[str, dict[str, Any]] = {
 #: What `fastlines.build` is told, by name.
 BUILDERS: dict[str, dict[str, Any]] = {
     **_BEST,
-    **{f"{name}@{effort:g}": {**given, "effort": effort} for name, given in _BEST.items() for effort in (0, 0.25, 0.75, 1)},
+    **{
+        f"{name}@{effort:g}": {**given, "effort": effort}
+        for name, given in _BEST.items()
+        for effort in (0, 0.25, 0.75, 1)
+    },
     # Tight boxes.
     "median": {"splits": Median(), "limits": Limits(max_leaf_refs=8)},
     "middle": {"splits": Middle(), "bad_levels": 3},

@@ -21,18 +21,20 @@ QUICK_SCENES = ("spaghetti:1000", "straight-hair:10000")
 QUICK_RADII = (0.001,)
 
 bench = typer.Typer(cls=Group, rich_markup_mode="rich")
-app.add_typer(bench, name="bench", short_help="Our trees beside their peers, and as scenes grow.")
+app.add_typer(bench, name="bench", short_help="Our trees beside their peers and each other, and as scenes grow.")
 
 
 @bench.callback(invoke_without_command=True)
 def root(context: typer.Context) -> None:
-    """Measure fastlines: beside its peers, on the same rays, answers compared; and as scenes grow.
+    """Measure fastlines: beside its peers, on the same rays, answers compared; all its builders; and as scenes grow.
 
     [bold]Examples[/]
 
     [cyan]fastlines bench engine --quick[/]
 
     [cyan]fastlines bench growth --quick[/]
+
+    [cyan]fastlines bench pareto --quick[/]
 
     [cyan]fastlines bench engine --help[/]
     """
