@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from statistics import median
@@ -58,8 +57,8 @@ def build_in_turn(
     rounds : int
         So often is each tree built, if there is time for it.
     limit : float
-        Seconds on the wall. A build that takes longer is ended, and none is begun again for which there would not be
-        time within it.
+        Seconds, of the clock that times the builds. A build that takes longer is ended, and none is begun again for
+        which there would not be time within it.
     say : callable
         Called with what is being built.
     peer : callable
@@ -71,16 +70,13 @@ def build_in_turn(
         By builder; None for one that did not end within the limit.
     """
     found: dict[str, Grown | None] = {}
-    spent: dict[str, float] = dict.fromkeys(builders, 0.0)
     for i in range(rounds):
         for name in builders:
             before = found.get(name)
-            if i > 0 and (before is None or spent[name] * (1 + 1 / len(before.seconds)) > limit):
+            if i > 0 and (before is None or sum(before.seconds) * (1 + 1 / len(before.seconds)) > limit):
                 continue
             say(f"building {name}")
-            start = time.perf_counter()
             again = _build(lines, name, limit)
-            spent[name] += time.perf_counter() - start
             if before is None:
                 found[name] = again
             elif again is not None:
@@ -90,14 +86,13 @@ def build_in_turn(
 
 
 def _build(lines: Lines, name: str, limit: float) -> Grown | None:
-    begun = time.perf_counter()
-
-    def watch(share: float) -> None:
-        if time.perf_counter() - begun > limit:
-            raise _OverLimitError
-
     now = clock(get_num_threads())
     start = now()
+
+    def watch(share: float) -> None:
+        if now() - start > limit:
+            raise _OverLimitError
+
     try:
         tree = build(lines, **BUILDERS[name], progress=watch)
     except _OverLimitError:
