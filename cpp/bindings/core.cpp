@@ -14,6 +14,7 @@
 #include "fastlines/layout/collapse.hpp"
 #include "fastlines/primitives/boxes.hpp"
 #include "fastlines/primitives/triangles.hpp"
+#include "fastlines/tree/cost.hpp"
 #include "fastlines/tree/validate.hpp"
 #include "rays.hpp"
 #include "watch.hpp"
@@ -88,6 +89,11 @@ std::optional<std::tuple<std::size_t, std::string, std::string>> check(const std
       nb::none());
   if (!found) return {};
   return std::make_tuple(found->node, found->axiom, found->detail);
+}
+
+double cost(Input<std::uint32_t> nodes, double c_trav, double c_prim) {
+  const nb::gil_scoped_release release;
+  return cost_of(rows<Node>(nodes), c_trav, c_prim);
 }
 
 /// The layout that wide queries run on, and the mean extent of its leaves.
@@ -210,6 +216,7 @@ NB_MODULE(_core, m) {
         "n_threads"_a, "progress"_a.none());
   m.def("validate", &check, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "cut"_a,
         "pieces"_a);
+  m.def("cost", &cost, "nodes"_a.noconvert(), "c_trav"_a, "c_prim"_a);
   m.def("widen", &widen, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "radius_hint"_a,
         "progress"_a.none());
   m.def("best_simd", &best_simd);

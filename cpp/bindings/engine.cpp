@@ -1,12 +1,15 @@
-// The Python modules fastlines._engine_*: trees over segments and queries on their wide layout, the same source
+// The Python modules fastlines._engine_*: trees over segments, refits, and queries on the wide layout; the same source
 // compiled for each instruction set.
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 
 #include "build.hpp"
 #include "fastlines/kernels/pace.hpp"
 #include "fastlines/kernels/run.hpp"
+#include "fastlines/layout/fit.hpp"
+#include "fastlines/tree/refit.hpp"
 #include "rays.hpp"
 #include "watch.hpp"
 
@@ -105,6 +108,40 @@ nb::tuple list(LayoutArrays layout, RayArrays rays, bool surface, std::optional<
   return question.list(AllJob{}, surface);
 }
 
+/// Work on so many references that somebody may want to press Ctrl-C.
+constexpr std::size_t kLongRefit = 1'000'000;
+
+/// The nodes of a tree over segments that have moved; and one that is not in the tree, if the tree is none.
+std::pair<Output<std::uint32_t>, std::optional<std::size_t>> refit_tree(Input<float> segments,
+                                                                        Input<std::uint32_t> nodes,
+                                                                        Input<std::uint32_t> refs, unsigned n_threads,
+                                                                        nb::object progress) {
+  const auto from = rows<Node>(nodes);
+  auto to = make_array<std::uint32_t>(from.size(), sizeof(Node) / sizeof(std::uint32_t));
+  Refit refit(from, rows<Reference>(refs), rows<Segment>(segments), reinterpret_cast<Node*>(to.data()));
+  std::optional<std::size_t> bad;
+  watch_if(rows<Reference>(refs).size() > kLongRefit, progress,
+           [&](Progress& watched) { bad = refit(n_threads, watched); });
+  return {std::move(to), bad};
+}
+
+/// The nodes and leaves of a layout over segments that have moved, and the mean extent of its leaves.
+nb::tuple refit_layout(LayoutArrays layout, unsigned n_threads, nb::object progress) {
+  const auto& [segments, node_blocks, leaf_blocks, ref_rows, corners, mean_extent] = layout;
+  const auto nodes = rows<WideNode>(node_blocks);
+  const auto leaves = rows<WideLeaf>(leaf_blocks);
+  const auto refs = rows<Reference>(ref_rows);
+  auto to_nodes = make_array<std::uint8_t>(nodes.size(), sizeof(WideNode));
+  auto to_leaves = make_array<std::uint8_t>(leaves.size(), sizeof(WideLeaf));
+  float extent = 0.0f;
+  watch_if(refs.size() > kLongRefit, progress, [&](Progress& watched) {
+    extent = Fit(view_of(layout).frame, nodes, leaves, refs, rows<Segment>(segments),
+                 reinterpret_cast<WideNode*>(to_nodes.data()),
+                 reinterpret_cast<WideLeaf*>(to_leaves.data()))(n_threads, watched);
+  });
+  return nb::make_tuple(to_nodes, to_leaves, extent);
+}
+
 /// Nanoseconds that each step takes alone, by name; see kernels/pace.hpp.
 nb::dict pace(LayoutArrays layout, RayArrays rays) {
   const RayBatch batch = batch_of(rays);
@@ -157,6 +194,9 @@ NB_MODULE(FASTLINES_MODULE, m) {
   m.def("count_hits", &count, "layout"_a, "rays"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
   m.def("list_hits", &list, "layout"_a, "rays"_a, "surface"_a, "k"_a.none(), "kernel"_a, "n_threads"_a,
         "progress"_a.none());
+  m.def("refit_tree", &refit_tree, "segments"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "n_threads"_a,
+        "progress"_a.none());
+  m.def("refit_layout", &refit_layout, "layout"_a, "n_threads"_a, "progress"_a.none());
   m.def("pace", &pace, "layout"_a, "rays"_a);
 #if defined(FASTLINES_TALLY)
   m.def("taken", &taken);

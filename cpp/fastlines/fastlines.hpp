@@ -9,4 +9,6 @@
 #include "primitives/segments.hpp"
 #include "primitives/triangles.hpp"
 #include "query/lists.hpp"
+#include "tree/cost.hpp"
+#include "tree/refit.hpp"
 #include "tree/validate.hpp"

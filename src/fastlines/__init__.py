@@ -20,6 +20,7 @@ from .hits import AllHits, FirstHits
 from .io import read
 from .primitives import Boxes, Triangles
 from .query import brute_force
+from .rebuild import RebuildRule
 from .settings import (
     METHODS,
     Cost,
@@ -59,6 +60,7 @@ __all__ = [
     "PlaneGrid",
     "PlaneOctets",
     "Presplit",
+    "RebuildRule",
     "Settings",
     "Tree",
     "Triangles",

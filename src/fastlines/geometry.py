@@ -332,6 +332,9 @@ def _kind(values: object) -> str:
 
 
 def _unusable(segments: FloatArray) -> npt.NDArray[np.bool_]:
+    # The extremes tell whether all is well, as it mostly is; NaN comes through in both.
+    if segments.size and segments.min() >= -COORDINATE_LIMIT and segments.max() <= COORDINATE_LIMIT:
+        return np.zeros(len(segments), np.bool_)
     unusable: npt.NDArray[np.bool_] = ~(np.abs(segments).max(axis=(1, 2), initial=0) <= COORDINATE_LIMIT)
     return unusable
 

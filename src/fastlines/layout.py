@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from .engines import engine
 from .geometry import Lines
-from .progress import ProgressOption, reporting
+from .progress import ProgressCallback, ProgressOption, reporting
 
 #: Boxes are measured grown by this much of the scene's longest side, for queries come with a radius.
 RADIUS_HINT = 0.001
@@ -67,3 +68,13 @@ def widen(
     for array in made[:3]:
         array.flags.writeable = False
     return Layout(lines, box, *made)
+
+
+def refit_layout(
+    layout: Layout, lines: Lines, box: npt.NDArray[np.float32], n_threads: int, progress: ProgressCallback | None
+) -> Layout:
+    """Fit a layout to its segments, moved: the same children and pieces, other boxes (cpp/fastlines/layout/fit.hpp)."""
+    moved = replace(layout, lines=lines, box=box)
+    nodes, leaves, mean_extent = engine().refit_layout(moved.arrays, n_threads, progress)
+    nodes.flags.writeable = leaves.flags.writeable = False
+    return Layout(lines, box, nodes, leaves, layout.refs, mean_extent)

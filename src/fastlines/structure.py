@@ -48,6 +48,8 @@ class TreeStructure:
     limits_hit : mapping of str to int
         The limits that were felt, and at how many nodes: where ``max_depth`` kept a node from a split, ``max_refs``
         refused a split, or ``max_leaf_refs`` forced one.
+    built_cost : float, optional
+        Of a tree that was refitted: what it cost before its segments moved.
     """
 
     geometry: Geometry
@@ -56,6 +58,7 @@ class TreeStructure:
     settings: Settings
     method: str = "custom"
     limits_hit: Mapping[str, int] = field(default_factory=dict)
+    built_cost: float | None = None
 
     def __post_init__(self) -> None:
         for name, dtype in (("nodes", NODE), ("refs", REF)):
@@ -67,6 +70,8 @@ class TreeStructure:
                 raise InputError(f"{name} are not contiguous; pass np.ascontiguousarray({name})")
         if not isinstance(self.settings, Settings):
             raise InputError(f"settings are a {type(self.settings).__name__}; expected fl.Settings(…)")
+        if self.built_cost is not None and not 0 <= self.built_cost < np.inf:
+            raise InputError(f"built_cost={self.built_cost!r}; expected a cost, or None for a tree as it was built")
         if self.n_nodes == 0:
             raise InvalidTreeError(0, "axiom 1", "there is no root")
 
@@ -199,6 +204,22 @@ class TreeStructure:
                 f[inner] += chance * f[child]
         return float(f[0])
 
+    @cached_property
+    def growth(self) -> float:
+        """By how much the cost has grown since the tree was built, as a factor; 1 unless it was refitted.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> tree = fl.build([[[0, 0, 0], [1, 1, 1]], [[8, 8, 8], [9, 9, 9]]], "bvh-cl", cost=fl.Cost(0.1))
+        >>> tree.growth, tree.refit([[[0, 0, 0], [9, 9, 9]], [[0, 9, 0], [9, 0, 9]]]).growth > 10
+        (1.0, True)
+        """
+        if not self.built_cost:
+            return 1.0
+        model = self.settings.cost
+        return _core.cost(self.words()[0], model.c_trav, model.c_prim) / self.built_cost
+
     def stats(self) -> dict[str, Any]:
         """Counts, sizes and cost, ready for JSON.
 
@@ -222,6 +243,7 @@ class TreeStructure:
             "mean_leaf_refs": float(in_leaf.mean()),
             "largest_leaf_refs": int(in_leaf.max()),
             "cost": self.cost(),
+            "growth": self.growth,
             "memory_bytes": self.nodes.nbytes + self.refs.nbytes,
             "limits_hit": dict(self.limits_hit),
         }
@@ -229,7 +251,7 @@ class TreeStructure:
     def validate(self) -> None:
         """Check the axioms 1 to 5 of thesis §3.2, the BVH or KD axiom, and Theorem 4.
 
-        A tree that was presplit or reinserted is one over pieces of lines, and is checked as one.
+        A tree that was presplit, reinserted or refitted is one over pieces of lines, and is checked as one.
 
         Raises
         ------
@@ -237,7 +259,8 @@ class TreeStructure:
             With the node and the axiom that fails.
         """
         kind, data = core_data(self.geometry)
-        pieces = self.settings.presplit is not None or self.settings.reinsertion > 0
+        changed = self.settings.presplit is not None or self.settings.reinsertion > 0
+        pieces = kind == "segments" and (changed or self.built_cost is not None)
         found = _core.validate(kind, data, *self.words(), self.settings.boxes == "cut", pieces)
         if found is not None:
             raise InvalidTreeError(*found)

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from . import treefile
-from .engines import kernel_number
-from .errors import InputError
-from .geometry import IntArray, Lines
+from . import _core, treefile
+from .engines import engine, kernel_number
+from .errors import InputError, InvalidTreeError
+from .geometry import IntArray, Lines, as_lines
 from .hits import AllHits, FirstHits
-from .layout import Layout, widen
-from .progress import ProgressOption
+from .layout import Layout, refit_layout, widen
+from .progress import ProgressCallback, ProgressOption, reporting
 from .query import Question, ask_binary, ask_layout
-from .structure import TreeStructure
+from .structure import NODE, TreeStructure
+from .threads import get_num_threads
+
+#: Trees of fewer references are refitted on one thread: a second would hardly have started.
+SHORT_REFIT = 20_000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -204,6 +208,91 @@ class Tree(TreeStructure):
             box = self.nodes["box"][0]
             return ask_binary(self.geometry, *self.words(), box, question)  # type: ignore[arg-type]
         return ask_layout(self.layout, question, kernel)
+
+    # ---- Moving segments ----
+
+    def refit(self, lines: Lines | npt.ArrayLike, *, progress: ProgressOption = False) -> Tree:
+        """Make the same tree over segments that have moved: same nodes and pieces, boxes fitted anew (docs/refit.md).
+
+        It takes a small part of the time of a build, and answers are exact; but boxes overlap the more, the more
+        neighbours part. `growth` tells by how much the cost has grown, `RebuildRule` when to build anew. If the tree
+        has its `layout`, the new one has its own, fitted likewise.
+
+        Parameters
+        ----------
+        lines : Lines or (n, 2, 3) array
+            As many segments as the tree has, in the same order. With an array, strands, radii and attributes stay. An
+            array that somebody could change is copied.
+        progress : bool or callable
+            Show a bar, or call back with the share that is done.
+
+        Returns
+        -------
+        Tree
+            A BVH, of a KD tree too: where lines have moved, its boxes can not cut space in two any more.
+
+        Raises
+        ------
+        InputError
+            If there are more or fewer segments, or one holds NaN or Inf.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> tree = fl.build([[[-1, -1, -1], [1, 1, 1]]])
+        >>> tree.refit([[[-1, -1, 0], [1, 1, 2]]]).first_hit([0, 0, -5], [0, 0, 1], 0.5).t
+        array(6., dtype=float32)
+        """
+        if not isinstance(self.geometry, Lines):
+            raise InputError(f"refits are for lines; this tree is over {type(self.geometry).__name__}: build it anew")
+        moved = as_lines(lines)
+        if len(moved) != self.n_prims:
+            left = "; it skipped some rows: pass array[tree.geometry.rows]" if len(self.geometry.skipped) else ""
+            raise InputError(f"{len(moved)} segments were given for a tree over {self.n_prims}; expected as many{left}")
+        if moved is not lines:
+            moved = replace(self.geometry, segments=moved.segments)
+        tight = self.settings if self.settings.boxes == "tight" else replace(self.settings, boxes="tight")
+        with reporting(progress, "refit") as callback:
+            changes = {
+                "geometry": moved,
+                "nodes": self._refit_nodes(moved, callback),
+                "settings": tight,
+                "method": self.method if tight is self.settings else "custom",
+                "built_cost": self._cost_when_built,
+            }
+            # What is the same was checked when this tree was made.
+            tree = object.__new__(type(self))
+            for field in fields(self):
+                object.__setattr__(tree, field.name, changes.get(field.name, getattr(self, field.name)))
+            if "layout" in self.__dict__:
+                box = tree.nodes["box"][0]
+                tree.__dict__["layout"] = refit_layout(self.layout, moved, box, self._refit_threads, callback)
+        return tree
+
+    def _refit_nodes(self, lines: Lines, callback: ProgressCallback | None) -> npt.NDArray[Any]:
+        segments = lines.segments.reshape(-1, 6)
+        words, bad = engine().refit_tree(segments, *self.words(), self._refit_threads, callback)
+        if bad is not None:
+            raise InvalidTreeError(bad, "axiom 1", "what is below it is not in preorder")
+        nodes: npt.NDArray[Any] = words.reshape(-1).view(NODE)
+        nodes.flags.writeable = False
+        return nodes
+
+    @property
+    def _refit_threads(self) -> int:
+        return 1 if self.n_refs < SHORT_REFIT else get_num_threads()
+
+    @cached_property
+    def _cost_when_built(self) -> float:
+        """What `growth` is measured by: of a KD tree, the cost with boxes as tight as those of a refit."""
+        if self.built_cost is not None:
+            return self.built_cost
+        model = self.settings.cost
+        if self.settings.boxes == "tight":
+            return _core.cost(self.words()[0], model.c_trav, model.c_prim)
+        assert isinstance(self.geometry, Lines)
+        nodes = self._refit_nodes(self.geometry, None).view(np.uint32).reshape(-1, 9)
+        return _core.cost(nodes, model.c_trav, model.c_prim)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the tree and its lines to one file, which `load` maps into memory.

@@ -52,6 +52,8 @@ def write(tree: TreeStructure, path: str | os.PathLike[str]) -> None:
         "settings": json.dumps(_settings_to_json(tree.settings)),
         "limits_hit": json.dumps(dict(tree.limits_hit)),
     }
+    if tree.built_cost is not None:
+        metadata["built_cost"] = repr(tree.built_cost)
     container.write(path, arrays, metadata)
 
 
@@ -73,6 +75,7 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
         settings = _settings_from_json(json.loads(metadata["settings"]))
         limits_hit = {str(name): int(n) for name, n in json.loads(metadata["limits_hit"]).items()}
         method = metadata["method"]
+        built_cost = float(metadata["built_cost"]) if "built_cost" in metadata else None
         skipped = arrays.get("skipped", np.empty(0, np.int64))
         lines = Lines(arrays["segments"], arrays["strands"], arrays.get("radius"), skipped=skipped)
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
@@ -84,6 +87,7 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
         "settings": settings,
         "method": method,
         "limits_hit": limits_hit,
+        "built_cost": built_cost,
     }
     try:
         tree = TreeStructure(**fields)

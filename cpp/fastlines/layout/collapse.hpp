@@ -18,7 +18,7 @@
 
 #include "../build/progress.hpp"
 #include "divide.hpp"
-#include "wide.hpp"
+#include "fit.hpp"
 
 namespace fastlines {
 
@@ -42,17 +42,15 @@ class Collapse {
     wide_.nodes.emplace_back();
     if (plans_[0].leaf) {
       // A root that is a leaf becomes the one child of a node.
+      wide_.nodes[0].n_children = 1;
       wide_.leaves.emplace_back();
-      fill_leaf(0, 0);
-      const std::uint32_t root[] = {0};
-      fill_node(0, root, 0, 0, 0);
+      list_pieces(0, 0);
     } else {
       emit(0, 0);
     }
-    wide_.box = framed(nodes_[0].box);
-    double extents = 0.0;
-    for (const WideLeaf& leaf : wide_.leaves) extents += 255.0 * leaf.scale;
-    wide_.mean_extent = float(extents / double(wide_.leaves.size()));
+    wide_.box = {wide_.frame(nodes_[0].box.lo), wide_.frame(nodes_[0].box.hi)};
+    wide_.mean_extent = Fit(wide_.frame, wide_.nodes, wide_.leaves, wide_.refs, segments_, wide_.nodes.data(),
+                            wide_.leaves.data())(1, progress_);
     return std::move(wide_);
   }
 
@@ -128,66 +126,20 @@ class Collapse {
     const std::size_t first_inner = wide_.nodes.size(), first_leaf = wide_.leaves.size();
     wide_.nodes.resize(first_inner + n_inner);
     wide_.leaves.resize(first_leaf + children.size() - n_inner);
-    fill_node(index, children, n_inner, first_inner, first_leaf);
-    for (std::size_t i = n_inner; i < children.size(); ++i) fill_leaf(children[i], first_leaf + i - n_inner);
-    for (std::size_t i = 0; i < n_inner; ++i) emit(children[i], first_inner + i);
-  }
-
-  /// A node's box in the frame.
-  Box framed(const Box& box) const { return {wide_.frame(box.lo), wide_.frame(box.hi)}; }
-
-  void fill_node(std::size_t index, std::span<const std::uint32_t> children, std::size_t n_inner,
-                 std::size_t first_inner, std::size_t first_leaf) {
     WideNode& node = wide_.nodes[index];
-    Box all = Box::empty();
-    for (const std::uint32_t child : children) all.grow(framed(nodes_[child].box));
-    const double longest = std::max(all.side(all.longest_axis()), std::ldexp(1.0, -20));
-    for (int k = 0; k < 3; ++k) node.org[k] = float(all.lo[k] - 2e-4 * longest);
-    node.scale = float(longest * 1.0004 / 254);
     node.first_inner = std::uint32_t(first_inner);
     node.first_leaf = std::uint32_t(first_leaf);
     node.n_inner = std::uint8_t(n_inner);
     node.n_children = std::uint8_t(children.size());
-    for (int k = 0; k < 3; ++k)
-      for (int i = 0; i < kWidth; ++i) {
-        std::uint8_t &low = node.planes[k * kWidth + i], &high = node.planes[(k + 3) * kWidth + i];
-        low = 255;
-        high = 0;
-        if (std::size_t(i) >= children.size()) continue;
-        // The 0.02 pay for the rounding of org + q·scale.
-        const Box box = framed(nodes_[children[std::size_t(i)]].box);
-        const double lo = (double(box.lo[k]) - node.org[k]) / node.scale,
-                     hi = (double(box.hi[k]) - node.org[k]) / node.scale;
-        low = std::uint8_t(std::clamp(std::floor(lo - 0.02), 0.0, 255.0));
-        high = std::uint8_t(std::clamp(std::ceil(hi + 0.02), 0.0, 255.0));
-      }
+    for (std::size_t i = n_inner; i < children.size(); ++i) list_pieces(children[i], first_leaf + i - n_inner);
+    for (std::size_t i = 0; i < n_inner; ++i) emit(children[i], first_inner + i);
   }
 
-  void fill_leaf(std::uint32_t v, std::size_t index) {
+  void list_pieces(std::uint32_t v, std::size_t index) {
     merge(nodes_[v]);
-    WideLeaf& leaf = wide_.leaves[index];
-    leaf.first_ref = std::uint32_t(wide_.refs.size());
-    leaf.n_refs = std::uint32_t(merged_.size());
-    const Box box = framed(nodes_[v].box);
-    const double longest = std::max(box.side(box.longest_axis()), std::ldexp(1.0, -20));
-    leaf.scale = float(longest / 255 * (1 + 1e-6));
-    leaf.per_scale = 1.0f / leaf.scale;
-    for (int k = 0; k < 3; ++k) leaf.org[k] = box.lo[k];
-    std::memset(leaf.a, 0, sizeof leaf.a);
-    std::memset(leaf.c, 0, sizeof leaf.c);
-    for (std::size_t i = 0; i < merged_.size(); ++i) {
-      const Reference& ref = merged_[i];
-      const Vec3 a = wide_.frame(segments_[ref.prim].point(ref.s0));
-      const Vec3 c = wide_.frame(segments_[ref.prim].point(std::min(ref.s1, 1.0f)));
-      for (int k = 0; k < 3; ++k) {
-        const auto quanta = [&](float x) {
-          return std::uint8_t(std::clamp(std::nearbyint((double(x) - leaf.org[k]) / leaf.scale), 0.0, 255.0));
-        };
-        leaf.a[k][i] = quanta(a[k]);
-        leaf.c[k][i] = quanta(c[k]);
-      }
-      wide_.refs.push_back(ref);
-    }
+    wide_.leaves[index].first_ref = std::uint32_t(wide_.refs.size());
+    wide_.leaves[index].n_refs = std::uint32_t(merged_.size());
+    wide_.refs.insert(wide_.refs.end(), merged_.begin(), merged_.end());
   }
 
   /// The references below a node, adjacent pieces of one segment joined.

@@ -1,0 +1,174 @@
+// The blocks of a wide tree, fitted to its segments: what a collapse does last, and all that is to be done when
+// segments have moved.
+//
+// Which child stands where is given; filled in are the pieces of each leaf, then the boxes from the last node to the
+// first, then what nodes say of them. The blocks' arithmetic is float32: relative to the origin of a block that is 1e-4
+// quanta, which the slack of both kinds of block covers (0.02 quanta of a node, and those of reach in docs/engine.md).
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "../query/batch.hpp"
+#include "../query/ends.hpp"
+#include "wide.hpp"
+
+namespace fastlines {
+
+class Fit {
+ public:
+  /// `to` may be where the blocks come from.
+  Fit(const Frame& frame, std::span<const WideNode> nodes, std::span<const WideLeaf> leaves,
+      std::span<const Reference> refs, std::span<const Segment> segments, WideNode* to_nodes, WideLeaf* to_leaves)
+      : centre_{frame.centre[0], frame.centre[1], frame.centre[2], 0.0f},
+        scale_(four(frame.scale)),
+        nodes_(nodes),
+        leaves_(leaves),
+        refs_(refs),
+        segments_(segments),
+        to_nodes_(to_nodes),
+        to_leaves_(to_leaves),
+        of_nodes_(std::make_unique_for_overwrite<Box4[]>(nodes.size())),
+        of_leaves_(std::make_unique_for_overwrite<Box4[]>(leaves.size())) {}
+
+  /// Returns the mean extent of the leaves.
+  float operator()(unsigned n_threads, Progress& progress) {
+    in_chunks(leaves_.size(), n_threads, progress, [&](std::size_t i) { fit_leaf(i); });
+    for (std::size_t i = nodes_.size(); i-- > 0;) {
+      const WideNode& node = nodes_[i];
+      Box4 box = Box4::empty();
+      for (int child = 0; child < node.n_children; ++child) box.grow(box_of(node, child));
+      of_nodes_[i] = box;
+    }
+    in_chunks(nodes_.size(), n_threads, progress, [&](std::size_t i) { fit_node(i); });
+    double extents = 0.0;
+    for (std::size_t i = 0; i < leaves_.size(); ++i) extents += 255.0 * to_leaves_[i].scale;
+    return float(extents / double(leaves_.size()));
+  }
+
+ private:
+  /// So many references ahead are the segments asked for.
+  static constexpr std::size_t kAhead = 16;
+
+  template <class Do>
+  static void in_chunks(std::size_t n, unsigned n_threads, Progress& progress, Do&& each) {
+    constexpr std::size_t kBlocks = 1024;
+    for_each_chunk((n + kBlocks - 1) / kBlocks, n_threads, progress, [] { return 0; },
+                   [&](int, std::size_t chunk) {
+                     for (std::size_t i = chunk * kBlocks; i < std::min(n, (chunk + 1) * kBlocks); ++i) each(i);
+                   });
+  }
+
+  const Box4& box_of(const WideNode& node, int child) const {
+    return child < node.n_inner ? of_nodes_[node.first_inner + std::size_t(child)]
+                                : of_leaves_[node.first_leaf + std::size_t(child - node.n_inner)];
+  }
+
+  /// The longest side, or a millionth of the frame.
+  static float longest_of(const Box4& box) {
+    const Float4 sides = box.hi - box.lo;
+    return std::max(std::max(sides[0], sides[1]), std::max(sides[2], 0x1p-20f));
+  }
+
+  void fit_leaf(std::size_t index) const {
+    const std::uint32_t first_ref = leaves_[index].first_ref, n_refs = leaves_[index].n_refs;
+    const Reference* const refs = refs_.data() + first_ref;
+    const std::size_t last = refs_.size() - first_ref - 1;
+    Ends ends[kWidth];
+    Box4 box = Box4::empty();
+    for (std::uint32_t i = 0; i < n_refs; ++i) {
+      __builtin_prefetch(&segments_[refs[std::min(i + kAhead, last)].prim]);
+      const Ends at = ends_of(segments_[refs[i].prim], refs[i]);
+      ends[i] = {(at.a - centre_) * scale_, (at.c - centre_) * scale_};
+      box.grow(Box4::around(ends[i]));
+    }
+    of_leaves_[index] = box;
+
+    const Float4 org = n_refs ? box.lo : Float4{};
+    for (std::uint32_t i = n_refs; i < kWidth; ++i) ends[i] = {org, org};
+    WideLeaf& leaf = to_leaves_[index];
+    std::memcpy(leaf.org, &org, sizeof leaf.org);
+    leaf.scale = longest_of(box) * float((1 + 1e-6) / 255);
+    leaf.per_scale = 1.0f / leaf.scale;
+    leaf.first_ref = first_ref;
+    leaf.n_refs = n_refs;
+    leaf.unused = 0;
+    const Float4 per_scale = four(leaf.per_scale);
+    const auto nearest = [&](const Float4& x) { return (x - org) * per_scale + four(0.5f); };
+    for (int i = 0; i < kWidth; i += 4) {
+      Float4 a[4], c[4];
+      for (int j = 0; j < 4; ++j) {
+        a[j] = nearest(ends[i + j].a);
+        c[j] = nearest(ends[i + j].c);
+      }
+      put_bytes(a, leaf.a[0] + i);
+      put_bytes(c, leaf.c[0] + i);
+    }
+  }
+
+  void fit_node(std::size_t index) const {
+    const WideNode& from = nodes_[index];
+    const int n_children = from.n_children;
+    const Box4& box = of_nodes_[index];
+    const float longest = longest_of(box);
+    // A child with nothing in it, and a lane with no child, is a point.
+    const Float4 point = box.is_empty() ? Float4{} : box.lo;
+    Box4 boxes[kWidth];
+    for (int i = 0; i < kWidth; ++i) {
+      boxes[i] = i < n_children ? box_of(from, i) : Box4::empty();
+      if (boxes[i].is_empty()) boxes[i] = {point, point};
+    }
+    WideNode& node = to_nodes_[index];
+    node.first_inner = from.first_inner;
+    node.first_leaf = from.first_leaf;
+    node.n_inner = from.n_inner;
+    node.n_children = from.n_children;
+    std::memset(node.unused, 0, sizeof node.unused);
+    const Float4 org = point - four(2e-4f * longest);
+    std::memcpy(node.org, &org, sizeof node.org);
+    node.scale = longest * float(1.0004 / 254);
+    const Float4 per_scale = four(1.0f / node.scale);
+    // The 0.02 pay for the rounding of org + q·scale.
+    const auto below = [&](const Float4& x) { return max((x - org) * per_scale - four(0.02f), Float4{}); };
+    const auto above = [&](const Float4& x) {
+      const Float4 y = (x - org) * per_scale + four(0.02f);
+      const Float4 whole = __builtin_convertvector(__builtin_convertvector(y, Int4), Float4);
+      return min(whole < y ? whole + four(1.0f) : whole, four(255.0f));
+    };
+    for (int i = 0; i < kWidth; i += 4) {
+      Float4 low[4], high[4];
+      for (int j = 0; j < 4; ++j) {
+        low[j] = below(boxes[i + j].lo);
+        high[j] = above(boxes[i + j].hi);
+      }
+      put_bytes(low, node.planes + i);
+      put_bytes(high, node.planes + 3 * kWidth + i);
+    }
+    for (int i = n_children; i < kWidth; ++i)
+      for (int k = 0; k < 3; ++k) {
+        node.planes[k * kWidth + i] = 255;
+        node.planes[(k + 3) * kWidth + i] = 0;
+      }
+  }
+
+  /// Four points, in quanta, as rows of four bytes for x, y and z; the rows stand kWidth apart.
+  [[gnu::always_inline]] static void put_bytes(const Float4 (&points)[4], std::uint8_t* rows) {
+    Int4 words{};
+    for (int j = 0; j < 4; ++j) words |= __builtin_convertvector(points[j], Int4) << (8 * j);
+    for (int k = 0; k < 3; ++k) {
+      const int word = words[k];
+      std::memcpy(rows + k * kWidth, &word, sizeof word);
+    }
+  }
+
+  Float4 centre_, scale_;
+  std::span<const WideNode> nodes_;
+  std::span<const WideLeaf> leaves_;
+  std::span<const Reference> refs_;
+  std::span<const Segment> segments_;
+  WideNode* to_nodes_;
+  WideLeaf* to_leaves_;
+  std::unique_ptr<Box4[]> of_nodes_, of_leaves_;
+};
+
+}  // namespace fastlines

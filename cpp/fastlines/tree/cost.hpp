@@ -1,0 +1,17 @@
+// The cost of a tree as a sum over its nodes, g (thesis §3.3): what Theorem 1 says is f.
+#pragma once
+
+#include <span>
+
+#include "tree.hpp"
+
+namespace fastlines {
+
+inline double cost_of(std::span<const Node> nodes, double c_trav, double c_prim) {
+  double cost = 0.0;
+  for (const Node& node : nodes)
+    cost += visit_chance(node.box, nodes[0].box) * (node.is_leaf() ? node.n_refs * c_prim : c_trav);
+  return cost;
+}
+
+}  // namespace fastlines

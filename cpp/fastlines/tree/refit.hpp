@@ -1,0 +1,171 @@
+// Refit: the same tree over segments that have moved. Topology and pieces [s0, s1) stay; each leaf's box is made tight
+// around its pieces, each inner box around its children's. The pieces tile their segments wherever these go, so queries
+// stay exact; boxes only get larger than a new tree's.
+//
+// The tree is dealt out in parts, subtrees of bounded size, to any number of threads; what is above them is joined at
+// the end. Within a part nothing branches on the tree's shape: first the boxes of all references, then those of the
+// leaves, then those of inner nodes from the last to the first.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "../query/batch.hpp"
+#include "../query/ends.hpp"
+
+namespace fastlines {
+
+class Refit {
+ public:
+  Refit(std::span<const Node> nodes, std::span<const Reference> refs, std::span<const Segment> segments, Node* to)
+      : nodes_(nodes), refs_(refs), segments_(segments), to_(to) {}
+
+  /// Returns a node that is not in the tree's preorder, if there is one; then nothing else is of use.
+  std::optional<std::size_t> operator()(unsigned n_threads, Progress& progress) {
+    if (!divide()) return bad_;
+    for_each_chunk(
+        parts_.size(), n_threads, progress, [] { return std::make_unique_for_overwrite<Scratch>(); },
+        [&](auto& scratch, std::size_t i) { fit(parts_[i], *scratch); });
+    if (const std::size_t bad = bad_.load(); bad != kNone) return bad;
+    for (std::size_t k = top_.size(); k-- > 0;) {
+      const std::uint32_t i = top_[k];
+      Box box = to_[i + 1].box;
+      box.grow(to_[nodes_[i].right].box);
+      to_[i] = nodes_[i];
+      to_[i].box = box;
+    }
+    if (has_empty_) place_empty();
+    return {};
+  }
+
+ private:
+  static constexpr std::size_t kNodes = 1024, kRefs = 4096, kAhead = 16, kNone = std::size_t(-1);
+
+  struct Part {
+    std::uint32_t begin, end;
+  };
+
+  struct Scratch {
+    Box4 boxes[1 + kRefs + kNodes];  // an empty one, those of references, those of nodes
+    std::uint32_t leaves[kNodes], inner[kNodes];
+  };
+
+  bool divide() {
+    std::vector<Part> stack{{0, std::uint32_t(nodes_.size())}};
+    while (!stack.empty()) {
+      const Part part = stack.back();
+      const Node& node = nodes_[part.begin];
+      stack.pop_back();
+      if (node.is_leaf() || (part.end - part.begin <= kNodes && node.n_refs <= kRefs)) {
+        parts_.push_back(part);
+        continue;
+      }
+      if (node.right <= part.begin + 1 || node.right >= part.end) {
+        bad_ = part.begin;
+        return false;
+      }
+      top_.push_back(part.begin);
+      stack.push_back({node.right, part.end});
+      stack.push_back({part.begin + 1, node.right});
+    }
+    return true;
+  }
+
+  void fit(const Part& part, Scratch& scratch) {
+    const Node* const nodes = &nodes_[part.begin];
+    const std::size_t n_nodes = part.end - part.begin;
+    if (n_nodes == 1) return store(part.begin, nodes[0], box_of(nodes[0]));
+    const std::size_t n_refs = nodes[0].n_refs, first_ref = nodes[0].first_ref;
+    Box4 *const of_refs = &scratch.boxes[1], *const of_nodes = of_refs + n_refs;
+    scratch.boxes[0] = Box4::empty();
+    fit_pieces(first_ref, n_refs, of_refs);
+
+    std::size_t n_leaves = 0, n_inner = 0;
+    for (std::uint32_t i = 0; i < n_nodes; ++i) {
+      const bool leaf = nodes[i].is_leaf();
+      scratch.leaves[n_leaves] = scratch.inner[n_inner] = i;
+      n_leaves += leaf;
+      n_inner += !leaf;
+    }
+
+    // What leads out of the part is kept in it, and reported.
+    bool good = true, some_empty = false;
+    for (std::size_t k = 0; k < n_leaves; ++k) {
+      const Node& node = nodes[scratch.leaves[k]];
+      const std::size_t begin = node.first_ref - first_ref, end = begin + node.n_refs;
+      good &= end <= n_refs;
+      some_empty |= node.n_refs == 0;
+      // Few leaves list more than four pieces; from the last one on, the same again is as good as a piece.
+      const std::size_t last = node.n_refs ? std::min(end, n_refs) : 0, first = std::min(begin + 1, last);
+      Box4 box = scratch.boxes[first];
+      for (std::size_t i = 1; i < 4; ++i) box.grow(scratch.boxes[std::min(first + i, last)]);
+      for (std::size_t i = first + 4; i <= last; ++i) box.grow(scratch.boxes[i]);
+      of_nodes[scratch.leaves[k]] = box;
+    }
+    if (some_empty) has_empty_ = true;
+    for (std::size_t k = n_inner; k-- > 0;) {
+      const std::size_t i = scratch.inner[k], right = nodes[i].right - std::size_t(part.begin);
+      good &= (right > i + 1) & (right < n_nodes);
+      Box4 box = of_nodes[std::min(i + 1, n_nodes - 1)];
+      box.grow(of_nodes[std::min(right, n_nodes - 1)]);
+      of_nodes[i] = box;
+    }
+    if (!good) return report(part.begin);
+    for (std::size_t i = 0; i < n_nodes; ++i) store(part.begin + i, nodes[i], of_nodes[i]);
+  }
+
+  /// The boxes of references in a row. Segments are anywhere, so they are asked for beforehand.
+  void fit_pieces(std::size_t first, std::size_t n, Box4* boxes) const {
+    const Reference* const refs = refs_.data() + first;
+    const Segment* const segments = segments_.data();
+    const auto fit = [&](std::size_t i) { boxes[i] = Box4::around(ends_of(segments[refs[i].prim], refs[i])); };
+    const std::size_t left = refs_.size() - first, n_ahead = std::min(n, left - std::min(left, kAhead));
+    for (std::size_t i = 0; i < n_ahead; ++i) {
+      __builtin_prefetch(&segments[refs[i + kAhead].prim]);
+      fit(i);
+    }
+    for (std::size_t i = n_ahead; i < n; ++i) fit(i);
+  }
+
+  /// The box of a leaf that is a part of its own, with any number of pieces.
+  Box4 box_of(const Node& leaf) {
+    if (leaf.n_refs == 0) has_empty_ = true;
+    Box4 box = Box4::empty();
+    for (const Reference& ref : refs_.subspan(leaf.first_ref, leaf.n_refs))
+      box.grow(Box4::around(ends_of(segments_[ref.prim], ref)));
+    return box;
+  }
+
+  /// The fourth lanes are written over by what follows them.
+  void store(std::size_t i, const Node& node, const Box4& box) const {
+    std::byte* const to = reinterpret_cast<std::byte*>(to_ + i);
+    std::memcpy(to, &box.lo, sizeof box.lo);
+    std::memcpy(to + offsetof(Node, box.hi), &box.hi, sizeof box.hi);
+    std::memcpy(to + offsetof(Node, right), &node.right, sizeof(Node) - offsetof(Node, right));
+  }
+
+  /// A node with nothing in it is a point of its parent.
+  void place_empty() const {
+    if (to_[0].box.is_empty()) to_[0].box = nodes_[0].box;
+    for (std::size_t i = 0; i < nodes_.size(); ++i)
+      if (!to_[i].is_leaf())
+        for (const std::size_t child : {i + 1, std::size_t(to_[i].right)})
+          if (to_[child].box.is_empty()) to_[child].box = {to_[i].box.lo, to_[i].box.lo};
+  }
+
+  void report(std::size_t node) {
+    for (std::size_t bad = bad_; node < bad && !bad_.compare_exchange_weak(bad, node);) {
+    }
+  }
+
+  std::span<const Node> nodes_;
+  std::span<const Reference> refs_;
+  std::span<const Segment> segments_;
+  Node* to_;
+  std::vector<Part> parts_;
+  std::vector<std::uint32_t> top_;
+  std::atomic<std::size_t> bad_{kNone};
+  std::atomic<bool> has_empty_{false};
+};
+
+}  // namespace fastlines
