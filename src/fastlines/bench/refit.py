@@ -168,9 +168,7 @@ def _frame(
     for query in ("first", "all"):
         answers = []
         for name, tree in (("", laid), ("_rebuilt", anew)):
-            seconds, answer = timed(
-                plan.rounds, lambda tree=tree, query=query: ask_tree(tree, query, rays, case.radii[0])
-            )
+            seconds, answer = timed(plan.rounds, partial(ask_tree, tree, query, rays, case.radii[0]))
             ns[f"{query}{name}_ns"] = seconds / len(rays) * 1e9
             answers.append(answer)
         _compare(query, rays, *answers)
