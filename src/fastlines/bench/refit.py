@@ -65,7 +65,7 @@ class RefitCell:
     to_rebuilt : float
         Cost now by cost of the tree built anew.
     first_ns, first_rebuilt_ns, all_ns, all_rebuilt_ns : float
-        Nanoseconds a ray for its first and for all hits.
+        Nanoseconds a ray for its first and for all hits, on the refitted tree and on the one built anew.
     """
 
     scene: str

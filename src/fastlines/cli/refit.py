@@ -66,13 +66,18 @@ def _print(result: RefitResult) -> None:
     console = Console()
     if not console.is_terminal:
         console = Console(width=WIDE)
-    table = Table(title="refits of a growing twist", title_justify="left", pad_edge=False)
-    table.add_column("scene", style="bold", no_wrap=True)
-    heads = "degrees|refs/seg|refit ms|Mseg/s|Mref/s|layout ms|both Mseg/s|build ms|growth|to rebuilt"
-    for head in (*heads.split("|"), "first ns", "rebuilt", "all ns", "rebuilt", "pays after Mrays"):
-        table.add_column(head, justify="right")
+    refits = Table(title="refits of a growing twist", title_justify="left", pad_edge=False)
+    queries = Table(title="queries: nanoseconds a random ray", title_justify="left", pad_edge=False)
+    for table, heads in (
+        (refits, "refs/seg|refit ms|Mseg/s|Mref/s|layout ms|both Mseg/s|build ms"),
+        (queries, "growth|to rebuilt|first|rebuilt|ratio|all|rebuilt|ratio|pays after Mrays"),
+    ):
+        table.add_column("scene", style="bold", no_wrap=True)
+        for head in ("degrees", *heads.split("|")):
+            table.add_column(head, justify="right", no_wrap=True)
     for cell in result.cells:
-        table.add_row(
+        both_s = cell.refit_s + cell.layout_s
+        refits.add_row(
             cell.scene,
             f"{cell.angle:.0f}",
             three(cell.n_refs / cell.n_prims),
@@ -80,21 +85,28 @@ def _print(result: RefitResult) -> None:
             three(cell.n_prims / cell.refit_s / 1e6),
             three(cell.n_refs / cell.refit_s / 1e6),
             three(cell.layout_s * 1e3),
-            three(cell.n_prims / (cell.refit_s + cell.layout_s) / 1e6),
+            three(cell.n_prims / both_s / 1e6),
             three(cell.build_s * 1e3),
+        )
+        queries.add_row(
+            cell.scene,
+            f"{cell.angle:.0f}",
             f"{cell.growth:.2f}",
             f"{cell.to_rebuilt:.2f}",
             f"{cell.first_ns:.0f}",
             f"{cell.first_rebuilt_ns:.0f}",
+            f"{cell.first_ns / cell.first_rebuilt_ns:.2f}",
             f"{cell.all_ns:.0f}",
             f"{cell.all_rebuilt_ns:.0f}",
+            f"{cell.all_ns / cell.all_rebuilt_ns:.2f}",
             "never" if cell.pays_after == float("inf") else three(cell.pays_after / 1e6),
         )
-    console.print(table)
+    console.print(refits)
+    console.print(queries)
     console.print(
         f"{result.plan.method}, threads: {result.plan.n_threads}, {result.machine['simd']}. seg: segments; ref: "
-        "references. growth: cost by cost as built; to rebuilt: by that of a tree built anew, which takes one thread. "
-        "first, all: random rays, nanoseconds a ray, on the refitted tree and on the rebuilt. pays after: so many rays "
-        "lose by the refitted tree what a build takes.",
+        "references; layout: what it adds to a refit; build: with its layout, on one thread. growth: cost by cost as "
+        "built; to rebuilt: by that of a tree built anew. pays after: so many rays, half of them for each query, lose "
+        "by the refitted tree what a build takes.",
         highlight=False,
     )
