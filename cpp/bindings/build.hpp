@@ -29,9 +29,9 @@ inline SplitSet split_set(const std::string& name, int n_planes, std::size_t max
 using SplitSetArgs = std::tuple<std::string, int, std::size_t, std::size_t, double>;
 
 /// The fields of `Settings` in Python, in their order, costs, limits and presplit as tuples of their own; then threads.
-using SettingsArgs =
-    std::tuple<std::vector<SplitSetArgs>, bool, std::vector<int>, std::pair<double, double>,
-               std::tuple<std::size_t, std::size_t, std::size_t, std::size_t, double>, int, bool, double, unsigned>;
+using SettingsArgs = std::tuple<std::vector<SplitSetArgs>, bool, std::vector<int>, std::pair<double, double>,
+                                std::tuple<std::size_t, std::size_t, std::size_t, std::size_t, double>, int, bool,
+                                double, std::pair<double, std::size_t>, unsigned>;
 
 inline Settings settings_of(const SettingsArgs& args) {
   const auto& [splits, cut, lookahead, cost, limits, bad_levels, prune, radius_hint, presplit, n_threads] = args;
