@@ -71,8 +71,7 @@ class Collapse {
       const Node& node = nodes_[v];
       Plan& plan = plans_[v];
       const auto area = float(node.box.area(margin_) / root_area);
-      const bool fits = node.n_refs <= kWidth || n_merged(node) <= kWidth;
-      const float as_leaf = fits ? area * cost_.c_leaf : INFINITY;
+      const float as_leaf = fits(node) ? area * cost_.c_leaf : INFINITY;
       std::memset(plan.k, 0, sizeof plan.k);
       plan.k_all = 0;
       plan.leaf = node.is_leaf();
@@ -157,10 +156,20 @@ class Collapse {
     merged_.resize(n);
   }
 
-  std::size_t n_merged(const Node& node) const {
-    if (node.n_refs > 8 * kWidth) return node.n_refs;
+  /// Whether the references below a node are few once adjacent pieces are joined. Most nodes have too many segments for
+  /// that, which is soon seen.
+  bool fits(const Node& node) const {
+    if (node.n_refs <= kWidth) return true;
+    if (node.n_refs > 8 * kWidth) return false;
+    std::uint32_t seen[kWidth];
+    int n_seen = 0;
+    for (const Reference& ref : refs_.subspan(node.first_ref, node.n_refs)) {
+      if (std::find(seen, seen + n_seen, ref.prim) != seen + n_seen) continue;
+      if (n_seen == kWidth) return false;
+      seen[n_seen++] = ref.prim;
+    }
     merge(node);
-    return merged_.size();
+    return merged_.size() <= kWidth;
   }
 
   std::span<const Node> nodes_;
