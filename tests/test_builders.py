@@ -20,8 +20,8 @@ def test_every_builder_makes_a_tree_that_answers(builder: str, name: str) -> Non
     case = cases(4)[name]
     asked, _ = question(case)
     given = dict(BUILDERS[builder])
-    settings = fl.METHODS[given["method"]] if "method" in given else fl.Settings(**given)
-    tree = fl.build(case.segments, **{**given, "limits": dataclasses.replace(settings.limits, max_refs=3000)})
+    limits = dataclasses.replace(given.pop("limits", fl.Limits()), max_refs=3000)
+    tree = fl.build(case.segments, **given, limits=limits)
     tree.validate()
     assert_same(tree.first_hit(**asked), fl.brute_force(case.segments, **asked, query="first_hit"))
     assert_same(tree.all_hits(**asked), fl.brute_force(case.segments, **asked, query="all_hits"))

@@ -29,7 +29,7 @@ def saved(path: Path, **settings: Any) -> tuple[fl.Tree, bytes]:
         radius=np.linspace(0.1, 1, 40).reshape(20, 2),
         attributes={"id": range(20)},
     )
-    tree = fl.build(lines, **{"limits": fl.Limits(max_refs=100), **settings})
+    tree = fl.build(lines, **{"splits": fl.PlaneGrid(16), "limits": fl.Limits(max_refs=100), **settings})
     tree.save(path)
     return tree, path.read_bytes()
 

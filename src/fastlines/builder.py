@@ -132,6 +132,8 @@ def build(
         raise InputError(f"effort={effort!r} is a knob of method='best'; leave it out or ask for 'best'")
     if isinstance(limits, Limits):
         given["limits"] = limits.over(base.limits)
+        if limits.max_leaf_refs is None and not given["limits"].hold(len(geometry)):
+            given["limits"] = replace(given["limits"], max_leaf_refs=None)
     settings = replace(base, **given)
     limits = settings.limits
     if len(geometry) > REF_LIMIT:
@@ -140,7 +142,7 @@ def build(
         raise InputError(
             f"max_refs={limits.max_refs} is less than the {len(geometry)} primitives, which need a reference each"
         )
-    if limits.max_leaf_refs is not None and len(geometry) > limits.max_leaf_refs * 2**limits.max_depth:
+    if not limits.hold(len(geometry)):
         raise InputError(
             f"max_leaf_refs={limits.max_leaf_refs} can not be kept within max_depth={limits.max_depth} for "
             f"{len(geometry)} primitives; allow more of either"

@@ -178,6 +178,10 @@ class Limits:
         """Tell how many references a tree over so many primitives may have."""
         return min(REF_LIMIT, 1000 * n_prims + 10_000 if self.max_refs is None else self.max_refs)
 
+    def hold(self, n_refs: int) -> bool:
+        """Tell whether so many references can be brought into leaves of the size asked for."""
+        return self.max_leaf_refs is None or n_refs <= self.max_leaf_refs * 2**self.max_depth
+
     def over(self, base: Limits) -> Limits:
         """Take from `base` what is at its default here."""
         given = {field.name: getattr(self, field.name) for field in fields(self)}
