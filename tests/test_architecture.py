@@ -50,6 +50,7 @@ MODULES = (
     "theory",
     "progress",
     "threads",
+    "splits",
     "settings",
     "hits",
     "_core",

@@ -26,7 +26,7 @@ def same(a: fl.Tree, b: fl.Tree) -> bool:
 
 @pytest.mark.parametrize("boxes", ["tight", "cut"])
 @pytest.mark.parametrize("name", SCENES)
-def test_nasty_scenes_make_valid_trees(name: str, boxes: fl.settings.BoxRule) -> None:
+def test_nasty_scenes_make_valid_trees(name: str, boxes: fl.splits.BoxRule) -> None:
     ends = named_scene(name, 60)
     for tree in (fl.build(ends, boxes=boxes), fl.build(ends, boxes=boxes, cost=fl.Cost(0.3), effort=1)):
         tree.validate()
@@ -37,7 +37,7 @@ def test_nasty_scenes_make_valid_trees(name: str, boxes: fl.settings.BoxRule) ->
 
 @pytest.mark.parametrize("boxes", ["tight", "cut"])
 @pytest.mark.parametrize("n_planes", [1, 7, 8, 20])
-def test_octets_find_what_the_grid_finds(n_planes: int, boxes: fl.settings.BoxRule) -> None:
+def test_octets_find_what_the_grid_finds(n_planes: int, boxes: fl.splits.BoxRule) -> None:
     for name in ("random", "crossing", "hair", "axis parallel", "moved 1e4"):
         ends = named_scene(name, 120)
         more = {"boxes": boxes, "bad_levels": 3, "limits": fl.Limits(max_depth=12)}
@@ -135,3 +135,63 @@ def test_bad_wishes_are_refused() -> None:
         fl.build(ends, splits=fl.PlaneOctets(8, 4), boxes="cut")
     with pytest.raises(fl.InputError, match="max_whole"):
         fl.PlaneOctets(8, -1)
+
+
+LOOKAHEADS = {
+    "tight, 2": {"splits": fl.PlaneGrid(5), "lookahead": (1, 2)},
+    "tight with objects, 2": {"splits": (fl.PlaneGrid(3), fl.ObjectSweep(max_refs=20)), "lookahead": 2},
+    "tight, 3": {"splits": fl.PlaneGrid(2), "lookahead": 3},
+    "cut, 2": {"splits": fl.PlaneGrid(7), "boxes": "cut", "lookahead": 2},
+    "cut, 3": {"splits": fl.PlaneGrid(3), "boxes": "cut", "lookahead": 3},
+    "cut events, 2": {"splits": fl.PlaneEvents(), "boxes": "cut", "lookahead": 2, "limits": fl.Limits(max_depth=4)},
+    "cut octets, 2": {"splits": fl.PlaneOctets(8), "boxes": "cut", "lookahead": 2},
+    "octets, 2, grown": {"splits": fl.PlaneOctets(8, 16), "lookahead": 2, "radius_hint": 0.05},
+}
+
+
+@pytest.mark.parametrize("settings", LOOKAHEADS)
+@pytest.mark.parametrize("name", ["random", "crossing", "axis parallel", "duplicates", "points", "flat", "outlier"])
+def test_branch_and_bound_makes_the_tree_of_exhaustive_search(name: str, settings: str) -> None:
+    ends = named_scene(name, 30 if "3" in settings or "events" in settings else 60)
+    given = {"cost": fl.Cost(0.4), "limits": fl.Limits(max_depth=7), **LOOKAHEADS[settings]}
+    bound, exhaustive = (fl.build(ends, exhaustive=exhaustive, **given) for exhaustive in (False, True))
+    assert same(bound, exhaustive)
+    assert bound.cost() == exhaustive.cost()
+    if exhaustive.searched:
+        assert exhaustive.searched["carried_out"] == exhaustive.searched["candidates"]
+        assert bound.searched["carried_out"] <= exhaustive.searched["carried_out"]
+
+
+def test_bounds_save_most_of_the_search() -> None:
+    lines = named_scene("random", 100)
+    given = {"splits": fl.PlaneGrid(16), "boxes": "cut", "lookahead": 2, "cost": fl.Cost(1.2)}
+    bound, exhaustive = (fl.build(lines, exhaustive=exhaustive, **given) for exhaustive in (False, True))
+    assert bound.searched["carried_out"] < 0.7 * exhaustive.searched["carried_out"]
+
+
+def test_a_beam_is_a_bound_on_the_search() -> None:
+    ends = named_scene("crossing", 60)
+    given = {"splits": fl.PlaneGrid(8), "lookahead": 2, "cost": fl.Cost(0.4)}
+    costs = []
+    for beam in (1, 4, 24, 1000):
+        tree = fl.build(ends, beam=beam, **given)
+        tree.validate()
+        costs.append(tree.cost())
+    assert same(tree, fl.build(ends, **given))
+    # The widest beam searches most; the narrowest takes what SAH takes, where that is worth it.
+    assert costs[-1] <= costs[0]
+    for beam in (0, -1, 1.5):
+        with pytest.raises(fl.InputError, match="beam="):
+            fl.build(ends, beam=beam, **given)  # type: ignore[arg-type]
+
+
+def test_a_bound_on_memory_is_one_on_references() -> None:
+    lines = fl.scenes.make("spaghetti", 300).lines
+    free = fl.build(lines, cost=COST)
+    bound = fl.build(lines, cost=COST, limits=fl.Limits(max_bytes=128 * 300 + 160 * 2000))
+    assert bound.n_refs <= 2000 < free.n_refs
+    assert bound.limits_hit["max_refs"] > 0
+    with pytest.raises(fl.InputError, match=r"max_bytes=1000 is less .* allow 86400 or more"):
+        fl.build(lines, limits=fl.Limits(max_bytes=1000))
+    with pytest.raises(fl.InputError, match="allow 128400 or more"):
+        fl.build(lines, boxes="cut", limits=fl.Limits(max_bytes=1000))

@@ -106,7 +106,7 @@ def test_progress_true_shows_a_bar(capfd: pytest.CaptureFixture[str]) -> None:
 
 def test_callback_of_a_small_call_may_ask_queries_itself() -> None:
     seen: list[int] = []
-    fl.build(LINES[:2000], progress=lambda _: seen.append(TREE.count_hits([0, 0, -5], [0, 0, 1], 0.1)))
+    fl.build(LINES[:2000], "bvh-d2", progress=lambda _: seen.append(TREE.count_hits([0, 0, -5], [0, 0, 1], 0.1)))
     assert seen
     assert len({int(n) for n in seen}) == 1
 

@@ -28,19 +28,21 @@ inline SplitSet split_set(const std::string& name, int n_planes, std::size_t max
 /// Name, planes, largest nodes that are split whole, largest nodes that are asked about, least overlap.
 using SplitSetArgs = std::tuple<std::string, int, std::size_t, std::size_t, double>;
 
-/// The fields of `Settings` in Python, in their order, costs, limits and presplit as tuples of their own; then threads.
-using SettingsArgs = std::tuple<std::vector<SplitSetArgs>, bool, std::vector<int>, std::pair<double, double>,
+/// The fields of `Settings` in Python, in their order, the search, costs, limits and presplit as tuples of their own; then
+/// threads.
+using SettingsArgs = std::tuple<std::vector<SplitSetArgs>, bool, std::tuple<std::vector<int>, std::size_t, bool>,
+                                std::pair<double, double>,
                                 std::tuple<std::size_t, std::size_t, std::size_t, std::size_t, double>, int, bool,
                                 double, std::pair<double, std::size_t>, unsigned>;
 
 inline Settings settings_of(const SettingsArgs& args) {
-  const auto& [splits, cut, lookahead, cost, limits, bad_levels, prune, radius_hint, presplit, n_threads] = args;
+  const auto& [splits, cut, search, cost, limits, bad_levels, prune, radius_hint, presplit, n_threads] = args;
   Settings settings;
   settings.splits.clear();
   for (const auto& [name, n_planes, max_whole, max_refs, min_overlap] : splits)
     settings.splits.push_back({split_set(name, n_planes, max_whole), max_refs, min_overlap});
   settings.boxes = box_rule(cut);
-  settings.lookahead = lookahead;
+  std::tie(settings.lookahead, settings.beam, settings.exhaustive) = search;
   settings.cost = {cost.first, cost.second};
   const auto& [max_depth, max_leaf_refs, max_refs, leaf_refs, leaf_size] = limits;
   settings.limits = {max_depth, max_leaf_refs, max_refs, leaf_refs, leaf_size};
@@ -52,12 +54,13 @@ inline Settings settings_of(const SettingsArgs& args) {
   return settings;
 }
 
-/// Nodes, references, and at how many nodes each limit was felt.
+/// Nodes, references, at how many nodes each limit was felt, and how many candidates were looked into and carried out.
 template <Primitives P>
 nanobind::tuple build_tree(const P& prims, const SettingsArgs& args, const nanobind::object& progress) {
   Settings settings = settings_of(args);
   Tree tree;
   LimitsHit hit;
+  Searched searched;
   watch(
       [&](Progress& watched) {
         for (SizedSplitSet& sized : settings.splits)
@@ -65,10 +68,12 @@ nanobind::tuple build_tree(const P& prims, const SettingsArgs& args, const nanob
         Builder builder(prims, settings, watched);
         tree = builder.build();
         hit = builder.limits_hit();
+        searched = builder.searched();
       },
       progress);
   return nanobind::make_tuple(copy_rows<std::uint32_t>(tree.nodes), copy_rows<std::uint32_t>(tree.refs),
-                              nanobind::make_tuple(hit.depth, hit.refs, hit.leaf_refs));
+                              nanobind::make_tuple(hit.depth, hit.refs, hit.leaf_refs),
+                              nanobind::make_tuple(searched.candidates, searched.carried_out));
 }
 
 }  // namespace fastlines

@@ -21,19 +21,8 @@ from .io import read
 from .primitives import Boxes, Triangles
 from .query import brute_force
 from .rebuild import RebuildRule
-from .settings import (
-    METHODS,
-    Cost,
-    Limits,
-    Median,
-    Middle,
-    ObjectSweep,
-    PlaneEvents,
-    PlaneGrid,
-    PlaneOctets,
-    Presplit,
-    Settings,
-)
+from .settings import METHODS, Cost, Limits, Presplit, Settings
+from .splits import Median, Middle, ObjectSweep, PlaneEvents, PlaneGrid, PlaneOctets
 from .threads import get_num_threads, set_num_threads
 from .tree import Tree, load
 

@@ -15,7 +15,7 @@ _Progress: TypeAlias = Callable[[float], object] | None
 _Settings: TypeAlias = tuple[
     Sequence[tuple[str, int, int, int, float]],
     bool,
-    Sequence[int],
+    tuple[Sequence[int], int, bool],
     tuple[float, float],
     tuple[int, int, int, int, float],
     int,
@@ -27,7 +27,7 @@ _Settings: TypeAlias = tuple[
 
 def build(
     kind: str, data: _Floats, settings: _Settings, progress: _Progress
-) -> tuple[_Words, _Words, tuple[int, int, int]]: ...
+) -> tuple[_Words, _Words, tuple[int, int, int], tuple[int, int]]: ...
 def reinsert(
     nodes: _Words,
     refs: _Words,

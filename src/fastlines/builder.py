@@ -16,19 +16,8 @@ from .errors import InputError
 from .geometry import Lines
 from .primitives import Geometry, as_geometry, core_data
 from .progress import ProgressCallback, ProgressOption, reporting
-from .settings import (
-    DEFAULT_METHOD,
-    REF_LIMIT,
-    BoxRule,
-    Cost,
-    Limits,
-    PlaneOctets,
-    Presplit,
-    Settings,
-    SplitSet,
-    best_settings,
-    method_settings,
-)
+from .settings import DEFAULT_METHOD, REF_LIMIT, Cost, Limits, Presplit, Settings, best_settings, method_settings
+from .splits import BoxRule, PlaneOctets, SplitSet
 from .structure import NODE, REF
 from .threads import get_num_threads
 from .tree import Tree
@@ -37,7 +26,7 @@ from .tree import Tree
 NO_LIMIT = 2**64 - 1
 
 #: Whoever says how to search means no method.
-SEARCH = {"splits", "lookahead", "bad_levels", "prune"}
+SEARCH = {"splits", "lookahead", "beam", "exhaustive", "bad_levels", "prune"}
 
 
 def build(
@@ -47,6 +36,8 @@ def build(
     splits: SplitSet | Sequence[SplitSet] | None = None,
     boxes: BoxRule | None = None,
     lookahead: int | Sequence[int] | None = None,
+    beam: int | None = None,
+    exhaustive: bool | None = None,
     cost: Cost | None = None,
     limits: Limits | None = None,
     bad_levels: int | None = None,
@@ -74,6 +65,8 @@ def build(
         A BVH or a KD tree.
     lookahead : int or sequence of int, optional
         How many levels to search; of several, each is tried where the one before says leaf.
+    beam, exhaustive : optional
+        How many candidates a deeper search looks into, and whether also those that can not pay; see `Settings`.
     cost : Cost, optional
         c_trav and c_prim.
     limits : Limits, optional
@@ -112,6 +105,8 @@ def build(
         "splits": splits,
         "boxes": boxes,
         "lookahead": lookahead,
+        "beam": beam,
+        "exhaustive": exhaustive,
         "cost": cost,
         "limits": limits,
         "bad_levels": bad_levels,
@@ -142,6 +137,11 @@ def build(
         raise InputError(
             f"max_refs={limits.max_refs} is less than the {len(geometry)} primitives, which need a reference each"
         )
+    if limits.max_bytes is not None and limits.refs_for(len(geometry), settings.boxes) < len(geometry):
+        raise InputError(
+            f"max_bytes={limits.max_bytes} is less than a tree over {len(geometry)} primitives takes; allow "
+            f"{limits.bytes_for(len(geometry), settings.boxes)} or more"
+        )
     if not limits.hold(len(geometry)):
         raise InputError(
             f"max_leaf_refs={limits.max_leaf_refs} can not be kept within max_depth={limits.max_depth} for "
@@ -149,10 +149,12 @@ def build(
         )
     if not isinstance(geometry, Lines) and (settings.presplit is not None or settings.reinsertion > 0):
         raise InputError(f"presplit and reinsertion are for lines, these are {type(geometry).__name__}; leave them out")
-    if settings.presplit is not None and first_refs(len(geometry), settings) > limits.refs_for(len(geometry)):
+    if settings.presplit is not None and first_refs(len(geometry), settings) > limits.refs_for(
+        len(geometry), settings.boxes
+    ):
         raise InputError(
             f"{settings.presplit} asks for {first_refs(len(geometry), settings)} references, max_refs allows "
-            f"{limits.refs_for(len(geometry))}; ask for fewer or allow more"
+            f"{limits.refs_for(len(geometry), settings.boxes)}; ask for fewer or allow more"
         )
     name = "custom" if given or method is None else method
     with reporting(progress, "build") as callback:
@@ -172,7 +174,7 @@ def _cheapest_presplit(geometry: Geometry, settings: Settings, name: str, callba
     best: Tree | None = None
     for doubling in count():
         more = replace(settings, presplit=Presplit(refs=2.0**doubling))
-        if best is not None and first_refs(len(geometry), more) > _most_first_refs(len(geometry), settings.limits):
+        if best is not None and first_refs(len(geometry), more) > _most_first_refs(len(geometry), settings):
             return best
         tree = _build(geometry, more, name, _stage(callback, 1 - 2.0**-doubling, 1 - 2.0 ** -(doubling + 1)))
         if best is not None and not tree.cost() < 0.99 * best.cost():
@@ -186,9 +188,10 @@ def _stage(callback: ProgressCallback | None, first: float, last: float) -> Prog
     return None if callback is None else lambda done: callback(first + (last - first) * done)
 
 
-def _most_first_refs(n_prims: int, limits: Limits) -> int:
+def _most_first_refs(n_prims: int, settings: Settings) -> int:
     """Tell how many references there is room for before the build."""
-    most = limits.refs_for(n_prims)
+    limits = settings.limits
+    most = limits.refs_for(n_prims, settings.boxes)
     return most if limits.max_leaf_refs is None else min(most, limits.max_leaf_refs * 2**limits.max_depth)
 
 
@@ -201,7 +204,7 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
         else:
             splits.append(split)
     limits = settings.limits
-    most = _most_first_refs(len(geometry), limits)
+    most = _most_first_refs(len(geometry), settings)
     presplit = (math.inf, most)
     if settings.presplit is not None:
         presplit = (0.0, first_refs(len(geometry), settings))
@@ -219,12 +222,12 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
             for split in splits
         ],
         settings.boxes == "cut",
-        settings.lookahead,
+        (settings.lookahead, settings.beam or NO_LIMIT, settings.exhaustive),
         (settings.cost.c_trav, settings.cost.c_prim),
         (
             limits.max_depth,
             limits.max_leaf_refs or NO_LIMIT,
-            limits.refs_for(len(geometry)),
+            limits.refs_for(len(geometry), settings.boxes),
             limits.leaf_refs,
             limits.leaf_size,
         ),
@@ -236,9 +239,9 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
     )
     first = callback if settings.reinsertion == 0 else _stage(callback, 0.0, 0.5)
     if kind == "segments":
-        nodes, refs, hit = engine().build(data, args, first)
+        nodes, refs, hit, searched = engine().build(data, args, first)
     else:
-        nodes, refs, hit = _core.build(kind, data, args, first)
+        nodes, refs, hit, searched = _core.build(kind, data, args, first)
     limits_hit = {limit: n for limit, n in zip(("max_depth", "max_refs", "max_leaf_refs"), hit, strict=True) if n}
     if settings.reinsertion > 0:
         nodes, refs, n_too_deep = _core.reinsert(
@@ -254,4 +257,5 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
             limits_hit["max_depth"] = limits_hit.get("max_depth", 0) + n_too_deep
     nodes, refs = nodes.reshape(-1).view(NODE), refs.reshape(-1).view(REF)
     nodes.flags.writeable = refs.flags.writeable = False
-    return Tree(geometry, nodes, refs, settings, name, limits_hit)
+    counts = dict(zip(("candidates", "carried_out"), searched, strict=True))
+    return Tree(geometry, nodes, refs, settings, name, limits_hit, searched=counts if searched[0] else {})

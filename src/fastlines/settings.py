@@ -8,124 +8,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
-from typing import ClassVar, Literal, TypeAlias
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from .checks import choice, count, did_you_mean, number, sequence
 from .errors import InputError
+from .splits import BoxRule, ObjectSweep, PlaneEvents, PlaneGrid, PlaneOctets, SplitSet
 
-BoxRule: TypeAlias = Literal["tight", "cut"]
+#: What a build takes at most for a reference and a primitive, as measured, with room to spare.
+_BYTES_A_REF: dict[BoxRule, int] = {"tight": 160, "cut": 300}
+_BYTES_A_PRIM = 128
 
 #: The most references that the 32-bit indices of a tree can name.
 REF_LIMIT = 2**32 - 16
-
-
-@dataclass(frozen=True)
-class SplitSet:
-    """A set of candidate splits; one of the classes below.
-
-    Parameters
-    ----------
-    max_refs : int, optional
-        Ask this set only about nodes of at most so many references.
-    min_overlap : float
-        Ask this set only where the boxes of the best object split of the sets before it overlap, in a box with more
-        area than this share of the scene's: SBVH's restriction of spatial splits, with 1e-5 (Stich et al. 2009).
-    """
-
-    name: ClassVar[str] = ""
-    max_refs: int | None = field(default=None, kw_only=True)
-    min_overlap: float = field(default=0.0, kw_only=True)
-
-    def __post_init__(self) -> None:
-        if not self.name:
-            raise InputError("fl.SplitSet is what split sets have in common; use fl.PlaneGrid(16), fl.ObjectSweep(), …")
-        if self.max_refs is not None:
-            object.__setattr__(self, "max_refs", count("max_refs", self.max_refs, 1))
-        what = "a share of the area of the scene's box, 0 to 1"
-        overlap = 0.0 if self.min_overlap == 0 else number("min_overlap", self.min_overlap, what, 0.0, 1.0)
-        object.__setattr__(self, "min_overlap", overlap)
-
-
-@dataclass(frozen=True)
-class ObjectSweep(SplitSet):
-    """All cuts of the references sorted by box centre, on each axis: classic SAH. Tight boxes only."""
-
-    name = "object_sweep"
-
-
-@dataclass(frozen=True)
-class PlaneGrid(SplitSet):
-    """The planes of a regular grid over the node's box.
-
-    Parameters
-    ----------
-    n_planes : int
-        How many on each axis, 1 to 4096.
-    """
-
-    name = "plane_grid"
-    n_planes: int = 16
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "n_planes", count("n_planes", self.n_planes, 1, 4096))
-
-
-@dataclass(frozen=True)
-class PlaneOctets(SplitSet):
-    """The planes of a regular grid, counted eight at a time; in small nodes also splits into whole primitives.
-
-    What `PlaneGrid` finds, in a third of the time: counts are exact, but the boxes by which candidates are compared are
-    computed in float32. In nodes of up to `max_whole` references, tight boxes only, each plane also parts whole
-    references by their centres. For segments; of other primitives a `PlaneGrid` and an `ObjectSweep` are asked.
-
-    Parameters
-    ----------
-    n_planes : int
-        How many on each axis, 1 to 4096.
-    max_whole : int
-        The most references that are split whole.
-    """
-
-    name = "plane_octets"
-    n_planes: int = 16
-    max_whole: int = 0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "n_planes", count("n_planes", self.n_planes, 1, 4096))
-        object.__setattr__(self, "max_whole", count("max_whole", self.max_whole, 0))
-
-    def for_any_primitive(self, boxes: BoxRule) -> tuple[SplitSet, ...]:
-        """Return the exact split sets that show the same kinds of candidates."""
-        grid = PlaneGrid(self.n_planes, max_refs=self.max_refs)
-        if boxes == "cut" or self.max_whole == 0:
-            return (grid,)
-        return grid, ObjectSweep(max_refs=min(self.max_whole, self.max_refs or self.max_whole))
-
-
-@dataclass(frozen=True)
-class PlaneEvents(SplitSet):
-    """Planes at the sides of the references' boxes, among them those that cut off empty space: SAH for KD trees."""
-
-    name = "plane_events"
-
-
-@dataclass(frozen=True)
-class Median(SplitSet):
-    """One split at the median centre, on the axis where both areas add up to least."""
-
-    name = "median"
-
-
-@dataclass(frozen=True)
-class Middle(SplitSet):
-    """One plane, in the middle of the longest side."""
-
-    name = "middle"
 
 
 @dataclass(frozen=True)
@@ -162,6 +58,9 @@ class Limits:
     max_refs : int, optional
         No tree has more references. It can not be less than the number of primitives. By default 1,000 for each of
         them and 10,000 more: among lines that lie on each other there is always a split that looks worth it.
+    max_bytes : int, optional
+        The build takes no more memory beside its input. That lowers `max_refs`: a reference is reckoned as 160 bytes
+        with tight boxes and 300 with cut ones, whose trees have more nodes, and a primitive as 128.
     leaf_refs : int
         A node of so few references is not split.
     leaf_size : float
@@ -173,10 +72,19 @@ class Limits:
     max_refs: int | None = None
     leaf_refs: int = 1
     leaf_size: float = 0.0
+    max_bytes: int | None = None
 
-    def refs_for(self, n_prims: int) -> int:
+    def refs_for(self, n_prims: int, boxes: BoxRule = "tight") -> int:
         """Tell how many references a tree over so many primitives may have."""
-        return min(REF_LIMIT, 1000 * n_prims + 10_000 if self.max_refs is None else self.max_refs)
+        most = min(REF_LIMIT, 1000 * n_prims + 10_000 if self.max_refs is None else self.max_refs)
+        if self.max_bytes is None:
+            return most
+        return max(0, min(most, (self.max_bytes - _BYTES_A_PRIM * n_prims) // _BYTES_A_REF[boxes]))
+
+    @staticmethod
+    def bytes_for(n_prims: int, boxes: BoxRule) -> int:
+        """Tell what the least of all trees over so many primitives is reckoned to take."""
+        return n_prims * (_BYTES_A_PRIM + _BYTES_A_REF[boxes])
 
     def hold(self, n_refs: int) -> bool:
         """Tell whether so many references can be brought into leaves of the size asked for."""
@@ -193,6 +101,7 @@ class Limits:
             "leaf_refs": count("leaf_refs", self.leaf_refs, 0),
             "max_leaf_refs": None if self.max_leaf_refs is None else count("max_leaf_refs", self.max_leaf_refs, 1),
             "max_refs": None if self.max_refs is None else count("max_refs", self.max_refs, 0),
+            "max_bytes": None if self.max_bytes is None else count("max_bytes", self.max_bytes, 0),
         }
         size = 0.0 if self.leaf_size == 0 else number("leaf_size", self.leaf_size, "a length that is not negative", 0.0)
         for name, value in {**counts, "leaf_size": size}.items():
@@ -241,6 +150,10 @@ class Settings:
         How a child's box is made: tight around its primitives makes a BVH, cut out of its parent's makes a KD tree.
     lookahead : int or sequence of int
         How many levels to search. Of several, each is tried where the one before says leaf.
+    beam : int, optional
+        Search more than one level deep only below so many candidates, those that look cheapest at depth 1.
+    exhaustive : bool
+        Search below all of them, also where a bound says that it can not pay. The tree is the same.
     cost : Cost
         The cost model.
     limits : Limits
@@ -268,6 +181,8 @@ class Settings:
     splits: tuple[SplitSet, ...] = (PlaneGrid(16),)
     boxes: BoxRule = "tight"
     lookahead: tuple[int, ...] = (1,)
+    beam: int | None = None
+    exhaustive: bool = False
     cost: Cost = Cost()
     limits: Limits = Limits()
     bad_levels: int = 0
@@ -283,8 +198,11 @@ class Settings:
         object.__setattr__(self, "splits", splits)
         object.__setattr__(self, "lookahead", tuple(count("lookahead", depth, 0, 8) for depth in lookahead))
         object.__setattr__(self, "bad_levels", count("bad_levels", self.bad_levels, 0, 16))
-        if not isinstance(self.prune, bool):
-            raise InputError(f"prune={self.prune!r}; expected True or False")
+        if self.beam is not None:
+            object.__setattr__(self, "beam", count("beam", self.beam, 1))
+        for name in ("prune", "exhaustive"):
+            if not isinstance(getattr(self, name), bool):
+                raise InputError(f"{name}={getattr(self, name)!r}; expected True or False")
         what = "a share of the scene's longest side, 0 to 1"
         hint = 0.0 if self.radius_hint == 0 else number("radius_hint", self.radius_hint, what, 0.0)
         if hint > 1.0:

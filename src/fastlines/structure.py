@@ -50,6 +50,9 @@ class TreeStructure:
         refused a split, or ``max_leaf_refs`` forced one.
     built_cost : float, optional
         Of a tree that was refitted: what it cost before its segments moved.
+    searched : mapping of str to int
+        Of a tree that was just built with a lookahead of 2 or more: how many ``candidates`` the search met there, and
+        how many of them it had to have ``carried_out``. Files do not keep it.
     """
 
     geometry: Geometry
@@ -59,6 +62,7 @@ class TreeStructure:
     method: str = "custom"
     limits_hit: Mapping[str, int] = field(default_factory=dict)
     built_cost: float | None = None
+    searched: Mapping[str, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name, dtype in (("nodes", NODE), ("refs", REF)):

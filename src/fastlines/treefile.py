@@ -13,7 +13,8 @@ import numpy as np
 from . import container
 from .errors import FileFormatError, InputError, InvalidTreeError
 from .geometry import FloatArray, Lines
-from .settings import Cost, Limits, Presplit, Settings, SplitSet
+from .settings import Cost, Limits, Presplit, Settings
+from .splits import SplitSet
 from .structure import NODE, REF, TreeStructure
 
 FORMAT = "fastlines tree 1"

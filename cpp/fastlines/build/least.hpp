@@ -11,6 +11,9 @@
 
 #include "../splits/candidate.hpp"
 
+// Vectors go in and out of inline functions only. GCC comes to templates last, so there is no place to take this back.
+#pragma GCC diagnostic ignored "-Wpsabi"
+
 namespace fastlines {
 
 /// The planes of a node as its candidates have counted them.

@@ -12,6 +12,9 @@
 #include "../primitives/segments.hpp"
 #include "candidate.hpp"
 
+// Vectors go in and out of inline functions only. GCC comes to templates last, so there is no place to take this back.
+#pragma GCC diagnostic ignored "-Wpsabi"
+
 namespace fastlines {
 
 /// Curves that are straight from p to q.
@@ -58,7 +61,7 @@ class PlaneOctets {
   using Octet = float __attribute__((vector_size(32)));
   using IntOctet = std::int32_t __attribute__((vector_size(32)));
 
-  static Octet all_lanes(float x) { return Octet{} + x; }
+  [[gnu::always_inline]] static Octet all_lanes(float x) { return Octet{} + x; }
   [[gnu::always_inline]] static Octet min(Octet x, Octet y) { return x < y ? x : y; }
   [[gnu::always_inline]] static Octet max(Octet x, Octet y) { return x > y ? x : y; }
 
@@ -88,15 +91,15 @@ class PlaneOctets {
     Octet plane;
     IntOctet n_left, n_right;
 
-    explicit Halves(Octet planes) : plane(planes), n_left{}, n_right{} {}
+    explicit Halves(const Octet& planes) : plane(planes), n_left{}, n_right{} {}
 
     /// As `side_of` has it.
-    [[gnu::always_inline]] std::pair<IntOctet, IntOctet> count(float lo, float hi) {
-      const IntOctet on_left = (plane > lo) | (plane >= hi), on_right = plane < hi;
-      n_left -= on_left;
-      n_right -= on_right;
-      return {on_left, on_right};
+    [[gnu::always_inline]] void count(float lo, float hi) {
+      n_left -= left_of(lo, hi);
+      n_right -= right_of(hi);
     }
+    [[gnu::always_inline]] IntOctet left_of(float lo, float hi) const { return (plane > lo) | (plane >= hi); }
+    [[gnu::always_inline]] IntOctet right_of(float hi) const { return plane < hi; }
 
     std::pair<Box, Box> boxes(const Box& box, int axis, int lane) const { return halves(box, axis, plane[lane]); }
   };
@@ -105,7 +108,7 @@ class PlaneOctets {
   struct Bounded : Halves {
     Octet left_lo[3], left_hi[3], right_lo[3], right_hi[3];
 
-    explicit Bounded(Octet planes) : Halves(planes) {
+    explicit Bounded(const Octet& planes) : Halves(planes) {
       for (int j = 0; j < 3; ++j) {
         left_lo[j] = right_lo[j] = all_lanes(kInf);
         left_hi[j] = right_hi[j] = all_lanes(-kInf);
@@ -131,9 +134,10 @@ class PlaneOctets {
 
     [[gnu::always_inline]] void add(const Run& run) {
       const Octet high = all_lanes(kInf), low = all_lanes(-kInf);
-      const auto [on_left, on_right] = this->count(run.lo, run.hi);
+      this->count(run.lo, run.hi);
+      const IntOctet on_left = this->left_of(run.lo, run.hi), on_right = this->right_of(run.hi);
       const Octet at = min(max(this->plane, all_lanes(run.lo)), all_lanes(run.hi)), way = at - run.lo;
-      const auto grow = [&, on_left = on_left, on_right = on_right](int j, Octet from, Octet there, Octet to) {
+      const auto grow = [&](int j, const Octet& from, const Octet& there, const Octet& to) {
         this->left_lo[j] = min(this->left_lo[j], on_left ? min(from, there) : high);
         this->left_hi[j] = max(this->left_hi[j], on_left ? max(from, there) : low);
         this->right_lo[j] = min(this->right_lo[j], on_right ? min(to, there) : high);
@@ -218,7 +222,7 @@ class PlaneOctets {
 
   /// n_left·SA(left) + n_right·SA(right), halved; ∞ where a plane divides nothing.
   [[gnu::always_inline]] static Octet weigh(const Bounded& octet, const Box&, int, float grown) {
-    const auto half_area = [grown](const Octet(&lo)[3], const Octet(&hi)[3]) {
+    const auto half_area = [grown](const Octet(&lo)[3], const Octet(&hi)[3]) __attribute__((always_inline)) {
       const Octet x = hi[0] - lo[0] + grown, y = hi[1] - lo[1] + grown, z = hi[2] - lo[2] + grown;
       return x * y + x * z + y * z;
     };
@@ -230,7 +234,7 @@ class PlaneOctets {
   /// A half without references is empty space.
   [[gnu::always_inline]] static Octet weigh(const Halves& octet, const Box& box, int axis, float grown) {
     const float x = float(box.side(turned(axis, 0))) + grown, y = float(box.side(turned(axis, 1))) + grown;
-    const auto half_area = [&](Octet z) { return x * y + (x + y) * (z + grown); };
+    const auto half_area = [&](const Octet& z) __attribute__((always_inline)) { return x * y + (x + y) * (z + grown); };
     const Octet weighed = half_area(octet.plane - box.lo[axis]) * __builtin_convertvector(octet.n_left, Octet) +
                           half_area(box.hi[axis] - octet.plane) * __builtin_convertvector(octet.n_right, Octet);
     return octet.plane > box.lo[axis] ? weighed : all_lanes(kInf);

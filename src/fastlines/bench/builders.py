@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..settings import Cost, Limits, Median, Middle, ObjectSweep, PlaneEvents, PlaneGrid, Presplit, Settings
+from ..settings import Cost, Limits, Presplit, Settings
+from ..splits import Median, Middle, ObjectSweep, PlaneEvents, PlaneGrid
 
 #: One cost for all trees of a kind, as the thesis's figures have it.
 THESIS_COST = {"bvh": Cost(2.0), "kd": Cost(0.6)}

@@ -24,7 +24,8 @@ from ..builder import build
 from ..demo.machine import describe_machine
 from ..geometry import FloatArray
 from ..scenes import make
-from ..settings import METHODS, Cost, Limits, ObjectSweep, PlaneGrid, Settings
+from ..settings import METHODS, Cost, Limits, Settings
+from ..splits import ObjectSweep, PlaneGrid
 from .result import geometric_mean
 
 Rng = np.random.Generator
