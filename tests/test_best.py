@@ -195,3 +195,17 @@ def test_a_bound_on_memory_is_one_on_references() -> None:
         fl.build(lines, limits=fl.Limits(max_bytes=1000))
     with pytest.raises(fl.InputError, match="allow 128400 or more"):
         fl.build(lines, boxes="cut", limits=fl.Limits(max_bytes=1000))
+
+
+def test_bad_refines_cut_in_the_middle_where_the_search_says_leaf() -> None:
+    lines = fl.scenes.make("spaghetti", 200).lines
+    assert fl.build(lines, "kd-cl").n_nodes == 1
+    cut = [fl.build(lines, "kd-cl", bad_refines=n, prune=False) for n in (1, 3)]
+    for tree in cut:
+        tree.validate()
+        box, left = tree.nodes["box"][:2]
+        axis = int((box[1] - box[0]).argmax())
+        assert left[1, axis] == np.float32((float(box[0, axis]) + float(box[1, axis])) / 2)
+    assert cut[1].n_nodes > cut[0].n_nodes > 1
+    # With pruning, what did not pay is taken back.
+    assert fl.build(lines, "kd-cl", bad_refines=3).cost() <= 200

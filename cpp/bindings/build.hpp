@@ -15,38 +15,38 @@ namespace fastlines {
 
 inline BoxRule box_rule(bool cut) { return cut ? BoxRule::cut : BoxRule::tight; }
 
-inline SplitSet split_set(const std::string& name, int n_planes, std::size_t max_whole) {
+inline SplitSet split_set(const std::string& name, int n_planes, std::size_t max_whole, std::size_t only_whole) {
   if (name == "object_sweep") return ObjectSweep{};
   if (name == "plane_grid") return PlaneGrid{n_planes};
-  if (name == "plane_octets") return PlaneOctets{n_planes, max_whole};
+  if (name == "plane_octets") return PlaneOctets{n_planes, max_whole, only_whole};
   if (name == "plane_events") return PlaneEvents{};
   if (name == "median") return Median{};
   if (name == "middle") return Middle{};
   throw std::invalid_argument("unknown split set: " + name);
 }
 
-/// Name, planes, largest nodes that are split whole, largest nodes that are asked about, least overlap.
-using SplitSetArgs = std::tuple<std::string, int, std::size_t, std::size_t, double>;
+/// Name, planes, largest nodes that are split whole and only so, largest nodes that are asked about, least overlap.
+using SplitSetArgs = std::tuple<std::string, int, std::size_t, std::size_t, std::size_t, double>;
 
-/// The fields of `Settings` in Python, in their order, the search, costs, limits and presplit as tuples of their own; then
-/// threads.
-using SettingsArgs = std::tuple<std::vector<SplitSetArgs>, bool, std::tuple<std::vector<int>, std::size_t, bool>,
-                                std::pair<double, double>,
-                                std::tuple<std::size_t, std::size_t, std::size_t, std::size_t, double>, int, bool,
-                                double, std::pair<double, std::size_t>, unsigned>;
+/// The fields of `Settings` in Python, in their order, the search, costs, limits, bad levels and refines, and presplit
+/// as tuples of their own; then threads.
+using SettingsArgs =
+    std::tuple<std::vector<SplitSetArgs>, bool, std::tuple<std::vector<int>, std::size_t, bool>,
+               std::pair<double, double>, std::tuple<std::size_t, std::size_t, std::size_t, std::size_t, double>,
+               std::pair<int, int>, bool, double, std::pair<double, std::size_t>, unsigned>;
 
 inline Settings settings_of(const SettingsArgs& args) {
-  const auto& [splits, cut, search, cost, limits, bad_levels, prune, radius_hint, presplit, n_threads] = args;
+  const auto& [splits, cut, search, cost, limits, bad, prune, radius_hint, presplit, n_threads] = args;
   Settings settings;
   settings.splits.clear();
-  for (const auto& [name, n_planes, max_whole, max_refs, min_overlap] : splits)
-    settings.splits.push_back({split_set(name, n_planes, max_whole), max_refs, min_overlap});
+  for (const auto& [name, n_planes, max_whole, only_whole, max_refs, min_overlap] : splits)
+    settings.splits.push_back({split_set(name, n_planes, max_whole, only_whole), max_refs, min_overlap});
   settings.boxes = box_rule(cut);
   std::tie(settings.lookahead, settings.beam, settings.exhaustive) = search;
   settings.cost = {cost.first, cost.second};
   const auto& [max_depth, max_leaf_refs, max_refs, leaf_refs, leaf_size] = limits;
   settings.limits = {max_depth, max_leaf_refs, max_refs, leaf_refs, leaf_size};
-  settings.bad_levels = bad_levels;
+  std::tie(settings.bad_levels, settings.bad_refines) = bad;
   settings.prune = prune;
   settings.radius_hint = radius_hint;
   settings.presplit = {presplit.first, presplit.second};

@@ -13,12 +13,12 @@ _Progress: TypeAlias = Callable[[float], object] | None
 
 #: See cpp/bindings/build.hpp.
 _Settings: TypeAlias = tuple[
-    Sequence[tuple[str, int, int, int, float]],
+    Sequence[tuple[str, int, int, int, int, float]],
     bool,
     tuple[Sequence[int], int, bool],
     tuple[float, float],
     tuple[int, int, int, int, float],
-    int,
+    tuple[int, int],
     bool,
     float,
     tuple[float, int],

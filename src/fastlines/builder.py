@@ -26,7 +26,7 @@ from .tree import Tree
 NO_LIMIT = 2**64 - 1
 
 #: Whoever says how to search means no method.
-SEARCH = {"splits", "lookahead", "beam", "exhaustive", "bad_levels", "prune"}
+SEARCH = {"splits", "lookahead", "beam", "exhaustive", "bad_levels", "bad_refines", "prune"}
 
 
 def build(
@@ -41,6 +41,7 @@ def build(
     cost: Cost | None = None,
     limits: Limits | None = None,
     bad_levels: int | None = None,
+    bad_refines: int | None = None,
     prune: bool | None = None,
     radius_hint: float | None = None,
     effort: float | None = None,
@@ -71,7 +72,7 @@ def build(
         c_trav and c_prim.
     limits : Limits, optional
         Depth, leaf size, number of references. What is left at its default stays as the method has it.
-    bad_levels, prune, radius_hint : optional
+    bad_levels, bad_refines, prune, radius_hint : optional
         How to get past levels that look no better than a leaf; see `Settings`.
     effort : float, optional
         Of "best": from 0, the fastest build, to 1, the best tree; 0.5 unless given.
@@ -110,6 +111,7 @@ def build(
         "cost": cost,
         "limits": limits,
         "bad_levels": bad_levels,
+        "bad_refines": bad_refines,
         "prune": prune,
         "radius_hint": radius_hint,
         "presplit": presplit,
@@ -216,6 +218,7 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
                 split.name,
                 getattr(split, "n_planes", 0),
                 getattr(split, "max_whole", 0),
+                getattr(split, "only_whole", 0),
                 split.max_refs or NO_LIMIT,
                 split.min_overlap,
             )
@@ -231,7 +234,7 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
             limits.leaf_refs,
             limits.leaf_size,
         ),
-        settings.bad_levels,
+        (settings.bad_levels, settings.bad_refines),
         settings.prune,
         settings.radius_hint,
         presplit,

@@ -161,6 +161,9 @@ class Settings:
     bad_levels : int
         How many levels in a row may be split though that looks no better than a leaf. Where long lines cross, the first
         levels of a good tree look bad.
+    bad_refines : int
+        How many levels of a path may be cut in the middle of the longest side though the search says leaf (PBRT's bad
+        refines, thesis §2.4).
     prune : bool
         Take back, from the bottom up, what bad levels did not pay for.
     radius_hint : float
@@ -186,6 +189,7 @@ class Settings:
     cost: Cost = Cost()
     limits: Limits = Limits()
     bad_levels: int = 0
+    bad_refines: int = 0
     prune: bool = True
     radius_hint: float = 0.0
     presplit: Presplit | None = None
@@ -197,7 +201,8 @@ class Settings:
         lookahead = sequence("lookahead", self.lookahead, (int, np.integer), several)
         object.__setattr__(self, "splits", splits)
         object.__setattr__(self, "lookahead", tuple(count("lookahead", depth, 0, 8) for depth in lookahead))
-        object.__setattr__(self, "bad_levels", count("bad_levels", self.bad_levels, 0, 16))
+        for name in ("bad_levels", "bad_refines"):
+            object.__setattr__(self, name, count(name, getattr(self, name), 0, 16))
         if self.beam is not None:
             object.__setattr__(self, "beam", count("beam", self.beam, 1))
         for name in ("prune", "exhaustive"):
@@ -254,7 +259,7 @@ def best_settings(effort: float = 0.5, boxes: BoxRule = "tight", cost: Cost | No
     choice("boxes", boxes, ("tight", "cut"))
     if cost is None and boxes == "tight":
         return Settings(
-            splits=(PlaneOctets(8 * 2 ** max(0, round(4 * effort - 2)), 64),),
+            splits=(PlaneOctets(8 * 2 ** max(0, round(4 * effort - 2)), 128, 64 if effort < 0.25 else 32),),
             bad_levels=3,
             prune=False,
             radius_hint=0.001,

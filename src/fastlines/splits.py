@@ -77,16 +77,24 @@ class PlaneOctets(SplitSet):
         How many on each axis, 1 to 4096.
     max_whole : int
         The most references that are split whole.
+    only_whole : int
+        Up to so many they are split only so, where that divides them.
     """
 
     name = "plane_octets"
     n_planes: int = 16
     max_whole: int = 0
+    only_whole: int = 0
 
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "n_planes", count("n_planes", self.n_planes, 1, 4096))
-        object.__setattr__(self, "max_whole", count("max_whole", self.max_whole, 0))
+        for name in ("max_whole", "only_whole"):
+            object.__setattr__(self, name, count(name, getattr(self, name), 0))
+        if self.only_whole > self.max_whole:
+            raise InputError(
+                f"only_whole={self.only_whole} is more than max_whole={self.max_whole}; allow more of both"
+            )
 
     def for_any_primitive(self, boxes: BoxRule) -> tuple[SplitSet, ...]:
         """Return the exact split sets that show the same kinds of candidates."""

@@ -18,6 +18,7 @@ struct Place {
   std::size_t depth = 0;
   std::size_t spare;   // references that it may add to its own
   int n_bad = 0;       // levels in a row above it that looked no better than a leaf
+  int n_refines = 0;   // levels above it that were refined though the search said leaf
   double share = 1.0;  // of all the work
 };
 
@@ -224,6 +225,10 @@ class Subtree {
       if (!choice.split)
         Median{}.visit(prims_, refs, box, BoxRule::tight, [&](const Candidate& half) { choice.split = half; });
     }
+    if (!choice.split && place.n_refines < settings_.bad_refines)
+      Middle{}.visit(prims_, refs, box, settings_.boxes, [&](const Candidate& split) {
+        if (allowed(split)) choice.split = split;
+      });
     return {choice.split, good};
   }
 
@@ -248,9 +253,9 @@ class Subtree {
     }
     const std::size_t spare = place.spare - (left.size() + right.size() - n_refs);
     const double part = double(left.size()) / double(left.size() + right.size());
-    const int n_bad = good ? 0 : place.n_bad + 1;
-    const Place in_left{place.depth + 1, std::size_t(double(spare) * part), n_bad, place.share * part};
-    const Place in_right{place.depth + 1, spare - in_left.spare, n_bad, place.share - in_left.share};
+    const int n_bad = good ? 0 : place.n_bad + 1, n_refines = place.n_refines + !good;
+    const Place in_left{place.depth + 1, std::size_t(double(spare) * part), n_bad, n_refines, place.share * part};
+    const Place in_right{place.depth + 1, spare - in_left.spare, n_bad, n_refines, place.share - in_left.share};
 
     const bool may_prune = settings_.prune && !good && n_refs <= settings_.limits.max_leaf_refs;
     if (!may_prune && n_refs > kMany) std::vector<BuildRef>().swap(refs);

@@ -26,7 +26,8 @@ concept Straight = Curves<P> && requires(const P& prims, std::uint32_t prim) {
 class PlaneOctets {
  public:
   int n_planes = 16;
-  std::size_t max_whole = 0;  ///< nodes of at most so many references are also split into whole ones; tight boxes only
+  std::size_t max_whole = 0;   ///< nodes of at most so many references are also split into whole ones; tight boxes only
+  std::size_t only_whole = 0;  ///< and those of at most so many only so, where that divides them
 
   /// Show of each axis the split with the least SAH, for boxes grown by a margin; or all.
   template <Straight P, class Visitor>
@@ -39,7 +40,15 @@ class PlaneOctets {
       place(box, halves);
       for (const BuildRef& ref : refs)
         for_each_axis(halves, [&](Halves& octet, int axis) { octet.count(ref.box.lo[axis], ref.box.hi[axis]); });
-      return show(std::span<const Halves>(halves), box, margin, all, visitor);
+      show(std::span<const Halves>(halves), box, margin, all, visitor);
+      return;
+    }
+    if (refs.size() <= max_whole) {
+      place(box, wholes);
+      for (const BuildRef& ref : refs)
+        for_each_axis(wholes, [&](Wholes& octet, int axis) { octet.add(ref.box, axis); });
+      const bool shown = show(std::span<const Wholes>(wholes), box, margin, all, visitor);
+      if (shown && refs.size() <= only_whole) return;
     }
     place(box, parts);
     for (const BuildRef& ref : refs) {
@@ -49,10 +58,6 @@ class PlaneOctets {
       for_each_axis(parts, [&](Parts& octet, int axis) { octet.add(runs[axis]); });
     }
     show(std::span<const Parts>(parts), box, margin, all, visitor);
-    if (refs.size() > max_whole) return;
-    place(box, wholes);
-    for (const BuildRef& ref : refs) for_each_axis(wholes, [&](Wholes& octet, int axis) { octet.add(ref.box, axis); });
-    show(std::span<const Wholes>(wholes), box, margin, all, visitor);
   }
 
  private:
@@ -195,12 +200,15 @@ class PlaneOctets {
     for (std::size_t i = 2 * n; i < 3 * n; ++i) use(octets[i], 2);
   }
 
+  /// Returns whether there was anything to show.
   template <class Octets, class Visitor>
-  static void show(std::span<const Octets> octets, const Box& box, double margin, bool all, Visitor&& visitor) {
+  static bool show(std::span<const Octets> octets, const Box& box, double margin, bool all, Visitor&& visitor) {
     const std::size_t n = octets.size() / 3;
+    bool shown = false;
     for (int axis = 0; axis < 3; ++axis) {
       const auto of_axis = octets.subspan(std::size_t(axis) * n, n);
       const auto show_one = [&](const Octets& octet, int lane) {
+        shown = true;
         const auto [left, right] = octet.boxes(box, axis, lane);
         visitor(Candidate{Octets::kKind, axis, octet.plane[lane], std::size_t(octet.n_left[lane]),
                           std::size_t(octet.n_right[lane]), left, right});
@@ -218,6 +226,7 @@ class PlaneOctets {
       }
       if (!all && least < kInf) show_one(of_axis[where / 8], int(where % 8));
     }
+    return shown;
   }
 
   /// n_left·SA(left) + n_right·SA(right), halved; ∞ where a plane divides nothing.

@@ -1,0 +1,80 @@
+"""What a bound on references or memory does to a build: its time, its memory, and what the tree costs.
+
+    python benchmarks/budgets.py                                    # spaghetti of 100,000 segments, some minutes
+    python benchmarks/budgets.py bun-hair:10000000 max_bytes=3000000000
+
+Each build is in a process of its own. Memory is the most that it took above what lines and interpreter had before.
+Costs are those of c_trav = 2.
+"""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import fastlines as fl
+
+SPAGHETTI = "spaghetti:100000"
+BUDGETS: list[dict[str, int]] = [
+    {"max_refs": 16_000_000},
+    {"max_refs": 8_000_000},
+    {"max_refs": 4_000_000},
+    {"max_refs": 2_000_000},
+    {"max_refs": 1_000_000},
+    {"max_refs": 300_000},
+    {"max_bytes": 500_000_000},
+]
+
+
+def resident() -> int:
+    """Tell the memory of this process, in bytes."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+
+
+def measure(scene: str, limits: dict[str, int]) -> dict[str, Any]:
+    """Build within limits, and watch."""
+    name, _, n = scene.partition(":")
+    lines = fl.scenes.make(name, int(n) if n else None).lines
+    before = most = resident()
+    done = threading.Event()
+
+    def watch() -> None:
+        nonlocal most
+        while not done.wait(0.002):
+            most = max(most, resident())
+
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    start = time.perf_counter()
+    tree = fl.build(lines, limits=fl.Limits(**limits))
+    seconds = time.perf_counter() - start
+    done.set()
+    watcher.join()
+    return {
+        "scene": scene,
+        **limits,
+        "seconds": round(seconds, 2),
+        "bytes": most - before,
+        "n_refs": tree.n_refs,
+        "cost": round(tree.cost(model=fl.Cost(2.0)), 1),
+        "limits_hit": dict(tree.limits_hit),
+    }
+
+
+def main() -> None:
+    """Print a line of JSON for each build."""
+    scene = sys.argv[1] if len(sys.argv) > 1 else SPAGHETTI
+    budgets = [{name: int(value)} for name, _, value in (arg.partition("=") for arg in sys.argv[2:])] or BUDGETS
+    context = multiprocessing.get_context("spawn")
+    for limits in budgets:
+        with context.Pool(1) as pool:
+            print(json.dumps(pool.apply(measure, (scene, limits))), flush=True)
+
+
+if __name__ == "__main__":
+    main()
