@@ -259,9 +259,10 @@ class Subtree {
 
     const bool may_prune = settings_.prune && !good && n_refs <= settings_.limits.max_leaf_refs;
     if (!may_prune && n_refs > kMany) std::vector<BuildRef>().swap(refs);
-    const auto [cost_left, cost_right] = tasks_.shared() && std::min(left.size(), right.size()) > kMany
+    const bool large = std::min(left.size(), right.size()) > kMany;
+    const auto [cost_left, cost_right] = large && tasks_.shared()
                                              ? build_side_by_side(index, *split, in_left, in_right)
-                                             : build_in_turn(index, *split, in_left, in_right);
+                                             : build_in_turn(index, *split, in_left, in_right, !large);
     tree.nodes[index].n_refs = std::uint32_t(tree.refs.size() - first_ref);
     const double cost = cost_of(*split, area_of(box), cost_left, cost_right, std::numeric_limits<double>::infinity());
     if (!may_prune || cost < cost_of_leaf(n_refs)) return cost;
@@ -270,10 +271,14 @@ class Subtree {
     return make_leaf(index, refs);
   }
 
+  /// What the left child leaves of its share of references may be passed on to the right one. Large nodes do not, so
+  /// that it can not be seen whether they were built side by side.
   std::pair<double, double> build_in_turn(std::size_t index, const Candidate& split, const Place& in_left,
-                                          const Place& in_right) {
+                                          Place in_right, bool pass_on) {
     auto& [left, right] = levels_[in_left.depth - 1];
+    const std::size_t first_ref = tree.refs.size(), room = left.size() + in_left.spare;
     const double cost_left = build_node(left, split.left, in_left);
+    if (pass_on) in_right.spare += room - (tree.refs.size() - first_ref);
     tree.nodes[index].right = std::uint32_t(tree.nodes.size());
     return {cost_left, build_node(right, split.right, in_right)};
   }
@@ -328,7 +333,7 @@ class Subtree {
     return cost_of_leaf(refs.size());
   }
 
-  static constexpr std::size_t kMany = 4096;  // references that are worth a task, or memory given back
+  static constexpr std::size_t kMany = 1024;  // references that are worth a task, or memory given back
 
   const P& prims_;
   const Settings& settings_;
