@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Iterator
 
 import numpy as np
@@ -209,3 +211,41 @@ def test_bad_refines_cut_in_the_middle_where_the_search_says_leaf() -> None:
     assert cut[1].n_nodes > cut[0].n_nodes > 1
     # With pruning, what did not pay is taken back.
     assert fl.build(lines, "kd-cl", bad_refines=3).cost() <= 200
+
+
+WATCHED_BUILD = """
+import sys, threading
+import fastlines as fl
+
+def resident():
+    return int(open("/proc/self/statm").read().split()[1]) * 4096
+
+lines = fl.scenes.make("spaghetti-2").lines
+fl.build(lines.segments[:100])  # what the first call brings in counts for none
+bound, settings = int(sys.argv[1]), eval(sys.argv[2])
+before = most = resident()
+done = threading.Event()
+
+def watch():
+    global most
+    while not done.wait(0.001):
+        most = max(most, resident())
+
+watcher = threading.Thread(target=watch)
+watcher.start()
+tree = fl.build(lines, limits=fl.Limits(max_bytes=bound), **settings)
+done.set()
+watcher.join()
+assert tree.limits_hit["max_refs"] > 0
+print(most - before)
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc/self/statm")
+@pytest.mark.parametrize("settings", ["{}", "{'cost': fl.Cost(2.0)}", "{'boxes': 'cut'}"])
+def test_a_build_stays_within_its_memory(settings: str) -> None:
+    bound = 30_000_000
+    said = subprocess.run(
+        [sys.executable, "-c", WATCHED_BUILD, str(bound), settings], capture_output=True, text=True, check=True
+    )
+    assert 1_000_000 < int(said.stdout) < bound
