@@ -16,8 +16,7 @@ from .checks import choice, count, did_you_mean, number, sequence
 from .errors import InputError
 from .splits import BoxRule, ObjectSweep, PlaneEvents, PlaneGrid, PlaneOctets, SplitSet
 
-#: What a build takes at most for a reference and a primitive, as measured, with room to spare.
-_BYTES_A_REF: dict[BoxRule, int] = {"tight": 160, "cut": 300}
+#: What a build takes at most for a primitive, with room to spare; for a reference see `Limits.bytes_a_ref`.
 _BYTES_A_PRIM = 128
 
 #: The most references that the 32-bit indices of a tree can name.
@@ -59,8 +58,8 @@ class Limits:
         No tree has more references. It can not be less than the number of primitives. By default 1,000 for each of
         them and 10,000 more: among lines that lie on each other there is always a split that looks worth it.
     max_bytes : int, optional
-        The build takes no more memory beside its input. That lowers `max_refs`: a reference is reckoned as 160 bytes
-        with tight boxes and 300 with cut ones, whose trees have more nodes, and a primitive as 128.
+        The build takes no more memory beside its input. That lowers `max_refs`: a primitive is reckoned as 128 bytes,
+        a reference as 80 where leaves are large, as those of "best" for queries, else as 160, with cut boxes as 300.
     leaf_refs : int
         A node of so few references is not split.
     leaf_size : float
@@ -79,12 +78,21 @@ class Limits:
         most = min(REF_LIMIT, 1000 * n_prims + 10_000 if self.max_refs is None else self.max_refs)
         if self.max_bytes is None:
             return most
-        return max(0, min(most, (self.max_bytes - _BYTES_A_PRIM * n_prims) // _BYTES_A_REF[boxes]))
+        return max(0, min(most, (self.max_bytes - _BYTES_A_PRIM * n_prims) // self.bytes_a_ref(boxes)))
 
-    @staticmethod
-    def bytes_for(n_prims: int, boxes: BoxRule) -> int:
+    def bytes_a_ref(self, boxes: BoxRule) -> int:
+        """Tell what a build takes at most for a reference: four times what the tree does, while arrays grow and move.
+
+        A reference is 12 bytes, a node 36; trees have a fifth as many nodes as references where leaves are large, less
+        than one where they are small, and nearly two with cut boxes.
+        """
+        if boxes == "cut":
+            return 300
+        return 160 if self.leaf_refs < 8 else 80
+
+    def bytes_for(self, n_prims: int, boxes: BoxRule) -> int:
         """Tell what the least of all trees over so many primitives is reckoned to take."""
-        return n_prims * (_BYTES_A_PRIM + _BYTES_A_REF[boxes])
+        return n_prims * (_BYTES_A_PRIM + self.bytes_a_ref(boxes))
 
     def hold(self, n_refs: int) -> bool:
         """Tell whether so many references can be brought into leaves of the size asked for."""
