@@ -20,6 +20,7 @@ import platform
 import subprocess
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -43,24 +44,42 @@ def cylinders(seed: int) -> npt.NDArray[np.float64]:
     return found[:N_CYLINDERS]
 
 
-def build(axes: npt.NDArray[np.float64], depth: int, c_trav: float) -> fl.Tree:
+#: How a search may go: exact splits looked into one by one, all of them or by branch and bound; planes counted eight at
+#: a time.
+SEARCHES = {
+    "exhaustive": {"splits": fl.PlaneGrid(16), "exhaustive": True},
+    "bounded": {"splits": fl.PlaneGrid(16)},
+    "octets": {"splits": fl.PlaneOctets(16)},
+}
+
+
+def build(axes: npt.NDArray[np.float64], depth: int, c_trav: float, search: str = "bounded") -> fl.Tree:
     """Build the tree that the table is about."""
     cost = fl.Cost(c_trav=c_trav, c_prim=1.0)
-    return fl.build(axes, splits=fl.PlaneGrid(16), boxes="cut", lookahead=depth, cost=cost)
+    return fl.build(axes, **SEARCHES[search], boxes="cut", lookahead=depth, cost=cost)
 
 
-def measure(seed: int, c_trav: float, repeats: int = 20, patience: float = 1.0) -> list[dict[str, float]]:
-    """Build at each depth, again and again for a second; the time is the best of all runs."""
+def measure(seed: int, c_trav: float, repeats: int = 20, patience: float = 1.0) -> list[dict[str, Any]]:
+    """Build at each depth, by each search in turn, again and again for a second; the time is the best of all runs."""
     axes = cylinders(seed)
     rows = []
     for depth in DEPTHS:
-        times: list[float] = []
-        while not times or (len(times) < repeats and sum(times) < patience):
-            start = time.perf_counter()
-            tree = build(axes, depth, c_trav)
-            times.append(time.perf_counter() - start)
-        tree.validate()
-        rows.append({"depth": depth, "cost": tree.cost(), "n_nodes": tree.n_nodes, "build_ms": 1e3 * min(times)})
+        times: dict[str, list[float]] = {search: [] for search in SEARCHES}
+        trees = {}
+        while not trees or (len(times["bounded"]) < repeats and sum(times["exhaustive"]) < patience):
+            for search in SEARCHES:
+                start = time.process_time()
+                trees[search] = build(axes, depth, c_trav, search)
+                times[search].append(time.process_time() - start)
+        for tree in trees.values():
+            tree.validate()
+        tree, exhaustive = trees["bounded"], trees["exhaustive"]
+        if tree.nodes.tobytes() != exhaustive.nodes.tobytes() or tree.refs.tobytes() != exhaustive.refs.tobytes():
+            raise AssertionError("branch and bound made another tree than exhaustive search")
+        row = {"depth": depth, "cost": tree.cost(), "n_nodes": tree.n_nodes, "octets_cost": trees["octets"].cost()}
+        row |= {f"{search}_ms": 1e3 * min(times[search]) for search in SEARCHES}
+        row |= {f"{search}_carried_out": trees[search].searched.get("carried_out", 0) for search in SEARCHES}
+        rows.append(row)
     return rows
 
 
@@ -74,9 +93,14 @@ def main() -> None:
     parser.add_argument("--json", metavar="FILE", help="write the figures to a file")
     given = parser.parse_args()
     rows = measure(given.seed, given.c_trav)
-    print("| depth | cost | nodes | build |\n|---|---|---|---|")
+    print("| depth | cost | nodes | exhaustive | carried out | branch and bound | carried out | octets |")
+    print("|---|---|---|---|---|---|---|---|")
     for row in rows:
-        print(f"| {row['depth']} | {row['cost']:.1f} | {row['n_nodes']} | {row['build_ms']:.2f} ms |")
+        print(
+            f"| {row['depth']} | {row['cost']:.1f} | {row['n_nodes']} "
+            f"| {row['exhaustive_ms']:.2f} ms | {row['exhaustive_carried_out']:,} "
+            f"| {row['bounded_ms']:.2f} ms | {row['bounded_carried_out']:,} | {row['octets_ms']:.2f} ms |"
+        )
     if given.json:
         git = subprocess.run(["git", "rev-parse", "HEAD"], cwd=Path(__file__).parent, capture_output=True, text=True)
         where = {"machine": platform.platform(), "fastlines": fl.__version__, "commit": git.stdout.strip() or None}
