@@ -92,7 +92,55 @@ def test_a_budget_of_references_holds() -> None:
         assert bound.cost() >= free.cost()
 
 
-@pytest.mark.parametrize("settings", [{}, {"cost": COST}, {"boxes": "cut"}, {"method": "bvh-cl"}], ids=str)
+@pytest.mark.parametrize("scene", ["spaghetti", "straight-hair"])
+def test_under_a_tight_budget_it_is_no_worse_than_whole_splits(scene: str) -> None:
+    lines = fl.scenes.make(scene, 1000).lines
+    whole = fl.build(lines, "bvh-cl")
+    for share in (1, 1.1, 2):
+        bound = fl.build(lines, cost=COST, limits=fl.Limits(max_refs=int(share * 1000)))
+        bound.validate()
+        # Planes by centres are coarser than a sweep.
+        assert bound.cost() <= 1.1 * whole.cost()
+
+
+@pytest.mark.parametrize("given", [{"limits": fl.Limits(max_depth=1)}, {"limits": fl.Limits(max_refs=600)}], ids=str)
+def test_no_tree_is_dearer_than_its_leaf(given: dict[str, object]) -> None:
+    """A forecast need not come true where limits are in its way; pruning takes it back."""
+    lines = fl.scenes.make("spaghetti", 300).lines
+    for more in ({"boxes": "tight"}, {"boxes": "cut"}):
+        for lookahead in (2, (1, 2)):
+            tree = fl.build(
+                lines,
+                splits=fl.PlaneGrid(4),
+                lookahead=lookahead,
+                cost=fl.Cost(0.6),
+                **more,
+                **given,  # type: ignore[arg-type]
+            )
+            assert tree.cost() <= 300 * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("scale", [1e-25, 1e-22, 1e-8, 1e8, 1e19, 1e25])
+def test_octets_do_not_mind_the_scale(scale: float) -> None:
+    ends = fl.scenes.make("spaghetti", 300).lines.segments
+    tree = fl.build(ends * np.float32(scale), cost=COST)
+    assert tree.cost() == pytest.approx(fl.build(ends, cost=COST).cost(), rel=0.01)
+
+
+def test_pieces_thinner_than_a_division_can_bear() -> None:
+    ends = fl.scenes.make("spaghetti", 300).lines.segments - np.float32(0.5)
+    ends[::3, 0, 0], ends[::3, 1, 0] = 0.0, 1e-40
+    octets = fl.build(ends, splits=fl.PlaneOctets(16), bad_levels=3)
+    exact = fl.build(ends, splits=fl.PlaneGrid(16), bad_levels=3)
+    octets.validate()
+    assert octets.cost() == pytest.approx(exact.cost(), rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [{}, {"cost": COST}, {"limits": fl.Limits(max_refs=30_000)}, {"boxes": "cut"}, {"method": "bvh-cl"}],
+    ids=str,
+)
 def test_the_same_tree_for_all_threads_and_instruction_sets(settings: dict[str, object]) -> None:
     # Enough references that subtrees are built side by side.
     lines = fl.scenes.make("straight-hair", 20_000).lines
@@ -137,6 +185,11 @@ def test_bad_wishes_are_refused() -> None:
         fl.build(ends, splits=fl.PlaneOctets(8, 4), boxes="cut")
     with pytest.raises(fl.InputError, match="max_whole"):
         fl.PlaneOctets(8, -1)
+    with pytest.raises(fl.InputError, match="only_whole=9 is more than max_whole=8"):
+        fl.PlaneOctets(8, 8, 9)
+    for given in ({"beam": 3}, {"exhaustive": True}):
+        with pytest.raises(fl.InputError, match="lookahead of 2 or more"):
+            fl.build(ends, **given)
 
 
 LOOKAHEADS = {
@@ -211,6 +264,9 @@ def test_bad_refines_cut_in_the_middle_where_the_search_says_leaf() -> None:
     assert cut[1].n_nodes > cut[0].n_nodes > 1
     # With pruning, what did not pay is taken back.
     assert fl.build(lines, "kd-cl", bad_refines=3).cost() <= 200
+    # Bad levels are none of them.
+    both = {"boxes": "cut", "splits": fl.PlaneGrid(2), "bad_levels": 1, "prune": False}
+    assert fl.build(lines, **both, bad_refines=2).n_nodes > fl.build(lines, **both).n_nodes
 
 
 WATCHED_BUILD = """

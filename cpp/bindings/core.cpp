@@ -51,9 +51,9 @@ const char* best_simd() {
 
 /// Trees over segments are built by the engine modules.
 nb::tuple build(const std::string& kind, Input<float> data, const SettingsArgs& settings, nb::object progress) {
-  std::optional<nb::tuple> tree;
-  with_primitives(kind, data, [&](const auto& prims) { tree = build_tree(prims, settings, progress); });
-  return *tree;
+  if (kind == "triangles") return build_tree(Triangles{rows<Triangle>(data)}, settings, progress);
+  if (kind == "boxes") return build_tree(Boxes{rows<Box>(data)}, settings, progress);
+  throw std::invalid_argument("the core builds no trees over " + kind);
 }
 
 /// The tree after moves of its subtrees, and how many of them were too deep.

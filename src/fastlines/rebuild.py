@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from .checks import number
-from .errors import InputError
 from .structure import TreeStructure
 
 
@@ -40,6 +39,7 @@ class RebuildRule:
     def __post_init__(self) -> None:
         what = "a time in seconds, above 0"
         self.build_seconds = number("build_seconds", self.build_seconds, what, 0.0)
+        self.lost_seconds = _seconds("lost_seconds", self.lost_seconds)
 
     def due(self, tree: TreeStructure, query_seconds: float) -> bool:
         """Count what queries on a tree have lost, and tell whether to build anew now; if so, counting starts again.
@@ -51,10 +51,13 @@ class RebuildRule:
         query_seconds : float
             How long they took.
         """
-        if not 0 <= query_seconds < float("inf"):
-            raise InputError(f"query_seconds={query_seconds!r}; expected a time in seconds, 0 or more")
+        query_seconds = _seconds("query_seconds", query_seconds)
         self.lost_seconds += query_seconds * max(0.0, 1 - 1 / tree.growth)
         due = self.lost_seconds >= self.build_seconds
         if due:
             self.lost_seconds = 0.0
         return due
+
+
+def _seconds(name: str, value: object) -> float:
+    return 0.0 if value == 0 else number(name, value, "a time in seconds, 0 or more", 0.0)

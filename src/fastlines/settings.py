@@ -58,8 +58,10 @@ class Limits:
         No tree has more references. It can not be less than the number of primitives. By default 1,000 for each of
         them and 10,000 more: among lines that lie on each other there is always a split that looks worth it.
     max_bytes : int, optional
-        The build takes no more memory beside its input. That lowers `max_refs`: a primitive is reckoned as 128 bytes,
-        a reference as 80 where leaves are large, as those of "best" for queries, else as 160, with cut boxes as 300.
+        The build of "best" takes no more memory beside its input. That lowers `max_refs`: a primitive is reckoned as
+        128 bytes, a reference as 80 where leaves are large, as those of "best" for queries, else as 160, with cut boxes
+        as 300.
+        Presplit, reinsertion and object sweeps over large nodes take more than that.
     leaf_refs : int
         A node of so few references is not split.
     leaf_size : float
@@ -211,6 +213,8 @@ class Settings:
         object.__setattr__(self, "lookahead", tuple(count("lookahead", depth, 0, 8) for depth in lookahead))
         for name in ("bad_levels", "bad_refines"):
             object.__setattr__(self, name, count(name, getattr(self, name), 0, 16))
+        if max(self.lookahead) < 2 and (self.beam is not None or self.exhaustive):
+            raise InputError(f"beam and exhaustive are for a lookahead of 2 or more, this is {self.lookahead}")
         if self.beam is not None:
             object.__setattr__(self, "beam", count("beam", self.beam, 1))
         for name in ("prune", "exhaustive"):

@@ -98,10 +98,12 @@ class PlaneOctets(SplitSet):
 
     def for_any_primitive(self, boxes: BoxRule) -> tuple[SplitSet, ...]:
         """Return the exact split sets that show the same kinds of candidates."""
-        grid = PlaneGrid(self.n_planes, max_refs=self.max_refs)
+        grid = PlaneGrid(self.n_planes, max_refs=self.max_refs, min_overlap=self.min_overlap)
         if boxes == "cut" or self.max_whole == 0:
             return (grid,)
-        return grid, ObjectSweep(max_refs=min(self.max_whole, self.max_refs or self.max_whole))
+        return grid, ObjectSweep(
+            max_refs=min(self.max_whole, self.max_refs or self.max_whole), min_overlap=self.min_overlap
+        )
 
 
 @dataclass(frozen=True)

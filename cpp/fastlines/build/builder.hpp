@@ -32,7 +32,12 @@ class Builder {
     if (refs.size() > settings_.limits.max_refs)
       throw std::invalid_argument("max_refs is less than the number of primitives");
     const std::size_t spare = settings_.limits.max_refs - refs.size();
-    whole.build(std::move(refs), box, Place{.spare = spare});
+    try {
+      whole.build(std::move(refs), box, Place{.spare = spare});
+    } catch (const Cancelled&) {
+      tasks_.rethrow();  // what really went wrong, if it was not Ctrl-C
+      throw;
+    }
     limits_hit_ += whole.limits_hit;
     searched_ = whole.searched;
     return std::move(whole.tree);

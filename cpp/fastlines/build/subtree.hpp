@@ -121,6 +121,8 @@ class Subtree {
       };
       for_each_split(refs, box, false, show);
       if (refused && !best.split) for_each_split(refs, box, true, show);
+      if (refused && !best.split && settings_.boxes == BoxRule::tight)
+        visit_wholes(settings_.splits, prims_, refs, box, margin_, show);
       return best;
     }
     return look_ahead(refs, box, lookahead, best, allowed);
@@ -191,8 +193,13 @@ class Subtree {
     return choice.split ? choice.cost : no_limit;
   }
 
-  /// What to do with a node: a split, or none for a leaf; and whether the split looks worth it.
-  std::pair<std::optional<Candidate>, bool> choose(Refs refs, const Box& box, const Place& place) {
+  /// What to do with a node: a split, or none for a leaf; whether it looks worth it, or refines what does not.
+  struct Decision {
+    std::optional<Candidate> split;
+    bool good = false, refines = false;
+  };
+
+  Decision choose(Refs refs, const Box& box, const Place& place) {
     const Limits& limits = settings_.limits;
     const bool too_large = refs.size() > limits.max_leaf_refs;
     if (!too_large && (refs.size() <= limits.leaf_refs || box.side(box.longest_axis()) <= limits.leaf_size)) return {};
@@ -225,11 +232,12 @@ class Subtree {
       if (!choice.split)
         Median{}.visit(prims_, refs, box, BoxRule::tight, [&](const Candidate& half) { choice.split = half; });
     }
-    if (!choice.split && place.n_refines < settings_.bad_refines)
+    const bool refines = !choice.split && place.n_refines < settings_.bad_refines;
+    if (refines)
       Middle{}.visit(prims_, refs, box, settings_.boxes, [&](const Candidate& split) {
         if (allowed(split)) choice.split = split;
       });
-    return {choice.split, good};
+    return {choice.split, good, refines};
   }
 
   /// Append the subtree of a node; returns its cost.
@@ -237,7 +245,7 @@ class Subtree {
     const std::size_t index = tree.nodes.size(), first_ref = tree.refs.size(), n_refs = refs.size();
     check_size(index, first_ref + n_refs);
     tree.nodes.push_back({box, 0, std::uint32_t(first_ref), 0});
-    auto [split, good] = choose(refs, box, place);
+    auto [split, good, refines] = choose(refs, box, place);
     if (!split) {
       progress_.add(place.share);
       return make_leaf(index, refs);
@@ -253,11 +261,11 @@ class Subtree {
     }
     const std::size_t spare = place.spare - (left.size() + right.size() - n_refs);
     const double part = double(left.size()) / double(left.size() + right.size());
-    const int n_bad = good ? 0 : place.n_bad + 1, n_refines = place.n_refines + !good;
+    const int n_bad = good ? 0 : place.n_bad + 1, n_refines = place.n_refines + refines;
     const Place in_left{place.depth + 1, std::size_t(double(spare) * part), n_bad, n_refines, place.share * part};
     const Place in_right{place.depth + 1, spare - in_left.spare, n_bad, n_refines, place.share - in_left.share};
 
-    const bool may_prune = settings_.prune && !good && n_refs <= settings_.limits.max_leaf_refs;
+    const bool may_prune = settings_.prune && n_refs <= settings_.limits.max_leaf_refs;
     if (!may_prune && n_refs > kMany) std::vector<BuildRef>().swap(refs);
     const bool large = std::min(left.size(), right.size()) > kMany;
     const auto [cost_left, cost_right] = large && tasks_.shared()
@@ -289,13 +297,23 @@ class Subtree {
     auto& [left, right] = levels_[in_left.depth - 1];
     Subtree beside(prims_, settings_, progress_, tasks_, margin_);
     double cost_left, cost_right;
-    Tasks::Task task(
-        [&, refs = std::move(right)]() mutable { cost_right = beside.build(std::move(refs), split.right, in_right); });
+    const auto stop = [&] {
+      tasks_.note(std::current_exception());
+      progress_.cancel.store(true);
+    };
+    Tasks::Task task([&, refs = std::move(right)]() mutable {
+      try {
+        cost_right = beside.build(std::move(refs), split.right, in_right);
+      } catch (...) {
+        stop();
+        throw;
+      }
+    });
     tasks_.fork(task);
     try {
       cost_left = build_node(left, split.left, in_left);
     } catch (...) {
-      progress_.cancel.store(true);
+      stop();
       try {
         tasks_.join(task);
       } catch (...) {

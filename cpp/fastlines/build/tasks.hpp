@@ -15,6 +15,8 @@
 #include <thread>
 #include <vector>
 
+#include "progress.hpp"
+
 namespace fastlines {
 
 class Tasks {
@@ -40,6 +42,7 @@ class Tasks {
   };
 
   explicit Tasks(unsigned n_threads) {
+    threads_.reserve(n_threads);
     try {
       for (unsigned i = 1; i < n_threads; ++i) threads_.emplace_back([this] { serve(); });
     } catch (const std::system_error&) {
@@ -61,6 +64,21 @@ class Tasks {
 
   /// Whether anybody is there to share work with.
   bool shared() const { return !threads_.empty(); }
+
+  /// Keep the first error that is more than a consequence of another.
+  void note(std::exception_ptr error) {
+    try {
+      std::rethrow_exception(error);
+    } catch (const Cancelled&) {
+    } catch (...) {
+      const std::lock_guard lock(mutex_);
+      if (!error_) error_ = error;
+    }
+  }
+  void rethrow() {
+    const std::lock_guard lock(mutex_);
+    if (error_) std::rethrow_exception(error_);
+  }
 
   void fork(Task& task) {
     {
@@ -109,6 +127,7 @@ class Tasks {
   std::condition_variable changed_;
   std::deque<Task*> waiting_;
   std::vector<std::thread> threads_;
+  std::exception_ptr error_;
   bool over_ = false;
 };
 

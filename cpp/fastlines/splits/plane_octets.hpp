@@ -8,6 +8,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 
 #include "../primitives/segments.hpp"
 #include "candidate.hpp"
@@ -80,12 +81,14 @@ class PlaneOctets {
 
     Run() = default;
     [[gnu::always_inline]] Run(const Segment& segment, const Box& box, int axis) : lo(box.lo[axis]), hi(box.hi[axis]) {
-      const float way = segment.q[axis] - segment.p[axis], per_way = way != 0.0f ? 1.0f / way : 0.0f;
+      const float way = segment.q[axis] - segment.p[axis], per_way = 1.0f / way;
       for (int j = 0; j < 2; ++j) {
         const int k = turned(axis, j);
-        slope[j] = (segment.q[k] - segment.p[k]) * per_way;
-        from[j] = slope[j] >= 0.0f ? box.lo[k] : box.hi[k];
-        to[j] = slope[j] >= 0.0f ? box.hi[k] : box.lo[k];
+        const float beside = segment.q[k] - segment.p[k], steep = beside * per_way;
+        const bool up = (beside >= 0.0f) == (way >= 0.0f);
+        slope[j] = std::fabs(steep) < kInf ? steep : 0.0f;  // where it runs straight across
+        from[j] = up ? box.lo[k] : box.hi[k];
+        to[j] = up ? box.hi[k] : box.lo[k];
       }
     }
   };
@@ -149,8 +152,9 @@ class PlaneOctets {
         this->right_hi[j] = max(this->right_hi[j], on_right ? max(to, there) : low);
       };
       for (int j = 0; j < 2; ++j) {
-        const Octet to = all_lanes(run.to[j]);
-        grow(j, all_lanes(run.from[j]), on_right ? run.from[j] + way * run.slope[j] : to, to);
+        const Octet from = all_lanes(run.from[j]), to = all_lanes(run.to[j]);
+        const Octet there = min(max(from + way * run.slope[j], min(from, to)), max(from, to));
+        grow(j, from, on_right ? there : to, to);
       }
       grow(2, all_lanes(run.lo), at, all_lanes(run.hi));
     }
@@ -205,6 +209,8 @@ class PlaneOctets {
   static bool show(std::span<const Octets> octets, const Box& box, double margin, bool all, Visitor&& visitor) {
     const std::size_t n = octets.size() / 3;
     bool shown = false;
+    // In parts of the longest side, so that no area is more or less than a float can say.
+    const float scale = float(std::min(1.0 / box.side(box.longest_axis()), 1e38));
     for (int axis = 0; axis < 3; ++axis) {
       const auto of_axis = octets.subspan(std::size_t(axis) * n, n);
       const auto show_one = [&](const Octets& octet, int lane) {
@@ -216,7 +222,7 @@ class PlaneOctets {
       float least = kInf;
       std::size_t where = 0;
       for (std::size_t i = 0; i < n; ++i) {
-        const Octet weighed = weigh(of_axis[i], box, axis, float(2 * margin));
+        const Octet weighed = weigh(of_axis[i], box, axis, float(2 * margin) * scale, scale);
         for (int lane = 0; lane < 8; ++lane) {
           if (!(weighed[lane] < (all ? kInf : least))) continue;
           if (all) show_one(of_axis[i], lane);
@@ -230,9 +236,10 @@ class PlaneOctets {
   }
 
   /// n_left·SA(left) + n_right·SA(right), halved; ∞ where a plane divides nothing.
-  [[gnu::always_inline]] static Octet weigh(const Bounded& octet, const Box&, int, float grown) {
-    const auto half_area = [grown](const Octet(&lo)[3], const Octet(&hi)[3]) __attribute__((always_inline)) {
-      const Octet x = hi[0] - lo[0] + grown, y = hi[1] - lo[1] + grown, z = hi[2] - lo[2] + grown;
+  [[gnu::always_inline]] static Octet weigh(const Bounded& octet, const Box&, int, float grown, float scale) {
+    const auto half_area = [=](const Octet(&lo)[3], const Octet(&hi)[3]) __attribute__((always_inline)) {
+      const Octet x = (hi[0] - lo[0]) * scale + grown, y = (hi[1] - lo[1]) * scale + grown,
+                  z = (hi[2] - lo[2]) * scale + grown;
       return x * y + x * z + y * z;
     };
     const Octet weighed = half_area(octet.left_lo, octet.left_hi) * __builtin_convertvector(octet.n_left, Octet) +
@@ -241,11 +248,13 @@ class PlaneOctets {
   }
 
   /// A half without references is empty space.
-  [[gnu::always_inline]] static Octet weigh(const Halves& octet, const Box& box, int axis, float grown) {
-    const float x = float(box.side(turned(axis, 0))) + grown, y = float(box.side(turned(axis, 1))) + grown;
+  [[gnu::always_inline]] static Octet weigh(const Halves& octet, const Box& box, int axis, float grown, float scale) {
+    const float x = float(box.side(turned(axis, 0))) * scale + grown,
+                y = float(box.side(turned(axis, 1))) * scale + grown;
     const auto half_area = [&](const Octet& z) __attribute__((always_inline)) { return x * y + (x + y) * (z + grown); };
-    const Octet weighed = half_area(octet.plane - box.lo[axis]) * __builtin_convertvector(octet.n_left, Octet) +
-                          half_area(box.hi[axis] - octet.plane) * __builtin_convertvector(octet.n_right, Octet);
+    const Octet weighed =
+        half_area((octet.plane - box.lo[axis]) * scale) * __builtin_convertvector(octet.n_left, Octet) +
+        half_area((box.hi[axis] - octet.plane) * scale) * __builtin_convertvector(octet.n_right, Octet);
     return octet.plane > box.lo[axis] ? weighed : all_lanes(kInf);
   }
 };

@@ -82,4 +82,18 @@ void visit_splits(const Splits& splits, const P& prims, Refs refs, const Box& bo
   }
 }
 
+/// Where no plane is allowed: whole splits of nodes of any size, by those sets that split small nodes whole.
+template <Primitives P, class Visitor>
+void visit_wholes(const Splits& splits, const P& prims, Refs refs, const Box& box, double margin, Visitor&& visitor) {
+  constexpr std::size_t any = std::size_t(-1);
+  for (const SizedSplitSet& sized : splits) {
+    if (std::holds_alternative<ObjectSweep>(sized.set) && refs.size() > sized.max_refs)
+      ObjectSweep{}.visit(prims, refs, box, BoxRule::tight, visitor);
+    if constexpr (Straight<P>)
+      if (const auto* octets = std::get_if<PlaneOctets>(&sized.set))
+        if (octets->max_whole > 0)
+          PlaneOctets{octets->n_planes, any, any}.visit(prims, refs, box, BoxRule::tight, margin, false, visitor);
+  }
+}
+
 }  // namespace fastlines

@@ -79,7 +79,7 @@ def build(
     bad_levels : int
         How many levels in a row may be split though that looks no better than a leaf.
     pruned : bool
-        Take back bad levels that did not pay; a level that looked good did.
+        Take back levels that did not pay.
     """
     turns = [lookahead] if isinstance(lookahead, int) else lookahead
 
@@ -96,7 +96,7 @@ def build(
         if split is None:
             return Node(prims, box)
         node = Node(prims, box, *(build_node(*part, depth + 1, 0 if good else n_bad + 1) for part in split))
-        takes_back = pruned and not good and f(node, c_trav, c_prim) >= leaf
+        takes_back = pruned and f(node, c_trav, c_prim) >= leaf
         return Node(prims, box) if takes_back else node
 
     return build_node(prims, hull(prims), 0, 0)
