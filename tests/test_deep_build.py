@@ -38,8 +38,11 @@ def test_prune_leaves_the_cheapest_of_all_prunings(name: str, c_trav: float) -> 
     whole = fl.build(ends, prune=False, **given)
     whole.validate()
     assert pruned.cost() <= whole.cost() * (1 + 1e-12)
-    # A good level is one that beats its leaf by itself, so there is nothing to take back at it.
-    assert pruned.cost() == pytest.approx(least_cost_of_prunings(whole), rel=1e-9)
+    least = least_cost_of_prunings(whole)
+    if whole.limits_hit:  # references that pruning gives back go to others
+        assert pruned.cost() <= least * (1 + 1e-9)
+    else:
+        assert pruned.cost() == pytest.approx(least, rel=1e-9)
 
 
 def test_bad_levels_get_past_what_stops_sah() -> None:

@@ -194,16 +194,16 @@ class Settings:
     splits: tuple[SplitSet, ...] = (PlaneGrid(16),)
     boxes: BoxRule = "tight"
     lookahead: tuple[int, ...] = (1,)
-    beam: int | None = None
-    exhaustive: bool = False
     cost: Cost = Cost()
     limits: Limits = Limits()
     bad_levels: int = 0
-    bad_refines: int = 0
     prune: bool = True
     radius_hint: float = 0.0
     presplit: Presplit | None = None
     reinsertion: int = 0
+    bad_refines: int = 0
+    beam: int | None = None
+    exhaustive: bool = False
 
     def __post_init__(self) -> None:
         splits = sequence("splits", self.splits, SplitSet, "one or more of fl.PlaneGrid(16), fl.ObjectSweep(), …")
