@@ -69,6 +69,7 @@ MODULES = (
     "render",
     "demo",
     "bench",
+    "report",
     "cli",
 )
 

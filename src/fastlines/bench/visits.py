@@ -85,8 +85,14 @@ def weigh(tree: TreeStructure, nodes: IntArray) -> tuple[int, int]:
     return int((~leaf).sum()), int(tree.nodes["n_refs"][nodes][leaf].sum())
 
 
-def count_visits(tree: TreeStructure, rays: RayBatch, radius: float) -> Visits:
-    """Count the steps of rays that are asked for all hits; from inf to inf, so the order of children is no matter."""
+def meetings(tree: TreeStructure, rays: RayBatch, radius: float) -> Iterator[tuple[IntArray, IntArray]]:
+    """Go down with rays that are asked for all hits; from inf to inf, so the order of children is no matter.
+
+    Yields
+    ------
+    rays, nodes : (k,) int64
+        All pairs of a level that meet.
+    """
     low, high = grown_boxes(tree, radius)
     origins = rays.origins.astype(np.float64)
     with np.errstate(divide="ignore"):
@@ -102,11 +108,26 @@ def count_visits(tree: TreeStructure, rays: RayBatch, radius: float) -> Visits:
         met: npt.NDArray[np.bool_] = np.maximum(enter, rays.t_min) <= np.minimum(leave, rays.t_max)
         return met
 
+    return descend(tree, len(rays), meets)
+
+
+def count_visits(tree: TreeStructure, rays: RayBatch, radius: float) -> Visits:
+    """Count the steps of rays that are asked for all hits, on average."""
     inner = tests = 0
-    for _, nodes in descend(tree, len(rays), meets):
+    for _, nodes in meetings(tree, rays, radius):
         more = weigh(tree, nodes)
         inner, tests = inner + more[0], tests + more[1]
     return Visits(inner / max(1, len(rays)), tests / max(1, len(rays)))
+
+
+def visits_of_rays(tree: TreeStructure, rays: RayBatch, radius: float) -> tuple[IntArray, IntArray]:
+    """Count for each ray the nodes that it meets, leaves too, and the references in those leaves: (n,) int64 each."""
+    n_refs = np.where(tree.is_leaf, tree.nodes["n_refs"], 0)
+    visited, tests = np.zeros(len(rays), np.int64), np.zeros(len(rays), np.int64)
+    for things, nodes in meetings(tree, rays, radius):
+        visited += np.bincount(things, minlength=len(rays))
+        tests += np.bincount(things, n_refs[nodes], len(rays)).astype(np.int64)
+    return visited, tests
 
 
 def expect_visits(tree: TreeStructure, radius: float) -> Visits:

@@ -1,0 +1,121 @@
+"""What the thesis found (§6), as inequalities that any tables in its form can be asked: its own, or ours.
+
+What "collapses" is not told by a number there. Here a tree does that costs more than three times as much as the D2 tree
+of its kind, whose constants are the same; and Embree does if its first hits take more than three times as long as with
+segments cut.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from .rows import Row
+
+#: By scene, then by the name of the row.
+Tables: TypeAlias = Mapping[str, Mapping[str, Row]]
+
+COLLAPSED = 3.0
+#: SS is "a little better" than CL if it saves up to this share of the cost; D2 "changes little" if it is within LITTLE.
+A_LITTLE, LITTLE = 1 / 3, 0.05
+HAIR = ("bun-hair", "straight-hair")
+TREES = ("bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-d2")
+#: The tree that others of its kind are measured by.
+MEASURE = {"bvh-cl": "bvh-d2", "bvh-ss": "bvh-d2", "kd-cl": "kd-d2"}
+
+
+@dataclass(frozen=True)
+class Check:
+    """One inequality: a figure, and the bounds that it must keep; None = not measured."""
+
+    what: str
+    figure: float | None
+    least: float = 0.0
+    most: float = float("inf")
+
+    @property
+    def holds(self) -> bool | None:
+        """Whether it does."""
+        return None if self.figure is None else self.least <= self.figure <= self.most
+
+
+@dataclass(frozen=True)
+class Claim:
+    """Something that the thesis found; it holds if all of its checks do."""
+
+    text: str
+    checks: tuple[Check, ...]
+
+    @property
+    def holds(self) -> bool | None:
+        """Whether it does; None if a part was not measured and no other speaks against it."""
+        verdicts = [check.holds for check in self.checks]
+        return False if False in verdicts else None if None in verdicts else True
+
+
+def claims_of(tables: Tables) -> list[Claim]:
+    """Check all that the thesis found; what scenes or rows are missing is not measured."""
+    ratio = _ratios(tables)
+
+    def collapse(scene: str, tree: str, collapses: bool) -> Check:
+        bounds = {"least": COLLAPSED} if collapses else {"most": COLLAPSED}
+        return Check(f"{scene}: cost of {tree} / {MEASURE[tree]}", ratio(scene, "cost", tree, MEASURE[tree]), **bounds)
+
+    def costs(scene: str, of: str, to: str, least: float, most: float) -> Check:
+        return Check(f"{scene}: cost of {of} / {to}", ratio(scene, "cost", of, to), least, most)
+
+    scenes = (*HAIR, "spaghetti", "spaghetti-2", "photon-beams")
+    embree = ratio("spaghetti-2", "first M", "embree", "embree-ps")
+    return [
+        Claim("All trees are fine on hair.", tuple(collapse(s, t, False) for s in HAIR for t in MEASURE)),
+        Claim(
+            "BVH::SS is a little better than BVH::CL on hair.",
+            tuple(costs(scene, "bvh-ss", "bvh-cl", 1 - A_LITTLE, 0.9999) for scene in HAIR),
+        ),
+        Claim(
+            "D2 changes little on hair.",
+            tuple(costs(s, d2, of, 1 - LITTLE, 1 + LITTLE) for s in HAIR for d2, of in _D2.items()),
+        ),
+        Claim(
+            "BVH::CL, BVH::SS and KD::CL collapse on spaghetti.",
+            tuple(collapse("spaghetti", tree, True) for tree in MEASURE),
+        ),
+        Claim(
+            "Only the D2 trees and Embree PS survive spaghetti 2.",
+            (
+                *(collapse("spaghetti-2", tree, True) for tree in MEASURE),
+                Check("spaghetti-2: first hits M of embree / embree-ps, time", embree, least=COLLAPSED),
+            ),
+        ),
+        Claim(
+            "Only BVH::CL fails on photon beams.",
+            tuple(collapse("photon-beams", tree, tree == "bvh-cl") for tree in MEASURE),
+        ),
+        Claim(
+            "KD trees have many nodes and a low cost.",
+            tuple(
+                check
+                for scene in scenes
+                for check in (
+                    Check(f"{scene}: nodes of kd-d2 / bvh-d2", ratio(scene, "n_nodes", "kd-d2", "bvh-d2"), least=2.0),
+                    costs(scene, "kd-d2", "bvh-d2", 0.0, 0.75),
+                )
+            ),
+        ),
+    ]
+
+
+#: What each D2 tree is on hair, but for the second level of the search.
+_D2 = {"bvh-d2": "bvh-ss", "kd-d2": "kd-cl"}
+
+
+def _ratios(tables: Tables) -> Callable[[str, str, str, str], float | None]:
+    """Give what looks up a figure of a row in parts of that of another; None if one is missing, or neither finished."""
+
+    def ratio(scene: str, column: str, of: str, to: str) -> float | None:
+        rows = tables.get(scene, {})
+        a, b = (rows[name].figure(column) if name in rows else None for name in (of, to))
+        return a / b if a is not None and b and b < float("inf") else None
+
+    return ratio

@@ -1,0 +1,110 @@
+"""How long rays take, on as many of them as there is time for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from ..bench.alternate import spread
+from ..bench.engine import MAX_HITS
+from ..bench.rays import RayBatch
+from ..bench.timing import clock
+
+#: Answers a batch: how many hits there are, and the seconds that count.
+Asked = Callable[[RayBatch], tuple[int, float]]
+
+#: So many are asked first, to see how many there is time for.
+FIRST = 4096
+#: So many tests of a segment take about a second: a tree that is one huge leaf is asked fewer rays first.
+TESTS_PER_SECOND = 1e8
+#: The best of so many times counts, if there is time for them.
+ROUNDS = 3
+
+
+@dataclass(frozen=True)
+class Timed:
+    """What the rays of a picture take.
+
+    Attributes
+    ----------
+    n_rays, n_measured : int
+        How many there are, and how many of them were asked.
+    seconds : float
+        What these took.
+    n_hits : int
+        What they hit.
+    """
+
+    n_rays: int
+    n_measured: int
+    seconds: float
+    n_hits: int
+
+    @property
+    def ms(self) -> float:
+        """Milliseconds for all rays; scaled up if not all were asked."""
+        return 1e3 * self.seconds * self.n_rays / self.n_measured
+
+    def to_json(self) -> dict[str, Any]:
+        """Everything about it."""
+        return {**asdict(self), "ms": self.ms}
+
+
+def measure(ask: Asked, query: str, rays: RayBatch, budget: float, expected_tests: float = 1.0) -> Timed:
+    """Ask the rays of a picture, or an even part of them.
+
+    Parameters
+    ----------
+    ask : callable
+    query : str
+        "first" or "all".
+    rays : RayBatch
+    budget : float
+        Seconds for one round. The first, small part of the rays, asked to find out, may exceed it.
+    expected_tests : float
+        About so many segments are tested for a ray.
+    """
+    n_first = int(np.clip(budget * TESTS_PER_SECOND / max(1.0, expected_tests), 16, FIRST))
+    few = some(rays, n_first)
+    n_hits, seconds = ask(few)
+    n_hits, seconds = min((n_hits, seconds), ask(few), key=lambda took: took[1])
+    part = some(rays, int(len(few) * budget / max(seconds, 1e-7)))
+    if len(part) <= len(few):
+        return Timed(len(rays), len(few), seconds, n_hits)
+
+    # One call asks all rays, but that its lists of hits stay of a size.
+    size = len(part)
+    if query == "all":
+        size = max(1, int(MAX_HITS / max(1.0, n_hits / len(few))) // rays.block) * rays.block
+    parts = [part.take(slice(i, i + size)) for i in range(0, len(part), size)]
+    times: list[float] = []
+    while len(times) < ROUNDS and sum(times) <= 2 * budget:
+        answers = [ask(each) for each in parts]
+        n_hits = sum(n for n, _ in answers)
+        times.append(sum(took for _, took in answers))
+    return Timed(len(rays), len(part), max(min(times), 1e-9), n_hits)
+
+
+def some(rays: RayBatch, n_rays: int) -> RayBatch:
+    """Take so many of the rays, evenly spread: whole blocks of neighbours, if it is more than one block."""
+    if n_rays >= len(rays):
+        return rays
+    if n_rays > rays.block:
+        return spread(rays, n_rays)
+    return rays.take(((np.arange(n_rays) + 0.5) * len(rays) / n_rays).astype(np.int64))
+
+
+def timed_by(answer: Callable[[RayBatch], Any], count: Callable[[Any], int]) -> Asked:
+    """Time a call with the clock of one thread, and count what it gave."""
+    now = clock(1)
+
+    def ask(rays: RayBatch) -> tuple[int, float]:
+        start = now()
+        found = answer(rays)
+        seconds = now() - start
+        return count(found), seconds
+
+    return ask

@@ -1,0 +1,245 @@
+"""Making the report: steps, then tables and claims, then the page, Markdown and JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from ..bench import embree
+from ..camera import Camera
+from ..demo.machine import describe_machine
+from ..demo.reference import THESIS
+from ..engines import simd
+from ..errors import FastlinesError
+from ..geometry import Lines
+from ..settings import DEFAULT_METHOD
+from ..whole import whole
+from .answer import answer_section
+from .claims import claims_of
+from .depths import depth_step
+from .document import Document, Section
+from .markdown import markdown
+from .page import html
+from .peer import embree_step, sweep_step
+from .plan import Plan
+from .rows import Row, row_of, thesis_row
+from .sections import claims_section, depths_section, method_points, subject_section, why_section
+from .steps import Found, Results, Step, Store, run_steps
+from .subject import Subject, lines_subject, scene_subject
+from .trees import picture_step, tree_step
+
+#: The folder of steps and pictures beside the page.
+STEPS = "steps"
+SWEEP, PEER, PEER_PS = "Embree’s lengths", "Embree", "Embree PS"
+
+#: About how many seconds steps take: of a tree on each scene in full; of others.
+_TREE_WEIGHTS = {"bun-hair": 25.0, "straight-hair": 25.0, "spaghetti": 12.0, "spaghetti-2": 20.0, "photon-beams": 40.0}
+_WEIGHTS = {"pictures": 6.0, SWEEP: 15.0, PEER: 15.0, PEER_PS: 20.0}
+
+
+def report_thesis(directory: str | os.PathLike[str], plan: Plan, *, show_progress: bool = False) -> Path:
+    """Make chapter 6 of the thesis again, and write it up.
+
+    Parameters
+    ----------
+    directory : str or path-like
+        Made if it does not exist. What is in its folder ``steps`` and was found by the same version with the same
+        settings is not made again.
+    plan : Plan
+        How large it is.
+    show_progress : bool
+        Name the step that is on, and the time left, on stderr.
+
+    Returns
+    -------
+    Path
+        Of ``index.html``, which holds everything. Beside it are ``report.md`` and ``report.json``.
+
+    Raises
+    ------
+    FastlinesError
+        If two trees answer differently, or a tree is not valid.
+    """
+    missing = _missing_peer(plan)
+    subjects = [scene_subject(name, n_segments) for name, n_segments in plan.scenes.items()]
+    steps = [Step(f"§4.3: depth {depth}", 1.0, _depth(depth)) for depth in plan.depths]
+    store, results = _run(directory, plan, subjects, steps, missing, show_progress)
+    ours = {subject.name: _rows(subject, plan, results) for subject in subjects}
+    theirs = {name: {row: thesis_row(row, THESIS[name][row]) for row in THESIS[name]} for name in ours}
+    sections = [
+        claims_section(ours, theirs),
+        *(
+            subject_section(subject, plan, results, ours[subject.name], theirs[subject.name], missing)
+            for subject in subjects
+        ),
+        depths_section([results[step.name] for step in steps]),
+        why_section(),
+    ]
+    lead = (
+        "Chapter 6 of Ivan Kuckir’s thesis “Datové struktury pro zobrazování nepolygonální geometrie” (Prague 2013), "
+        "made again: its five scenes, five trees and Embree; its own figures beside ours."
+    )
+    more = {
+        "claims": [{**asdict(claim), "holds": claim.holds} for claim in claims_of(ours)],
+        "thesis": _to_json(theirs),
+    }
+    return _write(store, plan, "The thesis, side by side", lead, sections, ours, results, missing, more)
+
+
+def report_lines(
+    directory: str | os.PathLike[str],
+    plan: Plan,
+    name: str,
+    lines: Lines,
+    camera: Camera,
+    *,
+    show_progress: bool = False,
+) -> Path:
+    """Ask of anybody's lines which tree suits them; see `report_thesis`.
+
+    Parameters
+    ----------
+    name : str
+        What the report calls them.
+    lines : Lines
+    camera : Camera
+        Whose rays are asked.
+    """
+    missing = _missing_peer(plan)
+    subject = lines_subject(name, lines, camera)
+    store, results = _run(directory, plan, [subject], [], missing, show_progress)
+    rows = _rows(subject, plan, results)
+    sections = [answer_section(rows), subject_section(subject, plan, results, rows, {}, missing)]
+    lead = "The thesis’s trees, ours and Embree over these lines: built, asked and drawn."
+    return _write(store, plan, subject.title, lead, sections, {subject.name: rows}, results, missing, {})
+
+
+def _missing_peer(plan: Plan) -> str:
+    """Say why Embree is not measured; "" if it is."""
+    if not plan.peer:
+        return "it was left out"
+    try:
+        embree.load(1)
+    except FastlinesError as error:
+        return str(error)
+    return ""
+
+
+def _run(
+    directory: str | os.PathLike[str],
+    plan: Plan,
+    subjects: list[Subject],
+    steps: list[Step],
+    missing: str,
+    show_progress: bool,
+) -> tuple[Store, Results]:
+    machine = describe_machine()
+    key = machine["processor"], machine["fastlines"], simd(), asdict(plan), [each.digest for each in subjects]
+    store = Store(Path(directory) / STEPS, key)
+    every = [step for subject in subjects for step in _steps(subject, plan, store, missing)] + steps
+    return store, run_steps(every, store, show_progress)
+
+
+def _steps(subject: Subject, plan: Plan, store: Store, missing: str) -> list[Step]:
+    """List the work on one subject; of what is missing there is none."""
+    title = subject.title
+    weight = _TREE_WEIGHTS.get(subject.name, 20.0)
+    steps = [Step(f"{title}: pictures", _WEIGHTS["pictures"], lambda results: picture_step(subject, plan, store))]
+    steps += [Step(f"{title}: {method}", weight, _tree(subject, method, plan, store)) for method in plan.methods]
+    if missing:
+        return steps
+    cut = f"{title}: {SWEEP}"
+    return [
+        *steps,
+        Step(cut, _WEIGHTS[SWEEP], lambda results: sweep_step(subject, plan)),
+        Step(f"{title}: {PEER}", _WEIGHTS[PEER], lambda results: embree_step(subject, plan, 0.0)),
+        Step(
+            f"{title}: {PEER_PS}", _WEIGHTS[PEER_PS], lambda results: embree_step(subject, plan, results[cut]["best"])
+        ),
+    ]
+
+
+def _tree(subject: Subject, method: str, plan: Plan, store: Store) -> Callable[[Results], Found]:
+    return lambda results: tree_step(subject, method, plan, store)
+
+
+def _depth(depth: int) -> Callable[[Results], Found]:
+    return lambda results: depth_step(depth)
+
+
+def _rows(subject: Subject, plan: Plan, results: Results) -> dict[str, Row]:
+    """Collect the rows of a table."""
+    found: dict[str, Found] = {method: results[f"{subject.title}: {method}"] for method in plan.methods}
+    for name, step in (("embree", PEER), ("embree-ps", PEER_PS)):
+        measured = results.get(f"{subject.title}: {step}")
+        if measured is not None:
+            found |= {name: measured, f"{name}-filter": measured}
+    return {name: row_of(name, measured) for name, measured in found.items()}
+
+
+def _write(
+    store: Store,
+    plan: Plan,
+    title: str,
+    lead: str,
+    sections: list[Section],
+    rows: Mapping[str, Mapping[str, Row]],
+    results: Results,
+    missing: str,
+    more: Mapping[str, Any],
+) -> Path:
+    machine = {**describe_machine(), "threads": 1, "simd": simd(), "embree": None if missing else embree.load(1)}
+    seconds = sum(found["seconds"] for found in results.values())
+    n_compared = sum(found.get("n_compared", 0) for found in results.values())
+    peer = f"Embree {machine['embree']}, its calls alone" if not missing else f"Embree is missing: {missing}"
+    text = [
+        f"Everything is timed with one thread, by its processor time; the best of up to three rounds counts. {peer}.",
+        f"All {n_compared:,} answers that were compared are those of “{DEFAULT_METHOD}” on its wide layout, bit for bit; "
+        "all trees are valid. Embree’s build is one for one radius; our trees serve all three.",
+    ]
+    method = Section("method", "How it was measured", text, points=method_points(plan.methods))
+    foot = (
+        f"{machine['processor']}, {machine['system']}, {machine['simd']}; fastlines {machine['fastlines']}, Python "
+        f"{machine['python']}; {machine['date']}. The steps of this {plan.name} report took {seconds:.0f} s."
+    )
+    document = Document(title, lead, [*sections, method], foot)
+    figures = {
+        "format": "fastlines report 1",
+        "title": title,
+        "machine": machine,
+        "plan": asdict(plan),
+        "missing": {"Embree": missing} if missing else {},
+        "n_compared": n_compared,
+        "seconds": seconds,
+        "rows": _to_json(rows),
+        "steps": results,
+        **more,
+    }
+    folder = store.folder.parent
+    texts = {
+        "report.json": json.dumps(_finite(figures), indent=1, allow_nan=False) + "\n",
+        "report.md": markdown(document, STEPS),
+        "index.html": html(document, store.folder),
+    }
+    for file, content in texts.items():
+        with whole(folder / file) as partial_file:
+            partial_file.write_text(content, encoding="utf-8")
+    return folder / "index.html"
+
+
+def _to_json(tables: Mapping[str, Mapping[str, Row]]) -> dict[str, Any]:
+    return {name: {row: asdict(figures) for row, figures in rows.items()} for name, rows in tables.items()}
+
+
+def _finite(value: Any) -> Any:
+    """JSON has no infinity: what did not finish is "not finished"."""
+    if isinstance(value, Mapping):
+        return {key: _finite(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(each) for each in value]
+    return "not finished" if isinstance(value, float) and math.isinf(value) else value

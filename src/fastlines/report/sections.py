@@ -1,0 +1,278 @@
+"""The report's tables, in the thesis's form, and what stands around them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from ..bench.table import three
+from ..settings import METHOD_NOTES
+from .claims import Claim, Tables, claims_of
+from .depths import C_TRAV, THESIS_DEPTHS
+from .document import Cell, Gallery, Picture, Section, Table
+from .plan import Plan
+from .rows import MORE_TITLES, TIMES, TITLES, Row
+from .steps import Found, Results
+from .subject import Subject
+from .why import WHY
+
+#: What times are told in parts of: the first that both the thesis and we have.
+BASES = ("bvh-cl", "embree", "embree-ps", "kd-d2")
+COLUMNS = {"n_prims": "primitives", "build_ms": "build, ms", "n_nodes": "nodes", "cost": "cost"} | {
+    time: time.capitalize() for time in TIMES
+}
+NOT_FINISHED = "not finished"
+NOTHING = "–"
+
+
+def shown(figure: float | None, column: str) -> str:
+    """Write a figure as its column has it."""
+    if figure is None:
+        return NOTHING
+    if figure == float("inf"):
+        return NOT_FINISHED
+    if column in ("n_prims", "n_nodes"):
+        return f"{figure:,.0f}"
+    return f"{figure:,.2f}" if column == "cost" else three(figure)
+
+
+def figures_table(rows: Mapping[str, Row], thesis: Mapping[str, Row], missing: str) -> Table:
+    """Write all figures of a subject, the thesis's beside them."""
+    body = []
+    for name, title in {**TITLES, **MORE_TITLES}.items():
+        row, other = rows.get(name), thesis.get(name)
+        if row is None and other is None:
+            continue
+        cells = [Cell(title)]
+        for column in COLUMNS:
+            figure = None if row is None else row.figure(column)
+            text = shown(figure, column)
+            if row is not None and row.over_s is not None and column == "build_ms":
+                text = f"over {row.over_s:g} s"
+            if row is None and name.startswith("embree"):
+                text = "not installed" if missing else NOTHING
+            if row is not None and row.parts and column in row.parts:
+                text += "*"
+            cells.append(Cell(text, figure, "" if other is None else shown(other.figure(column), column)))
+        body.append(cells)
+    notes = [part_note(rows)] if any(row.parts for row in rows.values()) else []
+    return Table(["", *COLUMNS.values()], body, "Figures" + ("; the thesis’s below each" if thesis else ""), notes)
+
+
+def part_note(rows: Mapping[str, Row]) -> str:
+    """Say on how many rays the figures with a star were measured."""
+    said = []
+    for row in rows.values():
+        if row.parts:
+            low, high = min(row.parts.values()), max(row.parts.values())
+            said.append(f"{row.title}: {low:,}" + (f" to {high:,}" if high > low else ""))
+    return f"* Measured on fewer rays, evenly spread, and scaled up: {'; '.join(said)}."
+
+
+def ratios_table(rows: Mapping[str, Row], thesis: Mapping[str, Row]) -> Table | None:
+    """Write all figures in parts of those of one row; None if no row can be that."""
+    base = next((name for name in BASES if all(_asked(name, side) for side in (rows, thesis) if side)), None)
+    if base is None:
+        return None
+    bases = {column: base if column in TIMES else "bvh-cl" for column in COLUMNS if column != "n_prims"}
+    body = []
+    for name, title in {**TITLES, **MORE_TITLES}.items():
+        if name not in rows:
+            continue
+        cells = [Cell(title)]
+        for column, to in bases.items():
+            ours, theirs = (_ratio(side, name, to, column) for side in (rows, thesis))
+            other = shown(theirs, "ratio") if name in thesis else ""
+            cells.append(Cell(shown(ours, "ratio"), ours, other))
+        body.append(cells)
+    trees = "Build, nodes and cost in parts of BVH::CL’s"
+    said = (
+        f"All in parts of BVH::CL’s{trees[len(trees) :]}"
+        if base == "bvh-cl"
+        else f"{trees}, times in parts of {TITLES[base]}’s"
+    )
+    heads = ["", *(COLUMNS[column].replace(", ms", "") for column in bases)]
+    return Table(heads, body, said + ("; the thesis’s below each" if thesis else ""))
+
+
+def _asked(name: str, rows: Mapping[str, Row]) -> bool:
+    return name in rows and rows[name].ms.get("first M", float("inf")) < float("inf")
+
+
+def _ratio(rows: Mapping[str, Row], of: str, to: str, column: str) -> float | None:
+    a, b = (rows[name].figure(column) if name in rows else None for name in (of, to))
+    return a / b if a is not None and b and b < float("inf") else None
+
+
+def sweep_table(found: Found) -> Table:
+    """Show how the length to which segments are cut for Embree was chosen."""
+    rows = [
+        [
+            Cell("whole" if not each["share"] else f"1/{1 / each['share']:.0f}", each["share"]),
+            Cell(f"{each['n_pieces']:,}", each["n_pieces"]),
+            Cell(three(1e3 * each["build_s"]), each["build_s"]),
+            *(Cell(three(ms), ms) for ms in (each["first M"]["ms"], each["all M"]["ms"], each["mean_ms"])),
+            Cell(
+                "best" if each["share"] == found["best_share"] else "",
+                good=each["share"] == found["best_share"] or None,
+            ),
+        ]
+        for each in found["lengths"]
+    ]
+    heads = ["length / diagonal", "pieces", "build, ms", "First M", "All M by filter", "mean", ""]
+    return Table(heads, rows, "To what length segments are cut for Embree PS")
+
+
+def subject_section(
+    subject: Subject, plan: Plan, results: Results, rows: Mapping[str, Row], thesis: Mapping[str, Row], missing: str
+) -> Section:
+    """Write all about one scene or file."""
+    radii = ", ".join(f"{letter} = {radius:g}" for letter, radius in subject.radii.items())
+    n_thesis = thesis["bvh-cl"].n_prims if thesis else None
+    size = f"{len(subject.lines):,} segments"
+    if n_thesis not in (None, len(subject.lines)):
+        size += f" (the thesis has {n_thesis:,}: compare ratios with care)"
+    text = [
+        f"{size}: {subject.note}.",
+        f"Times are milliseconds for {plan.size}² = {plan.size**2:,} rays of a camera; {radii}.",
+    ]
+    parts: list[Table | Gallery] = [depth_gallery(subject, results), figures_table(rows, thesis, missing)]
+    ratios = ratios_table(rows, thesis)
+    parts += [ratios] if ratios else []
+    trees = {method: results[f"{subject.title}: {method}"] for method in plan.methods}
+    for method, found in trees.items():
+        if found.get("limits"):
+            text.append(f"Limits were felt by {method}: {'; '.join(found['limits'])}.")
+    sweep, embree = (results.get(f"{subject.title}: {name}") for name in ("Embree’s lengths", "Embree"))
+    if embree:
+        differs = embree["differs"]
+        text.append(
+            f"Embree names another first segment than we for {differs['first']:.2%} of {plan.size}² rays, and has "
+            f"another set of hits for {differs['all']:.2%}; repeated first hits find {differs['repeated']:.2%} of the "
+            "hits that a filter finds."
+        )
+    parts += [sweep_table(sweep)] if sweep else []
+    parts += tree_galleries(subject, trees)
+    return Section(subject.name, subject.title, text, parts)
+
+
+def depth_gallery(subject: Subject, results: Results) -> Gallery:
+    """Show the subject with each radius."""
+    images = results[f"{subject.title}: pictures"]["images"]
+    return Gallery(
+        [
+            Picture(file, f"{letter} = {subject.radii[letter]:g}", f"{subject.title} with the radius {letter}")
+            for letter, file in images.items()
+        ],
+        3,
+        "Lighter is nearer",
+    )
+
+
+def tree_galleries(subject: Subject, trees: Mapping[str, Found]) -> list[Gallery]:
+    """Show what rays visit in each tree, and the levels of some."""
+    galleries = []
+    titles = {**TITLES, **MORE_TITLES}
+    for what, words in (("nodes", "nodes visited"), ("tests", "primitives tested")):
+        pictures = [
+            Picture(
+                found["images"][what],
+                f"{titles[method].split(',')[0]}: {three(found['visits'][what])}",
+                f"{subject.title}: {words} in each pixel by {titles[method]}",
+                pixels=True,
+            )
+            for method, found in trees.items()
+            if "images" in found
+        ]
+        caption = f"{words.capitalize()} by the ray of each pixel, all hits, radius M; with the mean"
+        galleries.append(Gallery(pictures, 6, caption, scale=True))
+    sheets = [
+        Picture(
+            found["images"]["levels"], titles[method], f"{subject.title}: boxes of the first levels of {titles[method]}"
+        )
+        for method, found in trees.items()
+        if "levels" in found.get("images", {})
+    ]
+    return [*galleries, Gallery(sheets, 3, "The first levels of the trees")]
+
+
+def claims_section(ours: Tables, thesis: Tables) -> Section:
+    """Write down what the thesis found, and whether it holds in our tables and in its own."""
+    mine, theirs = claims_of(ours), claims_of(thesis)
+    verdicts = [[Cell(claim.text), _verdict(claim), _verdict(other)] for claim, other in zip(mine, theirs, strict=True)]
+    figures = [
+        [
+            Cell(check.what),
+            Cell(shown(check.figure, "ratio"), check.figure, good=check.holds),
+            Cell(shown(other.figure, "ratio"), other.figure, good=other.holds),
+            Cell(
+                f"≤ {check.most:.4g}"
+                if check.least == 0
+                else f"≥ {check.least:.4g}"
+                if check.most == float("inf")
+                else f"{check.least:.4g} to {check.most:.4g}"
+            ),
+        ]
+        for claim, reference in zip(mine, theirs, strict=True)
+        for check, other in zip(claim.checks, reference.checks, strict=True)
+    ]
+    n_held = sum(claim.holds is True for claim in mine)
+    return Section(
+        "claims",
+        "What the thesis found",
+        [
+            f"{n_held} of its {len(mine)} findings hold in our tables. A tree counts as collapsed if it costs more than "
+            "three times as much as the D2 tree of its kind; Embree, if its first hits take more than three times as long as "
+            "with segments cut."
+        ],
+        [
+            Table(["finding", "in our tables", "in the thesis’s"], verdicts),
+            Table(["figure", "ours", "the thesis’s", "expected"], figures, "The figures behind it"),
+        ],
+    )
+
+
+def _verdict(claim: Claim) -> Cell:
+    words = {True: "holds", False: "does not hold", None: "not measured"}
+    return Cell(words[claim.holds], {True: 2.0, None: 1.0, False: 0.0}[claim.holds], good=claim.holds)
+
+
+def depths_section(found: Sequence[Found]) -> Section:
+    """Write the table of thesis §4.3."""
+    rows = []
+    for row in found:
+        cost, ms = THESIS_DEPTHS[row["depth"]]
+        exhaustive = row.get("exhaustive_ms")
+        rows.append(
+            [
+                Cell(str(row["depth"]), row["depth"]),
+                Cell(f"{row['cost']:.1f}", row["cost"], f"{cost:.1f}"),
+                Cell(f"{row['n_nodes']:,}", row["n_nodes"]),
+                Cell("not in this version" if exhaustive is None else three(exhaustive), exhaustive, three(ms)),
+                Cell(three(row["build_ms"]), row["build_ms"]),
+            ]
+        )
+    text = (
+        "100 thin cylinders of length 1 in a cube of side 4; a KD tree, 16 planes an axis, c_prim = 1, c_trav = "
+        f"{C_TRAV}. The thesis looked into all candidates; branch and bound finds the same tree."
+    )
+    heads = ["depth", "cost", "nodes", "exhaustive, ms", "branch and bound, ms"]
+    return Section("depths", "How far to look ahead (§4.3)", [text], [Table(heads, rows, "The thesis’s below ours")])
+
+
+def why_section() -> Section:
+    """Say why figures differ."""
+    return Section("why", "Where our figures differ, and why", points=WHY)
+
+
+def method_points(methods: Sequence[str]) -> tuple[tuple[str, str], ...]:
+    """Say what each row is."""
+    titles = {**TITLES, **MORE_TITLES}
+    more = (
+        (
+            "Embree",
+            "two triangles a segment, facing the camera, built for each radius; all hits by repeated first hits",
+        ),
+        ("Embree PS", "the same, with segments cut to the length at which it is best"),
+        ("by filter", "all hits of the same scenes in one pass, by a filter that goes on"),
+    )
+    return (*((titles[method], METHOD_NOTES[method]) for method in methods), *more)
