@@ -199,8 +199,8 @@ def _write(
     peer = f"Embree {machine['embree']}, its calls alone" if not missing else f"Embree is missing: {missing}"
     text = [
         f"Everything is timed with one thread, by its processor time; the best of up to three rounds counts. {peer}.",
-        f"All {n_compared:,} answers that were compared are those of “{DEFAULT_METHOD}” on its wide layout, bit for bit; "
-        "all trees are valid. Embree’s build is one for one radius; our trees serve all three.",
+        f"All {n_compared:,} answers that were compared are those of “{DEFAULT_METHOD}” on its wide layout, bit for "
+        "bit; all trees are valid. Embree’s build is one for one radius; our trees serve all three.",
     ]
     method = Section("method", "How it was measured", text, points=method_points(plan.methods))
     foot = (

@@ -220,9 +220,9 @@ def claims_section(ours: Tables, thesis: Tables) -> Section:
         "claims",
         "What the thesis found",
         [
-            f"{n_held} of its {len(mine)} findings hold in our tables. A tree counts as collapsed if it costs more than "
-            "three times as much as the D2 tree of its kind; Embree, if its first hits take more than three times as long as "
-            "with segments cut."
+            f"{n_held} of its {len(mine)} findings hold in our tables. A tree counts as collapsed if it costs more "
+            "than three times as much as the D2 tree of its kind; Embree, if its first hits take more than three times "
+            "as long as with segments cut."
         ],
         [
             Table(["finding", "in our tables", "in the thesis’s"], verdicts),
