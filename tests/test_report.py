@@ -16,6 +16,7 @@ from command_line import done, refused
 import fastlines as fl
 from fastlines.bench import embree
 from fastlines.bench.embree import Scenes
+from fastlines.bench.embree_tree import embree_tree, piece_boxes
 from fastlines.bench.rays import camera_rays
 from fastlines.bench.repeat import repeat_first
 from fastlines.bench.visits import count_visits, visits_of_rays
@@ -124,7 +125,8 @@ def test_embree_is_cut_to_the_length_that_was_best(told):
         assert sweep["best"] == best["length"]
         assert rows["embree-ps"]["n_prims"] == rows["embree-ps-filter"]["n_prims"] == best["n_pieces"]
         assert rows["embree"]["n_prims"] == TINY.scenes[scene]
-        assert rows["embree"]["cost"] is None
+        assert rows["embree"]["cost"] > 0
+        assert rows["embree-ps"]["n_nodes"] >= rows["embree"]["n_nodes"]
         assert rows["embree"]["ms"]["all M"] != rows["embree-filter"]["ms"]["all M"]
     assert told["missing"] == {}
 
@@ -138,6 +140,24 @@ def test_repeated_first_hits_are_all_hits():
     expected = fl.build(scene.lines).count_hits(rays.origins, rays.directions, 0.01).sum()
     assert found.n_hits == pytest.approx(expected, rel=0.02)
     assert found.n_hits == pytest.approx(len(scenes.ask(ribbons(0.0), "all", rays).unpack()[0]), rel=0.01)
+
+
+@pytest.mark.skipif(not has_embree(), reason="Embree is not installed")
+def test_cost_of_a_tree_that_embree_made():
+    def thin(*x):
+        return fl.Lines.from_segments([[[a, 0, 0], [a, 1, 1]] for a in x])
+
+    one = embree_tree(thin(0.0))
+    assert (one.n_prims, one.n_nodes, one.cost) == (1, 1, 1.0)
+    # Three flat boxes of area 1 at either end of one of area 1 + 2·99: c_trav = 2, then each three with a chance of 1/199.
+    six = embree_tree(thin(0.0, 0.0, 0.0, 99.0, 99.0, 99.0))
+    assert (six.n_prims, six.n_nodes) == (6, 3)
+    assert six.cost == pytest.approx(2 + 6 / 199)
+    lines = fl.scenes.make("spaghetti", 300).lines
+    whole, cut = embree_tree(lines), embree_tree(lines, 0.1)
+    assert cut.n_prims == len(piece_boxes(lines, 0.1)[0]) > 300
+    assert 1 < cut.cost < whole.cost <= 300
+    assert whole.cost == pytest.approx(fl.build(lines, "bvh-cl").cost(), rel=0.1)
 
 
 def test_a_missing_peer_is_named_with_its_command(tmp_path, monkeypatch):
@@ -315,8 +335,7 @@ def test_report_of_lines(tmp_path):
 def test_a_build_over_the_limit_is_named(tmp_path):
     scene = fl.scenes.make("bun-hair", 4000)
     plan = replace(ONE, build_limit=0.0, methods=("kd-d2",))
-    monkeyless = replace(plan, methods=("bvh-cl", "kd-d2"))
-    page = report_lines(tmp_path, monkeyless, "it", scene.lines, scene.camera)
+    page = report_lines(tmp_path, plan, "it", scene.lines, scene.camera)
     text = page.read_text(encoding="utf-8")
     assert "over 0 s" in text
     assert "the build did not end within the limit" in text

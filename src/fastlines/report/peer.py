@@ -13,6 +13,7 @@ import numpy as np
 
 from ..bench.compare import compare
 from ..bench.embree import Build, Config, Scenes
+from ..bench.embree_tree import embree_tree
 from ..bench.engine import ask_tree
 from ..bench.rays import RayBatch, camera_rays
 from ..bench.repeat import repeat_first
@@ -83,6 +84,12 @@ def embree_step(subject: Subject, plan: Plan, length: float) -> Found:
             }
             found["differs"] = _differences(subject, scenes, config, few)
     return found
+
+
+def embree_tree_step(subject: Subject, length: float) -> Found:
+    """Build trees of the whole segments and of the pieces by Embree's builder interface, and tell their figures."""
+    trees = {"embree": embree_tree(subject.lines), "embree-ps": embree_tree(subject.lines, length)}
+    return {name: {"n_nodes": tree.n_nodes, "cost": tree.cost} for name, tree in trees.items()}
 
 
 def _asked(scenes: Scenes, config: Config, query: str) -> Asked:

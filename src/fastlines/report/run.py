@@ -25,7 +25,7 @@ from .depths import depth_step
 from .document import Document, Section
 from .markdown import markdown
 from .page import html
-from .peer import embree_step, sweep_step
+from .peer import embree_step, embree_tree_step, sweep_step
 from .plan import Plan
 from .rows import Row, row_of, thesis_row
 from .sections import claims_section, depths_section, method_points, subject_section, why_section
@@ -35,11 +35,11 @@ from .trees import picture_step, tree_step
 
 #: The folder of steps and pictures beside the page.
 STEPS = "steps"
-SWEEP, PEER, PEER_PS = "Embree’s lengths", "Embree", "Embree PS"
+SWEEP, PEER, PEER_PS, PEER_TREES = "Embree’s lengths", "Embree", "Embree PS", "Embree’s trees"
 
 #: About how many seconds steps take: of a tree on each scene in full; of others.
 _TREE_WEIGHTS = {"bun-hair": 25.0, "straight-hair": 25.0, "spaghetti": 12.0, "spaghetti-2": 20.0, "photon-beams": 40.0}
-_WEIGHTS = {"pictures": 6.0, SWEEP: 15.0, PEER: 15.0, PEER_PS: 20.0}
+_WEIGHTS = {"pictures": 6.0, SWEEP: 15.0, PEER: 15.0, PEER_PS: 20.0, PEER_TREES: 10.0}
 
 
 def report_thesis(directory: str | os.PathLike[str], plan: Plan, *, show_progress: bool = False) -> Path:
@@ -161,6 +161,11 @@ def _steps(subject: Subject, plan: Plan, store: Store, missing: str) -> list[Ste
         Step(
             f"{title}: {PEER_PS}", _WEIGHTS[PEER_PS], lambda results: embree_step(subject, plan, results[cut]["best"])
         ),
+        Step(
+            f"{title}: {PEER_TREES}",
+            _WEIGHTS[PEER_TREES],
+            lambda results: embree_tree_step(subject, results[cut]["best"]),
+        ),
     ]
 
 
@@ -178,7 +183,7 @@ def _rows(subject: Subject, plan: Plan, results: Results) -> dict[str, Row]:
     for name, step in (("embree", PEER), ("embree-ps", PEER_PS)):
         measured = results.get(f"{subject.title}: {step}")
         if measured is not None:
-            found |= {name: measured, f"{name}-filter": measured}
+            found |= {name: measured | results[f"{subject.title}: {PEER_TREES}"][name], f"{name}-filter": measured}
     return {name: row_of(name, measured) for name, measured in found.items()}
 
 

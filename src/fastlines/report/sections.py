@@ -6,19 +6,20 @@ from collections.abc import Mapping, Sequence
 
 from ..bench.table import three
 from ..settings import METHOD_NOTES
-from .claims import Claim, Tables, claims_of
+from .claims import Claim, Tables, claims_of, ratio
 from .depths import C_TRAV, THESIS_DEPTHS
 from .document import Cell, Gallery, Picture, Section, Table
 from .plan import Plan
 from .rows import MORE_TITLES, TIMES, TITLES, Row
 from .steps import Found, Results
 from .subject import Subject
+from .trees import CHECKED
 from .why import WHY
 
 #: What times are told in parts of: the first that both the thesis and we have.
 BASES = ("bvh-cl", "embree", "embree-ps", "kd-d2")
 COLUMNS = {"n_prims": "primitives", "build_ms": "build, ms", "n_nodes": "nodes", "cost": "cost"} | {
-    time: time.capitalize() for time in TIMES
+    time: time[0].upper() + time[1:] for time in TIMES
 }
 NOT_FINISHED = "not finished"
 NOTHING = "–"
@@ -55,7 +56,7 @@ def figures_table(rows: Mapping[str, Row], thesis: Mapping[str, Row], missing: s
             cells.append(Cell(text, figure, "" if other is None else shown(other.figure(column), column)))
         body.append(cells)
     notes = [part_note(rows)] if any(row.parts for row in rows.values()) else []
-    return Table(["", *COLUMNS.values()], body, "Figures" + ("; the thesis’s below each" if thesis else ""), notes)
+    return Table(["tree", *COLUMNS.values()], body, "Figures" + ("; the thesis’s below each" if thesis else ""), notes)
 
 
 def part_note(rows: Mapping[str, Row]) -> str:
@@ -80,7 +81,7 @@ def ratios_table(rows: Mapping[str, Row], thesis: Mapping[str, Row]) -> Table | 
             continue
         cells = [Cell(title)]
         for column, to in bases.items():
-            ours, theirs = (_ratio(side, name, to, column) for side in (rows, thesis))
+            ours, theirs = (ratio(side, column, name, to) for side in (rows, thesis))
             other = shown(theirs, "ratio") if name in thesis else ""
             cells.append(Cell(shown(ours, "ratio"), ours, other))
         body.append(cells)
@@ -90,17 +91,12 @@ def ratios_table(rows: Mapping[str, Row], thesis: Mapping[str, Row]) -> Table | 
         if base == "bvh-cl"
         else f"{trees}, times in parts of {TITLES[base]}’s"
     )
-    heads = ["", *(COLUMNS[column].replace(", ms", "") for column in bases)]
+    heads = ["tree", *(COLUMNS[column].replace(", ms", "") for column in bases)]
     return Table(heads, body, said + ("; the thesis’s below each" if thesis else ""))
 
 
 def _asked(name: str, rows: Mapping[str, Row]) -> bool:
     return name in rows and rows[name].ms.get("first M", float("inf")) < float("inf")
-
-
-def _ratio(rows: Mapping[str, Row], of: str, to: str, column: str) -> float | None:
-    a, b = (rows[name].figure(column) if name in rows else None for name in (of, to))
-    return a / b if a is not None and b and b < float("inf") else None
 
 
 def sweep_table(found: Found) -> Table:
@@ -118,7 +114,7 @@ def sweep_table(found: Found) -> Table:
         ]
         for each in found["lengths"]
     ]
-    heads = ["length / diagonal", "pieces", "build, ms", "First M", "All M by filter", "mean", ""]
+    heads = ["length / diagonal", "pieces", "build, ms", "First M", "All M by filter", "mean", "best"]
     return Table(heads, rows, "To what length segments are cut for Embree PS")
 
 
@@ -146,9 +142,9 @@ def subject_section(
     if embree:
         differs = embree["differs"]
         text.append(
-            f"Embree names another first segment than we for {differs['first']:.2%} of {plan.size}² rays, and has "
-            f"another set of hits for {differs['all']:.2%}; repeated first hits find {differs['repeated']:.2%} of the "
-            "hits that a filter finds."
+            f"Of {min(CHECKED, plan.size**2):,} rays Embree names another first segment than we for "
+            f"{differs['first']:.2%}, and has another set of hits for {differs['all']:.2%}; repeated first hits find "
+            f"{differs['repeated']:.2%} of the hits that a filter finds."
         )
     parts += [sweep_table(sweep)] if sweep else []
     parts += tree_galleries(subject, trees)
@@ -221,8 +217,8 @@ def claims_section(ours: Tables, thesis: Tables) -> Section:
         "What the thesis found",
         [
             f"{n_held} of its {len(mine)} findings hold in our tables. A tree counts as collapsed if it costs more "
-            "than three times as much as the D2 tree of its kind; Embree, if its first hits take more than three times "
-            "as long as with segments cut."
+            "than three times as much as the D2 tree of its kind; Embree, if its cost and the "
+            "time of its first hits are more than three times those with segments cut."
         ],
         [
             Table(["finding", "in our tables", "in the thesis’s"], verdicts),

@@ -23,9 +23,10 @@ WHY: tuple[tuple[str, str], ...] = (
     ),
     (
         "SPLITS are chosen by us",
-        "How fine the grids of planes are is not told either: 8 planes an axis for BVHs, 12 for KD::D2. Where the "
-        "scenes are long and crossing, ours have several times as many nodes at about the same cost, and take "
-        "longer to build.",
+        "How fine the grids of planes are is not told either: 8 planes an axis for BVHs, 12 for KD::D2, while "
+        "KD::CL tries the sides of all boxes. So on hair KD::D2 is KD::CL with another set of planes, not with a "
+        "second level alone. Where lines are long and cross, ours have several times as many nodes at about the "
+        "same cost, and take longer to build.",
     ),
     (
         "The camera is unknown",
@@ -35,8 +36,10 @@ WHY: tuple[tuple[str, str], ...] = (
     (
         "The search of a tree is ours",
         "The five trees are searched one ray at a time through the binary tree as it was built, as the thesis "
-        "did, but by code of our own. All hits cost about the same for each radius there, as here; that first "
-        "hits grow dearer as the radius falls comes from the same cause in both: fewer rays end early.",
+        "did, but by code of our own. Boxes are grown by the radius, for KD trees too, so the search of one goes "
+        "on behind the first leaf with a hit, where the thesis's ends. So KD trees gain less with us than with "
+        "the thesis, and the less the larger the radius is. All hits come sorted, with their place on the "
+        "segment; where there are many, writing them takes its time.",
     ),
     (
         "Embree is another Embree",
@@ -47,12 +50,14 @@ WHY: tuple[tuple[str, str], ...] = (
     ),
     (
         "Nodes and cost of Embree",
-        "The thesis read both out of Embree's tree. Embree 4 has no call that gives the tree of a scene that it "
-        "built: rtcBuildBVH hands out nodes, but of another tree, made by the caller. So these cells are empty.",
+        "The thesis read both out of Embree's tree. Embree 4 has no call that gives the tree of a scene. What "
+        "stands there is of the tree that its builder interface, rtcBuildBVH, makes of the boxes of the same "
+        "segments or pieces, with two children a node, c_trav = 2 and c_prim = 1. A scene's tree has four or "
+        "eight children a node and is over triangles, as the thesis's was, so its figures are lower.",
     ),
     (
         "What we do not know",
-        "Why BVH::CL has half the cost of ours on Photon Beams, and Embree's tree there a fifth of it: the scene "
-        "is ours, and no parameter that we tried explains both.",
+        "Why BVH::CL has half the cost of ours on Photon Beams, and Embree's tree there a tenth: the scene is "
+        "ours, and no parameter that we tried explains both.",
     ),
 )
