@@ -149,7 +149,7 @@ def test_cost_of_a_tree_that_embree_made():
 
     one = embree_tree(thin(0.0))
     assert (one.n_prims, one.n_nodes, one.cost) == (1, 1, 1.0)
-    # Three flat boxes of area 1 at either end of one of area 1 + 2·99: c_trav = 2, then each three with a chance of 1/199.
+    # Three flat boxes of area 1 at either end of one of area 1 + 2·99: c_trav = 2, then three with a chance of 1/199.
     six = embree_tree(thin(0.0, 0.0, 0.0, 99.0, 99.0, 99.0))
     assert (six.n_prims, six.n_nodes) == (6, 3)
     assert six.cost == pytest.approx(2 + 6 / 199)
@@ -373,7 +373,7 @@ addEventListener("load", () => {
 
 
 @pytest.mark.parametrize("width", [390, 1280])
-def test_page_in_a_browser(folder, tmp_path, width):
+def test_page_in_a_browser(folder, told, tmp_path, width):
     browser = next(
         (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), ""
     )
@@ -408,6 +408,6 @@ def test_page_in_a_browser(folder, tmp_path, width):
     assert probe["shown"] == probe["images"] == 5 * 18
     costs = [float(value) for value in probe["up"] if value is not None]
     assert costs == sorted(costs)
-    assert len(costs) == 6
+    assert len(costs) == sum(row["cost"] is not None for row in told["rows"]["spaghetti"].values()) >= 6
     assert [float(value) for value in probe["down"] if value is not None] == costs[::-1]
     assert probe["wide"] <= 0, "wider than the screen"
