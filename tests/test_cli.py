@@ -19,7 +19,7 @@ import fastlines as fl
 from fastlines.cli.app import explain
 from fastlines.cli.info import count_duplicates
 
-COMMANDS = ("demo", "scene", "info", "build", "validate", "query", "render", "bench")
+COMMANDS = ("demo", "scene", "info", "build", "validate", "query", "render", "bench", "report")
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 

@@ -1,11 +1,9 @@
 """The C++ core equals the executable specification, node for node; and the table of thesis §4.3."""
 
 import dataclasses
-import importlib.util
 import math
 import zlib
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +11,7 @@ from theory_scenes import SCENE_NAMES, Triangle, a_box, scene
 
 import fastlines as fl
 from fastlines import theory as th
+from fastlines.report.depths import THESIS_DEPTHS, build_ahead, cylinders
 from fastlines.settings import THESIS_METHODS
 
 RULES = {"tight": th.tight, "cut": th.cut}
@@ -140,14 +139,9 @@ def test_core_equals_theory_on_other_primitives(given, name):
 
 
 def test_table_4_3_looking_further_ahead_costs_less():
-    path = Path(__file__).parents[1] / "benchmarks" / "table_4_3.py"
-    spec = importlib.util.spec_from_file_location("table_4_3", path)
-    assert spec is not None
-    table = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(table)
-    axes = table.cylinders(seed=0)
+    axes = cylinders(seed=0)
     assert axes.shape == (100, 2, 3)
     np.testing.assert_allclose(np.linalg.norm(axes[:, 1] - axes[:, 0], axis=1), 1)
-    costs = [table.build(axes, depth, c_trav=1.2).cost() for depth in table.DEPTHS]
+    costs = [build_ahead(axes, depth).cost() for depth in THESIS_DEPTHS]
     assert costs == [100.0, *(pytest.approx(cost, abs=0.05) for cost in (24.5, 24.0, 23.8))]
     assert costs == sorted(costs, reverse=True)

@@ -37,9 +37,20 @@ from .trees import picture_step, tree_step
 STEPS = "steps"
 SWEEP, PEER, PEER_PS, PEER_TREES = "Embree’s lengths", "Embree", "Embree PS", "Embree’s trees"
 
-#: About how many seconds steps take: of a tree on each scene in full; of others.
-_TREE_WEIGHTS = {"bun-hair": 25.0, "straight-hair": 25.0, "spaghetti": 12.0, "spaghetti-2": 20.0, "photon-beams": 40.0}
-_WEIGHTS = {"pictures": 6.0, SWEEP: 15.0, PEER: 15.0, PEER_PS: 20.0, PEER_TREES: 10.0}
+#: About how many seconds steps take on a large scene, of which only the ratios count.
+_WEIGHTS = {
+    "pictures": 2.0,
+    "bvh-cl": 14.0,
+    "bvh-ss": 16.0,
+    "bvh-d2": 27.0,
+    "kd-cl": 25.0,
+    "kd-d2": 52.0,
+    DEFAULT_METHOD: 5.0,
+    SWEEP: 20.0,
+    PEER: 15.0,
+    PEER_PS: 20.0,
+    PEER_TREES: 8.0,
+}
 
 
 def report_thesis(directory: str | os.PathLike[str], plan: Plan, *, show_progress: bool = False) -> Path:
@@ -148,9 +159,10 @@ def _run(
 def _steps(subject: Subject, plan: Plan, store: Store, missing: str) -> list[Step]:
     """List the work on one subject; of what is missing there is none."""
     title = subject.title
-    weight = _TREE_WEIGHTS.get(subject.name, 20.0)
     steps = [Step(f"{title}: pictures", _WEIGHTS["pictures"], lambda results: picture_step(subject, plan, store))]
-    steps += [Step(f"{title}: {method}", weight, _tree(subject, method, plan, store)) for method in plan.methods]
+    steps += [
+        Step(f"{title}: {method}", _WEIGHTS[method], _tree(subject, method, plan, store)) for method in plan.methods
+    ]
     if missing:
         return steps
     cut = f"{title}: {SWEEP}"
