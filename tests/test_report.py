@@ -82,6 +82,10 @@ def test_json_has_every_row_and_figure(told):
             if not name.startswith("embree"):
                 assert row["n_prims"] == TINY.scenes[scene]
                 assert row["cost"] > 0
+    scene = fl.scenes.make("spaghetti", TINY.scenes["spaghetti"])
+    for method, c_trav in (("best", 2.0), ("kd-d2", 0.6)):
+        cost = fl.build(scene.lines, method).cost(model=fl.Cost(c_trav))
+        assert told["rows"]["spaghetti"][method]["cost"] == cost
     assert told["n_compared"] == 5 * 6 * 2 * 32 * 32
     assert {"processor", "simd", "fastlines"} <= told["machine"].keys()
 

@@ -135,9 +135,8 @@ def subject_section(
     ratios = ratios_table(rows, thesis)
     parts += [ratios] if ratios else []
     trees = {method: results[f"{subject.title}: {method}"] for method in plan.methods}
-    for method, found in trees.items():
-        if found.get("limits"):
-            text.append(f"Limits were felt by {method}: {'; '.join(found['limits'])}.")
+    felt = [f"{method}: {'; '.join(found['limits'])}" for method, found in trees.items() if found.get("limits")]
+    text += [f"Limits were felt. {'. '.join(felt)}."] if felt else []
     sweep, embree = (results.get(f"{subject.title}: {name}") for name in ("Embree’s lengths", "Embree"))
     if embree:
         differs = embree["differs"]
@@ -179,7 +178,7 @@ def tree_galleries(subject: Subject, trees: Mapping[str, Found]) -> list[Gallery
             for method, found in trees.items()
             if "images" in found
         ]
-        caption = f"{words.capitalize()} by the ray of each pixel, all hits, radius M; with the mean"
+        caption = f"{words.capitalize()} by the ray of each pixel, all hits, radius M; with the mean."
         galleries.append(Gallery(pictures, 6, caption, scale=True))
     sheets = [
         Picture(
