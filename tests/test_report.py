@@ -22,6 +22,7 @@ from fastlines.bench.repeat import repeat_first
 from fastlines.bench.visits import count_visits, visits_of_rays
 from fastlines.demo.reference import THESIS
 from fastlines.errors import FastlinesError, MissingExtraError
+from fastlines.render import default_camera
 from fastlines.report import FULL, QUICK, Plan, report_lines, report_thesis, run
 from fastlines.report.claims import claims_of
 from fastlines.report.depths import THESIS_DEPTHS, cylinders
@@ -334,6 +335,26 @@ def test_report_of_lines(tmp_path):
     assert "thesis’s below" not in text
     side = float((lines.bounds[1] - lines.bounds[0]).max())
     assert f"W = {RADII['W'] * side:g}" in text
+
+
+NASTY = {
+    "one": [[[0, 0, 0], [1, 2, 3]]],
+    "all in a point": np.ones((5, 2, 3)),
+    "on an axis": [[[i, 0, 0], [i + 1, 0, 0]] for i in range(20)],
+    "tiny": 1e-8 * fl.scenes.make("spaghetti", 40).lines.segments,
+    "huge": 1e8 * fl.scenes.make("spaghetti", 40).lines.segments,
+    "far away": 1e6 + fl.scenes.make("spaghetti", 40).lines.segments,
+}
+
+
+@pytest.mark.parametrize("name", NASTY)
+def test_report_of_nasty_lines(tmp_path, name):
+    lines = fl.Lines.from_segments(NASTY[name])
+    plan = replace(TINY, size=16, lengths=(0.0, 1 / 8), methods=("bvh-cl", "kd-d2"))
+    page = report_lines(tmp_path, plan, name, lines, default_camera(lines))
+    rows = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))["rows"]["lines"]
+    assert all(row["ms"]["first M"] > 0 for row in rows.values() if "filter" not in row["name"])
+    assert page.read_text(encoding="utf-8").count("<img") == 3 + 2 * 2 + 2
 
 
 def test_a_build_over_the_limit_is_named(tmp_path):

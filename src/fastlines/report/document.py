@@ -49,11 +49,12 @@ class Picture:
 
 @dataclass(frozen=True)
 class Gallery:
-    """Pictures side by side, so many if there is room."""
+    """Pictures side by side, so many if there is room, none narrower than so many pixels."""
 
     pictures: Sequence[Picture]
     columns: int
-    caption: str = ""
+    least: int = 100
+    caption: str = field(default="", kw_only=True)
     scale: bool = False  # it goes with the scale of colours of the counts
 
 

@@ -82,7 +82,9 @@ def _gallery(gallery: Gallery, images: Path) -> str:
     figures = "".join(_figure(picture, images) for picture in gallery.pictures)
     scale = _scale() if gallery.scale else ""
     caption = f'<p class="note">{escape(gallery.caption)} {scale}</p>' if gallery.caption else ""
-    return f'{caption}<div class="gallery" style="--columns:{gallery.columns}">{figures}</div>'
+    return (
+        f'{caption}<div class="gallery" style="--columns:{gallery.columns};--least:{gallery.least}px">{figures}</div>'
+    )
 
 
 def _figure(picture: Picture, images: Path) -> str:

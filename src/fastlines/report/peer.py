@@ -87,7 +87,12 @@ def embree_step(subject: Subject, plan: Plan, length: float) -> Found:
 
 
 def embree_tree_step(subject: Subject, length: float) -> Found:
-    """Build trees of the whole segments and of the pieces by Embree's builder interface, and tell their figures."""
+    """Build trees of the whole segments and of the pieces by Embree's builder interface, and tell their figures.
+
+    Its callbacks are Python, so there are none of more pieces than the sweep allows.
+    """
+    if len(subject.lines) > MAX_PIECES:
+        return {"embree": {}, "embree-ps": {}}
     trees = {"embree": embree_tree(subject.lines), "embree-ps": embree_tree(subject.lines, length)}
     return {name: {"n_nodes": tree.n_nodes, "cost": tree.cost} for name, tree in trees.items()}
 

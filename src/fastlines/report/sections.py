@@ -159,7 +159,7 @@ def depth_gallery(subject: Subject, results: Results) -> Gallery:
             for letter, file in images.items()
         ],
         3,
-        "Lighter is nearer",
+        caption="Lighter is nearer",
     )
 
 
@@ -179,7 +179,7 @@ def tree_galleries(subject: Subject, trees: Mapping[str, Found]) -> list[Gallery
             if "images" in found
         ]
         caption = f"{words.capitalize()} by the ray of each pixel, all hits, radius M; with the mean."
-        galleries.append(Gallery(pictures, 6, caption, scale=True))
+        galleries.append(Gallery(pictures, 6, caption=caption, scale=True))
     sheets = [
         Picture(
             found["images"]["levels"], titles[method], f"{subject.title}: boxes of the first levels of {titles[method]}"
@@ -187,7 +187,7 @@ def tree_galleries(subject: Subject, trees: Mapping[str, Found]) -> list[Gallery
         for method, found in trees.items()
         if "levels" in found.get("images", {})
     ]
-    return [*galleries, Gallery(sheets, 3, "The first levels of the trees")]
+    return [*galleries, Gallery(sheets, 3, 300, caption="The first levels of the trees")]
 
 
 def claims_section(ours: Tables, thesis: Tables) -> Section:
