@@ -12,24 +12,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import done, refused
+from peers import needs_embree
 
 import fastlines as fl
-from fastlines.bench import embree
-from fastlines.bench.embree import Scenes
-from fastlines.bench.embree_tree import embree_tree, piece_boxes
-from fastlines.bench.rays import camera_rays
-from fastlines.bench.repeat import repeat_first
-from fastlines.bench.visits import count_visits, visits_of_rays
 from fastlines.demo.reference import THESIS
-from fastlines.errors import FastlinesError, MissingExtraError
+from fastlines.errors import MissingExtraError
 from fastlines.render import default_camera
-from fastlines.report import FULL, QUICK, Plan, report_lines, report_thesis, run
-from fastlines.report.claims import claims_of
-from fastlines.report.depths import THESIS_DEPTHS, cylinders
-from fastlines.report.heat import MOST, colour, visit_maps
-from fastlines.report.peer import ribbons
-from fastlines.report.rows import TIMES, Row, thesis_row
-from fastlines.report.steps import Step, Store, run_steps
+from fastlines.report import Plan, report_lines, report_thesis, run
+from fastlines.report.depths import THESIS_DEPTHS
+from fastlines.report.rows import TIMES
 from fastlines.scenes import NAMES, RADII
 from fastlines.settings import THESIS_METHODS
 
@@ -47,14 +38,6 @@ TINY = Plan(
     depths=(0, 1),
 )
 ONE = replace(TINY, scenes={"spaghetti": 60}, peer=False)
-
-
-def has_embree() -> bool:
-    try:
-        embree.load(1)
-    except FastlinesError:
-        return False
-    return True
 
 
 @pytest.fixture(scope="module")
@@ -120,7 +103,7 @@ def test_page_holds_all_it_needs(folder):
     assert "width=device-width" in page
 
 
-@pytest.mark.skipif(not has_embree(), reason="Embree is not installed")
+@needs_embree
 def test_embree_is_cut_to_the_length_that_was_best(told):
     for scene, rows in told["rows"].items():
         title = fl.scenes.make(scene, 10).title
@@ -134,35 +117,6 @@ def test_embree_is_cut_to_the_length_that_was_best(told):
         assert rows["embree-ps"]["n_nodes"] >= rows["embree"]["n_nodes"]
         assert rows["embree"]["ms"]["all M"] != rows["embree-filter"]["ms"]["all M"]
     assert told["missing"] == {}
-
-
-@pytest.mark.skipif(not has_embree(), reason="Embree is not installed")
-def test_repeated_first_hits_are_all_hits():
-    scene = fl.scenes.make("spaghetti", 80)
-    rays = camera_rays(scene.camera, 48 * 48)
-    scenes = Scenes(scene.lines, 0.01, scene.camera.origin, 1)
-    found = repeat_first(scenes, ribbons(0.0), rays)
-    expected = fl.build(scene.lines).count_hits(rays.origins, rays.directions, 0.01).sum()
-    assert found.n_hits == pytest.approx(expected, rel=0.02)
-    assert found.n_hits == pytest.approx(len(scenes.ask(ribbons(0.0), "all", rays).unpack()[0]), rel=0.01)
-
-
-@pytest.mark.skipif(not has_embree(), reason="Embree is not installed")
-def test_cost_of_a_tree_that_embree_made():
-    def thin(*x):
-        return fl.Lines.from_segments([[[a, 0, 0], [a, 1, 1]] for a in x])
-
-    one = embree_tree(thin(0.0))
-    assert (one.n_prims, one.n_nodes, one.cost) == (1, 1, 1.0)
-    # Three flat boxes of area 1 at either end of one of area 1 + 2·99: c_trav = 2, then three with a chance of 1/199.
-    six = embree_tree(thin(0.0, 0.0, 0.0, 99.0, 99.0, 99.0))
-    assert (six.n_prims, six.n_nodes) == (6, 3)
-    assert six.cost == pytest.approx(2 + 6 / 199)
-    lines = fl.scenes.make("spaghetti", 300).lines
-    whole, cut = embree_tree(lines), embree_tree(lines, 0.1)
-    assert cut.n_prims == len(piece_boxes(lines, 0.1)[0]) > 300
-    assert 1 < cut.cost < whole.cost <= 300
-    assert whole.cost == pytest.approx(fl.build(lines, "bvh-cl").cost(), rel=0.1)
 
 
 def test_a_missing_peer_is_named_with_its_command(tmp_path, monkeypatch):
@@ -179,6 +133,13 @@ def test_a_missing_peer_is_named_with_its_command(tmp_path, monkeypatch):
         assert text.count("not installed") == 2 * 10
     unknown = [claim for claim in told["claims"] if claim["holds"] is None or "spaghetti 2" in claim["text"]]
     assert unknown
+
+
+def test_claims_in_json_follow_from_their_checks(told):
+    assert len(told["claims"]) == 7
+    for claim in told["claims"]:
+        assert claim["checks"]
+        assert claim["holds"] in (True, False, None)
 
 
 # --- Steps ---
@@ -208,114 +169,6 @@ def test_a_stopped_run_goes_on_where_it_was(tmp_path, monkeypatch):
     assert page.is_file()
     report_thesis(tmp_path, replace(ONE, size=16))
     assert len(made) == 7 + 6
-
-
-def test_what_is_kept_must_be_whole_and_under_the_same_key(tmp_path):
-    made = []
-
-    def make(results):
-        made.append(dict(results))
-        (tmp_path / "a.png").write_bytes(b"x")
-        return {"figure": 1, "images": {"it": "a.png"}}
-
-    steps = [Step("A: §1", 1.0, make), Step("b", 1.0, lambda results: {"twice": 2 * results["A: §1"]["figure"]})]
-    found = run_steps(steps, Store(tmp_path, 1))
-    assert found["b"]["twice"] == 2
-    assert run_steps(steps, Store(tmp_path, 1)) == found
-    assert len(made) == 1
-    run_steps(steps, Store(tmp_path, 2))
-    assert len(made) == 2
-    (tmp_path / "a.png").unlink()
-    run_steps(steps, Store(tmp_path, 2))
-    assert len(made) == 3
-    Store(tmp_path, 2).path("A: §1", ".json").write_text('{"key"')
-    run_steps(steps, Store(tmp_path, 2), show_progress=True)
-    assert len(made) == 4
-
-
-def test_progress_names_the_step_and_the_time_left(tmp_path, capsys, monkeypatch):
-    monkeypatch.setenv("FORCE_COLOR", "1")
-    monkeypatch.setenv("COLUMNS", "140")
-    run_steps([Step(name, 1.0, lambda results: {}) for name in "abc"], Store(tmp_path, 1), show_progress=True)
-    shown = capsys.readouterr().err
-    assert "of 3" in shown
-
-
-# --- What the thesis found ---
-
-
-def thesis_tables():
-    return {scene: {name: thesis_row(name, row) for name, row in rows.items()} for scene, rows in THESIS.items()}
-
-
-def test_all_findings_hold_in_the_thesis_itself():
-    claims = claims_of(thesis_tables())
-    assert len(claims) == 7
-    assert [claim.text for claim in claims if claim.holds is not True] == []
-
-
-def test_a_finding_that_does_not_hold_is_told():
-    tables = thesis_tables()
-    rows = tables["photon-beams"]
-    rows["bvh-ss"] = replace(rows["bvh-ss"], cost=3.01 * rows["bvh-d2"].cost)
-    rows = tables["straight-hair"]
-    rows["kd-d2"] = replace(rows["kd-d2"], cost=1.06 * rows["kd-cl"].cost)
-    failed = {claim.text for claim in claims_of(tables) if claim.holds is False}
-    assert failed == {"Only BVH::CL fails on photon beams.", "D2 changes little on hair."}
-
-
-def test_what_was_not_measured_neither_holds_nor_fails():
-    tables = thesis_tables()
-    del tables["spaghetti-2"]["embree-ps"]
-    tables["bun-hair"]["bvh-ss"] = Row("bvh-ss", {}, over_s=20.0)
-    unknown = [claim.text for claim in claims_of(tables) if claim.holds is None]
-    assert len(unknown) == 4
-    assert "Only the D2 trees and Embree PS survive spaghetti 2." in unknown
-    assert all(claim.holds is None for claim in claims_of({}))
-
-
-def test_claims_in_json_follow_from_their_checks(told):
-    assert len(told["claims"]) == 7
-    for claim in told["claims"]:
-        assert claim["checks"]
-        assert claim["holds"] in (True, False, None)
-
-
-# --- Pieces ---
-
-
-def test_visits_of_rays_add_up():
-    scene = fl.scenes.make("photon-beams", 200)
-    tree = fl.build(scene.lines, "kd-d2")
-    rays = camera_rays(scene.camera, 100)
-    nodes, tests = visits_of_rays(tree, rays, 0.001)
-    expected = count_visits(tree, rays, 0.001)
-    assert tests.mean() == pytest.approx(expected.tests)
-    hit_root = nodes > 0
-    # Each inner node that is met shows both children to the ray; of these the ones that are met count.
-    assert (nodes.mean() >= expected.inner) & (nodes[hit_root] >= 1).all()
-    one = fl.build(scene.lines, splits=fl.PlaneGrid(8), lookahead=0)
-    nodes, tests = visit_maps(one, scene.camera, 10, 0.001)
-    assert set(np.unique(nodes)) <= {0.0, 1.0}
-    assert (tests == 200 * nodes).all()
-
-
-def test_colours_grow_lighter_with_the_count():
-    picture = colour(np.array([[0.0, 1.0, 30.0, MOST, 10.0 * MOST]])).astype(int).sum(axis=2)[0]
-    assert picture[0] == 0 < picture[1] < picture[2] < picture[3] == picture[4]
-
-
-def test_cylinders_lie_in_the_cube():
-    axes = cylinders(3)
-    assert axes.shape == (100, 2, 3)
-    assert ((axes >= 0) & (axes <= 4)).all()
-    assert np.linalg.norm(axes[:, 1] - axes[:, 0], axis=1) == pytest.approx(np.ones(100))
-
-
-def test_plans():
-    assert set(FULL.scenes.values()) == {None}
-    assert list(FULL.scenes) == list(QUICK.scenes) == list(NAMES)
-    assert FULL.depths == QUICK.depths == (0, 1, 2, 3)
 
 
 # --- Lines of one's own ---
