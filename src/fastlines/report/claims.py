@@ -21,9 +21,14 @@ COLLAPSED = 3.0
 #: SS is "a little better" than CL if it saves up to this share of the cost; D2 "changes little" if it is within LITTLE.
 A_LITTLE, LITTLE = 1 / 3, 0.05
 HAIR = ("bun-hair", "straight-hair")
-TREES = ("bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-d2")
 #: The tree that others of its kind are measured by.
 MEASURE = {"bvh-cl": "bvh-d2", "bvh-ss": "bvh-d2", "kd-cl": "kd-d2"}
+
+#: What each D2 tree is but for the second level of the search.
+LEVEL_LESS = {"bvh-d2": "bvh-ss", "kd-d2": "kd-cl"}
+
+_SCENES = {name: make(name, 1).title for name in NAMES}
+_COLUMNS = {"cost": "cost", "n_nodes": "nodes", "first M": "time of first hits M"}
 
 
 @dataclass(frozen=True)
@@ -77,7 +82,7 @@ def claims_of(tables: Tables) -> list[Claim]:
         ),
         Claim(
             "D2 changes little on hair.",
-            tuple(costs(s, d2, of, 1 - LITTLE, 1 + LITTLE) for s in HAIR for d2, of in _D2.items()),
+            tuple(costs(s, d2, of, 1 - LITTLE, 1 + LITTLE) for s in HAIR for d2, of in LEVEL_LESS.items()),
         ),
         Claim(
             "BVH::CL, BVH::SS and KD::CL collapse on spaghetti.",
@@ -107,14 +112,6 @@ def claims_of(tables: Tables) -> list[Claim]:
             ),
         ),
     ]
-
-
-#: What each D2 tree is on hair, but for the second level of the search.
-_D2 = {"bvh-d2": "bvh-ss", "kd-d2": "kd-cl"}
-
-
-_SCENES = {name: make(name, 1).title for name in NAMES}
-_COLUMNS = {"cost": "cost", "n_nodes": "nodes", "first M": "time of first hits M"}
 
 
 def ratio(rows: Mapping[str, Row], column: str, of: str, to: str) -> float | None:

@@ -70,11 +70,14 @@ def embree_step(subject: Subject, plan: Plan, length: float) -> Found:
     found: Found = {"times": {}, "piece_length": length}
     for letter, radius in subject.radii.items():
         scenes = Scenes(subject.lines, radius, subject.camera.origin, 1)
-        for query in ("first", "all", "filter"):
-            ask = (
-                _repeating(scenes, config) if query == "all" else _asked(scenes, config, query.replace("filter", "all"))
-            )
-            found["times"][f"{query} {letter}"] = measure(ask, query, rays, plan.budget).to_json()
+        asked = {
+            "first": _asked(scenes, config, "first"),
+            "all": _repeating(scenes, config),
+            "filter": _asked(scenes, config, "all"),
+        }
+        for name, ask in asked.items():
+            timed = measure(ask, "first" if name == "first" else "all", rays, plan.budget)
+            found["times"][f"{name} {letter}"] = timed.to_json()
         if letter == "M":
             scene = scenes.get(config.build)
             found |= {

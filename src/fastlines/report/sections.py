@@ -85,12 +85,9 @@ def ratios_table(rows: Mapping[str, Row], thesis: Mapping[str, Row]) -> Table | 
             other = shown(theirs, "ratio") if name in thesis else ""
             cells.append(Cell(shown(ours, "ratio"), ours, other))
         body.append(cells)
-    trees = "Build, nodes and cost in parts of BVH::CL’s"
-    said = (
-        f"All in parts of BVH::CL’s{trees[len(trees) :]}"
-        if base == "bvh-cl"
-        else f"{trees}, times in parts of {TITLES[base]}’s"
-    )
+    said = "All in parts of BVH::CL’s"
+    if base != "bvh-cl":
+        said = f"Build, nodes and cost in parts of BVH::CL’s, times in parts of {TITLES[base]}’s"
     heads = ["tree", *(COLUMNS[column].replace(", ms", "") for column in bases)]
     return Table(heads, body, said + ("; the thesis’s below each" if thesis else ""))
 
@@ -107,14 +104,11 @@ def sweep_table(found: Found) -> Table:
             Cell(f"{each['n_pieces']:,}", each["n_pieces"]),
             Cell(three(1e3 * each["build_s"]), each["build_s"]),
             *(Cell(three(ms), ms) for ms in (each["first M"]["ms"], each["all M"]["ms"], each["mean_ms"])),
-            Cell(
-                "best" if each["share"] == found["best_share"] else "",
-                good=each["share"] == found["best_share"] or None,
-            ),
+            Cell("best", good=True) if each["share"] == found["best_share"] else Cell(""),
         ]
         for each in found["lengths"]
     ]
-    heads = ["length / diagonal", "pieces", "build, ms", "First M", "All M by filter", "mean", "best"]
+    heads = ["length / diagonal", "pieces", "build, ms", "First M", "All M by filter", "mean", "which"]
     return Table(heads, rows, "To what length segments are cut for Embree PS")
 
 

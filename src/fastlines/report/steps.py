@@ -98,21 +98,16 @@ def run_steps(steps: Sequence[Step], store: Store, show_progress: bool = False) 
     return results
 
 
-def time_left(weights: Mapping[str, float], done: Sequence[str], seconds: float) -> str:
-    """Say how long the other steps will take, if these took so many seconds.
+def time_left(weights: Mapping[str, float], done: Sequence[str], seconds: float) -> float | None:
+    """Reckon the seconds that the other steps will take, if these took so many; None if none is done.
 
     Examples
     --------
-    >>> time_left({"a": 1, "b": 2, "c": 4}, ["a"], 20.0), time_left({"a": 1, "b": 2}, ["a"], 2.0)
-    ('about 2 min left', 'about 4 s left')
-    >>> time_left({"a": 1}, [], 0.0)
-    ''
+    >>> time_left({"a": 1, "b": 2, "c": 4}, ["a"], 20.0)
+    120.0
     """
     known = sum(weights[name] for name in done)
-    if known == 0:
-        return ""
-    left = seconds * (sum(weights.values()) / known - 1)
-    return f"about {left / 60:.0f} min left" if left >= 90 else f"about {left:.0f} s left"
+    return seconds * (sum(weights.values()) / known - 1) if known else None
 
 
 @contextmanager
@@ -122,26 +117,43 @@ def _bar(to_do: Sequence[Step], n_steps: int, show: bool) -> Iterator[Callable[[
         yield lambda step: None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeElapsedColumn
+    from rich.text import Text
 
     weights = {step.name: step.weight for step in to_do}
     done: list[str] = []
     start = time.perf_counter()
+
+    class Left(ProgressColumn):
+        """Counts down from what was reckoned when the step began."""
+
+        def render(self, task: Task) -> Text:
+            end = task.fields["end"]
+            left = 0.0 if end is None else end - time.perf_counter()
+            words = f"about {left / 60:.0f} min left" if left >= 90 else f"about {left:.0f} s left"
+            return Text(words if left > 0 else "")
+
     columns = (
         TextColumn("{task.description}"),
         BarColumn(bar_width=24),
         TextColumn("step {task.fields[at]} of {task.fields[of]}"),
         TimeElapsedColumn(),
-        TextColumn("{task.fields[left]}"),
+        Left(),
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         n_kept = n_steps - len(to_do)
-        task = bar.add_task("", total=sum(weights.values()), at=n_kept, of=n_steps, left="")
+        task = bar.add_task("", total=sum(weights.values()), at=n_kept, of=n_steps, end=None)
 
         def begin(step: Step) -> None:
-            left = time_left(weights, done, time.perf_counter() - start)
-            completed = sum(weights[name] for name in done)
-            bar.update(task, description=f"{step.name:<32}", completed=completed, at=n_kept + len(done) + 1, left=left)
+            now = time.perf_counter()
+            left = time_left(weights, done, now - start)
+            bar.update(
+                task,
+                description=f"{step.name:<32}",
+                completed=sum(weights[name] for name in done),
+                at=n_kept + len(done) + 1,
+                end=None if left is None else now + left,
+            )
             done.append(step.name)
 
         yield begin
