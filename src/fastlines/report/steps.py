@@ -135,8 +135,8 @@ def _bar(to_do: Sequence[Step], n_steps: int, show: bool) -> Iterator[Callable[[
 
     columns = (
         TextColumn("{task.description}"),
-        BarColumn(bar_width=24),
-        TextColumn("step {task.fields[at]} of {task.fields[of]}"),
+        BarColumn(bar_width=10),
+        TextColumn("{task.fields[at]} of {task.fields[of]}"),
         TimeElapsedColumn(),
         Left(),
     )
@@ -149,7 +149,7 @@ def _bar(to_do: Sequence[Step], n_steps: int, show: bool) -> Iterator[Callable[[
             left = time_left(weights, done, now - start)
             bar.update(
                 task,
-                description=f"{step.name:<32}",
+                description=f"{step.name:<30}",
                 completed=sum(weights[name] for name in done),
                 at=n_kept + len(done) + 1,
                 end=None if left is None else now + left,
