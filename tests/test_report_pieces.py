@@ -19,6 +19,7 @@ from fastlines.report import FULL, QUICK
 from fastlines.report.claims import claims_of
 from fastlines.report.depths import cylinders
 from fastlines.report.heat import MOST, colour, visit_maps
+from fastlines.report.measure import some
 from fastlines.report.peer import ribbons
 from fastlines.report.rows import Row, thesis_row
 from fastlines.report.steps import Step, Store, run_steps
@@ -152,6 +153,19 @@ def test_cylinders_lie_in_the_cube():
     assert axes.shape == (100, 2, 3)
     assert ((axes >= 0) & (axes <= 4)).all()
     assert np.linalg.norm(axes[:, 1] - axes[:, 0], axis=1) == pytest.approx(np.ones(100))
+
+
+def test_a_part_of_the_rays_stands_for_all():
+    scene = fl.scenes.make("bun-hair", 2000)
+    tree = fl.build(scene.lines)
+    rays = camera_rays(scene.camera, 256 * 256)
+    mean = tree.count_hits(rays.origins, rays.directions, 0.005).mean()
+    for n_rays in (1024, 4096, 12_288, 20_000):
+        part = some(rays, n_rays)
+        assert n_rays / 2 < len(part) <= n_rays
+        assert len(np.unique(part.directions, axis=0)) == len(part)
+        assert tree.count_hits(part.origins, part.directions, 0.005).mean() == pytest.approx(mean, rel=0.1)
+    assert some(rays, len(rays)) is rays
 
 
 def test_plans():

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
-from ..bench.alternate import spread
 from ..bench.engine import MAX_HITS
 from ..bench.rays import RayBatch
 from ..bench.timing import clock
@@ -89,12 +89,16 @@ def measure(ask: Asked, query: str, rays: RayBatch, budget: float, expected_test
 
 
 def some(rays: RayBatch, n_rays: int) -> RayBatch:
-    """Take so many of the rays, evenly spread: whole blocks of neighbours, if it is more than one block."""
-    if n_rays >= len(rays):
+    """Take every k-th ray of every k-th row of a square picture, with the least k that leaves no more than so many.
+
+    A few whole rows would keep neighbours together, but do not stand for the picture.
+    """
+    size = math.isqrt(len(rays))
+    step = math.ceil(size / math.sqrt(max(n_rays, 1)))
+    if step <= 1:
         return rays
-    if n_rays > rays.block:
-        return spread(rays, n_rays)
-    return rays.take(((np.arange(n_rays) + 0.5) * len(rays) / n_rays).astype(np.int64))
+    at = np.arange(step // 2, size, step)
+    return rays.take((at[:, None] * size + at).ravel())
 
 
 def timed_by(answer: Callable[[RayBatch], Any], count: Callable[[Any], int]) -> Asked:

@@ -136,8 +136,8 @@ def subject_section(
         differs = embree["differs"]
         text.append(
             f"Of {min(CHECKED, plan.size**2):,} rays Embree names another first segment than we for "
-            f"{differs['first']:.2%}, and has another set of hits for {differs['all']:.2%}; repeated first hits find "
-            f"{differs['repeated']:.2%} of the hits that a filter finds."
+            f"{differs['first']:.2%}, and has another set of hits for {differs['all']:.2%}, for ribbons have no round "
+            f"ends; repeated first hits find {differs['repeated']:.2%} of the hits that a filter finds."
         )
     parts += [sweep_table(sweep)] if sweep else []
     parts += tree_galleries(subject, trees)

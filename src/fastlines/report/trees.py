@@ -59,7 +59,7 @@ def tree_step(subject: Subject, method: str, plan: Plan, store: Store) -> Found:
         # "best" has a cost model of its own: in the table all trees of a kind have one.
         stats = tree.stats() | {"cost": tree.cost(model=THESIS_COST[kind_of(tree.settings)])}
         rays = camera_rays(subject.camera, plan.size**2)
-        check_answers(tree, subject, rays, method, kernel)
+        n_compared = check_answers(tree, subject, rays, method, kernel)
         times = {}
         for query in KINDS:
             for letter, radius in subject.radii.items():
@@ -69,14 +69,14 @@ def tree_step(subject: Subject, method: str, plan: Plan, store: Store) -> Found:
         **stats,
         "limits": limit_notes(stats["limits_hit"]),
         "build_s": grown.build_s,
-        "n_compared": 2 * min(CHECKED, len(rays)),
+        "n_compared": n_compared,
         "times": times,
         **draw(tree, subject, method, plan, store),
     }
 
 
-def check_answers(tree: Tree, subject: Subject, rays: RayBatch, method: str, kernel: str) -> None:
-    """Refuse a tree whose answers are not those of `best` on its wide layout, to the bit."""
+def check_answers(tree: Tree, subject: Subject, rays: RayBatch, method: str, kernel: str) -> int:
+    """Refuse a tree whose answers are not those of `best` on its wide layout, to the bit; count the answers."""
     few = some(rays, CHECKED)
     for query in KINDS:
         answers = [
@@ -87,6 +87,7 @@ def check_answers(tree: Tree, subject: Subject, rays: RayBatch, method: str, ker
                 f"{subject.title}: {method} and best answer {query} hits differently; this is a bug in fastlines, "
                 "please report it"
             )
+    return len(few) * len(KINDS)
 
 
 def draw(tree: Tree, subject: Subject, method: str, plan: Plan, store: Store) -> Mapping[str, Any]:
