@@ -168,6 +168,7 @@ def test_an_empty_array_can_be_looked_at_but_not_built():
         (("build", "scene:spaghetti", "--c-trav", "1e308"), 1, "1e-100 to 1e100"),
         (("demo", "-o", "s.flt"), 1, "s.flt"),
         (("demo", "-o", "s.flt/x"), 1, "s.flt"),
+        (("report", "s.flt", "-o", "s.flt"), 1, "s.flt"),
         (("frobnicate",), 2, "frobnicate"),
         (("info",), 2, "INPUT"),
         (("info", "s.flt", "--frob"), 2, "--frob"),

@@ -66,7 +66,7 @@ def part_note(rows: Mapping[str, Row]) -> str:
         if row.parts:
             low, high = min(row.parts.values()), max(row.parts.values())
             said.append(f"{row.title}: {low:,}" + (f" to {high:,}" if high > low else ""))
-    return f"* Measured on fewer rays, evenly spread, and scaled up: {'; '.join(said)}."
+    return f"* Measured on fewer rays, every k-th of every k-th row, and scaled up: {'; '.join(said)}."
 
 
 def ratios_table(rows: Mapping[str, Row], thesis: Mapping[str, Row]) -> Table | None:
