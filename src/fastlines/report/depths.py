@@ -7,7 +7,6 @@ inside the cube: those that stick out are drawn again.
 
 from __future__ import annotations
 
-import inspect
 import time
 from typing import Any
 
@@ -15,7 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..builder import build
-from ..settings import Cost, PlaneGrid
+from ..settings import Cost
+from ..splits import PlaneGrid, PlaneOctets
 from ..tree import Tree
 
 SIDE, LENGTH, N_CYLINDERS = 4.0, 1.0, 100
@@ -37,29 +37,42 @@ def cylinders(seed: int) -> npt.NDArray[np.float64]:
     return found[:N_CYLINDERS]
 
 
-def build_ahead(axes: npt.NDArray[np.float64], depth: int, c_trav: float = C_TRAV, **more: Any) -> Tree:
-    """Build the tree that the table is about."""
+def build_ahead(axes: npt.NDArray[np.float64], depth: int, c_trav: float = C_TRAV, search: str = "bounded") -> Tree:
+    """Build the tree that the table is about.
+
+    A search looks into candidates by branch and bound ("bounded"), into all of them ("exhaustive"), or counts planes
+    eight at a time ("octets").
+    """
+    splits = PlaneOctets(16) if search == "octets" else PlaneGrid(16)
+    everything = search == "exhaustive" and depth > 1
     cost = Cost(c_trav=c_trav, c_prim=1.0)
-    return build(axes, splits=PlaneGrid(16), boxes="cut", lookahead=depth, cost=cost, **more)
+    return build(axes, splits=splits, boxes="cut", lookahead=depth, cost=cost, exhaustive=everything)
 
 
 def time_depth(
-    depth: int, seed: int = 0, c_trav: float = C_TRAV, repeats: int = 20, patience: float = 1.0, **more: Any
+    depth: int, seed: int = 0, c_trav: float = C_TRAV, repeats: int = 20, patience: float = 1.0
 ) -> dict[str, Any]:
-    """Build one row's tree again and again for a second; the time is the best of all runs."""
+    """Build one row's trees in turn, again and again for a second; what counts is the best time of each."""
     axes = cylinders(seed)
-    times: list[float] = []
-    while not times or (len(times) < repeats and sum(times) < patience):
-        start = time.perf_counter()
-        tree = build_ahead(axes, depth, c_trav, **more)
-        times.append(time.perf_counter() - start)
-    tree.validate()
-    return {"depth": depth, "cost": tree.cost(), "n_nodes": tree.n_nodes, "build_ms": 1e3 * min(times)}
-
-
-def depth_step(depth: int) -> dict[str, Any]:
-    """Build a row with branch and bound and, if this version can, by looking into all candidates."""
-    row = time_depth(depth)
-    if "exhaustive" in inspect.signature(build).parameters:
-        row["exhaustive_ms"] = time_depth(depth, exhaustive=True)["build_ms"]
-    return row
+    times: dict[str, list[float]] = {search: [] for search in ("bounded", "exhaustive", "octets")}
+    trees: dict[str, Tree] = {}
+    while not trees or (len(times["bounded"]) < repeats and sum(times["exhaustive"]) < patience):
+        for search, taken in times.items():
+            start = time.process_time()
+            trees[search] = build_ahead(axes, depth, c_trav, search)
+            taken.append(time.process_time() - start)
+    for tree in trees.values():
+        tree.validate()
+    tree, exhaustive = trees["bounded"], trees["exhaustive"]
+    if tree.nodes.tobytes() != exhaustive.nodes.tobytes() or tree.refs.tobytes() != exhaustive.refs.tobytes():
+        raise AssertionError("branch and bound made another tree than exhaustive search")
+    return {
+        "depth": depth,
+        "cost": tree.cost(),
+        "n_nodes": tree.n_nodes,
+        "build_ms": 1e3 * min(times["bounded"]),
+        "carried_out": tree.searched.get("carried_out", 0),
+        "exhaustive_ms": 1e3 * min(times["exhaustive"]),
+        "exhaustive_carried_out": exhaustive.searched.get("carried_out", 0),
+        "octets_ms": 1e3 * min(times["octets"]),
+    }

@@ -21,7 +21,7 @@ from ..settings import DEFAULT_METHOD
 from ..whole import whole
 from .answer import answer_section
 from .claims import claims_of
-from .depths import depth_step
+from .depths import time_depth
 from .document import Document, Section
 from .markdown import markdown
 from .page import html
@@ -186,7 +186,7 @@ def _tree(subject: Subject, method: str, plan: Plan, store: Store) -> Callable[[
 
 
 def _depth(depth: int) -> Callable[[Results], Found]:
-    return lambda results: depth_step(depth)
+    return lambda results: time_depth(depth)
 
 
 def _rows(subject: Subject, plan: Plan, results: Results) -> dict[str, Row]:
