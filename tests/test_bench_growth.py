@@ -94,13 +94,13 @@ def test_the_fit_finds_what_was_put_in():
 def test_few_rays_are_spread():
     scene = fl.scenes.make("spaghetti", 50)
     picture = camera_rays(scene.camera, 64 * 64)
-    few = alternate.spread(picture, 1500)
+    few = picture.part(1500)
     assert len(few) == 3 * 512
     rows = np.flatnonzero((picture.directions[:, None] == few.directions[None, ::512]).all(axis=2).any(axis=1))
     assert (rows // 512).tolist() == [1, 4, 6]  # of eight blocks
-    assert alternate.spread(picture, 4096) is picture
-    assert len(alternate.spread(random_rays(scene.lines, 5000), 4000)) == 5000
-    assert len(alternate.spread(random_rays(scene.lines, 9000), 4000)) == 4096
+    assert picture.part(4096) is picture
+    assert len(random_rays(scene.lines, 5000).part(4000)) == 5000
+    assert len(random_rays(scene.lines, 9000).part(4000)) == 4096
 
 
 def test_another_answer_is_a_bug(monkeypatch):

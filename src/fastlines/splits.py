@@ -67,7 +67,7 @@ class PlaneGrid(SplitSet):
 class PlaneOctets(SplitSet):
     """The planes of a regular grid, counted eight at a time; in small nodes also splits into whole primitives.
 
-    What `PlaneGrid` finds, in a third of the time: counts are exact, but the boxes by which candidates are compared are
+    What `PlaneGrid` finds, in less time: counts are exact, but the boxes by which candidates are compared are
     computed in float32. In nodes of up to `max_whole` references, tight boxes only, each plane also parts whole
     references by their centres. For segments; of other primitives a `PlaneGrid` and an `ObjectSweep` are asked.
 

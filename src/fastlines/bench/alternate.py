@@ -71,13 +71,13 @@ def alternate(
         return answer, now() - start
 
     # Try a few.
-    few = spread(rays, TRIAL)
+    few = rays.part(TRIAL)
     slowest, n_hits = 1e-6, 0
     for name in ways:
         answer, took = timed(name, few)
         slowest, n_hits = max(slowest, took), count_hits(query, answer)
     del answer
-    many = spread(rays, max(len(few), int(len(few) * seconds / slowest)))
+    many = rays.part(max(len(few), int(len(few) * seconds / slowest)))
 
     # Then in turn. One call asks all rays, but that its lists of hits stay of a size.
     size = len(many)
@@ -111,13 +111,3 @@ def way(tree: Tree, query: str, radius: float, n_threads: int, kernel: str = "au
             return ask_tree(tree, query, rays, radius, kernel)
 
     return ask
-
-
-def spread(rays: RayBatch, n_rays: int) -> RayBatch:
-    """So many of the rays, or a few more: whole blocks, from the middles of equal shares, so that means stay true."""
-    n_blocks = len(rays) // rays.block
-    n_taken = -(-n_rays // rays.block)
-    if n_taken >= n_blocks:
-        return rays
-    blocks = ((np.arange(n_taken) + 0.5) * n_blocks / n_taken).astype(np.int64)
-    return rays.take((blocks[:, None] * rays.block + np.arange(rays.block)).ravel())

@@ -7,13 +7,12 @@ which figure that is known before any query puts the trees of all builders in th
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from ..demo.machine import describe_machine
+from ..demo.machine import describe_machine, load
 from ..engines import counting, simd
 from ..settings import Cost
 from ..threads import num_threads
@@ -156,8 +155,7 @@ def run_calibrate(
         Called with what is being done, and which share of all is done.
     """
     start = time.perf_counter()
-    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
-    machine = {**describe_machine(), "threads": 1, "simd": simd(), "load": load}
+    machine = {**describe_machine(), "threads": 1, "simd": simd(), "load": load()}
     samples: list[Sample] = []
     over: list[tuple[str, str]] = []
     with num_threads(1):
@@ -202,7 +200,7 @@ def _steps(case: Case, tree: Tree, plan: Plan) -> dict[str, dict[str, float]]:
             taken = module.taken()
         steps = {step: taken[step] / len(few) for step in STEPS}
         found[f"{kind} {query}"] = {**steps, "hits": hits / len(few)}
-    few = rays[BINARY[0]].part(WALKED)
+    few = rays[BINARY[0]].take(slice(0, None, max(1, len(rays[BINARY[0]]) // WALKED)))
     visits = count_visits(tree, few, radius)
     hits = count_hits(BINARY[1], ask_tree(tree, BINARY[1], few, radius))
     found["binary"] = {"inner": visits.inner, "tests": visits.tests, "hits": hits / len(few)}

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from rich.console import Console
 from rich.table import Table
 
+from ..demo.tables import wide_console
 from .calibrate import Calibration
 from .predict import PREDICTORS, Correlation
 from .rays import QUESTIONS
-from .table import WIDE, three
+from .table import three
 
 
 def print_calibration(calibration: Calibration) -> None:
     """Print what steps take, then the rank correlations."""
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=WIDE)
+    console = wide_console()
     plan = calibration.plan
     if calibration.samples:
         console.print(_fits(calibration))

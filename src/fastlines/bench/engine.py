@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
@@ -13,7 +12,7 @@ import numpy as np
 
 from ..builder import build
 from ..camera import Camera
-from ..demo.machine import describe_machine
+from ..demo.machine import describe_machine, load
 from ..geometry import Lines
 from ..scenes import RADII
 from ..settings import METHODS
@@ -124,7 +123,7 @@ def run_engine(
     built: list[Built] = []
     cells: list[Cell] = []
     with num_threads(plan.n_threads):
-        machine = {**describe_machine(), "threads": plan.n_threads, "embree": version, "load": _load()}
+        machine = {**describe_machine(), "threads": plan.n_threads, "embree": version, "load": load()}
         for case in cases:
             progress(f"{case.name}: building", len(cells) / max(1, n_cells))
             runner = _Runner(case, plan, lambda what: progress(what, len(cells) / max(1, n_cells)))
@@ -262,11 +261,6 @@ class _Runner:
         start = self.now()
         answer = ask(rays)
         return self.now() - start, answer
-
-
-def _load() -> float | None:
-    """How many processes wanted to run, on average over the last minute."""
-    return os.getloadavg()[0] if hasattr(os, "getloadavg") else None
 
 
 def occlusion(case: Case, tree: Tree, radius: float, n_rays: int) -> RayBatch:

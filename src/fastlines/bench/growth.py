@@ -5,7 +5,6 @@ The cost of a ray is fitted as c · n^b, with n the number of segments: least sq
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -14,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..builder import build
-from ..demo.machine import describe_machine
+from ..demo.machine import describe_machine, load
 from ..scenes import RADII, make
 from .alternate import alternate, way
 from .rays import QUESTIONS, camera_rays, random_rays
@@ -209,8 +208,7 @@ def run_growth(plan: Plan, progress: Callable[[str, float], None] = lambda what,
         Called with what is being done, and which share of all is done.
     """
     start = time.perf_counter()
-    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
-    machine = {**describe_machine(), "load": load}
+    machine = {**describe_machine(), "load": load()}
     n_cells = len(plan.scenes) * len(plan.sizes) * len(QUESTIONS)
     sizes: list[Size] = []
     cells: list[Cell] = []

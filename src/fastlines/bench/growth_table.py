@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from rich.console import Console
 from rich.table import Table
 
+from ..demo.tables import wide_console
 from .growth import Cell, Growth, Size
-from .table import WIDE, three
+from .table import three
 
 
 def print_growth(growth: Growth) -> None:
     """Print what was measured, a row for each kind of rays and query at each size; then the exponents."""
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=WIDE)
+    console = wide_console()
     plan = growth.plan
     console.print(_measured(growth))
     fits = growth.fits()

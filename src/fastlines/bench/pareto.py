@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from statistics import median
 from typing import Any
 
-from ..demo.machine import describe_machine
+from ..demo.machine import describe_machine, load
 from ..threads import num_threads
 from . import embree, tuning
 from .alternate import TRIAL
@@ -202,10 +201,9 @@ def run_pareto(
     """
     start = time.perf_counter()
     version = embree.load(plan.n_threads) if plan.peer else None
-    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
     found = Pareto({}, plan, [], [], [], [], 0.0)
     with num_threads(plan.n_threads):
-        machine = {**describe_machine(), "embree": version, "load": load}
+        machine = {**describe_machine(), "embree": version, "load": load()}
         for i, case in enumerate(cases):
             _measure(case, plan, found, lambda what, i=i, case=case: progress(f"{case.name}: {what}", i / len(cases)))  # type: ignore[misc]
     return Pareto(machine, plan, found.rows, found.over, found.peers, found.asked, time.perf_counter() - start)

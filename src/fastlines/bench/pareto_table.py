@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rich.console import Console
 from rich.table import Table
 
+from ..demo.tables import wide_console
 from .builders import THESIS_COST
 from .claims import Claim
 from .pareto import Pareto, Row, front
 from .rays import QUESTIONS
-from .table import WIDE, three
+from .table import three
 
 
 def print_pareto(pareto: Pareto) -> None:
     """Print a table for each scene, a row for each builder, then the list of claims."""
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=WIDE)
+    console = wide_console()
     scenes = pareto.scenes()
     for scene in dict.fromkeys([*scenes, *(over.scene for over in pareto.over)]):
         console.print(_measured(pareto, scene, scenes.get(scene, [])))

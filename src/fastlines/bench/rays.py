@@ -70,16 +70,13 @@ class RayBatch:
         return replace(self, origins=origins, directions=directions)
 
     def part(self, n_rays: int) -> RayBatch:
-        """So many of the rays, or a few more: blocks of neighbours, evenly spread."""
-        if n_rays >= len(self):
+        """So many of the rays, or some more: whole blocks from the middles of equal shares, so that means stay true."""
+        n_blocks = len(self) // self.block
+        n_taken = -(-n_rays // self.block)
+        if n_taken >= n_blocks:
             return self
-        n_blocks = -(-n_rays // self.block)
-        if n_blocks * self.block >= len(self):
-            return self.take(slice(0, n_rays))
-        size = min(self.block, n_rays)
-        row = max(1, size // 8)
-        starts = np.linspace(0, len(self) - size, n_blocks + 2).astype(np.int64)[1:-1] // row * row
-        return self.take((starts[:, None] + np.arange(size)).ravel())
+        blocks = ((np.arange(n_taken) + 0.5) * n_blocks / n_taken).astype(np.int64)
+        return self.take((blocks[:, None] * self.block + np.arange(self.block)).ravel())
 
 
 def camera_rays(camera: Camera, n_rays: int) -> RayBatch:

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from rich.console import Console
 from rich.table import Table
 
+from ..demo.tables import wide_console
 from .rays import KIND_NOTES
 from .result import Cell, Result, Side, geometric_mean
-
-#: The columns of a terminal that shows everything.
-WIDE = 132
 
 
 def print_tables(result: Result) -> None:
     """Print a table for each kind of rays and query, then what building cost."""
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=WIDE)
+    console = wide_console()
     peer = result.plan["peer"]
     for (kind, query), cells in result.groups().items():
         table = Table(title=f"{kind} rays ({KIND_NOTES[kind]}): {query}", title_justify="left", pad_edge=False)

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from .bench import bench, cases_of, progress_bar, write_json
-from .options import Builders, Files, Limit, OneRadius, Scenes
+from .options import Builders, Files, Limit, OneRadius, Scenes, Seconds
 from .pareto import check_builders
 
 
@@ -22,12 +22,7 @@ def calibrate(
         int | None,
         typer.Option("--n-rays", help="At most so many rays; 131072 unless given.", min=64, show_default=False),
     ] = None,
-    seconds: Annotated[
-        float | None,
-        typer.Option(
-            "--seconds", help="About how long one turn of the slowest tree takes.", min=0.0, show_default=False
-        ),
-    ] = None,
+    seconds: Seconds = None,
     rounds: Annotated[
         int | None,
         typer.Option("--rounds", help="How many turns each tree has; the best counts.", min=1, show_default=False),

@@ -50,15 +50,12 @@ def gap(
 
 
 def _print(gaps: Gaps) -> None:
-    from rich.console import Console
     from rich.table import Table
 
     from ..bench.gap import INPUTS, mean_and_worst
-    from ..bench.table import WIDE
+    from ..demo.tables import wide_console
 
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=WIDE)
+    console = wide_console()
     plan = gaps.plan
     sizes = {
         "same planes": f"{plan.same_planes[0]} segments, the same {plan.same_planes[1]} planes an axis for both",

@@ -77,6 +77,10 @@ Limit = Annotated[
         show_default=False,
     ),
 ]
+Seconds = Annotated[
+    float | None,
+    typer.Option("--seconds", help="About how long one turn of the slowest tree takes.", min=0.0, show_default=False),
+]
 OneRadius = Annotated[
     float | None,
     typer.Option(

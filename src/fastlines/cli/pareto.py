@@ -8,7 +8,7 @@ import typer
 
 from ..errors import InputError
 from .bench import bench, cases_of, check_peer, progress_bar, write_json
-from .options import Builders, Files, Limit, OneRadius, Scenes
+from .options import Builders, Files, Limit, OneRadius, Scenes, Seconds
 
 
 @bench.command(short_help="All builders: build time, cost of the tree, query time.")
@@ -26,12 +26,7 @@ def pareto(
         int | None,
         typer.Option("--n-rays", help="At most so many rays; 262144 unless given.", min=64, show_default=False),
     ] = None,
-    seconds: Annotated[
-        float | None,
-        typer.Option(
-            "--seconds", help="About how long one turn of the slowest tree takes.", min=0.0, show_default=False
-        ),
-    ] = None,
+    seconds: Seconds = None,
     rounds: Annotated[
         int | None,
         typer.Option(

@@ -58,14 +58,12 @@ def refit(
 
 
 def _print(result: RefitResult) -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    from ..bench.table import WIDE, three
+    from ..bench.table import three
+    from ..demo.tables import wide_console
 
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=WIDE)
+    console = wide_console()
     refits = Table(title="refits of a growing twist", title_justify="left", pad_edge=False)
     queries = Table(title="queries: nanoseconds a random ray", title_justify="left", pad_edge=False)
     for table, heads in (

@@ -49,15 +49,13 @@ def steps(
 
 
 def _print(result: StepResult) -> None:
-    from rich.console import Console
     from rich.table import Table
 
     from ..bench.steps import STEPS
-    from ..bench.table import WIDE, three
+    from ..bench.table import three
+    from ..demo.tables import wide_console
 
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=WIDE)
+    console = wide_console()
     paces = Table(title="a step alone: nanoseconds (cycles)", title_justify="left", pad_edge=False)
     paces.add_column("step", style="bold", no_wrap=True)
     for name in result.pace:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import statistics
 import time
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -69,6 +69,10 @@ class Timing:
     def mrays(self) -> float:
         """Millions of rays a second."""
         return self.n_measured / self.seconds / 1e6
+
+    def to_json(self) -> dict[str, Any]:
+        """Everything about it."""
+        return {**asdict(self), "ms": self.ms}
 
 
 @dataclass(frozen=True, eq=False)

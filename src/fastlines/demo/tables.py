@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ..scenes import RADII
 from ..settings import limit_notes
 from .measure import Timing
@@ -9,6 +11,9 @@ from .result import QUERIES, Result, Row, SceneResult
 
 #: Marks a figure that was measured on a part of the rays.
 PART_MARK = "*"
+if TYPE_CHECKING:
+    from rich.console import Console
+
 #: The columns of a terminal that shows all queries.
 WIDE = 132
 
@@ -42,14 +47,19 @@ def markdown(result: Result) -> str:
     return "\n".join(lines) + "\n"
 
 
-def print_tables(result: Result) -> None:
-    """Print all tables: costs, and millions of rays a second, of the radius M only if the terminal is narrow."""
+def wide_console() -> Console:
+    """Return the terminal, or as wide a page as shows everything."""
     from rich.console import Console
-    from rich.table import Table
 
     console = Console()
-    if not console.is_terminal:
-        console = Console(width=WIDE)
+    return console if console.is_terminal else Console(width=WIDE)
+
+
+def print_tables(result: Result) -> None:
+    """Print all tables: costs, and millions of rays a second, of the radius M only if the terminal is narrow."""
+    from rich.table import Table
+
+    console = wide_console()
     queries = [query for query in QUERIES if console.width >= WIDE or query[1] == "M"]
     for scene in result.scenes:
         table = Table(title=f"{scene.title}: {scene.n_segments:,} segments", title_justify="left", pad_edge=False)

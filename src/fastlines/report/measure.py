@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from ..bench.engine import MAX_HITS
 from ..bench.rays import RayBatch
 from ..bench.timing import clock
+from ..demo.measure import Timing
 
 #: Answers a batch: how many hits there are, and the seconds that count.
 Asked = Callable[[RayBatch], tuple[int, float]]
@@ -24,36 +24,7 @@ TESTS_PER_SECOND = 1e8
 ROUNDS = 3
 
 
-@dataclass(frozen=True)
-class Timed:
-    """What the rays of a picture take.
-
-    Attributes
-    ----------
-    n_rays, n_measured : int
-        How many there are, and how many of them were asked.
-    seconds : float
-        What these took.
-    n_hits : int
-        What they hit.
-    """
-
-    n_rays: int
-    n_measured: int
-    seconds: float
-    n_hits: int
-
-    @property
-    def ms(self) -> float:
-        """Milliseconds for all rays; scaled up if not all were asked."""
-        return 1e3 * self.seconds * self.n_rays / self.n_measured
-
-    def to_json(self) -> dict[str, Any]:
-        """Everything about it."""
-        return {**asdict(self), "ms": self.ms}
-
-
-def measure(ask: Asked, query: str, rays: RayBatch, budget: float, expected_tests: float = 1.0) -> Timed:
+def measure(ask: Asked, query: str, rays: RayBatch, budget: float, expected_tests: float = 1.0) -> Timing:
     """Ask the rays of a picture, or an even part of them.
 
     Parameters
@@ -73,7 +44,7 @@ def measure(ask: Asked, query: str, rays: RayBatch, budget: float, expected_test
     n_hits, seconds = min((n_hits, seconds), ask(few), key=lambda took: took[1])
     part = some(rays, int(len(few) * budget / max(seconds, 1e-7)))
     if len(part) <= len(few):
-        return Timed(len(rays), len(few), seconds, n_hits)
+        return Timing(len(rays), len(few), seconds, n_hits)
 
     # One call asks all rays, but that its lists of hits stay of a size.
     size = len(part)
@@ -85,7 +56,7 @@ def measure(ask: Asked, query: str, rays: RayBatch, budget: float, expected_test
         answers = [ask(each) for each in parts]
         n_hits = sum(n for n, _ in answers)
         times.append(sum(took for _, took in answers))
-    return Timed(len(rays), len(part), max(min(times), 1e-9), n_hits)
+    return Timing(len(rays), len(part), max(min(times), 1e-9), n_hits)
 
 
 def some(rays: RayBatch, n_rays: int) -> RayBatch:
