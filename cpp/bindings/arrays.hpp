@@ -28,8 +28,8 @@ std::span<const Row> rows(const Input<Scalar>& array) {
 /// An array of `n` rows of `width` numbers that owns its memory; width 0 gives one dimension.
 template <class Scalar>
 Output<Scalar> make_array(std::size_t n, std::size_t width = 0) {
-  void* const data = allocate(n * std::max<std::size_t>(1, width) * sizeof(Scalar));
-  nanobind::capsule owner(data, [](void* p) noexcept { std::free(p); });
+  void* const data = Memory::allocate(n * std::max<std::size_t>(1, width) * sizeof(Scalar));
+  nanobind::capsule owner(data, &Memory::release);
   const std::size_t shape[] = {n, width};
   return Output<Scalar>(static_cast<Scalar*>(data), width ? 2 : 1, shape, owner);
 }
@@ -44,8 +44,8 @@ Output<Scalar> copy_rows(const std::vector<Row>& from) {
 }
 
 /// A copy of a vector of numbers.
-template <class Scalar>
-Output<Scalar> copy_column(const std::vector<Scalar>& from) {
+template <class Scalar, class Allocator>
+Output<Scalar> copy_column(const std::vector<Scalar, Allocator>& from) {
   auto array = make_array<Scalar>(from.size());
   std::memcpy(array.data(), from.data(), from.size() * sizeof(Scalar));
   return array;

@@ -140,44 +140,51 @@ struct CountCollector {
   }
 };
 
-/// All hits, by closest approach, in no order.
+/// All hits, by closest approach, in no order; those of sixteen rays together, so that to sort them takes little
+/// memory.
 struct AllCollector {
+  struct Hits {
+    std::vector<float> t, s, dist2;
+    std::vector<std::uint32_t> lane, prim;
+    std::size_t n = 0;
+
+    /// Append all but lane and prim, for which there is room then where they begin.
+    std::size_t append(std::uint32_t hit, const Approach<Float16>& approach) {
+      if (t.size() < n + 2 * kWidth) {
+        for (auto* floats : {&t, &s, &dist2}) floats->resize(2 * n + 256);
+        for (auto* numbers : {&lane, &prim}) numbers->resize(2 * n + 256);
+      }
+      pack(hit, approach.t, t.data() + n);
+      pack(hit, approach.s, s.data() + n);
+      pack(hit, approach.dist2, dist2.data() + n);
+      const std::size_t before = n;
+      n += std::size_t(std::popcount(hit));
+      return before;
+    }
+  };
+
   alignas(64) float limit[kLanes];
   bool closer = false;
-  std::vector<float> t, s, dist2;
-  std::vector<std::uint32_t> lane, prim;
-  std::size_t n = 0;
+  Hits hits[kLanes / kWidth];
 
   void begin(const RayLanes& rays) {
     begin_limits(rays, limit);
-    n = 0;
+    for (Hits& of : hits) of.n = 0;
   }
 
-  void take(const RayLanes&, int first, std::uint32_t hit, const Approach<Float16>& approach, std::uint32_t prim_) {
-    append(hit, approach);
-    pack_numbers(hit, std::uint32_t(first), lane.data() + n);
-    std::fill_n(prim.data() + n, kWidth, prim_);
-    n += std::size_t(std::popcount(hit));
+  void take(const RayLanes&, int first, std::uint32_t hit, const Approach<Float16>& approach, std::uint32_t prim) {
+    Hits& of = hits[first / kWidth];
+    const std::size_t at = of.append(hit, approach);
+    pack_numbers(hit, 0, of.lane.data() + at);
+    std::fill_n(of.prim.data() + at, kWidth, prim);
   }
 
   /// The same for one ray and sixteen segments.
-  void take_of_ray(int lane_, std::uint32_t hit, const Approach<Float16>& approach, const std::uint32_t* prims) {
-    append(hit, approach);
-    std::fill_n(lane.data() + n, kWidth, std::uint32_t(lane_));
-    for (; hit; hit &= hit - 1) prim[n++] = prims[std::countr_zero(hit)];
-  }
-
- private:
-  void append(std::uint32_t hit, const Approach<Float16>& approach) {
-    if (t.size() < n + 2 * kWidth)
-      for (auto* floats : {&t, &s, &dist2}) floats->resize(2 * n + 1024);
-    if (lane.size() < t.size()) {
-      lane.resize(t.size());
-      prim.resize(t.size());
-    }
-    pack(hit, approach.t, t.data() + n);
-    pack(hit, approach.s, s.data() + n);
-    pack(hit, approach.dist2, dist2.data() + n);
+  void take_of_ray(int lane, std::uint32_t hit, const Approach<Float16>& approach, const std::uint32_t* prims) {
+    Hits& of = hits[lane / kWidth];
+    std::size_t at = of.append(hit, approach);
+    std::fill_n(of.lane.data() + at, kWidth, std::uint32_t(lane % kWidth));
+    for (; hit; hit &= hit - 1) of.prim[at++] = prims[std::countr_zero(hit)];
   }
 };
 

@@ -1,8 +1,8 @@
 // Jobs whose answers are lists of hits: all of them, or the nearest few.
 #pragma once
 
+#include "hit_order.hpp"
 #include "jobs.hpp"
-#include "places.hpp"
 
 namespace fastlines {
 
@@ -19,50 +19,54 @@ struct AllJob {
   void begin(Collector& collector, const RayLanes& rays) const { collector.begin(rays); }
 
   void take(const RayLanes& rays, const Collector& found, int first, int end) {
-    if (found.n > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();  // 64 rays: over 80 GB
-
-    // Each ray's hits in a row.
-    std::uint32_t begin[kLanes + 1], next[kLanes];
-    std::fill(begin + first, begin + end + 1, 0u);
-    for (std::size_t j = 0; j < found.n; ++j) ++begin[found.lane[j] + 1];
-    for (int i = first; i < end; ++i) {
-      next[i] = begin[i];
-      begin[i + 1] += begin[i];
-    }
-    if (order_.size() < found.n) order_.resize(2 * found.n);
-    for (std::size_t j = 0; j < found.n; ++j) order_[next[found.lane[j]]++] = std::uint32_t(j);
-    const std::size_t before = lists.hits.size();
-    lists.hits.resize(before + found.n);
-    for (int i = first; i < end; ++i) {
-      const std::uint32_t n = begin[i + 1] - begin[i];
-      lists.runs.push_back({rays.id[i], n});
-      if (n) sort(rays, i, found, order_.data() + begin[i], n, lists.hits.data() + before + begin[i]);
+    for (int lane = first; lane < end; lane = (lane / kWidth + 1) * kWidth) {
+      const AllCollector::Hits& of = found.hits[lane / kWidth];
+      if (of.n > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();  // 16 rays: over 80 GB
+      order_.sort(of.lane.data(), of.t.data(), of.n);
+      const std::size_t before = lists.hits.size();
+      lists.hits.resize(before + of.n);
+      PackedHit* to = lists.hits.data() + before;
+      for (int i = lane; i < std::min(end, (lane / kWidth + 1) * kWidth); ++i) {
+        const auto of_ray = order_.of(i % kWidth);
+        lists.runs.push_back({rays.id[i], std::uint32_t(of_ray.size())});
+        describe(rays, i, of, of_ray, to);
+        settle(to, of_ray.size());
+        to += of_ray.size();
+      }
     }
   }
 
  private:
-  std::vector<std::uint32_t> order_;
-  Places places_;
+  HitOrder order_;
 
-  /// The hits of ray i in the caller's terms, sorted.
-  void sort(const RayLanes& rays, int i, const Collector& found, const std::uint32_t* of_ray, std::uint32_t n,
-            PackedHit* to) {
-    float* const t = places_.numbers(n);
-    for (std::uint32_t j = 0; j < n; ++j) t[j] = found.t[of_ray[j]];
-    for (std::uint32_t j = 0; j < n; j += kWidth)
-      for (std::uint32_t k = j; k < j + kWidth; ++k) t[k] = rays.t_given(i, t[k]);
-    const std::uint32_t* const place = places_.sort(n);
-    for (std::uint32_t j = 0; j < n; ++j) {
-      const std::uint32_t from = of_ray[j];
-      const float distance = float(std::sqrt(found.dist2[from]) * rays.per_scale);
-      to[place[j]] = {t[j], found.s[from], distance, 0.0f, found.prim[from]};
+  /// These hits of ray i in the caller's terms, sixteen at a time.
+  static void describe(const RayLanes& rays, int i, const AllCollector::Hits& hits,
+                       std::span<const std::uint32_t> which, PackedHit* to) {
+    float t[kWidth] = {}, distance[kWidth] = {};
+    for (; !which.empty(); which = which.subspan(std::min<std::size_t>(which.size(), kWidth))) {
+      const int n = int(std::min<std::size_t>(which.size(), kWidth));
+      for (int k = 0; k < n; ++k) {
+        t[k] = hits.t[which[k]];
+        distance[k] = hits.dist2[which[k]];
+      }
+      for (int k = 0; k < kWidth; ++k) {
+        t[k] = rays.t_given(i, t[k]);
+        distance[k] = float(std::sqrt(distance[k]) * rays.per_scale);
+      }
+      for (int k = 0; k < n; ++k) *to++ = {t[k], hits.s[which[k]], distance[k], 0.0f, hits.prim[which[k]]};
     }
-    // Of equal t the lower id comes first. Two that meet in a point often have the same.
-    for (std::uint32_t j = 1; j < n; ++j) {
-      if (to[j].t != to[j - 1].t) continue;
-      const std::uint32_t first = j - 1;
-      while (j < n && to[j].t == to[first].t) ++j;
-      std::sort(to + first, to + j);
+  }
+
+  /// Sort hits that stand nearly where they belong.
+  static void settle(PackedHit* hits, std::size_t n) {
+    constexpr std::size_t kFar = 64;
+    for (std::size_t j = 1; j < n; ++j) {
+      if (!(hits[j] < hits[j - 1])) continue;
+      const PackedHit hit = hits[j];
+      std::size_t to = j;
+      for (; to > 0 && hit < hits[to - 1]; --to) hits[to] = hits[to - 1];
+      hits[to] = hit;
+      if (j - to > kFar) return std::sort(hits, hits + n);  // most have much the same t
     }
   }
 };

@@ -43,7 +43,7 @@ struct HitLists {
     std::uint32_t ray, n_hits;
   };
   std::vector<Run> runs;
-  std::vector<PackedHit> hits;
+  LargeVector<PackedHit> hits;
 
   void add(std::uint32_t ray, std::vector<Hit>& of_ray) {
     std::sort(of_ray.begin(), of_ray.end());
@@ -71,7 +71,7 @@ class PendingLists {
     for (std::size_t i = 1; i < offsets_.size(); ++i) offsets_[i] += offsets_[i - 1];
   }
 
-  const std::vector<std::int64_t>& offsets() const { return offsets_; }
+  const LargeVector<std::int64_t>& offsets() const { return offsets_; }
   std::size_t n_hits() const { return std::size_t(offsets_.back()); }
 
   /// Put the hits into columns, and forget them.
@@ -94,7 +94,7 @@ class PendingLists {
     std::vector<HitLists::Run> runs;
     std::shared_ptr<std::byte> hits;
   };
-  std::vector<std::int64_t> offsets_;
+  LargeVector<std::int64_t> offsets_;
   std::vector<Chunk> chunks_;
   std::unique_ptr<Arena> arena_ = std::make_unique<Arena>();
 };

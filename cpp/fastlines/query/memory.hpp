@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <vector>
 
 #if __has_include(<sys/mman.h>)
 #include <sys/mman.h>
@@ -14,17 +15,98 @@
 
 namespace fastlines {
 
-/// Memory for std::free: aligned, and in huge pages where that saves faults.
-inline void* allocate(std::size_t n_bytes) {
-  constexpr std::size_t kBlock = 128, kHuge = std::size_t(1) << 21;
-  const std::size_t alignment = n_bytes >= 2 * kHuge ? kHuge : kBlock;
-  void* const data = std::aligned_alloc(alignment, (n_bytes / alignment + 1) * alignment);
-  if (!data) throw std::bad_alloc();
+/// Memory as it is given out: `data` is aligned, and follows its own size.
+class Memory {
+ public:
+  /// In huge pages where that saves faults; a block that was released before if one is not much too large.
+  static void* allocate(std::size_t n_bytes) {
+    if (void* const again = kept().take(n_bytes)) return again;
+    const std::size_t alignment = n_bytes >= 2 * kHuge ? kHuge : kBlock;
+    const std::size_t size = (kBlock + n_bytes + alignment - 1) / alignment * alignment;
+    auto* const begin = static_cast<std::byte*>(std::aligned_alloc(alignment, size));
+    if (!begin) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE
-  if (alignment == kHuge) madvise(data, n_bytes, MADV_HUGEPAGE);  // a hint: if it is refused, nothing is lost
+    if (alignment == kHuge) madvise(begin, size, MADV_HUGEPAGE);  // a hint: if it is refused, nothing is lost
 #endif
-  return data;
-}
+    new (begin) std::size_t(size - kBlock);
+    return begin + kBlock;
+  }
+
+  static void release(void* data) noexcept {
+    if (data && !kept().keep(data)) std::free(begin_of(data));
+  }
+
+ private:
+  static constexpr std::size_t kBlock = 128, kHuge = std::size_t(1) << 21;
+
+  static std::byte* begin_of(void* data) { return static_cast<std::byte*>(data) - kBlock; }
+  static std::size_t size_of(void* data) { return *std::launder(reinterpret_cast<std::size_t*>(begin_of(data))); }
+
+  /// What was released last: to touch memory of the system's for the first time takes longer than to write an answer
+  /// to it, so the next answer takes that of an earlier one.
+  class Kept {
+   public:
+    void* take(std::size_t n_bytes) {
+      if (n_bytes < kLeast) return nullptr;
+      const std::lock_guard lock(mutex_);
+      auto best = blocks_.end();
+      for (auto block = blocks_.begin(); block != blocks_.end(); ++block) {
+        const std::size_t size = size_of(*block);
+        if (size >= n_bytes && size / 2 <= n_bytes && (best == blocks_.end() || size < size_of(*best))) best = block;
+      }
+      if (best == blocks_.end()) return nullptr;
+      void* const data = *best;
+      n_bytes_ -= size_of(data);
+      blocks_.erase(best);
+      return data;
+    }
+
+    /// Makes room by letting go of what was released first; false if the block is not worth keeping.
+    bool keep(void* data) noexcept {
+      const std::size_t size = size_of(data);
+      if (size < kLeast || size > kMost) return false;
+      const std::lock_guard lock(mutex_);
+      while (n_bytes_ + size > kMost || blocks_.size() == kMostBlocks) {
+        n_bytes_ -= size_of(blocks_.front());
+        std::free(begin_of(blocks_.front()));
+        blocks_.erase(blocks_.begin());
+      }
+      blocks_.push_back(data);
+      n_bytes_ += size;
+      return true;
+    }
+
+   private:
+    static constexpr std::size_t kLeast = std::size_t(1) << 16, kMost = std::size_t(1) << 27, kMostBlocks = 64;
+    std::mutex mutex_;
+    std::vector<void*> blocks_;
+    std::size_t n_bytes_ = 0;
+    Kept() { blocks_.reserve(kMostBlocks); }  // so that keep never allocates
+    friend class Memory;
+  };
+
+  /// Never destroyed: answers may outlive all else at exit.
+  static Kept& kept() {
+    static Kept& blocks = *new Kept;
+    return blocks;
+  }
+};
+
+/// A vector in such memory.
+template <class T>
+struct Allocator {
+  using value_type = T;
+  Allocator() = default;
+  template <class Other>
+  Allocator(const Allocator<Other>&) {}
+
+  T* allocate(std::size_t n) { return static_cast<T*>(Memory::allocate(n * sizeof(T))); }
+  void deallocate(T* data, std::size_t) noexcept { Memory::release(data); }
+  bool operator==(const Allocator&) const { return true; }
+};
+
+template <class T>
+using LargeVector = std::vector<T, Allocator<T>>;
 
 /// Gives out memory in pieces of large blocks, to any thread. A block lives as long as any piece of it.
 class Arena {
@@ -34,7 +116,7 @@ class Arena {
     const std::lock_guard lock(mutex_);
     if (left_ < size) {
       const std::size_t n_bytes_of_block = std::max(size, next_);
-      block_.reset(static_cast<std::byte*>(allocate(n_bytes_of_block)), [](std::byte* data) { std::free(data); });
+      block_.reset(static_cast<std::byte*>(Memory::allocate(n_bytes_of_block)), &Memory::release);
       at_ = block_.get();
       left_ = n_bytes_of_block;
       next_ = std::min(2 * next_, kLargest);
@@ -46,7 +128,7 @@ class Arena {
   }
 
  private:
-  static constexpr std::size_t kPiece = 64, kLargest = std::size_t(1) << 25;
+  static constexpr std::size_t kPiece = 64, kLargest = std::size_t(1) << 23;
   std::mutex mutex_;
   std::shared_ptr<std::byte> block_;
   std::byte* at_ = nullptr;
