@@ -15,9 +15,8 @@ enum class Side { left, right, both };
 
 /// A reference that lies in the plane goes left.
 inline Side side_of(const Box& box, int axis, float plane) {
-  if (box.hi[axis] <= plane) return Side::left;
-  if (box.lo[axis] >= plane) return Side::right;
-  return Side::both;
+  const bool left = box.hi[axis] <= plane, right = box.lo[axis] >= plane;
+  return left ? Side::left : right ? Side::right : Side::both;
 }
 
 /// Cut the piece of a curve that straddles the plane x[axis] = plane into its left and its right part. Both parts store

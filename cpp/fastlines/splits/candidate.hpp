@@ -9,9 +9,11 @@
 
 #include <algorithm>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "../references/cut.hpp"
+#include "../simd/bounds.hpp"
 
 namespace fastlines {
 
@@ -33,9 +35,9 @@ using Refs = std::span<const BuildRef>;
 inline float centre_of(const Box& box, int axis) { return 0.5f * box.lo[axis] + 0.5f * box.hi[axis]; }
 
 inline Box hull(Refs refs) {
-  Box box = Box::empty();
-  for (const BuildRef& ref : refs) box.grow(ref.box);
-  return box;
+  Bounds all;
+  for (const BuildRef& ref : refs) all.grow(Bounds(ref.box));
+  return all.box();
 }
 
 /// The order of object splits: by centre; ties by primitive and piece, so that it is total.
@@ -60,8 +62,6 @@ inline std::pair<Box, Box> halves(const Box& box, int axis, float plane) {
 template <Primitives P>
 void partition(const P& prims, Refs refs, const Candidate& split, std::vector<BuildRef>& left,
                std::vector<BuildRef>& right) {
-  left.clear();
-  right.clear();
   if (split.kind == Candidate::Kind::objects) {
     std::vector<BuildRef> sorted(refs.begin(), refs.end());
     const auto middle = sorted.begin() + std::ptrdiff_t(split.n_left);
@@ -70,25 +70,38 @@ void partition(const P& prims, Refs refs, const Candidate& split, std::vector<Bu
     right.assign(middle, sorted.end());
     return;
   }
-  left.reserve(split.n_left);
-  right.reserve(split.n_right);
+  // Each is written to both sides, and counts where it belongs: which side that is can not be foreseen.
+  left.resize(split.n_left + 1);
+  right.resize(split.n_right + 1);
+  std::uint32_t n_left = 0, n_right = 0;
+  const auto put = [&](const BuildRef& ref, Side side) {
+    left[n_left] = ref;
+    right[n_right] = ref;
+    n_left += side != Side::right;
+    n_right += side != Side::left;
+  };
   if (split.kind == Candidate::Kind::centres) {
-    for (const BuildRef& ref : refs) (centre_of(ref.box, split.axis) < split.plane ? left : right).push_back(ref);
-    return;
-  }
-  for (const BuildRef& ref : refs) switch (side_of(ref.box, split.axis, split.plane)) {
-      case Side::left:
-        left.push_back(ref);
-        break;
-      case Side::right:
-        right.push_back(ref);
-        break;
-      case Side::both: {
-        const auto [l, r] = cut(prims, ref, split.axis, split.plane);
-        left.push_back(l);
-        right.push_back(r);
-      }
+    for (const BuildRef& ref : refs) put(ref, centre_of(ref.box, split.axis) < split.plane ? Side::left : Side::right);
+  } else {
+    struct Straddler {
+      std::uint32_t left, right;  // where it was put
+    };
+    thread_local std::vector<Straddler> straddlers;
+    straddlers.resize(split.n_left + split.n_right - refs.size() + 1);
+    std::size_t n_both = 0;
+    for (const BuildRef& ref : refs) {
+      const Side side = side_of(ref.box, split.axis, split.plane);
+      straddlers[n_both].left = n_left;
+      straddlers[n_both].right = n_right;
+      n_both += side == Side::both;
+      put(ref, side);
     }
+    straddlers.resize(n_both);
+    for (const Straddler& at : straddlers)
+      std::tie(left[at.left], right[at.right]) = cut(prims, left[at.left], split.axis, split.plane);
+  }
+  left.pop_back();
+  right.pop_back();
 }
 
 /// One plane, counted the plain way: by looking at every reference.

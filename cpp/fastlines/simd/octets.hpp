@@ -1,0 +1,58 @@
+// Eight lanes of float32, in the compiler's own vector types.
+//
+// As in simd.hpp, every operation gives the same bits on every instruction set. Vectors go in and out of inline
+// functions only. GCC comes to templates last, so there is no place to take the warning back.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+
+#include "four.hpp"
+
+#if defined(FASTLINES_PORTABLE)
+#elif defined(__SSE4_2__)
+#include <immintrin.h>
+#endif
+
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+namespace fastlines {
+
+using Octet = float __attribute__((vector_size(32)));
+using IntOctet = std::int32_t __attribute__((vector_size(32)));
+
+[[gnu::always_inline]] inline Octet eight(float x) { return Octet{} + x; }
+[[gnu::always_inline]] inline Octet min(const Octet& x, const Octet& y) { return x < y ? x : y; }
+[[gnu::always_inline]] inline Octet max(const Octet& x, const Octet& y) { return x > y ? x : y; }
+
+/// How many lanes are set.
+[[gnu::always_inline]] inline unsigned n_set(const IntOctet& mask) {
+#if !defined(FASTLINES_PORTABLE) && defined(__AVX__)
+  return unsigned(std::popcount(unsigned(_mm256_movemask_ps(__m256(mask)))));
+#elif !defined(FASTLINES_PORTABLE) && defined(__SSE4_2__)
+  __m128 half[2];
+  __builtin_memcpy(half, &mask, sizeof half);
+  return unsigned(std::popcount(unsigned(_mm_movemask_ps(half[0]) | _mm_movemask_ps(half[1]) << 4)));
+#else
+  int n = 0;
+  for (int lane = 0; lane < 8; ++lane) n -= mask[lane];
+  return unsigned(n);
+#endif
+}
+
+/// The first three lanes of eight vectors of four: what is first in them, what is second, and what is third.
+[[gnu::always_inline]] inline void turn(const Float4 (&fours)[8], Octet (&eights)[3]) {
+  const auto both = [&](int i) __attribute__((always_inline)) {
+    return __builtin_shufflevector(fours[i], fours[i + 4], 0, 1, 2, 3, 4, 5, 6, 7);
+  };
+  const Octet a = both(0), b = both(1), c = both(2), d = both(3);
+  const Octet ab = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13),
+              cd = __builtin_shufflevector(c, d, 0, 8, 1, 9, 4, 12, 5, 13);
+  eights[0] = __builtin_shufflevector(ab, cd, 0, 1, 8, 9, 4, 5, 12, 13);
+  eights[1] = __builtin_shufflevector(ab, cd, 2, 3, 10, 11, 6, 7, 14, 15);
+  const Octet ab_last = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15),
+              cd_last = __builtin_shufflevector(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
+  eights[2] = __builtin_shufflevector(ab_last, cd_last, 0, 1, 8, 9, 4, 5, 12, 13);
+}
+
+}  // namespace fastlines

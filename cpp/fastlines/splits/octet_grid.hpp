@@ -1,0 +1,236 @@
+// The planes of a regular grid over a node's box, eight at a time, one a lane, and the bins between them.
+//
+// Each plane counts what lies on either side of it. The ends of a piece grow the bounds of the bins that they lie in,
+// of which the comparisons with the planes tell; each plane keeps the bounds of the points where pieces cross it. What
+// lies on one side of a plane is then the bins there and its crossings. Nothing branches: a piece costs the same
+// wherever it lies.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "../primitives/segments.hpp"
+#include "../simd/bounds.hpp"
+#include "../simd/octets.hpp"
+#include "candidate.hpp"
+
+namespace fastlines {
+
+/// The planes of all three axes, and the bins between them; used again from node to node.
+class OctetGrid {
+ public:
+  /// Lanes without a plane have one at ∞.
+  void place(const Box& box, int n_planes, BoxRule rule) {
+    n_ = std::size_t(n_planes + 7) / 8;
+    planes_.resize(3 * n_);
+    for_each_axis([&]<int axis>(Planes* planes, Bounds*) {
+      const float lo = box.lo[axis], step = float(box.side(axis) / (n_planes + 1));
+      Octet number = {1, 2, 3, 4, 5, 6, 7, 8};
+      for (std::size_t i = 0; i < n_; ++i, number += 8.0f)
+        planes[i].begin(number <= float(n_planes) ? lo + number * step : eight(kInf));
+    });
+    if (rule == BoxRule::tight) bins_.assign(3 * (8 * n_ + 1), Bounds{});
+  }
+
+  /// As `side_of` has it.
+  void count(const Box& box) {
+    for_each_axis([&]<int axis>(Planes* planes, Bounds*) {
+      for (std::size_t i = 0; i < n_; ++i) {
+        const IntOctet on_right = planes[i].at < box.hi[axis];
+        planes[i].n_left -= (planes[i].at > box.lo[axis]) | ~on_right;
+        planes[i].n_right -= on_right;
+      }
+    });
+  }
+
+  /// A whole reference, on the side of its centre.
+  [[gnu::always_inline]] void add_whole(const Box& box) {
+    const Bounds bounds(box);
+    for_each_axis([&]<int axis>(Planes* planes, Bounds* bins) __attribute__((always_inline)) {
+      std::size_t where = 0;
+      for (std::size_t i = 0; i < n_; ++i) {
+        const IntOctet on_right = planes[i].at <= centre_of(box, axis);
+        planes[i].n_left += on_right + 1;
+        planes[i].n_right -= on_right;
+        where += n_set(on_right);
+      }
+      bins[where].grow(bounds);
+    });
+  }
+
+  /// A piece, cut by the planes. Its ends are corners of its box.
+  [[gnu::always_inline]] void add_piece(const Segment& segment, const Box& box) {
+    const Bounds bounds(box), ends(segment);
+    const Float4 way = ends.hi - ends.lo, per_way = 1.0f / way;
+    const Int4 up = way >= 0.0f;
+    const Float4 from = up ? bounds.lo : bounds.hi, to = up ? bounds.hi : bounds.lo;
+    for_each_axis([&]<int axis>(Planes* of_axis, Bounds* bins) __attribute__((always_inline)) {
+      const Float4 slope = way * per_way[axis];
+      std::size_t first = 0, last = 0;
+      for (std::size_t i = 0; i < n_; ++i) {
+        Planes& planes = of_axis[i];
+        const IntOctet on_right = planes.at < box.hi[axis], behind = on_right & (planes.at <= box.lo[axis]);
+        planes.n_left += behind + 1;
+        planes.n_right -= on_right;
+        first += n_set(behind);
+        last += n_set(on_right);
+        const Octet ahead = planes.at - from[axis];
+        for (int j = 0; j < 2; ++j) {
+          const int k = (axis + 1 + j) % 3;
+          // Where it does not cross is no number, which is neither less nor more than any.
+          const Octet there = Octet(IntOctet(from[k] + ahead * slope[k]) | behind | ~on_right);
+          planes.lo[j] = min(there, planes.lo[j]);
+          planes.hi[j] = max(there, planes.hi[j]);
+        }
+      }
+      const Int4 rises = __builtin_shufflevector(up, up, axis, axis, axis, axis);
+      bins[first].grow(rises ? from : to);
+      bins[last].grow(rises ? to : from);
+    });
+  }
+
+  /// Show of each axis the candidate with the least SAH, for boxes grown by a margin; or all. Returns whether there was
+  /// anything to show.
+  template <class Visitor>
+  bool show(Candidate::Kind kind, const Box& box, BoxRule rule, float margin, bool all, Visitor&& visitor) {
+    const bool tight = rule == BoxRule::tight;
+    bool shown = false;
+    // In parts of the longest side, so that no area is more or less than a float can say.
+    const float scale = float(std::min(1.0 / box.side(box.longest_axis()), 1e38)), grown = 2 * margin * scale;
+    for_each_axis([&]<int axis>(const Planes* of_axis, Bounds* bins) __attribute__((always_inline)) {
+      float least = kInf;
+      Candidate best;
+      Bounds before;
+      if (tight) sum_up(bins);
+      for (std::size_t i = 0; i < n_; ++i) {
+        const Planes& planes = of_axis[i];
+        Sides left, right;
+        IntOctet divides = (planes.at > box.lo[axis]) & (planes.at < box.hi[axis]);
+        Octet weighed;
+        if (tight) {
+          both_sides<axis>(box, planes, bins + 8 * i, after_.data() + 8 * i, before, left, right);
+          divides &= (planes.n_left > 0) & (planes.n_right > 0);
+          weighed = weigh(planes, left, right, scale, grown);
+        } else {
+          weighed = weigh_halves<axis>(planes, box, scale, grown);
+        }
+        weighed = divides ? weighed : eight(kInf);
+        for (std::size_t lane = 0; lane < 8; ++lane) {
+          if (!(weighed[lane] < (all ? kInf : least))) continue;
+          least = weighed[lane];
+          const auto [left_box, right_box] =
+              tight ? std::pair(left.box(lane), right.box(lane)) : halves(box, axis, planes.at[lane]);
+          best = {
+              kind,     axis,     planes.at[lane], std::size_t(planes.n_left[lane]), std::size_t(planes.n_right[lane]),
+              left_box, right_box};
+          if (all) visitor(best);
+        }
+      }
+      shown |= least < kInf;
+      if (!all && least < kInf) visitor(best);
+    });
+    return shown;
+  }
+
+ private:
+  static constexpr float kInf = std::numeric_limits<float>::infinity();
+
+  /// Eight planes across an axis: how many references lie on either side, and where pieces cross.
+  struct Planes {
+    Octet at;
+    IntOctet n_left, n_right;
+    Octet lo[2], hi[2];  // in the axes after this one
+
+    [[gnu::always_inline]] void begin(const Octet& planes) {
+      at = planes;
+      n_left = n_right = IntOctet{};
+      lo[0] = lo[1] = eight(kInf);
+      hi[0] = hi[1] = eight(-kInf);
+    }
+  };
+
+  /// What lies on one side of eight planes.
+  struct Sides {
+    Octet lo[3], hi[3];
+
+    Box box(std::size_t lane) const {
+      return {{lo[0][lane], lo[1][lane], lo[2][lane]}, {hi[0][lane], hi[1][lane], hi[2][lane]}};
+    }
+  };
+
+  /// What lies in a bin and those after it.
+  void sum_up(const Bounds* bins) {
+    Bounds after;
+    after_.resize(8 * n_ + 1);
+    for (std::size_t i = 8 * n_ + 1; i-- > 0;) {
+      after.grow(bins[i]);
+      after_[i] = after;
+    }
+  }
+
+  /// The bounds on either side of eight planes, of their bins and the points where pieces cross.
+  template <int axis>
+  [[gnu::always_inline]] static void both_sides(const Box& box, const Planes& planes, const Bounds* bins,
+                                                const Bounds* after, Bounds& before, Sides& left, Sides& right) {
+    Float4 left_lo[8], left_hi[8], right_lo[8], right_hi[8];
+    for (int lane = 0; lane < 8; ++lane) {
+      before.grow(bins[lane]);
+      left_lo[lane] = before.lo;
+      left_hi[lane] = before.hi;
+      right_lo[lane] = after[lane + 1].lo;
+      right_hi[lane] = after[lane + 1].hi;
+    }
+    turn(left_lo, left.lo);
+    turn(left_hi, left.hi);
+    turn(right_lo, right.lo);
+    turn(right_hi, right.hi);
+    const IntOctet crossed = planes.lo[0] <= planes.hi[0];
+    left.hi[axis] = crossed ? planes.at : left.hi[axis];
+    right.lo[axis] = crossed ? planes.at : right.lo[axis];
+    for (int j = 0; j < 2; ++j) {
+      const int k = (axis + 1 + j) % 3;
+      const Octet lo = max(planes.lo[j], eight(box.lo[k])), hi = min(planes.hi[j], eight(box.hi[k]));
+      left.lo[k] = min(lo, left.lo[k]);
+      left.hi[k] = max(hi, left.hi[k]);
+      right.lo[k] = min(lo, right.lo[k]);
+      right.hi[k] = max(hi, right.hi[k]);
+    }
+  }
+
+  /// n_left·SA(left) + n_right·SA(right), halved.
+  [[gnu::always_inline]] static Octet weigh(const Planes& planes, const Sides& left, const Sides& right, float scale,
+                                            float grown) {
+    const auto half_area = [=](const Sides& sides) __attribute__((always_inline)) {
+      const Octet x = (sides.hi[0] - sides.lo[0]) * scale + grown, y = (sides.hi[1] - sides.lo[1]) * scale + grown,
+                  z = (sides.hi[2] - sides.lo[2]) * scale + grown;
+      return x * y + x * z + y * z;
+    };
+    return half_area(left) * __builtin_convertvector(planes.n_left, Octet) +
+           half_area(right) * __builtin_convertvector(planes.n_right, Octet);
+  }
+
+  template <int axis>
+  [[gnu::always_inline]] static Octet weigh_halves(const Planes& planes, const Box& box, float scale, float grown) {
+    const float x = float(box.side((axis + 1) % 3)) * scale + grown,
+                y = float(box.side((axis + 2) % 3)) * scale + grown;
+    const auto half_area = [&](const Octet& z) __attribute__((always_inline)) { return x * y + (x + y) * (z + grown); };
+    return half_area((planes.at - box.lo[axis]) * scale) * __builtin_convertvector(planes.n_left, Octet) +
+           half_area((box.hi[axis] - planes.at) * scale) * __builtin_convertvector(planes.n_right, Octet);
+  }
+
+  template <class Use>
+  [[gnu::always_inline]] void for_each_axis(Use&& use) {
+    const std::size_t n_bins = 8 * n_ + 1;
+    use.template operator()<0>(planes_.data(), bins_.data());
+    use.template operator()<1>(planes_.data() + n_, bins_.data() + n_bins);
+    use.template operator()<2>(planes_.data() + 2 * n_, bins_.data() + 2 * n_bins);
+  }
+
+  std::size_t n_;  // octets an axis
+  std::vector<Planes> planes_;
+  std::vector<Bounds> bins_, after_;
+};
+
+}  // namespace fastlines
