@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -28,6 +29,14 @@ def test_cost(scene: str, method: str, least: float, largest: float, n_nodes: in
     assert least <= tree.cost() <= largest
     assert math.isclose(tree.cost(by="f"), tree.cost(by="g"), rel_tol=1e-9)
     assert n_nodes is None or tree.n_nodes == n_nodes
+
+
+@pytest.mark.parametrize(("deep", "flat"), [("bvh-d2", "bvh-ss"), ("kd-d2", "kd-cl")])
+def test_depth_two_is_the_second_level_alone(deep: str, flat: str) -> None:
+    """§5: the same SPLITS, so on hair, where one level suffices, the same tree but for little."""
+    assert fl.METHODS[deep] == replace(fl.METHODS[flat], lookahead=(1, 2))
+    lines = fl.scenes.make("straight-hair", 4000).lines
+    assert 0.97 < fl.build(lines, deep).cost() / fl.build(lines, flat).cost() <= 1
 
 
 def test_bad_levels_are_cheaper_than_looking_ahead() -> None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from .checks import choice, count, did_you_mean, number, sequence
 from .errors import InputError
-from .splits import BoxRule, ObjectSweep, PlaneEvents, PlaneGrid, PlaneOctets, SplitSet
+from .splits import BoxRule, ObjectSweep, PlaneGrid, PlaneOctets, SplitSet
 
 #: What a build takes at most for a primitive, with room to spare; for a reference see `Limits.bytes_a_ref`.
 _BYTES_A_PRIM = 128
@@ -288,7 +288,7 @@ METHODS: dict[str, Settings] = {
     "bvh-cl": Settings(splits=(ObjectSweep(),)),
     "bvh-ss": Settings(splits=(PlaneGrid(8),)),
     "bvh-d2": Settings(splits=(PlaneGrid(8),), lookahead=(1, 2)),
-    "kd-cl": Settings(splits=(PlaneEvents(),), boxes="cut", cost=Cost(C_TRAV["cut"])),
+    "kd-cl": Settings(splits=(PlaneGrid(12),), boxes="cut", cost=Cost(C_TRAV["cut"])),
     "kd-d2": Settings(splits=(PlaneGrid(12),), boxes="cut", lookahead=(1, 2), cost=Cost(C_TRAV["cut"])),
 }
 
@@ -303,8 +303,8 @@ METHOD_NOTES: dict[str, str] = {
     "bvh-cl": "whole primitives, SAH",
     "bvh-ss": "primitives cut by a grid of planes, SAH",
     "bvh-d2": "as bvh-ss; where SAH says leaf, look two levels ahead",
-    "kd-cl": "planes at box sides, SAH",
-    "kd-d2": "a grid of planes, SAH; where it says leaf, look two levels ahead",
+    "kd-cl": "space cut by a grid of planes, SAH",
+    "kd-d2": "as kd-cl; where SAH says leaf, look two levels ahead",
 }
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..settings import Cost, Limits, Presplit, Settings
-from ..splits import Median, Middle, ObjectSweep, PlaneGrid
+from ..splits import Median, Middle, ObjectSweep, PlaneEvents, PlaneGrid
 
 #: One cost for all trees of a kind, as the thesis's figures have it.
 THESIS_COST = {"bvh": Cost(2.0), "kd": Cost(0.6)}
@@ -49,6 +49,7 @@ BUILDERS: dict[str, dict[str, Any]] = {
     "kd-middle": {"splits": Middle(), "bad_levels": 3, **_CUT},
     "kd-cl": {"method": "kd-cl"},
     "kd-d2": {"method": "kd-d2"},
+    "kd-events": {"method": "kd-cl", "splits": PlaneEvents()},
     "kd-bad-refines": {"method": "kd-cl", "bad_refines": 3, "prune": False},
 }
 

@@ -25,7 +25,7 @@ from ..demo.machine import describe_machine
 from ..geometry import FloatArray
 from ..scenes import make
 from ..settings import METHODS, Cost, Limits, Settings
-from ..splits import ObjectSweep, PlaneGrid
+from ..splits import ObjectSweep, PlaneEvents, PlaneGrid
 from .result import geometric_mean
 
 Rng = np.random.Generator
@@ -91,6 +91,7 @@ BUILDERS: dict[str, Settings] = {
     "bad levels, sweep ≤ 32": replace(_deep, splits=(PlaneGrid(16), ObjectSweep(max_refs=32))),
     "grid and sweep (SBVH)": Settings(splits=(PlaneGrid(16), ObjectSweep())),
     "2 levels": Settings(splits=(PlaneGrid(8),), lookahead=(2,)),
+    "kd-events": replace(METHODS["kd-cl"], splits=(PlaneEvents(),)),
     "kd, bad levels": replace(_deep, boxes="cut", cost=Cost(0.6)),
     "kd, 6 bad levels": replace(_deep, boxes="cut", cost=Cost(0.6), bad_levels=6),
     "kd, 2 levels": Settings(splits=(PlaneGrid(12),), boxes="cut", lookahead=(2,), cost=Cost(0.6)),
