@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 from dataclasses import replace
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ import fastlines as fl
 from fastlines.bench import Case, alternate, trees, tuning
 from fastlines.bench.builders import BUILDERS, THESIS_COST, kind_of
 from fastlines.bench.claims import Claim, claims
+from fastlines.bench.labels import label_log, name_points
 from fastlines.bench.pareto import Peer, Row, front
 from fastlines.bench.pareto_plot import sweeps
 
@@ -199,3 +201,41 @@ def test_sweeps():
 )
 def test_refused(arguments, said):
     assert said in refused("bench", "pareto", *TINY, "--peer", "none", *arguments)[1]
+
+
+# --- The plot ---
+
+
+@pytest.mark.parametrize(("low", "high"), [(42, 85), (710, 755), (0.0009, 3), (3, 4), (0.14, 1.9), (1e3, 1e6)])
+def test_a_logarithmic_axis_has_some_plain_labels_apart(low, high):
+    figure = pytest.importorskip("matplotlib.figure").Figure(figsize=(5, 4))
+    panel = figure.subplots()
+    panel.loglog([low, high], [low, high])
+    for axis in (panel.xaxis, panel.yaxis):
+        label_log(axis)
+    figure.draw_without_rendering()
+    first, last = panel.get_xlim()
+    ticks = zip(panel.get_xticks(), panel.get_xticklabels(), strict=True)
+    places, labels = zip(*((at, label) for at, label in ticks if first <= at <= last), strict=True)
+    assert 3 <= len(labels) <= 9
+    assert [float(label.get_text().replace(",", "")) for label in labels] == pytest.approx(sorted(places))
+    boxes = [label.get_window_extent() for label in labels]
+    assert not any(a.overlaps(b) for a, b in pairwise(boxes))
+    assert not any(label.get_text() for label in panel.get_xticklabels(minor=True))
+
+
+def test_names_beside_points_do_not_cover_each_other():
+    figure = pytest.importorskip("matplotlib.figure").Figure(figsize=(5, 4))
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.text import Text
+
+    FigureCanvasAgg(figure)
+    panel = figure.subplots()
+    points = [(1.0, 1.0), (1.0, 1.0), (1.01, 1.0), (1.02, 1.01), (2.0, 2.0), (2.0, 1.99)]
+    panel.loglog(*zip(*points, strict=True), "o")
+    figure.draw_without_rendering()
+    name_points(panel, points, [f"builder-{i}" for i in range(6)])
+    names = [Text.get_window_extent(text) for text in panel.texts]
+    assert len(names) == 6
+    assert not any(a.overlaps(b) for a, b in combinations(names, 2))
+    assert all(panel.bbox.x0 <= name.x0 < name.x1 <= panel.bbox.x1 for name in names)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 
 from .growth import Growth
+from .labels import label_log
 from .plot import check
 
 #: One for each scene.
@@ -38,6 +39,8 @@ def draw_growth(growth: Growth, path: str | os.PathLike[str]) -> None:
         )
     panel.set_xscale("log")
     panel.set_yscale("log")
+    for axis in (panel.xaxis, panel.yaxis):
+        label_log(axis)
     panel.set_xlabel("segments")
     panel.set_ylabel("ns per ray")
     threads = plan.threads[0]

@@ -7,11 +7,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from .builders import THESIS_COST
+from .labels import label_log, name_points
 from .pareto import Pareto, Row, front
 from .plot import check
 
 COLOURS = {"bvh": "#c2410c", "kd": "#0369a1"}
 MARKS = {"bvh": "o", "kd": "s"}
+#: One for each sweep.
+SWEEPS = {"best": "#15803d", "best-bvh": "#a16207", "best-kd": "#7e22ce"}
 
 
 def draw_pareto(pareto: Pareto, path: str | os.PathLike[str]) -> None:
@@ -45,6 +48,15 @@ def draw_pareto(pareto: Pareto, path: str | os.PathLike[str]) -> None:
             panel.set_axisbelow(True)
             panel.spines[["top", "right"]].set_visible(False)
             panel.legend(frameon=False, fontsize=7)
+            panel.margins(0.08)
+            for axis in (panel.xaxis, panel.yaxis):
+                label_log(axis)
+    figure.draw_without_rendering()  # gives panels their place
+    for (cost, query), rows in zip(panels, scenes.values(), strict=False):
+        for panel, heights in ((cost, [row.thesis_cost for row in rows]), (query, [row.query_ns for row in rows])):
+            name_points(
+                panel, [(row.build_s, y) for row, y in zip(rows, heights, strict=True)], [_name(row) for row in rows]
+            )
     figure.savefig(path, dpi=120, format="png")
 
 
@@ -56,10 +68,21 @@ def _points(panel: Any, rows: Sequence[Row], heights: Sequence[float], colour: s
     ahead = [points[i] for i in front(points)]
     panel.plot(*zip(*ahead, strict=True), "-", color=colour, label=f"{label}: front", linewidth=1.2)
     for family, places in sweeps(rows).items():
-        panel.plot(*zip(*(points[i] for i in places), strict=True), "--", color="#15803d", label=family, linewidth=0.9)
+        panel.plot(
+            *zip(*(points[i] for i in places), strict=True),
+            "--",
+            color=SWEEPS[family],
+            label=f"{family}@…",
+            linewidth=0.9,
+        )
     for row, point in zip(rows, points, strict=True):
         panel.plot(*point, MARKS[row.kind], color=COLOURS[row.kind], markersize=4)
-        panel.annotate(row.builder, point, xytext=(3, 3), textcoords="offset points", fontsize=6)
+
+
+def _name(row: Row) -> str:
+    """What stands beside its point: of a place on a sweep, whose line has a name, only which place it is."""
+    _, at, place = row.builder.partition("@")
+    return at + place if at else row.builder
 
 
 def sweeps(rows: Sequence[Row]) -> dict[str, list[int]]:

@@ -6,6 +6,7 @@ import math
 import os
 
 from ..errors import MissingExtraError
+from .labels import label_log
 from .result import Result, geometric_mean
 
 
@@ -40,6 +41,7 @@ def draw(result: Result, path: str | os.PathLike[str]) -> None:
             f"{kind} rays, {query}" + (f": {mean:.2f} × Embree (geometric mean)" if mean else ""), loc="left"
         )
         panel.set_yscale("log")
+        label_log(panel.yaxis)
         panel.set_ylabel("Mrays/s")
         panel.set_xlim(-0.5, len(cells) - 0.5)
         panel.set_xticks(places, [f"{cell.scene}\n{cell.radius:g}" for cell in cells], fontsize=6)
