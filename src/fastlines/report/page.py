@@ -34,6 +34,7 @@ def html(document: Document, images: Path) -> str:
 <h1>{escape(document.title)}</h1>
 <p class="lead">{escape(document.lead)}</p>
 <nav>{links}</nav>
+<p class="note hint">A click on the head of a column sorts its table.</p>
 </header>
 {sections}
 <footer><p>{escape(document.foot)}</p></footer>

@@ -95,6 +95,8 @@ def report_thesis(directory: str | os.PathLike[str], plan: Plan, *, show_progres
         "Chapter 6 of Ivan Kuckir’s thesis “Datové struktury pro zobrazování nepolygonální geometrie” (Prague 2013), "
         "made again: its five scenes, five trees and Embree; its own figures beside ours."
     )
+    if any(plan.scenes.values()):
+        lead += " This is a quick report: some scenes are smaller than the thesis’s, and so are their costs and times."
     more = {
         "claims": [{**asdict(claim), "holds": claim.holds} for claim in claims_of(ours)],
         "thesis": _to_json(theirs),

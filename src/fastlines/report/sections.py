@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from ..bench.builders import THESIS_COST
 from ..bench.table import three
+from ..scenes import NAMES
 from ..settings import METHOD_NOTES
 from .claims import Claim, Tables, claims_of, ratio
 from .depths import C_TRAV, THESIS_DEPTHS
@@ -23,6 +25,10 @@ COLUMNS = {"n_prims": "primitives", "build_ms": "build, ms", "n_nodes": "nodes",
 }
 NOT_FINISHED = "not finished"
 NOTHING = "–"
+_COST_NOTE = (
+    "what a random line through the scene’s box is expected to take (§3): for each inner node that it meets {} in a "
+    "BVH and {} in a KD tree, and 1 for each primitive in a leaf that it meets"
+).format(*(f"{cost.c_trav:g}" for cost in THESIS_COST.values()))
 
 
 def shown(figure: float | None, column: str) -> str:
@@ -36,11 +42,11 @@ def shown(figure: float | None, column: str) -> str:
     return f"{figure:,.2f}" if column == "cost" else three(figure)
 
 
-def figures_table(rows: Mapping[str, Row], thesis: Mapping[str, Row], missing: str) -> Table:
-    """Write all figures of a subject, the thesis's beside them."""
+def figures_table(name: str, rows: Mapping[str, Row], thesis: Mapping[str, Row], missing: str) -> Table:
+    """Write all figures of a subject, those of the thesis's table beside them."""
     body = []
-    for name, title in {**TITLES, **MORE_TITLES}.items():
-        row, other = rows.get(name), thesis.get(name)
+    for tree, title in {**TITLES, **MORE_TITLES}.items():
+        row, other = rows.get(tree), thesis.get(tree)
         if row is None and other is None:
             continue
         cells = [Cell(title)]
@@ -49,14 +55,15 @@ def figures_table(rows: Mapping[str, Row], thesis: Mapping[str, Row], missing: s
             text = shown(figure, column)
             if row is not None and row.over_s is not None and column == "build_ms":
                 text = f"over {row.over_s:g} s"
-            if row is None and name.startswith("embree"):
+            if row is None and tree.startswith("embree"):
                 text = "not installed" if missing else NOTHING
             if row is not None and row.parts and column in row.parts:
                 text += "*"
             cells.append(Cell(text, figure, "" if other is None else shown(other.figure(column), column)))
         body.append(cells)
     notes = [part_note(rows)] if any(row.parts for row in rows.values()) else []
-    return Table(["tree", *COLUMNS.values()], body, "Figures" + ("; the thesis’s below each" if thesis else ""), notes)
+    caption = f"Figures; below each, that of the thesis’s table 6.{NAMES.index(name) + 1}" if thesis else "Figures"
+    return Table(["tree", *COLUMNS.values()], body, caption, notes)
 
 
 def part_note(rows: Mapping[str, Row]) -> str:
@@ -118,14 +125,15 @@ def subject_section(
     """Write all about one scene or file."""
     radii = ", ".join(f"{letter} = {radius:g}" for letter, radius in subject.radii.items())
     n_thesis = thesis["bvh-cl"].n_prims if thesis else None
-    size = f"{len(subject.lines):,} segments"
+    size = f"{len(subject.lines):,} segments: {subject.note}."
     if n_thesis not in (None, len(subject.lines)):
-        size += f" (the thesis has {n_thesis:,}: compare ratios with care)"
+        size += f" The thesis has {n_thesis:,}, so ratios compare only roughly."
     text = [
-        f"{size}: {subject.note}.",
-        f"Times are milliseconds for {plan.size}² = {plan.size**2:,} rays of a camera; {radii}.",
+        size,
+        f"Times are milliseconds for {plan.size}² = {plan.size**2:,} rays of a camera: First finds the nearest hit of "
+        f"each, All lists all of its hits. Lines have the radius {radii}.",
     ]
-    parts: list[Table | Gallery] = [depth_gallery(subject, results), figures_table(rows, thesis, missing)]
+    parts: list[Table | Gallery] = [depth_gallery(subject, results), figures_table(subject.name, rows, thesis, missing)]
     ratios = ratios_table(rows, thesis)
     parts += [ratios] if ratios else []
     trees = {method: results[f"{subject.title}: {method}"] for method in plan.methods}
@@ -194,11 +202,11 @@ def claims_section(ours: Tables, thesis: Tables) -> Section:
             Cell(shown(check.figure, "ratio"), check.figure, good=check.holds),
             Cell(shown(other.figure, "ratio"), other.figure, good=other.holds),
             Cell(
-                f"≤ {check.most:.4g}"
+                f"≤ {check.most:.3g}"
                 if check.least == 0
-                else f"≥ {check.least:.4g}"
+                else f"≥ {check.least:.3g}"
                 if check.most == float("inf")
-                else f"{check.least:.4g} to {check.most:.4g}"
+                else f"{check.least:.3g} to {check.most:.3g}"
             ),
         ]
         for claim, reference in zip(mine, theirs, strict=True)
@@ -253,7 +261,7 @@ def why_section() -> Section:
 
 
 def method_points(methods: Sequence[str]) -> tuple[tuple[str, str], ...]:
-    """Say what each row is."""
+    """Say what each row is, and what the columns are that do not say it themselves."""
     titles = {**TITLES, **MORE_TITLES}
     more = (
         (
@@ -261,6 +269,15 @@ def method_points(methods: Sequence[str]) -> tuple[tuple[str, str], ...]:
             "two triangles a segment, facing the camera, built for each radius; all hits by repeated first hits",
         ),
         ("Embree PS", "the same, with segments cut to the length at which it is best"),
-        ("by filter", "all hits of the same scenes in one pass, by a filter that goes on"),
+        ("by filter", "all hits of the same scenes in one pass: a filter notes each hit and lets the search go on"),
+        ("nodes", "of the binary tree, inner ones and leaves"),
+        ("cost", _COST_NOTE),
     )
-    return (*((titles[method], METHOD_NOTES[method]) for method in methods), *more)
+    return (*((titles[method], _titled(METHOD_NOTES[method])) for method in methods), *more)
+
+
+def _titled(note: str) -> str:
+    """Name trees as the tables do."""
+    for name, title in TITLES.items():
+        note = note.replace(f"as {name};", f"as {title};")
+    return note
