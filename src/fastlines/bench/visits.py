@@ -93,19 +93,22 @@ def meetings(tree: TreeStructure, rays: RayBatch, radius: float) -> Iterator[tup
     rays, nodes : (k,) int64
         All pairs of a level that meet.
     """
-    low, high = grown_boxes(tree, radius)
+    boxes = tree.nodes["box"]
     origins = rays.origins.astype(np.float64)
     with np.errstate(divide="ignore"):
         inverse = 1.0 / rays.directions.astype(np.float64)
 
     def meets(things: IntArray, nodes: IntArray) -> npt.NDArray[np.bool_]:
-        o, per = origins[things], inverse[things]
-        with np.errstate(invalid="ignore"):
-            a, b = (low[nodes] - o) * per, (high[nodes] - o) * per
-        # A ray in the very plane of a side, 0 · inf, meets it.
-        enter = np.where(np.isnan(a) | np.isnan(b), -np.inf, np.minimum(a, b)).max(axis=1)
-        leave = np.where(np.isnan(a) | np.isnan(b), np.inf, np.maximum(a, b)).min(axis=1)
-        met: npt.NDArray[np.bool_] = np.maximum(enter, rays.t_min) <= np.minimum(leave, rays.t_max)
+        box = boxes[nodes]
+        enter, leave = np.full(len(things), rays.t_min), np.full(len(things), rays.t_max)
+        for axis in range(3):
+            o, per = origins[things, axis], inverse[things, axis]
+            with np.errstate(invalid="ignore"):
+                a = (box[:, 0, axis].astype(np.float64) - radius - o) * per
+                b = (box[:, 1, axis].astype(np.float64) + radius - o) * per
+            # A ray in the very plane of a side, 0 · inf, meets it: fmax and fmin pass over what is no number.
+            enter, leave = np.fmax(enter, np.minimum(a, b)), np.fmin(leave, np.maximum(a, b))
+        met: npt.NDArray[np.bool_] = enter <= leave
         return met
 
     return descend(tree, len(rays), meets)
@@ -122,11 +125,11 @@ def count_visits(tree: TreeStructure, rays: RayBatch, radius: float) -> Visits:
 
 def visits_of_rays(tree: TreeStructure, rays: RayBatch, radius: float) -> tuple[IntArray, IntArray]:
     """Count for each ray the nodes that it meets, leaves too, and the references in those leaves: (n,) int64 each."""
-    n_refs = np.where(tree.is_leaf, tree.nodes["n_refs"], 0)
     visited, tests = np.zeros(len(rays), np.int64), np.zeros(len(rays), np.int64)
     for things, nodes in meetings(tree, rays, radius):
         visited += np.bincount(things, minlength=len(rays))
-        tests += np.bincount(things, n_refs[nodes], len(rays)).astype(np.int64)
+        n_refs = np.where(tree.nodes["right"][nodes] == 0, tree.nodes["n_refs"][nodes], 0)
+        tests += np.bincount(things, n_refs, len(rays)).astype(np.int64)
     return visited, tests
 
 

@@ -44,7 +44,6 @@ class Picture:
     file: str
     caption: str
     alt: str
-    pixels: bool = False  # small ones, whose pixels are to be seen
 
 
 @dataclass(frozen=True)

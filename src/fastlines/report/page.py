@@ -90,9 +90,8 @@ def _gallery(gallery: Gallery, images: Path) -> str:
 
 def _figure(picture: Picture, images: Path) -> str:
     data = base64.b64encode((images / picture.file).read_bytes()).decode()
-    pixels = ' class="pixels"' if picture.pixels else ""
     return (
-        f'<figure><img{pixels} src="data:image/png;base64,{data}" alt="{escape(picture.alt)}">'
+        f'<figure><img src="data:image/png;base64,{data}" alt="{escape(picture.alt)}">'
         f"<figcaption>{escape(picture.caption)}</figcaption></figure>"
     )
 

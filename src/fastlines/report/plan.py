@@ -55,7 +55,7 @@ class Plan:
     lengths: tuple[float, ...] = (*LENGTHS, 1 / 256)
     picture: int = 400
     samples: int = 3
-    heat: int = 128
+    heat: int = 256
     panel: int = 200
     levels: int = 6
     drawn: tuple[str, ...] = ("bvh-cl", "bvh-d2", "kd-d2")
@@ -74,6 +74,6 @@ QUICK = Plan(
     build_limit=20.0,
     picture=240,
     samples=2,
-    heat=48,
+    heat=128,
     panel=160,
 )

@@ -175,7 +175,6 @@ def tree_galleries(subject: Subject, trees: Mapping[str, Found]) -> list[Gallery
                 found["images"][what],
                 f"{titles[method].split(',')[0]}: {three(found['visits'][what])}",
                 f"{subject.title}: {words} in each pixel by {titles[method]}",
-                pixels=True,
             )
             for method, found in trees.items()
             if "images" in found

@@ -19,7 +19,7 @@ Found: TypeAlias = dict[str, Any]
 Results: TypeAlias = dict[str, Found]
 
 #: Counts up when the steps find something else.
-FORMAT = 2
+FORMAT = 3
 
 
 @dataclass(frozen=True)
