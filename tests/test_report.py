@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import done, refused
+from command_line import run as run_command
 from peers import needs_embree
 
 import fastlines as fl
@@ -130,9 +131,26 @@ def test_a_missing_peer_is_named_with_its_command(tmp_path, monkeypatch):
     for file in ("index.html", "report.md"):
         text = (tmp_path / file).read_text(encoding="utf-8")
         assert "fastlines[bench]" in text
-        assert text.count("not installed") == 2 * 10
+        assert text.count("not installed") == 2
     unknown = [claim for claim in told["claims"] if claim["holds"] is None or "spaghetti 2" in claim["text"]]
     assert unknown
+
+
+def test_a_missing_peer_is_named_in_the_report_of_a_file(monkeypatch, tmp_path):
+    def load(n_threads):
+        raise MissingExtraError("The peer Embree", "bench")
+
+    monkeypatch.setattr(run.embree, "load", load)
+    monkeypatch.setattr("fastlines.report.QUICK", replace(ONE, peer=True))
+    page = tmp_path / "out" / "index.html"
+    assert (
+        "Embree is missing: The peer Embree"
+        in run_command("report", "scene:spaghetti:50", "--quick", "-o", page.parent).stderr
+    )
+    text = page.read_text(encoding="utf-8")
+    assert text.count("not installed") == 2
+    assert text.count("fastlines[bench]") == 1
+    assert "Of Embree" not in text
 
 
 def test_claims_in_json_follow_from_their_checks(told):
@@ -187,7 +205,7 @@ def test_report_of_lines(tmp_path):
     assert "is fastest" in text
     assert "thesis’s below" not in text
     side = float((lines.bounds[1] - lines.bounds[0]).max())
-    assert f"W = {RADII['W'] * side:g}" in text
+    assert f"W = {RADII['W'] * side:.3g}" in text
 
 
 NASTY = {
@@ -216,7 +234,7 @@ def test_a_build_over_the_limit_is_named(tmp_path):
     page = report_lines(tmp_path, plan, "it", scene.lines, scene.camera)
     text = page.read_text(encoding="utf-8")
     assert "over 0 s" in text
-    assert "the build did not end within the limit" in text
+    assert "KD::D2: the build did not end within 0 s" in text
 
 
 @pytest.mark.usefixtures("in_own_folder")

@@ -187,7 +187,8 @@ class Lines:
             if invalid == "error":
                 raise InputError(
                     f"{int(bad.sum())} of {n_given} segments hold NaN, Inf or a coordinate beyond "
-                    f"{COORDINATE_LIMIT:g} ({list_rows(bad)}); mend them, or pass invalid='skip' to leave them out"
+                    f"{COORDINATE_LIMIT:g} ({list_rows(bad)}); mend them, or leave them out: invalid='skip', or "
+                    "--skip-invalid on the command line"
                 )
             skipped = np.flatnonzero(bad)
             array, strands = array[~bad], strands[~bad]

@@ -42,14 +42,16 @@ def report(
 
     [cyan]fastlines report hair.tfx -o hair-report[/]  which tree suits these lines
     """
-    from ..report import FULL, QUICK, report_lines, report_thesis
-    from .files import open_lines, show_progress
+    from ..report import FULL, QUICK, missing_peer, report_lines, report_thesis
+    from .files import note, open_lines, show_progress
 
     plan = QUICK if quick else FULL
-    if subject == THESIS:
+    source = None if subject == THESIS else open_lines(subject, skip_invalid)
+    if plan.peer and (missing := missing_peer(plan)):
+        note(f"Embree is missing: {missing}")
+    if source is None:
         page = report_thesis(output, plan, show_progress=show_progress())
     else:
-        source = open_lines(subject, skip_invalid)
         camera = source.camera(None, None, 30.0, 1.0)
         page = report_lines(output, plan, source.name, source.lines, camera, show_progress=show_progress())
     typer.echo(f"the page is {page}")

@@ -21,9 +21,12 @@ def answer_section(rows: Mapping[str, Row]) -> Section:
         if not asked:
             continue
         best = rows[min(asked, key=lambda name: asked[name])]
-        others = [rows[name].title for name in asked if name != best.name and asked[name] <= NEAR * asked[best.name]]
+        near = [name for name in asked if name != best.name and asked[name] <= NEAR * asked[best.name]]
         said = f"{best.title} is fastest, {three(asked[best.name])} ms"
-        said += f"; within a tenth of it: {', '.join(others)}" if others else ""
+        said += f"; within a tenth of it: {', '.join(rows[name].title for name in near)}" if near else ""
+        if DEFAULT_METHOD in asked and DEFAULT_METHOD not in (best.name, *near):
+            longer = asked[DEFAULT_METHOD] / asked[best.name]
+            said += f"; {rows[DEFAULT_METHOD].title} takes {longer:.1f} times as long"
         points.append((what, said + "."))
     trees = [rows[name] for name in THESIS_METHODS if name in rows and "first M" in rows[name].ms]
     if trees:
@@ -39,10 +42,15 @@ def answer_section(rows: Mapping[str, Row]) -> Section:
         points.append(
             ("The default", f"fl.build(lines) makes {DEFAULT_METHOD}: built in {_s(best_row)} s with one thread.")
         )
-    over = [row.title for row in rows.values() if row.over_s is not None]
+    over = [
+        f"{row.title}: the build did not end within {row.over_s:g} s" for row in rows.values() if row.over_s is not None
+    ]
     if over:
-        points.append(("Left out", f"{', '.join(over)}: the build did not end within the limit."))
-    text = "Measured with the rays of a camera that looks at all of the lines; other rays may like another tree."
+        points.append(("Left out", "; ".join(over) + "."))
+    text = (
+        "Measured at the radius M, with the rays of a camera that looks at all of the lines; other rays may like "
+        "another tree."
+    )
     return Section("answer", "Which tree suits these lines", [text], points=points)
 
 

@@ -19,6 +19,8 @@ TITLES = {
     "embree": "Embree",
     "embree-ps": "Embree PS",
 }
+#: Those of its rows that are not ours.
+PEERS = ("embree", "embree-ps")
 #: Rows that the thesis did not have.
 MORE_TITLES = {
     DEFAULT_METHOD: "best, fast engine",

@@ -76,7 +76,7 @@ def report_thesis(directory: str | os.PathLike[str], plan: Plan, *, show_progres
     FastlinesError
         If two trees answer differently, or a tree is not valid.
     """
-    missing = _missing_peer(plan)
+    missing = missing_peer(plan)
     subjects = [scene_subject(name, n_segments) for name, n_segments in plan.scenes.items()]
     steps = [Step(f"§4.3: depth {depth}", 1.0, _depth(depth)) for depth in plan.depths]
     store, results = _run(directory, plan, subjects, steps, missing, show_progress)
@@ -123,19 +123,20 @@ def report_lines(
     camera : Camera
         Whose rays are asked.
     """
-    missing = _missing_peer(plan)
+    missing = missing_peer(plan)
     subject = lines_subject(name, lines, camera)
     store, results = _run(directory, plan, [subject], [], missing, show_progress)
     rows = _rows(subject, plan, results)
     sections = [answer_section(rows), subject_section(subject, plan, results, rows, {}, missing)]
-    lead = "The thesis’s trees, ours and Embree over these lines: built, asked and drawn."
+    others = "ours" if missing else "ours and Embree"
+    lead = f"The five trees of Ivan Kuckir’s thesis (2013), {others}: built over these lines, asked and drawn."
     return _write(store, plan, subject.title, lead, sections, {subject.name: rows}, results, missing, {})
 
 
-def _missing_peer(plan: Plan) -> str:
-    """Say why Embree is not measured; "" if it is."""
+def missing_peer(plan: Plan) -> str:
+    """Say why Embree is not measured, and what to do about it; "" if it is."""
     if not plan.peer:
-        return "it was left out"
+        return "It was left out"
     try:
         embree.load(1)
     except FastlinesError as error:
@@ -215,17 +216,20 @@ def _write(
     machine = {**describe_machine(), "threads": 1, "simd": simd(), "embree": None if missing else embree.load(1)}
     seconds = sum(found["seconds"] for found in results.values())
     n_compared = sum(found.get("n_compared", 0) for found in results.values())
-    peer = f"Embree {machine['embree']}, its calls alone" if not missing else f"Embree is missing: {missing}"
     text = [
-        f"Everything is timed with one thread, by its processor time; the best of up to three rounds counts. {peer}.",
+        "Everything is timed with one thread, by its processor time; the best of up to three rounds counts.",
         f"All {n_compared:,} answers that were compared are those of “{DEFAULT_METHOD}” on its wide layout, bit for "
-        "bit; all trees are valid. Embree’s build is one for one radius; our trees serve all three.",
+        "bit; all trees are valid.",
     ]
+    if not missing:
+        text[0] += f" Of Embree {machine['embree']} its calls alone are timed."
+        text[1] += " Embree’s build is one for one radius; our trees serve all three."
     method = Section("method", "How it was measured", text, points=method_points(plan.methods))
     foot = (
         f"{machine['processor']}, {machine['system']}, {machine['simd']}; fastlines {machine['fastlines']}, Python "
         f"{machine['python']}; {machine['date']}. The steps of this {plan.name} report took {seconds:.0f} s."
     )
+    lead += f" Embree is missing. {missing}." if missing else ""
     document = Document(title, lead, [*sections, method], foot)
     figures = {
         "format": "fastlines report 1",

@@ -12,7 +12,7 @@ from .claims import Claim, Tables, claims_of, ratio
 from .depths import C_TRAV, THESIS_DEPTHS
 from .document import Cell, Gallery, Picture, Section, Table
 from .plan import Plan
-from .rows import MORE_TITLES, TIMES, TITLES, Row
+from .rows import MORE_TITLES, PEERS, TIMES, TITLES, Row
 from .steps import Found, Results
 from .subject import Subject
 from .trees import CHECKED
@@ -47,7 +47,7 @@ def figures_table(name: str, rows: Mapping[str, Row], thesis: Mapping[str, Row],
     body = []
     for tree, title in {**TITLES, **MORE_TITLES}.items():
         row, other = rows.get(tree), thesis.get(tree)
-        if row is None and other is None:
+        if row is None and other is None and not (missing and tree in PEERS):
             continue
         cells = [Cell(title)]
         for column in COLUMNS:
@@ -55,8 +55,8 @@ def figures_table(name: str, rows: Mapping[str, Row], thesis: Mapping[str, Row],
             text = shown(figure, column)
             if row is not None and row.over_s is not None and column == "build_ms":
                 text = f"over {row.over_s:g} s"
-            if row is None and tree.startswith("embree"):
-                text = "not installed" if missing else NOTHING
+            if missing and tree in PEERS and column == "n_prims":
+                text = "not installed"
             if row is not None and row.parts and column in row.parts:
                 text += "*"
             cells.append(Cell(text, figure, "" if other is None else shown(other.figure(column), column)))
@@ -123,7 +123,7 @@ def subject_section(
     subject: Subject, plan: Plan, results: Results, rows: Mapping[str, Row], thesis: Mapping[str, Row], missing: str
 ) -> Section:
     """Write all about one scene or file."""
-    radii = ", ".join(f"{letter} = {radius:g}" for letter, radius in subject.radii.items())
+    radii = ", ".join(f"{letter} = {radius:.3g}" for letter, radius in subject.radii.items())
     n_thesis = thesis["bvh-cl"].n_prims if thesis else None
     size = f"{len(subject.lines):,} segments: {subject.note}."
     if n_thesis not in (None, len(subject.lines)):
@@ -157,7 +157,7 @@ def depth_gallery(subject: Subject, results: Results) -> Gallery:
     images = results[f"{subject.title}: pictures"]["images"]
     return Gallery(
         [
-            Picture(file, f"{letter} = {subject.radii[letter]:g}", f"{subject.title} with the radius {letter}")
+            Picture(file, f"{letter} = {subject.radii[letter]:.3g}", f"{subject.title} with the radius {letter}")
             for letter, file in images.items()
         ],
         3,

@@ -73,4 +73,5 @@ def lines_subject(name: str, lines: Lines, camera: Camera) -> Subject:
     low, high = lines.bounds.astype(np.float64)
     side = float((high - low).max()) or 1.0
     radii = {letter: share * side for letter, share in RADII.items()}
-    return Subject("lines", Path(name).name, f"the longest side of their box is {side:.6g}", lines, camera, radii)
+    note = f"the radii are those of the thesis in parts of the longest side of their box, {side:.4g}"
+    return Subject("lines", Path(name).name, note, lines, camera, radii)
