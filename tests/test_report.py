@@ -189,6 +189,19 @@ def test_a_stopped_run_goes_on_where_it_was(tmp_path, monkeypatch):
     assert len(made) == 7 + 6
 
 
+@pytest.mark.usefixtures("in_own_folder")
+def test_a_stopped_command_says_that_it_goes_on(monkeypatch):
+    def stop(*args):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(run, "tree_step", stop)
+    monkeypatch.setattr("fastlines.report.QUICK", ONE)
+    result = run_command("report", "thesis", "--quick", "-o", "out")
+    assert result.exit_code == 130
+    assert "kept in out; the same command goes on" in result.stderr
+    assert list(Path("out/steps").glob("*pictures.json"))
+
+
 # --- Lines of one's own ---
 
 

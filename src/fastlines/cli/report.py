@@ -49,9 +49,13 @@ def report(
     source = None if subject == THESIS else open_lines(subject, skip_invalid)
     if plan.peer and (missing := missing_peer(plan)):
         note(f"Embree is missing: {missing}")
-    if source is None:
-        page = report_thesis(output, plan, show_progress=show_progress())
-    else:
-        camera = source.camera(None, None, 30.0, 1.0)
-        page = report_lines(output, plan, source.name, source.lines, camera, show_progress=show_progress())
+    try:
+        if source is None:
+            page = report_thesis(output, plan, show_progress=show_progress())
+        else:
+            camera = source.camera(None, None, 30.0, 1.0)
+            page = report_lines(output, plan, source.name, source.lines, camera, show_progress=show_progress())
+    except KeyboardInterrupt:
+        note(f"the steps that are done are kept in {output}; the same command goes on from there")
+        raise
     typer.echo(f"the page is {page}")
