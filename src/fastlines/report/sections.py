@@ -137,8 +137,9 @@ def subject_section(
     ratios = ratios_table(rows, thesis)
     parts += [ratios] if ratios else []
     trees = {method: results[f"{subject.title}: {method}"] for method in plan.methods}
-    felt = [f"{method}: {'; '.join(found['limits'])}" for method, found in trees.items() if found.get("limits")]
-    text += [f"Limits were felt. {'. '.join(felt)}."] if felt else []
+    titles = {**TITLES, **MORE_TITLES}
+    felt = [f"{titles[tree]}: {', '.join(found['limits'])}" for tree, found in trees.items() if found.get("limits")]
+    text += [f"Builds felt a limit. {'; '.join(felt)}."] if felt else []
     sweep, embree = (results.get(f"{subject.title}: {name}") for name in ("Embree’s lengths", "Embree"))
     if embree:
         differs = embree["differs"]
