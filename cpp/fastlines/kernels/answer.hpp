@@ -18,6 +18,23 @@ enum class Kernel { automatic, single, wave, bundle };
 /// Bundles may spread so far, in mean extents of a leaf: beyond, they meet too much that none of their rays meets.
 inline constexpr float kSpread = 1.6f;
 
+/// Where almost every ray finds what it asks for at once, a ray that is searched alone meets it before a wave has read
+/// what lies beside it. This tells from the rays before.
+class Luck {
+ public:
+  void note(bool found) {
+    n_found_ += found;
+    if (++n_rays_ < kLook) return;
+    n_rays_ /= 2;
+    n_found_ /= 2;
+  }
+  bool holds() const { return n_rays_ >= kLook / 4 && 8 * n_found_ >= 7 * n_rays_; }
+
+ private:
+  static constexpr int kLook = 256;
+  int n_rays_ = 0, n_found_ = 0;
+};
+
 template <class Job>
 class Answerer {
  public:
@@ -38,7 +55,7 @@ class Answerer {
   }
 
   void finish() {
-    wave_.drain([this](std::uint32_t id, typename Job::Sink& sink) { job.done(id, sink); });
+    wave_.drain([this](std::uint32_t id, typename Job::Sink& sink) { done(id, sink); });
   }
 
   Job job;
@@ -69,13 +86,18 @@ class Answerer {
     for (int i = first; i < end; ++i) {
       const Ray ray = rays_.ray(i);
       auto sink = job.sink(ray);
-      if (kernel_ == Kernel::single) {
+      if (kernel_ == Kernel::single || (kernel_ == Kernel::automatic && luck_.holds())) {
         search_single(tree_, ray, sink, stack_);
-        job.done(rays_.id[i], sink);
+        done(rays_.id[i], sink);
       } else {
-        wave_.add(ray, sink, rays_.id[i], [this](std::uint32_t id, typename Job::Sink& ended) { job.done(id, ended); });
+        wave_.add(ray, sink, rays_.id[i], [this](std::uint32_t id, typename Job::Sink& ended) { done(id, ended); });
       }
     }
+  }
+
+  void done(std::uint32_t id, typename Job::Sink& sink) {
+    if constexpr (std::is_same_v<typename Job::Sink, AnySink>) luck_.note(sink.found);
+    job.done(id, sink);
   }
 
   const WideView& tree_;
@@ -88,6 +110,7 @@ class Answerer {
   typename Job::Collector collector_;
   Wave<typename Job::Sink> wave_{tree_};
   Stream stream_{tree_};
+  Luck luck_;
 };
 
 }  // namespace fastlines

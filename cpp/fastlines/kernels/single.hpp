@@ -10,12 +10,12 @@ template <class Sink>
 void search_single(const WideView& tree, const Ray& ray, Sink& sink, Stack& stack) {
   const CullRay cull(ray);
   stack.clear();
-  stack.visit(tree.nodes[0], cull, sink.limit);
+  stack.visit(tree, 0, cull, sink.limit);
   while (!stack.empty()) {
     const auto [child, at] = stack.pop();
     if (!(at <= sink.limit)) continue;
     if (!(child & kLeaf)) {
-      stack.visit(tree.nodes[child], cull, sink.limit);
+      stack.visit(tree, child, cull, sink.limit);
       continue;
     }
     const WideLeaf& leaf = tree.leaves[child & ~kLeaf];

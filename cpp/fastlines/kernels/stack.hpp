@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "cull.hpp"
+#include "fetch.hpp"
 #include "tally.hpp"
 
 namespace fastlines {
@@ -22,11 +23,15 @@ class Stack {
   void clear() { size_ = 0; }
   Waiting pop() { return waiting_[--size_]; }
 
-  /// Put the children of a node that the ray may meet before the limit on the stack, the nearest on top.
-  void visit(const WideNode& node, const CullRay& ray, float limit) {
+  /// Put the children of a node that the ray may meet before the limit on the stack, the nearest on top. Leaves, most
+  /// of which lie far away in memory, are asked for at once.
+  void visit(const WideView& tree, std::uint32_t which, const CullRay& ray, float limit) {
     tally(&Steps::nodes);
+    const WideNode& node = tree.nodes[which];
     Float16 enter;
     const std::uint32_t lanes = cull_node(ray, node, limit, enter);
+    for (std::uint32_t leaves = lanes >> node.n_inner; leaves; leaves &= leaves - 1)
+      fetch(tree.leaves + node.first_leaf + std::countr_zero(leaves));
     push(node, lanes, enter);
   }
 

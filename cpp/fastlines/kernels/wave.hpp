@@ -113,11 +113,10 @@ class Wave {
     survivors_.clear();
     survivors_.reserve((n_leaves + 1) * kWidth);
     for (std::size_t j = 0; j < n_leaves; ++j) fetch(tree_.leaves + leaves_.what[j]);
-    for (std::size_t j = 0; j < n_leaves; ++j) {
-      const WideLeaf& leaf = tree_.leaves[leaves_.what[j]];
-      const std::uint32_t which = leaves_.ray[j];
-      survivors_.pack(cull_leaf(slots[which].cull, leaf), leaf.first_ref, which);
-    }
+    for (std::size_t j = 0; j < n_leaves; ++j)
+      near_[j] = cull_leaf(slots[leaves_.ray[j]].cull, tree_.leaves[leaves_.what[j]]);
+    for (std::size_t j = 0; j < n_leaves; ++j)
+      survivors_.pack(near_[j], tree_.leaves[leaves_.what[j]].first_ref, leaves_.ray[j]);
 
     // C: survivors.
     const std::size_t n = survivors_.size();
@@ -150,8 +149,9 @@ class Wave {
   const WideView& tree_;
   int n_ = 0;
   std::vector<Slot> slots_;
-  std::uint32_t which_[kSlots];  // the slots in use, then those that are free
-  Pairs leaves_, survivors_;     // each for a slot
+  std::uint32_t which_[kSlots];          // the slots in use, then those that are free
+  Pairs leaves_, survivors_;             // each for a slot
+  std::uint32_t near_[kSlots * kWidth];  // the pieces of each leaf that survive
 };
 
 }  // namespace fastlines
