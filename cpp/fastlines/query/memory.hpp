@@ -15,7 +15,7 @@
 
 namespace fastlines {
 
-/// Memory as it is given out: `data` is aligned, and follows its own size.
+/// Memory as it is given out: aligned data after a header of one block, which holds its size.
 class Memory {
  public:
   /// In huge pages where that saves faults; a block that was released before if one is not much too large.
@@ -26,7 +26,8 @@ class Memory {
     auto* const begin = static_cast<std::byte*>(std::aligned_alloc(alignment, size));
     if (!begin) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE
-    if (alignment == kHuge) madvise(begin, size, MADV_HUGEPAGE);  // a hint: if it is refused, nothing is lost
+    if (alignment == kHuge)
+      madvise(begin, kBlock + n_bytes, MADV_HUGEPAGE);  // a hint: if it is refused, nothing is lost
 #endif
     new (begin) std::size_t(size - kBlock);
     return begin + kBlock;
@@ -43,16 +44,18 @@ class Memory {
   static std::size_t size_of(void* data) { return *std::launder(reinterpret_cast<std::size_t*>(begin_of(data))); }
 
   /// What was released last: to touch memory of the system's for the first time takes longer than to write an answer
-  /// to it, so the next answer takes that of an earlier one.
+  /// to it, so the next answer takes that of an earlier one. Nobody waits for it: a process that was forked while it
+  /// was in use would wait for ever.
   class Kept {
    public:
     void* take(std::size_t n_bytes) {
-      if (n_bytes < kLeast) return nullptr;
-      const std::lock_guard lock(mutex_);
+      const std::unique_lock lock(mutex_, std::try_to_lock);
+      if (n_bytes < kLeast || !lock) return nullptr;
       auto best = blocks_.end();
       for (auto block = blocks_.begin(); block != blocks_.end(); ++block) {
         const std::size_t size = size_of(*block);
-        if (size >= n_bytes && size / 2 <= n_bytes && (best == blocks_.end() || size < size_of(*best))) best = block;
+        if (size >= n_bytes && size - size / 4 <= n_bytes && (best == blocks_.end() || size < size_of(*best)))
+          best = block;
       }
       if (best == blocks_.end()) return nullptr;
       void* const data = *best;
@@ -64,8 +67,8 @@ class Memory {
     /// Makes room by letting go of what was released first; false if the block is not worth keeping.
     bool keep(void* data) noexcept {
       const std::size_t size = size_of(data);
-      if (size < kLeast || size > kMost) return false;
-      const std::lock_guard lock(mutex_);
+      const std::unique_lock lock(mutex_, std::try_to_lock);
+      if (size < kLeast || size > kMost || !lock) return false;
       while (n_bytes_ + size > kMost || blocks_.size() == kMostBlocks) {
         n_bytes_ -= size_of(blocks_.front());
         std::free(begin_of(blocks_.front()));

@@ -15,7 +15,7 @@ enum class Side { left, right, both };
 
 /// A reference that lies in the plane goes left.
 inline Side side_of(const Box& box, int axis, float plane) {
-  const bool left = box.hi[axis] <= plane, right = box.lo[axis] >= plane;
+  const bool left = !(box.hi[axis] > plane), right = box.lo[axis] >= plane;  // no number counts as left
   return left ? Side::left : right ? Side::right : Side::both;
 }
 

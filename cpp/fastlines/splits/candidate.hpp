@@ -86,6 +86,7 @@ void partition(const P& prims, Refs refs, const Candidate& split, std::vector<Bu
     struct Straddler {
       std::uint32_t left, right;  // where it was put
     };
+    constexpr std::size_t kMostKept = 1 << 16;
     thread_local std::vector<Straddler> straddlers;
     straddlers.resize(split.n_left + split.n_right - refs.size() + 1);
     std::size_t n_both = 0;
@@ -99,6 +100,7 @@ void partition(const P& prims, Refs refs, const Candidate& split, std::vector<Bu
     straddlers.resize(n_both);
     for (const Straddler& at : straddlers)
       std::tie(left[at.left], right[at.right]) = cut(prims, left[at.left], split.axis, split.plane);
+    if (straddlers.capacity() > kMostKept) straddlers = {};
   }
   left.pop_back();
   right.pop_back();

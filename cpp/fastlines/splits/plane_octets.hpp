@@ -12,7 +12,7 @@ namespace fastlines {
 /// Curves that are straight from p to q.
 template <class P>
 concept Straight = Curves<P> && requires(const P& prims, std::uint32_t prim) {
-  { prims.curve(prim) } -> std::convertible_to<Segment>;
+  { prims.curve(prim) } -> std::same_as<const Segment&>;
 };
 
 class PlaneOctets {
