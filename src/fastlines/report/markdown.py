@@ -44,4 +44,4 @@ def _gallery(gallery: Gallery, folder: str) -> list[str]:
         return []
     shown = [f"![{each.alt}]({folder}/{each.file} '{each.caption}')" for each in gallery.pictures]
     captions = " · ".join(each.caption for each in gallery.pictures)
-    return ["", " ".join(shown), "", f"{gallery.caption}: {captions}"]
+    return ["", " ".join(shown), "", f"{gallery.caption.rstrip('.')}: {captions}"]
