@@ -258,7 +258,7 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
         )
         if n_too_deep:
             limits_hit["max_depth"] = limits_hit.get("max_depth", 0) + n_too_deep
+    nodes.flags.writeable = refs.flags.writeable = False  # before views of them are made, so that none has to be copied
     nodes, refs = nodes.reshape(-1).view(NODE), refs.reshape(-1).view(REF)
-    nodes.flags.writeable = refs.flags.writeable = False
     counts = dict(zip(("candidates", "carried_out"), searched, strict=True))
     return Tree(geometry, nodes, refs, settings, name, limits_hit, searched=counts if searched[0] else {})
