@@ -85,7 +85,7 @@ Scene::Scene(std::span<const SegmentEnds> segments, const SceneSettings& setting
     rtc.AttachGeometry(scene_, geometry);
     rtc.ReleaseGeometry(geometry);
     rtc.CommitScene(scene_);
-    n_cuts_ = {};
+    std::vector<std::uint16_t>().swap(n_cuts_);
     if (!error_.empty()) throw std::runtime_error("Embree: " + error_);
   } catch (...) {
     release();

@@ -100,7 +100,7 @@ void partition(const P& prims, Refs refs, const Candidate& split, std::vector<Bu
     straddlers.resize(n_both);
     for (const Straddler& at : straddlers)
       std::tie(left[at.left], right[at.right]) = cut(prims, left[at.left], split.axis, split.plane);
-    if (straddlers.capacity() > kMostKept) straddlers = {};
+    if (straddlers.capacity() > kMostKept) std::vector<Straddler>().swap(straddlers);
   }
   left.pop_back();
   right.pop_back();
