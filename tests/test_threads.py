@@ -196,21 +196,23 @@ else:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs a limit on memory")
-def test_threads_that_can_not_be_had_are_an_error_or_done_without() -> None:
+@pytest.mark.parametrize("megabytes", [60, 200, 400])
+@pytest.mark.parametrize("call", ["tree.count_hits(*rays, 0.01).sum() == expected", "fl.build(many)"])
+def test_threads_that_can_not_be_had_are_an_error_or_done_without(call: str, megabytes: int) -> None:
     """Each thread takes 8 MB of address space for its stack; a process may not have so much."""
-    program = """
+    program = f"""
 import resource
 import numpy as np, fastlines as fl
-lines = np.random.default_rng(0).uniform(-1, 1, (100, 2, 3))
+many = np.random.default_rng(0).uniform(-1, 1, (10_000, 2, 3))
 rays = np.random.default_rng(1).uniform(-1, 1, (2, 300_000, 3))
-tree = fl.build(lines)
+tree = fl.build(many[:100])
 expected = tree.count_hits(*rays, 0.01).sum()
 fl.set_num_threads(1024)
 with open("/proc/self/statm") as file:
     used = int(file.read().split()[0]) * resource.getpagesize()
-resource.setrlimit(resource.RLIMIT_AS, (used + (400 << 20),) * 2)
+resource.setrlimit(resource.RLIMIT_AS, (used + ({megabytes} << 20),) * 2)
 try:
-    assert tree.count_hits(*rays, 0.01).sum() == expected
+    assert {call}
 except (fl.FastlinesError, RuntimeError, MemoryError, OSError) as error:
     print(error)
 """

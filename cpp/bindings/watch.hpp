@@ -4,6 +4,7 @@
 
 #include <nanobind/nanobind.h>
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <exception>
@@ -43,12 +44,15 @@ void watch(Job&& job, nanobind::object callback) {
   {
     nb::gil_scoped_release release;
     std::unique_lock lock(mutex);
+    double shown = 0.0;
     while (!done.wait_for(lock, std::chrono::milliseconds(50), [&] { return finished; })) {
       nb::gil_scoped_acquire acquire;
       if (progress.cancel.load()) continue;
       bool stop = PyErr_CheckSignals() != 0;
       if (!stop && !callback.is_none()) {
-        PyObject* result = PyObject_CallFunction(callback.ptr(), "d", progress.done.load());
+        // Threads tell of their shares in any order, and the shares of subtrees add up to one but for rounding.
+        shown = std::clamp(progress.done.load(), shown, 1.0);
+        PyObject* result = PyObject_CallFunction(callback.ptr(), "d", shown);
         stop = result == nullptr;
         Py_XDECREF(result);
       }

@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <mutex>
-#include <system_error>
-#include <thread>
 #include <vector>
 
+#include "crew.hpp"
 #include "progress.hpp"
 
 namespace fastlines {
@@ -40,14 +39,10 @@ void for_each_chunk(std::size_t n_chunks, unsigned n_threads, Progress& progress
       if (!error) error = std::current_exception();
     }
   };
-  std::vector<std::thread> threads;
-  try {
-    for (std::size_t i = 1; i < std::min(std::size_t(n_threads), n_chunks); ++i) threads.emplace_back(run);
-  } catch (const std::system_error&) {
-    // The system gives no more threads: those that there are do the work.
-  }
+  const std::size_t n_workers = std::min(std::size_t(n_threads), n_chunks);
+  std::vector<std::thread> others = start_crew(n_workers > 1 ? n_workers - 1 : 0, [&run] { run(); });
   run();
-  for (std::thread& thread : threads) thread.join();
+  for (std::thread& thread : others) thread.join();
   if (error) std::rethrow_exception(error);
 }
 

@@ -11,10 +11,9 @@
 #include <exception>
 #include <functional>
 #include <mutex>
-#include <system_error>
-#include <thread>
 #include <vector>
 
+#include "crew.hpp"
 #include "progress.hpp"
 
 namespace fastlines {
@@ -42,12 +41,7 @@ class Tasks {
   };
 
   explicit Tasks(unsigned n_threads) {
-    threads_.reserve(n_threads);
-    try {
-      for (unsigned i = 1; i < n_threads; ++i) threads_.emplace_back([this] { serve(); });
-    } catch (const std::system_error&) {
-      // The system gives no more threads: those that there are do the work.
-    }
+    if (n_threads > 1) threads_ = start_crew(n_threads - 1, [this] { serve(); });
   }
 
   ~Tasks() {
