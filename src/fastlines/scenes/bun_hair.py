@@ -21,7 +21,8 @@ TIE = np.array([0.0, 0.55, -0.8352])
 STRAY = 0.04
 
 N_SCALP, N_COIL = 40, 160
-TURNS = 2.75
+#: A small bun, so that 50 segments divide a strand finely: with 2.75 turns around a larger one they are twice as long.
+TURNS = 1.75
 
 
 def generate(n_segments: int, rng: np.random.Generator) -> Lines:
@@ -78,12 +79,12 @@ def _coil(uniform: Float64Array) -> Float64Array:
     s = np.linspace(0, 1, N_COIL)
     turn = 2 * np.pi * TURNS * s
     outward = np.cos(turn)[:, None] * across + np.sin(turn)[:, None] * along
-    radius = 0.03 + 0.075 * s**0.8
+    radius = 0.02 + 0.03 * s**0.8
     height = 0.02 + 0.1 * np.minimum(1, 8 * s) * (1 - s**1.5)
     middle = HEAD.at(TIE) + radius[:, None] * outward + height[:, None] * axis
 
     # Place each strand in the rope's cross-section, which turns along the rope.
-    twist = 2 * np.pi * (uniform[:, 5, None] + 3 * s)
+    twist = 2 * np.pi * (uniform[:, 5, None] + s)
     taper = np.minimum(1, 0.5 + 4 * s) * np.minimum(1, 0.05 + 6 * (1 - s))
     thick = 0.036 * np.sqrt(uniform[:, 6, None]) * taper
     x, y = (thick * np.cos(twist))[..., None], (thick * np.sin(twist))[..., None]
