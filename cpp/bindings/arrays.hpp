@@ -43,12 +43,13 @@ Output<Scalar> copy_rows(const std::vector<Row>& from) {
   return array;
 }
 
-/// A copy of a vector of numbers.
-template <class Scalar, class Allocator>
-Output<Scalar> copy_column(const std::vector<Scalar, Allocator>& from) {
-  auto array = make_array<Scalar>(from.size());
-  std::memcpy(array.data(), from.data(), from.size() * sizeof(Scalar));
-  return array;
+/// A vector of numbers as an array, which has it from now on.
+template <class Scalar>
+Output<Scalar> adopt_column(LargeVector<Scalar>&& from) {
+  auto* const kept = new LargeVector<Scalar>(std::move(from));
+  nanobind::capsule owner(kept, [](void* vector) noexcept { delete static_cast<LargeVector<Scalar>*>(vector); });
+  const std::size_t shape[] = {kept->size()};
+  return Output<Scalar>(kept->data(), 1, shape, owner);
 }
 
 }  // namespace fastlines

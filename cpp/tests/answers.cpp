@@ -242,8 +242,9 @@ Answers ask(const Asked& asked, Query query) {
     PendingLists lists = asked.all();
     Hits hits(lists.n_hits());
     lists.place(hits.columns(), asked.n_threads);
+    const auto offsets = lists.take_offsets();
     for (std::size_t ray = 0; ray < n; ++ray) {
-      for (auto i = lists.offsets()[ray]; i < lists.offsets()[ray + 1]; ++i) hits.put(std::size_t(i), answers);
+      for (auto i = offsets[ray]; i < offsets[ray + 1]; ++i) hits.put(std::size_t(i), answers);
       answers.end();
     }
     return answers;

@@ -21,6 +21,7 @@ struct AllJob {
   void take(const RayLanes& rays, const Collector& found, int first, int end) {
     for (int lane = first; lane < end; lane = (lane / kWidth + 1) * kWidth) {
       const AllCollector::Hits& of = found.hits[lane / kWidth];
+      if (of.n == 0) continue;
       if (of.n > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();  // 16 rays: over 80 GB
       order_.sort(of.lane.data(), of.t.data(), of.n);
       const std::size_t before = lists.hits.size();
@@ -28,6 +29,7 @@ struct AllJob {
       PackedHit* to = lists.hits.data() + before;
       for (int i = lane; i < std::min(end, (lane / kWidth + 1) * kWidth); ++i) {
         const auto of_ray = order_.of(i % kWidth);
+        if (of_ray.empty()) continue;
         lists.runs.push_back({rays.id[i], std::uint32_t(of_ray.size())});
         describe(rays, i, of, of_ray, to);
         settle(to, of_ray.size());

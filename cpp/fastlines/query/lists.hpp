@@ -37,7 +37,7 @@ struct PackedHit {
   bool operator<(const PackedHit& other) const { return t != other.t ? t < other.t : prim < other.prim; }
 };
 
-/// The hits of some rays: each ray's in a run, sorted.
+/// The hits of some rays: each ray's in a run, sorted. Rays without any have none.
 struct HitLists {
   struct Run {
     std::uint32_t ray, n_hits;
@@ -46,6 +46,7 @@ struct HitLists {
   LargeVector<PackedHit> hits;
 
   void add(std::uint32_t ray, std::vector<Hit>& of_ray) {
+    if (of_ray.empty()) return;
     std::sort(of_ray.begin(), of_ray.end());
     runs.push_back({ray, std::uint32_t(of_ray.size())});
     for (const Hit& hit : of_ray) hits.push_back({hit.t, hit.u, hit.distance, hit.t_out, std::uint32_t(hit.prim)});
@@ -71,7 +72,8 @@ class PendingLists {
     for (std::size_t i = 1; i < offsets_.size(); ++i) offsets_[i] += offsets_[i - 1];
   }
 
-  const LargeVector<std::int64_t>& offsets() const { return offsets_; }
+  /// Where the hits of each ray begin, and where the last ones end; after this there is nothing left to place.
+  LargeVector<std::int64_t> take_offsets() { return std::move(offsets_); }
   std::size_t n_hits() const { return std::size_t(offsets_.back()); }
 
   /// Put the hits into columns, and forget them.

@@ -45,14 +45,11 @@ struct Ray {
 };
 
 /// Bound on what the frame's coordinates are clamped to; squares of it are finite.
-inline constexpr double kFar = 1e18;
+inline constexpr float kFar = 1e18f;
 
 /// One text for one ray and, in a loop that the compiler turns into vectors, for many: so nothing here branches.
 [[gnu::always_inline]] inline Ray prepare(const RayQuery& query, const Frame& frame) {
-  const auto clamped = [](double x) {
-    const double low = x < kFar ? x : kFar;
-    return float(low > -kFar ? low : -kFar);
-  };
+  const auto clamped = [](double x) { return max(min(float(x), kFar), -kFar); };
   Ray ray;
   double from_centre[3], d[3];
   for (int k = 0; k < 3; ++k) {
