@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -46,10 +47,11 @@ Output<Scalar> copy_rows(const std::vector<Row>& from) {
 /// A vector of numbers as an array, which has it from now on.
 template <class Scalar>
 Output<Scalar> adopt_column(LargeVector<Scalar>&& from) {
-  auto* const kept = new LargeVector<Scalar>(std::move(from));
-  nanobind::capsule owner(kept, [](void* vector) noexcept { delete static_cast<LargeVector<Scalar>*>(vector); });
-  const std::size_t shape[] = {kept->size()};
-  return Output<Scalar>(kept->data(), 1, shape, owner);
+  auto kept = std::make_unique<LargeVector<Scalar>>(std::move(from));
+  nanobind::capsule owner(kept.get(), [](void* vector) noexcept { delete static_cast<LargeVector<Scalar>*>(vector); });
+  LargeVector<Scalar>& column = *kept.release();
+  const std::size_t shape[] = {column.size()};
+  return Output<Scalar>(column.data(), 1, shape, owner);
 }
 
 }  // namespace fastlines

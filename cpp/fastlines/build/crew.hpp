@@ -15,22 +15,26 @@ namespace fastlines {
 /// What threads wait at until it is known how many of them work.
 struct Gate {
   static constexpr auto kUnknown = std::numeric_limits<std::size_t>::max();
-  std::atomic<std::size_t> n_kept{kUnknown};
+  std::atomic<std::size_t> n_kept{kUnknown}, n_missing{0};
   std::mutex mutex;
 };
 
 /// Up to n threads that call run, once all of them are there. Where the system refuses one, the memory may be used up
-/// by the stacks of those that there are: half of them are let go, for the work needs memory too. Whoever called goes
-/// on with fewer, or alone.
+/// by the stacks of those that there are: half of them are let go, for the work needs memory too (glibc gives back what
+/// is above 40 MB of stacks). Whoever called goes on with fewer, or alone.
 template <class Run>
 std::vector<std::thread> start_crew(std::size_t n, Run run) {
-  const auto gate = std::make_shared<Gate>();
+  if (n == 0) return {};
   // A thread's first exception and first thread-local variable need memory, and glibc ends the process if there is
-  // none: each thread takes it before it works, one after another, since the first allocation of a thread borrows 128
-  // MB of addresses for a moment.
+  // none. So each thread takes it before it works: one after another, since the first allocation of a thread borrows
+  // 128 MB of addresses for a moment; and where memory is short, all of them before any works.
   const auto take_memory = [] {
     [[maybe_unused]] thread_local volatile bool taken;
     taken = std::uncaught_exceptions() == 0;
+  };
+  const auto gate = std::make_shared<Gate>();
+  const auto wait_for_others = [gate] {
+    for (std::size_t left; (left = gate->n_missing) > 0;) gate->n_missing.wait(left);
   };
 
   take_memory();
@@ -42,18 +46,25 @@ std::vector<std::thread> start_crew(std::size_t n, Run run) {
     for (std::size_t i = 0; i < n; ++i)
       crew.emplace_back([=] {
         gate->n_kept.wait(Gate::kUnknown);
-        if (i >= gate->n_kept) return;
+        const std::size_t n_workers = gate->n_kept;
+        if (i >= n_workers) return;
         std::unique_lock one_by_one(gate->mutex);
         take_memory();
         one_by_one.unlock();
+        if (n_workers < n) {
+          if (--gate->n_missing == 0) gate->n_missing.notify_all();
+          wait_for_others();
+        }
         run();
       });
   } catch (const std::exception&) {
-    n_kept = crew.size() / 2;
+    gate->n_missing = n_kept = crew.size() / 2;
   }
   gate->n_kept = n_kept;
   gate->n_kept.notify_all();
   for (; crew.size() > n_kept; crew.pop_back()) crew.back().join();
+  closed.unlock();
+  wait_for_others();
   return crew;
 }
 

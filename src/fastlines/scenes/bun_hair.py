@@ -21,7 +21,8 @@ TIE = np.array([0.0, 0.55, -0.8352])
 STRAY = 0.04
 
 N_SCALP, N_COIL = 40, 160
-#: A small bun, so that 50 segments divide a strand finely: with 2.75 turns around a larger one they are twice as long.
+#: A small bun, so that 50 segments divide a strand finely: with 2.75 turns around a larger one, segments are twice as
+#: long.
 TURNS = 1.75
 
 
