@@ -20,6 +20,7 @@ MAX_LINES = 400
 #: shares `progress`.
 HEADERS = (
     "build/progress.hpp",
+    "memory",
     "geometry",
     "primitives",
     "references",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -154,6 +155,28 @@ def test_the_same_tree_for_all_threads_and_instruction_sets(settings: dict[str, 
         assert same(alone, fl.build(lines, **settings))  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("boxes", ["tight", "cut"])
+@pytest.mark.parametrize("name", ["random", "crossing", "axis parallel", "duplicates", "points", "flat", "outlier"])
+def test_a_plane_that_is_chosen_by_a_sample_divides_all(name: str, boxes: str) -> None:
+    ends = named_scene(name, 300)
+    given = {"boxes": boxes, "bad_levels": 2, "limits": fl.Limits(max_depth=12)}
+    for sample in (1, 5, 40):
+        tree = fl.build(ends, splits=fl.PlaneOctets(8, sample=sample), **given)  # type: ignore[arg-type]
+        tree.validate()
+    by_all = [fl.build(ends, splits=fl.PlaneOctets(8, sample=sample), **given) for sample in (0, 300)]  # type: ignore[arg-type]
+    assert same(*by_all), "nothing was left out"
+
+
+def test_sampling_costs_next_to_nothing() -> None:
+    lines = fl.scenes.make("bun-hair", 20_000).lines
+    for effort in (0.0, 0.5):
+        sampled = fl.build(lines, effort=effort)
+        (octets,) = sampled.settings.splits
+        exact = fl.build(lines, "best", effort=effort, splits=replace(octets, sample=0))
+        assert not same(sampled, exact)
+        assert sampled.cost() < 1.04 * exact.cost()
+
+
 def test_a_build_side_by_side_can_be_stopped() -> None:
     def stop(share: float) -> None:
         raise KeyboardInterrupt
@@ -187,6 +210,8 @@ def test_bad_wishes_are_refused() -> None:
         fl.PlaneOctets(8, -1)
     with pytest.raises(fl.InputError, match="only_whole=9 is more than max_whole=8"):
         fl.PlaneOctets(8, 8, 9)
+    with pytest.raises(fl.InputError, match="sample"):
+        fl.PlaneOctets(8, sample=-1)
     for given in ({"beam": 3}, {"exhaustive": True}):
         with pytest.raises(fl.InputError, match="lookahead of 2 or more"):
             fl.build(ends, **given)

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "fastlines/query/memory.hpp"
+#include "fastlines/memory/memory.hpp"
 
 namespace fastlines {
 
@@ -35,23 +35,16 @@ Output<Scalar> make_array(std::size_t n, std::size_t width = 0) {
   return Output<Scalar>(static_cast<Scalar*>(data), width ? 2 : 1, shape, owner);
 }
 
-/// A copy of a vector of structs as rows of numbers.
-template <class Scalar, class Row>
-Output<Scalar> copy_rows(const std::vector<Row>& from) {
-  static_assert(sizeof(Row) % sizeof(Scalar) == 0);
-  auto array = make_array<Scalar>(from.size(), sizeof(Row) / sizeof(Scalar));
-  std::memcpy(array.data(), from.data(), from.size() * sizeof(Row));
-  return array;
-}
-
-/// A vector of numbers as an array, which has it from now on.
-template <class Scalar>
-Output<Scalar> adopt_column(LargeVector<Scalar>&& from) {
-  auto kept = std::make_unique<LargeVector<Scalar>>(std::move(from));
-  nanobind::capsule owner(kept.get(), [](void* vector) noexcept { delete static_cast<LargeVector<Scalar>*>(vector); });
-  LargeVector<Scalar>& column = *kept.release();
-  const std::size_t shape[] = {column.size()};
-  return Output<Scalar>(column.data(), 1, shape, owner);
+/// A vector of structs as rows of numbers, or of numbers as they are, in an array that has it from now on.
+template <class Scalar, class Vector>
+Output<Scalar> adopt(Vector&& from) {
+  using Row = typename Vector::value_type;
+  static_assert(!std::is_lvalue_reference_v<Vector> && sizeof(Row) % sizeof(Scalar) == 0);
+  auto kept = std::make_unique<Vector>(std::move(from));
+  nanobind::capsule owner(kept.get(), [](void* vector) noexcept { delete static_cast<Vector*>(vector); });
+  Vector& rows = *kept.release();
+  const std::size_t shape[] = {rows.size(), sizeof(Row) / sizeof(Scalar)};
+  return Output<Scalar>(reinterpret_cast<Scalar*>(rows.data()), sizeof(Row) == sizeof(Scalar) ? 1 : 2, shape, owner);
 }
 
 }  // namespace fastlines

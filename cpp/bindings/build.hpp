@@ -15,18 +15,22 @@ namespace fastlines {
 
 inline BoxRule box_rule(bool cut) { return cut ? BoxRule::cut : BoxRule::tight; }
 
-inline SplitSet split_set(const std::string& name, int n_planes, std::size_t max_whole, std::size_t only_whole) {
+/// What octets of planes are told besides their number.
+using OctetArgs = std::tuple<std::size_t, std::size_t, std::size_t>;
+
+inline SplitSet split_set(const std::string& name, int n_planes, const OctetArgs& octets) {
+  const auto& [max_whole, only_whole, sample] = octets;
   if (name == "object_sweep") return ObjectSweep{};
   if (name == "plane_grid") return PlaneGrid{n_planes};
-  if (name == "plane_octets") return PlaneOctets{n_planes, max_whole, only_whole};
+  if (name == "plane_octets") return PlaneOctets{n_planes, max_whole, only_whole, sample};
   if (name == "plane_events") return PlaneEvents{};
   if (name == "median") return Median{};
   if (name == "middle") return Middle{};
   throw std::invalid_argument("unknown split set: " + name);
 }
 
-/// Name, planes, largest nodes that are split whole and only so, largest nodes that are asked about, least overlap.
-using SplitSetArgs = std::tuple<std::string, int, std::size_t, std::size_t, std::size_t, double>;
+/// Name, planes, octets, largest nodes that are asked about, least overlap.
+using SplitSetArgs = std::tuple<std::string, int, OctetArgs, std::size_t, double>;
 
 /// The fields of `Settings` in Python, in their order, the search, costs, limits, bad levels and refines, and presplit
 /// as tuples of their own; then threads.
@@ -39,8 +43,8 @@ inline Settings settings_of(const SettingsArgs& args) {
   const auto& [splits, cut, search, cost, limits, bad, prune, radius_hint, presplit, n_threads] = args;
   Settings settings;
   settings.splits.clear();
-  for (const auto& [name, n_planes, max_whole, only_whole, max_refs, min_overlap] : splits)
-    settings.splits.push_back({split_set(name, n_planes, max_whole, only_whole), max_refs, min_overlap});
+  for (const auto& [name, n_planes, octets, max_refs, min_overlap] : splits)
+    settings.splits.push_back({split_set(name, n_planes, octets), max_refs, min_overlap});
   settings.boxes = box_rule(cut);
   std::tie(settings.lookahead, settings.beam, settings.exhaustive) = search;
   settings.cost = {cost.first, cost.second};
@@ -71,7 +75,7 @@ nanobind::tuple build_tree(const P& prims, const SettingsArgs& args, const nanob
         searched = builder.searched();
       },
       progress);
-  return nanobind::make_tuple(copy_rows<std::uint32_t>(tree.nodes), copy_rows<std::uint32_t>(tree.refs),
+  return nanobind::make_tuple(adopt<std::uint32_t>(std::move(tree.nodes)), adopt<std::uint32_t>(std::move(tree.refs)),
                               nanobind::make_tuple(hit.depth, hit.refs, hit.leaf_refs),
                               nanobind::make_tuple(searched.candidates, searched.carried_out));
 }

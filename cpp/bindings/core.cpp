@@ -69,7 +69,8 @@ nb::tuple reinsert(Input<std::uint32_t> nodes, Input<std::uint32_t> refs, int ro
         n_too_deep = reinsertion.n_too_deep();
       },
       progress);
-  return nb::make_tuple(copy_rows<std::uint32_t>(tree.nodes), copy_rows<std::uint32_t>(tree.refs), n_too_deep);
+  return nb::make_tuple(adopt<std::uint32_t>(std::move(tree.nodes)), adopt<std::uint32_t>(std::move(tree.refs)),
+                        n_too_deep);
 }
 
 std::optional<std::tuple<std::size_t, std::string, std::string>> check(const std::string& kind, Input<float> data,
@@ -106,8 +107,8 @@ nb::tuple widen(Input<float> data, Input<std::uint32_t> nodes, Input<std::uint32
                         watched);
       },
       progress);
-  return nb::make_tuple(copy_rows<std::uint8_t>(wide.nodes), copy_rows<std::uint8_t>(wide.leaves),
-                        copy_rows<std::uint32_t>(wide.refs), wide.mean_extent);
+  return nb::make_tuple(adopt<std::uint8_t>(std::move(wide.nodes)), adopt<std::uint8_t>(std::move(wide.leaves)),
+                        adopt<std::uint32_t>(std::move(wide.refs)), wide.mean_extent);
 }
 
 std::size_t n_rays(const RayArrays& rays) { return batch_of(rays).size(); }

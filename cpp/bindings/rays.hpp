@@ -52,7 +52,7 @@ inline nanobind::tuple placed(PendingLists& lists, bool surface, unsigned n_thre
     nanobind::gil_scoped_release release;
     lists.place(columns, n_threads);
   }
-  return nanobind::make_tuple(adopt_column(lists.take_offsets()), hits.tuple());
+  return nanobind::make_tuple(adopt<std::int64_t>(lists.take_offsets()), hits.tuple());
 }
 
 }  // namespace fastlines

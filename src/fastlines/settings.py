@@ -270,8 +270,10 @@ def best_settings(effort: float = 0.5, boxes: BoxRule = "tight", cost: Cost | No
     effort = number("effort", effort, "a number from 0 (fastest) to 1 (best tree)", -math.ulp(0.0), 1.0)
     choice("boxes", boxes, ("tight", "cut"))
     if cost is None and boxes == "tight":
+        n_planes = 8 * 2 ** max(0, round(4 * effort - 2))
+        only_whole, sample = (64, 128) if effort < 0.25 else (32, 256 if effort < 1.0 else 0)
         return Settings(
-            splits=(PlaneOctets(8 * 2 ** max(0, round(4 * effort - 2)), 128, 64 if effort < 0.25 else 32),),
+            splits=(PlaneOctets(n_planes, 128, only_whole, sample),),
             bad_levels=3,
             prune=False,
             radius_hint=0.001,

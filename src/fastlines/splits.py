@@ -69,7 +69,8 @@ class PlaneOctets(SplitSet):
 
     What `PlaneGrid` finds, in less time: counts are exact, but the boxes by which candidates are compared are
     computed in float32. In nodes of up to `max_whole` references, tight boxes only, each plane also parts whole
-    references by their centres. For segments; of other primitives a `PlaneGrid` and an `ObjectSweep` are asked.
+    references by their centres. Large nodes may be judged by a `sample`. For segments; of other primitives a
+    `PlaneGrid` and an `ObjectSweep` are asked.
 
     Parameters
     ----------
@@ -79,17 +80,20 @@ class PlaneOctets(SplitSet):
         The most references that are split whole.
     only_whole : int
         Up to so many they are split only so, where that divides them.
+    sample : int
+        Of twice as many references and more, the plane is chosen by about so many; by all if it is 0.
     """
 
     name = "plane_octets"
     n_planes: int = 16
     max_whole: int = 0
     only_whole: int = 0
+    sample: int = 0
 
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "n_planes", count("n_planes", self.n_planes, 1, 4096))
-        for name in ("max_whole", "only_whole"):
+        for name in ("max_whole", "only_whole", "sample"):
             object.__setattr__(self, name, count(name, getattr(self, name), 0))
         if self.only_whole > self.max_whole:
             raise InputError(

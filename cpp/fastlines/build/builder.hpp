@@ -22,9 +22,9 @@ class Builder {
       : prims_(prims), settings_(settings), progress_(progress), tasks_(settings.n_threads) {}
 
   Tree build() {
-    std::vector<BuildRef> refs = first_references(prims_, settings_.presplit, progress_, limits_hit_.refs);
+    Buffer<BuildRef> refs = first_references(prims_, settings_.presplit, progress_, limits_hit_.refs);
     Box box = hull(refs);
-    if (refs.empty()) box = Box{{0, 0, 0}, {0, 0, 0}};
+    if (refs.size() == 0) box = Box{{0, 0, 0}, {0, 0, 0}};
     const double margin = settings_.radius_hint * box.side(box.longest_axis());
     Subtree<P> whole(prims_, settings_, progress_, tasks_, margin);
     if (refs.size() > whole.capacity(0))

@@ -35,7 +35,7 @@ class Subtree {
   Searched searched;
 
   /// Returns the cost.
-  double build(std::vector<BuildRef> refs, const Box& box, const Place& place) {
+  double build(Buffer<BuildRef> refs, const Box& box, const Place& place) {
     levels_.resize(settings_.limits.max_depth + 1);
     return build_node(refs, box, place);
   }
@@ -60,7 +60,7 @@ class Subtree {
       Candidate split;
       double area_left, area_right;  // in parts of the node's
     };
-    std::vector<BuildRef> left, right;
+    Buffer<BuildRef> left, right;
     std::vector<Branch> branches;
     std::vector<std::pair<double, std::size_t>> order;  // the branches by their cost at depth 1
     PlaneCounts counts;
@@ -241,7 +241,7 @@ class Subtree {
   }
 
   /// Append the subtree of a node; returns its cost.
-  double build_node(std::vector<BuildRef>& refs, const Box& box, const Place& place) {
+  double build_node(Buffer<BuildRef>& refs, const Box& box, const Place& place) {
     const std::size_t index = tree.nodes.size(), first_ref = tree.refs.size(), n_refs = refs.size();
     check_size(index, first_ref + n_refs);
     tree.nodes.push_back({box, 0, std::uint32_t(first_ref), 0});
@@ -266,8 +266,8 @@ class Subtree {
     const Place in_right{place.depth + 1, spare - in_left.spare, n_bad, n_refines, place.share - in_left.share};
 
     const bool may_prune = settings_.prune && n_refs <= settings_.limits.max_leaf_refs;
-    if (!may_prune && n_refs > kMany) std::vector<BuildRef>().swap(refs);
-    const bool large = std::min(left.size(), right.size()) > kMany;
+    if (!may_prune && n_refs > kLarge) refs = {};
+    const bool large = std::min(left.size(), right.size()) > kTask;
     const auto [cost_left, cost_right] = large && tasks_.shared()
                                              ? build_side_by_side(index, *split, in_left, in_right)
                                              : build_in_turn(index, *split, in_left, in_right, !large);
@@ -291,19 +291,20 @@ class Subtree {
     return {cost_left, build_node(right, split.right, in_right)};
   }
 
-  /// The right child becomes a tree of its own, which is appended when both are finished.
+  /// Where somebody takes the right child, it becomes a tree of its own, which is appended when both are finished.
   std::pair<double, double> build_side_by_side(std::size_t index, const Candidate& split, const Place& in_left,
                                                const Place& in_right) {
     auto& [left, right] = levels_[in_left.depth - 1];
-    Subtree beside(prims_, settings_, progress_, tasks_, margin_);
+    std::optional<Subtree> beside;
     double cost_left, cost_right;
     const auto stop = [&] {
       tasks_.note(std::current_exception());
       progress_.cancel.store(true);
     };
-    Tasks::Task task([&, refs = std::move(right)]() mutable {
+    Tasks::Task task([&] {
       try {
-        cost_right = beside.build(std::move(refs), split.right, in_right);
+        beside.emplace(prims_, settings_, progress_, tasks_, margin_);
+        cost_right = beside->build(std::move(right), split.right, in_right);
       } catch (...) {
         stop();
         throw;
@@ -315,26 +316,30 @@ class Subtree {
     } catch (...) {
       stop();
       try {
-        tasks_.join(task);
+        if (!tasks_.take_back(task)) tasks_.join(task);
       } catch (...) {
       }
       throw;
     }
+    if (tasks_.take_back(task)) {
+      tree.nodes[index].right = std::uint32_t(tree.nodes.size());
+      return {cost_left, build_node(right, split.right, in_right)};
+    }
     tasks_.join(task);
     tree.nodes[index].right = std::uint32_t(tree.nodes.size());
-    append(beside.tree);
-    limits_hit += beside.limits_hit;
-    searched += beside.searched;
+    append(beside->tree);
+    limits_hit += beside->limits_hit;
+    searched += beside->searched;
     return {cost_left, cost_right};
   }
 
   void append(const Tree& other) {
     const std::size_t n_nodes = tree.nodes.size(), n_refs = tree.refs.size();
     check_size(n_nodes + other.nodes.size(), n_refs + other.refs.size());
-    for (Node node : other.nodes) {
+    tree.nodes.insert(tree.nodes.end(), other.nodes.begin(), other.nodes.end());
+    for (Node& node : std::span(tree.nodes).subspan(n_nodes)) {
       if (!node.is_leaf()) node.right += std::uint32_t(n_nodes);
       node.first_ref += std::uint32_t(n_refs);
-      tree.nodes.push_back(node);
     }
     tree.refs.insert(tree.refs.end(), other.refs.begin(), other.refs.end());
   }
@@ -351,15 +356,15 @@ class Subtree {
     return cost_of_leaf(refs.size());
   }
 
-  static constexpr std::size_t kMany = 1024;  // references that are worth a task, or memory given back
+  static constexpr std::size_t kTask = 512, kLarge = 1024;  // references that are worth a task; memory given back
 
   const P& prims_;
   const Settings& settings_;
   Progress& progress_;
   Tasks& tasks_;
   double margin_;  // by which boxes are grown before they are measured
-  std::vector<std::pair<std::vector<BuildRef>, std::vector<BuildRef>>> levels_;  // the children of the open nodes
-  std::vector<Ahead> ahead_;                                                     // by depth of the search
+  std::vector<std::pair<Buffer<BuildRef>, Buffer<BuildRef>>> levels_;  // the children of the open nodes
+  std::vector<Ahead> ahead_;                                           // by depth of the search
 };
 
 }  // namespace fastlines

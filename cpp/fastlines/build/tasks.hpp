@@ -1,6 +1,6 @@
 // Fork and join: the two subtrees of a large node are built side by side.
 //
-// Whoever waits for a task does it himself if nobody has begun it, and else helps with others meanwhile. What a task
+// Whoever offered a task takes it back if nobody has begun it, and else helps with others until it is done. What a task
 // makes does not depend on who does it.
 #pragma once
 
@@ -82,24 +82,32 @@ class Tasks {
     changed_.notify_one();
   }
 
-  /// Wait until a task is done; throws what it threw.
+  /// Whether nobody had begun it.
+  bool take_back(Task& task) {
+    const std::lock_guard lock(mutex_);
+    const auto mine = std::find(waiting_.begin(), waiting_.end(), &task);
+    if (mine == waiting_.end()) return false;
+    waiting_.erase(mine);
+    return true;
+  }
+
+  /// Wait until a task that somebody has begun is done; throws what it threw.
   void join(Task& task) {
     std::unique_lock lock(mutex_);
     while (!task.done_.load(std::memory_order_acquire)) {
-      const auto mine = std::find(waiting_.begin(), waiting_.end(), &task);
-      if (mine != waiting_.end() || !waiting_.empty()) {
-        Task* next = mine != waiting_.end() ? *mine : waiting_.back();
-        waiting_.erase(mine != waiting_.end() ? mine : waiting_.end() - 1);
-        run(*next, lock);
-      } else {
+      if (waiting_.empty())
         changed_.wait(lock);
-      }
+      else
+        run_oldest(lock);
     }
     if (task.error_) std::rethrow_exception(task.error_);
   }
 
  private:
-  void run(Task& task, std::unique_lock<std::mutex>& lock) {
+  /// The oldest is the largest.
+  void run_oldest(std::unique_lock<std::mutex>& lock) {
+    Task& task = *waiting_.front();
+    waiting_.pop_front();
     lock.unlock();
     task.run();
     lock.lock();
@@ -111,9 +119,7 @@ class Tasks {
     for (;;) {
       changed_.wait(lock, [this] { return over_ || !waiting_.empty(); });
       if (over_) return;
-      Task* task = waiting_.front();  // the oldest is the largest
-      waiting_.pop_front();
-      run(*task, lock);
+      run_oldest(lock);
     }
   }
 

@@ -178,7 +178,7 @@ class Collapse {
   CollapseCost cost_;
   Progress& progress_;
   double margin_;
-  std::vector<Plan> plans_;
+  LargeVector<Plan> plans_;
   mutable std::vector<Reference> merged_;
   WideTree wide_;
 };

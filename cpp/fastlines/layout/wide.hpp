@@ -38,9 +38,9 @@ struct WideTree {
   Frame frame;
   Box box;                   // of the scene, in the frame
   float mean_extent = 0.0f;  // of the leaves, in the frame
-  std::vector<WideNode> nodes;
-  std::vector<WideLeaf> leaves;
-  std::vector<Reference> refs;  // in the order of the leaves
+  LargeVector<WideNode> nodes;
+  LargeVector<WideLeaf> leaves;
+  LargeVector<Reference> refs;  // in the order of the leaves
 
   std::size_t n_bytes() const {
     return nodes.size() * sizeof(WideNode) + leaves.size() * sizeof(WideLeaf) + refs.size() * sizeof(Reference);

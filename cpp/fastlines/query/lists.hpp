@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "../memory/memory.hpp"
 #include "batch.hpp"
-#include "memory.hpp"
 
 namespace fastlines {
 

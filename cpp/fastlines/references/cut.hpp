@@ -11,12 +11,13 @@
 
 namespace fastlines {
 
-enum class Side { left, right, both };
+enum class Side : unsigned { left = 1, right = 2, both = left | right };
 
-/// A reference that lies in the plane goes left.
+/// A reference that lies in the plane goes left. Nothing branches.
 inline Side side_of(const Box& box, int axis, float plane) {
-  const bool left = !(box.hi[axis] > plane), right = box.lo[axis] >= plane;  // no number counts as left
-  return left ? Side::left : right ? Side::right : Side::both;
+  const unsigned on_right = box.hi[axis] > plane;  // no number counts as left
+  const unsigned behind = on_right & unsigned(box.lo[axis] >= plane);
+  return Side(on_right << 1 | (behind ^ 1));
 }
 
 /// Cut the piece of a curve that straddles the plane x[axis] = plane into its left and its right part. Both parts store
@@ -26,13 +27,15 @@ std::pair<BuildRef, BuildRef> cut_curve(const C& curve, const BuildRef& whole, i
   BuildRef left = whole, right = whole;
   const float s = std::clamp(curve.crossing(axis, plane), whole.ref.s0, std::min(whole.ref.s1, 1.0f));
   const Vec3 at = curve.point(s);
-  BuildRef& before = curve.ascends(axis) ? left : right;
-  BuildRef& after = curve.ascends(axis) ? right : left;
-  before.ref.s1 = after.ref.s0 = s;
+  const bool rises = curve.ascends(axis);
+  (rises ? left : right).ref.s1 = (rises ? right : left).ref.s0 = s;
   for (int k = 0; k < 3; ++k) {
-    const float x = std::clamp(at[k], whole.box.lo[k], whole.box.hi[k]);
-    (curve.ascends(k) ? before.box.hi : before.box.lo)[k] = x;
-    (curve.ascends(k) ? after.box.lo : after.box.hi)[k] = x;
+    const float lo = whole.box.lo[k], hi = whole.box.hi[k], x = std::min(std::max(at[k], lo), hi);
+    const bool along = curve.ascends(k) == rises;  // the left part is the one before
+    left.box.lo[k] = along ? lo : x;
+    left.box.hi[k] = along ? x : hi;
+    right.box.lo[k] = along ? x : lo;
+    right.box.hi[k] = along ? hi : x;
   }
   left.box.hi[axis] = right.box.lo[axis] = plane;
   return {left, right};

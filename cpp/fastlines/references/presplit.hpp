@@ -18,12 +18,13 @@ struct Presplit {
 
 /// What a build begins with. Where max_refs ends the cutting before an area that was asked for, n_refused grows.
 template <Primitives P>
-std::vector<BuildRef> first_references(const P& prims, const Presplit& presplit, Progress& progress,
-                                       std::size_t& n_refused) {
-  std::vector<BuildRef> refs = whole_references(prims);
+Buffer<BuildRef> first_references(const P& prims, const Presplit& presplit, Progress& progress,
+                                  std::size_t& n_refused) {
+  Buffer<BuildRef> whole = whole_references(prims);
   if constexpr (Curves<P>) {
     const double bound = presplit.area * bounds_of_all(prims).area();
-    if (!(bound < std::numeric_limits<double>::infinity())) return refs;
+    if (!(bound < std::numeric_limits<double>::infinity())) return whole;
+    std::vector<BuildRef> refs(whole.begin(), whole.end());
 
     // The largest first; of the same size, the first.
     using Entry = std::pair<double, std::uint32_t>;
@@ -56,8 +57,9 @@ std::vector<BuildRef> first_references(const P& prims, const Presplit& presplit,
       for (const std::size_t part : {i, refs.size() - 1})
         if (list(part)) std::push_heap(large.begin(), large.end(), before);
     }
+    whole.assign(refs);
   }
-  return refs;
+  return whole;
 }
 
 }  // namespace fastlines

@@ -3,8 +3,8 @@
 
 #include <cstdint>
 #include <limits>
-#include <vector>
 
+#include "../memory/buffer.hpp"
 #include "../primitives/primitives.hpp"
 
 namespace fastlines {
@@ -28,10 +28,12 @@ struct BuildRef {
 
 /// One reference to each whole primitive.
 template <Primitives P>
-std::vector<BuildRef> whole_references(const P& prims) {
-  std::vector<BuildRef> refs(prims.size());
-  for (std::size_t prim = 0; prim < refs.size(); ++prim)
-    refs[prim] = {{std::uint32_t(prim)}, prims.bounds(std::uint32_t(prim))};
+Buffer<BuildRef> whole_references(const P& prims) {
+  Buffer<BuildRef> refs;
+  BuildRef* const data = refs.make_room(prims.size());
+  for (std::size_t prim = 0; prim < prims.size(); ++prim)
+    data[prim] = {{std::uint32_t(prim)}, prims.bounds(std::uint32_t(prim))};
+  refs.keep(prims.size());
   return refs;
 }
 

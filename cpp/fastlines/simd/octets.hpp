@@ -25,19 +25,30 @@ using IntOctet = std::int32_t __attribute__((vector_size(32)));
 [[gnu::always_inline]] inline Octet min(const Octet& x, const Octet& y) { return x < y ? x : y; }
 [[gnu::always_inline]] inline Octet max(const Octet& x, const Octet& y) { return x > y ? x : y; }
 
-/// How many lanes are set.
-[[gnu::always_inline]] inline unsigned n_set(const IntOctet& mask) {
+/// A bit for each lane that is set.
+[[gnu::always_inline]] inline unsigned bits_of(const IntOctet& mask) {
 #if !defined(FASTLINES_PORTABLE) && defined(__AVX__)
-  return unsigned(std::popcount(unsigned(_mm256_movemask_ps(__m256(mask)))));
+  return unsigned(_mm256_movemask_ps(__m256(mask)));
 #elif !defined(FASTLINES_PORTABLE) && defined(__SSE4_2__)
   __m128 half[2];
   __builtin_memcpy(half, &mask, sizeof half);
-  return unsigned(std::popcount(unsigned(_mm_movemask_ps(half[0]) | _mm_movemask_ps(half[1]) << 4)));
+  return unsigned(_mm_movemask_ps(half[0]) | _mm_movemask_ps(half[1]) << 4);
 #else
-  int n = 0;
-  for (int lane = 0; lane < 8; ++lane) n -= mask[lane];
-  return unsigned(n);
+  unsigned bits = 0;
+  for (int lane = 0; lane < 8; ++lane) bits |= unsigned(mask[lane]) & 1u << lane;
+  return bits;
 #endif
+}
+
+/// How many lanes are set.
+[[gnu::always_inline]] inline unsigned n_set(const IntOctet& mask) { return unsigned(std::popcount(bits_of(mask))); }
+
+/// The first of the lanes that hold the least number.
+[[gnu::always_inline]] inline unsigned least_of(const Octet& x) {
+  Octet least = min(x, Octet(__builtin_shufflevector(x, x, 4, 5, 6, 7, 0, 1, 2, 3)));
+  least = min(least, Octet(__builtin_shufflevector(least, least, 2, 3, 0, 1, 6, 7, 4, 5)));
+  least = min(least, Octet(__builtin_shufflevector(least, least, 1, 0, 3, 2, 5, 4, 7, 6)));
+  return unsigned(std::countr_zero(bits_of(x == least)));
 }
 
 /// The first three lanes of eight vectors of four: what is first in them, what is second, and what is third.

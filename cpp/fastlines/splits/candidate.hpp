@@ -60,50 +60,49 @@ inline std::pair<Box, Box> halves(const Box& box, int axis, float plane) {
 
 /// Move the references of a node to its two children.
 template <Primitives P>
-void partition(const P& prims, Refs refs, const Candidate& split, std::vector<BuildRef>& left,
-               std::vector<BuildRef>& right) {
+void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRef>& to_left,
+               Buffer<BuildRef>& to_right) {
   if (split.kind == Candidate::Kind::objects) {
     std::vector<BuildRef> sorted(refs.begin(), refs.end());
-    const auto middle = sorted.begin() + std::ptrdiff_t(split.n_left);
-    std::nth_element(sorted.begin(), middle, sorted.end(), ByCentre{split.axis});
-    left.assign(sorted.begin(), middle);
-    right.assign(middle, sorted.end());
+    std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(split.n_left), sorted.end(), ByCentre{split.axis});
+    to_left.assign(Refs(sorted).first(split.n_left));
+    to_right.assign(Refs(sorted).subspan(split.n_left));
     return;
   }
   // Each is written to both sides, and counts where it belongs: which side that is can not be foreseen.
-  left.resize(split.n_left + 1);
-  right.resize(split.n_right + 1);
-  std::uint32_t n_left = 0, n_right = 0;
-  const auto put = [&](const BuildRef& ref, Side side) {
+  BuildRef *const left = to_left.make_room(refs.size() + 1), *const right = to_right.make_room(refs.size() + 1);
+  std::size_t n_left = 0, n_right = 0;
+  const auto put = [&](const BuildRef& ref, unsigned on_left, unsigned on_right) {
     left[n_left] = ref;
     right[n_right] = ref;
-    n_left += side != Side::right;
-    n_right += side != Side::left;
+    n_left += on_left;
+    n_right += on_right;
   };
   if (split.kind == Candidate::Kind::centres) {
-    for (const BuildRef& ref : refs) put(ref, centre_of(ref.box, split.axis) < split.plane ? Side::left : Side::right);
+    for (const BuildRef& ref : refs) {
+      const unsigned on_left = centre_of(ref.box, split.axis) < split.plane;
+      put(ref, on_left, on_left ^ 1);
+    }
   } else {
     struct Straddler {
       std::uint32_t left, right;  // where it was put
     };
     constexpr std::size_t kMostKept = 1 << 16;
-    thread_local std::vector<Straddler> straddlers;
-    straddlers.resize(split.n_left + split.n_right - refs.size() + 1);
+    thread_local Buffer<Straddler> straddlers;
+    Straddler* const places = straddlers.make_room(refs.size() + 1);
     std::size_t n_both = 0;
     for (const BuildRef& ref : refs) {
-      const Side side = side_of(ref.box, split.axis, split.plane);
-      straddlers[n_both].left = n_left;
-      straddlers[n_both].right = n_right;
-      n_both += side == Side::both;
-      put(ref, side);
+      const auto side = unsigned(side_of(ref.box, split.axis, split.plane));
+      places[n_both] = {std::uint32_t(n_left), std::uint32_t(n_right)};
+      n_both += side & side >> 1;
+      put(ref, side & 1, side >> 1);
     }
-    straddlers.resize(n_both);
-    for (const Straddler& at : straddlers)
+    for (const Straddler& at : std::span(places, n_both))
       std::tie(left[at.left], right[at.right]) = cut(prims, left[at.left], split.axis, split.plane);
-    if (straddlers.capacity() > kMostKept) std::vector<Straddler>().swap(straddlers);
+    if (straddlers.capacity() > kMostKept) straddlers = {};
   }
-  left.pop_back();
-  right.pop_back();
+  to_left.keep(n_left);
+  to_right.keep(n_right);
 }
 
 /// One plane, counted the plain way: by looking at every reference.

@@ -117,16 +117,21 @@ class OctetGrid {
           weighed = weigh_halves<axis>(planes, box, scale, grown);
         }
         weighed = divides ? weighed : eight(kInf);
-        for (std::size_t lane = 0; lane < 8; ++lane) {
-          if (!(weighed[lane] < (all ? kInf : least))) continue;
-          least = weighed[lane];
+        const auto candidate = [&](std::size_t lane) {
           const auto [left_box, right_box] =
               tight ? std::pair(left.box(lane), right.box(lane)) : halves(box, axis, planes.at[lane]);
-          best = {
+          return Candidate{
               kind,     axis,     planes.at[lane], std::size_t(planes.n_left[lane]), std::size_t(planes.n_right[lane]),
               left_box, right_box};
-          if (all) visitor(best);
+        };
+        if (all) {
+          for (std::size_t lane = 0; lane < 8; ++lane)
+            if (weighed[lane] < kInf) visitor(candidate(lane));
         }
+        if (bits_of(weighed < least) == 0) continue;
+        const std::size_t lane = least_of(weighed);
+        least = weighed[lane];
+        if (!all) best = candidate(lane);
       }
       shown |= least < kInf;
       if (!all && least < kInf) visitor(best);

@@ -1,9 +1,12 @@
 // The planes of a regular grid over the node's box, eight at a time: what `PlaneGrid` shows, for straight pieces, in
-// less time. In small nodes also splits into whole pieces, each on the side of its centre.
+// less time. In small nodes also splits into whole pieces, each on the side of its centre; in large ones a plane that
+// is good for a sample is good for all.
 //
 // Counts are exact; where a piece crosses a plane is computed in float32, so bounds may be off by some roundings, and
 // whoever carries a split out takes the bounds of what comes of it.
 #pragma once
+
+#include <optional>
 
 #include "octet_grid.hpp"
 
@@ -20,6 +23,7 @@ class PlaneOctets {
   int n_planes = 16;
   std::size_t max_whole = 0;   ///< nodes of at most so many references are also split into whole ones; tight boxes only
   std::size_t only_whole = 0;  ///< and those of at most so many only so, where that divides them
+  std::size_t sample = 0;      ///< of at least twice so many, so many are looked at; if 0, all
 
   /// Show of each axis the split with the least SAH, for boxes grown by a margin; or all.
   template <Straight P, class Visitor>
@@ -27,24 +31,58 @@ class PlaneOctets {
              Visitor&& visitor) const {
     thread_local OctetGrid grid;
     const auto show = [&](Candidate::Kind kind) { return grid.show(kind, box, rule, float(margin), all, visitor); };
-    if (rule == BoxRule::cut) {
-      grid.place(box, n_planes, rule);
-      for (const BuildRef& ref : refs) grid.count(ref.box);
-      show(Candidate::Kind::plane);
-      return;
+    if (sample > 0 && refs.size() >= 2 * sample && !all) {
+      if (const auto split = cheapest_of_sample(prims, refs, box, rule, margin, grid)) return visitor(*split);
     }
-    if (refs.size() <= max_whole) {
+    if (rule == BoxRule::tight && refs.size() <= max_whole) {
       grid.place(box, n_planes, rule);
       for (const BuildRef& ref : refs) grid.add_whole(ref.box);
       const bool shown = show(Candidate::Kind::centres);
       if (shown && refs.size() <= only_whole) return;
     }
+    fill(prims, refs, box, rule, grid);
+    show(Candidate::Kind::plane);
+  }
+
+ private:
+  template <Straight P>
+  void fill(const P& prims, Refs refs, const Box& box, BoxRule rule, OctetGrid& grid) const {
     grid.place(box, n_planes, rule);
     for (std::size_t i = 0; i < refs.size(); ++i) {
-      if (i + 8 < refs.size()) __builtin_prefetch(&prims.curve(refs[i + 8].ref.prim));
-      grid.add_piece(prims.curve(refs[i].ref.prim), refs[i].box);
+      if (rule == BoxRule::cut) {
+        grid.count(refs[i].box);
+      } else {
+        if (i + 8 < refs.size()) __builtin_prefetch(&prims.curve(refs[i + 8].ref.prim));
+        grid.add_piece(prims.curve(refs[i].ref.prim), refs[i].box);
+      }
     }
-    show(Candidate::Kind::plane);
+  }
+
+  /// The one that is best for every so manyth reference; counted in full. None if that is no division after all.
+  template <Straight P>
+  std::optional<Candidate> cheapest_of_sample(const P& prims, Refs refs, const Box& box, BoxRule rule, double margin,
+                                              OctetGrid& grid) const {
+    thread_local std::vector<BuildRef> some;
+    some.clear();
+    for (std::size_t i = 0, step = refs.size() / sample; i < refs.size(); i += step) some.push_back(refs[i]);
+    fill(prims, some, box, rule, grid);
+    double least = std::numeric_limits<double>::infinity();
+    std::optional<Candidate> best;
+    grid.show(Candidate::Kind::plane, box, rule, float(margin), false, [&](const Candidate& split) {
+      const double sah =
+          split.left.area(margin) * double(split.n_left) + split.right.area(margin) * double(split.n_right);
+      if (!(sah < least)) return;
+      least = sah;
+      best = split;
+    });
+    if (!best) return best;
+    best->n_left = best->n_right = 0;
+    for (const BuildRef& ref : refs) {
+      const auto side = unsigned(side_of(ref.box, best->axis, best->plane));
+      best->n_left += side & 1;
+      best->n_right += side >> 1;
+    }
+    return divides(*best, rule) ? best : std::nullopt;
   }
 };
 

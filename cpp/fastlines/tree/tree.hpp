@@ -6,7 +6,6 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "../references/reference.hpp"
 
@@ -23,8 +22,8 @@ struct Node {
 static_assert(sizeof(Node) == 36);
 
 struct Tree {
-  std::vector<Node> nodes;
-  std::vector<Reference> refs;
+  LargeVector<Node> nodes;
+  LargeVector<Reference> refs;
 };
 
 }  // namespace fastlines

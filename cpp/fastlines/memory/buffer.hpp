@@ -1,0 +1,60 @@
+// Arrays that builds fill again and again.
+#pragma once
+
+#include <span>
+#include <utility>
+
+#include "memory.hpp"
+
+namespace fastlines {
+
+/// An array of plain data that nobody clears: a build writes to more places than it keeps, and the pages behind those
+/// that it does not write to are never touched.
+template <class T>
+class Buffer {
+ public:
+  Buffer() = default;
+  Buffer(Buffer&& other) noexcept { swap(other); }
+  Buffer& operator=(Buffer&& other) noexcept {
+    Buffer(std::move(other)).swap(*this);
+    return *this;
+  }
+  ~Buffer() { Memory::release(data_); }
+
+  /// Forget what is in it, and have room for n elements.
+  T* make_room(std::size_t n) {
+    size_ = 0;
+    if (n <= capacity_) return data_;
+    *this = Buffer();
+    data_ = static_cast<T*>(Memory::allocate(n * sizeof(T)));
+    capacity_ = n;
+    return data_;
+  }
+
+  /// Keep the first n elements of those written.
+  void keep(std::size_t n) { size_ = n; }
+
+  void assign(std::span<const T> from) {
+    std::uninitialized_copy(from.begin(), from.end(), make_room(from.size()));
+    size_ = from.size();
+  }
+
+  std::size_t size() const { return size_; }
+  std::size_t capacity() const { return capacity_; }
+  T& operator[](std::size_t i) { return data_[i]; }
+  const T* begin() const { return data_; }
+  const T* end() const { return data_ + size_; }
+  operator std::span<const T>() const { return {data_, size_}; }
+
+ private:
+  void swap(Buffer& other) noexcept {
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    std::swap(capacity_, other.capacity_);
+  }
+
+  T* data_ = nullptr;
+  std::size_t size_ = 0, capacity_ = 0;
+};
+
+}  // namespace fastlines
