@@ -73,4 +73,16 @@ struct Segments {
 };
 static_assert(Curves<Segments>);
 
+/// Curves that are straight from p to q.
+template <class P>
+concept Straight = Curves<P> && requires(const P& prims, std::uint32_t prim) {
+  { prims.curve(prim) } -> std::same_as<const Segment&>;
+};
+
+/// Ask for what will soon be looked at, where that lies in memory.
+template <Primitives P>
+void fetch(const P& prims, std::uint32_t prim) {
+  if constexpr (Straight<P>) __builtin_prefetch(&prims.curve(prim));
+}
+
 }  // namespace fastlines

@@ -12,6 +12,7 @@
 #include <tuple>
 #include <vector>
 
+#include "../primitives/segments.hpp"
 #include "../references/cut.hpp"
 #include "../simd/bounds.hpp"
 
@@ -97,8 +98,11 @@ void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRe
       n_both += side & side >> 1;
       put(ref, side & 1, side >> 1);
     }
-    for (const Straddler& at : std::span(places, n_both))
-      std::tie(left[at.left], right[at.right]) = cut(prims, left[at.left], split.axis, split.plane);
+    for (std::size_t i = 0; i < n_both; ++i) {
+      if (i + 8 < n_both) fetch(prims, left[places[i + 8].left].ref.prim);
+      const auto [on_left, on_right] = places[i];
+      std::tie(left[on_left], right[on_right]) = cut(prims, left[on_left], split.axis, split.plane);
+    }
     if (straddlers.capacity() > kMostKept) straddlers = {};
   }
   to_left.keep(n_left);

@@ -12,12 +12,6 @@
 
 namespace fastlines {
 
-/// Curves that are straight from p to q.
-template <class P>
-concept Straight = Curves<P> && requires(const P& prims, std::uint32_t prim) {
-  { prims.curve(prim) } -> std::same_as<const Segment&>;
-};
-
 class PlaneOctets {
  public:
   int n_planes = 16;
@@ -52,7 +46,7 @@ class PlaneOctets {
       if (rule == BoxRule::cut) {
         grid.count(refs[i].box);
       } else {
-        if (i + 8 < refs.size()) __builtin_prefetch(&prims.curve(refs[i + 8].ref.prim));
+        if (i + 8 < refs.size()) fetch(prims, refs[i + 8].ref.prim);
         grid.add_piece(prims.curve(refs[i].ref.prim), refs[i].box);
       }
     }
