@@ -167,6 +167,16 @@ def test_a_plane_that_is_chosen_by_a_sample_divides_all(name: str, boxes: str) -
     assert same(*by_all), "nothing was left out"
 
 
+@pytest.mark.parametrize("sample", [0, 100])
+def test_lines_that_all_cross_a_plane(sample: int) -> None:
+    lines = np.tile(np.array([[[0, 0, 0], [1, 0.9, 0.8]]], np.float32), (3000, 1, 1))
+    tree = fl.build(lines, "best", splits=fl.PlaneOctets(3, sample=sample), limits=fl.Limits(max_refs=50_000))
+    tree.validate()
+    assert tree.n_refs > 6000, "children have as many references as their parent"
+    rays = {"origins": [[0.5, 0.45, -1], [0.5, 0.5, -1]], "directions": [[0, 0, 1]] * 2, "radius": 1e-2}
+    assert tree.count_hits(**rays).tolist() == fl.brute_force(lines, **rays, query="count_hits").tolist() == [3000, 0]
+
+
 def test_sampling_costs_next_to_nothing() -> None:
     lines = fl.scenes.make("bun-hair", 20_000).lines
     for effort in (0.0, 0.5):

@@ -253,7 +253,13 @@ class Subtree {
 
     // Duplicates are paid out of the spare references; the rest goes to the children by number.
     auto& [left, right] = levels_[place.depth];
-    partition(prims_, refs, *split, left, right);
+    const bool may_prune = settings_.prune && n_refs <= settings_.limits.max_leaf_refs;
+    if (may_prune || n_refs <= kLarge) {
+      partition(prims_, refs, *split, left, right);
+    } else {
+      left = std::move(refs);
+      partition(prims_, left, *split, left, right);
+    }
     if ((!Curves<P> || estimates(settings_.splits)) && settings_.boxes == BoxRule::tight) {
       // What was counted plane by plane may be off by some roundings.
       split->left = hull(left);
@@ -265,8 +271,6 @@ class Subtree {
     const Place in_left{place.depth + 1, std::size_t(double(spare) * part), n_bad, n_refines, place.share * part};
     const Place in_right{place.depth + 1, spare - in_left.spare, n_bad, n_refines, place.share - in_left.share};
 
-    const bool may_prune = settings_.prune && n_refs <= settings_.limits.max_leaf_refs;
-    if (!may_prune && n_refs > kLarge) refs = {};
     const bool large = std::min(left.size(), right.size()) > kTask;
     const auto [cost_left, cost_right] = large && tasks_.shared()
                                              ? build_side_by_side(index, *split, in_left, in_right)
@@ -356,7 +360,7 @@ class Subtree {
     return cost_of_leaf(refs.size());
   }
 
-  static constexpr std::size_t kTask = 512, kLarge = 1024;  // references that are worth a task; memory given back
+  static constexpr std::size_t kTask = 512, kLarge = 1024;  // references that are worth a task; whose memory is
 
   const P& prims_;
   const Settings& settings_;

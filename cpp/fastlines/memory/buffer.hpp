@@ -41,7 +41,7 @@ class Buffer {
 
   std::size_t size() const { return size_; }
   std::size_t capacity() const { return capacity_; }
-  T& operator[](std::size_t i) { return data_[i]; }
+  T* data() { return data_; }
   const T* begin() const { return data_; }
   const T* end() const { return data_ + size_; }
   operator std::span<const T>() const { return {data_, size_}; }

@@ -59,7 +59,8 @@ inline std::pair<Box, Box> halves(const Box& box, int axis, float plane) {
   return {left, right};
 }
 
-/// Move the references of a node to its two children.
+/// Move the references of a node to its two children. `to_left` may be where they are: they only move towards its
+/// beginning.
 template <Primitives P>
 void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRef>& to_left,
                Buffer<BuildRef>& to_right) {
@@ -71,7 +72,8 @@ void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRe
     return;
   }
   // Each is written to both sides, and counts where it belongs: which side that is can not be foreseen.
-  BuildRef *const left = to_left.make_room(refs.size() + 1), *const right = to_right.make_room(refs.size() + 1);
+  BuildRef* const left = to_left.begin() == refs.data() ? to_left.data() : to_left.make_room(split.n_left + 1);
+  BuildRef* const right = to_right.make_room(split.n_right + 1);
   std::size_t n_left = 0, n_right = 0;
   const auto put = [&](const BuildRef& ref, unsigned on_left, unsigned on_right) {
     left[n_left] = ref;
@@ -90,7 +92,7 @@ void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRe
     };
     constexpr std::size_t kMostKept = 1 << 16;
     thread_local Buffer<Straddler> straddlers;
-    Straddler* const places = straddlers.make_room(refs.size() + 1);
+    Straddler* const places = straddlers.make_room(split.n_left + split.n_right - refs.size() + 1);
     std::size_t n_both = 0;
     for (const BuildRef& ref : refs) {
       const auto side = unsigned(side_of(ref.box, split.axis, split.plane));
