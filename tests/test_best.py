@@ -220,6 +220,8 @@ def test_bad_wishes_are_refused() -> None:
         fl.PlaneOctets(8, -1)
     with pytest.raises(fl.InputError, match="only_whole=9 is more than max_whole=8"):
         fl.PlaneOctets(8, 8, 9)
+    with pytest.raises(fl.InputError, match=r"max_overlap=1\.5"):
+        fl.PlaneOctets(8, 8, 4, 1.5)
     with pytest.raises(fl.InputError, match="sample"):
         fl.PlaneOctets(8, sample=-1)
     for given in ({"beam": 3}, {"exhaustive": True}):

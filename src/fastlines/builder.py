@@ -217,7 +217,7 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
             (
                 split.name,
                 getattr(split, "n_planes", 0),
-                tuple(getattr(split, name, 0) for name in ("max_whole", "only_whole", "sample")),
+                split.core_args if isinstance(split, PlaneOctets) else (0, 0, 0.0, 0),
                 split.max_refs or NO_LIMIT,
                 split.min_overlap,
             )

@@ -271,9 +271,13 @@ def best_settings(effort: float = 0.5, boxes: BoxRule = "tight", cost: Cost | No
     choice("boxes", boxes, ("tight", "cut"))
     if cost is None and boxes == "tight":
         n_planes = 8 * 2 ** max(0, round(4 * effort - 2))
-        only_whole, sample = (64, 128) if effort < 0.25 else (48, 256) if effort < 0.75 else (32, 0)
+        only_whole, max_overlap, sample = 32, 0.4, 256
+        if effort < 0.25:
+            only_whole, sample = 64, 128
+        elif effort >= 0.75:
+            max_overlap, sample = 0.0, 0
         return Settings(
-            splits=(PlaneOctets(n_planes, 128, only_whole, sample),),
+            splits=(PlaneOctets(n_planes, 128, only_whole, max_overlap, sample),),
             bad_levels=3,
             prune=False,
             radius_hint=0.001,

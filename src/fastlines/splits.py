@@ -80,6 +80,9 @@ class PlaneOctets(SplitSet):
         The most references that are split whole.
     only_whole : int
         Up to so many they are split only so, where that divides them.
+    max_overlap : float
+        And so are more of them, up to `max_whole`, where the children of the best such split overlap in a box with no
+        more than this share of the node's area; 0 for none.
     sample : int
         Of twice as many references and more, the plane is chosen by about so many; by all if it is 0.
     """
@@ -88,6 +91,7 @@ class PlaneOctets(SplitSet):
     n_planes: int = 16
     max_whole: int = 0
     only_whole: int = 0
+    max_overlap: float = 0.0
     sample: int = 0
 
     def __post_init__(self) -> None:
@@ -99,6 +103,14 @@ class PlaneOctets(SplitSet):
             raise InputError(
                 f"only_whole={self.only_whole} is more than max_whole={self.max_whole}; allow more of both"
             )
+
+        overlap = 0.0 if self.max_overlap == 0 else number("max_overlap", self.max_overlap, "0 to 1", 0.0, 1.0)
+        object.__setattr__(self, "max_overlap", overlap)
+
+    @property
+    def core_args(self) -> tuple[int, int, float, int]:
+        """What the core is told beside the number of planes."""
+        return self.max_whole, self.only_whole, self.max_overlap, self.sample
 
     def for_any_primitive(self, boxes: BoxRule) -> tuple[SplitSet, ...]:
         """Return the exact split sets that show the same kinds of candidates."""

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "octet_grid.hpp"
+#include "overlap.hpp"
 
 namespace fastlines {
 
@@ -17,6 +18,7 @@ class PlaneOctets {
   int n_planes = 16;
   std::size_t max_whole = 0;   ///< nodes of at most so many references are also split into whole ones; tight boxes only
   std::size_t only_whole = 0;  ///< and those of at most so many only so, where that divides them
+  double max_overlap = 0.0;    ///< or where the children of the best whole split overlap in no more of the node's area
   std::size_t sample = 0;      ///< of at least twice so many, so many are looked at; if 0, all
 
   /// Show of each axis the split with the least SAH, for boxes grown by a margin; or all.
@@ -24,18 +26,23 @@ class PlaneOctets {
   void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, double margin, bool all,
              Visitor&& visitor) const {
     thread_local OctetGrid grid;
-    const auto show = [&](Candidate::Kind kind) { return grid.show(kind, box, rule, float(margin), all, visitor); };
     if (sample > 0 && refs.size() >= 2 * sample && !all) {
       if (const auto split = cheapest_of_sample(prims, refs, box, rule, margin, grid)) return visitor(*split);
     }
     if (rule == BoxRule::tight && refs.size() <= max_whole) {
       grid.place(box, n_planes, rule);
       for (const BuildRef& ref : refs) grid.add_whole(ref.box);
-      const bool shown = show(Candidate::Kind::centres);
-      if (shown && refs.size() <= only_whole) return;
+      Overlap overlap;
+      const bool shown =
+          grid.show(Candidate::Kind::centres, box, rule, float(margin), all, [&](const Candidate& split) {
+            overlap.look_at(split, margin);
+            visitor(split);
+          });
+      const bool apart = max_overlap > 0.0 && overlap.area() <= max_overlap * box.area(margin);
+      if (shown && (refs.size() <= only_whole || apart)) return;
     }
     fill(prims, refs, box, rule, grid);
-    show(Candidate::Kind::plane);
+    grid.show(Candidate::Kind::plane, box, rule, float(margin), all, visitor);
   }
 
  private:

@@ -8,6 +8,7 @@
 #include "median.hpp"
 #include "middle.hpp"
 #include "object_sweep.hpp"
+#include "overlap.hpp"
 #include "plane_events.hpp"
 #include "plane_grid.hpp"
 #include "plane_octets.hpp"
@@ -31,31 +32,6 @@ inline bool estimates(const Splits& splits) {
                      [](const SizedSplitSet& sized) { return std::holds_alternative<PlaneOctets>(sized.set); });
 }
 
-/// The area in which the children of the best object split overlap: SBVH asks for spatial splits only where that is
-/// large (Stich, Friedrich, Dietrich 2009, "Spatial splits in bounding volume hierarchies").
-class Overlap {
- public:
-  void look_at(const Candidate& split) {
-    if (split.kind != Candidate::Kind::objects) return;
-    const double cost = split.left.area() * double(split.n_left) + split.right.area() * double(split.n_right);
-    if (cost >= least_) return;
-    least_ = cost;
-    Box both;
-    for (int k = 0; k < 3; ++k) {
-      both.lo[k] = std::max(split.left.lo[k], split.right.lo[k]);
-      both.hi[k] = std::min(split.left.hi[k], split.right.hi[k]);
-    }
-    area_ = both.area();
-  }
-
-  /// Infinite if there was no object split.
-  double area() const { return area_; }
-
- private:
-  static constexpr double kNone = std::numeric_limits<double>::infinity();
-  double least_ = kNone, area_ = kNone;
-};
-
 /// Show the candidates for a node. Octets measure boxes grown by `margin`, and show only the cheapest of each axis
 /// unless `all` are asked for.
 template <Primitives P, class Visitor>
@@ -64,7 +40,7 @@ void visit_splits(const Splits& splits, const P& prims, Refs refs, const Box& bo
   const bool by_overlap = std::ranges::any_of(splits, [](const auto& sized) { return sized.min_overlap > 0.0; });
   Overlap overlap;
   const auto show = [&](const Candidate& split) {
-    if (by_overlap) overlap.look_at(split);
+    if (by_overlap && split.kind == Candidate::Kind::objects) overlap.look_at(split);
     visitor(split);
   };
   for (const SizedSplitSet& sized : splits) {
@@ -92,7 +68,8 @@ void visit_wholes(const Splits& splits, const P& prims, Refs refs, const Box& bo
     if constexpr (Straight<P>)
       if (const auto* octets = std::get_if<PlaneOctets>(&sized.set))
         if (octets->max_whole > 0)
-          PlaneOctets{octets->n_planes, any, any}.visit(prims, refs, box, BoxRule::tight, margin, false, visitor);
+          PlaneOctets{.n_planes = octets->n_planes, .max_whole = any, .only_whole = any}.visit(
+              prims, refs, box, BoxRule::tight, margin, false, visitor);
   }
 }
 

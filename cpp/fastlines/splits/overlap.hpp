@@ -1,0 +1,34 @@
+// What SBVH decides by.
+#pragma once
+
+#include "candidate.hpp"
+
+namespace fastlines {
+
+/// The area in which the children of the best split into whole references overlap: SBVH asks for spatial splits only
+/// where that is large (Stich, Friedrich, Dietrich 2009, "Spatial splits in bounding volume hierarchies").
+class Overlap {
+ public:
+  /// Boxes are grown by a margin.
+  void look_at(const Candidate& split, double margin = 0.0) {
+    const double cost =
+        split.left.area(margin) * double(split.n_left) + split.right.area(margin) * double(split.n_right);
+    if (cost >= least_) return;
+    least_ = cost;
+    Box both;
+    for (int k = 0; k < 3; ++k) {
+      both.lo[k] = std::max(split.left.lo[k], split.right.lo[k]);
+      both.hi[k] = std::min(split.left.hi[k], split.right.hi[k]);
+    }
+    area_ = both.area(margin);
+  }
+
+  /// Infinite if there was none.
+  double area() const { return area_; }
+
+ private:
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  double least_ = kNone, area_ = kNone;
+};
+
+}  // namespace fastlines
