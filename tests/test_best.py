@@ -280,12 +280,12 @@ def test_a_beam_is_a_bound_on_the_search() -> None:
 def test_a_bound_on_memory_is_one_on_references() -> None:
     lines = fl.scenes.make("spaghetti", 300).lines
     free = fl.build(lines, cost=COST)
-    bound = fl.build(lines, cost=COST, limits=fl.Limits(max_bytes=128 * 300 + 160 * 2000))
+    bound = fl.build(lines, cost=COST, limits=fl.Limits(max_bytes=160 * 300 + 160 * 2000))
     assert bound.n_refs <= 2000 < free.n_refs
     assert bound.limits_hit["max_refs"] > 0
-    with pytest.raises(fl.InputError, match=r"max_bytes=1000 is less .* allow 62400 or more"):
+    with pytest.raises(fl.InputError, match=r"max_bytes=1000 is less .* allow 72000 or more"):
         fl.build(lines, limits=fl.Limits(max_bytes=1000))
-    with pytest.raises(fl.InputError, match="allow 128400 or more"):
+    with pytest.raises(fl.InputError, match="allow 138000 or more"):
         fl.build(lines, boxes="cut", limits=fl.Limits(max_bytes=1000))
 
 

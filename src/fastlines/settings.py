@@ -17,7 +17,7 @@ from .errors import InputError
 from .splits import BoxRule, ObjectSweep, PlaneGrid, PlaneOctets, SplitSet
 
 #: What a build takes at most for a primitive, with room to spare; for a reference see `Limits.bytes_a_ref`.
-_BYTES_A_PRIM = 128
+_BYTES_A_PRIM = 160
 
 #: The most references that the 32-bit indices of a tree can name.
 REF_LIMIT = 2**32 - 16

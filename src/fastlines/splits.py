@@ -84,7 +84,8 @@ class PlaneOctets(SplitSet):
         And so are more of them, up to `max_whole`, where the children of the best such split overlap in a box with no
         more than this share of the node's area; 0 for none.
     sample : int
-        Of twice as many references and more, the plane is chosen by about so many; by all if it is 0.
+        Of twice as many references and more, the plane is chosen by about so many; by all if it is 0, and in searches
+        of more than one level.
     """
 
     name = "plane_octets"

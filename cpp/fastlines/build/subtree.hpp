@@ -261,7 +261,7 @@ class Subtree {
       partition(prims_, left, *split, left, right);
     }
     if ((!Curves<P> || estimates(settings_.splits)) && settings_.boxes == BoxRule::tight) {
-      // What was counted plane by plane may be off by some roundings.
+      // What was counted plane by plane may be off by some roundings, or a sample's.
       split->left = hull(left);
       split->right = hull(right);
     }
@@ -360,7 +360,8 @@ class Subtree {
     return cost_of_leaf(refs.size());
   }
 
-  static constexpr std::size_t kTask = 512, kLarge = 1024;  // references that are worth a task; whose memory is
+  static constexpr std::size_t kTask = 512,
+                               kLarge = 1024;  // references that are worth a task; that make room where they are
 
   const P& prims_;
   const Settings& settings_;

@@ -1,4 +1,4 @@
-// Memory as large answers and the blocks of a layout want it.
+// Memory as large answers, the lists of a build and the blocks of a layout want it.
 #pragma once
 
 #include <algorithm>
@@ -49,8 +49,9 @@ class Memory {
   class Kept {
    public:
     void* take(std::size_t n_bytes) {
+      if (n_bytes < kLeast) return nullptr;
       const std::unique_lock lock(mutex_, std::try_to_lock);
-      if (n_bytes < kLeast || !lock) return nullptr;
+      if (!lock) return nullptr;
       auto best = blocks_.end();
       for (auto block = blocks_.begin(); block != blocks_.end(); ++block) {
         const std::size_t size = size_of(*block);
@@ -67,8 +68,9 @@ class Memory {
     /// Makes room by letting go of what was released first; false if the block is not worth keeping.
     bool keep(void* data) noexcept {
       const std::size_t size = size_of(data);
+      if (size < kLeast || size > kMost) return false;
       const std::unique_lock lock(mutex_, std::try_to_lock);
-      if (size < kLeast || size > kMost || !lock) return false;
+      if (!lock) return false;
       while (n_bytes_ + size > kMost || blocks_.size() == kMostBlocks) {
         n_bytes_ -= size_of(blocks_.front());
         std::free(begin_of(blocks_.front()));

@@ -3,7 +3,7 @@
 // is good for a sample is good for all.
 //
 // Counts are exact; where a piece crosses a plane is computed in float32, so bounds may be off by some roundings, and
-// whoever carries a split out takes the bounds of what comes of it.
+// those of a sample are no more than the sample's. Whoever carries a split out takes the bounds of what comes of it.
 #pragma once
 
 #include <optional>
@@ -19,7 +19,7 @@ class PlaneOctets {
   std::size_t max_whole = 0;   ///< nodes of at most so many references are also split into whole ones; tight boxes only
   std::size_t only_whole = 0;  ///< and those of at most so many only so, where that divides them
   double max_overlap = 0.0;    ///< or where the children of the best whole split overlap in no more of the node's area
-  std::size_t sample = 0;      ///< of at least twice so many, so many are looked at; if 0, all
+  std::size_t sample = 0;  ///< of at least twice so many, about so many are asked, but for deeper searches; if 0, all
 
   /// Show of each axis the split with the least SAH, for boxes grown by a margin; or all.
   template <Straight P, class Visitor>
