@@ -5,10 +5,9 @@
 #include <nanobind/ndarray.h>
 
 #include <algorithm>
-#include <cstring>
 #include <memory>
 #include <span>
-#include <vector>
+#include <type_traits>
 
 #include "fastlines/memory/memory.hpp"
 

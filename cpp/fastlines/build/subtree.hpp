@@ -360,8 +360,8 @@ class Subtree {
     return cost_of_leaf(refs.size());
   }
 
-  static constexpr std::size_t kTask = 512,
-                               kLarge = 1024;  // references that are worth a task; that make room where they are
+  // From so many references on a child is worth a task, and a node gives its memory to its left child.
+  static constexpr std::size_t kTask = 512, kLarge = 1024;
 
   const P& prims_;
   const Settings& settings_;

@@ -8,7 +8,6 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "../query/frame.hpp"
 #include "../simd/simd.hpp"

@@ -28,6 +28,9 @@ struct Candidate {
   std::size_t n_left;  // of objects: that many go left, in the order of their centres
   std::size_t n_right;
   Box left, right;
+
+  /// What its children cost as leaves, times the area of their parent, of boxes grown by a margin.
+  double sah(double margin) const { return left.area(margin) * double(n_left) + right.area(margin) * double(n_right); }
 };
 
 using Refs = std::span<const BuildRef>;

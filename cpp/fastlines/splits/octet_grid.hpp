@@ -116,7 +116,7 @@ class OctetGrid {
         } else {
           weighed = weigh_halves<axis>(planes, box, scale, grown);
         }
-        weighed = divides & (weighed < kInf) ? weighed : eight(kInf);  // nor is what is no number
+        weighed = divides & (weighed < kInf) ? weighed : eight(kInf);  // no number is no cost
         const auto candidate = [&](std::size_t lane) {
           const auto [left_box, right_box] =
               tight ? std::pair(left.box(lane), right.box(lane)) : halves(box, axis, planes.at[lane]);

@@ -11,10 +11,9 @@ class Overlap {
  public:
   /// Boxes are grown by a margin.
   void look_at(const Candidate& split, double margin = 0.0) {
-    const double cost =
-        split.left.area(margin) * double(split.n_left) + split.right.area(margin) * double(split.n_right);
-    if (cost >= least_) return;
-    least_ = cost;
+    const double sah = split.sah(margin);
+    if (sah >= least_) return;
+    least_ = sah;
     Box both;
     for (int k = 0; k < 3; ++k) {
       both.lo[k] = std::max(split.left.lo[k], split.right.lo[k]);

@@ -70,8 +70,7 @@ class PlaneOctets {
     double least = std::numeric_limits<double>::infinity();
     std::optional<Candidate> best;
     grid.show(Candidate::Kind::plane, box, rule, float(margin), false, [&](const Candidate& split) {
-      const double sah =
-          split.left.area(margin) * double(split.n_left) + split.right.area(margin) * double(split.n_right);
+      const double sah = split.sah(margin);
       if (!(sah < least)) return;
       least = sah;
       best = split;
