@@ -37,6 +37,9 @@ class Subtree {
   /// Returns the cost.
   double build(Buffer<BuildRef> refs, const Box& box, const Place& place) {
     levels_.resize(settings_.limits.max_depth + 1);
+    // Room that is not used is never touched; to grow would copy all.
+    tree.nodes.reserve(2 * refs.size());
+    tree.refs.reserve(8 * refs.size());
     return build_node(refs, box, place);
   }
 
