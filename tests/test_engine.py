@@ -101,6 +101,9 @@ def test_next_hits_are_the_first_of_all_hits() -> None:
         chosen = np.concatenate([np.arange(a, a + n) for a, n in zip(every.offsets, few.counts, strict=False)])
         for name in ("t", "prim", "u", "distance"):
             assert (getattr(few, name) == getattr(every, name)[chosen.astype(int)]).all(), name
+    for kernel in ("binary", *WIDE):
+        assert len(tree.next_hits(**asked, k=0, kernel=kernel).t) == 0
+    assert len(fl.brute_force(case.segments, **asked, query="next_hits", k=0).t) == 0
     for k in (-1, 1.5, None, "3"):
         with pytest.raises(fl.InputError, match="k="):
             tree.next_hits(**asked, k=k)

@@ -16,6 +16,7 @@ def reporting(progress: ProgressOption, what: str) -> Iterator[ProgressCallback 
     """Turn the option into what the core calls; the bar goes away when the work is done."""
     if callable(progress):
         yield progress
+        progress(1.0)
     elif progress:
         from rich.console import Console
         from rich.progress import Progress

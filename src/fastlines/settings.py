@@ -52,16 +52,18 @@ class Limits:
     max_depth : int
         Level of the deepest node; the root's level is 0.
     max_leaf_refs : int, optional
-        No leaf lists more: larger nodes are split though it looks dearer. Tight boxes only, for a KD tree can not
-        always part its references.
+        No leaf lists more: larger nodes are split though it looks dearer, but never so that all they list is on both
+        sides. Tight boxes only, for a KD tree can not always part its references.
     max_refs : int, optional
-        No tree has more references. It can not be less than the number of primitives. By default 1,000 for each of
-        them and 10,000 more: among lines that lie on each other there is always a split that looks worth it.
+        No tree has more references; a leaf without any counts as one. It can not be less than the number of primitives.
+        By default 1,000 for each of them and 10,000 more: among lines that lie on each other there is always a split
+        that looks worth it.
     max_bytes : int, optional
         The build of "best" takes no more memory beside its input. That lowers `max_refs`: a primitive is reckoned as
-        128 bytes, a reference as 80 where leaves are large, as those of "best" for queries, else as 160, with cut boxes
+        160 bytes, a reference as 80 where leaves are large, as those of "best" for queries, else as 160, with cut boxes
         as 300.
-        Presplit, reinsertion and object sweeps over large nodes take more than that.
+        Presplit, reinsertion and object sweeps over large nodes take more than that, and so do trees of least cost
+        where for many levels nearly all lies on one side: the list of each is kept until it is known to be no leaf.
     leaf_refs : int
         A node of so few references is not split.
     leaf_size : float

@@ -85,7 +85,7 @@ class PlaneOctets(SplitSet):
         more than this share of the node's area; 0 for none.
     sample : int
         Of twice as many references and more, the plane is chosen by about so many; by all if it is 0, and in searches
-        of more than one level.
+        of more than one level, but for the last one.
     """
 
     name = "plane_octets"

@@ -185,7 +185,8 @@ class Tree(TreeStructure):
     ) -> AllHits:
         """Find the k nearest hits of each ray, each once, sorted by t; see `first_hit` for the other parameters.
 
-        To go on after them, ask again with t_min at the last one's t.
+        To go on after them, ask for more. With t_min at the last one's t the ray would start there, where all
+        that it has come near may still be within its radius.
         """
         hits: AllHits = self._ask(
             Question("next_hits", origins, directions, radius, t_min, t_max, at, k, invalid, progress), kernel

@@ -37,9 +37,10 @@ class Subtree {
   /// Returns the cost.
   double build(Buffer<BuildRef> refs, const Box& box, const Place& place) {
     levels_.resize(settings_.limits.max_depth + 1);
-    // Room that is not used is never touched; to grow would copy all.
-    tree.nodes.reserve(2 * refs.size());
-    tree.refs.reserve(8 * refs.size());
+    // Room for what many trees need, since to grow is to copy; `adopt` gives the pages back that are not used.
+    const std::size_t more = std::min(place.spare, 3 * refs.size());
+    tree.nodes.reserve(refs.size());
+    tree.refs.reserve(refs.size() + more);
     return build_node(refs, box, place);
   }
 
@@ -196,6 +197,17 @@ class Subtree {
     return choice.split ? choice.cost : no_limit;
   }
 
+  /// What a split takes of the spare references: its duplicates, and one for an empty child, so that the references
+  /// bound the nodes too.
+  static std::size_t taken(std::size_t n_left, std::size_t n_right, std::size_t n_refs) {
+    return n_left + n_right - n_refs + (n_left == 0) + (n_right == 0);
+  }
+
+  /// Lines that lie on each other can be cut, but not parted: each cut would look worth it, and no leaf get small.
+  static bool parts(const Candidate& split, std::size_t n_refs) {
+    return split.n_left < n_refs || split.n_right < n_refs;
+  }
+
   /// What to do with a node: a split, or none for a leaf; whether it looks worth it, or refines what does not.
   struct Decision {
     std::optional<Candidate> split;
@@ -209,7 +221,8 @@ class Subtree {
 
     bool over_refs = false;
     const auto allowed = [&](const Candidate& split) {
-      if (split.n_left + split.n_right > refs.size() + place.spare) return !(over_refs = true);
+      if (taken(split.n_left, split.n_right, refs.size()) > place.spare) return !(over_refs = true);
+      if (too_large && !parts(split, refs.size())) return false;
       if (place.depth == limits.max_depth) return true;  // looked at below
       return std::max(split.n_left, split.n_right) <= capacity(place.depth + 1);
     };
@@ -246,6 +259,7 @@ class Subtree {
   /// Append the subtree of a node; returns its cost.
   double build_node(Buffer<BuildRef>& refs, const Box& box, const Place& place) {
     const std::size_t index = tree.nodes.size(), first_ref = tree.refs.size(), n_refs = refs.size();
+    const std::size_t n_empty = n_empty_;
     check_size(index, first_ref + n_refs);
     tree.nodes.push_back({box, 0, std::uint32_t(first_ref), 0});
     auto [split, good, refines] = choose(refs, box, place);
@@ -257,18 +271,21 @@ class Subtree {
     // Duplicates are paid out of the spare references; the rest goes to the children by number.
     auto& [left, right] = levels_[place.depth];
     const bool may_prune = settings_.prune && n_refs <= settings_.limits.max_leaf_refs;
-    if (may_prune || n_refs <= kLarge) {
-      partition(prims_, refs, *split, left, right);
-    } else {
-      left = std::move(refs);
-      partition(prims_, left, *split, left, right);
+    const bool in_place = n_refs > kLarge && !may_prune;
+    if (in_place) left = std::move(refs);
+    partition(prims_, in_place ? left : refs, *split, left, right);
+    if (in_place && left.size() <= kLarge) {
+      // The large memory is of no more use: nobody below would pass it on.
+      Buffer<BuildRef> few;
+      few.assign(left);
+      left = std::move(few);
     }
     if ((!Curves<P> || estimates(settings_.splits)) && settings_.boxes == BoxRule::tight) {
       // What was counted plane by plane may be off by some roundings, or a sample's.
       split->left = hull(left);
       split->right = hull(right);
     }
-    const std::size_t spare = place.spare - (left.size() + right.size() - n_refs);
+    const std::size_t spare = place.spare - taken(left.size(), right.size(), n_refs);
     const double part = double(left.size()) / double(left.size() + right.size());
     const int n_bad = good ? 0 : place.n_bad + 1, n_refines = place.n_refines + refines;
     const Place in_left{place.depth + 1, std::size_t(double(spare) * part), n_bad, n_refines, place.share * part};
@@ -283,6 +300,7 @@ class Subtree {
     if (!may_prune || cost < cost_of_leaf(n_refs)) return cost;
     tree.nodes.resize(index + 1);
     tree.refs.resize(first_ref);
+    n_empty_ = n_empty;
     return make_leaf(index, refs);
   }
 
@@ -291,9 +309,9 @@ class Subtree {
   std::pair<double, double> build_in_turn(std::size_t index, const Candidate& split, const Place& in_left,
                                           Place in_right, bool pass_on) {
     auto& [left, right] = levels_[in_left.depth - 1];
-    const std::size_t first_ref = tree.refs.size(), room = left.size() + in_left.spare;
+    const std::size_t before = n_used(), room = std::max<std::size_t>(left.size(), 1) + in_left.spare;
     const double cost_left = build_node(left, split.left, in_left);
-    if (pass_on) in_right.spare += room - (tree.refs.size() - first_ref);
+    if (pass_on) in_right.spare += room - (n_used() - before);
     tree.nodes[index].right = std::uint32_t(tree.nodes.size());
     return {cost_left, build_node(right, split.right, in_right)};
   }
@@ -334,36 +352,25 @@ class Subtree {
     }
     tasks_.join(task);
     tree.nodes[index].right = std::uint32_t(tree.nodes.size());
-    append(beside->tree);
+    append(tree, beside->tree);
+    n_empty_ += beside->n_empty_;
     limits_hit += beside->limits_hit;
     searched += beside->searched;
     return {cost_left, cost_right};
   }
 
-  void append(const Tree& other) {
-    const std::size_t n_nodes = tree.nodes.size(), n_refs = tree.refs.size();
-    check_size(n_nodes + other.nodes.size(), n_refs + other.refs.size());
-    tree.nodes.insert(tree.nodes.end(), other.nodes.begin(), other.nodes.end());
-    for (Node& node : std::span(tree.nodes).subspan(n_nodes)) {
-      if (!node.is_leaf()) node.right += std::uint32_t(n_nodes);
-      node.first_ref += std::uint32_t(n_refs);
-    }
-    tree.refs.insert(tree.refs.end(), other.refs.begin(), other.refs.end());
-  }
-
-  static void check_size(std::size_t n_nodes, std::size_t n_refs) {
-    if (n_nodes >= 0xffff'fff0 || n_refs > 0xffff'fff0)
-      throw std::length_error("a tree holds at most 2^32 nodes and references; set max_refs to less");
-  }
+  /// Of the budget: references, and leaves without any.
+  std::size_t n_used() const { return tree.refs.size() + n_empty_; }
 
   double make_leaf(std::size_t index, Refs refs) {
     tree.nodes[index].right = 0;
     tree.nodes[index].n_refs = std::uint32_t(refs.size());
     for (const BuildRef& ref : refs) tree.refs.push_back(ref.ref);
+    n_empty_ += refs.empty();
     return cost_of_leaf(refs.size());
   }
 
-  // From so many references on a child is worth a task, and a node gives its memory to its left child.
+  // With more references than these a child is worth a task, and a node gives its memory to its left child.
   static constexpr std::size_t kTask = 512, kLarge = 1024;
 
   const P& prims_;
@@ -373,6 +380,7 @@ class Subtree {
   double margin_;  // by which boxes are grown before they are measured
   std::vector<std::pair<Buffer<BuildRef>, Buffer<BuildRef>>> levels_;  // the children of the open nodes
   std::vector<Ahead> ahead_;                                           // by depth of the search
+  std::size_t n_empty_ = 0;                                            // leaves without references
 };
 
 }  // namespace fastlines

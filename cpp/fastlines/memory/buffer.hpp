@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <type_traits>
 #include <utility>
 
 #include "memory.hpp"
@@ -12,6 +13,8 @@ namespace fastlines {
 /// that it does not write to are never touched.
 template <class T>
 class Buffer {
+  static_assert(std::is_trivially_copyable_v<T>);
+
  public:
   Buffer() = default;
   Buffer(Buffer&& other) noexcept { swap(other); }

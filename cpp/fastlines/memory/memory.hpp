@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <memory>
 #include <mutex>
@@ -31,6 +32,16 @@ class Memory {
 #endif
     new (begin) std::size_t(size - kBlock);
     return begin + kBlock;
+  }
+
+  /// Let the system have the pages between these places, which are of no more use; they stay part of the block.
+  static void let_go(void* begin, void* end) noexcept {
+#ifdef __linux__
+    constexpr std::size_t page = 1 << 12, worth_it = 1 << 20;
+    const auto from = (reinterpret_cast<std::uintptr_t>(begin) + page - 1) / page * page,
+               to = reinterpret_cast<std::uintptr_t>(end) / page * page;
+    if (to > from && to - from >= worth_it) madvise(reinterpret_cast<void*>(from), to - from, MADV_DONTNEED);
+#endif
   }
 
   static void release(void* data) noexcept {

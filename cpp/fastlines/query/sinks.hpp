@@ -111,7 +111,7 @@ struct NextSink {
 
   NextSink(At at_, const Ray& ray, std::size_t k_) : at(at_), limit(ray.t_max), k(k_) {}
   void add(const Found& found) {
-    if (at == At::closest && found.approach.t > limit) return;
+    if (done() || (at == At::closest && found.approach.t > limit)) return;
     for (const Hit& hit : hits)
       if (hit.prim == found.ref.prim) return;
     const Hit hit = describe(found, at).first;

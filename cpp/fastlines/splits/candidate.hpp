@@ -8,6 +8,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cassert>
 #include <span>
 #include <tuple>
 #include <vector>
@@ -79,6 +80,7 @@ void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRe
   BuildRef* const right = to_right.make_room(split.n_right + 1);
   std::size_t n_left = 0, n_right = 0;
   const auto put = [&](const BuildRef& ref, unsigned on_left, unsigned on_right) {
+    assert(n_left <= split.n_left && n_right <= split.n_right);
     left[n_left] = ref;
     right[n_right] = ref;
     n_left += on_left;

@@ -19,14 +19,14 @@ class PlaneOctets {
   std::size_t max_whole = 0;   ///< nodes of at most so many references are also split into whole ones; tight boxes only
   std::size_t only_whole = 0;  ///< and those of at most so many only so, where that divides them
   double max_overlap = 0.0;    ///< or where the children of the best whole split overlap in no more of the node's area
-  std::size_t sample = 0;  ///< of at least twice so many, about so many are asked, but for deeper searches; if 0, all
+  std::size_t sample = 0;      ///< of at least twice so many, about so many are asked, if one is to be shown; if 0, all
 
   /// Show of each axis the split with the least SAH, for boxes grown by a margin; or all.
   template <Straight P, class Visitor>
   void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, double margin, bool all,
              Visitor&& visitor) const {
     thread_local OctetGrid grid;
-    if (sample > 0 && refs.size() >= 2 * sample && !all) {
+    if (sample > 0 && refs.size() / 2 >= sample && !all) {
       if (const auto split = cheapest_of_sample(prims, refs, box, rule, margin, grid)) return visitor(*split);
     }
     if (rule == BoxRule::tight && refs.size() <= max_whole) {
@@ -64,6 +64,7 @@ class PlaneOctets {
   template <Straight P>
   std::optional<Candidate> cheapest_of_sample(const P& prims, Refs refs, const Box& box, BoxRule rule, double margin,
                                               OctetGrid& grid) const {
+    constexpr std::size_t kMostKept = 1 << 14;
     thread_local std::vector<BuildRef> some;
     some.clear();
     const std::size_t step = refs.size() / sample;
@@ -86,6 +87,7 @@ class PlaneOctets {
       best->n_left += side & 1;
       best->n_right += side >> 1;
     }
+    if (some.capacity() > kMostKept) some = {};
     return divides(*best, rule) ? best : std::nullopt;
   }
 };

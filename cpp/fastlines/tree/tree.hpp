@@ -6,6 +6,8 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <stdexcept>
 
 #include "../references/reference.hpp"
 
@@ -25,5 +27,23 @@ struct Tree {
   LargeVector<Node> nodes;
   LargeVector<Reference> refs;
 };
+
+/// Nodes and references are counted in 32 bits.
+inline void check_size(std::size_t n_nodes, std::size_t n_refs) {
+  if (n_nodes >= 0xffff'fff0 || n_refs > 0xffff'fff0)
+    throw std::length_error("a tree holds at most 2^32 nodes and references; set max_refs to less");
+}
+
+/// Put a subtree behind what is there.
+inline void append(Tree& tree, const Tree& other) {
+  const std::size_t n_nodes = tree.nodes.size(), n_refs = tree.refs.size();
+  check_size(n_nodes + other.nodes.size(), n_refs + other.refs.size());
+  tree.nodes.insert(tree.nodes.end(), other.nodes.begin(), other.nodes.end());
+  for (Node& node : std::span(tree.nodes).subspan(n_nodes)) {
+    if (!node.is_leaf()) node.right += std::uint32_t(n_nodes);
+    node.first_ref += std::uint32_t(n_refs);
+  }
+  tree.refs.insert(tree.refs.end(), other.refs.begin(), other.refs.end());
+}
 
 }  // namespace fastlines
