@@ -59,18 +59,14 @@ class PlaneOctets {
     }
   }
 
-  /// The one that is best for one of every so many references, counted in full; none if that is no division after all.
-  /// Which one changes from time to time, or of strands with as many segments only the roots might be seen.
+  /// The one that is best for every so manyth reference; counted in full. None if that is no division after all.
   template <Straight P>
   std::optional<Candidate> cheapest_of_sample(const P& prims, Refs refs, const Box& box, BoxRule rule, double margin,
                                               OctetGrid& grid) const {
     constexpr std::size_t kMostKept = 1 << 14;
     thread_local std::vector<BuildRef> some;
     some.clear();
-    const std::size_t step = refs.size() / sample;
-    std::uint32_t chance = 0;
-    for (std::size_t i = 0; i + step <= refs.size(); i += step, chance += 0x9e37'79b9u)  // 2³²/golden ratio
-      some.push_back(refs[i + std::size_t(std::uint64_t(chance) * step >> 32)]);
+    for (std::size_t i = 0, step = refs.size() / sample; i < refs.size(); i += step) some.push_back(refs[i]);
     fill(prims, some, box, rule, grid);
     double least = std::numeric_limits<double>::infinity();
     std::optional<Candidate> best;
