@@ -217,7 +217,7 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
             (
                 split.name,
                 getattr(split, "n_planes", 0),
-                split.core_args if isinstance(split, PlaneOctets) else (0, 0, 0.0, 0),
+                split.octet_args,
                 split.max_refs or NO_LIMIT,
                 split.min_overlap,
             )

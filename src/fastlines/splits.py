@@ -37,6 +37,11 @@ class SplitSet:
         overlap = 0.0 if self.min_overlap == 0 else number("min_overlap", self.min_overlap, what, 0.0, 1.0)
         object.__setattr__(self, "min_overlap", overlap)
 
+    @property
+    def octet_args(self) -> tuple[int, int, float, int]:
+        """What the core is told of octets of planes beside their number."""
+        return 0, 0, 0.0, 0
+
 
 @dataclass(frozen=True)
 class ObjectSweep(SplitSet):
@@ -104,13 +109,12 @@ class PlaneOctets(SplitSet):
             raise InputError(
                 f"only_whole={self.only_whole} is more than max_whole={self.max_whole}; allow more of both"
             )
-
         overlap = 0.0 if self.max_overlap == 0 else number("max_overlap", self.max_overlap, "0 to 1", 0.0, 1.0)
         object.__setattr__(self, "max_overlap", overlap)
 
     @property
-    def core_args(self) -> tuple[int, int, float, int]:
-        """What the core is told beside the number of planes."""
+    def octet_args(self) -> tuple[int, int, float, int]:
+        """See `SplitSet`."""
         return self.max_whole, self.only_whole, self.max_overlap, self.sample
 
     def for_any_primitive(self, boxes: BoxRule) -> tuple[SplitSet, ...]:
