@@ -3,6 +3,7 @@
 
 #include "../layout/wide.hpp"
 #include "bundle.hpp"
+#include "sixteen.hpp"
 
 namespace fastlines {
 
@@ -12,26 +13,19 @@ namespace fastlines {
 ///
 /// is their distance times |(x', y', 1) × e|, which is at most |c × e| + |(x', y')|·|e|.
 struct LinesBeside {
-  alignas(64) float start[3][kWidth], along[3][kWidth];  // the segments, in the frame
+  Sixteen segments;
+  alignas(64) float start[3][kWidth], along[3][kWidth];  // of the same, in the frame
   alignas(64) float at_x[kWidth], at_y[kWidth], at_dx[kWidth], at_dy[kWidth], at_moment[kWidth], rest[kWidth];
   // Of a hit |m| is no more than `most`, and the ray's `last` no less than `nearest`.
   alignas(64) float most[kWidth], nearest[kWidth];
 
   void take(const WideView& tree, const std::uint32_t* prims, int n, const Bundle& bundle) {
-    for (int j = 0; j < n; ++j) {
-      const Segment& segment = tree.segments[prims[j]];
-      for (int k = 0; k < 3; ++k) {
-        start[k][j] = segment.p[k];
-        along[k][j] = segment.q[k];
-      }
-    }
+    for (int j = 0; j < n; ++j) segments.put(j, tree.segments[prims[j]]);
     using F = Float16;
     const CullRay& axis = bundle.axis;
     F from[3], to[3];
+    segments.in(tree.frame, from, to);
     for (int k = 0; k < 3; ++k) {
-      const F centre = tree.frame.centre[k], scale = tree.frame.scale;
-      from[k] = (F::load(start[k]) - centre) * scale;
-      to[k] = (F::load(along[k]) - centre) * scale - from[k];
       from[k].store(start[k]);
       to[k].store(along[k]);
       from[k] = from[k] - F(axis.o[k]);

@@ -8,43 +8,15 @@ namespace fastlines {
 
 inline constexpr int kLanes = 64;
 
-struct alignas(64) RayLanes {
-  float o[3][kLanes], u[3][kLanes], v[3][kLanes], r[3][kLanes];
-  float t_min[kLanes], t_max[kLanes], radius[kLanes], radius2[kLanes], eps[kLanes], margin[kLanes];
-  float reach[kLanes];  // radius + eps
-  float t_min_given[kLanes], t_max_given[kLanes];
-  double t0[kLanes], per_length[kLanes];
+/// So many prepared rays, each number an array.
+template <int N>
+struct alignas(64) RayColumns {
+  float o[3][N], u[3][N], v[3][N], r[3][N];
+  float t_min[N], t_max[N], radius[N], radius2[N], eps[N], margin[N];
+  float reach[N];  // radius + eps
+  float t_min_given[N], t_max_given[N];
+  double t0[N], per_length[N];
   double per_scale;
-  int n = 0;  // lanes past it repeat the last ray
-  std::uint32_t id[kLanes];
-
-  /// Prepare the rays with these numbers, 1 to 64.
-  void fill(const RayBatch& rays, const Frame& frame, int n_rays, const std::uint32_t* ids) {
-    n = n_rays;
-    tally(&Steps::rays, std::uint64_t(n));
-    per_scale = 1.0 / frame.scale;
-    std::copy_n(ids, n, id);
-    const int padded = (n + kWidth - 1) / kWidth * kWidth;
-    for (int i = n; i < padded; ++i) id[i] = id[n - 1];
-    float from[3][kLanes], along[3][kLanes], start[kLanes], stop[kLanes], near[kLanes];
-    for (int i = 0; i < padded; ++i) {
-      for (int k = 0; k < 3; ++k) {
-        from[k][i] = rays.origins[id[i]][k];
-        along[k][i] = rays.directions[id[i]][k];
-      }
-      start[i] = RayBatch::pick(rays.t_min, id[i]);
-      stop[i] = RayBatch::pick(rays.t_max, id[i]);
-      near[i] = RayBatch::pick(rays.radius, id[i]);
-    }
-    const Frame here = frame;  // a copy, so that nothing written can alias it
-    for (int i = 0; i < padded; ++i)
-      put(i, prepare({{from[0][i], from[1][i], from[2][i]},
-                      {along[0][i], along[1][i], along[2][i]},
-                      start[i],
-                      stop[i],
-                      near[i]},
-                     here));
-  }
 
   [[gnu::always_inline]] void put(int i, const Ray& ray) {
     for (int k = 0; k < 3; ++k) {
@@ -94,6 +66,39 @@ struct alignas(64) RayLanes {
   }
 };
 
+struct RayLanes : RayColumns<kLanes> {
+  int n = 0;  // lanes past it repeat the last ray
+  std::uint32_t id[kLanes];
+
+  /// Prepare the rays with these numbers, 1 to 64.
+  void fill(const RayBatch& rays, const Frame& frame, int n_rays, const std::uint32_t* ids) {
+    n = n_rays;
+    tally(&Steps::rays, std::uint64_t(n));
+    per_scale = 1.0 / frame.scale;
+    std::copy_n(ids, n, id);
+    const int padded = (n + kWidth - 1) / kWidth * kWidth;
+    for (int i = n; i < padded; ++i) id[i] = id[n - 1];
+    float from[3][kLanes], along[3][kLanes], start[kLanes], stop[kLanes], near[kLanes];
+    for (int i = 0; i < padded; ++i) {
+      for (int k = 0; k < 3; ++k) {
+        from[k][i] = rays.origins[id[i]][k];
+        along[k][i] = rays.directions[id[i]][k];
+      }
+      start[i] = RayBatch::pick(rays.t_min, id[i]);
+      stop[i] = RayBatch::pick(rays.t_max, id[i]);
+      near[i] = RayBatch::pick(rays.radius, id[i]);
+    }
+    const Frame here = frame;  // a copy, so that nothing written can alias it
+    for (int i = 0; i < padded; ++i)
+      put(i, prepare({{from[0][i], from[1][i], from[2][i]},
+                      {along[0][i], along[1][i], along[2][i]},
+                      start[i],
+                      stop[i],
+                      near[i]},
+                     here));
+  }
+};
+
 /// Sixteen rays as the exact test sees them: what it reads is loaded when it reads it.
 struct Rays16 {
   struct Number {
@@ -116,6 +121,32 @@ struct Rays16 {
         t_min{lanes.t_min + first},
         t_max{lanes.t_max + first},
         radius2{lanes.radius2 + first} {}
+};
+
+/// Sixteen of sixteen rays, each as often as it is wanted: those with these indices. F is Float16.
+template <class F>
+struct ChosenRays {
+  struct Number {
+    const float* table;
+    const std::uint32_t* index;
+    operator F() const { return F::look_up(table, index); }
+  };
+  struct Vector {
+    const float (*table)[kWidth];
+    const std::uint32_t* index;
+    F operator[](int k) const { return F::look_up(table[k], index); }
+  };
+  Vector o, u, v, r;
+  Number t_min, t_max, radius2;
+
+  ChosenRays(const RayColumns<kWidth>& rays, const std::uint32_t* index)
+      : o{rays.o, index},
+        u{rays.u, index},
+        v{rays.v, index},
+        r{rays.r, index},
+        t_min{rays.t_min, index},
+        t_max{rays.t_max, index},
+        radius2{rays.radius2, index} {}
 };
 
 }  // namespace fastlines

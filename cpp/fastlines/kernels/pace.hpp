@@ -27,6 +27,12 @@ inline void keep(T& value) {
   asm volatile("" : "+r"(value));
 }
 
+/// Keep it from leaving out what has been written there.
+template <class T>
+inline void keep_all(T* written) {
+  asm volatile("" : : "r"(written) : "memory");
+}
+
 /// Nanoseconds a step, the best of some runs of `step(i)`.
 template <class Step>
 double pace_of(Step&& step, int n = 4096) {
@@ -68,7 +74,13 @@ inline Pace measure_pace(const WideView& tree, const RayBatch& batch) {
                  }
                }) /
                16;
-  pace.ray = pace_of([&](int) { rays->fill(batch, tree.frame, kLanes, ids); }, 64) / kLanes;
+  pace.ray = pace_of(
+                 [&](int) {
+                   rays->fill(batch, tree.frame, kLanes, ids);
+                   keep_all(rays.get());
+                 },
+                 64) /
+             kLanes;
   pace.node = pace_of([&](int i) {
     Float16 enter;
     sum += cull_node(cull[std::uint32_t(i) % kFew], tree.nodes[0], 1e9f, enter);
@@ -79,7 +91,13 @@ inline Pace measure_pace(const WideView& tree, const RayBatch& batch) {
     sum += cull_leaf(ray, tree.leaves[0]);
     keep(sum);
   });
-  pace.segment = pace_of([&](int) { lines->take(tree, prims, kWidth, *bundle); }, 256) / kWidth;
+  pace.segment = pace_of(
+                     [&](int) {
+                       lines->take(tree, prims, kWidth, *bundle);
+                       keep_all(lines.get());
+                     },
+                     256) /
+                 kWidth;
   pace.line = pace_of([&](int i) {
     sum += lines->near(*bundle, i % 4 * kWidth, i / 4 % kWidth);
     keep(sum);

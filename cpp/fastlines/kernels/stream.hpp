@@ -8,6 +8,7 @@
 #include "cull.hpp"
 #include "fetch.hpp"
 #include "pairs.hpp"
+#include "sixteen.hpp"
 #include "tally.hpp"
 
 namespace fastlines {
@@ -105,28 +106,20 @@ class Stream {
   /// Test one ray against the segments of sorted_[begin … end), sixteen at a time.
   template <class Collector>
   void test_ray(const Ray& ray, int lane, std::size_t begin, std::size_t end, Collector& collector) {
-    alignas(64) float p[3][kWidth] = {}, q[3][kWidth] = {}, s0[kWidth] = {}, s1[kWidth] = {};
+    alignas(64) float s0[kWidth] = {}, s1[kWidth] = {};
     std::uint32_t prims[kWidth];
     for (; begin < end; begin += kWidth) {
       const int n = int(std::min<std::size_t>(end - begin, kWidth));
       tally(&Steps::packs);
       for (int j = 0; j < n; ++j) {
         const Reference& ref = tree_.refs[sorted_[begin + std::size_t(j)]];
-        const Segment& segment = tree_.segments[ref.prim];
-        for (int k = 0; k < 3; ++k) {
-          p[k][j] = segment.p[k];
-          q[k][j] = segment.q[k];
-        }
+        segments_.put(j, tree_.segments[ref.prim]);
         s0[j] = ref.s0;
         s1[j] = ref.s1;
         prims[j] = ref.prim;
       }
       Float16 start[3], e[3];
-      for (int k = 0; k < 3; ++k) {
-        const Float16 centre = tree_.frame.centre[k], scale = tree_.frame.scale;
-        start[k] = (Float16::load(p[k]) - centre) * scale;
-        e[k] = (Float16::load(q[k]) - centre) * scale - start[k];
-      }
+      segments_.in(tree_.frame, start, e);
       const Approach<Float16> approach = closest_approach(ray, see<Float16>(ray, start, e));
       const Mask16 owned = (Float16::load(s0) <= approach.s) & (approach.s < Float16::load(s1));
       const std::uint32_t hit = (approach.hit & owned).bits() & ((1u << n) - 1);
@@ -139,6 +132,7 @@ class Stream {
   CullRay cull_[kLanes];
   Pairs nodes_, taken_, leaves_, survivors_;
   std::vector<std::uint32_t> sorted_;
+  Sixteen segments_;  // those that are tested
 };
 
 }  // namespace fastlines

@@ -3,7 +3,7 @@
 //
 //   A  each slot's node is tested: children that are leaves go to one list, inner ones to the slot's stack
 //   B  each leaf of the list is tested: the pieces that survive go to a second list
-//   C  each survivor is tested exactly
+//   C  each survivor is tested exactly, sixteen at a time where the instruction set can pick their rays
 //   D  each slot takes its nearest node, or is done
 //
 // A ray alone spends most of its time waiting for memory and on mispredicted branches. Here no slot waits for another,
@@ -15,7 +15,9 @@
 #include "../query/search.hpp"
 #include "cull.hpp"
 #include "fetch.hpp"
+#include "lanes.hpp"
 #include "pairs.hpp"
+#include "sixteen.hpp"
 #include "tally.hpp"
 
 namespace fastlines {
@@ -31,7 +33,9 @@ class Wave {
   template <class Done>
   void add(const Ray& ray, const Sink& sink, std::uint32_t tag, Done&& done) {
     while (n_ == kSlots) step(done);
-    Slot& slot = slot_of(n_++);
+    const std::uint32_t which = which_[n_++];
+    rays_.put(int(which), ray);
+    Slot& slot = slots_[which];
     slot.ray = ray;
     slot.cull = CullRay(ray);
     slot.sink.emplace(sink);
@@ -122,11 +126,10 @@ class Wave {
     const std::size_t n = survivors_.size();
     for (std::size_t j = 0; j < n; ++j) __builtin_prefetch(tree_.refs + survivors_.what[j]);
     for (std::size_t j = 0; j < n; ++j) __builtin_prefetch(tree_.segments + tree_.refs[survivors_.what[j]].prim);
-    for (std::size_t j = 0; j < n; ++j) {
-      Slot& slot = slots[survivors_.ray[j]];
-      const Reference& ref = tree_.refs[survivors_.what[j]];
-      if (!slot.sink->done()) test_segment(slot.ray, tree_.segments[ref.prim], tree_.frame, ref, *slot.sink);
-    }
+    if constexpr (Float16::kLooksUp)
+      for (std::size_t j = 0; j < n; j += kWidth) test_sixteen<Float16>(j, int(std::min<std::size_t>(n - j, kWidth)));
+    else
+      for (std::size_t j = 0; j < n; ++j) test_one(slots[survivors_.ray[j]], tree_.refs[survivors_.what[j]]);
     tally(&Steps::nodes, std::uint64_t(n_));
     tally(&Steps::leaves, n_leaves);
     tally(&Steps::pieces, n);
@@ -144,14 +147,42 @@ class Wave {
     }
   }
 
+  void test_one(Slot& slot, const Reference& ref) {
+    if (!slot.sink->done()) test_segment(slot.ray, tree_.segments[ref.prim], tree_.frame, ref, *slot.sink);
+  }
+
+  /// Test survivors [first, first + n) exactly, at most sixteen. F is Float16.
+  template <class F>
+  void test_sixteen(std::size_t first, int n) {
+    const std::uint32_t* const what = survivors_.what.data() + first;
+    const std::uint32_t* const slot = survivors_.ray.data() + first;
+    for (int j = 0; j < n; ++j) segments_.put(j, tree_.segments[tree_.refs[what[j]].prim]);
+    F start[3], e[3];
+    segments_.in(tree_.frame, start, e);
+    const ChosenRays<F> rays(rays_, slot);
+    const Approach<F> approach = closest_approach(rays, see<F>(rays, start, e));
+    alignas(64) float s[kWidth], t[kWidth], dist2[kWidth];
+    approach.s.store(s);
+    approach.t.store(t);
+    approach.dist2.store(dist2);
+    for (std::uint32_t hit = approach.hit.bits() & ((1u << n) - 1); hit; hit &= hit - 1) {
+      const int j = std::countr_zero(hit);
+      Slot& of = slots_[slot[j]];
+      const Reference& ref = tree_.refs[what[j]];
+      of.sink->add({of.ray, tree_.segments[ref.prim], tree_.frame, {s[j], t[j], dist2[j], true}, ref});
+    }
+  }
+
   Slot& slot_of(int i) { return slots_[which_[i]]; }
 
   const WideView& tree_;
   int n_ = 0;
   std::vector<Slot> slots_;
+  RayColumns<kSlots> rays_;              // those of the slots
   std::uint32_t which_[kSlots];          // the slots in use, then those that are free
   Pairs leaves_, survivors_;             // each for a slot
   std::uint32_t near_[kSlots * kWidth];  // the pieces of each leaf that survive
+  Sixteen segments_;                     // those that are tested
 };
 
 }  // namespace fastlines

@@ -9,9 +9,8 @@ namespace fastlines {
 
 template <class Sink>
 void test_segment(const Ray& ray, const Segment& segment, const Frame& frame, const Reference& ref, Sink& sink) {
-  const Seen<float> seen = see(ray, segment, frame);
-  const Approach<float> approach = closest_approach(ray, seen);
-  if (approach.hit) sink.add({ray, seen, approach, ref});
+  const Approach<float> approach = closest_approach(ray, see(ray, segment, frame));
+  if (approach.hit) sink.add({ray, segment, frame, approach, ref});
 }
 
 /// A box test that errs on the side of a visit: the box is grown by the radius and by what rounding can do.

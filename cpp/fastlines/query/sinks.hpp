@@ -25,7 +25,8 @@ struct Hit {
 /// A segment within the ray's radius, and all that can be told of it.
 struct Found {
   const Ray& ray;
-  const Seen<float>& seen;
+  const Segment& segment;
+  const Frame& frame;
   const Approach<float>& approach;
   const Reference& ref;
 
@@ -35,13 +36,13 @@ struct Found {
 /// The hit in the caller's terms, and its t in the frame.
 inline std::pair<Hit, float> describe(const Found& found, At at) {
   const Ray& ray = found.ray;
-  const Seen<float>& g = found.seen;
   Hit hit;
   hit.prim = found.ref.prim;
   hit.distance = float(std::sqrt(found.approach.dist2) * ray.per_scale);
   float t = found.approach.t;
   hit.u = found.approach.s;
   if (at == At::surface) {
+    const Seen<float> g = see(ray, found.segment, found.frame);
     const auto clamp = [&](float x) { return std::min(std::max(x, ray.t_min), ray.t_max); };
     const auto [t_in, s_in] = capsule_end(ray, g, -1.0f);
     t = clamp(t_in);

@@ -23,6 +23,7 @@ struct Mask16 {
 
 struct Float16 {
   __m256 a, b;
+  static constexpr bool kLooksUp = true;  // has look_up
 
   Float16() = default;
   Float16(__m256 a_, __m256 b_) : a(a_), b(b_) {}
@@ -38,6 +39,16 @@ struct Float16 {
   void store(float* p) const {
     _mm256_storeu_ps(p, a);
     _mm256_storeu_ps(p + 8, b);
+  }
+  /// Of the sixteen numbers of a table those with these indices, of which the lowest four bits count.
+  static Float16 look_up(const float* table, const std::uint32_t* index) {
+    const __m256 low = _mm256_loadu_ps(table), high = _mm256_loadu_ps(table + 8);
+    const auto eight = [&](const std::uint32_t* from) {
+      const __m256i at = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
+      return _mm256_blendv_ps(_mm256_permutevar8x32_ps(low, at), _mm256_permutevar8x32_ps(high, at),
+                              _mm256_castsi256_ps(_mm256_slli_epi32(at, 28)));
+    };
+    return {eight(index), eight(index + 8)};
   }
 
   friend Float16 operator+(Float16 x, Float16 y) { return {_mm256_add_ps(x.a, y.a), _mm256_add_ps(x.b, y.b)}; }

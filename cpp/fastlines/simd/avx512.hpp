@@ -18,6 +18,7 @@ struct Mask16 {
 
 struct Float16 {
   __m512 a;
+  static constexpr bool kLooksUp = true;  // has look_up
 
   Float16() = default;
   Float16(__m512 a_) : a(a_) {}
@@ -28,6 +29,10 @@ struct Float16 {
     return _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))));
   }
   void store(float* p) const { _mm512_storeu_ps(p, a); }
+  /// Of the sixteen numbers of a table those with these indices, of which the lowest four bits count.
+  static Float16 look_up(const float* table, const std::uint32_t* index) {
+    return _mm512_permutexvar_ps(_mm512_loadu_si512(index), _mm512_loadu_ps(table));
+  }
 
   friend Float16 operator+(Float16 x, Float16 y) { return _mm512_add_ps(x.a, y.a); }
   friend Float16 operator-(Float16 x, Float16 y) { return _mm512_sub_ps(x.a, y.a); }

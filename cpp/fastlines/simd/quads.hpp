@@ -69,6 +69,7 @@ struct Mask16 {
 
 struct Float16 {
   Quad v[4];
+  static constexpr bool kLooksUp = false;  // has look_up
 
   Float16() = default;
   Float16(Quad a, Quad b, Quad c, Quad d) : v{a, b, c, d} {}
