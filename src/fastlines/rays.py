@@ -12,6 +12,7 @@ from . import _core
 from .checks import choice
 from .errors import InputError
 from .geometry import FLOAT32_MAX, INVALID, FloatArray, IntArray, list_rows, to_float32
+from .threads import get_num_threads
 
 #: The largest radius, in units of the scene's size; beyond it squares would overflow.
 RADIUS_LIMIT = 1e12
@@ -87,7 +88,7 @@ def check_rays(
         low = high = [0.0, 0.0, 0.0]
     largest = min(RADIUS_LIMIT * (max(b - a for a, b in zip(low, high, strict=True)) or 1.0), FLOAT32_MAX)
     farthest = max(map(abs, (*low, *high)))
-    if _core.are_rays(origins, directions, radii, starts, ends, largest, farthest):
+    if _core.are_rays((origins, directions, radii, starts, ends), largest, farthest, get_num_threads()):
         return Rays(shape, origins, directions, radii, starts, ends, np.zeros(0, np.int64))
 
     # Every way in which a ray can be no ray; the core only tells that there may be one.
