@@ -281,32 +281,6 @@ def test_rays_that_are_no_rays_can_be_skipped(n_rays: int) -> None:
     assert tree.first_hit(*good[:2], NAN, invalid="skip").skipped.tolist() == list(range(n_rays))
 
 
-@pytest.mark.parametrize("n_threads", [1, 3])
-@pytest.mark.parametrize("where", [0, 25_000, 39_999])
-def test_a_ray_that_is_none_is_found_wherever_it_stands(where: int, n_threads: int) -> None:
-    """Large batches are looked at in parts, by several threads."""
-    n_rays = 40_000
-    tree = fl.build(ONE)
-    good = {
-        "origins": np.zeros((n_rays, 3), np.float32),
-        "directions": np.ones((n_rays, 3), np.float32),
-        "radius": np.full(n_rays, 0.1, np.float32),
-        "t_min": np.zeros(n_rays, np.float32),
-        "t_max": np.ones(n_rays, np.float32),
-    }
-    bad = {"origins": NAN, "directions": 0, "radius": -1, "t_min": 2, "t_max": NAN}
-    fl.set_num_threads(n_threads)
-    try:
-        assert len(tree.first_hit(**good).skipped) == 0
-        for name, value in bad.items():
-            rays = {**good, name: good[name].copy()}
-            rays[name][where] = value
-            with pytest.raises(fl.InputError, match=rf"1 of 40000 rays .*{where}"):
-                tree.any_hit(**rays)
-    finally:
-        fl.set_num_threads(None)
-
-
 def test_segments_that_are_no_segments_can_be_skipped() -> None:
     lines = fl.Lines.from_segments(
         MANY, invalid="skip", strands=range(20), radius=range(20), attributes={"id": [*range(20)]}

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import fastlines as fl
+from fastlines.layout import widen
 
 RNG = np.random.default_rng(0)
 LINES = nasty.crossing(RNG, 20_000).astype(np.float32)
@@ -193,6 +194,49 @@ else:
     assert said == "stopped\n"
     assert process.returncode == 0
     assert took < 1.5, f"it took {took:.1f} s"
+
+
+@pytest.mark.parametrize("n_threads", [1, 3])
+@pytest.mark.parametrize("where", [0, 25_000, 39_999])
+def test_a_ray_that_is_none_is_found_wherever_it_stands(where: int, n_threads: int) -> None:
+    """Large batches are looked at in parts, by several threads."""
+    n_rays = 40_000
+    tree = TREE
+    good = {
+        "origins": np.zeros((n_rays, 3), np.float32),
+        "directions": np.ones((n_rays, 3), np.float32),
+        "radius": np.full(n_rays, 0.1, np.float32),
+        "t_min": np.zeros(n_rays, np.float32),
+        "t_max": np.ones(n_rays, np.float32),
+    }
+    bad = {"origins": np.nan, "directions": 0, "radius": -1, "t_min": 2, "t_max": np.nan}
+    fl.set_num_threads(n_threads)
+    assert len(tree.first_hit(**good).skipped) == 0
+    for name, value in bad.items():
+        rays = {**good, name: good[name].copy()}
+        rays[name][where] = value
+        with pytest.raises(fl.InputError, match=rf"1 of 40000 rays .*{where}"):
+            tree.any_hit(**rays)
+
+
+@pytest.mark.parametrize("lines", ["spaghetti", "bun-hair"])
+def test_a_layout_is_the_same_whoever_makes_it(lines: str) -> None:
+    """Whole subtrees are laid out apart, by several threads; and by the module of each instruction set."""
+    tree = fl.build(fl.scenes.make(lines).lines)
+    nodes, refs = tree.words()
+    expected = widen(tree.geometry, nodes, refs, tree.nodes["box"][0]).arrays
+    assert len(refs) > 2 << 14
+    try:
+        for simd in fl.available_simd():
+            for n_threads in (1, 2, 5):
+                fl.set_simd(simd)
+                fl.set_num_threads(n_threads)
+                for given, made in zip(
+                    expected, widen(tree.geometry, nodes, refs, tree.nodes["box"][0]).arrays, strict=True
+                ):
+                    assert np.array_equal(given, made), (simd, n_threads)
+    finally:
+        fl.set_simd(None)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs a limit on memory")

@@ -11,7 +11,6 @@
 
 #include "build.hpp"
 #include "fastlines/build/reinsertion.hpp"
-#include "fastlines/layout/collapse.hpp"
 #include "fastlines/primitives/boxes.hpp"
 #include "fastlines/primitives/triangles.hpp"
 #include "fastlines/tree/cost.hpp"
@@ -95,20 +94,6 @@ std::optional<std::tuple<std::size_t, std::string, std::string>> check(const std
 double cost(Input<std::uint32_t> nodes, double c_trav, double c_prim) {
   const nb::gil_scoped_release release;
   return cost_of(rows<Node>(nodes), c_trav, c_prim);
-}
-
-/// The layout that wide queries run on, and the mean extent of its leaves.
-nb::tuple widen(Input<float> data, Input<std::uint32_t> nodes, Input<std::uint32_t> refs, double radius_hint,
-                nb::object progress) {
-  WideTree wide;
-  watch(
-      [&](Progress& watched) {
-        wide = collapse(rows<Node>(nodes), rows<Reference>(refs), rows<Segment>(data), {.radius_hint = radius_hint},
-                        watched);
-      },
-      progress);
-  return nb::make_tuple(adopt<std::uint8_t>(std::move(wide.nodes)), adopt<std::uint8_t>(std::move(wide.leaves)),
-                        adopt<std::uint32_t>(std::move(wide.refs)), wide.mean_extent);
 }
 
 std::size_t n_rays(const RayArrays& rays) { return batch_of(rays).size(); }
@@ -250,8 +235,6 @@ NB_MODULE(_core, m) {
   m.def("validate", &check, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "cut"_a,
         "pieces"_a);
   m.def("cost", &cost, "nodes"_a.noconvert(), "c_trav"_a, "c_prim"_a);
-  m.def("widen", &widen, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "radius_hint"_a,
-        "progress"_a.none());
   m.def("best_simd", &best_simd);
   m.def("are_rays", &are_rays, "rays"_a, "largest_radius"_a, "farthest"_a, "n_threads"_a);
   m.def("first_hit", &first_hit, "data"_a.noconvert(), "nodes"_a.noconvert().none(), "refs"_a.noconvert(), "rays"_a,

@@ -8,7 +8,7 @@
 #include "build.hpp"
 #include "fastlines/kernels/pace.hpp"
 #include "fastlines/kernels/run.hpp"
-#include "fastlines/layout/fit.hpp"
+#include "fastlines/layout/collapse.hpp"
 #include "fastlines/tree/refit.hpp"
 #include "rays.hpp"
 #include "watch.hpp"
@@ -21,6 +21,20 @@ namespace {
 
 nb::tuple build(Input<float> segments, const SettingsArgs& settings, nb::object progress) {
   return build_tree(Segments{rows<Segment>(segments)}, settings, progress);
+}
+
+/// A layout of a tree: nodes, leaves, references, the mean extent of a leaf.
+nb::tuple widen(Input<float> segments, Input<std::uint32_t> nodes, Input<std::uint32_t> refs, double radius_hint,
+                unsigned n_threads, nb::object progress) {
+  WideTree wide;
+  watch(
+      [&](Progress& watched) {
+        wide = collapse(rows<Node>(nodes), rows<Reference>(refs), rows<Segment>(segments), {.radius_hint = radius_hint},
+                        n_threads, watched);
+      },
+      progress);
+  return nb::make_tuple(adopt<std::uint8_t>(std::move(wide.nodes)), adopt<std::uint8_t>(std::move(wide.leaves)),
+                        adopt<std::uint32_t>(std::move(wide.refs)), wide.mean_extent);
 }
 
 /// A layout as Python has it: segments, nodes, leaves, references; the box of the scene; the mean extent of a leaf.
@@ -189,6 +203,8 @@ NB_MODULE(FASTLINES_MODULE, m) {
   m.doc() = "Trees over segments and queries on them, for one instruction set. Use the functions of the package.";
   m.attr("simd") = kSimd;
   m.def("build", &build, "segments"_a.noconvert(), "settings"_a, "progress"_a.none());
+  m.def("widen", &widen, "segments"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "radius_hint"_a,
+        "n_threads"_a, "progress"_a.none());
   m.def("first_hit", &first, "layout"_a, "rays"_a, "surface"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
   m.def("any_hit", &any_of, "layout"_a, "rays"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
   m.def("count_hits", &count, "layout"_a, "rays"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());

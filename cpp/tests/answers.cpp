@@ -301,7 +301,7 @@ Tree build(const Lines& lines, Progress& progress) {
 bool agree(const Scene& scene, Digest& digest) {
   Progress progress;
   const Tree tree = build(scene.lines, progress);
-  const WideTree wide = collapse(tree.nodes, tree.refs, scene.lines, {.radius_hint = 0.001}, progress);
+  const WideTree wide = collapse(tree.nodes, tree.refs, scene.lines, {.radius_hint = 0.001}, 1, progress);
   const WideView view = view_of(wide, scene.lines.data());
   const Box& box = tree.nodes[0].box;
   const auto size = float(box.side(box.longest_axis()));

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from . import _core
 from .engines import engine
 from .geometry import Lines
 from .progress import ProgressCallback, ProgressOption, reporting
+from .threads import get_num_threads
 
 #: Boxes are measured grown by this much of the scene's longest side, for queries come with a radius.
 RADIUS_HINT = 0.001
@@ -64,7 +64,7 @@ def widen(
 ) -> Layout:
     """Lay out a tree, given as rows of 32-bit words."""
     with reporting(progress, "layout") as callback:
-        made = _core.widen(lines.segments.reshape(-1, 6), nodes, refs, RADIUS_HINT, callback)
+        made = engine().widen(lines.segments.reshape(-1, 6), nodes, refs, RADIUS_HINT, get_num_threads(), callback)
     for array in made[:3]:
         array.flags.writeable = False
     return Layout(lines, box, *made)

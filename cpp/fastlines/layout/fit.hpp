@@ -32,15 +32,16 @@ class Fit {
         of_leaves_(std::make_unique_for_overwrite<Box4[]>(leaves.size())) {}
 
   /// Returns the mean extent of the leaves.
-  float operator()(unsigned n_threads, Progress& progress) {
-    in_chunks(leaves_.size(), n_threads, progress, [&](std::size_t i) { fit_leaf(i); });
+  float operator()(unsigned n_threads, Progress& progress, Stage stage = {}) {
+    const double middle = 0.5 * (stage.from + stage.to);
+    in_chunks(leaves_.size(), n_threads, progress, {stage.from, middle}, [&](std::size_t i) { fit_leaf(i); });
     for (std::size_t i = nodes_.size(); i-- > 0;) {
       const WideNode& node = nodes_[i];
       Box4 box = Box4::empty();
       for (int child = 0; child < node.n_children; ++child) box.grow(box_of(node, child));
       of_nodes_[i] = box;
     }
-    in_chunks(nodes_.size(), n_threads, progress, [&](std::size_t i) { fit_node(i); });
+    in_chunks(nodes_.size(), n_threads, progress, {middle, stage.to}, [&](std::size_t i) { fit_node(i); });
     double extents = 0.0;
     for (std::size_t i = 0; i < leaves_.size(); ++i) extents += 255.0 * to_leaves_[i].scale;
     return float(extents / double(leaves_.size()));
@@ -51,12 +52,13 @@ class Fit {
   static constexpr std::size_t kAhead = 16;
 
   template <class Do>
-  static void in_chunks(std::size_t n, unsigned n_threads, Progress& progress, Do&& each) {
+  static void in_chunks(std::size_t n, unsigned n_threads, Progress& progress, Stage stage, Do&& each) {
     constexpr std::size_t kBlocks = 1024;
     for_each_chunk((n + kBlocks - 1) / kBlocks, n_threads, progress, [] { return 0; },
                    [&](int, std::size_t chunk) {
                      for (std::size_t i = chunk * kBlocks; i < std::min(n, (chunk + 1) * kBlocks); ++i) each(i);
-                   });
+                   },
+                   stage);
   }
 
   const Box4& box_of(const WideNode& node, int child) const {
@@ -101,8 +103,8 @@ class Fit {
         a[j] = nearest(ends[i + j].a);
         c[j] = nearest(ends[i + j].c);
       }
-      put_bytes(a, leaf.a[0] + i);
-      put_bytes(c, leaf.c[0] + i);
+      put_bytes(a, leaf.a, i);
+      put_bytes(c, leaf.c, i);
     }
   }
 
@@ -135,14 +137,15 @@ class Fit {
       const Float4 whole = __builtin_convertvector(__builtin_convertvector(y, Int4), Float4);
       return min(whole < y ? whole + four(1.0f) : whole, four(255.0f));
     };
+    auto* const rows = reinterpret_cast<std::uint8_t(*)[kWidth]>(node.planes);
     for (int i = 0; i < kWidth; i += 4) {
       Float4 low[4], high[4];
       for (int j = 0; j < 4; ++j) {
         low[j] = below(boxes[i + j].lo);
         high[j] = above(boxes[i + j].hi);
       }
-      put_bytes(low, node.planes + i);
-      put_bytes(high, node.planes + 3 * kWidth + i);
+      put_bytes(low, rows, i);
+      put_bytes(high, rows + 3, i);
     }
     for (int i = n_children; i < kWidth; ++i)
       for (int k = 0; k < 3; ++k) {
@@ -151,13 +154,13 @@ class Fit {
       }
   }
 
-  /// Four points, in quanta, as rows of four bytes for x, y and z; the rows stand kWidth apart.
-  [[gnu::always_inline]] static void put_bytes(const Float4 (&points)[4], std::uint8_t* rows) {
+  /// Four points, in quanta, as four bytes of each of the rows for x, y and z.
+  [[gnu::always_inline]] static void put_bytes(const Float4 (&points)[4], std::uint8_t (*rows)[kWidth], int first) {
     Int4 words{};
     for (int j = 0; j < 4; ++j) words |= __builtin_convertvector(points[j], Int4) << (8 * j);
     for (int k = 0; k < 3; ++k) {
       const int word = words[k];
-      std::memcpy(rows + k * kWidth, &word, sizeof word);
+      std::memcpy(rows[k] + first, &word, sizeof word);
     }
   }
 

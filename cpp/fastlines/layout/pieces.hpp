@@ -1,0 +1,47 @@
+// What a leaf of a layout lists: the references below a node of the tree, adjacent pieces of one segment joined.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <span>
+#include <vector>
+
+#include "../references/reference.hpp"
+#include "../simd/simd.hpp"
+
+namespace fastlines {
+
+inline void join_pieces(std::span<const Reference> below, std::vector<Reference>& joined) {
+  joined.assign(below.begin(), below.end());
+  std::sort(joined.begin(), joined.end(),
+            [](const Reference& a, const Reference& b) { return a.prim != b.prim ? a.prim < b.prim : a.s0 < b.s0; });
+  std::size_t n = 0;
+  for (const Reference& ref : joined)
+    if (n > 0 && joined[n - 1].prim == ref.prim && joined[n - 1].s1 == ref.s0)
+      joined[n - 1].s1 = ref.s1;
+    else
+      joined[n++] = ref;
+  joined.resize(n);
+}
+
+/// Whether these references are few enough for a leaf once adjacent pieces are joined. Most nodes have too many
+/// segments for that, which is soon seen: so many marks can not be of fewer.
+inline bool fit_leaf(std::span<const Reference> below, std::vector<Reference>& scratch) {
+  constexpr std::size_t at_once = 2 * kWidth;
+  if (below.size() <= kWidth) return true;
+  if (below.size() > 8 * kWidth) return false;
+  std::uint64_t marks[4] = {};
+  for (std::size_t i = 0; i < below.size(); i += at_once) {
+    for (const Reference& ref : below.subspan(i, std::min(at_once, below.size() - i))) {
+      const std::uint32_t mark = ref.prim * 0x9e37'79b9u >> 24;
+      marks[mark / 64] |= std::uint64_t(1) << (mark % 64);
+    }
+    int n = 0;
+    for (const std::uint64_t some : marks) n += std::popcount(some);
+    if (n > kWidth) return false;
+  }
+  join_pieces(below, scratch);
+  return scratch.size() <= kWidth;
+}
+
+}  // namespace fastlines

@@ -1,0 +1,125 @@
+// How the nodes of a binary tree become children of wide ones at least cost (Ylitie, Karras, Laine 2017, "Efficient
+// incoherent ray traversal on GPUs through compressed wide BVHs").
+//
+// C(v, i) = least cost of the subtree of v as at most i children of one wide node:
+//
+//     C(v, 1) = the less of  SA(v)·c_leaf         if at most 16 references lie below v
+//                       and  SA(v)·c_node + D(v, 16)
+//     C(v, i) = the less of  C(v, i − 1)  and  D(v, i)
+//     D(v, i) = min over 1 ≤ k < i of  C(left, k) + C(right, i − k)
+//
+// Children have larger indices than their parents, so a loop backwards fills the table: for subtrees apart, each on a
+// thread, then for the nodes above them.
+#pragma once
+
+#include <cmath>
+
+#include "../build/chunks.hpp"
+#include "../memory/memory.hpp"
+#include "../tree/tree.hpp"
+#include "pieces.hpp"
+
+namespace fastlines {
+
+struct CollapseCost {
+  float c_node = 1.2f, c_leaf = 1.0f;
+  double radius_hint = 0.0;  ///< boxes are measured grown by this much of the scene's longest side
+};
+
+/// How a subtree is best spread over i children: k[i] go to the left one; 0 = as for i − 1.
+struct Plan {
+  float cost[kWidth];  // C(v, i + 1)
+  std::uint8_t k[kWidth + 1];
+  std::uint8_t k_all;     // of D(v, 16), for v as a node of its own
+  std::uint8_t n_leaves;  // of the binary tree, or 16 if there are more: more children are of no use
+  bool leaf;
+};
+
+class Planner {
+ public:
+  Planner(std::span<const Node> nodes, std::span<const Reference> refs, const CollapseCost& cost)
+      : nodes_(nodes), refs_(refs), cost_(cost) {
+    const Box& box = nodes[0].box;
+    margin_ = cost.radius_hint * box.side(box.longest_axis());
+    root_area_ = std::max(box.area(margin_), 1e-300);
+  }
+
+  LargeVector<Plan> operator()(unsigned n_threads, Progress& progress) {
+    plans_.resize(nodes_.size());
+    part(0, std::uint32_t(nodes_.size()));
+    for_each_chunk(
+        parts_.size(), n_threads, progress, [] { return Scratch{}; },
+        [&](Scratch& scratch, std::size_t i) {
+          for (std::uint32_t v = parts_[i].end; v-- > parts_[i].begin;) plan(v, scratch);
+        },
+        {0.0, 0.4});
+    Scratch scratch;
+    for (auto v = above_.rbegin(); v != above_.rend(); ++v) plan(*v, scratch);
+    return std::move(plans_);
+  }
+
+ private:
+  using Scratch = std::vector<Reference>;
+  static constexpr std::uint32_t kPart = 4096;
+
+  /// Subtrees of at most kPart nodes, which stand in a row, and the nodes above them.
+  void part(std::uint32_t begin, std::uint32_t end) {
+    if (end - begin <= kPart) return parts_.push_back({begin, end});
+    above_.push_back(begin);
+    part(begin + 1, nodes_[begin].right);
+    part(nodes_[begin].right, end);
+  }
+
+  void plan(std::uint32_t v, Scratch& scratch) {
+    const Node& node = nodes_[v];
+    Plan& plan = plans_[v];
+    const auto area = float(node.box.area(margin_) / root_area_);
+    const float as_leaf = fit_leaf(refs_.subspan(node.first_ref, node.n_refs), scratch) ? area * cost_.c_leaf : kNever;
+    std::fill(std::begin(plan.k), std::end(plan.k), std::uint8_t(0));
+    plan.k_all = 0;
+    plan.n_leaves = 1;
+    plan.leaf = node.is_leaf();
+    if (node.is_leaf()) return std::fill(std::begin(plan.cost), std::end(plan.cost), as_leaf);
+
+    // D(v, i + 1) in lane i, from costs of the right child that are moved along for each k.
+    const Plan &left = plans_[v + 1], &right = plans_[node.right];
+    plan.n_leaves = std::uint8_t(std::min(left.n_leaves + right.n_leaves, kWidth));
+    alignas(64) float moved[2 * kWidth], least[kWidth], by[kWidth];
+    std::fill_n(moved, kWidth, kNever);
+    std::copy_n(right.cost, kWidth, moved + kWidth);
+    Float16 costs = kNever, ks = 0.0f;
+    for (int k = 1; k <= std::min<int>(left.n_leaves, kWidth - 1); ++k) {
+      const Float16 cost = Float16(left.cost[k - 1]) + Float16::load(moved + kWidth - k);
+      const Mask16 less = cost < costs;
+      costs = select(less, cost, costs);
+      ks = select(less, Float16(float(k)), ks);
+    }
+    costs.store(least);
+    ks.store(by);
+    plan.k_all = std::uint8_t(by[kWidth - 1]);
+    const float as_node = area * cost_.c_node + least[kWidth - 1];
+    plan.leaf = as_leaf <= as_node;
+    plan.cost[0] = min(as_leaf, as_node);
+    for (int i = 1; i < plan.n_leaves; ++i) {
+      plan.cost[i] = min(least[i], plan.cost[i - 1]);
+      plan.k[i + 1] = least[i] < plan.cost[i - 1] ? std::uint8_t(by[i]) : std::uint8_t(0);
+    }
+    std::fill(plan.cost + plan.n_leaves, std::end(plan.cost), plan.cost[plan.n_leaves - 1]);
+  }
+
+  static constexpr float kNever = std::numeric_limits<float>::infinity();
+
+  struct Part {
+    std::uint32_t begin, end;
+  };
+
+  std::span<const Node> nodes_;
+  std::span<const Reference> refs_;
+  CollapseCost cost_;
+  double margin_, root_area_;
+  LargeVector<Plan> plans_;
+  std::vector<Part> parts_;
+  std::vector<std::uint32_t> above_;
+};
+
+}  // namespace fastlines
