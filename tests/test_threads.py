@@ -219,22 +219,27 @@ def test_a_ray_that_is_none_is_found_wherever_it_stands(where: int, n_threads: i
             tree.any_hit(**rays)
 
 
-@pytest.mark.parametrize("lines", ["spaghetti", "bun-hair"])
-def test_a_layout_is_the_same_whoever_makes_it(lines: str) -> None:
+@pytest.mark.parametrize(
+    ("scene", "options"), [("spaghetti", {}), ("bun-hair", {}), ("bun-hair", {"presplit": fl.Presplit(refs=3)})]
+)
+def test_a_layout_is_the_same_whoever_makes_it(scene: str, options: dict[str, Any]) -> None:
     """Whole subtrees are laid out apart, by several threads; and by the module of each instruction set."""
-    tree = fl.build(fl.scenes.make(lines).lines)
+    tree = fl.build(fl.scenes.make(scene).lines, "bvh-cl" if options else "best", **options)
     nodes, refs = tree.words()
-    expected = widen(tree.geometry, nodes, refs, tree.nodes["box"][0]).arrays
+    layout = tree.layout
     assert len(refs) > 2 << 14
+    # Pieces that meet in a leaf are joined, and none is lost.
+    assert (len(layout.refs) < len(refs)) == bool(options)
+    length = np.diff(np.minimum(layout.refs[:, 1:].view(np.float32), 1)).ravel()
+    assert np.bincount(layout.refs[:, 0], length) == pytest.approx(np.ones(len(tree.geometry)), abs=1e-5)
     try:
         for simd in fl.available_simd():
             for n_threads in (1, 2, 5):
                 fl.set_simd(simd)
                 fl.set_num_threads(n_threads)
-                for given, made in zip(
-                    expected, widen(tree.geometry, nodes, refs, tree.nodes["box"][0]).arrays, strict=True
-                ):
-                    assert np.array_equal(given, made), (simd, n_threads)
+                made = widen(tree.geometry, nodes, refs, tree.nodes["box"][0])
+                for one, other in zip(layout.arrays, made.arrays, strict=True):
+                    assert np.array_equal(one, other), (simd, n_threads)
     finally:
         fl.set_simd(None)
 

@@ -19,50 +19,72 @@ class Collapse {
 
   WideTree operator()(unsigned n_threads, Progress& progress) {
     plans_ = Planner(nodes_, refs_, cost_)(n_threads, progress);
-    Blocks above;
-    above.nodes.emplace_back();
+    make_room(n_threads, progress);
+    Place at{1, 0, 0};
     if (plans_[0].leaf) {
       // A root that is a leaf becomes the one child of a node.
-      above.nodes[0].n_children = 1;
-      above.leaves.emplace_back();
-      list_pieces(0, above, 0);
+      describe(wide_.nodes[0], at, 0, 1);
+      list_pieces(0, at.leaf++, at);
     } else {
-      list_node(0, above, 0, true);
+      put(0, 0, at, true);
     }
-    std::vector<Blocks> parts(apart_.size());
     for_each_chunk(
-        parts.size(), n_threads, progress, [] { return 0; },
+        apart_.size(), n_threads, progress, [] { return 0; },
         [&](int, std::size_t i) {
-          const std::size_t n_refs = nodes_[apart_[i].v].n_refs;
-          parts[i].refs.reserve(n_refs);
-          parts[i].nodes.emplace_back();
-          list_node(apart_[i].v, parts[i], 0, false);
+          Place next = apart_[i].begin;
+          put(apart_[i].v, apart_[i].index, next, false);
+          apart_[i].end = next;
         },
-        {0.4, 0.6});
-    WideTree wide = put_together(above, parts, n_threads, progress);
-    wide.frame = frame_of(nodes_[0].box);
-    wide.box = {wide.frame(nodes_[0].box.lo), wide.frame(nodes_[0].box.hi)};
-    wide.mean_extent = Fit(wide.frame, wide.nodes, wide.leaves, wide.refs, segments_, wide.nodes.data(),
-                           wide.leaves.data())(n_threads, progress, {0.7, 1.0});
-    return wide;
+        {0.5, 0.7});
+    close_gaps(at.ref);
+    wide_.frame = frame_of(nodes_[0].box);
+    wide_.box = {wide_.frame(nodes_[0].box.lo), wide_.frame(nodes_[0].box.hi)};
+    wide_.mean_extent = Fit(wide_.frame, wide_.nodes, wide_.leaves, wide_.refs, segments_, wide_.nodes.data(),
+                            wide_.leaves.data())(n_threads, progress, {0.7, 1.0});
+    return std::move(wide_);
   }
 
  private:
-  /// Blocks that name each other by their places among these.
-  struct Blocks {
-    LargeVector<WideNode> nodes;
-    LargeVector<WideLeaf> leaves;
-    LargeVector<Reference> refs;
-    std::vector<Reference> pieces;  // scratch
+  /// Where the next blocks stand, or how many there are.
+  struct Place {
+    std::size_t node, leaf, ref;
   };
 
-  /// A subtree that is listed apart, and the place of its root among the nodes above.
+  /// A subtree that is put apart: where its root stands, and where what is below it begins and ends.
   struct Apart {
     std::uint32_t v;
     std::size_t index;
+    Place begin{}, end{};
   };
 
+  /// Subtrees of so many references are put apart.
   static constexpr std::uint32_t kApart = 1 << 14;
+
+  /// Count all blocks, and find where those of each subtree begin. Pieces that are joined are not known yet.
+  void make_room(unsigned n_threads, Progress& progress) {
+    Place end{1, 0, 0};
+    if (plans_[0].leaf)
+      end = {1, 1, refs_.size()};
+    else
+      count(0, end, true);
+    for_each_chunk(
+        apart_.size(), n_threads, progress, [] { return 0; },
+        [&](int, std::size_t i) {
+          Place size{};
+          count(apart_[i].v, size, false);
+          apart_[i].end = size;
+        },
+        {0.4, 0.5});
+    for (Apart& apart : apart_) {
+      apart.begin = end;
+      end = {end.node + apart.end.node, end.leaf + apart.end.leaf, end.ref + apart.end.ref};
+    }
+    wide_.nodes.make_room(end.node);
+    wide_.leaves.make_room(end.leaf);
+    wide_.refs.make_room(end.ref);
+    wide_.nodes.keep(end.node);
+    wide_.leaves.keep(end.leaf);
+  }
 
   struct Some {
     std::uint32_t v[kWidth];
@@ -86,79 +108,77 @@ class Collapse {
     list_children(nodes_[v].right, i - k, to);
   }
 
-  void list_node(std::uint32_t v, Blocks& to, std::size_t index, bool may_part) {
+  Children children_of(std::uint32_t v) const {
     Children children;
     const int k = plans_[v].k_all;
     list_children(v + 1, k, children);
     list_children(nodes_[v].right, kWidth - k, children);
-    const auto& [inner, leaves] = children;
-    const std::size_t first_inner = to.nodes.size(), first_leaf = to.leaves.size();
-    to.nodes.resize(first_inner + inner.n);
-    to.leaves.resize(first_leaf + leaves.n);
-    WideNode& node = to.nodes[index];
-    node.first_inner = std::uint32_t(first_inner);
-    node.first_leaf = std::uint32_t(first_leaf);
-    node.n_inner = std::uint8_t(inner.n);
-    node.n_children = std::uint8_t(inner.n + leaves.n);
-    for (std::uint32_t i = 0; i < leaves.n; ++i) list_pieces(leaves.v[i], to, first_leaf + i);
+    return children;
+  }
+
+  bool is_apart(std::uint32_t v) const { return nodes_[v].n_refs <= kApart; }
+
+  /// Add the blocks below a node, but for those of subtrees that are put apart, if any is to be.
+  void count(std::uint32_t v, Place& at, bool some_apart) {
+    const auto [inner, leaves] = children_of(v);
+    const std::size_t first_inner = at.node;
+    at.node += inner.n;
+    at.leaf += leaves.n;
+    for (std::uint32_t i = 0; i < leaves.n; ++i) at.ref += nodes_[leaves.v[i]].n_refs;
     for (std::uint32_t i = 0; i < inner.n; ++i)
-      if (may_part && nodes_[inner.v[i]].n_refs <= kApart)
+      if (some_apart && is_apart(inner.v[i]))
         apart_.push_back({inner.v[i], first_inner + i});
       else
-        list_node(inner.v[i], to, first_inner + i, may_part);
+        count(inner.v[i], at, some_apart);
   }
 
-  void list_pieces(std::uint32_t v, Blocks& to, std::size_t index) const {
-    join_pieces(refs_.subspan(nodes_[v].first_ref, nodes_[v].n_refs), to.pieces);
-    to.leaves[index].first_ref = std::uint32_t(to.refs.size());
-    to.leaves[index].n_refs = std::uint32_t(to.pieces.size());
-    to.refs.insert(to.refs.end(), to.pieces.begin(), to.pieces.end());
+  static void describe(WideNode& node, const Place& first, std::uint32_t n_inner, std::uint32_t n_leaves) {
+    node.first_inner = std::uint32_t(first.node);
+    node.first_leaf = std::uint32_t(first.leaf);
+    node.n_inner = std::uint8_t(n_inner);
+    node.n_children = std::uint8_t(n_inner + n_leaves);
   }
 
-  /// The blocks above, then those of each part but for its root, which is among those above.
-  WideTree put_together(Blocks& above, std::vector<Blocks>& parts, unsigned n_threads, Progress& progress) const {
-    WideTree wide;
-    wide.nodes = std::move(above.nodes);
-    wide.leaves = std::move(above.leaves);
-    wide.refs = std::move(above.refs);
-    struct Place {
-      std::size_t node, leaf, ref;
-    };
-    std::vector<Place> places;
-    Place end{wide.nodes.size(), wide.leaves.size(), wide.refs.size()};
-    for (const Blocks& part : parts) {
-      places.push_back(end);
-      end = {end.node + part.nodes.size() - 1, end.leaf + part.leaves.size(), end.ref + part.refs.size()};
+  /// Put a node in its place, and the blocks below it in the next.
+  void put(std::uint32_t v, std::size_t index, Place& at, bool some_apart) {
+    const auto [inner, leaves] = children_of(v);
+    const Place first = at;
+    at.node += inner.n;
+    at.leaf += leaves.n;
+    describe(wide_.nodes[index], first, inner.n, leaves.n);
+    for (std::uint32_t i = 0; i < leaves.n; ++i) list_pieces(leaves.v[i], first.leaf + i, at);
+    for (std::uint32_t i = 0; i < inner.n; ++i)
+      if (!some_apart || !is_apart(inner.v[i])) put(inner.v[i], first.node + i, at, some_apart);
+  }
+
+  void list_pieces(std::uint32_t v, std::size_t index, Place& at) {
+    Reference* const to = wide_.refs.data() + at.ref;
+    const std::size_t n = join_pieces(refs_.subspan(nodes_[v].first_ref, nodes_[v].n_refs), to);
+    wide_.leaves[index].first_ref = std::uint32_t(at.ref);
+    wide_.leaves[index].n_refs = std::uint32_t(n);
+    at.ref += n;
+  }
+
+  /// Where pieces were joined, fewer references stand than there is room for. Those above end at `end`.
+  void close_gaps(std::size_t end) {
+    for (const Apart& apart : apart_) {
+      const std::size_t gap = apart.begin.ref - end;
+      end = apart.end.ref - gap;
+      if (gap == 0) continue;
+      Reference* const refs = wide_.refs.data();
+      std::copy(refs + apart.begin.ref, refs + apart.end.ref, refs + apart.begin.ref - gap);
+      for (std::size_t i = apart.begin.leaf; i < apart.end.leaf; ++i) wide_.leaves[i].first_ref -= std::uint32_t(gap);
     }
-    wide.nodes.resize(end.node);
-    wide.leaves.resize(end.leaf);
-    wide.refs.resize(end.ref);
-    for_each_chunk(
-        parts.size(), n_threads, progress, [] { return 0; },
-        [&](int, std::size_t i) {
-          Blocks& part = parts[i];
-          const Place& place = places[i];
-          for (WideNode& node : part.nodes) {
-            node.first_inner += std::uint32_t(place.node - 1);
-            node.first_leaf += std::uint32_t(place.leaf);
-          }
-          for (WideLeaf& leaf : part.leaves) leaf.first_ref += std::uint32_t(place.ref);
-          wide.nodes[apart_[i].index] = part.nodes[0];
-          std::copy(part.nodes.begin() + 1, part.nodes.end(), wide.nodes.begin() + std::ptrdiff_t(place.node));
-          std::copy(part.leaves.begin(), part.leaves.end(), wide.leaves.begin() + std::ptrdiff_t(place.leaf));
-          std::copy(part.refs.begin(), part.refs.end(), wide.refs.begin() + std::ptrdiff_t(place.ref));
-          part = {};
-        },
-        {0.6, 0.7});
-    return wide;
+    wide_.refs.keep(end);
   }
 
   std::span<const Node> nodes_;
   std::span<const Reference> refs_;
   std::span<const Segment> segments_;
   CollapseCost cost_;
-  LargeVector<Plan> plans_;
+  Buffer<Plan> plans_;
   std::vector<Apart> apart_;
+  WideTree wide_;
 };
 
 inline WideTree collapse(std::span<const Node> nodes, std::span<const Reference> refs,

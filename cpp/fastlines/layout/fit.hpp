@@ -137,7 +137,7 @@ class Fit {
       const Float4 whole = __builtin_convertvector(__builtin_convertvector(y, Int4), Float4);
       return min(whole < y ? whole + four(1.0f) : whole, four(255.0f));
     };
-    auto* const rows = reinterpret_cast<std::uint8_t(*)[kWidth]>(node.planes);
+    auto* const rows = reinterpret_cast<std::uint8_t (*)[kWidth]>(node.planes);
     for (int i = 0; i < kWidth; i += 4) {
       Float4 low[4], high[4];
       for (int j = 0; j < 4; ++j) {

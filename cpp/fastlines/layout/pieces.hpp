@@ -4,29 +4,29 @@
 #include <algorithm>
 #include <bit>
 #include <span>
-#include <vector>
 
 #include "../references/reference.hpp"
 #include "../simd/simd.hpp"
 
 namespace fastlines {
 
-inline void join_pieces(std::span<const Reference> below, std::vector<Reference>& joined) {
-  joined.assign(below.begin(), below.end());
-  std::sort(joined.begin(), joined.end(),
+/// Write the pieces, of which there are no more than references; returns how many.
+inline std::size_t join_pieces(std::span<const Reference> below, Reference* to) {
+  std::copy(below.begin(), below.end(), to);
+  std::sort(to, to + below.size(),
             [](const Reference& a, const Reference& b) { return a.prim != b.prim ? a.prim < b.prim : a.s0 < b.s0; });
   std::size_t n = 0;
-  for (const Reference& ref : joined)
-    if (n > 0 && joined[n - 1].prim == ref.prim && joined[n - 1].s1 == ref.s0)
-      joined[n - 1].s1 = ref.s1;
+  for (std::size_t i = 0; i < below.size(); ++i)
+    if (n > 0 && to[n - 1].prim == to[i].prim && to[n - 1].s1 == to[i].s0)
+      to[n - 1].s1 = to[i].s1;
     else
-      joined[n++] = ref;
-  joined.resize(n);
+      to[n++] = to[i];
+  return n;
 }
 
 /// Whether these references are few enough for a leaf once adjacent pieces are joined. Most nodes have too many
 /// segments for that, which is soon seen: so many marks can not be of fewer.
-inline bool fit_leaf(std::span<const Reference> below, std::vector<Reference>& scratch) {
+inline bool fit_leaf(std::span<const Reference> below) {
   constexpr std::size_t at_once = 2 * kWidth;
   if (below.size() <= kWidth) return true;
   if (below.size() > 8 * kWidth) return false;
@@ -40,8 +40,8 @@ inline bool fit_leaf(std::span<const Reference> below, std::vector<Reference>& s
     for (const std::uint64_t some : marks) n += std::popcount(some);
     if (n > kWidth) return false;
   }
-  join_pieces(below, scratch);
-  return scratch.size() <= kWidth;
+  Reference pieces[8 * kWidth];
+  return join_pieces(below, pieces) <= kWidth;
 }
 
 }  // namespace fastlines

@@ -15,7 +15,7 @@
 #include <cmath>
 
 #include "../build/chunks.hpp"
-#include "../memory/memory.hpp"
+#include "../memory/buffer.hpp"
 #include "../tree/tree.hpp"
 #include "pieces.hpp"
 
@@ -44,22 +44,21 @@ class Planner {
     root_area_ = std::max(box.area(margin_), 1e-300);
   }
 
-  LargeVector<Plan> operator()(unsigned n_threads, Progress& progress) {
-    plans_.resize(nodes_.size());
+  Buffer<Plan> operator()(unsigned n_threads, Progress& progress) {
+    plans_.make_room(nodes_.size());
+    plans_.keep(nodes_.size());
     part(0, std::uint32_t(nodes_.size()));
     for_each_chunk(
-        parts_.size(), n_threads, progress, [] { return Scratch{}; },
-        [&](Scratch& scratch, std::size_t i) {
-          for (std::uint32_t v = parts_[i].end; v-- > parts_[i].begin;) plan(v, scratch);
+        parts_.size(), n_threads, progress, [] { return 0; },
+        [&](int, std::size_t i) {
+          for (std::uint32_t v = parts_[i].end; v-- > parts_[i].begin;) plan(v);
         },
         {0.0, 0.4});
-    Scratch scratch;
-    for (auto v = above_.rbegin(); v != above_.rend(); ++v) plan(*v, scratch);
+    for (auto v = above_.rbegin(); v != above_.rend(); ++v) plan(*v);
     return std::move(plans_);
   }
 
  private:
-  using Scratch = std::vector<Reference>;
   static constexpr std::uint32_t kPart = 4096;
 
   /// Subtrees of at most kPart nodes, which stand in a row, and the nodes above them.
@@ -70,11 +69,11 @@ class Planner {
     part(nodes_[begin].right, end);
   }
 
-  void plan(std::uint32_t v, Scratch& scratch) {
+  void plan(std::uint32_t v) {
     const Node& node = nodes_[v];
     Plan& plan = plans_[v];
     const auto area = float(node.box.area(margin_) / root_area_);
-    const float as_leaf = fit_leaf(refs_.subspan(node.first_ref, node.n_refs), scratch) ? area * cost_.c_leaf : kNever;
+    const float as_leaf = fit_leaf(refs_.subspan(node.first_ref, node.n_refs)) ? area * cost_.c_leaf : kNever;
     std::fill(std::begin(plan.k), std::end(plan.k), std::uint8_t(0));
     plan.k_all = 0;
     plan.n_leaves = 1;
@@ -117,7 +116,7 @@ class Planner {
   std::span<const Reference> refs_;
   CollapseCost cost_;
   double margin_, root_area_;
-  LargeVector<Plan> plans_;
+  Buffer<Plan> plans_;
   std::vector<Part> parts_;
   std::vector<std::uint32_t> above_;
 };

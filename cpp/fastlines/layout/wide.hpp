@@ -9,6 +9,7 @@
 
 #include <cstdint>
 
+#include "../memory/buffer.hpp"
 #include "../query/frame.hpp"
 #include "../simd/simd.hpp"
 #include "../tree/tree.hpp"
@@ -37,9 +38,9 @@ struct WideTree {
   Frame frame;
   Box box;                   // of the scene, in the frame
   float mean_extent = 0.0f;  // of the leaves, in the frame
-  LargeVector<WideNode> nodes;
-  LargeVector<WideLeaf> leaves;
-  LargeVector<Reference> refs;  // in the order of the leaves
+  Buffer<WideNode> nodes;
+  Buffer<WideLeaf> leaves;
+  Buffer<Reference> refs;  // in the order of the leaves
 
   std::size_t n_bytes() const {
     return nodes.size() * sizeof(WideNode) + leaves.size() * sizeof(WideLeaf) + refs.size() * sizeof(Reference);
