@@ -92,6 +92,10 @@ def test_build_takes_costs_and_limits():
     text = done("build", "scene:spaghetti:500", "-m", "bvh-cl", "--max-depth", 1, "-o", "a.flt")
     assert re.search(r"max_depth kept \d nodes from a split", text)
     assert "max_depth kept" in done("info", "a.flt")
+    freely, kept = (
+        json.loads(done("build", "scene:spaghetti:5000", "--json", *more)) for more in ((), ("--max-bytes", 9_000_000))
+    )
+    assert freely["n_refs"] > 105_000 > kept["n_refs"]  # 9 MB less 160 bytes a segment, at 80 a reference
     text = done("build", "scene:spaghetti:500", "-m", "bvh-cl", "--max-leaf-refs", 4)
     assert re.search(r"; max_leaf_refs forced \d+ splits\n", text)
 

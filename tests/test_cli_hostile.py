@@ -113,6 +113,7 @@ def test_an_empty_array_can_be_looked_at_but_not_built():
         (("build", "scene:spaghetti", "--c-trav", "0"), 1, "c_trav"),
         (("build", "scene:spaghetti", "--c-trav", "nan"), 1, "c_trav"),
         (("build", "scene:spaghetti", "--max-refs", "3"), 1, "max_refs"),
+        (("build", "scene:spaghetti", "--max-bytes", "3000"), 1, "allow 480000 or more"),
         (("build", "scene:spaghetti", "--max-depth", "-3"), 1, "max_depth"),
         (("build", "scene:spaghetti", "--max-depth", "x"), 2, "--max-depth"),
         (("scene", "spagetti"), 1, "did you mean"),

@@ -38,6 +38,12 @@ def build(
     max_refs: Annotated[
         int | None, typer.Option("--max-refs", help="The tree has no more references.", show_default=False)
     ] = None,
+    max_bytes: Annotated[
+        int | None,
+        typer.Option(
+            "--max-bytes", help="The build of best takes no more memory beside its input.", show_default=False
+        ),
+    ] = None,
     max_leaf_refs: Annotated[
         int | None, typer.Option("--max-leaf-refs", help="No leaf has more references (BVH only).", show_default=False)
     ] = None,
@@ -68,7 +74,7 @@ def build(
     check_output(output, TREE)
     settings = method_settings(method)
     costs = {name: value for name, value in (("c_trav", c_trav), ("c_prim", c_prim)) if value is not None}
-    bounds = {"max_depth": max_depth, "max_refs": max_refs, "max_leaf_refs": max_leaf_refs}
+    bounds = {"max_depth": max_depth, "max_refs": max_refs, "max_bytes": max_bytes, "max_leaf_refs": max_leaf_refs}
     given: dict[str, Any] = {name: value for name, value in bounds.items() if value is not None}
     opened = open_lines(source, skip_invalid)
     start = time.perf_counter()
