@@ -55,6 +55,25 @@ def test_counts():
     assert fl.simd() != "tally"
 
 
+@pytest.mark.parametrize("query", ["first_hit", "all_hits"])
+@pytest.mark.parametrize("pixels", [64, 512])
+def test_rays_go_together_only_where_that_pays(pixels, query):
+    """The leaves of straight hair are long and lie close beside each other: small pictures are not for bundles."""
+    scene = fl.scenes.make("straight-hair")
+    tree = fl.build(scene.lines)
+    origins, directions = scene.camera.rays(pixels, pixels)
+    cycles = {"nodes": 65, "leaves": 55, "segments": 40, "lines": 18, "packs": 70, "tests": 50}
+    cost = {}
+    with counting() as module:
+        for kernel in ("wave", "bundle", "auto"):
+            module.taken()
+            getattr(tree, query)(origins, directions, 0.001, kernel=kernel)
+            taken = module.taken()
+            cost[kernel] = sum(n * taken[name] for name, n in cycles.items())
+    assert cost["auto"] < 1.25 * min(cost["wave"], cost["bundle"]), cost
+    assert (cost["wave"] < cost["bundle"]) == (pixels == 64), cost
+
+
 def test_refused():
     assert "--rays 'tiled' is not a choice" in refused("bench", "steps", "--rays", "tiled")[1]
     assert "expected one or more" in refused("bench", "steps", "--radius", "-1")[1]

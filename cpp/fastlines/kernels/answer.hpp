@@ -5,6 +5,7 @@
 // their answers.
 #pragma once
 
+#include "choice.hpp"
 #include "single.hpp"
 #include "stream.hpp"
 #include "thick.hpp"
@@ -14,9 +15,6 @@ namespace fastlines {
 
 /// Which kernel to use; `automatic` measures how far the rays of each group spread.
 enum class Kernel { automatic, single, wave, bundle };
-
-/// Bundles may spread so far, in mean extents of a leaf: beyond, they meet too much that none of their rays meets.
-inline constexpr float kSpread = 1.6f;
 
 /// Where almost every ray finds what it asks for at once, a ray that is searched alone meets it before a wave has read
 /// what lies beside it. This tells from the rays before.
@@ -44,7 +42,8 @@ class Answerer {
   /// Answer the rays with these numbers, at most 64; those that go alone may stay unanswered until `finish`.
   void take(const std::uint32_t* ids, int n) {
     rays_.fill(batch_, tree_.frame, n, ids);
-    if (kernel_ == Kernel::single || kernel_ == Kernel::wave) return alone(0, n);
+    choice_.next();
+    if (kernel_ == Kernel::single || kernel_ == Kernel::wave || choice_.curious()) return alone(0, n);
     const int end = (n + kWidth - 1) / kWidth * kWidth;
     if (suits(0, end)) return together(0, end);
     for (int first = 0; first < end; first += kWidth)
@@ -63,13 +62,15 @@ class Answerer {
  private:
   bool suits(int first, int end) {
     if (!bundle_.gather(rays_, first, end, tree_.box)) return false;
-    return kernel_ == Kernel::bundle || bundle_.spread <= kSpread * tree_.mean_extent;
+    return kernel_ == Kernel::bundle || choice_.together(bundle_.spread);
   }
 
   void together(int first, int end) {
     job.begin(collector_, rays_);
-    thick_.search(rays_, bundle_, collector_);
-    job.take(rays_, collector_, first, std::min(end, rays_.n));
+    const std::uint64_t cost = thick_.search(rays_, bundle_, collector_);
+    end = std::min(end, rays_.n);
+    choice_.note_together({cost, std::uint64_t(end - first)}, bundle_.spread);
+    job.take(rays_, collector_, first, end);
   }
 
   void alone(int first, int end) {
@@ -78,7 +79,7 @@ class Answerer {
       for (int i = first; i < end; i += at_once) {
         const int last = std::min(i + at_once, end);
         job.begin(collector_, rays_);
-        stream_.search(rays_, i, last, collector_);
+        choice_.note_alone({stream_.search(rays_, i, last, collector_), std::uint64_t(last - i)});
         job.take(rays_, collector_, i, last);
       }
       return;
@@ -93,6 +94,7 @@ class Answerer {
         wave_.add(ray, sink, rays_.id[i], [this](std::uint32_t id, typename Job::Sink& ended) { done(id, ended); });
       }
     }
+    choice_.note_alone(wave_.take_work());
   }
 
   void done(std::uint32_t id, typename Job::Sink& sink) {
@@ -103,6 +105,7 @@ class Answerer {
   const WideView& tree_;
   const RayBatch& batch_;
   Kernel kernel_;
+  Choice choice_{tree_.mean_extent};
   RayLanes rays_;
   Bundle bundle_;
   Stack stack_;

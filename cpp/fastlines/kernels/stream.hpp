@@ -4,6 +4,7 @@
 // exactly against sixteen segments at a time.
 #pragma once
 
+#include "choice.hpp"
 #include "collect.hpp"
 #include "cull.hpp"
 #include "fetch.hpp"
@@ -17,11 +18,12 @@ class Stream {
  public:
   explicit Stream(const WideView& tree) : tree_(tree) {}
 
-  /// Show the collector the hits of rays [first, end), each by the piece that owns it.
+  /// Show the collector the hits of rays [first, end), each by the piece that owns it; returns what that cost.
   template <class Collector>
-  void search(const RayLanes& rays, int first, int end, Collector& collector) {
+  std::uint64_t search(const RayLanes& rays, int first, int end, Collector& collector) {
     first_ = first;
     end_ = end;
+    cost_ = StepCost::kRayAlone * std::uint64_t(end - first);
     nodes_.clear();
     leaves_.clear();
     survivors_.clear();
@@ -35,6 +37,7 @@ class Stream {
     }
     test_leaves(rays, collector);
     test_survivors(rays, collector);
+    return cost_;
   }
 
  private:
@@ -47,6 +50,7 @@ class Stream {
     taken_.ray.assign(nodes_.ray.begin() + std::ptrdiff_t(begin), nodes_.ray.begin() + std::ptrdiff_t(begin + n));
     nodes_.n = begin;
     tally(&Steps::nodes, n);
+    cost_ += StepCost::kNode * n;
     nodes_.reserve((n + 1) * kWidth);
     leaves_.reserve((n + 1) * kWidth);
     for (std::size_t j = 0; j < n; ++j) {
@@ -65,6 +69,7 @@ class Stream {
   void test_leaves(const RayLanes& rays, Collector& collector) {
     const std::size_t n = leaves_.size();
     tally(&Steps::leaves, n);
+    cost_ += StepCost::kLeaf * n;
     survivors_.reserve((n + 1) * kWidth);
     for (std::size_t j = 0; j < n; ++j) {
       if (j + kAhead < n) fetch(tree_.leaves + leaves_.what[j + kAhead]);
@@ -111,6 +116,7 @@ class Stream {
     for (; begin < end; begin += kWidth) {
       const int n = int(std::min<std::size_t>(end - begin, kWidth));
       tally(&Steps::packs);
+      cost_ += StepCost::kPack;
       for (int j = 0; j < n; ++j) {
         const Reference& ref = tree_.refs[sorted_[begin + std::size_t(j)]];
         segments_.put(j, tree_.segments[ref.prim]);
@@ -129,6 +135,7 @@ class Stream {
 
   const WideView& tree_;
   int first_ = 0, end_ = 0;
+  std::uint64_t cost_ = 0;
   CullRay cull_[kLanes];
   Pairs nodes_, taken_, leaves_, survivors_;
   std::vector<std::uint32_t> sorted_;

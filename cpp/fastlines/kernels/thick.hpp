@@ -9,6 +9,7 @@
 #pragma once
 
 #include "beside.hpp"
+#include "choice.hpp"
 #include "collect.hpp"
 #include "fetch.hpp"
 #include "seen_set.hpp"
@@ -20,10 +21,11 @@ class ThickSearch {
  public:
   explicit ThickSearch(const WideView& tree) : tree_(tree) {}
 
-  /// Show the collector what the rays of a bundle come near.
+  /// Show the collector what the rays of a bundle come near; returns what that cost.
   template <class Collector>
-  void search(const RayLanes& rays, Bundle& bundle, Collector& collector) {
+  std::uint64_t search(const RayLanes& rays, Bundle& bundle, Collector& collector) {
     tally(&Steps::bundles);
+    cost_ = StepCost::kRayTogether * std::uint64_t(bundle.end - bundle.first);
     float deepest = bundle.look(collector.limit);
     seen_.clear();
     stack_.clear();
@@ -33,6 +35,7 @@ class ThickSearch {
       if (!(next.enter <= deepest)) continue;
       const WideNode& node = tree_.nodes[next.child];
       tally(&Steps::nodes);
+      cost_ += StepCost::kNode;
       Float16 enter;
       const std::uint32_t lanes = cull_node(bundle.axis, node, deepest, enter);
       const std::uint32_t inner = lanes & ((1u << node.n_inner) - 1);
@@ -46,6 +49,7 @@ class ThickSearch {
       }
       stack_.push(node, inner, enter);
     }
+    return cost_;
   }
 
  private:
@@ -57,6 +61,7 @@ class ThickSearch {
     for (; leaves; leaves &= leaves - 1) {
       const WideLeaf& leaf = tree_.leaves[base + std::uint32_t(std::countr_zero(leaves))];
       tally(&Steps::leaves);
+      cost_ += StepCost::kLeaf;
       const std::uint32_t lanes = cull_leaf(axis, leaf);
       pack_numbers(lanes, leaf.first_ref, pieces_ + n_pieces);
       n_pieces += std::popcount(lanes);
@@ -86,6 +91,9 @@ class ThickSearch {
       }
     tally(&Steps::lines, std::uint64_t(n * (bundle.end - bundle.first) / kWidth));
     tally(&Steps::packs, std::uint64_t(n_packs));
+    cost_ += StepCost::kSegment * std::uint64_t(n) +
+             StepCost::kLine * std::uint64_t(n * (bundle.end - bundle.first) / kWidth) +
+             StepCost::kPack * std::uint64_t(n_packs);
     for (int i = 0; i < n_packs; ++i) {
       const auto [j, first, near] = packs_[i];
       const Vec3 start{lines_.start[0][j], lines_.start[1][j], lines_.start[2][j]};
@@ -104,6 +112,7 @@ class ThickSearch {
   };
 
   const WideView& tree_;
+  std::uint64_t cost_ = 0;
   Stack stack_;
   SeenSet seen_;
   LinesBeside lines_{};

@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "../query/search.hpp"
+#include "choice.hpp"
 #include "cull.hpp"
 #include "fetch.hpp"
 #include "lanes.hpp"
@@ -43,6 +44,9 @@ class Wave {
     slot.size = 0;
     slot.node = 0;
   }
+
+  /// What the rays that have ended since the last call have cost.
+  Work take_work() { return std::exchange(work_, {}); }
 
   /// Finish all that are in.
   template <class Done>
@@ -130,6 +134,7 @@ class Wave {
       for (std::size_t j = 0; j < n; j += kWidth) test_sixteen<Float16>(j, int(std::min<std::size_t>(n - j, kWidth)));
     else
       for (std::size_t j = 0; j < n; ++j) test_one(slots[survivors_.ray[j]], tree_.refs[survivors_.what[j]]);
+    work_.cost += StepCost::kNode * std::uint64_t(n_) + StepCost::kLeaf * n_leaves + StepCost::kTest * n;
     tally(&Steps::nodes, std::uint64_t(n_));
     tally(&Steps::leaves, n_leaves);
     tally(&Steps::pieces, n);
@@ -142,6 +147,7 @@ class Wave {
         fetch(tree_.nodes + slot.node);
         continue;
       }
+      work_ += {StepCost::kRayAlone, 1};
       done(slot.tag, *slot.sink);
       std::swap(which_[i], which_[--n_]);
     }
@@ -182,7 +188,8 @@ class Wave {
   std::uint32_t which_[kSlots];          // the slots in use, then those that are free
   Pairs leaves_, survivors_;             // each for a slot
   std::uint32_t near_[kSlots * kWidth];  // the pieces of each leaf that survive
-  Sixteen segments_;                     // those that are tested
+  Work work_;
+  Sixteen segments_;  // those that are tested
 };
 
 }  // namespace fastlines
