@@ -26,6 +26,7 @@ HEADERS = (
     "references",
     "tree/tree.hpp",
     "tree/cost.hpp",
+    "tree/parts.hpp",
     "simd",
     "splits",
     "tree/validate.hpp",

@@ -56,7 +56,7 @@ def test_counts():
 
 
 @pytest.mark.parametrize("query", ["first_hit", "all_hits"])
-@pytest.mark.parametrize("pixels", [64, 512])
+@pytest.mark.parametrize("pixels", [128, 512])
 def test_rays_go_together_only_where_that_pays(pixels, query):
     """The leaves of straight hair are long and lie close beside each other: small pictures are not for bundles."""
     scene = fl.scenes.make("straight-hair")
@@ -71,7 +71,7 @@ def test_rays_go_together_only_where_that_pays(pixels, query):
             taken = module.taken()
             cost[kernel] = sum(n * taken[name] for name, n in cycles.items())
     assert cost["auto"] < 1.25 * min(cost["wave"], cost["bundle"]), cost
-    assert (cost["wave"] < cost["bundle"]) == (pixels == 64), cost
+    assert (cost["wave"] < cost["bundle"]) == (pixels == 128), cost
 
 
 def test_refused():

@@ -7,9 +7,12 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <bit>
+#include <mutex>
 
 #include "build.hpp"
+#include "fastlines/build/chunks.hpp"
 #include "fastlines/build/reinsertion.hpp"
 #include "fastlines/primitives/boxes.hpp"
 #include "fastlines/primitives/triangles.hpp"
@@ -121,7 +124,7 @@ float greatest(std::span<const Vec3> vectors) {
   return std::bit_cast<float>(std::min(greatest, 0x7f80'0000));
 }
 
-/// What is asked of all rays together.
+/// Extremes of some rays.
 struct Sizes {
   float far_origin = 0.0f, longest = 0.0f, shortest = std::numeric_limits<float>::max(), reach = 0.0f;
   bool fine = true;  // radius and bounds
@@ -166,6 +169,8 @@ bool are_rays(RayArrays arrays, float largest_radius, float farthest, unsigned n
   Sizes all;
   std::mutex mutex;
   Progress unwatched;
+  // A thread takes as long to start as some hundred thousand rays.
+  n_threads = std::clamp(unsigned(rays.size() >> 18), 1u, n_threads);
   for_each_chunk((rays.size() + at_once - 1) / at_once, n_threads, unwatched, [] { return 0; },
                  [&](int, std::size_t chunk) {
                    const std::size_t begin = chunk * at_once, end = std::min(rays.size(), begin + at_once);

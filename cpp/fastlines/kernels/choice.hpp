@@ -62,7 +62,7 @@ class Choice {
   static constexpr float kSpread = 1.6f;    // of the mean extent of a leaf: the bound at first
   static constexpr float kForget = 1.005f;  // the bound after a group
   static constexpr float kCheap = 600.0f;   // rays alone cost no less
-  static constexpr std::uint64_t kRecent = 4096;
+  static constexpr std::uint64_t kRecent = 512;
 
   float widest_, bound_;
   Work alone_;

@@ -8,16 +8,63 @@ namespace fastlines {
 
 inline constexpr int kLanes = 64;
 
-/// So many prepared rays, each number an array.
+/// What the exact test reads of so many rays, each number an array.
 template <int N>
-struct alignas(64) RayColumns {
+struct alignas(64) TestLanes {
   float o[3][N], u[3][N], v[3][N], r[3][N];
-  float t_min[N], t_max[N], radius[N], radius2[N], eps[N], margin[N];
-  float reach[N];  // radius + eps
-  float t_min_given[N], t_max_given[N];
-  double t0[N], per_length[N];
-  double per_scale;
+  float t_min[N], t_max[N], radius2[N];
 
+  [[gnu::always_inline]] void put(int i, const Ray& ray) {
+    for (int k = 0; k < 3; ++k) {
+      o[k][i] = ray.o[k];
+      u[k][i] = ray.u[k];
+      v[k][i] = ray.v[k];
+      r[k][i] = ray.r[k];
+    }
+    t_min[i] = ray.t_min;
+    t_max[i] = ray.t_max;
+    radius2[i] = ray.radius2;
+  }
+};
+
+struct RayLanes : TestLanes<kLanes> {
+  float radius[kLanes], eps[kLanes], margin[kLanes];
+  float reach[kLanes];  // radius + eps
+  float t_min_given[kLanes], t_max_given[kLanes];
+  double t0[kLanes], per_length[kLanes];
+  double per_scale;
+  int n = 0;  // lanes past it repeat the last ray
+  std::uint32_t id[kLanes];
+
+  /// Prepare the rays with these numbers, 1 to 64.
+  void fill(const RayBatch& rays, const Frame& frame, int n_rays, const std::uint32_t* ids) {
+    n = n_rays;
+    tally(&Steps::rays, std::uint64_t(n));
+    per_scale = 1.0 / frame.scale;
+    std::copy_n(ids, n, id);
+    const int padded = (n + kWidth - 1) / kWidth * kWidth;
+    for (int i = n; i < padded; ++i) id[i] = id[n - 1];
+    float from[3][kLanes], along[3][kLanes], start[kLanes], stop[kLanes], near[kLanes];
+    for (int i = 0; i < padded; ++i) {
+      for (int k = 0; k < 3; ++k) {
+        from[k][i] = rays.origins[id[i]][k];
+        along[k][i] = rays.directions[id[i]][k];
+      }
+      start[i] = RayBatch::pick(rays.t_min, id[i]);
+      stop[i] = RayBatch::pick(rays.t_max, id[i]);
+      near[i] = RayBatch::pick(rays.radius, id[i]);
+    }
+    const Frame here = frame;  // a copy, so that nothing written can alias it
+    for (int i = 0; i < padded; ++i)
+      put(i, prepare({{from[0][i], from[1][i], from[2][i]},
+                      {along[0][i], along[1][i], along[2][i]},
+                      start[i],
+                      stop[i],
+                      near[i]},
+                     here));
+  }
+
+  /// All written here: with a call of the base's put the loop in `fill` is not made into vectors.
   [[gnu::always_inline]] void put(int i, const Ray& ray) {
     for (int k = 0; k < 3; ++k) {
       o[k][i] = ray.o[k];
@@ -66,39 +113,6 @@ struct alignas(64) RayColumns {
   }
 };
 
-struct RayLanes : RayColumns<kLanes> {
-  int n = 0;  // lanes past it repeat the last ray
-  std::uint32_t id[kLanes];
-
-  /// Prepare the rays with these numbers, 1 to 64.
-  void fill(const RayBatch& rays, const Frame& frame, int n_rays, const std::uint32_t* ids) {
-    n = n_rays;
-    tally(&Steps::rays, std::uint64_t(n));
-    per_scale = 1.0 / frame.scale;
-    std::copy_n(ids, n, id);
-    const int padded = (n + kWidth - 1) / kWidth * kWidth;
-    for (int i = n; i < padded; ++i) id[i] = id[n - 1];
-    float from[3][kLanes], along[3][kLanes], start[kLanes], stop[kLanes], near[kLanes];
-    for (int i = 0; i < padded; ++i) {
-      for (int k = 0; k < 3; ++k) {
-        from[k][i] = rays.origins[id[i]][k];
-        along[k][i] = rays.directions[id[i]][k];
-      }
-      start[i] = RayBatch::pick(rays.t_min, id[i]);
-      stop[i] = RayBatch::pick(rays.t_max, id[i]);
-      near[i] = RayBatch::pick(rays.radius, id[i]);
-    }
-    const Frame here = frame;  // a copy, so that nothing written can alias it
-    for (int i = 0; i < padded; ++i)
-      put(i, prepare({{from[0][i], from[1][i], from[2][i]},
-                      {along[0][i], along[1][i], along[2][i]},
-                      start[i],
-                      stop[i],
-                      near[i]},
-                     here));
-  }
-};
-
 /// Sixteen rays as the exact test sees them: what it reads is loaded when it reads it.
 struct Rays16 {
   struct Number {
@@ -123,7 +137,8 @@ struct Rays16 {
         radius2{lanes.radius2 + first} {}
 };
 
-/// Sixteen of sixteen rays, each as often as it is wanted: those with these indices. F is Float16.
+/// Sixteen of sixteen rays, each as often as it is wanted: those with these indices. F is Float16: named, so that this
+/// is compiled only where it can look up.
 template <class F>
 struct ChosenRays {
   struct Number {
@@ -139,7 +154,7 @@ struct ChosenRays {
   Vector o, u, v, r;
   Number t_min, t_max, radius2;
 
-  ChosenRays(const RayColumns<kWidth>& rays, const std::uint32_t* index)
+  ChosenRays(const TestLanes<kWidth>& rays, const std::uint32_t* index)
       : o{rays.o, index},
         u{rays.u, index},
         v{rays.v, index},

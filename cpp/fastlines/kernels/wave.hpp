@@ -35,7 +35,7 @@ class Wave {
   void add(const Ray& ray, const Sink& sink, std::uint32_t tag, Done&& done) {
     while (n_ == kSlots) step(done);
     const std::uint32_t which = which_[n_++];
-    rays_.put(int(which), ray);
+    if constexpr (Float16::kLooksUp) rays_.put(int(which), ray);
     Slot& slot = slots_[which];
     slot.ray = ray;
     slot.cull = CullRay(ray);
@@ -138,7 +138,7 @@ class Wave {
     tally(&Steps::nodes, std::uint64_t(n_));
     tally(&Steps::leaves, n_leaves);
     tally(&Steps::pieces, n);
-    tally(&Steps::tests, n);
+    tally(&Steps::packs, (n + kWidth - 1) / kWidth);
 
     // D: what comes next.
     for (int i = n_; i-- > 0;) {
@@ -157,7 +157,7 @@ class Wave {
     if (!slot.sink->done()) test_segment(slot.ray, tree_.segments[ref.prim], tree_.frame, ref, *slot.sink);
   }
 
-  /// Test survivors [first, first + n) exactly, at most sixteen. F is Float16.
+  /// Test survivors [first, first + n) exactly, at most sixteen. F is Float16, as of ChosenRays.
   template <class F>
   void test_sixteen(std::size_t first, int n) {
     const std::uint32_t* const what = survivors_.what.data() + first;
@@ -184,7 +184,7 @@ class Wave {
   const WideView& tree_;
   int n_ = 0;
   std::vector<Slot> slots_;
-  RayColumns<kSlots> rays_;              // those of the slots
+  TestLanes<kSlots> rays_;               // those of the slots
   std::uint32_t which_[kSlots];          // the slots in use, then those that are free
   Pairs leaves_, survivors_;             // each for a slot
   std::uint32_t near_[kSlots * kWidth];  // the pieces of each leaf that survive

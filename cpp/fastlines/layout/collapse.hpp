@@ -26,7 +26,7 @@ class Collapse {
       describe(wide_.nodes[0], at, 0, 1);
       list_pieces(0, at.leaf++, at);
     } else {
-      put(0, 0, at, true);
+      put(0, 0, at, nodes_[0].n_refs > kApart);
     }
     for_each_chunk(
         apart_.size(), n_threads, progress, [] { return 0; },
@@ -37,6 +37,7 @@ class Collapse {
         },
         {0.5, 0.7});
     close_gaps(at.ref);
+    plans_ = {};
     wide_.frame = frame_of(nodes_[0].box);
     wide_.box = {wide_.frame(nodes_[0].box.lo), wide_.frame(nodes_[0].box.hi)};
     wide_.mean_extent = Fit(wide_.frame, wide_.nodes, wide_.leaves, wide_.refs, segments_, wide_.nodes.data(),
@@ -50,14 +51,14 @@ class Collapse {
     std::size_t node, leaf, ref;
   };
 
-  /// A subtree that is put apart: where its root stands, and where what is below it begins and ends.
+  /// A subtree that is put apart: where its root stands, how much is below it, and where that begins and ends.
   struct Apart {
     std::uint32_t v;
     std::size_t index;
-    Place begin{}, end{};
+    Place size{}, begin{}, end{};
   };
 
-  /// Subtrees of so many references are put apart.
+  /// Subtrees of no more references are put apart.
   static constexpr std::uint32_t kApart = 1 << 14;
 
   /// Count all blocks, and find where those of each subtree begin. Pieces that are joined are not known yet.
@@ -66,18 +67,18 @@ class Collapse {
     if (plans_[0].leaf)
       end = {1, 1, refs_.size()};
     else
-      count(0, end, true);
+      count(0, end, nodes_[0].n_refs > kApart);
     for_each_chunk(
         apart_.size(), n_threads, progress, [] { return 0; },
         [&](int, std::size_t i) {
           Place size{};
           count(apart_[i].v, size, false);
-          apart_[i].end = size;
+          apart_[i].size = size;
         },
         {0.4, 0.5});
     for (Apart& apart : apart_) {
       apart.begin = end;
-      end = {end.node + apart.end.node, end.leaf + apart.end.leaf, end.ref + apart.end.ref};
+      end = {end.node + apart.size.node, end.leaf + apart.size.leaf, end.ref + apart.size.ref};
     }
     wide_.nodes.make_room(end.node);
     wide_.leaves.make_room(end.leaf);
@@ -159,7 +160,8 @@ class Collapse {
     at.ref += n;
   }
 
-  /// Where pieces were joined, fewer references stand than there is room for. Those above end at `end`.
+  /// Where pieces were joined, fewer references stand than there is room for. Those of the nodes above end
+  /// at `end`.
   void close_gaps(std::size_t end) {
     for (const Apart& apart : apart_) {
       const std::size_t gap = apart.begin.ref - end;

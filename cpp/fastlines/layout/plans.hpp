@@ -8,16 +8,17 @@
 //     C(v, i) = the less of  C(v, i − 1)  and  D(v, i)
 //     D(v, i) = min over 1 ≤ k < i of  C(left, k) + C(right, i − k)
 //
-// Children have larger indices than their parents, so a loop backwards fills the table: for subtrees apart, each on a
-// thread, then for the nodes above them.
+// Children have larger indices than their parents, so a loop backwards fills the table: for subtrees apart, by all
+// threads, then for the nodes above them.
 #pragma once
 
-#include <cmath>
+#include <algorithm>
+#include <limits>
 
 #include "../build/chunks.hpp"
 #include "../memory/buffer.hpp"
-#include "../tree/tree.hpp"
-#include "pieces.hpp"
+#include "../tree/parts.hpp"
+#include "joined.hpp"
 
 namespace fastlines {
 
@@ -46,34 +47,43 @@ class Planner {
 
   Buffer<Plan> operator()(unsigned n_threads, Progress& progress) {
     plans_.make_room(nodes_.size());
+    const Parts parts = divide(nodes_, kPart, std::numeric_limits<std::size_t>::max());
+    std::atomic<bool> apart = !parts.bad;
+    if (apart)
+      for_each_chunk(
+          parts.below.size(), n_threads, progress, [] { return 0; },
+          [&](int, std::size_t i) {
+            if (!plan_part(parts.below[i])) apart = false;
+          },
+          {0.0, 0.4});
+    if (apart)
+      for (auto v = parts.above.rbegin(); v != parts.above.rend(); ++v) plan(*v);
+    else  // made by hand, and not in preorder
+      for (auto v = std::uint32_t(nodes_.size()); v-- > 0;) {
+        if (v % kPart == 0) progress.check();
+        plan(v);
+      }
     plans_.keep(nodes_.size());
-    part(0, std::uint32_t(nodes_.size()));
-    for_each_chunk(
-        parts_.size(), n_threads, progress, [] { return 0; },
-        [&](int, std::size_t i) {
-          for (std::uint32_t v = parts_[i].end; v-- > parts_[i].begin;) plan(v);
-        },
-        {0.0, 0.4});
-    for (auto v = above_.rbegin(); v != above_.rend(); ++v) plan(*v);
     return std::move(plans_);
   }
 
  private:
   static constexpr std::uint32_t kPart = 4096;
 
-  /// Subtrees of at most kPart nodes, which stand in a row, and the nodes above them.
-  void part(std::uint32_t begin, std::uint32_t end) {
-    if (end - begin <= kPart) return parts_.push_back({begin, end});
-    above_.push_back(begin);
-    part(begin + 1, nodes_[begin].right);
-    part(nodes_[begin].right, end);
+  /// False if the part leads out of itself.
+  bool plan_part(const Part& part) {
+    for (std::uint32_t v = part.end; v-- > part.begin;) {
+      if (!nodes_[v].is_leaf() && nodes_[v].right >= part.end) return false;
+      plan(v);
+    }
+    return true;
   }
 
   void plan(std::uint32_t v) {
     const Node& node = nodes_[v];
     Plan& plan = plans_[v];
     const auto area = float(node.box.area(margin_) / root_area_);
-    const float as_leaf = fit_leaf(refs_.subspan(node.first_ref, node.n_refs)) ? area * cost_.c_leaf : kNever;
+    const float as_leaf = few_enough(refs_.subspan(node.first_ref, node.n_refs)) ? area * cost_.c_leaf : kNever;
     std::fill(std::begin(plan.k), std::end(plan.k), std::uint8_t(0));
     plan.k_all = 0;
     plan.n_leaves = 1;
@@ -108,17 +118,11 @@ class Planner {
 
   static constexpr float kNever = std::numeric_limits<float>::infinity();
 
-  struct Part {
-    std::uint32_t begin, end;
-  };
-
   std::span<const Node> nodes_;
   std::span<const Reference> refs_;
   CollapseCost cost_;
   double margin_, root_area_;
   Buffer<Plan> plans_;
-  std::vector<Part> parts_;
-  std::vector<std::uint32_t> above_;
 };
 
 }  // namespace fastlines

@@ -36,7 +36,7 @@ class Buffer {
     return data_;
   }
 
-  /// Keep the first n elements of those written.
+  /// Have n elements, those that are or will be written at the front.
   void keep(std::size_t n) { size_ = n; }
 
   void assign(std::span<const T> from) {

@@ -8,10 +8,10 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 
 #include "../query/batch.hpp"
 #include "../query/ends.hpp"
+#include "parts.hpp"
 
 namespace fastlines {
 
@@ -22,13 +22,14 @@ class Refit {
 
   /// Returns a node that is not in the tree's preorder, if there is one; then nothing else is of use.
   std::optional<std::size_t> operator()(unsigned n_threads, Progress& progress) {
-    if (!divide()) return bad_;
+    const Parts parts = divide(nodes_, kNodes, kRefs);
+    if (parts.bad) return parts.bad;
     for_each_chunk(
-        parts_.size(), n_threads, progress, [] { return std::make_unique_for_overwrite<Scratch>(); },
-        [&](auto& scratch, std::size_t i) { fit(parts_[i], *scratch); });
+        parts.below.size(), n_threads, progress, [] { return std::make_unique_for_overwrite<Scratch>(); },
+        [&](auto& scratch, std::size_t i) { fit(parts.below[i], *scratch); });
     if (const std::size_t bad = bad_.load(); bad != kNone) return bad;
-    for (std::size_t k = top_.size(); k-- > 0;) {
-      const std::uint32_t i = top_[k];
+    for (std::size_t k = parts.above.size(); k-- > 0;) {
+      const std::uint32_t i = parts.above[k];
       Box box = to_[i + 1].box;
       box.grow(to_[nodes_[i].right].box);
       to_[i] = nodes_[i];
@@ -41,35 +42,10 @@ class Refit {
  private:
   static constexpr std::size_t kNodes = 1024, kRefs = 4096, kAhead = 16, kNone = std::size_t(-1);
 
-  struct Part {
-    std::uint32_t begin, end;
-  };
-
   struct Scratch {
     Box4 boxes[1 + kRefs + kNodes];  // an empty one, those of references, those of nodes
     std::uint32_t leaves[kNodes], inner[kNodes];
   };
-
-  bool divide() {
-    std::vector<Part> stack{{0, std::uint32_t(nodes_.size())}};
-    while (!stack.empty()) {
-      const Part part = stack.back();
-      const Node& node = nodes_[part.begin];
-      stack.pop_back();
-      if (node.is_leaf() || (part.end - part.begin <= kNodes && node.n_refs <= kRefs)) {
-        parts_.push_back(part);
-        continue;
-      }
-      if (node.right <= part.begin + 1 || node.right >= part.end) {
-        bad_ = part.begin;
-        return false;
-      }
-      top_.push_back(part.begin);
-      stack.push_back({node.right, part.end});
-      stack.push_back({part.begin + 1, node.right});
-    }
-    return true;
-  }
 
   void fit(const Part& part, Scratch& scratch) {
     const Node* const nodes = &nodes_[part.begin];
@@ -162,8 +138,6 @@ class Refit {
   std::span<const Reference> refs_;
   std::span<const Segment> segments_;
   Node* to_;
-  std::vector<Part> parts_;
-  std::vector<std::uint32_t> top_;
   std::atomic<std::size_t> bad_{kNone};
   std::atomic<bool> has_empty_{false};
 };

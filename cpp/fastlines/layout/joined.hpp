@@ -26,7 +26,7 @@ inline std::size_t join_pieces(std::span<const Reference> below, Reference* to) 
 
 /// Whether these references are few enough for a leaf once adjacent pieces are joined. Most nodes have too many
 /// segments for that, which is soon seen: so many marks can not be of fewer.
-inline bool fit_leaf(std::span<const Reference> below) {
+inline bool few_enough(std::span<const Reference> below) {
   constexpr std::size_t at_once = 2 * kWidth;
   if (below.size() <= kWidth) return true;
   if (below.size() > 8 * kWidth) return false;
