@@ -70,6 +70,8 @@ def test_rays_go_together_only_where_that_pays(pixels, query):
             getattr(tree, query)(origins, directions, 0.001, kernel=kernel)
             taken = module.taken()
             cost[kernel] = sum(n * taken[name] for name, n in cycles.items())
+            if kernel != "auto":  # what is forced is done
+                assert taken["bundles"] == (pixels * pixels // 64 if kernel == "bundle" else 0)
     assert cost["auto"] < 1.25 * min(cost["wave"], cost["bundle"]), cost
     assert (cost["wave"] < cost["bundle"]) == (pixels == 128), cost
 

@@ -42,8 +42,11 @@ class Answerer {
   /// Answer the rays with these numbers, at most 64; those that go alone may stay unanswered until `finish`.
   void take(const std::uint32_t* ids, int n) {
     rays_.fill(batch_, tree_.frame, n, ids);
-    choice_.next();
-    if (kernel_ == Kernel::single || kernel_ == Kernel::wave || choice_.curious()) return alone(0, n);
+    if (kernel_ == Kernel::single || kernel_ == Kernel::wave) return alone(0, n);
+    if (kernel_ == Kernel::automatic) {
+      choice_.next();
+      if (choice_.curious()) return alone(0, n);
+    }
     const int end = (n + kWidth - 1) / kWidth * kWidth;
     if (suits(0, end)) return together(0, end);
     for (int first = 0; first < end; first += kWidth)
