@@ -5,6 +5,8 @@
 // their answers.
 #pragma once
 
+#include <limits>
+
 #include "choice.hpp"
 #include "single.hpp"
 #include "stream.hpp"
@@ -15,23 +17,6 @@ namespace fastlines {
 
 /// Which kernel to use; `automatic` measures how far the rays of each group spread.
 enum class Kernel { automatic, single, wave, bundle };
-
-/// Where almost every ray finds what it asks for at once, a ray that is searched alone meets it before a wave has read
-/// what lies beside it. This tells from the rays before.
-class Luck {
- public:
-  void note(bool found) {
-    n_found_ += found;
-    if (++n_rays_ < kLook) return;
-    n_rays_ /= 2;
-    n_found_ /= 2;
-  }
-  bool holds() const { return n_rays_ >= kLook / 4 && 8 * n_found_ >= 7 * n_rays_; }
-
- private:
-  static constexpr int kLook = 256;
-  int n_rays_ = 0, n_found_ = 0;
-};
 
 template <class Job>
 class Answerer {
@@ -69,10 +54,13 @@ class Answerer {
   }
 
   void together(int first, int end) {
-    job.begin(collector_, rays_);
-    const std::uint64_t cost = thick_.search(rays_, bundle_, collector_);
     end = std::min(end, rays_.n);
+    const std::uint64_t most =
+        kernel_ == Kernel::bundle ? std::numeric_limits<std::uint64_t>::max() : choice_.most(end - first);
+    job.begin(collector_, rays_);
+    const std::uint64_t cost = thick_.search(rays_, bundle_, collector_, most);
     choice_.note_together({cost, std::uint64_t(end - first)}, bundle_.spread);
+    if (cost > most) return alone(first, end);
     job.take(rays_, collector_, first, end);
   }
 
@@ -90,7 +78,7 @@ class Answerer {
     for (int i = first; i < end; ++i) {
       const Ray ray = rays_.ray(i);
       auto sink = job.sink(ray);
-      if (kernel_ == Kernel::single || (kernel_ == Kernel::automatic && luck_.holds())) {
+      if (kernel_ == Kernel::single) {
         search_single(tree_, ray, sink, stack_);
         done(rays_.id[i], sink);
       } else {
@@ -100,10 +88,7 @@ class Answerer {
     choice_.note_alone(wave_.take_work());
   }
 
-  void done(std::uint32_t id, typename Job::Sink& sink) {
-    if constexpr (std::is_same_v<typename Job::Sink, AnySink>) luck_.note(sink.found);
-    job.done(id, sink);
-  }
+  void done(std::uint32_t id, typename Job::Sink& sink) { job.done(id, sink); }
 
   const WideView& tree_;
   const RayBatch& batch_;
@@ -116,7 +101,6 @@ class Answerer {
   typename Job::Collector collector_;
   Wave<typename Job::Sink> wave_{tree_};
   Stream stream_{tree_};
-  Luck luck_;
 };
 
 }  // namespace fastlines

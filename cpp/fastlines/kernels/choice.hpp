@@ -12,11 +12,13 @@
 
 namespace fastlines {
 
-/// What steps take beside each other, in cycles, waiting and packing included: rounded from `bench steps` and from what
-/// whole queries take. Only so good that ways which differ by a half are told apart.
-struct StepCost {
-  static constexpr std::uint64_t kNode = 65, kLeaf = 55, kSegment = 40, kLine = 18, kPack = 70, kTest = 50;
-  static constexpr std::uint64_t kRayAlone = 200, kRayTogether = 50;
+/// What steps take in a bundle, and alone in a wave or a stream, in cycles: with their share of all that is in no step,
+/// so that they sum to what queries take. Only so good that ways which differ by a half are told apart.
+struct TogetherCost {
+  static constexpr std::uint64_t kRay = 40, kNode = 55, kLeaf = 45, kSegment = 30, kLine = 15, kPack = 60;
+};
+struct AloneCost {
+  static constexpr std::uint64_t kRay = 250, kNode = 85, kLeaf = 60, kTest = 70, kPack = 300;
 };
 
 /// Some rays, and what they have cost.
@@ -42,29 +44,47 @@ class Choice {
   /// Whether to let a group go alone, to learn what that costs.
   bool curious() { return std::exchange(curious_, false); }
 
+  /// What so many rays may cost together before they are better asked alone after all.
+  std::uint64_t most(int n_rays) const {
+    const float a_ray = alone_.rays == 0 ? kMost : std::max(kMost, kGiveUp * alone_.per_ray());
+    return std::uint64_t(a_ray) * std::uint64_t(n_rays);
+  }
+
   void note_together(const Work& work, float spread) {
     const float cost = work.per_ray();
     if (cost <= kCheap) return;
-    if (alone_.rays == 0)
+    if (alone_.rays == 0) {
       curious_ = true;
-    else if (const float alone = alone_.per_ray(); cost > alone)
+    } else if (const float alone = alone_.per_ray(); cost > kSurely * alone) {
       bound_ = std::min(bound_, spread * alone / cost);
+      then_ = alone;
+    }
   }
 
   void note_alone(const Work& work) {
     alone_ += work;
+    if (alone_.rays == 0) return;
+    if (alone_.per_ray() < kElsewhere * then_) {
+      bound_ = widest_;
+      then_ = 0.0f;
+    }
     if (alone_.rays < kRecent) return;
     alone_.cost /= 2;
     alone_.rays /= 2;
   }
 
  private:
-  static constexpr float kSpread = 1.6f;    // of the mean extent of a leaf: the bound at first
-  static constexpr float kForget = 1.005f;  // the bound after a group
-  static constexpr float kCheap = 600.0f;   // rays alone cost no less
-  static constexpr std::uint64_t kRecent = 512;
+  static constexpr float kSpread = 1.6f;         // of the mean extent of a leaf: the bound at first
+  static constexpr float kForget = 1.005f;       // the bound after a group
+  static constexpr float kCheap = 600.0f;        // rays alone cost no less
+  static constexpr float kSurely = 2.5f;         // dearer than alone, however wrong the costs are
+  static constexpr float kElsewhere = 0.6f;      // where rays alone cost so much less, bundles are tried again
+  static constexpr float kMost = 4000.0f;        // a ray of a bundle that is not given up,
+  static constexpr float kGiveUp = 4.0f;         // or so many times as much as alone
+  static constexpr std::uint64_t kRecent = 512;  // of more rays alone than these, half is forgotten
 
   float widest_, bound_;
+  float then_ = 0.0f;  // what rays alone cost when the bound came down last
   Work alone_;
   bool curious_ = false;
 };

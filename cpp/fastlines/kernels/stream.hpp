@@ -23,7 +23,7 @@ class Stream {
   std::uint64_t search(const RayLanes& rays, int first, int end, Collector& collector) {
     first_ = first;
     end_ = end;
-    cost_ = StepCost::kRayAlone * std::uint64_t(end - first);
+    cost_ = AloneCost::kRay * std::uint64_t(end - first);
     nodes_.clear();
     leaves_.clear();
     survivors_.clear();
@@ -50,7 +50,7 @@ class Stream {
     taken_.ray.assign(nodes_.ray.begin() + std::ptrdiff_t(begin), nodes_.ray.begin() + std::ptrdiff_t(begin + n));
     nodes_.n = begin;
     tally(&Steps::nodes, n);
-    cost_ += StepCost::kNode * n;
+    cost_ += AloneCost::kNode * n;
     nodes_.reserve((n + 1) * kWidth);
     leaves_.reserve((n + 1) * kWidth);
     for (std::size_t j = 0; j < n; ++j) {
@@ -69,7 +69,7 @@ class Stream {
   void test_leaves(const RayLanes& rays, Collector& collector) {
     const std::size_t n = leaves_.size();
     tally(&Steps::leaves, n);
-    cost_ += StepCost::kLeaf * n;
+    cost_ += AloneCost::kLeaf * n;
     survivors_.reserve((n + 1) * kWidth);
     for (std::size_t j = 0; j < n; ++j) {
       if (j + kAhead < n) fetch(tree_.leaves + leaves_.what[j + kAhead]);
@@ -116,7 +116,7 @@ class Stream {
     for (; begin < end; begin += kWidth) {
       const int n = int(std::min<std::size_t>(end - begin, kWidth));
       tally(&Steps::packs);
-      cost_ += StepCost::kPack;
+      cost_ += AloneCost::kPack;
       for (int j = 0; j < n; ++j) {
         const Reference& ref = tree_.refs[sorted_[begin + std::size_t(j)]];
         segments_.put(j, tree_.segments[ref.prim]);

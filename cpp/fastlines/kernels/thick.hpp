@@ -21,21 +21,22 @@ class ThickSearch {
  public:
   explicit ThickSearch(const WideView& tree) : tree_(tree) {}
 
-  /// Show the collector what the rays of a bundle come near; returns what that cost.
+  /// Show the collector what the rays of a bundle come near; returns what that cost. What costs more than `most` is
+  /// given up.
   template <class Collector>
-  std::uint64_t search(const RayLanes& rays, Bundle& bundle, Collector& collector) {
+  std::uint64_t search(const RayLanes& rays, Bundle& bundle, Collector& collector, std::uint64_t most) {
     tally(&Steps::bundles);
-    cost_ = StepCost::kRayTogether * std::uint64_t(bundle.end - bundle.first);
+    cost_ = TogetherCost::kRay * std::uint64_t(bundle.end - bundle.first);
     float deepest = bundle.look(collector.limit);
     seen_.clear();
     stack_.clear();
     stack_.push({0, bundle.axis.t_min});
-    while (!stack_.empty()) {
+    while (!stack_.empty() && cost_ <= most) {
       const Waiting next = stack_.pop();
       if (!(next.enter <= deepest)) continue;
       const WideNode& node = tree_.nodes[next.child];
       tally(&Steps::nodes);
-      cost_ += StepCost::kNode;
+      cost_ += TogetherCost::kNode;
       Float16 enter;
       const std::uint32_t lanes = cull_node(bundle.axis, node, deepest, enter);
       const std::uint32_t inner = lanes & ((1u << node.n_inner) - 1);
@@ -61,7 +62,7 @@ class ThickSearch {
     for (; leaves; leaves &= leaves - 1) {
       const WideLeaf& leaf = tree_.leaves[base + std::uint32_t(std::countr_zero(leaves))];
       tally(&Steps::leaves);
-      cost_ += StepCost::kLeaf;
+      cost_ += TogetherCost::kLeaf;
       const std::uint32_t lanes = cull_leaf(axis, leaf);
       pack_numbers(lanes, leaf.first_ref, pieces_ + n_pieces);
       n_pieces += std::popcount(lanes);
@@ -91,9 +92,9 @@ class ThickSearch {
       }
     tally(&Steps::lines, std::uint64_t(n * (bundle.end - bundle.first) / kWidth));
     tally(&Steps::packs, std::uint64_t(n_packs));
-    cost_ += StepCost::kSegment * std::uint64_t(n) +
-             StepCost::kLine * std::uint64_t(n * (bundle.end - bundle.first) / kWidth) +
-             StepCost::kPack * std::uint64_t(n_packs);
+    cost_ += TogetherCost::kSegment * std::uint64_t(n) +
+             TogetherCost::kLine * std::uint64_t(n * (bundle.end - bundle.first) / kWidth) +
+             TogetherCost::kPack * std::uint64_t(n_packs);
     for (int i = 0; i < n_packs; ++i) {
       const auto [j, first, near] = packs_[i];
       const Vec3 start{lines_.start[0][j], lines_.start[1][j], lines_.start[2][j]};

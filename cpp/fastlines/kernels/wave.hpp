@@ -134,7 +134,7 @@ class Wave {
       for (std::size_t j = 0; j < n; j += kWidth) test_sixteen<Float16>(j, int(std::min<std::size_t>(n - j, kWidth)));
     else
       for (std::size_t j = 0; j < n; ++j) test_one(slots[survivors_.ray[j]], tree_.refs[survivors_.what[j]]);
-    work_.cost += StepCost::kNode * std::uint64_t(n_) + StepCost::kLeaf * n_leaves + StepCost::kTest * n;
+    work_.cost += AloneCost::kNode * std::uint64_t(n_) + AloneCost::kLeaf * n_leaves + AloneCost::kTest * n;
     tally(&Steps::nodes, std::uint64_t(n_));
     tally(&Steps::leaves, n_leaves);
     tally(&Steps::pieces, n);
@@ -147,7 +147,7 @@ class Wave {
         fetch(tree_.nodes + slot.node);
         continue;
       }
-      work_ += {StepCost::kRayAlone, 1};
+      work_ += {AloneCost::kRay, 1};
       done(slot.tag, *slot.sink);
       std::swap(which_[i], which_[--n_]);
     }
