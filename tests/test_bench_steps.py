@@ -10,6 +10,7 @@ from command_line import done, refused
 
 import fastlines as fl
 from fastlines.engines import counting
+from fastlines.threads import num_threads
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 
@@ -67,8 +68,7 @@ def test_rays_go_together_only_where_that_pays(pixels, query):
     origins, directions = scene.camera.rays(pixels, pixels)
     cycles = {"nodes": 65, "leaves": 55, "segments": 40, "lines": 18, "packs": 70, "tests": 50}
     cost = {}
-    fl.set_num_threads(1)
-    with counting() as module:
+    with num_threads(1), counting() as module:
         for kernel in ("wave", "bundle", "auto"):
             module.taken()
             getattr(tree, query)(origins, directions, 0.001, kernel=kernel)
@@ -78,7 +78,6 @@ def test_rays_go_together_only_where_that_pays(pixels, query):
                 assert taken["bundles"] == (pixels * pixels // 64 if kernel == "bundle" else 0)
     assert cost["auto"] < 1.7 * min(cost["wave"], cost["bundle"]), cost
     assert (cost["wave"] < cost["bundle"]) == (pixels == 128), cost
-    fl.set_num_threads(None)
 
 
 def test_refused():

@@ -42,7 +42,7 @@ class Answerer {
   }
 
   void finish() {
-    wave_.drain([this](std::uint32_t id, typename Job::Sink& sink) { done(id, sink); });
+    wave_.drain([this](std::uint32_t id, typename Job::Sink& sink) { job.done(id, sink); });
   }
 
   Job job;
@@ -80,15 +80,13 @@ class Answerer {
       auto sink = job.sink(ray);
       if (kernel_ == Kernel::single) {
         search_single(tree_, ray, sink, stack_);
-        done(rays_.id[i], sink);
+        job.done(rays_.id[i], sink);
       } else {
-        wave_.add(ray, sink, rays_.id[i], [this](std::uint32_t id, typename Job::Sink& ended) { done(id, ended); });
+        wave_.add(ray, sink, rays_.id[i], [this](std::uint32_t id, typename Job::Sink& ended) { job.done(id, ended); });
       }
     }
     choice_.note_alone(wave_.take_work());
   }
-
-  void done(std::uint32_t id, typename Job::Sink& sink) { job.done(id, sink); }
 
   const WideView& tree_;
   const RayBatch& batch_;

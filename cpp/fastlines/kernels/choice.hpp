@@ -2,8 +2,8 @@
 //
 // A bundle meets what lies between its rays, so it pays as long as they stray little beside what the tree tells apart.
 // How little depends on the scene: leaves of straight hair are long, but lie close beside each other. So the bound on
-// the spread comes down where bundles turn out dearer than rays alone, and then slowly comes up again. Answers are the
-// same, whichever way they are found.
+// the spread comes down where bundles turn out much dearer than rays alone, then slowly comes up again, and at once
+// where rays alone get cheap. Answers are the same, whichever way they are found.
 #pragma once
 
 #include <algorithm>
@@ -76,7 +76,7 @@ class Choice {
  private:
   static constexpr float kSpread = 1.6f;         // of the mean extent of a leaf: the bound at first
   static constexpr float kForget = 1.005f;       // the bound after a group
-  static constexpr float kCheap = 600.0f;        // rays alone cost no less
+  static constexpr float kCheap = 600.0f;        // a ray of a bundle that nobody doubts
   static constexpr float kSurely = 2.5f;         // dearer than alone, however wrong the costs are
   static constexpr float kElsewhere = 0.6f;      // where rays alone cost so much less, bundles are tried again
   static constexpr float kMost = 4000.0f;        // a ray of a bundle that is not given up,
