@@ -22,19 +22,18 @@ struct LinesBeside {
   void take(const WideView& tree, const std::uint32_t* prims, int n, const Bundle& bundle) {
     for (int j = 0; j < n; ++j) segments.put(j, tree.segments[prims[j]]);
     using F = Float16;
-    const CullRay& axis = bundle.axis;
     F from[3], to[3];
     segments.in(tree.frame, from, to);
     for (int k = 0; k < 3; ++k) {
       from[k].store(start[k]);
       to[k].store(along[k]);
-      from[k] = from[k] - F(axis.o[k]);
+      from[k] = from[k] - F(bundle.centre[k]);
     }
     const auto dot = [](const F(&w)[3], const auto& b) {
       return fma(w[2], F(b[2]), fma(w[1], F(b[1]), w[0] * F(b[0])));
     };
-    const F px = dot(from, axis.u), py = dot(from, axis.v), pz = dot(from, bundle.c);
-    const F ex = dot(to, axis.u), ey = dot(to, axis.v), ez = dot(to, bundle.c), zero = 0.0f;
+    const F px = dot(from, bundle.u), py = dot(from, bundle.v), pz = dot(from, bundle.c);
+    const F ex = dot(to, bundle.u), ey = dot(to, bundle.v), ez = dot(to, bundle.c), zero = 0.0f;
     ey.store(at_x);
     (zero - ex).store(at_y);
     (pz * ey - py * ez).store(at_dx);

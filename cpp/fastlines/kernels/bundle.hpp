@@ -17,11 +17,12 @@ namespace fastlines {
 struct Bundle {
   int first = 0, end = 0;  // its lanes, whole groups of 16
   CullRay axis;
-  Vec3 c;               // direction of the axis
-  float spread = 0.0f;  // how far the rays stray from the axis
-  float reach = 0.0f;   // of the rays: radius and rounding
-  float slope = 0.0f;   // the largest |(x', y')|
-  float grain = 0.0f;   // times |e|: what rounding may add to a line's moment
+  Vec3 centre, u, v, c;  // a point of the axis, a basis, of which c is its direction
+  float stray = 0.0f;    // reach of the axis
+  float spread = 0.0f;   // how far the rays stray from the axis
+  float reach = 0.0f;    // of the rays: radius and rounding
+  float slope = 0.0f;    // the largest |(x', y')|
+  float grain = 0.0f;    // times |e|: what rounding may add to a line's moment
 
   // Rays beside the axis: at depth z at x + z·dx, y + z·dy; moment = x·dy − y·dx. Their depth is a + b·t; what begins
   // beyond `last` is no hit.
@@ -32,7 +33,6 @@ struct Bundle {
   bool gather(const RayLanes& rays, int first_, int end_, const Box& scene) {
     first = first_;
     end = end_;
-    Vec3 centre;
     for (int k = 0; k < 3; ++k) {
       centre[k] = sum(rays.o[k]) / float(end - first);
       c[k] = sum(rays.r[k]);
@@ -41,7 +41,8 @@ struct Bundle {
     if (!(length > 0.5f * float(end - first))) return false;
     c = c * (1.0f / length);
     const float sign = std::copysign(1.0f, c[2]), f = -1.0f / (sign + c[2]), g = c[0] * c[1] * f;
-    const Vec3 u{1.0f + sign * c[0] * c[0] * f, sign * g, -sign * c[0]}, v{g, sign + c[1] * c[1] * f, -c[1]};
+    u = {1.0f + sign * c[0] * c[0] * f, sign * g, -sign * c[0]};
+    v = {g, sign + c[1] * c[1] * f, -c[1]};
 
     // The depths of the scene's box along the axis.
     float middle = 0.0f, half = 0.001f, far = 2.0f;
@@ -85,7 +86,8 @@ struct Bundle {
     spread = std::sqrt(greatest(stray2));
     slope = std::sqrt(greatest(slope2));
     grain = (far + spread) * 0x1p-17f;  // ulps of all that m is made of
-    axis = CullRay(centre, c, u, v, reach + spread * 1.0002f + 4e-6f, least(earliest) - spread - reach - 1e-5f);
+    stray = reach + spread * 1.0002f + 4e-6f;
+    axis = CullRay(centre, c, u, v, stray, least(earliest) - spread - reach - 1e-5f);
     return true;
   }
 
@@ -99,7 +101,7 @@ struct Bundle {
       (here + more).store(last + i);
       deepest = max(deepest, here);
     }
-    return greatest(deepest) + axis.reach;
+    return greatest(deepest) + stray;
   }
 
  private:

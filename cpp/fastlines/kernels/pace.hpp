@@ -87,8 +87,8 @@ inline Pace measure_pace(const WideView& tree, const RayBatch& batch) {
     keep(sum);
   });
   pace.leaf = pace_of([&](int i) {
-    const CullRay& ray = cull[std::uint32_t(i) % kFew];
-    sum += cull_leaf(ray, tree.leaves[0]);
+    const Across& ray = cull[std::uint32_t(i) % kFew].across;
+    sum += cull_leaf(ray, tree.leaves[0], place_of(tree.leaves[0], ray));
     keep(sum);
   });
   pace.segment = pace_of(

@@ -20,7 +20,7 @@ void search_single(const WideView& tree, const Ray& ray, Sink& sink, Stack& stac
     }
     const WideLeaf& leaf = tree.leaves[child & ~kLeaf];
     tally(&Steps::leaves);
-    for (std::uint32_t lanes = cull_leaf(cull, leaf); lanes; lanes &= lanes - 1) {
+    for (std::uint32_t lanes = cull_leaf(cull.across, leaf, place_of(leaf, cull.across)); lanes; lanes &= lanes - 1) {
       const Reference& ref = tree.refs[leaf.first_ref + std::uint32_t(std::countr_zero(lanes))];
       tally(&Steps::tests);
       test_segment(ray, tree.segments[ref.prim], tree.frame, ref, sink);

@@ -71,11 +71,16 @@ class Stream {
     tally(&Steps::leaves, n);
     cost_ += AloneCost::kLeaf * n;
     survivors_.reserve((n + 1) * kWidth);
-    for (std::size_t j = 0; j < n; ++j) {
-      if (j + kAhead < n) fetch(tree_.leaves + leaves_.what[j + kAhead]);
-      const WideLeaf& leaf = tree_.leaves[leaves_.what[j]];
-      const std::uint32_t ray = leaves_.ray[j];
-      survivors_.pack(cull_leaf(cull_[ray], leaf), leaf.first_ref, ray);
+    for (std::size_t j = 0; j < std::min(n, kAhead); ++j) fetch(tree_.leaves + leaves_.what[j]);
+    for (std::size_t begin = 0; begin < n; begin += kAhead) {
+      const std::uint32_t *const what = leaves_.what.data() + begin, *const ray = leaves_.ray.data() + begin;
+      const std::size_t m = std::min(n - begin, kAhead), more = std::min(n - begin - m, kAhead);
+      for (std::size_t j = 0; j < m; ++j) places_[j] = place_of(tree_.leaves[what[j]], cull_[ray[j]].across);
+      for (std::size_t j = 0; j < m; ++j) {
+        if (j < more) fetch(tree_.leaves + what[m + j]);
+        near_[j] = cull_leaf(cull_[ray[j]].across, tree_.leaves[what[j]], places_[j]);
+      }
+      for (std::size_t j = 0; j < m; ++j) survivors_.pack(near_[j], tree_.leaves[what[j]].first_ref, ray[j]);
     }
     leaves_.clear();
     if (survivors_.size() >= kEnough) test_survivors(rays, collector);
@@ -137,6 +142,8 @@ class Stream {
   int first_ = 0, end_ = 0;
   std::uint64_t cost_ = 0;
   CullRay cull_[kLanes];
+  LeafPlace places_[kAhead];    // of some leaves
+  std::uint32_t near_[kAhead];  // the pieces of each that survive
   Pairs nodes_, taken_, leaves_, survivors_;
   std::vector<std::uint32_t> sorted_;
   Sixteen segments_;  // those that are tested

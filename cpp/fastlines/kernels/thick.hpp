@@ -41,7 +41,7 @@ class ThickSearch {
       const std::uint32_t lanes = cull_node(bundle.axis, node, deepest, enter);
       const std::uint32_t inner = lanes & ((1u << node.n_inner) - 1);
       if (lanes != inner) {
-        const int n = segments(bundle.axis, node.first_leaf - node.n_inner, lanes ^ inner);
+        const int n = segments(bundle.axis.across, node.first_leaf - node.n_inner, lanes ^ inner);
         for (int i = 0; i < n; i += kWidth) test(rays, bundle, prims_ + i, std::min(n - i, kWidth), collector);
         if (collector.closer) {
           collector.closer = false;
@@ -55,15 +55,21 @@ class ThickSearch {
 
  private:
   /// The segments whose pieces in these leaves survive, but for those that the bundle has met already.
-  int segments(const CullRay& axis, std::uint32_t base, std::uint32_t leaves) {
+  int segments(const Across& axis, std::uint32_t base, std::uint32_t leaves) {
     int n_pieces = 0, n = 0;
     for (std::uint32_t left = leaves; left; left &= left - 1)
       fetch(tree_.leaves + (base + std::uint32_t(std::countr_zero(left))));
+    int n_leaves = 0;
     for (; leaves; leaves &= leaves - 1) {
-      const WideLeaf& leaf = tree_.leaves[base + std::uint32_t(std::countr_zero(leaves))];
-      tally(&Steps::leaves);
-      cost_ += TogetherCost::kLeaf;
-      const std::uint32_t lanes = cull_leaf(axis, leaf);
+      leaf_[n_leaves] = tree_.leaves + (base + std::uint32_t(std::countr_zero(leaves)));
+      places_[n_leaves] = place_of(*leaf_[n_leaves], axis);
+      ++n_leaves;
+    }
+    tally(&Steps::leaves, std::uint64_t(n_leaves));
+    cost_ += TogetherCost::kLeaf * std::uint64_t(n_leaves);
+    for (int i = 0; i < n_leaves; ++i) {
+      const WideLeaf& leaf = *leaf_[i];
+      const std::uint32_t lanes = cull_leaf(axis, leaf, places_[i]);
       pack_numbers(lanes, leaf.first_ref, pieces_ + n_pieces);
       n_pieces += std::popcount(lanes);
     }
@@ -117,6 +123,8 @@ class ThickSearch {
   Stack stack_;
   SeenSet seen_;
   LinesBeside lines_{};
+  const WideLeaf* leaf_[kWidth];
+  LeafPlace places_[kWidth];
   std::uint32_t pieces_[(kWidth + 1) * kWidth], prims_[(kWidth + 1) * kWidth];
   Pack packs_[kWidth * (kLanes / kWidth)];
 };

@@ -122,7 +122,9 @@ class Wave {
     survivors_.reserve((n_leaves + 1) * kWidth);
     for (std::size_t j = 0; j < n_leaves; ++j) fetch(tree_.leaves + leaves_.what[j]);
     for (std::size_t j = 0; j < n_leaves; ++j)
-      near_[j] = cull_leaf(slots[leaves_.ray[j]].cull, tree_.leaves[leaves_.what[j]]);
+      places_[j] = place_of(tree_.leaves[leaves_.what[j]], slots[leaves_.ray[j]].cull.across);
+    for (std::size_t j = 0; j < n_leaves; ++j)
+      near_[j] = cull_leaf(slots[leaves_.ray[j]].cull.across, tree_.leaves[leaves_.what[j]], places_[j]);
     for (std::size_t j = 0; j < n_leaves; ++j)
       survivors_.pack(near_[j], tree_.leaves[leaves_.what[j]].first_ref, leaves_.ray[j]);
 
@@ -187,6 +189,7 @@ class Wave {
   TestLanes<kSlots> rays_;               // those of the slots
   std::uint32_t which_[kSlots];          // the slots in use, then those that are free
   Pairs leaves_, survivors_;             // each for a slot
+  LeafPlace places_[kSlots * kWidth];    // of the leaves
   std::uint32_t near_[kSlots * kWidth];  // the pieces of each leaf that survive
   Work work_;
   Sixteen segments_;  // those that are tested

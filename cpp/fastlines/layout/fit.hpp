@@ -96,6 +96,7 @@ class Fit {
     leaf.n_refs = n_refs;
     leaf.unused = 0;
     const Float4 per_scale = four(leaf.per_scale);
+    auto* const rows = reinterpret_cast<std::uint8_t (*)[kWidth]>(leaf.ends);
     const auto nearest = [&](const Float4& x) { return (x - org) * per_scale + four(0.5f); };
     for (int i = 0; i < kWidth; i += 4) {
       Float4 a[4], c[4];
@@ -103,8 +104,8 @@ class Fit {
         a[j] = nearest(ends[i + j].a);
         c[j] = nearest(ends[i + j].c);
       }
-      put_bytes(a, leaf.a, i);
-      put_bytes(c, leaf.c, i);
+      put_bytes(a, rows, i);
+      put_bytes(c, rows + 3, i);
     }
   }
 

@@ -26,6 +26,15 @@ inline Float4 four(const float* p) {
 [[gnu::always_inline]] inline Float4 min(Float4 x, Float4 y) { return x < y ? x : y; }
 [[gnu::always_inline]] inline Float4 max(Float4 x, Float4 y) { return x > y ? x : y; }
 
+/// Rounds once or twice: for culling only.
+[[gnu::always_inline]] inline Float4 fma(Float4 x, Float4 y, Float4 z) {
+#if defined(__FMA__)
+  return Float4(_mm_fmadd_ps(__m128(x), __m128(y), __m128(z)));
+#else
+  return x * y + z;
+#endif
+}
+
 [[gnu::always_inline]] inline void to_double(const Float4& x, Double4& wide) {
 #if defined(__AVX__)
   wide = Double4(_mm256_cvtps_pd(__m128(x)));  // the compiler would take six instructions
