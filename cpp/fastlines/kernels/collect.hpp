@@ -26,6 +26,7 @@ inline void begin_limits(const RayLanes& rays, float (&limit)[kLanes]) {
 /// Any sink, for each ray on its own.
 template <class Sink>
 struct SinkCollector {
+  static constexpr bool kUnordered = false;
   alignas(64) float limit[kLanes];
   bool closer = false;
   const WideView& tree;
@@ -55,6 +56,7 @@ struct SinkCollector {
 
 /// The first hits, by closest approach.
 struct FirstCollector {
+  static constexpr bool kUnordered = false;
   alignas(64) float limit[kLanes];
   bool closer = false;
   alignas(64) float t[kLanes], s[kLanes], dist2[kLanes], prim[kLanes];  // prim: the bits of an integer
@@ -102,6 +104,7 @@ struct FirstCollector {
 };
 
 struct AnyCollector {
+  static constexpr bool kUnordered = false;
   alignas(64) float limit[kLanes];
   bool closer = false;
   bool found[kLanes];
@@ -122,6 +125,7 @@ struct AnyCollector {
 };
 
 struct CountCollector {
+  static constexpr bool kUnordered = true;
   alignas(64) float limit[kLanes];
   bool closer = false;
   std::int64_t n_hits[kLanes];
@@ -163,6 +167,7 @@ struct AllCollector {
     }
   };
 
+  static constexpr bool kUnordered = true;
   alignas(64) float limit[kLanes];
   bool closer = false;
   Hits hits[kLanes / kWidth];

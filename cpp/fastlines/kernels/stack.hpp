@@ -22,6 +22,7 @@ class Stack {
   bool empty() const { return size_ == 0; }
   void clear() { size_ = 0; }
   Waiting pop() { return waiting_[--size_]; }
+  const Waiting& top() const { return waiting_[size_ - 1]; }
 
   /// Put the children of a node that the ray may meet before the limit on the stack, the nearest on top. Leaves, most
   /// of which lie far away in memory, are asked for at once.

@@ -29,60 +29,82 @@ class ThickSearch {
     cost_ = TogetherCost::kRay * std::uint64_t(bundle.end - bundle.first);
     float deepest = bundle.look(collector.limit);
     seen_.clear();
+    n_prims_ = 0;
     stack_.clear();
     stack_.push({0, bundle.axis.t_min});
     while (!stack_.empty() && cost_ <= most) {
-      const Waiting next = stack_.pop();
-      if (!(next.enter <= deepest)) continue;
-      const WideNode& node = tree_.nodes[next.child];
-      tally(&Steps::nodes);
-      cost_ += TogetherCost::kNode;
-      Float16 enter;
-      const std::uint32_t lanes = cull_node(bundle.axis, node, deepest, enter);
-      const std::uint32_t inner = lanes & ((1u << node.n_inner) - 1);
-      if (lanes != inner) {
-        const int n = segments(bundle.axis.across, node.first_leaf - node.n_inner, lanes ^ inner);
-        for (int i = 0; i < n; i += kWidth) test(rays, bundle, prims_ + i, std::min(n - i, kWidth), collector);
-        if (collector.closer) {
-          collector.closer = false;
-          deepest = bundle.look(collector.limit);
-        }
+      nodes<Collector::kUnordered ? kAtOnce : 1>(bundle.axis, deepest);
+      if (n_leaves_ == 0) continue;
+      segments(bundle.axis.across);
+      test_all(rays, bundle, Collector::kUnordered ? kWidth : 1, collector);
+      if (collector.closer) {
+        collector.closer = false;
+        deepest = bundle.look(collector.limit);
       }
-      stack_.push(node, inner, enter);
     }
+    test_all(rays, bundle, 1, collector);
     return cost_;
   }
 
  private:
-  /// The segments whose pieces in these leaves survive, but for those that the bundle has met already.
-  int segments(const Across& axis, std::uint32_t base, std::uint32_t leaves) {
-    int n_pieces = 0, n = 0;
-    for (std::uint32_t left = leaves; left; left &= left - 1)
-      fetch(tree_.leaves + (base + std::uint32_t(std::countr_zero(left))));
-    int n_leaves = 0;
-    for (; leaves; leaves &= leaves - 1) {
-      leaf_[n_leaves] = tree_.leaves + (base + std::uint32_t(std::countr_zero(leaves)));
-      places_[n_leaves] = place_of(*leaf_[n_leaves], axis);
-      ++n_leaves;
+  static constexpr int kAtOnce = 8, kLeaves = kAtOnce * kWidth, kPieces = (kLeaves + 1) * kWidth;
+
+  /// Take up to n nodes from the stack, and list those of their children that are leaves.
+  template <int n>
+  void nodes(const CullRay& axis, float deepest) {
+    Waiting next[n];
+    int n_next = 0;
+    while (n_next < n && !stack_.empty()) {
+      next[n_next] = stack_.pop();
+      n_next += next[n_next].enter <= deepest;
     }
-    tally(&Steps::leaves, std::uint64_t(n_leaves));
-    cost_ += TogetherCost::kLeaf * std::uint64_t(n_leaves);
-    for (int i = 0; i < n_leaves; ++i) {
-      const WideLeaf& leaf = *leaf_[i];
+    tally(&Steps::nodes, std::uint64_t(n_next));
+    cost_ += TogetherCost::kNode * std::uint64_t(n_next);
+    n_leaves_ = 0;
+    for (int i = 0; i < n_next; ++i) {
+      const WideNode& node = tree_.nodes[next[i].child];
+      Float16 enter;
+      const std::uint32_t lanes = cull_node(axis, node, deepest, enter);
+      const std::uint32_t inner = lanes & ((1u << node.n_inner) - 1);
+      pack_numbers(lanes ^ inner, node.first_leaf - node.n_inner, leaves_ + n_leaves_);
+      n_leaves_ += std::popcount(lanes ^ inner);
+      stack_.push(node, inner, enter);
+    }
+    if (!stack_.empty()) fetch(tree_.nodes + stack_.top().child);
+    for (int i = 0; i < n_leaves_; ++i) fetch(tree_.leaves + leaves_[i]);
+  }
+
+  /// Append the segments whose pieces in these leaves survive, but for those that the bundle has met already.
+  void segments(const Across& axis) {
+    for (int i = 0; i < n_leaves_; ++i) places_[i] = place_of(tree_.leaves[leaves_[i]], axis);
+    int n_pieces = 0;
+    for (int i = 0; i < n_leaves_; ++i) {
+      const WideLeaf& leaf = tree_.leaves[leaves_[i]];
       const std::uint32_t lanes = cull_leaf(axis, leaf, places_[i]);
       pack_numbers(lanes, leaf.first_ref, pieces_ + n_pieces);
       n_pieces += std::popcount(lanes);
     }
+    tally(&Steps::leaves, std::uint64_t(n_leaves_));
     tally(&Steps::pieces, std::uint64_t(n_pieces));
+    cost_ += TogetherCost::kLeaf * std::uint64_t(n_leaves_);
     for (int j = 0; j < n_pieces; ++j) __builtin_prefetch(tree_.refs + pieces_[j]);
     seen_.reserve(std::size_t(n_pieces));
     for (int j = 0; j < n_pieces; ++j) {
       const std::uint32_t prim = tree_.refs[pieces_[j]].prim;
       __builtin_prefetch(tree_.segments + prim);
-      prims_[n] = prim;
-      n += seen_.insert(prim);
+      prims_[n_prims_] = prim;
+      n_prims_ += seen_.insert(prim);
     }
-    return n;
+  }
+
+  /// Test the segments that wait, sixteen at a time, as long as there are so many.
+  template <class Collector>
+  void test_all(const RayLanes& rays, const Bundle& bundle, int at_least, Collector& collector) {
+    int i = 0;
+    for (; n_prims_ - i >= at_least; i += kWidth) test(rays, bundle, prims_ + i, std::min(n_prims_ - i, kWidth), collector);
+    if (i == 0) return;
+    n_prims_ = std::max(n_prims_ - i, 0);
+    std::copy_n(prims_ + i, n_prims_, prims_);
   }
 
   template <class Collector>
@@ -123,10 +145,11 @@ class ThickSearch {
   Stack stack_;
   SeenSet seen_;
   LinesBeside lines_{};
-  const WideLeaf* leaf_[kWidth];
-  LeafPlace places_[kWidth];
-  std::uint32_t pieces_[(kWidth + 1) * kWidth], prims_[(kWidth + 1) * kWidth];
   Pack packs_[kWidth * (kLanes / kWidth)];
+  LeafPlace places_[kLeaves];
+  std::uint32_t leaves_[kLeaves + kWidth], pieces_[kPieces], prims_[kPieces + kWidth];
+  int n_leaves_ = 0;
+  int n_prims_ = 0;  // that wait to be tested
 };
 
 }  // namespace fastlines
