@@ -139,6 +139,12 @@ struct CountCollector {
     for (; hit; hit &= hit - 1) ++n_hits[first + std::countr_zero(hit)];
   }
 
+  /// The same for sixteen pairs: of a ray, counted from `first`, and a segment.
+  void take_pairs(int first, std::uint32_t hit, const Approach<Float16>&, const std::uint32_t* ray,
+                  const std::uint32_t*, const std::uint32_t*) {
+    for (; hit; hit &= hit - 1) ++n_hits[first + int(ray[std::countr_zero(hit)])];
+  }
+
   void take_of_ray(int lane, std::uint32_t hit, const Approach<Float16>&, const std::uint32_t*) {
     n_hits[lane] += std::popcount(hit);
   }
@@ -182,6 +188,16 @@ struct AllCollector {
     const std::size_t at = of.append(hit, approach);
     pack_numbers(hit, 0, of.lane.data() + at);
     std::fill_n(of.prim.data() + at, kWidth, prim);
+  }
+
+  /// The same for sixteen pairs: of a ray, counted from `first`, and a segment, which prims[segment] names.
+  void take_pairs(int first, std::uint32_t hit, const Approach<Float16>& approach, const std::uint32_t* ray,
+                  const std::uint32_t* segment, const std::uint32_t* prims) {
+    Hits& of = hits[first / kWidth];
+    const std::size_t at = of.append(hit, approach);
+    const auto as = [](const std::uint32_t* p) { return reinterpret_cast<const float*>(p); };
+    pack(hit, Float16::load(as(ray)), reinterpret_cast<float*>(of.lane.data() + at));
+    pack(hit, Float16::look_up(as(prims), segment), reinterpret_cast<float*>(of.prim.data() + at));
   }
 
   /// The same for one ray and sixteen segments.

@@ -147,21 +147,29 @@ struct ChosenRays {
     operator F() const { return F::look_up(table, index); }
   };
   struct Vector {
-    const float (*table)[kWidth];
+    const float* table[3];
     const std::uint32_t* index;
     F operator[](int k) const { return F::look_up(table[k], index); }
   };
   Vector o, u, v, r;
   Number t_min, t_max, radius2;
 
-  ChosenRays(const TestLanes<kWidth>& rays, const std::uint32_t* index)
-      : o{rays.o, index},
-        u{rays.u, index},
-        v{rays.v, index},
-        r{rays.r, index},
-        t_min{rays.t_min, index},
-        t_max{rays.t_max, index},
-        radius2{rays.radius2, index} {}
+  /// Of lanes [first, first + 16).
+  template <class Lanes>
+  ChosenRays(const Lanes& rays, int first, const std::uint32_t* index)
+      : o(of(rays.o, first, index)),
+        u(of(rays.u, first, index)),
+        v(of(rays.v, first, index)),
+        r(of(rays.r, first, index)),
+        t_min{rays.t_min + first, index},
+        t_max{rays.t_max + first, index},
+        radius2{rays.radius2 + first, index} {}
+
+ private:
+  template <std::size_t n>
+  static Vector of(const float (&from)[3][n], int first, const std::uint32_t* index) {
+    return {{from[0] + first, from[1] + first, from[2] + first}, index};
+  }
 };
 
 }  // namespace fastlines

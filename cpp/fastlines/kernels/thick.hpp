@@ -5,6 +5,10 @@
 //   their lines are seen by all rays from afar
 //   where any ray may be in reach, sixteen rays are tested exactly
 //
+// First hits want what is nearest first, one node at a time. Where all hits are wanted their order does not matter, so
+// eight nodes are taken at once, whose memory is waited for together; segments wait until they are sixteen; and pairs
+// of a ray and a segment, most of sixteen rays being far from most segments, are tested sixteen at a time.
+//
 // What is in reach goes to a collector (collect.hpp), which also tells each ray's limit.
 #pragma once
 
@@ -48,6 +52,24 @@ class ThickSearch {
 
  private:
   static constexpr int kAtOnce = 8, kLeaves = kAtOnce * kWidth, kPieces = (kLeaves + 1) * kWidth;
+  static constexpr int kMany = 13;  // of sixteen rays that may come near a segment: pairs of them would not be fewer
+
+  /// Sixteen rays beside a segment, some of which may be in reach.
+  struct Pack {
+    int segment, first;
+    std::uint32_t near;
+  };
+
+  /// What was seen from afar: packs with any ray near, rays near in all of them, and tests of sixteen pairs of these.
+  struct Near {
+    int n_packs = 0, n_rays = 0, n_tests = 0;
+
+    void operator+=(const Near& other) {
+      n_packs += other.n_packs;
+      n_rays += other.n_rays;
+      n_tests += other.n_tests;
+    }
+  };
 
   /// Take up to n nodes from the stack, and list those of their children that are leaves.
   template <int n>
@@ -101,7 +123,8 @@ class ThickSearch {
   template <class Collector>
   void test_all(const RayLanes& rays, const Bundle& bundle, int at_least, Collector& collector) {
     int i = 0;
-    for (; n_prims_ - i >= at_least; i += kWidth) test(rays, bundle, prims_ + i, std::min(n_prims_ - i, kWidth), collector);
+    for (; n_prims_ - i >= at_least; i += kWidth)
+      test(rays, bundle, prims_ + i, std::min(n_prims_ - i, kWidth), collector);
     if (i == 0) return;
     n_prims_ = std::max(n_prims_ - i, 0);
     std::copy_n(prims_ + i, n_prims_, prims_);
@@ -110,20 +133,36 @@ class ThickSearch {
   template <class Collector>
   void test(const RayLanes& rays, const Bundle& bundle, const std::uint32_t* prims, int n, Collector& collector) {
     lines_.take(tree_, prims, n, bundle);
+    const int n_lines = n * (bundle.end - bundle.first) / kWidth;
+    Near near;
+    bool as_pairs = false;
+    if constexpr (Collector::kUnordered && Float16::kLooksUp) {
+      as_pairs = few_near_;
+      for (int first = bundle.first; as_pairs && first < bundle.end; first += kWidth)
+        near += test_pairs<Float16>(rays, bundle, first, prims, n, collector);
+    }
+    if (!as_pairs) near = test_packs(rays, bundle, prims, n, collector);
+    few_near_ = near.n_rays < kMany * near.n_packs;
+    const int n_tests = as_pairs ? near.n_tests : near.n_packs;
     tally(&Steps::segments, std::uint64_t(n));
-    int n_packs = 0;
+    tally(&Steps::lines, std::uint64_t(n_lines));
+    tally(&Steps::packs, std::uint64_t(n_tests));
+    cost_ += TogetherCost::kSegment * std::uint64_t(n) + TogetherCost::kLine * std::uint64_t(n_lines) +
+             TogetherCost::kPack * std::uint64_t(n_tests);
+  }
+
+  /// Test sixteen rays beside one segment at a time.
+  template <class Collector>
+  Near test_packs(const RayLanes& rays, const Bundle& bundle, const std::uint32_t* prims, int n, Collector& collector) {
+    Near seen;
     for (int j = 0; j < n; ++j)
       for (int first = bundle.first; first < bundle.end; first += kWidth) {
         const std::uint32_t near = lines_.near(bundle, first, j);
-        packs_[n_packs] = {j, first, near};
-        n_packs += near != 0;
+        packs_[seen.n_packs] = {j, first, near};
+        seen.n_packs += near != 0;
+        seen.n_rays += std::popcount(near);
       }
-    tally(&Steps::lines, std::uint64_t(n * (bundle.end - bundle.first) / kWidth));
-    tally(&Steps::packs, std::uint64_t(n_packs));
-    cost_ += TogetherCost::kSegment * std::uint64_t(n) +
-             TogetherCost::kLine * std::uint64_t(n * (bundle.end - bundle.first) / kWidth) +
-             TogetherCost::kPack * std::uint64_t(n_packs);
-    for (int i = 0; i < n_packs; ++i) {
+    for (int i = 0; i < seen.n_packs; ++i) {
       const auto [j, first, near] = packs_[i];
       const Vec3 start{lines_.start[0][j], lines_.start[1][j], lines_.start[2][j]};
       const Vec3 along{lines_.along[0][j], lines_.along[1][j], lines_.along[2][j]};
@@ -132,13 +171,35 @@ class ThickSearch {
       const std::uint32_t hit = approach.hit.bits() & near;
       if (hit) collector.take(rays, first, hit, approach, prims[j]);
     }
+    return seen;
   }
 
-  /// Sixteen rays beside a segment, some of which may be in reach.
-  struct Pack {
-    int segment, first;
-    std::uint32_t near;
-  };
+  /// Test rays [first, first + 16) beside the segments that each may come near, sixteen pairs at a time. F is Float16:
+  /// named, so that this is compiled only where it can look up.
+  template <class F, class Collector>
+  Near test_pairs(const RayLanes& rays, const Bundle& bundle, int first, const std::uint32_t* prims, int n,
+                  Collector& collector) {
+    Near seen;
+    for (int j = 0; j < n; ++j) {
+      const std::uint32_t near = lines_.near(bundle, first, j);
+      pack_numbers(near, 0, ray_ + seen.n_rays);
+      std::fill_n(segment_ + seen.n_rays, kWidth, std::uint32_t(j));
+      seen.n_packs += near != 0;
+      seen.n_rays += std::popcount(near);
+    }
+    for (int i = 0; i < seen.n_rays; i += kWidth, ++seen.n_tests) {
+      const ChosenRays<F> sixteen(rays, first, ray_ + i);
+      F start[3], along[3];
+      for (int k = 0; k < 3; ++k) {
+        start[k] = F::look_up(lines_.start[k], segment_ + i);
+        along[k] = F::look_up(lines_.along[k], segment_ + i);
+      }
+      const Approach<F> approach = closest_approach(sixteen, see<F>(sixteen, start, along));
+      const std::uint32_t hit = approach.hit.bits() & ((2u << std::min(seen.n_rays - i - 1, kWidth - 1)) - 1);
+      if (hit) collector.take_pairs(first, hit, approach, ray_ + i, segment_ + i, prims);
+    }
+    return seen;
+  }
 
   const WideView& tree_;
   std::uint64_t cost_ = 0;
@@ -146,10 +207,12 @@ class ThickSearch {
   SeenSet seen_;
   LinesBeside lines_{};
   Pack packs_[kWidth * (kLanes / kWidth)];
+  std::uint32_t ray_[(kWidth + 1) * kWidth] = {}, segment_[(kWidth + 1) * kWidth] = {};
   LeafPlace places_[kLeaves];
   std::uint32_t leaves_[kLeaves + kWidth], pieces_[kPieces], prims_[kPieces + kWidth];
   int n_leaves_ = 0;
-  int n_prims_ = 0;  // that wait to be tested
+  bool few_near_ = true;  // of the lines seen last
+  int n_prims_ = 0;       // that wait to be tested
 };
 
 }  // namespace fastlines

@@ -167,7 +167,7 @@ class Wave {
     for (int j = 0; j < n; ++j) segments_.put(j, tree_.segments[tree_.refs[what[j]].prim]);
     F start[3], e[3];
     segments_.in(tree_.frame, start, e);
-    const ChosenRays<F> rays(rays_, slot);
+    const ChosenRays<F> rays(rays_, 0, slot);
     const Approach<F> approach = closest_approach(rays, see<F>(rays, start, e));
     alignas(64) float s[kWidth], t[kWidth], dist2[kWidth];
     approach.s.store(s);

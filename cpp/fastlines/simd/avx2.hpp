@@ -23,7 +23,7 @@ struct Mask16 {
 
 struct Float16 {
   __m256 a, b;
-  static constexpr bool kLooksUp = true;  // has look_up
+  static constexpr bool kLooksUp = true;  // look_up is worth its time
 
   Float16() = default;
   Float16(__m256 a_, __m256 b_) : a(a_), b(b_) {}

@@ -18,7 +18,7 @@ struct Mask16 {
 
 struct Float16 {
   __m512 a;
-  static constexpr bool kLooksUp = true;  // has look_up
+  static constexpr bool kLooksUp = true;  // look_up is worth its time
 
   Float16() = default;
   Float16(__m512 a_) : a(a_) {}

@@ -69,7 +69,11 @@ struct Mask16 {
 
 struct Float16 {
   Quad v[4];
-  static constexpr bool kLooksUp = false;  // has look_up
+#if defined(FASTLINES_TALLY)
+  static constexpr bool kLooksUp = true;  // steps are counted as AVX2 and AVX-512 take them
+#else
+  static constexpr bool kLooksUp = false;  // look_up is not worth its time
+#endif
 
   Float16() = default;
   Float16(Quad a, Quad b, Quad c, Quad d) : v{a, b, c, d} {}
@@ -84,6 +88,12 @@ struct Float16 {
     return {quad_of_bytes(p), quad_of_bytes(p + 4), quad_of_bytes(p + 8), quad_of_bytes(p + 12)};
   }
   void store(float* p) const { std::memcpy(p, v, sizeof v); }
+  /// Of the sixteen numbers of a table those with these indices, of which the lowest four bits count.
+  static Float16 look_up(const float* table, const std::uint32_t* index) {
+    float x[16];
+    for (int i = 0; i < 16; ++i) x[i] = table[index[i] % 16];
+    return load(x);
+  }
 
   template <class Op>
   static Float16 each(Float16 x, Float16 y, Op op) {
