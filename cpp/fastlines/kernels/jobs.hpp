@@ -23,18 +23,24 @@ struct FirstJob {
   void begin(Collector& collector, const RayLanes& rays) const { collector.begin(rays); }
 
   void take(const RayLanes& rays, const Collector& found, int first, int end) const {
-    float t[kLanes], distance[kLanes];
+    constexpr Hit miss;
+    float t[kLanes], u[kLanes], distance[kLanes];
+    std::int64_t prim[kLanes];
     for (int i = first; i < end; ++i) {
-      t[i] = rays.t_given(i, found.t[i]);
-      distance[i] = float(std::sqrt(found.dist2[i]) * rays.per_scale);
+      const auto which = std::bit_cast<std::uint32_t>(found.prim[i]);
+      const bool hit = which != kNone;
+      t[i] = hit ? rays.t_given(i, found.t[i]) : miss.t;
+      u[i] = hit ? found.s[i] : miss.u;
+      distance[i] = hit ? float(std::sqrt(found.dist2[i]) * rays.per_scale) : miss.distance;
+      prim[i] = hit ? std::int64_t(which) : miss.prim;
     }
-    for (int i = first; i < end; ++i) {
-      const auto prim = std::bit_cast<std::uint32_t>(found.prim[i]);
-      if (prim == kNone)
-        to.set(rays.id[i], Hit{});
-      else
-        to.set(rays.id[i], Hit{t[i], prim, found.s[i], distance[i], 0.0f});
-    }
+    for_each_run(rays.id, first, end, [&](int i, auto n) {
+      const std::uint32_t at = rays.id[i];
+      std::copy_n(t + i, n, to.t + at);
+      std::copy_n(u + i, n, to.u + at);
+      std::copy_n(distance + i, n, to.distance + at);
+      std::copy_n(prim + i, n, to.prim + at);
+    });
   }
 };
 

@@ -8,6 +8,19 @@ namespace fastlines {
 
 inline constexpr int kLanes = 64;
 
+/// Call each(i, n) for runs of n rays from lane i on that stand side by side in the batch: of four, or alone. n is a
+/// constant.
+template <class Each>
+[[gnu::always_inline]] inline void for_each_run(const std::uint32_t* id, int first, int end, Each&& each) {
+  for (int i = first; i < end;)
+    if (i + 4 <= end && id[i + 1] == id[i] + 1 && id[i + 2] == id[i] + 2 && id[i + 3] == id[i] + 3) {
+      each(i, std::integral_constant<int, 4>());
+      i += 4;
+    } else {
+      each(i++, std::integral_constant<int, 1>());
+    }
+}
+
 /// What the exact test reads of so many rays, each number an array.
 template <int N>
 struct alignas(64) TestLanes {
@@ -45,15 +58,16 @@ struct RayLanes : TestLanes<kLanes> {
     const int padded = (n + kWidth - 1) / kWidth * kWidth;
     for (int i = n; i < padded; ++i) id[i] = id[n - 1];
     float from[3][kLanes], along[3][kLanes], start[kLanes], stop[kLanes], near[kLanes];
-    for (int i = 0; i < padded; ++i) {
-      for (int k = 0; k < 3; ++k) {
-        from[k][i] = rays.origins[id[i]][k];
-        along[k][i] = rays.directions[id[i]][k];
-      }
-      start[i] = RayBatch::pick(rays.t_min, id[i]);
-      stop[i] = RayBatch::pick(rays.t_max, id[i]);
-      near[i] = RayBatch::pick(rays.radius, id[i]);
-    }
+    for_each_run(id, 0, padded, [&](int i, auto n_run) {
+      for (int j = i; j < i + n_run; ++j)
+        for (int k = 0; k < 3; ++k) {
+          from[k][j] = rays.origins[id[i] + std::uint32_t(j - i)][k];
+          along[k][j] = rays.directions[id[i] + std::uint32_t(j - i)][k];
+        }
+    });
+    spread(rays.t_min, padded, start);
+    spread(rays.t_max, padded, stop);
+    spread(rays.radius, padded, near);
     const Frame here = frame;  // a copy, so that nothing written can alias it
     for (int i = 0; i < padded; ++i)
       put(i, prepare({{from[0][i], from[1][i], from[2][i]},
@@ -62,6 +76,14 @@ struct RayLanes : TestLanes<kLanes> {
                       stop[i],
                       near[i]},
                      here));
+  }
+
+  /// What each ray has of something that all may share.
+  void spread(std::span<const float> values, int n_lanes, float* to) const {
+    if (values.size() == 1)
+      std::fill_n(to, n_lanes, values[0]);
+    else
+      for (int i = 0; i < n_lanes; ++i) to[i] = values[id[i]];
   }
 
   /// All written here: with a call of the base's put the loop in `fill` is not made into vectors.

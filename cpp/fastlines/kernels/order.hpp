@@ -33,6 +33,13 @@ class RayOrder {
       return n;
     }
     const std::size_t left = index % tiles_across_ * kSide, top = index / tiles_across_ * kSide;
+    if (left + kSide <= row_ && (top + kSide) * row_ <= n_rays_) {
+      for (int y = 0; y < kLanes / 4; ++y) {  // rows of four, those of a tile after each other
+        const std::size_t column = left + (y & 4), row = top + (y & 3) + (y >> 3) * (kSide / 2);
+        for (int x = 0; x < 4; ++x) ids[n++] = std::uint32_t(row * row_ + column) + std::uint32_t(x);
+      }
+      return n;
+    }
     for (int quarter = 0; quarter < 4; ++quarter)
       for (std::size_t y = 0; y < kSide / 2; ++y)
         for (std::size_t x = 0; x < kSide / 2; ++x) {
