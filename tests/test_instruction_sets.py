@@ -24,34 +24,45 @@ CROSS_COMPILER, EMULATOR = "aarch64-linux-gnu-g++", "qemu-aarch64"
 MISSING = [tool for tool in (CROSS_COMPILER, EMULATOR) if shutil.which(tool) is None]
 
 
-def answer(simd: str, folder: Path) -> str:
-    """Compile the program for an instruction set and run it."""
-    program = folder / simd.replace(", ", "-")
+def output(name: str, simd: str, folder: Path) -> str:
+    """Compile a program for an instruction set and run it."""
+    program = folder / f"{name}-{simd.replace(', ', '-')}"
     emulated = simd == EMULATED
     flags = ["-static"] if emulated else OF_SET.get(simd, [])
     compiler = CROSS_COMPILER if emulated else COMPILER
     # -O1: most of the time goes to the compiler. -w: GCC 12 warns of its own AVX-512 header.
-    run(compiler, *FLAGS, *COMMON, *flags, "-O1", "-w", CPP / "tests" / "answers.cpp", "-o", program)
+    run(compiler, *FLAGS, *COMMON, *flags, "-O1", "-w", CPP / "tests" / f"{name}.cpp", "-o", program)
     return run(*[EMULATOR] * emulated, program)
 
 
 @pytest.fixture(scope="module")
-def answers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Future[str]]]:
+def outputs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[tuple[str, str], Future[str]]]:
     """All compilers run at once."""
-    folder = tmp_path_factory.mktemp("answers")
+    folder = tmp_path_factory.mktemp("programs")
     sets = [*([] if MISSING else [EMULATED]), *fl.available_simd()]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        yield {simd: pool.submit(answer, simd, folder) for simd in sets}
+        yield {
+            (name, simd): pool.submit(output, name, simd, folder) for name in ("answers", "culling") for simd in sets
+        }
 
 
 needs_tools = pytest.mark.skipif(bool(MISSING), reason=f"not installed: {', '.join(MISSING)}")
+of_each_set = pytest.mark.parametrize("simd", [*fl.available_simd(), pytest.param(EMULATED, marks=needs_tools)])
 
 
-@pytest.mark.parametrize("simd", [*fl.available_simd(), pytest.param(EMULATED, marks=needs_tools)])
-def test_answers_are_the_same(simd: str, answers: dict[str, Future[str]]) -> None:
-    name, digest = answers[simd].result().split()
+@of_each_set
+def test_answers_are_the_same(simd: str, outputs: dict[tuple[str, str], Future[str]]) -> None:
+    name, digest = outputs["answers", simd].result().split()
     assert name == simd.removesuffix(", emulated")
-    assert ["portable", digest] == answers["portable"].result().split()
+    assert ["portable", digest] == outputs["answers", "portable"].result().split()
+
+
+@of_each_set
+def test_leaves_lose_nothing_within_reach(simd: str, outputs: dict[tuple[str, str], Future[str]]) -> None:
+    name, n_near, n_kept, n_lost = outputs["culling", simd].result().split()
+    assert name == simd.removesuffix(", emulated")
+    assert int(n_lost) == 0
+    assert 200_000 < int(n_near) <= int(n_kept) < 2 * int(n_near)
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux") or shutil.which("nm") is None, reason="no nm to ask")

@@ -40,7 +40,7 @@ void with_primitives(const std::string& kind, const Input<float>& data, Use&& us
 const char* best_simd() {
 #if defined(__x86_64__) || defined(__i386__)
   if (__builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") &&
-      __builtin_cpu_supports("avx512vbmi") && __builtin_cpu_supports("avx512vnni"))
+      __builtin_cpu_supports("avx512vbmi") && __builtin_cpu_supports("avx512vnni") && __builtin_cpu_supports("fma"))
     return "avx512";
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return "avx2";
   if (__builtin_cpu_supports("sse4.2")) return "sse42";

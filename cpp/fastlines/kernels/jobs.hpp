@@ -15,7 +15,7 @@ struct FirstJob {
   static constexpr bool kUnordered = false;
   using Sink = FirstSink;
   using Collector = FirstCollector;
-  HitColumns to;
+  HitColumns to;  // without t_out
 
   Collector collector(const WideView&) const { return {}; }
   Sink sink(const Ray& ray) const { return {At::closest, ray}; }

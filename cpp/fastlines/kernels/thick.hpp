@@ -1,4 +1,4 @@
-// The search with a bundle of rays. Node by node, in phases, none of which waits for a guess of the processor:
+// The search with a bundle of rays. In phases, none of which waits for a guess of the processor:
 //
 //   the node's children are culled; inner ones go onto the stack, leaves are culled at once
 //   pieces that survive become segments, each once a bundle
@@ -31,6 +31,7 @@ class ThickSearch {
   std::uint64_t search(const RayLanes& rays, Bundle& bundle, Collector& collector, std::uint64_t most) {
     tally(&Steps::bundles);
     cost_ = TogetherCost::kRay * std::uint64_t(bundle.end - bundle.first);
+    most_ = most;
     float deepest = bundle.look(collector.limit);
     seen_.clear();
     n_prims_ = 0;
@@ -52,7 +53,7 @@ class ThickSearch {
 
  private:
   static constexpr int kAtOnce = 8, kLeaves = kAtOnce * kWidth, kPieces = (kLeaves + 1) * kWidth;
-  static constexpr int kMany = 13;  // of sixteen rays that may come near a segment: pairs of them would not be fewer
+  static constexpr int kMany = 13;  // of sixteen rays near a segment: beyond it, to pick pairs costs more than it saves
 
   /// Sixteen rays beside a segment, some of which may be in reach.
   struct Pack {
@@ -123,7 +124,7 @@ class ThickSearch {
   template <class Collector>
   void test_all(const RayLanes& rays, const Bundle& bundle, int at_least, Collector& collector) {
     int i = 0;
-    for (; n_prims_ - i >= at_least; i += kWidth)
+    for (; n_prims_ - i >= at_least && cost_ <= most_; i += kWidth)
       test(rays, bundle, prims_ + i, std::min(n_prims_ - i, kWidth), collector);
     if (i == 0) return;
     n_prims_ = std::max(n_prims_ - i, 0);
@@ -142,7 +143,7 @@ class ThickSearch {
         near += test_pairs<Float16>(rays, bundle, first, prims, n, collector);
     }
     if (!as_pairs) near = test_packs(rays, bundle, prims, n, collector);
-    few_near_ = near.n_rays < kMany * near.n_packs;
+    few_near_ = near.n_rays <= kMany * near.n_packs;
     const int n_tests = as_pairs ? near.n_tests : near.n_packs;
     tally(&Steps::segments, std::uint64_t(n));
     tally(&Steps::lines, std::uint64_t(n_lines));
@@ -202,7 +203,7 @@ class ThickSearch {
   }
 
   const WideView& tree_;
-  std::uint64_t cost_ = 0;
+  std::uint64_t cost_ = 0, most_ = 0;
   Stack stack_;
   SeenSet seen_;
   LinesBeside lines_{};

@@ -90,8 +90,8 @@ struct Float16 {
   void store(float* p) const { std::memcpy(p, v, sizeof v); }
   /// Of the sixteen numbers of a table those with these indices, of which the lowest four bits count.
   static Float16 look_up(const float* table, const std::uint32_t* index) {
-    float x[16];
-    for (int i = 0; i < 16; ++i) x[i] = table[index[i] % 16];
+    float x[16];  // copied as bytes, for the table may hold other numbers
+    for (int i = 0; i < 16; ++i) std::memcpy(&x[i], table + index[i] % 16, sizeof(float));
     return load(x);
   }
 
@@ -141,8 +141,9 @@ inline void pack(std::uint32_t bits, Float16 x, float* to) {
   float from[16];
   x.store(from);
   const int n = std::popcount(bits & 0xff);
-  for (int i = 0; i < 8; ++i) to[i] = from[kPacking.lanes[bits & 0xff][i]];
-  for (int i = 0; i < 8; ++i) to[n + i] = from[8 + kPacking.lanes[bits >> 8][i]];
+  const auto put = [&](int place, int lane) { std::memcpy(to + place, from + lane, sizeof(float)); };
+  for (int i = 0; i < 8; ++i) put(i, kPacking.lanes[bits & 0xff][i]);
+  for (int i = 0; i < 8; ++i) put(n + i, 8 + kPacking.lanes[bits >> 8][i]);
 }
 
 /// The numbers of these bits, plus `base`; writes sixteen.

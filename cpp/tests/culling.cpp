@@ -1,0 +1,112 @@
+// Leaves and rays by the million: no piece within the radius of a ray's line may be culled. Rays pass pieces at just
+// the radius, from all sides, also along them, and pieces are long, short, or points. The program prints the name of
+// the instruction set, how many pieces were within the radius, how many of all survived, and how many were lost: none.
+#include <cinttypes>
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+#include "fastlines/kernels/cull.hpp"
+
+namespace {
+
+using namespace fastlines;
+
+std::mt19937 random_bits(20);
+
+double uniform(double from, double to) { return std::uniform_real_distribution<double>(from, to)(random_bits); }
+
+Vec3 direction() {
+  const double z = uniform(-1.0, 1.0), angle = uniform(0.0, 6.283185307), flat = std::sqrt(1.0 - z * z);
+  Vec3 d{float(flat * std::cos(angle)), float(flat * std::sin(angle)), float(z)};
+  if (random_bits() % 4 == 0) d[random_bits() % 3] = 0.0f;
+  return d[0] == 0.0f && d[1] == 0.0f && d[2] == 0.0f ? Vec3{1.0f, 0.0f, 0.0f} : d;
+}
+
+/// Sixteen pieces in the frame, and their leaf, as layout/fit.hpp makes it.
+struct Pieces {
+  Vec3 a[kWidth], c[kWidth];
+  WideLeaf leaf{};
+
+  Pieces() {
+    const double size = std::pow(10.0, uniform(-5.0, -0.5)), length = std::pow(10.0, uniform(-4.0, 0.0));
+    const Vec3 corner{float(uniform(-1.0, 0.6)), float(uniform(-1.0, 0.6)), float(uniform(-1.0, 0.6))};
+    float side = 0x1p-20f;
+    for (int k = 0; k < 3; ++k) {
+      float lo = 2.0f, hi = -2.0f;
+      for (int i = 0; i < kWidth; ++i) {
+        a[i][k] = corner[k] + float(size * uniform(0.0, 1.0));
+        c[i][k] = i % 8 == 7 ? a[i][k] : a[i][k] + float(size * length * uniform(-1.0, 1.0));
+        lo = std::min({lo, a[i][k], c[i][k]});
+        hi = std::max({hi, a[i][k], c[i][k]});
+      }
+      leaf.org[k] = lo;
+      side = std::max(side, hi - lo);
+    }
+    leaf.scale = side * float((1 + 1e-6) / 255);
+    leaf.per_scale = 1.0f / leaf.scale;
+    leaf.n_refs = kWidth;
+    for (int k = 0; k < 3; ++k)
+      for (int i = 0; i < kWidth; ++i) {
+        leaf.ends[k * kWidth + i] = std::uint8_t((a[i][k] - leaf.org[k]) * leaf.per_scale + 0.5f);
+        leaf.ends[(k + 3) * kWidth + i] = std::uint8_t((c[i][k] - leaf.org[k]) * leaf.per_scale + 0.5f);
+      }
+  }
+};
+
+/// The distance of a piece from the ray's line.
+double distance(const Ray& ray, const Vec3& a, const Vec3& c) {
+  double p[3], e[3], length2 = 0.0, pr = 0.0, er = 0.0, ee = 0.0, pe = 0.0;
+  for (int k = 0; k < 3; ++k) length2 += double(ray.r[k]) * ray.r[k];
+  for (int k = 0; k < 3; ++k) {
+    p[k] = double(a[k]) - ray.o[k];
+    e[k] = double(c[k]) - a[k];
+    pr += p[k] * ray.r[k] / length2;
+    er += e[k] * ray.r[k] / length2;
+  }
+  for (int k = 0; k < 3; ++k) {
+    p[k] -= pr * ray.r[k];
+    e[k] -= er * ray.r[k];
+    ee += e[k] * e[k];
+    pe += p[k] * e[k];
+  }
+  const double s = ee > 0.0 ? std::min(std::max(-pe / ee, 0.0), 1.0) : 0.0;
+  double d2 = 0.0;
+  for (int k = 0; k < 3; ++k) d2 += (p[k] + s * e[k]) * (p[k] + s * e[k]);
+  return std::sqrt(d2);
+}
+
+}  // namespace
+
+int main() {
+  const Frame frame = frame_of(Box{{-0.5f, -0.5f, -0.5f}, {0.5f, 0.5f, 0.5f}});  // scale 1, centre 0
+  std::uint64_t n_near = 0, n_kept = 0, n_lost = 0;
+  for (int leaf = 0; leaf < 4000; ++leaf) {
+    const Pieces pieces;
+    for (int i = 0; i < 64; ++i) {
+      const int of = int(random_bits() % kWidth);
+      const Vec3 at = pieces.a[of] + (pieces.c[of] - pieces.a[of]) * float(uniform(0.0, 1.0));
+      Vec3 d = direction();
+      if (i % 4 == 0)
+        d = (pieces.c[of] - pieces.a[of]) * (1.0f / pieces.leaf.scale) + d * float(std::pow(10.0, uniform(-6, 0)));
+      if (!(dot(d, d) > 1e-12f)) d = direction();
+      // Past that point, at the radius or a little nearer, and begun anywhere on its line.
+      const double radius = pieces.leaf.scale * std::pow(10.0, uniform(-3.0, 3.5));
+      Vec3 side = direction();
+      side = side - d * (dot(side, d) / dot(d, d));
+      side = side * float(radius * (1.0 - std::pow(10.0, uniform(-7.0, -1.0))) / std::sqrt(dot(side, side) + 1e-30f));
+      const Vec3 o = at + side + d * float(uniform(-3.0, 3.0) / std::sqrt(dot(d, d)));
+      const Ray ray = prepare({o, d, -1e30f, 1e30f, float(radius)}, frame);
+      const CullRay cull(ray);
+      const std::uint32_t kept = cull_leaf(cull.across, pieces.leaf, place_of(pieces.leaf, cull.across));
+      n_kept += std::uint64_t(std::popcount(kept));
+      for (int j = 0; j < kWidth; ++j) {
+        if (!(distance(ray, pieces.a[j], pieces.c[j]) <= double(ray.radius))) continue;
+        ++n_near;
+        n_lost += ~kept >> j & 1;
+      }
+    }
+  }
+  std::printf("%s %" PRIu64 " %" PRIu64 " %" PRIu64 "\n", kSimd, n_near, n_kept, n_lost);
+  return n_lost != 0;
+}
