@@ -299,3 +299,12 @@ def test_shape_of_the_answer_follows_the_question(
             one = tree.first_hit(flat_o[i], flat_d[i], r, at="surface")
             assert (one.t, one.prim) == (first.t.reshape(-1)[i], first.prim.reshape(-1)[i])
             assert (every.prim[every.of(i)] == tree.all_hits(flat_o[i], flat_d[i], r).prim).all()
+
+
+@pytest.mark.parametrize("ray", [-1, 3, 99])
+def test_hits_of_no_ray(ray: int) -> None:
+    tree = fl.build(np.array([[[0, 0, 0], [1, 0, 0]]], np.float32))
+    hits = tree.all_hits(np.zeros((3, 3)), [0, 0, 1], 0.5)
+    assert [hits.of(i) for i in range(3)] == [slice(i, i + 1) for i in range(3)]
+    with pytest.raises(fl.InputError, match=f"ray={ray}: there are 3 rays"):
+        hits.of(ray)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from .errors import InputError
 from .geometry import FloatArray, IntArray
 
 
@@ -86,5 +87,14 @@ class AllHits:
         return np.repeat(np.arange(len(self.offsets) - 1), self.counts)
 
     def of(self, ray: int) -> slice:
-        """Where the hits of a ray are: ``hits.t[hits.of(3)]``."""
+        """Where the hits of a ray are: ``hits.t[hits.of(3)]``.
+
+        Raises
+        ------
+        InputError
+            There is no such ray; they count from 0.
+        """
+        n_rays = len(self.offsets) - 1
+        if not 0 <= ray < n_rays:
+            raise InputError(f"ray={ray}: there are {n_rays:,} rays, which count from 0")
         return slice(int(self.offsets[ray]), int(self.offsets[ray + 1]))
