@@ -21,23 +21,26 @@ template <class Each>
     }
 }
 
+/// Put into lanes what the exact test reads of a ray. No member of TestLanes: with a call of a base's member GCC does
+/// not make the loop in RayLanes::fill into vectors.
+template <class Lanes>
+[[gnu::always_inline]] inline void put_test(Lanes& to, int i, const Ray& ray) {
+  for (int k = 0; k < 3; ++k) {
+    to.o[k][i] = ray.o[k];
+    to.u[k][i] = ray.u[k];
+    to.v[k][i] = ray.v[k];
+    to.r[k][i] = ray.r[k];
+  }
+  to.t_min[i] = ray.t_min;
+  to.t_max[i] = ray.t_max;
+  to.radius2[i] = ray.radius2;
+}
+
 /// What the exact test reads of so many rays, each number an array.
 template <int N>
 struct alignas(64) TestLanes {
   float o[3][N], u[3][N], v[3][N], r[3][N];
   float t_min[N], t_max[N], radius2[N];
-
-  [[gnu::always_inline]] void put(int i, const Ray& ray) {
-    for (int k = 0; k < 3; ++k) {
-      o[k][i] = ray.o[k];
-      u[k][i] = ray.u[k];
-      v[k][i] = ray.v[k];
-      r[k][i] = ray.r[k];
-    }
-    t_min[i] = ray.t_min;
-    t_max[i] = ray.t_max;
-    radius2[i] = ray.radius2;
-  }
 };
 
 struct RayLanes : TestLanes<kLanes> {
@@ -86,18 +89,9 @@ struct RayLanes : TestLanes<kLanes> {
       for (int i = 0; i < n_lanes; ++i) to[i] = values[id[i]];
   }
 
-  /// All written here: with a call of the base's put the loop in `fill` is not made into vectors.
   [[gnu::always_inline]] void put(int i, const Ray& ray) {
-    for (int k = 0; k < 3; ++k) {
-      o[k][i] = ray.o[k];
-      u[k][i] = ray.u[k];
-      v[k][i] = ray.v[k];
-      r[k][i] = ray.r[k];
-    }
-    t_min[i] = ray.t_min;
-    t_max[i] = ray.t_max;
+    put_test(*this, i, ray);
     radius[i] = ray.radius;
-    radius2[i] = ray.radius2;
     eps[i] = ray.eps;
     reach[i] = ray.radius + ray.eps;
     margin[i] = ray.margin;

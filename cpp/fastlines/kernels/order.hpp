@@ -33,19 +33,12 @@ class RayOrder {
       return n;
     }
     const std::size_t left = index % tiles_across_ * kSide, top = index / tiles_across_ * kSide;
-    if (left + kSide <= row_ && (top + kSide) * row_ <= n_rays_) {
-      for (int y = 0; y < kLanes / 4; ++y) {  // rows of four, those of a tile after each other
-        const std::size_t column = left + (y & 4), row = top + (y & 3) + (y >> 3) * (kSide / 2);
-        for (int x = 0; x < 4; ++x) ids[n++] = std::uint32_t(row * row_ + column) + std::uint32_t(x);
-      }
-      return n;
+    for (std::size_t y = 0; y < kLanes / 4; ++y) {  // rows of four, those of a tile after each other
+      const std::size_t column = left + (y & 4), at = (top + (y & 3) + (y >> 3) * 4) * row_ + column;
+      if (column >= row_ || at >= n_rays_) continue;
+      const std::size_t end = at + std::min({std::size_t(4), row_ - column, n_rays_ - at});
+      for (std::size_t i = at; i < end; ++i) ids[n++] = std::uint32_t(i);
     }
-    for (int quarter = 0; quarter < 4; ++quarter)
-      for (std::size_t y = 0; y < kSide / 2; ++y)
-        for (std::size_t x = 0; x < kSide / 2; ++x) {
-          const std::size_t column = left + x + (quarter & 1) * kSide / 2, row = top + y + (quarter >> 1) * kSide / 2;
-          if (column < row_ && row * row_ + column < n_rays_) ids[n++] = std::uint32_t(row * row_ + column);
-        }
     return n;
   }
 

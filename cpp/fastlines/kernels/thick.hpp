@@ -139,8 +139,9 @@ class ThickSearch {
     bool as_pairs = false;
     if constexpr (Collector::kUnordered && Float16::kLooksUp) {
       as_pairs = few_near_;
-      for (int first = bundle.first; as_pairs && first < bundle.end; first += kWidth)
-        near += test_pairs<Float16>(rays, bundle, first, prims, n, collector);
+      if (as_pairs)
+        for (int first = bundle.first; first < bundle.end; first += kWidth)
+          near += test_pairs<Float16>(rays, bundle, first, prims, n, collector);
     }
     if (!as_pairs) near = test_packs(rays, bundle, prims, n, collector);
     few_near_ = near.n_rays <= kMany * near.n_packs;

@@ -35,7 +35,7 @@ class Wave {
   void add(const Ray& ray, const Sink& sink, std::uint32_t tag, Done&& done) {
     while (n_ == kSlots) step(done);
     const std::uint32_t which = which_[n_++];
-    if constexpr (Float16::kLooksUp) rays_.put(int(which), ray);
+    if constexpr (Float16::kLooksUp) put_test(rays_, int(which), ray);
     Slot& slot = slots_[which];
     slot.ray = ray;
     slot.cull = CullRay(ray);

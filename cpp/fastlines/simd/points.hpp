@@ -36,9 +36,9 @@ struct Points16 {
   /// Of six rows, those from `row` on: 0 or 3.
   template <int row>
   static Points16 of(const std::uint8_t* rows) {
-    static constexpr Turn turn(row < 2 ? row : row - 2);  // 64 bytes are loaded, of what the six rows hold
-    return {
-        _mm512_permutexvar_epi8(_mm512_load_si512(turn.from), _mm512_loadu_si512(rows + (row < 2 ? 0 : 2 * kWidth)))};
+    constexpr int skipped = row == 0 ? 0 : 2;  // for a load takes in four
+    static constexpr Turn turn(row - skipped);
+    return {_mm512_permutexvar_epi8(_mm512_load_si512(turn.from), _mm512_loadu_si512(rows + skipped * kWidth))};
   }
 
   Float16 along(const Axis& axis, std::int32_t start) const {
