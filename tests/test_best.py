@@ -178,13 +178,28 @@ def test_lines_that_all_cross_a_plane(sample: int) -> None:
 
 
 def test_sampling_costs_next_to_nothing() -> None:
-    lines = fl.scenes.make("bun-hair", 20_000).lines
+    lines = fl.scenes.make("spaghetti-2", 4_000).lines
     for effort in (0.0, 0.5):
         sampled = fl.build(lines, effort=effort)
         (octets,) = sampled.settings.splits
         exact = fl.build(lines, "best", effort=effort, splits=replace(octets, sample=0))
         assert not same(sampled, exact)
         assert sampled.cost() < 1.04 * exact.cost()
+
+
+@pytest.mark.parametrize("sample", [0, 100])
+def test_whole_splits_of_what_lies_apart(sample: int) -> None:
+    """Hair is then cut less; lines that cross are nearly as they were, for they hardly ever lie apart."""
+    for scene_name, low, high in (("straight-hair", 0.0, 0.8), ("spaghetti", 0.9, 1.0)):
+        lines = fl.scenes.make(scene_name, 5000).lines
+        plain = fl.PlaneOctets(8, 64, 16, sample=sample)
+        given = {"bad_levels": 3, "prune": False, "limits": fl.Limits(leaf_refs=16)}
+        cut, whole = (
+            fl.build(lines, splits=octets, **given)  # type: ignore[arg-type]
+            for octets in (plain, replace(plain, max_apart=5000))
+        )
+        whole.validate()
+        assert low * cut.n_refs < whole.n_refs < high * cut.n_refs
 
 
 def test_a_build_side_by_side_can_be_stopped() -> None:
@@ -224,6 +239,10 @@ def test_bad_wishes_are_refused() -> None:
         fl.PlaneOctets(8, 8, 4, 1.5)
     with pytest.raises(fl.InputError, match="sample"):
         fl.PlaneOctets(8, sample=-1)
+    with pytest.raises(fl.InputError, match="cut space"):
+        fl.build(ends, splits=fl.PlaneOctets(8, max_apart=100), boxes="cut")
+    with pytest.raises(fl.InputError, match="max_apart=8 is for nodes of more than max_whole=8"):
+        fl.PlaneOctets(8, 8, max_apart=8)
     for given in ({"beam": 3}, {"exhaustive": True}):
         with pytest.raises(fl.InputError, match="lookahead of 2 or more"):
             fl.build(ends, **given)

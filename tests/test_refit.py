@@ -167,7 +167,7 @@ def test_layout_of_unmoved(method: str) -> None:
 
 
 def test_does_not_depend_on_threads_or_instructions() -> None:
-    tree = fl.build(fl.scenes.make("spaghetti", 1500).lines)
+    tree = fl.build(fl.scenes.make("spaghetti", 2000).lines)
     assert tree.n_refs > 20_000
     assert len(tree.layout.nodes) > 100
     segments = moved("a little", tree.geometry.segments)

@@ -220,7 +220,7 @@ def test_a_ray_that_is_none_is_found_wherever_it_stands(where: int, n_threads: i
 
 
 @pytest.mark.parametrize(
-    ("scene", "options"), [("spaghetti", {}), ("bun-hair", {}), ("bun-hair", {"presplit": fl.Presplit(refs=3)})]
+    ("scene", "options"), [("spaghetti-2", {}), ("bun-hair", {}), ("bun-hair", {"presplit": fl.Presplit(refs=3)})]
 )
 def test_a_layout_is_the_same_whoever_makes_it(scene: str, options: dict[str, Any]) -> None:
     """Whole subtrees are laid out apart, by several threads; and by the module of each instruction set."""

@@ -236,7 +236,9 @@ class Settings:
         if not isinstance(self.limits, Limits):
             raise InputError(f"limits={self.limits!r}; expected fl.Limits(max_depth=…, …)")
         if self.boxes == "cut":
-            if any(isinstance(split, ObjectSweep) or getattr(split, "max_whole", 0) for split in splits):
+            octets = [split for split in splits if isinstance(split, PlaneOctets)]
+            wholes = [split for split in octets if split.max_whole or split.max_apart]
+            if wholes or any(isinstance(split, ObjectSweep) for split in splits):
                 raise InputError("an object sweep does not cut space: a KD tree (boxes='cut') needs planes")
             if self.limits.max_leaf_refs is not None:
                 raise InputError("max_leaf_refs can not be promised by a KD tree (boxes='cut'); leave it out")
@@ -273,13 +275,14 @@ def best_settings(effort: float = 0.5, boxes: BoxRule = "tight", cost: Cost | No
     choice("boxes", boxes, ("tight", "cut"))
     if cost is None and boxes == "tight":
         n_planes = 8 * 2 ** max(0, round(4 * effort - 2))
-        only_whole, max_overlap, sample = 32, 0.4, 256
         if effort < 0.25:
-            only_whole, sample = 64, 128
-        elif effort >= 0.75:
-            max_overlap, sample = 0.0, 0
+            octets = PlaneOctets(n_planes, 128, 64, 0.6, sample=128, max_apart=REF_LIMIT)
+        elif effort < 0.75:
+            octets = PlaneOctets(n_planes, 128, 32, 0.6, sample=256, max_apart=1024)
+        else:
+            octets = PlaneOctets(n_planes, 128, 32)
         return Settings(
-            splits=(PlaneOctets(n_planes, 128, only_whole, max_overlap, sample),),
+            splits=(octets,),
             bad_levels=3,
             prune=False,
             radius_hint=0.001,

@@ -38,9 +38,9 @@ class SplitSet:
         object.__setattr__(self, "min_overlap", overlap)
 
     @property
-    def octet_args(self) -> tuple[int, int, float, int]:
+    def octet_args(self) -> tuple[int, int, float, int, int]:
         """What the core is told of octets of planes beside their number."""
-        return 0, 0, 0.0, 0
+        return 0, 0, 0.0, 0, 0
 
 
 @dataclass(frozen=True)
@@ -91,6 +91,9 @@ class PlaneOctets(SplitSet):
     sample : int
         Of twice as many references and more, the plane is chosen by about so many; by all if it is 0, and in searches
         of more than one level, but for the last one.
+    max_apart : int
+        Nodes of more than `max_whole` and up to so many references are split whole, and only so, where these lie apart:
+        where it costs no more than four fifths of a leaf. Not in searches of more than one level, but for the last one.
     """
 
     name = "plane_octets"
@@ -99,11 +102,12 @@ class PlaneOctets(SplitSet):
     only_whole: int = 0
     max_overlap: float = 0.0
     sample: int = 0
+    max_apart: int = 0
 
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "n_planes", count("n_planes", self.n_planes, 1, 4096))
-        for name in ("max_whole", "only_whole", "sample"):
+        for name in ("max_whole", "only_whole", "sample", "max_apart"):
             object.__setattr__(self, name, count(name, getattr(self, name), 0))
         if self.only_whole > self.max_whole:
             raise InputError(
@@ -111,11 +115,16 @@ class PlaneOctets(SplitSet):
             )
         overlap = 0.0 if self.max_overlap == 0 else number("max_overlap", self.max_overlap, "0 to 1", 0.0, 1.0)
         object.__setattr__(self, "max_overlap", overlap)
+        if 0 < self.max_apart <= self.max_whole:
+            raise InputError(
+                f"max_apart={self.max_apart} is for nodes of more than max_whole={self.max_whole} references; "
+                "make it larger, or leave it out"
+            )
 
     @property
-    def octet_args(self) -> tuple[int, int, float, int]:
+    def octet_args(self) -> tuple[int, int, float, int, int]:
         """See `SplitSet`."""
-        return self.max_whole, self.only_whole, self.max_overlap, self.sample
+        return self.max_whole, self.only_whole, self.max_overlap, self.sample, self.max_apart
 
     def for_any_primitive(self, boxes: BoxRule) -> tuple[SplitSet, ...]:
         """Return the exact split sets that show the same kinds of candidates."""

@@ -1,6 +1,6 @@
 // The planes of a regular grid over the node's box, eight at a time: what `PlaneGrid` shows, for straight pieces, in
-// less time. In small nodes also splits into whole pieces, each on the side of its centre; in large ones a plane that
-// is good for a sample is good for all.
+// less time. In small nodes also splits into whole pieces, each on the side of its centre, and in larger ones where
+// these lie well apart; in large ones a plane that is good for a sample is good for all.
 //
 // Counts are exact; where a piece crosses a plane is computed in float32, so bounds may be off by some roundings, and
 // those of a sample are no more than the sample's. Whoever carries a split out takes the bounds of what comes of it.
@@ -20,18 +20,21 @@ class PlaneOctets {
   std::size_t only_whole = 0;  ///< and those of at most so many only so, where that divides them
   double max_overlap = 0.0;    ///< or where the children of the best whole split overlap in no more of the node's area
   std::size_t sample = 0;      ///< of at least twice so many, about so many are asked, if one is to be shown; if 0, all
+  std::size_t max_apart = 0;   ///< larger nodes, of up to so many, only so where they lie apart; if one is to be shown
 
   /// Show of each axis the split with the least SAH, for boxes grown by a margin; or all.
   template <Straight P, class Visitor>
   void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, double margin, bool all,
              Visitor&& visitor) const {
     thread_local OctetGrid grid;
+    if (rule == BoxRule::tight && refs.size() > max_whole && refs.size() <= max_apart && !all) {
+      if (const auto split = whole_if_apart(refs, box, margin, grid)) return visitor(*split);
+    }
     if (sample > 0 && refs.size() / 2 >= sample && !all) {
       if (const auto split = cheapest_of_sample(prims, refs, box, rule, margin, grid)) return visitor(*split);
     }
     if (rule == BoxRule::tight && refs.size() <= max_whole) {
-      grid.place(box, n_planes, rule);
-      for (const BuildRef& ref : refs) grid.add_whole(ref.box);
+      fill_whole(refs, box, grid);
       Overlap overlap;
       const bool shown =
           grid.show(Candidate::Kind::centres, box, rule, float(margin), all, [&](const Candidate& split) {
@@ -46,6 +49,11 @@ class PlaneOctets {
   }
 
  private:
+  void fill_whole(Refs refs, const Box& box, OctetGrid& grid) const {
+    grid.place(box, n_planes, BoxRule::tight);
+    for (const BuildRef& ref : refs) grid.add_whole(ref.box);
+  }
+
   template <Straight P>
   void fill(const P& prims, Refs refs, const Box& box, BoxRule rule, OctetGrid& grid) const {
     grid.place(box, n_planes, rule);
@@ -59,7 +67,16 @@ class PlaneOctets {
     }
   }
 
-  /// The one that is best for every so manyth reference; counted in full. None if that is no division after all.
+  /// Into whole references, where these lie apart: where that costs no more than four fifths of a leaf.
+  std::optional<Candidate> whole_if_apart(Refs refs, const Box& box, double margin, OctetGrid& grid) const {
+    constexpr double kApart = 0.8;
+    fill_whole(refs, box, grid);
+    auto split = cheapest(Candidate::Kind::centres, box, BoxRule::tight, margin, grid);
+    if (split && split->sah(margin) > kApart * box.area(margin) * double(refs.size())) split.reset();
+    return split;
+  }
+
+  /// The plane that is best for every so manyth reference, counted in full. None if that is no division after all.
   template <Straight P>
   std::optional<Candidate> cheapest_of_sample(const P& prims, Refs refs, const Box& box, BoxRule rule, double margin,
                                               OctetGrid& grid) const {
@@ -68,14 +85,8 @@ class PlaneOctets {
     some.clear();
     for (std::size_t i = 0, step = refs.size() / sample; i < refs.size(); i += step) some.push_back(refs[i]);
     fill(prims, some, box, rule, grid);
-    double least = std::numeric_limits<double>::infinity();
-    std::optional<Candidate> best;
-    grid.show(Candidate::Kind::plane, box, rule, float(margin), false, [&](const Candidate& split) {
-      const double sah = split.sah(margin);
-      if (!(sah < least)) return;
-      least = sah;
-      best = split;
-    });
+    if (some.capacity() > kMostKept) some = {};
+    auto best = cheapest(Candidate::Kind::plane, box, rule, margin, grid);
     if (!best) return best;
     best->n_left = best->n_right = 0;
     for (const BuildRef& ref : refs) {
@@ -83,8 +94,20 @@ class PlaneOctets {
       best->n_left += side & 1;
       best->n_right += side >> 1;
     }
-    if (some.capacity() > kMostKept) some = {};
     return divides(*best, rule) ? best : std::nullopt;
+  }
+
+  static std::optional<Candidate> cheapest(Candidate::Kind kind, const Box& box, BoxRule rule, double margin,
+                                           OctetGrid& grid) {
+    double least = std::numeric_limits<double>::infinity();
+    std::optional<Candidate> best;
+    grid.show(kind, box, rule, float(margin), false, [&](const Candidate& split) {
+      const double sah = split.sah(margin);
+      if (!(sah < least)) return;
+      least = sah;
+      best = split;
+    });
+    return best;
   }
 };
 
