@@ -1,4 +1,5 @@
-"""What reinsertion, presplit and SBVH's restriction of spatial splits bring and take: the tables of docs/builder.md.
+"""What options of the builder bring and take: whole splits of the default, reinsertion, presplit and SBVH's restriction of
+spatial splits; tables of docs/builder.md.
 
     python benchmarks/builder_options.py
 
@@ -9,9 +10,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import fastlines as fl
+from fastlines.settings import best_settings
 
 DEEP = {"method": "best", "cost": fl.Cost(2.0), "prune": True, "radius_hint": 0.0}
 REINSERTED: list[tuple[str, str, dict[str, Any]]] = [
@@ -34,6 +37,7 @@ PRESPLIT: dict[str, Any] = {
     "automatic": fl.Presplit(),
 }
 OVERLAPS = (0.0, 1e-5, 1e-3)
+APART = (0, 512, 1024, 8192, 1_000_000)
 
 
 def timed(scene: str, **given: Any) -> tuple[fl.Tree, float]:
@@ -45,6 +49,18 @@ def timed(scene: str, **given: Any) -> tuple[fl.Tree, float]:
         tree = fl.build(lines, **given)
         times.append(time.process_time() - start)
     return tree, min(times)
+
+
+def whole() -> Iterator[list[str]]:
+    """Yield the rows of `best` with whole splits in nodes of up to so many references."""
+    yield ["scene", "max_apart", "references a line", "time"]
+    (octets,) = best_settings().splits
+    for scene in ("bun-hair", "straight-hair", "spaghetti"):
+        first = None
+        for n_refs in APART:
+            tree, seconds = timed(scene, method="best", splits=replace(octets, max_apart=n_refs))
+            first = first or seconds
+            yield [scene, f"{n_refs:,}", f"{tree.n_refs / tree.n_prims:.2f}", f"{seconds / first:.2f}"]
 
 
 def reinsertion() -> Iterator[list[str]]:
@@ -92,7 +108,7 @@ def sbvh() -> Iterator[list[str]]:
 def main() -> None:
     """Print the tables."""
     fl.set_num_threads(1)
-    for table in (reinsertion, presplit, sbvh):
+    for table in (whole, reinsertion, presplit, sbvh):
         for i, row in enumerate(table()):
             print(f"| {' | '.join(row)} |", flush=True)
             if i == 0:

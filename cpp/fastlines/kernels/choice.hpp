@@ -13,12 +13,13 @@
 namespace fastlines {
 
 /// What steps take in a bundle, and alone in a wave or a stream, in cycles: with their share of all that is in no step,
-/// so that they sum to what queries take. Only so good that ways which differ by a half are told apart.
+/// so that they sum to what first hits take. Lists take up to twice as much, both ways. Only so good that ways which
+/// differ by a half are told apart.
 struct TogetherCost {
-  static constexpr std::uint64_t kRay = 40, kNode = 55, kLeaf = 45, kSegment = 30, kLine = 15, kPack = 60;
+  static constexpr std::uint64_t kRay = 60, kNode = 80, kLeaf = 65, kSegment = 45, kLine = 22, kPack = 90;
 };
 struct AloneCost {
-  static constexpr std::uint64_t kRay = 250, kNode = 85, kLeaf = 60, kTest = 70, kPack = 300;
+  static constexpr std::uint64_t kRay = 190, kNode = 65, kLeaf = 45, kTest = 50, kPack = 225;
 };
 
 /// Some rays, and what they have cost.
@@ -75,8 +76,8 @@ class Choice {
 
  private:
   static constexpr float kSpread = 1.6f;         // of the mean extent of a leaf: the bound at first
-  static constexpr float kForget = 1.005f;       // the bound after a group
-  static constexpr float kCheap = 600.0f;        // a ray of a bundle that nobody doubts
+  static constexpr float kForget = 1.01f;        // the bound after a group
+  static constexpr float kCheap = 500.0f;        // a ray of a bundle that nobody doubts
   static constexpr float kSurely = 2.5f;         // dearer than alone, however wrong the costs are
   static constexpr float kElsewhere = 0.6f;      // where rays alone cost so much less, bundles are tried again
   static constexpr float kMost = 4000.0f;        // a ray of a bundle that is not given up,
