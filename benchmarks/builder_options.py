@@ -1,5 +1,4 @@
-"""What options of the builder bring and take: whole splits of the default, reinsertion, presplit and SBVH's restriction of
-spatial splits; tables of docs/builder.md.
+"""What options of the builder bring and take: the tables of docs/builder.md.
 
     python benchmarks/builder_options.py
 

@@ -19,7 +19,8 @@ def count(name: str, value: object, least: int, most: int | None = None) -> int:
     """Check a whole number; NumPy's will do."""
     given = value.item() if isinstance(value, np.integer) else value
     if isinstance(given, bool) or not isinstance(given, int) or not least <= given <= (most or LARGEST):
-        upto = f"to {most}" if most else "or more"
+        too_many = isinstance(given, int) and given > LARGEST
+        upto = f"to {most or LARGEST}" if most or too_many else "or more"
         raise InputError(f"{name}={value!r}; expected a whole number, {least} {upto}")
     return given
 

@@ -18,7 +18,7 @@ from .threads import get_num_threads
 RADIUS_HINT = 0.001
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Layout:
     """A tree of up to 16 children a node, boxes and pieces of segments quantised to bytes (docs/engine.md).
 
@@ -42,6 +42,10 @@ class Layout:
     leaves: npt.NDArray[np.uint8]
     refs: npt.NDArray[np.uint32]
     mean_extent: float
+
+    def __repr__(self) -> str:
+        what = f"{len(self.nodes):,} nodes, {len(self.leaves):,} leaves, {len(self.refs):,} references"
+        return f"<Layout: {what}, {self.n_bytes:,} bytes with segments>"
 
     @property
     def n_bytes(self) -> int:

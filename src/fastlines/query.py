@@ -12,6 +12,7 @@ import numpy.typing as npt
 from . import _core
 from .checks import choice, count
 from .engines import engine, kernel_number
+from .errors import InputError
 from .geometry import Lines, as_lines
 from .hits import AllHits, FirstHits
 from .layout import Layout
@@ -43,6 +44,8 @@ class Question:
     def answer(self, box: npt.NDArray[Any], ask: Callable[..., Any]) -> Any:
         """Check the question, pass it on as ask(name, rays, *options), and give the answer its shape."""
         choice("at", self.at, ("closest", "surface"))
+        if self.query != "next_hits" and self.k is not None:
+            raise InputError(f"k={self.k!r} is for query='next_hits', this is {self.query!r}; leave it out")
         k = count("k", self.k, 0) if self.query == "next_hits" else None
         rays = check_rays(self.origins, self.directions, self.radius, self.t_min, self.t_max, self.invalid, box)
         name = "list_hits" if self.query in ("all_hits", "next_hits") else self.query
@@ -115,7 +118,7 @@ def brute_force(
     origins, directions, radius, t_min, t_max, at, invalid, progress
         As in `Tree.first_hit`.
     k : int
-        As in `Tree.next_hits`.
+        As in `Tree.next_hits`; for no other query.
 
     Returns
     -------

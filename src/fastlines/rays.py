@@ -109,10 +109,9 @@ def check_rays(
     for fault, rows in faults.items():
         bad = np.broadcast_to(rows, n_rays)
         if invalid == "error" and bad.any():
-            raise InputError(
-                f"{int(bad.sum())} of {n_rays} rays {fault} ({list_rows(bad)}); mend them, or pass invalid='skip' to "
-                "let them miss"
-            )
+            where = list_rows(bad) if len(rows) == n_rays else f"given once for all: {_given_once(scalars)}"
+            what = f"{int(bad.sum())} of {n_rays} rays {fault} ({where})"
+            raise InputError(f"{what}; mend them, or pass invalid='skip' to let them miss")
         skipped |= bad
     if skipped.any():
         # A ray that can hit nothing stands in for each.
@@ -121,6 +120,10 @@ def check_rays(
         radii, starts, ends = (np.broadcast_to(values, n_rays).copy() for values in (radii, starts, ends))
         radii[skipped] = starts[skipped] = ends[skipped] = 0
     return Rays(shape, origins, directions, radii, starts, ends, np.flatnonzero(skipped))
+
+
+def _given_once(scalars: dict[str, FloatArray]) -> str:
+    return ", ".join(f"{name} = {values[0]:g}" for name, values in scalars.items() if len(values) == 1)
 
 
 def _too_short(

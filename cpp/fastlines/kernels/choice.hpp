@@ -3,7 +3,8 @@
 // A bundle meets what lies between its rays, so it pays as long as they stray little beside what the tree tells apart.
 // How little depends on the scene: leaves of straight hair are long, but lie close beside each other. So the bound on
 // the spread comes down where bundles turn out much dearer than rays alone, then slowly comes up again, and at once
-// where rays alone get cheap. Answers are the same, whichever way they are found.
+// where rays alone get cheap. What rays alone cost elsewhere in a picture tells nothing: where a bundle looks dear, the
+// next group goes alone, and the one after that is judged. Answers are the same, whichever way they are found.
 #pragma once
 
 #include <algorithm>
@@ -38,7 +39,10 @@ class Choice {
   explicit Choice(float mean_extent) : widest_(kSpread * mean_extent), bound_(widest_) {}
 
   /// Before each group of rays.
-  void next() { bound_ = std::min(widest_, kForget * bound_); }
+  void next() {
+    bound_ = std::min(widest_, kForget * bound_);
+    ++age_;
+  }
 
   bool together(float spread) const { return spread <= bound_; }
 
@@ -54,17 +58,23 @@ class Choice {
   void note_together(const Work& work, float spread) {
     const float cost = work.per_ray();
     if (cost <= kCheap) return;
-    if (alone_.rays == 0) {
-      curious_ = true;
-    } else if (const float alone = alone_.per_ray(); cost > kSurely * alone) {
-      bound_ = std::min(bound_, spread * alone / cost);
-      then_ = alone;
+    if (alone_.rays > 0) {
+      const float alone = alone_.per_ray();
+      if (cost <= kSurely * alone) return;
+      if (age_ <= kHere) {
+        bound_ = std::min(bound_, spread * alone / cost);
+        then_ = alone;
+        return;
+      }
+      alone_ = {};  // that was elsewhere
     }
+    curious_ = true;
   }
 
   void note_alone(const Work& work) {
     alone_ += work;
     if (alone_.rays == 0) return;
+    age_ = 0;
     if (alone_.per_ray() < kElsewhere * then_) {
       bound_ = widest_;
       then_ = 0.0f;
@@ -79,6 +89,7 @@ class Choice {
   static constexpr float kForget = 1.01f;        // the bound after a group
   static constexpr float kCheap = 500.0f;        // a ray of a bundle that nobody doubts
   static constexpr float kSurely = 2.5f;         // dearer than alone, however wrong the costs are
+  static constexpr int kHere = 16;               // rays alone of so many groups before tell what they would cost here
   static constexpr float kElsewhere = 0.6f;      // where rays alone cost so much less, bundles are tried again
   static constexpr float kMost = 4000.0f;        // a ray of a bundle that is not given up,
   static constexpr float kGiveUp = 4.0f;         // or so many times as much as alone
@@ -87,6 +98,7 @@ class Choice {
   float widest_, bound_;
   float then_ = 0.0f;  // what rays alone cost when the bound came down last
   Work alone_;
+  int age_ = 0;  // groups since rays went alone
   bool curious_ = false;
 };
 
