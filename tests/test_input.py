@@ -167,7 +167,7 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "radius negative": (lambda: ask(radius=-1e-9), ["radius", "from 0"]),
     "radius negative, of all": (
         lambda: ask(np.zeros((3, 3)), radius=-1),
-        ["3 of 3", "given once for all: radius = -1,"],
+        ["3 of 3", ": radius = -1, for all; mend"],
     ),
     "k of another query": (lambda: fl.brute_force(ONE, [0, 0, 0], [0, 0, 1], 1, k=3), ["k=3", "next_hits", "all_hits"]),
     "k too large": (lambda: fl.build(ONE).next_hits([0, 0, 0], [0, 0, 1], 1, k=2**63), [f"0 to {2**63 - 1}"]),
@@ -391,6 +391,7 @@ def test_answers_are_shown_in_a_line():
     rays = np.tile([0.5, 0.5, -5], (1000, 1)), [0, 0, 1]
     assert repr(tree.first_hit(*rays, 0.1)) == "<FirstHits: 1,000 rays, 1,000 hit>"
     assert repr(tree.all_hits(*rays, 0.1)) == "<AllHits: 1,000 rays, 1,000 hits>"
+    assert re.fullmatch(r"<Layout: 1 nodes, 1 leaves, \d+ references, [\d,]+ bytes with segments>", repr(tree.layout))
 
 
 def test_a_direction_of_length_zero_is_refused_where_all_else_is_zero_too():

@@ -109,9 +109,9 @@ def check_rays(
     for fault, rows in faults.items():
         bad = np.broadcast_to(rows, n_rays)
         if invalid == "error" and bad.any():
-            where = list_rows(bad) if len(rows) == n_rays else f"given once for all: {_given_once(scalars)}"
-            what = f"{int(bad.sum())} of {n_rays} rays {fault} ({where})"
-            raise InputError(f"{what}; mend them, or pass invalid='skip' to let them miss")
+            what = f"{int(bad.sum())} of {n_rays} rays {fault}"
+            where = f" ({list_rows(bad)})" if len(rows) == n_rays else f": {_given_once(scalars, fault)}, for all"
+            raise InputError(f"{what}{where}; mend them, or pass invalid='skip' to let them miss")
         skipped |= bad
     if skipped.any():
         # A ray that can hit nothing stands in for each.
@@ -122,8 +122,8 @@ def check_rays(
     return Rays(shape, origins, directions, radii, starts, ends, np.flatnonzero(skipped))
 
 
-def _given_once(scalars: dict[str, FloatArray]) -> str:
-    return ", ".join(f"{name} = {values[0]:g}" for name, values in scalars.items() if len(values) == 1)
+def _given_once(scalars: dict[str, FloatArray], fault: str) -> str:
+    return ", ".join(f"{name} = {values[0]:g}" for name, values in scalars.items() if name in fault)
 
 
 def _too_short(

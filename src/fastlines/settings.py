@@ -239,7 +239,8 @@ class Settings:
             octets = [split for split in splits if isinstance(split, PlaneOctets)]
             wholes = [split for split in octets if split.max_whole or split.max_apart]
             if wholes or any(isinstance(split, ObjectSweep) for split in splits):
-                raise InputError("an object sweep does not cut space: a KD tree (boxes='cut') needs planes")
+                what = "an object sweep does not cut space, nor do max_whole and max_apart of PlaneOctets"
+                raise InputError(f"{what}: a KD tree (boxes='cut') needs planes")
             if self.limits.max_leaf_refs is not None:
                 raise InputError("max_leaf_refs can not be promised by a KD tree (boxes='cut'); leave it out")
             if self.presplit is not None:

@@ -70,12 +70,12 @@ class PlaneGrid(SplitSet):
 
 @dataclass(frozen=True)
 class PlaneOctets(SplitSet):
-    """The planes of a regular grid, counted eight at a time; in small nodes also splits into whole primitives.
+    """The planes of a regular grid, counted eight at a time; also splits into whole primitives where that does well.
 
     What `PlaneGrid` finds, in less time: counts are exact, but the boxes by which candidates are compared are
     computed in float32. In nodes of up to `max_whole` references, tight boxes only, each plane also parts whole
     references by their centres. Large nodes may be judged by a `sample`. For segments; of other primitives a
-    `PlaneGrid` and an `ObjectSweep` are asked.
+    `PlaneGrid` and, for `max_whole`, an `ObjectSweep` are asked.
 
     Parameters
     ----------

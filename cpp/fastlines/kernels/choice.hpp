@@ -3,8 +3,9 @@
 // A bundle meets what lies between its rays, so it pays as long as they stray little beside what the tree tells apart.
 // How little depends on the scene: leaves of straight hair are long, but lie close beside each other. So the bound on
 // the spread comes down where bundles turn out much dearer than rays alone, then slowly comes up again, and at once
-// where rays alone get cheap. What rays alone cost elsewhere in a picture tells nothing: where a bundle looks dear, the
-// next group goes alone, and the one after that is judged. Answers are the same, whichever way they are found.
+// where rays alone get cheap. What rays alone cost elsewhere in a picture tells nothing: where a bundle looks dear and
+// none went alone of late, the next group does, and those after it are judged by that. Answers are the same, whichever
+// way they are found.
 #pragma once
 
 #include <algorithm>
@@ -62,7 +63,7 @@ class Choice {
       const float alone = alone_.per_ray();
       if (cost <= kSurely * alone) return;
       if (age_ <= kHere) {
-        bound_ = std::min(bound_, spread * alone / cost);
+        bound_ = std::min(bound_, std::max(kNarrowest * widest_, spread * alone / cost));
         then_ = alone;
         return;
       }
@@ -86,12 +87,13 @@ class Choice {
 
  private:
   static constexpr float kSpread = 1.6f;         // of the mean extent of a leaf: the bound at first
+  static constexpr float kNarrowest = 0.001f;    // of that: it comes no farther down
   static constexpr float kForget = 1.01f;        // the bound after a group
   static constexpr float kCheap = 500.0f;        // a ray of a bundle that nobody doubts
   static constexpr float kSurely = 2.5f;         // dearer than alone, however wrong the costs are
   static constexpr int kHere = 16;               // rays alone of so many groups before tell what they would cost here
   static constexpr float kElsewhere = 0.6f;      // where rays alone cost so much less, bundles are tried again
-  static constexpr float kMost = 4000.0f;        // a ray of a bundle that is not given up,
+  static constexpr float kMost = 6000.0f;        // a ray of a bundle that is not given up,
   static constexpr float kGiveUp = 4.0f;         // or so many times as much as alone
   static constexpr std::uint64_t kRecent = 512;  // of more rays alone than these, half is forgotten
 

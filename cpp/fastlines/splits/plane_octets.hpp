@@ -20,7 +20,7 @@ class PlaneOctets {
   std::size_t only_whole = 0;  ///< and those of at most so many only so, where that divides them
   double max_overlap = 0.0;    ///< or where the children of the best whole split overlap in no more of the node's area
   std::size_t sample = 0;      ///< of at least twice so many, about so many are asked, if one is to be shown; if 0, all
-  std::size_t max_apart = 0;   ///< larger nodes, of up to so many, only so where they lie apart; if one is to be shown
+  std::size_t max_apart = 0;   ///< larger nodes, of up to so many, only so where they lie apart; not if all are shown
 
   /// Show of each axis the split with the least SAH, for boxes grown by a margin; or all.
   template <Straight P, class Visitor>

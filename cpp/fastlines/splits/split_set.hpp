@@ -67,7 +67,7 @@ void visit_wholes(const Splits& splits, const P& prims, Refs refs, const Box& bo
       ObjectSweep{}.visit(prims, refs, box, BoxRule::tight, visitor);
     if constexpr (Straight<P>)
       if (const auto* octets = std::get_if<PlaneOctets>(&sized.set))
-        if (octets->max_whole > 0)
+        if (octets->max_whole > 0 || octets->max_apart > 0)
           PlaneOctets{.n_planes = octets->n_planes, .max_whole = any, .only_whole = any}.visit(
               prims, refs, box, BoxRule::tight, margin, false, visitor);
   }
