@@ -7,6 +7,21 @@
 
 namespace fastlines {
 
+/// Sixteen rays of a bundle beside its axis. To read them again for each line would take as long as its test, so they
+/// stay in registers, where these suffice.
+struct RaysBeside {
+  using Number = std::conditional_t<(Float16::kRegisters <= 2), Float16, Rays16::Number>;
+  Number x, y, dx, dy, moment, last;
+
+  [[gnu::always_inline]] RaysBeside(const Bundle& bundle, int first)
+      : x(Rays16::Number{bundle.x + first}),
+        y(Rays16::Number{bundle.y + first}),
+        dx(Rays16::Number{bundle.dx + first}),
+        dy(Rays16::Number{bundle.dy + first}),
+        moment(Rays16::Number{bundle.moment + first}),
+        last(Rays16::Number{bundle.last + first}) {}
+};
+
 /// Up to sixteen segments and their lines as a bundle sees them. For the ray (x, y) + z·(x', y') and the line p + s·e,
 ///
 ///     m = (p_y·e_x − p_x·e_y) + x'·(p_z·e_y − p_y·e_z) + y'·(p_x·e_z − p_z·e_x) + x·e_y − y·e_x − (x·y' − y·x')·e_z
@@ -46,16 +61,32 @@ struct LinesBeside {
     (pz + min(ez, zero)).store(nearest);
   }
 
-  /// Which of the rays [first, first + 16) may come near segment j.
-  [[gnu::always_inline]] std::uint32_t near(const Bundle& bundle, int first, int j) const {
+  /// Tell see(j, first, near) of each of the first n segments which of the rays [first, first + 16) may come near it.
+  template <class See>
+  [[gnu::always_inline]] void look(const Bundle& bundle, int n, See&& see) const {
+    int first = bundle.first;
+    for (; first + kWidth < bundle.end; first += 2 * kWidth) {
+      const RaysBeside some(bundle, first), others(bundle, first + kWidth);
+      for (int j = 0; j < n; ++j) {
+        const std::uint32_t near_some = near(j, some), near_others = near(j, others);
+        see(j, first, near_some);
+        see(j, first + kWidth, near_others);
+      }
+    }
+    if (first == bundle.end) return;
+    const RaysBeside left(bundle, first);
+    for (int j = 0; j < n; ++j) see(j, first, near(j, left));
+  }
+
+  /// Which of these rays may come near segment j.
+  [[gnu::always_inline]] std::uint32_t near(int j, const RaysBeside& rays) const {
     using F = Float16;
-    const auto at = [first](const float (&x)[kLanes]) { return F::load(x + first); };
-    F m = fma(at(bundle.x), F(at_x[j]), F(rest[j]));
-    m = fma(at(bundle.y), F(at_y[j]), m);
-    m = fma(at(bundle.dx), F(at_dx[j]), m);
-    m = fma(at(bundle.dy), F(at_dy[j]), m);
-    m = fma(at(bundle.moment), F(at_moment[j]), m);
-    return ((abs(m) <= F(most[j])) & (F(nearest[j]) <= at(bundle.last))).bits();
+    F m = fma(rays.x, F(at_x[j]), F(rest[j]));
+    m = fma(rays.y, F(at_y[j]), m);
+    m = fma(rays.dx, F(at_dx[j]), m);
+    m = fma(rays.dy, F(at_dy[j]), m);
+    m = fma(rays.moment, F(at_moment[j]), m);
+    return ((abs(m) <= F(most[j])) & (F(nearest[j]) <= rays.last)).bits();
   }
 };
 

@@ -92,9 +92,9 @@ struct alignas(16) LeafPlace {
   const Points16 a = Points16::of<0>(leaf.ends), c = Points16::of<3>(leaf.ends);
   const F au = a.along(ray.u, place.u), av = a.along(ray.v, place.v);
   const F cu = c.along(ray.u, place.u), cv = c.along(ray.v, place.v);
-  const F wu = cu - au, wv = cv - av;
-  const F cross = fma(au, wv, F(0.0f) - av * wu);
-  const F ww = fma(wu, wu, wv * wv);
+  const F back_u = au - cu, wv = cv - av;  // from a to c, and the first reversed, which saves a subtraction
+  const F cross = fma(au, wv, av * back_u);
+  const F ww = fma(back_u, back_u, wv * wv);
   const F aa = fma(au, au, av * av), cc = fma(cu, cu, cv * cv);
   const auto line = cross * cross < ww * near2;        // never where a piece is a point: there the ends decide
   const auto inside = abs(cc - aa) <= ww + F(kGrain);  // the foot of the perpendicular from the origin

@@ -98,10 +98,13 @@ inline Pace measure_pace(const WideView& tree, const RayBatch& batch) {
                      },
                      256) /
                  kWidth;
-  pace.line = pace_of([&](int i) {
-    sum += lines->near(*bundle, i % 4 * kWidth, i / 4 % kWidth);
-    keep(sum);
-  });
+  pace.line = pace_of(
+                  [&](int) {
+                    lines->look(*bundle, kWidth, [&](int, int, std::uint32_t near) { sum += near; });
+                    keep(sum);
+                  },
+                  256) /
+              kLanes;
   pace.pack = pace_of([&](int i) {
     const Rays16 sixteen(*rays, i % 4 * kWidth);
     const int j = i / 4 % kWidth;

@@ -18,7 +18,7 @@ class SeenSet {
 
   /// Room for so many more.
   void reserve(std::size_t more) {
-    while (2 * (size_ + more) > slots_.size()) grow();
+    while (4 * (size_ + more) > slots_.size()) grow();
   }
 
   /// Put a primitive in, for which there is room; false if it was there.
@@ -40,7 +40,7 @@ class SeenSet {
   };
 
   void grow() {
-    std::vector<Slot> old(std::max<std::size_t>(256, 2 * slots_.size()));
+    std::vector<Slot> old(std::max<std::size_t>(512, 2 * slots_.size()));
     old.swap(slots_);
     size_ = 0;
     for (const Slot& slot : old)

@@ -12,6 +12,8 @@
 // What is in reach goes to a collector (collect.hpp), which also tells each ray's limit.
 #pragma once
 
+#include <utility>
+
 #include "beside.hpp"
 #include "choice.hpp"
 #include "collect.hpp"
@@ -99,18 +101,21 @@ class ThickSearch {
 
   /// Append the segments whose pieces in these leaves survive, but for those that the bundle has met already.
   void segments(const Across& axis) {
-    for (int i = 0; i < n_leaves_; ++i) places_[i] = place_of(tree_.leaves[leaves_[i]], axis);
+    // Where the next leaf lies is found before this one is tested. Beyond the last any will do.
+    leaves_[n_leaves_] = leaves_[0];
+    LeafPlace next = place_of(tree_.leaves[leaves_[0]], axis);
     int n_pieces = 0;
     for (int i = 0; i < n_leaves_; ++i) {
       const WideLeaf& leaf = tree_.leaves[leaves_[i]];
-      const std::uint32_t lanes = cull_leaf(axis, leaf, places_[i]);
+      const LeafPlace place = std::exchange(next, place_of(tree_.leaves[leaves_[i + 1]], axis));
+      for (int k = 0; k < 15; k += 5) __builtin_prefetch(tree_.refs + leaf.first_ref + k);  // of most some survive
+      const std::uint32_t lanes = cull_leaf(axis, leaf, place);
       pack_numbers(lanes, leaf.first_ref, pieces_ + n_pieces);
       n_pieces += std::popcount(lanes);
     }
     tally(&Steps::leaves, std::uint64_t(n_leaves_));
     tally(&Steps::pieces, std::uint64_t(n_pieces));
     cost_ += TogetherCost::kLeaf * std::uint64_t(n_leaves_);
-    for (int j = 0; j < n_pieces; ++j) __builtin_prefetch(tree_.refs + pieces_[j]);
     seen_.reserve(std::size_t(n_pieces));
     for (int j = 0; j < n_pieces; ++j) {
       const std::uint32_t prim = tree_.refs[pieces_[j]].prim;
@@ -139,9 +144,11 @@ class ThickSearch {
     bool as_pairs = false;
     if constexpr (Collector::kUnordered && Float16::kLooksUp) {
       as_pairs = few_near_;
-      if (as_pairs)
+      if (as_pairs) {
+        lines_.look(bundle, n, [this](int j, int first, std::uint32_t rays) { near_[first / kWidth][j] = rays; });
         for (int first = bundle.first; first < bundle.end; first += kWidth)
-          near += test_pairs<Float16>(rays, bundle, first, prims, n, collector);
+          near += test_pairs<Float16>(rays, first, prims, n, collector);
+      }
     }
     if (!as_pairs) near = test_packs(rays, bundle, prims, n, collector);
     few_near_ = near.n_rays <= kMany * near.n_packs;
@@ -157,13 +164,11 @@ class ThickSearch {
   template <class Collector>
   Near test_packs(const RayLanes& rays, const Bundle& bundle, const std::uint32_t* prims, int n, Collector& collector) {
     Near seen;
-    for (int j = 0; j < n; ++j)
-      for (int first = bundle.first; first < bundle.end; first += kWidth) {
-        const std::uint32_t near = lines_.near(bundle, first, j);
-        packs_[seen.n_packs] = {j, first, near};
-        seen.n_packs += near != 0;
-        seen.n_rays += std::popcount(near);
-      }
+    lines_.look(bundle, n, [&](int j, int first, std::uint32_t near) __attribute__((always_inline)) {
+      packs_[seen.n_packs] = {j, first, near};
+      seen.n_packs += near != 0;
+      seen.n_rays += std::popcount(near);
+    });
     for (int i = 0; i < seen.n_packs; ++i) {
       const auto [j, first, near] = packs_[i];
       const Vec3 start{lines_.start[0][j], lines_.start[1][j], lines_.start[2][j]};
@@ -179,11 +184,10 @@ class ThickSearch {
   /// Test rays [first, first + 16) beside the segments that each may come near, sixteen pairs at a time. F is Float16:
   /// named, so that this is compiled only where it can look up.
   template <class F, class Collector>
-  Near test_pairs(const RayLanes& rays, const Bundle& bundle, int first, const std::uint32_t* prims, int n,
-                  Collector& collector) {
+  Near test_pairs(const RayLanes& rays, int first, const std::uint32_t* prims, int n, Collector& collector) {
     Near seen;
     for (int j = 0; j < n; ++j) {
-      const std::uint32_t near = lines_.near(bundle, first, j);
+      const std::uint32_t near = near_[first / kWidth][j];
       pack_numbers(near, 0, ray_ + seen.n_rays);
       std::fill_n(segment_ + seen.n_rays, kWidth, std::uint32_t(j));
       seen.n_packs += near != 0;
@@ -208,9 +212,9 @@ class ThickSearch {
   Stack stack_;
   SeenSet seen_;
   LinesBeside lines_{};
+  std::uint32_t near_[kLanes / kWidth][kWidth];  // which rays of each sixteen may come near each of the lines
   Pack packs_[kWidth * (kLanes / kWidth)];
   std::uint32_t ray_[(kWidth + 1) * kWidth] = {}, segment_[(kWidth + 1) * kWidth] = {};
-  LeafPlace places_[kLeaves];
   std::uint32_t leaves_[kLeaves + kWidth], pieces_[kPieces], prims_[kPieces + kWidth];
   int n_leaves_ = 0;
   bool few_near_ = true;  // of the lines seen last

@@ -23,6 +23,7 @@ struct Mask16 {
 
 struct Float16 {
   __m256 a, b;
+  static constexpr int kRegisters = 2;
   static constexpr bool kLooksUp = true;  // look_up is worth its time
 
   Float16() = default;

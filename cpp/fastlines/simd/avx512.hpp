@@ -18,6 +18,7 @@ struct Mask16 {
 
 struct Float16 {
   __m512 a;
+  static constexpr int kRegisters = 1;
   static constexpr bool kLooksUp = true;  // look_up is worth its time
 
   Float16() = default;

@@ -69,6 +69,7 @@ struct Mask16 {
 
 struct Float16 {
   Quad v[4];
+  static constexpr int kRegisters = 4;
 #if defined(FASTLINES_TALLY)
   static constexpr bool kLooksUp = true;  // steps are counted as AVX2 and AVX-512 take them
 #else
