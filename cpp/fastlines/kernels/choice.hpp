@@ -18,7 +18,7 @@ namespace fastlines {
 /// so that they sum to what first hits take. Lists take up to twice as much, both ways. Only so good that ways which
 /// differ by a half are told apart.
 struct TogetherCost {
-  static constexpr std::uint64_t kRay = 60, kNode = 80, kLeaf = 65, kSegment = 45, kLine = 22, kPack = 90;
+  static constexpr std::uint64_t kRay = 60, kNode = 80, kLeaf = 65, kSegment = 45, kLine = 12, kPack = 90;
 };
 struct AloneCost {
   static constexpr std::uint64_t kRay = 190, kNode = 65, kLeaf = 45, kTest = 50, kPack = 225;

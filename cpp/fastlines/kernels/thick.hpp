@@ -144,11 +144,7 @@ class ThickSearch {
     bool as_pairs = false;
     if constexpr (Collector::kUnordered && Float16::kLooksUp) {
       as_pairs = few_near_;
-      if (as_pairs) {
-        lines_.look(bundle, n, [this](int j, int first, std::uint32_t rays) { near_[first / kWidth][j] = rays; });
-        for (int first = bundle.first; first < bundle.end; first += kWidth)
-          near += test_pairs<Float16>(rays, first, prims, n, collector);
-      }
+      if (as_pairs) near = test_pairs<Float16>(rays, bundle, prims, n, collector);
     }
     if (!as_pairs) near = test_packs(rays, bundle, prims, n, collector);
     few_near_ = near.n_rays <= kMany * near.n_packs;
@@ -181,28 +177,38 @@ class ThickSearch {
     return seen;
   }
 
-  /// Test rays [first, first + 16) beside the segments that each may come near, sixteen pairs at a time. F is Float16:
-  /// named, so that this is compiled only where it can look up.
+  /// Test rays beside the segments that each may come near, sixteen pairs at a time. F is Float16: named, so that this
+  /// is compiled only where it can look up.
   template <class F, class Collector>
-  Near test_pairs(const RayLanes& rays, int first, const std::uint32_t* prims, int n, Collector& collector) {
+  Near test_pairs(const RayLanes& rays, const Bundle& bundle, const std::uint32_t* prims, int n, Collector& collector) {
     Near seen;
-    for (int j = 0; j < n; ++j) {
-      const std::uint32_t near = near_[first / kWidth][j];
-      pack_numbers(near, 0, ray_ + seen.n_rays);
-      std::fill_n(segment_ + seen.n_rays, kWidth, std::uint32_t(j));
+    int n_pairs[kLanes / kWidth] = {};  // of each sixteen rays
+    lines_.look(bundle, n, [&](int j, int first, std::uint32_t near) __attribute__((always_inline)) {
+      int& n_here = n_pairs[first / kWidth];
+      pack_numbers(near, std::uint32_t(j * kWidth), pairs_[first / kWidth] + n_here);
+      n_here += std::popcount(near);
       seen.n_packs += near != 0;
-      seen.n_rays += std::popcount(near);
-    }
-    for (int i = 0; i < seen.n_rays; i += kWidth, ++seen.n_tests) {
-      const ChosenRays<F> sixteen(rays, first, ray_ + i);
-      F start[3], along[3];
-      for (int k = 0; k < 3; ++k) {
-        start[k] = F::look_up(lines_.start[k], segment_ + i);
-        along[k] = F::look_up(lines_.along[k], segment_ + i);
+    });
+    for (int first = bundle.first; first < bundle.end; first += kWidth) {
+      const std::uint32_t* pair = pairs_[first / kWidth];
+      int left = n_pairs[first / kWidth];
+      seen.n_rays += left;
+      for (; left > 0; left -= kWidth, pair += kWidth, ++seen.n_tests) {
+        std::uint32_t ray[kWidth], segment[kWidth];
+        for (int i = 0; i < kWidth; ++i) {
+          ray[i] = pair[i] % kWidth;
+          segment[i] = pair[i] / kWidth;
+        }
+        const ChosenRays<F> sixteen(rays, first, ray);
+        F start[3], along[3];
+        for (int k = 0; k < 3; ++k) {
+          start[k] = F::look_up(lines_.start[k], segment);
+          along[k] = F::look_up(lines_.along[k], segment);
+        }
+        const Approach<F> approach = closest_approach(sixteen, see<F>(sixteen, start, along));
+        const std::uint32_t hit = approach.hit.bits() & ((2u << std::min(left - 1, kWidth - 1)) - 1);
+        if (hit) collector.take_pairs(first, hit, approach, ray, segment, prims);
       }
-      const Approach<F> approach = closest_approach(sixteen, see<F>(sixteen, start, along));
-      const std::uint32_t hit = approach.hit.bits() & ((2u << std::min(seen.n_rays - i - 1, kWidth - 1)) - 1);
-      if (hit) collector.take_pairs(first, hit, approach, ray_ + i, segment_ + i, prims);
     }
     return seen;
   }
@@ -212,9 +218,9 @@ class ThickSearch {
   Stack stack_;
   SeenSet seen_;
   LinesBeside lines_{};
-  std::uint32_t near_[kLanes / kWidth][kWidth];  // which rays of each sixteen may come near each of the lines
   Pack packs_[kWidth * (kLanes / kWidth)];
-  std::uint32_t ray_[(kWidth + 1) * kWidth] = {}, segment_[(kWidth + 1) * kWidth] = {};
+  // Sixteen times the segment, plus the ray, of each sixteen rays.
+  std::uint32_t pairs_[kLanes / kWidth][(kWidth + 1) * kWidth] = {};
   std::uint32_t leaves_[kLeaves + kWidth], pieces_[kPieces], prims_[kPieces + kWidth];
   int n_leaves_ = 0;
   bool few_near_ = true;  // of the lines seen last
