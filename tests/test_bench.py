@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -68,6 +70,25 @@ def test_run(own_cache):
     own_cache.write_text("no JSON")
     done("bench", "engine", *scenes, *TINY, "--rays", "camera", "--retune")
     assert len(json.loads(own_cache.read_text())) == 2
+
+
+@needs_embree
+@pytest.mark.parametrize("alone", [(), ("--one-by-one",)])
+def test_builds_are_not_timed_with_queries(monkeypatch, alone):
+    long, get = 0.2, embree.Scenes.get
+
+    def slow(self, build):
+        if build not in self._scenes:
+            until = time.process_time() + long
+            while time.process_time() < until:
+                pass
+        return get(self, build)
+
+    monkeypatch.setattr(embree.Scenes, "get", slow)
+    done("bench", "engine", "--scene", "spaghetti:60", "--rays", "random", *TINY, *alone, "--json", "b.json")
+    peers = [peer for cell in json.loads(Path("b.json").read_text())["cells"] for peer in cell["peers"]]
+    assert len(peers) >= 6
+    assert all(peer["n_rays"] / peer["mrays"] / 1e6 < long for peer in peers)
 
 
 def test_ours_alone(own_cache):
