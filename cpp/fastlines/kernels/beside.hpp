@@ -74,8 +74,8 @@ struct LinesBeside {
       }
     }
     if (first == bundle.end) return;
-    const RaysBeside left(bundle, first);
-    for (int j = 0; j < n; ++j) see(j, first, near(j, left));
+    const RaysBeside remaining(bundle, first);
+    for (int j = 0; j < n; ++j) see(j, first, near(j, remaining));
   }
 
   /// Which of these rays may come near segment j.
