@@ -91,8 +91,9 @@ def read(path: str | os.PathLike[str]) -> tuple[dict[str, npt.NDArray[Any]], dic
         if 8 + length + end > size:
             break
         arrays[name] = raw[8 + length + begin : 8 + length + end].view(dtype).reshape(shape)
-    if 8 + length + position != size:
-        raise refuse(f"its header promises {8 + length + position} bytes, but it has {size}")
+    promised = 8 + length + max((end for *_, end in sections.values()), default=0)
+    if promised != size:
+        raise refuse(f"its header promises {promised} bytes, but it has {size}")
     return arrays, metadata
 
 

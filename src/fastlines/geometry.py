@@ -109,6 +109,12 @@ class Lines:
     def __len__(self) -> int:
         return len(self.segments)
 
+    def __repr__(self) -> str:
+        has = [f"{self.n_strands:,} strands"] if self.n_strands else []
+        has += ["radius"] * (self.radius is not None) + list(self.attributes)
+        has += [f"{len(self.skipped):,} skipped"] * (len(self.skipped) > 0)
+        return f"<Lines: {', '.join([f'{len(self):,} segments', *has])}>"
+
     @property
     def rows(self) -> IntArray:
         """The row of the input that each segment was: ``lines.rows[hits.prim]`` if any were skipped; (n,) int64."""
@@ -156,13 +162,17 @@ class Lines:
         0 1
         """
         choice("invalid", invalid, INVALID)
-        array = to_float32(segments, "segments")
+        expected = "expected (n, 2, 3): n segments, both ends, x y z; Lines.from_strands takes polylines"
+        try:
+            array = to_float32(segments, "segments")
+        except InputError as error:
+            raise InputError(f"{error}; {expected}") from None
         if array.ndim == 2 and array.shape[1] == 6:
             array = array.reshape(-1, 2, 3)
         if array.size == 0 and array.shape in ((0,), (0, 2, 3)):
             array = array.reshape(0, 2, 3)
         if array.ndim != 3 or array.shape[1:] != (2, 3):
-            raise InputError(f"segments have shape {array.shape}; expected (n, 2, 3): n segments, both ends, x y z")
+            raise InputError(f"segments have shape {array.shape}; {expected}")
         n_given = len(array)
         strands = to_integers(more.pop("strands", np.full(n_given, -1)), "strands")
         radius = more.pop("radius", None)
@@ -187,8 +197,8 @@ class Lines:
             if invalid == "error":
                 raise InputError(
                     f"{int(bad.sum())} of {n_given} segments hold NaN, Inf or a coordinate beyond "
-                    f"{COORDINATE_LIMIT:g} ({list_rows(bad)}); mend them, or leave them out: invalid='skip', or "
-                    "--skip-invalid on the command line"
+                    f"{COORDINATE_LIMIT:g} ({list_rows(bad)}); mend them, or leave them out: invalid='skip' "
+                    "where lines are read or a tree is built, --skip-invalid on the command line"
                 )
             skipped = np.flatnonzero(bad)
             array, strands = array[~bad], strands[~bad]
@@ -255,7 +265,7 @@ class Lines:
     @classmethod
     def from_strands(cls, strands: Iterable[npt.ArrayLike], *, invalid: str = "error") -> Lines:
         """Make lines of a sequence of polylines, each an (m, 3) array of points."""
-        parts: Sequence[FloatArray] = [_points(strand, "strand") for strand in strands]
+        parts: Sequence[FloatArray] = [_points(strand, f"strand {i}") for i, strand in enumerate(strands)]
         points = np.concatenate(parts) if parts else np.empty((0, 3), np.float32)
         return cls.from_points(points, [len(part) for part in parts], invalid=invalid)
 
@@ -291,7 +301,8 @@ def to_float32(values: npt.ArrayLike, name: str) -> FloatArray:
                 raise TypeError(f"dtype {given.dtype}")
             array = np.asarray(given, np.float32, order="C")
     except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: {_kind(values)} can not be read as an array of numbers: {error}") from None
+        why = "its parts differ in length" if "inhomogeneous" in str(error) else error
+        raise InputError(f"{name}: {_kind(values)} can not be read as an array of numbers: {why}") from None
     if array is not given:
         array.flags.writeable = False
     return array
@@ -345,7 +356,7 @@ def _points(values: npt.ArrayLike, name: str) -> FloatArray:
     if array.size == 0:
         return array.reshape(0, 3)
     if array.ndim != 2 or array.shape[1] != 3:
-        raise InputError(f"{name} have shape {array.shape}; expected (m, 3): x y z of each point")
+        raise InputError(f"{name}: the shape is {array.shape}; expected (m, 3): x y z of each point")
     return array
 
 

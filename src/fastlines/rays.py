@@ -106,13 +106,15 @@ def check_rays(
         ),
     }
     skipped = np.zeros(n_rays, bool)
+    found = []
     for fault, rows in faults.items():
-        bad = np.broadcast_to(rows, n_rays)
-        if invalid == "error" and bad.any():
-            what = f"{int(bad.sum())} of {n_rays} rays {fault}"
+        bad = np.broadcast_to(rows, n_rays) & ~skipped
+        if bad.any():
             where = f" ({list_rows(bad)})" if len(rows) == n_rays else f": {_given_once(scalars, fault)}, for all"
-            raise InputError(f"{what}{where}; mend them, or pass invalid='skip' to let them miss")
+            found.append(f"{int(bad.sum())} of {n_rays} rays {fault}{where}")
         skipped |= bad
+    if found and invalid == "error":
+        raise InputError(f"{'; '.join(found)}; mend them, or let them miss (in Python: invalid='skip')")
     if skipped.any():
         # A ray that can hit nothing stands in for each.
         origins, directions = origins.copy(), directions.copy()
