@@ -1,8 +1,9 @@
-"""Arrays and numbers of every kind are taken for what they hold."""
+"""Arrays and numbers of every kind are taken for what they hold; what they lack is named."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -74,3 +75,31 @@ def test_numpy_numbers_are_numbers() -> None:
     fl.build(np.ones((1, 2, 3)), splits=settings.splits, cost=fl.Cost(np.float32(2)), limits=fl.Limits(np.int64(8)))
     fl.set_num_threads(np.int64(fl.get_num_threads()))
     fl.set_num_threads(None)
+
+
+@pytest.mark.parametrize("given", [[np.zeros((3, 3)), np.zeros((5, 3))], np.zeros((50, 3)), None])
+def test_who_has_polylines_is_told_where_they_go(given: Any) -> None:
+    with pytest.raises(fl.InputError, match=r"expected \(n, 2, 3\).* Lines.from_strands takes polylines"):
+        fl.build(given)
+
+
+def test_a_strand_of_another_shape_is_named() -> None:
+    with pytest.raises(fl.InputError, match=r"strand 1: the shape is \(3, 2\); expected \(m, 3\)"):
+        fl.Lines.from_strands([np.zeros((2, 3)), np.zeros((3, 2))])
+
+
+def test_lines_are_shown_as_one_line() -> None:
+    lines = fl.Lines.from_strands([np.zeros((3, 3)), np.ones((4, 3))])
+    assert repr(lines) == "<Lines: 5 segments, 2 strands>"
+    assert repr(fl.Lines.from_segments(np.zeros((2, 2, 3)), radius=[1, 2])) == "<Lines: 2 segments, radius>"
+
+
+def test_a_folder_that_is_missing_is_named(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"there is no folder .*nowhere; make it first: '.*lines\.flt'"):
+        fl.build([[[0, 0, 0], [1, 0, 0]]]).save(tmp_path / "nowhere" / "lines.flt")
+
+
+def test_faults_of_rays_are_named_together() -> None:
+    tree = fl.build([[[0, 0, 0], [1, 0, 0]]])
+    with pytest.raises(fl.InputError, match=r"1 of 2 rays have an origin .* \(row 1\); 1 of 2 .* zero \(row 0\); mend"):
+        tree.first_hit([[0, 0, 0], [np.nan, 0, 0]], [[0, 0, 0], [0, 0, 1]], 0.1)

@@ -398,25 +398,3 @@ def test_a_direction_of_length_zero_is_refused_where_all_else_is_zero_too():
     for segments in ([[[0, 0, 0], [0, 0, 0]]], np.zeros((0, 2, 3))):
         with pytest.raises(fl.InputError, match="length zero"):
             fl.build(segments).first_hit([0, 0, 0], [0, 0, 0], 0.0)
-
-
-def test_faults_of_rays_are_named_together() -> None:
-    with pytest.raises(fl.InputError, match=r"1 of 2 rays have an origin .* \(row 1\); 1 of 2 .* zero \(row 0\); mend"):
-        TREE.first_hit([[0, 0, 0], [NAN, 0, 0]], [[0, 0, 0], [0, 0, 1]], 0.1)
-
-
-@pytest.mark.parametrize("given", [[np.zeros((3, 3)), np.zeros((5, 3))], np.zeros((50, 3)), None])
-def test_who_has_polylines_is_told_where_they_go(given: Any) -> None:
-    with pytest.raises(fl.InputError, match=r"expected \(n, 2, 3\).* Lines.from_strands takes polylines"):
-        fl.build(given)
-
-
-def test_a_strand_of_another_shape_is_named() -> None:
-    with pytest.raises(fl.InputError, match=r"strand 1: the shape is \(3, 2\); expected \(m, 3\)"):
-        fl.Lines.from_strands([np.zeros((2, 3)), np.zeros((3, 2))])
-
-
-def test_lines_are_shown_as_one_line() -> None:
-    lines = fl.Lines.from_strands([np.zeros((3, 3)), np.ones((4, 3))])
-    assert repr(lines) == "<Lines: 5 segments, 2 strands>"
-    assert repr(fl.Lines.from_segments(np.zeros((2, 2, 3)), radius=[1, 2])) == "<Lines: 2 segments, radius>"

@@ -193,7 +193,7 @@ else:
             process.kill()
     assert said == "stopped\n"
     assert process.returncode == 0
-    assert took < 1.5, f"it took {took:.1f} s"
+    assert took < 3, f"it took {took:.1f} s"
 
 
 @pytest.mark.parametrize("n_threads", [1, 3])

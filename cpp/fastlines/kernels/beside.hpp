@@ -7,8 +7,9 @@
 
 namespace fastlines {
 
-/// Sixteen rays of a bundle beside its axis. To read them again for each line would take as long as its test, so they
-/// stay in registers, where these suffice.
+/// Sixteen rays of a bundle beside its axis, copied where sixteen floats are one or two registers: what is written from
+/// line to line could be the bundle's as far as the compiler knows, and to read it again would take as long as the
+/// test.
 struct RaysBeside {
   using Number = std::conditional_t<(Float16::kRegisters <= 2), Float16, Rays16::Number>;
   Number x, y, dx, dy, moment, last;
@@ -61,7 +62,8 @@ struct LinesBeside {
     (pz + min(ez, zero)).store(nearest);
   }
 
-  /// Tell see(j, first, near) of each of the first n segments which of the rays [first, first + 16) may come near it.
+  /// Call see(j, first, near) for each of the first n segments and each sixteen rays from `first` on: near has a bit
+  /// for each that may come near the segment, or none. For the same rays, j rises.
   template <class See>
   [[gnu::always_inline]] void look(const Bundle& bundle, int n, See&& see) const {
     int first = bundle.first;

@@ -92,7 +92,7 @@ struct alignas(16) LeafPlace {
   const Points16 a = Points16::of<0>(leaf.ends), c = Points16::of<3>(leaf.ends);
   const F au = a.along(ray.u, place.u), av = a.along(ray.v, place.v);
   const F cu = c.along(ray.u, place.u), cv = c.along(ray.v, place.v);
-  const F back_u = au - cu, wv = cv - av;  // from a to c, and the first reversed, which saves a subtraction
+  const F back_u = au - cu, wv = cv - av;  // c − a, but u the other way: cross is a sum
   const F cross = fma(au, wv, av * back_u);
   const F ww = fma(back_u, back_u, wv * wv);
   const F aa = fma(au, au, av * av), cc = fma(cu, cu, cv * cv);

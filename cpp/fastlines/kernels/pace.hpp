@@ -101,10 +101,11 @@ inline Pace measure_pace(const WideView& tree, const RayBatch& batch) {
   pace.line = pace_of(
                   [&](int) {
                     lines->look(*bundle, kWidth, [&](int, int, std::uint32_t near) { sum += near; });
+                    keep_all(lines.get());
                     keep(sum);
                   },
                   256) /
-              kLanes;
+              (kWidth * (kLanes / kWidth));
   pace.pack = pace_of([&](int i) {
     const Rays16 sixteen(*rays, i % 4 * kWidth);
     const int j = i / 4 % kWidth;

@@ -16,7 +16,7 @@ class SeenSet {
     }
   }
 
-  /// Room for so many more.
+  /// Room for so many more: at most a quarter is full, so that a search rarely goes on, and its end is guessed right.
   void reserve(std::size_t more) {
     while (4 * (size_ + more) > slots_.size()) grow();
   }

@@ -66,12 +66,6 @@ class ThickSearch {
   /// What was seen from afar: packs with any ray near, rays near in all of them, and tests of sixteen pairs of these.
   struct Near {
     int n_packs = 0, n_rays = 0, n_tests = 0;
-
-    void operator+=(const Near& other) {
-      n_packs += other.n_packs;
-      n_rays += other.n_rays;
-      n_tests += other.n_tests;
-    }
   };
 
   /// Take up to n nodes from the stack, and list those of their children that are leaves.
@@ -101,14 +95,16 @@ class ThickSearch {
 
   /// Append the segments whose pieces in these leaves survive, but for those that the bundle has met already.
   void segments(const Across& axis) {
-    // Where the next leaf lies is found before this one is tested. Beyond the last any will do.
+    // Where the next leaf lies is found before this one is tested; beyond the last any will do. The references of most
+    // leaves will be wanted: three lines of the cache hold nearly all.
+    constexpr int kPerLine = 64 / sizeof(Reference);
     leaves_[n_leaves_] = leaves_[0];
     LeafPlace next = place_of(tree_.leaves[leaves_[0]], axis);
     int n_pieces = 0;
     for (int i = 0; i < n_leaves_; ++i) {
       const WideLeaf& leaf = tree_.leaves[leaves_[i]];
       const LeafPlace place = std::exchange(next, place_of(tree_.leaves[leaves_[i + 1]], axis));
-      for (int k = 0; k < 15; k += 5) __builtin_prefetch(tree_.refs + leaf.first_ref + k);  // of most some survive
+      for (int i_line = 0; i_line < 3; ++i_line) __builtin_prefetch(tree_.refs + leaf.first_ref + i_line * kPerLine);
       const std::uint32_t lanes = cull_leaf(axis, leaf, place);
       pack_numbers(lanes, leaf.first_ref, pieces_ + n_pieces);
       n_pieces += std::popcount(lanes);
@@ -219,7 +215,7 @@ class ThickSearch {
   SeenSet seen_;
   LinesBeside lines_{};
   Pack packs_[kWidth * (kLanes / kWidth)];
-  // Sixteen times the segment, plus the ray, of each sixteen rays.
+  // Pairs, a list for each sixteen rays: sixteen times the segment, plus the ray.
   std::uint32_t pairs_[kLanes / kWidth][(kWidth + 1) * kWidth] = {};
   std::uint32_t leaves_[kLeaves + kWidth], pieces_[kPieces], prims_[kPieces + kWidth];
   int n_leaves_ = 0;
