@@ -361,3 +361,8 @@ def triangles_on(ends: Any) -> fl.Triangles:
 def boxes_of(ends: Any) -> fl.Boxes:
     """Bound each segment."""
     return fl.Boxes(np.stack([ends.min(axis=1), ends.max(axis=1)], axis=1))
+
+
+def same(a: fl.Tree, b: fl.Tree) -> bool:
+    """Tell whether two trees are the same, bit for bit."""
+    return a.nodes.tobytes() == b.nodes.tobytes() and a.refs.tobytes() == b.refs.tobytes()

@@ -9,9 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from nasty import SCENES, boxes_of, named_scene, triangles_on
+from nasty import SCENES, boxes_of, named_scene, same, triangles_on
 
 import fastlines as fl
+from fastlines.settings import LARGE, best_settings
 
 COST = fl.Cost(2.0)
 
@@ -21,10 +22,6 @@ def as_before() -> Iterator[None]:
     yield
     fl.set_simd(None)
     fl.set_num_threads(None)
-
-
-def same(a: fl.Tree, b: fl.Tree) -> bool:
-    return a.nodes.tobytes() == b.nodes.tobytes() and a.refs.tobytes() == b.refs.tobytes()
 
 
 @pytest.mark.parametrize("boxes", ["tight", "cut"])
@@ -64,6 +61,15 @@ def test_effort_makes_trees_cheaper() -> None:
         costs = [fl.build(lines, boxes=boxes, cost=fl.Cost(1.0), effort=effort).cost() for effort in (0, 0.5, 1)]
         assert costs[0] > costs[1] > costs[2]
     assert fl.build(lines).settings == fl.METHODS["best"] == fl.build(lines, "best", effort=0.5).settings
+
+
+def test_large_inputs_are_built_with_the_least_effort() -> None:
+    lines = fl.scenes.make("straight-hair", LARGE).lines
+    assert fl.build(lines).settings == best_settings(0) != fl.METHODS["best"]
+    assert fl.build(lines, effort=0.5).settings == fl.METHODS["best"]
+    assert fl.build(lines.segments[1:]).settings == fl.METHODS["best"]
+    for aim in ({"cost": COST}, {"boxes": "cut"}):
+        assert best_settings(**aim, n_prims=LARGE) == best_settings(0.5, **aim)
 
 
 def test_a_cost_is_what_the_tree_aims_at() -> None:
@@ -250,59 +256,13 @@ def test_bad_wishes_are_refused() -> None:
         fl.PlaneOctets(8, sample=-1)
     with pytest.raises(fl.InputError, match="not cut space"):
         fl.build(ends, splits=fl.PlaneOctets(8, max_apart=100), boxes="cut")
+    with pytest.raises(fl.InputError, match=r"apart=0\.0; expected a share"):
+        fl.PlaneOctets(8, max_apart=100, apart=0.0)
     with pytest.raises(fl.InputError, match="max_apart=8 is for nodes of more than max_whole=8"):
         fl.PlaneOctets(8, 8, max_apart=8)
     for given in ({"beam": 3}, {"exhaustive": True}):
         with pytest.raises(fl.InputError, match="lookahead of 2 or more"):
             fl.build(ends, **given)
-
-
-LOOKAHEADS = {
-    "tight, 2": {"splits": fl.PlaneGrid(5), "lookahead": (1, 2)},
-    "tight with objects, 2": {"splits": (fl.PlaneGrid(3), fl.ObjectSweep(max_refs=20)), "lookahead": 2},
-    "tight, 3": {"splits": fl.PlaneGrid(2), "lookahead": 3},
-    "cut, 2": {"splits": fl.PlaneGrid(7), "boxes": "cut", "lookahead": 2},
-    "cut, 3": {"splits": fl.PlaneGrid(3), "boxes": "cut", "lookahead": 3},
-    "cut events, 2": {"splits": fl.PlaneEvents(), "boxes": "cut", "lookahead": 2, "limits": fl.Limits(max_depth=4)},
-    "cut octets, 2": {"splits": fl.PlaneOctets(8), "boxes": "cut", "lookahead": 2},
-    "octets, 2, grown": {"splits": fl.PlaneOctets(8, 16), "lookahead": 2, "radius_hint": 0.05},
-}
-
-
-@pytest.mark.parametrize("settings", LOOKAHEADS)
-@pytest.mark.parametrize("name", ["random", "crossing", "axis parallel", "duplicates", "points", "flat", "outlier"])
-def test_branch_and_bound_makes_the_tree_of_exhaustive_search(name: str, settings: str) -> None:
-    ends = named_scene(name, 30 if "3" in settings or "events" in settings else 60)
-    given = {"cost": fl.Cost(0.4), "limits": fl.Limits(max_depth=7), **LOOKAHEADS[settings]}
-    bound, exhaustive = (fl.build(ends, exhaustive=exhaustive, **given) for exhaustive in (False, True))
-    assert same(bound, exhaustive)
-    assert bound.cost() == exhaustive.cost()
-    if exhaustive.searched:
-        assert exhaustive.searched["carried_out"] == exhaustive.searched["candidates"]
-        assert bound.searched["carried_out"] <= exhaustive.searched["carried_out"]
-
-
-def test_bounds_save_most_of_the_search() -> None:
-    lines = named_scene("random", 100)
-    given = {"splits": fl.PlaneGrid(16), "boxes": "cut", "lookahead": 2, "cost": fl.Cost(1.2)}
-    bound, exhaustive = (fl.build(lines, exhaustive=exhaustive, **given) for exhaustive in (False, True))
-    assert bound.searched["carried_out"] < 0.7 * exhaustive.searched["carried_out"]
-
-
-def test_a_beam_is_a_bound_on_the_search() -> None:
-    ends = named_scene("crossing", 60)
-    given = {"splits": fl.PlaneGrid(8), "lookahead": 2, "cost": fl.Cost(0.4)}
-    costs = []
-    for beam in (1, 4, 24, 1000):
-        tree = fl.build(ends, beam=beam, **given)
-        tree.validate()
-        costs.append(tree.cost())
-    assert same(tree, fl.build(ends, **given))
-    # The widest beam searches most; the narrowest takes what SAH takes, where that is worth it.
-    assert costs[-1] <= costs[0]
-    for beam in (0, -1, 1.5):
-        with pytest.raises(fl.InputError, match="beam="):
-            fl.build(ends, beam=beam, **given)  # type: ignore[arg-type]
 
 
 def test_a_bound_on_memory_is_one_on_references() -> None:

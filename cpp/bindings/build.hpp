@@ -16,13 +16,13 @@ namespace fastlines {
 inline BoxRule box_rule(bool cut) { return cut ? BoxRule::cut : BoxRule::tight; }
 
 /// What octets of planes are told besides their number.
-using OctetArgs = std::tuple<std::size_t, std::size_t, double, std::size_t, std::size_t>;
+using OctetArgs = std::tuple<std::size_t, std::size_t, double, std::size_t, std::size_t, double>;
 
 inline SplitSet split_set(const std::string& name, int n_planes, const OctetArgs& octets) {
-  const auto& [max_whole, only_whole, max_overlap, sample, max_apart] = octets;
+  const auto& [max_whole, only_whole, max_overlap, sample, max_apart, apart] = octets;
   if (name == "object_sweep") return ObjectSweep{};
   if (name == "plane_grid") return PlaneGrid{n_planes};
-  if (name == "plane_octets") return PlaneOctets{n_planes, max_whole, only_whole, max_overlap, sample, max_apart};
+  if (name == "plane_octets") return PlaneOctets{n_planes, max_whole, only_whole, max_overlap, sample, max_apart, apart};
   if (name == "plane_events") return PlaneEvents{};
   if (name == "median") return Median{};
   if (name == "middle") return Middle{};

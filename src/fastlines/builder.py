@@ -75,7 +75,8 @@ def build(
     bad_levels, bad_refines, prune, radius_hint : optional
         How to get past levels that look no better than a leaf; see `Settings`.
     effort : float, optional
-        Of "best": from 0, the fastest build, to 1, the best tree; 0.5 unless given.
+        Of "best": from 0, the fastest build, to 1, the best tree. 0.5 unless given; 0 from 262,144 primitives on, where
+        trees for queries that take more outgrow the caches.
     presplit : Presplit, optional
         Cut lines before the build.
     reinsertion : int, optional
@@ -122,7 +123,7 @@ def build(
         method = DEFAULT_METHOD
     if method == DEFAULT_METHOD:
         aims = {name: given.pop(name) for name in ("boxes", "cost") if name in given}
-        base = best_settings(0.5 if effort is None else effort, **aims)
+        base = best_settings(effort, n_prims=len(geometry), **aims)
     elif effort is None:
         base = Settings() if method is None else method_settings(method)
     else:

@@ -257,7 +257,15 @@ class Settings:
 C_TRAV: dict[BoxRule, float] = {"tight": 2.0, "cut": 0.6}
 
 
-def best_settings(effort: float = 0.5, boxes: BoxRule = "tight", cost: Cost | None = None) -> Settings:
+#: From so many primitives on, a tree that is to be fast on queries is built with the least effort unless told
+#: otherwise: what more effort finds is a tree two to four times as large, for which the caches have no room, and which
+#: is asked no faster (docs/builder.md).
+LARGE = 2**18
+
+
+def best_settings(
+    effort: float | None = None, boxes: BoxRule = "tight", cost: Cost | None = None, n_prims: int = 0
+) -> Settings:
     """Tell the best builder what to aim at, and how hard to try.
 
     With neither a cost nor cut boxes it aims at the speed of queries: leaves fill the 16 lanes that are tested at once,
@@ -265,21 +273,27 @@ def best_settings(effort: float = 0.5, boxes: BoxRule = "tight", cost: Cost | No
 
     Parameters
     ----------
-    effort : float
-        From 0, the fastest build, to 1, the best tree: 8 planes an axis to 128 for a cost, to 32 for queries.
+    effort : float, optional
+        From 0, the fastest build, to 1, the best tree: 8 planes an axis to 128 for a cost, to 32 for queries. 0.5
+        unless given; for queries 0 from 262,144 primitives on.
     boxes : {"tight", "cut"}
         A BVH or a KD tree.
     cost : Cost, optional
         The cost to be least; 2.0 (BVH) or 0.6 (KD tree) a step unless given.
+    n_prims : int
+        How many primitives the tree is for.
     """
+    for_queries = cost is None and boxes == "tight"
+    if effort is None:
+        effort = 0.0 if for_queries and n_prims >= LARGE else 0.5
     effort = number("effort", effort, "a number from 0 (fastest) to 1 (best tree)", -math.ulp(0.0), 1.0)
     choice("boxes", boxes, ("tight", "cut"))
-    if cost is None and boxes == "tight":
+    if for_queries:
         n_planes = 8 * 2 ** max(0, round(4 * effort - 2))
         if effort < 0.25:
-            octets = PlaneOctets(n_planes, 128, 64, 0.6, sample=128, max_apart=REF_LIMIT)
+            octets = PlaneOctets(n_planes, 128, 64, 0.6, sample=128, max_apart=REF_LIMIT, apart=0.85)
         elif effort < 0.75:
-            octets = PlaneOctets(n_planes, 128, 32, 0.6, sample=256, max_apart=1024)
+            octets = PlaneOctets(n_planes, 128, 32, 0.6, sample=256, max_apart=REF_LIMIT)
         else:
             octets = PlaneOctets(n_planes, 128, 32)
         return Settings(

@@ -38,9 +38,9 @@ class SplitSet:
         object.__setattr__(self, "min_overlap", overlap)
 
     @property
-    def octet_args(self) -> tuple[int, int, float, int, int]:
+    def octet_args(self) -> tuple[int, int, float, int, int, float]:
         """What the core is told of octets of planes beside their number."""
-        return 0, 0, 0.0, 0, 0
+        return 0, 0, 0.0, 0, 0, 0.0
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,10 @@ class PlaneOctets(SplitSet):
         of more than one level, but for the last one.
     max_apart : int
         Nodes of more than `max_whole` and up to so many references are split whole, and only so, where these lie apart:
-        where it costs no more than four fifths of a leaf. Not in searches of more than one level, but for the last one.
+        where it costs no more than the share `apart` of a leaf. Not in searches of more than one level, but for the last
+        one.
+    apart : float
+        Above 0 to 1.
     """
 
     name = "plane_octets"
@@ -103,6 +106,7 @@ class PlaneOctets(SplitSet):
     max_overlap: float = 0.0
     sample: int = 0
     max_apart: int = 0
+    apart: float = 0.8
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -115,6 +119,9 @@ class PlaneOctets(SplitSet):
             )
         overlap = 0.0 if self.max_overlap == 0 else number("max_overlap", self.max_overlap, "0 to 1", 0.0, 1.0)
         object.__setattr__(self, "max_overlap", overlap)
+        object.__setattr__(
+            self, "apart", number("apart", self.apart, "a share of a leaf's cost, above 0 to 1", 0.0, 1.0)
+        )
         if 0 < self.max_apart <= self.max_whole:
             raise InputError(
                 f"max_apart={self.max_apart} is for nodes of more than max_whole={self.max_whole} references; "
@@ -122,9 +129,9 @@ class PlaneOctets(SplitSet):
             )
 
     @property
-    def octet_args(self) -> tuple[int, int, float, int, int]:
+    def octet_args(self) -> tuple[int, int, float, int, int, float]:
         """See `SplitSet`."""
-        return self.max_whole, self.only_whole, self.max_overlap, self.sample, self.max_apart
+        return self.max_whole, self.only_whole, self.max_overlap, self.sample, self.max_apart, self.apart
 
     def for_any_primitive(self, boxes: BoxRule) -> tuple[SplitSet, ...]:
         """Return the exact split sets that show the same kinds of candidates."""

@@ -21,17 +21,15 @@ class PlaneOctets {
   double max_overlap = 0.0;    ///< or where the children of the best whole split overlap in no more of the node's area
   std::size_t sample = 0;      ///< of at least twice so many, about so many are asked, if one is to be shown; if 0, all
   std::size_t max_apart = 0;   ///< larger nodes, of up to so many, only so where they lie apart; not if all are shown
+  double apart = 0.8;          ///< where that costs no more than this share of a leaf
 
   /// Show of each axis the split with the least SAH, for boxes grown by a margin; or all.
   template <Straight P, class Visitor>
   void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, double margin, bool all,
              Visitor&& visitor) const {
     thread_local OctetGrid grid;
-    if (rule == BoxRule::tight && refs.size() > max_whole && refs.size() <= max_apart && !all) {
-      if (const auto split = whole_if_apart(refs, box, margin, grid)) return visitor(*split);
-    }
-    if (sample > 0 && refs.size() / 2 >= sample && !all) {
-      if (const auto split = cheapest_of_sample(prims, refs, box, rule, margin, grid)) return visitor(*split);
+    if (!all) {
+      if (const auto split = split_of_large(prims, refs, box, rule, margin, grid)) return visitor(*split);
     }
     if (rule == BoxRule::tight && refs.size() <= max_whole) {
       fill_whole(refs, box, grid);
@@ -67,34 +65,54 @@ class PlaneOctets {
     }
   }
 
-  /// Into whole references, where these lie apart: where that costs no more than four fifths of a leaf.
-  std::optional<Candidate> whole_if_apart(Refs refs, const Box& box, double margin, OctetGrid& grid) const {
-    constexpr double kApart = 0.8;
-    fill_whole(refs, box, grid);
-    auto split = cheapest(Candidate::Kind::centres, box, BoxRule::tight, margin, grid);
-    if (split && split->sah(margin) > kApart * box.area(margin) * double(refs.size())) split.reset();
-    return split;
-  }
-
-  /// The plane that is best for every so manyth reference, counted in full. None if that is no division after all.
+  /// One split of a large node: into whole references where these lie apart, or the plane that is best for a sample.
+  /// What a sample has chosen is looked at in full.
   template <Straight P>
-  std::optional<Candidate> cheapest_of_sample(const P& prims, Refs refs, const Box& box, BoxRule rule, double margin,
-                                              OctetGrid& grid) const {
+  std::optional<Candidate> split_of_large(const P& prims, Refs refs, const Box& box, BoxRule rule, double margin,
+                                          OctetGrid& grid) const {
+    const bool may_be_apart = rule == BoxRule::tight && refs.size() > max_whole && refs.size() <= max_apart,
+               sampled = sample > 0 && refs.size() / 2 >= sample;
+    if (!may_be_apart && !sampled) return {};
     constexpr std::size_t kMostKept = 1 << 14;
     thread_local std::vector<BuildRef> some;
-    some.clear();
-    for (std::size_t i = 0, step = refs.size() / sample; i < refs.size(); i += step) some.push_back(refs[i]);
-    fill(prims, some, box, rule, grid);
     if (some.capacity() > kMostKept) some = {};
-    auto best = cheapest(Candidate::Kind::plane, box, rule, margin, grid);
-    if (!best) return best;
-    best->n_left = best->n_right = 0;
-    for (const BuildRef& ref : refs) {
-      const auto side = unsigned(side_of(ref.box, best->axis, best->plane));
-      best->n_left += side & 1;
-      best->n_right += side >> 1;
+    some.clear();
+    if (sampled)
+      for (std::size_t i = 0, step = refs.size() / sample; i < refs.size(); i += step) some.push_back(refs[i]);
+    const Refs asked = sampled ? Refs(some) : refs;
+    if (may_be_apart) {
+      fill_whole(asked, box, grid);
+      auto split = cheapest(Candidate::Kind::centres, box, rule, margin, grid);
+      if (split && sampled) look_at_whole(refs, *split);
+      if (split && split->sah(margin) <= apart * box.area(margin) * double(refs.size())) return split;
     }
-    return divides(*best, rule) ? best : std::nullopt;
+    if (!sampled) return {};
+    fill(prims, asked, box, rule, grid);
+    auto split = cheapest(Candidate::Kind::plane, box, rule, margin, grid);
+    if (split) count(refs, *split);
+    return split && divides(*split, rule) ? split : std::nullopt;
+  }
+
+  static void look_at_whole(Refs refs, Candidate& split) {
+    Bounds bounds[2];
+    split.n_left = 0;
+    for (const BuildRef& ref : refs) {
+      const unsigned on_left = centre_of(ref.box, split.axis) < split.plane;  // which can not be foreseen
+      split.n_left += on_left;
+      bounds[on_left].grow(Bounds(ref.box));
+    }
+    split.n_right = refs.size() - split.n_left;
+    split.left = bounds[1].box();
+    split.right = bounds[0].box();
+  }
+
+  static void count(Refs refs, Candidate& split) {
+    split.n_left = split.n_right = 0;
+    for (const BuildRef& ref : refs) {
+      const auto side = unsigned(side_of(ref.box, split.axis, split.plane));
+      split.n_left += side & 1;
+      split.n_right += side >> 1;
+    }
   }
 
   static std::optional<Candidate> cheapest(Candidate::Kind kind, const Box& box, BoxRule rule, double margin,

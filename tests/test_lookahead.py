@@ -1,0 +1,55 @@
+"""Searches deeper than one level: branch and bound, and a beam."""
+
+from __future__ import annotations
+
+import pytest
+from nasty import named_scene, same
+
+import fastlines as fl
+
+LOOKAHEADS = {
+    "tight, 2": {"splits": fl.PlaneGrid(5), "lookahead": (1, 2)},
+    "tight with objects, 2": {"splits": (fl.PlaneGrid(3), fl.ObjectSweep(max_refs=20)), "lookahead": 2},
+    "tight, 3": {"splits": fl.PlaneGrid(2), "lookahead": 3},
+    "cut, 2": {"splits": fl.PlaneGrid(7), "boxes": "cut", "lookahead": 2},
+    "cut, 3": {"splits": fl.PlaneGrid(3), "boxes": "cut", "lookahead": 3},
+    "cut events, 2": {"splits": fl.PlaneEvents(), "boxes": "cut", "lookahead": 2, "limits": fl.Limits(max_depth=4)},
+    "cut octets, 2": {"splits": fl.PlaneOctets(8), "boxes": "cut", "lookahead": 2},
+    "octets, 2, grown": {"splits": fl.PlaneOctets(8, 16), "lookahead": 2, "radius_hint": 0.05},
+}
+
+
+@pytest.mark.parametrize("settings", LOOKAHEADS)
+@pytest.mark.parametrize("name", ["random", "crossing", "axis parallel", "duplicates", "points", "flat", "outlier"])
+def test_branch_and_bound_makes_the_tree_of_exhaustive_search(name: str, settings: str) -> None:
+    ends = named_scene(name, 30 if "3" in settings or "events" in settings else 60)
+    given = {"cost": fl.Cost(0.4), "limits": fl.Limits(max_depth=7), **LOOKAHEADS[settings]}
+    bound, exhaustive = (fl.build(ends, exhaustive=exhaustive, **given) for exhaustive in (False, True))
+    assert same(bound, exhaustive)
+    assert bound.cost() == exhaustive.cost()
+    if exhaustive.searched:
+        assert exhaustive.searched["carried_out"] == exhaustive.searched["candidates"]
+        assert bound.searched["carried_out"] <= exhaustive.searched["carried_out"]
+
+
+def test_bounds_save_most_of_the_search() -> None:
+    lines = named_scene("random", 100)
+    given = {"splits": fl.PlaneGrid(16), "boxes": "cut", "lookahead": 2, "cost": fl.Cost(1.2)}
+    bound, exhaustive = (fl.build(lines, exhaustive=exhaustive, **given) for exhaustive in (False, True))
+    assert bound.searched["carried_out"] < 0.7 * exhaustive.searched["carried_out"]
+
+
+def test_a_beam_is_a_bound_on_the_search() -> None:
+    ends = named_scene("crossing", 60)
+    given = {"splits": fl.PlaneGrid(8), "lookahead": 2, "cost": fl.Cost(0.4)}
+    costs = []
+    for beam in (1, 4, 24, 1000):
+        tree = fl.build(ends, beam=beam, **given)
+        tree.validate()
+        costs.append(tree.cost())
+    assert same(tree, fl.build(ends, **given))
+    # The widest beam searches most; the narrowest takes what SAH takes, where that is worth it.
+    assert costs[-1] <= costs[0]
+    for beam in (0, -1, 1.5):
+        with pytest.raises(fl.InputError, match="beam="):
+            fl.build(ends, beam=beam, **given)  # type: ignore[arg-type]
