@@ -142,6 +142,7 @@ def test_claims():
         row("bvh-cl", cost=1300.0),
         row("bvh-d2", cost=260.0, build_s=1.0),
         row("kd-d2", "kd", cost=137.7, build_s=4.0),
+        row("kd-d2-exhaustive", "kd", cost=137.7, build_s=6.0),
     ]
     peer = Peer("spaghetti", "user, whole", (0.2, 0.1, 0.3), 1)
     assert held(rows, [peer]) == {
@@ -152,6 +153,7 @@ def test_claims():
         "best-kd costs at most 137.6": False,
         "s to build best-bvh: 0.33 of bvh-d2": True,
         "s to build best-kd: 0.1 of kd-d2": False,
+        "s to build best-kd: 0.1 of kd-d2-exhaustive": True,
         "s to build best: no more than Embree (user, whole)": True,
     }
     slower = [replace(rows[0], ns=dict.fromkeys(QUESTIONS, 102.1)), *rows[1:]]

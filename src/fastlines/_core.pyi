@@ -13,7 +13,7 @@ _Progress: TypeAlias = Callable[[float], object] | None
 
 #: See cpp/bindings/build.hpp.
 _Settings: TypeAlias = tuple[
-    Sequence[tuple[str, int, tuple[int, int, float, int, int], int, float]],
+    Sequence[tuple[str, int, tuple[int, int, float, int, int, float], int, float]],
     bool,
     tuple[Sequence[int], int, bool],
     tuple[float, float],

@@ -93,8 +93,8 @@ class PlaneOctets(SplitSet):
         of more than one level, but for the last one.
     max_apart : int
         Nodes of more than `max_whole` and up to so many references are split whole, and only so, where these lie apart:
-        where it costs no more than the share `apart` of a leaf. Not in searches of more than one level, but for the last
-        one.
+        where it costs no more than the share `apart` of a leaf. Not in searches of more than one level, but for the
+        last one.
     apart : float
         Above 0 to 1.
     """

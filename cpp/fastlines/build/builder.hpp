@@ -39,7 +39,7 @@ class Builder {
       throw;
     }
     limits_hit_ += whole.limits_hit;
-    searched_ = whole.searched;
+    searched_ = whole.searched();
     return std::move(whole.tree);
   }
 

@@ -6,9 +6,7 @@
 #include <stdexcept>
 
 #include "../tree/tree.hpp"
-#include "least.hpp"
-#include "progress.hpp"
-#include "settings.hpp"
+#include "search.hpp"
 #include "tasks.hpp"
 
 namespace fastlines {
@@ -26,13 +24,17 @@ template <Primitives P>
 class Subtree {
  public:
   Subtree(const P& prims, const Settings& settings, Progress& progress, Tasks& tasks, double margin)
-      : prims_(prims), settings_(settings), progress_(progress), tasks_(tasks), margin_(margin) {
-    for (const int k : settings.lookahead) ahead_.resize(std::max(ahead_.size(), std::size_t(k)));
-  }
+      : prims_(prims),
+        settings_(settings),
+        progress_(progress),
+        tasks_(tasks),
+        margin_(margin),
+        search_(prims, settings, progress, margin) {}
 
   Tree tree;
   LimitsHit limits_hit;
-  Searched searched;
+
+  const Searched& searched() const { return search_.searched; }
 
   /// Returns the cost.
   double build(Buffer<BuildRef> refs, const Box& box, const Place& place) {
@@ -53,150 +55,6 @@ class Subtree {
   }
 
  private:
-  struct Choice {
-    double cost;
-    std::optional<Candidate> split;  // none: a leaf
-  };
-
-  /// What a search holds at one of its levels.
-  struct Ahead {
-    struct Branch {
-      Candidate split;
-      double area_left, area_right;  // in parts of the node's
-    };
-    Buffer<BuildRef> left, right;
-    std::vector<Branch> branches;
-    std::vector<std::pair<double, std::size_t>> order;  // the branches by their cost at depth 1
-    PlaneCounts counts;
-  };
-
-  struct Anything {
-    bool operator()(const Candidate&) const { return true; }
-  };
-
-  double area_of(const Box& box) const { return box.area(margin_); }
-
-  double cost_of_leaf(std::size_t n_refs) const { return settings_.cost.c_prim * double(n_refs); }
-
-  /// No tree costs less than a leaf, or than one step.
-  double at_least(std::size_t n_refs) const { return std::min(cost_of_leaf(n_refs), settings_.cost.c_trav); }
-
-  /// Nor a cut box of which one more cut is made.
-  double least_cut(const Box& box, std::size_t n_refs, std::size_t n_short, const PlaneCounts& counts) const {
-    const double n = counts.least_cut(box, double(n_refs), double(n_short)) * (1 - 1e-9);
-    return std::min(cost_of_leaf(n_refs), settings_.cost.c_trav + settings_.cost.c_prim * n);
-  }
-
-  /// The cost of a split whose children cost `left` and `right`; ∞ without a division where that is surely above
-  /// `limit`.
-  double cost_of(const Candidate& split, double area, double left, double right, double limit) const {
-    const double c_trav = settings_.cost.c_trav;
-    if (area == 0.0) return c_trav + (left + right);
-    const double weighed = area_of(split.left) * left + area_of(split.right) * right;
-    if (weighed > (limit - c_trav) * area * (1 + 1e-12)) return std::numeric_limits<double>::infinity();
-    return c_trav + weighed / area;
-  }
-
-  template <class Visitor>
-  void for_each_split(Refs refs, const Box& box, bool all, Visitor&& visitor) const {
-    visit_splits(settings_.splits, prims_, refs, box, settings_.boxes, margin_, all, visitor);
-  }
-
-  /// The first split of the cheapest tree of depth `lookahead`, among those that `allowed` lets pass.
-  template <class Allowed>
-  Choice best_split(Refs refs, const Box& box, int lookahead, double limit, Allowed&& allowed) {
-    Choice best{limit, {}};
-    if (lookahead == 0 || limit <= settings_.cost.c_trav) return best;  // no split costs less than one step
-    progress_.check();
-    const double area = area_of(box);
-    const auto consider = [&](const Candidate& split, double left, double right) {
-      const double cost = cost_of(split, area, left, right, best.cost);
-      if (cost < best.cost) best = {cost, split};
-    };
-    if (lookahead == 1) {
-      unsigned n_seen = 0;
-      bool refused = false;
-      const auto show = [&](const Candidate& split) {
-        if (++n_seen % 64 == 0) progress_.check();
-        if (allowed(split))
-          consider(split, cost_of_leaf(split.n_left), cost_of_leaf(split.n_right));
-        else
-          refused = true;
-      };
-      for_each_split(refs, box, false, show);
-      if (refused && !best.split) for_each_split(refs, box, true, show);
-      if (refused && !best.split && settings_.boxes == BoxRule::tight)
-        visit_wholes(settings_.splits, prims_, refs, box, margin_, show);
-      return best;
-    }
-    return look_ahead(refs, box, lookahead, best, allowed);
-  }
-
-  /// Deeper than one level, by branch and bound (docs/theory.md): what looks cheapest at depth 1 is tried first, and
-  /// nothing is carried out that can not become cheaper than the best so far. The split is that of exhaustive search:
-  /// of equally cheap ones the first.
-  template <class Allowed>
-  Choice look_ahead(Refs refs, const Box& box, int lookahead, Choice best, Allowed&& allowed) {
-    constexpr double no_limit = std::numeric_limits<double>::infinity();
-    const double area = area_of(box), c_trav = settings_.cost.c_trav;
-    const bool cut = settings_.boxes == BoxRule::cut;
-    auto& [left, right, branches, order, counts] = ahead_[std::size_t(lookahead - 1)];
-    branches.clear();
-    order.clear();
-    counts.begin(box, refs.size(), margin_);
-    for_each_split(refs, box, true, [&](const Candidate& split) {
-      if (!allowed(split)) return;
-      // Where areas are nothing, children count in full.
-      const double area_left = area > 0.0 ? area_of(split.left) / area : 1.0,
-                   area_right = area > 0.0 ? area_of(split.right) / area : 1.0;
-      order.push_back({area_left * double(split.n_left) + area_right * double(split.n_right), branches.size()});
-      branches.push_back({split, area_left, area_right});
-      if (cut) counts.add(split);
-    });
-    if (!settings_.exhaustive || order.size() > settings_.beam) std::sort(order.begin(), order.end());
-    order.resize(std::min(order.size(), settings_.beam));
-    if (cut && lookahead == 2) counts.finish();
-
-    std::size_t best_number = 0;
-    for (const auto& [sah, number] : order) {
-      const auto& [split, area_left, area_right] = branches[number];
-      ++searched.candidates;
-      double least_left = at_least(split.n_left), least_right = at_least(split.n_right);
-      // What both children may cost together, weighed, for the split to be as cheap as the best.
-      const double most = settings_.exhaustive ? no_limit : best.cost * (1 + 1e-9) - c_trav;
-      if (area_left * least_left + area_right * least_right > most) continue;
-      if (cut && lookahead == 2 && most < no_limit && area > 0.0) {
-        const std::size_t n_short = split.n_left + split.n_right - refs.size();
-        least_left = least_cut(split.left, split.n_left, n_short, counts);
-        if (area_left * least_left + area_right * least_right > most) continue;
-        least_right = least_cut(split.right, split.n_right, n_short, counts);
-        if (area_left * least_left + area_right * least_right > most) continue;
-      }
-      ++searched.carried_out;
-      partition(prims_, refs, split, left, right);
-      const double most_left = area_left > 0.0 ? (most - area_right * least_right) / area_left : no_limit;
-      const double cost_left = cost_ahead(left, split.left, lookahead - 1, most_left);
-      if (cost_left > most_left) continue;
-      const double most_right = area_right > 0.0 ? (most - area_left * cost_left) / area_right : no_limit;
-      const double cost_right = cost_ahead(right, split.right, lookahead - 1, most_right);
-      const double cost = cost_of(split, area_of(box), cost_left, cost_right, no_limit);
-      if (cost < best.cost || (cost == best.cost && best.split && number < best_number)) {
-        best = {cost, split};
-        best_number = number;
-      }
-    }
-    return best;
-  }
-
-  /// The cost of the cheapest tree of a depth, exactly if it is at most `limit`; else something above that.
-  double cost_ahead(Refs refs, const Box& box, int lookahead, double limit) {
-    constexpr double no_limit = std::numeric_limits<double>::infinity();
-    const double leaf = cost_of_leaf(refs.size()), most = std::nextafter(limit, no_limit);
-    if (leaf < most) return best_split(refs, box, lookahead, leaf, Anything{}).cost;
-    const Choice choice = best_split(refs, box, lookahead, most, Anything{});
-    return choice.split ? choice.cost : no_limit;
-  }
-
   /// What a split takes of the spare references: its duplicates, and one for an empty child, so that the references
   /// bound the nodes too.
   static std::size_t taken(std::size_t n_left, std::size_t n_right, std::size_t n_refs) {
@@ -226,13 +84,13 @@ class Subtree {
       if (place.depth == limits.max_depth) return true;  // looked at below
       return std::max(split.n_left, split.n_right) <= capacity(place.depth + 1);
     };
-    const double leaf = cost_of_leaf(refs.size());
+    const double leaf = search_.cost_of_leaf(refs.size());
     const bool may_be_bad = place.n_bad < settings_.bad_levels && leaf > settings_.cost.c_trav;
     constexpr double no_limit = std::numeric_limits<double>::infinity();
-    Choice choice;
+    typename Search<P>::Choice choice;
     bool good = false;
     for (const int lookahead : settings_.lookahead) {
-      choice = best_split(refs, box, lookahead, may_be_bad ? no_limit : leaf, allowed);
+      choice = search_.best_split(refs, box, lookahead, may_be_bad ? no_limit : leaf, allowed);
       good = choice.split && choice.cost < leaf;
       if (good) break;
     }
@@ -244,7 +102,7 @@ class Subtree {
     if (!choice.split && too_large) {
       // Take what looks least bad, unless that did not help levels above; where nothing divides the node, halve it.
       ++limits_hit.leaf_refs;
-      if (place.n_bad == 0) choice = best_split(refs, box, settings_.lookahead.front(), no_limit, allowed);
+      if (place.n_bad == 0) choice = search_.best_split(refs, box, settings_.lookahead.front(), no_limit, allowed);
       if (!choice.split)
         Median{}.visit(prims_, refs, box, BoxRule::tight, [&](const Candidate& half) { choice.split = half; });
     }
@@ -296,8 +154,8 @@ class Subtree {
                                              ? build_side_by_side(index, *split, in_left, in_right)
                                              : build_in_turn(index, *split, in_left, in_right, !large);
     tree.nodes[index].n_refs = std::uint32_t(tree.refs.size() - first_ref);
-    const double cost = cost_of(*split, area_of(box), cost_left, cost_right, std::numeric_limits<double>::infinity());
-    if (!may_prune || cost < cost_of_leaf(n_refs)) return cost;
+    const double cost = search_.cost_of(*split, box, cost_left, cost_right);
+    if (!may_prune || cost < search_.cost_of_leaf(n_refs)) return cost;
     tree.nodes.resize(index + 1);
     tree.refs.resize(first_ref);
     n_empty_ = n_empty;
@@ -355,7 +213,7 @@ class Subtree {
     append(tree, beside->tree);
     n_empty_ += beside->n_empty_;
     limits_hit += beside->limits_hit;
-    searched += beside->searched;
+    search_.searched += beside->search_.searched;
     return {cost_left, cost_right};
   }
 
@@ -367,7 +225,7 @@ class Subtree {
     tree.nodes[index].n_refs = std::uint32_t(refs.size());
     for (const BuildRef& ref : refs) tree.refs.push_back(ref.ref);
     n_empty_ += refs.empty();
-    return cost_of_leaf(refs.size());
+    return search_.cost_of_leaf(refs.size());
   }
 
   // With more references than these a child is worth a task, and a node gives its memory to its left child.
@@ -378,8 +236,8 @@ class Subtree {
   Progress& progress_;
   Tasks& tasks_;
   double margin_;  // by which boxes are grown before they are measured
+  Search<P> search_;
   std::vector<std::pair<Buffer<BuildRef>, Buffer<BuildRef>>> levels_;  // the children of the open nodes
-  std::vector<Ahead> ahead_;                                           // by depth of the search
   std::size_t n_empty_ = 0;                                            // leaves without references
 };
 

@@ -32,6 +32,12 @@ inline bool estimates(const Splits& splits) {
                      [](const SizedSplitSet& sized) { return std::holds_alternative<PlaneOctets>(sized.set); });
 }
 
+/// Whether they are planes of which a child has the same as its parent, but across the axis of the cut.
+inline bool keeps_planes(const Splits& splits) {
+  return splits.size() == 1 &&
+         (std::holds_alternative<PlaneGrid>(splits[0].set) || std::holds_alternative<PlaneOctets>(splits[0].set));
+}
+
 /// Show the candidates for a node. Octets measure boxes grown by `margin`, and show only the cheapest of each axis
 /// unless `all` are asked for.
 template <Primitives P, class Visitor>

@@ -49,6 +49,7 @@ BUILDERS: dict[str, dict[str, Any]] = {
     "kd-middle": {"splits": Middle(), "bad_levels": 3, **_CUT},
     "kd-cl": {"method": "kd-cl"},
     "kd-d2": {"method": "kd-d2"},
+    "kd-d2-exhaustive": {"method": "kd-d2", "exhaustive": True},  # the same tree, searched as the thesis does
     "kd-events": {"method": "kd-cl", "splits": PlaneEvents()},
     "kd-bad-refines": {"method": "kd-cl", "bad_refines": 3, "prune": False},
 }

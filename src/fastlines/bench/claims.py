@@ -25,7 +25,11 @@ COSTS = (
 )
 
 #: Which share of another builder's time these may take on spaghetti.
-SHARES = (("best-bvh", "bvh-d2", 1 / 3), ("best-kd", "kd-d2", 1 / 10))
+SHARES = (
+    ("best-bvh", "bvh-d2", 1 / 3),
+    ("best-kd", "kd-d2", 1 / 10),
+    ("best-kd", "kd-d2-exhaustive", 1 / 10),
+)
 
 #: The query time of `best`, in parts of the fastest of all.
 NEAR = 1.02

@@ -1,0 +1,194 @@
+// The search for a node's split: the first of the cheapest tree of a given depth over all candidates (thesis §4.1), by
+// branch and bound (docs/theory.md, theorem 9).
+#pragma once
+
+#include <cmath>
+#include <optional>
+
+#include "plane_pairs.hpp"
+#include "progress.hpp"
+#include "settings.hpp"
+
+namespace fastlines {
+
+template <Primitives P>
+class Search {
+ public:
+  struct Choice {
+    double cost;
+    std::optional<Candidate> split;  // none: a leaf
+  };
+
+  Search(const P& prims, const Settings& settings, Progress& progress, double margin)
+      : prims_(prims), settings_(settings), progress_(progress), margin_(margin) {
+    for (const int k : settings.lookahead) ahead_.resize(std::max(ahead_.size(), std::size_t(k)));
+  }
+
+  Searched searched;
+
+  double cost_of_leaf(std::size_t n_refs) const { return settings_.cost.c_prim * double(n_refs); }
+
+  /// The cost of a split of a node whose children cost `left` and `right`.
+  double cost_of(const Candidate& split, const Box& box, double left, double right) const {
+    return cost_of(split, area_of(box), left, right, kNoLimit);
+  }
+
+  /// The first split of the cheapest tree of depth `lookahead`, among those that `allowed` lets pass.
+  template <class Allowed>
+  Choice best_split(Refs refs, const Box& box, int lookahead, double limit, Allowed&& allowed) {
+    Choice best{limit, {}};
+    if (lookahead == 0 || limit <= settings_.cost.c_trav) return best;  // no split costs less than one step
+    progress_.check();
+    const double area = area_of(box);
+    const auto consider = [&](const Candidate& split, double left, double right) {
+      const double cost = cost_of(split, area, left, right, best.cost);
+      if (cost < best.cost) best = {cost, split};
+    };
+    if (lookahead == 1) {
+      unsigned n_seen = 0;
+      bool refused = false;
+      const auto show = [&](const Candidate& split) {
+        if (++n_seen % 64 == 0) progress_.check();
+        if (allowed(split))
+          consider(split, cost_of_leaf(split.n_left), cost_of_leaf(split.n_right));
+        else
+          refused = true;
+      };
+      for_each_split(refs, box, false, show);
+      if (refused && !best.split) for_each_split(refs, box, true, show);
+      if (refused && !best.split && settings_.boxes == BoxRule::tight)
+        visit_wholes(settings_.splits, prims_, refs, box, margin_, show);
+      return best;
+    }
+    return look_ahead(refs, box, lookahead, best, allowed);
+  }
+
+ private:
+  /// What a search holds at one of its levels.
+  struct Ahead {
+    struct Branch {
+      Candidate split;
+      double area_left, area_right;    // in parts of the node's
+      double least_left, least_right;  // what the children cost at least
+      std::size_t plane;               // of all those across its axis
+    };
+    Buffer<BuildRef> left, right;
+    std::vector<Branch> branches;
+    std::vector<std::pair<double, std::size_t>> order;  // the branches by what looks cheapest
+    PlanePairs pairs;
+  };
+
+  struct Anything {
+    bool operator()(const Candidate&) const { return true; }
+  };
+
+  static constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+
+  double area_of(const Box& box) const { return box.area(margin_); }
+
+  /// ∞ without a division where that is surely above `limit`.
+  double cost_of(const Candidate& split, double area, double left, double right, double limit) const {
+    const double c_trav = settings_.cost.c_trav;
+    if (area == 0.0) return c_trav + (left + right);
+    const double weighed = area_of(split.left) * left + area_of(split.right) * right;
+    if (weighed > (limit - c_trav) * area * (1 + 1e-12)) return kNoLimit;
+    return c_trav + weighed / area;
+  }
+
+  /// No tree costs less than a leaf, or than one step.
+  double at_least(std::size_t n_refs) const { return std::min(cost_of_leaf(n_refs), settings_.cost.c_trav); }
+
+  template <class Visitor>
+  void for_each_split(Refs refs, const Box& box, bool all, Visitor&& visitor) const {
+    visit_splits(settings_.splits, prims_, refs, box, settings_.boxes, margin_, all, visitor);
+  }
+
+  /// Deeper than one level, by branch and bound (docs/theory.md): what looks cheapest is tried first, and nothing is
+  /// carried out that can not become cheaper than the best so far. The split is that of exhaustive search: of equally
+  /// cheap ones the first.
+  template <class Allowed>
+  Choice look_ahead(Refs refs, const Box& box, int lookahead, Choice best, Allowed&& allowed) {
+    const double area = area_of(box), c_trav = settings_.cost.c_trav;
+    const bool exhaustive = settings_.exhaustive;
+    const bool by_pairs = lookahead <= 3 && !exhaustive && area > 0.0 && settings_.boxes == BoxRule::cut &&
+                          keeps_planes(settings_.splits);
+    auto& [left, right, branches, order, pairs] = ahead_[std::size_t(lookahead - 1)];
+    branches.clear();
+    order.clear();
+    pairs.begin(box, margin_);
+    for_each_split(refs, box, true, [&](const Candidate& split) {
+      const std::size_t plane = by_pairs ? pairs.add(split) : 0;
+      if (!allowed(split)) return;
+      // Where areas are nothing, children count in full.
+      const double area_left = area > 0.0 ? area_of(split.left) / area : 1.0,
+                   area_right = area > 0.0 ? area_of(split.right) / area : 1.0;
+      order.push_back({area_left * double(split.n_left) + area_right * double(split.n_right), branches.size()});
+      branches.push_back({split, area_left, area_right, at_least(split.n_left), at_least(split.n_right), plane});
+    });
+    if ((!exhaustive && !by_pairs) || order.size() > settings_.beam) std::sort(order.begin(), order.end());
+    order.resize(std::min(order.size(), settings_.beam));
+    searched.candidates += order.size();
+    if (by_pairs) {
+      pairs.count(refs, lookahead == 3, c_trav / settings_.cost.c_prim);
+      bound_by(pairs, branches, order, best.cost);
+    }
+
+    std::size_t best_number = 0;
+    for (const auto& [_, number] : order) {
+      const auto& [split, area_left, area_right, least_left, least_right, plane] = branches[number];
+      // What both children may cost together, weighed, for the split to be as cheap as the best.
+      const double most = exhaustive ? kNoLimit : best.cost * (1 + 1e-9) - c_trav;
+      if (area_left * least_left + area_right * least_right > most) continue;
+      ++searched.carried_out;
+      partition(prims_, refs, split, left, right);
+      const double most_left = area_left > 0.0 ? (most - area_right * least_right) / area_left : kNoLimit;
+      const double cost_left = cost_ahead(left, split.left, lookahead - 1, most_left);
+      if (cost_left > most_left) continue;
+      const double most_right = area_right > 0.0 ? (most - area_left * cost_left) / area_right : kNoLimit;
+      const double cost_right = cost_ahead(right, split.right, lookahead - 1, most_right);
+      const double cost = cost_of(split, box, cost_left, cost_right);
+      if (cost < best.cost || (cost == best.cost && best.split && number < best_number)) {
+        best = {cost, split};
+        best_number = number;
+      }
+    }
+    return best;
+  }
+
+  /// Raise what children cost at least, and try what then looks cheapest first; leave out what costs too much.
+  void bound_by(const PlanePairs& pairs, std::vector<typename Ahead::Branch>& branches,
+                std::vector<std::pair<double, std::size_t>>& order, double limit) const {
+    const auto& [c_trav, c_prim] = settings_.cost;
+    const auto raise = [&](double& least, double area, double tests, std::size_t n_refs) {
+      if (area > 0.0 && tests >= 0.0)
+        least = std::max(least, std::min(cost_of_leaf(n_refs), c_trav + c_prim * tests / area));
+    };
+    std::size_t n_left = 0;
+    for (const auto& [_, number] : order) {
+      auto& [split, area_left, area_right, least_left, least_right, plane] = branches[number];
+      const auto [left, right] = pairs.least(split.axis, plane);
+      raise(least_left, area_left, left, split.n_left);
+      raise(least_right, area_right, right, split.n_right);
+      const double least = area_left * least_left + area_right * least_right;
+      if (c_trav + least <= limit * (1 + 1e-9)) order[n_left++] = {least, number};
+    }
+    order.resize(n_left);
+    std::sort(order.begin(), order.end());
+  }
+
+  /// The cost of the cheapest tree of a depth, exactly if it is at most `limit`; else something above that.
+  double cost_ahead(Refs refs, const Box& box, int lookahead, double limit) {
+    const double leaf = cost_of_leaf(refs.size()), most = std::nextafter(limit, kNoLimit);
+    if (leaf < most) return best_split(refs, box, lookahead, leaf, Anything{}).cost;
+    const Choice choice = best_split(refs, box, lookahead, most, Anything{});
+    return choice.split ? choice.cost : kNoLimit;
+  }
+
+  const P& prims_;
+  const Settings& settings_;
+  Progress& progress_;
+  double margin_;             // by which boxes are grown before they are measured
+  std::vector<Ahead> ahead_;  // by depth of the search
+};
+
+}  // namespace fastlines
