@@ -18,6 +18,7 @@ from PIL import Image
 import fastlines as fl
 from fastlines.cli.app import explain
 from fastlines.cli.info import count_duplicates
+from fastlines.cli.query import KINDS
 
 COMMANDS = ("demo", "scene", "info", "build", "validate", "query", "render", "bench", "report")
 
@@ -128,17 +129,29 @@ def test_query_answers_as_the_library_does(tree_file):
         for kind, arrays in {
             "first": ["distance", "prim", "t", "u"],
             "all": ["distance", "offsets", "prim", "t", "u"],
+            "next": ["distance", "offsets", "prim", "t", "u"],
             "any": ["hit"],
             "count": ["count"],
         }.items():
-            done("query", tree_file, name, "-r", 0.1, "--kind", kind, "-o", "out.npz")
+            more = {"next": {"k": 2}}.get(kind, {})
+            done(
+                "query",
+                tree_file,
+                name,
+                "-r",
+                0.1,
+                "--kind",
+                kind,
+                *(("--nearest", 2) if more else ()),
+                "-o",
+                "out.npz",
+            )
             with np.load("out.npz") as out:
                 assert sorted(out.files) == arrays
                 answers = dict(out)
-            method = {"first": "first_hit", "all": "all_hits", "any": "any_hit", "count": "count_hits"}[kind]
-            expected = getattr(tree, method)(rays[:, :3], rays[:, 3:], 0.1)
+            expected = getattr(tree, KINDS[kind])(rays[:, :3], rays[:, 3:], 0.1, **more)
             for array in arrays:
-                assert (answers[array] == (getattr(expected, array) if kind in ("first", "all") else expected)).all()
+                assert (answers[array] == (expected if kind in ("any", "count") else getattr(expected, array))).all()
     done("query", tree_file, "rays.npy", "-r", 0.1, "--at", "surface", "-o", "out.npz")
     with np.load("out.npz") as out:
         assert "t_out" in out.files

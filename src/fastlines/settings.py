@@ -258,8 +258,7 @@ C_TRAV: dict[BoxRule, float] = {"tight": 2.0, "cut": 0.6}
 
 
 #: From so many primitives on, a tree that is to be fast on queries is built with the least effort unless told
-#: otherwise: what more effort finds is a tree two to four times as large, for which the caches have no room, and which
-#: is asked no faster (docs/builder.md).
+#: otherwise: what more effort finds is a larger tree, for which the caches have no room (docs/builder.md).
 LARGE = 2**18
 
 

@@ -17,7 +17,10 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 #: What the option --kind is called, and the method of a tree.
-KINDS = {"first": "first_hit", "any": "any_hit", "all": "all_hits", "count": "count_hits"}
+KINDS = {"first": "first_hit", "any": "any_hit", "all": "all_hits", "next": "next_hits", "count": "count_hits"}
+
+#: Those that tell t, and of them those whose answer is a list of hits for each ray.
+TELL_T, LISTS = ("first", "all", "next"), ("all", "next")
 
 
 @app.command(short_help="Ask what rays hit.")
@@ -32,7 +35,13 @@ def query(
             show_default=False,
         ),
     ] = None,
-    kind: Annotated[str, typer.Option("--kind", "-k", metavar="KIND", help="first, any, all or count.")] = "first",
+    kind: Annotated[
+        str, typer.Option("--kind", "-k", metavar="KIND", help="first, any, all, next or count.")
+    ] = "first",
+    nearest: Annotated[
+        int | None,
+        typer.Option("--nearest", metavar="N", help="With --kind next: the N nearest hits of each ray."),
+    ] = None,
     output: Annotated[
         str | None,
         typer.Option("--output", "-o", metavar="FILE.npz", help="Where to write the answer; without it, only figures."),
@@ -51,21 +60,23 @@ def query(
         typer.Option(
             "--at",
             metavar="WHERE",
-            help="What t measures: closest (approach; if not given) or surface. For first and all.",
+            help="What t measures: closest (approach; if not given) or surface. For first, all and next.",
         ),
     ] = None,
     as_json: Json = False,
 ) -> None:
     r"""Ask what rays hit, with any radius, and write the answer as arrays.
 
-    The file has the arrays t, prim, u and distance for the kinds first and all (and for all also offsets: the hits of
-    ray i are those from offsets\[i] to offsets\[i + 1]), hit for any, count for count.
+    The file has the arrays t, prim, u and distance for the kinds first, all and next (and for the last two also
+    offsets: the hits of ray i are those from offsets\[i] to offsets\[i + 1]), hit for any, count for count.
 
     [bold]Examples[/]
 
     [cyan]fastlines query hair.flt rays.npy --radius 0.001 -o hits.npz[/]
 
     [cyan]fastlines query hair.flt rays.npz --radius 0.001 --kind all -o hits.npz[/]
+
+    [cyan]fastlines query hair.flt rays.npz --radius 0.001 --kind next --nearest 4 -o hits.npz[/]
 
     [cyan]fastlines query hair.flt --camera 640x480 --radius 0.001 --kind count[/]
     """
@@ -77,7 +88,9 @@ def query(
         raise InputError(f"--kind {kind!r} is not a choice: use one of {', '.join(KINDS)}")
     if (rays is None) == (camera is None):
         raise InputError("give the rays either as a file or by --camera, such as --camera 640x480")
-    if kind not in ("first", "all"):
+    if (kind == "next") != (nearest is not None):
+        raise InputError("--kind next and --nearest go together: say how many hits of each ray, such as --nearest 4")
+    if kind not in TELL_T:
         refuse_given({"--at": at}, f"--kind {kind} tells no t")
     if camera is None:
         refuse_given(
@@ -97,6 +110,8 @@ def query(
     options: dict[str, Any] = {"t_min": t_min, "t_max": t_max, "progress": show_progress()}
     if at is not None:
         options["at"] = at
+    if nearest is not None:
+        options["k"] = nearest
     start = time.perf_counter()
     answer = ask(origins, directions, radius, **options)
     seconds = time.perf_counter() - start
@@ -106,7 +121,7 @@ def query(
         write_npz(output, **_arrays(kind, answer))
     n_rays, n_found = len(directions), _count(kind, answer)
     if as_json:
-        counted = "n_hits" if kind in ("all", "count") else "n_rays_that_hit"
+        counted = "n_hits" if kind in (*LISTS, "count") else "n_rays_that_hit"
         facts = {
             "n_rays": n_rays,
             "kind": kind,
@@ -117,7 +132,7 @@ def query(
         }
         typer.echo(json.dumps(facts, indent=2))
         return
-    found = f"{n_found:,} hits" if kind in ("all", "count") else f"{n_found:,} of them hit something"
+    found = f"{n_found:,} hits" if kind in (*LISTS, "count") else f"{n_found:,} of them hit something"
     rate = f", {n_rays / seconds / 1e6:.3g} million rays a second" if n_rays else ""
     typer.echo(f"{output or tree_file}: {n_rays:,} rays, {found}, in {seconds:.3f} s{rate}")
 
@@ -153,7 +168,7 @@ def _arrays(kind: str, answer: Any) -> dict[str, Any]:
     """Name the arrays of an answer."""
     if kind in ("any", "count"):
         return {"hit" if kind == "any" else "count": answer}
-    names = ["t", "prim", "u", "distance", *(["offsets"] if kind == "all" else [])]
+    names = ["t", "prim", "u", "distance", *(["offsets"] if kind in LISTS else [])]
     arrays = {name: getattr(answer, name) for name in names}
     if answer.t_out is not None:
         arrays["t_out"] = answer.t_out
@@ -164,4 +179,4 @@ def _count(kind: str, answer: Any) -> int:
     """How many hits there are, or how many rays that hit."""
     if kind == "first":
         return int(answer.hit.sum())
-    return len(answer) if kind == "all" else int(answer.sum())
+    return len(answer) if kind in LISTS else int(answer.sum())
