@@ -193,6 +193,25 @@ def test_sampling_costs_next_to_nothing() -> None:
         assert sampled.cost() < 1.04 * exact.cost()
 
 
+def test_whole_splits_are_judged_by_all() -> None:
+    """By the boxes of a sample alone, lines that cross would be split whole: they are smaller."""
+    lines = fl.scenes.make("spaghetti", 5000).lines
+    octets = fl.PlaneOctets(8, 64, 16, max_apart=5000)
+    refs = [fl.build(lines, "best", splits=replace(octets, sample=sample)).n_refs for sample in (0, 40)]
+    assert refs[1] > 0.97 * refs[0]
+
+
+def test_small_nodes_are_no_bad_levels() -> None:
+    lines = fl.scenes.make("spaghetti", 500).lines
+    for boxes in ("tight", "cut"):
+        given = {"boxes": boxes, "splits": fl.PlaneOctets(16), "bad_levels": 3, "prune": False, "cost": fl.Cost(0.5)}
+        few, many, none = (fl.build(lines, bad_refs=n, **given) for n in (3, 0, 500))  # type: ignore[arg-type]
+        assert none.n_nodes < few.n_nodes < many.n_nodes
+        assert none.n_nodes == fl.build(lines, **{**given, "bad_levels": 0}).n_nodes
+    with pytest.raises(fl.InputError, match="bad_refs=-1"):
+        fl.build(lines, bad_refs=-1)
+
+
 @pytest.mark.parametrize("sample", [0, 100])
 def test_whole_splits_of_what_lies_apart(sample: int) -> None:
     """Hair is then cut less; lines that cross are nearly as they were, for they hardly ever lie apart."""

@@ -46,6 +46,32 @@ def test_branch_and_bound_where_planes_meet_the_ends_of_lines(lookahead: int) ->
         assert same(bound, exhaustive)
 
 
+@pytest.mark.parametrize("seed", range(60))
+def test_branch_and_bound_by_pairs_of_planes(seed: int) -> None:
+    """On lattices, lines along axes, flat and thin scenes, with all that a search can be told."""
+    rng = np.random.default_rng(seed)
+    ends = rng.integers(0, 9, (40, 2, 3)).astype(float) if seed % 2 else rng.random((40, 2, 3))
+    ends *= [1.0, *rng.choice([1.0, 1e-3, 1e-6, 1e-41, 1e-44], 2)]
+    if seed % 3 == 0:
+        ends[:, 1, seed % 2] = ends[:, 0, seed % 2]
+    lookahead = 2 + (seed % 5 == 0)
+    planes = int(rng.choice([1, 3, 7, 8] if lookahead == 3 else [2, 8, 9, 16, 17, 30]))
+    given = {
+        "splits": fl.PlaneOctets(planes, sample=int(rng.choice([0, 10]))) if seed % 4 else fl.PlaneGrid(planes),
+        "lookahead": lookahead,
+        "radius_hint": rng.choice([0.0, 0.01, 0.5]),
+        "bad_levels": int(rng.choice([0, 2])),
+        "beam": [None, 5][seed % 7 == 0],
+        "limits": fl.Limits(max_depth=5, max_refs=int(rng.choice([60, 10_000]))),
+        "cost": fl.Cost(rng.choice([0.05, 0.3, 1.0])),
+    }
+    bound, exhaustive = (
+        fl.build(ends[: 20 if lookahead == 3 else 40], boxes="cut", exhaustive=exhaustive, **given)
+        for exhaustive in (False, True)
+    )
+    assert same(bound, exhaustive)
+
+
 def test_bounds_save_most_of_the_search() -> None:
     lines = named_scene("random", 100)
     given = {"splits": fl.PlaneGrid(16), "boxes": "cut", "lookahead": 2, "cost": fl.Cost(1.2)}

@@ -22,7 +22,8 @@ inline SplitSet split_set(const std::string& name, int n_planes, const OctetArgs
   const auto& [max_whole, only_whole, max_overlap, sample, max_apart, apart] = octets;
   if (name == "object_sweep") return ObjectSweep{};
   if (name == "plane_grid") return PlaneGrid{n_planes};
-  if (name == "plane_octets") return PlaneOctets{n_planes, max_whole, only_whole, max_overlap, sample, max_apart, apart};
+  if (name == "plane_octets")
+    return PlaneOctets{n_planes, max_whole, only_whole, max_overlap, sample, max_apart, apart};
   if (name == "plane_events") return PlaneEvents{};
   if (name == "median") return Median{};
   if (name == "middle") return Middle{};
@@ -37,7 +38,7 @@ using SplitSetArgs = std::tuple<std::string, int, OctetArgs, std::size_t, double
 using SettingsArgs =
     std::tuple<std::vector<SplitSetArgs>, bool, std::tuple<std::vector<int>, std::size_t, bool>,
                std::pair<double, double>, std::tuple<std::size_t, std::size_t, std::size_t, std::size_t, double>,
-               std::pair<int, int>, bool, double, std::pair<double, std::size_t>, unsigned>;
+               std::tuple<int, std::size_t, int>, bool, double, std::pair<double, std::size_t>, unsigned>;
 
 inline Settings settings_of(const SettingsArgs& args) {
   const auto& [splits, cut, search, cost, limits, bad, prune, radius_hint, presplit, n_threads] = args;
@@ -50,7 +51,7 @@ inline Settings settings_of(const SettingsArgs& args) {
   settings.cost = {cost.first, cost.second};
   const auto& [max_depth, max_leaf_refs, max_refs, leaf_refs, leaf_size] = limits;
   settings.limits = {max_depth, max_leaf_refs, max_refs, leaf_refs, leaf_size};
-  std::tie(settings.bad_levels, settings.bad_refines) = bad;
+  std::tie(settings.bad_levels, settings.bad_refs, settings.bad_refines) = bad;
   settings.prune = prune;
   settings.radius_hint = radius_hint;
   settings.presplit = {presplit.first, presplit.second};

@@ -18,7 +18,7 @@ _Settings: TypeAlias = tuple[
     tuple[Sequence[int], int, bool],
     tuple[float, float],
     tuple[int, int, int, int, float],
-    tuple[int, int],
+    tuple[int, int, int],
     bool,
     float,
     tuple[float, int],

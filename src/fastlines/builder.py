@@ -26,7 +26,7 @@ from .tree import Tree
 NO_LIMIT = 2**64 - 1
 
 #: Whoever says how to search means no method.
-SEARCH = {"splits", "lookahead", "beam", "exhaustive", "bad_levels", "bad_refines", "prune"}
+SEARCH = {"splits", "lookahead", "beam", "exhaustive", "bad_levels", "bad_refs", "bad_refines", "prune"}
 
 
 def build(
@@ -41,6 +41,7 @@ def build(
     cost: Cost | None = None,
     limits: Limits | None = None,
     bad_levels: int | None = None,
+    bad_refs: int | None = None,
     bad_refines: int | None = None,
     prune: bool | None = None,
     radius_hint: float | None = None,
@@ -72,11 +73,11 @@ def build(
         c_trav and c_prim.
     limits : Limits, optional
         Depth, leaf size, number of references. What is left at its default stays as the method has it.
-    bad_levels, bad_refines, prune, radius_hint : optional
+    bad_levels, bad_refs, bad_refines, prune, radius_hint : optional
         How to get past levels that look no better than a leaf; see `Settings`.
     effort : float, optional
-        Of "best": from 0, the fastest build, to 1, the best tree. 0.5 unless given; 0 from 262,144 primitives on, where
-        trees for queries that take more outgrow the caches.
+        Of "best": from 0, the fastest build, to 1, the best tree. 0.5 unless given; for queries 0 from 262,144
+        primitives on, where more effort takes twice the time and memory and more for little (docs/builder.md).
     presplit : Presplit, optional
         Cut lines before the build.
     reinsertion : int, optional
@@ -112,6 +113,7 @@ def build(
         "cost": cost,
         "limits": limits,
         "bad_levels": bad_levels,
+        "bad_refs": bad_refs,
         "bad_refines": bad_refines,
         "prune": prune,
         "radius_hint": radius_hint,
@@ -234,7 +236,7 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
             limits.leaf_refs,
             limits.leaf_size,
         ),
-        (settings.bad_levels, settings.bad_refines),
+        (settings.bad_levels, settings.bad_refs, settings.bad_refines),
         settings.prune,
         settings.radius_hint,
         presplit,

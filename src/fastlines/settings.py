@@ -173,6 +173,9 @@ class Settings:
     bad_levels : int
         How many levels in a row may be split though that looks no better than a leaf. Where long lines cross, the first
         levels of a good tree look bad.
+    bad_refs : int
+        Nodes of so many references and fewer are leaves where the best split looks no better, whatever `bad_levels`
+        says: there it hardly ever pays in the end.
     bad_refines : int
         How many levels of a path may be cut in the middle of the longest side though the search says leaf (PBRT's bad
         refines, thesis §2.4).
@@ -204,6 +207,7 @@ class Settings:
     presplit: Presplit | None = None
     reinsertion: int = 0
     bad_refines: int = 0
+    bad_refs: int = 0
     beam: int | None = None
     exhaustive: bool = False
 
@@ -213,6 +217,7 @@ class Settings:
         lookahead = sequence("lookahead", self.lookahead, (int, np.integer), several)
         object.__setattr__(self, "splits", splits)
         object.__setattr__(self, "lookahead", tuple(count("lookahead", depth, 0, 8) for depth in lookahead))
+        object.__setattr__(self, "bad_refs", count("bad_refs", self.bad_refs, 0))
         for name in ("bad_levels", "bad_refines"):
             object.__setattr__(self, name, count(name, getattr(self, name), 0, 16))
         if max(self.lookahead) < 2 and (self.beam is not None or self.exhaustive):
@@ -258,7 +263,7 @@ C_TRAV: dict[BoxRule, float] = {"tight": 2.0, "cut": 0.6}
 
 
 #: From so many primitives on, a tree that is to be fast on queries is built with the least effort unless told
-#: otherwise: what more effort finds is a larger tree, for which the caches have no room (docs/builder.md).
+#: otherwise: more effort takes twice the time and memory there, and more, for little (docs/builder.md).
 LARGE = 2**18
 
 
@@ -304,7 +309,11 @@ def best_settings(
             limits=Limits(max_leaf_refs=16, leaf_refs=16),
         )
     octets = PlaneOctets(8 * 2 ** round(4 * effort), 16 if boxes == "tight" else 0)
-    return Settings(splits=(octets,), boxes=boxes, bad_levels=3, cost=Cost(C_TRAV[boxes]) if cost is None else cost)
+    cost = Cost(C_TRAV[boxes]) if cost is None else cost
+    settings = Settings(splits=(octets,), boxes=boxes, bad_levels=3, cost=cost)
+    if effort >= 0.75:
+        return settings
+    return replace(settings, bad_refs=int(min(5 * cost.c_trav / cost.c_prim, REF_LIMIT)))
 
 
 #: The best builder, and the five trees of the thesis (§5).

@@ -90,13 +90,13 @@ class PlaneOctets(SplitSet):
         more than this share of the node's area; 0 for none.
     sample : int
         Of twice as many references and more, the plane is chosen by about so many; by all if it is 0, and in searches
-        of more than one level, but for the last one.
+        of more than one level, but for the last one. What a whole split costs is judged by all.
     max_apart : int
         Nodes of more than `max_whole` and up to so many references are split whole, and only so, where these lie apart:
-        where it costs no more than the share `apart` of a leaf. Not in searches of more than one level, but for the
+        where it costs no more than `apart` allows. Not in searches of more than one level, but for the
         last one.
     apart : float
-        Above 0 to 1.
+        A whole split is taken if it costs no more than this share of a leaf, above 0 to 1.
     """
 
     name = "plane_octets"

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <array>
+#include <cassert>
 #include <cstring>
 #include <vector>
 
@@ -17,6 +18,7 @@
 
 namespace fastlines {
 
+/// The planes of a grid over a node, and what its references have to do with each two of them.
 class PlanePairs {
  public:
   void begin(const Box& box, double margin) {
@@ -62,9 +64,10 @@ class PlanePairs {
   /// the node's.
   std::pair<double, double> least(int axis, std::size_t plane) const {
     const Axis& of = axes_[std::size_t(axis)];
-    const float x = axes_[0].whole, y = axes_[1].whole, z = axes_[2].whole;
+    const float x = axes_[0].whole, y = axes_[1].whole, z = axes_[2].whole, area = x * y + x * z + y * z;
+    if (!(area > 1e-30f)) return {0.0, 0.0};  // too thin for float32
     // What roundings can add up to: where one plane of many cuts off little, that is little beside the whole.
-    const double per_area = (1 - 1e-6 * double(of.planes.size() + 16)) / double(x * y + x * z + y * z);
+    const double per_area = (1 - 1e-6 * double(of.planes.size() + 16)) / double(area);
     return {per_area * double(of.least_left[plane]), per_area * double(of.least_right[plane])};
   }
 
@@ -90,12 +93,12 @@ class PlanePairs {
   struct Axis {
     std::vector<float> planes;
     std::vector<Octet> at;           // the planes, and in lanes that are left the upper side of the box
-    std::vector<Octet> left, right;  // how long is what lies on either side, grown
+    std::vector<Octet> left, right;  // how long is what lies on either side, grown; ∞ in lanes that are left
     float whole;                     // how long the box is, grown
     std::vector<Octet> n_left, n_right;
     std::vector<Octet> on_left, on_right, on_both;  // 1 or 0; what only touches a plane may count as on both
-    std::size_t n_behind, n_before, n_touched;   // planes on whose right it is, that it is left or on both sides of, …
-    std::vector<float> least_left, least_right;  // bounds: n times half an area
+    std::size_t n_behind, n_reached, n_below;       // planes that it is right of; reaches the right of; begins beyond
+    std::vector<float> least_left, least_right;     // bounds: n times half an area
 
     std::size_t n_octets() const { return at.size(); }
 
@@ -104,11 +107,11 @@ class PlanePairs {
       const float lo = box.lo[axis], hi = box.hi[axis];
       at.assign(n, eight(hi));
       for (std::size_t i = 0; i < planes.size(); ++i) at[i / 8][i % 8] = planes[i];
-      left.resize(n);
-      right.resize(n);
-      for (std::size_t i = 0; i < n; ++i) {
-        left[i] = (at[i] - lo) * scale + margin;
-        right[i] = (hi - at[i]) * scale + margin;
+      left.assign(n, eight(kInf));
+      right.assign(n, eight(kInf));
+      for (std::size_t i = 0; i < planes.size(); ++i) {
+        left[i / 8][i % 8] = (planes[i] - lo) * scale + margin;
+        right[i / 8][i % 8] = (hi - planes[i]) * scale + margin;
       }
       whole = (hi - lo) * scale + margin;
       n_left.assign(n, Octet{});
@@ -118,13 +121,13 @@ class PlanePairs {
     }
 
     [[gnu::always_inline]] void add(const Box& box, int axis) {
-      n_behind = n_before = n_touched = 0;
+      n_behind = n_reached = n_below = 0;
       const float lo = box.lo[axis], hi = box.hi[axis];
       for (std::size_t i = 0; i < at.size(); ++i) {
         const IntOctet right_of = at[i] < hi, behind = right_of & (at[i] <= lo), below = at[i] < lo;
         n_behind += n_set(behind);
-        n_before += n_set(right_of);
-        n_touched += n_set(below);
+        n_reached += n_set(right_of);
+        n_below += n_set(below);
         on_left[i] = one_where(~behind);
         on_right[i] = one_where(right_of);
         on_both[i] = one_where(right_of & ~below);
@@ -147,13 +150,14 @@ class PlanePairs {
     /// Only in the row where that begins or ends.
     [[gnu::always_inline]] void add(const Axis& rows, const Axis& lanes) {
       const std::size_t n = lanes.n_octets();
+      assert(rows.n_reached <= rows.planes.size());  // nothing reaches beyond the box
       for (std::size_t i = 0; i < n; ++i) {
         left_left[rows.n_behind * n + i] += lanes.on_left[i];
         left_right[rows.n_behind * n + i] += lanes.on_right[i];
-        right_left[rows.n_before * n + i] += lanes.on_left[i];
-        right_right[rows.n_before * n + i] += lanes.on_right[i];
-        both[rows.n_touched * n + i] += lanes.on_both[i];
-        both[rows.n_before * n + i] -= lanes.on_both[i];
+        right_left[rows.n_reached * n + i] += lanes.on_left[i];
+        right_right[rows.n_reached * n + i] += lanes.on_right[i];
+        both[rows.n_below * n + i] += lanes.on_both[i];
+        both[rows.n_reached * n + i] -= lanes.on_both[i];
       }
     }
 

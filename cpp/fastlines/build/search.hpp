@@ -110,8 +110,7 @@ class Search {
   Choice look_ahead(Refs refs, const Box& box, int lookahead, Choice best, Allowed&& allowed) {
     const double area = area_of(box), c_trav = settings_.cost.c_trav;
     const bool exhaustive = settings_.exhaustive;
-    const bool by_pairs = lookahead <= 3 && !exhaustive && area > 0.0 && settings_.boxes == BoxRule::cut &&
-                          keeps_planes(settings_.splits);
+    const bool by_pairs = lookahead <= 3 && !exhaustive && has_pairs(refs.size(), area);
     auto& [left, right, branches, order, pairs] = ahead_[std::size_t(lookahead - 1)];
     branches.clear();
     order.clear();
@@ -128,7 +127,7 @@ class Search {
     if ((!exhaustive && !by_pairs) || order.size() > settings_.beam) std::sort(order.begin(), order.end());
     order.resize(std::min(order.size(), settings_.beam));
     searched.candidates += order.size();
-    if (by_pairs) {
+    if (by_pairs && !order.empty()) {
       pairs.count(refs, lookahead == 3, c_trav / settings_.cost.c_prim);
       bound_by(pairs, branches, order, best.cost);
     }
@@ -153,6 +152,14 @@ class Search {
       }
     }
     return best;
+  }
+
+  /// Whether pairs of planes bound what children cost: parts of a curve end where it ends, or at the plane. Tables grow
+  /// with the square of the number of planes, and count in float32.
+  bool has_pairs(std::size_t n_refs, double area) const {
+    const int n_planes = n_kept_planes(settings_.splits);
+    return Curves<P> && settings_.boxes == BoxRule::cut && 0 < n_planes && n_planes <= 256 && n_refs < (1 << 24) &&
+           area > 0.0;
   }
 
   /// Raise what children cost at least, and try what then looks cheapest first; leave out what costs too much.

@@ -27,6 +27,7 @@ struct Settings {
   std::size_t beam = std::size_t(-1);  ///< of a node's candidates so many are looked into more than one level deep
   bool exhaustive = false;             ///< look into all of them, also where that can not pay; the tree is the same
   int bad_levels = 0;        ///< how many levels in a row may be split though that looks no better than a leaf
+  std::size_t bad_refs = 0;  ///< but none below nodes of so many references
   int bad_refines = 0;       ///< how many levels of a path may be cut in the middle though the search says leaf
   bool prune = true;         ///< take back what bad levels did not pay for
   double radius_hint = 0.0;  ///< the search measures boxes grown by this much of the scene's longest side

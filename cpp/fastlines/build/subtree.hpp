@@ -1,9 +1,8 @@
 // What the builder does below one node: search for a split, carry it out, go on in the children.
 #pragma once
 
-#include <cmath>
+#include <exception>
 #include <optional>
-#include <stdexcept>
 
 #include "../tree/tree.hpp"
 #include "search.hpp"
@@ -85,7 +84,8 @@ class Subtree {
       return std::max(split.n_left, split.n_right) <= capacity(place.depth + 1);
     };
     const double leaf = search_.cost_of_leaf(refs.size());
-    const bool may_be_bad = place.n_bad < settings_.bad_levels && leaf > settings_.cost.c_trav;
+    const bool may_be_bad = place.n_bad < settings_.bad_levels && leaf > settings_.cost.c_trav &&
+                            (too_large || refs.size() > settings_.bad_refs);
     constexpr double no_limit = std::numeric_limits<double>::infinity();
     typename Search<P>::Choice choice;
     bool good = false;

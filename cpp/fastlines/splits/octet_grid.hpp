@@ -99,6 +99,7 @@ class OctetGrid {
     bool shown = false;
     // In parts of the longest side, so that no area is more or less than a float can say.
     const float scale = float(std::min(1.0 / box.side(box.longest_axis()), 1e38)), grown = 2 * margin * scale;
+    if (!tight && !all) return show_cheapest_halves(kind, box, scale, grown, visitor);
     for_each_axis([&]<int axis>(const Planes* of_axis, Bounds* bins) __attribute__((always_inline)) {
       float least = kInf;
       Candidate best;
@@ -164,6 +165,34 @@ class OctetGrid {
       return {{lo[0][lane], lo[1][lane], lo[2][lane]}, {hi[0][lane], hi[1][lane], hi[2][lane]}};
     }
   };
+
+  /// Of each axis the first of the cheapest planes, where boxes are cut. Which one that is can not be foreseen, and in
+  /// small nodes there is little else to do, so nothing branches on it.
+  template <class Visitor>
+  bool show_cheapest_halves(Candidate::Kind kind, const Box& box, float scale, float grown, Visitor&& visitor) {
+    bool shown = false;
+    for_each_axis([&]<int axis>(const Planes* of_axis, const Bounds*) __attribute__((always_inline)) {
+      Octet least = eight(kInf);
+      IntOctet number{};
+      for (std::size_t i = 0; i < n_; ++i) {
+        const Planes& planes = of_axis[i];
+        const Octet weighed = weigh_halves<axis>(planes, box, scale, grown);
+        const IntOctet less = (planes.at > box.lo[axis]) & (planes.at < box.hi[axis]) & (weighed < least);
+        least = less ? weighed : least;
+        number = less ? IntOctet{} + std::int32_t(i) : number;
+      }
+      std::size_t lane = least_of(least);
+      if (!(least[lane] < kInf)) return;
+      for (std::size_t other = lane + 1; other < 8; ++other)
+        if (least[other] == least[lane] && number[other] < number[lane]) lane = other;
+      const Planes& planes = of_axis[number[lane]];
+      const auto [left, right] = halves(box, axis, planes.at[lane]);
+      visitor(Candidate{kind, axis, planes.at[lane], std::size_t(planes.n_left[lane]),
+                        std::size_t(planes.n_right[lane]), left, right});
+      shown = true;
+    });
+    return shown;
+  }
 
   /// What lies in a bin and those after it.
   void sum_up(const Bounds* bins) {

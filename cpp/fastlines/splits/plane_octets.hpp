@@ -72,25 +72,29 @@ class PlaneOctets {
                                           OctetGrid& grid) const {
     const bool may_be_apart = rule == BoxRule::tight && refs.size() > max_whole && refs.size() <= max_apart,
                sampled = sample > 0 && refs.size() / 2 >= sample;
-    if (!may_be_apart && !sampled) return {};
+    if (!sampled) return may_be_apart ? whole_if_apart(refs, refs, box, margin, grid) : std::nullopt;
     constexpr std::size_t kMostKept = 1 << 14;
     thread_local std::vector<BuildRef> some;
-    if (some.capacity() > kMostKept) some = {};
     some.clear();
-    if (sampled)
-      for (std::size_t i = 0, step = refs.size() / sample; i < refs.size(); i += step) some.push_back(refs[i]);
-    const Refs asked = sampled ? Refs(some) : refs;
-    if (may_be_apart) {
-      fill_whole(asked, box, grid);
-      auto split = cheapest(Candidate::Kind::centres, box, rule, margin, grid);
-      if (split && sampled) look_at_whole(refs, *split);
-      if (split && split->sah(margin) <= apart * box.area(margin) * double(refs.size())) return split;
+    for (std::size_t i = 0, step = refs.size() / sample; i < refs.size(); i += step) some.push_back(refs[i]);
+    std::optional<Candidate> split;
+    if (may_be_apart) split = whole_if_apart(refs, some, box, margin, grid);
+    if (!split) {
+      fill(prims, some, box, rule, grid);
+      split = cheapest(Candidate::Kind::plane, box, rule, margin, grid);
+      if (split) count(refs, *split);
     }
-    if (!sampled) return {};
-    fill(prims, asked, box, rule, grid);
-    auto split = cheapest(Candidate::Kind::plane, box, rule, margin, grid);
-    if (split) count(refs, *split);
+    if (some.capacity() > kMostKept) some = {};
     return split && divides(*split, rule) ? split : std::nullopt;
+  }
+
+  /// Into whole references: the split that is best for some of them, if it parts all well.
+  std::optional<Candidate> whole_if_apart(Refs refs, Refs some, const Box& box, double margin, OctetGrid& grid) const {
+    fill_whole(some, box, grid);
+    auto split = cheapest(Candidate::Kind::centres, box, BoxRule::tight, margin, grid);
+    if (split && some.size() < refs.size()) look_at_whole(refs, *split);
+    if (split && split->sah(margin) > apart * box.area(margin) * double(refs.size())) split.reset();
+    return split;
   }
 
   static void look_at_whole(Refs refs, Candidate& split) {

@@ -32,10 +32,12 @@ inline bool estimates(const Splits& splits) {
                      [](const SizedSplitSet& sized) { return std::holds_alternative<PlaneOctets>(sized.set); });
 }
 
-/// Whether they are planes of which a child has the same as its parent, but across the axis of the cut.
-inline bool keeps_planes(const Splits& splits) {
-  return splits.size() == 1 &&
-         (std::holds_alternative<PlaneGrid>(splits[0].set) || std::holds_alternative<PlaneOctets>(splits[0].set));
+/// How many planes on each axis a node has of which its children have the same, but across the axis of the cut.
+inline int n_kept_planes(const Splits& splits) {
+  if (splits.size() != 1) return 0;
+  if (const auto* grid = std::get_if<PlaneGrid>(&splits[0].set)) return grid->n_planes;
+  if (const auto* octets = std::get_if<PlaneOctets>(&splits[0].set)) return octets->n_planes;
+  return 0;
 }
 
 /// Show the candidates for a node. Octets measure boxes grown by `margin`, and show only the cheapest of each axis
