@@ -24,7 +24,7 @@ def build(
         float | None,
         typer.Option(
             "--effort",
-            help="Of best: from 0, the fastest build, to 1, the best tree. 0.5 unless given, or 0 if the input is large.",
+            help="Of best: from 0, the fastest build, to 1, the best tree. 0.5 unless given, 0 if the input is large.",
             show_default=False,
         ),
     ] = None,
