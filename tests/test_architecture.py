@@ -16,10 +16,9 @@ PACKAGE = ROOT / "src" / "fastlines"
 MAX_LINES = 400
 
 #: The C++ core from the ground up; a folder stands for all in it that is not named itself. A tree is data that builders
-#: write and queries read, so it stands before both; `validate` needs the box rules of the splits; all that runs long
-#: shares `progress`.
+#: write and queries read, so it stands before both; `validate` needs the box rules of the splits.
 HEADERS = (
-    "build/progress.hpp",
+    "threads",
     "memory",
     "geometry",
     "primitives",

@@ -112,6 +112,42 @@ def test_callback_of_a_small_call_may_ask_queries_itself() -> None:
     assert len({int(n) for n in seen}) == 1
 
 
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="cores can not be chosen here")
+def test_threads_keep_to_the_cores_that_the_process_may_use() -> None:
+    """A thread is started away from the core of whoever starts it; where there is no other, on that one."""
+    code = """if True:
+        import os, sys, threading, time
+
+        if sys.argv[1] == "one":
+            os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+        import fastlines as fl
+
+        may_use, lines = os.sched_getaffinity(0), fl.scenes.make("spaghetti", 5000).lines
+        seen, over = set(), threading.Event()
+
+        def look():
+            while not over.is_set():
+                for task in os.listdir("/proc/self/task"):
+                    try:
+                        seen.add(frozenset(os.sched_getaffinity(int(task))))
+                    except OSError:
+                        pass
+                time.sleep(0.002)
+
+        looking = threading.Thread(target=look)
+        looking.start()
+        fl.set_num_threads(4)
+        for _ in range(10):
+            fl.build(lines)
+        over.set()
+        looking.join()
+        assert os.sched_getaffinity(0) == may_use
+        assert all(cores <= may_use for cores in seen), seen
+    """
+    for cores in ("one", "all"):
+        subprocess.run([sys.executable, "-c", code, cores], check=True, timeout=60)
+
+
 def test_queries_from_many_threads() -> None:
     """One tree, asked by eight Python threads at once, while another is built."""
     rays = [array[:600] for array in RAYS]

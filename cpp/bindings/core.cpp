@@ -12,10 +12,10 @@
 #include <mutex>
 
 #include "build.hpp"
-#include "fastlines/build/chunks.hpp"
 #include "fastlines/build/reinsertion.hpp"
 #include "fastlines/primitives/boxes.hpp"
 #include "fastlines/primitives/triangles.hpp"
+#include "fastlines/threads/chunks.hpp"
 #include "fastlines/tree/cost.hpp"
 #include "fastlines/tree/validate.hpp"
 #include "rays.hpp"

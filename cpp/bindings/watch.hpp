@@ -12,7 +12,7 @@
 #include <system_error>
 #include <thread>
 
-#include "fastlines/build/progress.hpp"
+#include "fastlines/threads/progress.hpp"
 
 namespace fastlines {
 

@@ -22,8 +22,8 @@ class Builder {
       : prims_(prims), settings_(settings), progress_(progress), tasks_(settings.n_threads) {}
 
   Tree build() {
-    Buffer<BuildRef> refs = first_references(prims_, settings_.presplit, progress_, limits_hit_.refs);
-    Box box = hull(refs);
+    Buffer<BuildRef> refs = first_references(prims_, settings_.presplit, tasks_, progress_, limits_hit_.refs);
+    Box box = hull_of(refs);
     if (refs.size() == 0) box = Box{{0, 0, 0}, {0, 0, 0}};
     const double margin = settings_.radius_hint * box.side(box.longest_axis());
     Subtree<P> whole(prims_, settings_, progress_, tasks_, margin);
@@ -47,6 +47,19 @@ class Builder {
   const Searched& searched() const { return searched_; }
 
  private:
+  /// `hull`, by all threads.
+  Box hull_of(Refs refs) {
+    constexpr std::size_t part = 1 << 14;
+    std::vector<Box> boxes((refs.size() + part - 1) / part);
+    tasks_.in_parts(0, boxes.size(), 1, [=, &boxes](std::size_t first, std::size_t end) {
+      for (std::size_t i = first; i < end; ++i)
+        boxes[i] = hull(refs.subspan(i * part, std::min(part, refs.size() - i * part)));
+    });
+    Bounds all;
+    for (const Box& box : boxes) all.grow(Bounds(box));
+    return all.box();
+  }
+
   const P& prims_;
   const Settings& settings_;
   Progress& progress_;

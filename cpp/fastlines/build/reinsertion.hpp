@@ -19,8 +19,8 @@
 #include <array>
 #include <span>
 
+#include "../threads/chunks.hpp"
 #include "../tree/tree.hpp"
-#include "chunks.hpp"
 
 namespace fastlines {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <optional>
 
+#include "../threads/progress.hpp"
 #include "plane_pairs.hpp"
-#include "progress.hpp"
 #include "settings.hpp"
 
 namespace fastlines {

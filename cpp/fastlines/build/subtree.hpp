@@ -4,9 +4,9 @@
 #include <exception>
 #include <optional>
 
+#include "../threads/tasks.hpp"
 #include "../tree/tree.hpp"
 #include "search.hpp"
-#include "tasks.hpp"
 
 namespace fastlines {
 
@@ -138,7 +138,8 @@ class Subtree {
       few.assign(left);
       left = std::move(few);
     }
-    if ((!Curves<P> || estimates(settings_.splits)) && settings_.boxes == BoxRule::tight) {
+    if (split->kind == Candidate::Kind::plane && (!Curves<P> || estimates(settings_.splits)) &&
+        settings_.boxes == BoxRule::tight) {
       // What was counted plane by plane may be off by some roundings, or a sample's.
       split->left = hull(left);
       split->right = hull(right);
@@ -180,35 +181,26 @@ class Subtree {
     auto& [left, right] = levels_[in_left.depth - 1];
     std::optional<Subtree> beside;
     double cost_left, cost_right;
-    const auto stop = [&] {
-      tasks_.note(std::current_exception());
-      progress_.cancel.store(true);
-    };
-    Tasks::Task task([&] {
+    const auto or_stop = [&](auto&& build) {
       try {
-        beside.emplace(prims_, settings_, progress_, tasks_, margin_);
-        cost_right = beside->build(std::move(right), split.right, in_right);
+        build();
       } catch (...) {
-        stop();
+        tasks_.note(std::current_exception());
+        progress_.cancel.store(true);
         throw;
       }
-    });
-    tasks_.fork(task);
-    try {
-      cost_left = build_node(left, split.left, in_left);
-    } catch (...) {
-      stop();
-      try {
-        if (!tasks_.take_back(task)) tasks_.join(task);
-      } catch (...) {
-      }
-      throw;
-    }
-    if (tasks_.take_back(task)) {
+    };
+    const bool both = tasks_.side_by_side([&] { or_stop([&] { cost_left = build_node(left, split.left, in_left); }); },
+                                          [&] {
+                                            or_stop([&] {
+                                              beside.emplace(prims_, settings_, progress_, tasks_, margin_);
+                                              cost_right = beside->build(std::move(right), split.right, in_right);
+                                            });
+                                          });
+    if (!both) {
       tree.nodes[index].right = std::uint32_t(tree.nodes.size());
       return {cost_left, build_node(right, split.right, in_right)};
     }
-    tasks_.join(task);
     tree.nodes[index].right = std::uint32_t(tree.nodes.size());
     append(tree, beside->tree);
     n_empty_ += beside->n_empty_;

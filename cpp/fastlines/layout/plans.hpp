@@ -15,8 +15,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "../build/chunks.hpp"
 #include "../memory/buffer.hpp"
+#include "../threads/chunks.hpp"
 #include "../tree/parts.hpp"
 #include "joined.hpp"
 

@@ -2,7 +2,7 @@
 // of threads can not be seen in it.
 #pragma once
 
-#include "../build/chunks.hpp"
+#include "../threads/chunks.hpp"
 #include "search.hpp"
 
 namespace fastlines {

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "../build/progress.hpp"
+#include "../threads/tasks.hpp"
 #include "cut.hpp"
 
 namespace fastlines {
@@ -16,11 +16,24 @@ struct Presplit {
   std::size_t max_refs = std::size_t(-1);                 ///< there are no more pieces
 };
 
+/// One reference to each whole primitive.
+template <Primitives P>
+Buffer<BuildRef> whole_references(const P& prims, Tasks& tasks) {
+  Buffer<BuildRef> refs;
+  BuildRef* const data = refs.make_room(prims.size());
+  tasks.in_parts(0, prims.size(), 1 << 14, [&prims, data](std::size_t first, std::size_t end) {
+    for (std::size_t prim = first; prim < end; ++prim)
+      data[prim] = {{std::uint32_t(prim)}, prims.bounds(std::uint32_t(prim))};
+  });
+  refs.keep(prims.size());
+  return refs;
+}
+
 /// What a build begins with. Where max_refs ends the cutting before an area that was asked for, n_refused grows.
 template <Primitives P>
-Buffer<BuildRef> first_references(const P& prims, const Presplit& presplit, Progress& progress,
+Buffer<BuildRef> first_references(const P& prims, const Presplit& presplit, Tasks& tasks, Progress& progress,
                                   std::size_t& n_refused) {
-  Buffer<BuildRef> whole = whole_references(prims);
+  Buffer<BuildRef> whole = whole_references(prims, tasks);
   if constexpr (Curves<P>) {
     const double bound = presplit.area * bounds_of_all(prims).area();
     if (!(bound < std::numeric_limits<double>::infinity())) return whole;

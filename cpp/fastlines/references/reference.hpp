@@ -26,15 +26,4 @@ struct BuildRef {
   double centre(int axis) const { return double(box.lo[axis]) + double(box.hi[axis]); }
 };
 
-/// One reference to each whole primitive.
-template <Primitives P>
-Buffer<BuildRef> whole_references(const P& prims) {
-  Buffer<BuildRef> refs;
-  BuildRef* const data = refs.make_room(prims.size());
-  for (std::size_t prim = 0; prim < prims.size(); ++prim)
-    data[prim] = {{std::uint32_t(prim)}, prims.bounds(std::uint32_t(prim))};
-  refs.keep(prims.size());
-  return refs;
-}
-
 }  // namespace fastlines

@@ -20,26 +20,6 @@ namespace fastlines {
 
 class Tasks {
  public:
-  /// Something to do. It stays where it is until it has been joined.
-  class Task {
-   public:
-    explicit Task(std::function<void()> work) : work_(std::move(work)) {}
-
-   private:
-    friend class Tasks;
-    void run() {
-      try {
-        work_();
-      } catch (...) {
-        error_ = std::current_exception();
-      }
-      done_.store(true, std::memory_order_release);
-    }
-    std::function<void()> work_;
-    std::exception_ptr error_;
-    std::atomic<bool> done_{false};
-  };
-
   explicit Tasks(unsigned n_threads) {
     if (n_threads > 1) threads_ = start_crew(n_threads - 1, [this] { serve(); });
   }
@@ -74,6 +54,56 @@ class Tasks {
     if (error_) std::rethrow_exception(error_);
   }
 
+  /// Do `mine`, while somebody may take `theirs`. Returns whether that is done too; else it is still to be done. Both
+  /// are over before what either throws is thrown on.
+  template <class Mine, class Theirs>
+  bool side_by_side(Mine&& mine, Theirs&& theirs) {
+    Task task(theirs);
+    fork(task);
+    try {
+      mine();
+    } catch (...) {
+      try {
+        if (!take_back(task)) join(task);
+      } catch (...) {
+      }
+      throw;
+    }
+    if (take_back(task)) return false;
+    join(task);
+    return true;
+  }
+
+  /// Call work(first, end) for parts of [first, end), none much smaller than `least`.
+  template <class Work>
+  void in_parts(std::size_t first, std::size_t end, std::size_t least, Work&& work) {
+    if (!shared() || end - first < 2 * least) return work(first, end);
+    const std::size_t middle = first + (end - first) / 2;
+    const auto rest = [&] { in_parts(middle, end, least, work); };
+    if (!side_by_side([&] { in_parts(first, middle, least, work); }, rest)) rest();
+  }
+
+ private:
+  /// Something to do. It stays where it is until it has been joined.
+  class Task {
+   public:
+    explicit Task(std::function<void()> work) : work_(std::move(work)) {}
+
+   private:
+    friend class Tasks;
+    void run() {
+      try {
+        work_();
+      } catch (...) {
+        error_ = std::current_exception();
+      }
+      done_.store(true, std::memory_order_release);
+    }
+    std::function<void()> work_;
+    std::exception_ptr error_;
+    std::atomic<bool> done_{false};
+  };
+
   void fork(Task& task) {
     {
       const std::lock_guard lock(mutex_);
@@ -103,7 +133,6 @@ class Tasks {
     if (task.error_) std::rethrow_exception(task.error_);
   }
 
- private:
   /// The oldest is the largest.
   void run_oldest(std::unique_lock<std::mutex>& lock) {
     Task& task = *waiting_.front();

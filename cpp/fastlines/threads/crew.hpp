@@ -10,7 +10,29 @@
 #include <thread>
 #include <vector>
 
+#ifdef __linux__
+#include <pthread.h>
+#include <sched.h>
+#endif
+
 namespace fastlines {
+
+/// Let a thread that has just been started run on another core than this one, which has work to do: the system may put
+/// it here all the same, to wait for milliseconds until it looks whether other cores are idle. From then on it may run
+/// anywhere. These are hints: if they are refused, nothing is lost.
+inline void send_elsewhere([[maybe_unused]] std::thread& thread) {
+#ifdef __linux__
+  const int here = sched_getcpu();
+  cpu_set_t anywhere;
+  if (here < 0 || here >= CPU_SETSIZE || pthread_getaffinity_np(pthread_self(), sizeof anywhere, &anywhere) != 0)
+    return;
+  cpu_set_t elsewhere = anywhere;
+  CPU_CLR(here, &elsewhere);
+  if (CPU_COUNT(&elsewhere) == 0) return;
+  pthread_setaffinity_np(thread.native_handle(), sizeof elsewhere, &elsewhere);
+  pthread_setaffinity_np(thread.native_handle(), sizeof anywhere, &anywhere);
+#endif
+}
 
 /// What threads wait at until it is known how many of them work.
 struct Gate {
@@ -43,7 +65,7 @@ std::vector<std::thread> start_crew(std::size_t n, Run run) {
   crew.reserve(n);
   std::size_t n_kept = n;
   try {
-    for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t i = 0; i < n; ++i) {
       crew.emplace_back([=] {
         gate->n_kept.wait(Gate::kUnknown);
         const std::size_t n_workers = gate->n_kept;
@@ -57,6 +79,8 @@ std::vector<std::thread> start_crew(std::size_t n, Run run) {
         }
         run();
       });
+      send_elsewhere(crew.back());
+    }
   } catch (const std::exception&) {
     gate->n_missing = n_kept = crew.size() / 2;
   }
