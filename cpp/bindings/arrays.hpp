@@ -42,7 +42,7 @@ Output<Scalar> adopt(Vector&& from) {
   auto kept = std::make_unique<Vector>(std::move(from));
   nanobind::capsule owner(kept.get(), [](void* vector) noexcept { delete static_cast<Vector*>(vector); });
   Vector& rows = *kept.release();
-  if (rows.data()) Memory::shrink(rows.data(), rows.size() * sizeof(Row));
+  Memory::let_go(rows.data() + rows.size(), rows.data() + rows.capacity());
   const std::size_t shape[] = {rows.size(), sizeof(Row) / sizeof(Scalar)};
   return Output<Scalar>(reinterpret_cast<Scalar*>(rows.data()), sizeof(Row) == sizeof(Scalar) ? 1 : 2, shape, owner);
 }

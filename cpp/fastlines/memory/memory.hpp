@@ -34,16 +34,13 @@ class Memory {
     return begin + kBlock;
   }
 
-  /// Keep the first bytes of a block; the system may have the pages of the rest, which stay addresses of the block.
-  static void shrink(void* data, std::size_t n_bytes) noexcept {
+  /// Let the system have the pages between these places, which are of no more use; they stay part of the block.
+  static void let_go(void* begin, void* end) noexcept {
 #ifdef __linux__
     constexpr std::size_t page = 1 << 12, worth_it = 1 << 20;
-    std::size_t& size = size_of(data);
-    const auto begin = reinterpret_cast<std::uintptr_t>(data), from = (begin + n_bytes + page - 1) / page * page,
-               to = (begin + size) / page * page;
-    if (to < from + worth_it) return;
-    madvise(reinterpret_cast<void*>(from), to - from, MADV_DONTNEED);
-    size = from - begin;
+    const auto from = (reinterpret_cast<std::uintptr_t>(begin) + page - 1) / page * page,
+               to = reinterpret_cast<std::uintptr_t>(end) / page * page;
+    if (to > from && to - from >= worth_it) madvise(reinterpret_cast<void*>(from), to - from, MADV_DONTNEED);
 #endif
   }
 
@@ -55,7 +52,7 @@ class Memory {
   static constexpr std::size_t kBlock = 128, kHuge = std::size_t(1) << 21;
 
   static std::byte* begin_of(void* data) { return static_cast<std::byte*>(data) - kBlock; }
-  static std::size_t& size_of(void* data) { return *std::launder(reinterpret_cast<std::size_t*>(begin_of(data))); }
+  static std::size_t size_of(void* data) { return *std::launder(reinterpret_cast<std::size_t*>(begin_of(data))); }
 
   /// What was released last: to touch memory of the system's for the first time takes longer than to write an answer
   /// to it, so the next answer takes that of an earlier one. Nobody waits for it: a process that was forked while it
