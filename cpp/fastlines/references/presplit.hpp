@@ -35,8 +35,8 @@ Buffer<BuildRef> first_references(const P& prims, const Presplit& presplit, Task
                                   std::size_t& n_refused) {
   Buffer<BuildRef> whole = whole_references(prims, tasks);
   if constexpr (Curves<P>) {
+    if (presplit.area == std::numeric_limits<double>::infinity()) return whole;
     const double bound = presplit.area * bounds_of_all(prims).area();
-    if (!(bound < std::numeric_limits<double>::infinity())) return whole;
     std::vector<BuildRef> refs(whole.begin(), whole.end());
 
     // The largest first; of the same size, the first.
