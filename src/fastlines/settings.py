@@ -313,7 +313,7 @@ def best_settings(
     settings = Settings(splits=(octets,), boxes=boxes, bad_levels=3, cost=cost)
     if effort >= 0.75:
         return settings
-    return replace(settings, bad_refs=int(min(5 * cost.c_trav / cost.c_prim, REF_LIMIT)))
+    return replace(settings, bad_refs=int(min(8 * cost.c_trav / cost.c_prim, REF_LIMIT)))
 
 
 #: The best builder, and the five trees of the thesis (§5).

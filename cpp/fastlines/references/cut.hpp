@@ -20,17 +20,16 @@ inline Side side_of(const Box& box, int axis, float plane) {
   return Side(on_right << 1 | (behind ^ 1));
 }
 
-/// Cut the piece of a curve that straddles the plane x[axis] = plane into its left and its right part. Both parts store
-/// the same s, so the pieces tile; neither box leaves the box of the whole.
+/// Cut the piece of a curve that straddles the plane x[axis] = plane into its left and its right part: both are the
+/// whole before. Both store the same s, so the pieces tile; neither box leaves the box of the whole.
 template <Curve C>
-std::pair<BuildRef, BuildRef> cut_curve(const C& curve, const BuildRef& whole, int axis, float plane) {
-  BuildRef left = whole, right = whole;
-  const float s = std::clamp(curve.crossing(axis, plane), whole.ref.s0, std::min(whole.ref.s1, 1.0f));
+void cut_curve(const C& curve, int axis, float plane, BuildRef& left, BuildRef& right) {
+  const float s = std::clamp(curve.crossing(axis, plane), left.ref.s0, std::min(left.ref.s1, 1.0f));
   const Vec3 at = curve.point(s);
   const bool rises = curve.ascends(axis);
   (rises ? left : right).ref.s1 = (rises ? right : left).ref.s0 = s;
   for (int k = 0; k < 3; ++k) {
-    const float lo = whole.box.lo[k], hi = whole.box.hi[k], x = std::min(std::max(at[k], lo), hi);
+    const float lo = left.box.lo[k], hi = left.box.hi[k], x = std::min(std::max(at[k], lo), hi);
     const bool along = curve.ascends(k) == rises;  // the left part is the one before
     left.box.lo[k] = along ? lo : x;
     left.box.hi[k] = along ? x : hi;
@@ -38,23 +37,20 @@ std::pair<BuildRef, BuildRef> cut_curve(const C& curve, const BuildRef& whole, i
     right.box.hi[k] = along ? hi : x;
   }
   left.box.hi[axis] = right.box.lo[axis] = plane;
-  return {left, right};
 }
 
-/// Cut any reference that straddles a plane. A primitive that is no curve is asked for its clipped bounds; where it
-/// knows no better, the part fills its half of the box.
+/// Cut any reference that straddles a plane, of which there are two copies, into its two parts. A primitive that is no
+/// curve is asked for its clipped bounds; where it knows no better, the part fills its half of the box.
 template <Primitives P>
-std::pair<BuildRef, BuildRef> cut(const P& prims, const BuildRef& whole, int axis, float plane) {
+void cut(const P& prims, int axis, float plane, BuildRef& left, BuildRef& right) {
   if constexpr (Curves<P>) {
-    return cut_curve(prims.curve(whole.ref.prim), whole, axis, plane);
+    cut_curve(prims.curve(left.ref.prim), axis, plane, left, right);
   } else {
-    BuildRef left = whole, right = whole;
     left.box.hi[axis] = right.box.lo[axis] = plane;
     for (BuildRef* part : {&left, &right}) {
       const Box clipped = prims.clipped_bounds(part->ref.prim, part->box);
       if (!clipped.is_empty()) part->box = clipped;
     }
-    return {left, right};
   }
 }
 
@@ -86,9 +82,9 @@ void grow_bins(const P& prims, const BuildRef& whole, int axis, std::span<const 
   } else {
     BuildRef rest = whole;
     for (std::size_t i = 0; i < planes.size(); ++i) {
-      const auto [left, right] = cut(prims, rest, axis, planes[i]);
+      BuildRef left = rest;
+      cut(prims, axis, planes[i], left, rest);
       bins[i].grow(left.box);
-      rest = right;
     }
     bins[planes.size()].grow(rest.box);
   }

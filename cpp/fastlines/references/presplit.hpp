@@ -64,9 +64,9 @@ Buffer<BuildRef> first_references(const P& prims, const Presplit& presplit, Task
       const int axis = refs[i].box.longest_axis();
       const float plane = float(0.5 * (double(refs[i].box.lo[axis]) + double(refs[i].box.hi[axis])));
       if (side_of(refs[i].box, axis, plane) != Side::both) continue;  // too thin for floats to divide
-      const auto [left, right] = cut(prims, refs[i], axis, plane);
-      refs[i] = left;
-      refs.push_back(right);
+      BuildRef rest = refs[i];
+      cut(prims, axis, plane, refs[i], rest);
+      refs.push_back(rest);
       for (const std::size_t part : {i, refs.size() - 1})
         if (list(part)) std::push_heap(large.begin(), large.end(), before);
     }

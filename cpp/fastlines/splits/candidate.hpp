@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cassert>
 #include <span>
-#include <tuple>
 #include <vector>
 
 #include "../primitives/segments.hpp"
@@ -108,7 +107,7 @@ void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRe
     for (std::size_t i = 0; i < n_both; ++i) {
       if (i + 8 < n_both) fetch(prims, left[places[i + 8].left].ref.prim);
       const auto [on_left, on_right] = places[i];
-      std::tie(left[on_left], right[on_right]) = cut(prims, left[on_left], split.axis, split.plane);
+      cut(prims, split.axis, split.plane, left[on_left], right[on_right]);
     }
     if (straddlers.capacity() > kMostKept) straddlers = {};
   }
@@ -138,7 +137,8 @@ Candidate evaluate_plane(const P& prims, Refs refs, const Box& box, BoxRule rule
         add_right(ref.box);
         break;
       case Side::both: {
-        const auto [l, r] = cut(prims, ref, axis, plane);
+        BuildRef l = ref, r = ref;
+        cut(prims, axis, plane, l, r);
         add_left(l.box);
         add_right(r.box);
       }

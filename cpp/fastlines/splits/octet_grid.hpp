@@ -23,7 +23,8 @@ class OctetGrid {
  public:
   /// Lanes without a plane have one at ∞.
   void place(const Box& box, int n_planes, BoxRule rule) {
-    n_ = std::size_t(n_planes + 7) / 8;
+    n_planes_ = std::size_t(n_planes);
+    n_ = (n_planes_ + 7) / 8;
     planes_.resize(3 * n_);
     for_each_axis([&]<int axis>(Planes* planes, Bounds*) {
       const float lo = box.lo[axis], step = float(box.side(axis) / (n_planes + 1));
@@ -31,7 +32,9 @@ class OctetGrid {
       for (std::size_t i = 0; i < n_; ++i, number += 8.0f)
         planes[i].begin(number <= float(n_planes) ? lo + number * step : eight(kInf));
     });
-    if (rule == BoxRule::tight) bins_.assign(3 * (8 * n_ + 1), Bounds{});
+    if (rule != BoxRule::tight) return;
+    for (Planes& planes : planes_) planes.begin_crossings();
+    bins_.assign(3 * (8 * n_ + 1), Bounds{});
   }
 
   /// As `side_of` has it.
@@ -152,6 +155,8 @@ class OctetGrid {
     [[gnu::always_inline]] void begin(const Octet& planes) {
       at = planes;
       n_left = n_right = IntOctet{};
+    }
+    [[gnu::always_inline]] void begin_crossings() {
       lo[0] = lo[1] = eight(kInf);
       hi[0] = hi[1] = eight(-kInf);
     }
@@ -172,23 +177,29 @@ class OctetGrid {
   bool show_cheapest_halves(Candidate::Kind kind, const Box& box, float scale, float grown, Visitor&& visitor) {
     bool shown = false;
     for_each_axis([&]<int axis>(const Planes* of_axis, const Bounds*) __attribute__((always_inline)) {
+      // Lanes without a plane weigh no number. Of a box that is thin for floats, planes may lie in its sides.
+      const bool inside = of_axis[0].at[0] > box.lo[axis] && last_of(of_axis) < box.hi[axis];
       Octet least = eight(kInf);
       IntOctet number{};
       for (std::size_t i = 0; i < n_; ++i) {
         const Planes& planes = of_axis[i];
         const Octet weighed = weigh_halves<axis>(planes, box, scale, grown);
-        const IntOctet less = (planes.at > box.lo[axis]) & (planes.at < box.hi[axis]) & (weighed < least);
+        IntOctet less = weighed < least;
+        if (!inside) less &= (planes.at > box.lo[axis]) & (planes.at < box.hi[axis]);
         least = less ? weighed : least;
         number = less ? IntOctet{} + std::int32_t(i) : number;
       }
       std::size_t lane = least_of(least);
       if (!(least[lane] < kInf)) return;
-      for (std::size_t other = lane + 1; other < 8; ++other)
-        if (least[other] == least[lane] && number[other] < number[lane]) lane = other;
+      for (unsigned others = bits_of(least == least[lane]) >> lane >> 1 << lane << 1; others; others &= others - 1) {
+        const auto other = std::size_t(std::countr_zero(others));
+        if (number[other] < number[lane]) lane = other;
+      }
       const Planes& planes = of_axis[number[lane]];
-      const auto [left, right] = halves(box, axis, planes.at[lane]);
-      visitor(Candidate{kind, axis, planes.at[lane], std::size_t(planes.n_left[lane]),
-                        std::size_t(planes.n_right[lane]), left, right});
+      const float at = planes.at[lane];
+      Candidate split{kind, axis, at, std::size_t(planes.n_left[lane]), std::size_t(planes.n_right[lane]), box, box};
+      split.left.hi[axis] = split.right.lo[axis] = at;
+      visitor(split);
       shown = true;
     });
     return shown;
@@ -248,11 +259,14 @@ class OctetGrid {
   template <int axis>
   [[gnu::always_inline]] static Octet weigh_halves(const Planes& planes, const Box& box, float scale, float grown) {
     const float x = float(box.side((axis + 1) % 3)) * scale + grown,
-                y = float(box.side((axis + 2) % 3)) * scale + grown;
-    const auto half_area = [&](const Octet& z) __attribute__((always_inline)) { return x * y + (x + y) * (z + grown); };
-    return half_area((planes.at - box.lo[axis]) * scale) * __builtin_convertvector(planes.n_left, Octet) +
-           half_area((box.hi[axis] - planes.at) * scale) * __builtin_convertvector(planes.n_right, Octet);
+                y = float(box.side((axis + 2) % 3)) * scale + grown, flat = x * y + (x + y) * grown,
+                per_length = (x + y) * scale;
+    return (flat + per_length * (planes.at - box.lo[axis])) * __builtin_convertvector(planes.n_left, Octet) +
+           (flat + per_length * (box.hi[axis] - planes.at)) * __builtin_convertvector(planes.n_right, Octet);
   }
+
+  /// The last plane across an axis.
+  float last_of(const Planes* of_axis) const { return of_axis[(n_planes_ - 1) / 8].at[(n_planes_ - 1) % 8]; }
 
   template <class Use>
   [[gnu::always_inline]] void for_each_axis(Use&& use) {
@@ -262,7 +276,7 @@ class OctetGrid {
     use.template operator()<2>(planes_.data() + 2 * n_, bins_.data() + 2 * n_bins);
   }
 
-  std::size_t n_;  // octets an axis
+  std::size_t n_planes_, n_;  // planes and octets an axis
   std::vector<Planes> planes_;
   std::vector<Bounds> bins_, after_;
 };
