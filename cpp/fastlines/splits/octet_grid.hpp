@@ -191,7 +191,7 @@ class OctetGrid {
       }
       std::size_t lane = least_of(least);
       if (!(least[lane] < kInf)) return;
-      for (unsigned others = bits_of(least == least[lane]) >> lane >> 1 << lane << 1; others; others &= others - 1) {
+      for (unsigned others = bits_of(least == least[lane]) & (~1u << lane); others; others &= others - 1) {
         const auto other = std::size_t(std::countr_zero(others));
         if (number[other] < number[lane]) lane = other;
       }
