@@ -196,3 +196,33 @@ def test_the_bounds_of_a_search_are_far_above_one_step():
     assert th.best_split(prims, box, th.planes_at(planes, th.tight), 1, 2.0, 1.0)[0] == 200
     assert th.at_least_cut(prims, box, 1) > 100
     assert th.at_least(prims, box, planes, prims[:8], 1) > 100
+
+
+@pytest.mark.parametrize("n_planes", [1, 3, 4])
+@pytest.mark.parametrize("name", SCENE_NAMES)
+def test_no_search_below_a_split_finds_less_than_pairs_of_planes_say(name, n_planes):
+    prims = th.segments(scene(name, 11, 10))
+    box = th.hull(prims)
+    grid = partial(th.plane_grid, n_planes=n_planes, rule=th.cut)
+    for axis, (side, lo) in enumerate(zip(box.sides(), box.lo, strict=True)):
+        for i in range(1, n_planes + 1):
+            plane = th.f32(lo + side * i / (n_planes + 1))
+            for children in th.at_plane(prims, box, axis, plane, th.cut):
+                for lookahead, c_trav in itertools.product((1, 2) if n_planes < 4 else (1,), (0.1, 1.0)):
+                    least = th.at_least_of_pairs(prims, box, axis, plane, n_planes, lookahead, c_trav)
+                    for (part, half), bound in zip(children, least, strict=True):
+                        assert bound <= th.best_split(part, half, grid, lookahead, c_trav, 1.0)[0] * (1 + 1e-6)
+
+
+def test_pairs_of_planes_say_nearly_what_a_search_finds():
+    prims = th.segments(fl.scenes.make("spaghetti", 150).lines.segments)
+    box = th.hull(prims)
+    grid = partial(th.plane_grid, n_planes=5, rule=th.cut)
+    shares = []
+    for axis, i in itertools.product(range(3), range(1, 6)):
+        plane = th.f32(box.lo[axis] + box.sides()[axis] * i / 6)
+        ((left, low), _) = next(th.at_plane(prims, box, axis, plane, th.cut))
+        least, _ = th.at_least_of_pairs(prims, box, axis, plane, 5, 1, 0.1)
+        shares.append(least / th.best_split(left, low, grid, 1, 0.1, 1.0)[0])
+    assert min(shares) > 0.7
+    assert max(shares) <= 1 + 1e-6

@@ -14,7 +14,7 @@ thesis                  here
 §4.1 SPLITS             a generator over (prims, box): `object_sweep`, `plane_grid`, `plane_events`, `median`,
                         `middle`, a `union` of them, or your own; with box rule `tight` (BVH) or `cut` (KD)
 §6.6 open questions     optimal trees: `optimum`, `grid_optimum`; theorems: `prune`, `lower_bound`, `gain`,
-                        `at_least`, `at_least_cut`; their proofs are in docs/theory.md
+                        `at_least`, `at_least_cut`, `at_least_of_pairs`; their proofs are in docs/theory.md
 ======================  =====================================================================================
 
 The diagonals of a cube in a KD tree, whose planes cut boxes in the middle. SAH sees no gain and makes a leaf:
@@ -37,6 +37,7 @@ from .lattice import grid_optimum
 from .least import at_least, at_least_cut, gain
 from .node import Node, chance, f, g
 from .oracle import even_planes, optimum, partitions, planes_at
+from .pairs import at_least_of_pairs
 from .primitive import Block, Primitive, Prims, Segment, hull, segments
 from .splits import (
     BoxRule,
@@ -70,6 +71,7 @@ __all__ = [
     "Splits",
     "at_least",
     "at_least_cut",
+    "at_least_of_pairs",
     "at_object",
     "at_plane",
     "best_split",
