@@ -93,10 +93,12 @@ def test_build_takes_costs_and_limits():
     text = done("build", "scene:spaghetti:500", "-m", "bvh-cl", "--max-depth", 1, "-o", "a.flt")
     assert re.search(r"max_depth kept \d nodes from a split", text)
     assert "max_depth kept" in done("info", "a.flt")
-    freely, kept = (
-        json.loads(done("build", "scene:spaghetti:5000", "--json", *more)) for more in ((), ("--max-bytes", 7_000_000))
+    freely, *kept = (
+        json.loads(done("build", "scene:spaghetti:5000", "--json", *more))
+        for more in ((), *(("--max-bytes", size) for size in (7_000_000, "7e6", "7MB", "7000k", "6.67572 MiB")))
     )
-    assert freely["n_refs"] > 77_500 > kept["n_refs"]  # 7 MB less 160 bytes a segment, at 80 a reference
+    assert freely["n_refs"] > 77_500 > kept[0]["n_refs"]  # 7 MB less 160 bytes a segment, at 80 a reference
+    assert {tree["n_refs"] for tree in kept} == {kept[0]["n_refs"]}
     text = done("build", "scene:spaghetti:500", "-m", "bvh-cl", "--max-leaf-refs", 4)
     assert re.search(r"; max_leaf_refs forced \d+ splits\n", text)
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from .app import app
-from .options import Input, Json, Method, Skip
+from .options import Input, Json, Method, Skip, n_bytes
 
 
 @app.command(short_help="Build a tree and keep it in a file.")
@@ -39,9 +39,12 @@ def build(
         int | None, typer.Option("--max-refs", help="The tree has no more references.", show_default=False)
     ] = None,
     max_bytes: Annotated[
-        int | None,
+        str | None,
         typer.Option(
-            "--max-bytes", help="The build of best takes no more memory beside its input.", show_default=False
+            "--max-bytes",
+            metavar="SIZE",
+            help="The build of best takes no more memory beside its input: bytes, or 500MB, 4GB, 4GiB.",
+            show_default=False,
         ),
     ] = None,
     max_leaf_refs: Annotated[
@@ -74,7 +77,8 @@ def build(
     check_output(output, TREE)
     settings = method_settings(method)
     costs = {name: value for name, value in (("c_trav", c_trav), ("c_prim", c_prim)) if value is not None}
-    bounds = {"max_depth": max_depth, "max_refs": max_refs, "max_bytes": max_bytes, "max_leaf_refs": max_leaf_refs}
+    memory = None if max_bytes is None else n_bytes(max_bytes, "--max-bytes")
+    bounds = {"max_depth": max_depth, "max_refs": max_refs, "max_bytes": memory, "max_leaf_refs": max_leaf_refs}
     given: dict[str, Any] = {name: value for name, value in bounds.items() if value is not None}
     opened = open_lines(source, skip_invalid)
     start = time.perf_counter()

@@ -130,3 +130,25 @@ def size(text: str, name: str) -> tuple[int, int]:
         return int(width), int(height)
     except ValueError:
         raise InputError(f"{name} {text!r} is not a width and a height, such as 640x480") from None
+
+
+def n_bytes(text: str, name: str) -> int:
+    """Read an amount of memory, such as 4000000000, 4e9, 4GB or 4GiB."""
+    number = text.strip().lower().removesuffix("b")
+    factor = 1.0
+    for unit, of in (
+        ("k", 1e3),
+        ("m", 1e6),
+        ("g", 1e9),
+        ("t", 1e12),
+        ("ki", 2.0**10),
+        ("mi", 2.0**20),
+        ("gi", 2.0**30),
+        ("ti", 2.0**40),
+    ):
+        if number.endswith(unit):
+            number, factor = number.removesuffix(unit), of
+    try:
+        return int(float(number) * factor)
+    except (ValueError, OverflowError):
+        raise InputError(f"{name} {text!r} is no amount of memory: expected bytes, or 500MB, 4GB, 4GiB") from None
