@@ -89,3 +89,11 @@ def test_overlap_is_kept_in_files(tmp_path: Any) -> None:
     tree = fl.build(scene("crossing", 1, 30), splits=(SWEEP, fl.PlaneGrid(3, min_overlap=0.25)))
     tree.save(tmp_path / "a.flt")
     assert fl.load(tmp_path / "a.flt").settings == tree.settings
+
+
+@pytest.mark.parametrize("method", fl.METHODS)
+def test_bounds_do_not_change_the_name_of_a_tree(method: str) -> None:
+    ends = scene("crossing", 1, 30)
+    assert fl.build(ends, method, limits=fl.Limits(max_refs=100, max_bytes=10**8)).method == method
+    assert fl.build(ends, method, limits=fl.Limits(max_depth=5)).method == "custom"
+    assert fl.build(ends, method, radius_hint=0.01).method == "custom"

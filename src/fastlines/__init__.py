@@ -14,7 +14,7 @@ from . import analytic, scenes, theory
 from .builder import build
 from .camera import Camera
 from .engines import available_simd, set_simd, simd
-from .errors import FastlinesError, FileFormatError, InputError, InvalidTreeError, MissingExtraError
+from .errors import FastlinesError, FileFormatError, InputError, InvalidTreeError, MissingExtraError, PrecisionWarning
 from .geometry import Lines
 from .hits import AllHits, FirstHits
 from .io import read
@@ -48,6 +48,7 @@ __all__ = [
     "PlaneEvents",
     "PlaneGrid",
     "PlaneOctets",
+    "PrecisionWarning",
     "Presplit",
     "RebuildRule",
     "Settings",

@@ -161,7 +161,8 @@ def build(
             f"{settings.presplit} asks for {first_refs(len(geometry), settings)} references, max_refs allows "
             f"{limits.refs_for(len(geometry), settings.boxes)}; ask for fewer or allow more"
         )
-    name = "custom" if given or method is None else method
+    bounded = replace(base, limits=replace(base.limits, max_refs=limits.max_refs, max_bytes=limits.max_bytes))
+    name = method if method is not None and settings == bounded and given.keys() <= {"limits"} else "custom"
     with reporting(progress, "build") as callback:
         if settings.presplit == Presplit():
             return _cheapest_presplit(geometry, settings, name, callback)

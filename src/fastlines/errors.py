@@ -1,4 +1,4 @@
-"""The errors that fastlines raises: each says what was given, what was expected and what to do."""
+"""The errors that fastlines raises, and its warning: each says what was given, what was expected and what to do."""
 
 from __future__ import annotations
 
@@ -20,6 +20,10 @@ class MissingExtraError(FastlinesError, ImportError):
 
     def __init__(self, what: str, extra: str) -> None:
         super().__init__(f"{what} needs an optional dependency: run  pip install 'fastlines[{extra}]'")
+
+
+class PrecisionWarning(UserWarning):
+    """Coordinates that float32 can not tell apart as their scene needs it."""
 
 
 class InvalidTreeError(FastlinesError):

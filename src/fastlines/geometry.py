@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
@@ -11,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .checks import choice
-from .errors import InputError
+from .errors import InputError, PrecisionWarning
 
 FloatArray: TypeAlias = npt.NDArray[np.float32]
 IntArray: TypeAlias = npt.NDArray[np.int64]
@@ -20,6 +21,9 @@ IntArray: TypeAlias = npt.NDArray[np.int64]
 INVALID = ("error", "skip")
 
 FLOAT32_MAX = float(np.finfo(np.float32).max)
+
+#: What float32 may take from a coordinate before it is worth a warning, in parts of the scene's longest side.
+COARSE = 2.0**-18
 
 #: Coordinates beyond this would overflow when squared in the arithmetic of the builders.
 COORDINATE_LIMIT = 1e30
@@ -173,6 +177,7 @@ class Lines:
             array = array.reshape(0, 2, 3)
         if array.ndim != 3 or array.shape[1:] != (2, 3):
             raise InputError(f"segments have shape {array.shape}; {expected}")
+        warn_of_rounding(segments, array)
         n_given = len(array)
         strands = to_integers(more.pop("strands", np.full(n_given, -1)), "strands")
         radius = more.pop("radius", None)
@@ -232,7 +237,8 @@ class Lines:
         invalid : {"error", "skip"}
             See `from_segments`.
         """
-        points = _points(points, "points")
+        given, points = points, _points(points, "points")
+        warn_of_rounding(given, points)
         counts = to_integers(counts, "counts")
         if counts.ndim != 1 or (counts < 0).any() or (counts > len(points)).any() or counts.sum() != len(points):
             raise InputError(
@@ -265,8 +271,11 @@ class Lines:
     @classmethod
     def from_strands(cls, strands: Iterable[npt.ArrayLike], *, invalid: str = "error") -> Lines:
         """Make lines of a sequence of polylines, each an (m, 3) array of points."""
-        parts: Sequence[FloatArray] = [_points(strand, f"strand {i}") for i, strand in enumerate(strands)]
+        given = list(strands)
+        parts: Sequence[FloatArray] = [_points(strand, f"strand {i}") for i, strand in enumerate(given)]
         points = np.concatenate(parts) if parts else np.empty((0, 3), np.float32)
+        if any(isinstance(strand, np.ndarray) and strand.dtype != np.float32 for strand in given):
+            warn_of_rounding(np.concatenate([np.reshape(strand, (-1, 3)) for strand in given]), points)
         return cls.from_points(points, [len(part) for part in parts], invalid=invalid)
 
 
@@ -306,6 +315,25 @@ def to_float32(values: npt.ArrayLike, name: str) -> FloatArray:
     if array is not given:
         array.flags.writeable = False
     return array
+
+
+def warn_of_rounding(given: object, rounded: FloatArray) -> None:
+    """Say so if the scene is so far from zero, for its size, that float32 took from its coordinates what matters."""
+    if not isinstance(given, np.ndarray) or given.dtype == np.float32 or given.size != rounded.size or not given.size:
+        return
+    points, kept = given.reshape(-1, 3), rounded.reshape(-1, 3)
+    low, high = points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
+    size, far = float((high - low).max()), float(np.maximum(-low, high).max())
+    if not far * 2.0**-24 > size * COARSE > 0 or far > FLOAT32_MAX:  # NaN is for others to tell
+        return
+    lost = float(np.abs(points - kept.astype(np.float64)).max())
+    if lost > size * COARSE:
+        warnings.warn(
+            f"coordinates of up to {far:g}, of a scene of size {size:g}, are moved by up to {lost:.2g} as float32; "
+            "subtract the middle of the scene from them, and from the origins of rays",
+            PrecisionWarning,
+            stacklevel=3,
+        )
 
 
 def to_integers(values: npt.ArrayLike, name: str) -> IntArray:

@@ -6,6 +6,7 @@ import dataclasses
 import json
 import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from . import container
 from .errors import FileFormatError, InputError, InvalidTreeError
 from .geometry import FloatArray, Lines
+from .io import FORMATS
 from .settings import Cost, Limits, Presplit, Settings
 from .splits import SplitSet
 from .structure import NODE, REF, TreeStructure
@@ -33,6 +35,8 @@ SECTIONS: dict[str, tuple[str, tuple[int, ...]]] = {
 
 def write(tree: TreeStructure, path: str | os.PathLike[str]) -> None:
     """Write a tree and its lines; see `Tree.save`."""
+    if Path(path).suffix.lower() in FORMATS:
+        raise InputError(f"{path}: {Path(path).suffix} files hold lines, this is a tree; save it as .flt")
     if not isinstance(tree.geometry, Lines):
         raise InputError(f"only trees over lines can be saved; this one is over {type(tree.geometry).__name__}")
     nodes, refs = tree.words()

@@ -119,6 +119,7 @@ class Subtree {
     const std::size_t index = tree.nodes.size(), first_ref = tree.refs.size(), n_refs = refs.size();
     const std::size_t n_empty = n_empty_;
     check_size(index, first_ref + n_refs);
+    make_room_in(tree.nodes, 1);
     tree.nodes.push_back({box, 0, std::uint32_t(first_ref), 0});
     auto [split, good, refines] = choose(refs, box, place);
     if (!split) {
@@ -215,6 +216,7 @@ class Subtree {
   double make_leaf(std::size_t index, Refs refs) {
     tree.nodes[index].right = 0;
     tree.nodes[index].n_refs = std::uint32_t(refs.size());
+    make_room_in(tree.refs, refs.size());
     for (const BuildRef& ref : refs) tree.refs.push_back(ref.ref);
     n_empty_ += refs.empty();
     return search_.cost_of_leaf(refs.size());

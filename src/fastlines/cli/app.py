@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+import warnings
 from typing import Annotated, Any
 
 import typer
@@ -37,6 +38,7 @@ class Group(TyperGroup):
     def main(self, *args: Any, **extra: Any) -> Any:
         """Run a command and leave, or return its exit code."""
         standalone = extra.pop("standalone_mode", True)
+        warnings.showwarning = warn
         try:
             code = super().main(*args, **{**extra, "standalone_mode": False}) or 0
             sys.stdout.flush()
@@ -49,6 +51,11 @@ class Group(TyperGroup):
         if standalone:
             sys.exit(code)
         return code
+
+
+def warn(message: Warning | str, *_: Any, **__: Any) -> None:
+    """Show a warning as one line."""
+    typer.echo(f"warning: {message}", err=True)
 
 
 def explain(error: BaseException) -> tuple[int, str]:
@@ -64,7 +71,7 @@ def explain(error: BaseException) -> tuple[int, str]:
     if isinstance(error, FastlinesError):
         pass
     elif isinstance(error, MemoryError):
-        text = "there is not enough memory for this; try fewer lines, rays or pixels"
+        text = "there is not enough memory for this; try fewer lines, rays or pixels, or a smaller radius"
     elif isinstance(error, OSError):
         text = ": ".join(str(part) for part in (error.filename, error.strerror or error) if part)
     elif hasattr(error, "format_message"):  # a wrong command line, from typer

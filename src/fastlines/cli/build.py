@@ -43,7 +43,7 @@ def build(
         typer.Option(
             "--max-bytes",
             metavar="SIZE",
-            help="The build of best takes no more memory beside its input: bytes, or 500MB, 4GB, 4GiB.",
+            help="The build takes no more memory beside its input (best; grids of planes): bytes, 500MB, 4GiB.",
             show_default=False,
         ),
     ] = None,

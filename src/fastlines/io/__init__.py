@@ -80,7 +80,7 @@ def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
             raise FileFormatError(f"{path}: is a tree, not a file of lines; fl.load reads it")
         raise FileFormatError(
             f"{path}: unknown extension {extension or '(none)'!r}; known: {known}, each also with .gz; "
-            "rename or convert the file"
+            "convert the file, or read it by other means and hand its points to Lines.from_strands"
         )
     source = Source(_load(path), str(path))
     if packed:
