@@ -293,13 +293,12 @@ def best_settings(
     effort = number("effort", effort, "a number from 0 (fastest) to 1 (best tree)", -math.ulp(0.0), 1.0)
     choice("boxes", boxes, ("tight", "cut"))
     if for_queries:
-        n_planes = 8 * 2 ** max(0, round(4 * effort - 2))
         if effort < 0.25:
-            octets = PlaneOctets(n_planes, 128, 64, 0.6, sample=128, max_apart=REF_LIMIT, apart=0.85)
+            octets = PlaneOctets(8, 128, 64, 0.6, sample=128, max_apart=REF_LIMIT, apart=0.85)
         elif effort < 0.75:
-            octets = PlaneOctets(n_planes, 128, 32, 0.6, sample=256, max_apart=REF_LIMIT)
+            octets = PlaneOctets(16, 128, 64, 0.6, sample=512, max_apart=REF_LIMIT)
         else:
-            octets = PlaneOctets(n_planes, 128, 32)
+            octets = PlaneOctets(16 if effort < 0.875 else 32, 128, 32)
         return Settings(
             splits=(octets,),
             bad_levels=3,
