@@ -11,7 +11,7 @@ import pytest
 
 import fastlines as fl
 from fastlines.engines import KERNELS
-from fastlines.query import QUERIES
+from fastlines.query import QUERIES, Question
 
 SEEDS = range(20)
 #: The columns of an answer that is not a plain array.
@@ -308,3 +308,14 @@ def test_hits_of_no_ray(ray: int) -> None:
     assert [hits.of(i) for i in range(3)] == [slice(i, i + 1) for i in range(3)]
     with pytest.raises(fl.InputError, match=f"ray={ray}: there are 3 rays"):
         hits.of(ray)
+
+
+def test_lists_that_do_not_fit_into_memory_say_what_to_do() -> None:
+    def full(*_: object) -> None:
+        raise MemoryError("std::bad_alloc")
+
+    box = np.array([[0, 0, 0], [1, 1, 1]], np.float32)
+    for query in ("all_hits", "count_hits"):
+        question = Question(query, np.zeros((3, 3)), [0, 0, 1], 0.5)  # type: ignore[arg-type]
+        with pytest.raises(MemoryError, match="hits of 3 rays.*count_hits" if query == "all_hits" else "bad_alloc"):
+            question.answer(box, full)
