@@ -197,7 +197,10 @@ ENDLESS = {
 def test_ctrl_c(what: str) -> None:
     before, call = ENDLESS[what]
     program = f"""
+import signal
 import numpy as np, fastlines as fl
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell starts in the background ignores it
 
 def lines(n):
     start = np.random.default_rng(0).uniform(-1, 1, (n, 1, 3)).astype(np.float32)
