@@ -41,6 +41,7 @@ HEADERS = (
 MODULES = (
     "errors",
     "checks",
+    "precision",
     "whole",
     "geometry",
     "primitives",

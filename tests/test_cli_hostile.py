@@ -116,6 +116,7 @@ def test_an_empty_array_can_be_looked_at_but_not_built():
         (("build", "scene:spaghetti", "--max-bytes", "3000"), 1, "allow 480000 or more"),
         (("build", "scene:spaghetti", "--max-bytes", "4 apples"), 1, "'4 apples' is no amount of memory"),
         (("build", "scene:spaghetti", "--max-bytes", "nan"), 1, "'nan' is no amount of memory"),
+        (("build", "scene:spaghetti", "--max-bytes", "1gmb"), 1, "'1gmb' is no amount of memory"),
         (("build", "scene:spaghetti", "--max-bytes", "-1GB"), 1, "max_bytes=-1000000000"),
         (("build", "scene:spaghetti", "--max-depth", "-3"), 1, "max_depth"),
         (("build", "scene:spaghetti", "--max-depth", "x"), 2, "--max-depth"),

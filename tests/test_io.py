@@ -113,8 +113,9 @@ def test_unknown_extension_lists_the_known_ones(load, name):
 @pytest.mark.parametrize("extension", FORMATS)
 def test_no_tree_is_saved_where_lines_would_be_looked_for(tmp_path, extension):
     tree = fastlines.build([[[0, 0, 0], [1, 1, 1]]])
-    with pytest.raises(InputError, match="hold lines, this is a tree"):
-        tree.save(tmp_path / f"a{extension}")
+    for name in (f"a{extension}", f"a{extension.upper()}.GZ"):
+        with pytest.raises(InputError, match="hold lines, this is a tree"):
+            tree.save(tmp_path / name)
     assert not list(tmp_path.iterdir())
 
 

@@ -27,6 +27,15 @@ def test_a_scene_far_from_zero_is_told_what_it_lost() -> None:
         fl.Lines.from_strands([points[:7], points[7:]])
     with pytest.warns(fl.PrecisionWarning):
         fl.Lines.from_segments((WIRES + 1e8).astype(np.int64))
+    one_axis = WIRES + np.array([0, 1e7, 0])
+    one_axis[3, 0, 0] = np.nan
+    for given in (one_axis, one_axis.tolist()):
+        with pytest.warns(fl.PrecisionWarning):
+            fl.build(given, invalid="skip")
+    with pytest.warns(fl.PrecisionWarning):
+        fl.Lines.from_strands([points[:7].tolist(), points[7:].tolist()])
+    with pytest.warns(fl.PrecisionWarning):
+        fl.build(fl.Boxes(np.sort(WIRES, axis=1) + FAR))
 
 
 @pytest.mark.parametrize(
@@ -47,9 +56,8 @@ def test_nothing_is_said_where_nothing_is_lost(segments: np.ndarray) -> None:
         assert len(fl.build(segments).geometry) == len(segments)
 
 
-def test_the_command_line_warns_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_line_warns_in_one_line(tmp_path: Path) -> None:
     np.save(tmp_path / "far.npy", WIRES + FAR)
-    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # put back what the command sets
     with warnings.catch_warnings():
         warnings.simplefilter("default")
         ended = run("info", tmp_path / "far.npy")

@@ -315,7 +315,11 @@ def test_lists_that_do_not_fit_into_memory_say_what_to_do() -> None:
         raise MemoryError("std::bad_alloc")
 
     box = np.array([[0, 0, 0], [1, 1, 1]], np.float32)
-    for query in ("all_hits", "count_hits"):
-        question = Question(query, np.zeros((3, 3)), [0, 0, 1], 0.5)  # type: ignore[arg-type]
-        with pytest.raises(MemoryError, match="hits of 3 rays.*count_hits" if query == "all_hits" else "bad_alloc"):
+    for query, k, says in (
+        ("all_hits", None, "hits of 3 rays.*next_hits.*count_hits"),
+        ("next_hits", 5, "hits of 3 rays.*a smaller k"),
+        ("count_hits", None, "bad_alloc"),
+    ):
+        question = Question(query, np.zeros((3, 3)), [0, 0, 1], 0.5, k=k)  # type: ignore[arg-type]
+        with pytest.raises(MemoryError, match=says):
             question.answer(box, full)

@@ -142,6 +142,7 @@ def test_threads_keep_to_the_cores_that_the_process_may_use() -> None:
         over.set()
         looking.join()
         assert os.sched_getaffinity(0) == may_use
+        assert frozenset(may_use) in seen
         assert all(cores <= may_use for cores in seen), seen
     """
     for cores in ("one", "all"):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
@@ -12,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .checks import choice
-from .errors import InputError, PrecisionWarning
+from .errors import InputError
+from .precision import COORDINATE_LIMIT, is_far, warn_of_rounding
 
 FloatArray: TypeAlias = npt.NDArray[np.float32]
 IntArray: TypeAlias = npt.NDArray[np.int64]
@@ -21,12 +21,6 @@ IntArray: TypeAlias = npt.NDArray[np.int64]
 INVALID = ("error", "skip")
 
 FLOAT32_MAX = float(np.finfo(np.float32).max)
-
-#: What float32 may take from a coordinate before it is worth a warning, in parts of the scene's longest side.
-COARSE = 2.0**-18
-
-#: Coordinates beyond this would overflow when squared in the arithmetic of the builders.
-COORDINATE_LIMIT = 1e30
 
 
 def list_rows(bad: npt.NDArray[np.bool_], shown: int = 5) -> str:
@@ -274,7 +268,7 @@ class Lines:
         given = list(strands)
         parts: Sequence[FloatArray] = [_points(strand, f"strand {i}") for i, strand in enumerate(given)]
         points = np.concatenate(parts) if parts else np.empty((0, 3), np.float32)
-        if any(isinstance(strand, np.ndarray) and strand.dtype != np.float32 for strand in given):
+        if is_far(points):
             warn_of_rounding(np.concatenate([np.reshape(strand, (-1, 3)) for strand in given]), points)
         return cls.from_points(points, [len(part) for part in parts], invalid=invalid)
 
@@ -315,25 +309,6 @@ def to_float32(values: npt.ArrayLike, name: str) -> FloatArray:
     if array is not given:
         array.flags.writeable = False
     return array
-
-
-def warn_of_rounding(given: object, rounded: FloatArray) -> None:
-    """Say so if the scene is so far from zero, for its size, that float32 took from its coordinates what matters."""
-    if not isinstance(given, np.ndarray) or given.dtype == np.float32 or given.size != rounded.size or not given.size:
-        return
-    points, kept = given.reshape(-1, 3), rounded.reshape(-1, 3)
-    low, high = points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
-    size, far = float((high - low).max()), float(np.maximum(-low, high).max())
-    if not far * 2.0**-24 > size * COARSE > 0 or far > FLOAT32_MAX:  # NaN is for others to tell
-        return
-    lost = float(np.abs(points - kept.astype(np.float64)).max())
-    if lost > size * COARSE:
-        warnings.warn(
-            f"coordinates of up to {far:g}, of a scene of size {size:g}, are moved by up to {lost:.2g} as float32; "
-            "subtract the middle of the scene from them, and from the origins of rays",
-            PrecisionWarning,
-            stacklevel=3,
-        )
 
 
 def to_integers(values: npt.ArrayLike, name: str) -> IntArray:

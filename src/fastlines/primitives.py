@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from .checks import choice
 from .errors import InputError
-from .geometry import COORDINATE_LIMIT, INVALID, FloatArray, Lines, as_lines, frozen, list_rows, to_float32
+from .geometry import INVALID, FloatArray, Lines, as_lines, frozen, list_rows, to_float32
+from .precision import COORDINATE_LIMIT, warn_of_rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +92,7 @@ def _checked(values: npt.ArrayLike, name: str, shape: tuple[int, int]) -> FloatA
         array = array.reshape(0, *shape)
     if array.ndim != 3 or array.shape[1:] != shape:
         raise InputError(f"{name} have shape {array.shape}; expected (n, {shape[0]}, {shape[1]})")
+    warn_of_rounding(values, array)
     bad: npt.NDArray[np.bool_] = ~(np.abs(array).max(axis=(1, 2), initial=0) <= COORDINATE_LIMIT)
     if bad.any():
         raise InputError(

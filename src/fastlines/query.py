@@ -50,16 +50,17 @@ class Question:
         rays = check_rays(self.origins, self.directions, self.radius, self.t_min, self.t_max, self.invalid, box)
         name = "list_hits" if self.query in ("all_hits", "next_hits") else self.query
         surface = self.at == "surface"
-        try:
-            with reporting(self.progress, self.query.replace("_", " ")) as callback:
+        with reporting(self.progress, self.query.replace("_", " ")) as callback:
+            try:
                 answer = ask(name, rays, surface, k, callback)
-        except MemoryError:
-            if name != "list_hits":
-                raise
-            raise MemoryError(
-                f"the hits of {len(rays)} rays do not fit into memory; ask fewer rays or a smaller radius, "
-                "next_hits for the nearest, or count_hits for how many there are"
-            ) from None
+            except MemoryError as error:
+                if name != "list_hits":
+                    raise
+                fewer = "a smaller k" if self.query == "next_hits" else "next_hits for the nearest"
+                raise MemoryError(
+                    f"the hits of {len(rays)} rays do not fit into memory; ask fewer rays or a smaller radius, "
+                    f"{fewer}, or count_hits for how many there are"
+                ) from error
         # Integers come in C's name for 64 bits; NumPy prints its own without a dtype.
         if name == "first_hit":
             t, prim, u, distance = (column.reshape(rays.shape) for column in answer[:4])

@@ -108,7 +108,8 @@ class Tree(TreeStructure):
     ) -> AllHits:
         """Find every hit of each ray, each once, sorted by t; see `first_hit` for the parameters.
 
-        A hit takes 20 bytes, and 20 more while it is being found; `count_hits` tells how many there are.
+        A hit takes 20 bytes (24 with ``at="surface"``), and 20 more while it is being found; `count_hits` tells how
+        many there are.
 
         Examples
         --------

@@ -35,8 +35,9 @@ SECTIONS: dict[str, tuple[str, tuple[int, ...]]] = {
 
 def write(tree: TreeStructure, path: str | os.PathLike[str]) -> None:
     """Write a tree and its lines; see `Tree.save`."""
-    if Path(path).suffix.lower() in FORMATS:
-        raise InputError(f"{path}: {Path(path).suffix} files hold lines, this is a tree; save it as .flt")
+    extension = Path(Path(path).name.lower().removesuffix(".gz")).suffix
+    if extension in FORMATS:
+        raise InputError(f"{path}: {extension} files hold lines, this is a tree; save it as .flt")
     if not isinstance(tree.geometry, Lines):
         raise InputError(f"only trees over lines can be saved; this one is over {type(tree.geometry).__name__}")
     nodes, refs = tree.words()

@@ -124,11 +124,11 @@ struct Allocator {
 template <class T>
 using LargeVector = std::vector<T, Allocator<T>>;
 
-/// Have room for so many more. Room that is not used costs next to nothing, and to grow is to copy: so a small vector
+/// Have room for so many more. Room that is not used costs only addresses, and to grow is to copy: so a small vector
 /// grows by more than it would by itself.
 template <class T>
 void make_room_in(LargeVector<T>& vector, std::size_t n) {
-  constexpr std::size_t small = std::size_t(1) << 24;
+  constexpr std::size_t small = std::size_t(1) << 21;
   if (const std::size_t size = vector.size() + n; size > vector.capacity())
     vector.reserve(size * (size * sizeof(T) < small ? 8 : 2));
 }

@@ -26,7 +26,8 @@ struct SizedSplitSet {
 
 using Splits = std::vector<SizedSplitSet>;
 
-/// Whether a candidate's boxes may be off by some roundings.
+/// Whether the boxes of planes may be off by some roundings. Those of whole references and of objects have to be exact:
+/// the builder takes them as they are.
 inline bool estimates(const Splits& splits) {
   return std::any_of(splits.begin(), splits.end(),
                      [](const SizedSplitSet& sized) { return std::holds_alternative<PlaneOctets>(sized.set); });

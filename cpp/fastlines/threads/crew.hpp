@@ -19,7 +19,7 @@ namespace fastlines {
 
 /// Let a thread that has just been started run on another core than this one, which has work to do: the system may put
 /// it here all the same, to wait for milliseconds until it looks whether other cores are idle. From then on it may run
-/// anywhere. These are hints: if they are refused, nothing is lost.
+/// anywhere. These are hints: if they are refused, it begins where it was put.
 inline void send_elsewhere([[maybe_unused]] std::thread& thread) {
 #ifdef __linux__
   const int here = sched_getcpu();

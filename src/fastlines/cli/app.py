@@ -38,9 +38,10 @@ class Group(TyperGroup):
     def main(self, *args: Any, **extra: Any) -> Any:
         """Run a command and leave, or return its exit code."""
         standalone = extra.pop("standalone_mode", True)
-        warnings.showwarning = warn
         try:
-            code = super().main(*args, **{**extra, "standalone_mode": False}) or 0
+            with warnings.catch_warnings():
+                warnings.showwarning = warn
+                code = super().main(*args, **{**extra, "standalone_mode": False}) or 0
             sys.stdout.flush()
         except (Exception, KeyboardInterrupt) as error:
             if os.environ.get(DEBUG):
@@ -71,7 +72,8 @@ def explain(error: BaseException) -> tuple[int, str]:
     if isinstance(error, FastlinesError):
         pass
     elif isinstance(error, MemoryError):
-        text = "there is not enough memory for this; try fewer lines, rays or pixels, or a smaller radius"
+        if "rays" not in text:
+            text = "there is not enough memory for this; try fewer lines, rays or pixels, or a smaller radius"
     elif isinstance(error, OSError):
         text = ": ".join(str(part) for part in (error.filename, error.strerror or error) if part)
     elif hasattr(error, "format_message"):  # a wrong command line, from typer

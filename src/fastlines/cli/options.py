@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from typing import Annotated
 
@@ -134,21 +135,10 @@ def size(text: str, name: str) -> tuple[int, int]:
 
 def n_bytes(text: str, name: str) -> int:
     """Read an amount of memory, such as 4000000000, 4e9, 4GB or 4GiB."""
-    number = text.strip().lower().removesuffix("b")
-    factor = 1.0
-    for unit, of in (
-        ("k", 1e3),
-        ("m", 1e6),
-        ("g", 1e9),
-        ("t", 1e12),
-        ("ki", 2.0**10),
-        ("mi", 2.0**20),
-        ("gi", 2.0**30),
-        ("ti", 2.0**40),
-    ):
-        if number.endswith(unit):
-            number, factor = number.removesuffix(unit), of
+    found = re.fullmatch(r"([+-]?[0-9.]+(?:e[+-]?[0-9]+)?) *(?:([kmgt])(i?))?b?", text.strip().lower())
     try:
-        return int(float(number) * factor)
+        number, unit, binary = found.groups() if found else ("", None, None)
+        factor = (1024 if binary else 1000) ** (" kmgt".index(unit) if unit else 0)
+        return int(number) * factor if number.isdigit() else int(float(number) * factor)
     except (ValueError, OverflowError):
         raise InputError(f"{name} {text!r} is no amount of memory: expected bytes, or 500MB, 4GB, 4GiB") from None

@@ -1,7 +1,7 @@
 """How little a search can find below a split, from counts of the node's primitives beside pairs of planes.
 
 The proof is in docs/theory.md (theorem 9), the C++ that does it for all splits of a node at once in
-cpp/fastlines/build/plane_pairs.hpp.
+cpp/fastlines/build/plane_pairs.hpp, also with boxes grown by a margin; of references that end in a plane it is surer.
 """
 
 from __future__ import annotations
