@@ -23,23 +23,22 @@ struct RaysBeside {
         last(Rays16::Number{bundle.last + first}) {}
 };
 
-/// Up to sixteen segments and their lines as a bundle sees them. For the ray (x, y) + z·(x', y') and the line p + s·e,
+/// Sixteen segments, in the frame, and their lines as a bundle sees them. For the ray (x, y) + z·(x', y') and the line
+/// p + s·e,
 ///
 ///     m = (p_y·e_x − p_x·e_y) + x'·(p_z·e_y − p_y·e_z) + y'·(p_x·e_z − p_z·e_x) + x·e_y − y·e_x − (x·y' − y·x')·e_z
 ///
 /// is their distance times |(x', y', 1) × e|, which is at most |c × e| + |(x', y')|·|e|.
 struct LinesBeside {
-  Sixteen segments;
-  alignas(64) float start[3][kWidth], along[3][kWidth];  // of the same, in the frame
+  alignas(64) float start[3][kWidth], along[3][kWidth];
   alignas(64) float at_x[kWidth], at_y[kWidth], at_dx[kWidth], at_dy[kWidth], at_moment[kWidth], rest[kWidth];
   // Of a hit |m| is no more than `most`, and the ray's `last` no less than `nearest`.
   alignas(64) float most[kWidth], nearest[kWidth];
 
-  void take(const WideView& tree, const std::uint32_t* prims, int n, const Bundle& bundle) {
-    for (int j = 0; j < n; ++j) segments.put(j, tree.segments[prims[j]]);
+  void take(const WideView& tree, const std::uint32_t* prims, const Bundle& bundle) {
     using F = Float16;
     F from[3], to[3];
-    segments.in(tree.frame, from, to);
+    take_sixteen(tree, [&](int j) { return prims[j]; }, from, to);
     for (int k = 0; k < 3; ++k) {
       from[k].store(start[k]);
       to[k].store(along[k]);

@@ -62,7 +62,7 @@ inline Pace measure_pace(const WideView& tree, const RayBatch& batch) {
   std::uint32_t prims[kWidth];
   for (std::uint32_t i = 0; i < kWidth; ++i) prims[i] = tree.leaves[0].first_ref + i % tree.leaves[0].n_refs;
   for (std::uint32_t& prim : prims) prim = tree.refs[prim].prim;
-  lines->take(tree, prims, kWidth, *bundle);
+  lines->take(tree, prims, *bundle);
   const auto along = [&](int j) { return Vec3{lines->along[0][j], lines->along[1][j], lines->along[2][j]}; };
   const auto start = [&](int j) { return Vec3{lines->start[0][j], lines->start[1][j], lines->start[2][j]}; };
 
@@ -93,7 +93,7 @@ inline Pace measure_pace(const WideView& tree, const RayBatch& batch) {
   });
   pace.segment = pace_of(
                      [&](int) {
-                       lines->take(tree, prims, kWidth, *bundle);
+                       lines->take(tree, prims, *bundle);
                        keep_all(lines.get());
                      },
                      256) /

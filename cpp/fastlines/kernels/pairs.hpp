@@ -33,6 +33,8 @@ struct Pairs {
     std::fill_n(ray.data() + n, kWidth, r);
     n += std::size_t(std::popcount(bits));
   }
+  /// Repeat the last thing sixteen times past the end, so that what is there can be read.
+  void pad() { std::fill_n(what.data() + n, kWidth, what[n - (n > 0)]); }
 };
 
 }  // namespace fastlines

@@ -1,31 +1,25 @@
-// Up to sixteen segments in lanes, as the caller gave them.
+// Sixteen segments that lie anywhere, as the exact test sees them.
 #pragma once
 
-#include "../query/frame.hpp"
-#include "../simd/simd.hpp"
+#include "../layout/wide.hpp"
+#include "../simd/rows.hpp"
 
 namespace fastlines {
 
-/// Lanes that were never put hold zeros.
-struct Sixteen {
-  alignas(64) float p[3][kWidth] = {}, q[3][kWidth] = {};
-
-  void put(int lane, const Segment& segment) {
-    for (int k = 0; k < 3; ++k) {
-      p[k][lane] = segment.p[k];
-      q[k][lane] = segment.q[k];
-    }
+/// Starts and end − start, in the frame, of the segments prim(0), … prim(15).
+template <class Prim>
+[[gnu::always_inline]] inline void take_sixteen(const WideView& tree, const Prim& prim, Float16 (&start)[3],
+                                                Float16 (&along)[3]) {
+  static_assert(sizeof(Segment) == 6 * sizeof(float));
+  const float* rows[kWidth];
+  for (int j = 0; j < kWidth; ++j) rows[j] = reinterpret_cast<const float*>(tree.segments + prim(j));
+  Float16 ends[6];
+  turn_rows(rows, ends);
+  for (int k = 0; k < 3; ++k) {
+    const Float16 centre = tree.frame.centre[k], scale = tree.frame.scale;
+    start[k] = (ends[k] - centre) * scale;
+    along[k] = (ends[3 + k] - centre) * scale - start[k];
   }
-
-  /// Their starts and end − start, in the frame.
-  template <class F>
-  [[gnu::always_inline]] void in(const Frame& frame, F (&start)[3], F (&along)[3]) const {
-    for (int k = 0; k < 3; ++k) {
-      const F centre = frame.centre[k], scale = frame.scale;
-      start[k] = (F::load(p[k]) - centre) * scale;
-      along[k] = (F::load(q[k]) - centre) * scale - start[k];
-    }
-  }
-};
+}
 
 }  // namespace fastlines

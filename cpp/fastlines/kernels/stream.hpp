@@ -101,7 +101,8 @@ class Stream {
       next[i] = begin[i];
       begin[i + 1] += begin[i];
     }
-    if (sorted_.size() < n) sorted_.resize(2 * n);
+    if (sorted_.size() < n + kWidth) sorted_.resize(2 * (n + kWidth));
+    std::fill_n(sorted_.data() + n, kWidth, survivors_.what[0]);  // sixteen are read, from wherever the last begin
     for (std::size_t j = 0; j < n; ++j) {
       const Reference& ref = tree_.refs[survivors_.what[j]];
       __builtin_prefetch(tree_.segments + ref.prim);
@@ -116,21 +117,20 @@ class Stream {
   /// Test one ray against the segments of sorted_[begin … end), sixteen at a time.
   template <class Collector>
   void test_ray(const Ray& ray, int lane, std::size_t begin, std::size_t end, Collector& collector) {
-    alignas(64) float s0[kWidth] = {}, s1[kWidth] = {};
+    alignas(64) float s0[kWidth], s1[kWidth];
     std::uint32_t prims[kWidth];
     for (; begin < end; begin += kWidth) {
       const int n = int(std::min<std::size_t>(end - begin, kWidth));
       tally(&Steps::packs);
       cost_ += AloneCost::kPack;
-      for (int j = 0; j < n; ++j) {
+      for (int j = 0; j < kWidth; ++j) {
         const Reference& ref = tree_.refs[sorted_[begin + std::size_t(j)]];
-        segments_.put(j, tree_.segments[ref.prim]);
         s0[j] = ref.s0;
         s1[j] = ref.s1;
         prims[j] = ref.prim;
       }
       Float16 start[3], e[3];
-      segments_.in(tree_.frame, start, e);
+      take_sixteen(tree_, [&](int j) { return prims[j]; }, start, e);
       const Approach<Float16> approach = closest_approach(ray, see<Float16>(ray, start, e));
       const Mask16 owned = (Float16::load(s0) <= approach.s) & (approach.s < Float16::load(s1));
       const std::uint32_t hit = (approach.hit & owned).bits() & ((1u << n) - 1);
@@ -146,7 +146,6 @@ class Stream {
   std::uint32_t near_[kAhead];  // the pieces of each that survive
   Pairs nodes_, taken_, leaves_, survivors_;
   std::vector<std::uint32_t> sorted_;
-  Sixteen segments_;  // those that are tested
 };
 
 }  // namespace fastlines

@@ -134,7 +134,7 @@ class ThickSearch {
 
   template <class Collector>
   void test(const RayLanes& rays, const Bundle& bundle, const std::uint32_t* prims, int n, Collector& collector) {
-    lines_.take(tree_, prims, n, bundle);
+    lines_.take(tree_, prims, bundle);
     const int n_lines = n * (bundle.end - bundle.first) / kWidth;
     Near near;
     bool as_pairs = false;
@@ -217,7 +217,8 @@ class ThickSearch {
   Pack packs_[kWidth * (kLanes / kWidth)];
   // Pairs, a list for each sixteen rays: sixteen times the segment, plus the ray.
   std::uint32_t pairs_[kLanes / kWidth][(kWidth + 1) * kWidth] = {};
-  std::uint32_t leaves_[kLeaves + kWidth], pieces_[kPieces], prims_[kPieces + kWidth];
+  std::uint32_t leaves_[kLeaves + kWidth], pieces_[kPieces];
+  std::uint32_t prims_[kPieces + kWidth] = {};  // past the last are some that have been tested
   int n_leaves_ = 0;
   bool few_near_ = true;  // of the lines seen last
   int n_prims_ = 0;       // that wait to be tested

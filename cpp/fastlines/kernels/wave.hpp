@@ -130,6 +130,7 @@ class Wave {
 
     // C: survivors.
     const std::size_t n = survivors_.size();
+    survivors_.pad();
     for (std::size_t j = 0; j < n; ++j) __builtin_prefetch(tree_.refs + survivors_.what[j]);
     for (std::size_t j = 0; j < n; ++j) __builtin_prefetch(tree_.segments + tree_.refs[survivors_.what[j]].prim);
     if constexpr (Float16::kLooksUp)
@@ -164,9 +165,8 @@ class Wave {
   void test_sixteen(std::size_t first, int n) {
     const std::uint32_t* const what = survivors_.what.data() + first;
     const std::uint32_t* const slot = survivors_.ray.data() + first;
-    for (int j = 0; j < n; ++j) segments_.put(j, tree_.segments[tree_.refs[what[j]].prim]);
     F start[3], e[3];
-    segments_.in(tree_.frame, start, e);
+    take_sixteen(tree_, [&](int j) { return tree_.refs[what[j]].prim; }, start, e);
     const ChosenRays<F> rays(rays_, 0, slot);
     const Approach<F> approach = closest_approach(rays, see<F>(rays, start, e));
     alignas(64) float s[kWidth], t[kWidth], dist2[kWidth];
@@ -192,7 +192,6 @@ class Wave {
   LeafPlace places_[kSlots * kWidth];    // of the leaves
   std::uint32_t near_[kSlots * kWidth];  // the pieces of each leaf that survive
   Work work_;
-  Sixteen segments_;  // those that are tested
 };
 
 }  // namespace fastlines

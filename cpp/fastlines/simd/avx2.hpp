@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstdint>
 
+#include "octets.hpp"
 #include "packing.hpp"
 
 namespace fastlines {
@@ -30,6 +31,7 @@ struct Float16 {
   Float16(__m256 a_, __m256 b_) : a(a_), b(b_) {}
   Float16(float x) : a(_mm256_set1_ps(x)), b(a) {}
 
+  static Float16 of(const Octet& low, const Octet& high) { return {__m256(low), __m256(high)}; }
   static Float16 load(const float* p) { return {_mm256_loadu_ps(p), _mm256_loadu_ps(p + 8)}; }
   static Float16 bytes(const std::uint8_t* p) {
     const auto eight = [](const std::uint8_t* from) {

@@ -5,6 +5,8 @@
 
 #include <cstdint>
 
+#include "octets.hpp"
+
 namespace fastlines {
 
 inline constexpr const char* kSimd = "avx512";
@@ -25,6 +27,9 @@ struct Float16 {
   Float16(__m512 a_) : a(a_) {}
   Float16(float x) : a(_mm512_set1_ps(x)) {}
 
+  static Float16 of(const Octet& low, const Octet& high) {
+    return _mm512_insertf32x8(_mm512_castps256_ps512(__m256(low)), __m256(high), 1);
+  }
   static Float16 load(const float* p) { return _mm512_loadu_ps(p); }
   static Float16 bytes(const std::uint8_t* p) {
     return _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))));

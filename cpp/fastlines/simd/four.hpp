@@ -26,6 +26,18 @@ inline Float4 four(const float* p) {
 [[gnu::always_inline]] inline Float4 min(Float4 x, Float4 y) { return x < y ? x : y; }
 [[gnu::always_inline]] inline Float4 max(Float4 x, Float4 y) { return x > y ? x : y; }
 
+/// What is first in four vectors of four, what is second, and so on.
+[[gnu::always_inline]] inline void turn(const Float4 (&rows)[4], Float4 (&columns)[4]) {
+  const Float4 low[2] = {__builtin_shufflevector(rows[0], rows[1], 0, 4, 1, 5),
+                         __builtin_shufflevector(rows[2], rows[3], 0, 4, 1, 5)};
+  const Float4 high[2] = {__builtin_shufflevector(rows[0], rows[1], 2, 6, 3, 7),
+                          __builtin_shufflevector(rows[2], rows[3], 2, 6, 3, 7)};
+  columns[0] = __builtin_shufflevector(low[0], low[1], 0, 1, 4, 5);
+  columns[1] = __builtin_shufflevector(low[0], low[1], 2, 3, 6, 7);
+  columns[2] = __builtin_shufflevector(high[0], high[1], 0, 1, 4, 5);
+  columns[3] = __builtin_shufflevector(high[0], high[1], 2, 3, 6, 7);
+}
+
 /// Rounds once or twice: for culling only.
 [[gnu::always_inline]] inline Float4 fma(Float4 x, Float4 y, Float4 z) {
 #if defined(__FMA__)

@@ -51,8 +51,9 @@ using IntOctet = std::int32_t __attribute__((vector_size(32)));
   return unsigned(std::countr_zero(bits_of(x == least)));
 }
 
-/// The first three lanes of eight vectors of four: what is first in them, what is second, and what is third.
-[[gnu::always_inline]] inline void turn(const Float4 (&fours)[8], Octet (&eights)[3]) {
+/// The first three lanes of eight vectors of four, or all: what is first in them, what is second, and so on.
+template <int n>
+[[gnu::always_inline]] inline void turn(const Float4 (&fours)[8], Octet (&eights)[n]) {
   const auto both = [&](int i) __attribute__((always_inline)) {
     return __builtin_shufflevector(fours[i], fours[i + 4], 0, 1, 2, 3, 4, 5, 6, 7);
   };
@@ -64,6 +65,7 @@ using IntOctet = std::int32_t __attribute__((vector_size(32)));
   const Octet ab_last = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15),
               cd_last = __builtin_shufflevector(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
   eights[2] = __builtin_shufflevector(ab_last, cd_last, 0, 1, 8, 9, 4, 5, 12, 13);
+  if constexpr (n == 4) eights[3] = __builtin_shufflevector(ab_last, cd_last, 2, 3, 10, 11, 6, 7, 14, 15);
 }
 
 }  // namespace fastlines

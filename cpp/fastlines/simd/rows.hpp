@@ -1,0 +1,48 @@
+// Rows of numbers that lie anywhere, turned in registers into vectors of what stands at the same place in each.
+//
+// To write them one by one into arrays and to read these as vectors would take several times as long: a vector can not
+// be read before what it holds has left the processor's queue of stores.
+#pragma once
+
+#include <algorithm>
+
+#include "octets.hpp"
+#include "simd.hpp"
+
+namespace fastlines {
+
+/// Sixteen rows of six numbers: the first of each, the second, and so on.
+template <class F>
+[[gnu::always_inline]] inline void turn_rows(const float* const (&rows)[16], F (&columns)[6]) {
+  if constexpr (F::kRegisters == 4) {
+    for (int i = 0; i < 4; ++i) {
+      Float4 from[4], to[4];
+      for (int j = 0; j < 4; ++j) {
+        from[j] = four(rows[4 * i + j]);
+        to[j] = four(rows[4 * i + j] + 2);
+      }
+      Float4 first[4], last[4];
+      turn(from, first);
+      turn(to, last);
+      for (int k = 0; k < 4; ++k) columns[k].v[i] = first[k];
+      for (int k = 4; k < 6; ++k) columns[k].v[i] = last[k - 2];
+    }
+  } else {
+    Octet eights[2][6];
+    for (int half = 0; half < 2; ++half) {
+      Float4 from[8], to[8];
+      for (int j = 0; j < 8; ++j) {
+        from[j] = four(rows[8 * half + j]);
+        to[j] = four(rows[8 * half + j] + 2);
+      }
+      Octet first[4], last[4];
+      turn(from, first);
+      turn(to, last);
+      std::copy_n(first, 4, eights[half]);
+      std::copy_n(last + 2, 2, eights[half] + 4);
+    }
+    for (int k = 0; k < 6; ++k) columns[k] = F::of(eights[0][k], eights[1][k]);
+  }
+}
+
+}  // namespace fastlines
