@@ -13,6 +13,8 @@ from dataclasses import replace
 from typing import Any
 
 import fastlines as fl
+from fastlines.bench.rays import random_rays
+from fastlines.engines import counting
 from fastlines.settings import REF_LIMIT, best_settings
 
 DEEP = {"method": "best", "cost": fl.Cost(2.0), "prune": True, "radius_hint": 0.0}
@@ -36,6 +38,7 @@ PRESPLIT: dict[str, Any] = {
     "automatic": fl.Presplit(),
 }
 OVERLAPS = (0.0, 1e-5, 1e-3)
+LANES = (1, 16)
 APART = (0, 512, 1024, 8192, REF_LIMIT)
 
 
@@ -61,6 +64,24 @@ def whole() -> Iterator[list[str]]:
             first = first or seconds
             bound = "no bound" if n_refs == REF_LIMIT else f"{n_refs:,}"
             yield [scene, bound, f"{tree.n_refs / tree.n_prims:.2f}", f"{seconds / first:.2f}"]
+
+
+def lanes() -> Iterator[list[str]]:
+    """Yield the rows of `best` with and without lanes: what leaves hold, and how many a random ray meets."""
+    yield ["scene", "lanes", "references a leaf", "layout, MB", "leaves, all hits", "first hit"]
+    for scene in ("bun-hair", "straight-hair", "spaghetti", "spaghetti-2", "photon-beams"):
+        lines = fl.scenes.make(scene).lines
+        rays = random_rays(lines, 1 << 14)
+        for n_lanes in LANES:
+            tree = fl.build(lines, "best", lanes=n_lanes)
+            in_leaf, size = tree.nodes["n_refs"][tree.is_leaf].mean(), tree.layout.n_bytes / 1e6
+            met = []
+            for ask in (tree.all_hits, tree.first_hit):
+                with counting() as module:
+                    module.taken()
+                    ask(rays.origins, rays.directions, 0.001)
+                    met.append(module.taken()["leaves"] / len(rays))
+            yield [scene, f"{n_lanes}", f"{in_leaf:.1f}", f"{size:.2f}", *(f"{n:.1f}" for n in met)]
 
 
 def reinsertion() -> Iterator[list[str]]:
@@ -108,7 +129,7 @@ def sbvh() -> Iterator[list[str]]:
 def main() -> None:
     """Print the tables."""
     fl.set_num_threads(1)
-    for table in (whole, reinsertion, presplit, sbvh):
+    for table in (whole, lanes, reinsertion, presplit, sbvh):
         for i, row in enumerate(table()):
             print(f"| {' | '.join(row)} |", flush=True)
             if i == 0:

@@ -33,11 +33,12 @@ inline SplitSet split_set(const std::string& name, int n_planes, const OctetArgs
 /// Name, planes, octets, largest nodes that are asked about, least overlap.
 using SplitSetArgs = std::tuple<std::string, int, OctetArgs, std::size_t, double>;
 
-/// The fields of `Settings` in Python, in their order, the search, costs, limits, bad levels and refines, and presplit
-/// as tuples of their own; then threads.
+/// The fields of `Settings` in Python, in their order, the search, costs and lanes, limits, bad levels and refines, and
+/// presplit as tuples of their own; then threads.
 using SettingsArgs =
     std::tuple<std::vector<SplitSetArgs>, bool, std::tuple<std::vector<int>, std::size_t, bool>,
-               std::pair<double, double>, std::tuple<std::size_t, std::size_t, std::size_t, std::size_t, double>,
+               std::tuple<double, double, std::size_t>,
+               std::tuple<std::size_t, std::size_t, std::size_t, std::size_t, double>,
                std::tuple<int, std::size_t, int>, bool, double, std::pair<double, std::size_t>, unsigned>;
 
 inline Settings settings_of(const SettingsArgs& args) {
@@ -48,7 +49,7 @@ inline Settings settings_of(const SettingsArgs& args) {
     settings.splits.push_back({split_set(name, n_planes, octets), max_refs, min_overlap});
   settings.boxes = box_rule(cut);
   std::tie(settings.lookahead, settings.beam, settings.exhaustive) = search;
-  settings.cost = {cost.first, cost.second};
+  std::tie(settings.cost.c_trav, settings.cost.c_prim, settings.lanes) = cost;
   const auto& [max_depth, max_leaf_refs, max_refs, leaf_refs, leaf_size] = limits;
   settings.limits = {max_depth, max_leaf_refs, max_refs, leaf_refs, leaf_size};
   std::tie(settings.bad_levels, settings.bad_refs, settings.bad_refines) = bad;

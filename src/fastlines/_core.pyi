@@ -16,7 +16,7 @@ _Settings: TypeAlias = tuple[
     Sequence[tuple[str, int, tuple[int, int, float, int, int, float], int, float]],
     bool,
     tuple[Sequence[int], int, bool],
-    tuple[float, float],
+    tuple[float, float, int],
     tuple[int, int, int, int, float],
     tuple[int, int, int],
     bool,

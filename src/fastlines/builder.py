@@ -45,6 +45,7 @@ def build(
     bad_refines: int | None = None,
     prune: bool | None = None,
     radius_hint: float | None = None,
+    lanes: int | None = None,
     effort: float | None = None,
     presplit: Presplit | None = None,
     reinsertion: int | None = None,
@@ -75,6 +76,8 @@ def build(
         Depth, leaf size, number of references. What is left at its default stays as the method has it.
     bad_levels, bad_refs, bad_refines, prune, radius_hint : optional
         How to get past levels that look no better than a leaf; see `Settings`.
+    lanes : int, optional
+        How many references are tested at once; see `Settings`.
     effort : float, optional
         Of "best": from 0, the fastest build, to 1, the best tree. 0.5 unless given; for queries 0 from 262,144
         primitives on, where more effort takes twice the time and memory and more for little (docs/builder.md).
@@ -117,6 +120,7 @@ def build(
         "bad_refines": bad_refines,
         "prune": prune,
         "radius_hint": radius_hint,
+        "lanes": lanes,
         "presplit": presplit,
         "reinsertion": reinsertion,
     }
@@ -229,7 +233,7 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
         ],
         settings.boxes == "cut",
         (settings.lookahead, settings.beam or NO_LIMIT, settings.exhaustive),
-        (settings.cost.c_trav, settings.cost.c_prim),
+        (settings.cost.c_trav, settings.cost.c_prim, settings.lanes),
         (
             limits.max_depth,
             limits.max_leaf_refs or NO_LIMIT,

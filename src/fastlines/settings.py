@@ -184,6 +184,9 @@ class Settings:
     radius_hint : float
         The search measures boxes grown by this much, in parts of the scene's longest side. A query that comes with a
         radius meets boxes grown by it.
+    lanes : int
+        References are tested so many at once, 1, 2, 4, … to 64. To the search so many of them count as the mean of
+        their number and that of the lanes they take: fuller leaves, and fewer.
     presplit : Presplit, optional
         Cut lines before the build. Tight boxes and lines only.
     reinsertion : int
@@ -204,6 +207,7 @@ class Settings:
     bad_levels: int = 0
     prune: bool = True
     radius_hint: float = 0.0
+    lanes: int = 1
     presplit: Presplit | None = None
     reinsertion: int = 0
     bad_refines: int = 0
@@ -232,6 +236,10 @@ class Settings:
         if hint > 1.0:
             raise InputError(f"radius_hint={self.radius_hint!r}; expected {what}")
         object.__setattr__(self, "radius_hint", hint)
+        lanes = count("lanes", self.lanes, 1, 64)
+        if lanes & (lanes - 1):
+            raise InputError(f"lanes={self.lanes!r}; expected 1, 2, 4, 8, 16, 32 or 64")
+        object.__setattr__(self, "lanes", lanes)
         if not isinstance(self.presplit, Presplit | None):
             raise InputError(f"presplit={self.presplit!r}; expected fl.Presplit(), fl.Presplit(refs=…) or None")
         object.__setattr__(self, "reinsertion", count("reinsertion", self.reinsertion, 0, 1000))
@@ -304,6 +312,7 @@ def best_settings(
             bad_levels=3,
             prune=False,
             radius_hint=0.001,
+            lanes=16,
             cost=Cost(c_trav=4.0),
             limits=Limits(max_leaf_refs=16, leaf_refs=16),
         )

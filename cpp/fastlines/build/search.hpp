@@ -20,13 +20,13 @@ class Search {
   };
 
   Search(const P& prims, const Settings& settings, Progress& progress, double margin)
-      : prims_(prims), settings_(settings), progress_(progress), margin_(margin) {
+      : prims_(prims), settings_(settings), progress_(progress), measure_{margin, settings.lanes} {
     for (const int k : settings.lookahead) ahead_.resize(std::max(ahead_.size(), std::size_t(k)));
   }
 
   Searched searched;
 
-  double cost_of_leaf(std::size_t n_refs) const { return settings_.cost.c_prim * double(n_refs); }
+  double cost_of_leaf(std::size_t n_refs) const { return settings_.cost.c_prim * measure_.tests(n_refs); }
 
   /// The cost of a split of a node whose children cost `left` and `right`.
   double cost_of(const Candidate& split, const Box& box, double left, double right) const {
@@ -57,7 +57,7 @@ class Search {
       for_each_split(refs, box, false, show);
       if (refused && !best.split) for_each_split(refs, box, true, show);
       if (refused && !best.split && settings_.boxes == BoxRule::tight)
-        visit_wholes(settings_.splits, prims_, refs, box, margin_, show);
+        visit_wholes(settings_.splits, prims_, refs, box, measure_, show);
       return best;
     }
     return look_ahead(refs, box, lookahead, best, allowed);
@@ -84,7 +84,7 @@ class Search {
 
   static constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
-  double area_of(const Box& box) const { return box.area(margin_); }
+  double area_of(const Box& box) const { return measure_.area(box); }
 
   /// ∞ without a division where that is surely above `limit`.
   double cost_of(const Candidate& split, double area, double left, double right, double limit) const {
@@ -100,7 +100,7 @@ class Search {
 
   template <class Visitor>
   void for_each_split(Refs refs, const Box& box, bool all, Visitor&& visitor) const {
-    visit_splits(settings_.splits, prims_, refs, box, settings_.boxes, margin_, all, visitor);
+    visit_splits(settings_.splits, prims_, refs, box, settings_.boxes, measure_, all, visitor);
   }
 
   /// Deeper than one level, by branch and bound (docs/theory.md): what looks cheapest is tried first, and nothing is
@@ -114,7 +114,7 @@ class Search {
     auto& [left, right, branches, order, pairs] = ahead_[std::size_t(lookahead - 1)];
     branches.clear();
     order.clear();
-    pairs.begin(box, margin_);
+    pairs.begin(box, measure_.margin);
     for_each_split(refs, box, true, [&](const Candidate& split) {
       const std::size_t plane = by_pairs ? pairs.add(split) : 0;
       if (!allowed(split)) return;
@@ -194,7 +194,7 @@ class Search {
   const P& prims_;
   const Settings& settings_;
   Progress& progress_;
-  double margin_;             // by which boxes are grown before they are measured
+  Measure measure_;
   std::vector<Ahead> ahead_;  // by depth of the search
 };
 

@@ -21,6 +21,19 @@ namespace fastlines {
 /// How a child's box is made: tight around what lies in it (BVH), or cut out of its parent's (KD tree).
 enum class BoxRule { tight, cut };
 
+/// How the children of candidates are measured, where they are compared.
+struct Measure {
+  double margin = 0.0;    ///< boxes are grown by this much
+  std::size_t lanes = 1;  ///< a power of two: references are tested so many at once
+
+  double area(const Box& box) const { return box.area(margin); }
+
+  /// How many tests so many references count as: half of them full lanes.
+  double tests(std::size_t n_refs) const {
+    return 0.5 * (double(n_refs) + double((n_refs + lanes - 1) & ~(lanes - 1)));
+  }
+};
+
 struct Candidate {
   enum class Kind { objects, centres, plane } kind;
   int axis;
@@ -29,8 +42,10 @@ struct Candidate {
   std::size_t n_right;
   Box left, right;
 
-  /// What its children cost as leaves, times the area of their parent, of boxes grown by a margin.
-  double sah(double margin) const { return left.area(margin) * double(n_left) + right.area(margin) * double(n_right); }
+  /// What its children cost as leaves, times the area of their parent.
+  double sah(const Measure& measure) const {
+    return measure.area(left) * measure.tests(n_left) + measure.area(right) * measure.tests(n_right);
+  }
 };
 
 using Refs = std::span<const BuildRef>;

@@ -94,15 +94,14 @@ class OctetGrid {
     });
   }
 
-  /// Show of each axis the candidate with the least SAH, for boxes grown by a margin; or all. Returns whether there was
+  /// Show of each axis the candidate with the least SAH, as it is measured; or all. Returns whether there was
   /// anything to show.
   template <class Visitor>
-  bool show(Candidate::Kind kind, const Box& box, BoxRule rule, float margin, bool all, Visitor&& visitor) {
+  bool show(Candidate::Kind kind, const Box& box, BoxRule rule, const Measure& measure, bool all, Visitor&& visitor) {
     const bool tight = rule == BoxRule::tight;
     bool shown = false;
-    // In parts of the longest side, so that no area is more or less than a float can say.
-    const float scale = float(std::min(1.0 / box.side(box.longest_axis()), 1e38)), grown = 2 * margin * scale;
-    if (!tight && !all) return show_cheapest_halves(kind, box, scale, grown, visitor);
+    const Weights weights(box, measure);
+    if (!tight && !all) return show_cheapest_halves(kind, box, weights, visitor);
     for_each_axis([&]<int axis>(const Planes* of_axis, Bounds* bins) __attribute__((always_inline)) {
       float least = kInf;
       Candidate best;
@@ -116,9 +115,9 @@ class OctetGrid {
         if (tight) {
           both_sides<axis>(box, planes, bins + 8 * i, after_.data() + 8 * i, before, left, right);
           divides &= (planes.n_left > 0) & (planes.n_right > 0);
-          weighed = weigh(planes, left, right, scale, grown);
+          weighed = weights.weigh(planes, left, right);
         } else {
-          weighed = weigh_halves<axis>(planes, box, scale, grown);
+          weighed = weights.weigh_halves<axis>(planes, box);
         }
         weighed = divides & (weighed < kInf) ? weighed : eight(kInf);  // no number is no cost
         const auto candidate = [&](std::size_t lane) {
@@ -171,10 +170,44 @@ class OctetGrid {
     }
   };
 
+  /// SAH of eight planes, but for a factor: areas are in parts of the longest side's square, so that none is more or
+  /// less than a float can say.
+  struct Weights {
+    float scale, grown;
+    std::int32_t lanes;
+
+    Weights(const Box& box, const Measure& measure)
+        : scale(float(std::min(1.0 / box.side(box.longest_axis()), 1e38))),
+          grown(2 * float(measure.margin) * scale),
+          lanes(std::int32_t(measure.lanes)) {}
+
+    [[gnu::always_inline]] Octet tests(const IntOctet& n_refs) const {
+      return __builtin_convertvector(n_refs, Octet) + __builtin_convertvector((n_refs + (lanes - 1)) & -lanes, Octet);
+    }
+
+    [[gnu::always_inline]] Octet weigh(const Planes& planes, const Sides& left, const Sides& right) const {
+      const auto half_area = [&](const Sides& sides) __attribute__((always_inline)) {
+        const Octet x = (sides.hi[0] - sides.lo[0]) * scale + grown, y = (sides.hi[1] - sides.lo[1]) * scale + grown,
+                    z = (sides.hi[2] - sides.lo[2]) * scale + grown;
+        return x * y + x * z + y * z;
+      };
+      return half_area(left) * tests(planes.n_left) + half_area(right) * tests(planes.n_right);
+    }
+
+    template <int axis>
+    [[gnu::always_inline]] Octet weigh_halves(const Planes& planes, const Box& box) const {
+      const float x = float(box.side((axis + 1) % 3)) * scale + grown,
+                  y = float(box.side((axis + 2) % 3)) * scale + grown, flat = x * y + (x + y) * grown,
+                  per_length = (x + y) * scale;
+      return (flat + per_length * (planes.at - box.lo[axis])) * tests(planes.n_left) +
+             (flat + per_length * (box.hi[axis] - planes.at)) * tests(planes.n_right);
+    }
+  };
+
   /// Of each axis the first of the cheapest planes, where boxes are cut. Which one that is can not be foreseen, and in
   /// small nodes there is little else to do, so nothing branches on it.
   template <class Visitor>
-  bool show_cheapest_halves(Candidate::Kind kind, const Box& box, float scale, float grown, Visitor&& visitor) {
+  bool show_cheapest_halves(Candidate::Kind kind, const Box& box, const Weights& weights, Visitor&& visitor) {
     bool shown = false;
     for_each_axis([&]<int axis>(const Planes* of_axis, const Bounds*) __attribute__((always_inline)) {
       // Lanes without a plane weigh no number. Of a box that is thin for floats, planes may lie in its sides.
@@ -183,7 +216,7 @@ class OctetGrid {
       IntOctet number{};
       for (std::size_t i = 0; i < n_; ++i) {
         const Planes& planes = of_axis[i];
-        const Octet weighed = weigh_halves<axis>(planes, box, scale, grown);
+        const Octet weighed = weights.weigh_halves<axis>(planes, box);
         IntOctet less = weighed < least;
         if (!inside) less &= (planes.at > box.lo[axis]) & (planes.at < box.hi[axis]);
         least = less ? weighed : least;
@@ -242,27 +275,6 @@ class OctetGrid {
       right.lo[k] = min(lo, right.lo[k]);
       right.hi[k] = max(hi, right.hi[k]);
     }
-  }
-
-  /// n_left·SA(left) + n_right·SA(right), halved.
-  [[gnu::always_inline]] static Octet weigh(const Planes& planes, const Sides& left, const Sides& right, float scale,
-                                            float grown) {
-    const auto half_area = [=](const Sides& sides) __attribute__((always_inline)) {
-      const Octet x = (sides.hi[0] - sides.lo[0]) * scale + grown, y = (sides.hi[1] - sides.lo[1]) * scale + grown,
-                  z = (sides.hi[2] - sides.lo[2]) * scale + grown;
-      return x * y + x * z + y * z;
-    };
-    return half_area(left) * __builtin_convertvector(planes.n_left, Octet) +
-           half_area(right) * __builtin_convertvector(planes.n_right, Octet);
-  }
-
-  template <int axis>
-  [[gnu::always_inline]] static Octet weigh_halves(const Planes& planes, const Box& box, float scale, float grown) {
-    const float x = float(box.side((axis + 1) % 3)) * scale + grown,
-                y = float(box.side((axis + 2) % 3)) * scale + grown, flat = x * y + (x + y) * grown,
-                per_length = (x + y) * scale;
-    return (flat + per_length * (planes.at - box.lo[axis])) * __builtin_convertvector(planes.n_left, Octet) +
-           (flat + per_length * (box.hi[axis] - planes.at)) * __builtin_convertvector(planes.n_right, Octet);
   }
 
   /// The last plane across an axis.

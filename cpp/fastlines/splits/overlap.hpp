@@ -9,9 +9,8 @@ namespace fastlines {
 /// where that is large (Stich, Friedrich, Dietrich 2009, "Spatial splits in bounding volume hierarchies").
 class Overlap {
  public:
-  /// Boxes are grown by a margin.
-  void look_at(const Candidate& split, double margin = 0.0) {
-    const double sah = split.sah(margin);
+  void look_at(const Candidate& split, const Measure& measure = {}) {
+    const double sah = split.sah(measure);
     if (sah >= least_) return;
     least_ = sah;
     Box both;
@@ -19,7 +18,7 @@ class Overlap {
       both.lo[k] = std::max(split.left.lo[k], split.right.lo[k]);
       both.hi[k] = std::min(split.left.hi[k], split.right.hi[k]);
     }
-    area_ = both.area(margin);
+    area_ = measure.area(both);
   }
 
   /// Infinite if there was none.

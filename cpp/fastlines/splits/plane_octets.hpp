@@ -23,27 +23,27 @@ class PlaneOctets {
   std::size_t max_apart = 0;   ///< larger nodes, of up to so many, only so where they lie apart; not if all are shown
   double apart = 0.8;          ///< where that costs no more than this share of a leaf
 
-  /// Show of each axis the split with the least SAH, for boxes grown by a margin; or all.
+  /// Show of each axis the split with the least SAH, as it is measured; or all.
   template <Straight P, class Visitor>
-  void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, double margin, bool all,
+  void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, const Measure& measure, bool all,
              Visitor&& visitor) const {
     thread_local OctetGrid grid;
     if (!all) {
-      if (const auto split = split_of_large(prims, refs, box, rule, margin, grid)) return visitor(*split);
+      // Lanes say nothing of a sample, and next to nothing of as many as are split here.
+      if (const auto split = split_of_large(prims, refs, box, rule, {measure.margin}, grid)) return visitor(*split);
     }
     if (rule == BoxRule::tight && refs.size() <= max_whole) {
       fill_whole(refs, box, grid);
       Overlap overlap;
-      const bool shown =
-          grid.show(Candidate::Kind::centres, box, rule, float(margin), all, [&](const Candidate& split) {
-            overlap.look_at(split, margin);
-            visitor(split);
-          });
-      const bool apart = max_overlap > 0.0 && overlap.area() <= max_overlap * box.area(margin);
+      const bool shown = grid.show(Candidate::Kind::centres, box, rule, measure, all, [&](const Candidate& split) {
+        overlap.look_at(split, measure);
+        visitor(split);
+      });
+      const bool apart = max_overlap > 0.0 && overlap.area() <= max_overlap * measure.area(box);
       if (shown && (refs.size() <= only_whole || apart)) return;
     }
     fill(prims, refs, box, rule, grid);
-    grid.show(Candidate::Kind::plane, box, rule, float(margin), all, visitor);
+    grid.show(Candidate::Kind::plane, box, rule, measure, all, visitor);
   }
 
  private:
@@ -68,20 +68,20 @@ class PlaneOctets {
   /// One split of a large node: into whole references where these lie apart, or the plane that is best for a sample.
   /// What a sample has chosen is looked at in full.
   template <Straight P>
-  std::optional<Candidate> split_of_large(const P& prims, Refs refs, const Box& box, BoxRule rule, double margin,
-                                          OctetGrid& grid) const {
+  std::optional<Candidate> split_of_large(const P& prims, Refs refs, const Box& box, BoxRule rule,
+                                          const Measure& measure, OctetGrid& grid) const {
     const bool may_be_apart = rule == BoxRule::tight && refs.size() > max_whole && refs.size() <= max_apart,
                sampled = sample > 0 && refs.size() / 2 >= sample;
-    if (!sampled) return may_be_apart ? whole_if_apart(refs, refs, box, margin, grid) : std::nullopt;
+    if (!sampled) return may_be_apart ? whole_if_apart(refs, refs, box, measure, grid) : std::nullopt;
     constexpr std::size_t kMostKept = 1 << 14;
     thread_local std::vector<BuildRef> some;
     some.clear();
     for (std::size_t i = 0, step = refs.size() / sample; i < refs.size(); i += step) some.push_back(refs[i]);
     std::optional<Candidate> split;
-    if (may_be_apart) split = whole_if_apart(refs, some, box, margin, grid);
+    if (may_be_apart) split = whole_if_apart(refs, some, box, measure, grid);
     if (!split) {
       fill(prims, some, box, rule, grid);
-      split = cheapest(Candidate::Kind::plane, box, rule, margin, grid);
+      split = cheapest(Candidate::Kind::plane, box, rule, measure, grid);
       if (split) count(refs, *split);
     }
     if (some.capacity() > kMostKept) some = {};
@@ -89,11 +89,12 @@ class PlaneOctets {
   }
 
   /// Into whole references: the split that is best for some of them, if it parts all well.
-  std::optional<Candidate> whole_if_apart(Refs refs, Refs some, const Box& box, double margin, OctetGrid& grid) const {
+  std::optional<Candidate> whole_if_apart(Refs refs, Refs some, const Box& box, const Measure& measure,
+                                          OctetGrid& grid) const {
     fill_whole(some, box, grid);
-    auto split = cheapest(Candidate::Kind::centres, box, BoxRule::tight, margin, grid);
+    auto split = cheapest(Candidate::Kind::centres, box, BoxRule::tight, measure, grid);
     if (split && some.size() < refs.size()) look_at_whole(refs, *split);
-    if (split && split->sah(margin) > apart * box.area(margin) * double(refs.size())) split.reset();
+    if (split && split->sah(measure) > apart * measure.area(box) * measure.tests(refs.size())) split.reset();
     return split;
   }
 
@@ -119,12 +120,12 @@ class PlaneOctets {
     }
   }
 
-  static std::optional<Candidate> cheapest(Candidate::Kind kind, const Box& box, BoxRule rule, double margin,
+  static std::optional<Candidate> cheapest(Candidate::Kind kind, const Box& box, BoxRule rule, const Measure& measure,
                                            OctetGrid& grid) {
     double least = std::numeric_limits<double>::infinity();
     std::optional<Candidate> best;
-    grid.show(kind, box, rule, float(margin), false, [&](const Candidate& split) {
-      const double sah = split.sah(margin);
+    grid.show(kind, box, rule, measure, false, [&](const Candidate& split) {
+      const double sah = split.sah(measure);
       if (!(sah < least)) return;
       least = sah;
       best = split;

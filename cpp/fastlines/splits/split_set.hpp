@@ -41,10 +41,9 @@ inline int n_kept_planes(const Splits& splits) {
   return 0;
 }
 
-/// Show the candidates for a node. Octets measure boxes grown by `margin`, and show only the cheapest of each axis
-/// unless `all` are asked for.
+/// Show the candidates for a node. Octets show only the cheapest of each axis unless `all` are asked for.
 template <Primitives P, class Visitor>
-void visit_splits(const Splits& splits, const P& prims, Refs refs, const Box& box, BoxRule rule, double margin,
+void visit_splits(const Splits& splits, const P& prims, Refs refs, const Box& box, BoxRule rule, const Measure& measure,
                   bool all, Visitor&& visitor) {
   const bool by_overlap = std::ranges::any_of(splits, [](const auto& sized) { return sized.min_overlap > 0.0; });
   Overlap overlap;
@@ -59,7 +58,7 @@ void visit_splits(const Splits& splits, const P& prims, Refs refs, const Box& bo
           if constexpr (!std::same_as<Set, PlaneOctets>)
             set.visit(prims, refs, box, rule, show);
           else if constexpr (Straight<P>)
-            set.visit(prims, refs, box, rule, margin, all, show);
+            set.visit(prims, refs, box, rule, measure, all, show);
           else
             throw std::invalid_argument("octets of planes are for straight curves");
         },
@@ -69,7 +68,8 @@ void visit_splits(const Splits& splits, const P& prims, Refs refs, const Box& bo
 
 /// Where no plane is allowed: whole splits of nodes of any size, by those sets that split small nodes whole.
 template <Primitives P, class Visitor>
-void visit_wholes(const Splits& splits, const P& prims, Refs refs, const Box& box, double margin, Visitor&& visitor) {
+void visit_wholes(const Splits& splits, const P& prims, Refs refs, const Box& box, const Measure& measure,
+                  Visitor&& visitor) {
   constexpr std::size_t any = std::size_t(-1);
   for (const SizedSplitSet& sized : splits) {
     if (std::holds_alternative<ObjectSweep>(sized.set) && refs.size() > sized.max_refs)
@@ -78,7 +78,7 @@ void visit_wholes(const Splits& splits, const P& prims, Refs refs, const Box& bo
       if (const auto* octets = std::get_if<PlaneOctets>(&sized.set))
         if (octets->max_whole > 0 || octets->max_apart > 0)
           PlaneOctets{.n_planes = octets->n_planes, .max_whole = any, .only_whole = any}.visit(
-              prims, refs, box, BoxRule::tight, margin, false, visitor);
+              prims, refs, box, BoxRule::tight, measure, false, visitor);
   }
 }
 

@@ -1,0 +1,75 @@
+"""References that are tested so many at once: the search counts half of them as full lanes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from nasty import named_scene
+
+import fastlines as fl
+
+#: A tree of one split, whatever it costs.
+ONE_SPLIT: dict[str, Any] = {"bad_levels": 1, "prune": False, "limits": fl.Limits(max_depth=1)}
+
+
+def area(low: np.ndarray, high: np.ndarray) -> float:
+    x, y, z = high.astype(np.float64) - low
+    return 2 * (x * y + x * z + y * z)
+
+
+def best_sweep(ends: np.ndarray, lanes: int) -> int:
+    """How many segments the best split into whole ones puts to the left."""
+    low, high = ends.min(axis=1), ends.max(axis=1)
+    n = len(ends)
+    found = []
+    for axis in range(3):
+        order = np.argsort(0.5 * low[:, axis] + 0.5 * high[:, axis], kind="stable")
+        for n_left in range(1, n):
+            sides = (order[:n_left], order[n_left:])
+            tests = [(len(side) + -(-len(side) // lanes) * lanes) / 2 for side in sides]
+            areas = [area(low[side].min(axis=0), high[side].max(axis=0)) for side in sides]
+            found.append((areas[0] * tests[0] + areas[1] * tests[1], n_left))
+    return min(found)[1]
+
+
+@pytest.mark.parametrize("lanes", [1, 4, 16, 32])
+@pytest.mark.parametrize("seed", range(6))
+def test_the_search_counts_half_of_them_as_full_lanes(seed: int, lanes: int) -> None:
+    ends = np.random.default_rng(seed).random((45, 2, 3), dtype=np.float32)
+    tree = fl.build(ends, splits=fl.ObjectSweep(), lanes=lanes, **ONE_SPLIT)
+    assert tree.n_nodes == 3
+    assert tree.nodes["n_refs"][1] == best_sweep(ends, lanes)
+
+
+@pytest.mark.parametrize("boxes", ["tight", "cut"])
+def test_octets_count_as_the_grid_does(boxes: fl.splits.BoxRule) -> None:
+    def split(name: str, splits: fl.splits.SplitSet, lanes: int) -> list[int]:
+        tree = fl.build(named_scene(name, 70), splits=splits, boxes=boxes, lanes=lanes, **ONE_SPLIT)
+        return tree.nodes["n_refs"].tolist()
+
+    n_differ = 0
+    for name in ("random", "crossing", "hair"):
+        plain, full = (split(name, fl.PlaneGrid(16), lanes) for lanes in (1, 16))
+        assert [split(name, fl.PlaneOctets(16), lanes) for lanes in (1, 16)] == [plain, full]
+        n_differ += plain != full
+    assert n_differ > 0
+
+
+@pytest.mark.parametrize("effort", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("scene", ["spaghetti", "bun-hair"])
+def test_leaves_are_fuller_and_fewer(scene: str, effort: float) -> None:
+    lines = fl.scenes.make(scene, 2000).lines
+    full, plain = (fl.build(lines, "best", effort=effort, lanes=lanes) for lanes in (16, 1))
+    full.validate()
+    assert full.settings == fl.build(lines, effort=effort).settings
+    fill = [tree.nodes["n_refs"][tree.is_leaf].mean() for tree in (full, plain)]
+    assert fill[0] > 1.15 * fill[1]
+    assert full.layout.n_bytes < plain.layout.n_bytes
+
+
+@pytest.mark.parametrize("lanes", [0, 3, 24, 128, 1.5, "16", None, True])
+def test_wrong_lanes(lanes: Any) -> None:
+    with pytest.raises(fl.InputError, match="lanes"):
+        fl.Settings(lanes=lanes)
