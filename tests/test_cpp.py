@@ -37,6 +37,7 @@ def test_every_header_stands_alone(tmp_path: Path) -> None:
     [
         ("examples/first_hit.cpp", "BVH: segment 0 at t = 5\nKD tree: segment 0 at t = 5\n"),
         ("tests/custom_primitive.cpp", "valid\n"),
+        ("tests/memory.cpp", " 0 missed\n"),
     ],
 )
 def test_program(source: str, said: str, tmp_path: Path) -> None:

@@ -21,16 +21,15 @@ class Memory {
  public:
   /// In huge pages where that saves faults; a block that was released before if one is not much too large.
   static void* allocate(std::size_t n_bytes) {
-    if (void* const again = kept().take(n_bytes)) return again;
-    const std::size_t alignment = n_bytes >= 2 * kHuge ? kHuge : kBlock;
-    const std::size_t size = (kBlock + n_bytes + alignment - 1) / alignment * alignment;
-    auto* const begin = static_cast<std::byte*>(std::aligned_alloc(alignment, size));
+    const std::size_t size = size_for(n_bytes);
+    if (void* const again = kept().take(n_bytes, size)) return again;
+    auto* const begin = static_cast<std::byte*>(std::aligned_alloc(alignment_for(n_bytes), kBlock + size));
     if (!begin) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE
-    if (alignment == kHuge)
+    if (alignment_for(n_bytes) == kHuge)
       madvise(begin, kBlock + n_bytes, MADV_HUGEPAGE);  // a hint: if it is refused, nothing is lost
 #endif
-    new (begin) std::size_t(size - kBlock);
+    new (begin) std::size_t(size);
     return begin + kBlock;
   }
 
@@ -51,6 +50,14 @@ class Memory {
  private:
   static constexpr std::size_t kBlock = 128, kHuge = std::size_t(1) << 21;
 
+  static std::size_t alignment_for(std::size_t n_bytes) { return n_bytes >= 2 * kHuge ? kHuge : kBlock; }
+
+  /// What a new block for so many bytes has room for.
+  static std::size_t size_for(std::size_t n_bytes) {
+    const std::size_t alignment = alignment_for(n_bytes);
+    return (kBlock + n_bytes + alignment - 1) / alignment * alignment - kBlock;
+  }
+
   static std::byte* begin_of(void* data) { return static_cast<std::byte*>(data) - kBlock; }
   static std::size_t size_of(void* data) { return *std::launder(reinterpret_cast<std::size_t*>(begin_of(data))); }
 
@@ -59,14 +66,15 @@ class Memory {
   /// was in use would wait for ever.
   class Kept {
    public:
-    void* take(std::size_t n_bytes) {
+    /// A block for so many bytes that is not much larger than a new one would be.
+    void* take(std::size_t n_bytes, std::size_t size_of_new) {
       if (n_bytes < kLeast) return nullptr;
       const std::unique_lock lock(mutex_, std::try_to_lock);
       if (!lock) return nullptr;
       auto best = blocks_.end();
       for (auto block = blocks_.begin(); block != blocks_.end(); ++block) {
         const std::size_t size = size_of(*block);
-        if (size >= n_bytes && size - size / 4 <= n_bytes && (best == blocks_.end() || size < size_of(*best)))
+        if (size >= n_bytes && size - size / 4 <= size_of_new && (best == blocks_.end() || size < size_of(*best)))
           best = block;
       }
       if (best == blocks_.end()) return nullptr;
