@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from nasty import named_scene
+from nasty import named_scene, same
 
 import fastlines as fl
 
@@ -55,6 +55,17 @@ def test_octets_count_as_the_grid_does(boxes: fl.splits.BoxRule) -> None:
         assert [split(name, fl.PlaneOctets(16), lanes) for lanes in (1, 16)] == [plain, full]
         n_differ += plain != full
     assert n_differ > 0
+
+
+@pytest.mark.parametrize("boxes", ["tight", "cut"])
+@pytest.mark.parametrize("lookahead", [2, 3])
+def test_what_a_search_skips_can_not_pay_with_lanes_either(lookahead: int, boxes: fl.splits.BoxRule) -> None:
+    given: dict[str, Any] = {"splits": fl.PlaneGrid(4), "boxes": boxes, "lookahead": lookahead, "lanes": 16}
+    for seed in range(3):
+        ends = np.random.default_rng(seed).random((60, 2, 3), dtype=np.float32)
+        skipping, exhaustive = (fl.build(ends, **given, exhaustive=all_of_them) for all_of_them in (False, True))
+        assert same(skipping, exhaustive)
+        assert skipping.n_nodes > 3
 
 
 @pytest.mark.parametrize("effort", [0.0, 0.5, 1.0])
