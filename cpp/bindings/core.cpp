@@ -8,8 +8,6 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
-#include <bit>
-#include <mutex>
 
 #include "build.hpp"
 #include "fastlines/build/reinsertion.hpp"
@@ -39,10 +37,13 @@ void with_primitives(const std::string& kind, const Input<float>& data, Use&& us
 /// The widest instruction set of this machine that there is a module for.
 const char* best_simd() {
 #if defined(__x86_64__) || defined(__i386__)
-  if (__builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") &&
-      __builtin_cpu_supports("avx512vbmi") && __builtin_cpu_supports("avx512vnni") && __builtin_cpu_supports("fma"))
+  const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
+                    __builtin_cpu_supports("bmi2");
+  if (avx2 && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
+      __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vbmi") &&
+      __builtin_cpu_supports("avx512vnni"))
     return "avx512";
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return "avx2";
+  if (avx2) return "avx2";
   if (__builtin_cpu_supports("sse4.2")) return "sse42";
   return "portable";
 #elif defined(__aarch64__)
@@ -117,73 +118,6 @@ void with_search(const Input<float>& data, const std::optional<Input<std::uint32
   watch([&](Progress& watched) { run(search, watched); }, progress);
 }
 
-/// The greatest size of any of these numbers; infinite if one is not finite. Sizes of floats are ordered as their bits.
-float greatest(std::span<const Vec3> vectors) {
-  const std::span numbers(reinterpret_cast<const float*>(vectors.data()), 3 * vectors.size());
-  std::int32_t greatest = 0;
-  for (const float x : numbers) greatest = std::max(greatest, std::bit_cast<std::int32_t>(x) & 0x7fff'ffff);
-  return std::bit_cast<float>(std::min(greatest, 0x7f80'0000));
-}
-
-/// Extremes of some rays.
-struct Sizes {
-  float far_origin = 0.0f, longest = 0.0f, shortest = std::numeric_limits<float>::max(), reach = 0.0f;
-  bool fine = true;  // radius and bounds
-
-  void add(const Sizes& other) {
-    far_origin = max(far_origin, other.far_origin);
-    longest = max(longest, other.longest);
-    shortest = min(shortest, other.shortest);
-    reach = max(reach, other.reach);
-    fine &= other.fine;
-  }
-};
-
-Sizes sizes_of(const RayBatch& rays, std::size_t begin, std::size_t end, float largest_radius) {
-  const auto part = [&](auto values) { return values.size() == 1 ? values : values.subspan(begin, end - begin); };
-  Sizes sizes;
-  sizes.far_origin = greatest(rays.origins.subspan(begin, end - begin));
-  const std::span directions = rays.directions.subspan(begin, end - begin);
-  sizes.longest = greatest(directions);
-  for (const Vec3& d : directions)
-    sizes.shortest = min(sizes.shortest, max(max(std::fabs(d[0]), std::fabs(d[1])), std::fabs(d[2])));
-  for (const float x : part(rays.radius)) {
-    sizes.fine &= (x >= 0.0f) & (x <= largest_radius);
-    sizes.reach = max(sizes.reach, x);
-  }
-  const std::span starts = part(rays.t_min), ends = part(rays.t_max);
-  for (std::size_t i = 0; i < std::max(starts.size(), ends.size()); ++i) {
-    const float start = RayBatch::pick(starts, i);
-    sizes.fine &= (start <= RayBatch::pick(ends, i)) & (start <= std::numeric_limits<float>::max());
-  }
-  return sizes;
-}
-
-/// Whether all rays can be asked: everything finite, bounds in order, directions long enough for t to be a float32 in a
-/// scene whose coordinates go up to `farthest`. A quick look: `false` means that Python has to look closer.
-bool are_rays(RayArrays arrays, float largest_radius, float farthest, unsigned n_threads) {
-  const nb::gil_scoped_release release;
-  const RayBatch rays = batch_of(arrays);
-  if (rays.size() == 0) return true;
-  constexpr std::size_t at_once = 1 << 14;
-  constexpr double largest = std::numeric_limits<float>::max();
-  Sizes all;
-  std::mutex mutex;
-  Progress unwatched;
-  // A thread takes as long to start as some hundred thousand rays.
-  n_threads = std::clamp(unsigned(rays.size() >> 18), 1u, n_threads);
-  for_each_chunk((rays.size() + at_once - 1) / at_once, n_threads, unwatched, [] { return 0; },
-                 [&](int, std::size_t chunk) {
-                   const std::size_t begin = chunk * at_once, end = std::min(rays.size(), begin + at_once);
-                   const Sizes sizes = sizes_of(rays, begin, end, largest_radius);
-                   const std::lock_guard lock(mutex);
-                   all.add(sizes);
-                 });
-  const double far = 2.0 * (double(all.far_origin) + farthest) + all.reach;
-  return all.fine && all.far_origin <= largest && all.longest <= largest && all.shortest > 0.0f &&
-         far <= double(all.shortest) * largest;
-}
-
 using OptionalNodes = std::optional<Input<std::uint32_t>>;
 
 nb::tuple first_hit(Input<float> data, OptionalNodes nodes, Input<std::uint32_t> refs, RayArrays rays, bool surface,
@@ -242,7 +176,6 @@ NB_MODULE(_core, m) {
         "pieces"_a);
   m.def("cost", &cost, "nodes"_a.noconvert(), "c_trav"_a, "c_prim"_a);
   m.def("best_simd", &best_simd);
-  m.def("are_rays", &are_rays, "rays"_a, "largest_radius"_a, "farthest"_a, "n_threads"_a);
   m.def("first_hit", &first_hit, "data"_a.noconvert(), "nodes"_a.noconvert().none(), "refs"_a.noconvert(), "rays"_a,
         "surface"_a, "n_threads"_a, "progress"_a.none());
   m.def("any_hit", &any_hit, "data"_a.noconvert(), "nodes"_a.noconvert().none(), "refs"_a.noconvert(), "rays"_a,

@@ -9,6 +9,7 @@
 #include "fastlines/kernels/pace.hpp"
 #include "fastlines/kernels/run.hpp"
 #include "fastlines/layout/collapse.hpp"
+#include "fastlines/query/askable.hpp"
 #include "fastlines/tree/refit.hpp"
 #include "rays.hpp"
 #include "watch.hpp"
@@ -156,6 +157,12 @@ nb::tuple refit_layout(LayoutArrays layout, unsigned n_threads, nb::object progr
   return nb::make_tuple(to_nodes, to_leaves, extent);
 }
 
+/// A quick look: `false` means that Python has to look closer.
+bool are_rays(RayArrays rays, float largest_radius, float farthest, unsigned n_threads) {
+  const nb::gil_scoped_release release;
+  return askable(batch_of(rays), largest_radius, farthest, n_threads);
+}
+
 /// Nanoseconds that each step takes alone, by name; see kernels/pace.hpp.
 nb::dict pace(LayoutArrays layout, RayArrays rays) {
   const RayBatch batch = batch_of(rays);
@@ -205,6 +212,7 @@ NB_MODULE(FASTLINES_MODULE, m) {
   m.def("build", &build, "segments"_a.noconvert(), "settings"_a, "progress"_a.none());
   m.def("widen", &widen, "segments"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "radius_hint"_a,
         "n_threads"_a, "progress"_a.none());
+  m.def("are_rays", &are_rays, "rays"_a, "largest_radius"_a, "farthest"_a, "n_threads"_a);
   m.def("first_hit", &first, "layout"_a, "rays"_a, "surface"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
   m.def("any_hit", &any_of, "layout"_a, "rays"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
   m.def("count_hits", &count, "layout"_a, "rays"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from . import _core
 from .checks import choice
+from .engines import engine
 from .errors import InputError
 from .geometry import FLOAT32_MAX, INVALID, FloatArray, IntArray, list_rows, to_float32
 from .threads import get_num_threads
@@ -88,7 +88,7 @@ def check_rays(
         low = high = [0.0, 0.0, 0.0]
     largest = min(RADIUS_LIMIT * (max(b - a for a, b in zip(low, high, strict=True)) or 1.0), FLOAT32_MAX)
     farthest = max(map(abs, (*low, *high)))
-    if _core.are_rays((origins, directions, radii, starts, ends), largest, farthest, get_num_threads()):
+    if engine().are_rays((origins, directions, radii, starts, ends), largest, farthest, get_num_threads()):
         return Rays(shape, origins, directions, radii, starts, ends, np.zeros(0, np.int64))
 
     # Every way in which a ray can be no ray; the core only tells that there may be one.
