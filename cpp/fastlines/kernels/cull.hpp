@@ -12,8 +12,9 @@ namespace fastlines {
 
 /// What culling needs of a ray (or of a bundle's centre): its line, and how near counts.
 struct CullRay {
-  float inverse[3], near[3], far[3];  // box planes: q·(scale·inverse) + (org·inverse − near)
-  int near_row[3], far_row[3];        // where a node's bytes of the near and the far planes begin
+  // In three lanes, of x, y and z.
+  Float4 inverse, near, far;  // box planes: q·(scale·inverse) + (org·inverse − near)
+  Int4 near_row, far_row;     // where a node's bytes of the near and the far planes begin
   float t_min;
   Across across;  // what leaves see of it
 
@@ -21,16 +22,16 @@ struct CullRay {
   explicit CullRay(const Ray& ray) : CullRay(ray.o, ray.r, ray.u, ray.v, ray.radius + ray.eps, ray.t_min) {}
   CullRay(const Vec3& origin, const Vec3& r, const Vec3& u, const Vec3& v, float reach, float t_min_)
       : t_min(t_min_), across(origin, r, u, v, reach) {
-    for (int k = 0; k < 3; ++k) {
-      const float component = std::copysign(std::max(std::abs(r[k]), 1e-18f), r[k]);
-      inverse[k] = 1.0f / component;
-      const bool backwards = component < 0.0f;
-      const float grow = std::copysign(reach, component);
-      near_row[k] = (backwards ? k + 3 : k) * kWidth;
-      far_row[k] = (backwards ? k : k + 3) * kWidth;
-      near[k] = (origin[k] + grow) * inverse[k];
-      far[k] = (origin[k] - grow) * inverse[k];
-    }
+    const Float4 o{origin[0], origin[1], origin[2]}, along{r[0], r[1], r[2]};
+    const Int4 sign = Int4(along) & std::numeric_limits<std::int32_t>::min();
+    const auto signed_as = [=](Float4 size) { return Float4(Int4(size) | sign); };
+    inverse = four(1.0f) / signed_as(max(Float4(Int4(along) ^ sign), four(1e-18f)));
+    const Float4 grow = signed_as(four(reach));
+    near = (o + grow) * inverse;
+    far = (o - grow) * inverse;
+    const Int4 swapped = (sign >> 31) & 3;
+    near_row = (Int4{0, 1, 2} + swapped) * kWidth;
+    far_row = (Int4{3, 4, 5} - swapped) * kWidth;
   }
 };
 

@@ -153,24 +153,24 @@ struct Rays16 {
         radius2{lanes.radius2 + first} {}
 };
 
-/// Sixteen of sixteen rays, each as often as it is wanted: those with these indices. F is Float16: named, so that this
-/// is compiled only where it can look up.
-template <class F>
+/// Sixteen of N rays, each as often as it is wanted: those with these indices. F is Float16: named, so that this is
+/// compiled only where it can look up.
+template <class F, int N = kWidth>
 struct ChosenRays {
   struct Number {
     const float* table;
     const std::uint32_t* index;
-    operator F() const { return F::look_up(table, index); }
+    operator F() const { return F::template look_up<N>(table, index); }
   };
   struct Vector {
     const float* table[3];
     const std::uint32_t* index;
-    F operator[](int k) const { return F::look_up(table[k], index); }
+    F operator[](int k) const { return F::template look_up<N>(table[k], index); }
   };
   Vector o, u, v, r;
   Number t_min, t_max, radius2;
 
-  /// Of lanes [first, first + 16).
+  /// Of lanes [first, first + N).
   template <class Lanes>
   ChosenRays(const Lanes& rays, int first, const std::uint32_t* index)
       : o(of(rays.o, first, index)),

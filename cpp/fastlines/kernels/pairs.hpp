@@ -27,12 +27,25 @@ struct Pairs {
     what[n] = w;
     ray[n++] = r;
   }
-  /// The things `base` + the numbers of these bits; room for sixteen is needed.
-  void pack(std::uint32_t bits, std::uint32_t base, std::uint32_t r) {
-    pack_numbers(bits, base, what.data() + n);
-    std::fill_n(ray.data() + n, kWidth, r);
-    n += std::size_t(std::popcount(bits));
+  /// Where a loop appends, kept in registers: a count in memory would be written and waited for in each turn.
+  struct Tail {
+    std::uint32_t *what, *ray;
+
+    /// The things `base` + the numbers of these bits; room for sixteen is needed.
+    void pack(std::uint32_t bits, std::uint32_t base, std::uint32_t r) {
+      pack_numbers(bits, base, what);
+      std::fill_n(ray, kWidth, r);
+      const int n_packed = std::popcount(bits);
+      what += n_packed;
+      ray += n_packed;
+    }
+  };
+  /// Begin to append at most so many.
+  Tail tail(std::size_t at_most) {
+    reserve(at_most + kWidth);
+    return {what.data() + n, ray.data() + n};
   }
+  void end(const Tail& tail) { n = std::size_t(tail.what - what.data()); }
   /// Repeat the last thing sixteen times past the end, so that what is there can be read.
   void pad() { std::fill_n(what.data() + n, kWidth, what[n - (n > 0)]); }
 };

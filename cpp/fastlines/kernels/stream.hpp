@@ -51,18 +51,20 @@ class Stream {
     nodes_.n = begin;
     tally(&Steps::nodes, n);
     cost_ += AloneCost::kNode * n;
-    nodes_.reserve((n + 1) * kWidth);
-    leaves_.reserve((n + 1) * kWidth);
+    Pairs::Tail nodes = nodes_.tail(n * kWidth), leaves = leaves_.tail(n * kWidth);
+    const WideNode* const tree_nodes = tree_.nodes;
     for (std::size_t j = 0; j < n; ++j) {
-      if (j + kAhead < n) fetch(tree_.nodes + taken_.what[j + kAhead]);
-      const WideNode& node = tree_.nodes[taken_.what[j]];
+      if (j + kAhead < n) fetch(tree_nodes + taken_.what[j + kAhead]);
+      const WideNode& node = tree_nodes[taken_.what[j]];
       const std::uint32_t ray = taken_.ray[j];
       Float16 near;
       const std::uint32_t lanes = cull_node(cull_[ray], node, rays.t_max[ray], near);
       const std::uint32_t inner = lanes & ((1u << node.n_inner) - 1);
-      nodes_.pack(inner, node.first_inner, ray);
-      leaves_.pack(lanes ^ inner, node.first_leaf - node.n_inner, ray);
+      nodes.pack(inner, node.first_inner, ray);
+      leaves.pack(lanes ^ inner, node.first_leaf - node.n_inner, ray);
     }
+    nodes_.end(nodes);
+    leaves_.end(leaves);
   }
 
   template <class Collector>
@@ -70,18 +72,20 @@ class Stream {
     const std::size_t n = leaves_.size();
     tally(&Steps::leaves, n);
     cost_ += AloneCost::kLeaf * n;
-    survivors_.reserve((n + 1) * kWidth);
-    for (std::size_t j = 0; j < std::min(n, kAhead); ++j) fetch(tree_.leaves + leaves_.what[j]);
+    Pairs::Tail survivors = survivors_.tail(n * kWidth);
+    const WideLeaf* const leaves = tree_.leaves;
+    for (std::size_t j = 0; j < std::min(n, kAhead); ++j) fetch(leaves + leaves_.what[j]);
     for (std::size_t begin = 0; begin < n; begin += kAhead) {
       const std::uint32_t *const what = leaves_.what.data() + begin, *const ray = leaves_.ray.data() + begin;
       const std::size_t m = std::min(n - begin, kAhead), more = std::min(n - begin - m, kAhead);
-      for (std::size_t j = 0; j < m; ++j) places_[j] = place_of(tree_.leaves[what[j]], cull_[ray[j]].across);
+      for (std::size_t j = 0; j < m; ++j) places_[j] = place_of(leaves[what[j]], cull_[ray[j]].across);
       for (std::size_t j = 0; j < m; ++j) {
-        if (j < more) fetch(tree_.leaves + what[m + j]);
-        near_[j] = cull_leaf(cull_[ray[j]].across, tree_.leaves[what[j]], places_[j]);
+        if (j < more) fetch(leaves + what[m + j]);
+        near_[j] = cull_leaf(cull_[ray[j]].across, leaves[what[j]], places_[j]);
       }
-      for (std::size_t j = 0; j < m; ++j) survivors_.pack(near_[j], tree_.leaves[what[j]].first_ref, ray[j]);
+      for (std::size_t j = 0; j < m; ++j) survivors.pack(near_[j], leaves[what[j]].first_ref, ray[j]);
     }
+    survivors_.end(survivors);
     leaves_.clear();
     if (survivors_.size() >= kEnough) test_survivors(rays, collector);
   }

@@ -79,18 +79,19 @@ class ThickSearch {
     }
     tally(&Steps::nodes, std::uint64_t(n_next));
     cost_ += TogetherCost::kNode * std::uint64_t(n_next);
-    n_leaves_ = 0;
+    int n_leaves = 0;  // in a register: a count in memory would be waited for
     for (int i = 0; i < n_next; ++i) {
       const WideNode& node = tree_.nodes[next[i].child];
       Float16 enter;
       const std::uint32_t lanes = cull_node(axis, node, deepest, enter);
       const std::uint32_t inner = lanes & ((1u << node.n_inner) - 1);
-      pack_numbers(lanes ^ inner, node.first_leaf - node.n_inner, leaves_ + n_leaves_);
-      n_leaves_ += std::popcount(lanes ^ inner);
+      pack_numbers(lanes ^ inner, node.first_leaf - node.n_inner, leaves_ + n_leaves);
+      n_leaves += std::popcount(lanes ^ inner);
       stack_.push(node, inner, enter);
     }
+    n_leaves_ = n_leaves;
     if (!stack_.empty()) fetch(tree_.nodes + stack_.top().child);
-    for (int i = 0; i < n_leaves_; ++i) fetch(tree_.leaves + leaves_[i]);
+    for (int i = 0; i < n_leaves; ++i) fetch(tree_.leaves + leaves_[i]);
   }
 
   /// Append the segments whose pieces in these leaves survive, but for those that the bundle has met already.
@@ -101,10 +102,11 @@ class ThickSearch {
     leaves_[n_leaves_] = leaves_[0];
     LeafPlace next = place_of(tree_.leaves[leaves_[0]], axis);
     int n_pieces = 0;
-    for (int i = 0; i < n_leaves_; ++i) {
-      const WideLeaf& leaf = tree_.leaves[leaves_[i]];
-      const LeafPlace place = std::exchange(next, place_of(tree_.leaves[leaves_[i + 1]], axis));
-      for (int i_line = 0; i_line < 3; ++i_line) __builtin_prefetch(tree_.refs + leaf.first_ref + i_line * kPerLine);
+    const WideView tree = tree_;  // a copy, so that nothing written can alias it
+    for (int i = 0, n = n_leaves_; i < n; ++i) {
+      const WideLeaf& leaf = tree.leaves[leaves_[i]];
+      const LeafPlace place = std::exchange(next, place_of(tree.leaves[leaves_[i + 1]], axis));
+      for (int i_line = 0; i_line < 3; ++i_line) __builtin_prefetch(tree.refs + leaf.first_ref + i_line * kPerLine);
       const std::uint32_t lanes = cull_leaf(axis, leaf, place);
       pack_numbers(lanes, leaf.first_ref, pieces_ + n_pieces);
       n_pieces += std::popcount(lanes);
@@ -113,12 +115,14 @@ class ThickSearch {
     tally(&Steps::pieces, std::uint64_t(n_pieces));
     cost_ += TogetherCost::kLeaf * std::uint64_t(n_leaves_);
     seen_.reserve(std::size_t(n_pieces));
+    int n_prims = n_prims_;
     for (int j = 0; j < n_pieces; ++j) {
-      const std::uint32_t prim = tree_.refs[pieces_[j]].prim;
-      __builtin_prefetch(tree_.segments + prim);
-      prims_[n_prims_] = prim;
-      n_prims_ += seen_.insert(prim);
+      const std::uint32_t prim = tree.refs[pieces_[j]].prim;
+      __builtin_prefetch(tree.segments + prim);
+      prims_[n_prims] = prim;
+      n_prims += seen_.insert(prim);
     }
+    n_prims_ = n_prims;
   }
 
   /// Test the segments that wait, sixteen at a time, as long as there are so many.
@@ -138,7 +142,7 @@ class ThickSearch {
     const int n_lines = n * (bundle.end - bundle.first) / kWidth;
     Near near;
     bool as_pairs = false;
-    if constexpr (Collector::kUnordered && Float16::kLooksUp) {
+    if constexpr (Collector::kUnordered && Float16::kLooksUp > 0) {
       as_pairs = few_near_;
       if (as_pairs) near = test_pairs<Float16>(rays, bundle, prims, n, collector);
     }
@@ -167,8 +171,8 @@ class ThickSearch {
       const Vec3 along{lines_.along[0][j], lines_.along[1][j], lines_.along[2][j]};
       const Rays16 sixteen(rays, first);
       const Approach<Float16> approach = closest_approach(sixteen, see<Float16>(sixteen, start, along));
-      const std::uint32_t hit = approach.hit.bits() & near;
-      if (hit) collector.take(rays, first, hit, approach, prims[j]);
+      // Without asking first whether any hits: the guess would be known to be wrong only at the end of a long test.
+      collector.take(rays, first, approach.hit.bits() & near, approach, prims[j]);
     }
     return seen;
   }

@@ -1,5 +1,5 @@
-// Sixteen rays at a time that have nothing to do with each other. Each is a slot with a stack of its own; all take a
-// step together, phase by phase:
+// Rays that have nothing to do with each other, sixteen or thirty-two at a time. Each is a slot with a stack of its
+// own; all take a step together, phase by phase:
 //
 //   A  each slot's node is tested: children that are leaves go to one list, inner ones to the slot's stack
 //   B  each leaf of the list is tested: the pieces that survive go to a second list
@@ -35,7 +35,7 @@ class Wave {
   void add(const Ray& ray, const Sink& sink, std::uint32_t tag, Done&& done) {
     while (n_ == kSlots) step(done);
     const std::uint32_t which = which_[n_++];
-    if constexpr (Float16::kLooksUp) put_test(rays_, int(which), ray);
+    if constexpr (Float16::kLooksUp > 0) put_test(rays_, int(which), ray);
     Slot& slot = slots_[which];
     slot.ray = ray;
     slot.cull = CullRay(ray);
@@ -55,7 +55,8 @@ class Wave {
   }
 
  private:
-  static constexpr int kSlots = 16;
+  static constexpr int kSlots = std::max(kWidth, Float16::kLooksUp);
+  static constexpr std::size_t kAtOnce = 128;
   static constexpr float kNever = std::numeric_limits<float>::infinity();
 
   struct Slot {
@@ -101,42 +102,44 @@ class Wave {
   template <class Done>
   void step(Done&& done) {
     Slot* const slots = slots_.data();
+    const WideView tree = tree_;  // a copy, so that nothing written can alias it
 
     // A: nodes.
     leaves_.clear();
-    leaves_.reserve(std::size_t(n_ + 1) * kWidth);
-    for (int i = 0; i < n_; ++i) {
+    Pairs::Tail leaves = leaves_.tail(std::size_t(n_) * kWidth);
+    for (int i = 0, n = n_; i < n; ++i) {
       const std::uint32_t which = which_[i];
       Slot& slot = slots[which];
-      const WideNode& node = tree_.nodes[slot.node];
+      const WideNode& node = tree.nodes[slot.node];
       Float16 near;
       const std::uint32_t lanes = cull_node(slot.cull, node, slot.sink->limit, near);
       const std::uint32_t inner = lanes & ((1u << node.n_inner) - 1);
       slot.push(inner, near, node.first_inner);
-      leaves_.pack(lanes ^ inner, node.first_leaf - node.n_inner, which);
+      leaves.pack(lanes ^ inner, node.first_leaf - node.n_inner, which);
     }
+    leaves_.end(leaves);
 
     // B: leaves.
     const std::size_t n_leaves = leaves_.size();
+    const std::uint32_t *const leaf = leaves_.what.data(), *const of = leaves_.ray.data();
     survivors_.clear();
-    survivors_.reserve((n_leaves + 1) * kWidth);
-    for (std::size_t j = 0; j < n_leaves; ++j) fetch(tree_.leaves + leaves_.what[j]);
+    Pairs::Tail survivors = survivors_.tail(n_leaves * kWidth);
+    for (std::size_t j = 0; j < n_leaves; ++j) fetch(tree.leaves + leaf[j]);
+    for (std::size_t j = 0; j < n_leaves; ++j) places_[j] = place_of(tree.leaves[leaf[j]], slots[of[j]].cull.across);
     for (std::size_t j = 0; j < n_leaves; ++j)
-      places_[j] = place_of(tree_.leaves[leaves_.what[j]], slots[leaves_.ray[j]].cull.across);
-    for (std::size_t j = 0; j < n_leaves; ++j)
-      near_[j] = cull_leaf(slots[leaves_.ray[j]].cull.across, tree_.leaves[leaves_.what[j]], places_[j]);
-    for (std::size_t j = 0; j < n_leaves; ++j)
-      survivors_.pack(near_[j], tree_.leaves[leaves_.what[j]].first_ref, leaves_.ray[j]);
+      near_[j] = cull_leaf(slots[of[j]].cull.across, tree.leaves[leaf[j]], places_[j]);
+    for (std::size_t j = 0; j < n_leaves; ++j) survivors.pack(near_[j], tree.leaves[leaf[j]].first_ref, of[j]);
+    survivors_.end(survivors);
 
     // C: survivors.
     const std::size_t n = survivors_.size();
     survivors_.pad();
-    for (std::size_t j = 0; j < n; ++j) __builtin_prefetch(tree_.refs + survivors_.what[j]);
-    for (std::size_t j = 0; j < n; ++j) __builtin_prefetch(tree_.segments + tree_.refs[survivors_.what[j]].prim);
-    if constexpr (Float16::kLooksUp)
-      for (std::size_t j = 0; j < n; j += kWidth) test_sixteen<Float16>(j, int(std::min<std::size_t>(n - j, kWidth)));
+    for (std::size_t j = 0; j < n; ++j) __builtin_prefetch(tree.refs + survivors_.what[j]);
+    for (std::size_t j = 0; j < n; ++j) __builtin_prefetch(tree.segments + tree.refs[survivors_.what[j]].prim);
+    if constexpr (Float16::kLooksUp > 0)
+      for (std::size_t j = 0; j < n; j += kAtOnce) test_many<Float16>(j, std::min(n - j, kAtOnce));
     else
-      for (std::size_t j = 0; j < n; ++j) test_one(slots[survivors_.ray[j]], tree_.refs[survivors_.what[j]]);
+      for (std::size_t j = 0; j < n; ++j) test_one(slots[survivors_.ray[j]], tree.refs[survivors_.what[j]]);
     work_.cost += AloneCost::kNode * std::uint64_t(n_) + AloneCost::kLeaf * n_leaves + AloneCost::kTest * n;
     tally(&Steps::nodes, std::uint64_t(n_));
     tally(&Steps::leaves, n_leaves);
@@ -160,21 +163,29 @@ class Wave {
     if (!slot.sink->done()) test_segment(slot.ray, tree_.segments[ref.prim], tree_.frame, ref, *slot.sink);
   }
 
-  /// Test survivors [first, first + n) exactly, at most sixteen. F is Float16, as of ChosenRays.
+  /// Test survivors [first, first + n) exactly, at most kAtOnce. What hits is dealt with when all have been tested:
+  /// a guess about hits would be known to be wrong only at the end of a long test. F is Float16, as of ChosenRays.
   template <class F>
-  void test_sixteen(std::size_t first, int n) {
+  void test_many(std::size_t first, std::size_t n) {
     const std::uint32_t* const what = survivors_.what.data() + first;
     const std::uint32_t* const slot = survivors_.ray.data() + first;
-    F start[3], e[3];
-    take_sixteen(tree_, [&](int j) { return tree_.refs[what[j]].prim; }, start, e);
-    const ChosenRays<F> rays(rays_, 0, slot);
-    const Approach<F> approach = closest_approach(rays, see<F>(rays, start, e));
-    alignas(64) float s[kWidth], t[kWidth], dist2[kWidth];
-    approach.s.store(s);
-    approach.t.store(t);
-    approach.dist2.store(dist2);
-    for (std::uint32_t hit = approach.hit.bits() & ((1u << n) - 1); hit; hit &= hit - 1) {
-      const int j = std::countr_zero(hit);
+    alignas(64) float s[kAtOnce], t[kAtOnce], dist2[kAtOnce];
+    std::uint32_t hits[kAtOnce + kWidth];
+    std::size_t n_hits = 0;
+    for (std::size_t j = 0; j < n; j += kWidth) {
+      F start[3], e[3];
+      take_sixteen(tree_, [&](int i) { return tree_.refs[what[j + std::size_t(i)]].prim; }, start, e);
+      const ChosenRays<F, kSlots> rays(rays_, 0, slot + j);
+      const Approach<F> approach = closest_approach(rays, see<F>(rays, start, e));
+      approach.s.store(s + j);
+      approach.t.store(t + j);
+      approach.dist2.store(dist2 + j);
+      const std::uint32_t hit = approach.hit.bits() & ((2u << std::min<std::size_t>(n - j - 1, kWidth - 1)) - 1);
+      pack_numbers(hit, std::uint32_t(j), hits + n_hits);
+      n_hits += std::size_t(std::popcount(hit));
+    }
+    for (std::size_t i = 0; i < n_hits; ++i) {
+      const std::uint32_t j = hits[i];
       Slot& of = slots_[slot[j]];
       const Reference& ref = tree_.refs[what[j]];
       of.sink->add({of.ray, tree_.segments[ref.prim], tree_.frame, {s[j], t[j], dist2[j], true}, ref});

@@ -25,7 +25,7 @@ struct Mask16 {
 struct Float16 {
   __m256 a, b;
   static constexpr int kRegisters = 2;
-  static constexpr bool kLooksUp = true;  // look_up is worth its time
+  static constexpr int kLooksUp = 16;  // so long a table look_up is worth its time for
 
   Float16() = default;
   Float16(__m256 a_, __m256 b_) : a(a_), b(b_) {}
@@ -44,6 +44,8 @@ struct Float16 {
     _mm256_storeu_ps(p + 8, b);
   }
   /// Of the sixteen numbers of a table those with these indices, of which the lowest four bits count.
+  template <int n = 16>
+    requires(n == 16)
   static Float16 look_up(const float* table, const std::uint32_t* index) {
     const __m256 low = _mm256_loadu_ps(table), high = _mm256_loadu_ps(table + 8);
     const auto eight = [&](const std::uint32_t* from) {

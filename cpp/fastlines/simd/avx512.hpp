@@ -21,7 +21,7 @@ struct Mask16 {
 struct Float16 {
   __m512 a;
   static constexpr int kRegisters = 1;
-  static constexpr bool kLooksUp = true;  // look_up is worth its time
+  static constexpr int kLooksUp = 32;  // so long a table look_up is worth its time for
 
   Float16() = default;
   Float16(__m512 a_) : a(a_) {}
@@ -35,9 +35,14 @@ struct Float16 {
     return _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))));
   }
   void store(float* p) const { _mm512_storeu_ps(p, a); }
-  /// Of the sixteen numbers of a table those with these indices, of which the lowest four bits count.
+  /// Of the numbers of a table, 16 or 32, those with these indices, of which no higher bits count.
+  template <int n = 16>
   static Float16 look_up(const float* table, const std::uint32_t* index) {
-    return _mm512_permutexvar_ps(_mm512_loadu_si512(index), _mm512_loadu_ps(table));
+    const __m512i at = _mm512_loadu_si512(index);
+    if constexpr (n == 16)
+      return _mm512_permutexvar_ps(at, _mm512_loadu_ps(table));
+    else
+      return _mm512_permutex2var_ps(_mm512_loadu_ps(table), at, _mm512_loadu_ps(table + 16));
   }
 
   friend Float16 operator+(Float16 x, Float16 y) { return _mm512_add_ps(x.a, y.a); }

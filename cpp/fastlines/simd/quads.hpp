@@ -71,9 +71,9 @@ struct Float16 {
   Quad v[4];
   static constexpr int kRegisters = 4;
 #if defined(FASTLINES_TALLY)
-  static constexpr bool kLooksUp = true;  // steps are counted as AVX2 and AVX-512 take them
+  static constexpr int kLooksUp = 32;  // steps are counted as AVX-512 takes them
 #else
-  static constexpr bool kLooksUp = false;  // look_up is not worth its time
+  static constexpr int kLooksUp = 0;  // look_up is not worth its time
 #endif
 
   Float16() = default;
@@ -89,10 +89,11 @@ struct Float16 {
     return {quad_of_bytes(p), quad_of_bytes(p + 4), quad_of_bytes(p + 8), quad_of_bytes(p + 12)};
   }
   void store(float* p) const { std::memcpy(p, v, sizeof v); }
-  /// Of the sixteen numbers of a table those with these indices, of which the lowest four bits count.
+  /// Of the numbers of a table, 16 or 32, those with these indices, of which no higher bits count.
+  template <int n = 16>
   static Float16 look_up(const float* table, const std::uint32_t* index) {
     float x[16];  // copied as bytes, for the table may hold other numbers
-    for (int i = 0; i < 16; ++i) std::memcpy(&x[i], table + index[i] % 16, sizeof(float));
+    for (int i = 0; i < 16; ++i) std::memcpy(&x[i], table + index[i] % n, sizeof(float));
     return load(x);
   }
 
