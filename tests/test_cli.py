@@ -163,6 +163,16 @@ def test_query_answers_as_the_library_does(tree_file):
     assert "192 rays" in done("query", tree_file, "--camera", "16x12", "-r", 0.1)
 
 
+def test_query_tells_the_rows_of_what_was_not_skipped():
+    ends = np.array([[[0, 0, 0], [1, 0, 0]], [[0, 0, np.nan], [1, 0, 1]], [[0, 1, 0], [1, 1, 0]]])
+    fl.build(ends, invalid="skip").save("skipped.flt")
+    np.save("rays.npy", np.array([[0.5, y, -1, 0, 0, 1] for y in (0, 1, 9)], np.float32))
+    for kind, rows in {"first": [0, 2, -1], "all": [0, 2]}.items():
+        done("query", "skipped.flt", "rays.npy", "-r", 0.1, "-k", kind, "-o", "out.npz")
+        with np.load("out.npz") as out:
+            assert out["row"].tolist() == rows
+
+
 # --- Everything else that can happen ---
 
 

@@ -116,6 +116,8 @@ def test_no_tree_is_saved_where_lines_would_be_looked_for(tmp_path, extension):
     for name in (f"a{extension}", f"a{extension.upper()}.GZ"):
         with pytest.raises(InputError, match="hold lines, this is a tree"):
             tree.save(tmp_path / name)
+    with pytest.raises(InputError, match="trees are not compressed"):
+        tree.save(tmp_path / "a.flt.gz")
     assert not list(tmp_path.iterdir())
 
 

@@ -84,3 +84,15 @@ def test_leaves_are_fuller_and_fewer(scene: str, effort: float) -> None:
 def test_wrong_lanes(lanes: Any) -> None:
     with pytest.raises(fl.InputError, match="lanes"):
         fl.Settings(lanes=lanes)
+
+
+def test_lanes_fit_into_leaves() -> None:
+    lines = fl.scenes.make("spaghetti", 70).lines
+    assert fl.build(lines).settings.lanes == 16
+    for most, lanes in {1: 1, 3: 2, 8: 8, 15: 8, 16: 16, 40: 16}.items():
+        tree = fl.build(lines, limits=fl.Limits(max_leaf_refs=most))
+        assert tree.settings.lanes == lanes
+        tree.validate()
+    with pytest.raises(fl.InputError, match=r"lanes=32 .* max_leaf_refs=16"):
+        fl.build(lines, lanes=32)
+    assert fl.build(lines, lanes=32, limits=fl.Limits(max_leaf_refs=32)).settings.lanes == 32

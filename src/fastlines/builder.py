@@ -61,7 +61,8 @@ def build(
     method : {"best", "bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-d2"}
         "best", the default, makes the tree that queries are fastest on; with a `cost`, or cut boxes, the tree of least
         cost. The others are the trees of the thesis. The other arguments change the settings of the method. Without a
-        method, `splits`, `lookahead`, `bad_levels` and `prune` change those of `Settings()`.
+        method, whoever says how to search (`splits`, `lookahead`, `beam`, `exhaustive`, `bad_levels`, `bad_refs`,
+        `bad_refines` or `prune`) changes those of `Settings()`.
     splits : SplitSet or sequence of SplitSet, optional
         The candidate splits at each node: `PlaneGrid`, `PlaneOctets`, `ObjectSweep`, `PlaneEvents`, `Median`, `Middle`.
     boxes : {"tight", "cut"}, optional
@@ -77,7 +78,8 @@ def build(
     bad_levels, bad_refs, bad_refines, prune, radius_hint : optional
         How to get past levels that look no better than a leaf; see `Settings`.
     lanes : int, optional
-        How many references are tested at once; see `Settings`.
+        How many references are tested at once: 1, 2, 4, … 64. Of "best" 16 for queries, or as many as fit into leaves
+        of `max_leaf_refs`; else 1. See `Settings`.
     effort : float, optional
         Of "best": from 0, the fastest build, to 1, the best tree. 0.5 unless given; for queries 0 from 262,144
         primitives on, where more effort takes twice the time and memory and more for little (docs/builder.md).
@@ -138,6 +140,9 @@ def build(
         given["limits"] = limits.over(base.limits)
         if limits.max_leaf_refs is None and not given["limits"].hold(len(geometry)):
             given["limits"] = replace(given["limits"], max_leaf_refs=None)
+        leaf = given["limits"].max_leaf_refs
+        if lanes is None and leaf is not None and leaf < base.lanes:
+            given["lanes"] = 2 ** (leaf.bit_length() - 1)
     settings = replace(base, **given)
     limits = settings.limits
     if len(geometry) > REF_LIMIT:

@@ -185,8 +185,9 @@ class Settings:
         The search measures boxes grown by this much, in parts of the scene's longest side. A query that comes with a
         radius meets boxes grown by it.
     lanes : int
-        References are tested so many at once, 1, 2, 4, … to 64. To the search so many of them count as the mean of
-        their number and that of the lanes they take: fuller leaves, and fewer.
+        References are tested so many at once: 1, 2, 4, 8, 16, 32 or 64, and no more than `max_leaf_refs`. To the search
+        so many of them count as the mean of their number and that of the lanes they take: fuller leaves, and fewer.
+        What the tree costs (`Tree.cost`) counts references as they are.
     presplit : Presplit, optional
         Cut lines before the build. Tight boxes and lines only.
     reinsertion : int
@@ -236,10 +237,7 @@ class Settings:
         if hint > 1.0:
             raise InputError(f"radius_hint={self.radius_hint!r}; expected {what}")
         object.__setattr__(self, "radius_hint", hint)
-        lanes = count("lanes", self.lanes, 1, 64)
-        if lanes & (lanes - 1):
-            raise InputError(f"lanes={self.lanes!r}; expected 1, 2, 4, 8, 16, 32 or 64")
-        object.__setattr__(self, "lanes", lanes)
+        object.__setattr__(self, "lanes", _lanes(self.lanes))
         if not isinstance(self.presplit, Presplit | None):
             raise InputError(f"presplit={self.presplit!r}; expected fl.Presplit(), fl.Presplit(refs=…) or None")
         object.__setattr__(self, "reinsertion", count("reinsertion", self.reinsertion, 0, 1000))
@@ -248,6 +246,12 @@ class Settings:
             raise InputError(f"cost={self.cost!r}; expected fl.Cost(c_trav=…, c_prim=…)")
         if not isinstance(self.limits, Limits):
             raise InputError(f"limits={self.limits!r}; expected fl.Limits(max_depth=…, …)")
+        most = self.limits.max_leaf_refs
+        if most is not None and self.lanes > most:
+            raise InputError(
+                f"lanes={self.lanes} can not be filled by leaves of max_leaf_refs={most}; give fewer, or allow larger "
+                "leaves"
+            )
         if self.boxes == "cut":
             octets = [split for split in splits if isinstance(split, PlaneOctets)]
             wholes = [split for split in octets if split.max_whole or split.max_apart]
@@ -264,6 +268,13 @@ class Settings:
                 raise InputError(
                     "reinsertion is for tight boxes: those of a KD tree (boxes='cut') can not move; leave it out"
                 )
+
+
+def _lanes(lanes: int) -> int:
+    expected = (1, 2, 4, 8, 16, 32, 64)
+    if isinstance(lanes, bool) or not isinstance(lanes, int | np.integer) or lanes not in expected:
+        raise InputError(f"lanes={lanes!r}; expected one of {', '.join(map(str, expected))}")
+    return int(lanes)
 
 
 #: c_trav of the thesis's trees, fitted to its tables.

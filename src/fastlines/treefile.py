@@ -35,9 +35,12 @@ SECTIONS: dict[str, tuple[str, tuple[int, ...]]] = {
 
 def write(tree: TreeStructure, path: str | os.PathLike[str]) -> None:
     """Write a tree and its lines; see `Tree.save`."""
-    extension = Path(Path(path).name.lower().removesuffix(".gz")).suffix
+    name = Path(path).name.lower()
+    extension = Path(name.removesuffix(".gz")).suffix
     if extension in FORMATS:
         raise InputError(f"{path}: {extension} files hold lines, this is a tree; save it as .flt")
+    if name.endswith(".gz"):
+        raise InputError(f"{path}: trees are not compressed, so that they can be mapped into memory; save it as .flt")
     if not isinstance(tree.geometry, Lines):
         raise InputError(f"only trees over lines can be saved; this one is over {type(tree.geometry).__name__}")
     nodes, refs = tree.words()

@@ -68,7 +68,8 @@ def query(
     r"""Ask what rays hit, with any radius, and write the answer as arrays.
 
     The file has the arrays t, prim, u and distance for the kinds first, all and next (and for the last two also
-    offsets: the hits of ray i are those from offsets\[i] to offsets\[i + 1]), hit for any, count for count.
+    offsets: the hits of ray i are those from offsets\[i] to offsets\[i + 1]), hit for any, count for count. If rows of
+    the input were skipped when the tree was built, row tells which of them each prim was; -1 for a miss.
 
     [bold]Examples[/]
 
@@ -118,7 +119,7 @@ def query(
 
     # Write the arrays, and say how it went.
     if output is not None:
-        write_npz(output, **_arrays(kind, answer))
+        write_npz(output, **_arrays(kind, answer, tree.geometry))
     n_rays, n_found = len(directions), _count(kind, answer)
     if as_json:
         counted = "n_hits" if kind in (*LISTS, "count") else "n_rays_that_hit"
@@ -164,14 +165,18 @@ def read_rays(path: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     return np.asarray(loaded[:, :3]), np.asarray(loaded[:, 3:])
 
 
-def _arrays(kind: str, answer: Any) -> dict[str, Any]:
+def _arrays(kind: str, answer: Any, lines: Any) -> dict[str, Any]:
     """Name the arrays of an answer."""
+    import numpy as np
+
     if kind in ("any", "count"):
         return {"hit" if kind == "any" else "count": answer}
     names = ["t", "prim", "u", "distance", *(["offsets"] if kind in LISTS else [])]
     arrays = {name: getattr(answer, name) for name in names}
     if answer.t_out is not None:
         arrays["t_out"] = answer.t_out
+    if len(lines.skipped):
+        arrays["row"] = np.append(lines.rows, -1)[answer.prim]
     return arrays
 
 
