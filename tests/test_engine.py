@@ -210,6 +210,33 @@ def test_wrong_names() -> None:
     assert "FASTLINES_SIMD='mmx' can not be had here" in said.stderr
 
 
+@pytest.mark.parametrize("simd", fl.available_simd())
+def test_every_instruction_set_finds_what_can_not_be_asked(simd: str) -> None:
+    tree = fl.build([[[0, 0, 0], [1, 1, 1]]])
+    n = 40000  # more than are looked at in one go
+    wrong = {
+        "origins": (np.nan, np.inf),
+        "directions": (np.nan, np.inf),
+        "radius": (np.nan, -0.1, np.inf),
+        "t_min": (np.nan, np.inf, 2.0),
+        "t_max": (np.nan, -1.0),
+    }
+    fl.set_simd(simd)
+    for place in (0, 17, n - 1):
+        for name, values in wrong.items():
+            for value in values:
+                asked = {
+                    "origins": np.zeros((n, 3)),
+                    "directions": np.ones((n, 3)),
+                    "radius": np.full(n, 0.1),
+                    "t_min": np.zeros(n),
+                    "t_max": np.ones(n),
+                }
+                asked[name].reshape(n, -1)[place, -1] = value
+                with pytest.raises(ValueError, match=rf"\b{place}\b"):
+                    tree.any_hit(**asked)
+
+
 def hedge(n: int) -> Any:
     """Short segments across the z axis, at heights that lie the denser the lower."""
     z = np.geomspace(1e-3, 1, n)
@@ -217,9 +244,10 @@ def hedge(n: int) -> Any:
     return np.stack([first, first + np.array([0.02, 0, 0])], axis=1).astype(np.float32)
 
 
-@pytest.mark.parametrize("n", [15, 33, 300, 3000])
-def test_long_lists_are_sorted(n: int) -> None:
-    """Also where t are much the same for most, the same for all, or far apart for some."""
+@pytest.mark.parametrize("n", [1, 8, 9, 32, 33, 128, 129, 3000])
+def test_lists_are_sorted(n: int) -> None:
+    """Also where t are much the same for most, the same for all, or far apart for some; sixteen rays have up to 128, 512,
+    2,048 hits or more, which are sorted differently."""
     rng = np.random.default_rng(n)
     segments = hedge(n)[rng.permutation(n)]
     tree = fl.build(segments)

@@ -19,57 +19,99 @@ struct AllJob {
   void begin(Collector& collector, const RayLanes& rays) const { collector.begin(rays); }
 
   void take(const RayLanes& rays, const Collector& found, int first, int end) {
-    for (int lane = first; lane < end; lane = (lane / kWidth + 1) * kWidth) {
-      const AllCollector::Hits& of = found.hits[lane / kWidth];
-      if (of.n == 0) continue;
-      if (of.n > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();  // 16 rays: over 80 GB
-      order_.sort(of.lane.data(), of.t.data(), of.n);
-      const std::size_t before = lists.hits.size();
-      lists.hits.resize(before + of.n);
-      PackedHit* to = lists.hits.data() + before;
-      for (int i = lane; i < std::min(end, (lane / kWidth + 1) * kWidth); ++i) {
-        const auto of_ray = order_.of(i % kWidth);
-        if (of_ray.empty()) continue;
-        lists.runs.push_back({rays.id[i], std::uint32_t(of_ray.size())});
-        describe(rays, i, of, of_ray, to);
-        settle(to, of_ray.size());
-        to += of_ray.size();
-      }
-    }
+    for (int i = first; i < end; i = (i / kWidth + 1) * kWidth)
+      if (const Collector::Hits& hits = found.hits[i / kWidth]; hits.n > 0)
+        list(rays, i, std::min(end, (i / kWidth + 1) * kWidth), hits);
   }
 
  private:
   HitOrder order_;
+  std::vector<float> t_, dist2_;  // in order, of the frame
 
-  /// These hits of ray i in the caller's terms, sixteen at a time.
-  static void describe(const RayLanes& rays, int i, const AllCollector::Hits& hits,
-                       std::span<const std::uint32_t> which, PackedHit* to) {
-    float t[kWidth] = {}, distance[kWidth] = {};
-    for (; !which.empty(); which = which.subspan(std::min<std::size_t>(which.size(), kWidth))) {
-      const int n = int(std::min<std::size_t>(which.size(), kWidth));
-      for (int k = 0; k < n; ++k) {
-        t[k] = hits.t[which[k]];
-        distance[k] = hits.dist2[which[k]];
-      }
-      for (int k = 0; k < kWidth; ++k) {
-        t[k] = rays.t_given(i, t[k]);
-        distance[k] = float(std::sqrt(distance[k]) * rays.per_scale);
-      }
-      for (int k = 0; k < n; ++k) *to++ = {t[k], hits.s[which[k]], distance[k], 0.0f, hits.prim[which[k]]};
+  /// List the hits of rays [first, end), all of one sixteen, together: loops over those of one ray would be short, and
+  /// where they end guessed wrong.
+  void list(const RayLanes& rays, int first, int end, const Collector::Hits& found) {
+    if (found.n > std::numeric_limits<std::int32_t>::max()) throw std::bad_alloc();  // 16 rays: over 40 GB
+    const auto n = std::uint32_t(found.n);
+    order_.sort(found.lane.data(), found.t.data(), found.prim.data(), n);
+    const ListColumns to = lists.begin(n);
+    if (t_.size() < n + kWidth)
+      for (auto* floats : {&t_, &dist2_}) floats->resize(2 * (n + kWidth));
+    for (std::uint32_t k = 0; k < n; ++k) {
+      const std::uint32_t j = order_[k];
+      t_[k] = found.t[j];
+      dist2_[k] = found.dist2[j];
+      to.u[k] = found.s[j];
+      to.prim[k] = found.prim[j];
+    }
+    describe(rays, first / kWidth * kWidth, to, n);
+    settle(to, n);
+    for (int i = first; i < end; ++i) lists.add(rays.id[i], n_hits(i % kWidth));
+    lists.end(4);
+  }
+
+  std::uint32_t n_hits(int lane) const { return order_.begin(lane + 1) - order_.begin(lane); }
+
+  /// t and distance in the caller's terms, sixteen at a time: what is too much is overwritten by the next ray, the next
+  /// column.
+  void describe(const RayLanes& rays, int first_lane, const ListColumns& to, std::uint32_t n) const {
+    float some[kWidth];
+    for (int lane = 0; lane < kWidth; ++lane) {
+      std::uint32_t k = order_.begin(lane);
+      do {  // at least once: rays of few hits are all alike then
+        for (std::uint32_t i = 0; i < kWidth; ++i) some[i] = rays.t_given(first_lane + lane, t_[k + i]);
+        std::memcpy(to.t + k, some, sizeof some);
+        k += kWidth;
+      } while (k < order_.begin(lane + 1));
+    }
+    for (std::uint32_t k = 0; k < n; k += kWidth) {
+      for (std::uint32_t i = 0; i < kWidth; ++i) some[i] = float(std::sqrt(dist2_[k + i]) * rays.per_scale);
+      std::memcpy(to.distance + k, some, sizeof some);
     }
   }
 
-  /// Sort hits that stand nearly where they belong.
-  static void settle(PackedHit* hits, std::size_t n) {
-    constexpr std::size_t kFar = 64;
-    for (std::size_t j = 1; j < n; ++j) {
-      if (!(hits[j] < hits[j - 1])) continue;
-      const PackedHit hit = hits[j];
-      std::size_t to = j;
-      for (; to > 0 && hit < hits[to - 1]; --to) hits[to] = hits[to - 1];
-      hits[to] = hit;
-      if (j - to > kFar) return std::sort(hits, hits + n);  // most have much the same t
+  /// Sort the hits of each ray, most of which stand where they belong.
+  void settle(const ListColumns& hits, std::uint32_t n) const {
+    constexpr std::uint32_t many = 32;  // beyond it, to insert one by one takes longer than to sort
+    std::uint32_t left = n_descents(hits, n);
+    for (int lane = 1; lane < kWidth; ++lane)  // where another ray begins is none
+      if (const std::uint32_t k = order_.begin(lane); order_.begin(lane - 1) < k && k < n)
+        left -= hits.before(k, k - 1);
+    for (int lane = 0; left > 0 && lane < kWidth; ++lane) {
+      const ListColumns of_ray = hits.from(order_.begin(lane));
+      const std::uint32_t here = n_descents(of_ray, n_hits(lane));
+      left -= here;
+      if (here > many)
+        sort(of_ray, n_hits(lane));
+      else if (here > 0)
+        insert(of_ray, n_hits(lane));
     }
+  }
+
+  /// How many hits belong before the one that stands before them.
+  static std::uint32_t n_descents(const ListColumns& hits, std::size_t n) {
+    std::uint32_t found = 0;
+    for (std::size_t k = 1; k < n; ++k) found += std::uint32_t(hits.before(k, k - 1));
+    return found;
+  }
+
+  static void insert(const ListColumns& hits, std::size_t n) {
+    for (std::size_t first = 1; first < n; first += kWidth) {
+      const std::size_t end = std::min(first + kWidth, n);
+      if (n_descents(hits.from(first - 1), end - first + 1) == 0) continue;
+      for (std::size_t k = first; k < end; ++k) {
+        std::size_t to = k;
+        while (to > 0 && hits.before(k, to - 1)) --to;
+        if (to < k) hits.move(k, to);
+      }
+    }
+  }
+
+  static void sort(const ListColumns& hits, std::size_t n) {
+    std::vector<Hit> sorted(n);
+    for (std::size_t i = 0; i < n; ++i) sorted[i] = {hits.t[i], hits.prim[i], hits.u[i], hits.distance[i]};
+    std::sort(sorted.begin(), sorted.end());
+    for (std::size_t i = 0; i < n; ++i) hits.set(i, sorted[i]);
   }
 };
 

@@ -10,46 +10,90 @@
 
 namespace fastlines {
 
-/// Where hits go: one array a property; t_out may be missing.
-struct HitColumns {
+/// Hits as arrays, one a property; t_out may be missing.
+template <class Prim>
+struct ColumnsOf {
   float *t, *u, *distance, *t_out;
-  std::int64_t* prim;
+  Prim* prim;
 
-  template <class AnyHit>
-  void set(std::size_t i, const AnyHit& hit) const {
+  void set(std::size_t i, const Hit& hit) const {
     t[i] = hit.t;
     u[i] = hit.u;
     distance[i] = hit.distance;
-    prim[i] = hit.prim;
+    prim[i] = Prim(hit.prim);
     if (t_out) t_out[i] = hit.t_out;
   }
+
+  /// The same from hit i on.
+  ColumnsOf from(std::size_t i) const { return {t + i, u + i, distance + i, t_out ? t_out + i : nullptr, prim + i}; }
+
+  /// Move hit i, but for t_out, to where hit j stands, and those from there on one further.
+  void move(std::size_t i, std::size_t j) const {
+    std::rotate(t + j, t + i, t + i + 1);
+    std::rotate(u + j, u + i, u + i + 1);
+    std::rotate(distance + j, distance + i, distance + i + 1);
+    std::rotate(prim + j, prim + i, prim + i + 1);
+  }
+
+  /// Whether hit i comes before hit j, both of one ray.
+  bool before(std::size_t i, std::size_t j) const { return (t[i] < t[j]) | ((t[i] == t[j]) & (prim[i] < prim[j])); }
 };
+using HitColumns = ColumnsOf<std::int64_t>;
+using ListColumns = ColumnsOf<std::uint32_t>;
 
-/// A hit on its way to its place.
-struct PackedHit {
-  float t, u, distance, t_out;
-  std::uint32_t prim;
-
-  PackedHit() {}  // not cleared: lists of them grow by many
-  PackedHit(float t_, float u_, float distance_, float t_out_, std::uint32_t prim_)
-      : t(t_), u(u_), distance(distance_), t_out(t_out_), prim(prim_) {}
-
-  bool operator<(const PackedHit& other) const { return t != other.t ? t < other.t : prim < other.prim; }
-};
-
-/// The hits of some rays: each ray's in a run, sorted. Rays without any have none.
+/// The hits of some rays on their way to their places, each ray's in a run, sorted.
 struct HitLists {
   struct Run {
     std::uint32_t ray, n_hits;
   };
-  std::vector<Run> runs;
-  LargeVector<PackedHit> hits;
+  /// Some runs, whose hits stand one column after the other: u, prim, t, distance, and t_out, which may be missing.
+  struct Piece {
+    std::uint32_t n_hits, n_runs;
+    std::size_t begin;
 
+    ListColumns columns(std::byte* data) const {
+      auto* const first = reinterpret_cast<float*>(data + begin);
+      const std::size_t n = n_hits;
+      return {first + 2 * n, first, first + 3 * n, first + 4 * n, reinterpret_cast<std::uint32_t*>(first + n)};
+    }
+  };
+  std::vector<Run> runs;
+  std::vector<Piece> pieces;
+  LargeVector<std::byte> data;
+  std::size_t n_bytes = 0;  // of data: it has room for more
+
+  /// Begin a piece: where so many hits are to be written. A column may be written past its end, by less than sixteen,
+  /// as long as the next one is not.
+  ListColumns begin(std::uint32_t n_hits) {
+    const std::size_t room = n_bytes + (5 * std::size_t(n_hits) + kWidth) * sizeof(float);
+    if (data.size() < room) data.resize(2 * room);
+    pieces.push_back({n_hits, 0, n_bytes});
+    return pieces.back().columns(data.data());
+  }
+
+  /// The next hits of the piece are this ray's.
+  void add(std::uint32_t ray, std::uint32_t n_hits) {
+    runs.push_back({ray, n_hits});
+    ++pieces.back().n_runs;
+  }
+
+  /// All hits of the piece stand in their places: this many columns of them.
+  void end(std::uint32_t n_columns) { n_bytes += n_columns * std::size_t(pieces.back().n_hits) * sizeof(float); }
+
+  /// A piece for one ray.
   void add(std::uint32_t ray, std::vector<Hit>& of_ray) {
     if (of_ray.empty()) return;
     std::sort(of_ray.begin(), of_ray.end());
-    runs.push_back({ray, std::uint32_t(of_ray.size())});
-    for (const Hit& hit : of_ray) hits.push_back({hit.t, hit.u, hit.distance, hit.t_out, std::uint32_t(hit.prim)});
+    const ListColumns to = begin(std::uint32_t(of_ray.size()));
+    for (std::size_t i = 0; i < of_ray.size(); ++i) to.set(i, of_ray[i]);
+    add(ray, std::uint32_t(of_ray.size()));
+    end(5);
+  }
+
+  void clear() {
+    runs.clear();
+    pieces.clear();
+    n_bytes = 0;
   }
 };
 
@@ -60,11 +104,9 @@ class PendingLists {
   /// Take the lists of a chunk; they are empty afterwards, but keep their memory.
   void take(std::size_t chunk, HitLists& lists) {
     for (const HitLists::Run& run : lists.runs) offsets_[run.ray + 1] = run.n_hits;
-    const std::size_t n_bytes = lists.hits.size() * sizeof(PackedHit);
-    chunks_[chunk] = {lists.runs, arena_->take(n_bytes)};
-    if (n_bytes) std::memcpy(chunks_[chunk].hits.get(), lists.hits.data(), n_bytes);
-    lists.runs.clear();
-    lists.hits.clear();
+    chunks_[chunk] = {lists.runs, lists.pieces, arena_->take(lists.n_bytes)};
+    std::copy_n(lists.data.data(), lists.n_bytes, chunks_[chunk].data.get());
+    lists.clear();
   }
 
   /// All chunks are there.
@@ -82,10 +124,10 @@ class PendingLists {
     for_each_chunk(
         chunks_.size(), n_threads, unwatched, [] { return 0; },
         [&](int, std::size_t chunk) {
-          const auto* hit = reinterpret_cast<const PackedHit*>(chunks_[chunk].hits.get());
-          for (const HitLists::Run& run : chunks_[chunk].runs) {
-            auto i = std::size_t(offsets_[run.ray]);
-            for (std::uint32_t n = run.n_hits; n > 0; --n) to.set(i++, *hit++);
+          const HitLists::Run* run = chunks_[chunk].runs.data();
+          for (const HitLists::Piece& piece : chunks_[chunk].pieces) {
+            place(piece.columns(chunks_[chunk].data.get()), run, run + piece.n_runs, to);
+            run += piece.n_runs;
           }
           chunks_[chunk] = {};
         });
@@ -94,8 +136,43 @@ class PendingLists {
  private:
   struct Chunk {
     std::vector<HitLists::Run> runs;
-    std::shared_ptr<std::byte> hits;
+    std::vector<HitLists::Piece> pieces;
+    std::shared_ptr<std::byte> data;
   };
+
+  /// The runs of rays that follow each other in the batch are placed together.
+  void place(const ListColumns& piece, const HitLists::Run* run, const HitLists::Run* last,
+             const HitColumns& to) const {
+    std::size_t begin = 0, end = 0;  // in the piece: hits that go side by side
+    while (run != last) {
+      const auto at = std::size_t(offsets_[run->ray]);
+      for (; run != last && std::size_t(offsets_[run->ray]) - at == end - begin; ++run) end += run->n_hits;
+      copy(piece.from(begin), to.from(at), end - begin);
+      begin = end;
+    }
+  }
+
+  static void copy(const ListColumns& from, const HitColumns& to, std::size_t n) {
+    const auto some = [&](std::size_t i, auto n_some) {
+      std::memcpy(to.t + i, from.t + i, n_some * sizeof(float));
+      std::memcpy(to.u + i, from.u + i, n_some * sizeof(float));
+      std::memcpy(to.distance + i, from.distance + i, n_some * sizeof(float));
+      std::copy_n(from.prim + i, n_some, to.prim + i);
+    };
+    // The last ones are copied with some that have been, so that there is no loop over single hits.
+    const auto all = [&](auto at_once) {
+      for (std::size_t i = 0; i + at_once < n; i += at_once) some(i, at_once);
+      some(n - at_once, at_once);
+    };
+    if (n >= 16)
+      all(std::integral_constant<std::size_t, 16>());
+    else if (n >= 4)
+      all(std::integral_constant<std::size_t, 4>());
+    else
+      for (std::size_t i = 0; i < n; ++i) some(i, std::integral_constant<std::size_t, 1>());
+    if (to.t_out) std::copy_n(from.t_out, n, to.t_out);
+  }
+
   LargeVector<std::int64_t> offsets_;
   std::vector<Chunk> chunks_;
   std::unique_ptr<Arena> arena_ = std::make_unique<Arena>();
