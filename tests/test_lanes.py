@@ -43,6 +43,14 @@ def test_the_search_counts_half_of_them_as_full_lanes(seed: int, lanes: int) -> 
     assert tree.nodes["n_refs"][1] == best_sweep(ends, lanes)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_beam_takes_what_looks_cheapest_with_lanes(seed: int) -> None:
+    ends = np.random.default_rng(seed).random((45, 2, 3), dtype=np.float32)
+    limits = fl.Limits(max_depth=2)
+    tree = fl.build(ends, splits=fl.ObjectSweep(), lookahead=2, beam=1, lanes=16, bad_levels=1, prune=False, limits=limits)
+    assert tree.nodes["n_refs"][1] == best_sweep(ends, lanes=16)
+
+
 @pytest.mark.parametrize("boxes", ["tight", "cut"])
 def test_octets_count_as_the_grid_does(boxes: fl.splits.BoxRule) -> None:
     def split(name: str, splits: fl.splits.SplitSet, lanes: int) -> list[int]:

@@ -294,6 +294,7 @@ Tree build(const Lines& lines, Progress& progress) {
   settings.radius_hint = 0.001;
   settings.cost.c_trav = 4.0;
   settings.limits.max_leaf_refs = 16;
+  settings.lanes = 16;
   return Builder(Segments{lines}, settings, progress).build();
 }
 

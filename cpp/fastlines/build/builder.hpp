@@ -1,7 +1,7 @@
 // The general builder (thesis §4.1): at each node search for the cheapest tree of a given depth over all candidate
 // splits, carry out its first split, and go on in the children. Depth 1 is SAH.
 //
-//   best_split(refs, box, 0) = leaf, cost n·c_prim
+//   best_split(refs, box, 0) = leaf, cost n·c_prim (with lanes, for n what they count as)
 //   best_split(refs, box, k) = the cheaper of the leaf and, over SPLITS,
 //       c_trav + (SA(l)·best_split(l, k − 1) + SA(r)·best_split(r, k − 1)) / SA(box)
 //

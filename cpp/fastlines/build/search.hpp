@@ -2,6 +2,8 @@
 // branch and bound (docs/theory.md, theorem 9).
 #pragma once
 
+#include <bit>
+#include <cassert>
 #include <cmath>
 #include <optional>
 
@@ -21,6 +23,7 @@ class Search {
 
   Search(const P& prims, const Settings& settings, Progress& progress, double margin)
       : prims_(prims), settings_(settings), progress_(progress), measure_{margin, settings.lanes} {
+    assert(std::has_single_bit(settings.lanes));
     for (const int k : settings.lookahead) ahead_.resize(std::max(ahead_.size(), std::size_t(k)));
   }
 
@@ -121,7 +124,8 @@ class Search {
       // Where areas are nothing, children count in full.
       const double area_left = area > 0.0 ? area_of(split.left) / area : 1.0,
                    area_right = area > 0.0 ? area_of(split.right) / area : 1.0;
-      order.push_back({area_left * double(split.n_left) + area_right * double(split.n_right), branches.size()});
+      order.push_back(
+          {area_left * measure_.tests(split.n_left) + area_right * measure_.tests(split.n_right), branches.size()});
       branches.push_back({split, area_left, area_right, at_least(split.n_left), at_least(split.n_right), plane});
     });
     if ((!exhaustive && !by_pairs) || order.size() > settings_.beam) std::sort(order.begin(), order.end());

@@ -35,6 +35,7 @@ struct LinesBeside {
   // Of a hit |m| is no more than `most`, and the ray's `last` no less than `nearest`.
   alignas(64) float most[kWidth], nearest[kWidth];
 
+  /// Take sixteen segments, all of which have to be there, though fewer may be looked at.
   void take(const WideView& tree, const std::uint32_t* prims, const Bundle& bundle) {
     using F = Float16;
     F from[3], to[3];

@@ -1,6 +1,7 @@
 // What becomes of the hits of 64 rays. A kernel shows a collector, sixteen rays at a time, which of them come within
-// their radius of a segment, if any: `take(rays, first, hit, approach, prim)`, each segment once. `limit` tells beyond
-// which t of the frame a ray wants no more; where it falls, `closer` is set.
+// their radius of a segment, if any: `take(rays, first, hit, approach, prim)`, each segment once. `approach.hit`
+// may have lanes that `hit` has not: true hits as well, of rays for which the segment was not looked for. `limit` tells
+// beyond which t of the frame a ray wants no more; where it falls, `closer` is set.
 //
 // The collectors here do in lanes what the sinks of query/sinks.hpp do for one ray, which stay the definition: where
 // rounding could decide, and for what is asked for less often, they are asked.

@@ -222,7 +222,7 @@ class ThickSearch {
   // Pairs, a list for each sixteen rays: sixteen times the segment, plus the ray.
   std::uint32_t pairs_[kLanes / kWidth][(kWidth + 1) * kWidth] = {};
   std::uint32_t leaves_[kLeaves + kWidth], pieces_[kPieces];
-  std::uint32_t prims_[kPieces + kWidth] = {};  // past the last are some that have been tested
+  std::uint32_t prims_[kPieces + kWidth] = {};  // past the last stand any others: sixteen are read
   int n_leaves_ = 0;
   bool few_near_ = true;  // of the lines seen last
   int n_prims_ = 0;       // that wait to be tested
