@@ -9,6 +9,16 @@
 
 namespace fastlines {
 
+/// Write the numbers of those of n masks that have any bit, one after the other; returns how many.
+inline std::size_t pack_set(const std::uint32_t* masks, std::size_t n, std::uint32_t* to) {
+  std::size_t n_set = 0;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    to[n_set] = i;
+    n_set += masks[i] != 0;
+  }
+  return n_set;
+}
+
 /// Pairs of a thing and the ray that it is for; writing may go sixteen past the end.
 struct Pairs {
   std::vector<std::uint32_t> what, ray;

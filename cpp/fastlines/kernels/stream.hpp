@@ -41,7 +41,7 @@ class Stream {
   }
 
  private:
-  static constexpr std::size_t kAtOnce = 256, kEnough = 1024, kAhead = 16;
+  static constexpr std::size_t kAtOnce = 256, kEnough = 1024, kSome = 128, kAhead = 16;
 
   /// Take some pairs from the end of the list, so that it stays short, and test them.
   void test_nodes(const RayLanes& rays) {
@@ -75,15 +75,21 @@ class Stream {
     Pairs::Tail survivors = survivors_.tail(n * kWidth);
     const WideLeaf* const leaves = tree_.leaves;
     for (std::size_t j = 0; j < std::min(n, kAhead); ++j) fetch(leaves + leaves_.what[j]);
-    for (std::size_t begin = 0; begin < n; begin += kAhead) {
-      const std::uint32_t *const what = leaves_.what.data() + begin, *const ray = leaves_.ray.data() + begin;
-      const std::size_t m = std::min(n - begin, kAhead), more = std::min(n - begin - m, kAhead);
-      for (std::size_t j = 0; j < m; ++j) places_[j] = place_of(leaves[what[j]], cull_[ray[j]].across);
-      for (std::size_t j = 0; j < m; ++j) {
-        if (j < more) fetch(leaves + what[m + j]);
-        near_[j] = cull_leaf(cull_[ray[j]].across, leaves[what[j]], places_[j]);
+    for (std::size_t first = 0; first < n; first += kSome) {
+      const std::uint32_t *const what = leaves_.what.data() + first, *const ray = leaves_.ray.data() + first;
+      const std::size_t left = n - first, some = std::min(left, kSome);
+      for (std::size_t begin = 0; begin < some; begin += kAhead) {
+        const std::size_t end = std::min(begin + kAhead, some);
+        for (std::size_t j = begin; j < end; ++j) places_[j - begin] = place_of(leaves[what[j]], cull_[ray[j]].across);
+        for (std::size_t j = begin; j < end; ++j) {
+          if (j + kAhead < left) fetch(leaves + what[j + kAhead]);
+          near_[j] = cull_leaf(cull_[ray[j]].across, leaves[what[j]], places_[j - begin]);
+        }
       }
-      for (std::size_t j = 0; j < m; ++j) survivors.pack(near_[j], leaves[what[j]].first_ref, ray[j]);
+      for (std::size_t i = 0, n_met = pack_set(near_, some, met_); i < n_met; ++i) {
+        const std::uint32_t j = met_[i];
+        survivors.pack(near_[j], leaves[what[j]].first_ref, ray[j]);
+      }
     }
     survivors_.end(survivors);
     leaves_.clear();
@@ -146,8 +152,8 @@ class Stream {
   int first_ = 0, end_ = 0;
   std::uint64_t cost_ = 0;
   CullRay cull_[kLanes];
-  LeafPlace places_[kAhead];    // of some leaves
-  std::uint32_t near_[kAhead];  // the pieces of each that survive
+  LeafPlace places_[kAhead];                // of some leaves
+  std::uint32_t near_[kSome], met_[kSome];  // the pieces of each that survive; those of which any does
   Pairs nodes_, taken_, leaves_, survivors_;
   std::vector<std::uint32_t> sorted_;
 };

@@ -128,7 +128,10 @@ class Wave {
     for (std::size_t j = 0; j < n_leaves; ++j) places_[j] = place_of(tree.leaves[leaf[j]], slots[of[j]].cull.across);
     for (std::size_t j = 0; j < n_leaves; ++j)
       near_[j] = cull_leaf(slots[of[j]].cull.across, tree.leaves[leaf[j]], places_[j]);
-    for (std::size_t j = 0; j < n_leaves; ++j) survivors.pack(near_[j], tree.leaves[leaf[j]].first_ref, of[j]);
+    for (std::size_t i = 0, n = pack_set(near_, n_leaves, met_); i < n; ++i) {
+      const std::uint32_t j = met_[i];
+      survivors.pack(near_[j], tree.leaves[leaf[j]].first_ref, of[j]);
+    }
     survivors_.end(survivors);
 
     // C: survivors.
@@ -202,6 +205,7 @@ class Wave {
   Pairs leaves_, survivors_;             // each for a slot
   LeafPlace places_[kSlots * kWidth];    // of the leaves
   std::uint32_t near_[kSlots * kWidth];  // the pieces of each leaf that survive
+  std::uint32_t met_[kSlots * kWidth];   // the leaves of which any does
   Work work_;
 };
 
