@@ -101,7 +101,7 @@ class Memory {
     }
 
    private:
-    static constexpr std::size_t kLeast = std::size_t(1) << 16, kMost = std::size_t(1) << 27, kMostBlocks = 64;
+    static constexpr std::size_t kLeast = std::size_t(1) << 16, kMost = std::size_t(1) << 28, kMostBlocks = 64;
     std::mutex mutex_;
     std::vector<void*> blocks_;
     std::size_t n_bytes_ = 0;

@@ -66,7 +66,7 @@ struct HitLists {
   /// as long as the next one is not.
   ListColumns begin(std::uint32_t n_hits) {
     const std::size_t room = n_bytes + (5 * std::size_t(n_hits) + kWidth) * sizeof(float);
-    if (data.size() < room) data.resize(2 * room);
+    if (data.size() < room) data.resize(room);
     pieces.push_back({n_hits, 0, n_bytes});
     return pieces.back().columns(data.data());
   }
