@@ -246,8 +246,10 @@ def hedge(n: int) -> Any:
 
 @pytest.mark.parametrize("n", [1, 8, 9, 32, 33, 128, 129, 3000])
 def test_lists_are_sorted(n: int) -> None:
-    """Also where t are much the same for most, the same for all, or far apart for some; sixteen rays have up to 128, 512,
-    2,048 hits or more, which are sorted differently."""
+    """Also where t are much the same for most, the same for all, or far apart for some.
+
+    Up to 128, 512, 2,048 hits of sixteen rays, and more, are sorted in a way of their own each.
+    """
     rng = np.random.default_rng(n)
     segments = hedge(n)[rng.permutation(n)]
     tree = fl.build(segments)

@@ -46,8 +46,8 @@ def test_the_search_counts_half_of_them_as_full_lanes(seed: int, lanes: int) -> 
 @pytest.mark.parametrize("seed", range(6))
 def test_a_beam_takes_what_looks_cheapest_with_lanes(seed: int) -> None:
     ends = np.random.default_rng(seed).random((45, 2, 3), dtype=np.float32)
-    limits = fl.Limits(max_depth=2)
-    tree = fl.build(ends, splits=fl.ObjectSweep(), lookahead=2, beam=1, lanes=16, bad_levels=1, prune=False, limits=limits)
+    search: dict[str, Any] = {"splits": fl.ObjectSweep(), "lookahead": 2, "beam": 1, "lanes": 16}
+    tree = fl.build(ends, **search, bad_levels=1, prune=False, limits=fl.Limits(max_depth=2))
     assert tree.nodes["n_refs"][1] == best_sweep(ends, lanes=16)
 
 

@@ -235,7 +235,7 @@ def _builders(plan: Plan, name: str, seed: int) -> list[GapCell]:
 
 
 def _arguments(given: Settings) -> dict[str, Any]:
-    """Let leaves of one segment be split too, as the oracle's are, and count references as they are: it has no lanes."""
+    """Let leaves of one segment be split too, as the oracle's are; it has no lanes."""
     limits: Limits = replace(given.limits, leaf_refs=0)
     names = ("splits", "boxes", "lookahead", "cost", "bad_levels", "prune", "radius_hint")
     return {**{name: getattr(given, name) for name in names}, "limits": limits}
