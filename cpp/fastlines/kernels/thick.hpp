@@ -81,7 +81,7 @@ class ThickSearch {
     cost_ += TogetherCost::kNode * std::uint64_t(n_next);
     int n_leaves = 0;  // in a register: a count in memory would be waited for
     for (int i = 0; i < n_next; ++i) {
-      const WideNode& node = tree_.nodes[next[i].child];
+      const WideNode& node = tree_.nodes[next[i].node];
       Float16 enter;
       const std::uint32_t lanes = cull_node(axis, node, deepest, enter);
       const std::uint32_t inner = lanes & ((1u << node.n_inner) - 1);
@@ -90,7 +90,7 @@ class ThickSearch {
       stack_.push(node, inner, enter);
     }
     n_leaves_ = n_leaves;
-    if (!stack_.empty()) fetch(tree_.nodes + stack_.top().child);
+    if (!stack_.empty()) fetch(tree_.nodes + stack_.top().node);
     for (int i = 0; i < n_leaves; ++i) fetch(tree_.leaves + leaves_[i]);
   }
 
