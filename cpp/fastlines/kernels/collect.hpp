@@ -141,13 +141,8 @@ struct CountCollector {
   }
 
   /// The same for sixteen pairs: of a ray, counted from `first`, and a segment.
-  void take_pairs(int first, std::uint32_t hit, const Approach<Float16>&, const std::uint32_t* ray,
-                  const std::uint32_t*, const std::uint32_t*) {
+  void take_pairs(int first, std::uint32_t hit, const Approach<Float16>&, const std::uint32_t* ray, const Float16&) {
     for (; hit; hit &= hit - 1) ++n_hits[first + int(ray[std::countr_zero(hit)])];
-  }
-
-  void take_of_ray(int lane, std::uint32_t hit, const Approach<Float16>&, const std::uint32_t*) {
-    n_hits[lane] += std::popcount(hit);
   }
 };
 
@@ -191,22 +186,13 @@ struct AllCollector {
     std::fill_n(of.prim.data() + at, kWidth, prim);
   }
 
-  /// The same for sixteen pairs: of a ray, counted from `first`, and a segment, which prims[segment] names.
+  /// The same for sixteen pairs: of a ray, counted from `first`, and a segment, of which the bits are given.
   void take_pairs(int first, std::uint32_t hit, const Approach<Float16>& approach, const std::uint32_t* ray,
-                  const std::uint32_t* segment, const std::uint32_t* prims) {
+                  const Float16& prims) {
     Hits& of = hits[first / kWidth];
     const std::size_t at = of.append(hit, approach);
-    const auto as = [](const std::uint32_t* p) { return reinterpret_cast<const float*>(p); };
-    pack(hit, Float16::load(as(ray)), reinterpret_cast<float*>(of.lane.data() + at));
-    pack(hit, Float16::look_up(as(prims), segment), reinterpret_cast<float*>(of.prim.data() + at));
-  }
-
-  /// The same for one ray and sixteen segments.
-  void take_of_ray(int lane, std::uint32_t hit, const Approach<Float16>& approach, const std::uint32_t* prims) {
-    Hits& of = hits[lane / kWidth];
-    std::size_t at = of.append(hit, approach);
-    std::fill_n(of.lane.data() + at, kWidth, std::uint32_t(lane % kWidth));
-    for (; hit; hit &= hit - 1) of.prim[at++] = prims[std::countr_zero(hit)];
+    pack(hit, Float16::load(as_floats(ray)), reinterpret_cast<float*>(of.lane.data() + at));
+    pack(hit, prims, reinterpret_cast<float*>(of.prim.data() + at));
   }
 };
 

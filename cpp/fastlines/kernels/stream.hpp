@@ -1,7 +1,7 @@
 // All hits of up to 64 rays that have nothing to do with each other. Order does not matter, so nodes are not a stack
 // for each ray but one list of (node, ray): long runs of the same test, whose memory can be fetched ahead. Leaves that
-// are met wait in a list of their own, and so do pieces that survive; these are sorted by ray, and each ray is tested
-// exactly against sixteen segments at a time.
+// are met wait in a list of their own, and so do pieces that survive, in one for each sixteen rays: sixteen pieces at a
+// time are tested exactly, each against its own ray.
 #pragma once
 
 #include "choice.hpp"
@@ -21,12 +21,10 @@ class Stream {
   /// Show the collector the hits of rays [first, end), each by the piece that owns it; returns what that cost.
   template <class Collector>
   std::uint64_t search(const RayLanes& rays, int first, int end, Collector& collector) {
-    first_ = first;
-    end_ = end;
     cost_ = AloneCost::kRay * std::uint64_t(end - first);
     nodes_.clear();
     leaves_.clear();
-    survivors_.clear();
+    for (Pairs& survivors : survivors_) survivors.clear();
     for (int i = first; i < end; ++i) {
       cull_[i] = CullRay(rays.ray(i));
       nodes_.push(0, std::uint32_t(i));
@@ -36,12 +34,13 @@ class Stream {
       if (leaves_.size() >= kEnough) test_leaves(rays, collector);
     }
     test_leaves(rays, collector);
-    test_survivors(rays, collector);
+    for (int i = 0; i < kSixteens; ++i) test_survivors(rays, i, collector);
     return cost_;
   }
 
  private:
-  static constexpr std::size_t kAtOnce = 256, kEnough = 1024, kSome = 128, kAhead = 16;
+  static constexpr std::size_t kAtOnce = 256, kEnough = 1024, kSome = 128, kAhead = 16, kMany = 256;
+  static constexpr int kSixteens = kLanes / kWidth;
 
   /// Take some pairs from the end of the list, so that it stays short, and test them.
   void test_nodes(const RayLanes& rays) {
@@ -72,7 +71,6 @@ class Stream {
     const std::size_t n = leaves_.size();
     tally(&Steps::leaves, n);
     cost_ += AloneCost::kLeaf * n;
-    Pairs::Tail survivors = survivors_.tail(n * kWidth);
     const WideLeaf* const leaves = tree_.leaves;
     for (std::size_t j = 0; j < std::min(n, kAhead); ++j) fetch(leaves + leaves_.what[j]);
     for (std::size_t first = 0; first < n; first += kSome) {
@@ -86,76 +84,76 @@ class Stream {
           near_[j] = cull_leaf(cull_[ray[j]].across, leaves[what[j]], places_[j - begin]);
         }
       }
+      Pairs::Tail survivors[kSixteens];
+      for (int i = 0; i < kSixteens; ++i) survivors[i] = survivors_[i].tail(some * kWidth);
       for (std::size_t i = 0, n_met = pack_set(near_, some, met_); i < n_met; ++i) {
         const std::uint32_t j = met_[i];
-        survivors.pack(near_[j], leaves[what[j]].first_ref, ray[j]);
+        const WideLeaf& leaf = leaves[what[j]];
+        fetch_refs(tree_, leaf);
+        survivors[ray[j] / kWidth].pack(near_[j], leaf.first_ref, ray[j] % kWidth);
       }
+      for (int i = 0; i < kSixteens; ++i) survivors_[i].end(survivors[i]);
     }
-    survivors_.end(survivors);
     leaves_.clear();
-    if (survivors_.size() >= kEnough) test_survivors(rays, collector);
+    for (int i = 0; i < kSixteens; ++i)
+      if (survivors_[i].size() >= kMany) test_survivors(rays, i, collector);
   }
 
+  /// Test the pieces that wait for one sixteen of the rays.
   template <class Collector>
-  void test_survivors(const RayLanes& rays, Collector& collector) {
-    // Sort by ray; begin[i] becomes where ray i's are.
-    const std::size_t n = survivors_.size();
+  void test_survivors(const RayLanes& rays, int i_sixteen, Collector& collector) {
+    Pairs& survivors = survivors_[i_sixteen];
+    const std::size_t n = survivors.size();
+    const std::uint32_t *const what = survivors.what.data(), *const ray = survivors.ray.data();
     tally(&Steps::pieces, n);
-    std::uint32_t begin[kLanes + 1], next[kLanes];
-    std::fill(begin + first_, begin + end_ + 1, 0u);
+    tally(&Steps::packs, (n + kWidth - 1) / kWidth);
+    cost_ += AloneCost::kPack * ((n + kWidth - 1) / kWidth);
+    pieces_.reserve(n + kWidth);
     for (std::size_t j = 0; j < n; ++j) {
-      __builtin_prefetch(tree_.refs + survivors_.what[j]);
-      ++begin[survivors_.ray[j] + 1];
-    }
-    for (int i = first_; i < end_; ++i) {
-      next[i] = begin[i];
-      begin[i + 1] += begin[i];
-    }
-    if (sorted_.size() < n + kWidth) sorted_.resize(2 * (n + kWidth));
-    std::fill_n(sorted_.data() + n, kWidth, survivors_.what[0]);  // sixteen are read, from wherever the last begin
-    for (std::size_t j = 0; j < n; ++j) {
-      const Reference& ref = tree_.refs[survivors_.what[j]];
+      const Reference& ref = tree_.refs[what[j]];
       __builtin_prefetch(tree_.segments + ref.prim);
-      sorted_[next[survivors_.ray[j]]++] = survivors_.what[j];
+      pieces_.put(j, ref);
     }
-    survivors_.clear();
-
-    for (int i = first_; i < end_; ++i)
-      if (begin[i] != begin[i + 1]) test_ray(rays.ray(i), i, begin[i], begin[i + 1], collector);
-  }
-
-  /// Test one ray against the segments of sorted_[begin … end), sixteen at a time.
-  template <class Collector>
-  void test_ray(const Ray& ray, int lane, std::size_t begin, std::size_t end, Collector& collector) {
-    alignas(64) float s0[kWidth], s1[kWidth];
-    std::uint32_t prims[kWidth];
-    for (; begin < end; begin += kWidth) {
-      const int n = int(std::min<std::size_t>(end - begin, kWidth));
-      tally(&Steps::packs);
-      cost_ += AloneCost::kPack;
-      for (int j = 0; j < kWidth; ++j) {
-        const Reference& ref = tree_.refs[sorted_[begin + std::size_t(j)]];
-        s0[j] = ref.s0;
-        s1[j] = ref.s1;
-        prims[j] = ref.prim;
-      }
+    std::fill_n(pieces_.prim.data() + n, kWidth, 0u);  // sixteen are read
+    for (std::size_t j = 0; j < n; j += kWidth) {
+      const std::uint32_t* const prims = pieces_.prim.data() + j;
       Float16 start[3], e[3];
-      take_sixteen(tree_, [&](int j) { return prims[j]; }, start, e);
-      const Approach<Float16> approach = closest_approach(ray, see<Float16>(ray, start, e));
-      const Mask16 owned = (Float16::load(s0) <= approach.s) & (approach.s < Float16::load(s1));
-      const std::uint32_t hit = (approach.hit & owned).bits() & ((1u << n) - 1);
-      if (hit) collector.take_of_ray(lane, hit, approach, prims);
+      take_sixteen(tree_, [&](int i) { return prims[i]; }, start, e);
+      const ChosenRays<Float16> chosen(rays, i_sixteen * kWidth, ray + j);
+      const Approach<Float16> approach = closest_approach(chosen, see<Float16>(chosen, start, e));
+      const Float16 s0 = Float16::load(pieces_.s0.data() + j), s1 = Float16::load(pieces_.s1.data() + j);
+      const std::uint32_t hit = (approach.hit & (s0 <= approach.s) & (approach.s < s1)).bits() & first_lanes(n - j);
+      if (hit) collector.take_pairs(i_sixteen * kWidth, hit, approach, ray + j, Float16::load(as_floats(prims)));
     }
+    survivors.clear();
   }
+
+  /// References, each of their numbers an array.
+  struct Pieces {
+    std::vector<std::uint32_t> prim;
+    std::vector<float> s0, s1;
+
+    void reserve(std::size_t n) {
+      if (prim.size() >= n) return;
+      prim.resize(2 * n);
+      s0.resize(2 * n);
+      s1.resize(2 * n);
+    }
+    void put(std::size_t at, const Reference& ref) {
+      prim[at] = ref.prim;
+      s0[at] = ref.s0;
+      s1[at] = ref.s1;
+    }
+  };
 
   const WideView& tree_;
-  int first_ = 0, end_ = 0;
   std::uint64_t cost_ = 0;
   CullRay cull_[kLanes];
   LeafPlace places_[kAhead];                // of some leaves
   std::uint32_t near_[kSome], met_[kSome];  // the pieces of each that survive; those of which any does
-  Pairs nodes_, taken_, leaves_, survivors_;
-  std::vector<std::uint32_t> sorted_;
+  Pairs nodes_, taken_, leaves_;
+  Pairs survivors_[kSixteens];  // of each sixteen rays
+  Pieces pieces_;
 };
 
 }  // namespace fastlines

@@ -97,8 +97,7 @@ class ThickSearch {
   /// Append the segments whose pieces in these leaves survive, but for those that the bundle has met already.
   void segments(const Across& axis) {
     // Where the next leaf lies is found before this one is tested; beyond the last any will do. The references of most
-    // leaves will be wanted: three lines of the cache hold nearly all.
-    constexpr int kPerLine = 64 / sizeof(Reference);
+    // leaves will be wanted.
     leaves_[n_leaves_] = leaves_[0];
     LeafPlace next = place_of(tree_.leaves[leaves_[0]], axis);
     int n_pieces = 0;
@@ -106,7 +105,7 @@ class ThickSearch {
     for (int i = 0, n = n_leaves_; i < n; ++i) {
       const WideLeaf& leaf = tree.leaves[leaves_[i]];
       const LeafPlace place = std::exchange(next, place_of(tree.leaves[leaves_[i + 1]], axis));
-      for (int i_line = 0; i_line < 3; ++i_line) __builtin_prefetch(tree.refs + leaf.first_ref + i_line * kPerLine);
+      fetch_refs(tree, leaf);
       const std::uint32_t lanes = cull_leaf(axis, leaf, place);
       pack_numbers(lanes, leaf.first_ref, pieces_ + n_pieces);
       n_pieces += std::popcount(lanes);
@@ -206,8 +205,8 @@ class ThickSearch {
           along[k] = F::look_up(lines_.along[k], segment);
         }
         const Approach<F> approach = closest_approach(sixteen, see<F>(sixteen, start, along));
-        const std::uint32_t hit = approach.hit.bits() & ((2u << std::min(left - 1, kWidth - 1)) - 1);
-        if (hit) collector.take_pairs(first, hit, approach, ray, segment, prims);
+        const std::uint32_t hit = approach.hit.bits() & first_lanes(std::size_t(left));
+        if (hit) collector.take_pairs(first, hit, approach, ray, F::look_up(as_floats(prims), segment));
       }
     }
     return seen;

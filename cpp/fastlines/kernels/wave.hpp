@@ -183,7 +183,7 @@ class Wave {
       approach.s.store(s + j);
       approach.t.store(t + j);
       approach.dist2.store(dist2 + j);
-      const std::uint32_t hit = approach.hit.bits() & ((2u << std::min<std::size_t>(n - j - 1, kWidth - 1)) - 1);
+      const std::uint32_t hit = approach.hit.bits() & first_lanes(n - j);
       pack_numbers(hit, std::uint32_t(j), hits + n_hits);
       n_hits += std::size_t(std::popcount(hit));
     }

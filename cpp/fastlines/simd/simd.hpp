@@ -14,11 +14,20 @@
 #include "quads.hpp"
 #endif
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 
 namespace fastlines {
 
 inline constexpr int kWidth = 16;
+
+/// The bits of the first n lanes, or of all where there are fewer; n > 0.
+inline std::uint32_t first_lanes(std::size_t n) { return (2u << std::min<std::size_t>(n - 1, kWidth - 1)) - 1; }
+
+/// Whole numbers whose bits are to be moved in vectors.
+inline const float* as_floats(const std::uint32_t* numbers) { return reinterpret_cast<const float*>(numbers); }
 
 /// What a comparison of two N gives.
 template <class N>
