@@ -184,6 +184,15 @@ def test_ties_go_to_the_lower_id(method: str) -> None:
     assert (every.t == 2).all()
 
 
+@pytest.mark.parametrize("n", [600, 5_000, 65_536])
+def test_many_ties_are_listed_in_order(n: int) -> None:
+    """Copies of one segment, which no t tells apart; those of the largest number come in a few long runs, by number."""
+    copies = np.repeat(np.array([[[0, 0, 0], [1, 0, 0]]], np.float32), n, axis=0)
+    every = fl.build(copies, "best").all_hits([[0.5, 0, -1], [0.5, 1, 0]] * 2, [[0, 0, 1], [0, -1, 0]] * 2, 0.01)
+    assert every.offsets.tolist() == [i * n for i in range(5)]
+    assert (every.prim.reshape(4, n) == np.arange(n)).all()
+
+
 def test_definition_of_the_capsule_and_of_the_distance_agree() -> None:
     """The float64 references check each other: an interval exists where the distance is at most the radius."""
     for name in ("crossing", "some points", "rays along segments", "window per ray"):

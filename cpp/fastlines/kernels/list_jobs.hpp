@@ -35,8 +35,8 @@ struct AllJob {
     const auto n = std::uint32_t(found.n);
     order_.sort(found.lane.data(), found.t.data(), found.prim.data(), n);
     const ListColumns to = lists.begin(n);
-    if (t_.size() < n + kWidth)
-      for (auto* floats : {&t_, &dist2_}) floats->resize(2 * (n + kWidth));
+    if (const std::size_t room = found.n + kWidth; t_.size() < room)
+      for (auto* floats : {&t_, &dist2_}) floats->resize(2 * room);
     for (std::uint32_t k = 0; k < n; ++k) {
       const std::uint32_t j = order_[k];
       t_[k] = found.t[j];
@@ -81,10 +81,7 @@ struct AllJob {
       const ListColumns of_ray = hits.from(order_.begin(lane));
       const std::uint32_t here = n_descents(of_ray, n_hits(lane));
       left -= here;
-      if (here > many)
-        sort(of_ray, n_hits(lane));
-      else if (here > 0)
-        insert(of_ray, n_hits(lane));
+      if (here > 0 && (here > many || !insert(of_ray, n_hits(lane)))) sort(of_ray, n_hits(lane));
     }
   }
 
@@ -95,7 +92,9 @@ struct AllJob {
     return found;
   }
 
-  static void insert(const ListColumns& hits, std::size_t n) {
+  /// Move what stands too late to its place; false if it is too far, and the hits are not in order yet.
+  static bool insert(const ListColumns& hits, std::size_t n) {
+    std::size_t n_passed = 0;
     for (std::size_t first = 1; first < n; first += kWidth) {
       const std::size_t end = std::min(first + kWidth, n);
       if (n_descents(hits.from(first - 1), end - first + 1) == 0) continue;
@@ -103,8 +102,10 @@ struct AllJob {
         std::size_t to = k;
         while (to > 0 && hits.before(k, to - 1)) --to;
         if (to < k) hits.move(k, to);
+        if ((n_passed += k - to) > 4 * n) return false;
       }
     }
+    return true;
   }
 
   static void sort(const ListColumns& hits, std::size_t n) {

@@ -62,7 +62,7 @@ struct HitLists {
   LargeVector<std::byte> data;
   std::size_t n_bytes = 0;  // of data: it has room for more
 
-  /// Begin a piece: where so many hits are to be written. A column may be written past its end, by less than sixteen,
+  /// Begin a piece: where so many hits are to be written. A column may be written past its end, by up to sixteen,
   /// as long as the next one is not.
   ListColumns begin(std::uint32_t n_hits) {
     const std::size_t room = n_bytes + (5 * std::size_t(n_hits) + kWidth) * sizeof(float);
