@@ -2,6 +2,7 @@
 #pragma once
 
 #include "../query/batch.hpp"
+#include "../simd/rows.hpp"
 #include "tally.hpp"
 
 namespace fastlines {
@@ -61,13 +62,10 @@ struct RayLanes : TestLanes<kLanes> {
     const int padded = (n + kWidth - 1) / kWidth * kWidth;
     for (int i = n; i < padded; ++i) id[i] = id[n - 1];
     float from[3][kLanes], along[3][kLanes], start[kLanes], stop[kLanes], near[kLanes];
-    for_each_run(id, 0, padded, [&](int i, auto n_run) {
-      for (int j = i; j < i + n_run; ++j)
-        for (int k = 0; k < 3; ++k) {
-          from[k][j] = rays.origins[id[i] + std::uint32_t(j - i)][k];
-          along[k][j] = rays.directions[id[i] + std::uint32_t(j - i)][k];
-        }
-    });
+    for (int i = 0; i < padded; i += kWidth) {
+      turn(rays.origins, i, from);
+      turn(rays.directions, i, along);
+    }
     spread(rays.t_min, padded, start);
     spread(rays.t_max, padded, stop);
     spread(rays.radius, padded, near);
@@ -79,6 +77,25 @@ struct RayLanes : TestLanes<kLanes> {
                       stop[i],
                       near[i]},
                      here));
+  }
+
+  /// Of sixteen rays, a point or direction each.
+  [[gnu::always_inline]] void turn(std::span<const Vec3> points, int first, float (&to)[3][kLanes]) const {
+    bool in_fours = true;
+    const float* fours[4];
+    for (int i = 0; i < 4; ++i) {
+      const std::uint32_t* const four = id + first + 4 * i;
+      in_fours &= (four[1] == four[0] + 1) & (four[2] == four[0] + 2) & (four[3] == four[0] + 3);
+      fours[i] = points[four[0]].data();
+    }
+    if (in_fours) {
+      Float16 xyz[3];
+      turn_points(fours, xyz);
+      for (int k = 0; k < 3; ++k) xyz[k].store(to[k] + first);
+      return;
+    }
+    for (int i = first; i < first + kWidth; ++i)
+      for (int k = 0; k < 3; ++k) to[k][i] = points[id[i]][k];
   }
 
   /// What each ray has of something that all may share.

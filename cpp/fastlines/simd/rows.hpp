@@ -45,4 +45,20 @@ template <class F>
   }
 }
 
+/// Sixteen points, four of which stand side by side at a time: their x, y and z.
+template <class F>
+[[gnu::always_inline]] inline void turn_points(const float* const (&fours)[4], F (&xyz)[3]) {
+  Float4 parts[4][3];
+  for (int i = 0; i < 4; ++i) turn_points(fours[i], parts[i]);
+  for (int k = 0; k < 3; ++k)
+    if constexpr (F::kRegisters == 4) {
+      for (int i = 0; i < 4; ++i) xyz[k].v[i] = parts[i][k];
+    } else {
+      const auto both = [&](int i) __attribute__((always_inline)) {
+        return Octet(__builtin_shufflevector(parts[i][k], parts[i + 1][k], 0, 1, 2, 3, 4, 5, 6, 7));
+      };
+      xyz[k] = F::of(both(0), both(2));
+    }
+}
+
 }  // namespace fastlines
