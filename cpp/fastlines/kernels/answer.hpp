@@ -1,8 +1,8 @@
 // Groups of up to 64 rays, each answered by the kernel that suits it: as one bundle, as bundles of sixteen, or with
-// rays that have nothing to do with each other in a wave.
+// rays that have nothing to do with each other in a wave or a stream.
 //
-// What is asked is a job (jobs.hpp): it gives a sink to each ray that goes alone and a collector to bundles, and takes
-// their answers.
+// What is asked is a job (jobs.hpp): it gives a sink to each ray of a wave and a collector to bundles and streams, and
+// takes their answers.
 #pragma once
 
 #include <limits>
@@ -17,6 +17,17 @@ namespace fastlines {
 
 /// Which kernel to use; `automatic` measures how far the rays of each group spread.
 enum class Kernel { automatic, single, wave, bundle };
+
+/// What answers rays that have nothing to do with each other.
+template <class Job>
+struct AloneOf {
+  using Type = Wave<typename Job::Sink>;
+};
+template <class Job>
+  requires(Job::kUnordered)
+struct AloneOf<Job> {
+  using Type = Stream;
+};
 
 template <class Job>
 class Answerer {
@@ -42,7 +53,7 @@ class Answerer {
   }
 
   void finish() {
-    wave_.drain([this](std::uint32_t id, typename Job::Sink& sink) { job.done(id, sink); });
+    if constexpr (!Job::kUnordered) alone_.drain([this](std::uint32_t id, auto& sink) { job.done(id, sink); });
   }
 
   Job job;
@@ -64,17 +75,19 @@ class Answerer {
     job.take(rays_, collector_, first, end);
   }
 
-  void alone(int first, int end) {
-    if constexpr (Job::kUnordered) {
-      const int at_once = kernel_ == Kernel::single ? 1 : kLanes;
-      for (int i = first; i < end; i += at_once) {
-        const int last = std::min(i + at_once, end);
-        job.begin(collector_, rays_);
-        choice_.note_alone({stream_.search(rays_, i, last, collector_), std::uint64_t(last - i)});
-        job.take(rays_, collector_, i, last);
-      }
-      return;
+  void alone(int first, int end)
+    requires(Job::kUnordered)
+  {
+    const int at_once = kernel_ == Kernel::single ? 1 : kLanes;
+    for (int i = first; i < end; i += at_once) {
+      const int last = std::min(i + at_once, end);
+      job.begin(collector_, rays_);
+      choice_.note_alone({alone_.search(rays_, i, last, collector_), std::uint64_t(last - i)});
+      job.take(rays_, collector_, i, last);
     }
+  }
+
+  void alone(int first, int end) {
     for (int i = first; i < end; ++i) {
       const Ray ray = rays_.ray(i);
       auto sink = job.sink(ray);
@@ -82,10 +95,10 @@ class Answerer {
         search_single(tree_, ray, sink, stack_);
         job.done(rays_.id[i], sink);
       } else {
-        wave_.add(ray, sink, rays_.id[i], [this](std::uint32_t id, typename Job::Sink& ended) { job.done(id, ended); });
+        alone_.add(ray, sink, rays_.id[i], [this](std::uint32_t id, auto& ended) { job.done(id, ended); });
       }
     }
-    choice_.note_alone(wave_.take_work());
+    choice_.note_alone(alone_.take_work());
   }
 
   const WideView& tree_;
@@ -97,8 +110,7 @@ class Answerer {
   Stack stack_;
   ThickSearch thick_{tree_};
   typename Job::Collector collector_;
-  Wave<typename Job::Sink> wave_{tree_};
-  Stream stream_{tree_};
+  typename AloneOf<Job>::Type alone_{tree_};
 };
 
 }  // namespace fastlines

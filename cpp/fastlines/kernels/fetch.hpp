@@ -14,8 +14,8 @@ void fetch(const Block* block) {
 
 /// The references of a leaf: three lines hold nearly all.
 inline void fetch_refs(const WideView& tree, const WideLeaf& leaf) {
-  constexpr int kPerLine = 64 / sizeof(Reference);
-  for (int i = 0; i < 3; ++i) __builtin_prefetch(tree.refs + leaf.first_ref + i * kPerLine);
+  const auto* const refs = reinterpret_cast<const char*>(tree.refs + leaf.first_ref);
+  for (int line = 0; line < 3; ++line) __builtin_prefetch(refs + 64 * line);
 }
 
 }  // namespace fastlines

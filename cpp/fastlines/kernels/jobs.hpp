@@ -1,8 +1,8 @@
 // What can be asked of a wide tree, and where the answers go.
 //
-// A job is one thread's. `sink` begins a ray that goes alone and `done` takes its answer; `begin` readies the collector
-// for a bundle or a stream and `take` takes the answers of its rays. `kUnordered` says that the collector takes hits in
-// any order, also those of one ray and sixteen segments, as a stream finds them.
+// A job is one thread's. `begin` readies the collector for a bundle and `take` takes the answers of its rays.
+// `kUnordered` says that the collector takes hits in any order, also those of sixteen rays and as many segments, as a
+// stream finds them. Without it rays that go alone go to a wave: `sink` begins such a ray and `done` takes its answer.
 #pragma once
 
 #include "../query/lists.hpp"
@@ -81,13 +81,10 @@ struct AnyJob {
 /// How many segments each ray hits.
 struct CountJob {
   static constexpr bool kUnordered = true;
-  using Sink = CountSink;
   using Collector = CountCollector;
   std::int64_t* to;
 
   Collector collector(const WideView&) const { return {}; }
-  Sink sink(const Ray& ray) const { return Sink(ray); }
-  void done(std::uint32_t id, const Sink& sink) const { to[id] = sink.n_hits; }
   void begin(Collector& collector, const RayLanes& rays) const { collector.begin(rays); }
   void take(const RayLanes& rays, const Collector& found, int first, int end) const {
     for (int i = first; i < end; ++i) to[rays.id[i]] = found.n_hits[i];

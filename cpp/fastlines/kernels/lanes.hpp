@@ -170,8 +170,8 @@ struct Rays16 {
         radius2{lanes.radius2 + first} {}
 };
 
-/// Sixteen of N rays, each as often as it is wanted: those with these indices. F is Float16: named, so that this is
-/// compiled only where it can look up.
+/// Sixteen of N rays, each as often as it is wanted: those with these indices. F is Float16: named, so that more than
+/// sixteen are looked up only where the instruction set can.
 template <class F, int N = kWidth>
 struct ChosenRays {
   struct Number {

@@ -9,13 +9,10 @@ namespace fastlines {
 /// All hits of each ray, by closest approach.
 struct AllJob {
   static constexpr bool kUnordered = true;
-  using Sink = AllSink;
   using Collector = AllCollector;
   HitLists lists;
 
   Collector collector(const WideView&) const { return {}; }
-  Sink sink(const Ray& ray) const { return {At::closest, ray}; }
-  void done(std::uint32_t id, Sink& sink) { lists.add(id, sink.hits); }
   void begin(Collector& collector, const RayLanes& rays) const { collector.begin(rays); }
 
   void take(const RayLanes& rays, const Collector& found, int first, int end) {

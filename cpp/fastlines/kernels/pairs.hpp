@@ -37,7 +37,7 @@ struct Pairs {
     what[n] = w;
     ray[n++] = r;
   }
-  /// Where a loop appends, kept in registers: a count in memory would be written and waited for in each turn.
+  /// Where a loop appends. One is kept in registers: a count in memory would be written and waited for in each turn.
   struct Tail {
     std::uint32_t *what, *ray;
 
