@@ -1,8 +1,8 @@
 // What can be asked of a wide tree, and where the answers go.
 //
-// A job is one thread's. `begin` readies the collector for a bundle and `take` takes the answers of its rays.
-// `kUnordered` says that the collector takes hits in any order, also those of sixteen rays and as many segments, as a
-// stream finds them. Without it rays that go alone go to a wave: `sink` begins such a ray and `done` takes its answer.
+// A job is one thread's. `begin` readies the collector for a bundle or a stream and `take` takes the answers of its
+// rays. `kUnordered` says that the collector takes hits in any order, also those of sixteen rays and as many segments,
+// as a stream finds them. Without it rays that go alone go to a wave: `sink` begins one and `done` takes its answer.
 #pragma once
 
 #include "../query/lists.hpp"

@@ -33,18 +33,12 @@ class RayOrder {
       return n;
     }
     const std::size_t left = index % tiles_across_ * kSide, top = index / tiles_across_ * kSide;
-    const bool whole = left + kSide <= row_ && (top + kSide - 1) * row_ + left + kSide <= n_rays_;
     for (std::size_t y = 0; y < kLanes / 4; ++y) {  // rows of four, those of a tile after each other
       const std::size_t column = left + (y & 4), at = (top + (y & 3) + (y >> 3) * 4) * row_ + column;
-      if (whole) {
-        for (std::size_t x = 0; x < 4; ++x) ids[4 * y + x] = std::uint32_t(at + x);
-        continue;
-      }
       if (column >= row_ || at >= n_rays_) continue;
       const std::size_t end = at + std::min({std::size_t(4), row_ - column, n_rays_ - at});
       for (std::size_t i = at; i < end; ++i) ids[n++] = std::uint32_t(i);
     }
-    if (whole) return kLanes;
     return n;
   }
 

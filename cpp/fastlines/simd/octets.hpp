@@ -25,6 +25,11 @@ using IntOctet = std::int32_t __attribute__((vector_size(32)));
 [[gnu::always_inline]] inline Octet min(const Octet& x, const Octet& y) { return x < y ? x : y; }
 [[gnu::always_inline]] inline Octet max(const Octet& x, const Octet& y) { return x > y ? x : y; }
 
+/// Four lanes, then four others.
+[[gnu::always_inline]] inline Octet eight(const Float4& low, const Float4& high) {
+  return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+}
+
 /// A bit for each lane that is set.
 [[gnu::always_inline]] inline unsigned bits_of(const IntOctet& mask) {
 #if !defined(FASTLINES_PORTABLE) && defined(__AVX__)
@@ -54,10 +59,8 @@ using IntOctet = std::int32_t __attribute__((vector_size(32)));
 /// The first three lanes of eight vectors of four, or all: what is first in them, what is second, and so on.
 template <int n>
 [[gnu::always_inline]] inline void turn(const Float4 (&fours)[8], Octet (&eights)[n]) {
-  const auto both = [&](int i) __attribute__((always_inline)) {
-    return __builtin_shufflevector(fours[i], fours[i + 4], 0, 1, 2, 3, 4, 5, 6, 7);
-  };
-  const Octet a = both(0), b = both(1), c = both(2), d = both(3);
+  const Octet a = eight(fours[0], fours[4]), b = eight(fours[1], fours[5]), c = eight(fours[2], fours[6]),
+              d = eight(fours[3], fours[7]);
   const Octet ab = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13),
               cd = __builtin_shufflevector(c, d, 0, 8, 1, 9, 4, 12, 5, 13);
   eights[0] = __builtin_shufflevector(ab, cd, 0, 1, 8, 9, 4, 5, 12, 13);

@@ -54,10 +54,7 @@ template <class F>
     if constexpr (F::kRegisters == 4) {
       for (int i = 0; i < 4; ++i) xyz[k].v[i] = parts[i][k];
     } else {
-      const auto both = [&](int i) __attribute__((always_inline)) {
-        return Octet(__builtin_shufflevector(parts[i][k], parts[i + 1][k], 0, 1, 2, 3, 4, 5, 6, 7));
-      };
-      xyz[k] = F::of(both(0), both(2));
+      xyz[k] = F::of(eight(parts[0][k], parts[1][k]), eight(parts[2][k], parts[3][k]));
     }
 }
 
