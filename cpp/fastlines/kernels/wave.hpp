@@ -4,7 +4,7 @@
 //   A  each slot's node is tested: children that are leaves go to one list, inner ones to the slot's stack
 //   B  each leaf of the list is tested: the pieces that survive go to a second list
 //   C  each survivor is tested exactly, sixteen at a time where the instruction set can pick their rays
-//   D  each slot takes its nearest node, or is done
+//   D  each slot takes its nearest node, or any where hits bring nothing nearer, or is done
 //
 // A ray alone spends most of its time waiting for memory and on mispredicted branches. Here no slot waits for another,
 // what a phase will read is known before it starts, and lists are packed without branches.
@@ -75,13 +75,18 @@ class Wave {
         enter.resize(2 * enter.size());
         child.resize(2 * child.size());
       }
-      fastlines::pack(lanes, near, enter.data() + kWidth + size);
+      if constexpr (Sink::kNearestFirst) fastlines::pack(lanes, near, enter.data() + kWidth + size);
       pack_numbers(lanes, base, child.data() + kWidth + size);
       size += std::size_t(std::popcount(lanes));
     }
 
-    /// Take the nearest of the topmost sixteen; false if none is left.
+    /// Take the nearest of the topmost sixteen, or where that does not matter the topmost; false if none is left.
     bool next() {
+      if constexpr (!Sink::kNearestFirst) {
+        if (size == 0) return false;
+        node = child[--size + kWidth];
+        return true;
+      }
       while (size > 0) {
         const Float16 top = Float16::load(enter.data() + size);  // entries size − 16 … size − 1
         const float nearest = least(top);

@@ -1,6 +1,8 @@
 // What becomes of the hits of one ray: the first, any, all, or their number. A search shows a sink every segment whose
 // box the ray comes near; the sink decides what counts.
 //
+// `kNearestFirst` tells whether hits lower `limit`, so that it pays to search what is nearest first.
+//
 // A segment can be shown more than once, by each leaf that holds a piece of it. `first` and `any` do not mind. `all`
 // and `count` take it only from the piece [s0, s1) that owns the s of the closest approach, so each hit is taken once.
 #pragma once
@@ -58,6 +60,7 @@ inline std::pair<Hit, float> describe(const Found& found, At at) {
 }
 
 struct FirstSink {
+  static constexpr bool kNearestFirst = true;
   At at;
   float limit;  // no hit beyond this t of the frame can win
   Hit best{};
@@ -74,6 +77,7 @@ struct FirstSink {
 };
 
 struct AnySink {
+  static constexpr bool kNearestFirst = false;
   float limit;
   bool found = false;
 
@@ -83,6 +87,7 @@ struct AnySink {
 };
 
 struct CountSink {
+  static constexpr bool kNearestFirst = false;
   float limit;
   std::int64_t n_hits = 0;
 
@@ -92,6 +97,7 @@ struct CountSink {
 };
 
 struct AllSink {
+  static constexpr bool kNearestFirst = false;
   At at;
   float limit;
   std::vector<Hit> hits;  // in no order
@@ -105,6 +111,7 @@ struct AllSink {
 
 /// The k nearest hits. A hit that is shown again is found among them, or is farther than all of them.
 struct NextSink {
+  static constexpr bool kNearestFirst = true;
   At at;
   float limit;
   std::size_t k;
