@@ -83,7 +83,10 @@ int main() {
   std::uint64_t n_near = 0, n_kept = 0, n_lost = 0;
   for (int leaf = 0; leaf < 4000; ++leaf) {
     const Pieces pieces;
-    for (int i = 0; i < 64; ++i) {
+    std::vector<Vec3> origins, directions;
+    std::vector<float> radii;
+    std::uint32_t ids[kLanes];
+    for (int i = 0; i < kLanes; ++i) {
       const int of = int(random_bits() % kWidth);
       const Vec3 at = pieces.a[of] + (pieces.c[of] - pieces.a[of]) * float(uniform(0.0, 1.0));
       Vec3 d = direction();
@@ -95,15 +98,29 @@ int main() {
       Vec3 side = direction();
       side = side - d * (dot(side, d) / dot(d, d));
       side = side * float(radius * (1.0 - std::pow(10.0, uniform(-7.0, -1.0))) / std::sqrt(dot(side, side) + 1e-30f));
-      const Vec3 o = at + side + d * float(uniform(-3.0, 3.0) / std::sqrt(dot(d, d)));
-      const Ray ray = prepare({o, d, -1e30f, 1e30f, float(radius)}, frame);
-      const CullRay cull(ray);
-      const std::uint32_t kept = cull_leaf(cull.across, pieces.leaf, place_of(pieces.leaf, cull.across));
-      n_kept += std::uint64_t(std::popcount(kept));
+      origins.push_back(at + side + d * float(uniform(-3.0, 3.0) / std::sqrt(dot(d, d))));
+      directions.push_back(d);
+      radii.push_back(float(radius));
+      ids[i] = std::uint32_t(i);
+    }
+    const float t_min = -1e30f, t_max = 1e30f;
+    RayLanes rays;
+    rays.fill({origins, directions, radii, {&t_min, 1}, {&t_max, 1}}, frame, kLanes, ids);
+    CullRay culled[kLanes];
+    for (int i = 0; i < kLanes; i += kWidth) cull_rays(rays, i, culled + i);
+    for (int i = 0; i < kLanes; ++i) {
+      // As one of sixteen, and alone.
+      const Ray ray = rays.ray(i);
+      const CullRay alone = cull_ray(ray.o, ray.r, ray.u, ray.v, ray.radius + ray.eps, ray.t_min);
+      const auto keep = [&](const CullRay& cull) {
+        return cull_leaf(cull.across, pieces.leaf, place_of(pieces.leaf, cull.across));
+      };
+      const std::uint32_t kept[2] = {keep(culled[i]), keep(alone)};
+      n_kept += std::uint64_t(std::popcount(kept[0]));
       for (int j = 0; j < kWidth; ++j) {
         if (!(distance(ray, pieces.a[j], pieces.c[j]) <= double(ray.radius))) continue;
         ++n_near;
-        n_lost += ~kept >> j & 1;
+        n_lost += (~kept[0] | ~kept[1]) >> j & 1;
       }
     }
   }

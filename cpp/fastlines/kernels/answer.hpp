@@ -1,8 +1,8 @@
 // Groups of up to 64 rays, each answered by the kernel that suits it: as one bundle, as bundles of sixteen, or with
 // rays that have nothing to do with each other in a wave or a stream.
 //
-// What is asked is a job (jobs.hpp): it gives a sink to each ray of a wave and a collector to bundles and streams, and
-// takes their answers.
+// What is asked is a job (jobs.hpp): it gives a collector to bundles, waves and streams, a sink to a ray that is
+// searched by itself, and takes their answers.
 #pragma once
 
 #include <limits>
@@ -20,14 +20,12 @@ enum class Kernel { automatic, single, wave, bundle };
 
 /// What answers rays that have nothing to do with each other.
 template <class Job>
-struct AloneOf {
-  using Type = Wave<typename Job::Sink>;
-};
-template <class Job>
-  requires(Job::kUnordered)
-struct AloneOf<Job> {
-  using Type = Stream;
-};
+auto alone_of(const WideView& tree, const Job& job) {
+  if constexpr (Job::kUnordered)
+    return Stream(tree);
+  else
+    return Wave<Job>(tree, job);
+}
 
 template <class Job>
 class Answerer {
@@ -43,7 +41,7 @@ class Answerer {
       choice_.next();
       if (choice_.curious()) return alone(0, n);
     }
-    const int end = (n + kWidth - 1) / kWidth * kWidth;
+    const int end = past_sixteen(n);
     if (suits(0, end)) return together(0, end);
     for (int first = 0; first < end; first += kWidth)
       if (suits(first, first + kWidth))
@@ -53,7 +51,7 @@ class Answerer {
   }
 
   void finish() {
-    if constexpr (!Job::kUnordered) alone_.drain([this](std::uint32_t id, auto& sink) { job.done(id, sink); });
+    if constexpr (!Job::kUnordered) alone_.drain(job);
   }
 
   Job job;
@@ -68,7 +66,7 @@ class Answerer {
     end = std::min(end, rays_.n);
     const std::uint64_t most =
         kernel_ == Kernel::bundle ? std::numeric_limits<std::uint64_t>::max() : choice_.most(end - first);
-    job.begin(collector_, rays_);
+    job.begin(collector_, rays_, first, end);
     const std::uint64_t cost = thick_.search(rays_, bundle_, collector_, most);
     choice_.note_together({cost, std::uint64_t(end - first)}, bundle_.spread);
     if (cost > most) return alone(first, end);
@@ -81,24 +79,26 @@ class Answerer {
     const int at_once = kernel_ == Kernel::single ? 1 : kLanes;
     for (int i = first; i < end; i += at_once) {
       const int last = std::min(i + at_once, end);
-      job.begin(collector_, rays_);
+      job.begin(collector_, rays_, i, last);
       choice_.note_alone({alone_.search(rays_, i, last, collector_), std::uint64_t(last - i)});
       job.take(rays_, collector_, i, last);
     }
   }
 
   void alone(int first, int end) {
+    if (kernel_ == Kernel::single) return one_by_one(first, end);
+    for (int i = first; i < end; i += kWidth) alone_.add(rays_, i, std::min(i + kWidth, end), job);
+    choice_.note_alone(alone_.take_work());
+  }
+
+  void one_by_one(int first, int end) {
     for (int i = first; i < end; ++i) {
+      if (i % kWidth == 0) cull_rays(rays_, i, cull_);
       const Ray ray = rays_.ray(i);
       auto sink = job.sink(ray);
-      if (kernel_ == Kernel::single) {
-        search_single(tree_, ray, sink, stack_);
-        job.done(rays_.id[i], sink);
-      } else {
-        alone_.add(ray, sink, rays_.id[i], [this](std::uint32_t id, auto& ended) { job.done(id, ended); });
-      }
+      search_single(tree_, ray, cull_[i % kWidth], sink, stack_);
+      job.done(rays_.id[i], sink);
     }
-    choice_.note_alone(alone_.take_work());
   }
 
   const WideView& tree_;
@@ -107,10 +107,11 @@ class Answerer {
   Choice choice_{tree_.mean_extent};
   RayLanes rays_;
   Bundle bundle_;
+  CullRay cull_[kWidth];  // of rays that go one by one
   Stack stack_;
   ThickSearch thick_{tree_};
   typename Job::Collector collector_;
-  typename AloneOf<Job>::Type alone_{tree_};
+  decltype(alone_of(tree_, job)) alone_ = alone_of(tree_, job);
 };
 
 }  // namespace fastlines

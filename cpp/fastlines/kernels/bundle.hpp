@@ -33,12 +33,10 @@ struct Bundle {
   bool gather(const RayLanes& rays, int first_, int end_, const Box& scene) {
     first = first_;
     end = end_;
-    for (int k = 0; k < 3; ++k) {
-      centre[k] = sum(rays.o[k]) / float(end - first);
-      c[k] = sum(rays.r[k]);
-    }
+    for (int k = 0; k < 3; ++k) c[k] = sum(rays.r[k]);
     const float length = std::sqrt(dot(c, c));
     if (!(length > 0.5f * float(end - first))) return false;
+    for (int k = 0; k < 3; ++k) centre[k] = sum(rays.o[k]) / float(end - first);
     c = c * (1.0f / length);
     const float sign = std::copysign(1.0f, c[2]), f = -1.0f / (sign + c[2]), g = c[0] * c[1] * f;
     u = {1.0f + sign * c[0] * c[0] * f, sign * g, -sign * c[0]};
@@ -87,7 +85,7 @@ struct Bundle {
     slope = std::sqrt(greatest(slope2));
     grain = (far + spread) * 0x1p-17f;  // ulps of all that m is made of
     stray = reach + spread * 1.0002f + 4e-6f;
-    axis = CullRay(centre, c, u, v, stray, least(earliest) - spread - reach - 1e-5f);
+    axis = cull_ray(centre, c, u, v, stray, least(earliest) - spread - reach - 1e-5f);
     return true;
   }
 

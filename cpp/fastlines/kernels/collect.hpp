@@ -1,13 +1,17 @@
 // What becomes of the hits of 64 rays. A kernel shows a collector, sixteen rays at a time, which of them come within
 // their radius of a segment, if any: `take(rays, first, hit, approach, prim)`, each segment once. `approach.hit`
 // may have lanes that `hit` has not: true hits as well, of rays for which the segment was not looked for. `limit` tells
-// beyond which t of the frame a ray wants no more; where it falls, `closer` is set.
+// beyond which t of the frame a ray wants no more; where it falls, `closer` is set. A wave shows one hit of one ray at
+// a time: `take_one(rays, lane, approach, ref)`.
+//
+// `begin` readies lanes [first, end); those from there to the end of their sixteen have no ray, and want nothing.
 //
 // The collectors here do in lanes what the sinks of query/sinks.hpp do for one ray, which stay the definition: where
 // rounding could decide, and for what is asked for less often, they are asked.
 #pragma once
 
 #include <bit>
+#include <optional>
 
 #include "../layout/wide.hpp"
 #include "lanes.hpp"
@@ -19,9 +23,10 @@ inline constexpr std::uint32_t kNone = 0xffff'ffff;
 /// Beyond every limit: what a ray that wants nothing more waits for.
 inline constexpr float kOut = -std::numeric_limits<float>::max();
 
-/// The limits of rays at the start; lanes without a ray want nothing.
-inline void begin_limits(const RayLanes& rays, float (&limit)[kLanes]) {
-  for (int i = 0; i < kLanes; ++i) limit[i] = i < rays.n ? rays.t_max[i] : kOut;
+/// The limits of rays at the start.
+inline void begin_limits(const RayLanes& rays, int first, int end, float (&limit)[kLanes]) {
+  std::copy(rays.t_max + first, rays.t_max + end, limit + first);
+  std::fill(limit + end, limit + past_sixteen(end), kOut);
 }
 
 /// Any sink, for each ray on its own.
@@ -31,15 +36,14 @@ struct SinkCollector {
   alignas(64) float limit[kLanes];
   bool closer = false;
   const WideView& tree;
-  std::vector<Sink> sinks;
+  std::vector<std::optional<Sink>> sinks = std::vector<std::optional<Sink>>(kLanes);
 
   explicit SinkCollector(const WideView& tree_) : tree(tree_) {}
 
   template <class Make>
-  void begin(const RayLanes& rays, Make&& make) {
-    begin_limits(rays, limit);
-    sinks.clear();
-    for (int i = 0; i < rays.n; ++i) sinks.push_back(make(i));
+  void begin(const RayLanes& rays, int first, int end, Make&& make) {
+    begin_limits(rays, first, end, limit);
+    for (int i = first; i < end; ++i) note(i, sinks[std::size_t(i)].emplace(make(i)));
   }
 
   void take(const RayLanes& rays, int first, std::uint32_t hit, const Approach<Float16>&, std::uint32_t prim) {
@@ -47,11 +51,22 @@ struct SinkCollector {
       const int i = first + std::countr_zero(hit);
       if (i >= rays.n) return;
       const Ray ray = rays.ray(i);
-      test_segment(ray, tree.segments[prim], tree.frame, Reference{prim}, sinks[std::size_t(i)]);
-      const float now = sinks[std::size_t(i)].done() ? kOut : sinks[std::size_t(i)].limit;
-      closer |= now < limit[i];
-      limit[i] = now;
+      test_segment(ray, tree.segments[prim], tree.frame, Reference{prim}, *sinks[std::size_t(i)]);
+      note(i, *sinks[std::size_t(i)]);
     }
+  }
+
+  void take_one(const RayLanes& rays, int i, const Approach<float>& approach, const Reference& ref) {
+    const Ray ray = rays.ray(i);
+    sinks[std::size_t(i)]->add({ray, tree.segments[ref.prim], tree.frame, approach, ref});
+    note(i, *sinks[std::size_t(i)]);
+  }
+
+ private:
+  void note(int i, const Sink& sink) {
+    const float now = sink.done() ? kOut : sink.limit;
+    closer |= now < limit[i];
+    limit[i] = now;
   }
 };
 
@@ -62,10 +77,10 @@ struct FirstCollector {
   bool closer = false;
   alignas(64) float t[kLanes], s[kLanes], dist2[kLanes], prim[kLanes];  // prim: the bits of an integer
 
-  void begin(const RayLanes& rays) {
-    begin_limits(rays, limit);
-    std::fill_n(t, kLanes, std::numeric_limits<float>::infinity());
-    std::fill_n(prim, kLanes, std::bit_cast<float>(kNone));
+  void begin(const RayLanes& rays, int first, int end) {
+    begin_limits(rays, first, end, limit);
+    std::fill(t + first, t + past_sixteen(end), std::numeric_limits<float>::infinity());
+    std::fill(prim + first, prim + past_sixteen(end), std::bit_cast<float>(kNone));
   }
 
   void take(const RayLanes& rays, int first, std::uint32_t hit, const Approach<Float16>& approach,
@@ -89,17 +104,36 @@ struct FirstCollector {
     alignas(64) float ts[kWidth], ss[kWidth], dist2s[kWidth];
     approach.t.store(ts);
     const int i = first + lane;
-    if (i >= rays.n) return;
-    const Ray ray = rays.ray(i);
-    const float given = ray.t_given(ts[lane]), best = ray.t_given(t[i]);
-    if (!(given < best || (given == best && prim_ < std::bit_cast<std::uint32_t>(prim[i])))) return;
+    if (i >= rays.n || !comes_first(rays, i, ts[lane], prim_)) return;
     approach.s.store(ss);
     approach.dist2.store(dist2s);
-    t[i] = ts[lane];
-    s[i] = ss[lane];
-    dist2[i] = dist2s[lane];
+    set(rays, i, {ts[lane], ss[lane], dist2s[lane]}, prim_);
+  }
+
+  void take_one(const RayLanes& rays, int i, const Approach<float>& approach, const Reference& ref) {
+    const float margin = rays.margin[i];
+    if (t[i] + margin < approach.t) return;
+    if (approach.t + margin < t[i] || comes_first(rays, i, approach.t, ref.prim))
+      set(rays, i, {approach.t, approach.s, approach.dist2}, ref.prim);
+  }
+
+ private:
+  struct Place {
+    float t, s, dist2;
+  };
+
+  /// Whether the caller counts this hit as the first.
+  bool comes_first(const RayLanes& rays, int i, float t_, std::uint32_t prim_) const {
+    const float given = rays.t_given(i, t_), best = rays.t_given(i, t[i]);
+    return given < best || (given == best && prim_ < std::bit_cast<std::uint32_t>(prim[i]));
+  }
+
+  void set(const RayLanes& rays, int i, const Place& place, std::uint32_t prim_) {
+    t[i] = place.t;
+    s[i] = place.s;
+    dist2[i] = place.dist2;
     prim[i] = std::bit_cast<float>(prim_);
-    limit[i] = min(t[i] + ray.margin, ray.t_max);
+    limit[i] = min(place.t + rays.margin[i], rays.t_max[i]);
     closer = true;
   }
 };
@@ -110,9 +144,9 @@ struct AnyCollector {
   bool closer = false;
   bool found[kLanes];
 
-  void begin(const RayLanes& rays) {
-    begin_limits(rays, limit);
-    std::fill_n(found, kLanes, false);
+  void begin(const RayLanes& rays, int first, int end) {
+    begin_limits(rays, first, end, limit);
+    std::fill(found + first, found + end, false);
   }
 
   void take(const RayLanes&, int first, std::uint32_t hit, const Approach<Float16>&, std::uint32_t) {
@@ -123,6 +157,11 @@ struct AnyCollector {
       limit[i] = kOut;
     }
   }
+
+  void take_one(const RayLanes&, int i, const Approach<float>&, const Reference&) {
+    found[i] = true;
+    limit[i] = kOut;
+  }
 };
 
 struct CountCollector {
@@ -131,9 +170,9 @@ struct CountCollector {
   bool closer = false;
   std::int64_t n_hits[kLanes];
 
-  void begin(const RayLanes& rays) {
-    begin_limits(rays, limit);
-    std::fill_n(n_hits, kLanes, 0);
+  void begin(const RayLanes& rays, int first, int end) {
+    begin_limits(rays, first, end, limit);
+    std::fill(n_hits + first, n_hits + past_sixteen(end), 0);
   }
 
   void take(const RayLanes&, int first, std::uint32_t hit, const Approach<Float16>&, std::uint32_t) {
@@ -174,9 +213,9 @@ struct AllCollector {
   bool closer = false;
   Hits hits[kLanes / kWidth];
 
-  void begin(const RayLanes& rays) {
-    begin_limits(rays, limit);
-    for (Hits& of : hits) of.n = 0;
+  void begin(const RayLanes& rays, int first, int end) {
+    begin_limits(rays, first, end, limit);
+    for (int i = first / kWidth; i < past_sixteen(end) / kWidth; ++i) hits[i].n = 0;
   }
 
   void take(const RayLanes&, int first, std::uint32_t hit, const Approach<Float16>& approach, std::uint32_t prim) {

@@ -7,44 +7,92 @@
 #include <bit>
 
 #include "cull_leaf.hpp"
+#include "lanes.hpp"
 
 namespace fastlines {
 
-/// What culling needs of a ray (or of a bundle's centre): its line, and how near counts.
-struct CullRay {
-  // In three lanes, of x, y and z.
-  Float4 inverse, near, far;  // box planes: q·(scale·inverse) + (org·inverse − near)
-  Int4 near_row, far_row;     // where a node's bytes of the near and the far planes begin
-  float t_min;
-  Across across;  // what leaves see of it
+/// What culling needs of a ray (or of a bundle's centre), or of sixteen: its line, and how near counts. N is float or
+/// Float16. Numbers of x, y and z stand in threes, each with a fourth, so that they are read as vectors of four.
+template <class N>
+struct alignas(64) CullOf {
+  N inverse[3], t_min;
+  N near[3], near_rows;  // box planes: q·(scale·inverse) + (org·inverse − near)
+  N far[3], far_rows;    // rows: where a node's bytes of the planes begin, a byte each of x, y and z
+  AcrossOf<N> across;    // what leaves see of it
 
-  CullRay() = default;
-  explicit CullRay(const Ray& ray) : CullRay(ray.o, ray.r, ray.u, ray.v, ray.radius + ray.eps, ray.t_min) {}
-  CullRay(const Vec3& origin, const Vec3& r, const Vec3& u, const Vec3& v, float reach, float t_min_)
-      : t_min(t_min_), across(origin, r, u, v, reach) {
-    const Float4 o{origin[0], origin[1], origin[2]}, along{r[0], r[1], r[2]};
-    const Int4 sign = Int4(along) & std::numeric_limits<std::int32_t>::min();
-    const auto signed_as = [=](Float4 size) { return Float4(Int4(size) | sign); };
-    inverse = four(1.0f) / signed_as(max(Float4(Int4(along) ^ sign), four(1e-18f)));
-    const Float4 grow = signed_as(four(reach));
-    near = (o + grow) * inverse;
-    far = (o - grow) * inverse;
-    const Int4 swapped = (sign >> 31) & 3;
-    near_row = (Int4{0, 1, 2} + swapped) * kWidth;
-    far_row = (Int4{3, 4, 5} - swapped) * kWidth;
+  CullOf() = default;
+  CullOf(const N (&o)[3], const N (&r)[3], const N (&u)[3], const N (&v)[3], N reach, N t_min_)
+      : t_min(t_min_), near_rows(kRows), far_rows(kRows), across(o, r, u, v, reach) {
+    for (int k = 0; k < 3; ++k) {
+      const auto back = r[k] < N(0.0f);
+      inverse[k] = select(back, N(-1.0f), N(1.0f)) / max(abs(r[k]), N(1e-18f));
+      const N grow = select(back, N(0.0f) - reach, reach);
+      near[k] = (o[k] + grow) * inverse[k];
+      far[k] = (o[k] - grow) * inverse[k];
+      const N low = float(k * kWidth << 8 * k), high = float((k + 3) * kWidth << 8 * k);
+      near_rows = near_rows + select(back, high, low);
+      far_rows = far_rows + select(back, low, high);
+    }
   }
+
+  static int row(const float& rows, int k) {
+    return reinterpret_cast<const std::uint8_t*>(&rows)[std::endian::native == std::endian::little ? k : 3 - k];
+  }
+
+ private:
+  static constexpr float kRows = 0x1p23f;  // the bits of a sum with it end in those of a whole number
 };
+using CullRay = CullOf<float>;
+
+inline CullRay cull_ray(const Vec3& o, const Vec3& r, const Vec3& u, const Vec3& v, float reach, float t_min) {
+  const auto all = [](const Vec3& x, float (&to)[3]) { std::copy_n(x.data(), 3, to); };
+  float a[3], b[3], c[3], d[3];
+  all(o, a);
+  all(r, b);
+  all(u, c);
+  all(v, d);
+  return {a, b, c, d, reach, t_min};
+}
+
+/// Of sixteen rays at once, in lanes from `first` on.
+inline void cull_rays(const RayLanes& rays, int first, CullRay* to) {
+  const auto at = [first](const float* x) { return Float16::load(x + first); };
+  const auto point = [&](const float (&x)[3][kLanes], Float16(&p)[3]) {
+    for (int k = 0; k < 3; ++k) p[k] = at(x[k]);
+  };
+  Float16 o[3], r[3], u[3], v[3];
+  point(rays.o, o);
+  point(rays.r, r);
+  point(rays.u, u);
+  point(rays.v, v);
+  const CullOf<Float16> sixteen(o, r, u, v, at(rays.reach), at(rays.t_min));
+  constexpr int n = sizeof(sixteen) / sizeof(Float16);
+  static_assert(n % 4 == 0 && n * sizeof(float) <= sizeof(CullRay));
+  const Float16* const numbers = sixteen.inverse;
+  alignas(64) float rows[n][kWidth];
+  for (int k = 0; k < n; ++k) numbers[k].store(rows[k]);
+  for (int i = 0; i < kWidth; i += 4)
+    for (int k = 0; k < n; k += 4) {
+      const Float4 from[4] = {four(rows[k] + i), four(rows[k + 1] + i), four(rows[k + 2] + i), four(rows[k + 3] + i)};
+      Float4 turned[4];
+      turn(from, turned);
+      for (int j = 0; j < 4; ++j) std::memcpy(to[i + j].inverse + k, &turned[j], sizeof turned[j]);
+    }
+}
 
 /// The children whose boxes the ray may meet before `limit`, and where it enters them.
 [[gnu::always_inline]] inline std::uint32_t cull_node(const CullRay& ray, const WideNode& node, float limit,
                                                       Float16& enter) {
   using F = Float16;
+  Float4 org;
+  std::memcpy(&org, node.org, sizeof org);  // and the scale, in a lane that does not count
+  const Float4 inverse = four(ray.inverse), base = org * inverse;
+  const Float4 steps = four(node.scale) * inverse, nears = base - four(ray.near), fars = base - four(ray.far);
   F near = ray.t_min, far = limit;
   for (int k = 0; k < 3; ++k) {
-    const F step = node.scale * ray.inverse[k];
-    const float base = node.org[k] * ray.inverse[k];
-    near = max(fma(F::bytes(node.planes + ray.near_row[k]), step, F(base - ray.near[k])), near);
-    far = min(fma(F::bytes(node.planes + ray.far_row[k]), step, F(base - ray.far[k])), far);
+    const F step = steps[k];
+    near = max(fma(F::bytes(node.planes + CullRay::row(ray.near_rows, k)), step, F(nears[k])), near);
+    far = min(fma(F::bytes(node.planes + CullRay::row(ray.far_rows, k)), step, F(fars[k])), far);
   }
   enter = near;
   return (near <= far).bits() & ((1u << node.n_children) - 1);

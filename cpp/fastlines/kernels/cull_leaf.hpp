@@ -23,39 +23,47 @@ namespace fastlines {
 /// How long the axes are.
 inline constexpr float kLength = kWholeAxes ? 126.0f : 1.0f;
 
-/// A ray as leaves see it.
-struct Across {
-  // Three numbers are found of a leaf at once: where its origin lies along both axes, and how near counts.
-  Float4 x, y, z, away, rest;
-  Axis u, v;
+/// A ray as leaves see it, or sixteen: N is float or Float16. What is found of a leaf at once stands side by side.
+template <class N>
+struct AcrossOf {
+  N x[2], y[2], z[2];        // the axes across
+  N packed[2];               // and as bytes
+  N away[3], unused = 0.0f;  // where the leaf's origin lies along both, and how near counts
+  N rest[3], unused_too = 0.0f;
 
-  Across() = default;
-  Across(const Vec3& o, const Vec3& r, const Vec3& u_, const Vec3& v_, float reach)
-      : x{u_[0], v_[0]}, y{u_[1], v_[1]}, z{u_[2], v_[2]} {
-    float length = 1.0f, astray = 0.0f;  // of the axes; how far points may be off
-    rest = Float4{};
-    x *= four(kLength);
-    y *= four(kLength);
-    z *= four(kLength);
-    take_axes(x, y, z, u, v);
-    if constexpr (kWholeAxes) {
-      const Float4 rx = four(r[0]), ry = four(r[1]), rz = four(r[2]);
-      const Float4 along = x * rx + y * ry + z * rz;
-      x -= along * rx;
-      y -= along * ry;
-      z -= along * rz;
-      rest = along * four(-127.5f * (r[0] + r[1] + r[2]));
-      const Float4 squares = x * x + y * y + z * z;
-      const float both = x[0] * x[1] + y[0] * y[1] + z[0] * z[1];
-      length = std::sqrt(max(squares[0], squares[1]) + abs(both)) * (1.0f + 1e-6f);
-      astray = std::sqrt(along[0] * along[0] + along[1] * along[1]) * 127.5f * (abs(r[0]) + abs(r[1]) + abs(r[2])) +
-               2.0f;  // truncation
+  AcrossOf() = default;
+  AcrossOf(const N (&o)[3], const N (&r)[3], const N (&u)[3], const N (&v)[3], N reach) {
+    N length = 1.0f, astray = 0.0f;  // of the axes; how far points may be off
+    for (int i = 0; i < 2; ++i) {
+      const N(&axis)[3] = i == 0 ? u : v;
+      x[i] = axis[0] * N(kLength);
+      y[i] = axis[1] * N(kLength);
+      z[i] = axis[2] * N(kLength);
+      packed[i] = take_axis(x[i], y[i], z[i]);
+      rest[i] = 0.0f;
     }
-    away = -(x * four(o[0]) + y * four(o[1]) + z * four(o[2]));
+    if constexpr (kWholeAxes) {
+      N along[2];
+      for (int i = 0; i < 2; ++i) {
+        along[i] = fma(x[i], r[0], fma(y[i], r[1], z[i] * r[2]));
+        x[i] = x[i] - along[i] * r[0];
+        y[i] = y[i] - along[i] * r[1];
+        z[i] = z[i] - along[i] * r[2];
+        rest[i] = along[i] * (N(-127.5f) * (r[0] + r[1] + r[2]));
+      }
+      const auto dot = [&](int i, int j) { return fma(x[i], x[j], fma(y[i], y[j], z[i] * z[j])); };
+      length = sqrt(max(dot(0, 0), dot(1, 1)) + abs(dot(0, 1))) * N(1.0f + 1e-6f);
+      astray = sqrt(fma(along[0], along[0], along[1] * along[1])) * N(127.5f) * (abs(r[0]) + abs(r[1]) + abs(r[2])) +
+               N(2.0f);  // truncation
+    }
+    for (int i = 0; i < 2; ++i) away[i] = N(0.0f) - fma(x[i], o[0], fma(y[i], o[1], z[i] * o[2]));
     away[2] = reach * length;
-    rest[2] = 0.89f * length + astray;
+    rest[2] = fma(N(0.89f), length, astray);
   }
+
+  Axis axis(int i) const { return {x[i], y[i], z[i], packed[i]}; }
 };
+using Across = AcrossOf<float>;
 
 /// Where a leaf lies beside a ray. To find it ahead of the test, for many leaves, lets the processor work on more of
 /// them at a time: what waits for it are all instructions of the test.
@@ -66,9 +74,9 @@ struct alignas(16) LeafPlace {
 };
 
 [[gnu::always_inline]] inline LeafPlace place_of(const WideLeaf& leaf, const Across& ray) {
-  const Float4 beside =
-      fma(four(leaf.org[2]), ray.z, fma(four(leaf.org[1]), ray.y, fma(four(leaf.org[0]), ray.x, ray.away)));
-  const Float4 at = fma(beside, four(leaf.per_scale), ray.rest);
+  const Float4 beside = fma(four(leaf.org[2]), two(ray.z),
+                            fma(four(leaf.org[1]), two(ray.y), fma(four(leaf.org[0]), two(ray.x), four(ray.away))));
+  const Float4 at = fma(beside, four(leaf.per_scale), four(ray.rest));
   LeafPlace place;
   static_assert(sizeof place == sizeof at);
   if constexpr (kWholeAxes) {
@@ -90,8 +98,9 @@ struct alignas(16) LeafPlace {
   constexpr float kAll = 512.0f * kLength, kGrain = 0.5f * kLength * kLength;
   const F near2 = place.near < kAll ? place.near * place.near : std::numeric_limits<float>::infinity();
   const Points16 a = Points16::of<0>(leaf.ends), c = Points16::of<3>(leaf.ends);
-  const F au = a.along(ray.u, place.u), av = a.along(ray.v, place.v);
-  const F cu = c.along(ray.u, place.u), cv = c.along(ray.v, place.v);
+  const Axis u = ray.axis(0), v = ray.axis(1);
+  const F au = a.along(u, place.u), av = a.along(v, place.v);
+  const F cu = c.along(u, place.u), cv = c.along(v, place.v);
   const F back_u = au - cu, wv = cv - av;  // c − a, but u the other way: cross is a sum
   const F cross = fma(au, wv, av * back_u);
   const F ww = fma(back_u, back_u, wv * wv);

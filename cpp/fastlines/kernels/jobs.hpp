@@ -1,8 +1,9 @@
 // What can be asked of a wide tree, and where the answers go.
 //
-// A job is one thread's. `begin` readies the collector for a bundle or a stream and `take` takes the answers of its
-// rays. `kUnordered` says that the collector takes hits in any order, also those of sixteen rays and as many segments,
-// as a stream finds them. Without it rays that go alone go to a wave: `sink` begins one and `done` takes its answer.
+// A job is one thread's. `begin` readies a collector for the rays in some lanes and `take` takes their answers.
+// `kUnordered` says that the collector takes hits in any order, also those of sixteen rays and as many segments, as a
+// stream finds them. Without it rays that go alone go to a wave; where each is searched by itself, `sink` begins it and
+// `done` takes its answer.
 #pragma once
 
 #include "../query/lists.hpp"
@@ -20,7 +21,9 @@ struct FirstJob {
   Collector collector(const WideView&) const { return {}; }
   Sink sink(const Ray& ray) const { return {At::closest, ray}; }
   void done(std::uint32_t id, const Sink& sink) const { to.set(id, sink.best); }
-  void begin(Collector& collector, const RayLanes& rays) const { collector.begin(rays); }
+  void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
+    collector.begin(rays, first, end);
+  }
 
   void take(const RayLanes& rays, const Collector& found, int first, int end) const {
     constexpr Hit miss;
@@ -54,11 +57,11 @@ struct FirstSurfaceJob {
   Collector collector(const WideView& tree) const { return Collector(tree); }
   Sink sink(const Ray& ray) const { return {At::surface, ray}; }
   void done(std::uint32_t id, const Sink& sink) const { to.set(id, sink.best); }
-  void begin(Collector& collector, const RayLanes& rays) const {
-    collector.begin(rays, [&](int i) { return sink(rays.ray(i)); });
+  void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
+    collector.begin(rays, first, end, [&](int i) { return sink(rays.ray(i)); });
   }
   void take(const RayLanes& rays, const Collector& found, int first, int end) const {
-    for (int i = first; i < end; ++i) to.set(rays.id[i], found.sinks[std::size_t(i)].best);
+    for (int i = first; i < end; ++i) to.set(rays.id[i], found.sinks[std::size_t(i)]->best);
   }
 };
 
@@ -72,7 +75,9 @@ struct AnyJob {
   Collector collector(const WideView&) const { return {}; }
   Sink sink(const Ray& ray) const { return Sink(ray); }
   void done(std::uint32_t id, const Sink& sink) const { to[id] = sink.found; }
-  void begin(Collector& collector, const RayLanes& rays) const { collector.begin(rays); }
+  void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
+    collector.begin(rays, first, end);
+  }
   void take(const RayLanes& rays, const Collector& found, int first, int end) const {
     for (int i = first; i < end; ++i) to[rays.id[i]] = found.found[i];
   }
@@ -85,7 +90,9 @@ struct CountJob {
   std::int64_t* to;
 
   Collector collector(const WideView&) const { return {}; }
-  void begin(Collector& collector, const RayLanes& rays) const { collector.begin(rays); }
+  void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
+    collector.begin(rays, first, end);
+  }
   void take(const RayLanes& rays, const Collector& found, int first, int end) const {
     for (int i = first; i < end; ++i) to[rays.id[i]] = found.n_hits[i];
   }

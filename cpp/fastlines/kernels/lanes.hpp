@@ -9,6 +9,9 @@ namespace fastlines {
 
 inline constexpr int kLanes = 64;
 
+/// The end of the sixteen lanes in which `end` lies, or of those before it where it is one.
+constexpr int past_sixteen(int end) { return (end + kWidth - 1) / kWidth * kWidth; }
+
 /// Call each(i, n) for runs of n rays from lane i on that stand side by side in the batch: of four, or alone. n is a
 /// constant.
 template <class Each>
@@ -22,29 +25,9 @@ template <class Each>
     }
 }
 
-/// Put into lanes what the exact test reads of a ray. No member of TestLanes: with a call of a base's member GCC does
-/// not make the loop in RayLanes::fill into vectors.
-template <class Lanes>
-[[gnu::always_inline]] inline void put_test(Lanes& to, int i, const Ray& ray) {
-  for (int k = 0; k < 3; ++k) {
-    to.o[k][i] = ray.o[k];
-    to.u[k][i] = ray.u[k];
-    to.v[k][i] = ray.v[k];
-    to.r[k][i] = ray.r[k];
-  }
-  to.t_min[i] = ray.t_min;
-  to.t_max[i] = ray.t_max;
-  to.radius2[i] = ray.radius2;
-}
-
-/// What the exact test reads of so many rays, each number an array.
-template <int N>
-struct alignas(64) TestLanes {
-  float o[3][N], u[3][N], v[3][N], r[3][N];
-  float t_min[N], t_max[N], radius2[N];
-};
-
-struct RayLanes : TestLanes<kLanes> {
+struct alignas(64) RayLanes {
+  float o[3][kLanes], u[3][kLanes], v[3][kLanes], r[3][kLanes];
+  float t_min[kLanes], t_max[kLanes], radius2[kLanes];
   float radius[kLanes], eps[kLanes], margin[kLanes];
   float reach[kLanes];  // radius + eps
   float t_min_given[kLanes], t_max_given[kLanes];
@@ -59,7 +42,7 @@ struct RayLanes : TestLanes<kLanes> {
     tally(&Steps::rays, std::uint64_t(n));
     per_scale = 1.0 / frame.scale;
     std::copy_n(ids, n, id);
-    const int padded = (n + kWidth - 1) / kWidth * kWidth;
+    const int padded = past_sixteen(n);
     for (int i = n; i < padded; ++i) id[i] = id[n - 1];
     float from[3][kLanes], along[3][kLanes], start[kLanes], stop[kLanes], near[kLanes];
     for (int i = 0; i < padded; i += kWidth) {
@@ -107,7 +90,15 @@ struct RayLanes : TestLanes<kLanes> {
   }
 
   [[gnu::always_inline]] void put(int i, const Ray& ray) {
-    put_test(*this, i, ray);
+    for (int k = 0; k < 3; ++k) {
+      o[k][i] = ray.o[k];
+      u[k][i] = ray.u[k];
+      v[k][i] = ray.v[k];
+      r[k][i] = ray.r[k];
+    }
+    t_min[i] = ray.t_min;
+    t_max[i] = ray.t_max;
+    radius2[i] = ray.radius2;
     radius[i] = ray.radius;
     eps[i] = ray.eps;
     reach[i] = ray.radius + ray.eps;
@@ -116,6 +107,30 @@ struct RayLanes : TestLanes<kLanes> {
     t_max_given[i] = ray.t_max_given;
     t0[i] = ray.t0;
     per_length[i] = ray.per_length;
+  }
+
+  /// Take over sixteen rays of others.
+  void copy(int to, const RayLanes& from, int first) {
+    const auto sixteen = [=](const auto& theirs, auto& mine) { std::copy_n(theirs + first, kWidth, mine + to); };
+    for (int k = 0; k < 3; ++k) {
+      sixteen(from.o[k], o[k]);
+      sixteen(from.u[k], u[k]);
+      sixteen(from.v[k], v[k]);
+      sixteen(from.r[k], r[k]);
+    }
+    sixteen(from.t_min, t_min);
+    sixteen(from.t_max, t_max);
+    sixteen(from.radius2, radius2);
+    sixteen(from.radius, radius);
+    sixteen(from.eps, eps);
+    sixteen(from.margin, margin);
+    sixteen(from.reach, reach);
+    sixteen(from.t_min_given, t_min_given);
+    sixteen(from.t_max_given, t_max_given);
+    sixteen(from.t0, t0);
+    sixteen(from.per_length, per_length);
+    sixteen(from.id, id);
+    per_scale = from.per_scale;
   }
 
   /// t as the caller counts it.
@@ -144,6 +159,26 @@ struct RayLanes : TestLanes<kLanes> {
     ray.per_scale = per_scale;
     return ray;
   }
+};
+
+/// One ray as the exact test sees it, likewise.
+struct RayInLane {
+  struct Vector {
+    const float (*at)[kLanes];
+    int lane;
+    float operator[](int k) const { return at[k][lane]; }
+  };
+  Vector o, u, v, r;
+  float t_min, t_max, radius2;
+
+  RayInLane(const RayLanes& lanes, int i)
+      : o{lanes.o, i},
+        u{lanes.u, i},
+        v{lanes.v, i},
+        r{lanes.r, i},
+        t_min(lanes.t_min[i]),
+        t_max(lanes.t_max[i]),
+        radius2(lanes.radius2[i]) {}
 };
 
 /// Sixteen rays as the exact test sees them: what it reads is loaded when it reads it.
@@ -188,8 +223,7 @@ struct ChosenRays {
   Number t_min, t_max, radius2;
 
   /// Of lanes [first, first + N).
-  template <class Lanes>
-  ChosenRays(const Lanes& rays, int first, const std::uint32_t* index)
+  ChosenRays(const RayLanes& rays, int first, const std::uint32_t* index)
       : o(of(rays.o, first, index)),
         u(of(rays.u, first, index)),
         v(of(rays.v, first, index)),

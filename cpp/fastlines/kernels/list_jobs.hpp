@@ -13,7 +13,9 @@ struct AllJob {
   HitLists lists;
 
   Collector collector(const WideView&) const { return {}; }
-  void begin(Collector& collector, const RayLanes& rays) const { collector.begin(rays); }
+  void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
+    collector.begin(rays, first, end);
+  }
 
   void take(const RayLanes& rays, const Collector& found, int first, int end) {
     for (int i = first; i < end; i = (i / kWidth + 1) * kWidth)
@@ -131,11 +133,11 @@ struct ListJob {
       return {at, ray};
   }
   void done(std::uint32_t id, Sink& sink) { lists.add(id, sink.hits); }
-  void begin(Collector& collector, const RayLanes& rays) const {
-    collector.begin(rays, [&](int i) { return sink(rays.ray(i)); });
+  void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
+    collector.begin(rays, first, end, [&](int i) { return sink(rays.ray(i)); });
   }
   void take(const RayLanes& rays, Collector& found, int first, int end) {
-    for (int i = first; i < end; ++i) lists.add(rays.id[i], found.sinks[std::size_t(i)].hits);
+    for (int i = first; i < end; ++i) lists.add(rays.id[i], found.sinks[std::size_t(i)]->hits);
   }
 };
 

@@ -55,8 +55,8 @@ inline Pace measure_pace(const WideView& tree, const RayBatch& batch) {
   const auto bundle = std::make_unique<Bundle>();
   const auto lines = std::make_unique<LinesBeside>();
   rays->fill(batch, tree.frame, kLanes, ids);
-  CullRay cull[kFew];
-  for (std::uint32_t i = 0; i < kFew; ++i) cull[i] = CullRay(rays->ray(int(i)));
+  CullRay cull[kWidth];
+  cull_rays(*rays, 0, cull);
   if (!bundle->gather(*rays, 0, kLanes, tree.box)) throw std::invalid_argument("the first 64 rays do not run alike");
   bundle->look(rays->t_max);
   std::uint32_t prims[kWidth];

@@ -57,7 +57,7 @@ struct Pairs {
   }
   void end(const Tail& tail) { n = std::size_t(tail.what - what.data()); }
   /// Repeat the last thing sixteen times past the end, so that what is there can be read.
-  void pad() { std::fill_n(what.data() + n, kWidth, what[n - (n > 0)]); }
+  void pad() { std::fill_n(what.data() + n, kWidth, what[n - 1]); }
 };
 
 }  // namespace fastlines

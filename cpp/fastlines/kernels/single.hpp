@@ -10,8 +10,7 @@
 namespace fastlines {
 
 template <class Sink>
-void search_single(const WideView& tree, const Ray& ray, Sink& sink, Stack& stack) {
-  const CullRay cull(ray);
+void search_single(const WideView& tree, const Ray& ray, const CullRay& cull, Sink& sink, Stack& stack) {
   std::uint32_t survivors[kWidth * (kWidth + 1)];
   stack.clear();
   stack.push({0, ray.t_min});

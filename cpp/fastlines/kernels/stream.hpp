@@ -6,10 +6,8 @@
 
 #include "choice.hpp"
 #include "collect.hpp"
-#include "cull.hpp"
-#include "fetch.hpp"
-#include "pairs.hpp"
 #include "sixteen.hpp"
+#include "survivors.hpp"
 #include "tally.hpp"
 
 namespace fastlines {
@@ -24,11 +22,9 @@ class Stream {
     cost_ = AloneCost::kRay * std::uint64_t(end - first);
     nodes_.clear();
     leaves_.clear();
-    for (Pairs& survivors : survivors_) survivors.clear();
-    for (int i = first; i < end; ++i) {
-      cull_[i] = CullRay(rays.ray(i));
-      nodes_.push(0, std::uint32_t(i));
-    }
+    survivors_.clear();
+    for (int i = first / kWidth * kWidth; i < end; i += kWidth) cull_rays(rays, i, cull_ + i);
+    for (int i = first; i < end; ++i) nodes_.push(0, std::uint32_t(i));
     while (!nodes_.empty()) {
       test_nodes(rays);
       if (leaves_.size() >= kEnough) test_leaves(rays, collector);
@@ -39,7 +35,7 @@ class Stream {
   }
 
  private:
-  static constexpr std::size_t kAtOnce = 256, kEnough = 1024, kSome = 128, kAhead = 16, kMany = 256;
+  static constexpr std::size_t kAtOnce = 256, kEnough = 1024, kAhead = 16, kMany = 256;
   static constexpr int kSixteens = kLanes / kWidth;
 
   /// Take some pairs from the end of the list, so that it stays short, and test them.
@@ -71,38 +67,16 @@ class Stream {
     const std::size_t n = leaves_.size();
     tally(&Steps::leaves, n);
     cost_ += AloneCost::kLeaf * n;
-    const WideLeaf* const leaves = tree_.leaves;
-    for (std::size_t j = 0; j < std::min(n, kAhead); ++j) fetch(leaves + leaves_.what[j]);
-    for (std::size_t first = 0; first < n; first += kSome) {
-      const std::uint32_t *const what = leaves_.what.data() + first, *const ray = leaves_.ray.data() + first;
-      const std::size_t left = n - first, some = std::min(left, kSome);
-      for (std::size_t begin = 0; begin < some; begin += kAhead) {
-        const std::size_t end = std::min(begin + kAhead, some);
-        for (std::size_t j = begin; j < end; ++j) places_[j - begin] = place_of(leaves[what[j]], cull_[ray[j]].across);
-        for (std::size_t j = begin; j < end; ++j) {
-          if (j + kAhead < left) fetch(leaves + what[j + kAhead]);
-          near_[j] = cull_leaf(cull_[ray[j]].across, leaves[what[j]], places_[j - begin]);
-        }
-      }
-      Pairs::Tail survivors[kSixteens];
-      for (int i = 0; i < kSixteens; ++i) survivors[i] = survivors_[i].tail(some * kWidth);
-      for (std::size_t i = 0, n_met = pack_set(near_, some, met_); i < n_met; ++i) {
-        const std::uint32_t j = met_[i];
-        const WideLeaf& leaf = leaves[what[j]];
-        fetch_refs(tree_, leaf);
-        survivors[ray[j] / kWidth].pack(near_[j], leaf.first_ref, ray[j] % kWidth);
-      }
-      for (int i = 0; i < kSixteens; ++i) survivors_[i].end(survivors[i]);
-    }
+    survivors_.add(tree_, leaves_, cull_);
     leaves_.clear();
     for (int i = 0; i < kSixteens; ++i)
-      if (survivors_[i].size() >= kMany) test_survivors(rays, i, collector);
+      if (survivors_.lists[i].size() >= kMany) test_survivors(rays, i, collector);
   }
 
   /// Test the pieces that wait for one sixteen of the rays.
   template <class Collector>
   void test_survivors(const RayLanes& rays, int i_sixteen, Collector& collector) {
-    Pairs& survivors = survivors_[i_sixteen];
+    Pairs& survivors = survivors_.lists[i_sixteen];
     const std::size_t n = survivors.size();
     const std::uint32_t *const what = survivors.what.data(), *const ray = survivors.ray.data();
     tally(&Steps::pieces, n);
@@ -149,10 +123,8 @@ class Stream {
   const WideView& tree_;
   std::uint64_t cost_ = 0;
   CullRay cull_[kLanes];
-  LeafPlace places_[kAhead];                // of some leaves
-  std::uint32_t near_[kSome], met_[kSome];  // the pieces of each that survive; those of which any does
   Pairs nodes_, taken_, leaves_;
-  Pairs survivors_[kSixteens];  // of each sixteen rays
+  Survivors<kWidth> survivors_;
   Pieces pieces_;
 };
 

@@ -1,189 +1,169 @@
-// Rays that have nothing to do with each other, sixteen or thirty-two at a time. Each is a slot with a stack of its
-// own; all take a step together, phase by phase:
+// Rays that have nothing to do with each other, up to 64 at a time. Each has a stack of its own; all take a step
+// together, phase by phase:
 //
-//   A  each slot's node is tested: children that are leaves go to one list, inner ones to the slot's stack
+//   A  each ray's node is tested: children that are leaves go to one list, inner ones to the ray's stack
 //   B  each leaf of the list is tested: the pieces that survive go to a second list
 //   C  each survivor is tested exactly, sixteen at a time where the instruction set can pick their rays
-//   D  each slot takes its nearest node, or any where hits bring nothing nearer, or is done
+//   D  each ray takes its nearest node, or any where hits bring nothing nearer, or is done
 //
-// A ray alone spends most of its time waiting for memory and on mispredicted branches. Here no slot waits for another,
+// A ray alone spends most of its time waiting for memory and on mispredicted branches. Here no ray waits for another,
 // what a phase will read is known before it starts, and lists are packed without branches.
+//
+// Rays come and go by sixteens, as they stand in lanes. A stack has an entry for each node that the ray has met on its
+// way down: which of its children wait, and where each is entered. Nothing has to be packed or put in order for it.
 #pragma once
 
-#include <optional>
-
-#include "../query/search.hpp"
 #include "choice.hpp"
+#include "collect.hpp"
 #include "cull.hpp"
-#include "fetch.hpp"
-#include "lanes.hpp"
-#include "pairs.hpp"
 #include "sixteen.hpp"
+#include "survivors.hpp"
 #include "tally.hpp"
 
 namespace fastlines {
 
-template <class Sink>
+template <class Job>
 class Wave {
  public:
-  explicit Wave(const WideView& tree) : tree_(tree), slots_(kSlots) {
-    for (int i = 0; i < kSlots; ++i) which_[i] = std::uint32_t(i);
-  }
+  Wave(const WideView& tree, const Job& job) : tree_(tree), collector_(job.collector(tree)) { make_room(15); }
 
-  /// Take a ray in; done(tag, sink) is called for rays that are finished.
-  template <class Done>
-  void add(const Ray& ray, const Sink& sink, std::uint32_t tag, Done&& done) {
-    while (n_ == kSlots) step(done);
-    const std::uint32_t which = which_[n_++];
-    if constexpr (Float16::kLooksUp > 0) put_test(rays_, int(which), ray);
-    Slot& slot = slots_[which];
-    slot.ray = ray;
-    slot.cull = CullRay(ray);
-    slot.sink.emplace(sink);
-    slot.tag = tag;
-    slot.size = 0;
-    slot.node = 0;
+  /// Take in the rays of lanes [first, end) of one sixteen, which it begins. The job takes the answers of those done.
+  void add(const RayLanes& rays, int first, int end, Job& job) {
+    int sixteen = 0;
+    while (n_left_[sixteen] > 0)
+      if (++sixteen == kSixteens) {
+        step(job);
+        sixteen = 0;
+      }
+    const int to = sixteen * kWidth, n = end - first;
+    rays_.copy(to, rays, first);
+    job.begin(collector_, rays_, to, to + n);
+    cull_rays(rays_, to, cull_ + to);
+    for (int i = to; i < to + n; ++i) {
+      node_[i] = depth_[i] = 0;
+      on_[n_on_++] = std::uint32_t(i);
+    }
+    n_left_[sixteen] = n_in_[sixteen] = n;
   }
 
   /// What the rays that have ended since the last call have cost.
   Work take_work() { return std::exchange(work_, {}); }
 
   /// Finish all that are in.
-  template <class Done>
-  void drain(Done&& done) {
-    while (n_ > 0) step(done);
+  void drain(Job& job) {
+    while (n_on_ > 0) step(job);
   }
 
  private:
-  static constexpr int kSlots = std::max(kWidth, Float16::kLooksUp);
+  using Collector = typename Job::Collector;
+  static constexpr bool kNearestFirst = Job::Sink::kNearestFirst;
+  static constexpr int kSixteens = kLanes / kWidth;
+  static constexpr int kTogether = std::max(kWidth, Float16::kLooksUp);  // rays whose survivors are tested together
   static constexpr std::size_t kAtOnce = 128;
-  static constexpr float kNever = std::numeric_limits<float>::infinity();
 
-  struct Slot {
-    CullRay cull;
-    Ray ray;
-    std::optional<Sink> sink;
-    std::uint32_t tag, node;
-    // The stack, in no order, above sixteen entries that are never reached.
-    std::size_t size = 0;
-    std::vector<float> enter = std::vector<float>(8 * kWidth, kNever);
-    std::vector<std::uint32_t> child = std::vector<std::uint32_t>(8 * kWidth);
-
-    /// Put the children in these lanes, numbered from `base`, onto the stack.
-    void push(std::uint32_t lanes, const Float16& near, std::uint32_t base) {
-      if (enter.size() < size + 2 * kWidth) {
-        enter.resize(2 * enter.size());
-        child.resize(2 * child.size());
-      }
-      if constexpr (Sink::kNearestFirst) fastlines::pack(lanes, near, enter.data() + kWidth + size);
-      pack_numbers(lanes, base, child.data() + kWidth + size);
-      size += std::size_t(std::popcount(lanes));
-    }
-
-    /// Take the nearest of the topmost sixteen, or where that does not matter the topmost; false if none is left.
-    bool next() {
-      if constexpr (!Sink::kNearestFirst) {
-        if (size == 0) return false;
-        node = child[--size + kWidth];
-        return true;
-      }
-      while (size > 0) {
-        const Float16 top = Float16::load(enter.data() + size);  // entries size − 16 … size − 1
-        const float nearest = least(top);
-        if (nearest <= sink->limit) {
-          const std::size_t at = size + std::size_t(std::countr_zero((top <= Float16(nearest)).bits()));
-          node = child[at];
-          --size;
-          enter[at] = enter[size + kWidth];
-          child[at] = child[size + kWidth];
-          return true;
-        }
-        size = size > kWidth ? size - kWidth : 0;
-      }
-      return false;
-    }
+  /// Where the children of a node are entered.
+  struct alignas(64) Enters {
+    float of[kWidth];
   };
+  /// Those that wait, as bits.
+  struct Open {
+    std::uint32_t first, waiting;
+  };
+  /// All stacks. Loops have a copy, so that nothing written can alias it.
+  struct Stacks {
+    Enters* enters;
+    Open* open;
+    std::uint32_t room;
+    /// Where an entry is, the lowest of which is number 1.
+    std::size_t place(std::uint32_t ray, std::uint32_t depth) const { return ray * room + depth; }
+  };
+  Stacks stacks() { return {enters_.data(), open_.data(), room_}; }
 
-  template <class Done>
-  void step(Done&& done) {
-    Slot* const slots = slots_.data();
-    const WideView tree = tree_;  // a copy, so that nothing written can alias it
+  void step(Job& job) {
+    if (++deepest_ + 1 >= room_) look_for_room();
+    test_nodes();
+    survivors_.clear();
+    survivors_.add(tree_, leaves_, cull_);
+    for (const Pairs& survivors : survivors_.lists) fetch_segments(survivors);
+    if constexpr (kNearestFirst) {
+      std::copy_n(on_, n_on_, asked_);
+      find_nearest(n_on_);
+    }
+    for (int i = 0; i < survivors_.kLists; ++i) test_survivors(survivors_.lists[i], i * kTogether);
+    work_.cost += AloneCost::kNode * std::uint64_t(n_on_) + AloneCost::kLeaf * leaves_.size();
+    tally(&Steps::nodes, std::uint64_t(n_on_));
+    tally(&Steps::leaves, leaves_.size());
+    const int n_before = n_on_;
+    if constexpr (kNearestFirst)
+      take_nearest();
+    else
+      take_any();
+    for (int i = 0; i < n_on_; ++i) fetch(tree_.nodes + node_[on_[i]]);
+    for (int i = 0; i < n_before - n_on_; ++i) end(ended_[i], job);
+  }
 
-    // A: nodes.
+  /// Phase A.
+  void test_nodes() {
+    const WideNode* const nodes = tree_.nodes;
+    const Stacks stacks = this->stacks();
     leaves_.clear();
-    Pairs::Tail leaves = leaves_.tail(std::size_t(n_) * kWidth);
-    for (int i = 0, n = n_; i < n; ++i) {
-      const std::uint32_t which = which_[i];
-      Slot& slot = slots[which];
-      const WideNode& node = tree.nodes[slot.node];
-      Float16 near;
-      const std::uint32_t lanes = cull_node(slot.cull, node, slot.sink->limit, near);
+    Pairs::Tail leaves = leaves_.tail(std::size_t(n_on_) * kWidth);
+    for (int i = 0, n = n_on_; i < n; ++i) {
+      const std::uint32_t ray = on_[i];
+      const WideNode& node = nodes[node_[ray]];
+      Float16 enter;
+      const std::uint32_t lanes = cull_node(cull_[ray], node, collector_.limit[ray], enter);
       const std::uint32_t inner = lanes & ((1u << node.n_inner) - 1);
-      slot.push(inner, near, node.first_inner);
-      leaves.pack(lanes ^ inner, node.first_leaf - node.n_inner, which);
+      const std::size_t top = stacks.place(ray, depth_[ray] + 1);
+      if constexpr (kNearestFirst) enter.store(stacks.enters[top].of);
+      stacks.open[top] = {node.first_inner, inner};
+      depth_[ray] += inner != 0;
+      leaves.pack(lanes ^ inner, node.first_leaf - node.n_inner, ray);
     }
     leaves_.end(leaves);
+  }
 
-    // B: leaves.
-    const std::size_t n_leaves = leaves_.size();
-    const std::uint32_t *const leaf = leaves_.what.data(), *const of = leaves_.ray.data();
-    survivors_.clear();
-    Pairs::Tail survivors = survivors_.tail(n_leaves * kWidth);
-    for (std::size_t j = 0; j < n_leaves; ++j) fetch(tree.leaves + leaf[j]);
-    for (std::size_t j = 0; j < n_leaves; ++j) places_[j] = place_of(tree.leaves[leaf[j]], slots[of[j]].cull.across);
-    for (std::size_t j = 0; j < n_leaves; ++j)
-      near_[j] = cull_leaf(slots[of[j]].cull.across, tree.leaves[leaf[j]], places_[j]);
-    for (std::size_t i = 0, n = pack_set(near_, n_leaves, met_); i < n; ++i) {
-      const std::uint32_t j = met_[i];
-      survivors.pack(near_[j], tree.leaves[leaf[j]].first_ref, of[j]);
-    }
-    survivors_.end(survivors);
+  void fetch_segments(const Pairs& survivors) {
+    const WideView tree = tree_;
+    for (std::size_t j = 0; j < survivors.size(); ++j)
+      __builtin_prefetch(tree.segments + tree.refs[survivors.what[j]].prim);
+  }
 
-    // C: survivors.
-    const std::size_t n = survivors_.size();
-    survivors_.pad();
-    for (std::size_t j = 0; j < n; ++j) __builtin_prefetch(tree.refs + survivors_.what[j]);
-    for (std::size_t j = 0; j < n; ++j) __builtin_prefetch(tree.segments + tree.refs[survivors_.what[j]].prim);
-    if constexpr (Float16::kLooksUp > 0)
-      for (std::size_t j = 0; j < n; j += kAtOnce) test_many<Float16>(j, std::min(n - j, kAtOnce));
-    else
-      for (std::size_t j = 0; j < n; ++j) test_one(slots[survivors_.ray[j]], tree.refs[survivors_.what[j]]);
-    work_.cost += AloneCost::kNode * std::uint64_t(n_) + AloneCost::kLeaf * n_leaves + AloneCost::kTest * n;
-    tally(&Steps::nodes, std::uint64_t(n_));
-    tally(&Steps::leaves, n_leaves);
+  /// Phase C, for the rays in lanes from `first` on.
+  void test_survivors(Pairs& survivors, int first) {
+    const std::size_t n = survivors.size();
+    work_.cost += AloneCost::kTest * n;
     tally(&Steps::pieces, n);
     tally(&Steps::packs, (n + kWidth - 1) / kWidth);
-
-    // D: what comes next.
-    for (int i = n_; i-- > 0;) {
-      Slot& slot = slot_of(i);
-      if (!slot.sink->done() && slot.next()) {
-        fetch(tree_.nodes + slot.node);
-        continue;
-      }
-      work_ += {AloneCost::kRay, 1};
-      done(slot.tag, *slot.sink);
-      std::swap(which_[i], which_[--n_]);
-    }
+    if (n == 0) return;
+    survivors.pad();
+    const std::uint32_t* const what = survivors.what.data();
+    if constexpr (Float16::kLooksUp > 0)
+      for (std::size_t j = 0; j < n; j += kAtOnce)
+        test_many<Float16>(what + j, survivors.ray.data() + j, std::min(n - j, kAtOnce), first);
+    else
+      for (std::size_t j = 0; j < n; ++j) test_one(first + int(survivors.ray[j]), tree_.refs[what[j]]);
   }
 
-  void test_one(Slot& slot, const Reference& ref) {
-    if (!slot.sink->done()) test_segment(slot.ray, tree_.segments[ref.prim], tree_.frame, ref, *slot.sink);
+  void test_one(int ray, const Reference& ref) {
+    const Segment& segment = tree_.segments[ref.prim];
+    const Vec3 start = tree_.frame(segment.p);
+    const RayInLane here(rays_, ray);
+    const Approach<float> approach = closest_approach(here, see<float>(here, start, tree_.frame(segment.q) - start));
+    if (approach.hit) collector_.take_one(rays_, ray, approach, ref);
   }
 
-  /// Test survivors [first, first + n) exactly, at most kAtOnce. What hits is dealt with when all have been tested:
-  /// a guess about hits would be known to be wrong only at the end of a long test. F is Float16, as of ChosenRays.
+  /// At most kAtOnce. What hits is dealt with when all have been tested: a guess about hits would be known to be wrong
+  /// only at the end of a long test. F is Float16, as of ChosenRays.
   template <class F>
-  void test_many(std::size_t first, std::size_t n) {
-    const std::uint32_t* const what = survivors_.what.data() + first;
-    const std::uint32_t* const slot = survivors_.ray.data() + first;
+  void test_many(const std::uint32_t* what, const std::uint32_t* ray, std::size_t n, int first) {
     alignas(64) float s[kAtOnce], t[kAtOnce], dist2[kAtOnce];
     std::uint32_t hits[kAtOnce + kWidth];
     std::size_t n_hits = 0;
     for (std::size_t j = 0; j < n; j += kWidth) {
       F start[3], e[3];
       take_sixteen(tree_, [&](int i) { return tree_.refs[what[j + std::size_t(i)]].prim; }, start, e);
-      const ChosenRays<F, kSlots> rays(rays_, 0, slot + j);
+      const ChosenRays<F, kTogether> rays(rays_, first, ray + j);
       const Approach<F> approach = closest_approach(rays, see<F>(rays, start, e));
       approach.s.store(s + j);
       approach.t.store(t + j);
@@ -194,23 +174,119 @@ class Wave {
     }
     for (std::size_t i = 0; i < n_hits; ++i) {
       const std::uint32_t j = hits[i];
-      Slot& of = slots_[slot[j]];
-      const Reference& ref = tree_.refs[what[j]];
-      of.sink->add({of.ray, tree_.segments[ref.prim], tree_.frame, {s[j], t[j], dist2[j], true}, ref});
+      collector_.take_one(rays_, first + int(ray[j]), {s[j], t[j], dist2[j], true}, tree_.refs[what[j]]);
     }
   }
 
-  Slot& slot_of(int i) { return slots_[which_[i]]; }
+  /// Phase D where the nearest child of the node on top comes next. A node of which none is within the limit is taken
+  /// away, and the one below it is asked, for all such rays together: which they are is never guessed.
+  void take_nearest() {
+    const Stacks stacks = this->stacks();
+    int n = n_on_, n_on = 0, n_ended = 0;
+    while (n > 0) {
+      int n_without = 0;
+      for (int i = 0; i < n; ++i) {
+        const std::uint32_t ray = asked_[i], within = enter_[i] <= collector_.limit[ray];
+        Open& open = stacks.open[stacks.place(ray, depth_[ray])];
+        node_[ray] = open.first + nearest_[i];
+        const std::uint32_t waiting = open.waiting &= ~(1u << nearest_[i]);
+        depth_[ray] -= (within ^ 1) | (waiting == 0);
+        on_[n_on] = ray;
+        n_on += int(within);
+        without_[n_without] = ray;
+        n_without += int(within ^ 1);
+      }
+      n = 0;
+      for (int i = 0; i < n_without; ++i) {
+        const std::uint32_t ray = without_[i], more = std::int32_t(depth_[ray]) > 0;
+        asked_[n] = ray;
+        n += int(more);
+        ended_[n_ended] = ray;
+        n_ended += int(more ^ 1);
+      }
+      find_nearest(n);
+    }
+    n_on_ = n_on;
+  }
+
+  /// Of the nodes on top of n stacks, the child that is entered first.
+  void find_nearest(int n) {
+    const Stacks stacks = this->stacks();
+    for (int i = 0; i < n; ++i) {
+      const std::size_t top = stacks.place(asked_[i], depth_[asked_[i]]);
+      const Float16 enter = choose(stacks.open[top].waiting, Float16::load(stacks.enters[top].of), kNever);
+      const float first = least(enter);
+      enter_[i] = first;
+      nearest_[i] = std::uint32_t(std::countr_zero((enter <= Float16(first)).bits()));
+    }
+  }
+
+  /// Phase D where hits bring nothing nearer.
+  void take_any() {
+    const Stacks stacks = this->stacks();
+    int n_on = 0, n_ended = 0;
+    for (int i = 0, n = n_on_; i < n; ++i) {
+      const std::uint32_t ray = on_[i], depth = depth_[ray];
+      const std::uint32_t goes_on = (depth > 0) & (collector_.limit[ray] != kOut);
+      Open& open = stacks.open[stacks.place(ray, depth)];
+      const std::uint32_t waiting = open.waiting, others = waiting & (waiting - 1);
+      node_[ray] = open.first + std::uint32_t(std::countr_zero(waiting));
+      open.waiting = others;
+      depth_[ray] = depth - (others == 0);
+      on_[n_on] = ray;
+      n_on += int(goes_on);
+      ended_[n_ended] = ray;
+      n_ended += int(goes_on ^ 1);
+    }
+    n_on_ = n_on;
+  }
+
+  void end(std::uint32_t ray, Job& job) {
+    work_ += {AloneCost::kRay, 1};
+    const int sixteen = int(ray) / kWidth;
+    if (--n_left_[sixteen] == 0) job.take(rays_, collector_, sixteen * kWidth, sixteen * kWidth + n_in_[sixteen]);
+  }
+
+  void look_for_room() {
+    deepest_ = 0;
+    for (int i = 0; i < n_on_; ++i) deepest_ = std::max(deepest_, depth_[on_[i]] + 1);
+    if (deepest_ + 1 >= room_) make_room(2 * room_ + 1);
+  }
+
+  /// Let each stack have so many entries: an odd number, so that not all use the same part of the cache.
+  void make_room(std::uint32_t room) {
+    std::vector<Enters> enters(kLanes * std::size_t(room));
+    std::vector<Open> open(kLanes * std::size_t(room));
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      std::copy_n(enters_.data() + i * room_, room_, enters.data() + i * room);
+      std::copy_n(open_.data() + i * room_, room_, open.data() + i * room);
+    }
+    enters_ = std::move(enters);
+    open_ = std::move(open);
+    room_ = room;
+  }
+
+  static constexpr float kNever = std::numeric_limits<float>::infinity();
 
   const WideView& tree_;
-  int n_ = 0;
-  std::vector<Slot> slots_;
-  TestLanes<kSlots> rays_;               // those of the slots
-  std::uint32_t which_[kSlots];          // the slots in use, then those that are free
-  Pairs leaves_, survivors_;             // each for a slot
-  LeafPlace places_[kSlots * kWidth];    // of the leaves
-  std::uint32_t near_[kSlots * kWidth];  // the pieces of each leaf that survive
-  std::uint32_t met_[kSlots * kWidth];   // the leaves of which any does
+  RayLanes rays_;
+  Collector collector_;
+  CullRay cull_[kLanes];
+  std::uint32_t node_[kLanes], depth_[kLanes];  // the node that comes next; entries of the stack
+  std::uint32_t on_[kLanes];                    // the rays that are under way
+  int n_on_ = 0;
+  int n_in_[kSixteens] = {}, n_left_[kSixteens] = {};  // the rays of each sixteen, and those of them under way
+
+  // The stacks.
+  std::uint32_t room_ = 0, deepest_ = 0;  // entries each, and a bound on those in use
+  std::vector<Enters> enters_;
+  std::vector<Open> open_;
+
+  // What phases hand to each other.
+  Pairs leaves_;
+  Survivors<kTogether> survivors_;
+  std::uint32_t asked_[kLanes], nearest_[kLanes], without_[kLanes], ended_[kLanes];
+  float enter_[kLanes];
   Work work_;
 };
 

@@ -77,6 +77,16 @@ inline Float16 select(Mask16 mask, Float16 x, Float16 y) {
   return {_mm256_blendv_ps(y.a, x.a, mask.a), _mm256_blendv_ps(y.b, x.b, mask.b)};
 }
 
+/// x in the lanes of these bits, y in the others.
+inline Float16 choose(std::uint32_t bits, Float16 x, Float16 y) {
+  const __m256i all = _mm256_set1_epi32(int(bits));
+  const auto sign = [all](int a, int b, int c, int d, int e, int f, int g, int h) {
+    return _mm256_castsi256_ps(_mm256_sllv_epi32(all, _mm256_setr_epi32(a, b, c, d, e, f, g, h)));
+  };
+  return {_mm256_blendv_ps(y.a, x.a, sign(31, 30, 29, 28, 27, 26, 25, 24)),
+          _mm256_blendv_ps(y.b, x.b, sign(23, 22, 21, 20, 19, 18, 17, 16))};
+}
+
 inline __m256i packing(std::uint32_t byte) {
   return _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kPacking.lanes[byte])));
 }

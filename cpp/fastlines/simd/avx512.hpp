@@ -58,6 +58,11 @@ inline Float16 max(Float16 x, Float16 y) { return _mm512_max_ps(x.a, y.a); }
 inline Float16 fma(Float16 x, Float16 y, Float16 z) { return _mm512_fmadd_ps(x.a, y.a, z.a); }
 inline Float16 select(Mask16 mask, Float16 x, Float16 y) { return _mm512_mask_blend_ps(mask.m, y.a, x.a); }
 
+/// x in the lanes of these bits, y in the others.
+inline Float16 choose(std::uint32_t bits, Float16 x, Float16 y) {
+  return _mm512_mask_blend_ps(__mmask16(bits), y.a, x.a);
+}
+
 /// The lanes of these bits, one after the other; writes sixteen.
 inline void pack(std::uint32_t bits, Float16 x, float* to) {
   _mm512_storeu_ps(to, _mm512_maskz_compress_ps(__mmask16(bits), x.a));

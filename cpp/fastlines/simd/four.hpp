@@ -23,6 +23,13 @@ inline Float4 four(const float* p) {
   return x;
 }
 
+/// Two numbers, and two zeros.
+inline Float4 two(const float* p) {
+  double both;
+  std::memcpy(&both, p, sizeof both);
+  return Float4(Double2{both, 0.0});
+}
+
 [[gnu::always_inline]] inline Float4 min(Float4 x, Float4 y) { return x < y ? x : y; }
 [[gnu::always_inline]] inline Float4 max(Float4 x, Float4 y) { return x > y ? x : y; }
 

@@ -4,6 +4,9 @@
 // and what is seen is exact. Elsewhere it has floats. `kWholeAxes` says which.
 #pragma once
 
+#include <bit>
+#include <cstdint>
+
 #include "four.hpp"
 #include "simd.hpp"
 
@@ -14,20 +17,31 @@ namespace fastlines {
 inline constexpr bool kWholeAxes = true;
 
 struct Axis {
-  std::int32_t bytes;  // x, y, z and 0
+  float bytes;  // the bits of x, y, z and 0
+
+  Axis(float, float, float, float bytes_) : bytes(bytes_) {}
 };
 
-/// The axes in the first two lanes, made whole by rounding; their numbers are at most 127.
-inline void take_axes(Float4& x, Float4& y, Float4& z, Axis& u, Axis& v) {
+/// Make an axis whole by rounding, and pack its numbers, which are at most 127; of one, and of sixteen.
+inline float take_axis(float& x, float& y, float& z) {
   constexpr float kWhole = 0x1.8p23f;  // of a sum with it only whole numbers are left
-  const auto bytes = [=](Float4& a) {
-    const Float4 sum = a + four(kWhole);
-    a = sum - four(kWhole);
-    return Int4(sum) & 0xff;
+  const auto byte = [=](float& a) {
+    const float sum = a + kWhole;
+    a = sum - kWhole;
+    return std::bit_cast<std::uint32_t>(sum) & 0xff;
   };
-  const Int4 packed = bytes(x) | bytes(y) << 8 | bytes(z) << 16;
-  u.bytes = packed[0];
-  v.bytes = packed[1];
+  const std::uint32_t low = byte(x), middle = byte(y), high = byte(z);
+  return std::bit_cast<float>(low | middle << 8 | high << 16);
+}
+inline Float16 take_axis(Float16& x, Float16& y, Float16& z) {
+  const auto byte = [](Float16& a) {
+    const __m512i whole = _mm512_cvtps_epi32(a.a);
+    a = _mm512_cvtepi32_ps(whole);
+    return _mm512_and_si512(whole, _mm512_set1_epi32(0xff));
+  };
+  const __m512i low = byte(x), middle = byte(y), high = byte(z);
+  return _mm512_castsi512_ps(
+      _mm512_or_si512(low, _mm512_or_si512(_mm512_slli_epi32(middle, 8), _mm512_slli_epi32(high, 16))));
 }
 
 struct Points16 {
@@ -42,7 +56,8 @@ struct Points16 {
   }
 
   Float16 along(const Axis& axis, std::int32_t start) const {
-    return _mm512_cvtepi32_ps(_mm512_dpbusd_epi32(_mm512_set1_epi32(start), xyz, _mm512_set1_epi32(axis.bytes)));
+    return _mm512_cvtepi32_ps(
+        _mm512_dpbusd_epi32(_mm512_set1_epi32(start), xyz, _mm512_castps_si512(_mm512_set1_ps(axis.bytes))));
   }
 
  private:
@@ -63,12 +78,13 @@ inline constexpr bool kWholeAxes = false;
 
 struct Axis {
   float x, y, z;
+
+  Axis(float x_, float y_, float z_, float) : x(x_), y(y_), z(z_) {}
 };
 
-/// The axes in the first two lanes.
-inline void take_axes(const Float4& x, const Float4& y, const Float4& z, Axis& u, Axis& v) {
-  u = {x[0], y[0], z[0]};
-  v = {x[1], y[1], z[1]};
+template <class N>
+N take_axis(N&, N&, N&) {
+  return 0.0f;
 }
 
 struct Points16 {

@@ -138,6 +138,16 @@ inline Float16 select(Mask16 mask, Float16 x, Float16 y) {
           mask.v[3] ? x.v[3] : y.v[3]};
 }
 
+/// x in the lanes of these bits, y in the others.
+inline Float16 choose(std::uint32_t bits, Float16 x, Float16 y) {
+  const int all = int(bits);
+  const IntQuad four{all, all, all, all};
+  const auto chosen = [&](int i) {
+    return Quad((four & (IntQuad{1, 2, 4, 8} << 4 * i)) != 0 ? IntQuad(x.v[i]) : IntQuad(y.v[i]));
+  };
+  return {chosen(0), chosen(1), chosen(2), chosen(3)};
+}
+
 /// The lanes of these bits, one after the other; writes sixteen.
 inline void pack(std::uint32_t bits, Float16 x, float* to) {
   float from[16];

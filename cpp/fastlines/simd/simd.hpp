@@ -43,6 +43,7 @@ inline float fma(float x, float y, float z) {
   return x * y + z;
 #endif
 }
+inline float sqrt(float x) { return std::sqrt(x); }
 inline float abs(float x) { return std::fabs(x); }
 inline float select(bool mask, float x, float y) { return mask ? x : y; }
 inline bool any(bool mask) { return mask; }
