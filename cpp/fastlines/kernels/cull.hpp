@@ -84,15 +84,12 @@ inline void cull_rays(const RayLanes& rays, int first, CullRay* to) {
 [[gnu::always_inline]] inline std::uint32_t cull_node(const CullRay& ray, const WideNode& node, float limit,
                                                       Float16& enter) {
   using F = Float16;
-  Float4 org;
-  std::memcpy(&org, node.org, sizeof org);  // and the scale, in a lane that does not count
-  const Float4 inverse = four(ray.inverse), base = org * inverse;
-  const Float4 steps = four(node.scale) * inverse, nears = base - four(ray.near), fars = base - four(ray.far);
   F near = ray.t_min, far = limit;
   for (int k = 0; k < 3; ++k) {
-    const F step = steps[k];
-    near = max(fma(F::bytes(node.planes + CullRay::row(ray.near_rows, k)), step, F(nears[k])), near);
-    far = min(fma(F::bytes(node.planes + CullRay::row(ray.far_rows, k)), step, F(fars[k])), far);
+    const F step = node.scale * ray.inverse[k];
+    const float base = node.org[k] * ray.inverse[k];
+    near = max(fma(F::bytes(node.planes + CullRay::row(ray.near_rows, k)), step, F(base - ray.near[k])), near);
+    far = min(fma(F::bytes(node.planes + CullRay::row(ray.far_rows, k)), step, F(base - ray.far[k])), far);
   }
   enter = near;
   return (near <= far).bits() & ((1u << node.n_children) - 1);

@@ -25,7 +25,7 @@ namespace fastlines {
 template <class Job>
 class Wave {
  public:
-  Wave(const WideView& tree, const Job& job) : tree_(tree), collector_(job.collector(tree)) { make_room(15); }
+  Wave(const WideView& tree, const Job& job) : tree_(tree), collector_(job.collector(tree)) { make_room(3); }
 
   /// Take in the rays of lanes [first, end) of one sixteen, which it begins. The job takes the answers of those done.
   void add(const RayLanes& rays, int first, int end, Job& job) {
@@ -44,10 +44,17 @@ class Wave {
       on_[n_on_++] = std::uint32_t(i);
     }
     n_left_[sixteen] = n_in_[sixteen] = n;
+    cost_ += AloneCost::kRay * std::uint64_t(n);
+    n_halves_ += std::uint64_t(n);
   }
 
-  /// What the rays that have ended since the last call have cost.
-  Work take_work() { return std::exchange(work_, {}); }
+  /// What has been done since the last call. A ray counts half when it comes and half when it goes, so that those under
+  /// way do not make the others look dear.
+  Work take_work() {
+    const Work work{std::exchange(cost_, 0), n_halves_ / 2};
+    n_halves_ %= 2;
+    return work;
+  }
 
   /// Finish all that are in.
   void drain(Job& job) {
@@ -90,7 +97,7 @@ class Wave {
       find_nearest(n_on_);
     }
     for (int i = 0; i < survivors_.kLists; ++i) test_survivors(survivors_.lists[i], i * kTogether);
-    work_.cost += AloneCost::kNode * std::uint64_t(n_on_) + AloneCost::kLeaf * leaves_.size();
+    cost_ += AloneCost::kNode * std::uint64_t(n_on_) + AloneCost::kLeaf * leaves_.size();
     tally(&Steps::nodes, std::uint64_t(n_on_));
     tally(&Steps::leaves, leaves_.size());
     const int n_before = n_on_;
@@ -132,7 +139,7 @@ class Wave {
   /// Phase C, for the rays in lanes from `first` on.
   void test_survivors(Pairs& survivors, int first) {
     const std::size_t n = survivors.size();
-    work_.cost += AloneCost::kTest * n;
+    cost_ += AloneCost::kTest * n;
     tally(&Steps::pieces, n);
     tally(&Steps::packs, (n + kWidth - 1) / kWidth);
     if (n == 0) return;
@@ -242,7 +249,7 @@ class Wave {
   }
 
   void end(std::uint32_t ray, Job& job) {
-    work_ += {AloneCost::kRay, 1};
+    ++n_halves_;
     const int sixteen = int(ray) / kWidth;
     if (--n_left_[sixteen] == 0) job.take(rays_, collector_, sixteen * kWidth, sixteen * kWidth + n_in_[sixteen]);
   }
@@ -287,7 +294,7 @@ class Wave {
   Survivors<kTogether> survivors_;
   std::uint32_t asked_[kLanes], nearest_[kLanes], without_[kLanes], ended_[kLanes];
   float enter_[kLanes];
-  Work work_;
+  std::uint64_t cost_ = 0, n_halves_ = 0;  // since they were asked for
 };
 
 }  // namespace fastlines
