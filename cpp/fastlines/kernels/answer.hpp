@@ -51,7 +51,10 @@ class Answerer {
   }
 
   void finish() {
-    if constexpr (!Job::kUnordered) alone_.drain(job);
+    if constexpr (!Job::kUnordered) {
+      alone_.drain(job);
+      choice_.note_alone(alone_.take_work());
+    }
   }
 
   Job job;

@@ -73,8 +73,8 @@ class Choice {
   }
 
   void note_alone(const Work& work) {
+    if (work.rays == 0) return;
     alone_ += work;
-    if (alone_.rays == 0) return;
     age_ = 0;
     if (alone_.per_ray() < kElsewhere * then_) {
       bound_ = widest_;

@@ -1,8 +1,9 @@
 // What becomes of the hits of 64 rays. A kernel shows a collector, sixteen rays at a time, which of them come within
 // their radius of a segment, if any: `take(rays, first, hit, approach, prim)`, each segment once. `approach.hit`
 // may have lanes that `hit` has not: true hits as well, of rays for which the segment was not looked for. `limit` tells
-// beyond which t of the frame a ray wants no more; where it falls, `closer` is set. A wave shows one hit of one ray at
-// a time: `take_one(rays, lane, approach, ref)`.
+// beyond which t of the frame a ray wants no more; where it falls, `closer` is set. A wave, which looks at limits
+// alone, shows one hit of one ray at a time, and a segment again by each of its pieces: `take_one(rays, lane, approach,
+// ref)`.
 //
 // `begin` readies lanes [first, end); those from there to the end of their sixteen have no ray, and want nothing.
 //

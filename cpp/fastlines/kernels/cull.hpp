@@ -12,7 +12,7 @@
 namespace fastlines {
 
 /// What culling needs of a ray (or of a bundle's centre), or of sixteen: its line, and how near counts. N is float or
-/// Float16. Numbers of x, y and z stand in threes, each with a fourth, so that they are read as vectors of four.
+/// Float16. Numbers stand in fours: so those of sixteen rays are turned into sixteen of these.
 template <class N>
 struct alignas(64) CullOf {
   N inverse[3], t_min;
@@ -54,6 +54,10 @@ inline CullRay cull_ray(const Vec3& o, const Vec3& r, const Vec3& u, const Vec3&
   return {a, b, c, d, reach, t_min};
 }
 
+inline CullRay cull_ray(const Ray& ray) {
+  return cull_ray(ray.o, ray.r, ray.u, ray.v, ray.radius + ray.eps, ray.t_min);
+}
+
 /// Of sixteen rays at once, in lanes from `first` on.
 inline void cull_rays(const RayLanes& rays, int first, CullRay* to) {
   const auto at = [first](const float* x) { return Float16::load(x + first); };
@@ -68,15 +72,14 @@ inline void cull_rays(const RayLanes& rays, int first, CullRay* to) {
   const CullOf<Float16> sixteen(o, r, u, v, at(rays.reach), at(rays.t_min));
   constexpr int n = sizeof(sixteen) / sizeof(Float16);
   static_assert(n % 4 == 0 && n * sizeof(float) <= sizeof(CullRay));
-  const Float16* const numbers = sixteen.inverse;
   alignas(64) float rows[n][kWidth];
-  for (int k = 0; k < n; ++k) numbers[k].store(rows[k]);
+  std::memcpy(rows, &sixteen, sizeof rows);
   for (int i = 0; i < kWidth; i += 4)
     for (int k = 0; k < n; k += 4) {
       const Float4 from[4] = {four(rows[k] + i), four(rows[k + 1] + i), four(rows[k + 2] + i), four(rows[k + 3] + i)};
       Float4 turned[4];
       turn(from, turned);
-      for (int j = 0; j < 4; ++j) std::memcpy(to[i + j].inverse + k, &turned[j], sizeof turned[j]);
+      for (int j = 0; j < 4; ++j) std::memcpy(reinterpret_cast<float*>(to + i + j) + k, &turned[j], sizeof turned[j]);
     }
 }
 

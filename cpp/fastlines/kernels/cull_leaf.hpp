@@ -26,10 +26,9 @@ inline constexpr float kLength = kWholeAxes ? 126.0f : 1.0f;
 /// A ray as leaves see it, or sixteen: N is float or Float16. What is found of a leaf at once stands side by side.
 template <class N>
 struct AcrossOf {
-  N x[2], y[2], z[2];        // the axes across
-  N packed[2];               // and as bytes
-  N away[3], unused = 0.0f;  // where the leaf's origin lies along both, and how near counts
-  N rest[3], unused_too = 0.0f;
+  N x[2], y[2], z[2];  // the axes across
+  N packed[2];         // and as bytes
+  N away[4], rest[4];  // where the leaf's origin lies along both, and how near counts; the last is nothing
 
   AcrossOf() = default;
   AcrossOf(const N (&o)[3], const N (&r)[3], const N (&u)[3], const N (&v)[3], N reach) {
@@ -59,6 +58,7 @@ struct AcrossOf {
     for (int i = 0; i < 2; ++i) away[i] = N(0.0f) - fma(x[i], o[0], fma(y[i], o[1], z[i] * o[2]));
     away[2] = reach * length;
     rest[2] = fma(N(0.89f), length, astray);
+    away[3] = rest[3] = 0.0f;
   }
 
   Axis axis(int i) const { return {x[i], y[i], z[i], packed[i]}; }

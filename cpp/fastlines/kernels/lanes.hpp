@@ -161,7 +161,7 @@ struct alignas(64) RayLanes {
   }
 };
 
-/// One ray as the exact test sees it, likewise.
+/// One ray as the exact test sees it.
 struct RayInLane {
   struct Vector {
     const float (*at)[kLanes];
@@ -233,8 +233,7 @@ struct ChosenRays {
         radius2{rays.radius2 + first, index} {}
 
  private:
-  template <std::size_t n>
-  static Vector of(const float (&from)[3][n], int first, const std::uint32_t* index) {
+  static Vector of(const float (&from)[3][kLanes], int first, const std::uint32_t* index) {
     return {{from[0] + first, from[1] + first, from[2] + first}, index};
   }
 };

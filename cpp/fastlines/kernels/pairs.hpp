@@ -56,7 +56,7 @@ struct Pairs {
     return {what.data() + n, ray.data() + n};
   }
   void end(const Tail& tail) { n = std::size_t(tail.what - what.data()); }
-  /// Repeat the last thing sixteen times past the end, so that what is there can be read.
+  /// Repeat the last thing, of one at least, sixteen times past the end, so that what is there can be read.
   void pad() { std::fill_n(what.data() + n, kWidth, what[n - 1]); }
 };
 

@@ -23,7 +23,10 @@ class Stream {
     nodes_.clear();
     leaves_.clear();
     survivors_.clear();
-    for (int i = first / kWidth * kWidth; i < end; i += kWidth) cull_rays(rays, i, cull_ + i);
+    if (end - first == 1)
+      cull_[first] = cull_ray(rays.ray(first));
+    else
+      for (int i = first / kWidth * kWidth; i < end; i += kWidth) cull_rays(rays, i, cull_ + i);
     for (int i = first; i < end; ++i) nodes_.push(0, std::uint32_t(i));
     while (!nodes_.empty()) {
       test_nodes(rays);

@@ -6,16 +6,22 @@
 //   C  each survivor is tested exactly, sixteen at a time where the instruction set can pick their rays
 //   D  each ray takes its nearest node, or any where hits bring nothing nearer, or is done
 //
-// A ray alone spends most of its time waiting for memory and on mispredicted branches. Here no ray waits for another,
-// what a phase will read is known before it starts, and lists are packed without branches.
+// A ray alone spends most of its time waiting for memory and on mispredicted branches. Here none waits for the step of
+// another, what a phase will read is known before it starts, and lists are packed without branches.
 //
-// Rays come and go by sixteens, as they stand in lanes. A stack has an entry for each node that the ray has met on its
-// way down: which of its children wait, and where each is entered. Nothing has to be packed or put in order for it.
+// Rays come and go by sixteens, as they stand in lanes. A stack has an entry for each node of which inner children
+// wait: which they are, and where each is entered. Nothing has to be packed or put in order for it.
 #pragma once
+
+#include <limits>
+#include <utility>
+#include <vector>
 
 #include "choice.hpp"
 #include "collect.hpp"
 #include "cull.hpp"
+#include "fetch.hpp"
+#include "pairs.hpp"
 #include "sixteen.hpp"
 #include "survivors.hpp"
 #include "tally.hpp"
@@ -48,9 +54,10 @@ class Wave {
     n_halves_ += std::uint64_t(n);
   }
 
-  /// What has been done since the last call. A ray counts half when it comes and half when it goes, so that those under
-  /// way do not make the others look dear.
+  /// What has been done since the last call, or nothing as long as no ray has ended. A ray counts half when it comes
+  /// and half when it goes, so that those under way do not make the others look dear.
   Work take_work() {
+    if (!std::exchange(any_ended_, false)) return {};
     const Work work{std::exchange(cost_, 0), n_halves_ / 2};
     n_halves_ %= 2;
     return work;
@@ -250,6 +257,7 @@ class Wave {
 
   void end(std::uint32_t ray, Job& job) {
     ++n_halves_;
+    any_ended_ = true;
     const int sixteen = int(ray) / kWidth;
     if (--n_left_[sixteen] == 0) job.take(rays_, collector_, sixteen * kWidth, sixteen * kWidth + n_in_[sixteen]);
   }
@@ -294,7 +302,9 @@ class Wave {
   Survivors<kTogether> survivors_;
   std::uint32_t asked_[kLanes], nearest_[kLanes], without_[kLanes], ended_[kLanes];
   float enter_[kLanes];
-  std::uint64_t cost_ = 0, n_halves_ = 0;  // since they were asked for
+  // Since they were asked for.
+  std::uint64_t cost_ = 0, n_halves_ = 0;
+  bool any_ended_ = false;
 };
 
 }  // namespace fastlines
