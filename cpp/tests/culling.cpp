@@ -111,7 +111,7 @@ int main() {
     for (int i = 0; i < kLanes; ++i) {
       // As one of sixteen, and alone.
       const Ray ray = rays.ray(i);
-      const CullRay alone = cull_ray(ray);
+      const CullRay alone = cull_ray(ray.o, ray.r, ray.u, ray.v, ray.radius + ray.eps, ray.t_min);
       const auto keep = [&](const CullRay& cull) {
         return cull_leaf(cull.across, pieces.leaf, place_of(pieces.leaf, cull.across));
       };

@@ -80,6 +80,7 @@ class Answerer {
     requires(Job::kUnordered)
   {
     const int at_once = kernel_ == Kernel::single ? 1 : kLanes;
+    alone_.prepare(rays_, first, end);
     for (int i = first; i < end; i += at_once) {
       const int last = std::min(i + at_once, end);
       job.begin(collector_, rays_, i, last);

@@ -54,10 +54,6 @@ inline CullRay cull_ray(const Vec3& o, const Vec3& r, const Vec3& u, const Vec3&
   return {a, b, c, d, reach, t_min};
 }
 
-inline CullRay cull_ray(const Ray& ray) {
-  return cull_ray(ray.o, ray.r, ray.u, ray.v, ray.radius + ray.eps, ray.t_min);
-}
-
 /// Of sixteen rays at once, in lanes from `first` on.
 inline void cull_rays(const RayLanes& rays, int first, CullRay* to) {
   const auto at = [first](const float* x) { return Float16::load(x + first); };

@@ -16,6 +16,11 @@ class Stream {
  public:
   explicit Stream(const WideView& tree) : tree_(tree) {}
 
+  /// Make ready for the rays in lanes [first, end), of which the first begins a sixteen.
+  void prepare(const RayLanes& rays, int first, int end) {
+    for (int i = first; i < end; i += kWidth) cull_rays(rays, i, cull_ + i);
+  }
+
   /// Show the collector the hits of rays [first, end), each by the piece that owns it; returns what that cost.
   template <class Collector>
   std::uint64_t search(const RayLanes& rays, int first, int end, Collector& collector) {
@@ -23,10 +28,6 @@ class Stream {
     nodes_.clear();
     leaves_.clear();
     survivors_.clear();
-    if (end - first == 1)
-      cull_[first] = cull_ray(rays.ray(first));
-    else
-      for (int i = first / kWidth * kWidth; i < end; i += kWidth) cull_rays(rays, i, cull_ + i);
     for (int i = first; i < end; ++i) nodes_.push(0, std::uint32_t(i));
     while (!nodes_.empty()) {
       test_nodes(rays);
