@@ -1,8 +1,7 @@
 // Groups of up to 64 rays, each answered by the kernel that suits it: as one bundle, as bundles of sixteen, or with
 // rays that have nothing to do with each other in a wave or a stream.
 //
-// What is asked is a job (jobs.hpp): it gives a collector to bundles, waves and streams, a sink to a ray that is
-// searched by itself, and takes their answers.
+// What is asked is a job (jobs.hpp): it gives a collector to the kernels, and takes their answers.
 #pragma once
 
 #include <limits>
@@ -81,12 +80,12 @@ class Answerer {
   {
     const int at_once = kernel_ == Kernel::single ? 1 : kLanes;
     alone_.prepare(rays_, first, end);
+    job.begin(collector_, rays_, first, end);
     for (int i = first; i < end; i += at_once) {
       const int last = std::min(i + at_once, end);
-      job.begin(collector_, rays_, i, last);
       choice_.note_alone({alone_.search(rays_, i, last, collector_), std::uint64_t(last - i)});
-      job.take(rays_, collector_, i, last);
     }
+    job.take(rays_, collector_, first, end);
   }
 
   void alone(int first, int end) {
@@ -96,13 +95,12 @@ class Answerer {
   }
 
   void one_by_one(int first, int end) {
+    job.begin(collector_, rays_, first, end);
     for (int i = first; i < end; ++i) {
       if (i % kWidth == 0) cull_rays(rays_, i, cull_);
-      const Ray ray = rays_.ray(i);
-      auto sink = job.sink(ray);
-      search_single(tree_, ray, cull_[i % kWidth], sink, stack_);
-      job.done(rays_.id[i], sink);
+      single_.search(rays_, i, cull_[i % kWidth], collector_);
     }
+    job.take(rays_, collector_, first, end);
   }
 
   const WideView& tree_;
@@ -112,7 +110,7 @@ class Answerer {
   RayLanes rays_;
   Bundle bundle_;
   CullRay cull_[kWidth];  // of rays that go one by one
-  Stack stack_;
+  Single single_{tree_};
   ThickSearch thick_{tree_};
   typename Job::Collector collector_;
   decltype(alone_of(tree_, job)) alone_ = alone_of(tree_, job);

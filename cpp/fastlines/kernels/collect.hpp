@@ -1,9 +1,9 @@
 // What becomes of the hits of 64 rays. A kernel shows a collector, sixteen rays at a time, which of them come within
 // their radius of a segment, if any: `take(rays, first, hit, approach, prim)`, each segment once. `approach.hit`
 // may have lanes that `hit` has not: true hits as well, of rays for which the segment was not looked for. `limit` tells
-// beyond which t of the frame a ray wants no more; where it falls, `closer` is set. A wave, which looks at limits
-// alone, shows one hit of one ray at a time, and a segment again by each of its pieces: `take_one(rays, lane, approach,
-// ref)`.
+// beyond which t of the frame a ray wants no more; where it falls, `closer` is set. Waves and rays that are searched by
+// themselves look at limits alone, and show one hit of one ray at a time, a segment again by each of its pieces:
+// `take_one(rays, lane, approach, ref)`. `kNearestFirst` tells whether hits bring limits nearer.
 //
 // `begin` readies lanes [first, end); those from there to the end of their sixteen have no ray, and want nothing.
 //
@@ -33,7 +33,7 @@ inline void begin_limits(const RayLanes& rays, int first, int end, float (&limit
 /// Any sink, for each ray on its own.
 template <class Sink>
 struct SinkCollector {
-  static constexpr bool kUnordered = false;
+  static constexpr bool kUnordered = false, kNearestFirst = Sink::kNearestFirst;
   alignas(64) float limit[kLanes];
   bool closer = false;
   const WideView& tree;
@@ -73,7 +73,7 @@ struct SinkCollector {
 
 /// The first hits, by closest approach.
 struct FirstCollector {
-  static constexpr bool kUnordered = false;
+  static constexpr bool kUnordered = false, kNearestFirst = true;
   alignas(64) float limit[kLanes];
   bool closer = false;
   alignas(64) float t[kLanes], s[kLanes], dist2[kLanes], prim[kLanes];  // prim: the bits of an integer
@@ -140,7 +140,7 @@ struct FirstCollector {
 };
 
 struct AnyCollector {
-  static constexpr bool kUnordered = false;
+  static constexpr bool kUnordered = false, kNearestFirst = false;
   alignas(64) float limit[kLanes];
   bool closer = false;
   bool found[kLanes];

@@ -15,14 +15,15 @@ namespace fastlines {
 /// Float16. Numbers stand in fours: so those of sixteen rays are turned into sixteen of these.
 template <class N>
 struct alignas(64) CullOf {
-  N inverse[3], t_min;
-  N near[3], near_rows;  // box planes: q·(scale·inverse) + (org·inverse − near)
-  N far[3], far_rows;    // rows: where a node's bytes of the planes begin, a byte each of x, y and z
-  AcrossOf<N> across;    // what leaves see of it
+  N inverse[4], near[4], far[4];  // box planes: q·(scale·inverse) + (org·inverse − near); the fourth are nothing
+  N near_rows, far_rows;          // where a node's bytes of the planes begin, a byte each of x, y and z
+  N t_min, unused;
+  AcrossOf<N> across;  // what leaves see of it
 
   CullOf() = default;
   CullOf(const N (&o)[3], const N (&r)[3], const N (&u)[3], const N (&v)[3], N reach, N t_min_)
-      : t_min(t_min_), near_rows(kRows), far_rows(kRows), across(o, r, u, v, reach) {
+      : near_rows(kRows), far_rows(kRows), t_min(t_min_), unused(0.0f), across(o, r, u, v, reach) {
+    inverse[3] = near[3] = far[3] = 0.0f;
     for (int k = 0; k < 3; ++k) {
       const auto back = r[k] < N(0.0f);
       inverse[k] = select(back, N(-1.0f), N(1.0f)) / max(abs(r[k]), N(1e-18f));
@@ -79,17 +80,28 @@ inline void cull_rays(const RayLanes& rays, int first, CullRay* to) {
     }
 }
 
+/// A node's origin, and a lane that means nothing.
+inline Float4 origin_of(const WideNode& node) {
+  Float4 origin;
+  std::memcpy(&origin, &node, sizeof origin);
+  return origin;
+}
+
 /// The children whose boxes the ray may meet before `limit`, and where it enters them.
 [[gnu::always_inline]] inline std::uint32_t cull_node(const CullRay& ray, const WideNode& node, float limit,
                                                       Float16& enter) {
   using F = Float16;
+  const Float4 inverse = four(ray.inverse), step = inverse * four(node.scale), base = inverse * origin_of(node);
+  const Float4 to_near = base - four(ray.near), to_far = base - four(ray.far);
   F near = ray.t_min, far = limit;
-  for (int k = 0; k < 3; ++k) {
-    const F step = node.scale * ray.inverse[k];
-    const float base = node.org[k] * ray.inverse[k];
-    near = max(fma(F::bytes(node.planes + CullRay::row(ray.near_rows, k)), step, F(base - ray.near[k])), near);
-    far = min(fma(F::bytes(node.planes + CullRay::row(ray.far_rows, k)), step, F(base - ray.far[k])), far);
-  }
+  const auto cut = [&](auto k) __attribute__((always_inline)) {
+    const F a_step = F::spread<k>(step);
+    near = max(fma(F::bytes(node.planes + CullRay::row(ray.near_rows, k)), a_step, F::spread<k>(to_near)), near);
+    far = min(fma(F::bytes(node.planes + CullRay::row(ray.far_rows, k)), a_step, F::spread<k>(to_far)), far);
+  };
+  cut(std::integral_constant<int, 0>());
+  cut(std::integral_constant<int, 1>());
+  cut(std::integral_constant<int, 2>());
   enter = near;
   return (near <= far).bits() & ((1u << node.n_children) - 1);
 }

@@ -11,8 +11,6 @@
 // makes reach larger, by half a quantum in the mean, by 2.2 at most; nothing is lost.
 #pragma once
 
-#include <limits>
-
 #include "../layout/wide.hpp"
 #include "../query/ray.hpp"
 #include "../simd/four.hpp"
@@ -70,23 +68,23 @@ using Across = AcrossOf<float>;
 struct alignas(16) LeafPlace {
   using Start = std::conditional_t<kWholeAxes, std::int32_t, float>;
   Start u, v;
-  float near, unused;
+  float unused, near2;  // the square of how near counts
 };
 
 [[gnu::always_inline]] inline LeafPlace place_of(const WideLeaf& leaf, const Across& ray) {
   const Float4 beside = fma(four(leaf.org[2]), two(ray.z),
                             fma(four(leaf.org[1]), two(ray.y), fma(four(leaf.org[0]), two(ray.x), four(ray.away))));
   const Float4 at = fma(beside, four(leaf.per_scale), four(ray.rest));
+  // Where reach is twice as large as the leaf, all pass.
+  constexpr float kAll = 512.0f * kLength, kMuch = 1e30f;
+  const Float4 near2 = max(at * at, fma(at, four(kMuch), four(-kMuch * kAll)));
   LeafPlace place;
   static_assert(sizeof place == sizeof at);
-  if constexpr (kWholeAxes) {
-    // Too large for that is what lies far beyond the leaf; if it is in reach all the same, all pass.
-    const Int4 whole = __builtin_convertvector(at, Int4);
-    std::memcpy(&place, &whole, sizeof place);
-  } else {
-    std::memcpy(&place, &at, sizeof place);
-  }
-  place.near = at[2];
+  Float4 all = at;
+  // Too large for a whole number is what lies far beyond the leaf; if it is in reach all the same, all pass.
+  if constexpr (kWholeAxes) all = Float4(__builtin_convertvector(at, Int4));
+  all = __builtin_shufflevector(all, near2, 0, 1, 6, 6);
+  std::memcpy(&place, &all, sizeof place);
   return place;
 }
 
@@ -94,9 +92,9 @@ struct alignas(16) LeafPlace {
 /// a branch there costs more than it saves.
 [[gnu::always_inline]] inline std::uint32_t cull_leaf(const Across& ray, const WideLeaf& leaf, const LeafPlace& place) {
   using F = Float16;
-  // Where reach is twice as large as the leaf, all pass. Below that, squares are rounded by less than `grain`.
-  constexpr float kAll = 512.0f * kLength, kGrain = 0.5f * kLength * kLength;
-  const F near2 = place.near < kAll ? place.near * place.near : std::numeric_limits<float>::infinity();
+  // Where not all pass, squares are rounded by less than `grain`.
+  constexpr float kGrain = 0.5f * kLength * kLength, kTiny = 1e-30f;
+  const F near2 = place.near2;
   const Points16 a = Points16::of<0>(leaf.ends), c = Points16::of<3>(leaf.ends);
   const Axis u = ray.axis(0), v = ray.axis(1);
   const F au = a.along(u, place.u), av = a.along(v, place.v);
@@ -104,11 +102,11 @@ struct alignas(16) LeafPlace {
   const F back_u = au - cu, wv = cv - av;  // c − a, but u the other way: cross is a sum
   const F cross = fma(au, wv, av * back_u);
   const F ww = fma(back_u, back_u, wv * wv);
-  const F aa = fma(au, au, av * av), cc = fma(cu, cu, cv * cv);
-  const auto line = cross * cross < ww * near2;        // never where a piece is a point: there the ends decide
-  const auto inside = abs(cc - aa) <= ww + F(kGrain);  // the foot of the perpendicular from the origin
-  const auto ends = min(aa, cc) <= near2;
-  return ((line & inside) | ends).bits() & ((1u << leaf.n_refs) - 1);
+  // Each is what a bound exceeds it by, so that signs decide: comparisons are few, and none waits for another.
+  const F a_near = fnma(au, au, fnma(av, av, near2)), c_near = fnma(cu, cu, fnma(cv, cv, near2));
+  const F line = fnma(cross, cross, fma(ww, near2, F(-kTiny)));  // not where a piece is a point: there the ends decide
+  const F inside = (ww + F(kGrain)) - abs(a_near - c_near);      // the foot of the perpendicular from the origin
+  return not_negative(line, inside, a_near, c_near) & ((1u << leaf.n_refs) - 1);
 }
 
 }  // namespace fastlines

@@ -2,8 +2,7 @@
 //
 // A job is one thread's. `begin` readies a collector for the rays in some lanes and `take` takes their answers.
 // `kUnordered` says that the collector takes hits in any order, also those of sixteen rays and as many segments, as a
-// stream finds them. Without it rays that go alone go to a wave; where each is searched by itself, `sink` begins it and
-// `done` takes its answer.
+// stream finds them. Without it rays that go alone go to a wave.
 #pragma once
 
 #include "../query/lists.hpp"
@@ -14,13 +13,10 @@ namespace fastlines {
 /// The first hit of each ray, by closest approach.
 struct FirstJob {
   static constexpr bool kUnordered = false;
-  using Sink = FirstSink;
   using Collector = FirstCollector;
   HitColumns to;  // without t_out
 
   Collector collector(const WideView&) const { return {}; }
-  Sink sink(const Ray& ray) const { return {At::closest, ray}; }
-  void done(std::uint32_t id, const Sink& sink) const { to.set(id, sink.best); }
   void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
     collector.begin(rays, first, end);
   }
@@ -50,15 +46,12 @@ struct FirstJob {
 /// The first hit of each ray, where it enters the capsule.
 struct FirstSurfaceJob {
   static constexpr bool kUnordered = false;
-  using Sink = FirstSink;
-  using Collector = SinkCollector<Sink>;
+  using Collector = SinkCollector<FirstSink>;
   HitColumns to;
 
   Collector collector(const WideView& tree) const { return Collector(tree); }
-  Sink sink(const Ray& ray) const { return {At::surface, ray}; }
-  void done(std::uint32_t id, const Sink& sink) const { to.set(id, sink.best); }
   void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
-    collector.begin(rays, first, end, [&](int i) { return sink(rays.ray(i)); });
+    collector.begin(rays, first, end, [&](int i) { return FirstSink(At::surface, rays.ray(i)); });
   }
   void take(const RayLanes& rays, const Collector& found, int first, int end) const {
     for (int i = first; i < end; ++i) to.set(rays.id[i], found.sinks[std::size_t(i)]->best);
@@ -68,13 +61,10 @@ struct FirstSurfaceJob {
 /// Whether each ray hits anything.
 struct AnyJob {
   static constexpr bool kUnordered = false;
-  using Sink = AnySink;
   using Collector = AnyCollector;
   bool* to;
 
   Collector collector(const WideView&) const { return {}; }
-  Sink sink(const Ray& ray) const { return Sink(ray); }
-  void done(std::uint32_t id, const Sink& sink) const { to[id] = sink.found; }
   void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
     collector.begin(rays, first, end);
   }

@@ -119,22 +119,19 @@ struct AllJob {
 template <class S>
 struct ListJob {
   static constexpr bool kUnordered = false;
-  using Sink = S;
   using Collector = SinkCollector<S>;
   At at;
   std::size_t k = 0;
   HitLists lists;
 
   Collector collector(const WideView& tree) const { return Collector(tree); }
-  Sink sink(const Ray& ray) const {
-    if constexpr (std::is_same_v<S, NextSink>)
-      return {at, ray, k};
-    else
-      return {at, ray};
-  }
-  void done(std::uint32_t id, Sink& sink) { lists.add(id, sink.hits); }
   void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
-    collector.begin(rays, first, end, [&](int i) { return sink(rays.ray(i)); });
+    collector.begin(rays, first, end, [&](int i) -> S {
+      if constexpr (std::is_same_v<S, NextSink>)
+        return {at, rays.ray(i), k};
+      else
+        return {at, rays.ray(i)};
+    });
   }
   void take(const RayLanes& rays, Collector& found, int first, int end) {
     for (int i = first; i < end; ++i) lists.add(rays.id[i], found.sinks[std::size_t(i)]->hits);

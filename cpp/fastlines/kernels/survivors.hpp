@@ -20,18 +20,20 @@ class Survivors {
 
   /// Append what survives of the pieces of these leaves, each for its ray. The tree is a copy, so that nothing written
   /// can alias it.
-  void add(WideView tree, const Pairs& met, const CullRay* rays) {
+  void add(WideView tree, Pairs& met, const CullRay* rays) {
+    if (met.empty()) return;
+    met.pad();  // so that what is fetched ahead is there
     const WideLeaf* const leaves = tree.leaves;
     const std::size_t n = met.size();
-    for (std::size_t j = 0; j < std::min(n, kAhead); ++j) fetch(leaves + met.what[j]);
+    for (std::size_t j = 0; j < kAhead; ++j) fetch(leaves + met.what[j]);
     for (std::size_t first = 0; first < n; first += kSome) {
       const std::uint32_t *const what = met.what.data() + first, *const ray = met.ray.data() + first;
-      const std::size_t left = n - first, some = std::min(left, kSome);
+      const std::size_t some = std::min(n - first, kSome);
       for (std::size_t begin = 0; begin < some; begin += kAhead) {
         const std::size_t end = std::min(begin + kAhead, some);
         for (std::size_t j = begin; j < end; ++j) places_[j - begin] = place_of(leaves[what[j]], rays[ray[j]].across);
         for (std::size_t j = begin; j < end; ++j) {
-          if (j + kAhead < left) fetch(leaves + what[j + kAhead]);
+          fetch(leaves + what[j + kAhead]);
           near_[j] = cull_leaf(rays[ray[j]].across, leaves[what[j]], places_[j - begin]);
         }
       }
@@ -49,7 +51,7 @@ class Survivors {
   }
 
  private:
-  static constexpr std::size_t kSome = 128, kAhead = 16;
+  static constexpr std::size_t kSome = 128, kAhead = kWidth;
 
   LeafPlace places_[kAhead];                // of some leaves
   std::uint32_t near_[kSome], met_[kSome];  // the pieces of each that survive; those of which any does

@@ -70,7 +70,7 @@ class Wave {
 
  private:
   using Collector = typename Job::Collector;
-  static constexpr bool kNearestFirst = Job::Sink::kNearestFirst;
+  static constexpr bool kNearestFirst = Collector::kNearestFirst;
   static constexpr int kSixteens = kLanes / kWidth;
   static constexpr int kTogether = std::max(kWidth, Float16::kLooksUp);  // rays whose survivors are tested together
   static constexpr std::size_t kAtOnce = 128;

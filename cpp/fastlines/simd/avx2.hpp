@@ -39,6 +39,12 @@ struct Float16 {
     };
     return {eight(p), eight(p + 8)};
   }
+  /// Lane k of four, in all lanes.
+  template <int k>
+  static Float16 spread(const Float4& x) {
+    const __m256 all = _mm256_broadcastss_ps(_mm_permute_ps(__m128(x), k));
+    return {all, all};
+  }
   void store(float* p) const {
     _mm256_storeu_ps(p, a);
     _mm256_storeu_ps(p + 8, b);
@@ -73,6 +79,9 @@ inline Float16 max(Float16 x, Float16 y) { return {_mm256_max_ps(x.a, y.a), _mm2
 inline Float16 fma(Float16 x, Float16 y, Float16 z) {
   return {_mm256_fmadd_ps(x.a, y.a, z.a), _mm256_fmadd_ps(x.b, y.b, z.b)};
 }
+inline Float16 fnma(Float16 x, Float16 y, Float16 z) {
+  return {_mm256_fnmadd_ps(x.a, y.a, z.a), _mm256_fnmadd_ps(x.b, y.b, z.b)};
+}
 inline Float16 select(Mask16 mask, Float16 x, Float16 y) {
   return {_mm256_blendv_ps(y.a, x.a, mask.a), _mm256_blendv_ps(y.b, x.b, mask.b)};
 }
@@ -102,6 +111,14 @@ inline void pack_numbers(std::uint32_t bits, std::uint32_t base, std::uint32_t* 
   const auto store = [](std::uint32_t* at, __m256i x) { _mm256_storeu_si256(reinterpret_cast<__m256i*>(at), x); };
   store(to, _mm256_add_epi32(packing(bits & 0xff), _mm256_set1_epi32(int(base))));
   store(to + std::popcount(bits & 0xff), _mm256_add_epi32(packing(bits >> 8), _mm256_set1_epi32(int(base + 8))));
+}
+
+/// The lanes in which x and y, or z, or w are not negative.
+inline std::uint32_t not_negative(Float16 x, Float16 y, Float16 z, Float16 w) {
+  const auto eight = [](__m256 a, __m256 b, __m256 c, __m256 d) {
+    return std::uint32_t(_mm256_movemask_ps(_mm256_and_ps(_mm256_and_ps(_mm256_or_ps(a, b), c), d)));
+  };
+  return ~(eight(x.a, y.a, z.a, w.a) | eight(x.b, y.b, z.b, w.b) << 8) & 0xffff;
 }
 
 /// The least of all lanes.

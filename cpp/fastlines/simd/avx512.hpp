@@ -34,6 +34,11 @@ struct Float16 {
   static Float16 bytes(const std::uint8_t* p) {
     return _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))));
   }
+  /// Lane k of four, in all lanes.
+  template <int k>
+  static Float16 spread(const Float4& x) {
+    return _mm512_permutexvar_ps(_mm512_set1_epi32(k), _mm512_castps128_ps512(__m128(x)));
+  }
   void store(float* p) const { _mm512_storeu_ps(p, a); }
   /// Of the numbers of a table, 16 or 32, those with these indices, of which no higher bits count.
   template <int n = 16>
@@ -56,6 +61,7 @@ struct Float16 {
 inline Float16 min(Float16 x, Float16 y) { return _mm512_min_ps(x.a, y.a); }
 inline Float16 max(Float16 x, Float16 y) { return _mm512_max_ps(x.a, y.a); }
 inline Float16 fma(Float16 x, Float16 y, Float16 z) { return _mm512_fmadd_ps(x.a, y.a, z.a); }
+inline Float16 fnma(Float16 x, Float16 y, Float16 z) { return _mm512_fnmadd_ps(x.a, y.a, z.a); }
 inline Float16 select(Mask16 mask, Float16 x, Float16 y) { return _mm512_mask_blend_ps(mask.m, y.a, x.a); }
 
 /// x in the lanes of these bits, y in the others.
@@ -73,6 +79,14 @@ inline void pack_numbers(std::uint32_t bits, std::uint32_t base, std::uint32_t* 
   const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   const __m512i numbers = _mm512_add_epi32(lanes, _mm512_set1_epi32(int(base)));
   _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(__mmask16(bits), numbers));
+}
+
+/// The lanes in which x and y, or z, or w are not negative.
+inline std::uint32_t not_negative(Float16 x, Float16 y, Float16 z, Float16 w) {
+  const auto bits = [](Float16 of) { return _mm512_castps_si512(of.a); };
+  constexpr int some = 0xa8;  // (x | y) & z
+  const __m512i three = _mm512_ternarylogic_epi32(bits(x), bits(y), bits(z), some);
+  return _mm512_testn_epi32_mask(_mm512_and_si512(three, bits(w)), _mm512_set1_epi32(INT32_MIN));
 }
 
 /// The least of all lanes.

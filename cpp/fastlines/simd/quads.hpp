@@ -88,6 +88,11 @@ struct Float16 {
   static Float16 bytes(const std::uint8_t* p) {
     return {quad_of_bytes(p), quad_of_bytes(p + 4), quad_of_bytes(p + 8), quad_of_bytes(p + 12)};
   }
+  /// Lane k of four, in all lanes.
+  template <int k>
+  static Float16 spread(const Quad& x) {
+    return {x[k]};
+  }
   void store(float* p) const { std::memcpy(p, v, sizeof v); }
   /// Of the numbers of a table, 16 or 32, those with these indices, of which no higher bits count.
   template <int n = 16>
@@ -133,6 +138,7 @@ inline Float16 max(Float16 x, Float16 y) {
   return Float16::each(x, y, [](Quad a, Quad b) { return a > b ? a : b; });
 }
 inline Float16 fma(Float16 x, Float16 y, Float16 z) { return x * y + z; }
+inline Float16 fnma(Float16 x, Float16 y, Float16 z) { return z - x * y; }
 inline Float16 select(Mask16 mask, Float16 x, Float16 y) {
   return {mask.v[0] ? x.v[0] : y.v[0], mask.v[1] ? x.v[1] : y.v[1], mask.v[2] ? x.v[2] : y.v[2],
           mask.v[3] ? x.v[3] : y.v[3]};
@@ -163,6 +169,14 @@ inline void pack_numbers(std::uint32_t bits, std::uint32_t base, std::uint32_t* 
   const int n = std::popcount(bits & 0xff);
   for (int i = 0; i < 8; ++i) to[i] = base + kPacking.lanes[bits & 0xff][i];
   for (int i = 0; i < 8; ++i) to[n + i] = base + 8 + kPacking.lanes[bits >> 8][i];
+}
+
+/// The lanes in which x and y, or z, or w are not negative.
+inline std::uint32_t not_negative(Float16 x, Float16 y, Float16 z, Float16 w) {
+  const auto four = [&](int i) {
+    return bits_of(((IntQuad(x.v[i]) | IntQuad(y.v[i])) & IntQuad(z.v[i]) & IntQuad(w.v[i])) >= 0) << 4 * i;
+  };
+  return four(0) | four(1) | four(2) | four(3);
 }
 
 /// The least of all lanes.
