@@ -267,11 +267,16 @@ def test_lists_are_sorted(n: int) -> None:
             assert_same(tree.all_hits(start, along, **asked, kernel=kernel), expected)
 
 
-@pytest.mark.parametrize("far", [1.0, 1e3, 1e6, 1e9])
-def test_bundles_of_rays_that_lie_far_apart(far: float) -> None:
-    """Forced into a bundle, rays that pass far from the scene, with a radius that just reaches it or does not."""
-    segments = np.concatenate([hedge(20), hedge(20)[:, :, [2, 0, 1]], [[[0, 0, 0], [0, 0, 1]]]]).astype(np.float32)
+@pytest.mark.parametrize("far", [1.0, 1e3, 1e6, 1e9, 1e11])
+@pytest.mark.parametrize("simd", fl.available_simd())
+def test_rays_that_pass_far_from_the_scene(simd: str, far: float) -> None:
+    """Also forced into a bundle, with a radius that just reaches the scene or does not; and leaves of one point, beside
+    whose extent squares of distances may be too large.
+    """
+    bushes = [hedge(20), hedge(20)[:, :, [2, 0, 1]]]
+    segments = np.concatenate([*bushes, [[[0, 0, 0], [0, 0, 1]]], [[[0.5, 0.5, 0.5]] * 2] * 20]).astype(np.float32)
     tree = fl.build(segments)
+    fl.set_simd(simd)
     rng = np.random.default_rng(1)
     side = np.sign(rng.normal(size=(64, 1))) * far
     origins = np.concatenate([side, rng.random((64, 2))], axis=1).astype(np.float32)

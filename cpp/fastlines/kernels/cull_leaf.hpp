@@ -80,9 +80,13 @@ struct alignas(16) LeafPlace {
   const Float4 near2 = max(at * at, fma(at, four(kMuch), four(-kMuch * kAll)));
   LeafPlace place;
   static_assert(sizeof place == sizeof at);
-  Float4 all = at;
-  // Too large for a whole number is what lies far beyond the leaf; if it is in reach all the same, all pass.
-  if constexpr (kWholeAxes) all = Float4(__builtin_convertvector(at, Int4));
+  Float4 all;
+  // What lies so far beyond the leaf is too large for a whole number, or to be squared; if it is in reach all the same,
+  // all pass.
+  if constexpr (kWholeAxes)
+    all = Float4(__builtin_convertvector(at, Int4));
+  else
+    all = min(max(at, four(-1e15f)), four(1e15f));
   all = __builtin_shufflevector(all, near2, 0, 1, 6, 6);
   std::memcpy(&place, &all, sizeof place);
   return place;
