@@ -7,6 +7,7 @@
 #include <random>
 
 #include "fastlines/kernels/cull.hpp"
+#include "fastlines/query/exact.hpp"
 
 namespace {
 
@@ -54,28 +55,6 @@ struct Pieces {
   }
 };
 
-/// The distance of a piece from the ray's line.
-double distance(const Ray& ray, const Vec3& a, const Vec3& c) {
-  double p[3], e[3], length2 = 0.0, pr = 0.0, er = 0.0, ee = 0.0, pe = 0.0;
-  for (int k = 0; k < 3; ++k) length2 += double(ray.r[k]) * ray.r[k];
-  for (int k = 0; k < 3; ++k) {
-    p[k] = double(a[k]) - ray.o[k];
-    e[k] = double(c[k]) - a[k];
-    pr += p[k] * ray.r[k] / length2;
-    er += e[k] * ray.r[k] / length2;
-  }
-  for (int k = 0; k < 3; ++k) {
-    p[k] -= pr * ray.r[k];
-    e[k] -= er * ray.r[k];
-    ee += e[k] * e[k];
-    pe += p[k] * e[k];
-  }
-  const double s = ee > 0.0 ? std::min(std::max(-pe / ee, 0.0), 1.0) : 0.0;
-  double d2 = 0.0;
-  for (int k = 0; k < 3; ++k) d2 += (p[k] + s * e[k]) * (p[k] + s * e[k]);
-  return std::sqrt(d2);
-}
-
 }  // namespace
 
 int main() {
@@ -93,11 +72,13 @@ int main() {
       if (i % 4 == 0)
         d = (pieces.c[of] - pieces.a[of]) * (1.0f / pieces.leaf.scale) + d * float(std::pow(10.0, uniform(-6, 0)));
       if (!(dot(d, d) > 1e-12f)) d = direction();
-      // Past that point, at the radius or a little nearer, and begun anywhere on its line.
-      const double radius = pieces.leaf.scale * std::pow(10.0, uniform(-3.0, 3.5));
+      // Past that point, at the radius or a little nearer, and begun anywhere on its line; some from where squares of
+      // quanta are more than a float can hold.
+      const double radius = std::min(1e17, pieces.leaf.scale * std::pow(10.0, uniform(-3.0, i % 8 == 0 ? 27.0 : 3.5)));
       Vec3 side = direction();
       side = side - d * (dot(side, d) / dot(d, d));
-      side = side * float(radius * (1.0 - std::pow(10.0, uniform(-7.0, -1.0))) / std::sqrt(dot(side, side) + 1e-30f));
+      side = side * (1.0f / std::sqrt(dot(side, side) + 1e-30f));
+      side = side * float(radius * (1.0 - std::pow(10.0, uniform(-7.0, -1.0))));
       origins.push_back(at + side + d * float(uniform(-3.0, 3.0) / std::sqrt(dot(d, d))));
       directions.push_back(d);
       radii.push_back(float(radius));
@@ -118,7 +99,8 @@ int main() {
       const std::uint32_t kept[2] = {keep(culled[i]), keep(alone)};
       n_kept += std::uint64_t(std::popcount(kept[0]));
       for (int j = 0; j < kWidth; ++j) {
-        if (!(distance(ray, pieces.a[j], pieces.c[j]) <= double(ray.radius))) continue;
+        const Vec3 e = pieces.c[j] - pieces.a[j];
+        if (!closest_approach(ray, see<float>(ray, pieces.a[j], e)).hit) continue;
         ++n_near;
         n_lost += (~kept[0] | ~kept[1]) >> j & 1;
       }

@@ -1,5 +1,5 @@
 // Groups of up to 64 rays, each answered by the kernel that suits it: as one bundle, as bundles of sixteen, or with
-// rays that have nothing to do with each other in a wave or a stream.
+// rays that have nothing to do with each other in a wave or a stream; or one by one, if that is asked for.
 //
 // What is asked is a job (jobs.hpp): it gives a collector to the kernels, and takes their answers.
 #pragma once

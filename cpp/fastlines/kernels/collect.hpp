@@ -1,9 +1,10 @@
 // What becomes of the hits of 64 rays. A kernel shows a collector, sixteen rays at a time, which of them come within
 // their radius of a segment, if any: `take(rays, first, hit, approach, prim)`, each segment once. `approach.hit`
 // may have lanes that `hit` has not: true hits as well, of rays for which the segment was not looked for. `limit` tells
-// beyond which t of the frame a ray wants no more; where it falls, `closer` is set. Waves and rays that are searched by
-// themselves look at limits alone, and show one hit of one ray at a time, a segment again by each of its pieces:
-// `take_one(rays, lane, approach, ref)`. `kNearestFirst` tells whether hits bring limits nearer.
+// beyond which t of the frame a ray wants no more; where it falls, `closer` is set. Where order
+// matters, waves and searches of a single ray look at limits alone, and show one hit of one ray at a time, a segment
+// again by each of its pieces: `take_one(rays, lane, approach, ref)`. `kNearestFirst` tells whether hits bring limits
+// nearer.
 //
 // `begin` readies lanes [first, end); those from there to the end of their sixteen have no ray, and want nothing.
 //

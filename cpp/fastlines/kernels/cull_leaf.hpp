@@ -75,7 +75,7 @@ struct alignas(16) LeafPlace {
   const Float4 beside = fma(four(leaf.org[2]), two(ray.z),
                             fma(four(leaf.org[1]), two(ray.y), fma(four(leaf.org[0]), two(ray.x), four(ray.away))));
   const Float4 at = fma(beside, four(leaf.per_scale), four(ray.rest));
-  // Where reach is twice as large as the leaf, all pass.
+  // Where reach is twice as large as the leaf, all pass that can be in reach.
   constexpr float kAll = 512.0f * kLength, kMuch = 1e30f;
   const Float4 near2 = max(at * at, fma(at, four(kMuch), four(-kMuch * kAll)));
   LeafPlace place;

@@ -16,7 +16,7 @@ namespace fastlines {
 
 class HitOrder {
  public:
-  /// Sort hits 0 … n − 1, each of the ray in its lane, at t, of the segment prim.
+  /// Sort hits 0 … n − 1, one at least, each of the ray in its lane, at t, of the segment prim.
   void sort(const std::uint32_t* lane, const float* t, const std::uint32_t* prim, std::uint32_t n) {
     if (const std::size_t room = n + kAtOnce + kUnrolled; order_.size() < room)
       for (auto* numbers : {&order_, &last_, &key_}) numbers->resize(2 * room);

@@ -2,7 +2,7 @@
 //
 // A job is one thread's. `begin` readies a collector for the rays in some lanes and `take` takes their answers.
 // `kUnordered` says that the collector takes hits in any order, also those of sixteen rays and as many segments, as a
-// stream finds them. Without it rays that go alone go to a wave.
+// stream finds them. Without it rays that go alone go to a wave, or are searched one by one.
 #pragma once
 
 #include "../query/lists.hpp"
