@@ -1,10 +1,9 @@
 // What becomes of the hits of 64 rays. A kernel shows a collector, sixteen rays at a time, which of them come within
 // their radius of a segment, if any: `take(rays, first, hit, approach, prim)`, each segment once. `approach.hit`
 // may have lanes that `hit` has not: true hits as well, of rays for which the segment was not looked for. `limit` tells
-// beyond which t of the frame a ray wants no more; where it falls, `closer` is set. Where order
-// matters, waves and searches of a single ray look at limits alone, and show one hit of one ray at a time, a segment
-// again by each of its pieces: `take_one(rays, lane, approach, ref)`. `kNearestFirst` tells whether hits bring limits
-// nearer.
+// beyond which t of the frame a ray wants no more; where it falls, `closer` is set. Where order matters, waves and
+// searches of a single ray look at limits alone, and show one hit of one ray at a time, a segment again by each of its
+// pieces: `take_one(rays, lane, approach, ref)`. `kNearestFirst` tells whether hits bring limits nearer.
 //
 // `begin` readies lanes [first, end); those from there to the end of their sixteen have no ray, and want nothing.
 //
@@ -236,5 +235,14 @@ struct AllCollector {
     pack(hit, prims, reinterpret_cast<float*>(of.prim.data() + at));
   }
 };
+
+/// Test one piece against the ray in a lane, and show the collector if it hits.
+template <class Collector>
+[[gnu::always_inline]] inline void test_one(const WideView& tree, const RayLanes& rays, int lane, const Reference& ref,
+                                            Collector& collector) {
+  const RayInLane ray(rays, lane);
+  const Approach<float> approach = closest_approach(ray, see(ray, tree.segments[ref.prim], tree.frame));
+  if (approach.hit) collector.take_one(rays, lane, approach, ref);
+}
 
 }  // namespace fastlines

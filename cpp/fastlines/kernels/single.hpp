@@ -28,7 +28,7 @@ class Single {
     const float& limit = collector.limit[lane];
     std::size_t depth = 0;  // levels in use
     Next next;
-    do {
+    for (;;) {
       tally(&Steps::nodes);
       const WideNode& node = tree.nodes[next.node];
       Float16 enter;
@@ -49,7 +49,7 @@ class Single {
         level.waiting &= ~(1u << next.lane);
         depth -= level.waiting == 0;
       }
-    } while (true);
+    }
   }
 
  private:
@@ -115,25 +115,20 @@ class Single {
   template <class Collector>
   void test(const RayLanes& rays, int lane, std::uint32_t n, Collector& collector) {
     tally(&Steps::tests, n);
-    const RayInLane ray(rays, lane);
     if (Float16::kLooksUp > 0 && n > kFew) {
       for (std::uint32_t j = 0; j < n; j += kWidth)
-        test_sixteen(rays, ray, lane, survivors_ + j, std::min(n - j, std::uint32_t(kWidth)), collector);
+        test_sixteen(rays, lane, survivors_ + j, std::min(n - j, std::uint32_t(kWidth)), collector);
       return;
     }
     for (std::uint32_t j = 0; j < n; ++j) {
       __builtin_prefetch(tree_.segments + tree_.refs[survivors_[std::min(j + 1, n - 1)]].prim);
-      const Reference& ref = tree_.refs[survivors_[j]];
-      const Segment& segment = tree_.segments[ref.prim];
-      const Vec3 start = tree_.frame(segment.p);
-      const Approach<float> approach = closest_approach(ray, see<float>(ray, start, tree_.frame(segment.q) - start));
-      if (approach.hit) collector.take_one(rays, lane, approach, ref);
+      test_one(tree_, rays, lane, tree_.refs[survivors_[j]], collector);
     }
   }
 
   template <class Collector>
-  void test_sixteen(const RayLanes& rays, const RayInLane& ray, int lane, const std::uint32_t* which, std::uint32_t n,
-                    Collector& collector) {
+  void test_sixteen(const RayLanes& rays, int lane, const std::uint32_t* which, std::uint32_t n, Collector& collector) {
+    const RayInLane ray(rays, lane);
     Float16 start[3], e[3];
     take_sixteen(tree_, [&](int i) { return tree_.refs[which[std::min(std::uint32_t(i), n - 1)]].prim; }, start, e);
     const Approach<Float16> approach = closest_approach(ray, see<Float16>(ray, start, e));

@@ -156,15 +156,8 @@ class Wave {
       for (std::size_t j = 0; j < n; j += kAtOnce)
         test_many<Float16>(what + j, survivors.ray.data() + j, std::min(n - j, kAtOnce), first);
     else
-      for (std::size_t j = 0; j < n; ++j) test_one(first + int(survivors.ray[j]), tree_.refs[what[j]]);
-  }
-
-  void test_one(int ray, const Reference& ref) {
-    const Segment& segment = tree_.segments[ref.prim];
-    const Vec3 start = tree_.frame(segment.p);
-    const RayInLane here(rays_, ray);
-    const Approach<float> approach = closest_approach(here, see<float>(here, start, tree_.frame(segment.q) - start));
-    if (approach.hit) collector_.take_one(rays_, ray, approach, ref);
+      for (std::size_t j = 0; j < n; ++j)
+        test_one(tree_, rays_, first + int(survivors.ray[j]), tree_.refs[what[j]], collector_);
   }
 
   /// At most kAtOnce. What hits is dealt with when all have been tested: a guess about hits would be known to be wrong

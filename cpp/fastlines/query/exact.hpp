@@ -59,7 +59,8 @@ template <class N, class R, class V>
   return seen;
 }
 
-inline Seen<float> see(const Ray& ray, const Segment& segment, const Frame& frame) {
+template <class R>
+[[gnu::always_inline]] inline Seen<float> see(const R& ray, const Segment& segment, const Frame& frame) {
   const Vec3 start = frame(segment.p);
   return see<float>(ray, start, frame(segment.q) - start);
 }
