@@ -23,6 +23,8 @@ EMULATED = "neon, emulated"
 CROSS_COMPILER, EMULATOR = "aarch64-linux-gnu-g++", "qemu-aarch64"
 MISSING = [tool for tool in (CROSS_COMPILER, EMULATOR) if shutil.which(tool) is None]
 
+PROGRAMS = ("answers", "culling", "hit_order")
+
 
 def output(name: str, simd: str, folder: Path) -> str:
     """Compile a program for an instruction set and run it."""
@@ -42,7 +44,7 @@ def outputs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[tuple[str
     sets = [*([] if MISSING else [EMULATED]), *fl.available_simd()]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         yield {
-            (name, simd): pool.submit(output, name, simd, folder) for name in ("answers", "culling") for simd in sets
+            (name, simd): pool.submit(output, name, simd, folder) for name in PROGRAMS for simd in sets
         }
 
 
@@ -63,6 +65,14 @@ def test_leaves_lose_nothing_within_reach(simd: str, outputs: dict[tuple[str, st
     assert name == simd.removesuffix(", emulated")
     assert int(n_lost) == 0
     assert 200_000 < int(n_near) <= int(n_kept) < 2 * int(n_near)
+
+
+@of_each_set
+def test_hits_are_put_in_order(simd: str, outputs: dict[tuple[str, str], Future[str]]) -> None:
+    name, n_hits, n_wrong = outputs["hit_order", simd].result().split()
+    assert name == simd.removesuffix(", emulated")
+    assert int(n_hits) > 1_000_000
+    assert int(n_wrong) == 0
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux") or shutil.which("nm") is None, reason="no nm to ask")

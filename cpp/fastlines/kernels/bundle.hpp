@@ -33,10 +33,12 @@ struct Bundle {
   bool gather(const RayLanes& rays, int first_, int end_, const Box& scene) {
     first = first_;
     end = end_;
-    for (int k = 0; k < 3; ++k) c[k] = sum(rays.r[k]);
+    const Float4 directions = sums(rays.r);
+    for (int k = 0; k < 3; ++k) c[k] = directions[k];
     const float length = std::sqrt(dot(c, c));
     if (!(length > 0.5f * float(end - first))) return false;
-    for (int k = 0; k < 3; ++k) centre[k] = sum(rays.o[k]) / float(end - first);
+    const Float4 origins = sums(rays.o);
+    for (int k = 0; k < 3; ++k) centre[k] = origins[k] / float(end - first);
     c = c * (1.0f / length);
     const float sign = std::copysign(1.0f, c[2]), f = -1.0f / (sign + c[2]), g = c[0] * c[1] * f;
     u = {1.0f + sign * c[0] * c[0] * f, sign * g, -sign * c[0]};
@@ -103,14 +105,13 @@ struct Bundle {
   }
 
  private:
-  float sum(const float (&x)[kLanes]) const {
-    Float16 sums = 0.0f;
-    for (int i = first; i < end; i += kWidth) sums = sums + Float16::load(x + i);
-    float part[kWidth];
-    sums.store(part);
-    for (int half = kWidth / 2; half > 0; half /= 2)
-      for (int i = 0; i < half; ++i) part[i] += part[i + half];
-    return part[0];
+  /// Of the rays' x, y and z; the fourth is nothing.
+  Float4 sums(const float (&of)[3][kLanes]) const {
+    Float4 fours[4] = {}, columns[4];
+    for (int k = 0; k < 3; ++k)
+      for (int i = first; i < end; i += 4) fours[k] += four(of[k] + i);
+    turn(fours, columns);
+    return (columns[0] + columns[1]) + (columns[2] + columns[3]);
   }
   static float greatest(Float16 x) { return -least(Float16(0.0f) - x); }
 };

@@ -1,6 +1,7 @@
 // Puts the hits of sixteen rays in order: by ray, and by t but for those that lie closest together. Two hits are never
-// compared by themselves, for what is guessed wrong then costs more than all else that is done for a hit. Few are
-// compared with one at a time, and each comes after as many as are less; many are dealt out by the digits of a number.
+// compared by themselves, for what is guessed wrong then costs more than all else that is done for a hit. Each ray's
+// hits are a column of numbers, and all sixteen columns are sorted at once; where a ray has very many, all hits are
+// dealt out by the digits of their numbers.
 #pragma once
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "columns.hpp"
 #include "lanes.hpp"
 
 namespace fastlines {
@@ -18,10 +20,11 @@ class HitOrder {
  public:
   /// Sort hits 0 … n − 1, one at least, each of the ray in its lane, at t, of the segment prim.
   void sort(const std::uint32_t* lane, const float* t, const std::uint32_t* prim, std::uint32_t n) {
-    if (const std::size_t room = n + kAtOnce + kUnrolled; order_.size() < room)
+    if (const std::size_t room = n + kMost; order_.size() < room)
       for (auto* numbers : {&order_, &last_, &key_}) numbers->resize(2 * room);
-    if (find_begins(lane, n) <= kFew)
-      rank(lane, t, prim, n);
+    const std::uint32_t most = find_begins(lane, n), n_rows = Columns::rows_for(most);
+    if (n_rows <= kMost && Columns::n_comparisons(n_rows) <= kDear * n)
+      sort_columns(t, prim, n, most, n_rows);
     else if (n <= 2048)
       deal<8>(lane, t, prim, n);
     else
@@ -36,36 +39,28 @@ class HitOrder {
 
  private:
   static constexpr int kLaneBits = 4, kPrimBits = 4;
-  static constexpr std::uint32_t kFew = 64;  // hits of a ray: for more, comparing takes longer than dealing
-  static constexpr std::uint32_t kUnrolled = 8;
+  static constexpr std::uint32_t kMost = 256;  // hits of a ray: for more, to compare takes longer than to deal out
+  static constexpr std::uint32_t kDear = 8;    // comparisons for each hit take as long
 
-  // A register of numbers, and as many as are compared with a key at once.
-  static constexpr int kPerRegister = kWidth / Float16::kRegisters, kRegisters = Float16::kRegisters == 1 ? 2 : 4;
-  static constexpr std::uint32_t kAtOnce = kRegisters * kPerRegister;
-  using Numbers = std::int32_t __attribute__((vector_size(kPerRegister * sizeof(std::int32_t))));
-
-  /// Where the hits of each lane begin; returns how many the lane of most has.
+  /// Where the hits of each lane begin, and where each of a few stands in the columns; returns how many the lane of
+  /// most has.
   std::uint32_t find_begins(const std::uint32_t* lane, std::uint32_t n) {
-    std::uint32_t n_of[2][kWidth] = {};
-    for (std::uint32_t j = 0; j + 1 < n; j += 2) {
-      ++n_of[0][lane[j]];
-      ++n_of[1][lane[j + 1]];
-    }
-    if (n % 2) ++n_of[0][lane[n - 1]];
+    std::uint32_t n_of[kWidth] = {};
+    std::uint32_t* const place = last_.data();  // which is not needed yet
+    for (std::uint32_t j = 0; j < n; ++j) place[j] = n_of[lane[j]]++ * kWidth + lane[j];
     std::uint32_t most = 0;
     begin_[0] = 0;
     for (int i = 0; i < kWidth; ++i) {
-      const std::uint32_t here = n_of[0][i] + n_of[1][i];
-      most = std::max(most, here);
-      begin_[i + 1] = begin_[i] + here;
+      most = std::max(most, n_of[i]);
+      begin_[i + 1] = begin_[i] + n_of[i];
     }
     return most;
   }
 
-  /// Keys: the lane; a step of t; the end of the segment's number, for the pieces of a polyline are often met where
-  /// they join, at the same t; and room for a number that tells the rest apart. All in so many bits.
-  void make_keys(const std::uint32_t* lane, const float* t, const std::uint32_t* prim, std::uint32_t n, int bits,
-                 int room_bits) {
+  /// Keys: a step of t, and the end of the segment's number, for the pieces of a polyline are often met where they
+  /// join, at the same t. Both in so many bits, below what comes first.
+  template <class First>
+  void make_keys(const float* t, const std::uint32_t* prim, std::uint32_t n, int bits, First&& first) {
     Float16 least16 = t[0], most16 = t[0];
     std::uint32_t j = 0;
     for (; j + kWidth <= n; j += kWidth) {
@@ -77,50 +72,48 @@ class HitOrder {
       from = min(from, t[j]);
       to = max(to, t[j]);
     }
-    const int step_bits = std::min(bits - room_bits - kPrimBits - kLaneBits, 24);  // as exact as floats are
-    const float last = float((1 << step_bits) - 2);                                // so that no key has all bits set
+    const int step_bits = std::min(bits - kPrimBits, 24);  // as exact as floats are
+    const float last = float((1 << step_bits) - 2);        // so that no key has all bits set
     const float per_t = last / max(to - from, 0x1p-100f);
     std::uint32_t* const key = key_.data();
     for (j = 0; j < n; ++j) {
       const auto step = std::uint32_t(std::int32_t(min((t[j] - from) * per_t, last)));
-      key[j] = ((((lane[j] << step_bits) + step) << kPrimBits) + prim[j] % (1 << kPrimBits)) << room_bits;
+      key[j] = (((first(j) << step_bits) + step) << kPrimBits) + prim[j] % (1 << kPrimBits);
     }
   }
 
-  /// Few hits of each ray: all that are of one ray are brought together, and each is compared with those around it.
-  void rank(const std::uint32_t* lane, const float* t, const std::uint32_t* prim, std::uint32_t n) {
+  /// Each lane's keys, ended by the numbers of the hits, are a column.
+  void sort_columns(const float* t, const std::uint32_t* prim, std::uint32_t n, std::uint32_t most,
+                    std::uint32_t n_rows) {
     const int room_bits = std::bit_width(n);
-    make_keys(lane, t, prim, n, 32, room_bits);
-    constexpr std::uint32_t sign = 1u << 31;  // with it the other way, keys are in order as signed numbers
-    const std::uint32_t* const key = key_.data();
-    std::uint32_t* const sorted = last_.data();
-    std::uint32_t at[kWidth];
-    std::copy_n(begin_, kWidth, at);
-    for (std::uint32_t j = 0; j < n; ++j) sorted[at[lane[j]]++] = (key[j] + j) ^ sign;
-    std::fill_n(sorted + n, kAtOnce + kUnrolled, sign - 1);
-    const auto lane_of = [=](std::uint32_t k) { return (sorted[k] ^ sign) >> (32 - kLaneBits); };
-    std::uint32_t below[kAtOnce];
-    for (std::uint32_t k = 0; k < n; k += kAtOnce) {
-      const std::uint32_t first = lane_of(k), last = lane_of(std::min(k + kAtOnce, n) - 1);
-      count_below(sorted + k, sorted, begin_[first], begin_[last + 1], below);
-      for (std::uint32_t i = 0; i < kAtOnce; ++i) order_[below[i]] = sorted[k + i] & ((1u << room_bits) - 1);
-    }
+    make_keys(t, prim, n, 32 - room_bits, [](std::uint32_t) { return 0u; });
+    std::fill_n(rows_, n_rows * kWidth, ~0u);
+    const std::uint32_t *const key = key_.data(), *const place = last_.data();
+    for (std::uint32_t j = 0; j < n; ++j) rows_[place[j]] = (key[j] << room_bits) + j;
+    Columns::sort(rows_, n_rows);
+    write_columns((1u << room_bits) - 1, most);
   }
 
-  /// For each of some keys, how many are less: all before `begin`, and those that are found from there to `end`. What
-  /// is not less may be read past the end.
-  [[gnu::always_inline]] static void count_below(const std::uint32_t* some_keys, const std::uint32_t* keys,
-                                                 std::uint32_t begin, std::uint32_t end,
-                                                 std::uint32_t (&below)[kAtOnce]) {
-    Numbers some[kRegisters], n_below[kRegisters];
-    std::memcpy(some, some_keys, sizeof some);
-    for (Numbers& numbers : n_below) numbers = Numbers{} + std::int32_t(begin);
-    for (std::uint32_t j = begin; j < end; j += kUnrolled)
-      for (std::uint32_t k = 0; k < kUnrolled; ++k) {
-        const auto key = std::int32_t(keys[j + k]);
-        for (int i = 0; i < kRegisters; ++i) n_below[i] -= key < some[i];
+  /// Columns become runs, four rows at a time: what is too much of one belongs to a lower row of a later one, or to the
+  /// same, and is overwritten.
+  void write_columns(std::uint32_t mask, std::uint32_t n_rows) {
+    std::uint32_t* const order = order_.data();
+    const IntOctet bits = IntOctet{} + std::int32_t(mask);
+    for (std::uint32_t k = (n_rows + 3) / 4 * 4; k > 0;) {
+      k -= 4;
+      for (int first = 0; first < kWidth; first += 8) {
+        Octet rows[4], columns[4];
+        for (std::uint32_t i = 0; i < 4; ++i) {
+          IntOctet row;
+          std::memcpy(&row, rows_ + (k + i) * kWidth + first, sizeof row);
+          rows[i] = Octet(row & bits);
+        }
+        turn(rows, columns);
+        for (int i = 0; i < 8; ++i)
+          std::memcpy(order + begin_[first + i] + k, reinterpret_cast<const float*>(&columns[i % 4]) + i / 4 * 4,
+                      sizeof(Float4));
       }
-    std::memcpy(below, n_below, sizeof below);
+    }
   }
 
   /// Many hits: by each of three digits of their keys in turn, the last one first.
@@ -128,7 +121,7 @@ class HitOrder {
   void deal(const std::uint32_t* lane, const float* t, const std::uint32_t* prim, std::uint32_t n) {
     constexpr int n_digits = 3;
     constexpr std::uint32_t n_values = 1 << digit_bits;
-    make_keys(lane, t, prim, n, std::min(n_digits * digit_bits, 32), 0);
+    make_keys(t, prim, n, std::min(n_digits * digit_bits, 32) - kLaneBits, [lane](std::uint32_t j) { return lane[j]; });
     const auto digit = [key = key_.data()](std::uint32_t j, int i) {
       return key[j] >> digit_bits * i & (n_values - 1);
     };
@@ -146,6 +139,7 @@ class HitOrder {
 
   std::vector<std::uint32_t> order_, last_, key_;
   std::uint32_t begin_[kWidth + 1];
+  alignas(64) std::uint32_t rows_[kMost * kWidth];  // of the columns
 };
 
 }  // namespace fastlines

@@ -25,21 +25,30 @@ struct FirstJob {
     constexpr Hit miss;
     float t[kLanes], u[kLanes], distance[kLanes];
     std::int64_t prim[kLanes];
-    for (int i = first; i < end; ++i) {
-      const auto which = std::bit_cast<std::uint32_t>(found.prim[i]);
-      const bool hit = which != kNone;
-      t[i] = hit ? rays.t_given(i, found.t[i]) : miss.t;
-      u[i] = hit ? found.s[i] : miss.u;
-      distance[i] = hit ? float(std::sqrt(found.dist2[i]) * rays.per_scale) : miss.distance;
-      prim[i] = hit ? std::int64_t(which) : miss.prim;
-    }
-    for_each_run(rays.id, first, end, [&](int i, auto n) {
+    const double per_scale = rays.per_scale;
+    for (int from = first; from < end; from += kWidth)
+      for (int i = from; i < from + kWidth; ++i) {  // of no certain number, or with branches, it would not be vectors
+        const auto which = std::bit_cast<std::uint32_t>(found.prim[i]);
+        const bool hit = which != kNone;
+        const float t_ = rays.t_given(i, found.t[i]), distance_ = float(std::sqrt(found.dist2[i]) * per_scale);
+        t[i] = hit ? t_ : miss.t;
+        u[i] = hit ? found.s[i] : miss.u;
+        distance[i] = hit ? distance_ : miss.distance;
+        prim[i] = hit ? std::int64_t(which) : miss.prim;
+      }
+    const HitColumns columns = to;  // a copy, so that nothing written can alias it
+    const auto write = [&](int i, auto n) __attribute__((always_inline)) {
       const std::uint32_t at = rays.id[i];
-      std::copy_n(t + i, n, to.t + at);
-      std::copy_n(u + i, n, to.u + at);
-      std::copy_n(distance + i, n, to.distance + at);
-      std::copy_n(prim + i, n, to.prim + at);
-    });
+      std::copy_n(t + i, n, columns.t + at);
+      std::copy_n(u + i, n, columns.u + at);
+      std::copy_n(distance + i, n, columns.distance + at);
+      std::copy_n(prim + i, n, columns.prim + at);
+    };
+    for (int from = first; from < end; from += kWidth)
+      if (rays.in_fours[from / kWidth])
+        for (int i = from; i < from + kWidth; i += 4) write(i, std::integral_constant<int, 4>());
+      else
+        for (int i = from; i < std::min(from + kWidth, end); ++i) write(i, std::integral_constant<int, 1>());
   }
 };
 

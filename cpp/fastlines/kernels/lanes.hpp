@@ -12,19 +12,6 @@ inline constexpr int kLanes = 64;
 /// The end of the sixteen lanes in which `end` lies, or of those before it where it is one.
 constexpr int past_sixteen(int end) { return (end + kWidth - 1) / kWidth * kWidth; }
 
-/// Call each(i, n) for runs of n rays from lane i on that stand side by side in the batch: of four, or alone. n is a
-/// constant.
-template <class Each>
-[[gnu::always_inline]] inline void for_each_run(const std::uint32_t* id, int first, int end, Each&& each) {
-  for (int i = first; i < end;)
-    if (i + 4 <= end && id[i + 1] == id[i] + 1 && id[i + 2] == id[i] + 2 && id[i + 3] == id[i] + 3) {
-      each(i, std::integral_constant<int, 4>());
-      i += 4;
-    } else {
-      each(i++, std::integral_constant<int, 1>());
-    }
-}
-
 struct alignas(64) RayLanes {
   float o[3][kLanes], u[3][kLanes], v[3][kLanes], r[3][kLanes];
   float t_min[kLanes], t_max[kLanes], radius2[kLanes];
@@ -35,6 +22,7 @@ struct alignas(64) RayLanes {
   double per_scale;
   int n = 0;  // lanes past it repeat the last ray
   std::uint32_t id[kLanes];
+  bool in_fours[kLanes / kWidth];  // whether the rays of a sixteen stand side by side in the batch, four at a time
 
   /// Prepare the rays with these numbers, 1 to 64.
   void fill(const RayBatch& rays, const Frame& frame, int n_rays, const std::uint32_t* ids) {
@@ -46,6 +34,10 @@ struct alignas(64) RayLanes {
     for (int i = n; i < padded; ++i) id[i] = id[n - 1];
     float from[3][kLanes], along[3][kLanes], start[kLanes], stop[kLanes], near[kLanes];
     for (int i = 0; i < padded; i += kWidth) {
+      bool fours = true;
+      for (const std::uint32_t* four = id + i; four < id + i + kWidth; four += 4)
+        fours &= (four[1] == four[0] + 1) & (four[2] == four[0] + 2) & (four[3] == four[0] + 3);
+      in_fours[i / kWidth] = fours;
       turn(rays.origins, i, from);
       turn(rays.directions, i, along);
     }
@@ -64,14 +56,9 @@ struct alignas(64) RayLanes {
 
   /// Of sixteen rays, a point or direction each.
   [[gnu::always_inline]] void turn(std::span<const Vec3> points, int first, float (&to)[3][kLanes]) const {
-    bool in_fours = true;
-    const float* fours[4];
-    for (int i = 0; i < 4; ++i) {
-      const std::uint32_t* const four = id + first + 4 * i;
-      in_fours &= (four[1] == four[0] + 1) & (four[2] == four[0] + 2) & (four[3] == four[0] + 3);
-      fours[i] = points[four[0]].data();
-    }
-    if (in_fours) {
+    if (in_fours[first / kWidth]) {
+      const float* fours[4];
+      for (int i = 0; i < 4; ++i) fours[i] = points[id[first + 4 * i]].data();
       Float16 xyz[3];
       turn_points(fours, xyz);
       for (int k = 0; k < 3; ++k) xyz[k].store(to[k] + first);
@@ -130,6 +117,7 @@ struct alignas(64) RayLanes {
     sixteen(from.t0, t0);
     sixteen(from.per_length, per_length);
     sixteen(from.id, id);
+    in_fours[to / kWidth] = from.in_fours[first / kWidth];
     per_scale = from.per_scale;
   }
 

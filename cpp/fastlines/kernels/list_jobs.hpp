@@ -58,13 +58,15 @@ struct AllJob {
     for (int lane = 0; lane < kWidth; ++lane) {
       std::uint32_t k = order_.begin(lane);
       do {  // at least once: rays of few hits are all alike then
-        for (std::uint32_t i = 0; i < kWidth; ++i) some[i] = rays.t_given(first_lane + lane, t_[k + i]);
+        const float* const t = t_.data() + k;
+        for (int i = 0; i < kWidth; ++i) some[i] = rays.t_given(first_lane + lane, t[i]);
         std::memcpy(to.t + k, some, sizeof some);
         k += kWidth;
       } while (k < order_.begin(lane + 1));
     }
     for (std::uint32_t k = 0; k < n; k += kWidth) {
-      for (std::uint32_t i = 0; i < kWidth; ++i) some[i] = float(std::sqrt(dist2_[k + i]) * rays.per_scale);
+      const float* const dist2 = dist2_.data() + k;
+      for (int i = 0; i < kWidth; ++i) some[i] = float(std::sqrt(dist2[i]) * rays.per_scale);
       std::memcpy(to.distance + k, some, sizeof some);
     }
   }

@@ -16,6 +16,7 @@ class RayOrder {
       n_groups_ = (n_rays_ + kLanes - 1) / kLanes;
       return;
     }
+    for (std::size_t i = 0; i < kLanes; ++i) beside_[i] = std::uint32_t(down(i / 4) * row_ + across(i / 4) + i % 4);
     n_rows_ = (n_rays_ + row_ - 1) / row_;
     tiles_across_ = (row_ + kSide - 1) / kSide;
     n_groups_ = tiles_across_ * ((n_rows_ + kSide - 1) / kSide);
@@ -33,8 +34,12 @@ class RayOrder {
       return n;
     }
     const std::size_t left = index % tiles_across_ * kSide, top = index / tiles_across_ * kSide;
-    for (std::size_t y = 0; y < kLanes / 4; ++y) {  // rows of four, those of a tile after each other
-      const std::size_t column = left + (y & 4), at = (top + (y & 3) + (y >> 3) * 4) * row_ + column;
+    if (left + kSide <= row_ && (top + kSide) * row_ <= n_rays_) {
+      for (; n < kLanes; ++n) ids[n] = std::uint32_t(top * row_ + left) + beside_[n];
+      return n;
+    }
+    for (std::size_t y = 0; y < kLanes / 4; ++y) {
+      const std::size_t column = left + across(y), at = (top + down(y)) * row_ + column;
       if (column >= row_ || at >= n_rays_) continue;
       const std::size_t end = at + std::min({std::size_t(4), row_ - column, n_rays_ - at});
       for (std::size_t i = at; i < end; ++i) ids[n++] = std::uint32_t(i);
@@ -45,10 +50,19 @@ class RayOrder {
  private:
   static constexpr std::size_t kSide = 8;
 
+  /// Where in a group its yth four rays lie, those of a tile after each other.
+  static std::size_t down(std::size_t y) { return (y & 3) + (y >> 3) * 4; }
+  static std::size_t across(std::size_t y) { return y & 4; }
+
   /// How different two rays are. Euclidean, so that the ray right below is nearer than those beside it.
   static float step(const RayBatch& rays, std::size_t i, std::size_t j) {
     const Vec3 o = rays.origins[i] - rays.origins[j], d = rays.directions[i] - rays.directions[j];
     return std::sqrt(dot(o, o)) + std::sqrt(dot(d, d));
+  }
+  /// Whether they differ by more, found without roots as a rule.
+  static bool is_beyond(const RayBatch& rays, std::size_t i, std::size_t j, float far) {
+    const Vec3 o = rays.origins[i] - rays.origins[j], d = rays.directions[i] - rays.directions[j];
+    return std::max(dot(o, o), dot(d, d)) > far * far || step(rays, i, j) > far;
   }
 
   /// The length of a row of pixels, or 0 if the rays look like no picture.
@@ -62,7 +76,7 @@ class RayOrder {
     if (!(step(rays, 0, kLook) > 8.0f * pixel)) return 0;  // the first rays are no row: they go nowhere
     const std::size_t longest = std::min(rays.size() / 2, kLongest);
     for (std::size_t row = kLook; row <= longest; ++row) {
-      if (step(rays, 0, row) > near) continue;
+      if (is_beyond(rays, 0, row, near)) continue;
       // Some pixels further the ray is right below, if this is a picture.
       std::size_t best = row;
       for (std::size_t i = row; i <= std::min(row + 8, longest); ++i)
@@ -73,6 +87,7 @@ class RayOrder {
   }
 
   std::size_t n_rays_, row_, n_rows_ = 0, tiles_across_ = 0, n_groups_ = 0;
+  std::uint32_t beside_[kLanes];  // the rays of a whole group, counted from the first
 };
 
 }  // namespace fastlines

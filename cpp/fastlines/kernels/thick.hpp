@@ -57,12 +57,6 @@ class ThickSearch {
   static constexpr int kAtOnce = 8, kLeaves = kAtOnce * kWidth, kPieces = (kLeaves + 1) * kWidth;
   static constexpr int kMany = 13;  // of sixteen rays near a segment: beyond it, to pick pairs costs more than it saves
 
-  /// Sixteen rays beside a segment, some of which may be in reach.
-  struct Pack {
-    int segment, first;
-    std::uint32_t near;
-  };
-
   /// What was seen from afar: packs with any ray near, rays near in all of them, and tests of sixteen pairs of these.
   struct Near {
     int n_packs = 0, n_rays = 0, n_tests = 0;
@@ -160,18 +154,18 @@ class ThickSearch {
   Near test_packs(const RayLanes& rays, const Bundle& bundle, const std::uint32_t* prims, int n, Collector& collector) {
     Near seen;
     lines_.look(bundle, n, [&](int j, int first, std::uint32_t near) __attribute__((always_inline)) {
-      packs_[seen.n_packs] = {j, first, near};
+      packs_[seen.n_packs] = first + j;
       seen.n_packs += near != 0;
-      seen.n_rays += std::popcount(near);
+      if constexpr (Collector::kUnordered) seen.n_rays += std::popcount(near);
     });
     for (int i = 0; i < seen.n_packs; ++i) {
-      const auto [j, first, near] = packs_[i];
+      const int j = packs_[i] % kWidth, first = packs_[i] - j;
       const Vec3 start{lines_.start[0][j], lines_.start[1][j], lines_.start[2][j]};
       const Vec3 along{lines_.along[0][j], lines_.along[1][j], lines_.along[2][j]};
       const Rays16 sixteen(rays, first);
       const Approach<Float16> approach = closest_approach(sixteen, see<Float16>(sixteen, start, along));
       // Without asking first whether any hits: the guess would be known to be wrong only at the end of a long test.
-      collector.take(rays, first, approach.hit.bits() & near, approach, prims[j]);
+      collector.take(rays, first, approach.hit.bits() & first_lanes(std::size_t(rays.n - first)), approach, prims[j]);
     }
     return seen;
   }
@@ -217,7 +211,7 @@ class ThickSearch {
   Stack stack_;
   SeenSet seen_;
   LinesBeside lines_{};
-  Pack packs_[kWidth * (kLanes / kWidth)];
+  int packs_[kWidth * (kLanes / kWidth)];  // the first of sixteen rays, plus the segment they are tested beside
   // Pairs, a list for each sixteen rays: sixteen times the segment, plus the ray.
   std::uint32_t pairs_[kLanes / kWidth][(kWidth + 1) * kWidth] = {};
   std::uint32_t leaves_[kLeaves + kWidth], pieces_[kPieces];

@@ -83,6 +83,12 @@ class Wave {
   struct Open {
     std::uint32_t first, waiting;
   };
+  /// What has been tested, and which of it hits.
+  struct Tested {
+    alignas(64) float s[kAtOnce], t[kAtOnce], dist2[kAtOnce];
+    std::uint32_t what[kAtOnce], lane[kAtOnce], hits[kAtOnce + kWidth];
+    std::size_t n = 0, n_hits = 0;
+  };
   /// All stacks. Loops have a copy, so that nothing written can alias it.
   struct Stacks {
     Enters* enters;
@@ -99,11 +105,18 @@ class Wave {
     survivors_.clear();
     survivors_.add(tree_, leaves_, cull_);
     for (const Pairs& survivors : survivors_.lists) fetch_segments(survivors);
+    // Between asking for segments and testing them, and between that and what it tells, there is something else to do:
+    // a guess about hits would be known to be wrong only at the end of a long test.
     if constexpr (kNearestFirst) {
       std::copy_n(on_, n_on_, asked_);
-      find_nearest(n_on_);
+      find_nearest(0, n_on_ / 2);
     }
     for (int i = 0; i < survivors_.kLists; ++i) test_survivors(survivors_.lists[i], i * kTogether);
+    if constexpr (kNearestFirst)
+      find_nearest(n_on_ / 2, n_on_);
+    else
+      take_any();
+    tell_hits();
     cost_ += AloneCost::kNode * std::uint64_t(n_on_) + AloneCost::kLeaf * leaves_.size();
     tally(&Steps::nodes, std::uint64_t(n_on_));
     tally(&Steps::leaves, leaves_.size());
@@ -111,7 +124,7 @@ class Wave {
     if constexpr (kNearestFirst)
       take_nearest();
     else
-      take_any();
+      keep_on();
     for (int i = 0; i < n_on_; ++i) fetch(tree_.nodes + node_[on_[i]]);
     for (int i = 0; i < n_before - n_on_; ++i) end(ended_[i], job);
   }
@@ -151,38 +164,44 @@ class Wave {
     tally(&Steps::packs, (n + kWidth - 1) / kWidth);
     if (n == 0) return;
     survivors.pad();
-    const std::uint32_t* const what = survivors.what.data();
+    const std::uint32_t *const what = survivors.what.data(), *const ray = survivors.ray.data();
     if constexpr (Float16::kLooksUp > 0)
-      for (std::size_t j = 0; j < n; j += kAtOnce)
-        test_many<Float16>(what + j, survivors.ray.data() + j, std::min(n - j, kAtOnce), first);
+      for (std::size_t j = 0; j < n; j += kWidth) {
+        if (tested_.n == kAtOnce) tell_hits();
+        test_sixteen<Float16>(what + j, ray + j, std::min<std::size_t>(n - j, kWidth), first);
+      }
     else
-      for (std::size_t j = 0; j < n; ++j)
-        test_one(tree_, rays_, first + int(survivors.ray[j]), tree_.refs[what[j]], collector_);
+      for (std::size_t j = 0; j < n; ++j) test_one(tree_, rays_, first + int(ray[j]), tree_.refs[what[j]], collector_);
   }
 
-  /// At most kAtOnce. What hits is dealt with when all have been tested: a guess about hits would be known to be wrong
-  /// only at the end of a long test. F is Float16, as of ChosenRays.
+  /// Test n survivors, sixteen at most; `tell_hits` tells what hits. F is Float16, as of ChosenRays.
   template <class F>
-  void test_many(const std::uint32_t* what, const std::uint32_t* ray, std::size_t n, int first) {
-    alignas(64) float s[kAtOnce], t[kAtOnce], dist2[kAtOnce];
-    std::uint32_t hits[kAtOnce + kWidth];
-    std::size_t n_hits = 0;
-    for (std::size_t j = 0; j < n; j += kWidth) {
-      F start[3], e[3];
-      take_sixteen(tree_, [&](int i) { return tree_.refs[what[j + std::size_t(i)]].prim; }, start, e);
-      const ChosenRays<F, kTogether> rays(rays_, first, ray + j);
-      const Approach<F> approach = closest_approach(rays, see<F>(rays, start, e));
-      approach.s.store(s + j);
-      approach.t.store(t + j);
-      approach.dist2.store(dist2 + j);
-      const std::uint32_t hit = approach.hit.bits() & first_lanes(n - j);
-      pack_numbers(hit, std::uint32_t(j), hits + n_hits);
-      n_hits += std::size_t(std::popcount(hit));
+  [[gnu::always_inline]] void test_sixteen(const std::uint32_t* what, const std::uint32_t* ray, std::size_t n,
+                                           int first) {
+    F start[3], e[3];
+    take_sixteen(tree_, [&](int i) { return tree_.refs[what[i]].prim; }, start, e);
+    const ChosenRays<F, kTogether> rays(rays_, first, ray);
+    const Approach<F> approach = closest_approach(rays, see<F>(rays, start, e));
+    const std::size_t at = tested_.n;
+    approach.s.store(tested_.s + at);
+    approach.t.store(tested_.t + at);
+    approach.dist2.store(tested_.dist2 + at);
+    std::copy_n(what, kWidth, tested_.what + at);
+    for (int i = 0; i < kWidth; ++i) tested_.lane[at + std::size_t(i)] = std::uint32_t(first) + ray[i];
+    const std::uint32_t hit = approach.hit.bits() & first_lanes(n);
+    pack_numbers(hit, std::uint32_t(at), tested_.hits + tested_.n_hits);
+    tested_.n_hits += std::size_t(std::popcount(hit));
+    tested_.n = at + kWidth;
+  }
+
+  /// Show the collector what has been hit since the last time.
+  void tell_hits() {
+    for (std::size_t i = 0; i < tested_.n_hits; ++i) {
+      const std::uint32_t j = tested_.hits[i];
+      collector_.take_one(rays_, int(tested_.lane[j]), {tested_.s[j], tested_.t[j], tested_.dist2[j], true},
+                          tree_.refs[tested_.what[j]]);
     }
-    for (std::size_t i = 0; i < n_hits; ++i) {
-      const std::uint32_t j = hits[i];
-      collector_.take_one(rays_, first + int(ray[j]), {s[j], t[j], dist2[j], true}, tree_.refs[what[j]]);
-    }
+    tested_.n = tested_.n_hits = 0;
   }
 
   /// Phase D where the nearest child of the node on top comes next. A node of which none is within the limit is taken
@@ -211,15 +230,15 @@ class Wave {
         ended_[n_ended] = ray;
         n_ended += int(more ^ 1);
       }
-      find_nearest(n);
+      find_nearest(0, n);
     }
     n_on_ = n_on;
   }
 
   /// Of the nodes on top of n stacks, the child that is entered first.
-  void find_nearest(int n) {
+  void find_nearest(int begin, int end) {
     const Stacks stacks = this->stacks();
-    for (int i = 0; i < n; ++i) {
+    for (int i = begin; i < end; ++i) {
       const std::size_t top = stacks.place(asked_[i], depth_[asked_[i]]);
       const Float16 enter = choose(stacks.open[top].waiting, Float16::load(stacks.enters[top].of), kNever);
       const float first = least(enter);
@@ -228,18 +247,26 @@ class Wave {
     }
   }
 
-  /// Phase D where hits bring nothing nearer.
+  /// Phase D where hits bring nothing nearer: any node comes next. `asked_` tells which rays have one.
   void take_any() {
     const Stacks stacks = this->stacks();
-    int n_on = 0, n_ended = 0;
     for (int i = 0, n = n_on_; i < n; ++i) {
       const std::uint32_t ray = on_[i], depth = depth_[ray];
-      const std::uint32_t goes_on = (depth > 0) & (collector_.limit[ray] != kOut);
       Open& open = stacks.open[stacks.place(ray, depth)];
       const std::uint32_t waiting = open.waiting, others = waiting & (waiting - 1);
       node_[ray] = open.first + std::uint32_t(std::countr_zero(waiting));
       open.waiting = others;
       depth_[ray] = depth - (others == 0);
+      asked_[i] = depth > 0;
+    }
+  }
+
+  /// Of these rays, those go on that want more.
+  void keep_on() {
+    int n_on = 0, n_ended = 0;
+    for (int i = 0, n = n_on_; i < n; ++i) {
+      const std::uint32_t ray = on_[i];
+      const std::uint32_t goes_on = asked_[i] & (collector_.limit[ray] != kOut);
       on_[n_on] = ray;
       n_on += int(goes_on);
       ended_[n_ended] = ray;
@@ -295,6 +322,7 @@ class Wave {
   Survivors<kTogether> survivors_;
   std::uint32_t asked_[kLanes], nearest_[kLanes], without_[kLanes], ended_[kLanes];
   float enter_[kLanes];
+  Tested tested_;
   // Since they were asked for.
   std::uint64_t cost_ = 0, n_halves_ = 0;
   bool any_ended_ = false;

@@ -18,7 +18,7 @@ struct RayBatch {
     return {origins[i], directions[i], pick(t_min, i), pick(t_max, i), pick(radius, i)};
   }
 
-  /// Ask for the memory of these rays before it is needed.
+  /// Ask for the memory of these rays before it is needed. To ask but once for those that share a line is slower.
   void fetch(const std::uint32_t* ids, int n) const {
     for (int i = 0; i < n; ++i) {
       __builtin_prefetch(&origins[ids[i]]);

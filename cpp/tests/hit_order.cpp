@@ -1,0 +1,45 @@
+// Sorts the hits of sixteen rays, few and many, spread evenly among them or not. The program prints the name of the
+// instruction set, how many hits were sorted, and how many are missing, at another ray, or behind one whose t is larger
+// by more than what is told apart: none.
+#include "fastlines/kernels/hit_order.hpp"
+
+#include <cstdio>
+#include <random>
+
+using namespace fastlines;
+
+int main() {
+  std::mt19937 random(1);
+  HitOrder order;
+  std::size_t n_hits = 0, n_wrong = 0;
+  for (int round = 0; round < 2000; ++round) {
+    const std::uint32_t n = 1 + random() % (round % 50 == 0 ? 20'000 : round % 5 == 0 ? 3000 : 200);
+    const std::uint32_t n_lanes = 1 + random() % kWidth, n_steps = round % 3 == 0 ? 4 : 1 << 20;
+    std::vector<std::uint32_t> lane(n), prim(n), n_of(kWidth), seen(n);
+    std::vector<float> t(n);
+    for (std::uint32_t j = 0; j < n; ++j) {
+      lane[j] = random() % (round % 2 == 0 ? n_lanes : 1 + random() % n_lanes);
+      t[j] = float(random() % n_steps) / float(n_steps) - 0.5f;
+      prim[j] = random();
+      ++n_of[lane[j]];
+    }
+    order.sort(lane.data(), t.data(), prim.data(), n);
+    std::uint32_t begin = 0;
+    for (int i = 0; i < kWidth; begin += n_of[i++]) {
+      n_wrong += order.begin(i) != begin;
+      float latest = -1.0f;
+      for (std::uint32_t k = begin; k < begin + n_of[i]; ++k) {
+        const std::uint32_t j = order[k];
+        if (j >= n || seen[j]++ > 0 || lane[j] != std::uint32_t(i)) {
+          ++n_wrong;
+          continue;
+        }
+        n_wrong += t[j] < latest - 0x1p-14f;
+        latest = std::max(latest, t[j]);
+      }
+    }
+    n_wrong += order.begin(kWidth) != n;
+    n_hits += n;
+  }
+  std::printf("%s %zu %zu\n", kSimd, n_hits, n_wrong);
+}
