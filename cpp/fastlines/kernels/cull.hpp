@@ -71,15 +71,12 @@ inline void cull_rays(const RayLanes& rays, int first, CullRay* to) {
   static_assert(n % 4 == 0 && n * sizeof(float) <= sizeof(CullRay));
   alignas(64) float rows[n][kWidth];
   std::memcpy(rows, &sixteen, sizeof rows);
-  for (int i = 0; i < kWidth; i += 8)
+  for (int i = 0; i < kWidth; i += 4)
     for (int k = 0; k < n; k += 4) {
-      Octet from[4], turned[4];
-      for (int j = 0; j < 4; ++j) std::memcpy(&from[j], rows[k + j] + i, sizeof from[j]);
+      const Float4 from[4] = {four(rows[k] + i), four(rows[k + 1] + i), four(rows[k + 2] + i), four(rows[k + 3] + i)};
+      Float4 turned[4];
       turn(from, turned);
-      for (int j = 0; j < 4; ++j)
-        for (int half = 0; half < 2; ++half)
-          std::memcpy(reinterpret_cast<float*>(to + i + j + 4 * half) + k,
-                      reinterpret_cast<const float*>(&turned[j]) + 4 * half, sizeof(Float4));
+      for (int j = 0; j < 4; ++j) std::memcpy(reinterpret_cast<float*>(to + i + j) + k, &turned[j], sizeof turned[j]);
     }
 }
 

@@ -98,20 +98,18 @@ class HitOrder {
   /// same, and is overwritten.
   void write_columns(std::uint32_t mask, std::uint32_t n_rows) {
     std::uint32_t* const order = order_.data();
-    const IntOctet bits = IntOctet{} + std::int32_t(mask);
+    const Int4 bits = Int4{} + std::int32_t(mask);
     for (std::uint32_t k = (n_rows + 3) / 4 * 4; k > 0;) {
       k -= 4;
-      for (int first = 0; first < kWidth; first += 8) {
-        Octet rows[4], columns[4];
+      for (int first = 0; first < kWidth; first += 4) {
+        Float4 rows[4], columns[4];
         for (std::uint32_t i = 0; i < 4; ++i) {
-          IntOctet row;
+          Int4 row;
           std::memcpy(&row, rows_ + (k + i) * kWidth + first, sizeof row);
-          rows[i] = Octet(row & bits);
+          rows[i] = Float4(row & bits);
         }
         turn(rows, columns);
-        for (int i = 0; i < 8; ++i)
-          std::memcpy(order + begin_[first + i] + k, reinterpret_cast<const float*>(&columns[i % 4]) + i / 4 * 4,
-                      sizeof(Float4));
+        for (int i = 0; i < 4; ++i) std::memcpy(order + begin_[first + i] + k, &columns[i], sizeof columns[i]);
       }
     }
   }

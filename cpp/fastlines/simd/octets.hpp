@@ -56,18 +56,6 @@ using IntOctet = std::int32_t __attribute__((vector_size(32)));
   return unsigned(std::countr_zero(bits_of(x == least)));
 }
 
-/// Of each four lanes of four vectors, what is first, what is second, and so on.
-[[gnu::always_inline]] inline void turn(const Octet (&rows)[4], Octet (&columns)[4]) {
-  const Octet low[2] = {__builtin_shufflevector(rows[0], rows[1], 0, 8, 1, 9, 4, 12, 5, 13),
-                        __builtin_shufflevector(rows[2], rows[3], 0, 8, 1, 9, 4, 12, 5, 13)};
-  const Octet high[2] = {__builtin_shufflevector(rows[0], rows[1], 2, 10, 3, 11, 6, 14, 7, 15),
-                         __builtin_shufflevector(rows[2], rows[3], 2, 10, 3, 11, 6, 14, 7, 15)};
-  columns[0] = __builtin_shufflevector(low[0], low[1], 0, 1, 8, 9, 4, 5, 12, 13);
-  columns[1] = __builtin_shufflevector(low[0], low[1], 2, 3, 10, 11, 6, 7, 14, 15);
-  columns[2] = __builtin_shufflevector(high[0], high[1], 0, 1, 8, 9, 4, 5, 12, 13);
-  columns[3] = __builtin_shufflevector(high[0], high[1], 2, 3, 10, 11, 6, 7, 14, 15);
-}
-
 /// The first three lanes of eight vectors of four, or all: what is first in them, what is second, and so on.
 template <int n>
 [[gnu::always_inline]] inline void turn(const Float4 (&fours)[8], Octet (&eights)[n]) {
