@@ -127,3 +127,15 @@ def test_another_answer_is_a_bug(monkeypatch):
 )
 def test_refused(arguments, said):
     assert said in refused("bench", "growth", *TINY, *arguments)[1]
+
+
+def test_few_pixels_are_spread_over_the_picture():
+    picture = camera_rays(fl.scenes.make("spaghetti", 50).camera, 512 * 512)
+    few = picture.part(16 * 1024)
+    assert len(few) == 16 * 1024
+    rows = {ray.tobytes(): i for i, ray in enumerate(picture.directions)}
+    pixels = np.array([rows[ray.tobytes()] for ray in few.directions]).reshape(-1, 8, 128)
+    top, left = np.divmod(pixels[:, 0, 0], 512)
+    assert (pixels == pixels[:, :1, :1] + 512 * np.arange(8)[:, None] + np.arange(128)).all()
+    assert sorted(zip(top // 128, left // 128, strict=True)) == [(i, j) for i in range(4) for j in range(4)]
+    assert len(few.part(2048)) == 2048

@@ -43,9 +43,7 @@ def outputs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[tuple[str
     folder = tmp_path_factory.mktemp("programs")
     sets = [*([] if MISSING else [EMULATED]), *fl.available_simd()]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        yield {
-            (name, simd): pool.submit(output, name, simd, folder) for name in PROGRAMS for simd in sets
-        }
+        yield {(name, simd): pool.submit(output, name, simd, folder) for name in PROGRAMS for simd in sets}
 
 
 needs_tools = pytest.mark.skipif(bool(MISSING), reason=f"not installed: {', '.join(MISSING)}")

@@ -30,6 +30,9 @@ KIND_NOTES = {
     "ao": "from the points that a camera sees, over the sphere, t from 2.5 radii to a tenth of the box's diagonal",
 }
 
+#: Of a picture, windows of so many rows of at most so many pixels stay together where a part is taken.
+WINDOW = (8, 128)
+
 #: Ambient occlusion: t_min in radii, so that a ray does not hit where it starts; t_max in diagonals of the box.
 AO_T_MIN = 2.5
 AO_T_MAX = 0.1
@@ -46,7 +49,9 @@ class RayBatch:
     origins, directions : (n, 3) float32
     t_min, t_max : float
     block : int
-        So many neighbours stay together where a part of the rays is taken: of a picture, eight whole rows.
+        So many neighbours stay together where the rays are divided: of a picture, eight whole rows.
+    width : int
+        Of a whole picture that comes row by row: the length of a row; else 0.
     """
 
     kind: str
@@ -55,6 +60,7 @@ class RayBatch:
     t_min: float = 0.0
     t_max: float = float("inf")
     block: int = 4096
+    width: int = 0
 
     def __len__(self) -> int:
         return len(self.origins)
@@ -67,22 +73,28 @@ class RayBatch:
     def take(self, rows: slice | npt.NDArray[np.int64]) -> RayBatch:
         """Some of the rays."""
         origins, directions = (np.ascontiguousarray(a[rows]) for a in (self.origins, self.directions))
-        return replace(self, origins=origins, directions=directions)
+        return replace(self, origins=origins, directions=directions, width=0)
 
     def part(self, n_rays: int) -> RayBatch:
-        """So many of the rays, or some more: whole blocks from the middles of equal shares, so that means stay true."""
-        n_blocks = len(self) // self.block
-        n_taken = -(-n_rays // self.block)
-        if n_taken >= n_blocks:
+        """So many of the rays, or some more: whole blocks from the middles of equal shares, so that means stay true.
+
+        Of a picture it is windows, which make a narrow picture, one below the other.
+        """
+        if self.width:
+            blocks = _windows(self.width, len(self) // self.width)
+        else:
+            blocks = np.arange(len(self) // self.block * self.block).reshape(-1, self.block)
+        n_taken = -(-n_rays // max(1, blocks.shape[1]))
+        if n_taken >= len(blocks):
             return self
-        blocks = ((np.arange(n_taken) + 0.5) * n_blocks / n_taken).astype(np.int64)
-        return self.take((blocks[:, None] * self.block + np.arange(self.block)).ravel())
+        taken = blocks[((np.arange(n_taken) + 0.5) * len(blocks) / n_taken).astype(np.int64)]
+        return replace(self.take(taken.ravel()), block=blocks.shape[1])
 
 
 def camera_rays(camera: Camera, n_rays: int) -> RayBatch:
     """The rays of a square picture of about so many pixels, as `Camera.rays` gives them: row by row."""
     size = max(1, round(n_rays**0.5))
-    return RayBatch("camera", *camera.rays(size, size), block=8 * size)
+    return RayBatch("camera", *camera.rays(size, size), block=8 * size, width=size)
 
 
 def tiled_rays(camera: Camera, n_rays: int) -> RayBatch:
@@ -125,6 +137,19 @@ def ao_rays(lines: Lines, camera: RayBatch, t: FloatArray, radius: float, n_rays
     if rays.t_min >= t_max:
         raise InputError(f"radius {radius:g} is too large for ambient occlusion: rays would end at {t_max:g}")
     return rays.part(n_rays)
+
+
+def _windows(width: int, height: int) -> npt.NDArray[np.int64]:
+    """The pixels of each window of a picture, in an order in which those that follow each other lie near."""
+    rows, columns = WINDOW[0], min(WINDOW[1], width)
+    top, left = (
+        a.ravel() for a in np.meshgrid(np.arange(height // rows) * rows, np.arange(width // columns) * columns)
+    )
+    # Morton order: the bits of both in turn.
+    order = np.argsort(sum((left >> i & 1) << 2 * i | (top >> i & 1) << 2 * i + 1 for i in range(31)))
+    first = (top * width + left)[order]
+    window = np.arange(rows)[:, None] * width + np.arange(columns)
+    return first[:, None] + window.ravel()
 
 
 def _sphere(rng: np.random.Generator, n: int) -> FloatArray:
