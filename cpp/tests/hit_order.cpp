@@ -1,12 +1,14 @@
 // Sorts the hits of sixteen rays, few and many, spread evenly among them or not. The program prints the name of the
-// instruction set, how many hits were sorted, and how many are missing, at another ray, or behind one whose t is larger
-// by more than what is told apart: none.
+// instruction set, how many hits were sorted, and how many are missing, at another ray, behind one whose t is larger
+// by more than what is told apart, or, at the same t, behind one whose segment's number ends in more: none.
 #include "fastlines/kernels/hit_order.hpp"
 
 #include <cstdio>
 #include <random>
 
 using namespace fastlines;
+
+constexpr std::uint32_t kNone = ~0u;
 
 int main() {
   std::mt19937 random(1);
@@ -18,24 +20,29 @@ int main() {
     std::vector<std::uint32_t> lane(n), prim(n), n_of(kWidth), seen(n);
     std::vector<float> t(n);
     for (std::uint32_t j = 0; j < n; ++j) {
-      lane[j] = random() % (round % 2 == 0 ? n_lanes : 1 + random() % n_lanes);
+      const std::uint32_t n_here = round % 2 == 0 ? n_lanes : 1 + random() % n_lanes;
+      lane[j] = random() % n_here;
       t[j] = float(random() % n_steps) / float(n_steps) - 0.5f;
       prim[j] = random();
       ++n_of[lane[j]];
     }
     order.sort(lane.data(), t.data(), prim.data(), n);
+    const float told_apart = n <= 64 ? 0x1p-16f : 0x1p-14f;
     std::uint32_t begin = 0;
     for (int i = 0; i < kWidth; begin += n_of[i++]) {
       n_wrong += order.begin(i) != begin;
       float latest = -1.0f;
+      std::uint32_t before = kNone;
       for (std::uint32_t k = begin; k < begin + n_of[i]; ++k) {
         const std::uint32_t j = order[k];
         if (j >= n || seen[j]++ > 0 || lane[j] != std::uint32_t(i)) {
           ++n_wrong;
           continue;
         }
-        n_wrong += t[j] < latest - 0x1p-14f;
+        n_wrong += t[j] < latest - told_apart;
+        n_wrong += before != kNone && t[j] == t[before] && prim[j] % 16 < prim[before] % 16;
         latest = std::max(latest, t[j]);
+        before = j;
       }
     }
     n_wrong += order.begin(kWidth) != n;

@@ -1,9 +1,10 @@
 // What becomes of the hits of 64 rays. A kernel shows a collector, sixteen rays at a time, which of them come within
-// their radius of a segment, if any: `take(rays, first, hit, approach, prim)`, each segment once. `approach.hit`
-// may have lanes that `hit` has not: true hits as well, of rays for which the segment was not looked for. `limit` tells
-// beyond which t of the frame a ray wants no more; where it falls, `closer` is set. Where order matters, waves and
-// searches of a single ray look at limits alone, and show one hit of one ray at a time, a segment again by each of its
-// pieces: `take_one(rays, lane, approach, ref)`. `kNearestFirst` tells whether hits bring limits nearer.
+// their radius of a segment, if any: `take(rays, first, hit, approach, prim)`, each segment once. `limit` tells
+// beyond which t of the frame a ray wants no more, though hits from there may be shown; where it falls, `closer` is
+// set. `kAsksAgain` tells that each hit is tested by itself again, so that those which are seen from afar to lie behind
+// what has been found should not be shown. `approach.hit` may have lanes that `hit` has not. Where order matters, waves
+// and searches of a single ray look at limits alone, and show one hit of one ray at a time, a segment again by each of
+// its pieces: `take_one(rays, lane, approach, ref)`. `kNearestFirst` tells whether hits bring limits nearer.
 //
 // `begin` readies lanes [first, end); those from there to the end of their sixteen have no ray, and want nothing.
 //
@@ -33,7 +34,7 @@ inline void begin_limits(const RayLanes& rays, int first, int end, float (&limit
 /// Any sink, for each ray on its own.
 template <class Sink>
 struct SinkCollector {
-  static constexpr bool kUnordered = false, kNearestFirst = Sink::kNearestFirst;
+  static constexpr bool kUnordered = false, kNearestFirst = Sink::kNearestFirst, kAsksAgain = true;
   alignas(64) float limit[kLanes];
   bool closer = false;
   const WideView& tree;
@@ -50,7 +51,6 @@ struct SinkCollector {
   void take(const RayLanes& rays, int first, std::uint32_t hit, const Approach<Float16>&, std::uint32_t prim) {
     for (; hit; hit &= hit - 1) {
       const int i = first + std::countr_zero(hit);
-      if (i >= rays.n) return;
       const Ray ray = rays.ray(i);
       test_segment(ray, tree.segments[prim], tree.frame, Reference{prim}, *sinks[std::size_t(i)]);
       note(i, *sinks[std::size_t(i)]);
@@ -73,7 +73,7 @@ struct SinkCollector {
 
 /// The first hits, by closest approach.
 struct FirstCollector {
-  static constexpr bool kUnordered = false, kNearestFirst = true;
+  static constexpr bool kUnordered = false, kNearestFirst = true, kAsksAgain = false;
   alignas(64) float limit[kLanes];
   bool closer = false;
   alignas(64) float t[kLanes], s[kLanes], dist2[kLanes], prim[kLanes];  // prim: the bits of an integer
@@ -81,6 +81,7 @@ struct FirstCollector {
   void begin(const RayLanes& rays, int first, int end) {
     begin_limits(rays, first, end, limit);
     std::fill(t + first, t + past_sixteen(end), std::numeric_limits<float>::infinity());
+    for (float* zero : {s, dist2}) std::fill(zero + first, zero + past_sixteen(end), 0.0f);  // read before it is known
     std::fill(prim + first, prim + past_sixteen(end), std::bit_cast<float>(kNone));
   }
 
@@ -105,7 +106,7 @@ struct FirstCollector {
     alignas(64) float ts[kWidth], ss[kWidth], dist2s[kWidth];
     approach.t.store(ts);
     const int i = first + lane;
-    if (i >= rays.n || !comes_first(rays, i, ts[lane], prim_)) return;
+    if (!comes_first(rays, i, ts[lane], prim_)) return;
     approach.s.store(ss);
     approach.dist2.store(dist2s);
     set(rays, i, {ts[lane], ss[lane], dist2s[lane]}, prim_);
@@ -140,7 +141,7 @@ struct FirstCollector {
 };
 
 struct AnyCollector {
-  static constexpr bool kUnordered = false, kNearestFirst = false;
+  static constexpr bool kUnordered = false, kNearestFirst = false, kAsksAgain = false;
   alignas(64) float limit[kLanes];
   bool closer = false;
   bool found[kLanes];
@@ -166,7 +167,7 @@ struct AnyCollector {
 };
 
 struct CountCollector {
-  static constexpr bool kUnordered = true;
+  static constexpr bool kUnordered = true, kAsksAgain = false;
   alignas(64) float limit[kLanes];
   bool closer = false;
   std::int64_t n_hits[kLanes];
@@ -209,7 +210,7 @@ struct AllCollector {
     }
   };
 
-  static constexpr bool kUnordered = true;
+  static constexpr bool kUnordered = true, kAsksAgain = false;
   alignas(64) float limit[kLanes];
   bool closer = false;
   Hits hits[kLanes / kWidth];

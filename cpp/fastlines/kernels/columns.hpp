@@ -1,10 +1,12 @@
 // Sorts sixteen columns of numbers at once, each on its own: rows of sixteen are compared with each other, the lesser
 // numbers go to one and the greater to the other. Which rows these are does not depend on the numbers, so nothing is
 // guessed. Up to sixteen rows are sorted by the network of K. E. Batcher 1968, "Sorting networks and their
-// applications", in registers; more by merging, as by his bitonic sorter.
+// applications", in registers as far as there are enough; more by merging, as by his bitonic sorter.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <cstring>
 #include <utility>
@@ -18,7 +20,7 @@ class Columns {
   /// So many rows can be sorted: a power of two, 4 at least.
   static constexpr std::uint32_t rows_for(std::uint32_t n) { return std::max(4u, std::bit_ceil(n)); }
 
-  /// How many comparisons of two rows that takes.
+  /// A bound on how many comparisons of two rows that takes.
   static constexpr std::uint32_t n_comparisons(std::uint32_t n_rows) {
     const auto log = std::uint32_t(std::countr_zero(n_rows));
     return n_rows * log * (log + 1) / 4;
@@ -84,7 +86,7 @@ class Columns {
     a = less;
   }
 
-  /// Up to sixteen rows, in registers.
+  /// Up to sixteen rows.
   template <int n, bool bitonic = false>
   static void sort_few(std::uint32_t* first) {
     static constexpr auto pairs = network<n, bitonic>();

@@ -1,7 +1,8 @@
-// Puts the hits of sixteen rays in order: by ray, and by t but for those that lie closest together. Two hits are never
-// compared by themselves, for what is guessed wrong then costs more than all else that is done for a hit. Each ray's
-// hits are a column of numbers, and all sixteen columns are sorted at once; where a ray has very many, all hits are
-// dealt out by the digits of their numbers.
+// Puts the hits of sixteen rays in order: by ray, and by t but for those that lie closest together. There is no branch
+// on which of two hits comes first, for what is guessed wrong then costs more than all else that is done for a hit.
+// Each ray's hits are a column of numbers, and all sixteen columns are sorted at once. Where that is too much, for a
+// few rays have nearly all hits or one has very many, few hits are told their places by counting, and many are dealt
+// out by the digits of their numbers.
 #pragma once
 
 #include <algorithm>
@@ -25,6 +26,8 @@ class HitOrder {
     const std::uint32_t most = find_begins(lane, n), n_rows = Columns::rows_for(most);
     if (n_rows <= kMost && Columns::n_comparisons(n_rows) <= kDear * n)
       sort_columns(t, prim, n, most, n_rows);
+    else if (n <= kFew)
+      count(lane, t, prim, n);
     else if (n <= 2048)
       deal<8>(lane, t, prim, n);
     else
@@ -40,6 +43,7 @@ class HitOrder {
  private:
   static constexpr int kLaneBits = 4, kPrimBits = 4;
   static constexpr std::uint32_t kMost = 256;  // hits of a ray: for more, to compare takes longer than to deal out
+  static constexpr std::uint32_t kFew = 256;   // hits of all rays: for more, so does to count
   static constexpr std::uint32_t kDear = 8;    // comparisons for each hit take as long
 
   /// Where the hits of each lane begin, and where each of a few stands in the columns; returns how many the lane of
@@ -82,6 +86,20 @@ class HitOrder {
     }
   }
 
+  /// Few hits: each comes after as many as have a lesser key, of which each ends in the number of its hit.
+  void count(const std::uint32_t* lane, const float* t, const std::uint32_t* prim, std::uint32_t n) {
+    const int room_bits = std::bit_width(n - 1);
+    make_keys(t, prim, n, 31 - kLaneBits - room_bits, [lane](std::uint32_t j) { return lane[j]; });
+    std::int32_t keys[kFew + kWidth];
+    for (std::uint32_t j = 0; j < n; ++j) keys[j] = std::int32_t(key_[j] << room_bits | j);
+    for (std::uint32_t first = 0; first < n; first += kWidth) {
+      std::int32_t n_before[kWidth] = {};
+      for (std::uint32_t i = 0; i < n; ++i)
+        for (int k = 0; k < kWidth; ++k) n_before[k] += keys[i] < keys[first + std::uint32_t(k)];
+      for (std::uint32_t j = first; j < std::min(n, first + kWidth); ++j) order_[std::size_t(n_before[j - first])] = j;
+    }
+  }
+
   /// Each lane's keys, ended by the numbers of the hits, are a column.
   void sort_columns(const float* t, const std::uint32_t* prim, std::uint32_t n, std::uint32_t most,
                     std::uint32_t n_rows) {
@@ -94,12 +112,13 @@ class HitOrder {
     write_columns((1u << room_bits) - 1, most);
   }
 
-  /// Columns become runs, four rows at a time: what is too much of one belongs to a lower row of a later one, or to the
-  /// same, and is overwritten.
-  void write_columns(std::uint32_t mask, std::uint32_t n_rows) {
+  /// Columns become runs, four rows at a time. A run is written to the end of the longest: what is too much lies where
+  /// later lanes' runs begin, and is overwritten, for the last rows are written first, and later lanes after earlier
+  /// ones. Beyond the last run there is room.
+  void write_columns(std::uint32_t mask, std::uint32_t most) {
     std::uint32_t* const order = order_.data();
     const Int4 bits = Int4{} + std::int32_t(mask);
-    for (std::uint32_t k = (n_rows + 3) / 4 * 4; k > 0;) {
+    for (std::uint32_t k = (most + 3) / 4 * 4; k > 0;) {
       k -= 4;
       for (int first = 0; first < kWidth; first += 4) {
         Float4 rows[4], columns[4];

@@ -45,7 +45,7 @@ struct FirstJob {
       std::copy_n(prim + i, n, columns.prim + at);
     };
     for (int from = first; from < end; from += kWidth)
-      if (rays.in_fours[from / kWidth])
+      if (rays.in_fours[from / kWidth])  // so all sixteen are rays: one that ends early repeats its last
         for (int i = from; i < from + kWidth; i += 4) write(i, std::integral_constant<int, 4>());
       else
         for (int i = from; i < std::min(from + kWidth, end); ++i) write(i, std::integral_constant<int, 1>());

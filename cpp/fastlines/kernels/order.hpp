@@ -59,7 +59,7 @@ class RayOrder {
     const Vec3 o = rays.origins[i] - rays.origins[j], d = rays.directions[i] - rays.directions[j];
     return std::sqrt(dot(o, o)) + std::sqrt(dot(d, d));
   }
-  /// Whether they differ by more, found without roots as a rule.
+  /// Whether they differ by more than `far`, found without roots as a rule.
   static bool is_beyond(const RayBatch& rays, std::size_t i, std::size_t j, float far) {
     const Vec3 o = rays.origins[i] - rays.origins[j], d = rays.directions[i] - rays.directions[j];
     return std::max(dot(o, o), dot(d, d)) > far * far || step(rays, i, j) > far;

@@ -57,7 +57,8 @@ class ThickSearch {
   static constexpr int kAtOnce = 8, kLeaves = kAtOnce * kWidth, kPieces = (kLeaves + 1) * kWidth;
   static constexpr int kMany = 13;  // of sixteen rays near a segment: beyond it, to pick pairs costs more than it saves
 
-  /// What was seen from afar: packs with any ray near, rays near in all of them, and tests of sixteen pairs of these.
+  /// What was seen from afar: packs with any ray near, where order does not matter rays near in all of them, and tests
+  /// of sixteen pairs of these.
   struct Near {
     int n_packs = 0, n_rays = 0, n_tests = 0;
   };
@@ -155,6 +156,7 @@ class ThickSearch {
     Near seen;
     lines_.look(bundle, n, [&](int j, int first, std::uint32_t near) __attribute__((always_inline)) {
       packs_[seen.n_packs] = first + j;
+      if constexpr (Collector::kAsksAgain) near_[seen.n_packs] = near;
       seen.n_packs += near != 0;
       if constexpr (Collector::kUnordered) seen.n_rays += std::popcount(near);
     });
@@ -165,7 +167,12 @@ class ThickSearch {
       const Rays16 sixteen(rays, first);
       const Approach<Float16> approach = closest_approach(sixteen, see<Float16>(sixteen, start, along));
       // Without asking first whether any hits: the guess would be known to be wrong only at the end of a long test.
-      collector.take(rays, first, approach.hit.bits() & first_lanes(std::size_t(rays.n - first)), approach, prims[j]);
+      std::uint32_t hit = approach.hit.bits();
+      if constexpr (Collector::kAsksAgain)
+        hit &= near_[i];
+      else
+        hit &= first_lanes(std::size_t(rays.n - first));
+      collector.take(rays, first, hit, approach, prims[j]);
     }
     return seen;
   }
@@ -212,6 +219,7 @@ class ThickSearch {
   SeenSet seen_;
   LinesBeside lines_{};
   int packs_[kWidth * (kLanes / kWidth)];  // the first of sixteen rays, plus the segment they are tested beside
+  std::uint32_t near_[kWidth * (kLanes / kWidth)];  // those of the sixteen that may be in reach
   // Pairs, a list for each sixteen rays: sixteen times the segment, plus the ray.
   std::uint32_t pairs_[kLanes / kWidth][(kWidth + 1) * kWidth] = {};
   std::uint32_t leaves_[kLeaves + kWidth], pieces_[kPieces];

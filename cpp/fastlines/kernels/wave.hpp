@@ -105,8 +105,9 @@ class Wave {
     survivors_.clear();
     survivors_.add(tree_, leaves_, cull_);
     for (const Pairs& survivors : survivors_.lists) fetch_segments(survivors);
-    // Between asking for segments and testing them, and between that and what it tells, there is something else to do:
-    // a guess about hits would be known to be wrong only at the end of a long test.
+    // Between testing segments and telling what hits, and where rays go to what is nearest also between asking for
+    // segments and testing them, there is something else to do: a guess about hits would be known to be wrong only at
+    // the end of a long test.
     if constexpr (kNearestFirst) {
       std::copy_n(on_, n_on_, asked_);
       find_nearest(0, n_on_ / 2);
@@ -247,7 +248,7 @@ class Wave {
     }
   }
 
-  /// Phase D where hits bring nothing nearer: any node comes next. `asked_` tells which rays have one.
+  /// Phase D where hits bring nothing nearer: any node comes next. `has_next_` tells which rays have one.
   void take_any() {
     const Stacks stacks = this->stacks();
     for (int i = 0, n = n_on_; i < n; ++i) {
@@ -257,7 +258,7 @@ class Wave {
       node_[ray] = open.first + std::uint32_t(std::countr_zero(waiting));
       open.waiting = others;
       depth_[ray] = depth - (others == 0);
-      asked_[i] = depth > 0;
+      has_next_[i] = depth > 0;
     }
   }
 
@@ -266,7 +267,7 @@ class Wave {
     int n_on = 0, n_ended = 0;
     for (int i = 0, n = n_on_; i < n; ++i) {
       const std::uint32_t ray = on_[i];
-      const std::uint32_t goes_on = asked_[i] & (collector_.limit[ray] != kOut);
+      const std::uint32_t goes_on = has_next_[i] & (collector_.limit[ray] != kOut);
       on_[n_on] = ray;
       n_on += int(goes_on);
       ended_[n_ended] = ray;
@@ -320,7 +321,7 @@ class Wave {
   // What phases hand to each other.
   Pairs leaves_;
   Survivors<kTogether> survivors_;
-  std::uint32_t asked_[kLanes], nearest_[kLanes], without_[kLanes], ended_[kLanes];
+  std::uint32_t asked_[kLanes], nearest_[kLanes], without_[kLanes], has_next_[kLanes], ended_[kLanes];
   float enter_[kLanes];
   Tested tested_;
   // Since they were asked for.

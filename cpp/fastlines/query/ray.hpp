@@ -47,7 +47,8 @@ struct Ray {
 /// Bound on what the frame's coordinates are clamped to; squares of it are finite.
 inline constexpr float kFar = 1e18f;
 
-/// One text for one ray and, in a loop that the compiler turns into vectors, for many: so nothing here branches.
+/// One text for one ray and, in a loop that the compiler turns into vectors, for many: so nothing here branches. For
+/// what `askable.hpp` does not let pass nothing is promised.
 [[gnu::always_inline]] inline Ray prepare(const RayQuery& query, const Frame& frame) {
   // Written so that the compiler takes two instructions for a vector, not six.
   const auto clamped = [](double x) { return std::copysign(min(std::fabs(float(x)), kFar), float(x)); };

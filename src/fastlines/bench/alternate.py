@@ -80,10 +80,7 @@ def alternate(
     many = rays.part(max(len(few), int(len(few) * seconds / slowest)))
 
     # Then in turn. One call asks all rays, but that its lists of hits stay of a size.
-    size = len(many)
-    if query == "all":
-        size = max(1, int(MAX_HITS / max(1.0, n_hits / len(few))) // rays.block) * rays.block
-    parts = [many.take(slice(i, i + size)) for i in range(0, len(many), size)]
+    parts = many.slices(int(MAX_HITS / max(1.0, n_hits / len(few)))) if query == "all" else [many]
     best = dict.fromkeys(ways, np.inf)
     n_hits = 0
     for i_round in range(rounds):

@@ -214,10 +214,7 @@ class _Runner:
         slowest = max(our_seconds, *(tried[config][0] for config in near)) if near else our_seconds
         n_rays = max(len(few), int(len(few) * plan.seconds / max(slowest, 1e-6)))
         many = rays.part(n_rays)
-        size = len(many)
-        if query == "all":
-            size = max(1024, int(MAX_HITS / max(1.0, len(our_answer) / len(few))))
-        parts = [many.take(slice(i, i + size)) for i in range(0, len(many), size)]
+        parts = many.slices(int(MAX_HITS / max(1.0, len(our_answer) / len(few)))) if query == "all" else [many]
         ours, n_hits, times = np.inf, 0, dict.fromkeys(near, np.inf)
         differences = dict.fromkeys(near, Difference())
         for i_round in range(plan.rounds):

@@ -78,17 +78,25 @@ class RayBatch:
     def part(self, n_rays: int) -> RayBatch:
         """So many of the rays, or some more: whole blocks from the middles of equal shares, so that means stay true.
 
-        Of a picture it is windows, which make a narrow picture, one below the other.
+        Of a picture it is windows, which make a narrow picture, one below the other: from anywhere in their shares,
+        for the middle of a share of windows is at its edge.
         """
         if self.width:
             blocks = _windows(self.width, len(self) // self.width)
         else:
             blocks = np.arange(len(self) // self.block * self.block).reshape(-1, self.block)
-        n_taken = -(-n_rays // max(1, blocks.shape[1]))
+        n_taken = -(-n_rays // blocks.shape[1])
         if n_taken >= len(blocks):
             return self
-        taken = blocks[((np.arange(n_taken) + 0.5) * len(blocks) / n_taken).astype(np.int64)]
+        bounds = np.arange(n_taken + 1) * len(blocks) // n_taken
+        where = np.random.default_rng(3).random(n_taken) if self.width else 0.5
+        taken = blocks[bounds[:-1] + (np.diff(bounds) * where).astype(np.int64)]
         return replace(self.take(taken.ravel()), block=blocks.shape[1])
+
+    def slices(self, n_rays: int) -> list[RayBatch]:
+        """All rays, about so many at a time: whole blocks that follow each other, one at least."""
+        size = max(1, n_rays // self.block) * self.block
+        return [self.take(slice(i, i + size)) for i in range(0, len(self), size)]
 
 
 def camera_rays(camera: Camera, n_rays: int) -> RayBatch:
@@ -141,10 +149,11 @@ def ao_rays(lines: Lines, camera: RayBatch, t: FloatArray, radius: float, n_rays
 
 def _windows(width: int, height: int) -> npt.NDArray[np.int64]:
     """The pixels of each window of a picture, in an order in which those that follow each other lie near."""
-    rows, columns = WINDOW[0], min(WINDOW[1], width)
-    top, left = (
-        a.ravel() for a in np.meshgrid(np.arange(height // rows) * rows, np.arange(width // columns) * columns)
-    )
+    rows, n_across = WINDOW[0], -(-width // WINDOW[1])
+    columns = max(width // n_across // 8 * 8, min(width, 8))  # of whole groups of 8 × 8 pixels, as they are asked
+    tops = np.linspace(0, height - rows, height // rows).astype(np.int64)
+    lefts = np.linspace(0, width - columns, n_across).astype(np.int64)
+    top, left = (a.ravel() for a in np.meshgrid(tops, lefts))
     # Morton order: the bits of both in turn.
     order = np.argsort(sum((left >> i & 1) << 2 * i | (top >> i & 1) << 2 * i + 1 for i in range(31)))
     first = (top * width + left)[order]
