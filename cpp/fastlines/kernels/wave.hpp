@@ -184,10 +184,12 @@ class Wave {
     const ChosenRays<F, kTogether> rays(rays_, first, ray);
     const Approach<F> approach = closest_approach(rays, see<F>(rays, start, e));
     const std::size_t at = tested_.n;
-    approach.s.store(tested_.s + at);
-    approach.t.store(tested_.t + at);
-    approach.dist2.store(tested_.dist2 + at);
-    std::copy_n(what, kWidth, tested_.what + at);
+    if constexpr (kNearestFirst) {  // else it does not matter what is hit, and where
+      approach.s.store(tested_.s + at);
+      approach.t.store(tested_.t + at);
+      approach.dist2.store(tested_.dist2 + at);
+      std::copy_n(what, kWidth, tested_.what + at);
+    }
     for (int i = 0; i < kWidth; ++i) tested_.lane[at + std::size_t(i)] = std::uint32_t(first) + ray[i];
     const std::uint32_t hit = approach.hit.bits() & first_lanes(n);
     pack_numbers(hit, std::uint32_t(at), tested_.hits + tested_.n_hits);
@@ -199,8 +201,12 @@ class Wave {
   void tell_hits() {
     for (std::size_t i = 0; i < tested_.n_hits; ++i) {
       const std::uint32_t j = tested_.hits[i];
-      collector_.take_one(rays_, int(tested_.lane[j]), {tested_.s[j], tested_.t[j], tested_.dist2[j], true},
-                          tree_.refs[tested_.what[j]]);
+      const int lane = int(tested_.lane[j]);
+      if constexpr (kNearestFirst)
+        collector_.take_one(rays_, lane, {tested_.s[j], tested_.t[j], tested_.dist2[j], true},
+                            tree_.refs[tested_.what[j]]);
+      else
+        collector_.take_one(rays_, lane, {}, {});
     }
     tested_.n = tested_.n_hits = 0;
   }
