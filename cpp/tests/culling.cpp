@@ -50,8 +50,8 @@ struct Pieces {
     leaf.n_refs = kWidth;
     for (int k = 0; k < 3; ++k)
       for (int i = 0; i < kWidth; ++i) {
-        leaf.ends[k * kWidth + i] = std::uint8_t((a[i][k] - leaf.org[k]) * leaf.per_scale + 0.5f);
-        leaf.ends[(k + 3) * kWidth + i] = std::uint8_t((c[i][k] - leaf.org[k]) * leaf.per_scale + 0.5f);
+        leaf.ends[end_byte(0, k, i)] = std::uint8_t((a[i][k] - leaf.org[k]) * leaf.per_scale + 0.5f);
+        leaf.ends[end_byte(1, k, i)] = std::uint8_t((c[i][k] - leaf.org[k]) * leaf.per_scale + 0.5f);
       }
   }
 };

@@ -4,7 +4,8 @@
 // set. `kAsksAgain` tells that each hit is tested by itself again, so that those which are seen from afar to lie behind
 // what has been found should not be shown. `approach.hit` may have lanes that `hit` has not. Where order matters, waves
 // and searches of a single ray look at limits alone, and show one hit of one ray at a time, a segment again by each of
-// its pieces: `take_one(rays, lane, approach, ref)`. `kNearestFirst` tells whether hits bring limits nearer.
+// its pieces: `take_one(rays, lane, approach, ref)`. `kNearestFirst` tells whether hits bring limits nearer,
+// `kAsksWhere` whether it matters what is hit and where.
 //
 // `begin` readies lanes [first, end); those from there to the end of their sixteen have no ray, and want nothing.
 //
@@ -34,7 +35,7 @@ inline void begin_limits(const RayLanes& rays, int first, int end, float (&limit
 /// Any sink, for each ray on its own.
 template <class Sink>
 struct SinkCollector {
-  static constexpr bool kUnordered = false, kNearestFirst = Sink::kNearestFirst, kAsksAgain = true;
+  static constexpr bool kUnordered = false, kNearestFirst = Sink::kNearestFirst, kAsksAgain = true, kAsksWhere = true;
   alignas(64) float limit[kLanes];
   bool closer = false;
   const WideView& tree;
@@ -73,7 +74,7 @@ struct SinkCollector {
 
 /// The first hits, by closest approach.
 struct FirstCollector {
-  static constexpr bool kUnordered = false, kNearestFirst = true, kAsksAgain = false;
+  static constexpr bool kUnordered = false, kNearestFirst = true, kAsksAgain = false, kAsksWhere = true;
   alignas(64) float limit[kLanes];
   bool closer = false;
   alignas(64) float t[kLanes], s[kLanes], dist2[kLanes], prim[kLanes];  // prim: the bits of an integer
@@ -141,7 +142,7 @@ struct FirstCollector {
 };
 
 struct AnyCollector {
-  static constexpr bool kUnordered = false, kNearestFirst = false, kAsksAgain = false;
+  static constexpr bool kUnordered = false, kNearestFirst = false, kAsksAgain = false, kAsksWhere = false;
   alignas(64) float limit[kLanes];
   bool closer = false;
   bool found[kLanes];

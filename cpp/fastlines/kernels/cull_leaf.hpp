@@ -1,70 +1,96 @@
 // The test that culls the pieces of a leaf: which of them may come within reach of a ray's line?
 //
-// They are seen along the ray, in a plane across it: the ray is the origin, a piece a line from a to c, and all is in
-// quanta of the leaf. Rounding an end to a byte moves it by at most √3/2 quanta, and with it every point of the piece
-// by no more; the rest of 0.89 is for the rounding of the arithmetic.
+// They are seen along the ray, in a plane across it (across.hpp): the ray is the origin, a piece a line from a to c,
+// and all is in quanta of the leaf. Rounding an end to a byte moves it by at most √3/2 quanta, and with it every point
+// of the piece by no more; the rest of 0.89 is for the rounding of the arithmetic.
 //
-// Where the plane's axes have to be whole numbers (simd/points.hpp), they are those nearest to 126 times the true ones,
-// U = U' + (U·r)·r with U' across the ray. A leaf's origin is seen along U', its points along U, less what the middle
-// of the leaf is off by. So a point is off by |U·r| times how far along the ray it lies from the middle, at most
-// 127.5·(|r_x| + |r_y| + |r_z|). And U' and V' make a circle an ellipse, of which the longer axis counts. All this
-// makes reach larger, by half a quantum in the mean, by 2.2 at most; nothing is lost.
+// A piece is in reach if an end is, or if its line is and the foot of the perpendicular on it lies between the ends.
+// With w = c − a that is
+//
+//     min(a², c²) ≤ reach²    or    (a × w)² ≤ w²·reach²  and  |a² − c²| ≤ w².
+//
+// In 16 bits what is seen is exact, but no number is larger than the largest, a good 450 quanta. That loses nothing: no
+// piece is longer than 442, so what is made smaller lies wholly on one side of the origin, and all of it comes nearer.
 #pragma once
 
 #include "../layout/wide.hpp"
-#include "../query/ray.hpp"
-#include "../simd/four.hpp"
-#include "../simd/points.hpp"
+#include "across.hpp"
 
 namespace fastlines {
 
-/// How long the axes are.
-inline constexpr float kLength = kWholeAxes ? 126.0f : 1.0f;
+/// Where a leaf lies beside a ray, and how near counts: both in parts of quanta, as long as the axes are.
+[[gnu::always_inline]] inline Float4 beside(const WideLeaf& leaf, const Across& ray) {
+  const Float4 org = fma(four(leaf.org[2]), two(ray.z),
+                         fma(four(leaf.org[1]), two(ray.y), fma(four(leaf.org[0]), two(ray.x), four(ray.away))));
+  return fma(org, four(leaf.per_scale), four(ray.rest));
+}
 
-/// A ray as leaves see it, or sixteen: N is float or Float16. What is found of a leaf at once stands side by side.
-template <class N>
-struct AcrossOf {
-  N x[2], y[2], z[2];  // the axes across
-  N packed[2];         // and as bytes
-  N away[4], rest[4];  // where the leaf's origin lies along both, and how near counts; the last is nothing
+#if defined(FASTLINES_IN_WORDS)
 
-  AcrossOf() = default;
-  AcrossOf(const N (&o)[3], const N (&r)[3], const N (&u)[3], const N (&v)[3], N reach) {
-    N length = 1.0f, astray = 0.0f;  // of the axes; how far points may be off
-    for (int i = 0; i < 2; ++i) {
-      const N(&axis)[3] = i == 0 ? u : v;
-      x[i] = axis[0] * N(kLength);
-      y[i] = axis[1] * N(kLength);
-      z[i] = axis[2] * N(kLength);
-      packed[i] = take_axis(x[i], y[i], z[i]);
-      rest[i] = 0.0f;
-    }
-    if constexpr (kWholeAxes) {
-      N along[2];
-      for (int i = 0; i < 2; ++i) {
-        along[i] = fma(x[i], r[0], fma(y[i], r[1], z[i] * r[2]));
-        x[i] = x[i] - along[i] * r[0];
-        y[i] = y[i] - along[i] * r[1];
-        z[i] = z[i] - along[i] * r[2];
-        rest[i] = along[i] * (N(-127.5f) * (r[0] + r[1] + r[2]));
-      }
-      const auto dot = [&](int i, int j) { return fma(x[i], x[j], fma(y[i], y[j], z[i] * z[j])); };
-      length = sqrt(max(dot(0, 0), dot(1, 1)) + abs(dot(0, 1))) * N(1.0f + 1e-6f);
-      astray = sqrt(fma(along[0], along[0], along[1] * along[1])) * N(127.5f) * (abs(r[0]) + abs(r[1]) + abs(r[2])) +
-               N(2.0f);  // truncation
-    }
-    for (int i = 0; i < 2; ++i) away[i] = N(0.0f) - fma(x[i], o[0], fma(y[i], o[1], z[i] * o[2]));
-    away[2] = reach * length;
-    rest[2] = fma(N(0.89f), length, astray);
-    away[3] = rest[3] = 0.0f;
-  }
-
-  Axis axis(int i) const { return {x[i], y[i], z[i], packed[i]}; }
+/// What is found of a leaf ahead of the test. For many leaves that lets the processor work on more of them at a time:
+/// what waits for it are all instructions of the test.
+struct LeafPlace {
+  std::int16_t u, v;
+  std::int32_t far2;  // the least whole number that is more than the square of how near counts
+  float near2;        // that square
 };
-using Across = AcrossOf<float>;
 
-/// Where a leaf lies beside a ray. To find it ahead of the test, for many leaves, lets the processor work on more of
-/// them at a time: what waits for it are all instructions of the test.
+[[gnu::always_inline]] inline LeafPlace place_of(const WideLeaf& leaf, const Across& ray) {
+  const Float4 at = beside(leaf, ray);
+  const Float4 near2 = min(at * at, four(0x1p31f - 128.0f));  // no square is larger
+  const __m128i whole = _mm_cvttps_epi32(__m128(__builtin_shufflevector(at, near2, 0, 1, 6, 6)));
+  LeafPlace place;
+  place.far2 = _mm_extract_epi32(whole, 2) + 1;
+  place.near2 = near2[2];
+  const int words = _mm_cvtsi128_si32(_mm_packs_epi32(whole, whole));
+  std::memcpy(&place, &words, sizeof words);
+  return place;
+}
+
+/// The pieces that may come within reach of the ray's line. Most leaves fail at the line already, but too many do not:
+/// a branch there costs more than it saves.
+[[gnu::always_inline]] inline std::uint32_t cull_leaf(const Across& ray, const WideLeaf& leaf, const LeafPlace& place) {
+  // Of an axis: x and y in pairs, z and a zero, a zero and z; and where the leaf begins.
+  struct Axis {
+    Words xy, z, second_z, start;
+
+    Axis(const float& packed, std::int16_t start_) : start(Words::all(start_)) {
+      std::int16_t words[2];
+      std::memcpy(words, &packed, sizeof words);
+      xy = Words::all(words[0]);
+      z = Words::all(words[1]);
+      second_z = z << 8;
+    }
+    Words of_first(Words xys, Words zs) const { return add_saturated(dot_bytes(xys, xy) + dot_bytes(zs, z), start); }
+    Words of_second(Words xys, Words zs) const {
+      return add_saturated(dot_bytes(xys, xy) + dot_bytes(zs, second_z), start);
+    }
+  };
+  const Axis u(ray.packed[0], place.u), v(ray.packed[1], place.v);
+  const Wholes far2 = Wholes::all(place.far2);
+  Words near[kWidth / Words::kLanes];
+  for (int i = 0; i < kWidth / Words::kLanes; ++i) {
+    const std::uint8_t* const ends = leaf.ends + i * int(sizeof(Words));
+    const Words zs = Words::load(ends + end_byte(0, 2, 0)), as = Words::load(ends),
+                cs = Words::load(ends + end_byte(1, 0, 0));
+    const Words au = u.of_first(as, zs), av = v.of_first(as, zs);
+    const Words cu = u.of_second(cs, zs), cv = v.of_second(cs, zs);
+    const Words back_u = au - cu, wv = cv - av;  // c − a, but u the other way: cross is a sum
+    const auto half = [&]<bool low>() __attribute__((always_inline)) {
+      const Couples a = Couples::of<low>(au, av), c = Couples::of<low>(cu, cv), w = Couples::of<low>(wv, back_u);
+      const Wholes aa = dot(a, a), cc = dot(c, c), ww = dot(w, w), cross = dot(a, w);
+      // Where a piece is a point the foot does not count: there the ends decide.
+      return (min(aa, cc) < far2) | ((abs(aa - cc) < ww) & is_square_within(cross, ww, place.near2));
+    };
+    near[i] = join(half.template operator()<true>(), half.template operator()<false>());
+  }
+  return bits_of(near) & ((1u << leaf.n_refs) - 1);
+}
+
+#else
+
+/// What is found of a leaf ahead of the test. For many leaves that lets the processor work on more of them at a time:
+/// what waits for it are all instructions of the test.
 struct alignas(16) LeafPlace {
   using Start = std::conditional_t<kWholeAxes, std::int32_t, float>;
   Start u, v;
@@ -72,9 +98,7 @@ struct alignas(16) LeafPlace {
 };
 
 [[gnu::always_inline]] inline LeafPlace place_of(const WideLeaf& leaf, const Across& ray) {
-  const Float4 beside = fma(four(leaf.org[2]), two(ray.z),
-                            fma(four(leaf.org[1]), two(ray.y), fma(four(leaf.org[0]), two(ray.x), four(ray.away))));
-  const Float4 at = fma(beside, four(leaf.per_scale), four(ray.rest));
+  const Float4 at = beside(leaf, ray);
   // Where reach is twice as large as the leaf, all pass that can be in reach.
   constexpr float kAll = 512.0f * kLength, kMuch = 1e30f;
   const Float4 near2 = max(at * at, fma(at, four(kMuch), four(-kMuch * kAll)));
@@ -99,8 +123,8 @@ struct alignas(16) LeafPlace {
   // Where not all pass, squares are rounded by less than `grain`.
   constexpr float kGrain = 0.5f * kLength * kLength, kTiny = 1e-30f;
   const F near2 = place.near2;
-  const Points16 a = Points16::of<0>(leaf.ends), c = Points16::of<3>(leaf.ends);
-  const Axis u = ray.axis(0), v = ray.axis(1);
+  const Points16 a = Points16::of<0>(leaf.ends), c = Points16::of<1>(leaf.ends);
+  const Axis u(ray.x[0], ray.y[0], ray.z[0], ray.packed[0]), v(ray.x[1], ray.y[1], ray.z[1], ray.packed[1]);
   const F au = a.along(u, place.u), av = a.along(v, place.v);
   const F cu = c.along(u, place.u), cv = c.along(v, place.v);
   const F back_u = au - cu, wv = cv - av;  // c − a, but u the other way: cross is a sum
@@ -112,5 +136,7 @@ struct alignas(16) LeafPlace {
   const F inside = (ww + F(kGrain)) - abs(a_near - c_near);      // the foot of the perpendicular from the origin
   return not_negative(line, inside, a_near, c_near) & ((1u << leaf.n_refs) - 1);
 }
+
+#endif
 
 }  // namespace fastlines

@@ -98,7 +98,9 @@ struct alignas(64) RayLanes {
 
   /// Take over sixteen rays of others.
   void copy(int to, const RayLanes& from, int first) {
-    const auto sixteen = [=](const auto& theirs, auto& mine) { std::copy_n(theirs + first, kWidth, mine + to); };
+    const auto sixteen = [=](const auto& theirs, auto& mine) {
+      std::memcpy(mine + to, theirs + first, kWidth * sizeof *mine);  // in place; to copy what may overlap is a call
+    };
     for (int k = 0; k < 3; ++k) {
       sixteen(from.o[k], o[k]);
       sixteen(from.u[k], u[k]);

@@ -108,13 +108,10 @@ class Wave {
     // Between testing segments and telling what hits, and where rays go to what is nearest also between asking for
     // segments and testing them, there is something else to do: a guess about hits would be known to be wrong only at
     // the end of a long test.
-    if constexpr (kNearestFirst) {
-      std::copy_n(on_, n_on_, asked_);
-      find_nearest(0, n_on_ / 2);
-    }
+    if constexpr (kNearestFirst) find_nearest(on_, 0, n_on_ / 2);
     for (int i = 0; i < survivors_.kLists; ++i) test_survivors(survivors_.lists[i], i * kTogether);
     if constexpr (kNearestFirst)
-      find_nearest(n_on_ / 2, n_on_);
+      find_nearest(on_, n_on_ / 2, n_on_);
     else
       take_any();
     tell_hits();
@@ -184,11 +181,11 @@ class Wave {
     const ChosenRays<F, kTogether> rays(rays_, first, ray);
     const Approach<F> approach = closest_approach(rays, see<F>(rays, start, e));
     const std::size_t at = tested_.n;
-    if constexpr (kNearestFirst) {  // else it does not matter what is hit, and where
+    if constexpr (Collector::kAsksWhere) {
       approach.s.store(tested_.s + at);
       approach.t.store(tested_.t + at);
       approach.dist2.store(tested_.dist2 + at);
-      std::copy_n(what, kWidth, tested_.what + at);
+      std::memcpy(tested_.what + at, what, kWidth * sizeof *what);
     }
     for (int i = 0; i < kWidth; ++i) tested_.lane[at + std::size_t(i)] = std::uint32_t(first) + ray[i];
     const std::uint32_t hit = approach.hit.bits() & first_lanes(n);
@@ -202,7 +199,7 @@ class Wave {
     for (std::size_t i = 0; i < tested_.n_hits; ++i) {
       const std::uint32_t j = tested_.hits[i];
       const int lane = int(tested_.lane[j]);
-      if constexpr (kNearestFirst)
+      if constexpr (Collector::kAsksWhere)
         collector_.take_one(rays_, lane, {tested_.s[j], tested_.t[j], tested_.dist2[j], true},
                             tree_.refs[tested_.what[j]]);
       else
@@ -215,11 +212,12 @@ class Wave {
   /// away, and the one below it is asked, for all such rays together: which they are is never guessed.
   void take_nearest() {
     const Stacks stacks = this->stacks();
+    const std::uint32_t* asked = on_;
     int n = n_on_, n_on = 0, n_ended = 0;
     while (n > 0) {
       int n_without = 0;
       for (int i = 0; i < n; ++i) {
-        const std::uint32_t ray = asked_[i], within = enter_[i] <= collector_.limit[ray];
+        const std::uint32_t ray = asked[i], within = enter_[i] <= collector_.limit[ray];
         Open& open = stacks.open[stacks.place(ray, depth_[ray])];
         node_[ray] = open.first + nearest_[i];
         const std::uint32_t waiting = open.waiting &= ~(1u << nearest_[i]);
@@ -237,16 +235,17 @@ class Wave {
         ended_[n_ended] = ray;
         n_ended += int(more ^ 1);
       }
-      find_nearest(0, n);
+      asked = asked_;
+      find_nearest(asked, 0, n);
     }
     n_on_ = n_on;
   }
 
-  /// Of the nodes on top of n stacks, the child that is entered first.
-  void find_nearest(int begin, int end) {
+  /// Of the nodes on top of some of these rays' stacks, the child that is entered first.
+  void find_nearest(const std::uint32_t* asked, int begin, int end) {
     const Stacks stacks = this->stacks();
     for (int i = begin; i < end; ++i) {
-      const std::size_t top = stacks.place(asked_[i], depth_[asked_[i]]);
+      const std::size_t top = stacks.place(asked[i], depth_[asked[i]]);
       const Float16 enter = choose(stacks.open[top].waiting, Float16::load(stacks.enters[top].of), kNever);
       const float first = least(enter);
       enter_[i] = first;

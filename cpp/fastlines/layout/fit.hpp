@@ -11,6 +11,7 @@
 
 #include "../query/batch.hpp"
 #include "../query/ends.hpp"
+#include "../simd/points.hpp"
 #include "wide.hpp"
 
 namespace fastlines {
@@ -66,6 +67,8 @@ class Fit {
                                 : of_leaves_[node.first_leaf + std::size_t(child - node.n_inner)];
   }
 
+  using Bytes16 = std::uint8_t __attribute__((vector_size(16)));
+
   /// The longest side, or a millionth of the frame.
   static float longest_of(const Box4& box) {
     const Float4 sides = box.hi - box.lo;
@@ -96,7 +99,6 @@ class Fit {
     leaf.n_refs = n_refs;
     leaf.unused = 0;
     const Float4 per_scale = four(leaf.per_scale);
-    auto* const rows = reinterpret_cast<std::uint8_t (*)[kWidth]>(leaf.ends);
     const auto nearest = [&](const Float4& x) { return (x - org) * per_scale + four(0.5f); };
     for (int i = 0; i < kWidth; i += 4) {
       Float4 a[4], c[4];
@@ -104,8 +106,7 @@ class Fit {
         a[j] = nearest(ends[i + j].a);
         c[j] = nearest(ends[i + j].c);
       }
-      put_bytes(a, rows, i);
-      put_bytes(c, rows + 3, i);
+      put_ends(bytes_of(a), bytes_of(c), leaf.ends, i);
     }
   }
 
@@ -155,14 +156,29 @@ class Fit {
       }
   }
 
-  /// Four points, in quanta, as four bytes of each of the rows for x, y and z.
-  [[gnu::always_inline]] static void put_bytes(const Float4 (&points)[4], std::uint8_t (*rows)[kWidth], int first) {
+  /// Of four points, in quanta: the bytes of x of all, then those of y, and of z.
+  [[gnu::always_inline]] static Bytes16 bytes_of(const Float4 (&points)[4]) {
     Int4 words{};
     for (int j = 0; j < 4; ++j) words |= __builtin_convertvector(points[j], Int4) << (8 * j);
-    for (int k = 0; k < 3; ++k) {
-      const int word = words[k];
-      std::memcpy(rows[k] + first, &word, sizeof word);
-    }
+    return Bytes16(words);
+  }
+
+  /// Four bytes in each of the rows for x, y and z.
+  [[gnu::always_inline]] static void put_bytes(const Float4 (&points)[4], std::uint8_t (*rows)[kWidth], int first) {
+    const Bytes16 bytes = bytes_of(points);
+    for (int k = 0; k < 3; ++k) std::memcpy(rows[k] + first, reinterpret_cast<const char*>(&bytes) + 4 * k, 4);
+  }
+
+  /// The ends of four pieces, as `end_byte` has them.
+  [[gnu::always_inline]] static void put_ends(const Bytes16& a, const Bytes16& c, std::uint8_t* ends, int first) {
+    const auto put = [&](const Bytes16& pairs, int at) { std::memcpy(ends + at, &pairs, 8); };
+    const auto in_pairs = [](const Bytes16& x) {
+      return __builtin_shufflevector(x, x, 0, 4, 1, 5, 2, 6, 3, 7, 0, 4, 1, 5, 2, 6, 3, 7);
+    };
+    put(in_pairs(a), end_byte(0, 0, first));
+    put(in_pairs(c), end_byte(1, 0, first));
+    put(__builtin_shufflevector(a, c, 8, 24, 9, 25, 10, 26, 11, 27, 8, 24, 9, 25, 10, 26, 11, 27),
+        end_byte(0, 2, first));
   }
 
   Float4 centre_, scale_;

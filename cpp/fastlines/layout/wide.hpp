@@ -30,7 +30,7 @@ struct alignas(128) WideLeaf {
   float per_scale;  // 1/scale
   std::uint32_t first_ref, n_refs;
   std::uint32_t unused;
-  std::uint8_t ends[6 * kWidth];  // x, y, z of one end of each piece, then of the other, rounded to nearest
+  std::uint8_t ends[6 * kWidth];  // of each piece, rounded to nearest, as `end_byte` has them (simd/points.hpp)
 };
 static_assert(sizeof(WideLeaf) == 128);
 

@@ -1,20 +1,60 @@
-// Sixteen points of bytes, seen along an axis: start + x·axis_x + y·axis_y + z·axis_z of each.
+// The ends of sixteen pieces as a leaf has them, in bytes, seen along an axis: start + x·axis_x + y·axis_y + z·axis_z
+// of each.
 //
-// Where the instruction set multiplies bytes and adds up (AVX-512 with VNNI), an axis has whole numbers of up to 127,
-// and what is seen is exact. Elsewhere it has floats. `kWholeAxes` says which.
+// Where the instruction set multiplies bytes and adds up (AVX-512 with VNNI), an axis has whole numbers, and what is
+// seen is exact. So it is where pairs of bytes are multiplied and added up in 16 bits (AVX2 and SSE4.2: words.hpp).
+// Elsewhere it has floats. `kWholeAxes` says which.
 #pragma once
 
-#include <bit>
 #include <cstdint>
+#include <cstring>
 
 #include "four.hpp"
-#include "simd.hpp"
+#include "words.hpp"
 
 namespace fastlines {
 
-#if defined(__AVX512VNNI__) && defined(__AVX512VBMI__) && !defined(FASTLINES_PORTABLE)
+/// Of a leaf's 96 bytes, that of a coordinate of one end of a piece: x and y of the first ends stand in pairs, then z
+/// of both ends, then x and y of the second ends.
+constexpr int end_byte(int end, int axis, int piece) {
+  return axis < 2 ? 64 * end + 2 * piece + axis : 32 + 2 * piece + end;
+}
 
+#if defined(__AVX512VNNI__) && defined(__AVX512VBMI__) && !defined(FASTLINES_PORTABLE)
 inline constexpr bool kWholeAxes = true;
+/// How long axes are: their numbers are signed bytes.
+inline constexpr float kLength = 126.0f;
+#elif defined(FASTLINES_IN_WORDS)
+inline constexpr bool kWholeAxes = true;
+/// How long axes are: 255 times the sizes of an axis's numbers, which come to 72·√3 + 1.5 at most, fits into 16 bits.
+inline constexpr float kLength = 72.0f;
+#else
+inline constexpr bool kWholeAxes = false;
+inline constexpr float kLength = 1.0f;
+#endif
+
+/// Make an axis whole by rounding, and pack its numbers: the bits of x, y, z and 0. Of one axis, or of sixteen.
+template <class N>
+N take_axis(N& x, N& y, N& z) {
+  typedef std::int32_t Bits __attribute__((vector_size(sizeof(N))));
+  constexpr float kWhole = 0x1.8p23f;  // of a sum with it only whole numbers are left
+  Bits all{};
+  const auto pack = [&](N& number, int place) {
+    const N sum = number + N(kWhole);
+    number = sum - N(kWhole);
+    Bits bits;
+    std::memcpy(&bits, &sum, sizeof bits);
+    all |= (bits & 0xff) << place;
+  };
+  pack(x, 0);
+  pack(y, 8);
+  pack(z, 16);
+  N packed;
+  std::memcpy(&packed, &all, sizeof packed);
+  return packed;
+}
+
+#if defined(__AVX512VNNI__) && defined(__AVX512VBMI__) && !defined(FASTLINES_PORTABLE)
 
 struct Axis {
   float bytes;  // the bits of x, y, z and 0
@@ -22,37 +62,15 @@ struct Axis {
   Axis(float, float, float, float bytes_) : bytes(bytes_) {}
 };
 
-/// Make an axis whole by rounding, and pack its numbers, which are at most 127; of one, and of sixteen.
-inline float take_axis(float& x, float& y, float& z) {
-  constexpr float kWhole = 0x1.8p23f;  // of a sum with it only whole numbers are left
-  const auto byte = [=](float& a) {
-    const float sum = a + kWhole;
-    a = sum - kWhole;
-    return std::bit_cast<std::uint32_t>(sum) & 0xff;
-  };
-  const std::uint32_t low = byte(x), middle = byte(y), high = byte(z);
-  return std::bit_cast<float>(low | middle << 8 | high << 16);
-}
-inline Float16 take_axis(Float16& x, Float16& y, Float16& z) {
-  const auto byte = [](Float16& a) {
-    const __m512i whole = _mm512_cvtps_epi32(a.a);
-    a = _mm512_cvtepi32_ps(whole);
-    return _mm512_and_si512(whole, _mm512_set1_epi32(0xff));
-  };
-  const __m512i low = byte(x), middle = byte(y), high = byte(z);
-  return _mm512_castsi512_ps(
-      _mm512_or_si512(low, _mm512_or_si512(_mm512_slli_epi32(middle, 8), _mm512_slli_epi32(high, 16))));
-}
-
 struct Points16 {
   __m512i xyz;  // four bytes a point, of which the last counts for nothing
 
-  /// Of six rows, those from `row` on: 0 or 3.
-  template <int row>
-  static Points16 of(const std::uint8_t* rows) {
-    constexpr int skipped = row == 0 ? 0 : 2;  // for a load takes in four
-    static constexpr Turn turn(row - skipped);
-    return {_mm512_permutexvar_epi8(_mm512_load_si512(turn.from), _mm512_loadu_si512(rows + skipped * kWidth))};
+  /// Those at one end, the first or the second.
+  template <int end>
+  static Points16 of(const std::uint8_t* ends) {
+    constexpr int skipped = end == 0 ? 0 : 32;  // a load takes in 64 of 96
+    static constexpr Turn turn(end, skipped);
+    return {_mm512_permutexvar_epi8(_mm512_load_si512(turn.from), _mm512_loadu_si512(ends + skipped))};
   }
 
   Float16 along(const Axis& axis, std::int32_t start) const {
@@ -65,16 +83,14 @@ struct Points16 {
   struct Turn {
     alignas(64) std::uint8_t from[4 * kWidth] = {};
 
-    constexpr explicit Turn(int row) {
+    constexpr Turn(int end, int skipped) {
       for (int i = 0; i < kWidth; ++i)
-        for (int k = 0; k < 3; ++k) from[4 * i + k] = std::uint8_t((row + k) * kWidth + i);
+        for (int k = 0; k < 3; ++k) from[4 * i + k] = std::uint8_t(end_byte(end, k, i) - skipped);
     }
   };
 };
 
-#else
-
-inline constexpr bool kWholeAxes = false;
+#elif !defined(FASTLINES_IN_WORDS)
 
 struct Axis {
   float x, y, z;
@@ -82,19 +98,18 @@ struct Axis {
   Axis(float x_, float y_, float z_, float) : x(x_), y(y_), z(z_) {}
 };
 
-template <class N>
-N take_axis(N&, N&, N&) {
-  return 0.0f;
-}
-
 struct Points16 {
   Float16 x, y, z;
 
-  /// Of six rows, those from `row` on: 0 or 3.
-  template <int row>
-  static Points16 of(const std::uint8_t* rows) {
-    const auto at = [rows](int k) { return Float16::bytes(rows + (row + k) * kWidth); };
-    return {at(0), at(1), at(2)};
+  /// Those at one end, the first or the second.
+  template <int end>
+  static Points16 of(const std::uint8_t* ends) {
+    const auto axis = [ends](int k) {
+      std::uint8_t bytes[kWidth];
+      for (int i = 0; i < kWidth; ++i) bytes[i] = ends[end_byte(end, k, i)];
+      return Float16::bytes(bytes);
+    };
+    return {axis(0), axis(1), axis(2)};
   }
 
   Float16 along(const Axis& axis, float start) const {

@@ -1,0 +1,111 @@
+// Whole numbers of 16 and 32 bits, a register each, as AVX2 and SSE4.2 have them: one text for both. FASTLINES_IN_WORDS
+// says that they are there and that leaves are culled with them; AVX-512 does better without (points.hpp).
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+
+#include "simd.hpp"
+
+#if !defined(FASTLINES_PORTABLE) && !defined(__AVX512F__) && defined(__SSE4_2__)
+#define FASTLINES_IN_WORDS
+
+#include <immintrin.h>
+
+#if defined(__AVX2__)
+#define FASTLINES_MM(operation) _mm256_##operation
+#else
+#define FASTLINES_MM(operation) _mm_##operation
+#endif
+
+namespace fastlines {
+
+#if defined(__AVX2__)
+using Register = __m256i;
+using FloatRegister = __m256;
+#else
+using Register = __m128i;
+using FloatRegister = __m128;
+#endif
+
+/// What comparisons say of numbers of 32 bits: the signs count.
+struct Signs {
+  Register v;
+  friend Signs operator|(Signs x, Signs y) { return {x.v | y.v}; }
+  friend Signs operator&(Signs x, Signs y) { return {x.v & y.v}; }
+};
+
+/// 32 bits each.
+struct Wholes {
+  Register v;
+
+  static Wholes all(std::int32_t x) { return {FASTLINES_MM(set1_epi32)(x)}; }
+  FloatRegister floats() const { return FASTLINES_MM(cvtepi32_ps)(v); }
+  friend Wholes operator-(Wholes x, Wholes y) { return {FASTLINES_MM(sub_epi32)(x.v, y.v)}; }
+  friend Signs operator<(Wholes x, Wholes y) { return {FASTLINES_MM(cmpgt_epi32)(y.v, x.v)}; }
+};
+inline Wholes min(Wholes x, Wholes y) { return {FASTLINES_MM(min_epi32)(x.v, y.v)}; }
+inline Wholes abs(Wholes x) { return {FASTLINES_MM(abs_epi32)(x.v)}; }
+
+/// Where x² < y·z, as far as floats tell.
+inline Signs is_square_within(Wholes x, Wholes y, float z) {
+  const FloatRegister a = x.floats(), b = FASTLINES_MM(mul_ps)(y.floats(), FASTLINES_MM(set1_ps)(z));
+#if defined(__FMA__)
+  const FloatRegister excess = FASTLINES_MM(fmsub_ps)(a, a, b);
+#else
+  const FloatRegister excess = FASTLINES_MM(sub_ps)(FASTLINES_MM(mul_ps)(a, a), b);
+#endif
+  Register signs;
+  std::memcpy(&signs, &excess, sizeof signs);
+  return {signs};
+}
+
+/// 16 bits each.
+struct Words {
+  static constexpr int kLanes = sizeof(Register) / 2;
+  Register v;
+
+  static Words all(std::int16_t x) { return {FASTLINES_MM(set1_epi16)(x)}; }
+  /// Of 16 or 32 bytes.
+  static Words load(const std::uint8_t* bytes) {
+    Words words;
+    std::memcpy(&words.v, bytes, sizeof words.v);
+    return words;
+  }
+  /// Bytes times signed bytes, the products of two neighbours added up. What is too large is the largest there is.
+  friend Words dot_bytes(Words x, Words y) { return {FASTLINES_MM(maddubs_epi16)(x.v, y.v)}; }
+  friend Words operator+(Words x, Words y) { return {FASTLINES_MM(add_epi16)(x.v, y.v)}; }
+  friend Words operator<<(Words x, int n_bits) { return {FASTLINES_MM(slli_epi16)(x.v, n_bits)}; }
+  friend Words operator-(Words x, Words y) { return {FASTLINES_MM(sub_epi16)(x.v, y.v)}; }
+  friend Words add_saturated(Words x, Words y) { return {FASTLINES_MM(adds_epi16)(x.v, y.v)}; }
+};
+
+/// Two numbers each for half of the lanes of a register, which half of them `low` tells.
+struct Couples {
+  Register v;
+
+  template <bool low>
+  static Couples of(Words x, Words y) {
+    return {low ? FASTLINES_MM(unpacklo_epi16)(x.v, y.v) : FASTLINES_MM(unpackhi_epi16)(x.v, y.v)};
+  }
+  friend Wholes dot(Couples x, Couples y) { return {FASTLINES_MM(madd_epi16)(x.v, y.v)}; }
+};
+
+/// Both halves in a register.
+inline Words join(Signs low, Signs high) { return {FASTLINES_MM(packs_epi32)(low.v, high.v)}; }
+
+/// The signs of sixteen numbers of 16 bits.
+#if defined(__AVX2__)
+inline std::uint32_t bits_of(const Words (&x)[1]) {
+  return std::uint32_t(
+      _mm_movemask_epi8(_mm_packs_epi16(_mm256_castsi256_si128(x[0].v), _mm256_extracti128_si256(x[0].v, 1))));
+}
+#else
+inline std::uint32_t bits_of(const Words (&x)[2]) {
+  return std::uint32_t(_mm_movemask_epi8(_mm_packs_epi16(x[0].v, x[1].v)));
+}
+#endif
+
+}  // namespace fastlines
+
+#endif
