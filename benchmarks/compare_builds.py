@@ -25,13 +25,14 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import fastlines as fl
-from fastlines.bench.engine import Case, occlusion
-from fastlines.bench.rays import KINDS, RayBatch, camera_rays, random_rays
+
+if TYPE_CHECKING:  # a build that is compared may have no such modules
+    from fastlines.bench.rays import RayBatch
 
 #: So long takes a turn, about, and so many turns has each build.
 SECONDS, TURNS = 0.02, 15
@@ -50,12 +51,15 @@ def answer(tree: Any, query: str, rays: dict[str, Any]) -> Any:
 
 def digest(found: Any) -> str:
     """Name what was answered, bit for bit."""
-    parts = [getattr(found, name) for name in ("t", "prim", "u", "distance")] if hasattr(found, "prim") else [found]
+    columns = ("offsets", "t", "prim", "u", "distance", "t_out")
+    parts = [found] if isinstance(found, np.ndarray) else [getattr(found, name, None) for name in columns]
+    parts = [part for part in parts if part is not None]
     return hashlib.sha256(b"".join(np.ascontiguousarray(part).tobytes() for part in parts)).hexdigest()
 
 
 def work() -> None:
     """Take orders from standard input, one a line, and tell what came of them: a build's side of the comparison."""
+    print(json.dumps(str(Path(fl.__file__).parents[1])), flush=True)
     fl.set_num_threads(1)
     tree: Any = None
     rays: dict[str, Any] = {}
@@ -86,12 +90,20 @@ class Build:
         self.process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment
         )
+        if (imported := self.told()) != str(folder):
+            raise SystemExit(
+                f"a build of {folder} was asked for, and {imported} was imported: is that an editable one?"
+            )
 
     def do(self, **order: Any) -> Any:
         """Give an order, and wait for what comes of it."""
         assert self.process.stdin
-        assert self.process.stdout
         print(json.dumps(order), file=self.process.stdin, flush=True)
+        return self.told()
+
+    def told(self) -> Any:
+        """What the process says next."""
+        assert self.process.stdout
         told = self.process.stdout.readline()
         if not told:
             raise SystemExit("a build has failed; see above")
@@ -100,7 +112,11 @@ class Build:
 
 def questions(scene: str, radii: list[float], kinds: list[str]) -> Iterator[tuple[RayBatch, str, float]]:
     """Yield rays, a query and a radius."""
+    from fastlines.bench.engine import Case, occlusion
+    from fastlines.bench.rays import KINDS, camera_rays, random_rays
+
     made = fl.scenes.make(scene)
+    tree = fl.build(made.lines)
     for radius in radii:
         for kind in kinds:
             if kind == "camera":
@@ -108,13 +124,13 @@ def questions(scene: str, radii: list[float], kinds: list[str]) -> Iterator[tupl
             elif kind == "random":
                 rays = random_rays(made.lines, OTHERS)
             else:
-                rays = occlusion(Case(scene, made.lines, made.camera), fl.build(made.lines), radius, OTHERS)
+                rays = occlusion(Case(scene, made.lines, made.camera), tree, radius, OTHERS)
             for query in (*KINDS[kind], *(() if kind == "ao" else MORE)):
                 yield rays, query, radius
 
 
-def ratios(builds: list[Build], rays: RayBatch, query: str, radius: float, folder: str) -> tuple[float, float]:
-    """Ask in turn; return how many times as fast the second is, by medians and by the best turns."""
+def ratios(builds: list[Build], rays: RayBatch, query: str, radius: float, folder: str) -> tuple[float, float, bool]:
+    """Ask in turn; return how many times as fast the second is, by medians and by the best turns; and if both agree."""
 
     def give(part: RayBatch) -> None:
         arrays = {"origins": part.origins, "directions": part.directions, "t_min": part.t_min, "t_max": part.t_max}
@@ -127,13 +143,11 @@ def ratios(builds: list[Build], rays: RayBatch, query: str, radius: float, folde
     slowest = max(build.do(query=query) for build in builds for _ in range(2))
     give(rays.part(int(len(few) * SECONDS / slowest)))
     first, second = (build.do(first=query) for build in builds)
-    if first != second:
-        print(f"answers differ: {query} of {rays.kind} rays, radius {radius:g}", file=sys.stderr)
     times: list[list[float]] = [[], []]
     for turn in range(TURNS):
         for i in (0, 1) if turn % 2 else (1, 0):
             times[i].append(builds[i].do(query=query))
-    return statistics.median(times[0]) / statistics.median(times[1]), min(times[0]) / min(times[1])
+    return statistics.median(times[0]) / statistics.median(times[1]), min(times[0]) / min(times[1]), first == second
 
 
 def main() -> None:
@@ -151,6 +165,7 @@ def main() -> None:
         os.environ["FASTLINES_SIMD"] = given.simd
     builds = [Build(folder.resolve()) for folder in given.builds]
     logs: dict[tuple[str, str], list[float]] = {}
+    all_same = True
     print(f"{'scene':14} {'radius':>7} {'rays':7} {'query':8} medians   best")
     with tempfile.TemporaryDirectory() as folder:
         for scene in scenes:
@@ -158,11 +173,18 @@ def main() -> None:
             for build in builds:
                 build.do(lines=f"{folder}/lines.npy")
             for rays, query, radius in questions(scene, radii, kinds):
-                median, best = ratios(builds, rays, query, radius, folder)
+                median, best, same = ratios(builds, rays, query, radius, folder)
+                all_same &= same
                 logs.setdefault((rays.kind, query), []).append(median)
-                print(f"{scene:14} {radius:7g} {rays.kind:7} {query:8} {median:7.3f} {best:6.3f}", flush=True)
+                print(
+                    f"{scene:14} {radius:7g} {rays.kind:7} {query:8} {median:7.3f} {best:6.3f}",
+                    "" if same else "answers differ",
+                    flush=True,
+                )
     for (kind, query), values in logs.items():
         print(f"{'all':22} {kind:7} {query:8} {statistics.geometric_mean(values):7.3f}")
+    if not all_same:
+        raise SystemExit("answers differ")
 
 
 if __name__ == "__main__":

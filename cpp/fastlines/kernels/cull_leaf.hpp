@@ -9,9 +9,14 @@
 //
 //     min(a², c²) ≤ reach²    or    (a × w)² ≤ w²·reach²  and  |a² − c²| ≤ w².
 //
-// In 16 bits what is seen is exact, but no number is larger than the largest, a good 450 quanta. That loses nothing: no
-// piece is longer than 442, so what is made smaller lies wholly on one side of the origin, and all of it comes nearer.
+// In 16 bits what is seen is exact, but no number is larger than the largest, a good 450 quanta. That loses nothing:
+// along an axis two points of a leaf lie no farther apart than that, so where an end, or where the leaf begins, is made
+// smaller, all of the piece lies on one side of the origin, and comes nearer. The square of the lowest number along
+// both axes is too large for 32 bits and comes out negative: its piece passes.
 #pragma once
+
+#include <cstring>
+#include <type_traits>
 
 #include "../layout/wide.hpp"
 #include "across.hpp"

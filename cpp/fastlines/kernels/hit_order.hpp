@@ -92,6 +92,7 @@ class HitOrder {
     make_keys(t, prim, n, 31 - kLaneBits - room_bits, [lane](std::uint32_t j) { return lane[j]; });
     std::int32_t keys[kFew + kWidth];
     for (std::uint32_t j = 0; j < n; ++j) keys[j] = std::int32_t(key_[j] << room_bits | j);
+    std::fill_n(keys + n, kWidth, 0);  // read, though it does not count
     for (std::uint32_t first = 0; first < n; first += kWidth) {
       std::int32_t n_before[kWidth] = {};
       for (std::uint32_t i = 0; i < n; ++i)

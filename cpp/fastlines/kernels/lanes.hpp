@@ -1,6 +1,8 @@
 // Prepared rays in lanes: 64 of them, each number an array, so that sixteen rays are one vector of it.
 #pragma once
 
+#include <cstring>
+
 #include "../query/batch.hpp"
 #include "../simd/rows.hpp"
 #include "tally.hpp"

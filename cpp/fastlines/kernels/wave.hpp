@@ -13,6 +13,7 @@
 // wait: which they are, and where each is entered. Nothing has to be packed or put in order for it.
 #pragma once
 
+#include <cstring>
 #include <limits>
 #include <utility>
 #include <vector>

@@ -6,6 +6,7 @@
 // quanta, which the slack of both kinds of block covers (0.02 quanta of a node, and those of reach in docs/engine.md).
 #pragma once
 
+#include <cstring>
 #include <memory>
 #include <span>
 

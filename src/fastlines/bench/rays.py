@@ -85,7 +85,7 @@ class RayBatch:
             blocks = _windows(self.width, len(self) // self.width)
         else:
             blocks = np.arange(len(self) // self.block * self.block).reshape(-1, self.block)
-        n_taken = -(-n_rays // blocks.shape[1])
+        n_taken = max(1, -(-n_rays // blocks.shape[1]))
         if n_taken >= len(blocks):
             return self
         bounds = np.arange(n_taken + 1) * len(blocks) // n_taken
@@ -150,8 +150,10 @@ def ao_rays(lines: Lines, camera: RayBatch, t: FloatArray, radius: float, n_rays
 def _windows(width: int, height: int) -> npt.NDArray[np.int64]:
     """The pixels of each window of a picture, in an order in which those that follow each other lie near."""
     rows, n_across = WINDOW[0], -(-width // WINDOW[1])
-    columns = max(width // n_across // 8 * 8, min(width, 8))  # of whole groups of 8 × 8 pixels, as they are asked
-    tops = np.linspace(0, height - rows, height // rows).astype(np.int64)
+    # Of whole groups of 8 × 8 pixels, as they are asked, where there is more than one window beside another.
+    columns = width if n_across == 1 else -(-width // n_across // 8) * 8
+    # Windows of the last rows and columns share some with those before.
+    tops = np.minimum(np.arange(0, height, rows), height - rows) if height >= rows else np.arange(0)
     lefts = np.linspace(0, width - columns, n_across).astype(np.int64)
     top, left = (a.ravel() for a in np.meshgrid(tops, lefts))
     # Morton order: the bits of both in turn.
