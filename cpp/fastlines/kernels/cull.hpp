@@ -68,16 +68,9 @@ inline void cull_rays(const RayLanes& rays, int first, CullRay* to) {
   point(rays.v, v);
   const CullOf<Float16> sixteen(o, r, u, v, at(rays.reach), at(rays.t_min));
   constexpr int n = sizeof(sixteen) / sizeof(Float16);
-  static_assert(n % 4 == 0 && n * sizeof(float) <= sizeof(CullRay));
-  alignas(64) float rows[n][kWidth];
-  std::memcpy(rows, &sixteen, sizeof rows);
-  for (int i = 0; i < kWidth; i += 4)
-    for (int k = 0; k < n; k += 4) {
-      const Float4 from[4] = {four(rows[k] + i), four(rows[k + 1] + i), four(rows[k + 2] + i), four(rows[k + 3] + i)};
-      Float4 turned[4];
-      turn(from, turned);
-      for (int j = 0; j < 4; ++j) std::memcpy(reinterpret_cast<float*>(to + i + j) + k, &turned[j], sizeof turned[j]);
-    }
+  alignas(64) float columns[n][kWidth];
+  std::memcpy(columns, &sixteen, sizeof columns);
+  turn_columns<n>([&](int k) { return columns[k]; }, to);
 }
 
 /// A node's origin, and a lane that means nothing.

@@ -197,37 +197,4 @@ struct Rays16 {
         radius2{lanes.radius2 + first} {}
 };
 
-/// Sixteen of N rays, each as often as it is wanted: those with these indices. F is Float16: named, so that more than
-/// sixteen are looked up only where the instruction set can.
-template <class F, int N = kWidth>
-struct ChosenRays {
-  struct Number {
-    const float* table;
-    const std::uint32_t* index;
-    operator F() const { return F::template look_up<N>(table, index); }
-  };
-  struct Vector {
-    const float* table[3];
-    const std::uint32_t* index;
-    F operator[](int k) const { return F::template look_up<N>(table[k], index); }
-  };
-  Vector o, u, v, r;
-  Number t_min, t_max, radius2;
-
-  /// Of lanes [first, first + N).
-  ChosenRays(const RayLanes& rays, int first, const std::uint32_t* index)
-      : o(of(rays.o, first, index)),
-        u(of(rays.u, first, index)),
-        v(of(rays.v, first, index)),
-        r(of(rays.r, first, index)),
-        t_min{rays.t_min + first, index},
-        t_max{rays.t_max + first, index},
-        radius2{rays.radius2 + first, index} {}
-
- private:
-  static Vector of(const float (&from)[3][kLanes], int first, const std::uint32_t* index) {
-    return {{from[0] + first, from[1] + first, from[2] + first}, index};
-  }
-};
-
 }  // namespace fastlines

@@ -56,8 +56,11 @@ struct Pairs {
     return {what.data() + n, ray.data() + n};
   }
   void end(const Tail& tail) { n = std::size_t(tail.what - what.data()); }
-  /// Repeat the last thing, of one at least, sixteen times past the end, so that what is there can be read.
-  void pad() { std::fill_n(what.data() + n, kWidth, what[n - 1]); }
+  /// Repeat the last pair, of one at least, sixteen times past the end, so that what is there can be read.
+  void pad() {
+    std::fill_n(what.data() + n, kWidth, what[n - 1]);
+    std::fill_n(ray.data() + n, kWidth, ray[n - 1]);
+  }
 };
 
 }  // namespace fastlines

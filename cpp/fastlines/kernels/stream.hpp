@@ -6,6 +6,7 @@
 
 #include "choice.hpp"
 #include "collect.hpp"
+#include "picks.hpp"
 #include "sixteen.hpp"
 #include "survivors.hpp"
 #include "tally.hpp"
@@ -18,7 +19,10 @@ class Stream {
 
   /// Make ready for the rays in lanes [first, end), of which the first begins a sixteen.
   void prepare(const RayLanes& rays, int first, int end) {
-    for (int i = first; i < end; i += kWidth) cull_rays(rays, i, cull_ + i);
+    for (int i = first; i < end; i += kWidth) {
+      cull_rays(rays, i, cull_ + i);
+      picks_.take(rays, i);
+    }
   }
 
   /// Show the collector the hits of rays [first, end), each by the piece that owns it; returns what that cost.
@@ -82,6 +86,8 @@ class Stream {
   void test_survivors(const RayLanes& rays, int i_sixteen, Collector& collector) {
     Pairs& survivors = survivors_.lists[i_sixteen];
     const std::size_t n = survivors.size();
+    if (n == 0) return;
+    survivors.pad();
     const std::uint32_t *const what = survivors.what.data(), *const ray = survivors.ray.data();
     tally(&Steps::pieces, n);
     tally(&Steps::packs, (n + kWidth - 1) / kWidth);
@@ -97,8 +103,8 @@ class Stream {
       const std::uint32_t* const prims = pieces_.prim.data() + j;
       Float16 start[3], e[3];
       take_sixteen(tree_, [&](int i) { return prims[i]; }, start, e);
-      const ChosenRays<Float16> chosen(rays, i_sixteen * kWidth, ray + j);
-      const Approach<Float16> approach = closest_approach(chosen, see<Float16>(chosen, start, e));
+      const auto picked = picks_.pick<Float16, kWidth>(rays, i_sixteen * kWidth, ray + j);
+      const Approach<Float16> approach = closest_approach(picked, see<Float16>(picked, start, e));
       const Float16 s0 = Float16::load(pieces_.s0.data() + j), s1 = Float16::load(pieces_.s1.data() + j);
       const std::uint32_t hit = (approach.hit & (s0 <= approach.s) & (approach.s < s1)).bits() & first_lanes(n - j);
       if (hit) collector.take_pairs(i_sixteen * kWidth, hit, approach, ray + j, Float16::load(as_floats(prims)));
@@ -127,6 +133,7 @@ class Stream {
   const WideView& tree_;
   std::uint64_t cost_ = 0;
   CullRay cull_[kLanes];
+  Picks picks_;
   Pairs nodes_, taken_, leaves_;
   Survivors<kWidth> survivors_;
   Pieces pieces_;

@@ -18,6 +18,7 @@
 #include "choice.hpp"
 #include "collect.hpp"
 #include "fetch.hpp"
+#include "picks.hpp"
 #include "seen_set.hpp"
 #include "stack.hpp"
 

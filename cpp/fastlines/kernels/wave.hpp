@@ -3,7 +3,7 @@
 //
 //   A  each ray's node is tested: children that are leaves go to one list, inner ones to the ray's stack
 //   B  each leaf of the list is tested: the pieces that survive go to a second list
-//   C  each survivor is tested exactly, sixteen at a time where the instruction set can pick their rays
+//   C  survivors are tested exactly, sixteen at a time, each against its own ray
 //   D  each ray takes its nearest node, or any where hits bring nothing nearer, or is done
 //
 // A ray alone spends most of its time waiting for memory and on mispredicted branches. Here none waits for the step of
@@ -23,6 +23,7 @@
 #include "cull.hpp"
 #include "fetch.hpp"
 #include "pairs.hpp"
+#include "picks.hpp"
 #include "sixteen.hpp"
 #include "survivors.hpp"
 #include "tally.hpp"
@@ -46,6 +47,7 @@ class Wave {
     rays_.copy(to, rays, first);
     job.begin(collector_, rays_, to, to + n);
     cull_rays(rays_, to, cull_ + to);
+    picks_.take(rays_, to);
     for (int i = to; i < to + n; ++i) {
       node_[i] = depth_[i] = 0;
       on_[n_on_++] = std::uint32_t(i);
@@ -73,7 +75,7 @@ class Wave {
   using Collector = typename Job::Collector;
   static constexpr bool kNearestFirst = Collector::kNearestFirst;
   static constexpr int kSixteens = kLanes / kWidth;
-  static constexpr int kTogether = std::max(kWidth, Float16::kLooksUp);  // rays whose survivors are tested together
+  static constexpr int kTogether = Picks::kOf;  // rays whose survivors are tested together
   static constexpr std::size_t kAtOnce = 128;
 
   /// Where the children of a node are entered.
@@ -164,23 +166,19 @@ class Wave {
     if (n == 0) return;
     survivors.pad();
     const std::uint32_t *const what = survivors.what.data(), *const ray = survivors.ray.data();
-    if constexpr (Float16::kLooksUp > 0)
-      for (std::size_t j = 0; j < n; j += kWidth) {
-        if (tested_.n == kAtOnce) tell_hits();
-        test_sixteen<Float16>(what + j, ray + j, std::min<std::size_t>(n - j, kWidth), first);
-      }
-    else
-      for (std::size_t j = 0; j < n; ++j) test_one(tree_, rays_, first + int(ray[j]), tree_.refs[what[j]], collector_);
+    for (std::size_t j = 0; j < n; j += kWidth) {
+      if (tested_.n == kAtOnce) tell_hits();
+      test_sixteen(what + j, ray + j, std::min<std::size_t>(n - j, kWidth), first);
+    }
   }
 
-  /// Test n survivors, sixteen at most; `tell_hits` tells what hits. F is Float16, as of ChosenRays.
-  template <class F>
+  /// Test n survivors, sixteen at most; `tell_hits` tells what hits.
   [[gnu::always_inline]] void test_sixteen(const std::uint32_t* what, const std::uint32_t* ray, std::size_t n,
                                            int first) {
-    F start[3], e[3];
+    Float16 start[3], e[3];
     take_sixteen(tree_, [&](int i) { return tree_.refs[what[i]].prim; }, start, e);
-    const ChosenRays<F, kTogether> rays(rays_, first, ray);
-    const Approach<F> approach = closest_approach(rays, see<F>(rays, start, e));
+    const auto rays = picks_.template pick<Float16, kTogether>(rays_, first, ray);
+    const Approach<Float16> approach = closest_approach(rays, see<Float16>(rays, start, e));
     const std::size_t at = tested_.n;
     if constexpr (Collector::kAsksWhere) {
       approach.s.store(tested_.s + at);
@@ -314,6 +312,7 @@ class Wave {
   RayLanes rays_;
   Collector collector_;
   CullRay cull_[kLanes];
+  Picks picks_;
   std::uint32_t node_[kLanes], depth_[kLanes];  // the node that comes next; entries of the stack
   std::uint32_t on_[kLanes];                    // the rays that are under way
   int n_on_ = 0;

@@ -11,38 +11,49 @@
 
 namespace fastlines {
 
-/// Sixteen rows of six numbers: the first of each, the second, and so on.
+/// Of sixteen rows the four numbers from `at` on: the first of each, the second, and so on.
 template <class F>
-[[gnu::always_inline]] inline void turn_rows(const float* const (&rows)[16], F (&columns)[6]) {
+[[gnu::always_inline]] inline void turn_rows(const float* const (&rows)[16], int at, F (&columns)[4]) {
   if constexpr (F::kRegisters == 4) {
     for (int i = 0; i < 4; ++i) {
       Float4 from[4], to[4];
-      for (int j = 0; j < 4; ++j) {
-        from[j] = four(rows[4 * i + j]);
-        to[j] = four(rows[4 * i + j] + 2);
-      }
-      Float4 first[4], last[4];
-      turn(from, first);
-      turn(to, last);
-      for (int k = 0; k < 4; ++k) columns[k].v[i] = first[k];
-      for (int k = 4; k < 6; ++k) columns[k].v[i] = last[k - 2];
+      for (int j = 0; j < 4; ++j) from[j] = four(rows[4 * i + j] + at);
+      turn(from, to);
+      for (int k = 0; k < 4; ++k) columns[k].v[i] = to[k];
     }
   } else {
-    Octet eights[2][6];
+    Octet eights[2][4];
     for (int half = 0; half < 2; ++half) {
-      Float4 from[8], to[8];
-      for (int j = 0; j < 8; ++j) {
-        from[j] = four(rows[8 * half + j]);
-        to[j] = four(rows[8 * half + j] + 2);
-      }
-      Octet first[4], last[4];
-      turn(from, first);
-      turn(to, last);
-      std::copy_n(first, 4, eights[half]);
-      std::copy_n(last + 2, 2, eights[half] + 4);
+      Float4 from[8];
+      for (int j = 0; j < 8; ++j) from[j] = four(rows[8 * half + j] + at);
+      turn(from, eights[half]);
     }
-    for (int k = 0; k < 6; ++k) columns[k] = F::of(eights[0][k], eights[1][k]);
+    for (int k = 0; k < 4; ++k) columns[k] = F::of(eights[0][k], eights[1][k]);
   }
+}
+
+/// Sixteen rows of six numbers: the first of each, the second, and so on.
+template <class F>
+[[gnu::always_inline]] inline void turn_rows(const float* const (&rows)[16], F (&columns)[6]) {
+  F first[4], last[4];
+  turn_rows(rows, 0, first);
+  turn_rows(rows, 2, last);
+  std::copy_n(first, 4, columns);
+  std::copy_n(last + 2, 2, columns + 4);
+}
+
+/// The other way: of n columns of sixteen numbers, the kth of which is `column(k)`, sixteen rows.
+template <int n, class Row, class Column>
+[[gnu::always_inline]] inline void turn_columns(const Column& column, Row* rows) {
+  static_assert(n % 4 == 0 && n * sizeof(float) <= sizeof(Row));
+  for (int i = 0; i < 16; i += 4)
+    for (int k = 0; k < n; k += 4) {
+      const Float4 from[4] = {four(column(k) + i), four(column(k + 1) + i), four(column(k + 2) + i),
+                              four(column(k + 3) + i)};
+      Float4 turned[4];
+      turn(from, turned);
+      for (int j = 0; j < 4; ++j) std::memcpy(reinterpret_cast<float*>(rows + i + j) + k, &turned[j], sizeof turned[j]);
+    }
 }
 
 /// Sixteen points, four of which stand side by side at a time: their x, y and z.
