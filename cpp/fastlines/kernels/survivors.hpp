@@ -44,7 +44,10 @@ class Survivors {
         const WideLeaf& leaf = leaves[what[j]];
         fetch_refs(tree, leaf);
         const std::uint32_t r = ray[j];
-        tails[r / together].pack(near_[j], leaf.first_ref, r % together);
+        if constexpr (kLists == 1)  // else the one tail that there is would not stay in registers
+          tails[0].pack(near_[j], leaf.first_ref, r);
+        else
+          tails[r / together].pack(near_[j], leaf.first_ref, r % together);
       }
       for (int i = 0; i < kLists; ++i) lists[i].end(tails[i]);
     }

@@ -4,13 +4,16 @@
 //   A  each ray's node is tested: children that are leaves go to one list, inner ones to the ray's stack
 //   B  each leaf of the list is tested: the pieces that survive go to a second list
 //   C  survivors are tested exactly, sixteen at a time, each against its own ray
-//   D  each ray takes its nearest node, or any where hits bring nothing nearer, or is done
+//   D  each ray takes its nearest node, or is done
+//
+// Where hits bring nothing nearer any node will do, and phase A has found it already.
 //
 // A ray alone spends most of its time waiting for memory and on mispredicted branches. Here none waits for the step of
 // another, what a phase will read is known before it starts, and lists are packed without branches.
 //
-// Rays come and go by sixteens, as they stand in lanes. A stack has an entry for each node of which inner children
-// wait: which they are, and where each is entered. Nothing has to be packed or put in order for it.
+// Rays come and go by sixteens, as they stand in lanes; which are under way is a set of bits. A stack has an entry for
+// each node of which inner children wait: which they are, and where each is entered. Nothing has to be packed or put in
+// order for it.
 #pragma once
 
 #include <cstring>
@@ -33,7 +36,7 @@ namespace fastlines {
 template <class Job>
 class Wave {
  public:
-  Wave(const WideView& tree, const Job& job) : tree_(tree), collector_(job.collector(tree)) { make_room(3); }
+  Wave(const WideView& tree, const Job& job) : tree_(tree), collector_(job.collector(tree)) { make_room(8); }
 
   /// Take in the rays of lanes [first, end) of one sixteen, which it begins. The job takes the answers of those done.
   void add(const RayLanes& rays, int first, int end, Job& job) {
@@ -49,9 +52,10 @@ class Wave {
     cull_rays(rays_, to, cull_ + to);
     picks_.take(rays_, to);
     for (int i = to; i < to + n; ++i) {
-      node_[i] = depth_[i] = 0;
-      on_[n_on_++] = std::uint32_t(i);
+      node_[i] = 0;
+      top_[i] = i;
     }
+    on_ |= ((std::uint64_t(1) << n) - 1) << to;
     n_left_[sixteen] = n_in_[sixteen] = n;
     cost_ += AloneCost::kRay * std::uint64_t(n);
     n_halves_ += std::uint64_t(n);
@@ -68,7 +72,7 @@ class Wave {
 
   /// Finish all that are in.
   void drain(Job& job) {
-    while (n_on_ > 0) step(job);
+    while (on_) step(job);
   }
 
  private:
@@ -77,6 +81,7 @@ class Wave {
   static constexpr int kSixteens = kLanes / kWidth;
   static constexpr int kTogether = Picks::kOf;  // rays whose survivors are tested together
   static constexpr std::size_t kAtOnce = 128;
+  static constexpr std::uint64_t kHalf = 0xffff'ffff;  // of the lanes
 
   /// Where the children of a node are entered.
   struct alignas(64) Enters {
@@ -92,15 +97,28 @@ class Wave {
     std::uint32_t what[kAtOnce], lane[kAtOnce], hits[kAtOnce + kWidth];
     std::size_t n = 0, n_hits = 0;
   };
-  /// All stacks. Loops have a copy, so that nothing written can alias it.
+  /// All stacks: the lowest entries of all lanes, which nothing waits in, then the next. Loops have a copy, so that
+  /// nothing written can alias it.
   struct Stacks {
     Enters* enters;
     Open* open;
-    std::uint32_t room;
-    /// Where an entry is, the lowest of which is number 1.
-    std::size_t place(std::uint32_t ray, std::uint32_t depth) const { return ray * room + depth; }
   };
-  Stacks stacks() { return {enters_.data(), open_.data(), room_}; }
+  Stacks stacks() { return {enters_.data(), open_.data()}; }
+  static constexpr std::int32_t kLevel = kLanes + 1;  // from an entry to the next; not all in one part of the cache
+  /// One entry or none, without a branch, which the compiler would make of a choice.
+  static std::int32_t level_if(bool is) { return -std::int32_t(is) & kLevel; }
+
+  /// The lanes for which this holds, which tells it of sixteen at a time.
+  template <class Test>
+  static std::uint64_t lanes_where(const Test& test) {
+    std::uint64_t lanes = 0;
+    for (int first = 0; first < kLanes; first += kWidth) lanes |= std::uint64_t(test(first).bits()) << first;
+    return lanes;
+  }
+  template <class Do>
+  [[gnu::always_inline]] static void for_each(std::uint64_t lanes, const Do& act) {
+    for (; lanes; lanes &= lanes - 1) act(std::uint32_t(std::countr_zero(lanes)));
+  }
 
   void step(Job& job) {
     if (++deepest_ + 1 >= room_) look_for_room();
@@ -111,23 +129,20 @@ class Wave {
     // Between testing segments and telling what hits, and where rays go to what is nearest also between asking for
     // segments and testing them, there is something else to do: a guess about hits would be known to be wrong only at
     // the end of a long test.
-    if constexpr (kNearestFirst) find_nearest(on_, 0, n_on_ / 2);
+    if constexpr (kNearestFirst) find_nearest(on_ & kHalf);
     for (int i = 0; i < survivors_.kLists; ++i) test_survivors(survivors_.lists[i], i * kTogether);
-    if constexpr (kNearestFirst)
-      find_nearest(on_, n_on_ / 2, n_on_);
-    else
-      take_any();
+    if constexpr (kNearestFirst) find_nearest(on_ & ~kHalf);
     tell_hits();
-    cost_ += AloneCost::kNode * std::uint64_t(n_on_) + AloneCost::kLeaf * leaves_.size();
-    tally(&Steps::nodes, std::uint64_t(n_on_));
+    const auto n_on = std::uint64_t(std::popcount(on_));
+    cost_ += AloneCost::kNode * n_on + AloneCost::kLeaf * leaves_.size();
+    tally(&Steps::nodes, n_on);
     tally(&Steps::leaves, leaves_.size());
-    const int n_before = n_on_;
+    const std::uint64_t before = on_;
     if constexpr (kNearestFirst)
       take_nearest();
     else
       keep_on();
-    for (int i = 0; i < n_on_; ++i) fetch(tree_.nodes + node_[on_[i]]);
-    for (int i = 0; i < n_before - n_on_; ++i) end(ended_[i], job);
+    for_each(before & ~on_, [&](std::uint32_t ray) { end(ray, job); });
   }
 
   /// Phase A.
@@ -135,19 +150,27 @@ class Wave {
     const WideNode* const nodes = tree_.nodes;
     const Stacks stacks = this->stacks();
     leaves_.clear();
-    Pairs::Tail leaves = leaves_.tail(std::size_t(n_on_) * kWidth);
-    for (int i = 0, n = n_on_; i < n; ++i) {
-      const std::uint32_t ray = on_[i];
+    Pairs::Tail leaves = leaves_.tail(std::size_t(std::popcount(on_)) * kWidth);
+    for_each(on_, [&](std::uint32_t ray) __attribute__((always_inline)) {
       const WideNode& node = nodes[node_[ray]];
       Float16 enter;
       const std::uint32_t lanes = cull_node(cull_[ray], node, collector_.limit[ray], enter);
       const std::uint32_t inner = lanes & ((1u << node.n_inner) - 1);
-      const std::size_t top = stacks.place(ray, depth_[ray] + 1);
-      if constexpr (kNearestFirst) enter.store(stacks.enters[top].of);
-      stacks.open[top] = {node.first_inner, inner};
-      depth_[ray] += inner != 0;
+      const std::int32_t above = top_[ray] + kLevel;
+      std::int32_t top = top_[ray] + level_if(inner != 0);
+      stacks.open[above] = {node.first_inner, inner};
+      if constexpr (kNearestFirst) {
+        enter.store(stacks.enters[above].of);
+      } else {
+        Open& open = stacks.open[top];
+        node_[ray] = open.first + std::uint32_t(std::countr_zero(open.waiting));
+        open.waiting &= open.waiting - 1;
+        top -= level_if(open.waiting == 0);
+        fetch(nodes + node_[ray]);
+      }
+      top_[ray] = top;
       leaves.pack(lanes ^ inner, node.first_leaf - node.n_inner, ray);
-    }
+    });
     leaves_.end(leaves);
   }
 
@@ -207,77 +230,50 @@ class Wave {
     tested_.n = tested_.n_hits = 0;
   }
 
-  /// Phase D where the nearest child of the node on top comes next. A node of which none is within the limit is taken
-  /// away, and the one below it is asked, for all such rays together: which they are is never guessed.
+  /// Phase D: the nearest child of the node on top comes next. A node of which none is within the limit is taken away,
+  /// and the one below it is asked, for all such rays together: which they are is never guessed.
   void take_nearest() {
-    const Stacks stacks = this->stacks();
-    const std::uint32_t* asked = on_;
-    int n = n_on_, n_on = 0, n_ended = 0;
-    while (n > 0) {
-      int n_without = 0;
-      for (int i = 0; i < n; ++i) {
-        const std::uint32_t ray = asked[i], within = enter_[i] <= collector_.limit[ray];
-        Open& open = stacks.open[stacks.place(ray, depth_[ray])];
-        node_[ray] = open.first + nearest_[i];
-        const std::uint32_t waiting = open.waiting &= ~(1u << nearest_[i]);
-        depth_[ray] -= (within ^ 1) | (waiting == 0);
-        on_[n_on] = ray;
-        n_on += int(within);
-        without_[n_without] = ray;
-        n_without += int(within ^ 1);
-      }
-      n = 0;
-      for (int i = 0; i < n_without; ++i) {
-        const std::uint32_t ray = without_[i], more = std::int32_t(depth_[ray]) > 0;
-        asked_[n] = ray;
-        n += int(more);
-        ended_[n_ended] = ray;
-        n_ended += int(more ^ 1);
-      }
-      asked = asked_;
-      find_nearest(asked, 0, n);
+    std::uint64_t asked = on_;
+    on_ = 0;
+    for (;;) {
+      std::uint64_t within = 0;
+      for_each(asked, [&](std::uint32_t ray) __attribute__((always_inline)) {
+        const bool is_within = enter_[ray] <= collector_.limit[ray];
+        top_[ray] -= level_if(!is_within) | emptied_[ray];
+        within |= std::uint64_t(is_within) << ray;
+      });
+      on_ |= within;
+      if (within == asked) break;
+      const std::uint64_t without = asked & ~within;
+      asked = 0;
+      for_each(without, [&](std::uint32_t ray) { asked |= std::uint64_t(top_[ray] >= kLevel) << ray; });
+      find_nearest(asked);
     }
-    n_on_ = n_on;
+    for_each(on_, [&](std::uint32_t ray) { fetch(tree_.nodes + node_[ray]); });
   }
 
-  /// Of the nodes on top of some of these rays' stacks, the child that is entered first.
-  void find_nearest(const std::uint32_t* asked, int begin, int end) {
+  /// Of the nodes on top of these rays' stacks, take the child that is entered first.
+  void find_nearest(std::uint64_t asked) {
     const Stacks stacks = this->stacks();
-    for (int i = begin; i < end; ++i) {
-      const std::size_t top = stacks.place(asked[i], depth_[asked[i]]);
-      const Float16 enter = choose(stacks.open[top].waiting, Float16::load(stacks.enters[top].of), kNever);
+    for_each(asked, [&](std::uint32_t ray) __attribute__((always_inline)) {
+      Open& open = stacks.open[top_[ray]];
+      const Float16 enter = choose(open.waiting, Float16::load(stacks.enters[top_[ray]].of), kNever);
       const float first = least(enter);
-      enter_[i] = first;
-      nearest_[i] = std::uint32_t(std::countr_zero((enter <= Float16(first)).bits()));
-    }
+      const auto lane = std::uint32_t(std::countr_zero((enter <= Float16(first)).bits()));
+      enter_[ray] = first;
+      node_[ray] = open.first + lane;
+      open.waiting &= ~(1u << lane);
+      emptied_[ray] = level_if(open.waiting == 0);
+    });
   }
 
-  /// Phase D where hits bring nothing nearer: any node comes next. `has_next_` tells which rays have one.
-  void take_any() {
-    const Stacks stacks = this->stacks();
-    for (int i = 0, n = n_on_; i < n; ++i) {
-      const std::uint32_t ray = on_[i], depth = depth_[ray];
-      Open& open = stacks.open[stacks.place(ray, depth)];
-      const std::uint32_t waiting = open.waiting, others = waiting & (waiting - 1);
-      node_[ray] = open.first + std::uint32_t(std::countr_zero(waiting));
-      open.waiting = others;
-      depth_[ray] = depth - (others == 0);
-      has_next_[i] = depth > 0;
-    }
-  }
-
-  /// Of these rays, those go on that want more.
+  /// Phase D where hits bring nothing nearer: those go on that have a node and want more. What stands below the lowest
+  /// entry is negative, and no number at all where it is read as a float.
   void keep_on() {
-    int n_on = 0, n_ended = 0;
-    for (int i = 0, n = n_on_; i < n; ++i) {
-      const std::uint32_t ray = on_[i];
-      const std::uint32_t goes_on = has_next_[i] & (collector_.limit[ray] != kOut);
-      on_[n_on] = ray;
-      n_on += int(goes_on);
-      ended_[n_ended] = ray;
-      n_ended += int(goes_on ^ 1);
-    }
-    n_on_ = n_on;
+    on_ &= lanes_where([&](int first) {
+      const Float16 top = Float16::load(reinterpret_cast<const float*>(top_ + first));
+      return (Float16(0.0f) <= top) & (Float16(kOut) < Float16::load(collector_.limit + first));
+    });
   }
 
   void end(std::uint32_t ray, Job& job) {
@@ -289,20 +285,14 @@ class Wave {
 
   void look_for_room() {
     deepest_ = 0;
-    for (int i = 0; i < n_on_; ++i) deepest_ = std::max(deepest_, depth_[on_[i]] + 1);
-    if (deepest_ + 1 >= room_) make_room(2 * room_ + 1);
+    for_each(on_, [&](std::uint32_t ray) { deepest_ = std::max(deepest_, top_[ray] / kLevel + 1); });
+    if (deepest_ + 1 >= room_) make_room(2 * room_);
   }
 
-  /// Let each stack have so many entries: an odd number, so that not all use the same part of the cache.
-  void make_room(std::uint32_t room) {
-    std::vector<Enters> enters(kLanes * std::size_t(room));
-    std::vector<Open> open(kLanes * std::size_t(room));
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      std::copy_n(enters_.data() + i * room_, room_, enters.data() + i * room);
-      std::copy_n(open_.data() + i * room_, room_, open.data() + i * room);
-    }
-    enters_ = std::move(enters);
-    open_ = std::move(open);
+  /// Let each stack have so many entries.
+  void make_room(std::int32_t room) {
+    enters_.resize(std::size_t(kLevel * room));
+    open_.resize(std::size_t(kLevel * room));
     room_ = room;
   }
 
@@ -313,21 +303,21 @@ class Wave {
   Collector collector_;
   CullRay cull_[kLanes];
   Picks picks_;
-  std::uint32_t node_[kLanes], depth_[kLanes];  // the node that comes next; entries of the stack
-  std::uint32_t on_[kLanes];                    // the rays that are under way
-  int n_on_ = 0;
+  std::uint64_t on_ = 0;                               // the rays that are under way
+  std::uint32_t node_[kLanes];                         // the node that comes next
+  alignas(64) std::int32_t top_[kLanes] = {};          // the uppermost entry of the stack
   int n_in_[kSixteens] = {}, n_left_[kSixteens] = {};  // the rays of each sixteen, and those of them under way
 
   // The stacks.
-  std::uint32_t room_ = 0, deepest_ = 0;  // entries each, and a bound on those in use
+  std::int32_t room_ = 0, deepest_ = 0;  // entries each, and a bound on those in use
   std::vector<Enters> enters_;
   std::vector<Open> open_;
 
   // What phases hand to each other.
   Pairs leaves_;
   Survivors<kTogether> survivors_;
-  std::uint32_t asked_[kLanes], nearest_[kLanes], without_[kLanes], has_next_[kLanes], ended_[kLanes];
-  float enter_[kLanes];
+  float enter_[kLanes];           // where the node that comes next is
+  std::int32_t emptied_[kLanes];  // whether it was the last of its entry: an entry, or none
   Tested tested_;
   // Since they were asked for.
   std::uint64_t cost_ = 0, n_halves_ = 0;

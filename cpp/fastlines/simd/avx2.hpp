@@ -109,8 +109,9 @@ inline void pack(std::uint32_t bits, Float16 x, float* to) {
 /// The numbers of these bits, plus `base`; writes sixteen.
 inline void pack_numbers(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
   const auto store = [](std::uint32_t* at, __m256i x) { _mm256_storeu_si256(reinterpret_cast<__m256i*>(at), x); };
-  store(to, _mm256_add_epi32(packing(bits & 0xff), _mm256_set1_epi32(int(base))));
-  store(to + std::popcount(bits & 0xff), _mm256_add_epi32(packing(bits >> 8), _mm256_set1_epi32(int(base + 8))));
+  const __m256i low = _mm256_set1_epi32(int(base)), high = _mm256_add_epi32(low, _mm256_set1_epi32(8));
+  store(to, _mm256_add_epi32(packing(bits & 0xff), low));
+  store(to + std::popcount(bits & 0xff), _mm256_add_epi32(packing(bits >> 8), high));
 }
 
 /// The lanes in which x and y, or z, or w are not negative.
