@@ -23,7 +23,7 @@ EMULATED = "neon, emulated"
 CROSS_COMPILER, EMULATOR = "aarch64-linux-gnu-g++", "qemu-aarch64"
 MISSING = [tool for tool in (CROSS_COMPILER, EMULATOR) if shutil.which(tool) is None]
 
-PROGRAMS = ("answers", "culling", "hit_order")
+PROGRAMS = ("answers", "culling", "hit_order", "deep_stacks")
 
 
 def output(name: str, simd: str, folder: Path) -> str:
@@ -71,6 +71,11 @@ def test_hits_are_put_in_order(simd: str, outputs: dict[tuple[str, str], Future[
     assert name == simd.removesuffix(", emulated")
     assert int(n_hits) > 1_000_000
     assert int(n_wrong) == 0
+
+
+@of_each_set
+def test_stacks_grow(simd: str, outputs: dict[tuple[str, str], Future[str]]) -> None:
+    assert outputs["deep_stacks", simd].result().split() == [simd.removesuffix(", emulated"), "400", "0"]
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux") or shutil.which("nm") is None, reason="no nm to ask")

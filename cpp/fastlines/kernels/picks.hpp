@@ -6,6 +6,8 @@
 // the pieces of all 64 rays fill sixteens together.
 #pragma once
 
+#include <algorithm>
+
 #include "lanes.hpp"
 
 namespace fastlines {
@@ -71,7 +73,8 @@ struct TurnedRays {
 /// What sixteen rays are picked from.
 class Picks {
  public:
-  static constexpr int kOf = Float16::kLooksUp > kWidth ? Float16::kLooksUp : kLanes;  // so many, at most
+  static constexpr bool kInRows = Float16::kLooksUp <= kWidth;
+  static constexpr int kOf = kInRows ? kLanes : Float16::kLooksUp;  // rays that can be picked from together
 
   /// Make ready for the sixteen rays in lanes from `first` on.
   void take(const RayLanes& rays, int first) {
@@ -94,7 +97,6 @@ class Picks {
   }
 
  private:
-  static constexpr bool kInRows = kOf == kLanes;
   RayRow rows_[kInRows ? kLanes : 1];
 };
 

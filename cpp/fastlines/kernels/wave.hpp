@@ -16,6 +16,9 @@
 // order for it.
 #pragma once
 
+#include <algorithm>
+#include <bit>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <utility>
@@ -121,7 +124,7 @@ class Wave {
   }
 
   void step(Job& job) {
-    if (++deepest_ + 1 >= room_) look_for_room();
+    if (++deepest_ >= room_) look_for_room();
     test_nodes();
     survivors_.clear();
     survivors_.add(tree_, leaves_, cull_);
@@ -166,7 +169,7 @@ class Wave {
         node_[ray] = open.first + std::uint32_t(std::countr_zero(open.waiting));
         open.waiting &= open.waiting - 1;
         top -= level_if(open.waiting == 0);
-        fetch(nodes + node_[ray]);
+        fetch(nodes + node_[ray]);  // any, where nothing waits: the ray ends
       }
       top_[ray] = top;
       leaves.pack(lanes ^ inner, node.first_leaf - node.n_inner, ray);
@@ -233,18 +236,15 @@ class Wave {
   /// Phase D: the nearest child of the node on top comes next. A node of which none is within the limit is taken away,
   /// and the one below it is asked, for all such rays together: which they are is never guessed.
   void take_nearest() {
-    std::uint64_t asked = on_;
-    on_ = 0;
-    for (;;) {
-      std::uint64_t within = 0;
+    std::uint64_t asked = std::exchange(on_, 0);
+    while (asked) {
+      std::uint64_t without = 0;
       for_each(asked, [&](std::uint32_t ray) __attribute__((always_inline)) {
         const bool is_within = enter_[ray] <= collector_.limit[ray];
         top_[ray] -= level_if(!is_within) | emptied_[ray];
-        within |= std::uint64_t(is_within) << ray;
+        without |= std::uint64_t(!is_within) << ray;
       });
-      on_ |= within;
-      if (within == asked) break;
-      const std::uint64_t without = asked & ~within;
+      on_ |= asked & ~without;
       asked = 0;
       for_each(without, [&](std::uint32_t ray) { asked |= std::uint64_t(top_[ray] >= kLevel) << ray; });
       find_nearest(asked);
@@ -268,7 +268,8 @@ class Wave {
   }
 
   /// Phase D where hits bring nothing nearer: those go on that have a node and want more. What stands below the lowest
-  /// entry is negative, and no number at all where it is read as a float.
+  /// entry is negative, and no number at all where it is read as a float. Lanes without a ray may hold anything.
+  /// Vectors may be read here, though all was written one by one: `top_` long ago, limits seldom.
   void keep_on() {
     on_ &= lanes_where([&](int first) {
       const Float16 top = Float16::load(reinterpret_cast<const float*>(top_ + first));
@@ -286,12 +287,12 @@ class Wave {
   void look_for_room() {
     deepest_ = 0;
     for_each(on_, [&](std::uint32_t ray) { deepest_ = std::max(deepest_, top_[ray] / kLevel + 1); });
-    if (deepest_ + 1 >= room_) make_room(2 * room_);
+    if (2 * deepest_ >= room_) make_room(2 * room_);  // so that it is long before we look again
   }
 
   /// Let each stack have so many entries.
   void make_room(std::int32_t room) {
-    enters_.resize(std::size_t(kLevel * room));
+    if constexpr (kNearestFirst) enters_.resize(std::size_t(kLevel * room));
     open_.resize(std::size_t(kLevel * room));
     room_ = room;
   }

@@ -1,0 +1,78 @@
+// A hundred wide nodes below each other, each of which leaves a child waiting, as no builder would make them: stacks
+// have to grow. The program prints the name of the instruction set, how many rays hit, and how many of the answers,
+// each asked of a wave and of single rays, are wrong: none.
+#include <cstdio>
+#include <memory>
+
+#include "fastlines/kernels/run.hpp"
+
+using namespace fastlines;
+
+namespace {
+
+constexpr int kDepth = 100, kRays = 300;
+constexpr float kFrom = -2.0f, kScale = 4.0f / 255.0f;  // blocks reach from −2 to 2
+
+WideNode node_of(int n_inner, int n_children, int first_inner) {
+  WideNode node{};
+  for (float& at : node.org) at = kFrom;
+  node.scale = kScale;
+  node.n_inner = std::uint8_t(n_inner);
+  node.n_children = std::uint8_t(n_children);
+  node.first_inner = std::uint32_t(first_inner);
+  for (int k = 3; k < 6; ++k) std::fill_n(node.planes + k * kWidth, n_children, std::uint8_t(255));
+  return node;
+}
+
+}  // namespace
+
+int main() {
+  // The first child leads on and the second nowhere, or the other way round; the deepest has the leaf.
+  std::vector<WideNode> nodes(2 * kDepth + 1, node_of(0, 0, 0));
+  std::size_t at = 0;
+  for (int depth = 0; depth < kDepth; ++depth) {
+    const int first = 1 + 2 * depth;
+    nodes[at] = node_of(2, 2, first);
+    at = std::size_t(first + depth % 2);
+  }
+  nodes[at] = node_of(0, 1, 0);
+
+  const Segment segment{{-1.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}};
+  Reference ref{0};
+  ref.s0 = 0.0f;
+  ref.s1 = 2.0f;
+  const std::vector<Reference> refs(kWidth, ref);
+  WideLeaf leaf{};
+  for (float& from : leaf.org) from = kFrom;
+  leaf.scale = kScale;
+  leaf.per_scale = 1.0f / kScale;
+  leaf.n_refs = 1;
+  std::fill(std::begin(leaf.ends), std::end(leaf.ends), std::uint8_t(128));
+  const Box box{{-2.0f, -2.0f, -2.0f}, {2.0f, 2.0f, 2.0f}};
+  const Frame frame{.centre = {0.0f, 0.0f, 0.0f}, .scale = 1.0f, .grain = 1e-5f};
+  const WideView tree{frame, box, 1.0f, nodes.data(), &leaf, refs.data(), &segment};
+
+  // Each third ray passes too far away, though not for the boxes.
+  std::vector<Vec3> origins, directions(kRays, Vec3{0.0f, 0.0f, 1.0f});
+  const auto hits = [](int ray) { return ray % 3 != 0; };
+  for (int i = 0; i < kRays; ++i) origins.push_back({float(i % 7) * 1e-4f, hits(i) ? 0.0f : 0.5f, -5.0f});
+  const float radius = 0.01f, t_min = 0.0f, t_max = 100.0f;
+  const RayBatch rays{origins, directions, {&radius, 1}, {&t_min, 1}, {&t_max, 1}};
+
+  int n_hits = 0, n_wrong = 0;
+  for (const Kernel kernel : {Kernel::wave, Kernel::single}) {
+    std::vector<float> t(kRays), u(kRays), distance(kRays);
+    std::vector<std::int64_t> prim(kRays);
+    const auto any = std::make_unique<bool[]>(kRays);
+    Progress progress;
+    const auto ask = [&](const auto& job) { run_job(tree, rays, kernel, job, 1, progress, [](auto&, std::size_t) {}); };
+    ask(FirstJob{{t.data(), u.data(), distance.data(), nullptr, prim.data()}});
+    ask(AnyJob{any.get()});
+    for (int i = 0; i < kRays; ++i) {
+      n_hits += prim[std::size_t(i)] == 0;
+      n_wrong += (prim[std::size_t(i)] == 0) != hits(i);
+      n_wrong += any[std::size_t(i)] != hits(i);
+    }
+  }
+  std::printf("%s %d %d\n", kSimd, n_hits, n_wrong);
+}
