@@ -34,21 +34,20 @@ namespace fastlines {
 
 /// What is found of a leaf ahead of the test. For many leaves that lets the processor work on more of them at a time:
 /// what waits for it are all instructions of the test.
-struct LeafPlace {
+struct alignas(16) LeafPlace {
+  float unused;
   std::int16_t u, v;
-  std::int32_t far2;  // the least whole number that is more than the square of how near counts
-  float near2;        // that square
+  float near2;  // the square of how near counts
+  float unused_too;
 };
 
 [[gnu::always_inline]] inline LeafPlace place_of(const WideLeaf& leaf, const Across& ray) {
   const Float4 at = beside(leaf, ray);
-  const Float4 near2 = min(at * at, four(0x1p31f - 128.0f));  // no square is larger
-  const __m128i whole = _mm_cvttps_epi32(__m128(__builtin_shufflevector(at, near2, 0, 1, 6, 6)));
+  const __m128 near2 = _mm_min_ps(__m128(at * at), _mm_set1_ps(0x1p31f - 128.0f));  // no square is larger
+  const __m128i whole = _mm_cvttps_epi32(__m128(at));
   LeafPlace place;
-  place.far2 = _mm_extract_epi32(whole, 2) + 1;
-  place.near2 = near2[2];
-  const int words = _mm_cvtsi128_si32(_mm_packs_epi32(whole, whole));
-  std::memcpy(&place, &words, sizeof words);
+  const __m128 all = _mm_shuffle_ps(_mm_castsi128_ps(_mm_packs_epi32(whole, whole)), near2, _MM_SHUFFLE(2, 2, 0, 0));
+  std::memcpy(&place, &all, sizeof place);
   return place;
 }
 
@@ -72,7 +71,7 @@ struct LeafPlace {
     }
   };
   const Axis u(ray.packed[0], place.u), v(ray.packed[1], place.v);
-  const Wholes far2 = Wholes::all(place.far2);
+  const Wholes near2 = Wholes::of(place.near2);
   Words near[kWidth / Words::kLanes];
   for (int i = 0; i < kWidth / Words::kLanes; ++i) {
     const std::uint8_t* const ends = leaf.ends + i * int(sizeof(Words));
@@ -85,7 +84,7 @@ struct LeafPlace {
       const Couples a = Couples::of<low>(au, av), c = Couples::of<low>(cu, cv), w = Couples::of<low>(wv, back_u);
       const Wholes aa = dot(a, a), cc = dot(c, c), ww = dot(w, w), cross = dot(a, w);
       // Where a piece is a point the foot does not count: there the ends decide.
-      return (min(aa, cc) < far2) | ((abs(aa - cc) < ww) & is_square_within(cross, ww, place.near2));
+      return (min(aa, cc) < near2) | ((abs(aa - cc) < ww) & is_square_within(cross, ww, place.near2));
     };
     near[i] = join(half.template operator()<true>(), half.template operator()<false>());
   }

@@ -39,7 +39,8 @@ struct Signs {
 struct Wholes {
   Register v;
 
-  static Wholes all(std::int32_t x) { return {FASTLINES_MM(set1_epi32)(x)}; }
+  /// A float without its fraction, in all.
+  static Wholes of(float x) { return {FASTLINES_MM(cvttps_epi32)(FASTLINES_MM(set1_ps)(x))}; }
   FloatRegister floats() const { return FASTLINES_MM(cvtepi32_ps)(v); }
   friend Wholes operator-(Wholes x, Wholes y) { return {FASTLINES_MM(sub_epi32)(x.v, y.v)}; }
   friend Signs operator<(Wholes x, Wholes y) { return {FASTLINES_MM(cmpgt_epi32)(y.v, x.v)}; }
