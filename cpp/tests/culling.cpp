@@ -1,13 +1,14 @@
 // Leaves and rays by the million: no piece within the radius of a ray's line may be culled, be it so in double
-// precision or by the exact test. Rays pass pieces at just the radius, from all sides, also along them, and pieces are
-// long, short, or points. The program prints the name of the instruction set, how many pieces were within the radius,
-// how many of all survived, and how many were lost: none.
+// precision or by the exact test; nor may its box as a child of a node, or of the root, or be entered after the hit.
+// Rays pass pieces at just the radius, from all sides, also along them, and pieces are long, short, or points. The
+// program prints the name of the instruction set, how many pieces were within the radius, how many of all survived in
+// leaves, and how many were lost in leaves, nodes and roots: none.
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
 #include <random>
 
-#include "fastlines/kernels/cull.hpp"
+#include "fastlines/kernels/root.hpp"
 #include "fastlines/query/exact.hpp"
 
 namespace {
@@ -25,10 +26,11 @@ Vec3 direction() {
   return d[0] == 0.0f && d[1] == 0.0f && d[2] == 0.0f ? Vec3{1.0f, 0.0f, 0.0f} : d;
 }
 
-/// Sixteen pieces in the frame, and their leaf, as layout/fit.hpp makes it.
+/// Sixteen pieces in the frame, their leaf, and a node with their boxes, as layout/fit.hpp makes them.
 struct Pieces {
   Vec3 a[kWidth], c[kWidth];
   WideLeaf leaf{};
+  WideNode node{};
 
   Pieces() {
     const double size = std::pow(10.0, uniform(-5.0, -0.5)), length = std::pow(10.0, uniform(-4.0, 0.0));
@@ -53,6 +55,17 @@ struct Pieces {
         leaf.ends[end_byte(0, k, i)] = std::uint8_t((a[i][k] - leaf.org[k]) * leaf.per_scale + 0.5f);
         leaf.ends[end_byte(1, k, i)] = std::uint8_t((c[i][k] - leaf.org[k]) * leaf.per_scale + 0.5f);
       }
+    node.scale = side * float(1.0004 / 254);
+    node.n_inner = node.n_children = kWidth;
+    for (int k = 0; k < 3; ++k) {
+      node.org[k] = leaf.org[k] - 2e-4f * side;
+      for (int i = 0; i < kWidth; ++i) {
+        const auto quanta = [&](float x) { return (x - node.org[k]) / node.scale; };
+        const float low = quanta(std::min(a[i][k], c[i][k])), high = quanta(std::max(a[i][k], c[i][k]));
+        node.planes[k * kWidth + i] = std::uint8_t(std::max(low - 0.02f, 0.0f));
+        node.planes[(k + 3) * kWidth + i] = std::uint8_t(std::min(std::ceil(high + 0.02f), 255.0f));
+      }
+    }
   }
 };
 
@@ -76,6 +89,32 @@ double distance(const Ray& ray, const Vec3& a, const Vec3& c) {
   double d2 = 0.0;
   for (int k = 0; k < 3; ++k) d2 += (p[k] + s * e[k]) * (p[k] + s * e[k]);
   return std::sqrt(d2);
+}
+
+/// What rays meet of a node, as bits, and where they enter its children.
+struct Met {
+  std::uint32_t children;
+  float enter[kWidth];
+};
+
+Met meet_node(const CullRay& ray, const WideNode& node, float limit) {
+  Met met;
+  Float16 enter;
+  met.children = cull_node(ray, node, limit, enter);
+  enter.store(met.enter);
+  return met;
+}
+
+/// The same of sixteen rays in lanes from `first` on, and of the root.
+void meet_root(const RayLanes& rays, int first, const WideNode& node, Met* to) {
+  WideView tree{};
+  tree.nodes = &node;
+  Root::Met met;
+  Root(tree).meet<true>(cull_sixteen(rays, first), Float16::load(rays.t_max + first), met);
+  for (int i = 0; i < kWidth; ++i) {
+    to[i].children = std::uint32_t(met.children[i]);
+    for (int child = 0; child < kWidth; ++child) to[i].enter[child] = met.enter[child][i];
+  }
 }
 
 }  // namespace
@@ -111,7 +150,11 @@ int main() {
     RayLanes rays;
     rays.fill({origins, directions, radii, {&t_min, 1}, {&t_max, 1}}, frame, kLanes, ids);
     CullRay culled[kLanes];
-    for (int i = 0; i < kLanes; i += kWidth) cull_rays(rays, i, culled + i);
+    Met at_root[kLanes];
+    for (int i = 0; i < kLanes; i += kWidth) {
+      cull_rays(rays, i, culled + i);
+      meet_root(rays, i, pieces.node, at_root + i);
+    }
     for (int i = 0; i < kLanes; ++i) {
       // As one of sixteen, and alone.
       const Ray ray = rays.ray(i);
@@ -121,12 +164,17 @@ int main() {
       };
       const std::uint32_t kept[2] = {keep(culled[i]), keep(alone)};
       n_kept += std::uint64_t(std::popcount(kept[0]));
+      const Met met_here = meet_node(culled[i], pieces.node, ray.t_max);
       for (int j = 0; j < kWidth; ++j) {
         const Vec3 e = pieces.c[j] - pieces.a[j];
-        const bool hit = closest_approach(ray, see<float>(ray, pieces.a[j], e)).hit;
-        if (!hit && !(distance(ray, pieces.a[j], pieces.c[j]) <= double(ray.radius))) continue;
+        const Approach<float> approach = closest_approach(ray, see<float>(ray, pieces.a[j], e));
+        if (!approach.hit && !(distance(ray, pieces.a[j], pieces.c[j]) <= double(ray.radius))) continue;
         ++n_near;
         n_lost += (~kept[0] | ~kept[1]) >> j & 1;
+        for (const Met& met : {met_here, at_root[i]}) {
+          n_lost += ~met.children >> j & 1;
+          n_lost += approach.hit && !(met.enter[j] <= approach.t + ray.margin);
+        }
       }
     }
   }

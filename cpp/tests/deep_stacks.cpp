@@ -1,6 +1,7 @@
-// A hundred wide nodes below each other, each of which leaves a child waiting, as no builder would make them: stacks
-// have to grow. The program prints the name of the instruction set, how many rays hit, and how many of the answers,
-// each asked of a wave and of single rays, are wrong: none.
+// A hundred wide nodes below each other, as no builder would make them: stacks have to grow, by a level each step where
+// each node leaves a child waiting, and more slowly where that child is looked at first. The program prints the name of
+// the instruction set, how many rays hit, and how many of the answers, each asked of a wave and of single rays, are
+// wrong: none.
 #include <cstdio>
 #include <memory>
 
@@ -24,19 +25,23 @@ WideNode node_of(int n_inner, int n_children, int first_inner) {
   return node;
 }
 
-}  // namespace
-
-int main() {
-  // The first child leads on and the second nowhere, or the other way round; the deepest has the leaf.
+/// Of two children one leads on and the other nowhere: always the first leads on, or each in turn. The deepest has the
+/// leaf.
+std::vector<WideNode> nodes_of(bool in_turn) {
   std::vector<WideNode> nodes(2 * kDepth + 1, node_of(0, 0, 0));
   std::size_t at = 0;
   for (int depth = 0; depth < kDepth; ++depth) {
     const int first = 1 + 2 * depth;
     nodes[at] = node_of(2, 2, first);
-    at = std::size_t(first + depth % 2);
+    at = std::size_t(first + (in_turn ? depth % 2 : 0));
   }
   nodes[at] = node_of(0, 1, 0);
+  return nodes;
+}
 
+}  // namespace
+
+int main() {
   const Segment segment{{-1.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}};
   Reference ref{0};
   ref.s0 = 0.0f;
@@ -50,8 +55,6 @@ int main() {
   std::fill(std::begin(leaf.ends), std::end(leaf.ends), std::uint8_t(128));
   const Box box{{-2.0f, -2.0f, -2.0f}, {2.0f, 2.0f, 2.0f}};
   const Frame frame{.centre = {0.0f, 0.0f, 0.0f}, .scale = 1.0f, .grain = 1e-5f};
-  const WideView tree{frame, box, 1.0f, nodes.data(), &leaf, refs.data(), &segment};
-
   // Each third ray passes too far away, though not for the boxes.
   std::vector<Vec3> origins, directions(kRays, Vec3{0.0f, 0.0f, 1.0f});
   const auto hits = [](int ray) { return ray % 3 != 0; };
@@ -60,7 +63,10 @@ int main() {
   const RayBatch rays{origins, directions, {&radius, 1}, {&t_min, 1}, {&t_max, 1}};
 
   int n_hits = 0, n_wrong = 0;
-  for (const Kernel kernel : {Kernel::wave, Kernel::single}) {
+  for (const auto [kernel, in_turn] :
+       {std::pair{Kernel::wave, false}, {Kernel::wave, true}, {Kernel::single, false}, {Kernel::single, true}}) {
+    const std::vector<WideNode> nodes = nodes_of(in_turn);
+    const WideView tree{frame, box, 1.0f, nodes.data(), &leaf, refs.data(), &segment};
     std::vector<float> t(kRays), u(kRays), distance(kRays);
     std::vector<std::int64_t> prim(kRays);
     const auto any = std::make_unique<bool[]>(kRays);

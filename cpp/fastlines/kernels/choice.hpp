@@ -21,7 +21,7 @@ struct TogetherCost {
   static constexpr std::uint64_t kRay = 60, kNode = 80, kLeaf = 65, kSegment = 45, kLine = 12, kPack = 90;
 };
 struct AloneCost {
-  static constexpr std::uint64_t kRay = 190, kNode = 65, kLeaf = 45, kTest = 50, kPack = 225;
+  static constexpr std::uint64_t kRay = 190, kRoot = 35, kNode = 65, kLeaf = 45, kTest = 50, kPack = 225;
 };
 
 /// Some rays, and what they have cost.

@@ -15,7 +15,7 @@ namespace fastlines {
 /// Float16. Numbers stand in fours: so those of sixteen rays are turned into sixteen of these.
 template <class N>
 struct alignas(64) CullOf {
-  N inverse[4], near[4], far[4];  // box planes: q·(scale·inverse) + (org·inverse − near); the fourth are nothing
+  N inverse[4], near[4], far[4];  // box planes: q·(scale·inverse) + (org·inverse + near); the fourth are nothing
   N near_rows, far_rows;          // where a node's bytes of the planes begin, a byte each of x, y and z
   N t_min, unused;
   AcrossOf<N> across;  // what leaves see of it
@@ -28,8 +28,8 @@ struct alignas(64) CullOf {
       const auto back = r[k] < N(0.0f);
       inverse[k] = select(back, N(-1.0f), N(1.0f)) / max(abs(r[k]), N(1e-18f));
       const N grow = select(back, N(0.0f) - reach, reach);
-      near[k] = (o[k] + grow) * inverse[k];
-      far[k] = (o[k] - grow) * inverse[k];
+      near[k] = (N(0.0f) - (o[k] + grow)) * inverse[k];
+      far[k] = (grow - o[k]) * inverse[k];
       const N low = float(k * kWidth << 8 * k), high = float((k + 3) * kWidth << 8 * k);
       near_rows = near_rows + select(back, high, low);
       far_rows = far_rows + select(back, low, high);
@@ -56,7 +56,7 @@ inline CullRay cull_ray(const Vec3& o, const Vec3& r, const Vec3& u, const Vec3&
 }
 
 /// Of sixteen rays at once, in lanes from `first` on.
-inline void cull_rays(const RayLanes& rays, int first, CullRay* to) {
+[[gnu::always_inline]] inline CullOf<Float16> cull_sixteen(const RayLanes& rays, int first) {
   const auto at = [first](const float* x) { return Float16::load(x + first); };
   const auto point = [&](const float (&x)[3][kLanes], Float16(&p)[3]) {
     for (int k = 0; k < 3; ++k) p[k] = at(x[k]);
@@ -66,12 +66,18 @@ inline void cull_rays(const RayLanes& rays, int first, CullRay* to) {
   point(rays.r, r);
   point(rays.u, u);
   point(rays.v, v);
-  const CullOf<Float16> sixteen(o, r, u, v, at(rays.reach), at(rays.t_min));
+  return {o, r, u, v, at(rays.reach), at(rays.t_min)};
+}
+
+/// Of each of them.
+[[gnu::always_inline]] inline void turn(const CullOf<Float16>& sixteen, CullRay* to) {
   constexpr int n = sizeof(sixteen) / sizeof(Float16);
   alignas(64) float columns[n][kWidth];
   std::memcpy(columns, &sixteen, sizeof columns);
   turn_columns<n>([&](int k) { return columns[k]; }, to);
 }
+
+inline void cull_rays(const RayLanes& rays, int first, CullRay* to) { turn(cull_sixteen(rays, first), to); }
 
 /// A node's origin, and a lane that means nothing.
 inline Float4 origin_of(const WideNode& node) {
@@ -84,8 +90,8 @@ inline Float4 origin_of(const WideNode& node) {
 [[gnu::always_inline]] inline std::uint32_t cull_node(const CullRay& ray, const WideNode& node, float limit,
                                                       Float16& enter) {
   using F = Float16;
-  const Float4 inverse = four(ray.inverse), step = inverse * four(node.scale), base = inverse * origin_of(node);
-  const Float4 to_near = base - four(ray.near), to_far = base - four(ray.far);
+  const Float4 inverse = four(ray.inverse), origin = origin_of(node), step = inverse * four(node.scale);
+  const Float4 to_near = fma(inverse, origin, four(ray.near)), to_far = fma(inverse, origin, four(ray.far));
   F near = ray.t_min, far = limit;
   const auto cut = [&](auto k) __attribute__((always_inline)) {
     const F a_step = F::spread<k>(step);

@@ -35,10 +35,8 @@ namespace fastlines {
 /// What is found of a leaf ahead of the test. For many leaves that lets the processor work on more of them at a time:
 /// what waits for it are all instructions of the test.
 struct alignas(16) LeafPlace {
-  float unused;
   std::int16_t u, v;
-  float near2;  // the square of how near counts
-  float unused_too;
+  float unused[2], near2;  // the square of how near counts
 };
 
 [[gnu::always_inline]] inline LeafPlace place_of(const WideLeaf& leaf, const Across& ray) {
@@ -83,7 +81,8 @@ struct alignas(16) LeafPlace {
     const auto half = [&]<bool low>() __attribute__((always_inline)) {
       const Couples a = Couples::of<low>(au, av), c = Couples::of<low>(cu, cv), w = Couples::of<low>(wv, back_u);
       const Wholes aa = dot(a, a), cc = dot(c, c), ww = dot(w, w), cross = dot(a, w);
-      // Where a piece is a point the foot does not count: there the ends decide.
+      // Where a piece is a point the foot does not count: there the ends decide. Less than the whole part of a square
+      // is at most 2 less than the square; what 0.89 has to spare is more than 200.
       return (min(aa, cc) < near2) | ((abs(aa - cc) < ww) & is_square_within(cross, ww, place.near2));
     };
     near[i] = join(half.template operator()<true>(), half.template operator()<false>());

@@ -6,7 +6,8 @@
 //   C  survivors are tested exactly, sixteen at a time, each against its own ray
 //   D  each ray takes its nearest node, or is done
 //
-// Where hits bring nothing nearer any node will do, and phase A has found it already.
+// Where hits bring nothing nearer any node will do, and phase A has found it already. The first step, that to the root,
+// is taken by sixteen rays together when they come (root.hpp).
 //
 // A ray alone spends most of its time waiting for memory and on mispredicted branches. Here none waits for the step of
 // another, what a phase will read is known before it starts, and lists are packed without branches.
@@ -21,6 +22,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -30,6 +32,7 @@
 #include "fetch.hpp"
 #include "pairs.hpp"
 #include "picks.hpp"
+#include "root.hpp"
 #include "sixteen.hpp"
 #include "survivors.hpp"
 #include "tally.hpp"
@@ -39,7 +42,9 @@ namespace fastlines {
 template <class Job>
 class Wave {
  public:
-  Wave(const WideView& tree, const Job& job) : tree_(tree), collector_(job.collector(tree)) { make_room(8); }
+  Wave(const WideView& tree, const Job& job) : tree_(tree), root_(tree), collector_(job.collector(tree)) {
+    make_room(8);
+  }
 
   /// Take in the rays of lanes [first, end) of one sixteen, which it begins. The job takes the answers of those done.
   void add(const RayLanes& rays, int first, int end, Job& job) {
@@ -52,16 +57,19 @@ class Wave {
     const int to = sixteen * kWidth, n = end - first;
     rays_.copy(to, rays, first);
     job.begin(collector_, rays_, to, to + n);
-    cull_rays(rays_, to, cull_ + to);
     picks_.take(rays_, to);
-    for (int i = to; i < to + n; ++i) {
-      node_[i] = 0;
-      top_[i] = i;
-    }
-    on_ |= ((std::uint64_t(1) << n) - 1) << to;
     n_left_[sixteen] = n_in_[sixteen] = n;
     cost_ += AloneCost::kRay * std::uint64_t(n);
     n_halves_ += std::uint64_t(n);
+    const CullOf<Float16> cull = cull_sixteen(rays_, to);
+    turn(cull, cull_ + to);
+    if (root_.has_inner_only()) {
+      pass_root(cull, to, n, job);
+    } else {
+      std::fill_n(node_ + to, n, 0u);
+      std::iota(top_ + to, top_ + to + n, to);
+      on_ |= lanes_of(to, n);
+    }
   }
 
   /// What has been done since the last call, or nothing as long as no ray has ended. A ray counts half when it comes
@@ -121,6 +129,36 @@ class Wave {
   template <class Do>
   [[gnu::always_inline]] static void for_each(std::uint64_t lanes, const Do& act) {
     for (; lanes; lanes &= lanes - 1) act(std::uint32_t(std::countr_zero(lanes)));
+  }
+
+  static std::uint64_t lanes_of(int first, int n) { return ((std::uint64_t(1) << n) - 1) << first; }
+
+  /// What the n rays in lanes from `first` on, which are a sixteen, would do in a step of their own.
+  void pass_root(const CullOf<Float16>& cull, int first, int n, Job& job) {
+    cost_ += AloneCost::kRoot * std::uint64_t(n);
+    tally(&Steps::nodes, std::uint64_t(n));
+    Root::Met met;
+    root_.template meet<kNearestFirst>(cull, Float16::load(collector_.limit + first), met);
+    const Stacks stacks = this->stacks();
+    const std::int32_t above = first + kLevel;
+    if constexpr (kNearestFirst)
+      turn_columns<kWidth>([&](int child) { return met.enter[child]; }, stacks.enters + above);
+    const std::uint32_t first_child = root_.first_child();
+    std::uint64_t on = 0;
+    for (int i = 0; i < kWidth; ++i) {
+      const auto children = std::uint32_t(std::int32_t(met.children[i]));
+      const auto next = kNearestFirst ? std::uint32_t(std::int32_t(met.nearest[i]))
+                                      : std::uint32_t(std::countr_zero(children | 1u << kWidth));
+      const std::uint32_t waiting = children & ~(1u << next);
+      node_[first + i] = first_child + next;
+      stacks.open[above + i] = {first_child, waiting};
+      top_[first + i] = first + i + level_if(waiting != 0);
+      on |= std::uint64_t(children != 0) << (first + i);
+    }
+    on &= lanes_of(first, n);
+    on_ |= on;
+    for_each(on, [&](std::uint32_t ray) { fetch(tree_.nodes + node_[ray]); });
+    for_each(lanes_of(first, n) & ~on, [&](std::uint32_t ray) { end(ray, job); });
   }
 
   void step(Job& job) {
@@ -285,7 +323,7 @@ class Wave {
   }
 
   void look_for_room() {
-    deepest_ = 0;
+    deepest_ = kFirst;
     for_each(on_, [&](std::uint32_t ray) { deepest_ = std::max(deepest_, top_[ray] / kLevel + 1); });
     if (2 * deepest_ >= room_) make_room(2 * room_);  // so that it is long before we look again
   }
@@ -300,6 +338,7 @@ class Wave {
   static constexpr float kNever = std::numeric_limits<float>::infinity();
 
   const WideView& tree_;
+  Root root_;
   RayLanes rays_;
   Collector collector_;
   CullRay cull_[kLanes];
@@ -310,7 +349,8 @@ class Wave {
   int n_in_[kSixteens] = {}, n_left_[kSixteens] = {};  // the rays of each sixteen, and those of them under way
 
   // The stacks.
-  std::int32_t room_ = 0, deepest_ = 0;  // entries each, and a bound on those in use
+  static constexpr std::int32_t kFirst = 1;   // the root's entry, which rays may come in with
+  std::int32_t room_ = 0, deepest_ = kFirst;  // entries each, and a bound on those in use
   std::vector<Enters> enters_;
   std::vector<Open> open_;
 

@@ -42,7 +42,8 @@ struct Float16 {
   /// Lane k of four, in all lanes.
   template <int k>
   static Float16 spread(const Float4& x) {
-    const __m256 all = _mm256_broadcastss_ps(_mm_permute_ps(__m128(x), k));
+    const __m256 twice = _mm256_insertf128_ps(_mm256_castps128_ps256(__m128(x)), __m128(x), 1);  // once for all k
+    const __m256 all = _mm256_permute_ps(twice, k * 0x55);
     return {all, all};
   }
   void store(float* p) const {

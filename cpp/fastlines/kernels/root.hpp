@@ -1,0 +1,80 @@
+// The root's children beside sixteen rays at once. Every ray that goes alone begins there, so that nothing has to be
+// picked or packed for each: to come past the root takes half of what a step takes.
+#pragma once
+
+#include <limits>
+
+#include "cull.hpp"
+
+namespace fastlines {
+
+class Root {
+ public:
+  explicit Root(const WideView& tree) {
+    const WideNode& root = tree.nodes[0];
+    if (root.n_inner < root.n_children) return;
+    first_child_ = root.first_inner;
+    n_children_ = root.n_inner;
+    for (int k = 0; k < 3; ++k)
+      for (int child = 0; child < n_children_; ++child) {
+        const auto plane = [&](int row) { return root.org[k] + float(root.planes[row * kWidth + child]) * root.scale; };
+        low_[k][child] = plane(k);
+        high_[k][child] = plane(k + 3);
+      }
+  }
+
+  /// Whether rays may begin at its children: at least one, none of which is a leaf.
+  bool has_inner_only() const { return n_children_ > 0; }
+
+  std::uint32_t first_child() const { return first_child_; }
+
+  /// What sixteen rays meet.
+  struct Met {
+    alignas(64) float enter[kWidth][kWidth];  // of each child, where each ray enters it, or infinity where it does not
+    alignas(64) float children[kWidth];       // of each ray, the children that it meets: their bits, as a number
+    alignas(64) float nearest[kWidth];        // and the one that it enters first
+  };
+
+  /// The children that rays may meet before their limits; without `nearest_first` not where, nor which comes first.
+  template <bool nearest_first>
+  [[gnu::always_inline]] void meet(const CullOf<Float16>& rays, Float16 limit, Met& met) const {
+    using F = Float16;
+    const F zero = 0.0f, never = std::numeric_limits<float>::infinity();
+    F to_low[3], to_high[3];
+    for (int k = 0; k < 3; ++k) {
+      const auto back = rays.inverse[k] < zero;
+      to_low[k] = select(back, rays.far[k], rays.near[k]);
+      to_high[k] = select(back, rays.near[k], rays.far[k]);
+    }
+    F first = never, nearest = zero, children = zero;
+    for (int child = 0; child < n_children_; ++child) {
+      F near = rays.t_min, far = limit;
+      for (int k = 0; k < 3; ++k) {
+        const F low = fma(F(low_[k][child]), rays.inverse[k], to_low[k]);
+        const F high = fma(F(high_[k][child]), rays.inverse[k], to_high[k]);
+        near = max(near, min(low, high));
+        far = min(far, max(low, high));
+      }
+      const auto is_met = near <= far;
+      children = children + select(is_met, F(float(1 << child)), zero);
+      if constexpr (nearest_first) {
+        const F enter = select(is_met, near, never);
+        enter.store(met.enter[child]);
+        nearest = select(enter < first, F(float(child)), nearest);
+        first = min(enter, first);
+      }
+    }
+    children.store(met.children);
+    if constexpr (nearest_first) {
+      nearest.store(met.nearest);
+      for (int child = n_children_; child < kWidth; ++child) never.store(met.enter[child]);
+    }
+  }
+
+ private:
+  std::uint32_t first_child_ = 0;
+  int n_children_ = 0;
+  float low_[3][kWidth], high_[3][kWidth];  // the planes of their boxes
+};
+
+}  // namespace fastlines
