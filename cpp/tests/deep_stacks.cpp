@@ -55,6 +55,7 @@ int main() {
   std::fill(std::begin(leaf.ends), std::end(leaf.ends), std::uint8_t(128));
   const Box box{{-2.0f, -2.0f, -2.0f}, {2.0f, 2.0f, 2.0f}};
   const Frame frame{.centre = {0.0f, 0.0f, 0.0f}, .scale = 1.0f, .grain = 1e-5f};
+
   // Each third ray passes too far away, though not for the boxes.
   std::vector<Vec3> origins, directions(kRays, Vec3{0.0f, 0.0f, 1.0f});
   const auto hits = [](int ray) { return ray % 3 != 0; };
