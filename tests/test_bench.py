@@ -104,6 +104,21 @@ def test_ours_alone(own_cache):
     assert result["cells"][0]["radius"] == pytest.approx(0.001 * (high - low).max())
 
 
+def test_with_more_effort_our_tree_is_another(own_cache):
+    n_bytes = []
+    for effort in (0, 1):
+        done(
+            *("bench", "engine", "--scene", "spaghetti:300", *TINY, "--rays", "random"),
+            *("--peer", "none", "--effort", effort, "--json", "b.json"),
+        )
+        result = json.loads(Path("b.json").read_text())
+        assert result["plan"]["effort"] == effort
+        n_bytes.append(result["built"][0]["bytes"])
+        tree = fl.build(fl.scenes.make("spaghetti", 300).lines, effort=effort)
+        assert n_bytes[-1] == tree.layout.n_bytes
+    assert n_bytes[0] < n_bytes[1]
+
+
 def test_threads_are_given_back():
     before = fl.get_num_threads()
     done("bench", "engine", "--scene", "spaghetti:40", *TINY, "--peer", "none", "--threads", 2, "--rays", "tiled")
@@ -127,6 +142,8 @@ def test_missing_embree_is_named(monkeypatch):
         (["--radius", "0"], "above 0"),
         (["--scene", "spagetti"], "did you mean 'spaghetti'"),
         (["--method", "bvh"], "unknown method"),
+        (["--scene", "spaghetti:40", "--method", "bvh-d2", "--effort", "1"], "a knob of method='best'"),
+        (["--scene", "spaghetti:40", "--effort", "2"], "from 0 (fastest) to 1 (best tree)"),
         (["--json", "b.txt"], "expected .json"),
         (["--plot", "nowhere/b.png"], "there is no folder"),
         (["--file", "none.tfx"], "none.tfx"),

@@ -62,6 +62,8 @@ class Plan:
         Of both sides, in building and in asking.
     method : str
         Which tree of ours.
+    effort : float, optional
+        Of "best", as in `fastlines.build`: from 0, the fastest build, to 1, the best tree.
     peer : bool
         Measure Embree too.
     rounds : int
@@ -88,6 +90,7 @@ class Plan:
     n_rays: int = 1 << 20
     n_threads: int = 1
     method: str = ""
+    effort: float | None = None
     peer: bool = True
     rounds: int = 3
     seconds: float = 0.4
@@ -139,7 +142,7 @@ class _Runner:
         self.case, self.plan, self.say = case, plan, say
         self.now = clock(plan.n_threads)
         start = self.now()
-        self.tree: Tree = build(case.lines, plan.method)
+        self.tree: Tree = build(case.lines, plan.method, effort=plan.effort)
         seconds = self.now() - start
         start = self.now()
         n_bytes = self.tree.layout.n_bytes

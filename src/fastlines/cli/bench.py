@@ -77,6 +77,14 @@ def engine(
             show_default=False,
         ),
     ] = None,
+    effort: Annotated[
+        float | None,
+        typer.Option(
+            "--effort",
+            help="Of best: from 0, the fastest build, to 1, the best tree. 0.5 unless given, 0 if the input is large.",
+            show_default=False,
+        ),
+    ] = None,
     peer: Annotated[str, typer.Option("--peer", help="embree or none.")] = "embree",
     seconds: Annotated[
         float | None,
@@ -150,7 +158,7 @@ def engine(
     if method is not None:
         method_settings(method)
     beside = check_peer(peer, threads)
-    given = {"n_rays": n_rays, "seconds": seconds, "rounds": rounds, "method": method}
+    given = {"n_rays": n_rays, "seconds": seconds, "rounds": rounds, "method": method, "effort": effort}
     plan = replace(
         QUICK if quick else Plan(),
         kinds=kinds,
