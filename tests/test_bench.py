@@ -104,7 +104,7 @@ def test_ours_alone(own_cache):
     assert result["cells"][0]["radius"] == pytest.approx(0.001 * (high - low).max())
 
 
-def test_with_more_effort_our_tree_is_another(own_cache):
+def test_with_more_effort_our_tree_is_another():
     n_bytes = []
     for effort in (0, 1):
         done(

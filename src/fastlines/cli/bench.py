@@ -11,7 +11,7 @@ import typer
 
 from ..errors import InputError
 from .app import Group, app
-from .options import Files, Scenes
+from .options import Effort, Files, Scenes
 
 if TYPE_CHECKING:
     from ..bench import Case
@@ -77,14 +77,7 @@ def engine(
             show_default=False,
         ),
     ] = None,
-    effort: Annotated[
-        float | None,
-        typer.Option(
-            "--effort",
-            help="Of best: from 0, the fastest build, to 1, the best tree. 0.5 unless given, 0 if the input is large.",
-            show_default=False,
-        ),
-    ] = None,
+    effort: Effort = None,
     peer: Annotated[str, typer.Option("--peer", help="embree or none.")] = "embree",
     seconds: Annotated[
         float | None,

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from .app import app
-from .options import Input, Json, Method, Skip, n_bytes
+from .options import Effort, Input, Json, Method, Skip, n_bytes
 
 
 @app.command(short_help="Build a tree and keep it in a file.")
@@ -20,14 +20,7 @@ def build(
         str | None,
         typer.Option("--output", "-o", metavar="FILE.flt", help="Where to write the tree; without it, only figures."),
     ] = None,
-    effort: Annotated[
-        float | None,
-        typer.Option(
-            "--effort",
-            help="Of best: from 0, the fastest build, to 1, the best tree. 0.5 unless given, 0 if the input is large.",
-            show_default=False,
-        ),
-    ] = None,
+    effort: Effort = None,
     c_trav: Annotated[
         float | None, typer.Option("--c-trav", help="Cost of a step to a node.", show_default=False)
     ] = None,

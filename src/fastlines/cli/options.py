@@ -28,6 +28,14 @@ Method = Annotated[
     str,
     typer.Option("--method", "-m", help="Which tree: best, bvh-cl, bvh-ss, bvh-d2, kd-cl or kd-d2.", metavar="NAME"),
 ]
+Effort = Annotated[
+    float | None,
+    typer.Option(
+        "--effort",
+        help="Of best: from 0, the fastest build, to 1, the best tree. 0.5 unless given, 0 if the input is large.",
+        show_default=False,
+    ),
+]
 Radius = Annotated[
     float,
     typer.Option(
