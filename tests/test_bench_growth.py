@@ -134,10 +134,10 @@ def test_few_pixels_are_spread_over_the_picture():
     few = picture.part(16 * 1024)
     assert len(few) == 16 * 1024
     rows = {ray.tobytes(): i for i, ray in enumerate(picture.directions)}
-    pixels = np.array([rows[ray.tobytes()] for ray in few.directions]).reshape(-1, 8, 128)
+    pixels = np.array([rows[ray.tobytes()] for ray in few.directions]).reshape(-1, 8, 32)
     top, left = np.divmod(pixels[:, 0, 0], 512)
-    assert (pixels == pixels[:, :1, :1] + 512 * np.arange(8)[:, None] + np.arange(128)).all()
-    assert sorted(zip(top // 128, left // 128, strict=True)) == [(i, j) for i in range(4) for j in range(4)]
+    assert (pixels == pixels[:, :1, :1] + 512 * np.arange(8)[:, None] + np.arange(32)).all()
+    assert sorted(zip(top // 64, left // 64, strict=True)) == [(i, j) for i in range(8) for j in range(8)]
     assert len(few.part(2048)) == 2048
 
 
@@ -151,6 +151,6 @@ def test_all_of_a_picture_is_sampled(size):
         assert len(starts) * part.block == len(part) or len(part) == len(picture)
     where = np.array([np.divmod(rows[ray.tobytes()], size) for ray in windows[-1].directions])
     assert abs(where.mean(axis=0) / size - 0.5).max() < 0.1
-    everything = picture.part(max(1, size * size - 8 * 128))
+    everything = picture.part(max(1, size * size - 8 * 32))
     assert {rows[ray.tobytes()] % size for ray in everything.directions} == set(range(size))
     assert len(picture.part(0)) > 0

@@ -30,8 +30,9 @@ KIND_NOTES = {
     "ao": "from the points that a camera sees, over the sphere, t from 2.5 radii to a tenth of the box's diagonal",
 }
 
-#: Of a picture, windows of so many rows of at most so many pixels stay together where a part is taken.
-WINDOW = (8, 128)
+#: Of a picture, windows of so many rows of at most so many pixels stay together where a part is taken: no larger, for
+#: what rays meet differs a lot from place to place, and few of them may be asked.
+WINDOW = (8, 32)
 
 #: Ambient occlusion: t_min in radii, so that a ray does not hit where it starts; t_max in diagonals of the box.
 AO_T_MIN = 2.5
