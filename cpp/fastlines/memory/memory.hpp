@@ -141,28 +141,33 @@ void make_room_in(LargeVector<T>& vector, std::size_t n) {
     vector.reserve(size * (size * sizeof(T) < small ? 8 : 2));
 }
 
-/// Gives out memory in pieces of large blocks, to any thread. A block lives as long as any piece of it.
+/// Gives out memory in pieces of large blocks. A block lives as long as any piece of it, or as it is the last one.
 class Arena {
  public:
-  std::shared_ptr<std::byte> take(std::size_t n_bytes) {
-    const std::size_t size = (n_bytes + kPiece - 1) / kPiece * kPiece;
-    const std::lock_guard lock(mutex_);
-    if (left_ < size) {
-      const std::size_t n_bytes_of_block = std::max(size, next_);
-      block_.reset(static_cast<std::byte*>(Memory::allocate(n_bytes_of_block)), &Memory::release);
+  Arena() = default;
+  Arena(const Arena&) {}  // which has its own blocks
+  Arena& operator=(const Arena&) = delete;
+
+  /// A piece, which may be written to until the end of so many bytes.
+  std::shared_ptr<std::byte> begin(std::size_t most_bytes) {
+    if (left_ < most_bytes) {
+      const std::size_t n_bytes = std::max(most_bytes, next_);
+      block_.reset(static_cast<std::byte*>(Memory::allocate(n_bytes)), &Memory::release);
       at_ = block_.get();
-      left_ = n_bytes_of_block;
+      left_ = n_bytes;
       next_ = std::min(2 * next_, kLargest);
     }
-    std::shared_ptr<std::byte> piece(block_, at_);
-    at_ += size;
-    left_ -= size;
-    return piece;
+    return {block_, at_};
+  }
+
+  /// So much of the piece that was begun last is kept.
+  void end(std::size_t n_bytes) {
+    at_ += n_bytes;
+    left_ -= n_bytes;
   }
 
  private:
-  static constexpr std::size_t kPiece = 64, kLargest = std::size_t(1) << 23;
-  std::mutex mutex_;
+  static constexpr std::size_t kLargest = std::size_t(1) << 23;
   std::shared_ptr<std::byte> block_;
   std::byte* at_ = nullptr;
   std::size_t left_ = 0, next_ = std::size_t(1) << 16;

@@ -49,26 +49,23 @@ struct HitLists {
   /// Some runs, whose hits stand one column after the other: u, prim, t, distance, and t_out, which may be missing.
   struct Piece {
     std::uint32_t n_hits, n_runs;
-    std::size_t begin;
+    std::shared_ptr<std::byte> data;
 
-    ListColumns columns(std::byte* data) const {
-      auto* const first = reinterpret_cast<float*>(data + begin);
+    ListColumns columns() const {
+      auto* const first = reinterpret_cast<float*>(data.get());
       const std::size_t n = n_hits;
       return {first + 2 * n, first, first + 3 * n, first + 4 * n, reinterpret_cast<std::uint32_t*>(first + n)};
     }
   };
   std::vector<Run> runs;
   std::vector<Piece> pieces;
-  LargeVector<std::byte> data;
-  std::size_t n_bytes = 0;  // of data: it has room for more
+  Arena arena;
 
   /// Begin a piece: where so many hits are to be written. A column may be written past its end, by up to sixteen,
   /// as long as the next one is not.
   ListColumns begin(std::uint32_t n_hits) {
-    const std::size_t room = n_bytes + (5 * std::size_t(n_hits) + kWidth) * sizeof(float);
-    if (data.size() < room) data.resize(room);
-    pieces.push_back({n_hits, 0, n_bytes});
-    return pieces.back().columns(data.data());
+    pieces.push_back({n_hits, 0, arena.begin((5 * std::size_t(n_hits) + kWidth) * sizeof(float))});
+    return pieces.back().columns();
   }
 
   /// The next hits of the piece are this ray's.
@@ -78,7 +75,7 @@ struct HitLists {
   }
 
   /// All hits of the piece stand in their places: this many columns of them.
-  void end(std::uint32_t n_columns) { n_bytes += n_columns * std::size_t(pieces.back().n_hits) * sizeof(float); }
+  void end(std::uint32_t n_columns) { arena.end(n_columns * std::size_t(pieces.back().n_hits) * sizeof(float)); }
 
   /// A piece for one ray.
   void add(std::uint32_t ray, std::vector<Hit>& of_ray) {
@@ -93,7 +90,6 @@ struct HitLists {
   void clear() {
     runs.clear();
     pieces.clear();
-    n_bytes = 0;
   }
 };
 
@@ -101,11 +97,12 @@ class PendingLists {
  public:
   PendingLists(std::size_t n_rays, std::size_t n_chunks) : offsets_(n_rays + 1), chunks_(n_chunks) {}
 
-  /// Take the lists of a chunk; they are empty afterwards, but keep their memory.
+  /// Take the lists of a chunk; they are empty afterwards.
   void take(std::size_t chunk, HitLists& lists) {
     for (const HitLists::Run& run : lists.runs) offsets_[run.ray + 1] = run.n_hits;
-    chunks_[chunk] = {lists.runs, lists.pieces, arena_->take(lists.n_bytes)};
-    std::copy_n(lists.data.data(), lists.n_bytes, chunks_[chunk].data.get());
+    std::vector<HitLists::Piece> pieces(lists.pieces.size());
+    std::move(lists.pieces.begin(), lists.pieces.end(), pieces.begin());
+    chunks_[chunk] = {lists.runs, std::move(pieces)};
     lists.clear();
   }
 
@@ -126,7 +123,7 @@ class PendingLists {
         [&](int, std::size_t chunk) {
           const HitLists::Run* run = chunks_[chunk].runs.data();
           for (const HitLists::Piece& piece : chunks_[chunk].pieces) {
-            place(piece.columns(chunks_[chunk].data.get()), run, run + piece.n_runs, to);
+            place(piece.columns(), run, run + piece.n_runs, to);
             run += piece.n_runs;
           }
           chunks_[chunk] = {};
@@ -137,7 +134,6 @@ class PendingLists {
   struct Chunk {
     std::vector<HitLists::Run> runs;
     std::vector<HitLists::Piece> pieces;
-    std::shared_ptr<std::byte> data;
   };
 
   /// The runs of rays that follow each other in the batch are placed together.
@@ -175,7 +171,6 @@ class PendingLists {
 
   LargeVector<std::int64_t> offsets_;
   std::vector<Chunk> chunks_;
-  std::unique_ptr<Arena> arena_ = std::make_unique<Arena>();
 };
 
 /// What the sinks that make(ray) gives have listed for each ray.
