@@ -95,9 +95,11 @@ def test_few_rays_are_spread():
     scene = fl.scenes.make("spaghetti", 50)
     picture = camera_rays(scene.camera, 64 * 64)
     few = picture.part(1500)
-    assert len(few) == 3 * 512
-    rows = np.flatnonzero((picture.directions[:, None] == few.directions[None, ::512]).all(axis=2).any(axis=1))
-    assert np.searchsorted([2, 5], rows // 512, "right").tolist() == [0, 1, 2]  # each from its share of eight blocks
+    assert len(few) == 6 * 256
+    first = (picture.directions[:, None] == few.directions[None, ::256]).all(axis=2).argmax(axis=0)
+    row, column = np.divmod(first, 64)
+    window = 8 * (row // 32) + 4 * (column // 32) + row % 32 // 8  # four below each other in each quarter
+    assert np.searchsorted([2, 5, 8, 10, 13], window, "right").tolist() == list(range(6))  # each from its share of 16
     assert picture.part(4096) is picture
     assert len(random_rays(scene.lines, 5000).part(4000)) == 5000
     assert len(random_rays(scene.lines, 9000).part(4000)) == 4096

@@ -101,7 +101,7 @@ class Memory {
     }
 
    private:
-    static constexpr std::size_t kLeast = std::size_t(1) << 16, kMost = std::size_t(1) << 28, kMostBlocks = 64;
+    static constexpr std::size_t kLeast = std::size_t(1) << 16, kMost = std::size_t(1) << 28, kMostBlocks = 256;
     std::mutex mutex_;
     std::vector<void*> blocks_;
     std::size_t n_bytes_ = 0;
@@ -141,7 +141,8 @@ void make_room_in(LargeVector<T>& vector, std::size_t n) {
     vector.reserve(size * (size * sizeof(T) < small ? 8 : 2));
 }
 
-/// Gives out memory in pieces of large blocks. A block lives as long as any piece of it, or as it is the last one.
+/// Gives out memory in pieces of large blocks, to one thread. A block lives as long as any piece of it; the last one
+/// also as long as the arena.
 class Arena {
  public:
   Arena() = default;
