@@ -228,6 +228,37 @@ def test_number_of_threads_does_not_show(method: str) -> None:
         fl.set_num_threads(None)
 
 
+@pytest.mark.parametrize(
+    "where", ["nowhere", "at the first", "at the last", "at some", "but seldom where looked first"]
+)
+@pytest.mark.parametrize("query", ["all_hits", "next_hits"])
+def test_lists_of_which_rays_does_not_matter(where: str, query: str) -> None:
+    """How many hits there will be is guessed from a fourth of the rays, and may be far off."""
+    n_rays, n_lines = 9000, 40
+    i = np.arange(n_rays)
+    hit = {
+        "nowhere": i < 0,
+        "at the first": i == 0,
+        "at the last": i == n_rays - 1,
+        "at some": i % 700 < 30,
+        "but seldom where looked first": (i // 64 % 4 != 0) & (i // 256 % 4 != 0) & (i // 1024 % 4 != 0),
+    }[where]
+    x = np.linspace(-1, 1, n_lines)
+    segments = np.stack([np.stack([x, -(x**0), x], 1), np.stack([-x, x**0, x], 1)], axis=1).astype(np.float32)
+    origins = np.where(hit[:, None], [0, 0, -2], [5, 0, -2]) + np.random.default_rng(2).normal(0, 1e-3, (n_rays, 3))
+    tree = fl.build(segments)
+    asked = {"radius": 0.1, "at": "surface"} | options(query)
+    expected = fl.brute_force(segments, origins, [0, 0, 1], query=query, **asked)
+    assert len(expected) == hit.sum() * (n_lines if query == "all_hits" else asked["k"])
+    try:
+        for n_threads in (1, 3):
+            fl.set_num_threads(n_threads)
+            for kernel in KERNELS:
+                assert_same(getattr(tree, query)(origins, [0, 0, 1], **asked, kernel=kernel), expected)
+    finally:
+        fl.set_num_threads(None)
+
+
 @pytest.mark.parametrize("query", QUERIES)
 def test_one_number_for_all_rays_is_that_number_for_each(query: str) -> None:
     case = cases(2)["window per ray"]

@@ -151,16 +151,16 @@ Output<std::int64_t> count(Input<float> data, OptionalNodes nodes, Input<std::ui
 /// All hits, or with k those that are nearest.
 nb::tuple list(Input<float> data, OptionalNodes nodes, Input<std::uint32_t> refs, RayArrays rays, bool surface,
                std::optional<std::size_t> k, unsigned n_threads, nb::object progress) {
-  std::optional<PendingLists> lists;
+  PlacedLists lists(n_rays(rays), surface);
   const At at = surface ? At::surface : At::closest;
   with_search(data, nodes, refs, n_rays(rays), progress, [&](const auto& search, Progress& watched) {
+    const auto run = [&](auto&& make) { list_hits(search, batch_of(rays), n_threads, watched, lists, make); };
     if (k)
-      lists =
-          list_hits(search, batch_of(rays), n_threads, watched, [&](const Ray& ray) { return NextSink(at, ray, *k); });
+      run([&](const Ray& ray) { return NextSink(at, ray, *k); });
     else
-      lists = list_hits(search, batch_of(rays), n_threads, watched, [&](const Ray& ray) { return AllSink(at, ray); });
+      run([&](const Ray& ray) { return AllSink(at, ray); });
   });
-  return placed(*lists, surface, n_threads);
+  return arrays_of(lists);
 }
 
 }  // namespace

@@ -75,17 +75,15 @@ struct Question {
   /// Run a job whose answers go straight to their places.
   template <class Job>
   void run(const Job& job) const {
-    watch_if(is_long, progress, [&](Progress& watched) {
-      run_job(tree, rays, kernel, job, n_threads, watched, [](Job&, std::size_t) {});
-    });
+    watch_if(is_long, progress, [&](Progress& watched) { run_job(tree, rays, kernel, job, n_threads, watched); });
   }
 
   template <class Job>
   nb::tuple list(const Job& job, bool surface) const {
-    std::optional<PendingLists> lists;
+    PlacedLists lists(rays.size(), surface);
     watch_if(is_long, progress,
-             [&](Progress& watched) { lists = run_lists(tree, rays, kernel, job, n_threads, watched); });
-    return placed(*lists, surface, n_threads);
+             [&](Progress& watched) { run_lists(tree, rays, kernel, job, n_threads, watched, lists); });
+    return arrays_of(lists);
   }
 };
 

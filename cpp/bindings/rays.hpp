@@ -45,14 +45,17 @@ class HitArrays {
 };
 
 /// Lists of hits as arrays: the offsets, then the columns.
-inline nanobind::tuple placed(PendingLists& lists, bool surface, unsigned n_threads) {
-  HitArrays hits(lists.n_hits(), surface);
-  {
-    const HitColumns columns = hits.columns();
-    nanobind::gil_scoped_release release;
-    lists.place(columns, n_threads);
-  }
-  return nanobind::make_tuple(adopt<std::int64_t>(lists.take_offsets()), hits.tuple());
+inline nanobind::tuple arrays_of(PlacedLists& lists) {
+  LargeVector<std::int64_t> offsets = lists.offsets();
+  const auto n_hits = std::size_t(offsets.back());
+  const auto array = [n_hits](auto& column) {
+    column.keep(n_hits);
+    return adopt<typename std::remove_reference_t<decltype(column)>::value_type>(std::move(column));
+  };
+  const nanobind::object t_out = lists.with_t_out() ? nanobind::cast(array(lists.t_out)) : nanobind::none();
+  const auto hits =
+      nanobind::make_tuple(array(lists.t), array(lists.prim), array(lists.u), array(lists.distance), t_out);
+  return nanobind::make_tuple(adopt<std::int64_t>(std::move(offsets)), hits);
 }
 
 }  // namespace fastlines

@@ -192,11 +192,12 @@ struct Hits {
   explicit Hits(std::size_t n) : t(n), u(n), distance(n), prim(n) {}
 
   HitColumns columns() { return {t.data(), u.data(), distance.data(), nullptr, prim.data()}; }
-  void put(std::size_t i, Answers& to) const {
-    for (const float x : {t[i], u[i], distance[i]}) to.add(x);
-    to.add(prim[i]);
-  }
 };
+
+void put(float t, float u, float distance, std::int64_t prim, Answers& to) {
+  for (const float x : {t, u, distance}) to.add(x);
+  to.add(prim);
+}
 
 /// Those who are asked put first hits, flags and counts in their places, and make lists.
 struct Brute {
@@ -210,8 +211,8 @@ struct Brute {
   }
   void any(std::span<bool> to) const { any_hits(search, rays, n_threads, progress, to); }
   void count(std::span<std::int64_t> to) const { count_hits(search, rays, n_threads, progress, to); }
-  PendingLists all() const {
-    return list_hits(search, rays, n_threads, progress, [](const Ray& ray) { return AllSink(At::closest, ray); });
+  void all(PlacedLists& to) const {
+    list_hits(search, rays, n_threads, progress, to, [](const Ray& ray) { return AllSink(At::closest, ray); });
   }
 };
 
@@ -224,12 +225,12 @@ struct Engine {
 
   template <class Job>
   void run(const Job& job) const {
-    run_job(tree, rays, kernel, job, n_threads, progress, [](Job&, std::size_t) {});
+    run_job(tree, rays, kernel, job, n_threads, progress);
   }
   void first(const HitColumns& to) const { run(FirstJob{to}); }
   void any(std::span<bool> to) const { run(AnyJob{to.data()}); }
   void count(std::span<std::int64_t> to) const { run(CountJob{to.data()}); }
-  PendingLists all() const { return run_lists(tree, rays, kernel, AllJob{}, n_threads, progress); }
+  void all(PlacedLists& to) const { run_lists(tree, rays, kernel, AllJob{}, n_threads, progress, to); }
 };
 
 enum Query { first, any, count, all };
@@ -240,12 +241,12 @@ Answers ask(const Asked& asked, Query query) {
   const std::size_t n = asked.rays.size();
   Answers answers;
   if (query == all) {
-    PendingLists lists = asked.all();
-    Hits hits(lists.n_hits());
-    lists.place(hits.columns(), asked.n_threads);
-    const auto offsets = lists.take_offsets();
+    PlacedLists lists(n, false);
+    asked.all(lists);
+    const auto offsets = lists.offsets();
     for (std::size_t ray = 0; ray < n; ++ray) {
-      for (auto i = offsets[ray]; i < offsets[ray + 1]; ++i) hits.put(std::size_t(i), answers);
+      for (auto i = std::size_t(offsets[ray]); i < std::size_t(offsets[ray + 1]); ++i)
+        put(lists.t[i], lists.u[i], lists.distance[i], lists.prim[i], answers);
       answers.end();
     }
     return answers;
@@ -256,7 +257,7 @@ Answers ask(const Asked& asked, Query query) {
   if (query == any) asked.any({found.get(), n});
   if (query == count) asked.count(hits.prim);
   for (std::size_t ray = 0; ray < n; ++ray) {
-    if (query == first) hits.put(ray, answers);
+    if (query == first) put(hits.t[ray], hits.u[ray], hits.distance[ray], hits.prim[ray], answers);
     if (query == any) answers.add(std::int64_t(found[ray]));
     if (query == count) answers.add(hits.prim[ray]);
     answers.end();

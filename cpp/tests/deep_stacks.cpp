@@ -72,7 +72,7 @@ int main() {
     std::vector<std::int64_t> prim(kRays);
     const auto any = std::make_unique<bool[]>(kRays);
     Progress progress;
-    const auto ask = [&](const auto& job) { run_job(tree, rays, kernel, job, 1, progress, [](auto&, std::size_t) {}); };
+    const auto ask = [&](const auto& job) { run_job(tree, rays, kernel, job, 1, progress); };
     ask(FirstJob{{t.data(), u.data(), distance.data(), nullptr, prim.data()}});
     ask(AnyJob{any.get()});
     for (int i = 0; i < kRays; ++i) {

@@ -36,6 +36,13 @@ class Buffer {
     return data_;
   }
 
+  /// Have room for n elements, and keep those that were written so far at the front.
+  void grow(std::size_t n, std::size_t n_written) {
+    Buffer larger;
+    std::uninitialized_copy_n(data_, n_written, larger.make_room(n));
+    *this = std::move(larger);
+  }
+
   /// Have n elements, those that are or will be written at the front.
   void keep(std::size_t n) { size_ = n; }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -142,7 +143,7 @@ void make_room_in(LargeVector<T>& vector, std::size_t n) {
 }
 
 /// Gives out memory in pieces of large blocks, to one thread. A block lives as long as any piece of it; the last one
-/// also as long as the arena.
+/// also as long as the arena, which begins it anew when no piece is left.
 class Arena {
  public:
   Arena() = default;
@@ -151,6 +152,11 @@ class Arena {
 
   /// A piece, which may be written to until the end of so many bytes.
   std::shared_ptr<std::byte> begin(std::size_t most_bytes) {
+    if (block_.use_count() == 1) {  // no piece is left: its memory is in the cache yet
+      std::atomic_thread_fence(std::memory_order_acquire);
+      left_ += std::size_t(at_ - block_.get());
+      at_ = block_.get();
+    }
     if (left_ < most_bytes) {
       const std::size_t n_bytes = std::max(most_bytes, next_);
       block_.reset(static_cast<std::byte*>(Memory::allocate(n_bytes)), &Memory::release);

@@ -1,11 +1,14 @@
-// Lists of hits: each ray has its own number of them, so they wait in chunks until all are counted, and are then put
+// Lists of hits: each ray has its own number of them, so they wait until the rays before are counted, and are then put
 // into arrays: compressed sparse rows (CSR), those of ray i from offsets[i] to offsets[i + 1].
 #pragma once
 
 #include <algorithm>
 #include <cstring>
+#include <map>
+#include <mutex>
+#include <shared_mutex>
 
-#include "../memory/memory.hpp"
+#include "../memory/buffer.hpp"
 #include "batch.hpp"
 
 namespace fastlines {
@@ -93,58 +96,96 @@ struct HitLists {
   }
 };
 
-class PendingLists {
+/// The hits of all rays in their places, where they are put while other rays are still under way. A fourth of all
+/// chunks, spread over all rays, comes first and tells how much room there has to be. From then on a chunk's hits wait,
+/// as their thread has listed them, only until all rays before its last one are counted. So what waits is little, and
+/// its memory soon serves again.
+class PlacedLists {
  public:
-  PendingLists(std::size_t n_rays, std::size_t n_chunks) : offsets_(n_rays + 1), chunks_(n_chunks) {}
+  PlacedLists(std::size_t n_rays, bool with_t_out) : with_t_out_(with_t_out), offsets_(n_rays + 1) {}
 
-  /// Take the lists of a chunk; they are empty afterwards.
-  void take(std::size_t chunk, HitLists& lists) {
-    for (const HitLists::Run& run : lists.runs) offsets_[run.ray + 1] = run.n_hits;
-    std::vector<HitLists::Piece> pieces(lists.pieces.size());
-    std::move(lists.pieces.begin(), lists.pieces.end(), pieces.begin());
-    chunks_[chunk] = {lists.runs, std::move(pieces)};
+  /// Which of n chunks is to come i-th: every fourth, then the others.
+  static std::size_t spread_first(std::size_t i, std::size_t n) {
+    const std::size_t n_spread = (n + 3) / 4, other = i - n_spread;
+    return i < n_spread ? 4 * i : other + other / 3 + 1;
+  }
+
+  /// Take the lists of a chunk, one of n; they are empty afterwards. With this chunk and those before it, `n_counted`
+  /// rays are counted, from the first one on.
+  void take(std::size_t chunk, std::size_t n, std::size_t n_counted, HitLists& lists) {
+    std::size_t end = 0, n_hits = 0;
+    for (const HitLists::Run& run : lists.runs) {
+      offsets_[run.ray + 1] = run.n_hits;
+      n_hits += run.n_hits;
+      end = std::max<std::size_t>(end, run.ray + 1);
+    }
+    std::vector<Chunk> known;
+    {
+      const std::lock_guard lock(mutex_);
+      waiting_.emplace(chunk, Chunk{n_counted, end, lists.runs, std::exchange(lists.pieces, {})});
+      n_hits_taken_ += n_hits;
+      if (const std::size_t n_taken = ++n_taken_; 4 * n_taken >= n) {
+        count();
+        while (!waiting_.empty() && waiting_.begin()->first < next_ && waiting_.begin()->second.end <= n_counted_)
+          known.push_back(std::move(waiting_.extract(waiting_.begin()).mapped()));
+        make_room(std::size_t(offsets_[n_counted_]), double(n_hits_taken_) / double(n_taken) * double(n));
+      }
+    }
     lists.clear();
+    const std::shared_lock lock(place_);
+    for (const Chunk& of : known) place(of);
   }
 
-  /// All chunks are there.
-  void finish() {
-    for (std::size_t i = 1; i < offsets_.size(); ++i) offsets_[i] += offsets_[i - 1];
-  }
+  bool with_t_out() const { return with_t_out_; }
 
-  /// Where the hits of each ray begin, and where the last ones end; after this there is nothing left to place.
-  LargeVector<std::int64_t> take_offsets() { return std::move(offsets_); }
-  std::size_t n_hits() const { return std::size_t(offsets_.back()); }
+  /// All chunks have been taken: where the hits of each ray begin, and where the last ones end.
+  LargeVector<std::int64_t> offsets() { return std::move(offsets_); }
 
-  /// Put the hits into columns, and forget them.
-  void place(const HitColumns& to, unsigned n_threads) {
-    Progress unwatched;
-    for_each_chunk(
-        chunks_.size(), n_threads, unwatched, [] { return 0; },
-        [&](int, std::size_t chunk) {
-          const HitLists::Run* run = chunks_[chunk].runs.data();
-          for (const HitLists::Piece& piece : chunks_[chunk].pieces) {
-            place(piece.columns(), run, run + piece.n_runs, to);
-            run += piece.n_runs;
-          }
-          chunks_[chunk] = {};
-        });
-  }
+  Buffer<float> t, u, distance, t_out;  // t_out is empty unless it was asked for
+  Buffer<std::int64_t> prim;
 
  private:
   struct Chunk {
+    std::size_t n_counted, end;  // the last of its rays that hit anything comes before `end`
     std::vector<HitLists::Run> runs;
     std::vector<HitLists::Piece> pieces;
   };
 
+  /// Turn counts into offsets as far as all rays have been counted.
+  void count() {
+    std::size_t n = n_counted_;
+    for (auto chunk = waiting_.find(next_); chunk != waiting_.end() && chunk->first == next_; ++chunk, ++next_)
+      n = chunk->second.n_counted;
+    std::int64_t n_hits = offsets_[n_counted_];
+    for (; n_counted_ < n; ++n_counted_) offsets_[n_counted_ + 1] = n_hits += offsets_[n_counted_ + 1];
+  }
+
+  /// Have room for so many hits, and for those to be expected in all. Room that is not used costs only addresses.
+  void make_room(std::size_t n_hits, double n_expected) {
+    if (n_hits <= room_) return;
+    const std::lock_guard lock(place_);
+    const std::size_t more = room_ > 0 ? n_hits / 2 : 0;
+    const std::size_t room = std::max(n_hits + more, std::size_t(1.5 * n_expected)) + kWidth;
+    for (Buffer<float>* column : {&t, &u, &distance}) column->grow(room, room_);
+    if (with_t_out_) t_out.grow(room, room_);
+    prim.grow(room, room_);
+    room_ = room;
+  }
+
   /// The runs of rays that follow each other in the batch are placed together.
-  void place(const ListColumns& piece, const HitLists::Run* run, const HitLists::Run* last,
-             const HitColumns& to) const {
-    std::size_t begin = 0, end = 0;  // in the piece: hits that go side by side
-    while (run != last) {
-      const auto at = std::size_t(offsets_[run->ray]);
-      for (; run != last && std::size_t(offsets_[run->ray]) - at == end - begin; ++run) end += run->n_hits;
-      copy(piece.from(begin), to.from(at), end - begin);
-      begin = end;
+  void place(const Chunk& chunk) {
+    const HitColumns to{t.data(), u.data(), distance.data(), with_t_out_ ? t_out.data() : nullptr, prim.data()};
+    const HitLists::Run* run = chunk.runs.data();
+    for (const HitLists::Piece& piece : chunk.pieces) {
+      const HitLists::Run* const last = run + piece.n_runs;
+      const ListColumns columns = piece.columns();
+      std::size_t begin = 0, end = 0;  // in the piece: hits that go side by side
+      while (run != last) {
+        const auto at = std::size_t(offsets_[run->ray]);
+        for (; run != last && std::size_t(offsets_[run->ray]) - at == end - begin; ++run) end += run->n_hits;
+        copy(columns.from(begin), to.from(at), end - begin);
+        begin = end;
+      }
     }
   }
 
@@ -169,34 +210,39 @@ class PendingLists {
     if (to.t_out) std::copy_n(from.t_out, n, to.t_out);
   }
 
-  LargeVector<std::int64_t> offsets_;
-  std::vector<Chunk> chunks_;
+  const bool with_t_out_;
+  LargeVector<std::int64_t> offsets_;  // from `n_counted_` on, how many hits the ray before has
+  std::mutex mutex_;                   // of what follows
+  std::size_t n_taken_ = 0, n_hits_taken_ = 0;
+  std::size_t next_ = 0, n_counted_ = 0;  // the first chunk that has not been taken, the first ray not counted
+  std::size_t room_ = 0;
+  std::map<std::size_t, Chunk> waiting_;
+  std::shared_mutex place_;  // of the columns: many may write to them, or one may move them
 };
 
 /// What the sinks that make(ray) gives have listed for each ray.
 template <class Search, class Make>
-PendingLists list_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress,
-                       Make&& make) {
+void list_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress, PlacedLists& to,
+               Make&& make) {
   struct Worker {
     Scratch scratch;
     HitLists lists;
   };
   const std::size_t n_chunks = (rays.size() + kChunk - 1) / kChunk;
-  PendingLists pending(rays.size(), n_chunks);
   for_each_chunk(
       n_chunks, n_threads, progress, [] { return Worker{}; },
-      [&](Worker& worker, std::size_t chunk) {
-        for (std::size_t i = chunk * kChunk; i < std::min(rays.size(), (chunk + 1) * kChunk); ++i) {
+      [&](Worker& worker, std::size_t i_chunk) {
+        const std::size_t chunk = PlacedLists::spread_first(i_chunk, n_chunks);
+        const std::size_t end = std::min(rays.size(), (chunk + 1) * kChunk);
+        for (std::size_t i = chunk * kChunk; i < end; ++i) {
           progress.check();
           const Ray ray = prepare(rays[i], search.frame);
           auto sink = make(ray);
           search(ray, sink, worker.scratch);
           worker.lists.add(std::uint32_t(i), sink.hits);
         }
-        pending.take(chunk, worker.lists);
+        to.take(chunk, n_chunks, end, worker.lists);
       });
-  pending.finish();
-  return pending;
 }
 
 }  // namespace fastlines
