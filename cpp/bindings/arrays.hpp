@@ -34,7 +34,7 @@ Output<Scalar> make_array(std::size_t n, std::size_t width = 0) {
   return Output<Scalar>(static_cast<Scalar*>(data), width ? 2 : 1, shape, owner);
 }
 
-/// A vector of structs as rows of numbers, or of numbers as they are, in an array that has it from now on.
+/// A vector in `Memory` of structs as rows of numbers, or of numbers as they are, in an array that has it from now on.
 template <class Scalar, class Vector>
 Output<Scalar> adopt(Vector&& from) {
   using Row = typename Vector::value_type;
@@ -42,7 +42,7 @@ Output<Scalar> adopt(Vector&& from) {
   auto kept = std::make_unique<Vector>(std::move(from));
   nanobind::capsule owner(kept.get(), [](void* vector) noexcept { delete static_cast<Vector*>(vector); });
   Vector& rows = *kept.release();
-  Memory::let_go(rows.data() + rows.size(), rows.data() + rows.capacity());
+  if (rows.data()) Memory::use_first(rows.data(), rows.size() * sizeof(Row));
   const std::size_t shape[] = {rows.size(), sizeof(Row) / sizeof(Scalar)};
   return Output<Scalar>(reinterpret_cast<Scalar*>(rows.data()), sizeof(Row) == sizeof(Scalar) ? 1 : 2, shape, owner);
 }

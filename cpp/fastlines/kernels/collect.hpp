@@ -17,6 +17,7 @@
 #include <optional>
 
 #include "../layout/wide.hpp"
+#include "../memory/memory.hpp"
 #include "lanes.hpp"
 
 namespace fastlines {
@@ -192,8 +193,8 @@ struct CountCollector {
 /// memory.
 struct AllCollector {
   struct Hits {
-    std::vector<float> t, s, dist2;
-    std::vector<std::uint32_t> lane, prim;
+    LargeVector<float> t, s, dist2;
+    LargeVector<std::uint32_t> lane, prim;
     std::size_t n = 0;
 
     /// Append all but lane and prim, for which there is room then where they begin.

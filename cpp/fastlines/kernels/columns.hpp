@@ -17,12 +17,14 @@ namespace fastlines {
 
 class Columns {
  public:
-  /// So many rows can be sorted: a power of two, 4 at least.
-  static constexpr std::uint32_t rows_for(std::uint32_t n) { return std::max(4u, std::bit_ceil(n)); }
+  /// So many rows, or a few more, can be sorted: 4, 8, or sixteens.
+  static constexpr std::uint32_t rows_for(std::uint32_t n) {
+    return n <= 8 ? std::max(4u, std::bit_ceil(n)) : (n + kWidth - 1) / kWidth * kWidth;
+  }
 
   /// A bound on how many comparisons of two rows that takes.
   static constexpr std::uint32_t n_comparisons(std::uint32_t n_rows) {
-    const auto log = std::uint32_t(std::countr_zero(n_rows));
+    const auto log = std::uint32_t(std::bit_width(n_rows - 1));
     return n_rows * log * (log + 1) / 4;
   }
 
@@ -98,6 +100,23 @@ class Columns {
     for (int i = 0; i < n; ++i) store(rows[i], first + i * kWidth);
   }
 
+  /// Compare rows `2 * step` apart and then those `step` apart, of those from `part` on that come before `end`.
+  static void merge_twice(std::uint32_t* first, std::uint32_t part, std::uint32_t step, std::uint32_t end) {
+    const auto merge = [=]<int n>(std::integral_constant<int, n>, std::uint32_t i) __attribute__((always_inline)) {
+      Row rows[n];
+      for (std::uint32_t k = 0; k < n; ++k) rows[k] = load(first + (i + k * step) * kWidth);
+      for (int k = 0; k + 2 < n; ++k) compare(rows[k], rows[k + 2]);
+      for (int k = 0; k + 1 < n; k += 2) compare(rows[k], rows[k + 1]);
+      for (std::uint32_t k = 0; k < n; ++k) store(rows[k], first + (i + k * step) * kWidth);
+    };
+    std::uint32_t i = part;
+    for (; i < part + step && i + 3 * step < end; ++i) merge(std::integral_constant<int, 4>(), i);
+    for (; i < part + step && i + 2 * step < end; ++i) merge(std::integral_constant<int, 3>(), i);
+    for (; i < part + step && i + step < end; ++i) merge(std::integral_constant<int, 2>(), i);
+  }
+
+  /// Sixteens of rows. What is merged are powers of two; of rows that are not there, as if they held the greatest
+  /// numbers, none would ever move.
   static void sort_many(std::uint32_t* first, std::uint32_t n_rows) {
     const auto compare_rows = [=](std::uint32_t i, std::uint32_t j) {
       Row a = load(first + i * kWidth), b = load(first + j * kWidth);
@@ -106,13 +125,18 @@ class Columns {
       store(b, first + j * kWidth);
     };
     for (std::uint32_t i = 0; i < n_rows; i += kWidth) sort_few<kWidth>(first + i * kWidth);
-    for (std::uint32_t size = 2 * kWidth; size <= n_rows; size *= 2)  // of what is merged
-      for (std::uint32_t begin = 0; begin < n_rows; begin += size) {
-        for (std::uint32_t i = 0; i < size / 2; ++i) compare_rows(begin + i, begin + size - 1 - i);
-        for (std::uint32_t step = size / 4; step >= kWidth; step /= 2)
-          for (std::uint32_t part = begin; part < begin + size; part += 2 * step)
-            for (std::uint32_t i = part; i < part + step; ++i) compare_rows(i, i + step);
-        for (std::uint32_t i = begin; i < begin + size; i += kWidth) sort_few<kWidth, true>(first + i * kWidth);
+    for (std::uint32_t half = kWidth; half < n_rows; half *= 2)  // of what is merged
+      for (std::uint32_t begin = 0; begin + half < n_rows; begin += 2 * half) {
+        const std::uint32_t end = std::min(begin + 2 * half, n_rows);
+        for (std::uint32_t j = begin + half; j < end; ++j) compare_rows(2 * (begin + half) - 1 - j, j);
+        // Two steps at once, so that rows are loaded and stored half as often.
+        std::uint32_t step = half / 2;
+        for (; step >= 2 * kWidth; step /= 4)
+          for (std::uint32_t part = begin; part < end; part += 2 * step) merge_twice(first, part, step / 2, end);
+        if (step == kWidth)
+          for (std::uint32_t part = begin; part + step < end; part += 2 * step)
+            for (std::uint32_t j = part + step; j < std::min(part + 2 * step, end); ++j) compare_rows(j - step, j);
+        for (std::uint32_t i = begin; i < end; i += kWidth) sort_few<kWidth, true>(first + i * kWidth);
       }
   }
 };

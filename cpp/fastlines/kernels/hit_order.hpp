@@ -10,8 +10,8 @@
 #include <cstdint>
 #include <cstring>
 #include <utility>
-#include <vector>
 
+#include "../memory/memory.hpp"
 #include "columns.hpp"
 #include "lanes.hpp"
 
@@ -42,7 +42,7 @@ class HitOrder {
 
  private:
   static constexpr int kLaneBits = 4, kPrimBits = 4;
-  static constexpr std::uint32_t kMost = 256;  // hits of a ray: for more, to compare takes longer than to deal out
+  static constexpr std::uint32_t kMost = 512;  // hits of a ray: for more, to compare takes longer than to deal out
   static constexpr std::uint32_t kFew = 256;   // hits of all rays: for more, so does to count
   static constexpr std::uint32_t kDear = 8;    // comparisons for each hit take as long
 
@@ -155,7 +155,7 @@ class HitOrder {
     }
   }
 
-  std::vector<std::uint32_t> order_, last_, key_;
+  LargeVector<std::uint32_t> order_, last_, key_;
   std::uint32_t begin_[kWidth + 1];
   alignas(64) std::uint32_t rows_[kMost * kWidth];  // of the columns
 };

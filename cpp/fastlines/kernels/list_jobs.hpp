@@ -25,7 +25,7 @@ struct AllJob {
 
  private:
   HitOrder order_;
-  std::vector<float> t_, dist2_;  // in order, of the frame
+  LargeVector<float> t_, dist2_;  // in order, of the frame
 
   /// List the hits of rays [first, end), all of one sixteen, together: loops over those of one ray would be short, and
   /// where they end guessed wrong.

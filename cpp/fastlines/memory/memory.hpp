@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <utility>
 #include <vector>
 
 #if __has_include(<sys/mman.h>)
@@ -17,7 +18,7 @@
 
 namespace fastlines {
 
-/// Memory as it is given out: aligned data after a header of one block, which holds its size.
+/// Memory as it is given out: aligned data after a header.
 class Memory {
  public:
   /// In huge pages where that saves faults; a block that was released before if one is not much too large.
@@ -30,17 +31,19 @@ class Memory {
     if (alignment_for(n_bytes) == kHuge)
       madvise(begin, kBlock + n_bytes, MADV_HUGEPAGE);  // a hint: if it is refused, nothing is lost
 #endif
-    new (begin) std::size_t(size);
+    new (begin) Header{size, size};
     return begin + kBlock;
   }
 
-  /// Let the system have the pages between these places, which are of no more use; they stay part of the block.
-  static void let_go(void* begin, void* end) noexcept {
+  /// Only the first so many bytes are of use: the system may have the pages behind them, which stay part of the block.
+  static void use_first([[maybe_unused]] void* data, [[maybe_unused]] std::size_t n_bytes) noexcept {
 #ifdef __linux__
     constexpr std::size_t page = 1 << 12, worth_it = 1 << 20;
-    const auto from = (reinterpret_cast<std::uintptr_t>(begin) + page - 1) / page * page,
-               to = reinterpret_cast<std::uintptr_t>(end) / page * page;
-    if (to > from && to - from >= worth_it) madvise(reinterpret_cast<void*>(from), to - from, MADV_DONTNEED);
+    const auto begin = reinterpret_cast<std::uintptr_t>(data);
+    const auto from = (begin + n_bytes + page - 1) / page * page, to = (begin + size_of(data)) / page * page;
+    if (to <= from || to - from < worth_it) return;
+    madvise(reinterpret_cast<void*>(from), to - from, MADV_DONTNEED);
+    header_of(data).n_used = from - begin;
 #endif
   }
 
@@ -49,6 +52,9 @@ class Memory {
   }
 
  private:
+  struct Header {
+    std::size_t size, n_used;  // bytes; no others than those in use are known to take memory
+  };
   static constexpr std::size_t kBlock = 128, kHuge = std::size_t(1) << 21;
 
   static std::size_t alignment_for(std::size_t n_bytes) { return n_bytes >= 2 * kHuge ? kHuge : kBlock; }
@@ -60,7 +66,8 @@ class Memory {
   }
 
   static std::byte* begin_of(void* data) { return static_cast<std::byte*>(data) - kBlock; }
-  static std::size_t size_of(void* data) { return *std::launder(reinterpret_cast<std::size_t*>(begin_of(data))); }
+  static Header& header_of(void* data) { return *std::launder(reinterpret_cast<Header*>(begin_of(data))); }
+  static std::size_t size_of(void* data) { return header_of(data).size; }
 
   /// What was released last: to touch memory of the system's for the first time takes longer than to write an answer
   /// to it, so the next answer takes that of an earlier one. Nobody waits for it: a process that was forked while it
@@ -80,24 +87,24 @@ class Memory {
       }
       if (best == blocks_.end()) return nullptr;
       void* const data = *best;
-      n_bytes_ -= size_of(data);
+      n_bytes_ -= std::exchange(header_of(data).n_used, size_of(data));
       blocks_.erase(best);
       return data;
     }
 
     /// Makes room by letting go of what was released first; false if the block is not worth keeping.
     bool keep(void* data) noexcept {
-      const std::size_t size = size_of(data);
-      if (size < kLeast || size > kMost) return false;
+      const auto [size, n_used] = header_of(data);
+      if (size < kLeast || n_used > kMost) return false;
       const std::unique_lock lock(mutex_, std::try_to_lock);
       if (!lock) return false;
-      while (n_bytes_ + size > kMost || blocks_.size() == kMostBlocks) {
-        n_bytes_ -= size_of(blocks_.front());
+      while (n_bytes_ + n_used > kMost || blocks_.size() == kMostBlocks) {
+        n_bytes_ -= header_of(blocks_.front()).n_used;
         std::free(begin_of(blocks_.front()));
         blocks_.erase(blocks_.begin());
       }
       blocks_.push_back(data);
-      n_bytes_ += size;
+      n_bytes_ += n_used;
       return true;
     }
 
@@ -105,7 +112,7 @@ class Memory {
     static constexpr std::size_t kLeast = std::size_t(1) << 16, kMost = std::size_t(1) << 28, kMostBlocks = 256;
     std::mutex mutex_;
     std::vector<void*> blocks_;
-    std::size_t n_bytes_ = 0;
+    std::size_t n_bytes_ = 0;                 // in use
     Kept() { blocks_.reserve(kMostBlocks); }  // so that keep never allocates
     friend class Memory;
   };
