@@ -267,6 +267,26 @@ def test_lists_are_sorted(n: int) -> None:
             assert_same(tree.all_hits(start, along, **asked, kernel=kernel), expected)
 
 
+@pytest.mark.parametrize("jitter", [0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-2])
+@pytest.mark.parametrize("distance", [-0.3, 0.1, 3.0, 20.0, 31.0, 1000.0])
+@pytest.mark.parametrize("simd", fl.available_simd())
+def test_rays_through_one_point_or_nearly(simd: str, distance: float, jitter: float) -> None:
+    """Also where the point lies behind where the rays begin, within the scene or before it."""
+    rng = np.random.default_rng(7)
+    start = rng.uniform(-1, 1, (800, 3))
+    segments = np.stack([start, start + rng.normal(0, 0.1, start.shape)], axis=1).astype(np.float32)
+    tree = fl.build(segments)
+    fl.set_simd(simd)
+    directions = [0, 0, 1] + rng.uniform(-1, 1, (128, 3)) * [0.03, 0.03, 0]
+    origins = [0.1, 0.2, -distance] + rng.normal(0, 1, directions.shape) * jitter
+    for back in (0.0, 2.0):
+        for radius in (0.0, 1e-3, 0.02):
+            rays = origins - back * directions, directions, radius
+            for query in QUERIES:
+                expected = fl.brute_force(segments, *rays, query=query, **options(query))
+                assert_same(getattr(tree, query)(*rays, **options(query), kernel="bundle"), expected)
+
+
 @pytest.mark.parametrize("far", [1.0, 1e3, 1e6, 1e9, 1e11])
 @pytest.mark.parametrize("simd", fl.available_simd())
 def test_rays_that_pass_far_from_the_scene(simd: str, far: float) -> None:

@@ -59,35 +59,43 @@ struct LinesBeside {
     // A length is never taken for less than 1e-18: squares of less are lost, but m is not.
     const F across2 = fma(ex, ex, fma(ey, ey, F(1e-36f))), length = sqrt(fma(ez, ez, across2));
     fma(fma(F(bundle.slope), length, sqrt(across2)), F(1.0001f * bundle.reach), F(bundle.grain) * length).store(most);
-    (pz + min(ez, zero)).store(nearest);
+    (pz + F(bundle.depth) + min(ez, zero)).store(nearest);
   }
 
   /// Call see(j, first, near) for each of the first n segments and each sixteen rays from `first` on: near has a bit
   /// for each that may come near the segment, or none. For the same rays, j rises.
   template <class See>
   [[gnu::always_inline]] void look(const Bundle& bundle, int n, See&& see) const {
-    int first = bundle.first;
-    for (; first + kWidth < bundle.end; first += 2 * kWidth) {
-      const RaysBeside some(bundle, first), others(bundle, first + kWidth);
-      for (int j = 0; j < n; ++j) {
-        const std::uint32_t near_some = near(j, some), near_others = near(j, others);
-        see(j, first, near_some);
-        see(j, first + kWidth, near_others);
-      }
-    }
-    if (first == bundle.end) return;
-    const RaysBeside remaining(bundle, first);
-    for (int j = 0; j < n; ++j) see(j, first, near(j, remaining));
+    if (bundle.from_point)
+      look_as<true>(bundle, n, see);
+    else
+      look_as<false>(bundle, n, see);
   }
 
-  /// Which of these rays may come near segment j.
+ private:
+  template <bool from_point, class See>
+  [[gnu::always_inline]] void look_as(const Bundle& bundle, int n, See& see) const {
+    constexpr int most_at_once = from_point && Float16::kRegisters == 1 ? 4 : 2;
+    int first = bundle.first;
+    const auto some = [&]<std::size_t... i>(std::index_sequence<i...>) __attribute__((always_inline)) {
+      const RaysBeside rays[] = {RaysBeside(bundle, first + int(i) * kWidth)...};
+      for (int j = 0; j < n; ++j) {
+        const std::uint32_t nears[] = {near<from_point>(j, rays[i])...};
+        (see(j, first + int(i) * kWidth, nears[i]), ...);
+      }
+      first += int(sizeof...(i)) * kWidth;
+    };
+    while (bundle.end - first >= most_at_once * kWidth) some(std::make_index_sequence<most_at_once>());
+    while (bundle.end - first > 0) some(std::make_index_sequence<1>());
+  }
+
+  /// Which of these rays may come near segment j. Where they come from one point, x, y and moment are nothing.
+  template <bool from_point>
   [[gnu::always_inline]] std::uint32_t near(int j, const RaysBeside& rays) const {
     using F = Float16;
-    F m = fma(rays.x, F(at_x[j]), F(rest[j]));
-    m = fma(rays.y, F(at_y[j]), m);
-    m = fma(rays.dx, F(at_dx[j]), m);
-    m = fma(rays.dy, F(at_dy[j]), m);
-    m = fma(rays.moment, F(at_moment[j]), m);
+    F m = fma(rays.dy, F(at_dy[j]), fma(rays.dx, F(at_dx[j]), F(rest[j])));
+    if constexpr (!from_point)
+      m = fma(rays.moment, F(at_moment[j]), fma(rays.y, F(at_y[j]), fma(rays.x, F(at_x[j]), m)));
     return ((abs(m) <= F(most[j])) & (F(nearest[j]) <= rays.last)).bits();
   }
 };

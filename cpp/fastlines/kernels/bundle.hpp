@@ -17,12 +17,14 @@ namespace fastlines {
 struct Bundle {
   int first = 0, end = 0;  // its lanes, whole groups of 16
   CullRay axis;
-  Vec3 centre, u, v, c;  // a point of the axis, a basis, of which c is its direction
-  float stray = 0.0f;    // reach of the axis
-  float spread = 0.0f;   // how far the rays stray from the axis
-  float reach = 0.0f;    // of the rays: radius and rounding
-  float slope = 0.0f;    // the largest |(x', y')|
-  float grain = 0.0f;    // times |e|: what rounding may add to a line's moment
+  Vec3 centre, u, v, c;     // a point of the axis, a basis, of which c is its direction
+  float stray = 0.0f;       // reach of the axis
+  float spread = 0.0f;      // how far the rays stray from the axis
+  float reach = 0.0f;       // of the rays: radius and rounding
+  float slope = 0.0f;       // the largest |(x', y')|
+  float grain = 0.0f;       // times |e|: what rounding may add to a line's moment
+  bool from_point = false;  // whether all rays' lines pass through `centre`, as near as matters
+  float depth = 0.0f;       // of `centre`, if they do
 
   // Rays beside the axis: at depth z at x + z·dx, y + z·dy; moment = x·dy − y·dx. Their depth is a + b·t; what begins
   // beyond `last` is no hit.
@@ -64,10 +66,10 @@ struct Bundle {
       const Float16 p[3] = {at(rays.o[0]) - Float16(centre[0]), at(rays.o[1]) - Float16(centre[1]),
                             at(rays.o[2]) - Float16(centre[2])};
       const Float16 r[3] = {at(rays.r[0]), at(rays.r[1]), at(rays.r[2])};
-      const Float16 depth = dot(p, c), step = dot(r, c), per_step = Float16(1.0f) / step;
+      const Float16 at_depth = dot(p, c), step = dot(r, c), per_step = Float16(1.0f) / step;
       const Float16 x_step = dot(r, u) * per_step, y_step = dot(r, v) * per_step;
-      const Float16 x_here = dot(p, u) - depth * x_step, y_here = dot(p, v) - depth * y_step;
-      depth.store(a + i);
+      const Float16 x_here = dot(p, u) - at_depth * x_step, y_here = dot(p, v) - at_depth * y_step;
+      at_depth.store(a + i);
       step.store(b + i);
       x_step.store(dx + i);
       y_step.store(dy + i);
@@ -80,14 +82,16 @@ struct Bundle {
       }
       slope2 = max(slope2, fma(x_step, x_step, y_step * y_step));
       slant = min(slant, step);
-      earliest = min(earliest, fma(step, max(at(rays.t_min), Float16(-8.0f)), depth));
+      earliest = min(earliest, fma(step, max(at(rays.t_min), Float16(-8.0f)), at_depth));
     }
     if (!(least(slant) > 0.5f)) return false;
     spread = std::sqrt(greatest(stray2));
     slope = std::sqrt(greatest(slope2));
-    grain = (far + spread) * 0x1p-17f;  // ulps of all that m is made of
+    grain = (far + spread) * kGrain;
     stray = reach + spread * 1.0002f + 4e-6f;
     axis = cull_ray(centre, c, u, v, stray, least(earliest) - spread - reach - 1e-5f);
+    depth = 0.0f;
+    find_point();
     return true;
   }
 
@@ -105,6 +109,40 @@ struct Bundle {
   }
 
  private:
+  static constexpr float kGrain = 0x1p-17f;  // ulps of all that m is made of
+
+  /// If the rays' lines pass through one point, as those of a picture do, move `centre` there: then x, y and moment of
+  /// all rays are noise, which counts as rounding.
+  void find_point() {
+    // The point that is nearest to the first and the last line.
+    const int last_ray = end - 1;
+    const float off_x = dx[last_ray] - dx[first], off_y = dy[last_ray] - dy[first];
+    const float z =
+        ((x[first] - x[last_ray]) * off_x + (y[first] - y[last_ray]) * off_y) / (off_x * off_x + off_y * off_y);
+    from_point = std::abs(z) < 16.0f;  // else what is seen from there is coarse; it may be no number
+    if (!from_point) return;
+    const float at_x = x[first] + z * dx[first], at_y = y[first] + z * dy[first];
+    const Vec3 point = centre + u * at_x + v * at_y + c * z;
+    float far = 2.0f;
+    for (int k = 0; k < 3; ++k) far = std::max(far, 2.0f + std::abs(point[k]));
+    const float coarser = (far + spread) * kGrain;
+    Float16 wander2 = 0.0f;
+    for (int i = first; i < end; i += kWidth) {
+      const auto at = [i](const float (&from)[kLanes]) { return Float16::load(from + i); };
+      const Float16 x_step = at(dx), y_step = at(dy);
+      const Float16 x_here = fma(x_step, Float16(z), at(x)) - Float16(at_x);
+      const Float16 y_here = fma(y_step, Float16(z), at(y)) - Float16(at_y);
+      const Float16 moment_here = x_here * y_step - y_here * x_step;
+      wander2 = max(wander2, fma(x_here, x_here, fma(y_here, y_here, moment_here * moment_here)));
+    }
+    const float wander = std::sqrt(greatest(wander2));
+    from_point = wander < coarser;
+    if (!from_point) return;
+    centre = point;
+    depth = z;
+    grain = coarser + wander;
+  }
+
   /// Of the rays' x, y and z; the fourth is nothing.
   Float4 sums(const float (&of)[3][kLanes]) const {
     Float4 fours[4] = {}, columns[4];
