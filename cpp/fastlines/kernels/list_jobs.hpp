@@ -25,7 +25,24 @@ struct AllJob {
 
  private:
   HitOrder order_;
-  LargeVector<float> t_, dist2_;  // in order, of the frame
+  LargeVector<float> t_, dist2_;     // in order, of the frame
+  std::vector<std::uint32_t> lane_;  // in order
+
+  /// What tells of sixteen hits how the caller counts t: those of their rays, which are in these lanes from `first` on.
+  struct RaysOfHits {
+    float t_min[kWidth], t_max[kWidth], t_min_given[kWidth], t_max_given[kWidth];
+    double t0[kWidth], per_length[kWidth];
+
+    RaysOfHits(const RayLanes& rays, int first, const std::uint32_t* lane) {
+      const auto pick = [=](const float* from, float* to) { Float16::look_up(from + first, lane).store(to); };
+      pick(rays.t_min, t_min);
+      pick(rays.t_max, t_max);
+      pick(rays.t_min_given, t_min_given);
+      pick(rays.t_max_given, t_max_given);
+      Float16::look_up(rays.t0 + first, lane, t0);
+      Float16::look_up(rays.per_length + first, lane, per_length);
+    }
+  };
 
   /// List the hits of rays [first, end), all of one sixteen, together: loops over those of one ray would be short, and
   /// where they end guessed wrong.
@@ -43,7 +60,7 @@ struct AllJob {
       to.u[k] = found.s[j];
       to.prim[k] = found.prim[j];
     }
-    describe(rays, first / kWidth * kWidth, to, n);
+    describe(rays, first / kWidth * kWidth, found, to, n);
     settle(to, n);
     for (int i = first; i < end; ++i) lists.add(rays.id[i], n_hits(i % kWidth));
     lists.end(4);
@@ -53,16 +70,27 @@ struct AllJob {
 
   /// t and distance in the caller's terms, sixteen at a time: what is too much is overwritten by the next ray, the next
   /// column.
-  void describe(const RayLanes& rays, int first_lane, const ListColumns& to, std::uint32_t n) const {
+  void describe(const RayLanes& rays, int first, const Collector::Hits& found, const ListColumns& to, std::uint32_t n) {
+    constexpr std::uint32_t few = 8 * kWidth;  // so few that most of sixteen hits of one ray would be none
     float some[kWidth];
-    for (int lane = 0; lane < kWidth; ++lane) {
-      std::uint32_t k = order_.begin(lane);
-      do {  // at least once: rays of few hits are all alike then
+    if (n <= few) {
+      lane_.resize(few);
+      for (std::uint32_t k = 0; k < n; ++k) lane_[k] = found.lane[order_[k]];
+      for (std::uint32_t k = 0; k < n; k += kWidth) {
+        const RaysOfHits of(rays, first, lane_.data() + k);
         const float* const t = t_.data() + k;
-        for (int i = 0; i < kWidth; ++i) some[i] = rays.t_given(first_lane + lane, t[i]);
+        for (int i = 0; i < kWidth; ++i)
+          some[i] = given(t[i], of.t_min[i], of.t_max[i], of.t_min_given[i], of.t_max_given[i], of.t0[i],
+                          rays.per_scale, of.per_length[i]);
         std::memcpy(to.t + k, some, sizeof some);
-        k += kWidth;
-      } while (k < order_.begin(lane + 1));
+      }
+    } else {
+      for (int lane = 0; lane < kWidth; ++lane)
+        for (std::uint32_t k = order_.begin(lane); k < order_.begin(lane + 1); k += kWidth) {
+          const float* const t = t_.data() + k;
+          for (int i = 0; i < kWidth; ++i) some[i] = rays.t_given(first + lane, t[i]);
+          std::memcpy(to.t + k, some, sizeof some);
+        }
     }
     for (std::uint32_t k = 0; k < n; k += kWidth) {
       const float* const dist2 = dist2_.data() + k;

@@ -63,6 +63,11 @@ struct Float16 {
     return {eight(index), eight(index + 8)};
   }
 
+  /// The same of a table of sixteen doubles, which are written.
+  static void look_up(const double* table, const std::uint32_t* index, double* to) {
+    for (int i = 0; i < 16; ++i) to[i] = table[index[i] % 16];
+  }
+
   friend Float16 operator+(Float16 x, Float16 y) { return {_mm256_add_ps(x.a, y.a), _mm256_add_ps(x.b, y.b)}; }
   friend Float16 operator-(Float16 x, Float16 y) { return {_mm256_sub_ps(x.a, y.a), _mm256_sub_ps(x.b, y.b)}; }
   friend Float16 operator*(Float16 x, Float16 y) { return {_mm256_mul_ps(x.a, y.a), _mm256_mul_ps(x.b, y.b)}; }

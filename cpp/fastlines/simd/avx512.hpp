@@ -50,6 +50,15 @@ struct Float16 {
       return _mm512_permutex2var_ps(_mm512_loadu_ps(table), at, _mm512_loadu_ps(table + 16));
   }
 
+  /// The same of a table of sixteen doubles, which are written.
+  static void look_up(const double* table, const std::uint32_t* index, double* to) {
+    const __m512d low = _mm512_loadu_pd(table), high = _mm512_loadu_pd(table + 8);
+    for (int i = 0; i < 16; i += 8) {
+      const __m256i at = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(index + i));
+      _mm512_storeu_pd(to + i, _mm512_permutex2var_pd(low, _mm512_cvtepu32_epi64(at), high));
+    }
+  }
+
   friend Float16 operator+(Float16 x, Float16 y) { return _mm512_add_ps(x.a, y.a); }
   friend Float16 operator-(Float16 x, Float16 y) { return _mm512_sub_ps(x.a, y.a); }
   friend Float16 operator*(Float16 x, Float16 y) { return _mm512_mul_ps(x.a, y.a); }

@@ -102,6 +102,11 @@ struct Float16 {
     return load(x);
   }
 
+  /// The same of a table of sixteen doubles, which are written.
+  static void look_up(const double* table, const std::uint32_t* index, double* to) {
+    for (int i = 0; i < 16; ++i) to[i] = table[index[i] % 16];
+  }
+
   template <class Op>
   static Float16 each(Float16 x, Float16 y, Op op) {
     return {op(x.v[0], y.v[0]), op(x.v[1], y.v[1]), op(x.v[2], y.v[2]), op(x.v[3], y.v[3])};
