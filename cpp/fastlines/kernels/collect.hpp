@@ -1,11 +1,12 @@
 // What becomes of the hits of 64 rays. A kernel shows a collector, sixteen rays at a time, which of them come within
 // their radius of a segment, if any: `take(rays, first, hit, approach, prim)`, each segment once. `limit` tells
 // beyond which t of the frame a ray wants no more, though hits from there may be shown; where it falls, `closer` is
-// set. `kAsksAgain` tells that each hit is tested by itself again, so that those which are seen from afar to lie behind
-// what has been found should not be shown. `approach.hit` may have lanes that `hit` has not. Where order matters, waves
-// and searches of a single ray look at limits alone, and show one hit of one ray at a time, a segment again by each of
-// its pieces: `take_one(rays, lane, approach, ref)`. `kNearestFirst` tells whether hits bring limits nearer,
-// `kAsksWhere` whether it matters what is hit and where.
+// set, and `bring_limits`, if there is one, has to be called first. `kAsksAgain` tells that each hit is tested by
+// itself again, so that those which are seen from afar to lie behind what has been found should not be shown.
+// `approach.hit` may have lanes that `hit` has not. Where order matters, waves and searches of a single ray look at
+// limits alone, and show one hit of one ray at a time, a segment again by each of its pieces: `take_one(rays, lane,
+// approach, ref)`. `kNearestFirst` tells whether hits bring limits nearer, `kAsksWhere` whether it matters what is hit
+// and where.
 //
 // `begin` readies lanes [first, end); those from there to the end of their sixteen have no ray, and want nothing.
 //
@@ -98,9 +99,14 @@ struct FirstCollector {
     set(s, approach.s);
     set(dist2, approach.dist2);
     set(prim, Float16(std::bit_cast<float>(prim_)));
-    set(limit, min(approach.t + margin, Float16::load(rays.t_max + first)));
     closer |= any(surely);
     for (; unsure; unsure &= unsure - 1) settle(rays, first, std::countr_zero(unsure), approach, prim_);
+  }
+
+  /// Bring the limits of rays [first, end) nearer, to what `take` has found: once for many of its calls.
+  void bring_limits(const RayLanes& rays, int first, int end) {
+    for (int i = first; i < end; i += kWidth)
+      min(Float16::load(t + i) + Float16::load(rays.margin + i), Float16::load(limit + i)).store(limit + i);
   }
 
   /// The t of both are so near that they may be the same to the caller; then the lower id counts.

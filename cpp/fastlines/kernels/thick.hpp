@@ -47,6 +47,8 @@ class ThickSearch {
       test_all(rays, bundle, Collector::kUnordered ? kWidth : 1, collector);
       if (collector.closer) {
         collector.closer = false;
+        if constexpr (requires { collector.bring_limits(rays, 0, 0); })
+          collector.bring_limits(rays, bundle.first, bundle.end);
         deepest = bundle.look(collector.limit);
       }
     }
