@@ -22,7 +22,7 @@ class HitOrder {
   /// Sort hits 0 … n − 1, one at least, each of the ray in its lane, at t, of the segment prim.
   void sort(const std::uint32_t* lane, const float* t, const std::uint32_t* prim, std::uint32_t n) {
     if (const std::size_t room = n + kMost; order_.size() < room)
-      for (auto* numbers : {&order_, &last_, &key_}) numbers->resize(2 * room);
+      for (auto* numbers : {&order_, &place_, &key_}) numbers->resize(2 * room);
     const std::uint32_t most = find_begins(lane, n), n_rows = Columns::rows_for(most);
     if (n_rows <= kMost && Columns::n_comparisons(n_rows) <= kDear * n)
       sort_columns(t, prim, n, most, n_rows);
@@ -50,7 +50,7 @@ class HitOrder {
   /// most has.
   std::uint32_t find_begins(const std::uint32_t* lane, std::uint32_t n) {
     std::uint32_t n_of[kWidth] = {};
-    std::uint32_t* const place = last_.data();  // which is not needed yet
+    std::uint32_t* const place = place_.data();
     for (std::uint32_t j = 0; j < n; ++j) place[j] = n_of[lane[j]]++ * kWidth + lane[j];
     std::uint32_t most = 0;
     begin_[0] = 0;
@@ -107,7 +107,7 @@ class HitOrder {
     const int room_bits = std::bit_width(n);
     make_keys(t, prim, n, 32 - room_bits, [](std::uint32_t) { return 0u; });
     std::fill_n(rows_, n_rows * kWidth, ~0u);
-    const std::uint32_t *const key = key_.data(), *const place = last_.data();
+    const std::uint32_t *const key = key_.data(), *const place = place_.data();
     for (std::uint32_t j = 0; j < n; ++j) rows_[place[j]] = (key[j] << room_bits) + j;
     Columns::sort(rows_, n_rows);
     write_columns((1u << room_bits) - 1, most);
@@ -134,28 +134,34 @@ class HitOrder {
     }
   }
 
-  /// Many hits: by each of three digits of their keys in turn, the last one first.
+  /// Many hits: by each of three digits of their keys in turn, the last one first. A key goes with its hit, so that all
+  /// are read one after the other.
   template <int digit_bits>
   void deal(const std::uint32_t* lane, const float* t, const std::uint32_t* prim, std::uint32_t n) {
     constexpr int n_digits = 3;
     constexpr std::uint32_t n_values = 1 << digit_bits;
     make_keys(t, prim, n, std::min(n_digits * digit_bits, 32) - kLaneBits, [lane](std::uint32_t j) { return lane[j]; });
-    const auto digit = [key = key_.data()](std::uint32_t j, int i) {
-      return key[j] >> digit_bits * i & (n_values - 1);
-    };
+    const auto digit = [](std::uint32_t key, int i) { return key >> digit_bits * i & (n_values - 1); };
     std::uint32_t places[n_digits][n_values] = {}, before[n_digits] = {};
     for (std::uint32_t j = 0; j < n; ++j)
-      for (int i = 0; i < n_digits; ++i) ++places[i][digit(j, i)];
+      for (int i = 0; i < n_digits; ++i) ++places[i][digit(key_[j], i)];
     for (std::uint32_t value = 0; value < n_values; ++value)
       for (int i = 0; i < n_digits; ++i) before[i] += std::exchange(places[i][value], before[i]);
-    for (std::uint32_t j = 0; j < n; ++j) order_[places[0][digit(j, 0)]++] = j;
-    for (int i = 1; i < n_digits; ++i) {
-      std::swap(order_, last_);
-      for (std::uint32_t k = 0; k < n; ++k) order_[places[i][digit(last_[k], i)]++] = last_[k];
-    }
+    if (const std::size_t room = n; first_.size() < room)
+      for (auto* hits : {&first_, &second_}) hits->resize(2 * room);
+    const std::uint32_t* const key = key_.data();
+    Keyed *const first = first_.data(), *const second = second_.data();
+    std::uint32_t* const order = order_.data();
+    for (std::uint32_t j = 0; j < n; ++j) first[places[0][digit(key[j], 0)]++] = {key[j], j};
+    for (std::uint32_t k = 0; k < n; ++k) second[places[1][digit(first[k].key, 1)]++] = first[k];
+    for (std::uint32_t k = 0; k < n; ++k) order[places[2][digit(second[k].key, 2)]++] = second[k].hit;
   }
 
-  LargeVector<std::uint32_t> order_, last_, key_;
+  struct Keyed {
+    std::uint32_t key, hit;
+  };
+  LargeVector<std::uint32_t> order_, place_, key_;
+  LargeVector<Keyed> first_, second_;
   std::uint32_t begin_[kWidth + 1];
   alignas(64) std::uint32_t rows_[kMost * kWidth];  // of the columns
 };
