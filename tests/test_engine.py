@@ -244,11 +244,12 @@ def hedge(n: int) -> Any:
     return np.stack([first, first + np.array([0.02, 0, 0])], axis=1).astype(np.float32)
 
 
-@pytest.mark.parametrize("n", [1, 8, 9, 32, 33, 128, 129, 3000])
+@pytest.mark.parametrize("n", [1, 8, 9, 32, 33, 90, 100, 129, 300, 500, 513, 3000])
 def test_lists_are_sorted(n: int) -> None:
     """Also where t are much the same for most, the same for all, or far apart for some.
 
-    Up to 128, 512, 2,048 hits of sixteen rays, and more, are sorted in a way of their own each.
+    Up to 8, 16 and 512 hits of a ray, and more, are sorted in a way of their own each, and where merged parts
+    lack rows.
     """
     rng = np.random.default_rng(n)
     segments = hedge(n)[rng.permutation(n)]

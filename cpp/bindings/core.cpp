@@ -151,16 +151,17 @@ Output<std::int64_t> count(Input<float> data, OptionalNodes nodes, Input<std::ui
 /// All hits, or with k those that are nearest.
 nb::tuple list(Input<float> data, OptionalNodes nodes, Input<std::uint32_t> refs, RayArrays rays, bool surface,
                std::optional<std::size_t> k, unsigned n_threads, nb::object progress) {
-  PlacedLists lists(n_rays(rays), surface);
+  std::optional<PlacedLists> lists;
   const At at = surface ? At::surface : At::closest;
   with_search(data, nodes, refs, n_rays(rays), progress, [&](const auto& search, Progress& watched) {
-    const auto run = [&](auto&& make) { list_hits(search, batch_of(rays), n_threads, watched, lists, make); };
+    lists.emplace(n_rays(rays), surface);
+    const auto run = [&](auto&& make) { list_hits(search, batch_of(rays), n_threads, watched, *lists, make); };
     if (k)
       run([&](const Ray& ray) { return NextSink(at, ray, *k); });
     else
       run([&](const Ray& ray) { return AllSink(at, ray); });
   });
-  return arrays_of(lists);
+  return arrays_of(*lists);
 }
 
 }  // namespace

@@ -80,10 +80,11 @@ struct Question {
 
   template <class Job>
   nb::tuple list(const Job& job, bool surface) const {
-    PlacedLists lists(rays.size(), surface);
-    watch_if(is_long, progress,
-             [&](Progress& watched) { run_lists(tree, rays, kernel, job, n_threads, watched, lists); });
-    return arrays_of(lists);
+    std::optional<PlacedLists> lists;
+    watch_if(is_long, progress, [&](Progress& watched) {
+      run_lists(tree, rays, kernel, job, n_threads, watched, lists.emplace(rays.size(), surface));
+    });
+    return arrays_of(*lists);
   }
 };
 

@@ -199,7 +199,7 @@ void put(float t, float u, float distance, std::int64_t prim, Answers& to) {
   to.add(prim);
 }
 
-/// Those who are asked put first hits, flags and counts in their places, and make lists.
+/// Those who are asked put first hits, flags and counts in their places, and fill lists.
 struct Brute {
   BruteForce search;
   const RayBatch& rays;

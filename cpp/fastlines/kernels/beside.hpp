@@ -80,8 +80,8 @@ struct LinesBeside {
     const auto some = [&]<std::size_t... i>(std::index_sequence<i...>) __attribute__((always_inline)) {
       const RaysBeside rays[] = {RaysBeside(bundle, first + int(i) * kWidth)...};
       for (int j = 0; j < n; ++j) {
-        const std::uint32_t nears[] = {near<from_point>(j, rays[i])...};
-        (see(j, first + int(i) * kWidth, nears[i]), ...);
+        const std::uint32_t bits[] = {near<from_point>(j, rays[i])...};
+        (see(j, first + int(i) * kWidth, bits[i]), ...);
       }
       first += int(sizeof...(i)) * kWidth;
     };

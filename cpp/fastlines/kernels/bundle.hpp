@@ -17,17 +17,17 @@ namespace fastlines {
 struct Bundle {
   int first = 0, end = 0;  // its lanes, whole groups of 16
   CullRay axis;
-  Vec3 centre, u, v, c;     // a point of the axis, a basis, of which c is its direction
+  Vec3 centre, u, v, c;     // from where lines are seen, and a basis, of which c is the axis's direction
   float stray = 0.0f;       // reach of the axis
   float spread = 0.0f;      // how far the rays stray from the axis
   float reach = 0.0f;       // of the rays: radius and rounding
   float slope = 0.0f;       // the largest |(x', y')|
   float grain = 0.0f;       // times |e|: what rounding may add to a line's moment
   bool from_point = false;  // whether all rays' lines pass through `centre`, as near as matters
-  float depth = 0.0f;       // of `centre`, if they do
+  float depth = 0.0f;       // of `centre`
 
   // Rays beside the axis: at depth z at x + z·dx, y + z·dy; moment = x·dy − y·dx. Their depth is a + b·t; what begins
-  // beyond `last` is no hit.
+  // beyond `last` is no hit. All of this counts from the mean of the rays' origins.
   float x[kLanes], y[kLanes], dx[kLanes], dy[kLanes], moment[kLanes];
   float a[kLanes], b[kLanes], last[kLanes];
 

@@ -1,7 +1,7 @@
 // What becomes of the hits of 64 rays. A kernel shows a collector, sixteen rays at a time, which of them come within
 // their radius of a segment, if any: `take(rays, first, hit, approach, prim)`, each segment once. `limit` tells
 // beyond which t of the frame a ray wants no more, though hits from there may be shown; where it falls, `closer` is
-// set, and `bring_limits`, if there is one, has to be called first. `kAsksAgain` tells that each hit is tested by
+// set. If there is `bring_limits`, it falls only when that is called. `kAsksAgain` tells that each hit is tested by
 // itself again, so that those which are seen from afar to lie behind what has been found should not be shown.
 // `approach.hit` may have lanes that `hit` has not. Where order matters, waves and searches of a single ray look at
 // limits alone, and show one hit of one ray at a time, a segment again by each of its pieces: `take_one(rays, lane,

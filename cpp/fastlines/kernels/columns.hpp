@@ -115,8 +115,8 @@ class Columns {
     for (; i < part + step && i + step < end; ++i) merge(std::integral_constant<int, 2>(), i);
   }
 
-  /// Sixteens of rows. What is merged are powers of two; of rows that are not there, as if they held the greatest
-  /// numbers, none would ever move.
+  /// Sixteens of rows. What is merged is as long as a power of two. Rows that the last part lacks would hold the
+  /// greatest numbers and never move, so they are left out.
   static void sort_many(std::uint32_t* first, std::uint32_t n_rows) {
     const auto compare_rows = [=](std::uint32_t i, std::uint32_t j) {
       Row a = load(first + i * kWidth), b = load(first + j * kWidth);

@@ -147,8 +147,8 @@ class HitOrder {
       for (int i = 0; i < n_digits; ++i) ++places[i][digit(key_[j], i)];
     for (std::uint32_t value = 0; value < n_values; ++value)
       for (int i = 0; i < n_digits; ++i) before[i] += std::exchange(places[i][value], before[i]);
-    if (const std::size_t room = n; first_.size() < room)
-      for (auto* hits : {&first_, &second_}) hits->resize(2 * room);
+    if (first_.size() < n)
+      for (auto* hits : {&first_, &second_}) hits->resize(2 * std::size_t(n));
     const std::uint32_t* const key = key_.data();
     Keyed *const first = first_.data(), *const second = second_.data();
     std::uint32_t* const order = order_.data();

@@ -24,9 +24,10 @@ class RayOrder {
 
   std::size_t n_groups() const { return n_groups_; }
 
-  /// So many rays, from the first one on, are in the first n groups.
-  std::size_t n_rays_in(std::size_t n) const {
-    return row_ == 0 ? std::min(n * kLanes, n_rays_) : std::min(n / tiles_across_ * kSide * row_, n_rays_);
+  /// At least so many rays, from the first one on, are in the first groups.
+  std::size_t n_rays_in(std::size_t n_groups) const {
+    return row_ == 0 ? std::min(n_groups * kLanes, n_rays_)
+                     : std::min(n_groups / tiles_across_ * kSide * row_, n_rays_);
   }
 
   /// The rays of a group, in place: at most 64; four tiles of four by four where the group is whole. Beside a last row

@@ -36,10 +36,10 @@ class Buffer {
     return data_;
   }
 
-  /// Have room for n elements, and keep those that were written so far at the front.
-  void grow(std::size_t n, std::size_t n_written) {
+  /// Have room for n elements, and keep the first ones.
+  void grow(std::size_t n, std::size_t n_first) {
     Buffer larger;
-    std::uninitialized_copy_n(data_, n_written, larger.make_room(n));
+    std::uninitialized_copy_n(data_, n_first, larger.make_room(n));
     *this = std::move(larger);
   }
 

@@ -104,15 +104,15 @@ class PlacedLists {
  public:
   PlacedLists(std::size_t n_rays, bool with_t_out) : with_t_out_(with_t_out), offsets_(n_rays + 1) {}
 
-  /// Which of n chunks is to come i-th: every fourth, then the others.
-  static std::size_t spread_first(std::size_t i, std::size_t n) {
-    const std::size_t n_spread = (n + 3) / 4, other = i - n_spread;
+  /// Which chunk is to come i-th: every fourth, then the others.
+  static std::size_t spread_first(std::size_t i, std::size_t n_chunks) {
+    const std::size_t n_spread = (n_chunks + 3) / 4, other = i - n_spread;
     return i < n_spread ? 4 * i : other + other / 3 + 1;
   }
 
-  /// Take the lists of a chunk, one of n; they are empty afterwards. With this chunk and those before it, `n_counted`
-  /// rays are counted, from the first one on.
-  void take(std::size_t chunk, std::size_t n, std::size_t n_counted, HitLists& lists) {
+  /// Take the lists of a chunk; they are empty afterwards. With this chunk and those before it all rays before `until`
+  /// are counted.
+  void take(std::size_t chunk, std::size_t n_chunks, std::size_t until, HitLists& lists) {
     std::size_t end = 0, n_hits = 0;
     for (const HitLists::Run& run : lists.runs) {
       offsets_[run.ray + 1] = run.n_hits;
@@ -122,13 +122,13 @@ class PlacedLists {
     std::vector<Chunk> known;
     {
       const std::lock_guard lock(mutex_);
-      waiting_.emplace(chunk, Chunk{n_counted, end, lists.runs, std::exchange(lists.pieces, {})});
+      waiting_.emplace(chunk, Chunk{until, end, lists.runs, std::exchange(lists.pieces, {})});
       n_hits_taken_ += n_hits;
-      if (const std::size_t n_taken = ++n_taken_; 4 * n_taken >= n) {
+      if (const std::size_t n_taken = ++n_taken_; 4 * n_taken >= n_chunks) {
         count();
         while (!waiting_.empty() && waiting_.begin()->first < next_ && waiting_.begin()->second.end <= n_counted_)
           known.push_back(std::move(waiting_.extract(waiting_.begin()).mapped()));
-        make_room(std::size_t(offsets_[n_counted_]), double(n_hits_taken_) / double(n_taken) * double(n));
+        make_room(std::size_t(offsets_[n_counted_]), double(n_hits_taken_) / double(n_taken) * double(n_chunks));
       }
     }
     lists.clear();
@@ -146,7 +146,7 @@ class PlacedLists {
 
  private:
   struct Chunk {
-    std::size_t n_counted, end;  // the last of its rays that hit anything comes before `end`
+    std::size_t until, end;  // all its rays come before `end`
     std::vector<HitLists::Run> runs;
     std::vector<HitLists::Piece> pieces;
   };
@@ -155,17 +155,25 @@ class PlacedLists {
   void count() {
     std::size_t n = n_counted_;
     for (auto chunk = waiting_.find(next_); chunk != waiting_.end() && chunk->first == next_; ++chunk, ++next_)
-      n = chunk->second.n_counted;
+      n = chunk->second.until;
     std::int64_t n_hits = offsets_[n_counted_];
     for (; n_counted_ < n; ++n_counted_) offsets_[n_counted_ + 1] = n_hits += offsets_[n_counted_ + 1];
   }
 
-  /// Have room for so many hits, and for those to be expected in all. Room that is not used costs only addresses.
+  /// Have room for so many hits, and for those to be expected in all if the system gives as much. Room that is not used
+  /// costs only addresses.
   void make_room(std::size_t n_hits, double n_expected) {
     if (n_hits <= room_) return;
     const std::lock_guard lock(place_);
-    const std::size_t more = room_ > 0 ? n_hits / 2 : 0;
-    const std::size_t room = std::max(n_hits + more, std::size_t(1.5 * n_expected)) + kWidth;
+    const std::size_t enough = n_hits + (room_ > 0 ? n_hits / 2 : 0);
+    try {
+      grow(std::max(enough, std::size_t(1.5 * n_expected)));
+    } catch (const std::bad_alloc&) {
+      grow(enough);
+    }
+  }
+
+  void grow(std::size_t room) {
     for (Buffer<float>* column : {&t, &u, &distance}) column->grow(room, room_);
     if (with_t_out_) t_out.grow(room, room_);
     prim.grow(room, room_);
@@ -211,7 +219,7 @@ class PlacedLists {
   }
 
   const bool with_t_out_;
-  LargeVector<std::int64_t> offsets_;  // from `n_counted_` on, how many hits the ray before has
+  LargeVector<std::int64_t> offsets_;  // beyond `n_counted_`: how many hits the ray before has
   std::mutex mutex_;                   // of what follows
   std::size_t n_taken_ = 0, n_hits_taken_ = 0;
   std::size_t next_ = 0, n_counted_ = 0;  // the first chunk that has not been taken, the first ray not counted
