@@ -47,11 +47,10 @@ struct Bundle {
     v = {g, sign + c[1] * c[1] * f, -c[1]};
 
     // The depths of the scene's box along the axis.
-    float middle = 0.0f, half = 0.001f, far = 2.0f;
+    float middle = 0.0f, half = 0.001f;
     for (int k = 0; k < 3; ++k) {
       middle += c[k] * (0.5f * (scene.lo[k] + scene.hi[k]) - centre[k]);
       half += std::abs(c[k]) * 0.5f * (scene.hi[k] - scene.lo[k]);
-      far = std::max(far, 2.0f + std::abs(centre[k]));
     }
     Float16 largest = 0.0f;
     for (int i = first; i < end; i += kWidth) largest = max(largest, Float16::load(rays.reach + i));
@@ -87,7 +86,7 @@ struct Bundle {
     if (!(least(slant) > 0.5f)) return false;
     spread = std::sqrt(greatest(stray2));
     slope = std::sqrt(greatest(slope2));
-    grain = (far + spread) * kGrain;
+    grain = grain_from(centre);
     stray = reach + spread * 1.0002f + 4e-6f;
     axis = cull_ray(centre, c, u, v, stray, least(earliest) - spread - reach - 1e-5f);
     depth = 0.0f;
@@ -109,7 +108,11 @@ struct Bundle {
   }
 
  private:
-  static constexpr float kGrain = 0x1p-17f;  // ulps of all that m is made of
+  /// Ulps of all that m is made of, seen from here.
+  float grain_from(const Vec3& point) const {
+    const float far = std::max({std::abs(point[0]), std::abs(point[1]), std::abs(point[2])});
+    return (2.0f + far + spread) * 0x1p-17f;
+  }
 
   /// If the rays' lines pass through one point, as those of a picture do, move `centre` there: then x, y and moment of
   /// all rays are noise, which counts as rounding.
@@ -123,9 +126,7 @@ struct Bundle {
     if (!from_point) return;
     const float at_x = x[first] + z * dx[first], at_y = y[first] + z * dy[first];
     const Vec3 point = centre + u * at_x + v * at_y + c * z;
-    float far = 2.0f;
-    for (int k = 0; k < 3; ++k) far = std::max(far, 2.0f + std::abs(point[k]));
-    const float coarser = (far + spread) * kGrain;
+    const float coarser = grain_from(point);
     Float16 wander2 = 0.0f;
     for (int i = first; i < end; i += kWidth) {
       const auto at = [i](const float (&from)[kLanes]) { return Float16::load(from + i); };

@@ -25,8 +25,7 @@ struct AllJob {
 
  private:
   HitOrder order_;
-  LargeVector<float> t_, dist2_;     // in order, of the frame
-  std::vector<std::uint32_t> lane_;  // in order
+  LargeVector<float> t_, dist2_;  // in order, of the frame
 
   /// What tells of sixteen hits how the caller counts t: those of their rays, which are in these lanes from `first` on.
   struct RaysOfHits {
@@ -74,10 +73,10 @@ struct AllJob {
     constexpr std::uint32_t few = 8 * kWidth;  // so few that most of sixteen hits of one ray would be none
     float some[kWidth];
     if (n <= few) {
-      lane_.resize(few);
-      for (std::uint32_t k = 0; k < n; ++k) lane_[k] = found.lane[order_[k]];
+      std::uint32_t lanes[few] = {};
+      for (std::uint32_t k = 0; k < n; ++k) lanes[k] = found.lane[order_[k]];
       for (std::uint32_t k = 0; k < n; k += kWidth) {
-        const RaysOfHits of(rays, first, lane_.data() + k);
+        const RaysOfHits of(rays, first, lanes + k);
         const float* const t = t_.data() + k;
         for (int i = 0; i < kWidth; ++i)
           some[i] = given(t[i], of.t_min[i], of.t_max[i], of.t_min_given[i], of.t_max_given[i], of.t0[i],
