@@ -47,9 +47,14 @@ struct Ray {
 /// Bound on what the frame's coordinates are clamped to; squares of it are finite.
 inline constexpr float kFar = 1e18f;
 
+inline double length_of(const Vec3& direction) {
+  const double x = direction[0], y = direction[1], z = direction[2];
+  return std::sqrt(x * x + y * y + z * z);
+}
+
 /// One text for one ray and, in a loop that the compiler turns into vectors, for many: so nothing here branches. For
-/// what `askable.hpp` does not let pass nothing is promised.
-[[gnu::always_inline]] inline Ray prepare(const RayQuery& query, const Frame& frame) {
+/// what `askable.hpp` does not let pass nothing is promised. The direction is `length` long.
+[[gnu::always_inline]] inline Ray prepare(const RayQuery& query, double length, double per_length, const Frame& frame) {
   // Written so that the compiler takes two instructions for a vector, not six.
   const auto clamped = [](double x) { return std::copysign(min(std::fabs(float(x)), kFar), float(x)); };
   Ray ray;
@@ -58,8 +63,8 @@ inline constexpr float kFar = 1e18f;
     d[k] = query.direction[k];
     from_centre[k] = double(query.origin[k]) - double(frame.centre[k]);
   }
-  const double length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]), scale = frame.scale;
-  ray.per_length = 1.0 / length;
+  const double scale = frame.scale;
+  ray.per_length = per_length;
   ray.per_scale = 1.0 / scale;
   for (int k = 0; k < 3; ++k) d[k] *= ray.per_length;
   ray.t0 = -(from_centre[0] * d[0] + from_centre[1] * d[1] + from_centre[2] * d[2]);
@@ -85,6 +90,10 @@ inline constexpr float kFar = 1e18f;
   const double rounding = std::fabs(ray.t0) * scale + 4.0 + 2.0 * ray.radius;
   ray.margin = ray.eps + clamped(rounding * 0x1p-22 + length * scale * 0x1p-146);
   return ray;
+}
+inline Ray prepare(const RayQuery& query, const Frame& frame) {
+  const double length = length_of(query.direction);
+  return prepare(query, length, 1.0 / length, frame);
 }
 
 }  // namespace fastlines

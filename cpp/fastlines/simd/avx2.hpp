@@ -46,6 +46,12 @@ struct Float16 {
     const __m256 all = _mm256_permute_ps(twice, k * 0x55);
     return {all, all};
   }
+  /// Lanes i and j of each four of x, then k and l of those of y.
+  template <int i, int j, int k, int l>
+  static Float16 of_fours(Float16 x, Float16 y) {
+    constexpr int which = _MM_SHUFFLE(l, k, j, i);
+    return {_mm256_shuffle_ps(x.a, y.a, which), _mm256_shuffle_ps(x.b, y.b, which)};
+  }
   void store(float* p) const {
     _mm256_storeu_ps(p, a);
     _mm256_storeu_ps(p + 8, b);

@@ -39,6 +39,11 @@ struct Float16 {
   static Float16 spread(const Float4& x) {
     return _mm512_permutexvar_ps(_mm512_set1_epi32(k), _mm512_castps128_ps512(__m128(x)));
   }
+  /// Lanes i and j of each four of x, then k and l of those of y.
+  template <int i, int j, int k, int l>
+  static Float16 of_fours(Float16 x, Float16 y) {
+    return _mm512_shuffle_ps(x.a, y.a, _MM_SHUFFLE(l, k, j, i));
+  }
   void store(float* p) const { _mm512_storeu_ps(p, a); }
   /// Of the numbers of a table, 16 or 32, those with these indices, of which no higher bits count.
   template <int n = 16>

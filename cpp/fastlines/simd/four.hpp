@@ -45,14 +45,6 @@ inline Float4 two(const float* p) {
   columns[3] = __builtin_shufflevector(high[0], high[1], 2, 3, 6, 7);
 }
 
-/// Four points that stand side by side: their x, y and z.
-[[gnu::always_inline]] inline void turn_points(const float* points, Float4 (&xyz)[3]) {
-  const Float4 a = four(points), b = four(points + 4), c = four(points + 8);
-  xyz[0] = __builtin_shufflevector(__builtin_shufflevector(a, b, 0, 3, 6, 6), c, 0, 1, 2, 5);
-  xyz[1] = __builtin_shufflevector(__builtin_shufflevector(a, b, 1, 4, 7, 7), c, 0, 1, 2, 6);
-  xyz[2] = __builtin_shufflevector(__builtin_shufflevector(a, b, 2, 5, 5, 5), c, 0, 1, 4, 7);
-}
-
 /// Rounds once or twice: for culling only.
 [[gnu::always_inline]] inline Float4 fma(Float4 x, Float4 y, Float4 z) {
 #if defined(__FMA__)

@@ -93,6 +93,13 @@ struct Float16 {
   static Float16 spread(const Quad& x) {
     return {x[k]};
   }
+  /// Lanes i and j of each four of x, then k and l of those of y.
+  template <int i, int j, int k, int l>
+  static Float16 of_fours(const Float16& x, const Float16& y) {
+    Float16 fours;
+    for (int n = 0; n < 4; ++n) fours.v[n] = __builtin_shufflevector(x.v[n], y.v[n], i, j, k + 4, l + 4);
+    return fours;
+  }
   void store(float* p) const { std::memcpy(p, v, sizeof v); }
   /// Of the numbers of a table, 16 or 32, those with these indices, of which no higher bits count.
   template <int n = 16>

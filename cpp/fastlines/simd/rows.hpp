@@ -60,14 +60,20 @@ template <int n, class Row, class Column>
 /// Sixteen points, four of which stand side by side at a time: their x, y and z.
 template <class F>
 [[gnu::always_inline]] inline void turn_points(const float* const (&fours)[4], F (&xyz)[3]) {
-  Float4 parts[4][3];
-  for (int i = 0; i < 4; ++i) turn_points(fours[i], parts[i]);
-  for (int k = 0; k < 3; ++k)
-    if constexpr (F::kRegisters == 4) {
-      for (int i = 0; i < 4; ++i) xyz[k].v[i] = parts[i][k];
-    } else {
-      xyz[k] = F::of(eight(parts[0][k], parts[1][k]), eight(parts[2][k], parts[3][k]));
-    }
+  F parts[3];  // x y z x, y z x y, and z x y z of each four points
+  for (int k = 0; k < 3; ++k) {
+    Float4 part[4];
+    for (int i = 0; i < 4; ++i) part[i] = four(fours[i] + 4 * k);
+    if constexpr (F::kRegisters == 4)
+      parts[k] = F(part[0], part[1], part[2], part[3]);
+    else
+      parts[k] = F::of(eight(part[0], part[1]), eight(part[2], part[3]));
+  }
+  const F &a = parts[0], &b = parts[1], &c = parts[2];
+  xyz[0] = F::template of_fours<0, 3, 0, 2>(a, F::template of_fours<2, 2, 1, 1>(b, c));
+  xyz[1] =
+      F::template of_fours<0, 2, 0, 2>(F::template of_fours<1, 1, 0, 0>(a, b), F::template of_fours<3, 3, 2, 2>(b, c));
+  xyz[2] = F::template of_fours<0, 2, 0, 3>(F::template of_fours<2, 2, 1, 1>(a, b), c);
 }
 
 }  // namespace fastlines
