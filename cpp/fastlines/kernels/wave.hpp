@@ -166,12 +166,12 @@ class Wave {
     test_nodes();
     survivors_.clear();
     survivors_.add(tree_, leaves_, cull_);
-    for (const Pairs& survivors : survivors_.lists) fetch_segments(survivors);
+    for (int i = 0; i < survivors_.kLists; ++i) fetch_segments(survivors_.lists[i], prims_[i]);
     // Between testing segments and telling what hits, and where rays go to what is nearest also between asking for
     // segments and testing them, there is something else to do: a guess about hits would be known to be wrong only at
     // the end of a long test.
     if constexpr (kNearestFirst) find_nearest(on_ & kHalf);
-    for (int i = 0; i < survivors_.kLists; ++i) test_survivors(survivors_.lists[i], i * kTogether);
+    for (int i = 0; i < survivors_.kLists; ++i) test_survivors(survivors_.lists[i], prims_[i].data(), i * kTogether);
     if constexpr (kNearestFirst) find_nearest(on_ & ~kHalf);
     tell_hits();
     const auto n_on = std::uint64_t(std::popcount(on_));
@@ -215,14 +215,21 @@ class Wave {
     leaves_.end(leaves);
   }
 
-  void fetch_segments(const Pairs& survivors) {
+  /// List the segments of survivors, and any others past the last, for sixteen are read.
+  void fetch_segments(const Pairs& survivors, std::vector<std::uint32_t>& prims) {
     const WideView tree = tree_;
-    for (std::size_t j = 0; j < survivors.size(); ++j)
-      __builtin_prefetch(tree.segments + tree.refs[survivors.what[j]].prim);
+    const std::size_t n = survivors.size();
+    if (prims.size() < n + kWidth) prims.resize(2 * (n + kWidth));
+    std::uint32_t* const to = prims.data();
+    for (std::size_t j = 0; j < n; ++j) {
+      to[j] = tree.refs[survivors.what[j]].prim;
+      __builtin_prefetch(tree.segments + to[j]);
+    }
+    std::fill_n(to + n, kWidth, 0u);
   }
 
   /// Phase C, for the rays in lanes from `first` on.
-  void test_survivors(Pairs& survivors, int first) {
+  void test_survivors(Pairs& survivors, const std::uint32_t* prims, int first) {
     const std::size_t n = survivors.size();
     cost_ += AloneCost::kTest * n;
     tally(&Steps::pieces, n);
@@ -232,15 +239,15 @@ class Wave {
     const std::uint32_t *const what = survivors.what.data(), *const ray = survivors.ray.data();
     for (std::size_t j = 0; j < n; j += kWidth) {
       if (tested_.n == kAtOnce) tell_hits();
-      test_sixteen(what + j, ray + j, std::min<std::size_t>(n - j, kWidth), first);
+      test_sixteen(what + j, prims + j, ray + j, std::min<std::size_t>(n - j, kWidth), first);
     }
   }
 
   /// Test n survivors, sixteen at most; `tell_hits` tells what hits.
-  [[gnu::always_inline]] void test_sixteen(const std::uint32_t* what, const std::uint32_t* ray, std::size_t n,
-                                           int first) {
+  [[gnu::always_inline]] void test_sixteen(const std::uint32_t* what, const std::uint32_t* prims,
+                                           const std::uint32_t* ray, std::size_t n, int first) {
     Float16 start[3], e[3];
-    take_sixteen(tree_, [&](int i) { return tree_.refs[what[i]].prim; }, start, e);
+    take_sixteen(tree_, [=](int i) { return prims[i]; }, start, e);
     const auto rays = picks_.template pick<Float16, kTogether>(rays_, first, ray);
     const Approach<Float16> approach = closest_approach(rays, see<Float16>(rays, start, e));
     const std::size_t at = tested_.n;
@@ -250,7 +257,9 @@ class Wave {
       approach.dist2.store(tested_.dist2 + at);
       std::memcpy(tested_.what + at, what, kWidth * sizeof *what);
     }
-    for (int i = 0; i < kWidth; ++i) tested_.lane[at + std::size_t(i)] = std::uint32_t(first) + ray[i];
+    std::uint32_t lanes[kWidth];  // written at once: `ray` can not be a part of it
+    for (int i = 0; i < kWidth; ++i) lanes[i] = std::uint32_t(first) + ray[i];
+    std::memcpy(tested_.lane + at, lanes, sizeof lanes);
     const std::uint32_t hit = approach.hit.bits() & first_lanes(n);
     pack_numbers(hit, std::uint32_t(at), tested_.hits + tested_.n_hits);
     tested_.n_hits += std::size_t(std::popcount(hit));
@@ -357,7 +366,8 @@ class Wave {
   // What phases hand to each other.
   Pairs leaves_;
   Survivors<kTogether> survivors_;
-  float enter_[kLanes];           // where the node that comes next is
+  std::vector<std::uint32_t> prims_[Survivors<kTogether>::kLists];  // their segments
+  float enter_[kLanes];                                             // where the node that comes next is
   std::int32_t emptied_[kLanes];  // whether it was the last of its entry: an entry, or none
   Tested tested_;
   // Since they were asked for.

@@ -31,7 +31,6 @@ struct Float16 {
   Float16(__m256 a_, __m256 b_) : a(a_), b(b_) {}
   Float16(float x) : a(_mm256_set1_ps(x)), b(a) {}
 
-  static Float16 of(const Octet& low, const Octet& high) { return {__m256(low), __m256(high)}; }
   static Float16 load(const float* p) { return {_mm256_loadu_ps(p), _mm256_loadu_ps(p + 8)}; }
   static Float16 bytes(const std::uint8_t* p) {
     const auto eight = [](const std::uint8_t* from) {
@@ -45,6 +44,17 @@ struct Float16 {
     const __m256 twice = _mm256_insertf128_ps(_mm256_castps128_ps256(__m128(x)), __m128(x), 1);  // once for all k
     const __m256 all = _mm256_permute_ps(twice, k * 0x55);
     return {all, all};
+  }
+  /// Four numbers of each of four rows, side by side; and back.
+  static Float16 of_rows(const float* p, const float* q, const float* r, const float* s) {
+    return {_mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(p)), _mm_loadu_ps(q), 1),
+            _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(r)), _mm_loadu_ps(s), 1)};
+  }
+  void store_rows(float* p, float* q, float* r, float* s) const {
+    _mm_storeu_ps(p, _mm256_castps256_ps128(a));
+    _mm_storeu_ps(q, _mm256_extractf128_ps(a, 1));
+    _mm_storeu_ps(r, _mm256_castps256_ps128(b));
+    _mm_storeu_ps(s, _mm256_extractf128_ps(b, 1));
   }
   /// Lanes i and j of each four of x, then k and l of those of y.
   template <int i, int j, int k, int l>

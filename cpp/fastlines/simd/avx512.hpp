@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "octets.hpp"
+#include "four.hpp"
 
 namespace fastlines {
 
@@ -27,9 +27,6 @@ struct Float16 {
   Float16(__m512 a_) : a(a_) {}
   Float16(float x) : a(_mm512_set1_ps(x)) {}
 
-  static Float16 of(const Octet& low, const Octet& high) {
-    return _mm512_insertf32x8(_mm512_castps256_ps512(__m256(low)), __m256(high), 1);
-  }
   static Float16 load(const float* p) { return _mm512_loadu_ps(p); }
   static Float16 bytes(const std::uint8_t* p) {
     return _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))));
@@ -38,6 +35,19 @@ struct Float16 {
   template <int k>
   static Float16 spread(const Float4& x) {
     return _mm512_permutexvar_ps(_mm512_set1_epi32(k), _mm512_castps128_ps512(__m128(x)));
+  }
+  /// Four numbers of each of four rows, side by side; and back.
+  static Float16 of_rows(const float* p, const float* q, const float* r, const float* s) {
+    __m512 x = _mm512_castps128_ps512(_mm_loadu_ps(p));
+    x = _mm512_insertf32x4(x, _mm_loadu_ps(q), 1);
+    x = _mm512_insertf32x4(x, _mm_loadu_ps(r), 2);
+    return _mm512_insertf32x4(x, _mm_loadu_ps(s), 3);
+  }
+  void store_rows(float* p, float* q, float* r, float* s) const {
+    _mm_storeu_ps(p, _mm512_castps512_ps128(a));
+    _mm_storeu_ps(q, _mm512_extractf32x4_ps(a, 1));
+    _mm_storeu_ps(r, _mm512_extractf32x4_ps(a, 2));
+    _mm_storeu_ps(s, _mm512_extractf32x4_ps(a, 3));
   }
   /// Lanes i and j of each four of x, then k and l of those of y.
   template <int i, int j, int k, int l>

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "four.hpp"
 #include "packing.hpp"
 
 #if defined(FASTLINES_PORTABLE)
@@ -92,6 +93,16 @@ struct Float16 {
   template <int k>
   static Float16 spread(const Quad& x) {
     return {x[k]};
+  }
+  /// Four numbers of each of four rows, side by side; and back.
+  static Float16 of_rows(const float* p, const float* q, const float* r, const float* s) {
+    return {four(p), four(q), four(r), four(s)};
+  }
+  void store_rows(float* p, float* q, float* r, float* s) const {
+    std::memcpy(p, &v[0], sizeof v[0]);
+    std::memcpy(q, &v[1], sizeof v[1]);
+    std::memcpy(r, &v[2], sizeof v[2]);
+    std::memcpy(s, &v[3], sizeof v[3]);
   }
   /// Lanes i and j of each four of x, then k and l of those of y.
   template <int i, int j, int k, int l>
