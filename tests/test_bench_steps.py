@@ -17,7 +17,7 @@ pytestmark = pytest.mark.usefixtures("in_own_folder")
 
 def test_run():
     text = done("bench", "steps", "--scene", "spaghetti:200", "--n-rays", 4096, "--rounds", 1, "--json", "s.json")
-    for said in ("a step alone", "a node culled", "steps a ray", "share"):
+    for said in ("a step alone", "a node culled", "steps a ray", "share", "again"):
         assert said in text
     result = json.loads(Path("s.json").read_text())
     assert result["format"] == "fastlines bench steps 1"
@@ -35,6 +35,7 @@ def test_run():
         assert steps["rays"] == 1
         assert steps["nodes"] > 0
         assert cell["bound_ns"] > 0
+        assert cell["again_ns"] is None if cell["kind"] == "camera" else cell["again_ns"] > 0
         assert steps["segments"] <= steps["pieces"] <= 16 * steps["leaves"]
         assert (steps["bundles"] > 0) == (steps["lines"] > 0) == (cell["kind"] == "camera")
 

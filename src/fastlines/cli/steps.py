@@ -68,7 +68,7 @@ def _print(result: StepResult) -> None:
     table = Table(title="steps a ray, and nanoseconds", title_justify="left", pad_edge=False)
     table.add_column("scene", style="bold", no_wrap=True)
     counted = ("bundles", "nodes", "leaves", "pieces", "lines", "packs", "tests")
-    for head in ("radius", "rays", "query", *counted, "sum ns", "a ray ns", "share"):
+    for head in ("radius", "rays", "query", *counted, "sum", "a ray", "share", "again"):
         table.add_column(head, justify="left" if head in ("rays", "query") else "right", no_wrap=True)
     for cell in result.cells:
         shares = [three(cell.per_ray[name]) if cell.per_ray[name] else "–" for name in counted]
@@ -81,11 +81,13 @@ def _print(result: StepResult) -> None:
             f"{cell.bound_ns:.0f}",
             f"{cell.ns:.0f}",
             f"{cell.bound_ns / cell.ns:.2f}",
+            "–" if cell.again_ns is None else f"{cell.again_ns:.0f}",
         )
     console.print(table)
     console.print(
         f"One thread, {result.machine['simd']}. sum: what the steps of a ray would take at the pace that each has "
         "alone, with nothing to wait for; stacks, packing and sorting are not in it. a ray: all there is. share: the "
-        "first of the second.",
+        "first of the second. again: a ray where each is asked 64 times in a row, so that all is near and no guess is "
+        "wrong.",
         highlight=False,
     )
