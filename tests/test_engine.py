@@ -123,6 +123,40 @@ def test_large_leaves_are_laid_out(method: str) -> None:
         assert_same(getattr(tree, query)(*rays, 0.01, **options(query)), expected)
 
 
+def cuts_of(tree: fl.Tree) -> list[npt.NDArray[Any]]:
+    """Of each segment the pieces that the layout has, from and to where, in order."""
+    prim, both = tree.layout.refs.T
+    cuts = np.stack([both & 0xFFFF, both >> 16], axis=1)
+    return [cuts[prim == i][cuts[prim == i][:, 0].argsort(kind="stable")] for i in np.unique(prim)]
+
+
+def test_pieces_tile_their_segments() -> None:
+    tree = fl.build(fl.scenes.make("spaghetti", 300).lines)
+    assert tree.n_refs > 1000
+    pieces = cuts_of(tree)
+    assert len(pieces) == 300
+    for cuts in pieces:
+        assert (cuts[0, 0], cuts[-1, 1]) == (0, 0xFFFF)
+        assert (cuts[1:, 0] == cuts[:-1, 1]).all()
+
+
+def test_lines_cut_more_finely_than_references_tell() -> None:
+    """Lines ten thousand times as long as a thicket are cut within it, into less than 1/65536 of them."""
+    rng = np.random.default_rng(5)
+    thicket = rng.uniform(-1, 1, (4000, 1, 3)) + rng.normal(0, 0.1, (4000, 2, 3))
+    along = rng.normal(size=(30, 1, 3)) * [[[-1e4], [1e4]]]
+    segments = np.concatenate([thicket, rng.uniform(-0.5, 0.5, (30, 1, 3)) + along]).astype(np.float32)
+    tree = fl.build(segments, "kd-cl")
+    assert any((cuts[:, 0] == cuts[:, 1]).any() for cuts in cuts_of(tree))
+    origins, directions = rng.uniform(-1, 1, (2000, 3)), rng.normal(size=(2000, 3))
+    hits = fl.brute_force(segments, origins, directions, 0.02, query="all_hits")
+    assert (hits.prim >= 4000).sum() > 20
+    for query in QUERIES:
+        expected = fl.brute_force(segments, origins, directions, 0.02, query=query, **options(query))
+        for kernel in WIDE:
+            assert_same(getattr(tree, query)(origins, directions, 0.02, kernel=kernel, **options(query)), expected)
+
+
 def out_of_order(tree: fl.Tree) -> npt.NDArray[Any]:
     """Nodes of the same tree below one more; an empty leaf, its other child, stands in the midst of the first."""
     nodes, right = tree.nodes, int(tree.nodes["right"][0])

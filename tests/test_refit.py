@@ -226,7 +226,7 @@ def test_one_leaf(n: int) -> None:
 
 def test_empty() -> None:
     tree = fl.build(np.empty((0, 2, 3)))
-    assert tree.layout.refs.shape == (0, 3)
+    assert tree.layout.refs.shape == (0, 2)
     after = tree.refit(np.empty((0, 2, 3)))
     after.validate()
     assert after.growth == 1

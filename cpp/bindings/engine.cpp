@@ -51,7 +51,7 @@ WideView view_of(const LayoutArrays& layout) {
           .mean_extent = mean_extent,
           .nodes = rows<WideNode>(nodes).data(),
           .leaves = rows<WideLeaf>(leaves).data(),
-          .refs = rows<Reference>(refs).data(),
+          .refs = rows<WideRef>(refs).data(),
           .segments = rows<Segment>(segments).data()};
 }
 
@@ -70,7 +70,7 @@ struct Question {
         kernel(Kernel(kernel_)),
         n_threads(n_threads_),
         progress(std::move(progress_)),
-        is_long(may_be_long(rays.size(), std::get<3>(layout).size() / 3)) {}
+        is_long(may_be_long(rays.size(), std::get<3>(layout).size() / 2)) {}
 
   /// Run a job whose answers go straight to their places.
   template <class Job>
@@ -144,7 +144,7 @@ nb::tuple refit_layout(LayoutArrays layout, unsigned n_threads, nb::object progr
   const auto& [segments, node_blocks, leaf_blocks, ref_rows, corners, mean_extent] = layout;
   const auto nodes = rows<WideNode>(node_blocks);
   const auto leaves = rows<WideLeaf>(leaf_blocks);
-  const auto refs = rows<Reference>(ref_rows);
+  const auto refs = rows<WideRef>(ref_rows);
   auto to_nodes = make_array<std::uint8_t>(nodes.size(), sizeof(WideNode));
   auto to_leaves = make_array<std::uint8_t>(leaves.size(), sizeof(WideLeaf));
   float extent = 0.0f;

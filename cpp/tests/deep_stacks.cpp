@@ -43,10 +43,7 @@ std::vector<WideNode> nodes_of(bool in_turn) {
 
 int main() {
   const Segment segment{{-1.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}};
-  Reference ref{0};
-  ref.s0 = 0.0f;
-  ref.s1 = 2.0f;
-  const std::vector<Reference> refs(kWidth, ref);
+  const std::vector<WideRef> refs(kWidth, WideRef(Reference{0}));
   WideLeaf leaf{};
   for (float& from : leaf.org) from = kFrom;
   leaf.scale = kScale;

@@ -94,7 +94,7 @@ class Stream {
     cost_ += AloneCost::kPack * ((n + kWidth - 1) / kWidth);
     pieces_.reserve(n + kWidth);
     for (std::size_t j = 0; j < n; ++j) {
-      const Reference& ref = tree_.refs[what[j]];
+      const WideRef& ref = tree_.refs[what[j]];
       __builtin_prefetch(tree_.segments + ref.prim);
       pieces_.put(j, ref);
     }
@@ -105,8 +105,13 @@ class Stream {
       take_sixteen(tree_, [&](int i) { return prims[i]; }, start, e);
       const auto picked = picks_.pick<Float16, kWidth>(rays, i_sixteen * kWidth, ray + j);
       const Approach<Float16> approach = closest_approach(picked, see<Float16>(picked, start, e));
-      const Float16 s0 = Float16::load(pieces_.s0.data() + j), s1 = Float16::load(pieces_.s1.data() + j);
-      const std::uint32_t hit = (approach.hit & (s0 <= approach.s) & (approach.s < s1)).bits() & first_lanes(n - j);
+      float s0[kWidth], s1[kWidth];
+      for (std::size_t i = 0; i < kWidth; ++i) {
+        s0[i] = WideRef::begin(pieces_.s0[j + i]);
+        s1[i] = WideRef::end(pieces_.s1[j + i]);
+      }
+      const auto owned = (Float16::load(s0) <= approach.s) & (approach.s < Float16::load(s1));
+      const std::uint32_t hit = (approach.hit & owned).bits() & first_lanes(n - j);
       if (hit) collector.take_pairs(i_sixteen * kWidth, hit, approach, ray + j, Float16::load(as_floats(prims)));
     }
     survivors.clear();
@@ -115,7 +120,7 @@ class Stream {
   /// References, each of their numbers an array.
   struct Pieces {
     std::vector<std::uint32_t> prim;
-    std::vector<float> s0, s1;
+    std::vector<std::uint16_t> s0, s1;
 
     void reserve(std::size_t n) {
       if (prim.size() >= n) return;
@@ -123,7 +128,7 @@ class Stream {
       s0.resize(2 * n);
       s1.resize(2 * n);
     }
-    void put(std::size_t at, const Reference& ref) {
+    void put(std::size_t at, const WideRef& ref) {
       prim[at] = ref.prim;
       s0[at] = ref.s0;
       s1[at] = ref.s1;

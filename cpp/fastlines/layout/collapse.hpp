@@ -153,8 +153,9 @@ class Collapse {
   }
 
   void list_pieces(std::uint32_t v, std::size_t index, Place& at) {
-    Reference* const to = wide_.refs.data() + at.ref;
-    const std::size_t n = join_pieces(refs_.subspan(nodes_[v].first_ref, nodes_[v].n_refs), to);
+    Reference pieces[kMostBelow];
+    const std::size_t n = join_pieces(refs_.subspan(nodes_[v].first_ref, nodes_[v].n_refs), pieces);
+    for (std::size_t i = 0; i < n; ++i) wide_.refs.data()[at.ref + i] = WideRef(pieces[i]);
     wide_.leaves[index].first_ref = std::uint32_t(at.ref);
     wide_.leaves[index].n_refs = std::uint32_t(n);
     at.ref += n;
@@ -167,7 +168,7 @@ class Collapse {
       const std::size_t gap = apart.begin.ref - end;
       end = apart.end.ref - gap;
       if (gap == 0) continue;
-      Reference* const refs = wide_.refs.data();
+      WideRef* const refs = wide_.refs.data();
       std::copy(refs + apart.begin.ref, refs + apart.end.ref, refs + apart.begin.ref - gap);
       for (std::size_t i = apart.begin.leaf; i < apart.end.leaf; ++i) wide_.leaves[i].first_ref -= std::uint32_t(gap);
     }

@@ -21,7 +21,7 @@ class Fit {
  public:
   /// `to` may be where the blocks come from.
   Fit(const Frame& frame, std::span<const WideNode> nodes, std::span<const WideLeaf> leaves,
-      std::span<const Reference> refs, std::span<const Segment> segments, WideNode* to_nodes, WideLeaf* to_leaves)
+      std::span<const WideRef> refs, std::span<const Segment> segments, WideNode* to_nodes, WideLeaf* to_leaves)
       : centre_{frame.centre[0], frame.centre[1], frame.centre[2], 0.0f},
         scale_(four(frame.scale)),
         nodes_(nodes),
@@ -78,7 +78,7 @@ class Fit {
 
   void fit_leaf(std::size_t index) const {
     const std::uint32_t first_ref = leaves_[index].first_ref, n_refs = leaves_[index].n_refs;
-    const Reference* const refs = refs_.data() + first_ref;
+    const WideRef* const refs = refs_.data() + first_ref;
     const std::size_t last = refs_.size() - first_ref - 1;
     Ends ends[kWidth];
     Box4 box = Box4::empty();
@@ -185,7 +185,7 @@ class Fit {
   Float4 centre_, scale_;
   std::span<const WideNode> nodes_;
   std::span<const WideLeaf> leaves_;
-  std::span<const Reference> refs_;
+  std::span<const WideRef> refs_;
   std::span<const Segment> segments_;
   WideNode* to_nodes_;
   WideLeaf* to_leaves_;

@@ -10,6 +10,9 @@
 
 namespace fastlines {
 
+/// More references are not looked at for a leaf.
+inline constexpr std::size_t kMostBelow = 8 * kWidth;
+
 /// Write the pieces, of which there are no more than references; returns how many.
 inline std::size_t join_pieces(std::span<const Reference> below, Reference* to) {
   std::copy(below.begin(), below.end(), to);
@@ -29,7 +32,7 @@ inline std::size_t join_pieces(std::span<const Reference> below, Reference* to) 
 inline bool few_enough(std::span<const Reference> below) {
   constexpr std::size_t at_once = 2 * kWidth;
   if (below.size() <= kWidth) return true;
-  if (below.size() > 8 * kWidth) return false;
+  if (below.size() > kMostBelow) return false;
   std::uint64_t marks[4] = {};
   for (std::size_t i = 0; i < below.size(); i += at_once) {
     for (const Reference& ref : below.subspan(i, std::min(at_once, below.size() - i))) {
@@ -40,7 +43,7 @@ inline bool few_enough(std::span<const Reference> below) {
     for (const std::uint64_t some : marks) n += std::popcount(some);
     if (n > kWidth) return false;
   }
-  Reference pieces[8 * kWidth];
+  Reference pieces[kMostBelow];
   return join_pieces(below, pieces) <= kWidth;
 }
 

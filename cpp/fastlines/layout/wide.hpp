@@ -7,7 +7,9 @@
 // Blocks only cull. What survives is tested exactly, against the segment as the caller gave it.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 
 #include "../memory/buffer.hpp"
 #include "../query/frame.hpp"
@@ -34,16 +36,39 @@ struct alignas(128) WideLeaf {
 };
 static_assert(sizeof(WideLeaf) == 128);
 
+/// A reference in 8 bytes. Where pieces of a segment are cut is rounded, for both alike, so they still tile it; boxes
+/// and ends of pieces are made from what stands here.
+struct WideRef {
+  std::uint32_t prim;
+  std::uint16_t s0, s1;  // in parts of 1/65536; the last piece ends at kOpen
+
+  WideRef() = default;
+  explicit WideRef(const Reference& ref) : prim(ref.prim), s0(rounded(ref.s0)), s1(rounded(ref.s1)) {}
+  operator Reference() const { return {prim, begin(s0), end(s1)}; }
+
+  static float begin(std::uint32_t s) { return float(std::int32_t(s)) * 0x1p-16f; }
+  /// What is open ends beyond 1, which is as far as segments go.
+  static float end(std::uint32_t s) { return begin(s + ((s + 1) & 0x10000)); }
+
+ private:
+  static constexpr std::uint16_t kOpen = 0xffff;
+  static std::uint16_t rounded(float s) {
+    if (s == std::numeric_limits<float>::infinity()) return kOpen;
+    return std::uint16_t(std::min(s * 0x1p16f + 0.5f, float(kOpen - 1)));
+  }
+};
+static_assert(sizeof(WideRef) == 8);
+
 struct WideTree {
   Frame frame;
   Box box;                   // of the scene, in the frame
   float mean_extent = 0.0f;  // of the leaves, in the frame
   Buffer<WideNode> nodes;
   Buffer<WideLeaf> leaves;
-  Buffer<Reference> refs;  // in the order of the leaves
+  Buffer<WideRef> refs;  // in the order of the leaves
 
   std::size_t n_bytes() const {
-    return nodes.size() * sizeof(WideNode) + leaves.size() * sizeof(WideLeaf) + refs.size() * sizeof(Reference);
+    return nodes.size() * sizeof(WideNode) + leaves.size() * sizeof(WideLeaf) + refs.size() * sizeof(WideRef);
   }
 };
 
@@ -54,7 +79,7 @@ struct WideView {
   float mean_extent;
   const WideNode* nodes;
   const WideLeaf* leaves;
-  const Reference* refs;
+  const WideRef* refs;
   const Segment* segments;
 };
 
