@@ -12,7 +12,7 @@ void fetch(const Block* block) {
   __builtin_prefetch(reinterpret_cast<const char*>(block) + 64);
 }
 
-/// The references of a leaf: three lines hold nearly all.
+/// The references of a leaf: two lines hold most.
 inline void fetch_refs(const WideView& tree, const WideLeaf& leaf) {
   const auto* const refs = reinterpret_cast<const char*>(tree.refs + leaf.first_ref);
   for (int line = 0; line < 2; ++line) __builtin_prefetch(refs + 64 * line);

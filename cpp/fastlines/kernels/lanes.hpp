@@ -47,10 +47,10 @@ struct alignas(64) RayLanes {
     spread(rays.t_max, padded, stop);
     spread(rays.radius, padded, near);
     // Roots and divisions by themselves, so that many are under way at once: nearly all else waits for them.
-    double length[kLanes], one_over[kLanes];
+    double lengths[kLanes], per_lengths[kLanes];
     for (int i = 0; i < padded; ++i) {
-      length[i] = length_of({along[0][i], along[1][i], along[2][i]});
-      one_over[i] = 1.0 / length[i];
+      lengths[i] = length_of({along[0][i], along[1][i], along[2][i]});
+      per_lengths[i] = 1.0 / lengths[i];
     }
     const Frame here = frame;  // a copy, so that nothing written can alias it
     for (int i = 0; i < padded; ++i)
@@ -59,7 +59,7 @@ struct alignas(64) RayLanes {
                       start[i],
                       stop[i],
                       near[i]},
-                     length[i], one_over[i], here));
+                     lengths[i], per_lengths[i], here));
   }
 
   /// Of sixteen rays, a point or direction each.

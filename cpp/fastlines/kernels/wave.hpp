@@ -215,7 +215,7 @@ class Wave {
     leaves_.end(leaves);
   }
 
-  /// List the segments of survivors, and any others past the last, for sixteen are read.
+  /// List the segments of survivors, and then the first of all sixteen times, for sixteen are read.
   void fetch_segments(const Pairs& survivors, std::vector<std::uint32_t>& prims) {
     const WideView tree = tree_;
     const std::size_t n = survivors.size();
@@ -257,7 +257,7 @@ class Wave {
       approach.dist2.store(tested_.dist2 + at);
       std::memcpy(tested_.what + at, what, kWidth * sizeof *what);
     }
-    std::uint32_t lanes[kWidth];  // written at once: `ray` can not be a part of it
+    std::uint32_t lanes[kWidth];  // of its own, for all the compiler knows `ray` lies in `tested_`
     for (int i = 0; i < kWidth; ++i) lanes[i] = std::uint32_t(first) + ray[i];
     std::memcpy(tested_.lane + at, lanes, sizeof lanes);
     const std::uint32_t hit = approach.hit.bits() & first_lanes(n);
@@ -366,8 +366,9 @@ class Wave {
   // What phases hand to each other.
   Pairs leaves_;
   Survivors<kTogether> survivors_;
-  std::vector<std::uint32_t> prims_[Survivors<kTogether>::kLists];  // their segments
-  float enter_[kLanes];                                             // where the node that comes next is
+  std::vector<std::uint32_t> prims_[Survivors<kTogether>::kLists];  // of survivors
+
+  float enter_[kLanes];           // where the node that comes next is
   std::int32_t emptied_[kLanes];  // whether it was the last of its entry: an entry, or none
   Tested tested_;
   // Since they were asked for.

@@ -82,7 +82,8 @@ class Planner {
   void plan(std::uint32_t v) {
     const Node& node = nodes_[v];
     Plan& plan = plans_[v];
-    const auto area = float(node.box.area(margin_) / root_area_);
+    // At most 1, also where boxes of a tree made by hand are no boxes: then what is too much for a leaf is no leaf.
+    const float area = min(float(node.box.area(margin_) / root_area_), 1.0f);
     const float as_leaf = few_enough(refs_.subspan(node.first_ref, node.n_refs)) ? area * cost_.c_leaf : kNever;
     std::fill(std::begin(plan.k), std::end(plan.k), std::uint8_t(0));
     plan.k_all = 0;

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 
 #include "../memory/buffer.hpp"
 #include "../query/frame.hpp"
@@ -36,11 +35,11 @@ struct alignas(128) WideLeaf {
 };
 static_assert(sizeof(WideLeaf) == 128);
 
-/// A reference in 8 bytes. Where pieces of a segment are cut is rounded, for both alike, so they still tile it; boxes
-/// and ends of pieces are made from what stands here.
+/// A reference in 8 bytes. Where pieces of a segment are cut is rounded, for both alike, so they still tile it, though
+/// a piece may be empty; boxes and ends of pieces are made from what stands here.
 struct WideRef {
   std::uint32_t prim;
-  std::uint16_t s0, s1;  // in parts of 1/65536; the last piece ends at kOpen
+  std::uint16_t s0, s1;  // in 65536ths of the segment; the last piece ends at kOpen
 
   WideRef() = default;
   explicit WideRef(const Reference& ref) : prim(ref.prim), s0(rounded(ref.s0)), s1(rounded(ref.s1)) {}
@@ -53,8 +52,8 @@ struct WideRef {
  private:
   static constexpr std::uint16_t kOpen = 0xffff;
   static std::uint16_t rounded(float s) {
-    if (s == std::numeric_limits<float>::infinity()) return kOpen;
-    return std::uint16_t(std::min(s * 0x1p16f + 0.5f, float(kOpen - 1)));
+    if (!(s <= 1.0f)) return kOpen;
+    return std::uint16_t(std::clamp(s * 0x1p16f + 0.5f, 0.0f, float(kOpen - 1)));
   }
 };
 static_assert(sizeof(WideRef) == 8);

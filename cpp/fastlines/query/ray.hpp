@@ -53,7 +53,8 @@ inline double length_of(const Vec3& direction) {
 }
 
 /// One text for one ray and, in a loop that the compiler turns into vectors, for many: so nothing here branches. For
-/// what `askable.hpp` does not let pass nothing is promised. The direction is `length` long.
+/// what `askable.hpp` does not let pass nothing is promised. The direction is `length` long, as
+/// `length_of` has it, and `per_length` is 1/length: from others come other bits.
 [[gnu::always_inline]] inline Ray prepare(const RayQuery& query, double length, double per_length, const Frame& frame) {
   // Written so that the compiler takes two instructions for a vector, not six.
   const auto clamped = [](double x) { return std::copysign(min(std::fabs(float(x)), kFar), float(x)); };

@@ -6,7 +6,7 @@
 #include <bit>
 #include <cstdint>
 
-#include "octets.hpp"
+#include "four.hpp"
 #include "packing.hpp"
 
 namespace fastlines {

@@ -56,9 +56,8 @@ using IntOctet = std::int32_t __attribute__((vector_size(32)));
   return unsigned(std::countr_zero(bits_of(x == least)));
 }
 
-/// The first three lanes of eight vectors of four, or all: what is first in them, what is second, and so on.
-template <int n>
-[[gnu::always_inline]] inline void turn(const Float4 (&fours)[8], Octet (&eights)[n]) {
+/// The first three lanes of eight vectors of four: what is first in them, what is second, and what is third.
+[[gnu::always_inline]] inline void turn(const Float4 (&fours)[8], Octet (&eights)[3]) {
   const Octet a = eight(fours[0], fours[4]), b = eight(fours[1], fours[5]), c = eight(fours[2], fours[6]),
               d = eight(fours[3], fours[7]);
   const Octet ab = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13),
@@ -68,7 +67,6 @@ template <int n>
   const Octet ab_last = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15),
               cd_last = __builtin_shufflevector(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
   eights[2] = __builtin_shufflevector(ab_last, cd_last, 0, 1, 8, 9, 4, 5, 12, 13);
-  if constexpr (n == 4) eights[3] = __builtin_shufflevector(ab_last, cd_last, 2, 3, 10, 11, 6, 7, 14, 15);
 }
 
 }  // namespace fastlines

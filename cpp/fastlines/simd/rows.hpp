@@ -5,13 +5,12 @@
 #pragma once
 
 #include <algorithm>
-#include <cstring>
 
 #include "simd.hpp"
 
 namespace fastlines {
 
-/// In each four lanes: what is first in four vectors, what is second, and so on.
+/// Four by four lanes, in each quarter of four vectors: what is first in them, what is second, and so on.
 [[gnu::always_inline]] inline void turn_fours(const Float16 (&from)[4], Float16 (&to)[4]) {
   using F = Float16;
   const F first[2] = {F::of_fours<0, 1, 0, 1>(from[0], from[1]), F::of_fours<0, 1, 0, 1>(from[2], from[3])};

@@ -32,7 +32,7 @@ STEPS = {
 #: A ray's steps are counted on so many rays at most.
 COUNTED = 1 << 16
 
-#: As many rays as a wave has room for.
+#: As many rays as are taken together: `kLanes` (kernels/lanes.hpp).
 AGAIN = 64
 
 
@@ -49,8 +49,8 @@ class StepCell:
     ns : float
         What a ray takes.
     again_ns : float or None
-        What it takes where each is asked `AGAIN` times in a row: what it reads is in the nearest cache then, and no
-        guess is wrong. Of rays that go alone.
+        What one takes where every `AGAIN`th is asked so many times in a row: what it reads is in the nearest cache
+        then, and hardly a guess is wrong. Of rays that go alone.
     """
 
     scene: str

@@ -51,7 +51,7 @@ def steps(
 def _print(result: StepResult) -> None:
     from rich.table import Table
 
-    from ..bench.steps import STEPS
+    from ..bench.steps import AGAIN, STEPS
     from ..bench.table import three
     from ..demo.tables import wide_console
 
@@ -87,7 +87,7 @@ def _print(result: StepResult) -> None:
     console.print(
         f"One thread, {result.machine['simd']}. sum: what the steps of a ray would take at the pace that each has "
         "alone, with nothing to wait for; stacks, packing and sorting are not in it. a ray: all there is. share: the "
-        "first of the second. again: a ray where each is asked 64 times in a row, so that all is near and no guess is "
-        "wrong.",
+        f"first of the second. again: a ray where each is asked {AGAIN} times in a row, so that all is near and hardly "
+        "a guess is wrong.",
         highlight=False,
     )
