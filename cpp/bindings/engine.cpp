@@ -70,7 +70,7 @@ struct Question {
         kernel(Kernel(kernel_)),
         n_threads(n_threads_),
         progress(std::move(progress_)),
-        is_long(may_be_long(rays.size(), std::get<3>(layout).size() / 2)) {}
+        is_long(may_be_long(rays.size(), rows<WideRef>(std::get<3>(layout)).size())) {}
 
   /// Run a job whose answers go straight to their places.
   template <class Job>

@@ -53,8 +53,8 @@ inline double length_of(const Vec3& direction) {
 }
 
 /// One text for one ray and, in a loop that the compiler turns into vectors, for many: so nothing here branches. For
-/// what `askable.hpp` does not let pass nothing is promised. The direction is `length` long, as
-/// `length_of` has it, and `per_length` is 1/length: from others come other bits.
+/// what `askable.hpp` does not let pass nothing is promised. The direction is `length` long, as `length_of` has it, and
+/// `per_length` is 1/length: from others come other bits.
 [[gnu::always_inline]] inline Ray prepare(const RayQuery& query, double length, double per_length, const Frame& frame) {
   // Written so that the compiler takes two instructions for a vector, not six.
   const auto clamped = [](double x) { return std::copysign(min(std::fabs(float(x)), kFar), float(x)); };
@@ -92,6 +92,7 @@ inline double length_of(const Vec3& direction) {
   ray.margin = ray.eps + clamped(rounding * 0x1p-22 + length * scale * 0x1p-146);
   return ray;
 }
+
 inline Ray prepare(const RayQuery& query, const Frame& frame) {
   const double length = length_of(query.direction);
   return prepare(query, length, 1.0 / length, frame);
