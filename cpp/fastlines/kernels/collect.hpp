@@ -6,7 +6,7 @@
 // `approach.hit` may have lanes that `hit` has not. Where order matters, waves and searches of a single ray look at
 // limits alone, and show one hit of one ray at a time, a segment again by each of its pieces: `take_one(rays, lane,
 // approach, ref)`. `kNearestFirst` tells whether hits bring limits nearer, `kAsksWhere` whether it matters what is hit
-// and where.
+// and where, and `kWantsNearest` that hits need not be shown that lie behind another by more than the ray's margin.
 //
 // `begin` readies lanes [first, end); those from there to the end of their sixteen have no ray, and want nothing.
 //
@@ -38,6 +38,7 @@ inline void begin_limits(const RayLanes& rays, int first, int end, float (&limit
 template <class Sink>
 struct SinkCollector {
   static constexpr bool kUnordered = false, kNearestFirst = Sink::kNearestFirst, kAsksAgain = true, kAsksWhere = true;
+  static constexpr bool kWantsNearest = false;
   alignas(64) float limit[kLanes];
   bool closer = false;
   const WideView& tree;
@@ -77,6 +78,7 @@ struct SinkCollector {
 /// The first hits, by closest approach.
 struct FirstCollector {
   static constexpr bool kUnordered = false, kNearestFirst = true, kAsksAgain = false, kAsksWhere = true;
+  static constexpr bool kWantsNearest = true;
   alignas(64) float limit[kLanes];
   bool closer = false;
   alignas(64) float t[kLanes], s[kLanes], dist2[kLanes], prim[kLanes];  // prim: the bits of an integer
@@ -149,7 +151,8 @@ struct FirstCollector {
 };
 
 struct AnyCollector {
-  static constexpr bool kUnordered = false, kNearestFirst = false, kAsksAgain = false, kAsksWhere = false;
+  static constexpr bool kUnordered = false, kNearestFirst = false, kAsksAgain = false, kAsksWhere = false,
+                        kWantsNearest = false;
   alignas(64) float limit[kLanes];
   bool closer = false;
   bool found[kLanes];

@@ -136,7 +136,12 @@ class Single {
     approach.s.store(s);
     approach.t.store(t);
     approach.dist2.store(dist2);
-    for (std::uint32_t hit = approach.hit.bits() & first_lanes(n); hit; hit &= hit - 1) {
+    std::uint32_t hit = approach.hit.bits() & first_lanes(n);
+    if constexpr (Collector::kWantsNearest) {
+      const float nearest = least(choose(hit, approach.t, std::numeric_limits<float>::infinity()));
+      hit &= (approach.t <= nearest + rays.margin[lane]).bits();
+    }
+    for (; hit; hit &= hit - 1) {
       const int i = std::countr_zero(hit);
       collector.take_one(rays, lane, {s[i], t[i], dist2[i], true}, tree_.refs[which[i]]);
     }

@@ -36,6 +36,7 @@
 #include "sixteen.hpp"
 #include "survivors.hpp"
 #include "tally.hpp"
+#include "tested.hpp"
 
 namespace fastlines {
 
@@ -90,8 +91,6 @@ class Wave {
   using Collector = typename Job::Collector;
   static constexpr bool kNearestFirst = Collector::kNearestFirst;
   static constexpr int kSixteens = kLanes / kWidth;
-  static constexpr int kTogether = Picks::kOf;  // rays whose survivors are tested together
-  static constexpr std::size_t kAtOnce = 128;
   static constexpr std::uint64_t kHalf = 0xffff'ffff;  // of the lanes
 
   /// Where the children of a node are entered.
@@ -101,12 +100,6 @@ class Wave {
   /// Those that wait, as bits.
   struct Open {
     std::uint32_t first, waiting;
-  };
-  /// What has been tested, and which of it hits.
-  struct Tested {
-    alignas(64) float s[kAtOnce], t[kAtOnce], dist2[kAtOnce];
-    std::uint32_t what[kAtOnce], lane[kAtOnce], hits[kAtOnce + kWidth];
-    std::size_t n = 0, n_hits = 0;
   };
   /// All stacks: the lowest entries of all lanes, which nothing waits in, then the next. Loops have a copy, so that
   /// nothing written can alias it.
@@ -166,12 +159,13 @@ class Wave {
     test_nodes();
     survivors_.clear();
     survivors_.add(tree_, leaves_, cull_);
-    for (int i = 0; i < survivors_.kLists; ++i) fetch_segments(survivors_.lists[i], prims_[i]);
+    Pairs& survivors = survivors_.lists[0];
+    fetch_segments(survivors);
     // Between testing segments and telling what hits, and where rays go to what is nearest also between asking for
     // segments and testing them, there is something else to do: a guess about hits would be known to be wrong only at
     // the end of a long test.
     if constexpr (kNearestFirst) find_nearest(on_ & kHalf);
-    for (int i = 0; i < survivors_.kLists; ++i) test_survivors(survivors_.lists[i], prims_[i].data(), i * kTogether);
+    test_survivors(survivors);
     if constexpr (kNearestFirst) find_nearest(on_ & ~kHalf);
     tell_hits();
     const auto n_on = std::uint64_t(std::popcount(on_));
@@ -216,11 +210,11 @@ class Wave {
   }
 
   /// List the segments of survivors, and then the first of all sixteen times, for sixteen are read.
-  void fetch_segments(const Pairs& survivors, std::vector<std::uint32_t>& prims) {
+  void fetch_segments(const Pairs& survivors) {
     const WideView tree = tree_;
     const std::size_t n = survivors.size();
-    if (prims.size() < n + kWidth) prims.resize(2 * (n + kWidth));
-    std::uint32_t* const to = prims.data();
+    if (prims_.size() < n + kWidth) prims_.resize(2 * (n + kWidth));
+    std::uint32_t* const to = prims_.data();
     for (std::size_t j = 0; j < n; ++j) {
       to[j] = tree.refs[survivors.what[j]].prim;
       __builtin_prefetch(tree.segments + to[j]);
@@ -228,8 +222,8 @@ class Wave {
     std::fill_n(to + n, kWidth, 0u);
   }
 
-  /// Phase C, for the rays in lanes from `first` on.
-  void test_survivors(Pairs& survivors, const std::uint32_t* prims, int first) {
+  /// Phase C.
+  void test_survivors(Pairs& survivors) {
     const std::size_t n = survivors.size();
     cost_ += AloneCost::kTest * n;
     tally(&Steps::pieces, n);
@@ -238,47 +232,23 @@ class Wave {
     survivors.pad();
     const std::uint32_t *const what = survivors.what.data(), *const ray = survivors.ray.data();
     for (std::size_t j = 0; j < n; j += kWidth) {
-      if (tested_.n == kAtOnce) tell_hits();
-      test_sixteen(what + j, prims + j, ray + j, std::min<std::size_t>(n - j, kWidth), first);
+      if (tested_.is_full()) tell_hits();
+      test_sixteen(what + j, prims_.data() + j, ray + j, std::min<std::size_t>(n - j, kWidth));
     }
   }
 
   /// Test n survivors, sixteen at most; `tell_hits` tells what hits.
   [[gnu::always_inline]] void test_sixteen(const std::uint32_t* what, const std::uint32_t* prims,
-                                           const std::uint32_t* ray, std::size_t n, int first) {
+                                           const std::uint32_t* ray, std::size_t n) {
     Float16 start[3], e[3];
     take_sixteen(tree_, [=](int i) { return prims[i]; }, start, e);
-    const auto rays = picks_.template pick<Float16, kTogether>(rays_, first, ray);
+    const auto rays = picks_.template pick<Float16, kLanes>(rays_, 0, ray);
     const Approach<Float16> approach = closest_approach(rays, see<Float16>(rays, start, e));
-    const std::size_t at = tested_.n;
-    if constexpr (Collector::kAsksWhere) {
-      approach.s.store(tested_.s + at);
-      approach.t.store(tested_.t + at);
-      approach.dist2.store(tested_.dist2 + at);
-      std::memcpy(tested_.what + at, what, kWidth * sizeof *what);
-    }
-    std::uint32_t lanes[kWidth];  // of its own, for all the compiler knows `ray` lies in `tested_`
-    for (int i = 0; i < kWidth; ++i) lanes[i] = std::uint32_t(first) + ray[i];
-    std::memcpy(tested_.lane + at, lanes, sizeof lanes);
-    const std::uint32_t hit = approach.hit.bits() & first_lanes(n);
-    pack_numbers(hit, std::uint32_t(at), tested_.hits + tested_.n_hits);
-    tested_.n_hits += std::size_t(std::popcount(hit));
-    tested_.n = at + kWidth;
+    tested_.add(what, ray, rays.margin, approach, approach.hit.bits() & first_lanes(n));
   }
 
   /// Show the collector what has been hit since the last time.
-  void tell_hits() {
-    for (std::size_t i = 0; i < tested_.n_hits; ++i) {
-      const std::uint32_t j = tested_.hits[i];
-      const int lane = int(tested_.lane[j]);
-      if constexpr (Collector::kAsksWhere)
-        collector_.take_one(rays_, lane, {tested_.s[j], tested_.t[j], tested_.dist2[j], true},
-                            tree_.refs[tested_.what[j]]);
-      else
-        collector_.take_one(rays_, lane, {}, {});
-    }
-    tested_.n = tested_.n_hits = 0;
-  }
+  void tell_hits() { tested_.tell(tree_, rays_, collector_); }
 
   /// Phase D: the nearest child of the node on top comes next. A node of which none is within the limit is taken away,
   /// and the one below it is asked, for all such rays together: which they are is never guessed.
@@ -365,12 +335,12 @@ class Wave {
 
   // What phases hand to each other.
   Pairs leaves_;
-  Survivors<kTogether> survivors_;
-  std::vector<std::uint32_t> prims_[Survivors<kTogether>::kLists];  // of survivors
+  Survivors<kLanes> survivors_;
+  std::vector<std::uint32_t> prims_;  // of survivors
 
   float enter_[kLanes];           // where the node that comes next is
   std::int32_t emptied_[kLanes];  // whether it was the last of its entry: an entry, or none
-  Tested tested_;
+  Tested<Collector> tested_;
   // Since they were asked for.
   std::uint64_t cost_ = 0, n_halves_ = 0;
   bool any_ended_ = false;

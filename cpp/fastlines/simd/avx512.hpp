@@ -21,7 +21,7 @@ struct Mask16 {
 struct Float16 {
   __m512 a;
   static constexpr int kRegisters = 1;
-  static constexpr int kLooksUp = 32;  // so long a table look_up is worth its time for
+  static constexpr int kLooksUp = 64;  // so long a table look_up is worth its time for
 
   Float16() = default;
   Float16(__m512 a_) : a(a_) {}
@@ -55,14 +55,16 @@ struct Float16 {
     return _mm512_shuffle_ps(x.a, y.a, _MM_SHUFFLE(l, k, j, i));
   }
   void store(float* p) const { _mm512_storeu_ps(p, a); }
-  /// Of the numbers of a table, 16 or 32, those with these indices, of which no higher bits count.
+  /// Of the numbers of a table, 16 or 64, those with these indices, of which no higher bits count.
   template <int n = 16>
   static Float16 look_up(const float* table, const std::uint32_t* index) {
     const __m512i at = _mm512_loadu_si512(index);
-    if constexpr (n == 16)
-      return _mm512_permutexvar_ps(at, _mm512_loadu_ps(table));
-    else
-      return _mm512_permutex2var_ps(_mm512_loadu_ps(table), at, _mm512_loadu_ps(table + 16));
+    if constexpr (n == 16) return _mm512_permutexvar_ps(at, _mm512_loadu_ps(table));
+    const auto of_32 = [at](const float* from) {
+      return _mm512_permutex2var_ps(_mm512_loadu_ps(from), at, _mm512_loadu_ps(from + 16));
+    };
+    const __mmask16 is_high = _mm512_test_epi32_mask(at, _mm512_set1_epi32(32));
+    return _mm512_mask_blend_ps(is_high, of_32(table), of_32(table + 32));
   }
 
   /// The same of a table of sixteen doubles, which are written.

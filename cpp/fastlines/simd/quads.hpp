@@ -72,7 +72,7 @@ struct Float16 {
   Quad v[4];
   static constexpr int kRegisters = 4;
 #if defined(FASTLINES_TALLY)
-  static constexpr int kLooksUp = 32;  // steps are counted as AVX-512 takes them
+  static constexpr int kLooksUp = 64;  // steps are counted as AVX-512 takes them
 #else
   static constexpr int kLooksUp = 0;  // look_up is not worth its time
 #endif

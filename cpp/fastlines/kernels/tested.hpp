@@ -1,0 +1,96 @@
+// Pieces that a wave has tested exactly, sixteen at a time, and of which it has not yet told what hits.
+//
+// A ray that meets several pieces of a leaf meets them beside each other. Where its first hit is wanted, all but the
+// nearest of them are left out by vectors before any is told, for each costs a wrong guess.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+#include "../query/exact.hpp"
+#include "lanes.hpp"
+
+namespace fastlines {
+
+template <class Collector>
+class Tested {
+ public:
+  bool is_full() const { return n_ == kAtOnce; }
+
+  /// Append sixteen: the references, the lanes of their rays and the margins of these, and which of them hit.
+  [[gnu::always_inline]] void add(const std::uint32_t* what, const std::uint32_t* lane, Float16 margin,
+                                  const Approach<Float16>& approach, std::uint32_t hit) {
+    if constexpr (Collector::kAsksWhere) {
+      approach.s.store(s_ + n_);
+      approach.dist2.store(dist2_ + n_);
+      std::memcpy(what_ + n_, what, kWidth * sizeof *what);
+      if constexpr (Collector::kWantsNearest) {
+        choose(hit, approach.t, kNever).store(t_ + kRoom + n_);
+        margin.store(margin_ + n_);
+        std::uint32_t marks[kWidth];  // of its own, for all the compiler knows `lane` lies in here
+        for (int i = 0; i < kWidth; ++i) marks[i] = lane[i] | kMark;
+        std::memcpy(ray_ + kRoom + n_, marks, sizeof marks);
+      } else {
+        approach.t.store(t_ + kRoom + n_);
+      }
+    }
+    std::memcpy(lane_ + n_, lane, kWidth * sizeof *lane);
+    if constexpr (Collector::kWantsNearest)
+      hit_[n_ / kWidth] = hit;
+    else
+      pack(hit, n_);
+    n_ += kWidth;
+  }
+
+  /// Show the collector what has hit, and forget all.
+  void tell(const WideView& tree, const RayLanes& rays, Collector& collector) {
+    if constexpr (Collector::kWantsNearest) pack_nearest();
+    for (std::size_t i = 0; i < n_hits_; ++i) {
+      const std::uint32_t j = hits_[i];
+      const int lane = int(lane_[j]);
+      if constexpr (Collector::kAsksWhere)
+        collector.take_one(rays, lane, {s_[j], t_[kRoom + j], dist2_[j], true}, tree.refs[what_[j]]);
+      else
+        collector.take_one(rays, lane, {}, {});
+    }
+    n_ = n_hits_ = 0;
+  }
+
+ private:
+  static constexpr std::size_t kAtOnce = 128, kRoom = kWidth;
+  static constexpr float kNever = std::numeric_limits<float>::infinity();
+  static constexpr std::uint32_t kMark = 0x3f80'0000;  // so that the number of a lane is an ordinary float
+
+  void pack_nearest() {
+    std::fill_n(t_ + kRoom + n_, kWidth, kNever);
+    for (std::size_t at = 0; at < n_; at += kWidth) pack(hit_[at / kWidth] & nearest(at), at);
+  }
+
+  void pack(std::uint32_t hit, std::size_t at) {
+    pack_numbers(hit, std::uint32_t(at), hits_ + n_hits_);
+    n_hits_ += std::size_t(std::popcount(hit));
+  }
+
+  /// Those of sixteen than which no neighbour of the same ray is surely nearer.
+  [[gnu::always_inline]] std::uint32_t nearest(std::size_t at) const {
+    const float *const t = t_ + kRoom + at, *const ray = ray_ + kRoom + at;
+    const Float16 mine = Float16::load(t), me = Float16::load(ray);
+    Float16 least = mine;
+    for (const int beside : {-2, -1, 1, 2}) {
+      const Float16 whose = Float16::load(ray + beside);
+      least = select((whose <= me) & (me <= whose), min(least, Float16::load(t + beside)), least);
+    }
+    return (mine <= least + Float16::load(margin_ + at)).bits();
+  }
+
+  std::size_t n_ = 0, n_hits_ = 0;
+  alignas(64) float s_[kAtOnce], dist2_[kAtOnce], margin_[kAtOnce];
+  // With room before and behind, where neighbours are looked for; t is infinite where nothing hits.
+  alignas(64) float t_[kAtOnce + 2 * kRoom] = {}, ray_[kAtOnce + 2 * kRoom] = {};
+  std::uint32_t what_[kAtOnce], lane_[kAtOnce], hit_[kAtOnce / kWidth], hits_[kAtOnce + kWidth];
+};
+
+}  // namespace fastlines
