@@ -104,7 +104,8 @@ struct alignas(64) RayLanes {
     per_length[i] = ray.per_length;
   }
 
-  /// Take over sixteen rays of others.
+  /// Take over sixteen rays of others: what the exact test reads, and, if it will be asked where they hit, the rest.
+  template <bool with_rest>
   void copy(int to, const RayLanes& from, int first) {
     const auto sixteen = [=](const auto& theirs, auto& mine) {
       std::memcpy(mine + to, theirs + first, kWidth * sizeof *mine);  // in place; to copy what may overlap is a call
@@ -118,16 +119,17 @@ struct alignas(64) RayLanes {
     sixteen(from.t_min, t_min);
     sixteen(from.t_max, t_max);
     sixteen(from.radius2, radius2);
+    sixteen(from.margin, margin);
+    sixteen(from.id, id);
+    in_fours[to / kWidth] = from.in_fours[first / kWidth];
+    if (!with_rest) return;
     sixteen(from.radius, radius);
     sixteen(from.eps, eps);
-    sixteen(from.margin, margin);
     sixteen(from.reach, reach);
     sixteen(from.t_min_given, t_min_given);
     sixteen(from.t_max_given, t_max_given);
     sixteen(from.t0, t0);
     sixteen(from.per_length, per_length);
-    sixteen(from.id, id);
-    in_fours[to / kWidth] = from.in_fours[first / kWidth];
     per_scale = from.per_scale;
   }
 

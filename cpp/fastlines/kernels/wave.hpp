@@ -56,13 +56,13 @@ class Wave {
         sixteen = 0;
       }
     const int to = sixteen * kWidth, n = end - first;
-    rays_.copy(to, rays, first);
+    rays_.template copy<Collector::kAsksWhere>(to, rays, first);
     job.begin(collector_, rays_, to, to + n);
     picks_.take(rays_, to);
     n_left_[sixteen] = n_in_[sixteen] = n;
     cost_ += AloneCost::kRay * std::uint64_t(n);
     n_halves_ += std::uint64_t(n);
-    const CullOf<Float16> cull = cull_sixteen(rays_, to);
+    const CullOf<Float16> cull = cull_sixteen(rays, first);
     turn(cull, cull_ + to);
     if (root_.has_inner_only()) {
       pass_root(cull, to, n, job);
