@@ -9,12 +9,14 @@
 
 namespace fastlines {
 
-/// Write the numbers of those of n masks that have any bit, one after the other; returns how many.
+/// Write the numbers of those of n masks that have any bit, one after the other; returns how many. Reading and writing
+/// may go sixteen past the end.
 inline std::size_t pack_set(const std::uint32_t* masks, std::size_t n, std::uint32_t* to) {
   std::size_t n_set = 0;
-  for (std::uint32_t i = 0; i < n; ++i) {
-    to[n_set] = i;
-    n_set += masks[i] != 0;
+  for (std::size_t i = 0; i < n; i += kWidth) {
+    const std::uint32_t bits = not_zero(masks + i) & first_lanes(n - i);
+    pack_numbers(bits, std::uint32_t(i), to + n_set);
+    n_set += std::size_t(std::popcount(bits));
   }
   return n_set;
 }

@@ -56,8 +56,9 @@ class Survivors {
  private:
   static constexpr std::size_t kSome = 128, kAhead = kWidth;
 
-  LeafPlace places_[kAhead];                // of some leaves
-  std::uint32_t near_[kSome], met_[kSome];  // the pieces of each that survive; those of which any does
+  LeafPlace places_[kAhead];  // of some leaves
+  // The pieces of each of some leaves that survive; those of which any does.
+  std::uint32_t near_[kSome + kWidth], met_[kSome + kWidth];
 };
 
 }  // namespace fastlines

@@ -136,6 +136,15 @@ inline void pack_numbers(std::uint32_t bits, std::uint32_t base, std::uint32_t* 
   store(to + std::popcount(bits & 0xff), _mm256_add_epi32(packing(bits >> 8), high));
 }
 
+/// Which of sixteen whole numbers are not zero.
+inline std::uint32_t not_zero(const std::uint32_t* numbers) {
+  const auto eight = [](const std::uint32_t* from) {
+    const __m256i all = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
+    return std::uint32_t(_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(all, _mm256_setzero_si256()))));
+  };
+  return ~(eight(numbers) | eight(numbers + 8) << 8) & 0xffff;
+}
+
 /// The lanes in which x and y, or z, or w are not negative.
 inline std::uint32_t not_negative(Float16 x, Float16 y, Float16 z, Float16 w) {
   const auto eight = [](__m256 a, __m256 b, __m256 c, __m256 d) {

@@ -107,6 +107,12 @@ inline void pack_numbers(std::uint32_t bits, std::uint32_t base, std::uint32_t* 
   _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(__mmask16(bits), numbers));
 }
 
+/// Which of sixteen whole numbers are not zero.
+inline std::uint32_t not_zero(const std::uint32_t* numbers) {
+  const __m512i all = _mm512_loadu_si512(numbers);
+  return _mm512_test_epi32_mask(all, all);
+}
+
 /// The lanes in which x and y, or z, or w are not negative.
 inline std::uint32_t not_negative(Float16 x, Float16 y, Float16 z, Float16 w) {
   const auto bits = [](Float16 of) { return _mm512_castps_si512(of.a); };

@@ -194,6 +194,17 @@ inline void pack_numbers(std::uint32_t bits, std::uint32_t base, std::uint32_t* 
   for (int i = 0; i < 8; ++i) to[n + i] = base + 8 + kPacking.lanes[bits >> 8][i];
 }
 
+/// Which of sixteen whole numbers are not zero.
+inline std::uint32_t not_zero(const std::uint32_t* numbers) {
+  std::uint32_t bits = 0;
+  for (int i = 0; i < 4; ++i) {
+    IntQuad four;
+    std::memcpy(&four, numbers + 4 * i, sizeof four);
+    bits |= bits_of(four != 0) << 4 * i;
+  }
+  return bits;
+}
+
 /// The lanes in which x and y, or z, or w are not negative.
 inline std::uint32_t not_negative(Float16 x, Float16 y, Float16 z, Float16 w) {
   const auto four = [&](int i) {
