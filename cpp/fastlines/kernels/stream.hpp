@@ -7,6 +7,7 @@
 #include "choice.hpp"
 #include "collect.hpp"
 #include "picks.hpp"
+#include "root.hpp"
 #include "sixteen.hpp"
 #include "survivors.hpp"
 #include "tally.hpp"
@@ -15,13 +16,15 @@ namespace fastlines {
 
 class Stream {
  public:
-  explicit Stream(const WideView& tree) : tree_(tree) {}
+  explicit Stream(const WideView& tree) : tree_(tree), root_(tree) {}
 
   /// Make ready for the rays in lanes [first, end), of which the first begins a sixteen.
   void prepare(const RayLanes& rays, int first, int end) {
     for (int i = first; i < end; i += kWidth) {
-      cull_rays(rays, i, cull_ + i);
+      const CullOf<Float16> cull = cull_sixteen(rays, i);
+      turn(cull, cull_ + i);
       picks_.take(rays, i);
+      if (root_.has_inner_only()) pass_root(cull, rays, i);
     }
   }
 
@@ -32,7 +35,7 @@ class Stream {
     nodes_.clear();
     leaves_.clear();
     survivors_.clear();
-    for (int i = first; i < end; ++i) nodes_.push(0, std::uint32_t(i));
+    begin(first, end);
     while (!nodes_.empty()) {
       test_nodes(rays);
       if (leaves_.size() >= kEnough) test_leaves(rays, collector);
@@ -45,6 +48,27 @@ class Stream {
  private:
   static constexpr std::size_t kAtOnce = 256, kEnough = 1024, kAhead = 16, kMany = 256;
   static constexpr int kSixteens = kLanes / kWidth;
+
+  /// What sixteen rays meet of the root's children.
+  void pass_root(const CullOf<Float16>& cull, const RayLanes& rays, int first) {
+    Root::Met met;
+    root_.template meet<false>(cull, Float16::load(rays.t_max + first), met);
+    for (int i = 0; i < kWidth; ++i) met_[first + i] = std::uint32_t(std::int32_t(met.children[i]));
+  }
+
+  /// Rays begin at the root's children, or at the root.
+  void begin(int first, int end) {
+    const auto n = std::uint64_t(end - first);
+    if (!root_.has_inner_only()) {
+      for (int i = first; i < end; ++i) nodes_.push(0, std::uint32_t(i));
+      return;
+    }
+    tally(&Steps::nodes, n);
+    cost_ += AloneCost::kRoot * n;
+    Pairs::Tail nodes = nodes_.tail(n * kWidth);
+    for (int i = first; i < end; ++i) nodes.pack(met_[i], root_.first_child(), std::uint32_t(i));
+    nodes_.end(nodes);
+  }
 
   /// Take some pairs from the end of the list, so that it stays short, and test them.
   void test_nodes(const RayLanes& rays) {
@@ -137,7 +161,9 @@ class Stream {
 
   const WideView& tree_;
   std::uint64_t cost_ = 0;
+  Root root_;
   CullRay cull_[kLanes];
+  std::uint32_t met_[kLanes];  // the root's children that a ray meets, as bits
   Picks picks_;
   Pairs nodes_, taken_, leaves_;
   Survivors<kWidth> survivors_;
