@@ -113,6 +113,7 @@ std::vector<Scene> scenes() {
           {"duplicates", duplicates(60)},
           {"grid", grid(30)},
           {"many points", points(1500)},
+          {"much hair", hair(150)},
           {"one line", long_lines(1)},
           {"tiny", moved(long_lines(60), 1e-6f, 0)},
           {"far away", moved(hair(8), 1, 1e4f)}};

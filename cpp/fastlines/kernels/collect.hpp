@@ -6,7 +6,8 @@
 // `approach.hit` may have lanes that `hit` has not. Where order matters, waves and searches of a single ray look at
 // limits alone, and show one hit of one ray at a time, a segment again by each of its pieces: `take_one(rays, lane,
 // approach, ref)`. `kNearestFirst` tells whether hits bring limits nearer, `kAsksWhere` whether it matters what is hit
-// and where, and `kWantsNearest` that hits need not be shown that lie behind another by more than the ray's margin.
+// and where, and `kOnlyNearest` that hits need not be shown that lie behind another by more than the ray's margin. Of a
+// ray that is not asked where, a wave has only what the exact test reads, its margin and its number.
 //
 // `begin` readies lanes [first, end); those from there to the end of their sixteen have no ray, and want nothing.
 //
@@ -38,7 +39,7 @@ inline void begin_limits(const RayLanes& rays, int first, int end, float (&limit
 template <class Sink>
 struct SinkCollector {
   static constexpr bool kUnordered = false, kNearestFirst = Sink::kNearestFirst, kAsksAgain = true, kAsksWhere = true;
-  static constexpr bool kWantsNearest = false;
+  static constexpr bool kOnlyNearest = false;
   alignas(64) float limit[kLanes];
   bool closer = false;
   const WideView& tree;
@@ -78,10 +79,16 @@ struct SinkCollector {
 /// The first hits, by closest approach.
 struct FirstCollector {
   static constexpr bool kUnordered = false, kNearestFirst = true, kAsksAgain = false, kAsksWhere = true;
-  static constexpr bool kWantsNearest = true;
+  static constexpr bool kOnlyNearest = true;
   alignas(64) float limit[kLanes];
   bool closer = false;
   alignas(64) float t[kLanes], s[kLanes], dist2[kLanes], prim[kLanes];  // prim: the bits of an integer
+
+  /// Whether a hit at t may come before one at `best` as the caller counts, or be as near.
+  template <class N>
+  static auto may_come_first(N t, N best, N margin) {
+    return t <= best + margin;
+  }
 
   void begin(const RayLanes& rays, int first, int end) {
     begin_limits(rays, first, end, limit);
@@ -95,7 +102,7 @@ struct FirstCollector {
     const auto at = [first](float* x) { return Float16::load(x + first); };
     const Float16 margin = Float16::load(rays.margin + first), best = at(t);
     const Mask16 surely = approach.hit & (approach.t + margin < best);
-    std::uint32_t unsure = hit & ~surely.bits() & (approach.t <= best + margin).bits();
+    std::uint32_t unsure = hit & ~surely.bits() & may_come_first(approach.t, best, margin).bits();
     const auto set = [&](float* x, Float16 to) { select(surely, to, at(x)).store(x + first); };
     set(t, approach.t);
     set(s, approach.s);
@@ -124,7 +131,7 @@ struct FirstCollector {
 
   void take_one(const RayLanes& rays, int i, const Approach<float>& approach, const Reference& ref) {
     const float margin = rays.margin[i];
-    if (t[i] + margin < approach.t) return;
+    if (!may_come_first(approach.t, t[i], margin)) return;
     if (approach.t + margin < t[i] || comes_first(rays, i, approach.t, ref.prim))
       set(rays, i, {approach.t, approach.s, approach.dist2}, ref.prim);
   }
@@ -152,7 +159,7 @@ struct FirstCollector {
 
 struct AnyCollector {
   static constexpr bool kUnordered = false, kNearestFirst = false, kAsksAgain = false, kAsksWhere = false,
-                        kWantsNearest = false;
+                        kOnlyNearest = false;
   alignas(64) float limit[kLanes];
   bool closer = false;
   bool found[kLanes];

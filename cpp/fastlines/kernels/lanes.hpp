@@ -104,7 +104,8 @@ struct alignas(64) RayLanes {
     per_length[i] = ray.per_length;
   }
 
-  /// Take over sixteen rays of others: what the exact test reads, and, if it will be asked where they hit, the rest.
+  /// Take over sixteen rays of others: what the exact test reads, margins and numbers, and, if it will be asked
+  /// where they hit, the rest.
   template <bool with_rest>
   void copy(int to, const RayLanes& from, int first) {
     const auto sixteen = [=](const auto& theirs, auto& mine) {

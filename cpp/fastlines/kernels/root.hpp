@@ -33,6 +33,8 @@ class Root {
     alignas(64) float enter[kWidth][kWidth];  // of each child, where each ray enters it, or infinity where it does not
     alignas(64) float children[kWidth];       // of each ray, the children that it meets: their bits, as a number
     alignas(64) float nearest[kWidth];        // and the one that it enters first
+
+    std::uint32_t children_of(int ray) const { return std::uint32_t(std::int32_t(children[ray])); }
   };
 
   /// The children that rays may meet before their limits; without `nearest_first` not where, nor which comes first.

@@ -137,9 +137,9 @@ class Single {
     approach.t.store(t);
     approach.dist2.store(dist2);
     std::uint32_t hit = approach.hit.bits() & first_lanes(n);
-    if constexpr (Collector::kWantsNearest) {
-      const float nearest = least(choose(hit, approach.t, std::numeric_limits<float>::infinity()));
-      hit &= (approach.t <= nearest + rays.margin[lane]).bits();
+    if constexpr (Collector::kOnlyNearest) {
+      const Float16 nearest = least(choose(hit, approach.t, kNever));
+      hit &= Collector::may_come_first(approach.t, nearest, Float16(rays.margin[lane])).bits();
     }
     for (; hit; hit &= hit - 1) {
       const int i = std::countr_zero(hit);

@@ -1,5 +1,6 @@
 // All hits of up to 64 rays that have nothing to do with each other. Order does not matter, so nodes are not a stack
-// for each ray but one list of (node, ray): long runs of the same test, whose memory can be fetched ahead. Leaves that
+// for each ray but one list of (node, ray): long runs of the same test, whose memory can be fetched ahead. Rays come
+// past the root sixteen at a time, as in a wave. Leaves that
 // are met wait in a list of their own, and so do pieces that survive, in one for each sixteen rays: sixteen pieces at a
 // time are tested exactly, each against its own ray.
 #pragma once
@@ -35,7 +36,7 @@ class Stream {
     nodes_.clear();
     leaves_.clear();
     survivors_.clear();
-    begin(first, end);
+    begin_rays(first, end);
     while (!nodes_.empty()) {
       test_nodes(rays);
       if (leaves_.size() >= kEnough) test_leaves(rays, collector);
@@ -53,11 +54,11 @@ class Stream {
   void pass_root(const CullOf<Float16>& cull, const RayLanes& rays, int first) {
     Root::Met met;
     root_.template meet<false>(cull, Float16::load(rays.t_max + first), met);
-    for (int i = 0; i < kWidth; ++i) met_[first + i] = std::uint32_t(std::int32_t(met.children[i]));
+    for (int i = 0; i < kWidth; ++i) at_root_[first + i] = met.children_of(i);
   }
 
   /// Rays begin at the root's children, or at the root.
-  void begin(int first, int end) {
+  void begin_rays(int first, int end) {
     const auto n = std::uint64_t(end - first);
     if (!root_.has_inner_only()) {
       for (int i = first; i < end; ++i) nodes_.push(0, std::uint32_t(i));
@@ -66,7 +67,7 @@ class Stream {
     tally(&Steps::nodes, n);
     cost_ += AloneCost::kRoot * n;
     Pairs::Tail nodes = nodes_.tail(n * kWidth);
-    for (int i = first; i < end; ++i) nodes.pack(met_[i], root_.first_child(), std::uint32_t(i));
+    for (int i = first; i < end; ++i) nodes.pack(at_root_[i], root_.first_child(), std::uint32_t(i));
     nodes_.end(nodes);
   }
 
@@ -163,7 +164,7 @@ class Stream {
   std::uint64_t cost_ = 0;
   Root root_;
   CullRay cull_[kLanes];
-  std::uint32_t met_[kLanes];  // the root's children that a ray meets, as bits
+  std::uint32_t at_root_[kLanes];  // the root's children that a ray meets, as bits
   Picks picks_;
   Pairs nodes_, taken_, leaves_;
   Survivors<kWidth> survivors_;

@@ -55,10 +55,11 @@ class Survivors {
 
  private:
   static constexpr std::size_t kSome = 128, kAhead = kWidth;
+  static_assert(kSome % kWidth == 0);  // so that sixteens are read and written within what there is
 
   LeafPlace places_[kAhead];  // of some leaves
   // The pieces of each of some leaves that survive; those of which any does.
-  std::uint32_t near_[kSome + kWidth], met_[kSome + kWidth];
+  std::uint32_t near_[kSome], met_[kSome];
 };
 
 }  // namespace fastlines

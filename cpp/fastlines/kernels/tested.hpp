@@ -1,7 +1,8 @@
 // Pieces that a wave has tested exactly, sixteen at a time, and of which it has not yet told what hits.
 //
-// A ray that meets several pieces of a leaf meets them beside each other. Where its first hit is wanted, all but the
-// nearest of them are left out by vectors before any is told, for each costs a wrong guess.
+// A ray that meets several pieces of a leaf meets them beside each other. Where its first hit is wanted, those that lie
+// surely behind another one or two places away are left out by vectors before any is told, for each costs a wrong
+// guess.
 #pragma once
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <cstring>
 #include <limits>
 
+#include "../layout/wide.hpp"
 #include "../query/exact.hpp"
 #include "lanes.hpp"
 
@@ -27,7 +29,7 @@ class Tested {
       approach.s.store(s_ + n_);
       approach.dist2.store(dist2_ + n_);
       std::memcpy(what_ + n_, what, kWidth * sizeof *what);
-      if constexpr (Collector::kWantsNearest) {
+      if constexpr (Collector::kOnlyNearest) {
         choose(hit, approach.t, kNever).store(t_ + kRoom + n_);
         margin.store(margin_ + n_);
         std::uint32_t marks[kWidth];  // of its own, for all the compiler knows `lane` lies in here
@@ -38,16 +40,16 @@ class Tested {
       }
     }
     std::memcpy(lane_ + n_, lane, kWidth * sizeof *lane);
-    if constexpr (Collector::kWantsNearest)
+    if constexpr (Collector::kOnlyNearest)
       hit_[n_ / kWidth] = hit;
     else
-      pack(hit, n_);
+      list(hit, n_);
     n_ += kWidth;
   }
 
   /// Show the collector what has hit, and forget all.
   void tell(const WideView& tree, const RayLanes& rays, Collector& collector) {
-    if constexpr (Collector::kWantsNearest) pack_nearest();
+    if constexpr (Collector::kOnlyNearest) list_nearest();
     for (std::size_t i = 0; i < n_hits_; ++i) {
       const std::uint32_t j = hits_[i];
       const int lane = int(lane_[j]);
@@ -64,12 +66,12 @@ class Tested {
   static constexpr float kNever = std::numeric_limits<float>::infinity();
   static constexpr std::uint32_t kMark = 0x3f80'0000;  // so that the number of a lane is an ordinary float
 
-  void pack_nearest() {
+  void list_nearest() {
     std::fill_n(t_ + kRoom + n_, kWidth, kNever);
-    for (std::size_t at = 0; at < n_; at += kWidth) pack(hit_[at / kWidth] & nearest(at), at);
+    for (std::size_t at = 0; at < n_; at += kWidth) list(hit_[at / kWidth] & nearest(at), at);
   }
 
-  void pack(std::uint32_t hit, std::size_t at) {
+  void list(std::uint32_t hit, std::size_t at) {
     pack_numbers(hit, std::uint32_t(at), hits_ + n_hits_);
     n_hits_ += std::size_t(std::popcount(hit));
   }
@@ -83,12 +85,13 @@ class Tested {
       const Float16 whose = Float16::load(ray + beside);
       least = select((whose <= me) & (me <= whose), min(least, Float16::load(t + beside)), least);
     }
-    return (mine <= least + Float16::load(margin_ + at)).bits();
+    return Collector::may_come_first(mine, least, Float16::load(margin_ + at)).bits();
   }
 
   std::size_t n_ = 0, n_hits_ = 0;
   alignas(64) float s_[kAtOnce], dist2_[kAtOnce], margin_[kAtOnce];
-  // With room before and behind, where neighbours are looked for; t is infinite where nothing hits.
+  // With room before and behind, where neighbours are looked for: no ray's before, and behind t is infinite, as it is
+  // where nothing hits.
   alignas(64) float t_[kAtOnce + 2 * kRoom] = {}, ray_[kAtOnce + 2 * kRoom] = {};
   std::uint32_t what_[kAtOnce], lane_[kAtOnce], hit_[kAtOnce / kWidth], hits_[kAtOnce + kWidth];
 };

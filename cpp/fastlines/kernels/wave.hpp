@@ -20,7 +20,6 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -139,7 +138,7 @@ class Wave {
     const std::uint32_t first_child = root_.first_child();
     std::uint64_t on = 0;
     for (int i = 0; i < kWidth; ++i) {
-      const auto children = std::uint32_t(std::int32_t(met.children[i]));
+      const std::uint32_t children = met.children_of(i);
       const auto next = kNearestFirst ? std::uint32_t(std::int32_t(met.nearest[i]))
                                       : std::uint32_t(std::countr_zero(children | 1u << kWidth));
       const std::uint32_t waiting = children & ~(1u << next);

@@ -57,6 +57,7 @@ struct Float16 {
   void store(float* p) const { _mm512_storeu_ps(p, a); }
   /// Of the numbers of a table, 16 or 64, those with these indices, of which no higher bits count.
   template <int n = 16>
+    requires(n == 16 || n == 64)
   static Float16 look_up(const float* table, const std::uint32_t* index) {
     const __m512i at = _mm512_loadu_si512(index);
     if constexpr (n == 16) return _mm512_permutexvar_ps(at, _mm512_loadu_ps(table));

@@ -112,7 +112,7 @@ struct Float16 {
     return fours;
   }
   void store(float* p) const { std::memcpy(p, v, sizeof v); }
-  /// Of the numbers of a table, 16 or 32, those with these indices, of which no higher bits count.
+  /// Of the numbers of a table, 16 or 64, those with these indices, of which no higher bits count.
   template <int n = 16>
   static Float16 look_up(const float* table, const std::uint32_t* index) {
     float x[16];  // copied as bytes, for the table may hold other numbers
