@@ -1,8 +1,7 @@
 // All hits of up to 64 rays that have nothing to do with each other. Order does not matter, so nodes are not a stack
 // for each ray but one list of (node, ray): long runs of the same test, whose memory can be fetched ahead. Rays come
-// past the root sixteen at a time, as in a wave. Leaves that
-// are met wait in a list of their own, and so do pieces that survive, in one for each sixteen rays: sixteen pieces at a
-// time are tested exactly, each against its own ray.
+// past the root sixteen at a time, as in a wave. Leaves that are met wait in a list of their own, and so do pieces that
+// survive, in one for each sixteen rays: sixteen pieces at a time are tested exactly, each against its own ray.
 #pragma once
 
 #include "choice.hpp"

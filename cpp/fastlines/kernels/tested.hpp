@@ -67,7 +67,7 @@ class Tested {
   static constexpr std::uint32_t kMark = 0x3f80'0000;  // so that the number of a lane is an ordinary float
 
   void list_nearest() {
-    std::fill_n(t_ + kRoom + n_, kWidth, kNever);
+    std::fill_n(t_ + kRoom + n_, kRoom, kNever);
     for (std::size_t at = 0; at < n_; at += kWidth) list(hit_[at / kWidth] & nearest(at), at);
   }
 

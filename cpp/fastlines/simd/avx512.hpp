@@ -60,12 +60,15 @@ struct Float16 {
     requires(n == 16 || n == 64)
   static Float16 look_up(const float* table, const std::uint32_t* index) {
     const __m512i at = _mm512_loadu_si512(index);
-    if constexpr (n == 16) return _mm512_permutexvar_ps(at, _mm512_loadu_ps(table));
-    const auto of_32 = [at](const float* from) {
-      return _mm512_permutex2var_ps(_mm512_loadu_ps(from), at, _mm512_loadu_ps(from + 16));
-    };
-    const __mmask16 is_high = _mm512_test_epi32_mask(at, _mm512_set1_epi32(32));
-    return _mm512_mask_blend_ps(is_high, of_32(table), of_32(table + 32));
+    if constexpr (n == 16) {
+      return _mm512_permutexvar_ps(at, _mm512_loadu_ps(table));
+    } else {
+      const auto of_32 = [at](const float* from) {
+        return _mm512_permutex2var_ps(_mm512_loadu_ps(from), at, _mm512_loadu_ps(from + 16));
+      };
+      const __mmask16 is_high = _mm512_test_epi32_mask(at, _mm512_set1_epi32(32));
+      return _mm512_mask_blend_ps(is_high, of_32(table), of_32(table + 32));
+    }
   }
 
   /// The same of a table of sixteen doubles, which are written.
