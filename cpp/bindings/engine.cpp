@@ -78,11 +78,11 @@ struct Question {
     watch_if(is_long, progress, [&](Progress& watched) { run_job(tree, rays, kernel, job, n_threads, watched); });
   }
 
-  template <class Job>
-  nb::tuple list(const Job& job, bool surface) const {
+  template <template <At> class Job, At at>
+  nb::tuple list(const Job<at>& job) const {
     std::optional<PlacedLists> lists;
     watch_if(is_long, progress, [&](Progress& watched) {
-      run_lists(tree, rays, kernel, job, n_threads, watched, lists.emplace(rays.size(), surface));
+      run_lists(tree, rays, kernel, job, n_threads, watched, lists.emplace(rays.size(), at == At::surface));
     });
     return arrays_of(*lists);
   }
@@ -93,9 +93,9 @@ nb::tuple first(LayoutArrays layout, RayArrays rays, bool surface, int kernel, u
   const Question question(layout, rays, kernel, n_threads, progress);
   HitArrays hits(question.rays.size(), surface);
   if (surface)
-    question.run(FirstSurfaceJob{hits.columns()});
+    question.run(FirstJob<At::surface>{question.tree, hits.columns()});
   else
-    question.run(FirstJob{hits.columns()});
+    question.run(FirstJob<At::closest>{question.tree, hits.columns()});
   return hits.tuple();
 }
 
@@ -116,10 +116,10 @@ Output<std::int64_t> count(LayoutArrays layout, RayArrays rays, int kernel, unsi
 nb::tuple list(LayoutArrays layout, RayArrays rays, bool surface, std::optional<std::size_t> k, int kernel,
                unsigned n_threads, nb::object progress) {
   const Question question(layout, rays, kernel, n_threads, progress);
-  const At at = surface ? At::surface : At::closest;
-  if (k) return question.list(ListJob<NextSink>{at, *k, {}}, surface);
-  if (surface) return question.list(ListJob<AllSink>{at, 0, {}}, surface);
-  return question.list(AllJob{}, surface);
+  const auto list_at = [&]<At at>() {
+    return k ? question.list(NextJob<at>(question.tree, *k)) : question.list(AllJob<at>(question.tree));
+  };
+  return surface ? list_at.template operator()<At::surface>() : list_at.template operator()<At::closest>();
 }
 
 /// Work on so many references that somebody may want to press Ctrl-C.

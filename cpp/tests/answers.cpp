@@ -187,18 +187,34 @@ struct Answers {
 };
 
 struct Hits {
-  std::vector<float> t, u, distance;
+  std::vector<float> t, u, distance, t_out;
   std::vector<std::int64_t> prim;
 
-  explicit Hits(std::size_t n) : t(n), u(n), distance(n), prim(n) {}
+  explicit Hits(std::size_t n) : t(n), u(n), distance(n), t_out(n), prim(n) {}
 
-  HitColumns columns() { return {t.data(), u.data(), distance.data(), nullptr, prim.data()}; }
+  HitColumns columns() { return {t.data(), u.data(), distance.data(), t_out.data(), prim.data()}; }
 };
 
-void put(float t, float u, float distance, std::int64_t prim, Answers& to) {
-  for (const float x : {t, u, distance}) to.add(x);
-  to.add(prim);
+/// Add a hit; what is at the surface has an end.
+template <class Hits>
+void put(const Hits& hits, std::size_t i, At at, Answers& to) {
+  for (const float x : {hits.t[i], hits.u[i], hits.distance[i]}) to.add(x);
+  if (at == At::surface) to.add(hits.t_out[i]);
+  to.add(std::int64_t(hits.prim[i]));
 }
+
+enum Query { first, any, count, all, next };
+
+struct Question {
+  const char* name;
+  Query query;
+  At at;
+};
+constexpr Question kQuestions[] = {{"first", first, At::closest}, {"first at the surface", first, At::surface},
+                                   {"any", any, At::closest},     {"count", count, At::closest},
+                                   {"all", all, At::closest},     {"all at the surface", all, At::surface},
+                                   {"next", next, At::closest},   {"next at the surface", next, At::surface}};
+constexpr std::size_t kNearest = 5;  // of the next hits
 
 /// Those who are asked put first hits, flags and counts in their places, and fill lists.
 struct Brute {
@@ -207,13 +223,19 @@ struct Brute {
   unsigned n_threads = 1;
   Progress& progress;
 
+  template <At at>
   void first(const HitColumns& to) const {
-    first_hits(search, rays, At::closest, n_threads, progress, [&](std::size_t i, const Hit& hit) { to.set(i, hit); });
+    first_hits(search, rays, at, n_threads, progress, [&](std::size_t i, const Hit& hit) { to.set(i, hit); });
   }
   void any(std::span<bool> to) const { any_hits(search, rays, n_threads, progress, to); }
   void count(std::span<std::int64_t> to) const { count_hits(search, rays, n_threads, progress, to); }
+  template <At at>
   void all(PlacedLists& to) const {
-    list_hits(search, rays, n_threads, progress, to, [](const Ray& ray) { return AllSink(At::closest, ray); });
+    list_hits(search, rays, n_threads, progress, to, [](const Ray& ray) { return AllSink(at, ray); });
+  }
+  template <At at>
+  void next(PlacedLists& to) const {
+    list_hits(search, rays, n_threads, progress, to, [](const Ray& ray) { return NextSink(at, ray, kNearest); });
   }
 };
 
@@ -228,42 +250,60 @@ struct Engine {
   void run(const Job& job) const {
     run_job(tree, rays, kernel, job, n_threads, progress);
   }
-  void first(const HitColumns& to) const { run(FirstJob{to}); }
+  template <class Job>
+  void list(const Job& job, PlacedLists& to) const {
+    run_lists(tree, rays, kernel, job, n_threads, progress, to);
+  }
+  template <At at>
+  void first(const HitColumns& to) const {
+    run(FirstJob<at>{tree, to});
+  }
   void any(std::span<bool> to) const { run(AnyJob{to.data()}); }
   void count(std::span<std::int64_t> to) const { run(CountJob{to.data()}); }
-  void all(PlacedLists& to) const { run_lists(tree, rays, kernel, AllJob{}, n_threads, progress, to); }
+  template <At at>
+  void all(PlacedLists& to) const {
+    list(AllJob<at>(tree), to);
+  }
+  template <At at>
+  void next(PlacedLists& to) const {
+    list(NextJob<at>(tree, kNearest), to);
+  }
 };
 
-enum Query { first, any, count, all };
-constexpr const char* kQueries[] = {"first", "any", "count", "all"};
-
-template <class Asked>
+template <At at, class Asked>
 Answers ask(const Asked& asked, Query query) {
   const std::size_t n = asked.rays.size();
   Answers answers;
-  if (query == all) {
-    PlacedLists lists(n, false);
-    asked.all(lists);
+  if (query == all || query == next) {
+    PlacedLists lists(n, at == At::surface);
+    if (query == all)
+      asked.template all<at>(lists);
+    else
+      asked.template next<at>(lists);
     const auto offsets = lists.offsets();
     for (std::size_t ray = 0; ray < n; ++ray) {
-      for (auto i = std::size_t(offsets[ray]); i < std::size_t(offsets[ray + 1]); ++i)
-        put(lists.t[i], lists.u[i], lists.distance[i], lists.prim[i], answers);
+      for (auto i = std::size_t(offsets[ray]); i < std::size_t(offsets[ray + 1]); ++i) put(lists, i, at, answers);
       answers.end();
     }
     return answers;
   }
   Hits hits(n);
   const std::unique_ptr<bool[]> found(new bool[n]);
-  if (query == first) asked.first(hits.columns());
+  if (query == first) asked.template first<at>(hits.columns());
   if (query == any) asked.any({found.get(), n});
   if (query == count) asked.count(hits.prim);
   for (std::size_t ray = 0; ray < n; ++ray) {
-    if (query == first) put(hits.t[ray], hits.u[ray], hits.distance[ray], hits.prim[ray], answers);
+    if (query == first) put(hits, ray, at, answers);
     if (query == any) answers.add(std::int64_t(found[ray]));
     if (query == count) answers.add(hits.prim[ray]);
     answers.end();
   }
   return answers;
+}
+
+template <class Asked>
+Answers ask(const Asked& asked, const Question& question) {
+  return question.at == At::surface ? ask<At::surface>(asked, question.query) : ask<At::closest>(asked, question.query);
 }
 
 /// FNV-1a, a word at a time.
@@ -318,16 +358,16 @@ bool agree(const Scene& scene, Digest& digest) {
   std::size_t n_hits = 0;
   for (const Rays& rays : asked) {
     const RayBatch batch = rays.batch();
-    for (const Query query : {first, any, count, all}) {
-      const Answers expected = ask(Brute{{scene.lines, view.frame}, batch, 1, progress}, query);
+    for (const Question& question : kQuestions) {
+      const Answers expected = ask(Brute{{scene.lines, view.frame}, batch, 1, progress}, question);
       digest.add(expected);
-      if (query == all) n_hits += expected.words.size();
+      if (question.query == all) n_hits += expected.words.size();
       for (const Way& way : kWays) {
-        const Answers given = ask(Engine{view, batch, way.kernel, way.n_threads, progress}, query);
+        const Answers given = ask(Engine{view, batch, way.kernel, way.n_threads, progress}, question);
         for (std::size_t ray = 0; ray < batch.size(); ++ray) {
           if (std::ranges::equal(given.of(ray), expected.of(ray))) continue;
           std::printf("%s: scene \"%s\", rays \"%s\", kernel %s, query \"%s\": ray %zu differs from brute force\n",
-                      kSimd, scene.name.c_str(), rays.name.c_str(), way.name, kQueries[query], ray);
+                      kSimd, scene.name.c_str(), rays.name.c_str(), way.name, question.name, ray);
           return false;
         }
       }

@@ -70,7 +70,7 @@ int main() {
     const auto any = std::make_unique<bool[]>(kRays);
     Progress progress;
     const auto ask = [&](const auto& job) { run_job(tree, rays, kernel, job, 1, progress); };
-    ask(FirstJob{{t.data(), u.data(), distance.data(), nullptr, prim.data()}});
+    ask(FirstJob<At::closest>{tree, {t.data(), u.data(), distance.data(), nullptr, prim.data()}});
     ask(AnyJob{any.get()});
     for (int i = 0; i < kRays; ++i) {
       n_hits += prim[std::size_t(i)] == 0;

@@ -1,22 +1,21 @@
 // What becomes of the hits of 64 rays. A kernel shows a collector, sixteen rays at a time, which of them come within
 // their radius of a segment, if any: `take(rays, first, hit, approach, prim)`, each segment once. `limit` tells
 // beyond which t of the frame a ray wants no more, though hits from there may be shown; where it falls, `closer` is
-// set. If there is `bring_limits`, it falls only when that is called. `kAsksAgain` tells that each hit is tested by
-// itself again, so that those which are seen from afar to lie behind what has been found should not be shown.
-// `approach.hit` may have lanes that `hit` has not. Where order matters, waves and searches of a single ray look at
-// limits alone, and show one hit of one ray at a time, a segment again by each of its pieces: `take_one(rays, lane,
-// approach, ref)`. `kNearestFirst` tells whether hits bring limits nearer, `kAsksWhere` whether it matters what is hit
-// and where, and `kOnlyNearest` that hits need not be shown that lie behind another by more than the ray's margin. Of a
-// ray that is not asked where, a wave has only what the exact test reads, its margin and its number.
+// set. If there is `bring_limits`, it falls only when that is called. `kAt` tells where hits are taken: s and t of an
+// approach are of there. `approach.hit` may have lanes that `hit` has not. Where order matters, waves and searches of a
+// single ray look at limits alone, and show one hit of one ray at a time, a segment again by each of its pieces:
+// `take_one(rays, lane, approach, ref)`. `kNearestFirst` tells whether hits bring limits nearer, `kAsksWhere` whether
+// it matters what is hit and where, and `kOnlyNearest` that hits need not be shown that lie behind another by more than
+// the ray's margin. Of a ray that is not asked where, a wave has only what the exact test reads, its margin and its
+// number.
 //
 // `begin` readies lanes [first, end); those from there to the end of their sixteen have no ray, and want nothing.
 //
-// The collectors here do in lanes what the sinks of query/sinks.hpp do for one ray, which stay the definition: where
-// rounding could decide, and for what is asked for less often, they are asked.
+// The collectors here and in nearest.hpp do in lanes what the sinks of query/sinks.hpp do for one ray, which stay the
+// definition.
 #pragma once
 
 #include <bit>
-#include <optional>
 
 #include "../layout/wide.hpp"
 #include "../memory/memory.hpp"
@@ -35,60 +34,20 @@ inline void begin_limits(const RayLanes& rays, int first, int end, float (&limit
   std::fill(limit + end, limit + past_sixteen(end), kOut);
 }
 
-/// Any sink, for each ray on its own.
-template <class Sink>
-struct SinkCollector {
-  static constexpr bool kUnordered = false, kNearestFirst = Sink::kNearestFirst, kAsksAgain = true, kAsksWhere = true;
-  static constexpr bool kOnlyNearest = false;
-  alignas(64) float limit[kLanes];
-  bool closer = false;
-  const WideView& tree;
-  std::vector<std::optional<Sink>> sinks = std::vector<std::optional<Sink>>(kLanes);
+/// Whether a hit at t may come before one at `best` as the caller counts, or be as near.
+template <class N>
+auto may_come_first(N t, N best, N margin) {
+  return t <= best + margin;
+}
 
-  explicit SinkCollector(const WideView& tree_) : tree(tree_) {}
-
-  template <class Make>
-  void begin(const RayLanes& rays, int first, int end, Make&& make) {
-    begin_limits(rays, first, end, limit);
-    for (int i = first; i < end; ++i) note(i, sinks[std::size_t(i)].emplace(make(i)));
-  }
-
-  void take(const RayLanes& rays, int first, std::uint32_t hit, const Approach<Float16>&, std::uint32_t prim) {
-    for (; hit; hit &= hit - 1) {
-      const int i = first + std::countr_zero(hit);
-      const Ray ray = rays.ray(i);
-      test_segment(ray, tree.segments[prim], tree.frame, Reference{prim}, *sinks[std::size_t(i)]);
-      note(i, *sinks[std::size_t(i)]);
-    }
-  }
-
-  void take_one(const RayLanes& rays, int i, const Approach<float>& approach, const Reference& ref) {
-    const Ray ray = rays.ray(i);
-    sinks[std::size_t(i)]->add({ray, tree.segments[ref.prim], tree.frame, approach, ref});
-    note(i, *sinks[std::size_t(i)]);
-  }
-
- private:
-  void note(int i, const Sink& sink) {
-    const float now = sink.done() ? kOut : sink.limit;
-    closer |= now < limit[i];
-    limit[i] = now;
-  }
-};
-
-/// The first hits, by closest approach.
+/// The first hits.
+template <At at_>
 struct FirstCollector {
-  static constexpr bool kUnordered = false, kNearestFirst = true, kAsksAgain = false, kAsksWhere = true;
-  static constexpr bool kOnlyNearest = true;
+  static constexpr bool kUnordered = false, kNearestFirst = true, kAsksWhere = true, kOnlyNearest = true;
+  static constexpr At kAt = at_;
   alignas(64) float limit[kLanes];
   bool closer = false;
   alignas(64) float t[kLanes], s[kLanes], dist2[kLanes], prim[kLanes];  // prim: the bits of an integer
-
-  /// Whether a hit at t may come before one at `best` as the caller counts, or be as near.
-  template <class N>
-  static auto may_come_first(N t, N best, N margin) {
-    return t <= best + margin;
-  }
 
   void begin(const RayLanes& rays, int first, int end) {
     begin_limits(rays, first, end, limit);
@@ -158,8 +117,8 @@ struct FirstCollector {
 };
 
 struct AnyCollector {
-  static constexpr bool kUnordered = false, kNearestFirst = false, kAsksAgain = false, kAsksWhere = false,
-                        kOnlyNearest = false;
+  static constexpr bool kUnordered = false, kNearestFirst = false, kAsksWhere = false, kOnlyNearest = false;
+  static constexpr At kAt = At::closest;
   alignas(64) float limit[kLanes];
   bool closer = false;
   bool found[kLanes];
@@ -185,7 +144,8 @@ struct AnyCollector {
 };
 
 struct CountCollector {
-  static constexpr bool kUnordered = true, kAsksAgain = false;
+  static constexpr bool kUnordered = true;
+  static constexpr At kAt = At::closest;
   alignas(64) float limit[kLanes];
   bool closer = false;
   std::int64_t n_hits[kLanes];
@@ -205,8 +165,8 @@ struct CountCollector {
   }
 };
 
-/// All hits, by closest approach, in no order; those of sixteen rays together, so that to sort them takes little
-/// memory.
+/// All hits, in no order; those of sixteen rays together, so that to sort them takes little memory.
+template <At at_>
 struct AllCollector {
   struct Hits {
     LargeVector<float> t, s, dist2;
@@ -228,7 +188,8 @@ struct AllCollector {
     }
   };
 
-  static constexpr bool kUnordered = true, kAsksAgain = false;
+  static constexpr bool kUnordered = true;
+  static constexpr At kAt = at_;
   alignas(64) float limit[kLanes];
   bool closer = false;
   Hits hits[kLanes / kWidth];
@@ -260,8 +221,9 @@ template <class Collector>
 [[gnu::always_inline]] inline void test_one(const WideView& tree, const RayLanes& rays, int lane, const Reference& ref,
                                             Collector& collector) {
   const RayInLane ray(rays, lane);
-  const Approach<float> approach = closest_approach(ray, see(ray, tree.segments[ref.prim], tree.frame));
-  if (approach.hit) collector.take_one(rays, lane, approach, ref);
+  const Seen<float> seen = see(ray, tree.segments[ref.prim], tree.frame);
+  const Approach<float> approach = closest_approach(ray, seen);
+  if (approach.hit) collector.take_one(rays, lane, as_asked<Collector::kAt>(ray, seen, approach), ref);
 }
 
 }  // namespace fastlines

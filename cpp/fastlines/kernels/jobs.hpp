@@ -7,14 +7,17 @@
 
 #include "../query/lists.hpp"
 #include "collect.hpp"
+#include "leaving.hpp"
 
 namespace fastlines {
 
-/// The first hit of each ray, by closest approach.
+/// The first hit of each ray.
+template <At at>
 struct FirstJob {
   static constexpr bool kUnordered = false;
-  using Collector = FirstCollector;
-  HitColumns to;  // without t_out
+  using Collector = FirstCollector<at>;
+  const WideView& tree;
+  HitColumns to;
 
   Collector collector(const WideView&) const { return {}; }
   void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
@@ -23,7 +26,7 @@ struct FirstJob {
 
   void take(const RayLanes& rays, const Collector& found, int first, int end) const {
     constexpr Hit miss;
-    float t[kLanes], u[kLanes], distance[kLanes];
+    float t[kLanes], u[kLanes], distance[kLanes], t_out[kLanes];
     std::int64_t prim[kLanes];
     const double per_scale = rays.per_scale;
     for (int from = first; from < end; from += kWidth)
@@ -36,13 +39,16 @@ struct FirstJob {
         distance[i] = hit ? distance_ : miss.distance;
         prim[i] = hit ? std::int64_t(which) : miss.prim;
       }
+    if constexpr (at == At::surface)
+      for (int from = first; from < end; from += kWidth) leave(rays, found, from, t_out);
     const HitColumns columns = to;  // a copy, so that nothing written can alias it
     const auto write = [&](int i, auto n) __attribute__((always_inline)) {
-      const std::uint32_t at = rays.id[i];
-      std::copy_n(t + i, n, columns.t + at);
-      std::copy_n(u + i, n, columns.u + at);
-      std::copy_n(distance + i, n, columns.distance + at);
-      std::copy_n(prim + i, n, columns.prim + at);
+      const std::uint32_t at_ = rays.id[i];
+      std::copy_n(t + i, n, columns.t + at_);
+      std::copy_n(u + i, n, columns.u + at_);
+      std::copy_n(distance + i, n, columns.distance + at_);
+      std::copy_n(prim + i, n, columns.prim + at_);
+      if constexpr (at == At::surface) std::copy_n(t_out + i, n, columns.t_out + at_);
     };
     for (int from = first; from < end; from += kWidth)
       if (rays.in_fours[from / kWidth])  // so all sixteen are rays: one that ends early repeats its last
@@ -50,20 +56,23 @@ struct FirstJob {
       else
         for (int i = from; i < std::min(from + kWidth, end); ++i) write(i, std::integral_constant<int, 1>());
   }
-};
 
-/// The first hit of each ray, where it enters the capsule.
-struct FirstSurfaceJob {
-  static constexpr bool kUnordered = false;
-  using Collector = SinkCollector<FirstSink>;
-  HitColumns to;
-
-  Collector collector(const WideView& tree) const { return Collector(tree); }
-  void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
-    collector.begin(rays, first, end, [&](int i) { return FirstSink(At::surface, rays.ray(i)); });
-  }
-  void take(const RayLanes& rays, const Collector& found, int first, int end) const {
-    for (int i = first; i < end; ++i) to.set(rays.id[i], found.sinks[std::size_t(i)]->best);
+ private:
+  /// Where sixteen rays leave what they hit, as the caller counts.
+  void leave(const RayLanes& rays, const Collector& found, int first, float* t_out) const {
+    constexpr Hit miss;
+    std::uint32_t prims[kWidth], any_hit = 0;
+    for (int i = 0; i < kWidth; ++i) {
+      const auto which = std::bit_cast<std::uint32_t>(found.prim[first + i]);
+      prims[i] = which != kNone ? which : 0;
+      any_hit |= std::uint32_t(which != kNone);
+    }
+    std::fill_n(t_out + first, kWidth, miss.t_out);
+    if (!any_hit) return;  // so there may be no segment
+    float t[kWidth];
+    leaving(tree, Rays16(rays, first), prims).store(t);
+    for (int i = first; i < first + kWidth; ++i)
+      if (std::bit_cast<std::uint32_t>(found.prim[i]) != kNone) t_out[i] = rays.t_given(i, t[i - first]);
   }
 };
 

@@ -1,17 +1,29 @@
 // Jobs whose answers are lists of hits: all of them, or the nearest few.
 #pragma once
 
+#include <numeric>
+
 #include "hit_order.hpp"
 #include "jobs.hpp"
+#include "nearest.hpp"
 
 namespace fastlines {
 
-/// All hits of each ray, by closest approach.
+/// Hits of up to 64 rays in one piece of a list: more would take over 40 GB.
+inline constexpr std::size_t kMostHits = std::numeric_limits<std::int32_t>::max();
+
+/// Columns that are written of a hit.
+template <At at>
+inline constexpr std::uint32_t kColumns = at == At::surface ? 5 : 4;
+
+/// All hits of each ray.
+template <At at>
 struct AllJob {
   static constexpr bool kUnordered = true;
-  using Collector = AllCollector;
+  using Collector = AllCollector<at>;
   HitLists lists;
 
+  explicit AllJob(const WideView& tree) : tree_(tree) {}
   Collector collector(const WideView&) const { return {}; }
   void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
     collector.begin(rays, first, end);
@@ -19,11 +31,12 @@ struct AllJob {
 
   void take(const RayLanes& rays, const Collector& found, int first, int end) {
     for (int i = first; i < end; i = (i / kWidth + 1) * kWidth)
-      if (const Collector::Hits& hits = found.hits[i / kWidth]; hits.n > 0)
+      if (const typename Collector::Hits& hits = found.hits[i / kWidth]; hits.n > 0)
         list(rays, i, std::min(end, (i / kWidth + 1) * kWidth), hits);
   }
 
  private:
+  const WideView& tree_;
   HitOrder order_;
   LargeVector<float> t_, dist2_;  // in order, of the frame
 
@@ -45,8 +58,8 @@ struct AllJob {
 
   /// List the hits of rays [first, end), all of one sixteen, together: loops over those of one ray would be short, and
   /// where they end guessed wrong.
-  void list(const RayLanes& rays, int first, int end, const Collector::Hits& found) {
-    if (found.n > std::numeric_limits<std::int32_t>::max()) throw std::bad_alloc();  // 16 rays: over 40 GB
+  void list(const RayLanes& rays, int first, int end, const typename Collector::Hits& found) {
+    if (found.n > kMostHits) throw std::bad_alloc();
     const auto n = std::uint32_t(found.n);
     order_.sort(found.lane.data(), found.t.data(), found.prim.data(), n);
     const ListColumns to = lists.begin(n);
@@ -61,15 +74,21 @@ struct AllJob {
     }
     describe(rays, first / kWidth * kWidth, found, to, n);
     settle(to, n);
+    if constexpr (at == At::surface)
+      for (int i = first; i < end; ++i) {
+        const std::uint32_t begin = order_.begin(i % kWidth);
+        leave(tree_, rays, i, to.prim + begin, n_hits(i % kWidth), to.t_out + begin);
+      }
     for (int i = first; i < end; ++i) lists.add(rays.id[i], n_hits(i % kWidth));
-    lists.end(4);
+    lists.end(kColumns<at>);
   }
 
   std::uint32_t n_hits(int lane) const { return order_.begin(lane + 1) - order_.begin(lane); }
 
   /// t and distance in the caller's terms, sixteen at a time: what is too much is overwritten by the next ray, the next
   /// column.
-  void describe(const RayLanes& rays, int first, const Collector::Hits& found, const ListColumns& to, std::uint32_t n) {
+  void describe(const RayLanes& rays, int first, const typename Collector::Hits& found, const ListColumns& to,
+                std::uint32_t n) {
     constexpr std::uint32_t few = 8 * kWidth;  // so few that most of sixteen hits of one ray would be none
     float some[kWidth];
     if (n <= few) {
@@ -144,26 +163,63 @@ struct AllJob {
   }
 };
 
-/// Hits that are described one by one: all of them where the ray enters their capsules, or the k nearest.
-template <class S>
-struct ListJob {
+/// The k nearest hits of each ray.
+template <At at>
+struct NextJob {
   static constexpr bool kUnordered = false;
-  using Collector = SinkCollector<S>;
-  At at;
-  std::size_t k = 0;
+  using Collector = NextCollector<at>;
   HitLists lists;
 
-  Collector collector(const WideView& tree) const { return Collector(tree); }
+  NextJob(const WideView& tree, std::size_t k) : tree_(tree), k_(k) {}
+  Collector collector(const WideView&) const { return Collector(k_); }
   void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
-    collector.begin(rays, first, end, [&](int i) -> S {
-      if constexpr (std::is_same_v<S, NextSink>)
-        return {at, rays.ray(i), k};
-      else
-        return {at, rays.ray(i)};
-    });
+    collector.begin(rays, first, end);
   }
-  void take(const RayLanes& rays, Collector& found, int first, int end) {
-    for (int i = first; i < end; ++i) lists.add(rays.id[i], found.sinks[std::size_t(i)]->hits);
+
+  void take(const RayLanes& rays, const Collector& found, int first, int end) {
+    std::size_t n = 0;
+    for (int i = first; i < end; ++i) n += found.hits[std::size_t(i)].n;
+    if (n == 0) return;
+    if (n > kMostHits) throw std::bad_alloc();
+    const ListColumns to = lists.begin(std::uint32_t(n));
+    std::size_t at_hit = 0;
+    for (int i = first; i < end; ++i) {
+      const Nearest& hits = found.hits[std::size_t(i)];
+      list(rays, hits, to.from(at_hit));
+      lists.add(rays.id[i], hits.n);
+      at_hit += hits.n;
+    }
+    if constexpr (at == At::surface) {
+      at_hit = 0;
+      for (int i = first; i < end; ++i) {
+        const Nearest& hits = found.hits[std::size_t(i)];
+        leave(tree_, rays, i, to.prim + at_hit, hits.n, to.t_out + at_hit);
+        at_hit += hits.n;
+      }
+    }
+    lists.end(kColumns<at>);
+  }
+
+ private:
+  const WideView& tree_;
+  std::size_t k_;
+  std::vector<std::uint32_t> order_;
+
+  /// In order.
+  void list(const RayLanes& rays, const Nearest& nearest, const ListColumns& to) {
+    order_.resize(nearest.n);
+    std::iota(order_.begin(), order_.end(), 0u);
+    std::sort(order_.begin(), order_.end(), [&](std::uint32_t i, std::uint32_t j) {
+      if (nearest.t_given[i] != nearest.t_given[j]) return nearest.t_given[i] < nearest.t_given[j];
+      return nearest.prim[i] < nearest.prim[j];
+    });
+    for (std::uint32_t i = 0; i < nearest.n; ++i) {
+      const std::uint32_t j = order_[i];
+      to.t[i] = nearest.t_given[j];
+      to.u[i] = nearest.s[j];
+      to.distance[i] = float(std::sqrt(nearest.dist2[j]) * rays.per_scale);
+      to.prim[i] = nearest.prim[j];
+    }
   }
 };
 

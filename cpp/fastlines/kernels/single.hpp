@@ -131,7 +131,8 @@ class Single {
     const RayInLane ray(rays, lane);
     Float16 start[3], e[3];
     take_sixteen(tree_, [&](int i) { return tree_.refs[which[std::min(std::uint32_t(i), n - 1)]].prim; }, start, e);
-    const Approach<Float16> approach = closest_approach(ray, see<Float16>(ray, start, e));
+    const Seen<Float16> seen = see<Float16>(ray, start, e);
+    const Approach<Float16> approach = as_asked<Collector::kAt>(ray, seen, closest_approach(ray, seen));
     float s[kWidth], t[kWidth], dist2[kWidth];
     approach.s.store(s);
     approach.t.store(t);
@@ -139,7 +140,7 @@ class Single {
     std::uint32_t hit = approach.hit.bits() & first_lanes(n);
     if constexpr (Collector::kOnlyNearest) {
       const Float16 nearest = least(choose(hit, approach.t, kNever));
-      hit &= Collector::may_come_first(approach.t, nearest, Float16(rays.margin[lane])).bits();
+      hit &= may_come_first(approach.t, nearest, Float16(rays.margin[lane])).bits();
     }
     for (; hit; hit &= hit - 1) {
       const int i = std::countr_zero(hit);

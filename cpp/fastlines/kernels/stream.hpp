@@ -128,7 +128,8 @@ class Stream {
       Float16 start[3], e[3];
       take_sixteen(tree_, [&](int i) { return prims[i]; }, start, e);
       const auto picked = picks_.pick<Float16, kWidth>(rays, i_sixteen * kWidth, ray + j);
-      const Approach<Float16> approach = closest_approach(picked, see<Float16>(picked, start, e));
+      const Seen<Float16> seen = see<Float16>(picked, start, e);
+      const Approach<Float16> approach = closest_approach(picked, seen);
       float s0[kWidth], s1[kWidth];
       for (std::size_t i = 0; i < kWidth; ++i) {
         s0[i] = WideRef::begin(pieces_.s0[j + i]);
@@ -136,7 +137,9 @@ class Stream {
       }
       const auto owned = (Float16::load(s0) <= approach.s) & (approach.s < Float16::load(s1));
       const std::uint32_t hit = (approach.hit & owned).bits() & first_lanes(n - j);
-      if (hit) collector.take_pairs(i_sixteen * kWidth, hit, approach, ray + j, Float16::load(as_floats(prims)));
+      if (hit)
+        collector.take_pairs(i_sixteen * kWidth, hit, as_asked<Collector::kAt>(picked, seen, approach), ray + j,
+                             Float16::load(as_floats(prims)));
     }
     survivors.clear();
   }

@@ -11,9 +11,7 @@
 #include <cstring>
 #include <limits>
 
-#include "../layout/wide.hpp"
-#include "../query/exact.hpp"
-#include "lanes.hpp"
+#include "collect.hpp"
 
 namespace fastlines {
 
@@ -85,7 +83,7 @@ class Tested {
       const Float16 whose = Float16::load(ray + beside);
       least = select((whose <= me) & (me <= whose), min(least, Float16::load(t + beside)), least);
     }
-    return Collector::may_come_first(mine, least, Float16::load(margin_ + at)).bits();
+    return may_come_first(mine, least, Float16::load(margin_ + at)).bits();
   }
 
   std::size_t n_ = 0, n_hits_ = 0;

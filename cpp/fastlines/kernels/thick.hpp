@@ -159,7 +159,6 @@ class ThickSearch {
     Near seen;
     lines_.look(bundle, n, [&](int j, int first, std::uint32_t near) __attribute__((always_inline)) {
       packs_[seen.n_packs] = first + j;
-      if constexpr (Collector::kAsksAgain) near_[seen.n_packs] = near;
       seen.n_packs += near != 0;
       if constexpr (Collector::kUnordered) seen.n_rays += std::popcount(near);
     });
@@ -168,13 +167,10 @@ class ThickSearch {
       const Vec3 start{lines_.start[0][j], lines_.start[1][j], lines_.start[2][j]};
       const Vec3 along{lines_.along[0][j], lines_.along[1][j], lines_.along[2][j]};
       const Rays16 sixteen(rays, first);
-      const Approach<Float16> approach = closest_approach(sixteen, see<Float16>(sixteen, start, along));
+      const Seen<Float16> g = see<Float16>(sixteen, start, along);
+      const Approach<Float16> approach = as_asked<Collector::kAt>(sixteen, g, closest_approach(sixteen, g));
       // Without asking first whether any hits: the guess would be known to be wrong only at the end of a long test.
-      std::uint32_t hit = approach.hit.bits();
-      if constexpr (Collector::kAsksAgain)
-        hit &= near_[i];
-      else
-        hit &= first_lanes(std::size_t(rays.n - first));
+      const std::uint32_t hit = approach.hit.bits() & first_lanes(std::size_t(rays.n - first));
       collector.take(rays, first, hit, approach, prims[j]);
     }
     return seen;
@@ -208,7 +204,8 @@ class ThickSearch {
           start[k] = F::look_up(lines_.start[k], segment);
           along[k] = F::look_up(lines_.along[k], segment);
         }
-        const Approach<F> approach = closest_approach(sixteen, see<F>(sixteen, start, along));
+        const Seen<F> g = see<F>(sixteen, start, along);
+        const Approach<F> approach = as_asked<Collector::kAt>(sixteen, g, closest_approach(sixteen, g));
         const std::uint32_t hit = approach.hit.bits() & first_lanes(std::size_t(left));
         if (hit) collector.take_pairs(first, hit, approach, ray, F::look_up(as_floats(prims), segment));
       }
@@ -222,7 +219,6 @@ class ThickSearch {
   SeenSet seen_;
   LinesBeside lines_{};
   int packs_[kWidth * (kLanes / kWidth)];  // the first of sixteen rays, plus the segment they are tested beside
-  std::uint32_t near_[kWidth * (kLanes / kWidth)];  // those of the sixteen that may be in reach
   // Pairs, a list for each sixteen rays: sixteen times the segment, plus the ray.
   std::uint32_t pairs_[kLanes / kWidth][(kWidth + 1) * kWidth] = {};
   std::uint32_t leaves_[kLeaves + kWidth], pieces_[kPieces];

@@ -242,7 +242,8 @@ class Wave {
     Float16 start[3], e[3];
     take_sixteen(tree_, [=](int i) { return prims[i]; }, start, e);
     const auto rays = picks_.template pick<Float16, kLanes>(rays_, 0, ray);
-    const Approach<Float16> approach = closest_approach(rays, see<Float16>(rays, start, e));
+    const Seen<Float16> seen = see<Float16>(rays, start, e);
+    const Approach<Float16> approach = as_asked<Collector::kAt>(rays, seen, closest_approach(rays, seen));
     tested_.add(what, ray, rays.margin, approach, approach.hit.bits() & first_lanes(n));
   }
 

@@ -91,25 +91,59 @@ template <class N, class R>
   return {s, t, dist2, dist2 <= ray.radius2};
 }
 
-/// Where the line enters (sign −1) or leaves (sign +1) the capsule, and the s there; only after a hit.
-inline std::pair<float, float> capsule_end(const Ray& ray, const Seen<float>& g, float sign) {
-  const auto half_chord = [&](float dist2) { return std::sqrt(std::max(ray.radius2 - dist2, 0.0f)); };
-  float end;
-  if (g.parallel) {
-    end = (g.er < 0.0f) == (sign < 0.0f) ? 1.0f : 0.0f;
-  } else {
-    // On the cylinder around the whole line, if the point there belongs to the segment.
-    const float length2 = g.ee + g.er * g.er;
-    const float s_line = -(g.pu * g.eu + g.pv * g.ev) / g.ee;
-    const float x = g.pu + s_line * g.eu, y = g.pv + s_line * g.ev;
-    const float t = g.pr + s_line * g.er + sign * half_chord(x * x + y * y) * std::sqrt(length2 / g.ee);
-    const float s = -(g.pu * g.eu + g.pv * g.ev + (g.pr - t) * g.er) / length2;
-    if (s >= 0.0f && s <= 1.0f) return {t, s};
-    end = s < 0.0f ? 0.0f : 1.0f;
-  }
-  // On the ball around an end.
-  const float x = g.pu + end * g.eu, y = g.pv + end * g.ev;
-  return {g.pr + end * g.er + sign * half_chord(x * x + y * y), end};
+/// An end of what a line has in common with a capsule, and the s there.
+template <class N>
+struct CapsuleEnd {
+  N t, s;
+};
+
+/// Where the line enters (sign −1) or leaves (sign +1) the capsule of its radius around the segment; only after a hit.
+template <int sign, class N, class R>
+[[gnu::always_inline]] inline CapsuleEnd<N> capsule_end(const R& ray, const Seen<N>& g) {
+  const N zero = 0.0f, one = 1.0f, side = float(sign);
+  const auto half_chord = [&](const N& dist2) { return sqrt(max(ray.radius2 - dist2, zero)); };
+  // On the cylinder around the whole line, if the point there belongs to the segment.
+  const N length2 = g.ee + g.er * g.er;
+  const N s_line = (zero - (g.pu * g.eu + g.pv * g.ev)) / g.ee;
+  const N x_line = g.pu + s_line * g.eu, y_line = g.pv + s_line * g.ev;
+  const N t = g.pr + s_line * g.er + side * half_chord(x_line * x_line + y_line * y_line) * sqrt(length2 / g.ee);
+  const N s = (zero - (g.pu * g.eu + g.pv * g.ev + (g.pr - t) * g.er)) / length2;
+  // Else on the ball around an end.
+  const N first = float(sign > 0), last = float(sign < 0);
+  const N end = select(g.parallel, select(g.er < zero, last, first), select(s < zero, zero, one));
+  const N x = g.pu + end * g.eu, y = g.pv + end * g.ev;
+  const N t_ball = g.pr + end * g.er + side * half_chord(x * x + y * y);
+  const auto on_side = (zero <= s) & (s <= one);
+  return {select(g.parallel, t_ball, select(on_side, t, t_ball)), select(g.parallel, end, select(on_side, s, end))};
+}
+
+/// Where a ray that comes within its radius enters the capsule, in place of the closest approach: t between the ray's
+/// bounds, and the point of the segment there.
+template <class N, class R>
+[[gnu::always_inline]] inline Approach<N> entry(const R& ray, const Seen<N>& g, const Approach<N>& closest) {
+  const N zero = 0.0f;
+  const CapsuleEnd<N> in = capsule_end<-1>(ray, g);
+  const N t = min(max(in.t, N(ray.t_min)), N(ray.t_max));
+  // If the ray starts inside, the nearest point of the segment there.
+  const N length2 = g.ee + g.er * g.er;
+  const N nearest = clamp01((zero - (g.pu * g.eu + g.pv * g.ev + (g.pr - t) * g.er)) / length2);
+  const N s = select((t < in.t) | (in.t < t), select(zero < length2, nearest, zero), in.s);
+  return {s, t, closest.dist2, closest.hit};
+}
+
+/// Where it leaves the capsule, between its bounds.
+template <class N, class R>
+[[gnu::always_inline]] inline N leaving(const R& ray, const Seen<N>& g) {
+  return min(max(capsule_end<1>(ray, g).t, N(ray.t_min)), N(ray.t_max));
+}
+
+/// A hit where it is asked for.
+template <At at, class N, class R>
+[[gnu::always_inline]] inline Approach<N> as_asked(const R& ray, const Seen<N>& g, const Approach<N>& closest) {
+  if constexpr (at == At::surface)
+    return entry(ray, g, closest);
+  else
+    return closest;
 }
 
 }  // namespace fastlines

@@ -41,22 +41,15 @@ inline std::pair<Hit, float> describe(const Found& found, At at) {
   Hit hit;
   hit.prim = found.ref.prim;
   hit.distance = float(std::sqrt(found.approach.dist2) * ray.per_scale);
-  float t = found.approach.t;
-  hit.u = found.approach.s;
+  Approach<float> where = found.approach;
   if (at == At::surface) {
     const Seen<float> g = see(ray, found.segment, found.frame);
-    const auto clamp = [&](float x) { return std::min(std::max(x, ray.t_min), ray.t_max); };
-    const auto [t_in, s_in] = capsule_end(ray, g, -1.0f);
-    t = clamp(t_in);
-    hit.u = s_in;
-    if (t != t_in) {  // the ray starts inside: the nearest point of the segment there
-      const float length2 = g.ee + g.er * g.er;
-      hit.u = length2 > 0.0f ? clamp01(-(g.pu * g.eu + g.pv * g.ev + (g.pr - t) * g.er) / length2) : 0.0f;
-    }
-    hit.t_out = ray.t_given(clamp(capsule_end(ray, g, 1.0f).first));
+    where = entry(ray, g, found.approach);
+    hit.t_out = ray.t_given(leaving(ray, g));
   }
-  hit.t = ray.t_given(t);
-  return {hit, t};
+  hit.u = where.s;
+  hit.t = ray.t_given(where.t);
+  return {hit, where.t};
 }
 
 struct FirstSink {
