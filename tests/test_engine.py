@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from itertools import product
 from typing import Any
 
 import nasty
@@ -96,13 +97,15 @@ def test_next_hits_are_the_first_of_all_hits() -> None:
     case = cases(3)["crossing"]
     asked, _ = question(case)
     tree = fl.build(case.segments)
-    every = tree.all_hits(**asked)
-    for k in (0, 1, 2, 7, 10_000):
-        few = tree.next_hits(**asked, k=k)
-        assert (few.counts == np.minimum(every.counts, k)).all()
-        chosen = np.concatenate([np.arange(a, a + n) for a, n in zip(every.offsets, few.counts, strict=False)])
-        for name in ("t", "prim", "u", "distance"):
-            assert (getattr(few, name) == getattr(every, name)[chosen.astype(int)]).all(), name
+    for at in ("closest", "surface"):
+        every = tree.all_hits(**asked, at=at)
+        assert every.counts.max() > 33
+        for k, kernel in product((0, 1, 2, 7, 16, 33, 10_000), WIDE):
+            few = tree.next_hits(**asked, k=k, at=at, kernel=kernel)
+            assert (few.counts == np.minimum(every.counts, k)).all()
+            chosen = np.concatenate([np.arange(a, a + n) for a, n in zip(every.offsets, few.counts, strict=False)])
+            for name in ("t", "prim", "u", "distance") + ("t_out",) * (at == "surface"):
+                assert (getattr(few, name) == getattr(every, name)[chosen.astype(int)]).all(), name
     for kernel in ("binary", *WIDE):
         assert len(tree.next_hits(**asked, k=0, kernel=kernel).t) == 0
     assert len(fl.brute_force(case.segments, **asked, query="next_hits", k=0).t) == 0

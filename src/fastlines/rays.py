@@ -17,6 +17,9 @@ from .threads import get_num_threads
 #: The largest radius, in units of the scene's size; beyond it squares would overflow.
 RADIUS_LIMIT = 1e12
 
+#: The most rays of one call: the core numbers them in 32 bits.
+RAYS_LIMIT = 2**32 - 1
+
 
 @dataclass(frozen=True, eq=False)
 class Rays:
@@ -70,6 +73,8 @@ def check_rays(
                 "each origin, or one for all"
             ) from None
         origins, directions = (np.broadcast_to(array, (*shape, 3)) for array in (origins, directions))
+    if math.prod(shape) > RAYS_LIMIT:
+        raise InputError(f"{math.prod(shape)} rays are more than one call takes, {RAYS_LIMIT}; ask them in parts")
     origins, directions = (np.ascontiguousarray(array).reshape(-1, 3) for array in (origins, directions))
     scalars: dict[str, FloatArray] = {}
     for name, value in (("radius", radius), ("t_min", t_min), ("t_max", t_max)):

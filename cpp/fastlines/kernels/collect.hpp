@@ -222,8 +222,10 @@ template <class Collector>
                                             Collector& collector) {
   const RayInLane ray(rays, lane);
   const Seen<float> seen = see(ray, tree.segments[ref.prim], tree.frame);
-  const Approach<float> approach = closest_approach(ray, seen);
-  if (approach.hit) collector.take_one(rays, lane, as_asked<Collector::kAt>(ray, seen, approach), ref);
+  Approach<float> approach = closest_approach(ray, seen);
+  if (!approach.hit) return;
+  if constexpr (Collector::kAt == At::surface) approach = entry(ray, seen, approach);
+  collector.take_one(rays, lane, approach, ref);
 }
 
 }  // namespace fastlines

@@ -132,7 +132,8 @@ class Single {
     Float16 start[3], e[3];
     take_sixteen(tree_, [&](int i) { return tree_.refs[which[std::min(std::uint32_t(i), n - 1)]].prim; }, start, e);
     const Seen<Float16> seen = see<Float16>(ray, start, e);
-    const Approach<Float16> approach = as_asked<Collector::kAt>(ray, seen, closest_approach(ray, seen));
+    Approach<Float16> approach = closest_approach(ray, seen);
+    if constexpr (Collector::kAt == At::surface) approach = entry(ray, seen, approach);
     float s[kWidth], t[kWidth], dist2[kWidth];
     approach.s.store(s);
     approach.t.store(t);

@@ -129,7 +129,7 @@ class Stream {
       take_sixteen(tree_, [&](int i) { return prims[i]; }, start, e);
       const auto picked = picks_.pick<Float16, kWidth>(rays, i_sixteen * kWidth, ray + j);
       const Seen<Float16> seen = see<Float16>(picked, start, e);
-      const Approach<Float16> approach = closest_approach(picked, seen);
+      Approach<Float16> approach = closest_approach(picked, seen);
       float s0[kWidth], s1[kWidth];
       for (std::size_t i = 0; i < kWidth; ++i) {
         s0[i] = WideRef::begin(pieces_.s0[j + i]);
@@ -137,9 +137,8 @@ class Stream {
       }
       const auto owned = (Float16::load(s0) <= approach.s) & (approach.s < Float16::load(s1));
       const std::uint32_t hit = (approach.hit & owned).bits() & first_lanes(n - j);
-      if (hit)
-        collector.take_pairs(i_sixteen * kWidth, hit, as_asked<Collector::kAt>(picked, seen, approach), ray + j,
-                             Float16::load(as_floats(prims)));
+      if constexpr (Collector::kAt == At::surface) approach = entry(picked, seen, approach);
+      if (hit) collector.take_pairs(i_sixteen * kWidth, hit, approach, ray + j, Float16::load(as_floats(prims)));
     }
     survivors.clear();
   }

@@ -168,7 +168,8 @@ class ThickSearch {
       const Vec3 along{lines_.along[0][j], lines_.along[1][j], lines_.along[2][j]};
       const Rays16 sixteen(rays, first);
       const Seen<Float16> g = see<Float16>(sixteen, start, along);
-      const Approach<Float16> approach = as_asked<Collector::kAt>(sixteen, g, closest_approach(sixteen, g));
+      Approach<Float16> approach = closest_approach(sixteen, g);
+      if constexpr (Collector::kAt == At::surface) approach = entry(sixteen, g, approach);
       // Without asking first whether any hits: the guess would be known to be wrong only at the end of a long test.
       const std::uint32_t hit = approach.hit.bits() & first_lanes(std::size_t(rays.n - first));
       collector.take(rays, first, hit, approach, prims[j]);
@@ -205,7 +206,8 @@ class ThickSearch {
           along[k] = F::look_up(lines_.along[k], segment);
         }
         const Seen<F> g = see<F>(sixteen, start, along);
-        const Approach<F> approach = as_asked<Collector::kAt>(sixteen, g, closest_approach(sixteen, g));
+        Approach<F> approach = closest_approach(sixteen, g);
+        if constexpr (Collector::kAt == At::surface) approach = entry(sixteen, g, approach);
         const std::uint32_t hit = approach.hit.bits() & first_lanes(std::size_t(left));
         if (hit) collector.take_pairs(first, hit, approach, ray, F::look_up(as_floats(prims), segment));
       }

@@ -243,7 +243,8 @@ class Wave {
     take_sixteen(tree_, [=](int i) { return prims[i]; }, start, e);
     const auto rays = picks_.template pick<Float16, kLanes>(rays_, 0, ray);
     const Seen<Float16> seen = see<Float16>(rays, start, e);
-    const Approach<Float16> approach = as_asked<Collector::kAt>(rays, seen, closest_approach(rays, seen));
+    Approach<Float16> approach = closest_approach(rays, seen);
+    if constexpr (Collector::kAt == At::surface) approach = entry(rays, seen, approach);
     tested_.add(what, ray, rays.margin, approach, approach.hit.bits() & first_lanes(n));
   }
 

@@ -137,13 +137,4 @@ template <class N, class R>
   return min(max(capsule_end<1>(ray, g).t, N(ray.t_min)), N(ray.t_max));
 }
 
-/// A hit where it is asked for.
-template <At at, class N, class R>
-[[gnu::always_inline]] inline Approach<N> as_asked(const R& ray, const Seen<N>& g, const Approach<N>& closest) {
-  if constexpr (at == At::surface)
-    return entry(ray, g, closest);
-  else
-    return closest;
-}
-
 }  // namespace fastlines
