@@ -119,10 +119,11 @@ class PlacedLists {
       n_hits += run.n_hits;
       end = std::max<std::size_t>(end, run.ray + 1);
     }
+    Chunk taken{until, end, lists.runs, std::exchange(lists.pieces, {})};
     std::vector<Chunk> known;
     {
       const std::lock_guard lock(mutex_);
-      waiting_.emplace(chunk, Chunk{until, end, lists.runs, std::exchange(lists.pieces, {})});
+      waiting_.emplace(chunk, std::move(taken));
       n_hits_taken_ += n_hits;
       if (const std::size_t n_taken = ++n_taken_; 4 * n_taken >= n_chunks) {
         count();
