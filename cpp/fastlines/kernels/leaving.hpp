@@ -1,6 +1,7 @@
 // Where rays leave the capsules of what they hit: found when it is known what that is.
 #pragma once
 
+#include "lanes.hpp"
 #include "sixteen.hpp"
 
 namespace fastlines {
