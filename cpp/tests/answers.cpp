@@ -214,7 +214,7 @@ constexpr Question kQuestions[] = {{"first", first, At::closest}, {"first at the
                                    {"any", any, At::closest},     {"count", count, At::closest},
                                    {"all", all, At::closest},     {"all at the surface", all, At::surface},
                                    {"next", next, At::closest},   {"next at the surface", next, At::surface}};
-constexpr std::size_t kNearest = 5;  // of the next hits
+constexpr std::size_t kNearest = 20;  // of the next hits: more than a vector holds
 
 /// Those who are asked put first hits, flags and counts in their places, and fill lists.
 struct Brute {

@@ -148,7 +148,8 @@ int main() {
     }
     const float t_min = -1e30f, t_max = 1e30f;
     RayLanes rays;
-    rays.fill({origins, directions, radii, {&t_min, 1}, {&t_max, 1}}, frame, kLanes, ids);
+    const RayBatch batch{origins, directions, radii, {&t_min, 1}, {&t_max, 1}};
+    rays.fill(batch, frame, kLanes, ids);
     CullRay culled[kLanes];
     Met at_root[kLanes];
     for (int i = 0; i < kLanes; i += kWidth) {
@@ -157,7 +158,7 @@ int main() {
     }
     for (int i = 0; i < kLanes; ++i) {
       // As one of sixteen, and alone.
-      const Ray ray = rays.ray(i);
+      const Ray ray = prepare(batch[std::size_t(i)], frame);
       const CullRay alone = cull_ray(ray.o, ray.r, ray.u, ray.v, ray.radius + ray.eps, ray.t_min);
       const auto keep = [&](const CullRay& cull) {
         return cull_leaf(cull.across, pieces.leaf, place_of(pieces.leaf, cull.across));

@@ -30,7 +30,7 @@ template <class Job>
 class Answerer {
  public:
   Answerer(const WideView& tree, const RayBatch& batch, Kernel kernel, Job job)
-      : job(std::move(job)), tree_(tree), batch_(batch), kernel_(kernel), collector_(this->job.collector(tree)) {}
+      : job(std::move(job)), tree_(tree), batch_(batch), kernel_(kernel), collector_(this->job.collector()) {}
 
   /// Answer the rays with these numbers, at most 64; those that go alone may stay unanswered until `finish`.
   void take(const std::uint32_t* ids, int n) {

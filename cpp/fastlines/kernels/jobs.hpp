@@ -19,7 +19,7 @@ struct FirstJob {
   const WideView& tree;
   HitColumns to;
 
-  Collector collector(const WideView&) const { return {}; }
+  Collector collector() const { return {}; }
   void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
     collector.begin(rays, first, end);
   }
@@ -40,7 +40,7 @@ struct FirstJob {
         prim[i] = hit ? std::int64_t(which) : miss.prim;
       }
     if constexpr (at == At::surface)
-      for (int from = first; from < end; from += kWidth) leave(rays, found, from, t_out);
+      for (int from = first; from < end; from += kWidth) leave_each(tree, rays, found.prim, from, t_out);
     const HitColumns columns = to;  // a copy, so that nothing written can alias it
     const auto write = [&](int i, auto n) __attribute__((always_inline)) {
       const std::uint32_t at_ = rays.id[i];
@@ -56,24 +56,6 @@ struct FirstJob {
       else
         for (int i = from; i < std::min(from + kWidth, end); ++i) write(i, std::integral_constant<int, 1>());
   }
-
- private:
-  /// Where sixteen rays leave what they hit, as the caller counts.
-  void leave(const RayLanes& rays, const Collector& found, int first, float* t_out) const {
-    constexpr Hit miss;
-    std::uint32_t prims[kWidth], any_hit = 0;
-    for (int i = 0; i < kWidth; ++i) {
-      const auto which = std::bit_cast<std::uint32_t>(found.prim[first + i]);
-      prims[i] = which != kNone ? which : 0;
-      any_hit |= std::uint32_t(which != kNone);
-    }
-    std::fill_n(t_out + first, kWidth, miss.t_out);
-    if (!any_hit) return;  // so there may be no segment
-    float t[kWidth];
-    leaving(tree, Rays16(rays, first), prims).store(t);
-    for (int i = first; i < first + kWidth; ++i)
-      if (std::bit_cast<std::uint32_t>(found.prim[i]) != kNone) t_out[i] = rays.t_given(i, t[i - first]);
-  }
 };
 
 /// Whether each ray hits anything.
@@ -82,7 +64,7 @@ struct AnyJob {
   using Collector = AnyCollector;
   bool* to;
 
-  Collector collector(const WideView&) const { return {}; }
+  Collector collector() const { return {}; }
   void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
     collector.begin(rays, first, end);
   }
@@ -97,7 +79,7 @@ struct CountJob {
   using Collector = CountCollector;
   std::int64_t* to;
 
-  Collector collector(const WideView&) const { return {}; }
+  Collector collector() const { return {}; }
   void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
     collector.begin(rays, first, end);
   }

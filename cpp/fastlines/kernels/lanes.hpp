@@ -17,7 +17,7 @@ constexpr int past_sixteen(int end) { return (end + kWidth - 1) / kWidth * kWidt
 struct alignas(64) RayLanes {
   float o[3][kLanes], u[3][kLanes], v[3][kLanes], r[3][kLanes];
   float t_min[kLanes], t_max[kLanes], radius2[kLanes];
-  float radius[kLanes], eps[kLanes], margin[kLanes];
+  float margin[kLanes];
   float reach[kLanes];  // radius + eps
   float t_min_given[kLanes], t_max_given[kLanes];
   double t0[kLanes], per_length[kLanes];
@@ -94,8 +94,6 @@ struct alignas(64) RayLanes {
     t_min[i] = ray.t_min;
     t_max[i] = ray.t_max;
     radius2[i] = ray.radius2;
-    radius[i] = ray.radius;
-    eps[i] = ray.eps;
     reach[i] = ray.radius + ray.eps;
     margin[i] = ray.margin;
     t_min_given[i] = ray.t_min_given;
@@ -124,9 +122,6 @@ struct alignas(64) RayLanes {
     sixteen(from.id, id);
     in_fours[to / kWidth] = from.in_fours[first / kWidth];
     if (!with_rest) return;
-    sixteen(from.radius, radius);
-    sixteen(from.eps, eps);
-    sixteen(from.reach, reach);
     sixteen(from.t_min_given, t_min_given);
     sixteen(from.t_max_given, t_max_given);
     sixteen(from.t0, t0);
@@ -137,28 +132,6 @@ struct alignas(64) RayLanes {
   /// t as the caller counts it.
   float t_given(int i, float t) const {
     return given(t, t_min[i], t_max[i], t_min_given[i], t_max_given[i], t0[i], per_scale, per_length[i]);
-  }
-
-  Ray ray(int i) const {
-    Ray ray;
-    for (int k = 0; k < 3; ++k) {
-      ray.o[k] = o[k][i];
-      ray.u[k] = u[k][i];
-      ray.v[k] = v[k][i];
-      ray.r[k] = r[k][i];
-    }
-    ray.t_min = t_min[i];
-    ray.t_max = t_max[i];
-    ray.radius = radius[i];
-    ray.radius2 = radius2[i];
-    ray.eps = eps[i];
-    ray.margin = margin[i];
-    ray.t_min_given = t_min_given[i];
-    ray.t_max_given = t_max_given[i];
-    ray.t0 = t0[i];
-    ray.per_length = per_length[i];
-    ray.per_scale = per_scale;
-    return ray;
   }
 };
 

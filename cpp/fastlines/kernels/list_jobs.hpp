@@ -24,7 +24,7 @@ struct AllJob {
   HitLists lists;
 
   explicit AllJob(const WideView& tree) : tree_(tree) {}
-  Collector collector(const WideView&) const { return {}; }
+  Collector collector() const { return {}; }
   void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
     collector.begin(rays, first, end);
   }
@@ -77,7 +77,7 @@ struct AllJob {
     if constexpr (at == At::surface)
       for (int i = first; i < end; ++i) {
         const std::uint32_t begin = order_.begin(i % kWidth);
-        leave(tree_, rays, i, to.prim + begin, n_hits(i % kWidth), to.t_out + begin);
+        leave_all(tree_, rays, i, to.prim + begin, n_hits(i % kWidth), to.t_out + begin);
       }
     for (int i = first; i < end; ++i) lists.add(rays.id[i], n_hits(i % kWidth));
     lists.end(kColumns<at>);
@@ -171,7 +171,7 @@ struct NextJob {
   HitLists lists;
 
   NextJob(const WideView& tree, std::size_t k) : tree_(tree), k_(k) {}
-  Collector collector(const WideView&) const { return Collector(k_); }
+  Collector collector() const { return Collector(k_); }
   void begin(Collector& collector, const RayLanes& rays, int first, int end) const {
     collector.begin(rays, first, end);
   }
@@ -193,7 +193,7 @@ struct NextJob {
       at_hit = 0;
       for (int i = first; i < end; ++i) {
         const Nearest& hits = found.hits[std::size_t(i)];
-        leave(tree_, rays, i, to.prim + at_hit, hits.n, to.t_out + at_hit);
+        leave_all(tree_, rays, i, to.prim + at_hit, hits.n, to.t_out + at_hit);
         at_hit += hits.n;
       }
     }
@@ -210,8 +210,7 @@ struct NextJob {
     order_.resize(nearest.n);
     std::iota(order_.begin(), order_.end(), 0u);
     std::sort(order_.begin(), order_.end(), [&](std::uint32_t i, std::uint32_t j) {
-      if (nearest.t_given[i] != nearest.t_given[j]) return nearest.t_given[i] < nearest.t_given[j];
-      return nearest.prim[i] < nearest.prim[j];
+      return nearest.is_before(nearest.t_given[i], nearest.prim[i], j);
     });
     for (std::uint32_t i = 0; i < nearest.n; ++i) {
       const std::uint32_t j = order_[i];

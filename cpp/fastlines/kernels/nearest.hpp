@@ -15,15 +15,9 @@ class Nearest {
   std::vector<float> t_given, t, s, dist2;
   std::vector<std::uint32_t> prim;
 
-  bool has(std::uint32_t prim_) const {
-    bool found = false;
-    for (std::uint32_t j = 0; j < n; ++j) found |= prim[j] == prim_;
-    return found;
-  }
-
-  /// Whether a hit comes before the last one.
-  bool is_better(float t_given_, std::uint32_t prim_) const {
-    return t_given_ < t_given[worst] || (t_given_ == t_given[worst] && prim_ < prim[worst]);
+  /// Whether a hit comes before the jth.
+  bool is_before(float t_given_, std::uint32_t prim_, std::uint32_t j) const {
+    return t_given_ < t_given[j] || (t_given_ == t_given[j] && prim_ < prim[j]);
   }
 
   void set(std::uint32_t at, float t_given_, const Approach<float>& approach, std::uint32_t prim_) {
@@ -90,14 +84,9 @@ struct NextCollector {
   }
 
   void take_one(const RayLanes& rays, int i, const Approach<float>& approach, const Reference& ref) {
-    if (!(approach.t <= limit[i])) return;
-    // Each once. The piece that holds the point of closest approach is always met, but the one of entry may look as if
-    // it were another: where a ray grazes a capsule, rounding moves that point by more than boxes are grown by.
-    if constexpr (kAt == At::closest) {
-      if (!(ref.s0 <= approach.s && approach.s < ref.s1)) return;
-    } else {
-      if (hits[std::size_t(i)].has(ref.prim)) return;
-    }
+    // Each once, by the piece that holds the point of the segment: within the ray's radius of it the ray is at t, so
+    // that piece is met before the limit.
+    if (!(approach.t <= limit[i]) || !(ref.s0 <= approach.s && approach.s < ref.s1)) return;
     add(rays, i, approach, ref.prim);
   }
 
@@ -106,7 +95,7 @@ struct NextCollector {
     Nearest& nearest = hits[std::size_t(i)];
     const float t_given = rays.t_given(i, approach.t);
     const bool is_full = nearest.n == k;
-    if (is_full && !nearest.is_better(t_given, prim)) return;
+    if (is_full && !nearest.is_before(t_given, prim, nearest.worst)) return;
     nearest.set(is_full ? nearest.worst : nearest.n++, t_given, approach, prim);
     if (nearest.n < k) return;
     nearest.find_worst();

@@ -112,7 +112,7 @@ inline Pace measure_pace(const WideView& tree, const RayBatch& batch) {
     sum += closest_approach(sixteen, see<Float16>(sixteen, start(j), along(j))).hit.bits();
     keep(sum);
   });
-  const Ray ray = rays->ray(0);
+  const Ray ray = prepare(batch[0], tree.frame);
   pace.test = pace_of([&](int i) {
     sum += closest_approach(ray, see<float>(ray, start(i % kWidth), along(i % kWidth))).hit;
     keep(sum);

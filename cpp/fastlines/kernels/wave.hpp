@@ -42,9 +42,7 @@ namespace fastlines {
 template <class Job>
 class Wave {
  public:
-  Wave(const WideView& tree, const Job& job) : tree_(tree), root_(tree), collector_(job.collector(tree)) {
-    make_room(8);
-  }
+  Wave(const WideView& tree, const Job& job) : tree_(tree), root_(tree), collector_(job.collector()) { make_room(8); }
 
   /// Take in the rays of lanes [first, end) of one sixteen, which it begins. The job takes the answers of those done.
   void add(const RayLanes& rays, int first, int end, Job& job) {

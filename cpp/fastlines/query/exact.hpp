@@ -97,7 +97,8 @@ struct CapsuleEnd {
   N t, s;
 };
 
-/// Where the line enters (sign −1) or leaves (sign +1) the capsule of its radius around the segment; only after a hit.
+/// Where the line enters (sign −1) or leaves (sign +1) the capsule of its radius around the segment, if it hits; else
+/// anything, or no number.
 template <int sign, class N, class R>
 [[gnu::always_inline]] inline CapsuleEnd<N> capsule_end(const R& ray, const Seen<N>& g) {
   const N zero = 0.0f, one = 1.0f, side = float(sign);
@@ -109,8 +110,8 @@ template <int sign, class N, class R>
   const N t = g.pr + s_line * g.er + side * half_chord(x_line * x_line + y_line * y_line) * sqrt(length2 / g.ee);
   const N s = (zero - (g.pu * g.eu + g.pv * g.ev + (g.pr - t) * g.er)) / length2;
   // Else on the ball around an end.
-  const N first = float(sign > 0), last = float(sign < 0);
-  const N end = select(g.parallel, select(g.er < zero, last, first), select(s < zero, zero, one));
+  const N backwards = float(sign < 0), forwards = float(sign > 0);  // of a segment along the ray, or against it
+  const N end = select(g.parallel, select(g.er < zero, backwards, forwards), select(s < zero, zero, one));
   const N x = g.pu + end * g.eu, y = g.pv + end * g.ev;
   const N t_ball = g.pr + end * g.er + side * half_chord(x * x + y * y);
   const auto on_side = (zero <= s) & (s <= one);

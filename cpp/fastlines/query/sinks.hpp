@@ -1,8 +1,6 @@
 // What becomes of the hits of one ray: the first, any, all, or their number. A search shows a sink every segment whose
 // box the ray comes near; the sink decides what counts.
 //
-// `kNearestFirst` tells whether hits lower `limit`, so that it pays to search what is nearest first.
-//
 // A segment can be shown more than once, by each leaf that holds a piece of it. `first` and `any` do not mind. `all`
 // and `count` take it only from the piece [s0, s1) that owns the s of the closest approach, so each hit is taken once.
 #pragma once
@@ -53,7 +51,6 @@ inline std::pair<Hit, float> describe(const Found& found, At at) {
 }
 
 struct FirstSink {
-  static constexpr bool kNearestFirst = true;
   At at;
   float limit;  // no hit beyond this t of the frame can win
   Hit best{};
@@ -70,7 +67,6 @@ struct FirstSink {
 };
 
 struct AnySink {
-  static constexpr bool kNearestFirst = false;
   float limit;
   bool found = false;
 
@@ -80,7 +76,6 @@ struct AnySink {
 };
 
 struct CountSink {
-  static constexpr bool kNearestFirst = false;
   float limit;
   std::int64_t n_hits = 0;
 
@@ -90,7 +85,6 @@ struct CountSink {
 };
 
 struct AllSink {
-  static constexpr bool kNearestFirst = false;
   At at;
   float limit;
   std::vector<Hit> hits;  // in no order
@@ -104,7 +98,6 @@ struct AllSink {
 
 /// The k nearest hits. A hit that is shown again is found among them, or is farther than all of them.
 struct NextSink {
-  static constexpr bool kNearestFirst = true;
   At at;
   float limit;
   std::size_t k;
