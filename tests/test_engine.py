@@ -7,7 +7,6 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from itertools import product
 from typing import Any
 
 import nasty
@@ -91,27 +90,6 @@ def test_scaled_and_moved_scenes(scale: float, shift: float) -> None:
             expected = fl.brute_force(lines, o, d, radius, query=query)
             for kernel in WIDE:
                 assert_same(getattr(tree, query)(o, d, radius, kernel=kernel), expected)
-
-
-def test_next_hits_are_the_first_of_all_hits() -> None:
-    case = cases(3)["crossing"]
-    asked, _ = question(case)
-    tree = fl.build(case.segments)
-    for at in ("closest", "surface"):
-        every = tree.all_hits(**asked, at=at)
-        assert every.counts.max() > 33
-        for k, kernel in product((0, 1, 2, 7, 16, 33, 10_000), WIDE):
-            few = tree.next_hits(**asked, k=k, at=at, kernel=kernel)
-            assert (few.counts == np.minimum(every.counts, k)).all()
-            chosen = np.concatenate([np.arange(a, a + n) for a, n in zip(every.offsets, few.counts, strict=False)])
-            for name in ("t", "prim", "u", "distance") + ("t_out",) * (at == "surface"):
-                assert (getattr(few, name) == getattr(every, name)[chosen.astype(int)]).all(), name
-    for kernel in ("binary", *WIDE):
-        assert len(tree.next_hits(**asked, k=0, kernel=kernel).t) == 0
-    assert len(fl.brute_force(case.segments, **asked, query="next_hits", k=0).t) == 0
-    for k in (-1, 1.5, None, "3"):
-        with pytest.raises(fl.InputError, match="k="):
-            tree.next_hits(**asked, k=k)
 
 
 @pytest.mark.parametrize("method", ["bvh-ss", "kd-d2"])

@@ -103,7 +103,7 @@ struct alignas(64) RayLanes {
   }
 
   /// Take over sixteen rays of others: what the exact test reads, margins and numbers, and, if it will be asked
-  /// where they hit, the rest.
+  /// where they hit, the rest: how the caller counts t.
   template <bool with_rest>
   void copy(int to, const RayLanes& from, int first) {
     const auto sixteen = [=](const auto& theirs, auto& mine) {

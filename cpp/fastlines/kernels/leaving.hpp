@@ -2,8 +2,8 @@
 #pragma once
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
+#include <limits>
 
 #include "collect.hpp"
 #include "sixteen.hpp"

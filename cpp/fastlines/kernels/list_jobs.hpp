@@ -178,24 +178,19 @@ struct NextJob {
 
   void take(const RayLanes& rays, const Collector& found, int first, int end) {
     std::size_t n = 0;
-    for (int i = first; i < end; ++i) n += found.hits[std::size_t(i)].n;
+    for (int i = first; i < end; ++i) n += found.hits[i].n;
     if (n == 0) return;
     if (n > kMostHits) throw std::bad_alloc();
     const ListColumns to = lists.begin(std::uint32_t(n));
-    std::size_t at_hit = 0;
+    std::size_t begin = 0;
     for (int i = first; i < end; ++i) {
-      const Nearest& hits = found.hits[std::size_t(i)];
-      list(rays, hits, to.from(at_hit));
+      const Nearest& hits = found.hits[i];
+      const ListColumns of_ray = to.from(begin);
+      list(rays, hits, of_ray);
+      // May be written past its end: it is the last column, and what the next rays have comes later.
+      if constexpr (at == At::surface) leave_all(tree_, rays, i, of_ray.prim, hits.n, of_ray.t_out);
       lists.add(rays.id[i], hits.n);
-      at_hit += hits.n;
-    }
-    if constexpr (at == At::surface) {
-      at_hit = 0;
-      for (int i = first; i < end; ++i) {
-        const Nearest& hits = found.hits[std::size_t(i)];
-        leave_all(tree_, rays, i, to.prim + at_hit, hits.n, to.t_out + at_hit);
-        at_hit += hits.n;
-      }
+      begin += hits.n;
     }
     lists.end(kColumns<at>);
   }

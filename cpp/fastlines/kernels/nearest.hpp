@@ -9,8 +9,7 @@ namespace fastlines {
 
 /// The nearest hits of one ray, in no order. The caller's t decides which come first, and where it is the same, the
 /// lower id.
-class Nearest {
- public:
+struct Nearest {
   std::uint32_t n = 0, worst = 0;  // how many there are; which comes last, once it has been looked for
   std::vector<float> t_given, t, s, dist2;
   std::vector<std::uint32_t> prim;
@@ -22,7 +21,7 @@ class Nearest {
 
   void set(std::uint32_t at, float t_given_, const Approach<float>& approach, std::uint32_t prim_) {
     if (at == t.size()) {
-      for (auto* floats : {&t_given, &t, &s, &dist2}) floats->resize(2 * at + kWidth, -kInfinity);
+      for (auto* floats : {&t_given, &t, &s, &dist2}) floats->resize(2 * at + kWidth);
       prim.resize(2 * at + kWidth);
     }
     t_given[at] = t_given_;
@@ -34,9 +33,10 @@ class Nearest {
 
   /// Look for the last one, of one at least: sixteen at a time, for which there is always room.
   void find_worst() {
-    Float16 most = -kInfinity;
+    constexpr float kNever = -std::numeric_limits<float>::infinity();
+    Float16 most = kNever;
     for (std::uint32_t j = 0; j < n; j += kWidth)
-      most = max(most, choose(first_lanes(n - j), Float16::load(t_given.data() + j), -kInfinity));
+      most = max(most, choose(first_lanes(n - j), Float16::load(t_given.data() + j), kNever));
     const float last = -least(Float16(0.0f) - most);
     bool found = false;
     for (std::uint32_t j = 0; j < n; j += kWidth) {
@@ -48,9 +48,6 @@ class Nearest {
       }
     }
   }
-
- private:
-  static constexpr float kInfinity = std::numeric_limits<float>::infinity();
 };
 
 template <At at_>
@@ -60,14 +57,14 @@ struct NextCollector {
   alignas(64) float limit[kLanes];
   bool closer = false;
   std::size_t k;
-  std::vector<Nearest> hits = std::vector<Nearest>(kLanes);
+  Nearest hits[kLanes];
 
   explicit NextCollector(std::size_t k_) : k(k_) {}
 
   void begin(const RayLanes& rays, int first, int end) {
     begin_limits(rays, first, end, limit);
     if (k == 0) std::fill(limit + first, limit + end, kOut);
-    for (int i = first; i < end; ++i) hits[std::size_t(i)].n = 0;
+    for (int i = first; i < end; ++i) hits[i].n = 0;
   }
 
   void take(const RayLanes& rays, int first, std::uint32_t hit, const Approach<Float16>& approach, std::uint32_t prim) {
@@ -84,15 +81,15 @@ struct NextCollector {
   }
 
   void take_one(const RayLanes& rays, int i, const Approach<float>& approach, const Reference& ref) {
-    // Each once, by the piece that holds the point of the segment: within the ray's radius of it the ray is at t, so
-    // that piece is met before the limit.
+    // Each once, by the piece that holds the point of the segment. At t the ray is within its radius of that point, but
+    // for rounding (docs/answers.md), so that piece is met before the limit.
     if (!(approach.t <= limit[i]) || !(ref.s0 <= approach.s && approach.s < ref.s1)) return;
     add(rays, i, approach, ref.prim);
   }
 
  private:
   void add(const RayLanes& rays, int i, const Approach<float>& approach, std::uint32_t prim) {
-    Nearest& nearest = hits[std::size_t(i)];
+    Nearest& nearest = hits[i];
     const float t_given = rays.t_given(i, approach.t);
     const bool is_full = nearest.n == k;
     if (is_full && !nearest.is_before(t_given, prim, nearest.worst)) return;

@@ -137,8 +137,9 @@ class Stream {
       }
       const auto owned = (Float16::load(s0) <= approach.s) & (approach.s < Float16::load(s1));
       const std::uint32_t hit = (approach.hit & owned).bits() & first_lanes(n - j);
+      if (!hit) continue;
       if constexpr (Collector::kAt == At::surface) approach = entry(picked, seen, approach);
-      if (hit) collector.take_pairs(i_sixteen * kWidth, hit, approach, ray + j, Float16::load(as_floats(prims)));
+      collector.take_pairs(i_sixteen * kWidth, hit, approach, ray + j, Float16::load(as_floats(prims)));
     }
     survivors.clear();
   }
