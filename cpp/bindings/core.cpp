@@ -1,10 +1,12 @@
 // The Python module fastlines._core: the C++ core, with no judgement of its own. All checks of arguments and all
 // defaults are in Python.
 #include <nanobind/nanobind.h>
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
+#include <nanobind/stl/variant.h>
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
@@ -13,6 +15,7 @@
 #include "fastlines/build/reinsertion.hpp"
 #include "fastlines/primitives/boxes.hpp"
 #include "fastlines/primitives/triangles.hpp"
+#include "fastlines/query/plane_search.hpp"
 #include "fastlines/threads/chunks.hpp"
 #include "fastlines/tree/cost.hpp"
 #include "fastlines/tree/validate.hpp"
@@ -101,59 +104,78 @@ double cost(Input<std::uint32_t> nodes, double c_trav, double c_prim) {
   return cost_of(rows<Node>(nodes), c_trav, c_prim);
 }
 
+/// A KD tree as its planes, the primitive of each reference, and its depth; or a node that breaks the KD axiom.
+std::variant<nb::tuple, std::size_t> planes(Input<std::uint32_t> nodes, Input<std::uint32_t> refs) {
+  PlaneTree tree;
+  std::optional<std::size_t> bad;
+  watch([&](Progress& watched) { bad = PlaneTreeWriter(rows<Node>(nodes), rows<Reference>(refs))(watched, tree); },
+        nb::none());
+  if (bad) return *bad;
+  return nb::make_tuple(adopt<std::uint32_t>(std::move(tree.nodes)), adopt<std::uint32_t>(std::move(tree.prims)),
+                        tree.depth);
+}
+
 std::size_t n_rays(const RayArrays& rays) { return batch_of(rays).size(); }
+
+/// What is searched: nodes and references; of a KD tree its planes, primitives, depth and box; or every segment.
+using Boxed = std::tuple<Input<std::uint32_t>, Input<std::uint32_t>>;
+using Planes = std::tuple<Input<std::uint32_t>, Input<std::uint32_t>, std::uint32_t, std::array<float, 6>>;
+using Searched = std::optional<std::variant<Boxed, Planes>>;
 
 /// Call run(search, progress) with a search through the tree, or through every segment where there is none.
 template <class Run>
-void with_search(const Input<float>& data, const std::optional<Input<std::uint32_t>>& nodes,
-                 const Input<std::uint32_t>& refs, std::size_t n, const nb::object& progress, Run&& run) {
+void with_search(const Input<float>& data, const Searched& tree, std::size_t n, const nb::object& progress, Run&& run) {
   const auto segments = rows<Segment>(data);
-  if (nodes) {
-    const auto all_nodes = rows<Node>(*nodes);
-    const TreeSearch search{all_nodes, rows<Reference>(refs), segments, frame_of(all_nodes[0].box)};
-    return watch_if(may_be_long(n, segments.size()), progress, [&](Progress& watched) { run(search, watched); });
+  const auto run_with = [&](const auto& search) {
+    watch_if(may_be_long(n, segments.size()), progress, [&](Progress& watched) { run(search, watched); });
+  };
+  if (!tree) {
+    const Box box = bounds_of_all(Segments{segments});
+    const BruteForce search{segments, frame_of(box.is_empty() ? Box{{0, 0, 0}, {0, 0, 0}} : box)};
+    watch([&](Progress& watched) { run(search, watched); }, progress);
+  } else if (const auto* boxed = std::get_if<Boxed>(&*tree)) {
+    const auto nodes = rows<Node>(std::get<0>(*boxed));
+    run_with(TreeSearch{nodes, rows<Reference>(std::get<1>(*boxed)), segments, frame_of(nodes[0].box)});
+  } else {
+    const auto& [nodes, prims, depth, corners] = std::get<Planes>(*tree);
+    const Box box{{corners[0], corners[1], corners[2]}, {corners[3], corners[4], corners[5]}};
+    run_with(PlaneSearch{rows<PlaneNode>(nodes), rows<std::uint32_t>(prims), depth, segments, box, frame_of(box)});
   }
-  const Box box = bounds_of_all(Segments{segments});
-  const BruteForce search{segments, frame_of(box.is_empty() ? Box{{0, 0, 0}, {0, 0, 0}} : box)};
-  watch([&](Progress& watched) { run(search, watched); }, progress);
 }
 
-using OptionalNodes = std::optional<Input<std::uint32_t>>;
-
-nb::tuple first_hit(Input<float> data, OptionalNodes nodes, Input<std::uint32_t> refs, RayArrays rays, bool surface,
-                    unsigned n_threads, nb::object progress) {
+nb::tuple first_hit(Input<float> data, Searched tree, RayArrays rays, bool surface, unsigned n_threads,
+                    nb::object progress) {
   HitArrays hits(n_rays(rays), surface);
-  with_search(data, nodes, refs, n_rays(rays), progress, [&](const auto& search, Progress& watched) {
+  with_search(data, tree, n_rays(rays), progress, [&](const auto& search, Progress& watched) {
     first_hits(search, batch_of(rays), surface ? At::surface : At::closest, n_threads, watched,
                [&](std::size_t i, const Hit& hit) { hits.columns().set(i, hit); });
   });
   return hits.tuple();
 }
 
-Output<bool> any_hit(Input<float> data, OptionalNodes nodes, Input<std::uint32_t> refs, RayArrays rays, bool,
-                     unsigned n_threads, nb::object progress) {
+Output<bool> any_hit(Input<float> data, Searched tree, RayArrays rays, bool, unsigned n_threads, nb::object progress) {
   auto found = make_array<bool>(n_rays(rays));
-  with_search(data, nodes, refs, n_rays(rays), progress, [&](const auto& search, Progress& watched) {
+  with_search(data, tree, n_rays(rays), progress, [&](const auto& search, Progress& watched) {
     any_hits(search, batch_of(rays), n_threads, watched, {found.data(), n_rays(rays)});
   });
   return found;
 }
 
-Output<std::int64_t> count(Input<float> data, OptionalNodes nodes, Input<std::uint32_t> refs, RayArrays rays, bool,
-                           unsigned n_threads, nb::object progress) {
+Output<std::int64_t> count(Input<float> data, Searched tree, RayArrays rays, bool, unsigned n_threads,
+                           nb::object progress) {
   auto counts = make_array<std::int64_t>(n_rays(rays));
-  with_search(data, nodes, refs, n_rays(rays), progress, [&](const auto& search, Progress& watched) {
+  with_search(data, tree, n_rays(rays), progress, [&](const auto& search, Progress& watched) {
     count_hits(search, batch_of(rays), n_threads, watched, {counts.data(), n_rays(rays)});
   });
   return counts;
 }
 
 /// All hits, or with k those that are nearest.
-nb::tuple list(Input<float> data, OptionalNodes nodes, Input<std::uint32_t> refs, RayArrays rays, bool surface,
-               std::optional<std::size_t> k, unsigned n_threads, nb::object progress) {
+nb::tuple list(Input<float> data, Searched tree, RayArrays rays, bool surface, std::optional<std::size_t> k,
+               unsigned n_threads, nb::object progress) {
   std::optional<PlacedLists> lists;
   const At at = surface ? At::surface : At::closest;
-  with_search(data, nodes, refs, n_rays(rays), progress, [&](const auto& search, Progress& watched) {
+  with_search(data, tree, n_rays(rays), progress, [&](const auto& search, Progress& watched) {
     lists.emplace(n_rays(rays), surface);
     const auto run = [&](auto&& make) { list_hits(search, batch_of(rays), n_threads, watched, *lists, make); };
     if (k)
@@ -177,12 +199,13 @@ NB_MODULE(_core, m) {
         "pieces"_a);
   m.def("cost", &cost, "nodes"_a.noconvert(), "c_trav"_a, "c_prim"_a);
   m.def("best_simd", &best_simd);
-  m.def("first_hit", &first_hit, "data"_a.noconvert(), "nodes"_a.noconvert().none(), "refs"_a.noconvert(), "rays"_a,
-        "surface"_a, "n_threads"_a, "progress"_a.none());
-  m.def("any_hit", &any_hit, "data"_a.noconvert(), "nodes"_a.noconvert().none(), "refs"_a.noconvert(), "rays"_a,
-        "surface"_a, "n_threads"_a, "progress"_a.none());
-  m.def("count_hits", &count, "data"_a.noconvert(), "nodes"_a.noconvert().none(), "refs"_a.noconvert(), "rays"_a,
-        "surface"_a, "n_threads"_a, "progress"_a.none());
-  m.def("list_hits", &list, "data"_a.noconvert(), "nodes"_a.noconvert().none(), "refs"_a.noconvert(), "rays"_a,
-        "surface"_a, "k"_a.none(), "n_threads"_a, "progress"_a.none());
+  m.def("planes", &planes, "nodes"_a.noconvert(), "refs"_a.noconvert());
+  m.def("first_hit", &first_hit, "data"_a.noconvert(), "tree"_a.none(), "rays"_a, "surface"_a, "n_threads"_a,
+        "progress"_a.none());
+  m.def("any_hit", &any_hit, "data"_a.noconvert(), "tree"_a.none(), "rays"_a, "surface"_a, "n_threads"_a,
+        "progress"_a.none());
+  m.def("count_hits", &count, "data"_a.noconvert(), "tree"_a.none(), "rays"_a, "surface"_a, "n_threads"_a,
+        "progress"_a.none());
+  m.def("list_hits", &list, "data"_a.noconvert(), "tree"_a.none(), "rays"_a, "surface"_a, "k"_a.none(), "n_threads"_a,
+        "progress"_a.none());
 }

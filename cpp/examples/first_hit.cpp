@@ -26,7 +26,7 @@ int main() {
     const TreeSearch search{tree.nodes, tree.refs, segments.data, frame_of(tree.nodes[0].box)};
     const Ray ray = prepare(query, search.frame);
     FirstSink sink(At::closest, ray);
-    Scratch scratch;
+    TreeSearch::Scratch scratch;
     search(ray, sink, scratch);
 
     std::printf("%s: segment %d at t = %g\n", settings.boxes == BoxRule::cut ? "KD tree" : "BVH", int(sink.best.prim),

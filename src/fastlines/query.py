@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -73,6 +73,27 @@ class Question:
         return column.view(np.int64) if name == "count_hits" else column
 
 
+class Planes(NamedTuple):
+    """A KD tree as the core searches it by its planes (cpp/fastlines/query/plane_search.hpp).
+
+    Attributes
+    ----------
+    nodes : (n, 2) uint32
+        An axis and a plane each, or a range of references; siblings stand side by side.
+    prims : (n_refs,) uint32
+        The primitive of each reference.
+    depth : int
+        Level of the deepest node.
+    corners : tuple of six float
+        The root's box.
+    """
+
+    nodes: npt.NDArray[np.uint32]
+    prims: npt.NDArray[np.uint32]
+    depth: int
+    corners: tuple[float, ...]
+
+
 def _is_short(n_rays: int, n_refs: int) -> bool:
     """Whether a batch is over when a second thread has hardly started, unless its rays meet most of the scene."""
     return n_rays <= 256 and n_rays * n_refs <= 10_000_000
@@ -91,15 +112,23 @@ def ask_layout(layout: Layout, question: Question, kernel: str) -> Any:
     return question.answer(layout.box, ask)
 
 
-def ask_binary(
-    lines: Lines, nodes: npt.NDArray[Any] | None, refs: npt.NDArray[Any], box: npt.NDArray[Any], question: Question
-) -> Any:
-    """Answer by a search through the tree as it was built; without nodes, by testing every segment."""
+def ask_binary(lines: Lines, tree: tuple[Any, ...] | None, box: npt.NDArray[Any], question: Question) -> Any:
+    """Answer by a search through the tree as it was built; without a tree, by testing every segment.
+
+    Parameters
+    ----------
+    lines : Lines
+    tree : Planes or tuple of array, optional
+        A KD tree as its planes; or nodes and references, which are searched by boxes.
+    box : (2, 3) float32
+        The bounds of the lines.
+    question : Question
+    """
 
     def ask(name: str, rays: Rays, surface: bool, k: int | None, progress: Any) -> Any:
         options = (surface, k) if name == "list_hits" else (surface,)
         segments = lines.segments.reshape(-1, 6)
-        return getattr(_core, name)(segments, nodes, refs, rays.arrays(), *options, get_num_threads(), progress)
+        return getattr(_core, name)(segments, tree, rays.arrays(), *options, get_num_threads(), progress)
 
     return question.answer(box, ask)
 
@@ -143,4 +172,4 @@ def brute_force(
     lines = as_lines(lines)
     box = np.array(lines.bounds, np.float32) if len(lines) else np.zeros((2, 3), np.float32)
     question = Question(query, origins, directions, radius, t_min, t_max, at, k, invalid, progress)
-    return ask_binary(lines, None, np.empty((0, 3), np.uint32), box, question)
+    return ask_binary(lines, None, box, question)

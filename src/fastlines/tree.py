@@ -17,7 +17,7 @@ from .geometry import IntArray, Lines, as_lines
 from .hits import AllHits, FirstHits
 from .layout import Layout, refit_layout, widen
 from .progress import ProgressCallback, ProgressOption, reporting
-from .query import Question, ask_binary, ask_layout
+from .query import Planes, Question, ask_binary, ask_layout
 from .structure import NODE, TreeStructure
 from .threads import get_num_threads
 
@@ -202,6 +202,24 @@ class Tree(TreeStructure):
         self._check_lines()
         return widen(self.geometry, *self.words(), self.nodes["box"][0])  # type: ignore[arg-type]
 
+    @cached_property
+    def planes(self) -> Planes:
+        """What ``kernel="binary"`` searches in a KD tree: made at the first query, and kept.
+
+        Raises
+        ------
+        InvalidTreeError
+            If the boxes of a node's children are not its own box, cut in two at a plane.
+        """
+        found = _core.planes(*self.words())
+        if isinstance(found, int):
+            raise InvalidTreeError(
+                found, "KD axiom", "the boxes of its children are not its own, cut in two at a plane"
+            )
+        nodes, prims, depth = found
+        nodes.flags.writeable = prims.flags.writeable = False
+        return Planes(nodes, prims, depth, tuple(self.nodes["box"][0].reshape(-1).tolist()))
+
     def _check_lines(self) -> None:
         if not isinstance(self.geometry, Lines):
             raise InputError(f"queries are for lines; this tree is over {type(self.geometry).__name__}")
@@ -209,8 +227,8 @@ class Tree(TreeStructure):
     def _ask(self, question: Question, kernel: str) -> Any:
         self._check_lines()
         if kernel_number(kernel) < 0:
-            box = self.nodes["box"][0]
-            return ask_binary(self.geometry, *self.words(), box, question)  # type: ignore[arg-type]
+            tree = self.planes if self.settings.boxes == "cut" else self.words()
+            return ask_binary(self.geometry, tree, self.nodes["box"][0], question)  # type: ignore[arg-type]
         return ask_layout(self.layout, question, kernel)
 
     # ---- Moving segments ----

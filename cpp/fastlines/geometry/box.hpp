@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "vec.hpp"
 
@@ -58,6 +59,13 @@ struct Box {
 
   friend bool operator==(const Box&, const Box&) = default;
 };
+
+/// Both halves of a box, cut at a plane inside it.
+inline std::pair<Box, Box> halves(const Box& box, int axis, float plane) {
+  Box left = box, right = box;
+  left.hi[axis] = right.lo[axis] = plane;
+  return {left, right};
+}
 
 /// The chance that a random line through `parent` meets `child` (thesis §1.5). Lines that meet a box of no
 /// area have no measure; then every visit to the parent counts as one to the child.

@@ -14,12 +14,12 @@
 
 #include <utility>
 
+#include "../query/visited_set.hpp"
 #include "beside.hpp"
 #include "choice.hpp"
 #include "collect.hpp"
 #include "fetch.hpp"
 #include "picks.hpp"
-#include "seen_set.hpp"
 #include "stack.hpp"
 
 namespace fastlines {
@@ -36,7 +36,7 @@ class ThickSearch {
     cost_ = TogetherCost::kRay * std::uint64_t(bundle.end - bundle.first);
     most_ = most;
     float deepest = bundle.look(collector.limit);
-    seen_.clear();
+    visited_.clear();
     n_prims_ = 0;
     stack_.clear();
     stack_.push({0, bundle.axis.t_min});
@@ -111,13 +111,13 @@ class ThickSearch {
     tally(&Steps::leaves, std::uint64_t(n_leaves_));
     tally(&Steps::pieces, std::uint64_t(n_pieces));
     cost_ += TogetherCost::kLeaf * std::uint64_t(n_leaves_);
-    seen_.reserve(std::size_t(n_pieces));
+    visited_.reserve(std::size_t(n_pieces));
     int n_prims = n_prims_;
     for (int j = 0; j < n_pieces; ++j) {
       const std::uint32_t prim = tree.refs[pieces_[j]].prim;
       __builtin_prefetch(tree.segments + prim);
       prims_[n_prims] = prim;
-      n_prims += seen_.insert(prim);
+      n_prims += visited_.insert(prim);
     }
     n_prims_ = n_prims;
   }
@@ -218,7 +218,7 @@ class ThickSearch {
   const WideView& tree_;
   std::uint64_t cost_ = 0, most_ = 0;
   Stack stack_;
-  SeenSet seen_;
+  VisitedSet visited_;
   LinesBeside lines_{};
   int packs_[kWidth * (kLanes / kWidth)];  // the first of sixteen rays, plus the segment they are tested beside
   // Pairs, a list for each sixteen rays: sixteen times the segment, plus the ray.

@@ -31,14 +31,19 @@ struct RayBatch {
 
 inline constexpr std::size_t kChunk = 256;
 
-/// Call answer(i, ray, scratch) for every ray, in chunks.
-template <class Answer>
-void for_each_ray(const RayBatch& rays, const Frame& frame, unsigned n_threads, Progress& progress, Answer&& answer) {
+/// Search for every ray, in chunks: make(ray) gives its sink, and store(i, sink) takes what that has found.
+template <class Search, class Make, class Store>
+void for_each_ray(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress, Make&& make,
+                  Store&& store) {
+  using Scratch = typename Search::Scratch;
   for_each_chunk((rays.size() + kChunk - 1) / kChunk, n_threads, progress, [] { return Scratch{}; },
                  [&](Scratch& scratch, std::size_t chunk) {
                    for (std::size_t i = chunk * kChunk; i < std::min(rays.size(), (chunk + 1) * kChunk); ++i) {
                      progress.check();
-                     answer(i, prepare(rays[i], frame), scratch);
+                     const Ray ray = prepare(rays[i], search.frame);
+                     auto sink = make(ray);
+                     search(ray, sink, scratch);
+                     store(i, sink);
                    }
                  });
 }
@@ -47,31 +52,25 @@ void for_each_ray(const RayBatch& rays, const Frame& frame, unsigned n_threads, 
 template <class Search, class Store>
 void first_hits(const Search& search, const RayBatch& rays, At at, unsigned n_threads, Progress& progress,
                 Store&& store) {
-  for_each_ray(rays, search.frame, n_threads, progress, [&](std::size_t i, const Ray& ray, Scratch& scratch) {
-    FirstSink sink(at, ray);
-    search(ray, sink, scratch);
-    store(i, sink.best);
-  });
+  for_each_ray(
+      search, rays, n_threads, progress, [at](const Ray& ray) { return FirstSink(at, ray); },
+      [&](std::size_t i, const FirstSink& sink) { store(i, sink.best); });
 }
 
 template <class Search>
 void any_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress,
               std::span<bool> found) {
-  for_each_ray(rays, search.frame, n_threads, progress, [&](std::size_t i, const Ray& ray, Scratch& scratch) {
-    AnySink sink(ray);
-    search(ray, sink, scratch);
-    found[i] = sink.found;
-  });
+  for_each_ray(
+      search, rays, n_threads, progress, [](const Ray& ray) { return AnySink(ray); },
+      [&](std::size_t i, const AnySink& sink) { found[i] = sink.found; });
 }
 
 template <class Search>
 void count_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress,
                 std::span<std::int64_t> counts) {
-  for_each_ray(rays, search.frame, n_threads, progress, [&](std::size_t i, const Ray& ray, Scratch& scratch) {
-    CountSink sink(ray);
-    search(ray, sink, scratch);
-    counts[i] = sink.n_hits;
-  });
+  for_each_ray(
+      search, rays, n_threads, progress, [](const Ray& ray) { return CountSink(ray); },
+      [&](std::size_t i, const CountSink& sink) { counts[i] = sink.n_hits; });
 }
 
 }  // namespace fastlines

@@ -234,7 +234,7 @@ template <class Search, class Make>
 void list_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress, PlacedLists& to,
                Make&& make) {
   struct Worker {
-    Scratch scratch;
+    typename Search::Scratch scratch;
     HitLists lists;
   };
   const std::size_t n_chunks = (rays.size() + kChunk - 1) / kChunk;

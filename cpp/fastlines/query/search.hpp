@@ -27,17 +27,35 @@ class Slabs {
     }
   }
 
+  /// The part of the ray, up to the limit, that is in the grown box; empty if t_enter > t_leave.
+  struct Span {
+    float t_enter, t_leave;
+  };
+
+  Span clip(const Box& box, float limit) const {
+    Span span{t_min_, limit};
+    for (int k = 0; k < 3; ++k) {
+      const float lo = in_frame(frame_, k, box.lo[k]), hi = in_frame(frame_, k, box.hi[k]);
+      span.t_enter = std::max(span.t_enter, enter_beyond(k, backwards_[k] ? hi : lo));
+      span.t_leave = std::min(span.t_leave, leave_before(k, backwards_[k] ? lo : hi));
+    }
+    return span;
+  }
+
   /// The t at which the ray enters the box; ∞ if it misses it, or enters beyond the limit.
   float enter(const Box& box, float limit) const {
-    float enter = t_min_, leave = limit;
-    for (int k = 0; k < 3; ++k) {
-      const float lo = (box.lo[k] - frame_.centre[k]) * frame_.scale;
-      const float hi = (box.hi[k] - frame_.centre[k]) * frame_.scale;
-      enter = std::max(enter, ((backwards_[k] ? hi : lo) - near_[k]) * inverse_[k]);
-      leave = std::min(leave, ((backwards_[k] ? lo : hi) - far_[k]) * inverse_[k]);
-    }
-    return enter <= leave ? enter : std::numeric_limits<float>::infinity();
+    const Span span = clip(box, limit);
+    return span.t_enter <= span.t_leave ? span.t_enter : std::numeric_limits<float>::infinity();
   }
+
+  /// The t at which the ray enters what lies beyond a plane of the frame, and leaves what lies before it, both grown.
+  float enter_beyond(int axis, float plane) const { return (plane - near_[axis]) * inverse_[axis]; }
+  float leave_before(int axis, float plane) const { return (plane - far_[axis]) * inverse_[axis]; }
+
+  bool is_backwards(int axis) const { return backwards_[axis]; }
+
+  /// A coordinate of a box in the frame, rounded as the test of a box rounds it.
+  static float in_frame(const Frame& frame, int axis, float x) { return (x - frame.centre[axis]) * frame.scale; }
 
  private:
   Frame frame_;
@@ -46,17 +64,17 @@ class Slabs {
   bool backwards_[3];
 };
 
-/// Memory that a thread reuses from ray to ray.
-struct Scratch {
-  struct Entry {
-    std::uint32_t node;
-    float enter;
-  };
-  std::vector<Entry> stack;
-};
-
 /// Depth first, the nearer child first; a subtree that begins beyond the sink's limit is left out.
 struct TreeSearch {
+  /// Memory that a thread reuses from ray to ray.
+  struct Scratch {
+    struct Entry {
+      std::uint32_t node;
+      float enter;
+    };
+    std::vector<Entry> stack;
+  };
+
   std::span<const Node> nodes;
   std::span<const Reference> refs;
   std::span<const Segment> segments;
@@ -100,6 +118,8 @@ struct TreeSearch {
 
 /// Every segment, in order: what the trees are compared with.
 struct BruteForce {
+  struct Scratch {};
+
   std::span<const Segment> segments;
   Frame frame;
 

@@ -70,13 +70,6 @@ struct ByCentre {
   }
 };
 
-/// Both halves of a box, cut at a plane inside it.
-inline std::pair<Box, Box> halves(const Box& box, int axis, float plane) {
-  Box left = box, right = box;
-  left.hi[axis] = right.lo[axis] = plane;
-  return {left, right};
-}
-
 /// Move the references of a node to its two children. `to_left` may be where they are: they only move towards its
 /// beginning.
 template <Primitives P>

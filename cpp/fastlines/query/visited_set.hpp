@@ -1,12 +1,13 @@
-// Which primitives a bundle has met: a small hash set that is empty again at once.
+// The primitives that a ray or a bundle of rays has tested: a small hash set that is cleared in constant time.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
 namespace fastlines {
 
-class SeenSet {
+class VisitedSet {
  public:
   void clear() {
     size_ = 0;
