@@ -100,7 +100,7 @@ std::optional<std::tuple<std::size_t, std::string, std::string>> check(const std
 }
 
 double cost(Input<std::uint32_t> nodes, double c_trav, double c_prim) {
-  const nb::gil_scoped_release release;
+  const WithoutGil without_gil;
   return cost_of(rows<Node>(nodes), c_trav, c_prim);
 }
 

@@ -158,7 +158,7 @@ nb::tuple refit_layout(LayoutArrays layout, unsigned n_threads, nb::object progr
 
 /// A quick look: `false` means that Python has to look closer.
 bool are_rays(RayArrays rays, float largest_radius, float farthest, unsigned n_threads) {
-  const nb::gil_scoped_release release;
+  const WithoutGil without_gil;
   return askable(batch_of(rays), largest_radius, farthest, n_threads);
 }
 

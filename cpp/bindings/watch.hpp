@@ -13,12 +13,12 @@
 #include <thread>
 
 #include "fastlines/threads/progress.hpp"
+#include "gil.hpp"
 
 namespace fastlines {
 
 template <class Job>
 void watch(Job&& job, nanobind::object callback) {
-  namespace nb = nanobind;
   Progress progress;
   std::exception_ptr error;
   bool finished = false;
@@ -38,16 +38,14 @@ void watch(Job&& job, nanobind::object callback) {
     });
   } catch (const std::system_error&) {
     // The system gives no thread: do the work here, unwatched.
-    nb::gil_scoped_release release;
+    const WithoutGil without_gil;
     return job(progress);
   }
   {
-    nb::gil_scoped_release release;
+    WithoutGil without_gil;
     std::unique_lock lock(mutex);
     double shown = 0.0;
-    while (!done.wait_for(lock, std::chrono::milliseconds(50), [&] { return finished; })) {
-      nb::gil_scoped_acquire acquire;
-      if (progress.cancel.load()) continue;
+    const auto look_in = [&] {
       bool stop = PyErr_CheckSignals() != 0;
       if (!stop && !callback.is_none()) {
         // Threads tell of their shares in any order, and the shares of subtrees add up to one but for rounding.
@@ -57,11 +55,13 @@ void watch(Job&& job, nanobind::object callback) {
         Py_XDECREF(result);
       }
       if (stop) progress.cancel.store(true);
-    }
+    };
+    while (!done.wait_for(lock, std::chrono::milliseconds(50), [&] { return finished; }))
+      if (!progress.cancel.load()) without_gil.with_gil(look_in);
     lock.unlock();
     worker.join();
   }
-  if (PyErr_Occurred()) throw nb::python_error();
+  if (PyErr_Occurred()) throw nanobind::python_error();
   if (error) std::rethrow_exception(error);
 }
 
@@ -74,7 +74,7 @@ inline bool may_be_long(std::size_t n_rays, std::size_t n_things) {
 template <class Job>
 void watch_if(bool is_long, const nanobind::object& callback, Job&& job) {
   if (is_long) return watch(job, callback);
-  nanobind::gil_scoped_release release;
+  const WithoutGil without_gil;
   Progress unwatched;
   job(unwatched);
 }

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "../bindings/arrays.hpp"
+#include "../bindings/gil.hpp"
 #include "embree_trace.hpp"
 
 namespace nb = nanobind;
@@ -58,7 +59,7 @@ void make_scene(Scene* self, Input<float> segments, const std::string& kind, flo
   const SceneSettings settings{kind_named(kind), radius,
                                piece_length,     high_quality ? Quality::high : Quality::medium,
                                device,           {std::get<0>(eye), std::get<1>(eye), std::get<2>(eye)}};
-  nb::gil_scoped_release release;
+  const WithoutGil without_gil;
   new (self) Scene(rows<SegmentEnds>(segments), settings, best_callbacks());
 }
 
@@ -72,7 +73,7 @@ nb::tuple first_hit(const Scene& scene, Input<float> origins, Input<float> direc
   auto t = make_array<float>(rays.origins.size());
   auto prim = make_array<std::int32_t>(rays.origins.size());
   {
-    nb::gil_scoped_release release;
+    const WithoutGil without_gil;
     first_hits(scene, rays, {width, coherent, n_threads}, t.data(), prim.data());
   }
   return nb::make_tuple(t, prim);
@@ -82,7 +83,7 @@ Output<bool> any_hit(const Scene& scene, Input<float> origins, Input<float> dire
                      int width, bool coherent, unsigned n_threads) {
   const Rays rays = batch(origins, directions, t_min, t_max);
   auto found = make_array<bool>(rays.origins.size());
-  nb::gil_scoped_release release;
+  const WithoutGil without_gil;
   any_hits(scene, rays, {width, coherent, n_threads}, found.data());
   return found;
 }
@@ -99,7 +100,7 @@ struct HitBuffers {
 HitBuffers all_hit(const Scene& scene, Input<float> origins, Input<float> directions, float t_min, float t_max,
                    int width, bool coherent, unsigned n_threads) {
   const Rays rays = batch(origins, directions, t_min, t_max);
-  nb::gil_scoped_release release;
+  const WithoutGil without_gil;
   return HitBuffers(all_hits(scene, rays, {width, coherent, n_threads}, best_callbacks()));
 }
 
