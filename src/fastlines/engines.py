@@ -87,3 +87,8 @@ def counting() -> Iterator[Any]:
         yield _module("tally")
     finally:
         _forced = before
+
+
+def is_counting() -> bool:
+    """Whether the module that counts its steps is in use."""
+    return _forced == "tally"

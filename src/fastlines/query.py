@@ -11,12 +11,13 @@ import numpy.typing as npt
 
 from . import _core
 from .checks import choice, count
-from .engines import engine, kernel_number
+from .engines import engine, is_counting, kernel_number
 from .errors import InputError
-from .geometry import Lines, as_lines
+from .forecast import Forecast
+from .geometry import IntArray, Lines, as_lines
 from .hits import AllHits, FirstHits
 from .layout import Layout
-from .progress import ProgressOption, reporting
+from .progress import ProgressCallback, ProgressOption, reporting
 from .rays import Rays, check_rays
 from .threads import get_num_threads
 
@@ -51,16 +52,10 @@ class Question:
         name = "list_hits" if self.query in ("all_hits", "next_hits") else self.query
         surface = self.at == "surface"
         with reporting(self.progress, self.query.replace("_", " ")) as callback:
-            try:
+            if name == "list_hits":
+                answer = self._list_hits(rays, surface, k, callback, ask)
+            else:
                 answer = ask(name, rays, surface, k, callback)
-            except MemoryError as error:
-                if name != "list_hits":
-                    raise
-                fewer = "a smaller k" if self.query == "next_hits" else "next_hits for the nearest"
-                raise MemoryError(
-                    f"the hits of {len(rays)} rays do not fit into memory; ask fewer rays or a smaller radius, "
-                    f"{fewer}, or count_hits for how many there are"
-                ) from error
         # Integers come in C's name for 64 bits; NumPy prints its own without a dtype.
         if name == "first_hit":
             t, prim, u, distance = (column.reshape(rays.shape) for column in answer[:4])
@@ -71,6 +66,27 @@ class Question:
             return AllHits(offsets.view(np.int64), t, prim.view(np.int64), u, distance, t_out, rays.skipped)
         column = answer.reshape(rays.shape)
         return column.view(np.int64) if name == "count_hits" else column
+
+    def _list_hits(
+        self, rays: Rays, surface: bool, k: int | None, callback: ProgressCallback | None, ask: Callable[..., Any]
+    ) -> Any:
+        """Ask for all hits, or the k nearest, unless a sample says that they will not fit into memory."""
+
+        def count_hits(rows: IntArray) -> IntArray:
+            counts: IntArray = ask("count_hits", rays.some(rows), surface, None, None)
+            return counts if k is None else np.minimum(counts, k)
+
+        forecast = Forecast(len(rays), 24 if surface else 20, count_hits)
+        try:
+            # Where steps are counted, only those of the question may be.
+            return ask("list_hits", rays, surface, k, callback if is_counting() else forecast.watch(callback))
+        except MemoryError as error:
+            why = f": {forecast.refusal}" if forecast.refusal else ""
+            fewer = "a smaller k" if self.query == "next_hits" else "next_hits for the nearest"
+            raise MemoryError(
+                f"the hits of {len(rays)} rays do not fit into memory{why}; ask fewer rays or a smaller radius, "
+                f"{fewer}, or count_hits for how many there are"
+            ) from error
 
 
 class Planes(NamedTuple):

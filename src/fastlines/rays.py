@@ -50,6 +50,17 @@ class Rays:
         """Give the rays as the core takes them."""
         return self.origins, self.directions, self.radius, self.t_min, self.t_max
 
+    def some(self, rows: IntArray) -> Rays:
+        """Return the rays in these rows."""
+
+        def of(values: FloatArray) -> FloatArray:
+            return values if len(values) == 1 else values[rows]
+
+        none = np.zeros(0, np.int64)
+        return Rays(
+            rows.shape, self.origins[rows], self.directions[rows], of(self.radius), of(self.t_min), of(self.t_max), none
+        )
+
 
 def check_rays(
     origins: npt.ArrayLike,

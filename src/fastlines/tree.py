@@ -111,6 +111,11 @@ class Tree(TreeStructure):
         A hit takes 20 bytes (24 with ``at="surface"``), and 20 more while it is being found; `count_hits` tells how
         many there are.
 
+        Raises
+        ------
+        MemoryError
+            If the hits do not fit into memory. Where a sample of the rays tells so, that is soon after the start.
+
         Examples
         --------
         >>> import fastlines as fl
