@@ -43,6 +43,7 @@ MODULES = (
     "checks",
     "precision",
     "whole",
+    "immutable",
     "geometry",
     "primitives",
     "camera",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
+import pickle
 
 import nasty
 import numpy as np
@@ -48,13 +50,188 @@ def test_triangles_and_boxes_are_copies():
         assert not np.shares_memory(kind(corners).corners, corners)
 
 
-def test_read_only_memory_is_not_copied(tmp_path):
-    np.save(tmp_path / "a.npy", crossing())
-    mapped = np.load(tmp_path / "a.npy", mmap_mode="r")
-    assert np.shares_memory(fl.Lines.from_segments(mapped).segments, mapped)
-    view = crossing().view()
-    view.flags.writeable = False  # but what it shows is not
-    assert not np.shares_memory(fl.Lines.from_segments(view).segments, view)
+def test_memory_that_nobody_can_write_to_is_not_copied(tmp_path):
+    ends = crossing()
+    np.save(tmp_path / "a.npy", ends)
+    data = ends.tobytes()
+    kept = {
+        "map": np.load(tmp_path / "a.npy", mmap_mode="r"),
+        "view of a map": np.load(tmp_path / "a.npy", mmap_mode="r")[3:],
+        "bytes": np.frombuffer(data, np.float32).reshape(-1, 2, 3),
+        "view of bytes": np.ndarray(ends.shape, np.float32, memoryview(data)),
+        "our own": fl.Lines.from_segments(ends).segments[3:],
+    }
+    for name, array in kept.items():
+        assert np.shares_memory(fl.Lines.from_segments(array).segments, array), name
+
+
+def thawing(kind, tmp_path):
+    """Return read-only segments, and what writes NaN into them all the same."""
+    ends, data = crossing(), bytearray(crossing().tobytes())
+    if kind == "owner":
+        ends.flags.writeable = False
+        return ends, lambda: ends.setflags(write=True) or ends.fill(np.nan)
+    if kind == "view":
+        view = ends.view()
+        view.flags.writeable = False
+        return view, lambda: ends.fill(np.nan)
+    if kind == "view of a frozen array":
+        ends.flags.writeable = False
+        return ends[:], lambda: ends.setflags(write=True) or ends.fill(np.nan)
+    if kind == "converted":
+        wide = ends.astype(np.float64)
+        wide.flags.writeable = False
+        return wide, lambda: wide.setflags(write=True) or wide.fill(np.nan)
+    if kind == "bytearray":
+        view = np.frombuffer(memoryview(data).toreadonly(), np.float32).reshape(ends.shape)
+        return view, lambda: data.__setitem__(slice(None), b"\xff" * len(data))
+    if kind == "exporter":  # __array__ may give what it keeps
+        return Exporter(ends), lambda: ends.setflags(write=True) or ends.fill(np.nan)
+    ends.tofile(tmp_path / "a")
+    shared = np.memmap(tmp_path / "a", np.float32, kind, shape=ends.shape)
+    view = shared.view()
+    view.flags.writeable = False
+    return view, lambda: shared.fill(np.nan)
+
+
+class Exporter:
+    def __init__(self, array):
+        array.flags.writeable = False
+        self.array = array
+
+    def __array__(self, dtype=None, copy=None):
+        return self.array
+
+
+@pytest.mark.parametrize(
+    "kind", ["owner", "view", "view of a frozen array", "converted", "bytearray", "exporter", "r+", "c"]
+)
+def test_read_only_memory_that_somebody_can_write_to_is_copied(kind, tmp_path):
+    ends, thaw = thawing(kind, tmp_path)
+    column = np.asarray(ends, np.float32).reshape(24, 6)[:, 0]
+    column.flags.writeable = False
+    trees = [fl.build(ends), fl.build(fl.Lines.from_segments(ends, attributes={"a": column}))]
+    boxes = fl.Boxes(np.asarray(ends)[:0])
+    thaw()
+    for tree in trees:
+        assert (tree.geometry.segments == crossing()).all()
+        assert tree.first_hit(*RAYS, 0.2).hit.any()
+    assert (trees[1].geometry.attributes["a"] == crossing()[:, 0, 0]).all()
+    assert len(boxes) == 0
+
+
+def arrays_of(kept):
+    """Return all arrays that something immutable has, by name."""
+    if isinstance(kept, fl.Tree):
+        own = {"nodes": kept.nodes, "refs": kept.refs, "box": kept.layout.box, "wide": kept.layout.nodes}
+        return own | {"leaves": kept.layout.leaves, "wide refs": kept.layout.refs} | arrays_of(kept.geometry)
+    if isinstance(kept, fl.Lines):
+        names = ("segments", "strands", "radius", "skipped")
+        return {name: getattr(kept, name) for name in names} | dict(kept.attributes)
+    return {"corners": kept.corners}
+
+
+@pytest.fixture(scope="module")
+def immutables(tmp_path_factory):
+    ends = crossing()
+    ends[3] = np.nan
+    more = {"radius": np.ones((24, 2)), "strands": np.arange(24), "attributes": {"a": np.arange(24.0)}}
+    lines = fl.Lines.from_segments(ends, invalid="skip", **more)
+    tree = fl.build(lines)
+    path = tmp_path_factory.mktemp("trees") / "a.flt"
+    tree.save(path)
+    return {
+        "lines": lines,
+        "strands": fl.Lines.from_strands([ends[:3, 0], ends[4:9, 0]]),
+        "tree": tree,
+        "refitted": tree.refit(np.delete(crossing(), 3, axis=0) + 1),
+        "loaded": fl.load(path),
+        "triangles": fl.Triangles(np.zeros((2, 3, 3))),
+        "boxes": fl.Boxes(np.zeros((2, 2, 3))),
+    }
+
+
+KINDS = ["lines", "strands", "tree", "refitted", "loaded", "triangles", "boxes"]
+
+
+def no_array_can_be_written_to(kept):
+    for name, array in arrays_of(kept).items():
+        if array is None:
+            continue
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0
+        with pytest.raises(ValueError, match="WRITEABLE"):
+            array.flags.writeable = True
+        assert not array.flags.writeable, name
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_nobody_can_make_them_writeable(immutables, kind):
+    no_array_can_be_written_to(immutables[kind])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("protocol", range(2, pickle.HIGHEST_PROTOCOL + 1))
+def test_pickles_are_as_immutable(immutables, kind, protocol):
+    kept = immutables[kind]
+    back = pickle.loads(pickle.dumps(kept, protocol))
+    assert repr(back) == repr(kept)
+    no_array_can_be_written_to(back)
+    for name, array in arrays_of(kept).items():
+        assert np.array_equal(array, arrays_of(back)[name]), name
+    if isinstance(kept, fl.Tree):
+        assert "layout" in vars(back), "the layout is not made twice"
+        assert back.layout.lines is back.geometry
+        assert back.all_hits(*RAYS, 0.2).prim.tolist() == kept.all_hits(*RAYS, 0.2).prim.tolist()
+
+
+def test_a_pickle_with_memory_of_its_own_is_copied(immutables):
+    """Out of band, the buffers are whoever's they are."""
+    buffers = []
+    data = pickle.dumps(immutables["tree"], 5, buffer_callback=buffers.append)
+    given = [bytearray(buffer.raw()) for buffer in buffers]
+    back = pickle.loads(data, buffers=given)
+    for buffer in given:
+        buffer[:] = b"\xff" * len(buffer)
+    assert (back.nodes == immutables["tree"].nodes).all()
+    assert back.first_hit(*RAYS, 0.2).hit.sum() == immutables["tree"].first_hit(*RAYS, 0.2).hit.sum()
+
+
+def test_an_array_in_the_same_pickle_is_no_way_in(immutables):
+    lines = immutables["lines"]
+    array, back = pickle.loads(pickle.dumps((lines.segments, lines), 4))
+    array.fill(np.nan)
+    assert (back.segments == lines.segments).all()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_copy_is_the_same(immutables, kind):
+    kept = immutables[kind]
+    assert copy.copy(kept) is kept
+    assert copy.deepcopy([kept])[0] is kept
+    if isinstance(kept, fl.Tree):
+        assert copy.deepcopy(kept.layout) is kept.layout
+
+
+def test_mappings_can_not_be_changed(immutables):
+    for mapping in (immutables["lines"].attributes, immutables["tree"].limits_hit, immutables["tree"].searched):
+        with pytest.raises(TypeError, match="does not support item assignment"):
+            mapping["a"] = 1
+
+
+def test_a_layout_made_by_hand_is_its_own(immutables):
+    layout = immutables["tree"].layout
+    nodes = layout.nodes.copy()
+    by_hand = dataclasses.replace(layout, nodes=nodes)
+    nodes[...] = 0
+    assert (by_hand.nodes == layout.nodes).all()
+
+
+def test_objects_as_attributes_are_kept():
+    lines = fl.Lines.from_segments(crossing(2), attributes={"name": np.array(["a", None], object)})
+    back = pickle.loads(pickle.dumps(lines))
+    assert back.attributes["name"].tolist() == ["a", None]
+    assert not back.attributes["name"].flags.writeable
 
 
 def test_an_empty_array_stays_the_callers():

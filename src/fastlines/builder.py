@@ -14,6 +14,7 @@ from . import _core
 from .engines import engine
 from .errors import InputError
 from .geometry import Lines
+from .immutable import own
 from .primitives import Geometry, as_geometry, core_data
 from .progress import ProgressCallback, ProgressOption, reporting
 from .settings import DEFAULT_METHOD, REF_LIMIT, Cost, Limits, Presplit, Settings, best_settings, method_settings
@@ -270,7 +271,6 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
         )
         if n_too_deep:
             limits_hit["max_depth"] = limits_hit.get("max_depth", 0) + n_too_deep
-    nodes.flags.writeable = refs.flags.writeable = False  # before views of them are made, so that none has to be copied
-    nodes, refs = nodes.reshape(-1).view(NODE), refs.reshape(-1).view(REF)
+    nodes, refs = own(nodes).reshape(-1).view(NODE), own(refs).reshape(-1).view(REF)
     counts = dict(zip(("candidates", "carried_out"), searched, strict=True))
     return Tree(geometry, nodes, refs, settings, name, limits_hit, searched=counts if searched[0] else {})

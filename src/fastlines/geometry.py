@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .checks import choice
 from .errors import InputError
+from .immutable import Immutable, frozen, own
 from .precision import COORDINATE_LIMIT, is_far, warn_of_rounding
 
 FloatArray: TypeAlias = npt.NDArray[np.float32]
@@ -32,7 +33,7 @@ def list_rows(bad: npt.NDArray[np.bool_], shown: int = 5) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Lines:
+class Lines(Immutable):
     """Line segments, with what is known about each. Nobody can change them: arrays that somebody could are copied.
 
     Attributes
@@ -64,10 +65,9 @@ class Lines:
                 "Lines.from_segments converts what it is given"
             )
         self._check_columns()
-        for name in ("segments", "strands", "radius", "skipped"):
+        for name in ("segments", "strands", "radius", "skipped", "attributes"):
             _refuse_masked(getattr(self, name), name)
             object.__setattr__(self, name, frozen(getattr(self, name)))
-        object.__setattr__(self, "attributes", {name: frozen(values) for name, values in self.attributes.items()})
         bad = _unusable(self.segments)
         if bad.any():
             raise InputError(
@@ -162,7 +162,7 @@ class Lines:
         choice("invalid", invalid, INVALID)
         expected = "expected (n, 2, 3): n segments, both ends, x y z; Lines.from_strands takes polylines"
         try:
-            array = to_float32(segments, "segments")
+            array = own_float32(segments, "segments")
         except InputError as error:
             raise InputError(f"{error}; {expected}") from None
         if array.ndim == 2 and array.shape[1] == 6:
@@ -173,9 +173,9 @@ class Lines:
             raise InputError(f"segments have shape {array.shape}; {expected}")
         warn_of_rounding(segments, array)
         n_given = len(array)
-        strands = to_integers(more.pop("strands", np.full(n_given, -1)), "strands")
+        strands = to_integers(more.pop("strands", np.broadcast_to(-1, n_given)), "strands")
         radius = more.pop("radius", None)
-        radius = None if radius is None else to_float32(radius, "radius")
+        radius = None if radius is None else own_float32(radius, "radius")
         attributes = more.pop("attributes", {})
         if not isinstance(attributes, Mapping):
             raise InputError(f"attributes are a {type(attributes).__name__}; expected a mapping of names to arrays")
@@ -200,9 +200,9 @@ class Lines:
                     "where lines are read or a tree is built, --skip-invalid on the command line"
                 )
             skipped = np.flatnonzero(bad)
-            array, strands = array[~bad], strands[~bad]
-            radius = None if radius is None else radius[~bad]
-            attributes = {name: values[~bad] for name, values in attributes.items()}
+            array, strands = own(array[~bad]), own(strands[~bad])
+            radius = None if radius is None else own(radius[~bad])
+            attributes = {name: own(values[~bad]) for name, values in attributes.items()}
         return cls(array, strands, radius, attributes, skipped)
 
     @classmethod
@@ -252,13 +252,11 @@ class Lines:
         first = strand_start + np.arange(len(strands)) - segment_start
         last = first + np.repeat(counts_used > 1, n_segments)
         at_ends = np.stack([first, last], axis=1)
-        segments = points[at_ends]
-        segments.flags.writeable = False  # nobody else has it: no need of a copy
         return cls.from_segments(
-            segments,
-            strands=strands,
-            radius=None if radii is None else radii[at_ends],
-            attributes={name: values[first] for name, values in per_point.items()},
+            own(points[at_ends]),
+            strands=own(strands),
+            radius=None if radii is None else own(radii[at_ends]),
+            attributes={name: own(values[first]) for name, values in per_point.items()},
             invalid=invalid,
         )
 
@@ -273,29 +271,25 @@ class Lines:
         return cls.from_points(points, [len(part) for part in parts], invalid=invalid)
 
 
-def frozen(array: Any) -> Any:
-    """Make an array read-only; copy it if it, or the memory that it shows, is somebody's who could change it."""
-    if not isinstance(array, np.ndarray):
-        return array
-    base: Any = array
-    while isinstance(base, np.ndarray):
-        if base.flags.writeable:
-            array = array.copy()
-            array.flags.writeable = False
-            break
-        base = base.base
-    return array
-
-
 def to_float32(values: npt.ArrayLike, name: str) -> FloatArray:
-    """Convert to float32, or say which argument is not made of numbers; read-only if it had to be made."""
+    """Convert to float32, or say which argument is not made of numbers."""
+    return _float32(values, name)[0]
+
+
+def own_float32(values: npt.ArrayLike, name: str) -> FloatArray:
+    """Convert to float32 that nobody can change."""
+    array, is_new = _float32(values, name)
+    immutable: FloatArray = own(array) if is_new else frozen(array)
+    return immutable
+
+
+def _float32(values: npt.ArrayLike, name: str) -> tuple[FloatArray, bool]:
+    """Convert to float32; tell whether the memory is new."""
     # The usual cases at once: a small batch has no time for more.
     if type(values) is np.ndarray and values.dtype == np.float32 and values.flags.c_contiguous:
-        return values
+        return values, False
     if type(values) is float and (abs(values) < FLOAT32_MAX or abs(values) == np.inf):
-        number = np.array(values, np.float32)
-        number.flags.writeable = False
-        return number
+        return np.array(values, np.float32), True
     _refuse_masked(values, name)
     try:
         with np.errstate(over="ignore"):
@@ -306,9 +300,7 @@ def to_float32(values: npt.ArrayLike, name: str) -> FloatArray:
     except (TypeError, ValueError) as error:
         why = "its parts differ in length" if "inhomogeneous" in str(error) else error
         raise InputError(f"{name}: {_kind(values)} can not be read as an array of numbers: {why}") from None
-    if array is not given:
-        array.flags.writeable = False
-    return array
+    return array, array is not given
 
 
 def to_integers(values: npt.ArrayLike, name: str) -> IntArray:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from .engines import engine
 from .geometry import Lines
+from .immutable import Immutable, frozen, own
 from .progress import ProgressCallback, ProgressOption, reporting
 from .threads import get_num_threads
 
@@ -19,7 +20,7 @@ RADIUS_HINT = 0.001
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Layout:
+class Layout(Immutable):
     """A tree of up to 16 children a node, boxes and pieces of segments quantised to bytes (docs/engine.md).
 
     Attributes
@@ -43,6 +44,10 @@ class Layout:
     leaves: npt.NDArray[np.uint8]
     refs: npt.NDArray[np.uint32]
     mean_extent: float
+
+    def __post_init__(self) -> None:
+        for name in ("box", "nodes", "leaves", "refs"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def __repr__(self) -> str:
         what = f"{len(self.nodes):,} nodes, {len(self.leaves):,} leaves, {len(self.refs):,} references"
@@ -70,9 +75,8 @@ def widen(
     """Lay out a tree, given as rows of 32-bit words."""
     with reporting(progress, "layout") as callback:
         made = engine().widen(lines.segments.reshape(-1, 6), nodes, refs, RADIUS_HINT, get_num_threads(), callback)
-    for array in made[:3]:
-        array.flags.writeable = False
-    return Layout(lines, box, *made)
+    wide_nodes, leaves, wide_refs, mean_extent = made
+    return Layout(lines, box, own(wide_nodes), own(leaves), own(wide_refs), mean_extent)
 
 
 def refit_layout(
@@ -81,5 +85,4 @@ def refit_layout(
     """Fit a layout to its segments, moved: the same children and pieces, other boxes (cpp/fastlines/layout/fit.hpp)."""
     moved = replace(layout, lines=lines, box=box)
     nodes, leaves, mean_extent = engine().refit_layout(moved.arrays, n_threads, progress)
-    nodes.flags.writeable = leaves.flags.writeable = False
-    return Layout(lines, box, nodes, leaves, layout.refs, mean_extent)
+    return Layout(lines, box, own(nodes), own(leaves), layout.refs, mean_extent)

@@ -10,12 +10,13 @@ import numpy.typing as npt
 
 from .checks import choice
 from .errors import InputError
-from .geometry import INVALID, FloatArray, Lines, as_lines, frozen, list_rows, to_float32
+from .geometry import INVALID, FloatArray, Lines, as_lines, list_rows, own_float32
+from .immutable import Immutable
 from .precision import COORDINATE_LIMIT, warn_of_rounding
 
 
 @dataclass(frozen=True, eq=False)
-class Triangles:
+class Triangles(Immutable):
     """Triangles, as an array of their corners.
 
     Parameters
@@ -39,7 +40,7 @@ class Triangles:
 
 
 @dataclass(frozen=True, eq=False)
-class Boxes:
+class Boxes(Immutable):
     """Primitives of which only a box each is known.
 
     Parameters
@@ -87,7 +88,7 @@ def core_data(geometry: Geometry) -> tuple[str, FloatArray]:
 
 
 def _checked(values: npt.ArrayLike, name: str, shape: tuple[int, int]) -> FloatArray:
-    array = to_float32(values, name)
+    array = own_float32(values, name)
     if array.shape == (0,):
         array = array.reshape(0, *shape)
     if array.ndim != 3 or array.shape[1:] != shape:
@@ -99,5 +100,4 @@ def _checked(values: npt.ArrayLike, name: str, shape: tuple[int, int]) -> FloatA
             f"{int(bad.sum())} of {len(array)} {name} hold NaN, Inf or a coordinate beyond {COORDINATE_LIMIT:g} "
             f"({list_rows(bad)})"
         )
-    checked: FloatArray = frozen(array)
-    return checked
+    return array

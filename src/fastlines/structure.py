@@ -16,7 +16,8 @@ import numpy.typing as npt
 from . import _core
 from .checks import choice
 from .errors import InputError, InvalidTreeError
-from .geometry import IntArray, frozen
+from .geometry import IntArray
+from .immutable import Immutable, frozen
 from .primitives import Geometry, core_data
 from .settings import Cost, Settings
 
@@ -28,7 +29,7 @@ REF = np.dtype([("prim", "<u4"), ("s0", "<f4"), ("s1", "<f4")])
 
 
 @dataclass(frozen=True, eq=False)
-class TreeStructure:
+class TreeStructure(Immutable):
     """An acceleration tree over primitives, as plain immutable data.
 
     What is made by hand is checked so far that nothing can lead out of an array: `validate` checks the rest.
@@ -72,6 +73,8 @@ class TreeStructure:
                 raise InputError(f"{name} are not a 1-d array of fastlines.structure.{name[:-1].upper()}")
             if not array.flags.c_contiguous:
                 raise InputError(f"{name} are not contiguous; pass np.ascontiguousarray({name})")
+        for name in ("limits_hit", "searched"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
         if not isinstance(self.settings, Settings):
             raise InputError(f"settings are a {type(self.settings).__name__}; expected fl.Settings(…)")
         if self.built_cost is not None and not 0 <= self.built_cost < np.inf:

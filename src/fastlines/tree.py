@@ -15,6 +15,7 @@ from .engines import engine, kernel_number
 from .errors import InputError, InvalidTreeError
 from .geometry import IntArray, Lines, as_lines
 from .hits import AllHits, FirstHits
+from .immutable import own
 from .layout import Layout, refit_layout, widen
 from .progress import ProgressCallback, ProgressOption, reporting
 from .query import Planes, Question, ask_binary, ask_layout
@@ -201,6 +202,10 @@ class Tree(TreeStructure):
         )
         return hits
 
+    def __getstate__(self) -> dict[str, Any]:
+        made = {"layout": self.layout} if "layout" in self.__dict__ else {}
+        return super().__getstate__() | made
+
     @cached_property
     def layout(self) -> Layout:
         """What queries run on: made at the first of them, and kept."""
@@ -301,9 +306,7 @@ class Tree(TreeStructure):
         words, bad = engine().refit_tree(segments, *self.words(), self._refit_threads, callback)
         if bad is not None:
             raise InvalidTreeError(bad, "axiom 1", "what is below it is not in preorder")
-        nodes: npt.NDArray[Any] = words.reshape(-1).view(NODE)
-        nodes.flags.writeable = False
-        return nodes
+        return own(words).reshape(-1).view(NODE)
 
     @property
     def _refit_threads(self) -> int:

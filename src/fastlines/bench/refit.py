@@ -12,7 +12,8 @@ import numpy as np
 from ..builder import build
 from ..demo.machine import describe_machine
 from ..engines import simd
-from ..geometry import FloatArray, Lines
+from ..geometry import Lines
+from ..immutable import own
 from ..threads import num_threads
 from ..tree import Tree
 from .engine import Case, ask_tree
@@ -111,9 +112,7 @@ def twisted(lines: Lines, degrees: float) -> Lines:
     angle = np.radians(degrees) * (y / ((high - low)[1] or 1.0) + 0.5)
     cos, sin = np.cos(angle), np.sin(angle)
     turned = np.stack([cos * x + sin * z, y, cos * z - sin * x], axis=-1) + (low + high) / 2
-    segments: FloatArray = turned.astype(np.float32)
-    segments.flags.writeable = False
-    return replace(lines, segments=segments)
+    return replace(lines, segments=own(turned.astype(np.float32)))
 
 
 def run_refit(

@@ -1,0 +1,75 @@
+"""Memory that nobody can change: what may be taken as it is, and what is copied first."""
+
+from __future__ import annotations
+
+import mmap
+from collections.abc import Mapping
+from dataclasses import fields
+from types import MappingProxyType
+from typing import Any, ClassVar, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+Self = TypeVar("Self")
+
+
+class _Owner:
+    """Keeps memory, and shows it read-only: NumPy can not make an array writeable whose base this is."""
+
+    def __init__(self, array: npt.NDArray[Any]) -> None:
+        self.array = array
+        shown = array.reshape(-1).view(np.uint8).__array_interface__
+        self.__array_interface__ = {**shown, "data": (shown["data"][0], True)}
+
+
+class Immutable:
+    """Base of dataclasses that nobody can change: a copy is the object itself, and pickles come back as immutable."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    def __copy__(self: Self) -> Self:
+        return self
+
+    def __deepcopy__(self: Self, memo: dict[int, Any]) -> Self:
+        return self
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: dict(value) if isinstance(value, Mapping) else value for name, value in state.items()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for name, value in state.items():
+            object.__setattr__(self, name, frozen(value))
+
+
+def frozen(value: Any) -> Any:
+    """Return an array, or a mapping of some, that nobody can change; copy memory that somebody could."""
+    if isinstance(value, Mapping):
+        return MappingProxyType({name: frozen(part) for name, part in value.items()})
+    if not isinstance(value, np.ndarray) or (value.flags.aligned and _is_immutable(value)):
+        return value
+    return own(np.array(value, order="C"))
+
+
+def own(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Make an array immutable without a copy; only for one that nobody else has."""
+    if array.dtype.hasobject or array.dtype.itemsize == 0:  # NumPy shows no other type's bytes as these
+        array.flags.writeable = False
+        return array
+    array = array if array.flags.c_contiguous else array.copy()
+    return np.asarray(_Owner(array)).view(array.dtype).reshape(array.shape)
+
+
+def _is_immutable(array: npt.NDArray[Any]) -> bool:
+    """Whether the memory of an array has an owner that lets nobody write: ourselves, bytes or a read-only map."""
+    base: Any = array
+    while isinstance(base, np.ndarray):
+        if base.flags.writeable:
+            return False
+        base = base.base
+    while isinstance(base, memoryview):
+        base = base.obj
+    if isinstance(base, mmap.mmap):
+        return memoryview(base).readonly
+    return isinstance(base, bytes | _Owner)
