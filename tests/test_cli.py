@@ -129,9 +129,9 @@ def test_query_answers_as_the_library_does(tree_file):
     np.savez("rays.npz", origins=rays[:, :3], directions=rays[:, 3:])
     for name in ("rays.npy", "rays.npz"):
         for kind, arrays in {
-            "first": ["distance", "prim", "t", "u"],
-            "all": ["distance", "offsets", "prim", "t", "u"],
-            "next": ["distance", "offsets", "prim", "t", "u"],
+            "first": ["distance", "prim", "strand", "t", "u"],
+            "all": ["distance", "offsets", "prim", "strand", "t", "u"],
+            "next": ["distance", "offsets", "prim", "strand", "t", "u"],
             "any": ["hit"],
             "count": ["count"],
         }.items():
@@ -171,6 +171,15 @@ def test_query_tells_the_rows_of_what_was_not_skipped():
         done("query", "skipped.flt", "rays.npy", "-r", 0.1, "-k", kind, "-o", "out.npz")
         with np.load("out.npz") as out:
             assert out["row"].tolist() == rows
+
+
+def test_query_tells_strands_where_there_are_any():
+    fl.build(fl.Lines.from_strands([[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 0]]])).save("strands.flt")
+    np.save("rays.npy", np.array([[0.5, y, -1, 0, 0, 1] for y in (0, 1, 9)], np.float32))
+    for kind, strands in {"first": [0, 1, -1], "all": [0, 1]}.items():
+        done("query", "strands.flt", "rays.npy", "-r", 0.1, "-k", kind, "-o", "out.npz")
+        with np.load("out.npz") as out:
+            assert out["strand"].tolist() == strands
 
 
 # --- Everything else that can happen ---

@@ -299,5 +299,5 @@ def test_rows_lead_from_hits_to_the_input(tmp_path):
     for asked in (tree, fl.load(tmp_path / "a.flt")):
         hits = asked.all_hits(*RAYS, 0.2)
         assert asked.geometry.rows.tolist() == lines.rows.tolist()
-        assert (ends[asked.geometry.rows[hits.prim]] == asked.geometry.segments[hits.prim]).all()
+        assert (ends[hits.row] == asked.geometry.segments[hits.prim]).all()
     assert fl.Lines.from_segments(crossing()).rows.tolist() == list(range(24))

@@ -353,4 +353,4 @@ def test_lists_that_do_not_fit_into_memory_say_what_to_do() -> None:
     ):
         question = Question(query, np.zeros((3, 3)), [0, 0, 1], 0.5, k=k)  # type: ignore[arg-type]
         with pytest.raises(MemoryError, match=says):
-            question.answer(box, full)
+            question.answer(fl.Lines.from_segments(box[None]), box, full)

@@ -90,7 +90,7 @@ def build(
         Move subtrees after the build, in so many rounds at most.
     invalid : {"error", "skip"}
         What to do with segments that hold NaN or Inf: raise, or leave them out; then hits name positions among those
-        that are left, and ``tree.geometry.rows`` has the rows of the input. See `Lines.from_segments`.
+        that are left, and their ``row`` has the rows of the input. See `Lines.from_segments`.
     progress : bool or callable
         Show a bar, or call back with the share that is done.
 

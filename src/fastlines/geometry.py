@@ -115,7 +115,7 @@ class Lines(Immutable):
 
     @property
     def rows(self) -> IntArray:
-        """The row of the input that each segment was: ``lines.rows[hits.prim]`` if any were skipped; (n,) int64."""
+        """The row of the input that each segment was, (n,) int64; `FirstHits.row` has it for hits."""
         return np.delete(np.arange(len(self) + len(self.skipped)), self.skipped)
 
     @property
@@ -141,8 +141,8 @@ class Lines(Immutable):
             Both ends of each segment. Converted to float32.
         invalid : {"error", "skip"}
             What to do with segments that hold NaN or Inf (or are too large for float32): raise, or leave them
-            out and record their rows in ``skipped``. Hits then name positions among the segments that are left;
-            ``rows`` has the rows of the input that they were.
+            out and record their rows in ``skipped``. Hits then name positions among the segments that are left,
+            and their ``row`` has the rows of the input.
         **more
             ``strands``, ``radius`` and ``attributes``, one row per segment.
 
@@ -156,7 +156,7 @@ class Lines(Immutable):
         >>> import fastlines as fl
         >>> lines = Lines.from_segments([[[0, 0, np.nan], [1, 1, 1]], [[0, 0, 0], [1, 1, 1]]], invalid="skip")
         >>> hits = fl.build(lines).first_hit([0.5, 0.5, -1], [0, 0, 1], 0.1)
-        >>> print(hits.prim, lines.rows[hits.prim])
+        >>> print(hits.prim, hits.row)
         0 1
         """
         choice("invalid", invalid, INVALID)

@@ -2,17 +2,59 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .errors import InputError
-from .geometry import FloatArray, IntArray
+from .geometry import FloatArray, IntArray, Lines
+
+
+class _OfLines:
+    """What is known of the segments that were hit; it is looked up when it is wanted."""
+
+    prim: IntArray
+    lines: Lines | None
+
+    @cached_property
+    def row(self) -> IntArray:
+        """The row of the input that each segment was, int64 of the shape of ``prim``; -1 = miss. Read-only.
+
+        It differs from ``prim`` where rows of the input were skipped.
+        """
+        skipped = self._known_lines().skipped
+        # As many rows were skipped before a segment as have, without each other, its place or one before it.
+        before = np.searchsorted(skipped - np.arange(len(skipped)), self.prim, side="right")
+        return _read_only(np.asarray(self.prim + before))
+
+    @cached_property
+    def strand(self) -> IntArray:
+        """The strand of each segment, int64 of the shape of ``prim``; -1 = miss, or without a strand. Read-only."""
+        strands = self._known_lines().strands
+        hit = self.prim >= 0
+        found = np.full(self.prim.shape, -1)
+        found[hit] = np.maximum(strands[self.prim[hit]], -1)
+        return _read_only(found)
+
+    def _known_lines(self) -> Lines:
+        if self.lines is None:
+            raise InputError("these hits do not know their lines; expected the answer of a query, or a pickle of one")
+        return self.lines
+
+    def __getstate__(self) -> dict[str, Any]:
+        # A pickle has what is known of each hit instead of all lines.
+        state = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
+        return {**state, "lines": None, "row": self.row, "strand": self.strand}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state, row=_read_only(state["row"]), strand=_read_only(state["strand"]))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FirstHits:
+class FirstHits(_OfLines):
     """The nearest hit of each ray; every array has the shape of the question.
 
     Attributes
@@ -21,7 +63,7 @@ class FirstHits:
         Where on the ray, in units of its direction; inf = miss.
     prim : int64
         Which segment, as a position in the input; -1 = miss. If segments were skipped, a position among those that are
-        left: ``lines.rows[prim]`` is that in the input.
+        left: `row` is that in the input.
     u : float32
         Where on the segment, from 0 to 1.
     distance : float32
@@ -30,6 +72,16 @@ class FirstHits:
         With ``at="surface"``, where the ray leaves the capsule around the segment.
     skipped : (k,) int64
         Rays that could not be asked, with ``invalid="skip"``.
+    lines : Lines or None
+        What was asked. A pickle of hits does not have it, but their `row` and `strand`.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> lines = fl.Lines.from_strands([[[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 5, 0], [1, 5, 0]]])
+    >>> hits = fl.build(lines).first_hit([[1.5, 0, -1], [0.5, 5, -1], [9, 9, -1]], [0, 0, 1], 0.1)
+    >>> print(hits.prim, hits.strand)
+    [ 1  2 -1] [ 0  1 -1]
     """
 
     t: FloatArray
@@ -38,6 +90,7 @@ class FirstHits:
     distance: FloatArray
     t_out: FloatArray | None
     skipped: IntArray
+    lines: Lines | None = None
 
     def __repr__(self) -> str:
         return f"<FirstHits: {self.prim.size:,} rays, {int(self.hit.sum()):,} hit>"
@@ -49,7 +102,7 @@ class FirstHits:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class AllHits:
+class AllHits(_OfLines):
     """All hits of each ray, each once, sorted by (ray, t, prim).
 
     Those of ray i are at positions ``offsets[i]`` to ``offsets[i + 1]`` of the other arrays (compressed sparse rows).
@@ -58,8 +111,8 @@ class AllHits:
     ----------
     offsets : (n_rays + 1,) int64
         Rays are counted in the order of the flattened question.
-    t, prim, u, distance, t_out, skipped
-        As in `FirstHits`, one entry a hit.
+    t, prim, u, distance, t_out, skipped, lines
+        As in `FirstHits`, one entry a hit; so are `row` and `strand`.
     """
 
     offsets: IntArray
@@ -69,6 +122,7 @@ class AllHits:
     distance: FloatArray
     t_out: FloatArray | None
     skipped: IntArray
+    lines: Lines | None = None
 
     def __len__(self) -> int:
         return len(self.prim)
@@ -98,3 +152,8 @@ class AllHits:
         if not 0 <= ray < n_rays:
             raise InputError(f"ray={ray}: there are {n_rays:,} rays, which count from 0")
         return slice(int(self.offsets[ray]), int(self.offsets[ray + 1]))
+
+
+def _read_only(array: IntArray) -> IntArray:
+    array.flags.writeable = False
+    return array

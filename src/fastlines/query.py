@@ -42,8 +42,8 @@ class Question:
     invalid: str = "error"
     progress: ProgressOption = False
 
-    def answer(self, box: npt.NDArray[Any], ask: Callable[..., Any]) -> Any:
-        """Check the question, pass it on as ask(name, rays, *options), and give the answer its shape."""
+    def answer(self, lines: Lines, box: npt.NDArray[Any], ask: Callable[..., Any]) -> Any:
+        """Check the question about lines, pass it on as ask(name, rays, *options), and give the answer its shape."""
         choice("at", self.at, ("closest", "surface"))
         if self.query != "next_hits" and self.k is not None:
             raise InputError(f"k={self.k!r} is for query='next_hits', this is {self.query!r}; leave it out")
@@ -60,10 +60,10 @@ class Question:
         if name == "first_hit":
             t, prim, u, distance = (column.reshape(rays.shape) for column in answer[:4])
             t_out = None if answer[4] is None else answer[4].reshape(rays.shape)
-            return FirstHits(t, prim.view(np.int64), u, distance, t_out, rays.skipped)
+            return FirstHits(t, prim.view(np.int64), u, distance, t_out, rays.skipped, lines)
         if name == "list_hits":
             offsets, (t, prim, u, distance, t_out) = answer
-            return AllHits(offsets.view(np.int64), t, prim.view(np.int64), u, distance, t_out, rays.skipped)
+            return AllHits(offsets.view(np.int64), t, prim.view(np.int64), u, distance, t_out, rays.skipped, lines)
         column = answer.reshape(rays.shape)
         return column.view(np.int64) if name == "count_hits" else column
 
@@ -125,7 +125,7 @@ def ask_layout(layout: Layout, question: Question, kernel: str) -> Any:
         n_threads = 1 if _is_short(len(rays), len(layout.refs)) else get_num_threads()
         return getattr(module, name)(layout.arrays, rays.arrays(), *given.get(name, ()), number, n_threads, progress)
 
-    return question.answer(layout.box, ask)
+    return question.answer(layout.lines, layout.box, ask)
 
 
 def ask_binary(lines: Lines, tree: tuple[Any, ...] | None, box: npt.NDArray[Any], question: Question) -> Any:
@@ -146,7 +146,7 @@ def ask_binary(lines: Lines, tree: tuple[Any, ...] | None, box: npt.NDArray[Any]
         segments = lines.segments.reshape(-1, 6)
         return getattr(_core, name)(segments, tree, rays.arrays(), *options, get_num_threads(), progress)
 
-    return question.answer(box, ask)
+    return question.answer(lines, box, ask)
 
 
 def brute_force(

@@ -69,7 +69,8 @@ def query(
 
     The file has the arrays t, prim, u and distance for the kinds first, all and next (and for the last two also
     offsets: the hits of ray i are those from offsets\[i] to offsets\[i + 1]), hit for any, count for count. If rows of
-    the input were skipped when the tree was built, row tells which of them each prim was; -1 for a miss.
+    the input were skipped when the tree was built, row tells which of them each prim was; if the lines have strands,
+    strand tells which it is part of. prim, row and strand are -1 for a miss.
 
     [bold]Examples[/]
 
@@ -167,8 +168,6 @@ def read_rays(path: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
 
 def _arrays(kind: str, answer: Any, lines: Any) -> dict[str, Any]:
     """Name the arrays of an answer."""
-    import numpy as np
-
     if kind in ("any", "count"):
         return {"hit" if kind == "any" else "count": answer}
     names = ["t", "prim", "u", "distance", *(["offsets"] if kind in LISTS else [])]
@@ -176,7 +175,9 @@ def _arrays(kind: str, answer: Any, lines: Any) -> dict[str, Any]:
     if answer.t_out is not None:
         arrays["t_out"] = answer.t_out
     if len(lines.skipped):
-        arrays["row"] = np.append(lines.rows, -1)[answer.prim]
+        arrays["row"] = answer.row
+    if lines.n_strands:
+        arrays["strand"] = answer.strand
     return arrays
 
 
