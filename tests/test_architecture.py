@@ -55,6 +55,7 @@ MODULES = (
     "memory",
     "threads",
     "splits",
+    "methods",
     "settings",
     "hits",
     "_core",
@@ -76,6 +77,7 @@ MODULES = (
     "bench",
     "report",
     "cli",
+    "__main__",
 )
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import pickle
+import pydoc
 from typing import Any
 
 import numpy as np
@@ -97,3 +99,23 @@ def test_bounds_do_not_change_the_name_of_a_tree(method: str) -> None:
     assert fl.build(ends, method, limits=fl.Limits(max_refs=100, max_bytes=10**8)).method == method
     assert fl.build(ends, method, limits=fl.Limits(max_depth=5)).method == "custom"
     assert fl.build(ends, method, radius_hint=0.01).method == "custom"
+
+
+def test_the_named_methods_explain_themselves() -> None:
+    help_text = pydoc.render_doc(fl.METHODS, renderer=pydoc.plaintext)
+    assert "The named trees" in help_text
+    for method in fl.METHODS:
+        assert f"{method}  " in help_text
+        assert method in repr(fl.METHODS)
+
+
+def test_the_named_methods_are_a_mapping_that_nobody_can_change() -> None:
+    best = fl.METHODS["best"]
+    assert {**fl.METHODS} == dict(fl.METHODS.items()) == fl.METHODS
+    assert pickle.loads(pickle.dumps(fl.METHODS)) == fl.METHODS
+    assert fl.METHODS.get("bvh") is None
+    with pytest.raises(KeyError):
+        fl.METHODS["bvh"]
+    with pytest.raises(TypeError, match="does not support item assignment"):
+        fl.METHODS["best"] = fl.Settings()  # type: ignore[index]
+    assert fl.METHODS["best"] is best

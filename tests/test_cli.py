@@ -38,6 +38,13 @@ def test_help_is_pleasant():
     assert fl.__version__ in done("--version")
 
 
+def test_the_package_runs_as_a_module():
+    ran = subprocess.run([sys.executable, "-m", "fastlines", "--version"], capture_output=True, text=True, check=True)
+    assert ran.stdout == f"fastlines {fl.__version__}\n"
+    ran = subprocess.run([sys.executable, "-m", "fastlines", "info", "no.tfx"], capture_output=True, text=True)
+    assert (ran.returncode, ran.stderr[:20]) == (1, "error: no.tfx: no su")
+
+
 def test_scene_info_build_validate_render(tmp_path):
     assert "bun-hair" in done("scene")
     assert "300 segments" in done("scene", "bun-hair", "-n", 300, "--seed", 5, "-o", "hair.npz")

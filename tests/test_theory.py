@@ -25,6 +25,13 @@ def test_examples():
     assert tried.failed == 0
 
 
+def test_a_tree_prints_as_one_line():
+    apart = [[[x, 0, 0], [x + 0.5, 1, 1]] for x in range(30)]
+    tree = th.build(th.segments(apart), th.object_sweep)
+    assert len(tree.nodes()) > 2
+    assert repr(tree) == f"<Node: 30 primitives, {len(tree.nodes())} nodes at and below it>"
+
+
 # ---- Random trees ----
 
 SPLITS: dict[str, Callable[[th.BoxRule], th.Splits]] = {

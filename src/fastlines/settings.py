@@ -14,6 +14,7 @@ import numpy as np
 
 from .checks import choice, count, did_you_mean, number, sequence
 from .errors import InputError
+from .methods import Methods
 from .splits import BoxRule, ObjectSweep, PlaneGrid, PlaneOctets, SplitSet
 
 #: What a build takes at most for a primitive, with room to spare; for a reference see `Limits.bytes_a_ref`.
@@ -336,14 +337,16 @@ def best_settings(
 
 
 #: The best builder, and the five trees of the thesis (§5).
-METHODS: dict[str, Settings] = {
-    "best": best_settings(),
-    "bvh-cl": Settings(splits=(ObjectSweep(),)),
-    "bvh-ss": Settings(splits=(PlaneGrid(8),)),
-    "bvh-d2": Settings(splits=(PlaneGrid(8),), lookahead=(1, 2)),
-    "kd-cl": Settings(splits=(PlaneGrid(12),), boxes="cut", cost=Cost(C_TRAV["cut"])),
-    "kd-d2": Settings(splits=(PlaneGrid(12),), boxes="cut", lookahead=(1, 2), cost=Cost(C_TRAV["cut"])),
-}
+METHODS = Methods(
+    {
+        "best": best_settings(),
+        "bvh-cl": Settings(splits=(ObjectSweep(),)),
+        "bvh-ss": Settings(splits=(PlaneGrid(8),)),
+        "bvh-d2": Settings(splits=(PlaneGrid(8),), lookahead=(1, 2)),
+        "kd-cl": Settings(splits=(PlaneGrid(12),), boxes="cut", cost=Cost(C_TRAV["cut"])),
+        "kd-d2": Settings(splits=(PlaneGrid(12),), boxes="cut", lookahead=(1, 2), cost=Cost(C_TRAV["cut"])),
+    }
+)
 
 DEFAULT_METHOD = "best"
 

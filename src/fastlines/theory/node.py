@@ -8,7 +8,7 @@ from .box import Box
 from .primitive import Prims
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)
 class Node:
     """The parts of primitives that lie in a box (the thesis's ∪p ∩ q), and none or two children."""
 
@@ -16,6 +16,10 @@ class Node:
     box: Box
     left: Node | None = None
     right: Node | None = None
+
+    def __repr__(self) -> str:
+        nodes = self.nodes()
+        return f"<Node: {len(self.prims)} primitives, {len(nodes)} nodes at and below it>"
 
     def nodes(self) -> list[Node]:
         """List this node and all below it, in preorder."""
