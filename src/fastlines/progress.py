@@ -1,7 +1,9 @@
-"""Progress of long calls: a bar in the terminal, or the caller's own function."""
+"""Progress of long calls: a bar in the terminal or a notebook, or the caller's own function."""
 
 from __future__ import annotations
 
+import importlib.util
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TypeAlias
@@ -21,8 +23,32 @@ def reporting(progress: ProgressOption, what: str) -> Iterator[ProgressCallback 
         from rich.console import Console
         from rich.progress import Progress
 
-        with Progress(console=Console(stderr=True), transient=True) as bar:
+        console = Console(stderr=True)
+        if console.is_jupyter and importlib.util.find_spec("ipywidgets") is None:
+            with _line(what) as show:  # in notebooks, rich's bar is a widget
+                yield show
+            return
+        with Progress(console=console, transient=True) as bar:
             task = bar.add_task(what, total=1.0)
             yield lambda done: bar.update(task, completed=done)
     else:
         yield None
+
+
+@contextmanager
+def _line(what: str) -> Iterator[ProgressCallback]:
+    """Show progress as one line of text, written over and over."""
+    shown = -1
+
+    def show(done: float) -> None:
+        nonlocal shown
+        percent = int(100 * done)
+        if percent > shown:
+            shown = percent
+            print(f"\r{what} {percent:3} %", end="", file=sys.stderr, flush=True)
+
+    show(0.0)
+    try:
+        yield show
+    finally:
+        print("\r" + " " * len(f"{what} 100 %"), end="\r", file=sys.stderr, flush=True)
