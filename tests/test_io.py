@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 import gzip
+import os
 
 import numpy as np
 import pytest
@@ -86,14 +87,19 @@ def test_packed_by_gzip_and_in_capitals(load, name):
 
 
 def test_paths_that_are_no_file(tmp_path, load):
-    with pytest.raises(InputError, match=r"gone\.hair: no such file"):
-        read(tmp_path / "gone.hair")
+    for missing in (tmp_path / "gone.hair", str(tmp_path / "gone" / "gone.trk.gz")):
+        with pytest.raises(FileNotFoundError, match="no such file; check the path") as caught:
+            read(missing)
+        assert caught.value.filename == str(missing)
     (tmp_path / "folder.hair").mkdir()
-    with pytest.raises(InputError, match="is a directory; expected a regular file"):
+    with pytest.raises(IsADirectoryError):
         read(str(tmp_path / "folder.hair"))
-    with pytest.raises(InputError, match=r"can not be read|no such file"):
-        read("nul\0.hair")
+    os.mkfifo(tmp_path / "pipe.hair")
+    with pytest.raises(InputError, match="is a device or a pipe; expected a regular file"):
+        read(tmp_path / "pipe.hair")
     with pytest.raises(InputError, match="can not be read"):
+        read("nul\0.hair")
+    with pytest.raises(OSError, match="too long"):
         read("x" * 5000 + ".hair")
     with pytest.raises(InputError, match="path is a int"):
         read(5)

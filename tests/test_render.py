@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import sys
 
 import numpy as np
 import pytest
+from line_files import SAMPLES
 from PIL import Image
 
 import fastlines as fl
@@ -256,19 +258,34 @@ def lines_in(low, high):
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "extension", "up"),
+    ("low", "high", "told", "up"),
     [
-        ((-1, 0, -1), (1, 2, 1), "", (0, 1, 0)),  # stands on the ground
-        ((-1, 5, -1), (1, 7, 1), "", (0, 1, 0)),  # hangs above it
-        ((-65, -105, -77), (65, 72, 75), "", (0, 0, 1)),  # a brain
-        ((-1, 0, -1), (1, 2, 1), ".trk", (0, 0, 1)),
-        ((-1, -3, -1), (1, 2, 1), ".tfx", (0, 1, 0)),
-        ((0, 0, 0), (5, 3, 0), "", (0, 1, 0)),  # a map
-        ((0, 0, 0), (5, 0, 3), "", (0, 0, 1)),
+        ((-1, 0, -1), (1, 2, 1), None, (0, 1, 0)),  # stands on the ground
+        ((-1, 5, -1), (1, 7, 1), None, (0, 1, 0)),  # hangs above it
+        ((-65, -105, -77), (65, 72, 75), None, (0, 0, 1)),  # a brain
+        ((-1, 0, -1), (1, 2, 1), "z", (0, 0, 1)),
+        ((-1, -3, -1), (1, 2, 1), "y", (0, 1, 0)),
+        ((0, 0, 0), (5, 3, 0), None, (0, 1, 0)),  # a map
+        ((0, 0, 0), (5, 0, 3), None, (0, 0, 1)),
     ],
 )
-def test_what_is_up(low, high, extension, up):
-    assert default_view(lines_in(low, high), extension)[1] == up
+def test_what_is_up(low, high, told, up):
+    lines = dataclasses.replace(lines_in(low, high), up=told)
+    assert default_view(lines)[1] == up
+    assert default_view(fl.build(lines).refit(lines.segments).geometry) == default_view(lines)
+
+
+@pytest.mark.parametrize("name", ["some.trk", "some.tck", "v4.tfx", "full.hair", "points.npz", "scene"])
+def test_a_file_and_a_tree_of_it_are_drawn_alike(name, tmp_path):
+    if name == "scene":
+        lines = fl.scenes.make("spaghetti", 20).lines
+    else:
+        (tmp_path / name).write_bytes(SAMPLES[name])
+        lines = fl.read(tmp_path / name)
+    fl.build(lines).save(tmp_path / "a.flt")
+    loaded = fl.load(tmp_path / "a.flt").geometry
+    assert loaded.up == lines.up == {"some.trk": "z", "some.tck": "z", "v4.tfx": "y", "scene": "y"}.get(name)
+    assert default_camera(loaded) == default_camera(lines)
 
 
 def test_maps_are_looked_at_from_above_and_bodies_from_the_side():

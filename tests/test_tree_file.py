@@ -80,7 +80,7 @@ def test_round_trip(tmp_path: Path, method: str, name: str) -> None:
     assert back.cost() == tree.cost()
 
 
-def test_everything_that_lines_say_but_attributes_is_kept(tmp_path: Path) -> None:
+def test_everything_that_lines_say_is_kept(tmp_path: Path) -> None:
     more = {"lookahead": [1, 2], "cost": fl.Cost(0.25), "limits": fl.Limits(max_refs=23, leaf_size=0.125)}
     tree, _ = saved(tmp_path / "a.flt", splits=(fl.PlaneGrid(5), fl.Median(max_refs=4)), **more)
     back = fl.load(tmp_path / "a.flt")
@@ -91,7 +91,7 @@ def test_everything_that_lines_say_but_attributes_is_kept(tmp_path: Path) -> Non
         got, given = getattr(back.geometry, name), getattr(tree.geometry, name)
         assert got.dtype == given.dtype
         assert (got == given).all()
-    assert back.geometry.attributes == {}
+    assert back.geometry.attributes["id"].tolist() == list(range(20))
 
 
 def test_is_mapped_aligned_and_read_only(tmp_path: Path) -> None:

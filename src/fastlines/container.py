@@ -17,17 +17,21 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .errors import FileFormatError
+from .errors import FileFormatError, InputError
 from .whole import whole
 
 ALIGNMENT = 64
 MAX_HEADER = 1 << 20
-DTYPES: dict[str, np.dtype[Any]] = {"F32": np.dtype("<f4"), "U32": np.dtype("<u4"), "I64": np.dtype("<i8")}
+DTYPES: dict[str, np.dtype[Any]] = {
+    "BOOL": np.dtype("?"),
+    **{f"{kind.upper()}{8 * n}": np.dtype(f"<{kind}{n}") for kind in "iu" for n in (1, 2, 4, 8)},
+    **{f"F{8 * n}": np.dtype(f"<f{n}") for n in (2, 4, 8)},
+}
 NAMES = {dtype: name for name, dtype in DTYPES.items()}
 
 
 def write(path: str | os.PathLike[str], arrays: Mapping[str, npt.NDArray[Any]], metadata: Mapping[str, str]) -> None:
-    """Write arrays (float32, uint32 or int64) and strings; the file appears whole or not at all."""
+    """Write arrays (of the types in `DTYPES`) and strings; the file appears whole or not at all."""
     header: dict[str, Any] = {"__metadata__": dict(metadata)}
     position = 0
     for name, array in arrays.items():
@@ -36,6 +40,10 @@ def write(path: str | os.PathLike[str], arrays: Mapping[str, npt.NDArray[Any]], 
         position = end
     text = json.dumps(header).encode()
     text += b" " * (-(8 + len(text)) % ALIGNMENT)
+    if len(text) > MAX_HEADER:
+        raise InputError(
+            f"{path}: the names of its sections take {len(text)} bytes, more than {MAX_HEADER}; shorten them"
+        )
     with whole(path) as partial, partial.open("wb") as file:
         file.write(len(text).to_bytes(8, "little"))
         file.write(text)

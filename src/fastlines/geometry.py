@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -20,6 +21,9 @@ IntArray: TypeAlias = npt.NDArray[np.int64]
 
 #: What can be done with what can not be used.
 INVALID = ("error", "skip")
+
+#: What the axes are called.
+AXES = ("x", "y", "z")
 
 FLOAT32_MAX = float(np.finfo(np.float32).max)
 
@@ -49,6 +53,8 @@ class Lines(Immutable):
     skipped : (k,) int64
         Rows of the input that were left out because ``invalid="skip"`` was asked for. Then what `rows` tells is not the
         same as a position in `segments`.
+    up : {"x", "y", "z"}, optional
+        The axis that points upwards, where the format of their file says so. Pictures are drawn with it.
     """
 
     segments: FloatArray
@@ -56,6 +62,7 @@ class Lines(Immutable):
     radius: FloatArray | None = None
     attributes: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
     skipped: IntArray = field(default_factory=lambda: np.empty(0, np.int64))
+    up: str | None = None
 
     def __post_init__(self) -> None:
         good = isinstance(self.segments, np.ndarray) and self.segments.flags.c_contiguous
@@ -65,6 +72,8 @@ class Lines(Immutable):
                 "Lines.from_segments converts what it is given"
             )
         self._check_columns()
+        if self.up is not None:
+            choice("up", self.up, AXES)
         for name in ("segments", "strands", "radius", "skipped", "attributes"):
             _refuse_masked(getattr(self, name), name)
             object.__setattr__(self, name, frozen(getattr(self, name)))
@@ -126,10 +135,15 @@ class Lines(Immutable):
         points = self.segments.reshape(-1, 3)
         return np.stack([points.min(axis=0), points.max(axis=0)])
 
-    @property
+    @cached_property
     def n_strands(self) -> int:
         """How many different strands the segments belong to."""
-        return len(np.unique(self.strands[self.strands >= 0]))
+        strands = self.strands[self.strands >= 0]
+        if (strands[1:] >= strands[:-1]).all():
+            return int(np.count_nonzero(strands[1:] > strands[:-1])) + (len(strands) > 0)
+        if strands.max() < 4 * len(self):
+            return int(np.count_nonzero(np.bincount(strands)))
+        return len(np.unique(strands))
 
     @classmethod
     def from_segments(cls, segments: npt.ArrayLike, *, invalid: str = "error", **more: Any) -> Lines:

@@ -327,7 +327,8 @@ class Tree(TreeStructure):
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the tree and its lines to one file, which `load` maps into memory.
 
-        Strands and radii are kept; attributes are not.
+        All that the lines have is kept, but for attributes that are neither booleans nor whole numbers or floats of up
+        to 8 bytes: a warning names those.
         """
         treefile.write(self, path)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -33,6 +34,10 @@ SECTIONS: dict[str, tuple[str, tuple[int, ...]]] = {
 }
 
 
+#: What the names of the sections of attributes begin with.
+ATTRIBUTE = "attributes/"
+
+
 def write(tree: TreeStructure, path: str | os.PathLike[str]) -> None:
     """Write a tree and its lines; see `Tree.save`."""
     name = Path(path).name.lower()
@@ -44,7 +49,6 @@ def write(tree: TreeStructure, path: str | os.PathLike[str]) -> None:
     if not isinstance(tree.geometry, Lines):
         raise InputError(f"only trees over lines can be saved; this one is over {type(tree.geometry).__name__}")
     nodes, refs = tree.words()
-    # The section of eight-byte numbers comes first, so that each is aligned for its type.
     arrays: dict[str, Any] = {
         "strands": tree.geometry.strands,
         "nodes": nodes,
@@ -55,6 +59,7 @@ def write(tree: TreeStructure, path: str | os.PathLike[str]) -> None:
         arrays = {"skipped": tree.geometry.skipped, **arrays}
     if tree.geometry.radius is not None:
         arrays["radius"] = tree.geometry.radius
+    arrays |= _attributes(tree.geometry, path)
     metadata = {
         "format": FORMAT,
         "method": tree.method,
@@ -63,7 +68,26 @@ def write(tree: TreeStructure, path: str | os.PathLike[str]) -> None:
     }
     if tree.built_cost is not None:
         metadata["built_cost"] = repr(tree.built_cost)
-    container.write(path, arrays, metadata)
+    if tree.geometry.up is not None:
+        metadata["up"] = tree.geometry.up
+    # Larger numbers come first, so that each section is aligned for its type.
+    container.write(path, dict(sorted(arrays.items(), key=lambda item: -item[1].dtype.itemsize)), metadata)
+
+
+def _attributes(lines: Lines, path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Name the sections of the attributes, and warn of those that a file can not keep."""
+    little = {
+        name: values.astype(values.dtype.newbyteorder("<"), copy=False) for name, values in lines.attributes.items()
+    }
+    kept = {name: values for name, values in little.items() if values.dtype in container.NAMES and values.ndim <= 3}
+    lost = [f"{name!r} ({values.dtype}, {values.ndim}-d)" for name, values in little.items() if name not in kept]
+    if lost:
+        warnings.warn(
+            f"{path} does not keep the attributes {', '.join(lost)}: it takes booleans, whole numbers and floats of up "
+            "to 8 bytes, in up to 3 dimensions; convert them, or save them beside it",
+            stacklevel=4,
+        )
+    return {f"{ATTRIBUTE}{name}": values for name, values in kept.items()}
 
 
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -86,7 +110,12 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
         method = metadata["method"]
         built_cost = float(metadata["built_cost"]) if "built_cost" in metadata else None
         skipped = arrays.get("skipped", np.empty(0, np.int64))
-        lines = Lines(arrays["segments"], arrays["strands"], arrays.get("radius"), skipped=skipped)
+        attributes = {
+            name.removeprefix(ATTRIBUTE): array for name, array in arrays.items() if name.startswith(ATTRIBUTE)
+        }
+        lines = Lines(
+            arrays["segments"], arrays["strands"], arrays.get("radius"), attributes, skipped, metadata.get("up")
+        )
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
         raise refuse(f"{error}") from None
     fields: dict[str, Any] = {

@@ -29,7 +29,6 @@ class Source:
 
     name: str
     lines: Lines
-    extension: str = ""
     tree: Tree | None = None
     scene: scenes.Scene | None = None
 
@@ -40,7 +39,7 @@ class Source:
         if self.scene is not None and direction is None:
             direction = tuple(self.scene.camera.axes()[2].tolist())
             up = up or self.scene.camera.up
-        return default_camera(self.lines, self.extension, direction=direction, up=up, fov_degrees=fov, aspect=aspect)
+        return default_camera(self.lines, direction=direction, up=up, fov_degrees=fov, aspect=aspect)
 
 
 def open_lines(text: str, skip_invalid: bool = False) -> Source:
@@ -62,7 +61,7 @@ def open_input(text: str, skip_invalid: bool = False) -> Source:
     if path.suffix.lower() == TREE:
         tree = open_tree(text)
         assert isinstance(tree.geometry, Lines)
-        return Source(text, tree.geometry, TREE, tree)
+        return Source(text, tree.geometry, tree)
     packed = path.suffix.lower() == ".gz"
     extension = Path(path.stem if packed else path.name).suffix.lower()
     if path.is_dir():
@@ -77,7 +76,7 @@ def open_input(text: str, skip_invalid: bool = False) -> Source:
     lines = read(path, invalid="skip" if skip_invalid else "error")
     if len(lines.skipped):
         note(f"{text}: {len(lines.skipped):,} segments that hold NaN or Inf were left out")
-    return Source(text, lines, extension)
+    return Source(text, lines)
 
 
 def open_tree(text: str) -> Tree:

@@ -60,6 +60,7 @@ def describe(lines: Lines) -> dict[str, Any]:
         "n_duplicates": count_duplicates(lines),
         "radius": None if lines.radius is None or not some else [float(lines.radius.min()), float(lines.radius.max())],
         "attributes": sorted(lines.attributes),
+        "up": lines.up,
         "n_skipped": len(lines.skipped),
         "memory_bytes": n_bytes + (0 if lines.radius is None else lines.radius.nbytes),
     }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
@@ -31,6 +32,9 @@ _READERS: dict[str, tuple[Callable[[Source, str], Lines], str]] = {
 #: What can be read: extension to a line of description. Each may be packed by gzip, as in ``.trk.gz``.
 FORMATS: dict[str, str] = {extension: description for extension, (_, description) in _READERS.items()}
 
+#: The axis that points upwards, in formats that have a custom: world coordinates have z to the top of the head.
+UP = {".trk": "z", ".tck": "z", ".tfx": "y"}
+
 
 def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
     """Read a file of lines; its extension, in capitals or not, tells the format.
@@ -50,8 +54,10 @@ def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
 
     Raises
     ------
+    FileNotFoundError, or another OSError
+        If there is no such file, or it can not be read.
     InputError
-        If there is no such file, or if segments hold NaN or Inf.
+        If segments hold NaN or Inf.
     FileFormatError
         If the extension is unknown, or the file is empty, cut short, damaged, or contradicts itself.
     MissingExtraError
@@ -87,23 +93,23 @@ def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
         source = _unpack(source)
     parse, _ = _READERS[extension]
     try:
-        return parse(source, invalid)
+        lines = parse(source, invalid)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+    return replace(lines, up=UP[extension]) if extension in UP else lines
 
 
 def _load(path: Path) -> bytes:
     """Read all bytes of a regular file, or say why not."""
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise InputError(f"{path}: is a device or a pipe; expected a regular file")
     try:
-        if path.exists() and not path.is_file():
-            kind = "a directory" if path.is_dir() else "a device or a pipe"
-            raise InputError(f"{path}: is {kind}; expected a regular file")
         data = path.read_bytes()
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; check the path (the working directory is {Path.cwd()})") from None
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the path
-        why = error.strerror if isinstance(error, OSError) else error
-        raise InputError(f"{path}: can not be read: {why}") from None
+    except FileNotFoundError as error:
+        why = f"no such file; check the path (the working directory is {Path.cwd()})"
+        raise FileNotFoundError(error.errno, why, str(path)) from None
+    except ValueError as error:  # a NUL in the path
+        raise InputError(f"{path}: can not be read: {error}") from None
     if not data:
         raise FileFormatError(f"{path}: is empty; {BAD_COPY}")
     return data

@@ -1,9 +1,8 @@
 """A camera for lines of which nobody said how to look at them.
 
-What is *up*: streamlines of tractography (``.trk``, ``.tck``) are in world coordinates with z to the top of the head;
-hair of TressFX (``.tfx``) and the scenes have y up. Otherwise, in a tree file for example: what stands on the ground
-y = 0 or above it has y up, like most models; what lies around the coordinate origin has z up, like most measurements.
-Flat lines, a map for example, are looked at from above.
+What is *up*: the axis that the format of the file tells (`Lines.up`), which trees and their files keep. Where none
+does, what stands on the ground y = 0 or above it has y up, like most models; what lies around the coordinate origin has
+z up, like most measurements. Flat lines, a map for example, are looked at from above.
 
 The camera then looks along the shorter side, so that the longer one is seen, a little from above and turned towards the
 *front*: the end that the lines lean away from, as hair leans away from the face.
@@ -14,24 +13,20 @@ from __future__ import annotations
 import numpy as np
 
 from ..camera import Camera, Vector
-from ..geometry import Lines
+from ..geometry import AXES, Lines
 
-#: What the formats that have a custom say about up.
-UP_OF_FORMAT = {".trk": 2, ".tck": 2, ".tfx": 1}
 #: An extent that is this share of the largest is none.
 FLAT = 1e-3
 #: Turned so far to the front and tilted so far from above, as slopes.
 TURN, TILT = 0.5, 0.22
 
 
-def default_view(lines: Lines, extension: str = "") -> tuple[Vector, Vector]:
+def default_view(lines: Lines) -> tuple[Vector, Vector]:
     """Choose where to look and what is up.
 
     Parameters
     ----------
     lines : Lines
-    extension : str
-        Of the file that they came from, such as ".trk"; "" if not known.
 
     Returns
     -------
@@ -53,9 +48,8 @@ def default_view(lines: Lines, extension: str = "") -> tuple[Vector, Vector]:
     if extent[flat] <= FLAT * extent.max():
         return _tuple(-axes[flat]), _tuple(axes[2 if flat == 1 else 1])
 
-    up = UP_OF_FORMAT.get(extension)
-    if up is None:
-        up = 1 if low[1] >= -0.1 * extent[1] else 2
+    stands = low[1] >= -0.1 * extent[1]
+    up = AXES.index(lines.up or ("y" if stands else "z"))
     # Of two equal sides look along z, as in most pictures.
     short, long = sorted((axis for axis in (2, 1, 0) if axis != up), key=lambda axis: extent[axis])
     lean = lines.segments.mean(axis=(0, 1), dtype=np.float64)[long] - (low + high)[long] / 2
@@ -65,7 +59,6 @@ def default_view(lines: Lines, extension: str = "") -> tuple[Vector, Vector]:
 
 def default_camera(
     lines: Lines,
-    extension: str = "",
     *,
     direction: Vector | None = None,
     up: Vector | None = None,
@@ -73,7 +66,7 @@ def default_camera(
     aspect: float = 1.0,
 ) -> Camera:
     """Frame lines; what is not given is chosen by `default_view`."""
-    default_direction, default_up = default_view(lines, extension)
+    default_direction, default_up = default_view(lines)
     return Camera.framing(
         lines, direction or default_direction, up or default_up, fov_degrees=fov_degrees, aspect=aspect
     )

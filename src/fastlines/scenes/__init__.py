@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -95,5 +95,5 @@ def make(name: str, n_segments: int | None = None, seed: int = 0) -> Scene:
     recipe = _RECIPES[name]
     n_segments = count("n_segments", recipe.n_segments if n_segments is None else n_segments, 1, MAX_SEGMENTS)
     rng = np.random.default_rng([count("seed", seed, 0), zlib.crc32(name.encode())])
-    lines = recipe.generate(n_segments, rng)
+    lines = replace(recipe.generate(n_segments, rng), up="y")
     return Scene(name, recipe.title, lines, Camera.framing(lines, recipe.direction))
