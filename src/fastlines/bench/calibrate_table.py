@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rich.table import Table
 
-from ..demo.tables import wide_console
+from ..demo.tables import print_table, wide_console
 from .calibrate import Calibration
 from .predict import PREDICTORS, Correlation
 from .rays import QUESTIONS
@@ -16,12 +16,12 @@ def print_calibration(calibration: Calibration) -> None:
     console = wide_console()
     plan = calibration.plan
     if calibration.samples:
-        console.print(_fits(calibration))
+        print_table(console, _fits(calibration))
         for name, ratio in calibration.c_trav().items():
             said = "unknown: tests explain nothing" if ratio is None else f"{ratio:.2f}"
             console.print(f"c_trav/c_prim, {name}: {said}", highlight=False)
         for rank, title in (("spearman", "Spearman's ρ"), ("kendall", "Kendall's τ")):
-            console.print(_correlations(calibration, rank, title))
+            print_table(console, _correlations(calibration, rank, title))
     for scene, builder in calibration.over:
         console.print(f"{scene}: {builder} did not end within {plan.limit:g} s and is left out", highlight=False)
     notes = "; ".join(f"{name}: {note}" for name, note in PREDICTORS.items())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rich.table import Table
 
-from ..demo.tables import wide_console
+from ..demo.tables import print_table, wide_console
 from .growth import Cell, Growth, Size
 from .table import three
 
@@ -13,10 +13,10 @@ def print_growth(growth: Growth) -> None:
     """Print what was measured, a row for each kind of rays and query at each size; then the exponents."""
     console = wide_console()
     plan = growth.plan
-    console.print(_measured(growth))
+    print_table(console, _measured(growth))
     fits = growth.fits()
     if fits:
-        console.print(_exponents(growth))
+        print_table(console, _exponents(growth))
     console.print(
         f"Radius {plan.radius:g}, scenes about 1 wide; wall clock, best of {plan.rounds}. MB: layout and segments. "
         + "Hits, first: the share of rays that hit. "
@@ -45,8 +45,8 @@ def _measured(growth: Growth) -> Table:
 def _exponents(growth: Growth) -> Table:
     threads = growth.plan.threads
     table = _table("exponents b of the cost of a ray ~ segments^b", "scene")
-    table.add_column("rays")
-    table.add_column("query")
+    table.add_column("rays", no_wrap=True)
+    table.add_column("query", no_wrap=True)
     for head in (*(f"cost\n{n}" for n in _threads(threads)), "hits\na ray"):
         table.add_column(head, justify="right", no_wrap=True)
     for fit in growth.fits():

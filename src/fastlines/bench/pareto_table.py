@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rich.table import Table
 
-from ..demo.tables import wide_console
+from ..demo.tables import print_table, wide_console
 from .builders import THESIS_COST
 from .claims import Claim
 from .pareto import Pareto, Row, front
@@ -19,9 +19,9 @@ def print_pareto(pareto: Pareto) -> None:
     console = wide_console()
     scenes = pareto.scenes()
     for scene in dict.fromkeys([*scenes, *(over.scene for over in pareto.over)]):
-        console.print(_measured(pareto, scene, scenes.get(scene, [])))
+        print_table(console, _measured(pareto, scene, scenes.get(scene, [])))
     if pareto.rows:
-        console.print(_claims(pareto.claims()))
+        print_table(console, _claims(pareto.claims()))
     plan = pareto.plan
     costs = ", ".join(f"{cost.c_trav:g} ({kind})" for kind, cost in THESIS_COST.items())
     threads = f"{plan.n_threads} thread{'s' if plan.n_threads > 1 else ''}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rich.table import Table
 
-from ..demo.tables import wide_console
+from ..demo.tables import print_table, wide_console
 from .rays import KIND_NOTES
 from .result import Cell, Result, Side, geometric_mean
 
@@ -27,8 +27,8 @@ def print_tables(result: Result) -> None:
         if any(means):
             table.add_section()
             table.add_row("geometric mean", "", "", "", "", *("–" if mean is None else f"{mean:.2f}" for mean in means))
-        console.print(table)
-    console.print(_building(result))
+        print_table(console, table)
+    print_table(console, _building(result))
     threads = result.plan["n_threads"]
     said = f"Millions of rays a second, {threads} thread{'s' if threads > 1 else ''}, best of {result.plan['rounds']}. "
     if result.plan["one_by_one"]:

@@ -53,7 +53,7 @@ def _print(gaps: Gaps) -> None:
     from rich.table import Table
 
     from ..bench.gap import INPUTS, mean_and_worst
-    from ..demo.tables import wide_console
+    from ..demo.tables import print_table, wide_console
 
     console = wide_console()
     plan = gaps.plan
@@ -71,7 +71,7 @@ def _print(gaps: Gaps) -> None:
         for builder, cells in builders.items():
             means = [mean_and_worst([cell for cell in cells if cell.scene == name])[0] for name in INPUTS]
             table.add_row(builder, *(f"{ratio:.3f}" for ratio in (*means, *mean_and_worst(cells))))
-        console.print(table)
+        print_table(console, table)
     console.print(
         f"Costs in parts of the optimum, geometric means of {plan.n_seeds} inputs each. The core's builders place "
         "planes over each node's own box, and some divide sets: they can get below the optimum over a fixed grid.",

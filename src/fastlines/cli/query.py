@@ -72,6 +72,9 @@ def query(
     the input were skipped when the tree was built, row tells which of them each prim was; if the lines have strands,
     strand tells which it is part of. prim, row and strand are -1 for a miss.
 
+    Where less than 1 % of the rays that cross the box of the lines hit, a note on stderr names a radius with which a
+    quarter of them would.
+
     [bold]Examples[/]
 
     [cyan]fastlines query hair.flt rays.npy --radius 0.001 -o hits.npz[/]
@@ -84,6 +87,7 @@ def query(
     """
     from ..render.depth import check_size
     from .files import Source, check_output, open_tree, show_progress, write_npz
+    from .hint import hint_at_radius
 
     check_output(output, ".npz", inputs=(tree_file, rays))
     if kind not in KINDS:
@@ -117,6 +121,7 @@ def query(
     start = time.perf_counter()
     answer = ask(origins, directions, radius, **options)
     seconds = time.perf_counter() - start
+    hint_at_radius(tree, origins, directions, radius, t_min=t_min, t_max=t_max)
 
     # Write the arrays, and say how it went.
     if output is not None:

@@ -61,7 +61,7 @@ def _print(result: RefitResult) -> None:
     from rich.table import Table
 
     from ..bench.table import three
-    from ..demo.tables import wide_console
+    from ..demo.tables import print_table, wide_console
 
     console = wide_console()
     refits = Table(title="refits of a growing twist", title_justify="left", pad_edge=False)
@@ -99,8 +99,8 @@ def _print(result: RefitResult) -> None:
             f"{cell.all_ns / cell.all_rebuilt_ns:.2f}",
             "never" if cell.pays_after == float("inf") else three(cell.pays_after / 1e6),
         )
-    console.print(refits)
-    console.print(queries)
+    print_table(console, refits)
+    print_table(console, queries)
     console.print(
         f"{result.plan.method}, threads: {result.plan.n_threads}, {result.machine['simd']}. seg: segments; ref: "
         "references; layout: what it adds to a refit; build: with its layout, on one thread. growth: cost by cost as "

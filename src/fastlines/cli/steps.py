@@ -53,7 +53,7 @@ def _print(result: StepResult) -> None:
 
     from ..bench.steps import AGAIN, STEPS
     from ..bench.table import three
-    from ..demo.tables import wide_console
+    from ..demo.tables import print_table, wide_console
 
     console = wide_console()
     paces = Table(title="a step alone: nanoseconds (cycles)", title_justify="left", pad_edge=False)
@@ -63,7 +63,7 @@ def _print(result: StepResult) -> None:
     for step, meaning in STEPS.items():
         cells = [f"{pace[step]:.1f} ({pace[step] / pace['cycle']:.0f})" for pace in result.pace.values()]
         paces.add_row(meaning, *cells)
-    console.print(paces)
+    print_table(console, paces)
 
     table = Table(title="steps a ray, and nanoseconds", title_justify="left", pad_edge=False)
     table.add_column("scene", style="bold", no_wrap=True)
@@ -83,7 +83,7 @@ def _print(result: StepResult) -> None:
             f"{cell.bound_ns / cell.ns:.2f}",
             "–" if cell.again_ns is None else f"{cell.again_ns:.0f}",
         )
-    console.print(table)
+    print_table(console, table)
     console.print(
         f"One thread, {result.machine['simd']}. sum: what the steps of a ray would take at the pace that each has "
         "alone, with nothing to wait for; stacks, packing and sorting are not in it. a ray: all there is. share: the "

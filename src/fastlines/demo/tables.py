@@ -13,6 +13,7 @@ from .result import QUERIES, Result, Row, SceneResult
 PART_MARK = "*"
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Column, Table
 
 #: The columns of a terminal that shows all queries.
 WIDE = 132
@@ -55,6 +56,37 @@ def wide_console() -> Console:
     return console if console.is_terminal else Console(width=WIDE)
 
 
+def print_table(console: Console, table: Table) -> None:
+    """Print a table; where it is too wide, in parts, each of which has the columns of names again. None is cut off."""
+    from rich.measure import Measurement
+    from rich.table import Table
+
+    def least(column: Column) -> int:
+        measured = [Measurement.get(console, console.options, cell) for cell in (column.header, *column.cells)]
+        return max(cell.maximum if column.no_wrap else cell.minimum for cell in measured) + 3  # a line and two spaces
+
+    # Divide the columns.
+    widths = [least(column) for column in table.columns]
+    names = [i for i, column in enumerate(table.columns) if column.no_wrap and column.justify == "left"]
+    parts: list[list[int]] = [[]]
+    for i in range(len(widths)):
+        if i in names:
+            continue
+        if parts[-1] and sum(widths[j] for j in (*names, *parts[-1], i)) + 1 > console.width:
+            parts.append([])
+        parts[-1].append(i)
+
+    # Make a table of each part.
+    rows = list(zip(*(column.cells for column in table.columns), strict=True))
+    for part in parts:
+        columns = sorted([*names, *part])
+        heads = (table.columns[i].copy() for i in columns)
+        shown = Table(*heads, title=table.title, title_justify=table.title_justify, pad_edge=table.pad_edge)
+        for row, cells in zip(table.rows, rows, strict=True):
+            shown.add_row(*(cells[i] for i in columns), end_section=row.end_section)
+        console.print(shown)
+
+
 def print_tables(result: Result) -> None:
     """Print all tables: costs, and millions of rays a second, of the radius M only if the terminal is narrow."""
     from rich.table import Table
@@ -68,7 +100,7 @@ def print_tables(result: Result) -> None:
             table.add_column(head, justify="right", no_wrap=True)
         for row in scene.rows:
             table.add_row(row.method, *tree_cells(row)[1:], *(mrays(row.timings[query]) for query in queries))
-        console.print(table)
+        print_table(console, table)
     radii = ", ".join(f"{name} {value:g}" for name, value in RADII.items())
     console.print(
         f"First and all hits: millions of rays a second ({PART_MARK} = a part of the rays was asked), radii {radii}. "

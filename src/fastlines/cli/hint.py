@@ -1,0 +1,89 @@
+"""A hint where hardly any ray hits: a radius that suits the scene better."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from .files import note
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from ..tree import Tree
+
+#: Where less than this share of the rays that cross the box of the lines hit, the radius may be too small.
+FEW = 0.01
+#: A radius suits if at least this share of them hit.
+MANY = 0.25
+#: So many rays are tried, spread evenly over all. Where fewer than `LEAST` of them cross the box, nothing is said.
+TRIED, LEAST = 4096, 100
+
+
+def hint_at_radius(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike, radius: float, **bounds: Any) -> None:
+    """Name a radius that suits if hardly any of the rays that cross the box of the lines hit with this one."""
+    import numpy as np
+
+    origins, directions = (np.reshape(a, (-1, 3)) for a in np.broadcast_arrays(origins, directions))
+    if len(origins) < LEAST or tree.n_prims == 0:
+        return
+    # Multiples of the golden ratio are spread evenly, over the rows and the columns of a picture too.
+    tried = np.unique((np.arange(TRIED) * ((5**0.5 - 1) / 2) % 1 * len(origins)).astype(np.int64))
+    origins, directions = origins[tried], directions[tried]
+    crossing = cross(tree.nodes["box"][0], origins, directions, **bounds)
+    origins, directions = origins[crossing], directions[crossing]
+    if len(origins) < LEAST:
+        return
+
+    def share(radius: float) -> float:
+        return float(tree.any_hit(origins, directions, radius, **bounds).mean())
+
+    found = share(radius)
+    if found >= FEW:
+        return
+    size = float(np.ptp(tree.nodes["box"][0], axis=0).max())
+    for larger in round_numbers(max(radius, 1e-6 * size), size):
+        suits = share(larger)
+        if suits >= MANY:
+            note(
+                f"hardly any ray hits: {found:.1%} of those that cross the box of the lines, with the radius "
+                f"{radius:g}; with {larger:g} it would be {suits:.0%}"
+            )
+            return
+
+
+def small(width: int, height: int) -> tuple[int, int]:
+    """The size of a picture of the same shape that has about as many pixels as rays are tried."""
+    shrink = max(1.0, (width * height / TRIED) ** 0.5)
+    return max(1, round(width / shrink)), max(1, round(height / shrink))
+
+
+def round_numbers(low: float, high: float) -> list[float]:
+    """1, 2 and 5 times powers of ten, above the one number and up to the other."""
+    import math
+
+    if not 0 < low < high:
+        return []
+    tens = range(math.floor(math.log10(low)), math.floor(math.log10(high)) + 1)
+    return [number for ten in tens for digit in (1, 2, 5) if low < (number := float(f"{digit}e{ten}")) <= high]
+
+
+def cross(
+    box: npt.NDArray[np.float32],
+    origins: npt.NDArray[Any],
+    directions: npt.NDArray[Any],
+    t_min: float = 0.0,
+    t_max: float = float("inf"),
+) -> npt.NDArray[np.bool_]:
+    """Tell which rays cross a box."""
+    import numpy as np
+
+    low, high = box.astype(np.float64)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        sides = [(side - origins) / directions.astype(np.float64) for side in (low, high)]
+    # Along an axis on which a ray does not move, it is between both sides all the time or never.
+    still, between = directions == 0, (low <= origins) & (origins <= high)
+    enter = np.where(still, np.where(between, -np.inf, np.inf), np.minimum(*sides))
+    leave = np.where(still, np.inf, np.maximum(*sides))
+    crosses: npt.NDArray[np.bool_] = enter.max(axis=1, initial=t_min) <= leave.min(axis=1, initial=t_max)
+    return crosses
