@@ -206,3 +206,17 @@ def test_definition_of_the_capsule_and_of_the_distance_agree() -> None:
             hit = ~np.isnan(t_in) & sure
             slack = 1e-6 * (1 + np.abs(t[hit]))
             assert ((t_in[hit] <= t[hit] + slack) & (t[hit] <= t_out[hit] + slack)).all()
+
+
+@pytest.mark.parametrize("unit", [1.0, 2.0**40, 2.0**-40])
+def test_sizes_that_count_as_zero(unit: float) -> None:
+    """Squares of 2^-75 underflow: in the frame of the scene, or in the unit of a scene of no size."""
+    point, around = [[[0, 0, 0], [0, 0, 0]]], [[[-unit, -unit, -unit], [-unit, -unit, unit]], [[unit] * 3] * 2]
+    for segments, size in ((point, 1.0), (point + around, 2 * unit)):
+        tree = fl.build(segments)
+        for x, hits in ((2.0**-75, True), (2.0**-74, False)):
+            ray = ([x * size, 0, -unit], [0, 0, 1])
+            for answer in (tree.first_hit(*ray, 0), fl.brute_force(segments, *ray, 0, query="first_hit")):
+                assert bool(answer.hit) == hits
+                assert answer.distance == (0 if hits else np.inf)
+            assert bool(tree.any_hit(*ray, x * size)), "a radius that is as large"

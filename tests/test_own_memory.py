@@ -301,3 +301,23 @@ def test_rows_lead_from_hits_to_the_input(tmp_path):
         assert asked.geometry.rows.tolist() == lines.rows.tolist()
         assert (ends[hits.row] == asked.geometry.segments[hits.prim]).all()
     assert fl.Lines.from_segments(crossing()).rows.tolist() == list(range(24))
+
+
+# ---- Strands ----
+
+
+@pytest.mark.parametrize(
+    "strands", [[], [-1, -1], [0, 0, 1, 1, 2], [5, 5, -1, 7, 7], [3, 1, 3, 2], [10**12, 5, 10**12, -1], [2**63 - 1]]
+)
+def test_how_many_strands_there_are(strands):
+    lines = fl.Lines.from_segments(np.zeros((len(strands), 2, 3)), strands=np.array(strands, np.int64))
+    assert lines.n_strands == len({strand for strand in strands if strand >= 0})
+    assert type(lines.n_strands) is int
+
+
+def test_printing_lines_sorts_no_strands(monkeypatch):
+    strands = np.arange(1000)
+    orders = [strands, strands // 7, np.random.default_rng(0).permutation(strands)]
+    made = [fl.Lines.from_segments(np.zeros((1000, 2, 3)), strands=order) for order in orders]
+    monkeypatch.setattr(np, "unique", None)
+    assert [repr(lines) for lines in made] == [f"<Lines: 1,000 segments, {n:,} strands>" for n in (1000, 143, 1000)]
