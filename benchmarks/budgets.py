@@ -2,6 +2,7 @@
 
     python benchmarks/budgets.py                                    # spaghetti of 100,000 segments, some minutes
     python benchmarks/budgets.py bun-hair:10000000 max_bytes=3000000000
+    python benchmarks/budgets.py spaghetti:100000 max_bytes=96000000,c_trav=0.5    # the tree of least cost
 
 Each build is in a process of its own. Memory is the most that it took above what lines and interpreter had before.
 Costs are those of c_trav = 2.
@@ -20,7 +21,7 @@ from typing import Any
 import fastlines as fl
 
 SPAGHETTI = "spaghetti:100000"
-BUDGETS: list[dict[str, int]] = [
+BUDGETS: list[dict[str, float]] = [
     {"max_refs": 16_000_000},
     {"max_refs": 8_000_000},
     {"max_refs": 4_000_000},
@@ -36,8 +37,10 @@ def resident() -> int:
     return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
 
 
-def measure(scene: str, limits: dict[str, int]) -> dict[str, Any]:
+def measure(scene: str, given: dict[str, float]) -> dict[str, Any]:
     """Build within limits, and watch."""
+    limits = {name: int(value) for name, value in given.items() if name != "c_trav"}
+    cost = fl.Cost(given["c_trav"]) if "c_trav" in given else None
     name, _, n = scene.partition(":")
     lines = fl.scenes.make(name, int(n) if n else None).lines
     before = most = resident()
@@ -51,13 +54,13 @@ def measure(scene: str, limits: dict[str, int]) -> dict[str, Any]:
     watcher = threading.Thread(target=watch)
     watcher.start()
     start = time.perf_counter()
-    tree = fl.build(lines, limits=fl.Limits(**limits))
+    tree = fl.build(lines, cost=cost, limits=fl.Limits(**limits))
     seconds = time.perf_counter() - start
     done.set()
     watcher.join()
     return {
         "scene": scene,
-        **limits,
+        **given,
         "seconds": round(seconds, 2),
         "bytes": most - before,
         "n_refs": tree.n_refs,
@@ -66,10 +69,15 @@ def measure(scene: str, limits: dict[str, int]) -> dict[str, Any]:
     }
 
 
+def read(text: str) -> dict[str, float]:
+    """Read name=number, several with commas between them."""
+    return {name: float(value) for name, _, value in (part.partition("=") for part in text.split(","))}
+
+
 def main() -> None:
     """Print a line of JSON for each build."""
     scene = sys.argv[1] if len(sys.argv) > 1 else SPAGHETTI
-    budgets = [{name: int(value)} for name, _, value in (arg.partition("=") for arg in sys.argv[2:])] or BUDGETS
+    budgets = [read(argument) for argument in sys.argv[2:]] or BUDGETS
     context = multiprocessing.get_context("spawn")
     for limits in budgets:
         with context.Pool(1) as pool:
