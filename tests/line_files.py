@@ -100,38 +100,61 @@ def trk(
     promised: int | None = None,
     n_scalars: int = 0,
     n_properties: int = 0,
+    names: tuple[bytes, ...] = (b"fa",),
     voxel_size: tuple[float, float, float] = (1, 1, 1),
+    to_ras: np.ndarray = np.eye(4),  # noqa: B008
+    order: bytes = b"RAS",
+    version: int = 2,
+    size: int = 1000,
+    byte_order: str = "<",
     tail: bytes = b"",
 ) -> bytes:
+    """Write a .trk of an image of 9 x 8 x 7 voxels, whose points are those of POINTS with no more than the defaults."""
     counts = COUNTS if counts is None else counts
     header = bytearray(1000)
-    struct.pack_into("<6s3h3f", header, 0, b"TRACK", 9, 9, 9, *voxel_size)
-    struct.pack_into("<h20s", header, 36, n_scalars, b"fa")
-    struct.pack_into("<h20s", header, 238, n_properties, b"fa")
-    struct.pack_into("<16f", header, 440, *np.eye(4, dtype="f4").ravel())
-    header[948:951] = b"RAS"
-    struct.pack_into("<3i", header, 988, len(counts) if promised is None else promised, 2, 1000)
+    struct.pack_into(f"{byte_order}6s3h3f", header, 0, b"TRACK", 9, 8, 7, *voxel_size)
+    name_format = byte_order + "h" + "20s" * len(names)
+    struct.pack_into(name_format, header, 36, n_scalars, *names)
+    struct.pack_into(name_format, header, 238, n_properties, *names)
+    header[440:504] = np.asarray(to_ras).astype(byte_order + "f4").tobytes()
+    header[948 : 948 + len(order)] = order
+    promised = len(counts) if promised is None else promised
+    struct.pack_into(byte_order + "3i", header, 988, promised, version, size)
     body = b""
     points = iter(POINTS)
     for streamline, count in enumerate(counts):
-        body += struct.pack("<i", count)
+        body += struct.pack(byte_order + "i", count)
         for _ in range(count):
-            body += (next(points) + np.float32(0.5)).tobytes() + struct.pack(f"<{n_scalars}f", *range(n_scalars))
-        body += struct.pack(f"<{n_properties}f", *[streamline] * n_properties)
+            row = [*(next(points) + np.float32(0.5)), *range(n_scalars)]
+            body += struct.pack(f"{byte_order}{len(row)}f", *row)
+        body += struct.pack(f"{byte_order}{n_properties}f", *[streamline] * n_properties)
     return bytes(header) + body + tail
 
 
-def tck(*, counts: list[int] | None = None, count: str | None = None, start: int | None = None, gap: bytes = b""):
+def tck(
+    *,
+    counts: list[int] | None = None,
+    head: str | None = None,
+    dtype: str = "<f4",
+    file: str | None = None,
+    end: str = "END\n",
+    gap: bytes = b"",
+    marks: tuple[str, ...] = ("last nan", "inf"),
+    tail: bytes = b"",
+) -> bytes:
+    """Write a .tck; `head` are its lines, `file` what it says of where its data start, `marks` how they end."""
     counts = COUNTS if counts is None else counts
-    body = b""
+    rows: list[np.ndarray] = []
     points = iter(POINTS)
     for n in counts:
-        body += b"".join(next(points).tobytes() for _ in range(n)) + struct.pack("<3f", *[np.nan] * 3)
-    body += struct.pack("<3f", *[np.inf] * 3)
-    count = str(len(counts)) if count is None else count
-    header = f"mrtrix tracks\ncount: {count}\ndatatype: Float32LE\nfile: . "
-    start = len(header) + len("123\nEND\n") + len(gap) if start is None else start
-    return f"{header}{start:03}\nEND\n".encode() + gap + body
+        rows += [next(points) for _ in range(n)] + [np.full(3, np.nan)]
+    rows = rows if "last nan" in marks else rows[:-1]
+    rows += [np.full(3, np.inf)] * ("inf" in marks)
+    head = f"count: {len(counts)}\ndatatype: Float32LE\n" if head is None else head
+    head = f"mrtrix tracks\n{head}"
+    place = "file: . {:03}\n" if file is None else file
+    start = len((head + place.format(0) + end).encode()) + len(gap)
+    return (head + place.format(start) + end).encode() + gap + np.array(rows, dtype).tobytes() + tail
 
 
 def npy(array, **options) -> bytes:

@@ -14,8 +14,6 @@ import fastlines.io
 from fastlines.errors import InputError
 from fastlines.io import FORMATS, read
 
-pytest.importorskip("nibabel")
-
 # --- Arrays ---
 
 

@@ -32,6 +32,11 @@ def test_hair_with_every_combination_of_arrays(load, bits):
         np.testing.assert_allclose(lines.attributes["uv"], np.arange(14).reshape(7, 2)[first] / 14, rtol=1e-6)
 
 
+@pytest.mark.parametrize("magic", [b"hair", b"Hair"])
+def test_hair_whose_magic_is_in_lower_case(load, magic):
+    assert len(load(hair(magic=magic), "a.hair")) == len(FIRST)
+
+
 def test_hair_of_default_thickness_zero_has_no_radius(load):
     assert load(hair(thickness=0.0), "a.hair").radius is None
 

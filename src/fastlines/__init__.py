@@ -14,7 +14,15 @@ from . import analytic, scenes, theory
 from .builder import build
 from .camera import Camera
 from .engines import available_simd, set_simd, simd
-from .errors import FastlinesError, FileFormatError, InputError, InvalidTreeError, MissingExtraError, PrecisionWarning
+from .errors import (
+    FastlinesError,
+    FileFormatError,
+    FileWarning,
+    InputError,
+    InvalidTreeError,
+    MissingExtraError,
+    PrecisionWarning,
+)
 from .geometry import Lines
 from .hits import AllHits, FirstHits
 from .io import read
@@ -36,6 +44,7 @@ __all__ = [
     "Cost",
     "FastlinesError",
     "FileFormatError",
+    "FileWarning",
     "FirstHits",
     "InputError",
     "InvalidTreeError",

@@ -1,4 +1,4 @@
-"""The errors that fastlines raises, and its warning: each says what was given, what was expected and what to do."""
+"""The errors that fastlines raises, and its warnings: each says what was given, what was expected and what to do."""
 
 from __future__ import annotations
 
@@ -24,6 +24,10 @@ class MissingExtraError(FastlinesError, ImportError):
 
 class PrecisionWarning(UserWarning):
     """Coordinates that float32 can not tell apart as their scene needs it."""
+
+
+class FileWarning(UserWarning):
+    """A file that was read although something about it is odd, or although it leaves out what had to be assumed."""
 
 
 class InvalidTreeError(FastlinesError):

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import gzip
 import os
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
 from ..checks import choice
-from ..errors import FileFormatError, InputError
+from ..errors import FileFormatError, FileWarning, InputError
 from ..geometry import INVALID, Lines
-from . import arrays, hair, tfx, tracts
+from . import arrays, hair, tck, tfx, trk
 from .source import BAD_COPY, Source, reason
 
 __all__ = ["FORMATS", "read"]
@@ -24,9 +25,9 @@ _READERS: dict[str, tuple[Callable[[Source, str], Lines], str]] = {
         arrays.parse_npz,
         "NumPy arrays: 'segments', or 'points' and 'counts'; 'radius' and others if wanted",
     ),
-    ".tck": (tracts.parse_tck, "streamlines, MRtrix (needs fastlines[tracts])"),
+    ".tck": (tck.parse, "streamlines, MRtrix"),
     ".tfx": (tfx.parse, "hair, AMD TressFX versions 3 and 4"),
-    ".trk": (tracts.parse_trk, "streamlines, TrackVis (needs fastlines[tracts])"),
+    ".trk": (trk.parse, "streamlines, TrackVis"),
 }
 
 #: What can be read: extension to a line of description. Each may be packed by gzip, as in ``.trk.gz``.
@@ -60,8 +61,12 @@ def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
         If segments hold NaN or Inf.
     FileFormatError
         If the extension is unknown, or the file is empty, cut short, damaged, or contradicts itself.
-    MissingExtraError
-        If an optional dependency is needed that is not installed.
+
+    Warns
+    -----
+    FileWarning
+        If something about the file is odd, or it leaves out what had to be assumed: a header with two counts, bytes
+        behind the end, a ``.trk`` without a transform. What could be read with certainty is returned.
 
     Examples
     --------
@@ -96,6 +101,8 @@ def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
         lines = parse(source, invalid)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+    for oddity in source.oddities:
+        warnings.warn(oddity, FileWarning, stacklevel=2)
     return replace(lines, up=UP[extension]) if extension in UP else lines
 
 
@@ -117,15 +124,20 @@ def _load(path: Path) -> bytes:
 
 def _unpack(source: Source) -> Source:
     """Undo gzip, piece by piece and not without a limit."""
+    if not source.data.startswith(b"\x1f\x8b"):
+        raise source.error("is not packed by gzip, as .gz says; take .gz off its name, or get a fresh copy")
     pieces = []
     n_bytes = 0
+    oddities = []
     try:
         with gzip.GzipFile(fileobj=BytesIO(source.data)) as stream:
-            while n_bytes <= source.unpack_limit and (piece := stream.read(1 << 20)):
+            while n_bytes <= source.unpack_limit and (piece := stream.read1(1 << 20)):
                 pieces.append(piece)
                 n_bytes += len(piece)
     except Exception as error:  # gzip's own kinds, and of zlib and struct whatever the bytes lead to
-        raise source.error(f"not a whole gzip file ({reason(error)}); {BAD_COPY}") from None
+        if not (pieces and str(error).startswith("Not a gzipped file")):
+            raise source.error(f"not a whole gzip file ({reason(error)}); {BAD_COPY}") from None
+        oddities.append(f"{source.name}: the bytes behind its packed part are not read")
     if n_bytes > source.unpack_limit:
         raise source.error(
             f"unpacks to more than {source.unpack_limit} bytes, far more than lines would; if it is sound, "
@@ -133,4 +145,6 @@ def _unpack(source: Source) -> Source:
         )
     if not n_bytes:
         raise source.error(f"is empty once unpacked; {BAD_COPY}")
-    return Source(b"".join(pieces), source.name)
+    unpacked = Source(b"".join(pieces), source.name)
+    unpacked.oddities += oddities
+    return unpacked

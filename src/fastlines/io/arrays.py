@@ -17,7 +17,7 @@ from numpy.lib import format as npy
 
 from ..errors import FileFormatError
 from ..geometry import Lines
-from .source import BAD_COPY, Source, reason
+from .source import Source, reason
 
 AnyArray: TypeAlias = npt.NDArray[Any]
 
@@ -141,7 +141,7 @@ def _unzip(source: Source) -> dict[str, AnyArray]:
     except FileFormatError:
         raise
     except Exception as error:  # zipfile's own kinds, and of zlib and struct whatever the bytes lead to
-        raise source.error(f"not a whole .npz file ({reason(error)}); {BAD_COPY}") from None
+        raise source.error(f"not a whole .npz file ({reason(error)}); check the extension, or write it again") from None
     return {name: _read_array(Source(data, f"{source.name}, array {name!r}")) for name, data in unpacked.items()}
 
 
@@ -153,10 +153,14 @@ def _read_array(source: Source) -> AnyArray:
             warnings.simplefilter("ignore")  # about headers that Python 2 wrote
             version = npy.read_magic(stream)
             if version not in _HEADER_READERS:
-                raise ValueError(f"format version {version}; plain numbers have (1, 0) or (2, 0)")
+                raise source.error(f"has version {version} of the .npy format; plain numbers have (1, 0) or (2, 0)")
             shape, in_columns, dtype = _HEADER_READERS[version](stream)
+    except FileFormatError:
+        raise
     except Exception as error:  # the header is a Python literal: whatever parsing it may raise
-        raise source.error(f"does not start with the header of an array ({reason(error)}); {BAD_COPY}") from None
+        raise source.error(
+            f"does not start with the header of an array ({reason(error)}); check the extension, or write it again"
+        ) from None
     if dtype.kind not in "fiub":
         raise source.error(f"holds {dtype}; expected real numbers")
     array = source.array("numbers", dtype, shape[::-1] if in_columns else shape, at=stream.tell())

@@ -57,7 +57,7 @@ def parse(source: Source, invalid: str) -> Lines:
         If this is not such a file, is shorter or longer than its header promises, or contradicts itself.
     """
     header = source.record("header fields", _HEADER)
-    if header["magic"] != b"HAIR":
+    if header["magic"].upper() != b"HAIR":
         raise source.error(f"starts with {header['magic']!r}, a .hair file with b'HAIR'; check the extension")
     bits, n_strands, n_points = header["bits"], header["strands"], header["points"]
     if bits & ~_ALL_BITS or not bits & _POINTS:

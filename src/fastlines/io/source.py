@@ -42,11 +42,16 @@ class Source:
         self.data = data
         self.name = name
         self.position = 0
+        self.oddities: list[str] = []
         self._taken: list[tuple[int, int, str]] = []
 
     def error(self, message: str) -> FileFormatError:
         """Make the error that says what is wrong with this file, for the caller to raise."""
         return FileFormatError(f"{self.name}: {message}")
+
+    def warn(self, message: str) -> None:
+        """Note what is odd about this file; `read` warns of it once the file is read."""
+        self.oddities.append(f"{self.name}: {message}")
 
     @property
     def unpack_limit(self) -> int:
@@ -92,7 +97,7 @@ class Source:
             if max(start, other_start) < min(stop, other_stop):
                 raise self.error(
                     f"{what} (bytes {start} to {stop}) lie over {other} "
-                    f"(bytes {other_start} to {other_stop}); {BAD_COPY}"
+                    f"(bytes {other_start} to {other_stop}); its header is damaged or was written wrongly: mend it"
                 )
         self._taken.append((start, stop, what))
         self.position = stop

@@ -1,0 +1,175 @@
+"""MRtrix track files (``.tck``): streamlines as triples of floats, in world millimetres (RASMM).
+
+Format: https://mrtrix.readthedocs.io/en/latest/getting_started/image_data.html#tracks-file-format-tck. A header of
+``key: value`` lines is closed by END and names the type of the data and the byte at which they start. A triple of NaN
+ends each streamline, one of Inf the file.
+
+Headers in the wild have keys or END twice, counts that are wrong, and offsets that somebody's editor has moved. The
+triple of Inf proves that a file is whole and in which place and type its data are. What is proved is read, and what is
+odd is a warning.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from ..geometry import Lines
+from .source import BAD_COPY, Source
+
+MAGIC = b"mrtrix tracks"
+_TYPES = {"float32le": "<f4", "float32be": ">f4", "float64le": "<f8", "float64be": ">f8"}
+_TYPE_NAMES = "Float32LE, Float32BE, Float64LE or Float64BE"
+
+_END = re.compile(rb"\n[ \t\r]*END[ \t\r]*\n")
+#: Where text ends at the latest: at a control character.
+_TEXT = re.compile(rb"[^\0-\x08\x0b\x0e-\x1f\x7f]*")
+
+
+def parse(source: Source, invalid: str) -> Lines:
+    """Read a ``.tck`` file.
+
+    Parameters
+    ----------
+    source : Source
+        The file.
+    invalid : {"error", "skip"}
+        See `Lines.from_segments`.
+
+    Returns
+    -------
+    Lines
+        In RASMM, without attributes. Streamlines without points keep the numbers of the others.
+
+    Raises
+    ------
+    FileFormatError
+        If this is not such a file, is cut short, or if where its data start or what type they have is not certain.
+    """
+    if not source.data.startswith(MAGIC):
+        raise source.error(f"starts with {source.data[:13]!r}, a .tck file with {MAGIC!r}; check the extension")
+    fields, start, is_guess = _header(source)
+    type_name = _type(source, fields)
+    is_guess |= "datatype" not in fields
+    dtype = np.dtype(_TYPES[type_name.lower()])
+
+    # Three Inf end the file, three NaN each streamline before.
+    n_triples = (len(source.data) - start) // (3 * dtype.itemsize)
+    triples = source.array("triples", dtype, (n_triples, 3), at=start)
+    marks = np.flatnonzero(np.isinf(triples).all(axis=1))
+    is_whole = len(marks) > 0
+    triples = triples[: marks[0]] if is_whole else triples
+    is_end = np.isnan(triples).all(axis=1)
+    ends = np.flatnonzero(is_end)
+    n_open = len(triples) - int(ends[-1] + 1 if len(ends) else 0)
+    n_left = len(source.data) - start - (len(triples) + is_whole) * 3 * dtype.itemsize
+
+    if not is_whole or (is_guess and n_left):
+        _check_end(source, start, type_name, is_guess=is_guess, is_open=n_open + n_left > 0)
+    elif n_open:
+        source.warn("no NaN ends its last streamline; the end of the data does")
+        ends = np.append(ends, len(triples))
+    counts = np.diff(np.append(-1, ends)) - 1
+    _check_count(source, fields.get("count", []), counts.tolist(), is_whole=is_whole, n_left=n_left)
+    return Lines.from_points(triples[~is_end], counts, invalid=invalid)
+
+
+def _header(source: Source) -> tuple[dict[str, list[str]], int, bool]:
+    """Return the header's fields, where the data start, and whether that is a guess."""
+    # The header ends with END, or else where text does.
+    end = _END.search(source.data)
+    stop = end.end() if end else _text_end(source.data)
+    fields: dict[str, list[str]] = {}
+    _add_fields(fields, source.data[:stop])
+    places = [place.split() for place in fields.get("file", [])]
+    elsewhere = [place[0] for place in places if place and place[0] != "."]
+    if elsewhere:
+        raise source.error(f"its data are in another file, {elsewhere[0][:80]!r}; expected '.', the file itself")
+
+    # One start, not before the header's end and in the file, is taken at its word.
+    starts = {int(place[1]) for place in places if len(place) > 1 and re.fullmatch("[0-9]{1,18}", place[1])}
+    start = starts.pop() if len(starts) == 1 else -1
+    if end is None:
+        if not 0 < start <= stop:
+            raise source.error(f"its header has no line END; {BAD_COPY}")
+        source.warn(f"its header has no line END; its data are read from byte {start} on, as it says")
+        return fields, start, True
+    if not stop <= start <= len(source.data):
+        given = ", ".join(" ".join(place)[:40] for place in places) or "missing"
+        source.warn(f"where its data start ('file') is {given}; they are read from behind its header, byte {stop}")
+        return fields, stop, True
+
+    # Between the header and the data may be padding, and more of a header.
+    between = source.data[stop:start].rstrip(b"\0\t\r\n ")
+    if between.lstrip(b"\0\t\r\n "):
+        if _text_end(between) < len(between):
+            raise source.error(
+                f"its data start at byte {start}, as its header says, but the bytes from its END at byte {stop} on are "
+                "neither text nor padding; mend the offset in the line 'file'"
+            )
+        source.warn("its header goes on behind END; what stands there is taken for a part of it")
+        _add_fields(fields, between)
+    return fields, start, False
+
+
+def _add_fields(fields: dict[str, list[str]], text: bytes) -> None:
+    """Add the ``key: value`` lines of a text, by keys in lower case; comments and other lines are passed over."""
+    for line in text.decode("utf-8", "replace").split("\n"):
+        key, colon, value = line.partition("#")[0].partition(":")
+        if colon:
+            fields.setdefault(key.strip().lower(), []).append(value.strip())
+
+
+def _text_end(data: bytes) -> int:
+    match = _TEXT.match(data)
+    return match.end() if match else 0
+
+
+def _type(source: Source, fields: dict[str, list[str]]) -> str:
+    """Return the one name of a type that the header has; Float32LE, with a warning, if it has none."""
+    names = fields.get("datatype", [])
+    if not names:
+        source.warn("its header names no type ('datatype'); its data are read as Float32LE")
+        return "Float32LE"
+    if names[0].lower() not in _TYPES or len({name.lower() for name in names}) > 1:
+        raise source.error(f"its type ('datatype') is {', '.join(names)[:80]!r}; expected {_TYPE_NAMES}; convert it")
+    return names[0]
+
+
+def _check_end(source: Source, start: int, type_name: str, *, is_guess: bool, is_open: bool) -> None:
+    """Refuse a file that does not end with three Inf, unless these may be all that is missing."""
+    for name, dtype in _TYPES.items():
+        if source.data.endswith(np.full(3, np.inf, dtype).tobytes()):
+            raise source.error(
+                f"it ends as a whole file of type {name} does, but data of type {type_name.lower()} that start at byte "
+                f"{start} do not; mend the type ('datatype') or the start ('file') in its header"
+            )
+    if is_open:
+        raise source.error(f"its last streamline does not end, neither with NaN nor with Inf; {BAD_COPY}")
+    if is_guess:
+        raise source.error(f"three Inf at the end are missing, which would prove where its data are; {BAD_COPY}")
+
+
+def _check_count(source: Source, texts: list[str], counts: list[int], *, is_whole: bool, n_left: int) -> None:
+    """Hold the header's count, or counts, against what was found; 0 and none promise nothing."""
+    numbers = {int(text) if re.fullmatch("[0-9]{1,18}", text) else -1 for text in texts}
+    promised = numbers - {0, -1}
+    n_found = len(counts)
+    agrees = not promised.isdisjoint({n_found, n_found - counts.count(0)})
+    told = " and ".join(text[:20] for text in texts)
+    if not agrees and max(promised, default=0) > n_found:
+        if not is_whole:
+            raise source.error(f"its header counts {told} streamlines, but it ends behind the {n_found}th; {BAD_COPY}")
+        if n_left:
+            raise source.error(
+                f"its header counts {told} streamlines, but three Inf end the data behind {n_found}, and {n_left} "
+                "bytes follow; mend the file, or set the count to 0 to read what stands before"
+            )
+    if n_left:
+        source.warn(f"{n_left} bytes behind the three Inf that end its data are not read")
+    if not is_whole:
+        rest = "as its header counts" if agrees else "and whether more should follow is not known"
+        source.warn(f"three Inf at the end are missing; it holds {n_found} streamlines, {rest}")
+    if len(numbers) > 1 or -1 in numbers or (promised and not agrees):
+        source.warn(f"its header counts {told} streamlines; the {n_found} that it holds are read")

@@ -1,0 +1,209 @@
+"""TrackVis files (``.trk``): streamlines in the voxels of an image, with the image's place in the world.
+
+Format: http://trackvis.org/docs/?subsect=fileformat, versions 1 to 3 in either byte order.
+
+Points are stored in *voxel millimetres*: voxel sizes times voxel indices, from the corner of the first voxel, along the
+image's own axes. The header's ``vox_to_ras`` takes voxel indices, which count from the centre of the first voxel, to
+world millimetres, axes to the Right, Anterior and Superior ("RASMM"). ``voxel_order`` names the directions of the
+axes of the points; where it differs from that of ``vox_to_ras``, axes are swapped and mirrored first.
+
+A header without a transform says nothing of the world: points then stay in voxel millimetres, with a warning.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ..geometry import FloatArray, IntArray, Lines
+from .source import BAD_COPY, Source
+
+HEADER_SIZE = 1000
+_HEADER = np.dtype(
+    {
+        "names": [
+            "magic", "dimensions", "voxel_size", "n_scalars", "scalar_names", "n_properties", "property_names",
+            "vox_to_ras", "voxel_order", "n_streamlines", "version", "header_size",
+        ],
+        "formats": [
+            "S6", ("<i2", 3), ("<f4", 3), "<i2", ("S20", 10), "<i2", ("S20", 10),
+            ("<f4", (4, 4)), "S4", "<i4", "<i4", "<i4",
+        ],
+        "offsets": [0, 6, 12, 36, 38, 238, 240, 440, 948, 988, 992, 996],
+        "itemsize": HEADER_SIZE,
+    }
+)  # fmt: skip
+
+#: The directions of an axis: towards more and towards less of x, y and z in the world.
+_DIRECTIONS = ("RL", "AP", "SI")
+#: What TrackVis itself takes a missing voxel order for.
+_DEFAULT_ORDER = "LPS"
+
+
+def parse(source: Source, invalid: str) -> Lines:
+    """Read a ``.trk`` file.
+
+    Parameters
+    ----------
+    source : Source
+        The file.
+    invalid : {"error", "skip"}
+        See `Lines.from_segments`.
+
+    Returns
+    -------
+    Lines
+        In RASMM, or in voxel millimetres if the header has no transform. Scalars per point and properties per
+        streamline become ``attributes`` by their names, float32; a segment takes those of its first point and of its
+        streamline.
+
+    Raises
+    ------
+    FileFormatError
+        If this is not such a file, its header can not be used, or it holds less than its header promises.
+    """
+    byte_order: Literal["<", ">"] = ">" if source.data[996:1000] == b"\0\0\x03\xe8" else "<"
+    header = source.record("header fields", _HEADER.newbyteorder(byte_order))
+    if header["magic"][:5] != b"TRACK":
+        raise source.error(f"starts with {header['magic'][:5]!r}, a .trk file with b'TRACK'; check the extension")
+    if header["header_size"] != HEADER_SIZE:
+        raise source.error(f"says that its header has {header['header_size']} bytes; expected {HEADER_SIZE}; mend it")
+    if min(header["n_scalars"], header["n_properties"]) < 0:
+        raise source.error(
+            f"announces {header['n_scalars']} scalars per point and {header['n_properties']} properties; "
+            "neither can be negative; mend the header"
+        )
+    transform = _transform(source, header)
+    rows, properties, counts = _streamlines(source, header, byte_order)
+    with np.errstate(invalid="ignore", over="ignore"):  # NaN and Inf are reported with their rows
+        points = rows[:, :3] if transform is None else rows[:, :3] @ transform[:, :3].T + transform[:, 3]
+    attributes = _columns(header["scalar_names"], rows[:, 3:], "scalars")
+    for name, values in _columns(header["property_names"], properties, "properties").items():
+        attributes[f"{name} of streamline" if name in attributes else name] = np.repeat(values, counts, axis=0)
+    return Lines.from_points(points, counts, attributes=attributes, invalid=invalid)
+
+
+def _streamlines(
+    source: Source, header: dict[str, Any], byte_order: Literal["<", ">"]
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Read all streamlines: points with their scalars, (m, 3 + s), properties, (k, p), and numbers of points, (k,)."""
+    # A streamline is its number of points, the points with their scalars, its properties: words of 4 bytes.
+    start = source.position
+    words = source.array("words", byte_order + "i4", ((len(source.data) - start) // 4,))
+    per_point, n_properties, promised = 3 + header["n_scalars"], header["n_properties"], header["n_streamlines"]
+    counts: list[int] = []
+    begins: list[int] = []
+    at = 0
+    while at < len(words):
+        count = int(words[at])
+        end = at + 1 + count * per_point + n_properties
+        if count < 0 or end > len(words):
+            break
+        begins.append(at)
+        counts.append(count)
+        at = end
+
+    # What is left over, and the header's count, tell whether the file is whole. A count of 0 is none.
+    n_left = len(source.data) - start - 4 * at
+    if n_left and not 0 < promised == len(counts):
+        if at == len(words):
+            raise source.error(f"its last {n_left} bytes are no whole streamline; {BAD_COPY}")
+        raise source.error(f"streamline {len(counts)} announces {words[at]} points, which are not there; {BAD_COPY}")
+    if n_left:
+        source.warn(f"{n_left} bytes behind the last of its {promised} streamlines are not read")
+    elif promised > len(counts):
+        raise source.error(
+            f"its header counts {promised} streamlines, but the file holds {len(counts)}; "
+            "get a whole copy, or set the count to 0 to read what there is"
+        )
+    elif promised not in (0, len(counts)):
+        source.warn(f"its header counts {promised} streamlines, but the file holds {len(counts)}; all are read")
+
+    # Take the counts and the properties out from between the points.
+    numbers = words.view(byte_order + "f4")[:at].astype(np.float32, copy=False)
+    first = np.array(begins, np.int64)
+    n_points = np.array(counts, np.int64)
+    is_point = np.ones(at, np.bool_)
+    is_point[first] = False
+    where = (first + 1 + n_points * per_point)[:, None] + np.arange(n_properties)
+    is_point[where] = False
+    return numbers[is_point].reshape(-1, per_point), numbers[where], n_points
+
+
+def _columns(names: Sequence[bytes], values: FloatArray, rest: str) -> dict[str, FloatArray]:
+    """Name the columns of an array: a name has one, or N if NUL and N follow; what no name is left for is the rest."""
+    columns: dict[str, FloatArray] = {}
+    at = 0
+    for raw in (*names, rest.encode() + b"\0%d" % values.shape[1]):
+        text, _, number = raw.partition(b"\0")
+        part = values[:, at : at + (int(number) if number.isdigit() else 1)]
+        if not text or not part.shape[1]:
+            continue
+        name = text.decode("latin-1").strip()
+        columns[f"{name} {at}" if name in columns else name] = part[:, 0] if part.shape[1] == 1 else part
+        at += part.shape[1]
+    return columns
+
+
+def _transform(source: Source, header: dict[str, Any]) -> npt.NDArray[np.float64] | None:
+    """Return the matrix (3, 4) from voxel millimetres to RASMM; None if the header has none."""
+    version, order = header["version"], header["voxel_order"].decode("latin-1").strip().upper()
+    to_ras = np.array(header["vox_to_ras"], np.float64)
+    known_order = [_axis_of(letter) for letter in order] if len(order) == 3 else []
+    if version not in range(4):
+        raise source.error(f"has version {version} of the format; known are 1 to 3; convert it")
+    if version == 1 or to_ras[3, 3] == 0:
+        axes = f"along the image's axes ({order})" if sorted(known_order) == [0, 1, 2] else "along the image's axes"
+        source.warn(
+            "its header has no transform to the world (vox_to_ras): points are left in millimetres from the corner of "
+            f"the first voxel, {axes}; transform them yourself if they have to fit to others"
+        )
+        return None
+    if version != 2:
+        source.warn(f"has version {version} of the format; it is read as version 2")
+    if sorted(known_order) != [0, 1, 2]:
+        source.warn(f"its voxel order is {order or 'missing'!r}; {_DEFAULT_ORDER} is assumed, as TrackVis does")
+        order = _DEFAULT_ORDER
+
+    # From voxel millimetres to indices from the centre of the first voxel.
+    size, n_voxels = np.array(header["voxel_size"], np.float64), np.array(header["dimensions"])
+    if not np.isfinite(size).all() or not size.all():
+        raise source.error(
+            f"its voxels have the size {header['voxel_size']}, which its transform can not use; mend the header"
+        )
+    rotation = to_ras[:3, :3]
+    if not np.isfinite(to_ras).all() or np.linalg.matrix_rank(rotation) < 3:
+        raise source.error("its transform (vox_to_ras) can not be inverted or is not finite; mend the header")
+
+    # Pair each axis of the transform with one of the points, mirrored where their directions differ.
+    indices = np.zeros((3, 4))
+    for row, letter in enumerate(_axis_directions(rotation)):
+        column = [_axis_of(other) for other in order].index(_axis_of(letter))
+        indices[row, column], indices[row, 3] = 1 / size[column], -0.5
+        if order[column] != letter:
+            indices[row] *= -1
+            indices[row, 3] += n_voxels[column] - 1
+    matrix: npt.NDArray[np.float64] = rotation @ indices
+    matrix[:, 3] += to_ras[:3, 3]
+    return matrix
+
+
+def _axis_of(letter: str) -> int:
+    """Return which axis of the world a letter names; -1 if none."""
+    return next((axis for axis, letters in enumerate(_DIRECTIONS) if letter in letters), -1)
+
+
+def _axis_directions(matrix: npt.NDArray[np.float64]) -> str:
+    """Name the direction of each column of a matrix (3, 3): the nearest of R L, A P, S I, each axis once."""
+    # The nearest rotation takes shear out; then the clearest column chooses first.
+    u, _, vt = np.linalg.svd(matrix / np.linalg.norm(matrix, axis=0))
+    rotation = u @ vt
+    directions = [""] * 3
+    for column in np.argsort(-np.abs(rotation).max(axis=0), kind="stable"):
+        axis = int(np.abs(rotation[:, column]).argmax())
+        directions[column] = _DIRECTIONS[axis][int(rotation[axis, column] < 0)]
+        rotation[axis] = 0
+    return "".join(directions)
