@@ -328,7 +328,15 @@ class Tree(TreeStructure):
         """Write the tree and its lines to one file, which `load` maps into memory.
 
         All that the lines have is kept, but for attributes that are neither booleans nor whole numbers or floats of up
-        to 8 bytes: a warning names those.
+        to 8 bytes: a warning names those. The file appears whole or not at all. A symbolic link stays one, and a file
+        that is there keeps its mode.
+
+        Raises
+        ------
+        InputError
+            If the tree is not over lines, or the path is a device, a pipe or a socket, or has the extension of lines.
+        OSError
+            If the path is a folder, or can not be written.
         """
         treefile.write(self, path)
 

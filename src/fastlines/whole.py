@@ -1,25 +1,178 @@
-"""Files that appear whole or not at all."""
+"""Files that appear whole or not at all, even if the power fails.
+
+A file is written under a name of its own beside the real one, ``NAME.<12 hex digits>.partial``, and takes the real
+one's place when it is whole and on the disk. Its writer holds a lock on it (flock), which ends with the process: a
+partial file without a lock is left over from a process that was killed, and the next save to the same name removes it.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
+import re
+import stat
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from .errors import InputError
+
+try:
+    import fcntl
+except ImportError:  # no such locks here: nothing is known about partial files, and none is removed
+    fcntl = None  # type: ignore[assignment]
+
+#: So much of a file's name comes back in the name of its partial file, which must not be too long for the file system.
+_MAX_NAME = 50
+
+_KINDS = (
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+)
+
 
 @contextmanager
 def whole(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a new file beside the real one to write to; it takes the real one's place once it is whole."""
-    target = Path(path)
-    if not target.parent.is_dir():
-        raise FileNotFoundError(errno.ENOENT, f"there is no folder {target.parent}; make it first", str(target))
-    partial = target.with_name(f"{target.name}.{uuid.uuid4().hex[:12]}.partial")
+    """Give a new file beside the real one to write to; it takes the real one's place once it is whole.
+
+    A symbolic link stays one: the file that it names is written. A file that is there keeps its mode and, where the
+    process may set them, its owner and group. Of several writers at a time the last to end wins.
+
+    Raises
+    ------
+    InputError
+        If the path is a device, a pipe or a socket.
+    OSError
+        If it is a folder, or can not be written: no such folder, no permission, no space. It names `path`.
+    """
+    named = os.fspath(path)
+    target = check_target(named)
+    before = target.stat() if target.exists() else None
+    _remove_left_over(target)
+    lock, partial = _create(target, 0o666 if before is None else 0o600, named)
     try:
-        partial.touch(exist_ok=False)  # says why not if it can not be written
         yield partial
+        if before is not None:
+            _keep_owner_and_mode(partial, before)
+        _sync(lock)
         partial.replace(target)
+        _sync_folder(target.parent)
+    except Exception as error:
+        # Name the path that was given, not the partial file.
+        if isinstance(error, OSError) and error.errno and str(partial) in str(error.filename or partial):
+            raise OSError(error.errno, error.strerror, named) from None
+        error.args = tuple(arg.replace(str(partial), named) if isinstance(arg, str) else arg for arg in error.args)
+        raise
     finally:
-        partial.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            partial.unlink()
+        os.close(lock)
+
+
+def check_target(path: str | os.PathLike[str]) -> Path:
+    """Return the file that a path names, past symbolic links; refuse one that can not be written, as `whole` does."""
+    named = os.fspath(path)
+    mode = None
+    try:
+        target = Path(os.path.realpath(named))
+        mode = os.stat(named).st_mode
+    except FileNotFoundError:
+        if not named:
+            raise
+    except ValueError as error:  # a NUL in it
+        raise InputError(f"{named!r} is not the path of a file: {error}") from None
+    if mode is not None and stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, "is a directory; expected the name of a file to write", named)
+    for is_kind, kind in _KINDS:
+        if mode is not None and is_kind(mode):
+            raise InputError(f"{named}: is {kind}; expected a regular file; write to one, and copy it from there")
+    folder = target.parent if os.path.islink(named) else Path(named).parent
+    if not folder.is_dir():
+        raise FileNotFoundError(errno.ENOENT, f"there is no folder {folder}; make it first", named)
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(errno.EACCES, f"the folder {folder} can not be written to", named)
+    if mode is not None and not os.access(named, os.W_OK):
+        raise PermissionError(errno.EACCES, "the file is there and can not be written to", named)
+    return target
+
+
+def _create(target: Path, mode: int, named: str) -> tuple[int, Path]:
+    """Make a partial file and lock it; return the descriptor that holds the lock, and the file."""
+    while True:
+        partial = target.with_name(f"{target.name[:_MAX_NAME]}.{uuid.uuid4().hex[:12]}.partial")
+        try:
+            lock = os.open(partial, os.O_RDWR | os.O_CREAT | os.O_EXCL, mode)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, named) from None
+        # Somebody who cleans up may have come before the lock: then take another name.
+        if _try_lock(lock) is not False and os.fstat(lock).st_nlink:
+            return lock, partial
+        os.close(lock)
+
+
+def _remove_left_over(target: Path) -> None:
+    """Remove the partial files of this target that no process holds."""
+    name = re.compile(re.escape(target.name[:_MAX_NAME]) + r"\.[0-9a-f]{12}\.partial")
+    with contextlib.suppress(OSError):  # a folder that can not be listed
+        for other in os.listdir(target.parent):
+            if name.fullmatch(other):
+                _remove_unless_held(target.with_name(other))
+
+
+def _remove_unless_held(partial: Path) -> None:
+    with contextlib.suppress(OSError):  # somebody else's, or gone
+        if not stat.S_ISREG(os.lstat(partial).st_mode):
+            return
+        lock = os.open(partial, os.O_RDWR)
+        try:
+            if _try_lock(lock):
+                partial.unlink()
+        finally:
+            os.close(lock)
+
+
+def _try_lock(descriptor: int) -> bool | None:
+    """Lock a file: whether that worked, or None if files can not be locked here."""
+    if fcntl is None:
+        return None
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return None
+    return True
+
+
+def _keep_owner_and_mode(partial: Path, before: os.stat_result) -> None:
+    mode = stat.S_IMODE(before.st_mode)
+    now = partial.stat()
+    if (now.st_uid, now.st_gid) != (before.st_uid, before.st_gid):
+        try:
+            os.chown(partial, before.st_uid, before.st_gid)
+        except (OSError, AttributeError):
+            mode &= 0o1777  # what runs as its owner must not run as another
+    partial.chmod(mode)
+
+
+def _sync(descriptor: int) -> None:
+    """Wait until a file is on the disk, where that can be told."""
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP):
+            raise
+
+
+def _sync_folder(folder: Path) -> None:
+    """Wait until a folder is on the disk, where folders can be opened."""
+    with contextlib.suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)

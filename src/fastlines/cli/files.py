@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import sys
 from collections.abc import Sequence
@@ -18,6 +17,7 @@ from ..errors import InputError
 from ..geometry import Lines
 from ..io import FORMATS, read
 from ..tree import Tree, load
+from ..whole import check_target, whole
 
 TREE = ".flt"
 SCENE = "scene:"
@@ -108,19 +108,12 @@ def check_output(path: str | None, *extensions: str, inputs: Sequence[str | None
     if extensions and target.suffix.lower() not in extensions:
         expected = " or ".join(extensions)
         raise InputError(f"{path}: unknown extension {target.suffix or '(none)'!r} for the output; expected {expected}")
-    if target.is_dir():
-        raise InputError(f"{path}: is a directory; expected the name of a file to write")
-    if not target.parent.is_dir():
-        raise InputError(f"{path}: there is no folder {target.parent}; make it first")
-    if not os.access(target.parent, os.W_OK):
-        raise InputError(f"{path}: the folder {target.parent} can not be written to")
+    check_target(path)
 
 
 def write_npz(path: str, **arrays: Any) -> None:
     """Write arrays to a .npz file, which appears whole or not at all."""
     import numpy as np
-
-    from ..whole import whole
 
     with whole(path) as partial, partial.open("wb") as file:
         np.savez_compressed(file, **arrays)
