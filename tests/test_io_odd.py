@@ -26,6 +26,7 @@ ODD: list[tuple[str, bytes, str]] = [
     ("a.tck", tck(head=f"count: 3\n{NAMED}"), "counts 3 streamlines; the 4"),
     ("a.tck", tck(head=f"count: many\n{NAMED}"), "counts many streamlines; the 4"),
     ("a.tck", tck(head=f"count: {'9' * 500}\n{NAMED}"), "counts 9{20} streamlines; the 4"),
+    ("a.tck", tck(head=f"count: \0\x1b[1m\n{NAMED}"), r"counts \?\?\[1m streamlines"),
     ("a.tck", tck(head=NAMED, end="END\ncount: 0004\nEND\n"), "its header goes on behind END"),
     ("a.tck", tck(end=""), "its header has no line END; its data are read from byte"),
     ("a.tck", tck(end="end\n"), "its header has no line END; its data are read from byte"),

@@ -21,7 +21,12 @@ BAD_COPY = "the file is cut short or damaged: get a fresh copy"
 def reason(error: Exception) -> str:
     """Say in a few printable words of one line what another library raised."""
     words = " ".join(str(error).split()) or type(error).__name__
-    return "".join(char if char.isprintable() else "?" for char in words[:120])
+    return printable(words[:120])
+
+
+def printable(text: str) -> str:
+    """Replace what can not be shown in one line by question marks."""
+    return "".join(char if char.isprintable() else "?" for char in text)
 
 
 class Source:
@@ -47,11 +52,11 @@ class Source:
 
     def error(self, message: str) -> FileFormatError:
         """Make the error that says what is wrong with this file, for the caller to raise."""
-        return FileFormatError(f"{self.name}: {message}")
+        return FileFormatError(f"{self.name}: {printable(message)}")
 
     def warn(self, message: str) -> None:
         """Note what is odd about this file; `read` warns of it once the file is read."""
-        self.oddities.append(f"{self.name}: {message}")
+        self.oddities.append(f"{self.name}: {printable(message)}")
 
     @property
     def unpack_limit(self) -> int:
