@@ -35,6 +35,7 @@ ODD: list[tuple[str, bytes, str]] = [
         tck(file="file: . 7\n"),
         r"where its data start \('file'\) is \. 7; they are read from behind its header",
     ),
+    ("a.tck", tck(file=f"file: . {len(tck()) - 12 * 7}\n"), r"is \. [0-9]+;"),
     ("a.tck", tck(file="file: . 99999\n"), r"is \. 99999;"),
     ("a.tck", tck(file="file: . -1\n"), r"is \. -1;"),
     ("a.tck", tck(file="file: .\n"), r"is \.;"),
@@ -63,6 +64,15 @@ def test_what_is_certain_is_read_and_what_is_odd_is_told(load, name, data, said)
     assert "\n" not in text
     np.testing.assert_allclose(lines.segments, POINTS[np.stack([FIRST, LAST], axis=1)], rtol=1e-6)
     np.testing.assert_array_equal(lines.strands, STRANDS)
+
+
+def test_each_oddity_is_told(load):
+    with pytest.warns(fl.FileWarning) as told:
+        assert len(load(tck(file="file: . 7\n", tail=b"\n"), "a.tck")) == len(FIRST)
+    assert [re.sub(r".*a\.tck: ", "", str(each.message)) for each in told] == [
+        "where its data start ('file') is . 7; they are read from behind its header, byte 57",
+        "1 bytes behind the three Inf that end its data are not read",
+    ]
 
 
 def test_trk_that_ends_with_zeros_has_streamlines_without_points_there(load):

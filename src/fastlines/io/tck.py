@@ -65,7 +65,7 @@ def parse(source: Source, invalid: str) -> Lines:
     n_open = len(triples) - int(ends[-1] + 1 if len(ends) else 0)
     n_left = len(source.data) - start - (len(triples) + is_whole) * 3 * dtype.itemsize
 
-    if not is_whole or (is_guess and n_left):
+    if not is_whole:
         _check_end(source, start, type_name, is_guess=is_guess, is_open=n_open + n_left > 0)
     elif n_open:
         source.warn("no NaN ends its last streamline; the end of the data does")
@@ -95,19 +95,13 @@ def _header(source: Source) -> tuple[dict[str, list[str]], int, bool]:
             raise source.error(f"its header has no line END; {BAD_COPY}")
         source.warn(f"its header has no line END; its data are read from byte {start} on, as it says")
         return fields, start, True
-    if not stop <= start <= len(source.data):
+    # Between the header and the data may be padding, and more of a header, but nothing else.
+    between = source.data[stop:start].strip(b"\0\t\r\n ") if start >= stop else b""
+    if not stop <= start <= len(source.data) or _text_end(between) < len(between):
         given = ", ".join(" ".join(place)[:40] for place in places) or "missing"
         source.warn(f"where its data start ('file') is {given}; they are read from behind its header, byte {stop}")
         return fields, stop, True
-
-    # Between the header and the data may be padding, and more of a header.
-    between = source.data[stop:start].rstrip(b"\0\t\r\n ")
-    if between.lstrip(b"\0\t\r\n "):
-        if _text_end(between) < len(between):
-            raise source.error(
-                f"its data start at byte {start}, as its header says, but the bytes from its END at byte {stop} on are "
-                "neither text nor padding; mend the offset in the line 'file'"
-            )
+    if between:
         source.warn("its header goes on behind END; what stands there is taken for a part of it")
         _add_fields(fields, between)
     return fields, start, False
