@@ -53,7 +53,7 @@ class Reinsertion {
       if (!improve({double(round) / options_.rounds, double(round + 1) / options_.rounds})) break;
     tree_.nodes.reserve(nodes_.size());
     tree_.refs.reserve(refs_.size());
-    append(root_);
+    list_nodes();
     return std::move(tree_);
   }
 
@@ -231,19 +231,30 @@ class Reinsertion {
     }
   }
 
-  /// Append a subtree in preorder. Trees are as deep as settings allow, so recursion is safe.
-  void append(std::uint32_t v) {
-    const std::size_t index = tree_.nodes.size(), first_ref = tree_.refs.size();
-    tree_.nodes.push_back({links_[v].box, 0, std::uint32_t(first_ref), 0});
-    if (links_[v].is_leaf()) {
-      const auto refs = refs_.subspan(nodes_[v].first_ref, nodes_[v].n_refs);
-      tree_.refs.insert(tree_.refs.end(), refs.begin(), refs.end());
-    } else {
-      append(links_[v].child[0]);
-      tree_.nodes[index].right = std::uint32_t(tree_.nodes.size());
-      append(links_[v].child[1]);
+  /// The nodes as they hang now, in preorder.
+  void list_nodes() {
+    struct Listed {
+      std::uint32_t v, parent;  // the node in the list of which it is the right child; none of the root and left ones
+    };
+    std::vector<Listed> waiting{{root_, kNone}};
+    while (!waiting.empty()) {
+      const auto [v, parent] = waiting.back();
+      waiting.pop_back();
+      const auto index = std::uint32_t(tree_.nodes.size());
+      if (parent != kNone) tree_.nodes[parent].right = index;
+      tree_.nodes.push_back({links_[v].box, 0, std::uint32_t(tree_.refs.size()), 0});
+      if (links_[v].is_leaf()) {
+        const auto refs = refs_.subspan(nodes_[v].first_ref, nodes_[v].n_refs);
+        tree_.refs.insert(tree_.refs.end(), refs.begin(), refs.end());
+        tree_.nodes[index].n_refs = nodes_[v].n_refs;
+      } else {
+        waiting.push_back({links_[v].child[1], index});
+        waiting.push_back({links_[v].child[0], kNone});
+      }
     }
-    tree_.nodes[index].n_refs = std::uint32_t(tree_.refs.size() - first_ref);
+    for (std::size_t i = tree_.nodes.size(); i-- > 0;)
+      if (Node& node = tree_.nodes[i]; !node.is_leaf())
+        node.n_refs = tree_.nodes[i + 1].n_refs + tree_.nodes[node.right].n_refs;
   }
 
   std::span<const Node> nodes_;

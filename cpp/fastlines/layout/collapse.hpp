@@ -97,40 +97,66 @@ class Collapse {
     Some inner, leaves;
   };
 
-  void list_children(std::uint32_t v, int i, Children& to) const {
-    while (i > 1 && plans_[v].k[i] == 0) --i;
-    if (i == 1) {
-      Some& of_kind = plans_[v].leaf ? to.leaves : to.inner;
-      of_kind.v[of_kind.n++] = v;
-      return;
-    }
-    const int k = plans_[v].k[i];
-    list_children(v + 1, k, to);
-    list_children(nodes_[v].right, i - k, to);
-  }
-
   Children children_of(std::uint32_t v) const {
+    struct Share {
+      std::uint32_t v;
+      int i;  // of the children
+    };
     Children children;
-    const int k = plans_[v].k_all;
-    list_children(v + 1, k, children);
-    list_children(nodes_[v].right, kWidth - k, children);
+    Share waiting[kWidth];
+    int n_waiting = 0;
+    const auto part = [&](std::uint32_t parent, int i, int k) {
+      waiting[n_waiting++] = {nodes_[parent].right, i - k};
+      waiting[n_waiting++] = {parent + 1, k};
+    };
+    part(v, kWidth, plans_[v].k_all);
+    while (n_waiting > 0) {
+      auto [below, i] = waiting[--n_waiting];
+      while (i > 1 && plans_[below].k[i] == 0) --i;
+      if (i > 1) {
+        part(below, i, plans_[below].k[i]);
+        continue;
+      }
+      Some& of_kind = plans_[below].leaf ? children.leaves : children.inner;
+      of_kind.v[of_kind.n++] = below;
+    }
     return children;
   }
 
   bool is_apart(std::uint32_t v) const { return nodes_[v].n_refs <= kApart; }
 
+  /// A node of the tree that becomes a wide one, and where that stands.
+  struct Wanted {
+    std::uint32_t v;
+    std::size_t index;
+  };
+
+  /// Call visit(node, its children) for a node and those below it, each before what is below it, the first child first.
+  /// The inner children stand where `at` is before the call.
+  template <class Visit>
+  void for_each_below(Wanted root, Place& at, bool some_apart, Visit&& visit) {
+    std::vector<Wanted> waiting{root};
+    while (!waiting.empty()) {
+      const Wanted node = waiting.back();
+      waiting.pop_back();
+      const Children children = children_of(node.v);
+      const std::size_t first_inner = at.node;
+      visit(node, children);
+      for (std::uint32_t i = children.inner.n; i-- > 0;)
+        if (!some_apart || !is_apart(children.inner.v[i])) waiting.push_back({children.inner.v[i], first_inner + i});
+    }
+  }
+
   /// Add the blocks below a node, but for those of subtrees that are put apart, if any is to be.
   void count(std::uint32_t v, Place& at, bool some_apart) {
-    const auto [inner, leaves] = children_of(v);
-    const std::size_t first_inner = at.node;
-    at.node += inner.n;
-    at.leaf += leaves.n;
-    for (std::uint32_t i = 0; i < leaves.n; ++i) at.ref += nodes_[leaves.v[i]].n_refs;
-    for (std::uint32_t i = 0; i < inner.n; ++i)
-      if (some_apart && is_apart(inner.v[i]))
-        apart_.push_back({inner.v[i], first_inner + i});
-      else
-        count(inner.v[i], at, some_apart);
+    for_each_below({v, 0}, at, some_apart, [&](const Wanted&, const Children& children) {
+      const auto& [inner, leaves] = children;
+      for (std::uint32_t i = 0; i < inner.n; ++i)
+        if (some_apart && is_apart(inner.v[i])) apart_.push_back({inner.v[i], at.node + i});
+      at.node += inner.n;
+      at.leaf += leaves.n;
+      for (std::uint32_t i = 0; i < leaves.n; ++i) at.ref += nodes_[leaves.v[i]].n_refs;
+    });
   }
 
   static void describe(WideNode& node, const Place& first, std::uint32_t n_inner, std::uint32_t n_leaves) {
@@ -142,14 +168,14 @@ class Collapse {
 
   /// Put a node in its place, and the blocks below it in the next.
   void put(std::uint32_t v, std::size_t index, Place& at, bool some_apart) {
-    const auto [inner, leaves] = children_of(v);
-    const Place first = at;
-    at.node += inner.n;
-    at.leaf += leaves.n;
-    describe(wide_.nodes[index], first, inner.n, leaves.n);
-    for (std::uint32_t i = 0; i < leaves.n; ++i) list_pieces(leaves.v[i], first.leaf + i, at);
-    for (std::uint32_t i = 0; i < inner.n; ++i)
-      if (!some_apart || !is_apart(inner.v[i])) put(inner.v[i], first.node + i, at, some_apart);
+    for_each_below({v, index}, at, some_apart, [&](const Wanted& node, const Children& children) {
+      const auto& [inner, leaves] = children;
+      const Place first = at;
+      at.node += inner.n;
+      at.leaf += leaves.n;
+      describe(wide_.nodes[node.index], first, inner.n, leaves.n);
+      for (std::uint32_t i = 0; i < leaves.n; ++i) list_pieces(leaves.v[i], first.leaf + i, at);
+    });
   }
 
   void list_pieces(std::uint32_t v, std::size_t index, Place& at) {

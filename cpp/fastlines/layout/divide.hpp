@@ -17,7 +17,20 @@ class LeafDivider {
       : nodes_(nodes), refs_(refs), segments_(segments), most_(most) {}
 
   Tree operator()() {
-    copy(0);
+    tree_.refs.reserve(refs_.size());
+    std::vector<std::uint32_t> place(nodes_.size());  // of each node, in the tree that is made
+    for (std::size_t v = 0; v < nodes_.size(); ++v) {
+      const Node& node = nodes_[v];
+      place[v] = std::uint32_t(tree_.nodes.size());
+      if (node.is_leaf() && node.n_refs > most_) {
+        divide(node);
+      } else {
+        tree_.nodes.push_back(node);
+        if (node.is_leaf()) list(refs_.subspan(node.first_ref, node.n_refs));
+      }
+    }
+    for (std::size_t v = 0; v < nodes_.size(); ++v)
+      if (!nodes_[v].is_leaf()) tree_.nodes[place[v]].right = place[nodes_[v].right];
     return std::move(tree_);
   }
 
@@ -27,49 +40,45 @@ class LeafDivider {
     Box box;
   };
 
-  /// Trees are as deep as settings allow, so recursion is safe.
-  void copy(std::size_t v) {
-    const Node& node = nodes_[v];
-    const auto below = refs_.subspan(node.first_ref, node.n_refs);
-    if (node.is_leaf() && node.n_refs > most_) {
-      std::vector<Piece> pieces;
-      for (const Reference& ref : below) {
-        const Segment& segment = segments_[ref.prim];
-        pieces.push_back({ref, Segment{segment.point(ref.s0), segment.point(std::min(ref.s1, 1.0f))}.bounds()});
-      }
-      return divide(pieces, node.box);
-    }
-    const std::size_t index = begin(node.box);
-    if (node.is_leaf()) {
-      tree_.refs.insert(tree_.refs.end(), below.begin(), below.end());
-    } else {
-      copy(v + 1);
-      tree_.nodes[index].right = std::uint32_t(tree_.nodes.size());
-      copy(node.right);
-    }
-    end(index);
-  }
+  /// Pieces that become a subtree, and the node that it becomes the right child of; the root of all and left children
+  /// have none.
+  struct Part {
+    std::span<Piece> pieces;
+    Box box;
+    std::uint32_t parent = kNone;
+  };
+  static constexpr std::uint32_t kNone = std::uint32_t(-1);
 
   /// Halve at the median centre of the longest axis.
-  void divide(std::span<Piece> pieces, const Box& box) {
-    const std::size_t index = begin(box);
-    if (pieces.size() <= most_) {
-      for (const Piece& piece : pieces) tree_.refs.push_back(piece.ref);
-      return end(index);
+  void divide(const Node& leaf) {
+    std::vector<Piece> all;
+    for (const Reference& ref : refs_.subspan(leaf.first_ref, leaf.n_refs)) {
+      const Segment& segment = segments_[ref.prim];
+      all.push_back({ref, Segment{segment.point(ref.s0), segment.point(std::min(ref.s1, 1.0f))}.bounds()});
     }
-    const int axis = box.longest_axis();
-    const auto centre = [axis](const Piece& piece) { return double(piece.box.lo[axis]) + piece.box.hi[axis]; };
-    const auto middle = pieces.begin() + std::ptrdiff_t(pieces.size() / 2);
-    std::nth_element(pieces.begin(), middle, pieces.end(), [&](const Piece& a, const Piece& b) {
-      const double ca = centre(a), cb = centre(b);
-      if (ca != cb) return ca < cb;
-      return a.ref.prim != b.ref.prim ? a.ref.prim < b.ref.prim : a.ref.s0 < b.ref.s0;
-    });
-    const std::span<Piece> left(pieces.begin(), middle), right(middle, pieces.end());
-    divide(left, hull(left));
-    tree_.nodes[index].right = std::uint32_t(tree_.nodes.size());
-    divide(right, hull(right));
-    end(index);
+    std::vector<Part> waiting{{all, leaf.box}};
+    while (!waiting.empty()) {
+      const auto [pieces, box, parent] = waiting.back();
+      waiting.pop_back();
+      const auto index = std::uint32_t(tree_.nodes.size());
+      if (parent != kNone) tree_.nodes[parent].right = index;
+      tree_.nodes.push_back({box, 0, std::uint32_t(tree_.refs.size()), std::uint32_t(pieces.size())});
+      if (pieces.size() <= most_) {
+        for (const Piece& piece : pieces) tree_.refs.push_back(piece.ref);
+        continue;
+      }
+      const int axis = box.longest_axis();
+      const auto centre = [axis](const Piece& piece) { return double(piece.box.lo[axis]) + piece.box.hi[axis]; };
+      const auto middle = pieces.begin() + std::ptrdiff_t(pieces.size() / 2);
+      std::nth_element(pieces.begin(), middle, pieces.end(), [&](const Piece& a, const Piece& b) {
+        const double ca = centre(a), cb = centre(b);
+        if (ca != cb) return ca < cb;
+        return a.ref.prim != b.ref.prim ? a.ref.prim < b.ref.prim : a.ref.s0 < b.ref.s0;
+      });
+      const std::span<Piece> left(pieces.begin(), middle), right(middle, pieces.end());
+      waiting.push_back({right, hull(right), index});
+      waiting.push_back({left, hull(left)});
+    }
   }
 
   static Box hull(std::span<const Piece> pieces) {
@@ -78,14 +87,7 @@ class LeafDivider {
     return box;
   }
 
-  std::size_t begin(const Box& box) {
-    tree_.nodes.push_back({box, 0, std::uint32_t(tree_.refs.size()), 0});
-    return tree_.nodes.size() - 1;
-  }
-
-  void end(std::size_t index) {
-    tree_.nodes[index].n_refs = std::uint32_t(tree_.refs.size()) - tree_.nodes[index].first_ref;
-  }
+  void list(std::span<const Reference> refs) { tree_.refs.insert(tree_.refs.end(), refs.begin(), refs.end()); }
 
   std::span<const Node> nodes_;
   std::span<const Reference> refs_;
