@@ -16,7 +16,7 @@ PACKAGE = ROOT / "src" / "fastlines"
 MAX_LINES = 400
 
 #: The C++ core from the ground up; a folder stands for all in it that is not named itself. A tree is data that builders
-#: write and queries read, so it stands before both; `validate` needs the box rules of the splits.
+#: write and queries read, so it stands before both; `usable` and `validate` need the box rules of the splits.
 HEADERS = (
     "threads",
     "memory",
@@ -28,6 +28,7 @@ HEADERS = (
     "tree/parts.hpp",
     "simd",
     "splits",
+    "tree/usable.hpp",
     "tree/validate.hpp",
     "build",
     "query",

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import nasty
 import numpy as np
-import numpy.typing as npt
 import pytest
 from test_queries import WITH_AT, assert_same, cases, options, question
 
@@ -140,50 +138,6 @@ def test_lines_cut_more_finely_than_references_tell(end: float) -> None:
         expected = fl.brute_force(segments, origins, directions, 0.02, query=query, **options(query))
         for kernel in WIDE:
             assert_same(getattr(tree, query)(origins, directions, 0.02, kernel=kernel, **options(query)), expected)
-
-
-def out_of_order(tree: fl.Tree) -> npt.NDArray[Any]:
-    """Nodes of the same tree below one more; an empty leaf, its other child, stands in the midst of the first."""
-    nodes, right = tree.nodes, int(tree.nodes["right"][0])
-    root, left, rest = nodes[:1], nodes[1:right].copy(), nodes[right:].copy()
-    for part, by in ((left, 1), (rest, 2)):
-        part["right"][part["right"] > 0] += by
-    above, again, empty = root.copy(), root.copy(), root.copy()
-    above["right"], again["right"] = right + 1, right + 2
-    empty["right"], empty["n_refs"], empty["first_ref"] = 0, 0, left["n_refs"][0]
-    return np.concatenate([above, again, left, empty, rest])
-
-
-def test_boxes_that_are_none_are_laid_out() -> None:
-    """A tree made by hand may have them; only what is loaded or validated is looked at."""
-    tree = fl.build(np.random.default_rng(0).uniform(-1, 1, (3000, 2, 3)))
-    nodes = tree.nodes.copy()
-    nodes["box"], nodes["box"][0] = np.inf, 0
-    assert len(dataclasses.replace(tree, nodes=nodes).layout.refs) >= 3000
-
-
-def chain(tree: fl.Tree) -> npt.NDArray[Any]:
-    """All left children are inner nodes, as deep as there are references."""
-    n = tree.n_refs
-    nodes = np.zeros(2 * n - 1, tree.nodes.dtype)
-    nodes["box"] = tree.nodes["box"][0]
-    nodes["right"][: n - 1] = 2 * n - 2 - np.arange(n - 1)
-    nodes["n_refs"][: n - 1], nodes["n_refs"][n - 1 :] = n - np.arange(n - 1), 1
-    nodes["first_ref"][n - 1 :] = np.arange(n)
-    return nodes
-
-
-@pytest.mark.parametrize("make", [out_of_order, chain])
-def test_nodes_by_hand_are_laid_out_however_they_stand(make: Callable[[fl.Tree], npt.NDArray[Any]]) -> None:
-    rng = np.random.default_rng(0)
-    starts = rng.uniform(-1, 1, (100_000 if make is chain else 20_000, 1, 3))
-    segments = np.concatenate([starts, starts + rng.normal(0, 0.01, starts.shape)], axis=1).astype(np.float32)
-    tree = fl.build(segments, "bvh-cl")
-    by_hand = dataclasses.replace(tree, nodes=make(tree))
-    origins, directions = rng.uniform(-1, 1, (50, 3)), rng.normal(size=(50, 3))
-    counts = tree.count_hits(origins, directions, 0.02)
-    assert counts.sum() > 100
-    assert by_hand.count_hits(origins, directions, 0.02).tolist() == counts.tolist()
 
 
 @pytest.mark.parametrize("n_refs", [0, 1, 16, 17, 40])

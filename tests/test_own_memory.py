@@ -251,23 +251,21 @@ def test_a_tree_made_by_hand_is_its_own(tree):
 
 
 def test_a_tree_made_by_hand_leads_out_of_no_array(tree):
-    """The core would follow it: whatever number is changed, the tree is refused, or can be asked."""
+    """The core would follow it: whatever number is changed, the tree is refused, or it is the same as before."""
     values = [0, 1, 2, tree.n_nodes - 1, tree.n_nodes, tree.n_refs, tree.n_prims, 2**31, 2**32 - 1]
-    n_refused = n_asked = 0
+    n_refused = 0
     for section, field in (("nodes", "right"), ("nodes", "first_ref"), ("nodes", "n_refs"), ("refs", "prim")):
         for row in range(0, len(getattr(tree, section)), 7):
             for value in values:
                 array = getattr(tree, section).copy()
                 array[field][row] = value
                 try:
-                    made = dataclasses.replace(tree, **{section: array})
+                    dataclasses.replace(tree, **{section: array})
                 except fl.InvalidTreeError:
                     n_refused += 1
-                    continue
-                n_asked += 1
-                hits = made.all_hits(RAYS[0], RAYS[1][:9], 0.1)
-                assert hits.prim.max(initial=0) < tree.n_prims
-    assert min(n_refused, n_asked) > 100
+                else:
+                    assert array.tobytes() == getattr(tree, section).tobytes()
+    assert n_refused > 100
 
 
 @pytest.mark.parametrize(

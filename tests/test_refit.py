@@ -299,9 +299,9 @@ def test_broken_boxes_are_found(change: str, axiom: str) -> None:
     tree = fl.build(spaghetti(), "bvh-d2")
     after = tree.refit(moved("a little", tree.geometry.segments))
     nodes = after.nodes.copy()
-    leaf, parent = int(np.flatnonzero(after.is_leaf)[3]), 1
+    leaf, parent = int(np.flatnonzero(after.is_leaf[1:] & ~after.is_leaf[:-1])[0]) + 1, 1
     if change == "leaf grown":
-        nodes["box"][leaf, 1] += 1e-3
+        nodes["box"][leaf] = nodes["box"][leaf - 1]  # its parent's
     else:
         node = leaf if change == "leaf shrunk" else parent
         nodes["box"][node, 1] = nodes["box"][node, 0]
@@ -336,8 +336,7 @@ def test_skipped_rows() -> None:
 
 
 @pytest.mark.parametrize("what", ["right", "range"])
-def test_what_is_no_tree(what: str) -> None:
-    """Hand-made nodes lead out of nothing."""
+def test_what_is_no_tree_is_not_made(what: str) -> None:
     tree = fl.build(fl.scenes.make("spaghetti", 300).lines, "bvh-d2")
     nodes = tree.nodes.copy()
     inner, leaves = np.flatnonzero(~tree.is_leaf), np.flatnonzero(tree.is_leaf)
@@ -345,9 +344,8 @@ def test_what_is_no_tree(what: str) -> None:
         nodes["right"][inner[-5]] = tree.n_nodes - 1
     else:
         nodes["first_ref"][leaves[5]] = tree.n_refs - nodes["n_refs"][leaves[5]]
-    broken = dataclasses.replace(tree, nodes=nodes)
     with pytest.raises(fl.InvalidTreeError):
-        broken.refit(tree.geometry).validate()
+        dataclasses.replace(tree, nodes=nodes)
 
 
 def test_progress_and_many_segments() -> None:

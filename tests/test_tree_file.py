@@ -13,45 +13,10 @@ from typing import Any
 import nasty
 import numpy as np
 import pytest
+from tree_files import RAYS, SEGMENTS, joined, refused, rewritten, same_answers, saved, split, with_metadata
 
 import fastlines as fl
 from fastlines import container
-
-RNG = np.random.default_rng(0)
-SEGMENTS = nasty.crossing(RNG, 20).astype(np.float32)
-RAYS = nasty.from_distance(1)(RNG, SEGMENTS.astype(float), 60, 2.0)
-
-
-def saved(path: Path, **settings: Any) -> tuple[fl.Tree, bytes]:
-    lines = fl.Lines.from_segments(
-        SEGMENTS,
-        strands=np.arange(20) // 3,
-        radius=np.linspace(0.1, 1, 40).reshape(20, 2),
-        attributes={"id": range(20)},
-    )
-    tree = fl.build(lines, **{"splits": fl.PlaneGrid(16), "limits": fl.Limits(max_refs=100), **settings})
-    tree.save(path)
-    return tree, path.read_bytes()
-
-
-def split(data: bytes) -> tuple[dict[str, Any], bytes]:
-    """Return the header and the body of a file."""
-    length = int.from_bytes(data[:8], "little")
-    return json.loads(data[8 : 8 + length]), data[8 + length :]
-
-
-def joined(header: Any, body: bytes) -> bytes:
-    text = header if isinstance(header, bytes) else json.dumps(header).encode()
-    text += b" " * (-(8 + len(text)) % 64)
-    return len(text).to_bytes(8, "little") + text + body
-
-
-def same_answers(a: fl.Tree, b: fl.Tree) -> bool:
-    one, other = (tree.all_hits(*RAYS, 0.1, at="surface") for tree in (a, b))
-    return all(
-        getattr(one, name).tobytes() == getattr(other, name).tobytes()
-        for name in ("offsets", "t", "prim", "u", "distance", "t_out")
-    )
 
 
 @pytest.mark.parametrize("method", fl.METHODS)
@@ -163,16 +128,6 @@ def test_odd_paths(tmp_path: Path) -> None:
             fl.load(tmp_path / "bad.flt")
 
 
-def refused(path: Path, data: bytes) -> None:
-    path.write_bytes(data)
-    with pytest.raises(fl.FileFormatError) as caught:
-        fl.load(path)
-    text = str(caught.value)
-    assert path.name in text
-    assert "\n" not in text
-    assert len(text) < 1000
-
-
 def test_truncated_or_longer(tmp_path: Path) -> None:
     _, data = saved(tmp_path / "a.flt")
     (tmp_path / "a.flt").write_bytes(data[: len(data) // 2])
@@ -216,10 +171,6 @@ SETTINGS = [
     '{"splits": [{"name": "plane_grid"}], "boxes": "tight", "lookahead": [1], "cost": {"c_trav": NaN}, "limits": {}}',
     '{"splits": [{"name": "plane_grid"}], "boxes": "tight", "lookahead": [1], "cost": [], "limits": {"a": 1}}',
 ]  # fmt: skip
-
-
-def with_metadata(header: dict[str, Any], **changed: Any) -> dict[str, Any]:
-    return {**header, "__metadata__": {**header["__metadata__"], **changed}}
 
 
 def test_lying_length_of_the_header(tmp_path: Path) -> None:
@@ -268,14 +219,6 @@ def test_lying_entry(tmp_path: Path, name: str, change: Any) -> None:
     if entry != header[name]:
         refused(tmp_path / "a.flt", joined({**header, name: entry}, body))
     refused(tmp_path / "a.flt", joined({key: value for key, value in header.items() if key != name}, body))
-
-
-def rewritten(tree: fl.Tree, path: Path, **arrays: Any) -> Path:
-    """Save a tree with some of its arrays changed."""
-    tree.save(path)
-    found, metadata = container.read(path)
-    container.write(path, {**found, **arrays}, metadata)
-    return path
 
 
 def test_arrays_that_lie(tmp_path: Path) -> None:
@@ -331,10 +274,14 @@ def test_arrays_that_lie(tmp_path: Path) -> None:
         refused(path, rewritten(tree, path, **changed).read_bytes())
 
 
-#: Loads a file with bytes flipped, again and again, and asks what it accepts everything. Prints how many it accepted.
+#: Loads a file with bytes changed, again and again, and asks what it accepts everything. Prints how many it accepted.
 FLIPS = """
 import os, pickle, sys
 import numpy as np, fastlines as fl
+
+def same(one, other):
+    names = ("offsets", "t", "prim", "u", "distance")
+    return all(getattr(one, name).tobytes() == getattr(other, name).tobytes() for name in names)
 
 path, seed, n_rounds = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
 data, origins, directions = pickle.load(sys.stdin.buffer)
@@ -360,18 +307,27 @@ for _ in range(n_rounds):
     with open(path, "wb") as file:
         file.write(changed)
     try:
-        tree = fl.load(path)
+        fl.load(path, verify=True)
+    except fl.FastlinesError as error:
+        assert "\\n" not in str(error)
+    else:
+        assert changed == data
+    try:
+        tree = fl.load(path, verify=False)
     except fl.FastlinesError as error:
         assert "\\n" not in str(error)
         continue
     accepted += 1
     for radius in (0.0, 0.1, 9.0):
-        first = tree.first_hit(origins, directions, radius, at="surface")
-        assert ((first.prim >= -1) & (first.prim < tree.n_prims)).all()
-        assert tree.count_hits(origins, directions, radius, t_min=-np.inf).min() >= 0
-        assert tree.any_hit(origins, directions, radius).shape == (len(origins),)
-        every = tree.all_hits(origins, directions, radius)
-        assert len(np.unique(np.stack([every.ray, every.prim]), axis=1).T) == len(every), "a hit is told twice"
+        right = fl.brute_force(tree.geometry, origins, directions, radius)
+        counts = np.diff(right.offsets)
+        for kernel in ("auto", "binary"):
+            first = tree.first_hit(origins, directions, radius, kernel=kernel)
+            assert (first.prim[counts > 0] == right.prim[right.offsets[:-1][counts > 0]]).all()
+            assert (first.prim[counts == 0] == -1).all()
+            assert (tree.any_hit(origins, directions, radius, kernel=kernel) == (counts > 0)).all()
+            assert (tree.count_hits(origins, directions, radius, kernel=kernel) == counts).all()
+            assert same(tree.all_hits(origins, directions, radius, kernel=kernel), right)
     repr(tree), tree.stats(), tree.levels(), tree.cost(by="g")
     try:
         tree.validate()
@@ -383,9 +339,9 @@ print(accepted)
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("method", ["bvh-d2", "kd-d2"])
-def test_flipped_bytes_are_refused_or_harmless(tmp_path: Path, seed: int, method: str) -> None:
+def test_changed_bytes_are_refused_or_answer_right(tmp_path: Path, seed: int, method: str) -> None:
     _, data = saved(tmp_path / "a.flt", method=method)
-    n_rounds = 500
+    n_rounds = 300
     ended = subprocess.run(
         [sys.executable, "-W", "error", "-c", FLIPS, str(tmp_path / "b.flt"), str(seed), str(n_rounds)],
         input=pickle.dumps((data, *RAYS)),
@@ -395,4 +351,4 @@ def test_flipped_bytes_are_refused_or_harmless(tmp_path: Path, seed: int, method
         env={**os.environ, "FASTLINES_NUM_THREADS": "1"},
     )
     assert ended.returncode == 0, f"exit code {ended.returncode}: {ended.stderr.decode()[-3000:]}"
-    assert 10 < int(ended.stdout) < n_rounds, "both should happen"
+    assert 0 < int(ended.stdout) < n_rounds, "both should happen"

@@ -80,23 +80,47 @@ nb::tuple reinsert(Input<std::uint32_t> nodes, Input<std::uint32_t> refs, int ro
                         n_too_deep);
 }
 
-std::optional<std::tuple<std::size_t, std::string, std::string>> check(const std::string& kind, Input<float> data,
-                                                                       Input<std::uint32_t> nodes,
-                                                                       Input<std::uint32_t> refs, bool cut,
-                                                                       bool pieces) {
+/// Node, axiom and detail of what a tree breaks.
+using Broken = std::optional<std::tuple<std::size_t, std::string, std::string>>;
+
+Broken broken(const std::optional<Violation>& found) {
+  if (!found) return {};
+  return std::make_tuple(found->node, found->axiom, found->detail);
+}
+
+/// A check of so many nodes and references is worth a look at Ctrl-C.
+constexpr std::size_t kLongCheck = 1'000'000;
+
+/// What a search relies on.
+Broken check(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes, Input<std::uint32_t> refs,
+             bool cut) {
+  std::optional<Violation> found;
+  const auto all_nodes = rows<Node>(nodes);
+  const auto all_refs = rows<Reference>(refs);
+  watch_if(all_nodes.size() + all_refs.size() > kLongCheck, nb::none(), [&](const Progress& watched) {
+    with_primitives(kind, data, [&](const auto& prims) {
+      found = check_usable(prims, all_nodes, all_refs, box_rule(cut), watched);
+    });
+  });
+  return broken(found);
+}
+
+/// All axioms.
+Broken validate_tree(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes, Input<std::uint32_t> refs,
+                     bool cut, bool pieces) {
   std::optional<Violation> found;
   watch(
-      [&](Progress&) {
+      [&](const Progress& watched) {
         if (pieces)
-          found = validate_pieces({rows<Segment>(data)}, rows<Node>(nodes), rows<Reference>(refs), box_rule(cut));
+          found =
+              validate_pieces({rows<Segment>(data)}, rows<Node>(nodes), rows<Reference>(refs), box_rule(cut), watched);
         else
           with_primitives(kind, data, [&](const auto& prims) {
-            found = validate(prims, rows<Node>(nodes), rows<Reference>(refs), box_rule(cut));
+            found = validate(prims, rows<Node>(nodes), rows<Reference>(refs), box_rule(cut), watched);
           });
       },
       nb::none());
-  if (!found) return {};
-  return std::make_tuple(found->node, found->axiom, found->detail);
+  return broken(found);
 }
 
 double cost(Input<std::uint32_t> nodes, double c_trav, double c_prim) {
@@ -195,8 +219,10 @@ NB_MODULE(_core, m) {
   m.def("build", &build, "kind"_a, "data"_a.noconvert(), "settings"_a, "progress"_a.none());
   m.def("reinsert", &reinsert, "nodes"_a.noconvert(), "refs"_a.noconvert(), "rounds"_a, "max_depth"_a, "radius_hint"_a,
         "n_threads"_a, "progress"_a.none());
-  m.def("validate", &check, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "cut"_a,
-        "pieces"_a);
+  m.def("check", &check, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "cut"_a);
+  m.def("validate", &validate_tree, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(),
+        "cut"_a, "pieces"_a);
+  m.attr("MAX_DEPTH") = kMaxDepth;
   m.def("cost", &cost, "nodes"_a.noconvert(), "c_trav"_a, "c_prim"_a);
   m.def("best_simd", &best_simd);
   m.def("planes", &planes, "nodes"_a.noconvert(), "refs"_a.noconvert());

@@ -59,6 +59,12 @@ int main() {
       std::printf("%zu nodes, %zu references: %s\n", tree.nodes.size(), tree.refs.size(),
                   violation ? (violation->axiom + ", " + violation->detail).c_str() : "valid");
       n_bad += violation.has_value() || tree.nodes.size() < 3;
+      progress.cancel = true;
+      try {
+        validate(balls, tree.nodes, tree.refs, rule, progress);
+        ++n_bad;
+      } catch (const Cancelled&) {
+      }
     }
   return n_bad;
 }

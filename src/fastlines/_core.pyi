@@ -37,6 +37,11 @@ def reinsert(
     n_threads: int,
     progress: _Progress,
 ) -> tuple[_Words, _Words, int]: ...
+
+#: The most levels that a tree has below its root.
+MAX_DEPTH: int
+
+def check(kind: str, data: _Floats, nodes: _Words, refs: _Words, cut: bool) -> tuple[int, str, str] | None: ...
 def validate(
     kind: str, data: _Floats, nodes: _Words, refs: _Words, cut: bool, pieces: bool
 ) -> tuple[int, str, str] | None: ...

@@ -272,5 +272,5 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
         if n_too_deep:
             limits_hit["max_depth"] = limits_hit.get("max_depth", 0) + n_too_deep
     nodes, refs = own(nodes).reshape(-1).view(NODE), own(refs).reshape(-1).view(REF)
-    counts = dict(zip(("candidates", "carried_out"), searched, strict=True))
-    return Tree(geometry, nodes, refs, settings, name, limits_hit, searched=counts if searched[0] else {})
+    counts = dict(zip(("candidates", "carried_out"), searched, strict=True)) if searched[0] else {}
+    return Tree(geometry, nodes, refs, settings, name, limits_hit, searched=counts, made_by_core=True)

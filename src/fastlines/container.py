@@ -4,12 +4,16 @@ The layout is that of safetensors: 8 bytes with the length of the header (little
 bytes of the arrays without holes. The header names for each array its dtype, shape and first and last byte, and under
 ``__metadata__`` whatever strings the writer wants to keep. It is padded with spaces so that the arrays start at a
 multiple of 64 bytes. What the header says is checked against the length of the file before it is used.
+
+The last section holds checksums (CRC-32), four bytes each: of the header with its length, then of each section before, in
+their order. So whatever bit of a file is flipped, a checksum differs. Files that were written without are read too.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -29,12 +33,24 @@ DTYPES: dict[str, np.dtype[Any]] = {
 }
 NAMES = {dtype: name for name, dtype in DTYPES.items()}
 
+#: The section of checksums.
+CHECKSUMS = "crc32"
+
+#: Checksums of larger files are verified only when that is asked for: it takes up to a second a gigabyte.
+VERIFIED_BYTES = 1 << 30
+
+#: Checksums take so many bytes at a time, and Ctrl-C acts in between.
+BLOCK = 1 << 26
+
 
 def write(path: str | os.PathLike[str], arrays: Mapping[str, npt.NDArray[Any]], metadata: Mapping[str, str]) -> None:
-    """Write arrays (of the types in `DTYPES`) and strings; the file appears whole or not at all."""
+    """Write arrays (of the types in `DTYPES`), strings and checksums; the file appears whole or not at all."""
+    arrays = {name: array for name, array in arrays.items() if name != CHECKSUMS}
+    checksums = np.zeros(1 + len(arrays), "<u4")
     header: dict[str, Any] = {"__metadata__": dict(metadata)}
     position = 0
-    for name, array in arrays.items():
+    in_bytes = checksums.view(np.uint8).reshape(-1, 4)  # so that it is aligned wherever it begins
+    for name, array in {**arrays, CHECKSUMS: in_bytes}.items():
         end = position + array.nbytes
         header[name] = {"dtype": NAMES[array.dtype], "shape": array.shape, "data_offsets": [position, end]}
         position = end
@@ -45,19 +61,39 @@ def write(path: str | os.PathLike[str], arrays: Mapping[str, npt.NDArray[Any]], 
             f"{path}: the names of its sections take {len(text)} bytes, more than {MAX_HEADER}; shorten them"
         )
     with whole(path) as partial, partial.open("wb") as file:
-        file.write(len(text).to_bytes(8, "little"))
-        file.write(text)
-        for array in arrays.values():
-            file.write(np.ascontiguousarray(array).data)
+        for i, part in enumerate([len(text).to_bytes(8, "little") + text, *arrays.values()]):
+            data = part if isinstance(part, bytes) else np.ascontiguousarray(part).data
+            checksums[i] = checksum(data)
+            file.write(data)
+        file.write(checksums.data)
 
 
-def read(path: str | os.PathLike[str]) -> tuple[dict[str, npt.NDArray[Any]], dict[str, str]]:
-    """Map the arrays of a file into memory, read-only.
+def checksum(data: Any) -> int:
+    """Compute the CRC-32 of bytes or of a contiguous array."""
+    found = 0
+    view = memoryview(data)
+    if view.nbytes:
+        view = view.cast("B")
+        for start in range(0, len(view), BLOCK):
+            found = zlib.crc32(view[start : start + BLOCK], found)
+    return found
+
+
+def read(
+    path: str | os.PathLike[str], verify: bool | None = None
+) -> tuple[dict[str, npt.NDArray[Any]], dict[str, str]]:
+    """Map the arrays of a file into memory, read-only; its checksums are one of them.
+
+    Parameters
+    ----------
+    path : str or path
+    verify : bool, optional
+        Whether to verify the checksums; by default if there are any and the file has at most `VERIFIED_BYTES`.
 
     Raises
     ------
     FileFormatError
-        If the file is not what its header says.
+        If the file is not what its header or its checksums say.
     """
     size = Path(path).stat().st_size
 
@@ -102,6 +138,15 @@ def read(path: str | os.PathLike[str]) -> tuple[dict[str, npt.NDArray[Any]], dic
     promised = 8 + length + max((end for *_, end in sections.values()), default=0)
     if promised != size:
         raise refuse(f"its header promises {promised} bytes, but it has {size}")
+    if verify or (verify is None and CHECKSUMS in arrays and size <= VERIFIED_BYTES):
+        *parts, last = [raw[: 8 + length], *arrays.values()]
+        if CHECKSUMS not in arrays:
+            raise refuse("it has no checksums to verify (verify=False loads it)")
+        if last is not arrays[CHECKSUMS] or last.dtype != np.uint8 or last.shape != (len(parts), 4):
+            raise refuse("its checksums are not one for the header and each section before")
+        for name, part, expected in zip(["header", *arrays], parts, last, strict=False):
+            if checksum(part) != int.from_bytes(expected.tobytes(), "little"):
+                raise refuse(f"its {name} have changed since it was written: a checksum differs")
     return arrays, metadata
 
 

@@ -38,7 +38,7 @@ class InvalidTreeError(FastlinesError):
     node : int
         Which node breaks it.
     axiom : str
-        Which axiom: "axiom 1" to "axiom 5", "BVH axiom", "KD axiom" or "Theorem 4".
+        Which axiom: "axiom 1" to "axiom 5", "BVH axiom", "KD axiom" or "Theorem 4"; or "the bound on depth".
     """
 
     def __init__(self, node: int, axiom: str, detail: str) -> None:

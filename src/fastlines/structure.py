@@ -6,7 +6,7 @@ Axioms, cost and theorems are those of thesis §3; see `fastlines.theory` for th
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field
 from functools import cached_property
 from typing import Any, Literal
 
@@ -27,12 +27,17 @@ NODE = np.dtype([("box", "<f4", (2, 3)), ("right", "<u4"), ("first_ref", "<u4"),
 #: A reference: a primitive, and the piece [s0, s1) of it that it stands for; s1 = inf in the last piece.
 REF = np.dtype([("prim", "<u4"), ("s0", "<f4"), ("s1", "<f4")])
 
+#: No node lies more levels below the root.
+MAX_DEPTH = _core.MAX_DEPTH
+
 
 @dataclass(frozen=True, eq=False)
 class TreeStructure(Immutable):
     """An acceleration tree over primitives, as plain immutable data.
 
-    What is made by hand is checked so far that nothing can lead out of an array: `validate` checks the rest.
+    What is made by hand is checked for all that queries rely on: axioms 1 to 4, a depth of at most `MAX_DEPTH`, that
+    the pieces of each primitive tile it and lie in their leaves' boxes, and the KD axiom where boxes are cut.
+    `validate` checks the rest.
 
     Attributes
     ----------
@@ -54,6 +59,8 @@ class TreeStructure(Immutable):
     searched : mapping of str to int
         Of a tree that was just built with a lookahead of 2 or more: how many ``candidates`` the search met there, and
         how many of them it had to have ``carried_out``. Files do not keep it.
+    made_by_core : bool
+        Whether the core has just made nodes and references, which then need no check. Queries on others could crash.
     """
 
     geometry: Geometry
@@ -64,8 +71,9 @@ class TreeStructure(Immutable):
     limits_hit: Mapping[str, int] = field(default_factory=dict)
     built_cost: float | None = None
     searched: Mapping[str, int] = field(default_factory=dict)
+    made_by_core: InitVar[bool] = False
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, made_by_core: bool) -> None:
         for name, dtype in (("nodes", NODE), ("refs", REF)):
             array = frozen(getattr(self, name))
             object.__setattr__(self, name, array)
@@ -79,22 +87,12 @@ class TreeStructure(Immutable):
             raise InputError(f"settings are a {type(self.settings).__name__}; expected fl.Settings(…)")
         if self.built_cost is not None and not 0 <= self.built_cost < np.inf:
             raise InputError(f"built_cost={self.built_cost!r}; expected a cost, or None for a tree as it was built")
-        if self.n_nodes == 0:
-            raise InvalidTreeError(0, "axiom 1", "there is no root")
-
-        # Children follow their parents, so every way down ends.
-        index, right = np.arange(self.n_nodes), self.nodes["right"]
-        self._refuse(
-            (right != 0) & ((right <= index) | (right >= self.n_nodes)), "axiom 1", "its right child is no later node"
-        )
-        ends = self.nodes["first_ref"].astype(np.int64) + self.nodes["n_refs"]
-        self._refuse(ends > self.n_refs, "axiom 2", "its references reach past the end of the list")
-        if self.n_refs and int(self.refs["prim"].max()) >= self.n_prims:
-            raise InvalidTreeError(0, "axiom 2", f"a reference names none of the {self.n_prims} primitives")
-
-    def _refuse(self, bad: npt.NDArray[np.bool_], axiom: str, detail: str) -> None:
-        if bad.any():
-            raise InvalidTreeError(int(bad.argmax()), axiom, detail)
+        if made_by_core:
+            return
+        kind, data = core_data(self.geometry)
+        found = _core.check(kind, data, *self.words(), self.settings.boxes == "cut")
+        if found is not None:
+            raise InvalidTreeError(*found)
 
     def __repr__(self) -> str:
         return (

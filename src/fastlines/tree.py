@@ -341,17 +341,26 @@ class Tree(TreeStructure):
         treefile.write(self, path)
 
 
-def load(path: str | os.PathLike[str]) -> Tree:
+def load(path: str | os.PathLike[str], *, verify: bool | None = None) -> Tree:
     """Map a saved tree into memory and check that it can be used.
 
-    What a query relies on is checked: the graph, the ranges, the boxes, that the pieces of each segment tile it, and
-    that each lies in its leaf's box. So no hit is lost or told twice. `Tree.validate` checks the axioms too.
+    What queries rely on is checked, as of every tree (`Tree`): the graph and its depth, the ranges, the boxes, that the
+    pieces of each segment tile it, and that each lies in its leaf's box. So no hit is lost or told twice.
+    `Tree.validate` checks the axioms too. What changes or truncates the file later changes the tree (docs/files.md).
+
+    Parameters
+    ----------
+    path : str or path
+    verify : bool, optional
+        Whether to verify the checksums, which tell of damage that leaves a tree a tree, such as another coordinate. By
+        default those of files of up to 1 GiB are verified, if there are any. Older versions wrote none: such files are
+        loaded, unless True asks for a verification.
 
     Raises
     ------
     FileFormatError
-        If the file is not a whole, usable tree.
+        If the file is not a whole, usable tree, or its checksums differ.
     OSError
         If it can not be read.
     """
-    return Tree(**treefile.read(path))
+    return treefile.read(Tree, path, verify)

@@ -48,21 +48,13 @@ class Planner {
   Buffer<Plan> operator()(unsigned n_threads, Progress& progress) {
     plans_.make_room(nodes_.size());
     const Parts parts = divide(nodes_, kPart, std::numeric_limits<std::size_t>::max());
-    std::atomic<bool> apart = !parts.bad;
-    if (apart)
-      for_each_chunk(
-          parts.below.size(), n_threads, progress, [] { return 0; },
-          [&](int, std::size_t i) {
-            if (!plan_part(parts.below[i])) apart = false;
-          },
-          {0.0, 0.4});
-    if (apart)
-      for (auto v = parts.above.rbegin(); v != parts.above.rend(); ++v) plan(*v);
-    else  // made by hand, and not in preorder
-      for (auto v = std::uint32_t(nodes_.size()); v-- > 0;) {
-        if (v % kPart == 0) progress.check();
-        plan(v);
-      }
+    for_each_chunk(
+        parts.below.size(), n_threads, progress, [] { return 0; },
+        [&](int, std::size_t i) {
+          for (std::uint32_t v = parts.below[i].end; v-- > parts.below[i].begin;) plan(v);
+        },
+        {0.0, 0.4});
+    for (auto v = parts.above.rbegin(); v != parts.above.rend(); ++v) plan(*v);
     plans_.keep(nodes_.size());
     return std::move(plans_);
   }
@@ -70,20 +62,10 @@ class Planner {
  private:
   static constexpr std::uint32_t kPart = 4096;
 
-  /// False if the part leads out of itself.
-  bool plan_part(const Part& part) {
-    for (std::uint32_t v = part.end; v-- > part.begin;) {
-      if (!nodes_[v].is_leaf() && nodes_[v].right >= part.end) return false;
-      plan(v);
-    }
-    return true;
-  }
-
   void plan(std::uint32_t v) {
     const Node& node = nodes_[v];
     Plan& plan = plans_[v];
-    // At most 1, also where boxes of a tree made by hand are no boxes: then what is too much for a leaf is no leaf.
-    const float area = min(float(node.box.area(margin_) / root_area_), 1.0f);
+    const auto area = float(node.box.area(margin_) / root_area_);
     const float as_leaf = few_enough(refs_.subspan(node.first_ref, node.n_refs)) ? area * cost_.c_leaf : kNever;
     std::fill(std::begin(plan.k), std::end(plan.k), std::uint8_t(0));
     plan.k_all = 0;

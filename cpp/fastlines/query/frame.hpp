@@ -7,13 +7,14 @@
 #include <cmath>
 
 #include "../primitives/segments.hpp"
+#include "../references/slack.hpp"
 
 namespace fastlines {
 
 struct Frame {
   Vec3 centre{0, 0, 0};
   float scale = 1.0f;  // a power of two
-  float grain = 0.0f;  // how far rounding to float32, where the scene lies, can move a corner of a box
+  float grain = 0.0f;  // how far a piece can reach out of its leaf's box
 
   Vec3 operator()(const Vec3& point) const { return (point - centre) * scale; }
 };
@@ -28,9 +29,7 @@ inline Frame frame_of(const Box& box) {
     half = std::max({half, double(box.hi[k]) - frame.centre[k], frame.centre[k] - double(box.lo[k])});
   }
   if (half > 0.0) frame.scale = float(std::ldexp(1.0, std::clamp(-std::ilogb(half) - 1, -120, 120)));
-  double farthest = half;
-  for (int k = 0; k < 3; ++k) farthest = std::max(farthest, std::abs(double(frame.centre[k])) + half);
-  frame.grain = float(std::ldexp(farthest * frame.scale, -23));
+  frame.grain = float(2.0 * slack_of(box) * frame.scale);
   return frame;
 }
 

@@ -23,6 +23,10 @@ struct Node {
 };
 static_assert(sizeof(Node) == 36);
 
+/// No node lies more levels below the root. Nothing recurses on the depth, but stacks of searches have an entry a
+/// level.
+inline constexpr std::size_t kMaxDepth = 4096;
+
 struct Tree {
   LargeVector<Node> nodes;
   LargeVector<Reference> refs;

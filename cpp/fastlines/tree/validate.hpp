@@ -1,34 +1,30 @@
 // Is this a tree? The axioms of thesis §3.2, the BVH or KD axiom, and Theorem 4, checked in double, with a tolerance of
-// a few ulps of the scene where boxes were rounded.
+// a few ulps of the scene where boxes were rounded; in time about linear in the tree, however deep it is.
 //
 // Axiom 5, (∪p₁ ∩ q₁) ∪ (∪p₂ ∩ q₂) = ∪p ∩ q, is checked primitive by primitive: what of one lies in q must lie in the
 // box of a child that lists it. For curves the parts are intervals of s; of other primitives the boxes of the parts are
 // compared. A tree over pieces is checked with the pieces as its primitives.
+//
+// Boxes are nested, so on a way down on which only one child of each node lists a primitive, axiom 5 holds at all nodes
+// if what lies in the first box lies in the last. So it is checked only where both children list it, and from there to
+// the next such node or to the leaf: for a primitive in k leaves at k − 1 nodes, and on 2k − 1 ways.
+//
+// Where axiom 5 holds, what lies in a node is what lies in its leaves. So for the BVH axiom, q = AABB(∪p ∩ q), boxes of
+// contents are hulls of the children's.
 #pragma once
 
-#include <cmath>
-#include <optional>
-#include <string>
-
 #include "../references/pieces.hpp"
-#include "../splits/candidate.hpp"
-#include "tree.hpp"
+#include "usable.hpp"
 
 namespace fastlines {
 
-struct Violation {
-  std::size_t node;
-  std::string axiom, detail;
-};
-
 template <Primitives P>
-class Validator {
+class Validator : Usable<P> {
  public:
-  using Nodes = std::span<const Node>;
-  using References = std::span<const Reference>;
+  using typename Usable<P>::Nodes, typename Usable<P>::References;
 
-  Validator(const P& prims, Nodes nodes, References refs, BoxRule rule)
-      : prims_(prims), nodes_(nodes), refs_(refs), rule_(rule) {
+  Validator(const P& prims, Nodes nodes, References refs, BoxRule rule, const Progress& progress)
+      : Usable<P>(prims, nodes, refs, rule, progress) {
     double largest = 0.0;
     const Box all = bounds_of_all(prims);
     if (!all.is_empty())
@@ -39,7 +35,8 @@ class Validator {
 
   /// The first violation found, if there is one.
   std::optional<Violation> operator()() {
-    check_graph() && check_references() && check_root() && check_nodes() && check_pieces();
+    this->check_graph() && this->check_references() && this->check_root() && this->check_boxes() && look_at_leaves() &&
+        check_parts() && check_contents() && this->check_pieces();
     return found_;
   }
 
@@ -47,162 +44,132 @@ class Validator {
   std::optional<Violation> over_pieces()
     requires std::same_as<P, Segments>
   {
-    if (!(check_graph() && check_references() && check_root() && check_pieces())) return found_;
+    if ((*this).Usable<P>::operator()()) return found_;
     const std::vector<Segment> pieces = pieces_of(prims_, refs_);
-    return Validator(Segments{pieces}, nodes_, references_to(pieces), rule_)();
+    return Validator(Segments{pieces}, nodes_, references_to(pieces), rule_, progress_)();
   }
 
  private:
-  bool fail(std::size_t node, const char* axiom, std::string detail) {
-    found_ = Violation{node, axiom, std::move(detail)};
-    return false;
-  }
+  using Usable<P>::prims_, Usable<P>::nodes_, Usable<P>::refs_, Usable<P>::rule_, Usable<P>::progress_,
+      Usable<P>::found_;
 
-  /// Axiom 1: a binary tree, in preorder; the references of a node are those of its children.
-  bool check_graph() {
-    if (nodes_.empty()) return fail(0, "axiom 1", "there is no root");
-    std::vector<std::size_t> ends{nodes_.size()};  // where the subtrees that are open end
-    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+  static constexpr std::uint32_t kNone = std::uint32_t(-1);
+
+  /// Theorem 4, what lies in each leaf, which leaf a reference is in, and where the ways down to it and to the
+  /// reference to the same primitive before it part.
+  bool look_at_leaves() {
+    contents_.assign(nodes_.size(), Box::empty());
+    leaf_of_.resize(refs_.size());
+    parting_.assign(refs_.size(), kNone);
+    std::vector<std::uint32_t> last_leaf(prims_.size(), kNone);
+    std::vector<std::uint32_t> way;  // the nodes above
+    std::vector<std::size_t> ends;   // of their subtrees
+    for (std::uint32_t i = 0; i < nodes_.size(); ++i) {
+      this->look_up(i);
+      while (!way.empty() && ends.back() <= i) {
+        way.pop_back();
+        ends.pop_back();
+      }
       const Node& node = nodes_[i];
-      while (!ends.empty() && ends.back() == i) ends.pop_back();
-      if (ends.empty()) return fail(i, "axiom 1", "it is nobody's child");
-      if (std::size_t(node.first_ref) + node.n_refs > refs_.size())
-        return fail(i, "axiom 2", "its references reach past the end of the list");
-      if (node.is_leaf()) {
-        if (ends.back() != i + 1) return fail(i, "axiom 1", "a leaf, where an inner node is due");
+      if (!node.is_leaf()) {
+        const bool is_left = !way.empty() && way.back() + 1 == i;
+        ends.push_back(way.empty() ? nodes_.size() : is_left ? nodes_[way.back()].right : ends.back());
+        way.push_back(i);
         continue;
       }
-      if (node.right <= i + 1 || node.right >= ends.back())
-        return fail(i, "axiom 1", "its right child " + std::to_string(node.right) + " is not in its own subtree");
-      ends.push_back(node.right);
-      const Node &left = nodes_[i + 1], &right = nodes_[node.right];
-      if (left.first_ref != node.first_ref || right.first_ref != left.first_ref + left.n_refs ||
-          node.n_refs != left.n_refs + right.n_refs)
-        return fail(i, "axiom 2", "its references are not those of its two children");
-    }
-    if (nodes_[0].first_ref != 0 || nodes_[0].n_refs != refs_.size())
-      return fail(0, "axiom 3", "not all references are below the root");
-    return true;
-  }
-
-  /// Axiom 2: boxes are boxes, and references name primitives and pieces.
-  bool check_references() {
-    for (std::size_t i = 0; i < nodes_.size(); ++i)
-      for (int k = 0; k < 3; ++k) {
-        const float lo = nodes_[i].box.lo[k], hi = nodes_[i].box.hi[k];
-        if (!(lo <= hi) || std::isinf(lo) || std::isinf(hi)) return fail(i, "axiom 2", "its box is not a box");
+      const Box box = grown(node.box);
+      const bool theorem_4 = node.box.area() > 0.0;
+      for (std::size_t ref = node.first_ref; ref < std::size_t(node.first_ref) + node.n_refs; ++ref) {
+        this->look_up(ref);
+        this->fetch_ahead(ref);
+        const std::uint32_t prim = refs_[ref].prim, before = std::exchange(last_leaf[prim], i);
+        leaf_of_[ref] = i;
+        if (before == i && !Curves<P>) return this->fail(i, "axiom 2", "it lists a primitive twice");
+        if (before != kNone && before != i) parting_[ref] = *(std::upper_bound(way.begin(), way.end(), before) - 1);
+        const Box whole = prims_.bounds(prim), part = box.contains(whole) ? whole : prims_.clipped_bounds(prim, box);
+        if (part.is_empty() && theorem_4)
+          return this->fail(i, "Theorem 4",
+                            "the leaf lists primitive " + std::to_string(prim) + ", which does not meet its box");
+        contents_[i].grow(part);
       }
-    for (std::size_t i = 0; i < refs_.size(); ++i)
-      if (refs_[i].prim >= prims_.size() || !is_piece(refs_[i]))
-        return fail(leaf_of(i), "axiom 2", "reference " + std::to_string(i) + " is not a piece of a primitive");
+    }
     return true;
   }
 
-  /// Only curves are cut into pieces.
-  static bool is_piece(const Reference& ref) {
-    return Curves<P> ? 0.0f <= ref.s0 && ref.s0 <= ref.s1 : ref.s0 == 0.0f && std::isinf(ref.s1);
-  }
-
-  /// Axiom 3: the root is (P, AABB(∪P)).
-  bool check_root() {
-    if (prims_.size() == 0) return refs_.empty() || fail(0, "axiom 3", "it lists references of no primitives");
-    if (!(nodes_[0].box == bounds_of_all(prims_)))
-      return fail(0, "axiom 3", "the root's box does not bound the primitives tightly");
-    std::vector<bool> listed(prims_.size());
-    for (const Reference& ref : refs_) listed[ref.prim] = true;
-    for (std::size_t prim = 0; prim < listed.size(); ++prim)
-      if (!listed[prim]) return fail(0, "axiom 3", "primitive " + std::to_string(prim) + " is in no leaf");
-    return true;
-  }
-
-  /// Axioms 4 and 5, the axiom of the box rule, and Theorem 4, from the last node to the first.
-  bool check_nodes() {
-    std::vector<std::vector<std::uint32_t>> prims_of(nodes_.size());
-    for (std::size_t i = nodes_.size(); i-- > 0;) {
-      const Node& node = nodes_[i];
-      std::vector<std::uint32_t>& prims = prims_of[i];
-      if (node.is_leaf()) {
-        for (const Reference& ref : refs_.subspan(node.first_ref, node.n_refs)) prims.push_back(ref.prim);
-        std::sort(prims.begin(), prims.end());
-        const auto last = std::unique(prims.begin(), prims.end());
-        if (!Curves<P> && last != prims.end()) return fail(i, "axiom 2", "it lists a primitive twice");
-        prims.erase(last, prims.end());
-      } else {
-        const Box &left = nodes_[i + 1].box, &right = nodes_[node.right].box;
-        if (!node.box.contains(left) || !node.box.contains(right))
-          return fail(i, "axiom 4", "the boxes of its children do not lie in its own");
-        if (rule_ == BoxRule::cut && !cut_in_two(node.box, left, right))
-          return fail(i, "KD axiom", "the boxes of its children do not cut its own in two");
-        std::vector<std::uint32_t>&l = prims_of[i + 1], &r = prims_of[node.right];
-        std::set_union(l.begin(), l.end(), r.begin(), r.end(), std::back_inserter(prims));
-        for (const std::uint32_t prim : prims) {
-          const bool in_left = std::binary_search(l.begin(), l.end(), prim);
-          const bool in_right = std::binary_search(r.begin(), r.end(), prim);
-          if (!covered(prim, node.box, in_left ? &left : nullptr, in_right ? &right : nullptr))
-            return fail(i, "axiom 5", "a part of primitive " + std::to_string(prim) + " in it is in neither child");
+  /// Axiom 5. The nodes where the ways down to the leaves of a primitive part are a tree of their own, made from the
+  /// left to the right: `open` is the way down to the last leaf.
+  bool check_parts() {
+    std::vector<std::uint32_t> open;
+    for (std::uint32_t prim = 0; prim < prims_.size(); ++prim) {
+      this->look_up(prim);
+      open.clear();
+      // Close what is open below a node.
+      const auto close = [&](std::uint32_t node) {
+        while (open.size() > 1 && open[open.size() - 2] >= node) {
+          const std::uint32_t below = open.back();
+          open.pop_back();
+          if (!check_way(prim, child_towards(open.back(), below), below)) return false;
         }
-        l = {};
-        r = {};
+        return true;
+      };
+      for (const std::uint32_t ref : this->refs_to(prim)) {
+        const std::uint32_t leaf = leaf_of_[ref], parting = parting_[ref];
+        if (!open.empty() && open.back() == leaf) continue;
+        if (parting != kNone) {
+          if (!close(parting)) return false;
+          if (const std::uint32_t below = open.back(); below > parting) {
+            open.back() = parting;
+            if (!check_way(prim, child_towards(parting, below), below)) return false;
+            const Box &left = nodes_[parting + 1].box, &right = nodes_[nodes_[parting].right].box;
+            if (!covered(prim, nodes_[parting].box, &left, &right)) return fail_parts(parting, prim);
+          }
+        }
+        open.push_back(leaf);
       }
-      if (!check_contents(i, prims)) return false;
+      if (!close(0)) return false;
+      if (!check_way(prim, 0, open.front())) return false;
     }
     return true;
   }
 
-  /// Theorem 4 at a leaf, and the BVH axiom, q = AABB(∪p ∩ q).
-  bool check_contents(std::size_t i, const std::vector<std::uint32_t>& prims) {
-    const Node& node = nodes_[i];
-    const bool theorem_4 = node.is_leaf() && node.box.area() > 0.0;
-    if (prims.empty() || (rule_ == BoxRule::cut && !theorem_4)) return true;
-    Box tight = Box::empty();
-    for (const std::uint32_t prim : prims) {
-      const Box part = prims_.clipped_bounds(prim, grown(node.box));
-      if (part.is_empty() && theorem_4)
-        return fail(i, "Theorem 4",
-                    "the leaf lists primitive " + std::to_string(prim) + ", which does not meet its box");
-      tight.grow(part);
+  std::uint32_t child_towards(std::uint32_t node, std::uint32_t below) const {
+    return below < nodes_[node].right ? node + 1 : nodes_[node].right;
+  }
+
+  /// Only one child of each node on this way lists the primitive.
+  bool check_way(std::uint32_t prim, std::uint32_t from, std::uint32_t to) {
+    if (from == to || grown(nodes_[to].box).contains(prims_.bounds(prim))) return true;
+    if (covered(prim, nodes_[from].box, &nodes_[to].box, nullptr)) return true;
+    // Which node is it?
+    std::uint32_t bad = from;
+    for (std::uint32_t node = from; node != to;) {
+      const std::uint32_t child = child_towards(node, to);
+      if (!covered(prim, nodes_[node].box, &nodes_[child].box, nullptr)) bad = node;
+      node = child;
     }
+    return fail_parts(bad, prim);
+  }
+
+  bool fail_parts(std::uint32_t node, std::uint32_t prim) {
+    return this->fail(node, "axiom 5", "a part of primitive " + std::to_string(prim) + " in it is in neither child");
+  }
+
+  /// The BVH axiom.
+  bool check_contents() {
     if (rule_ == BoxRule::cut) return true;
-    for (int k = 0; k < 3; ++k)
-      if (tight.lo[k] > node.box.lo[k] + 4 * tolerance_ || tight.hi[k] < node.box.hi[k] - 4 * tolerance_)
-        return fail(i, "BVH axiom", "its box is not tight around its primitives");
-    return true;
-  }
-
-  /// Each hit is found once because the pieces of a primitive tile it, and found at all because they lie in their
-  /// leaves.
-  bool check_pieces() {
-    struct Piece {
-      Reference ref;
-      std::size_t index;
-    };
-    std::vector<Piece> pieces(refs_.size());
-    for (std::size_t i = 0; i < refs_.size(); ++i) pieces[i] = {refs_[i], i};
-    if constexpr (!Curves<P>) return true;
-    std::sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) {
-      if (a.ref.prim != b.ref.prim) return a.ref.prim < b.ref.prim;
-      return a.ref.s0 != b.ref.s0 ? a.ref.s0 < b.ref.s0 : a.ref.s1 < b.ref.s1;
-    });
-    for (std::size_t i = 0; i < pieces.size(); ++i) {
-      const Reference& ref = pieces[i].ref;
-      const bool first = i == 0 || pieces[i - 1].ref.prim != ref.prim;
-      const bool last = i + 1 == pieces.size() || pieces[i + 1].ref.prim != ref.prim;
-      if (ref.s0 != (first ? 0.0f : pieces[i - 1].ref.s1) || std::isinf(ref.s1) != last)
-        return fail(leaf_of(pieces[i].index), "axiom 5",
-                    "the pieces of primitive " + std::to_string(ref.prim) + " do not tile it");
-    }
-    if constexpr (Curves<P>)
-      for (std::size_t i = 0; i < nodes_.size(); ++i) {
-        if (!nodes_[i].is_leaf()) continue;
-        const Box box = grown(nodes_[i].box);
-        for (const Reference& ref : refs_.subspan(nodes_[i].first_ref, nodes_[i].n_refs)) {
-          Box ends = Box::empty();
-          ends.grow(prims_.curve(ref.prim).point(ref.s0));
-          ends.grow(prims_.curve(ref.prim).point(std::min(ref.s1, 1.0f)));
-          if (!box.contains(ends))
-            return fail(i, "axiom 5", "a piece of primitive " + std::to_string(ref.prim) + " is not in its leaf's box");
-        }
+    for (std::size_t i = nodes_.size(); i-- > 0;) {
+      this->look_up(i);
+      const Node& node = nodes_[i];
+      if (node.n_refs == 0) continue;
+      Box& tight = contents_[i];
+      if (!node.is_leaf()) {
+        tight = contents_[i + 1];
+        tight.grow(contents_[node.right]);
       }
+      for (int k = 0; k < 3; ++k)
+        if (tight.lo[k] > node.box.lo[k] + 4 * tolerance_ || tight.hi[k] < node.box.hi[k] - 4 * tolerance_)
+          return this->fail(i, "BVH axiom", "its box is not tight around its primitives");
+    }
     return true;
   }
 
@@ -263,41 +230,22 @@ class Validator {
     return box;
   }
 
-  static bool cut_in_two(const Box& box, const Box& left, const Box& right) {
-    int n_cut = 0;
-    for (int k = 0; k < 3; ++k) {
-      if (left.lo[k] != box.lo[k] || right.hi[k] != box.hi[k]) return false;
-      if (left.hi[k] == box.hi[k] && right.lo[k] == box.lo[k]) continue;
-      if (left.hi[k] != right.lo[k]) return false;
-      ++n_cut;
-    }
-    return n_cut == 1;
-  }
-
-  std::size_t leaf_of(std::size_t ref) const {
-    std::size_t i = 0;
-    while (!nodes_[i].is_leaf()) i = ref < nodes_[nodes_[i].right].first_ref ? i + 1 : nodes_[i].right;
-    return i;
-  }
-
-  const P& prims_;
-  Nodes nodes_;
-  References refs_;
-  BoxRule rule_;
   double tolerance_ = 0.0;
-  std::optional<Violation> found_;
+  std::vector<Box> contents_;
+  std::vector<std::uint32_t> leaf_of_, parting_;
 };
-
-/// A tree over pieces of segments, as presplit and reinsertion make it.
-inline std::optional<Violation> validate_pieces(const Segments& segments, std::span<const Node> nodes,
-                                                std::span<const Reference> refs, BoxRule rule) {
-  return Validator(segments, nodes, refs, rule).over_pieces();
-}
 
 template <Primitives P>
 std::optional<Violation> validate(const P& prims, std::span<const Node> nodes, std::span<const Reference> refs,
-                                  BoxRule rule) {
-  return Validator<P>(prims, nodes, refs, rule)();
+                                  BoxRule rule, const Progress& progress = {}) {
+  return Validator<P>(prims, nodes, refs, rule, progress)();
+}
+
+/// A tree over pieces of segments, as presplit and reinsertion make it.
+inline std::optional<Violation> validate_pieces(const Segments& segments, std::span<const Node> nodes,
+                                                std::span<const Reference> refs, BoxRule rule,
+                                                const Progress& progress = {}) {
+  return Validator<Segments>(segments, nodes, refs, rule, progress).over_pieces();
 }
 
 }  // namespace fastlines
