@@ -25,12 +25,14 @@ def info(source: Input, as_json: Json = False, skip_invalid: Skip = False) -> No
 
     [cyan]fastlines info scene:photon-beams:10000[/]
     """
+    from ..treefile import has_checksums
     from .files import open_input
 
     opened = open_input(source, skip_invalid)
     facts: dict[str, Any] = {"name": opened.name, "lines": describe(opened.lines)}
     if opened.tree is not None:
-        facts["tree"] = opened.tree.stats()
+        checksums = "one for each section" if has_checksums(source) else "none (an older version wrote this file)"
+        facts["tree"] = {**opened.tree.stats(), "checksums": checksums}
     if as_json:
         typer.echo(json.dumps(facts, indent=2))
         return
