@@ -216,7 +216,7 @@ inline WideTree collapse(std::span<const Node> nodes, std::span<const Reference>
   const auto too_large = [](const Node& node) { return node.is_leaf() && node.n_refs > kWidth; };
   if (std::none_of(nodes.begin(), nodes.end(), too_large))
     return Collapse(nodes, refs, segments, cost)(n_threads, progress);
-  const Tree tree = divide_leaves(nodes, refs, segments, kWidth);
+  const Tree tree = divide_leaves(nodes, refs, segments, kWidth, progress);
   return Collapse(tree.nodes, tree.refs, segments, cost)(n_threads, progress);
 }
 

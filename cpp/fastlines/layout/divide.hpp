@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "../primitives/segments.hpp"
+#include "../threads/progress.hpp"
 #include "../tree/tree.hpp"
 
 namespace fastlines {
@@ -13,13 +14,14 @@ namespace fastlines {
 class LeafDivider {
  public:
   LeafDivider(std::span<const Node> nodes, std::span<const Reference> refs, std::span<const Segment> segments,
-              std::size_t most)
-      : nodes_(nodes), refs_(refs), segments_(segments), most_(most) {}
+              std::size_t most, const Progress& progress)
+      : nodes_(nodes), refs_(refs), segments_(segments), most_(most), progress_(progress) {}
 
   Tree operator()() {
     tree_.refs.reserve(refs_.size());
     std::vector<std::uint32_t> place(nodes_.size());  // of each node, in the tree that is made
     for (std::size_t v = 0; v < nodes_.size(); ++v) {
+      if (v % 4096 == 0) progress_.check();
       const Node& node = nodes_[v];
       place[v] = std::uint32_t(tree_.nodes.size());
       if (node.is_leaf() && node.n_refs > most_) {
@@ -60,6 +62,7 @@ class LeafDivider {
     while (!waiting.empty()) {
       const auto [pieces, box, parent] = waiting.back();
       waiting.pop_back();
+      progress_.check();
       const auto index = std::uint32_t(tree_.nodes.size());
       if (parent != kNone) tree_.nodes[parent].right = index;
       tree_.nodes.push_back({box, 0, std::uint32_t(tree_.refs.size()), std::uint32_t(pieces.size())});
@@ -93,12 +96,13 @@ class LeafDivider {
   std::span<const Reference> refs_;
   std::span<const Segment> segments_;
   std::size_t most_;
+  const Progress& progress_;
   Tree tree_;
 };
 
 inline Tree divide_leaves(std::span<const Node> nodes, std::span<const Reference> refs,
-                          std::span<const Segment> segments, std::size_t most) {
-  return LeafDivider(nodes, refs, segments, most)();
+                          std::span<const Segment> segments, std::size_t most, const Progress& progress) {
+  return LeafDivider(nodes, refs, segments, most, progress)();
 }
 
 }  // namespace fastlines
