@@ -131,32 +131,37 @@ class Collapse {
     std::size_t index;
   };
 
-  /// Call visit(node, its children) for a node and those below it, each before what is below it, the first child first.
-  /// The inner children stand where `at` is before the call.
-  template <class Visit>
-  void for_each_below(Wanted root, Place& at, bool some_apart, Visit&& visit) {
+  /// Call visit(node, its children) for a node and those below it, each before what is below it, the first child first;
+  /// and in their turn leave(node) for those that are put apart, if any is to be. The inner children stand where `at`
+  /// is before the call.
+  template <class Visit, class Leave>
+  void for_each_below(Wanted root, Place& at, bool some_apart, Visit&& visit, Leave&& leave) {
     std::vector<Wanted> waiting{root};
     while (!waiting.empty()) {
       const Wanted node = waiting.back();
       waiting.pop_back();
+      if (some_apart && is_apart(node.v)) {
+        leave(node);
+        continue;
+      }
       const Children children = children_of(node.v);
       const std::size_t first_inner = at.node;
       visit(node, children);
-      for (std::uint32_t i = children.inner.n; i-- > 0;)
-        if (!some_apart || !is_apart(children.inner.v[i])) waiting.push_back({children.inner.v[i], first_inner + i});
+      for (std::uint32_t i = children.inner.n; i-- > 0;) waiting.push_back({children.inner.v[i], first_inner + i});
     }
   }
 
   /// Add the blocks below a node, but for those of subtrees that are put apart, if any is to be.
   void count(std::uint32_t v, Place& at, bool some_apart) {
-    for_each_below({v, 0}, at, some_apart, [&](const Wanted&, const Children& children) {
-      const auto& [inner, leaves] = children;
-      for (std::uint32_t i = 0; i < inner.n; ++i)
-        if (some_apart && is_apart(inner.v[i])) apart_.push_back({inner.v[i], at.node + i});
-      at.node += inner.n;
-      at.leaf += leaves.n;
-      for (std::uint32_t i = 0; i < leaves.n; ++i) at.ref += nodes_[leaves.v[i]].n_refs;
-    });
+    for_each_below(
+        {v, 0}, at, some_apart,
+        [&](const Wanted&, const Children& children) {
+          const auto& [inner, leaves] = children;
+          at.node += inner.n;
+          at.leaf += leaves.n;
+          for (std::uint32_t i = 0; i < leaves.n; ++i) at.ref += nodes_[leaves.v[i]].n_refs;
+        },
+        [&](const Wanted& node) { apart_.push_back({node.v, node.index}); });
   }
 
   static void describe(WideNode& node, const Place& first, std::uint32_t n_inner, std::uint32_t n_leaves) {
@@ -168,14 +173,17 @@ class Collapse {
 
   /// Put a node in its place, and the blocks below it in the next.
   void put(std::uint32_t v, std::size_t index, Place& at, bool some_apart) {
-    for_each_below({v, index}, at, some_apart, [&](const Wanted& node, const Children& children) {
-      const auto& [inner, leaves] = children;
-      const Place first = at;
-      at.node += inner.n;
-      at.leaf += leaves.n;
-      describe(wide_.nodes[node.index], first, inner.n, leaves.n);
-      for (std::uint32_t i = 0; i < leaves.n; ++i) list_pieces(leaves.v[i], first.leaf + i, at);
-    });
+    for_each_below(
+        {v, index}, at, some_apart,
+        [&](const Wanted& node, const Children& children) {
+          const auto& [inner, leaves] = children;
+          const Place first = at;
+          at.node += inner.n;
+          at.leaf += leaves.n;
+          describe(wide_.nodes[node.index], first, inner.n, leaves.n);
+          for (std::uint32_t i = 0; i < leaves.n; ++i) list_pieces(leaves.v[i], first.leaf + i, at);
+        },
+        [](const Wanted&) {});
   }
 
   void list_pieces(std::uint32_t v, std::size_t index, Place& at) {
