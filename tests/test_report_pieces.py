@@ -34,7 +34,7 @@ def thesis_tables():
 
 def test_all_findings_hold_in_the_thesis_itself():
     claims = claims_of(thesis_tables())
-    assert len(claims) == 7
+    assert len(claims) == 8
     assert [claim.text for claim in claims if claim.holds is not True] == []
 
 
@@ -44,8 +44,14 @@ def test_a_finding_that_does_not_hold_is_told():
     rows["bvh-ss"] = replace(rows["bvh-ss"], cost=3.01 * rows["bvh-d2"].cost)
     rows = tables["straight-hair"]
     rows["kd-d2"] = replace(rows["kd-d2"], cost=1.06 * rows["kd-cl"].cost)
+    rows = tables["spaghetti"]
+    rows["kd-d2"] = replace(rows["kd-d2"], ms={**rows["kd-d2"].ms, "all N": 0.61 * rows["bvh-d2"].ms["all N"]})
     failed = {claim.text for claim in claims_of(tables) if claim.holds is False}
-    assert failed == {"Only BVH::CL fails on photon beams.", "D2 changes little on hair."}
+    assert failed == {
+        "Only BVH::CL fails on photon beams.",
+        "D2 changes little on hair.",
+        "KD trees take about half of BVHs’ time.",
+    }
 
 
 def test_what_was_not_measured_neither_holds_nor_fails():

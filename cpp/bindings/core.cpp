@@ -128,13 +128,11 @@ double cost(Input<std::uint32_t> nodes, double c_trav, double c_prim) {
   return cost_of(rows<Node>(nodes), c_trav, c_prim);
 }
 
-/// A KD tree as its planes, the primitive of each reference, and its depth; or a node that breaks the KD axiom.
-std::variant<nb::tuple, std::size_t> planes(Input<std::uint32_t> nodes, Input<std::uint32_t> refs) {
+/// A KD tree as its planes, the primitive of each reference, and its depth.
+nb::tuple planes(Input<std::uint32_t> nodes, Input<std::uint32_t> refs) {
   PlaneTree tree;
-  std::optional<std::size_t> bad;
-  watch([&](Progress& watched) { bad = PlaneTreeWriter(rows<Node>(nodes), rows<Reference>(refs))(watched, tree); },
+  watch([&](Progress& watched) { tree = PlaneTreeWriter(rows<Node>(nodes), rows<Reference>(refs))(watched); },
         nb::none());
-  if (bad) return *bad;
   return nb::make_tuple(adopt<std::uint32_t>(std::move(tree.nodes)), adopt<std::uint32_t>(std::move(tree.prims)),
                         tree.depth);
 }

@@ -5,8 +5,8 @@ bytes of the arrays without holes. The header names for each array its dtype, sh
 ``__metadata__`` whatever strings the writer wants to keep. It is padded with spaces so that the arrays start at a
 multiple of 64 bytes. What the header says is checked against the length of the file before it is used.
 
-The last section holds checksums (CRC-32), four bytes each: of the header with its length, then of each section before, in
-their order. So whatever bit of a file is flipped, a checksum differs. Files that were written without are read too.
+The last section holds checksums (CRC-32), four bytes each: of the header with its length, then of each section before,
+in their order. So whatever bit of a file is flipped, a checksum differs. Files that were written without are read too.
 """
 
 from __future__ import annotations

@@ -214,21 +214,9 @@ class Tree(TreeStructure):
 
     @cached_property
     def planes(self) -> Planes:
-        """What ``kernel="binary"`` searches in a KD tree: made at the first query, and kept.
-
-        Raises
-        ------
-        InvalidTreeError
-            If the boxes of a node's children are not its own box, cut in two at a plane.
-        """
-        found = _core.planes(*self.words())
-        if isinstance(found, int):
-            raise InvalidTreeError(
-                found, "KD axiom", "the boxes of its children are not its own, cut in two at a plane"
-            )
-        nodes, prims, depth = found
-        nodes.flags.writeable = prims.flags.writeable = False
-        return Planes(nodes, prims, depth, tuple(self.nodes["box"][0].reshape(-1).tolist()))
+        """What ``kernel="binary"`` searches in a KD tree: made at the first query, and kept."""
+        nodes, prims, depth = _core.planes(*self.words())
+        return Planes(own(nodes), own(prims), depth, tuple(self.nodes["box"][0].reshape(-1).tolist()))
 
     def _check_lines(self) -> None:
         if not isinstance(self.geometry, Lines):

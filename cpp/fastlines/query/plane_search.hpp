@@ -15,7 +15,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <optional>
 
 #include "../threads/progress.hpp"
 #include "search.hpp"
@@ -50,7 +49,7 @@ static_assert(sizeof(PlaneNode) == 8);
 
 /// A KD tree as its planes, and the primitive of each reference.
 struct PlaneTree {
-  /// Pairs in a block of two cache lines.
+  /// How many pairs of siblings a block of two cache lines holds.
   static constexpr std::size_t kBlockPairs = 8;
   static constexpr std::size_t kMaxCount = std::size_t(1) << (32 - PlaneNode::kShift);
 
@@ -59,32 +58,21 @@ struct PlaneTree {
   std::uint32_t depth = 0;
 };
 
-/// How the boxes of two children cut that of their parent in two.
-struct PlaneCut {
-  int axis;
-  float plane;
-  bool left_is_upper;
-};
-
-/// The cut, if the boxes of the children are the halves of the parent's (the KD axiom, thesis §3.2).
-inline std::optional<PlaneCut> cut_of(const Box& parent, const Box& left, const Box& right) {
-  for (int axis = 0; axis < 3; ++axis)
-    for (const bool left_is_upper : {false, true}) {
-      const Box &low = left_is_upper ? right : left, &high = left_is_upper ? left : right;
-      const float plane = low.hi[axis];
-      if (halves(parent, axis, plane) == std::pair{low, high}) return PlaneCut{axis, plane, left_is_upper};
-    }
-  return {};
+/// The axis that the boxes of a node's two children are cut across.
+inline int cut_axis(const Box& box, const Box& left, const Box& right) {
+  int axis = 0;
+  while (axis < 2 && left.hi[axis] == box.hi[axis] && right.lo[axis] == box.lo[axis]) ++axis;
+  return axis;
 }
 
-/// Writes a KD tree as its planes.
+/// Writes a KD tree, which `check_usable` accepts, as its planes.
 class PlaneTreeWriter {
  public:
   PlaneTreeWriter(std::span<const Node> nodes, std::span<const Reference> refs)
       : nodes_(nodes), refs_(refs), frame_(frame_of(nodes[0].box)) {}
 
-  /// Returns a node whose children do not cut its box in two, if there is one; then there is no tree.
-  std::optional<std::size_t> operator()(Progress& progress, PlaneTree& to) {
+  PlaneTree operator()(Progress& progress) {
+    PlaneTree to;
     to.nodes.reserve(nodes_.size() + nodes_.size() / 2);
     to.nodes.resize(2);
     to.prims.resize(refs_.size());
@@ -95,12 +83,12 @@ class PlaneTreeWriter {
       if (n_blocks % 1024 == 0) progress.check();
       open_.assign(1, waiting.back());
       waiting.pop_back();
-      if (const auto bad = write_block(to)) return bad;
+      write_block(to);
       // The largest of those that found no room comes next.
       std::ranges::sort(open_, {}, [this](const Open& open) { return area(open); });
       waiting.insert(waiting.end(), open_.begin(), open_.end());
     }
-    return {};
+    return to;
   }
 
  private:
@@ -113,7 +101,8 @@ class PlaneTreeWriter {
 
   double area(const Open& open) const { return nodes_[open.node].box.area(); }
 
-  std::optional<std::size_t> write_block(PlaneTree& to) {
+  /// Write the nodes below an open one, as many pairs as there is room for; those that find none stay open.
+  void write_block(PlaneTree& to) {
     std::size_t next = to.nodes.size() == 2 ? 2 : round_up(to.nodes.size());
     const std::size_t end = round_up(next + 1);
     if (end > 2 * PlaneTree::kMaxCount || refs_.size() >= PlaneTree::kMaxCount)
@@ -124,14 +113,13 @@ class PlaneTreeWriter {
       const Open parent = *largest;
       open_.erase(largest);
       const std::uint32_t left = parent.node + 1, right = nodes_[parent.node].right;
-      const auto cut = cut_of(nodes_[parent.node].box, nodes_[left].box, nodes_[right].box);
-      if (!cut) return parent.node;
-      to.nodes[parent.to] = PlaneNode::inner(cut->axis, Slabs::in_frame(frame_, cut->axis, cut->plane), next / 2);
-      add({left, next + cut->left_is_upper, parent.depth + 1}, to, open_);
-      add({right, next + !cut->left_is_upper, parent.depth + 1}, to, open_);
+      const int axis = cut_axis(nodes_[parent.node].box, nodes_[left].box, nodes_[right].box);
+      const float plane = Slabs::in_frame(frame_, axis, nodes_[left].box.hi[axis]);
+      to.nodes[parent.to] = PlaneNode::inner(axis, plane, next / 2);
+      add({left, next, parent.depth + 1}, to, open_);
+      add({right, next + 1, parent.depth + 1}, to, open_);
     }
     to.nodes.resize(next);
-    return {};
   }
 
   /// Write a leaf, or add an inner node to those that are open.
