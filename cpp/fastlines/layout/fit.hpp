@@ -3,7 +3,7 @@
 //
 // Which child stands where is given; filled in are the pieces of each leaf, then the boxes from the last node to the
 // first, then what nodes say of them. The blocks' arithmetic is float32: relative to the origin of a block that is 1e-4
-// quanta, which the slack of both kinds of block covers (0.02 quanta of a node, and those of reach in docs/engine.md).
+// quanta, which the slack of both kinds of block covers (0.02 quanta of a node, and those of reach; docs/engine.md).
 #pragma once
 
 #include <cstring>
@@ -133,7 +133,7 @@ class Fit {
     std::memcpy(node.org, &org, sizeof node.org);
     node.scale = longest * float(1.0004 / 254);
     const Float4 per_scale = four(1.0f / node.scale);
-    // The 0.02 pay for the rounding of org + q·scale.
+    // Roundings of q ≤ 254 come to 6e-5, those of org + q·scale, as a node's test computes it, to half as much.
     const auto below = [&](const Float4& x) { return max((x - org) * per_scale - four(0.02f), Float4{}); };
     const auto above = [&](const Float4& x) {
       const Float4 y = (x - org) * per_scale + four(0.02f);
