@@ -48,10 +48,8 @@ class Search {
       if (cost < best.cost) best = {cost, split};
     };
     if (lookahead == 1) {
-      unsigned n_seen = 0;
       bool refused = false;
       const auto show = [&](const Candidate& split) {
-        if (++n_seen % 64 == 0) progress_.check();
         if (allowed(split))
           consider(split, cost_of_leaf(split.n_left), cost_of_leaf(split.n_right));
         else
@@ -103,7 +101,11 @@ class Search {
 
   template <class Visitor>
   void for_each_split(Refs refs, const Box& box, bool all, Visitor&& visitor) const {
-    visit_splits(settings_.splits, prims_, refs, box, settings_.boxes, measure_, all, visitor);
+    unsigned n_seen = 0;
+    visit_splits(settings_.splits, prims_, refs, box, settings_.boxes, measure_, all, [&](const Candidate& split) {
+      if (++n_seen % 64 == 0) progress_.check();  // to find a split may take as long as the node is large
+      visitor(split);
+    });
   }
 
   /// Deeper than one level, by branch and bound (docs/theory.md): what looks cheapest is tried first, and nothing is
