@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from patience import HANGS
 
 import fastlines as fl
 
@@ -365,7 +366,7 @@ for method in fl.METHODS:
             counts = tree.count_hits([0, 0, 0], directions, 1e-3 * (tree.nodes["box"][0].max() or 1))
             assert tree.all_hits([0, 0, 0], directions, 0).counts.sum() <= counts.sum()
 """
-    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, check=False)
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=HANGS, check=False)
     assert ended.returncode == 0, f"exit code {ended.returncode}: {ended.stderr[-2000:]}"
 
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from command_line import done, refused
 from command_line import run as run_command
+from patience import HANGS
 from peers import needs_embree
 
 import fastlines as fl
@@ -307,7 +308,7 @@ def test_page_in_a_browser(folder, told, tmp_path, width):
         ],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=HANGS,
     )
     assert ran.returncode == 0, ran.stderr
     assert [line for line in ran.stderr.splitlines() if "CONSOLE" in line] == []

@@ -1,4 +1,4 @@
-"""Long calls leave Python free to run, tell how far they are, and end at once on Ctrl-C or when a callback raises."""
+"""Long calls leave Python free to run, tell how far they are, and end on Ctrl-C or when a callback raises."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ import signal
 import subprocess
 import sys
 import threading
-import time
+from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
 import nasty
 import numpy as np
 import pytest
+from patience import HANGS
 
 import fastlines as fl
 from fastlines.layout import widen
@@ -44,27 +45,26 @@ def one_thread() -> Any:
 
 @pytest.mark.parametrize("call", LONG)
 def test_gil_is_released(call: str) -> None:
-    """Another thread goes on meanwhile: it would stand still for all of the call."""
-    ticks: list[float] = []
-    stop = threading.Event()
+    """Another thread ticks during a call. It may do so once or twice while Python goes into the call and comes back."""
+    ticks: Counter[int] = Counter()
+    n_calls, during, stop = 0, 0, threading.Event()
 
     def tick() -> None:
-        while not stop.wait(0.005):
-            ticks.append(time.perf_counter())
+        while not stop.wait(0.001):
+            ticks[during] += 1
 
     thread = threading.Thread(target=tick)
     thread.start()
     try:
-        begin = time.perf_counter()
-        LONG[call]()
-        end = time.perf_counter()
+        while ticks[n_calls] <= 3 or n_calls == 0:  # a busy machine may let it wait for all of a call, but not of many
+            n_calls += 1
+            assert n_calls <= 100, "no other thread runs during a call"
+            during = n_calls
+            LONG[call]()
+            during = 0
     finally:
         stop.set()
         thread.join()
-    during = [t for t in ticks if begin < t < end]
-    assert end - begin > 0.05, "too short a call to tell"
-    assert len(during) > 3
-    assert max(np.diff([begin, *during, end])) < max(0.2, 0.5 * (end - begin))
 
 
 @pytest.mark.parametrize("n_threads", [1, 4])
@@ -85,16 +85,16 @@ def test_exception_of_the_callback_ends_the_call(call: str) -> None:
     class StopHereError(Exception):
         pass
 
-    times: list[float] = []
+    seen: list[float] = []
 
     def refuse(share: float) -> None:
-        times.append(time.perf_counter())
+        seen.append(share)
         raise StopHereError(share)
 
     with pytest.raises(StopHereError):
         LONG[call](progress=refuse)
-    assert len(times) == 1
-    assert time.perf_counter() - times[0] < 1
+    assert len(seen) == 1
+    assert seen[0] < 1
     # And nothing is left of it.
     assert TREE.count_hits([0, 0, -5], [0, 0, 1], 0.1).shape == ()
 
@@ -146,7 +146,7 @@ def test_threads_keep_to_the_cores_that_the_process_may_use() -> None:
         assert all(cores <= may_use for cores in seen), seen
     """
     for cores in ("one", "all"):
-        subprocess.run([sys.executable, "-c", code, cores], check=True, timeout=60)
+        subprocess.run([sys.executable, "-c", code, cores], check=True, timeout=HANGS)
 
 
 def test_queries_from_many_threads() -> None:
@@ -173,97 +173,50 @@ def test_queries_from_many_threads() -> None:
     assert wrong == []
 
 
-#: What a thread may be in when Python ends; `tell` is a progress callback.
-UNDER_WAY = {
-    "query": "tree.all_hits(*rays, 0.05)",
-    "query of few rays": "tree.first_hit(*(array[:5] for array in rays), 0.05)",
-    "binary search": "tree.count_hits(*rays, 0.05, kernel='binary')",
-    "brute force": "fl.brute_force(many, *rays, 0.01)",
-    "build": "fl.build(many, 'bvh-d2')",
-    "reinsertion": "fl.build(many, 'bvh-cl', reinsertion=50)",
-    "layout": "fl.build(many, splits=fl.Median()).layout",
-    "refit": "tree.refit(many)",
-    "validate": "tree.validate()",
-    "progress of a build": "fl.build(many, 'bvh-d2', progress=tell)",
-    "progress of a query": "fl.brute_force(many, *rays, 0.01, progress=tell)",
-}
-
-
-def end_with_threads(call: str, start: str) -> None:
-    """Run a process that starts threads as `start` says, and ends as soon as one has entered the call."""
-    program = f"""
-import sys, threading, time
-from concurrent.futures import ThreadPoolExecutor
-import numpy as np, fastlines as fl
-
-class Last:
-    def __del__(self, sleep=time.sleep):
-        sleep(0.2)  # Python is ending, and other threads may try to go on
-
-random = np.random.default_rng(0)
-many = random.random((5000, 2, 3)).astype(np.float32)
-rays = random.uniform(-1, 1, (2, 3000, 3)).astype(np.float32)
-tree = fl.build(many)
-entered, over, sys.last = threading.Event(), threading.Event(), Last()
-
-def tell(share):
-    entered.set()
-    sum(range(100_000))
-
-def run():
-    while not over.is_set():
-        if {"progress" not in call}:
-            entered.set()
-        {call}
-
-{start}
-entered.wait()
-"""
-    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300, check=False)
-    assert (ended.returncode, ended.stderr) == (0, "")
-
-
-@pytest.mark.parametrize("what", UNDER_WAY)
-def test_python_ends_while_a_daemon_thread_works(what: str) -> None:
-    for _ in range(2):
-        end_with_threads(UNDER_WAY[what], "for _ in range(4): threading.Thread(target=run, daemon=True).start()")
-
-
-@pytest.mark.parametrize("what", ["query", "progress of a build"])
-@pytest.mark.parametrize("start", ["threading.Thread(target=run).start()", "ThreadPoolExecutor(3).submit(run)"])
-def test_python_waits_for_threads_that_are_no_daemons(what: str, start: str) -> None:
-    end_with_threads(UNDER_WAY[what], f"{start}\nthreading.Timer(0.2, over.set).start()")
-
-
-#: Each would take ten seconds or more: what is made before, and the call.
+#: What is made before, and the call. Each would take far longer than a test may, but for calls of few rays, which are
+#: watched if there is much to meet.
 ENDLESS = {
-    "build bvh-d2": ("many = lines(400_000)", "fl.build(many, 'bvh-d2')"),
-    "build kd-d2": ("many = lines(100_000)", "fl.build(many, 'kd-d2')"),
-    "build bvh-cl": ("many = lines(1_000_000)", "[fl.build(many, 'bvh-cl') for _ in range(9)]"),
-    "build events, tight": ("many = lines(60_000)", "fl.build(many, splits=fl.PlaneEvents())"),
-    "build lookahead 8": ("many = lines(20_000)", "fl.build(many, lookahead=8)"),
-    "brute force": ("many, r = lines(20_000), rays(300_000)", "fl.brute_force(many, *r, 0.01, query='first_hit')"),
+    "build bvh-d2": ("many = lines(400_000)", "fl.build(many, 'bvh-d2', splits=fl.PlaneGrid(1000), progress=say)"),
+    "build kd-d2": ("many = lines(100_000)", "fl.build(many, 'kd-d2', splits=fl.PlaneGrid(1000), progress=say)"),
+    "build bvh-cl": ("many = lines(1_000_000)", "fl.build(many, 'bvh-cl', lookahead=4, progress=say)"),
+    "build events, tight": ("many = lines(60_000)", "fl.build(many, splits=fl.PlaneEvents(), progress=say)"),
+    "build events, lookahead 4": (
+        "many = lines(60_000)",
+        "fl.build(many, splits=fl.PlaneEvents(), lookahead=4, progress=say)",
+    ),
+    "build lookahead 8": ("many = lines(20_000)", "fl.build(many, lookahead=8, progress=say)"),
+    "brute force": (
+        "many, r = lines(200_000), rays(3_000_000)",
+        "fl.brute_force(many, *r, 0.01, query='first_hit', progress=say)",
+    ),
     "brute force, few rays": (
         "many, r = fl.Lines.from_segments(lines(3_000_000)), rays(255)",
-        "fl.brute_force(many, *r, 0, query='count_hits')",
+        "fl.brute_force(many, *r, 0, query='count_hits', progress=say)",
     ),
     "tree of one leaf": (
-        "r = rays(255); t = fl.build(lines(3_000_000), limits=fl.Limits(max_depth=0))",
-        "[t.count_hits(*r, 0.01) for _ in range(9)]",
+        "r = rays(255); t = fl.build(lines(3_000_000), limits=fl.Limits(max_depth=0)); t.layout",
+        "t.count_hits(*r, 0.01, progress=say)",
     ),
-    "all hits": ("t = fl.build(lines(20_000), 'bvh-cl'); r = rays(500_000)", "t.all_hits(*r, 0.05)"),
+    "all hits": ("t = fl.build(lines(20_000), 'bvh-cl'); r = rays(500_000)", "t.all_hits(*r, 0.05, progress=say)"),
 }
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs signals")
 @pytest.mark.parametrize("what", ENDLESS)
 def test_ctrl_c(what: str) -> None:
+    """The call says when it is under way; then it is interrupted."""
     before, call = ENDLESS[what]
     program = f"""
 import signal
 import numpy as np, fastlines as fl
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell starts in the background ignores it
+shares = []
+
+def say(share):
+    shares.append(share)
+    if len(shares) == 1:
+        print("go", flush=True)
 
 def lines(n):
     start = np.random.default_rng(0).uniform(-1, 1, (n, 1, 3)).astype(np.float32)
@@ -274,11 +227,10 @@ def rays(n):
 
 fl.set_num_threads(1)
 {before}
-print("go", flush=True)
 try:
     {call}
 except KeyboardInterrupt:
-    print("stopped", flush=True)
+    print("stopped" if shares[-1] < 1 else "too late", flush=True)
 else:
     print("ended", flush=True)
 """
@@ -286,16 +238,12 @@ else:
         try:
             assert process.stdout is not None
             assert process.stdout.readline() == "go\n"
-            time.sleep(1.2)
             process.send_signal(signal.SIGINT)
-            sent = time.perf_counter()
-            said, _ = process.communicate(timeout=8)
-            took = time.perf_counter() - sent
+            said, _ = process.communicate(timeout=HANGS)
         finally:
             process.kill()
     assert said == "stopped\n"
     assert process.returncode == 0
-    assert took < 3, f"it took {took:.1f} s"
 
 
 @pytest.mark.parametrize("n_threads", [1, 3])
@@ -369,5 +317,5 @@ try:
 except (fl.FastlinesError, RuntimeError, MemoryError, OSError) as error:
     print(error)
 """
-    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=HANGS, check=False)
     assert ended.returncode == 0, f"exit code {ended.returncode}: {ended.stderr[-1000:]}"

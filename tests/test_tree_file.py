@@ -13,6 +13,7 @@ from typing import Any
 import nasty
 import numpy as np
 import pytest
+from patience import HANGS
 from tree_files import RAYS, SEGMENTS, joined, refused, rewritten, same_answers, saved, split, with_metadata
 
 import fastlines as fl
@@ -346,7 +347,7 @@ def test_changed_bytes_are_refused_or_answer_right(tmp_path: Path, seed: int, me
         [sys.executable, "-W", "error", "-c", FLIPS, str(tmp_path / "b.flt"), str(seed), str(n_rounds)],
         input=pickle.dumps((data, *RAYS)),
         capture_output=True,
-        timeout=120,
+        timeout=HANGS,
         check=False,
         env={**os.environ, "FASTLINES_NUM_THREADS": "1"},
     )
