@@ -61,7 +61,7 @@ int main() {
   const RayBatch rays{origins, directions, {&radius, 1}, {&t_min, 1}, {&t_max, 1}};
 
   int n_hits = 0, n_wrong = 0;
-  for (const auto [kernel, in_turn] :
+  for (const auto& [kernel, in_turn] :
        {std::pair{Kernel::wave, false}, {Kernel::wave, true}, {Kernel::single, false}, {Kernel::single, true}}) {
     const std::vector<WideNode> nodes = nodes_of(in_turn);
     const WideView tree{frame, box, 1.0f, nodes.data(), &leaf, refs.data(), &segment};

@@ -1,0 +1,217 @@
+// All that several threads do together, small enough for ThreadSanitizer (`.ci/sanitize thread`): builds, layouts,
+// refits, moves of subtrees, all queries with every kernel, callers side by side, and calls that are stopped in their
+// midst. The program prints the name of the instruction set, how many answers were compared with those of one thread,
+// and how many differed: none.
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <random>
+
+#include "fastlines/fastlines.hpp"
+#include "fastlines/query/askable.hpp"
+
+using namespace fastlines;
+
+namespace {
+
+constexpr unsigned kThreads = 4;
+constexpr std::size_t kRays = 2048, kNearest = 5;
+std::atomic<int> n_compared = 0, n_wrong = 0;  // callers side by side count too
+
+template <class A, class B>
+void expect_same(const A& a, const B& b) {
+  using T = std::remove_cvref_t<decltype(a[0])>;
+  ++n_compared;
+  n_wrong += a.size() != b.size() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) != 0;
+}
+
+void expect_same(const Tree& a, const Tree& b) {
+  expect_same(a.nodes, b.nodes);
+  expect_same(a.refs, b.refs);
+}
+
+void expect_same(const WideTree& a, const WideTree& b) {
+  expect_same(a.nodes, b.nodes);
+  expect_same(a.leaves, b.leaves);
+  expect_same(a.refs, b.refs);
+}
+
+std::vector<Segment> lines(int n) {
+  std::mt19937 random(1);
+  const auto uniform = [&] { return float(random()) * 0x1p-32f; };
+  std::vector<Segment> lines;
+  for (int i = 0; i < n; ++i) {
+    const Vec3 p{uniform(), uniform(), uniform()};
+    lines.push_back({p, i % 50 ? p + Vec3{uniform(), uniform(), uniform()} * 0.05f : Vec3{uniform(), 1.0f, uniform()}});
+  }
+  return lines;
+}
+
+struct Rays {
+  std::vector<Vec3> origins, directions;
+  float radius = 0.01f, t_min = 0.0f, t_max = 10.0f;
+
+  /// Coherent or not. Every fourth chunk, from which the length of lists is guessed, hits nothing: so their room has to
+  /// grow while hits are put into it.
+  explicit Rays(bool coherent) {
+    std::mt19937 random(2);
+    const auto uniform = [&] { return float(random()) * 0x1p-32f; };
+    for (std::size_t i = 0; i < kRays; ++i) {
+      const bool hits = i / 64 % 4 != 0 && i / 256 % 4 != 0;
+      const float across = coherent ? 0.02f * float(i % 64) : uniform();
+      origins.push_back({hits ? across : 50.0f, coherent ? 0.01f * float(i / 64) : uniform(), -1.0f});
+      directions.push_back(coherent ? Vec3{0, 0, 1} : Vec3{uniform() - 0.5f, uniform() - 0.5f, 1.0f});
+    }
+  }
+
+  RayBatch batch() const { return {origins, directions, {&radius, 1}, {&t_min, 1}, {&t_max, 1}}; }
+};
+
+/// What a batch is answered, in one row of bytes.
+struct Answer {
+  std::vector<std::byte> bytes;
+
+  template <class Values>
+  void add(const Values& values, std::size_t n) {
+    const auto* const data = reinterpret_cast<const std::byte*>(values.data());
+    bytes.insert(bytes.end(), data, data + n * sizeof(values.data()[0]));
+  }
+  void add(PlacedLists& lists) {
+    const auto offsets = lists.offsets();
+    const auto n = std::size_t(offsets[kRays]);
+    add(offsets, offsets.size());
+    for (const Buffer<float>* column : {&lists.t, &lists.u, &lists.distance}) add(*column, n);
+    if (lists.with_t_out()) add(lists.t_out, n);
+    add(lists.prim, n);
+  }
+  std::size_t size() const { return bytes.size(); }
+  const std::byte* data() const { return bytes.data(); }
+  const std::byte& operator[](std::size_t i) const { return bytes[i]; }
+};
+
+/// All queries on the layout.
+Answer ask(const WideView& tree, const RayBatch& rays, Kernel kernel, unsigned n_threads, Progress& progress) {
+  Answer answer;
+  std::vector<float> t(kRays), u(kRays), distance(kRays), t_out(kRays);
+  std::vector<std::int64_t> prim(kRays);
+  const HitColumns to{t.data(), u.data(), distance.data(), t_out.data(), prim.data()};
+  run_job(tree, rays, kernel, FirstJob<At::surface>{tree, to}, n_threads, progress);
+  for (const auto* column : {&t, &u, &distance, &t_out}) answer.add(*column, kRays);
+  answer.add(prim, kRays);
+  const std::unique_ptr<bool[]> any(new bool[kRays]);
+  run_job(tree, rays, kernel, AnyJob{any.get()}, n_threads, progress);
+  answer.add(std::span(any.get(), kRays), kRays);
+  run_job(tree, rays, kernel, CountJob{prim.data()}, n_threads, progress);
+  answer.add(prim, kRays);
+  PlacedLists all(kRays, true), next(kRays, false);
+  run_lists(tree, rays, kernel, AllJob<At::surface>(tree), n_threads, progress, all);
+  run_lists(tree, rays, kernel, NextJob<At::closest>(tree, kNearest), n_threads, progress, next);
+  answer.add(all);
+  answer.add(next);
+  return answer;
+}
+
+/// And on the tree as it was built.
+Answer ask(const TreeSearch& search, const RayBatch& rays, unsigned n_threads, Progress& progress) {
+  Answer answer;
+  std::vector<Hit> hits(kRays);
+  std::vector<std::int64_t> n_hits(kRays);
+  first_hits(search, rays, At::closest, n_threads, progress, [&](std::size_t i, const Hit& hit) { hits[i] = hit; });
+  count_hits(search, rays, n_threads, progress, n_hits);
+  for (const Hit& hit : hits) answer.add(std::span(&hit.t, 1), 1);
+  answer.add(n_hits, kRays);
+  PlacedLists all(kRays, false);
+  list_hits(search, rays, n_threads, progress, all, [](const Ray& ray) { return AllSink(At::closest, ray); });
+  answer.add(all);
+  return answer;
+}
+
+Settings settings(unsigned n_threads) {
+  Settings settings;
+  settings.splits = {{PlaneGrid{16}}, {ObjectSweep{}, 32}};
+  settings.bad_levels = 2;
+  settings.presplit.area = 1e-3;
+  settings.limits.max_leaf_refs = 16;
+  settings.n_threads = n_threads;
+  return settings;
+}
+
+/// Run a call and stop it from another thread as soon as it says that some of it is done. It ends early, or is done.
+template <class Call>
+void stop(Call&& call) {
+  Progress progress;
+  std::atomic<bool> over = false;
+  std::thread other([&] {
+    while (progress.done == 0.0 && !over) std::this_thread::yield();
+    progress.cancel = true;
+  });
+  try {
+    call(progress);
+  } catch (const Cancelled&) {
+  }
+  over = true;
+  other.join();
+}
+
+}  // namespace
+
+int main() {
+  const std::vector<Segment> segments = lines(2500);
+  const auto build = [&](unsigned n_threads, Progress& progress) {
+    const Settings of = settings(n_threads);
+    return Builder(Segments{segments}, of, progress).build();
+  };
+  const auto move = [](const Tree& tree, unsigned n_threads, Progress& progress) {
+    return Reinsertion(tree.nodes, tree.refs, {.rounds = 1, .n_threads = n_threads}, progress)();
+  };
+  const auto lay_out = [&](const Tree& tree, unsigned n_threads, Progress& progress) {
+    return collapse(tree.nodes, tree.refs, segments, {}, n_threads, progress);
+  };
+  const auto refit = [&](const Tree& tree, unsigned n_threads, Progress& progress) {
+    std::vector<Node> nodes(tree.nodes.size());
+    Refit(tree.nodes, tree.refs, segments, nodes.data())(n_threads, progress);
+    return nodes;
+  };
+
+  // Trees and layouts.
+  Progress progress;
+  const Tree tree = build(1, progress);
+  const WideTree wide = lay_out(tree, 1, progress);
+  expect_same(tree, build(kThreads, progress));
+  expect_same(move(tree, 1, progress), move(tree, kThreads, progress));
+  expect_same(wide, lay_out(tree, kThreads, progress));
+  expect_same(refit(tree, 1, progress), refit(tree, kThreads, progress));
+
+  // Queries: with threads of their own, and of callers side by side.
+  const WideView view = view_of(wide, segments.data());
+  const TreeSearch search{tree.nodes, tree.refs, segments, view.frame};
+  for (const bool coherent : {true, false}) {
+    const Rays rays(coherent);
+    const RayBatch batch = rays.batch();
+    n_wrong += !askable(batch, 1.0f, 1.0f, kThreads);
+    for (const Kernel kernel : {Kernel::automatic, Kernel::single, Kernel::wave, Kernel::bundle}) {
+      const Answer expected = ask(view, batch, kernel, 1, progress);
+      expect_same(expected, ask(view, batch, kernel, kThreads, progress));
+    }
+    const Answer expected = ask(search, batch, 1, progress);
+    const Answer wide_expected = ask(view, batch, Kernel::automatic, 1, progress);
+    std::vector<std::thread> callers;
+    for (int i = 0; i < 3; ++i)
+      callers.emplace_back([&] {
+        Progress own;
+        expect_same(expected, ask(search, batch, 2, own));
+        expect_same(wide_expected, ask(view, batch, Kernel::automatic, 2, own));
+      });
+    for (std::thread& caller : callers) caller.join();
+
+    // Calls that are stopped.
+    stop([&](Progress& stopped) { ask(view, batch, Kernel::automatic, kThreads, stopped); });
+    stop([&](Progress& stopped) { ask(search, batch, kThreads, stopped); });
+  }
+  stop([&](Progress& stopped) { build(kThreads, stopped); });
+  stop([&](Progress& stopped) { move(tree, kThreads, stopped); });
+  stop([&](Progress& stopped) { lay_out(tree, kThreads, stopped); });
+
+  std::printf("%s %d %d\n", kSimd, n_compared.load(), n_wrong.load());
+  return n_wrong != 0;
+}
