@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from patience import HANGS
 
 import fastlines as fl
 from fastlines import forecast
@@ -213,6 +214,6 @@ try:
 except MemoryError as error:
     print(error)
 """
-    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300, check=False)
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=HANGS, check=False)
     assert ended.returncode == 0, ended.stderr[-1000:]
     assert re.search(r"by a sample of 16 rays they are about .* million and take .* GB, [12]\.\d GB are", ended.stdout)

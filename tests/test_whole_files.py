@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import done, refused
+from patience import HANGS
 
 import fastlines as fl
 from fastlines.render.images import write_depth, write_picture
@@ -166,7 +167,7 @@ def test_partial_files_of_killed_processes_are_removed_by_the_next_save(tmp_path
         with whole({str(tmp_path / "a.flt")!r}) as partial:
             partial.write_bytes(b"half")
             os.kill(os.getpid(), signal.SIGKILL)"""
-    subprocess.run([sys.executable, "-c", kill], check=False, timeout=60)
+    subprocess.run([sys.executable, "-c", kill], check=False, timeout=HANGS)
     (tmp_path / LEFT_OVER).touch()
     assert len(names(tmp_path)) == 2
     others = ["a.flt.partial", "b.flt.0123456789ab.partial", "a.flt.0123456789ab.partial.txt"]
@@ -197,7 +198,7 @@ def test_partial_files_of_living_writers_stay_and_the_last_wins(tmp_path):
         subprocess.run(
             [sys.executable, "-c", f"import fastlines as fl; fl.build([[[0, 0, 0], [1, 1, 1]]]).save({str(path)!r})"],
             check=True,
-            timeout=60,
+            timeout=HANGS,
         )
         assert len(fl.load(path).geometry) == 1
         assert mine.read_text() == "mine"
