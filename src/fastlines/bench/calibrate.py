@@ -17,7 +17,7 @@ from ..engines import counting, simd
 from ..settings import Cost
 from ..threads import num_threads
 from ..tree import Tree
-from .builders import BUILDERS
+from .builders import BUILDERS, kind_of
 from .engine import Case, ask_tree, count_hits
 from .fit import Fit, fit_steps
 from .overlap import overlap
@@ -30,6 +30,9 @@ from .visits import count_visits, expect_visits, expect_wide
 
 #: What the tree as it was built is asked: a search for all hits visits all that it meets, in whatever order.
 BINARY = ("random", "all")
+
+#: How trees of a kind are searched as they were built.
+SEARCHES = {"bvh": "binary, by boxes", "kd": "binary, by planes"}
 
 #: The same question to the layout, explained by the steps that the tree as it was built would take.
 LAYOUT = "layout, by binary steps"
@@ -59,6 +62,8 @@ class Sample:
 
     Attributes
     ----------
+    kind : str
+        "bvh" or "kd".
     ns : dict of str to float
         Nanoseconds a ray, by question; "binary" is that of the search through the tree as it was built.
     steps : dict of str to dict
@@ -69,6 +74,7 @@ class Sample:
 
     scene: str
     builder: str
+    kind: str
     ns: dict[str, float]
     steps: dict[str, dict[str, float]]
     figures: dict[str, float]
@@ -97,14 +103,10 @@ class Calibration:
         """What the steps take: those of the tree as it was built, and those of the kernels for each question."""
         if not self.samples:
             return []
-        found = [
-            fit_steps("binary", *self._times("binary", "binary")),
-            fit_steps(LAYOUT, *self._times(" ".join(BINARY), "binary")),
-        ]
-        return found + [fit_steps(question, *self._times(question, question)) for question in map(" ".join, QUESTIONS)]
-
-    def _times(self, time: str, steps: str) -> tuple[list[float], list[dict[str, float]]]:
-        return [sample.ns[time] for sample in self.samples], [sample.steps[steps] for sample in self.samples]
+        kinds = {kind: [sample for sample in self.samples if sample.kind == kind] for kind in SEARCHES}
+        found = [_fit(SEARCHES[kind], samples, "binary", "binary") for kind, samples in kinds.items() if samples]
+        found.append(_fit(LAYOUT, self.samples, " ".join(BINARY), "binary"))
+        return found + [_fit(question, self.samples, question, question) for question in map(" ".join, QUESTIONS)]
 
     def c_trav(self) -> dict[str, float | None]:
         """What a step down costs, in tests of a reference: in the search of the binary tree, and on the layout."""
@@ -136,6 +138,10 @@ class Calibration:
             "predictors": [asdict(predictor) for predictor in self.predictors()],
             "predictor_notes": PREDICTORS,
         }
+
+
+def _fit(what: str, samples: Sequence[Sample], time: str, steps: str) -> Fit:
+    return fit_steps(what, [sample.ns[time] for sample in samples], [sample.steps[steps] for sample in samples])
 
 
 def _ratio(fit: Fit) -> float | None:
@@ -184,7 +190,8 @@ def _samples(case: Case, trees: dict[str, Tree], plan: Plan, say: Callable[[str]
     for name, tree in trees.items():
         say(f"counting the steps of {name}")
         ns = {question: turn.seconds[name] / turn.n_rays * 1e9 for question, turn in turns.items()}
-        found.append(Sample(case.name, name, ns, _steps(case, tree, plan), _figures(tree, middle_radius(case))))
+        kind, steps, figures = kind_of(tree.settings), _steps(case, tree, plan), _figures(tree, middle_radius(case))
+        found.append(Sample(case.name, name, kind, ns, steps, figures))
     return found
 
 

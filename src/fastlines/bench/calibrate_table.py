@@ -28,7 +28,8 @@ def print_calibration(calibration: Calibration) -> None:
     mix = calibration.mix()
     console.print(
         f"One thread, {calibration.machine['simd']}. binary: the search through the tree as it was built, random rays, "
-        f"all hits. {notes} (α = {mix.alpha:g}, found on these same figures). Scenes, all: the geometric mean of the "
+        f"all hits; its tests are the references in the leaves that are met. {notes} "
+        f"(α = {mix.alpha:g}, found on these same figures). Scenes, all: the geometric mean of the "
         "four query times; then each query alone, over all scenes. regret: how much slower the tree with the lowest "
         f"figure is than the fastest, mean over the scenes. {calibration.seconds:.0f} s in all.",
         highlight=False,
