@@ -258,10 +258,13 @@ def say(share):
 shares = []
 fl.build = lambda lines, *args, **given: build(lines, lookahead=8, progress=say)
 """
-    process = program(listen, "build", "scene:spaghetti-2:20000")
-    assert process.stdout.readline() == "on\n"
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=HANGS)
+    with program(listen, "build", "scene:spaghetti-2:20000") as process:
+        try:
+            assert process.stdout.readline() == "on\n"
+            process.send_signal(signal.SIGINT)
+            out, err = process.communicate(timeout=HANGS)
+        finally:
+            process.kill()
     assert (process.returncode, out, err) == (130, "", "stopped\n")
 
 

@@ -47,7 +47,7 @@ def draw_pareto(pareto: Pareto, path: str | os.PathLike[str]) -> None:
             panel.grid(color="#e2e8f0", linewidth=0.6)
             panel.set_axisbelow(True)
             panel.spines[["top", "right"]].set_visible(False)
-            panel.legend(frameon=False, fontsize=7)
+            panel.legend(loc="upper right", frameon=False, fontsize=7)
             panel.margins(0.08)
             for axis in (panel.xaxis, panel.yaxis):
                 label_log(axis)

@@ -46,5 +46,5 @@ def draw(result: Result, path: str | os.PathLike[str]) -> None:
         panel.set_xlim(-0.5, len(cells) - 0.5)
         panel.set_xticks(places, [f"{cell.scene}\n{cell.radius:g}" for cell in cells], fontsize=6)
         panel.spines[["top", "right"]].set_visible(False)
-    panels[0].legend(frameon=False)
+    panels[0].legend(loc="upper right", frameon=False)
     figure.savefig(path, dpi=120, format="png")
