@@ -39,10 +39,10 @@ using SettingsArgs =
     std::tuple<std::vector<SplitSetArgs>, bool, std::tuple<std::vector<int>, std::size_t, bool>,
                std::tuple<double, double, std::size_t>,
                std::tuple<std::size_t, std::size_t, std::size_t, std::size_t, double>,
-               std::tuple<int, std::size_t, int>, bool, double, std::pair<double, std::size_t>, unsigned>;
+               std::tuple<int, std::size_t, int>, bool, double, double, std::pair<double, std::size_t>, unsigned>;
 
 inline Settings settings_of(const SettingsArgs& args) {
-  const auto& [splits, cut, search, cost, limits, bad, prune, radius_hint, presplit, n_threads] = args;
+  const auto& [splits, cut, search, cost, limits, bad, prune, radius_hint, min_spread, presplit, n_threads] = args;
   Settings settings;
   settings.splits.clear();
   for (const auto& [name, n_planes, octets, max_refs, min_overlap] : splits)
@@ -55,6 +55,7 @@ inline Settings settings_of(const SettingsArgs& args) {
   std::tie(settings.bad_levels, settings.bad_refs, settings.bad_refines) = bad;
   settings.prune = prune;
   settings.radius_hint = radius_hint;
+  settings.min_spread = min_spread;
   settings.presplit = {presplit.first, presplit.second};
   settings.n_threads = n_threads;
   return settings;

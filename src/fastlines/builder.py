@@ -46,6 +46,7 @@ def build(
     bad_refines: int | None = None,
     prune: bool | None = None,
     radius_hint: float | None = None,
+    min_spread: float | None = None,
     lanes: int | None = None,
     effort: float | None = None,
     presplit: Presplit | None = None,
@@ -78,6 +79,9 @@ def build(
         Depth, leaf size, number of references. What is left at its default stays as the method has it.
     bad_levels, bad_refs, bad_refines, prune, radius_hint : optional
         How to get past levels that look no better than a leaf; see `Settings`.
+    min_spread : float, optional
+        Lines that lie closer together are not cut from each other: a share of the scene's longest side, of "best"
+        0.0005; see `Settings`.
     lanes : int, optional
         How many references are tested at once: 1, 2, 4, … 64. Of "best" 16 for queries, or as many as fit into leaves
         of `max_leaf_refs`; else 1. See `Settings`.
@@ -123,6 +127,7 @@ def build(
         "bad_refines": bad_refines,
         "prune": prune,
         "radius_hint": radius_hint,
+        "min_spread": min_spread,
         "lanes": lanes,
         "presplit": presplit,
         "reinsertion": reinsertion,
@@ -250,6 +255,7 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
         (settings.bad_levels, settings.bad_refs, settings.bad_refines),
         settings.prune,
         settings.radius_hint,
+        settings.min_spread,
         presplit,
         get_num_threads(),
     )

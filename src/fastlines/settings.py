@@ -186,6 +186,10 @@ class Settings:
     radius_hint : float
         The search measures boxes grown by this much, in parts of the scene's longest side. A query that comes with a
         radius meets boxes grown by it.
+    min_spread : float
+        Lines that run along each other, within this share of the scene's longest side (root mean square), are never
+        cut so that 0.3 (KD trees: 0.5) of a node are on both sides: a BVH splits them whole, a KD tree lists them in a
+        leaf. 0 cuts all of them. Other primitives are cut as if it were 0.
     lanes : int
         References are tested so many at once: 1, 2, 4, 8, 16, 32 or 64, and no more than `max_leaf_refs`. To the search
         so many of them count as the mean of their number and that of the lanes they take: fuller leaves, and fewer.
@@ -210,6 +214,7 @@ class Settings:
     bad_levels: int = 0
     prune: bool = True
     radius_hint: float = 0.0
+    min_spread: float = 0.0
     lanes: int = 1
     presplit: Presplit | None = None
     reinsertion: int = 0
@@ -234,11 +239,10 @@ class Settings:
         for name in ("prune", "exhaustive"):
             if not isinstance(getattr(self, name), bool):
                 raise InputError(f"{name}={getattr(self, name)!r}; expected True or False")
-        what = "a share of the scene's longest side, 0 to 1"
-        hint = 0.0 if self.radius_hint == 0 else number("radius_hint", self.radius_hint, what, 0.0)
-        if hint > 1.0:
-            raise InputError(f"radius_hint={self.radius_hint!r}; expected {what}")
-        object.__setattr__(self, "radius_hint", hint)
+        for name in ("radius_hint", "min_spread"):
+            what = "a share of the scene's longest side, 0 to 1"
+            value = number(name, getattr(self, name), what, -math.ulp(0.0), 1.0)
+            object.__setattr__(self, name, value)
         object.__setattr__(self, "lanes", _lanes(self.lanes))
         if not isinstance(self.presplit, Presplit | None):
             raise InputError(f"presplit={self.presplit!r}; expected fl.Presplit(), fl.Presplit(refs=…) or None")
@@ -288,6 +292,10 @@ C_TRAV: dict[BoxRule, float] = {"tight": 2.0, "cut": 0.6}
 LARGE = 2**18
 
 
+#: `min_spread` of "best": half the radius that it measures boxes with, so that a ray that hits one line hits nearly all.
+MIN_SPREAD = 0.0005
+
+
 def best_settings(
     effort: float | None = None, boxes: BoxRule = "tight", cost: Cost | None = None, n_prims: int = 0
 ) -> Settings:
@@ -325,13 +333,14 @@ def best_settings(
             bad_levels=3,
             prune=False,
             radius_hint=0.001,
+            min_spread=MIN_SPREAD,
             lanes=16,
             cost=Cost(c_trav=4.0),
             limits=Limits(max_leaf_refs=16, leaf_refs=16),
         )
     octets = PlaneOctets(8 * 2 ** round(4 * effort), 16 if boxes == "tight" else 0)
     cost = Cost(C_TRAV[boxes]) if cost is None else cost
-    settings = Settings(splits=(octets,), boxes=boxes, bad_levels=3, cost=cost)
+    settings = Settings(splits=(octets,), boxes=boxes, bad_levels=3, min_spread=MIN_SPREAD, cost=cost)
     if effort >= 0.75:
         return settings
     return replace(settings, bad_refs=int(min(8 * cost.c_trav / cost.c_prim, REF_LIMIT)))

@@ -25,8 +25,7 @@ class Builder {
     Buffer<BuildRef> refs = first_references(prims_, settings_.presplit, tasks_, progress_, limits_hit_.refs);
     Box box = hull_of(refs);
     if (refs.size() == 0) box = Box{{0, 0, 0}, {0, 0, 0}};
-    const double margin = settings_.radius_hint * box.side(box.longest_axis());
-    Subtree<P> whole(prims_, settings_, progress_, tasks_, margin);
+    Subtree<P> whole(prims_, settings_, progress_, tasks_, box.side(box.longest_axis()));
     if (refs.size() > whole.capacity(0))
       throw std::invalid_argument("max_leaf_refs and max_depth leave no room for all references");
     if (refs.size() > settings_.limits.max_refs)

@@ -64,6 +64,22 @@ class Search {
     return look_ahead(refs, box, lookahead, best, allowed);
   }
 
+  /// The cheapest split into whole references, of nodes of any size.
+  template <class Allowed>
+  Choice best_whole(Refs refs, const Box& box, double limit, Allowed&& allowed) const {
+    Choice best{limit, {}};
+    if (settings_.boxes == BoxRule::cut) return best;
+    const double area = area_of(box);
+    visit_wholes(settings_.splits, prims_, refs, box, measure_, [&](const Candidate& split) {
+      // Where all centres are the same, sets show planes.
+      if (split.kind == Candidate::Kind::plane || !allowed(split)) return;
+      const double left = cost_of_leaf(split.n_left), right = cost_of_leaf(split.n_right);
+      const double cost = cost_of(split, area, left, right, best.cost);
+      if (cost < best.cost) best = {cost, split};
+    });
+    return best;
+  }
+
  private:
   /// What a search holds at one of its levels.
   struct Ahead {

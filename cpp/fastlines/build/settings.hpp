@@ -31,6 +31,7 @@ struct Settings {
   int bad_refines = 0;       ///< how many levels of a path may be cut in the middle though the search says leaf
   bool prune = true;         ///< take back what bad levels did not pay for
   double radius_hint = 0.0;  ///< the search measures boxes grown by this much of the scene's longest side
+  double min_spread = 0.0;   ///< no plane cuts most lines where all lie within so much of the scene's longest side
   std::size_t lanes = 1;     ///< a power of two: references are tested so many at once
   Presplit presplit;         ///< cut primitives before the build
   Cost cost;

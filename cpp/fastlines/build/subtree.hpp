@@ -4,6 +4,7 @@
 #include <exception>
 #include <optional>
 
+#include "../splits/retraced.hpp"
 #include "../threads/tasks.hpp"
 #include "../tree/tree.hpp"
 #include "search.hpp"
@@ -22,13 +23,13 @@ struct Place {
 template <Primitives P>
 class Subtree {
  public:
-  Subtree(const P& prims, const Settings& settings, Progress& progress, Tasks& tasks, double margin)
+  Subtree(const P& prims, const Settings& settings, Progress& progress, Tasks& tasks, double scene_side)
       : prims_(prims),
         settings_(settings),
         progress_(progress),
         tasks_(tasks),
-        margin_(margin),
-        search_(prims, settings, progress, margin) {}
+        scene_side_(scene_side),
+        search_(prims, settings, progress, settings.radius_hint * scene_side) {}
 
   Tree tree;
   LimitsHit limits_hit;
@@ -99,13 +100,21 @@ class Subtree {
       limits_hit.depth += good;
       return {};
     }
-    if (!choice.split && too_large) {
-      // Take what looks least bad, unless that did not help levels above; where nothing divides the node, halve it.
-      ++limits_hit.leaf_refs;
-      if (place.n_bad == 0) choice = search_.best_split(refs, box, settings_.lookahead.front(), no_limit, allowed);
-      if (!choice.split)
-        Median{}.visit(prims_, refs, box, BoxRule::tight, [&](const Candidate& half) { choice.split = half; });
+    bool forced = !choice.split && too_large;
+    // Take what looks least bad, unless that did not help levels above.
+    if (forced && place.n_bad == 0)
+      choice = search_.best_split(refs, box, settings_.lookahead.front(), no_limit, allowed);
+    // Lines that run along each other are only split whole.
+    const double min_spread = settings_.min_spread * scene_side_;
+    if (choice.split && cuts_retraced(prims_, refs, box, settings_.boxes, *choice.split, min_spread)) {
+      choice = search_.best_whole(refs, box, leaf, allowed);
+      good = choice.split.has_value();
+      forced = !good && too_large;
     }
+    limits_hit.leaf_refs += forced;
+    // Where nothing divides the node, halve it.
+    if (forced && !choice.split)
+      Median{}.visit(prims_, refs, box, BoxRule::tight, [&](const Candidate& half) { choice.split = half; });
     const bool refines = !choice.split && place.n_refines < settings_.bad_refines;
     if (refines)
       Middle{}.visit(prims_, refs, box, settings_.boxes, [&](const Candidate& split) {
@@ -194,7 +203,7 @@ class Subtree {
     const bool both = tasks_.side_by_side([&] { or_stop([&] { cost_left = build_node(left, split.left, in_left); }); },
                                           [&] {
                                             or_stop([&] {
-                                              beside.emplace(prims_, settings_, progress_, tasks_, margin_);
+                                              beside.emplace(prims_, settings_, progress_, tasks_, scene_side_);
                                               cost_right = beside->build(std::move(right), split.right, in_right);
                                             });
                                           });
@@ -229,7 +238,7 @@ class Subtree {
   const Settings& settings_;
   Progress& progress_;
   Tasks& tasks_;
-  double margin_;  // by which boxes are grown before they are measured
+  double scene_side_;  // the longest
   Search<P> search_;
   std::vector<std::pair<Buffer<BuildRef>, Buffer<BuildRef>>> levels_;  // the children of the open nodes
   std::size_t n_empty_ = 0;                                            // leaves without references
