@@ -21,6 +21,7 @@ _Settings: TypeAlias = tuple[
     tuple[int, int, int],
     bool,
     float,
+    float,
     tuple[float, int],
     int,
 ]

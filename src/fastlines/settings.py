@@ -292,7 +292,7 @@ C_TRAV: dict[BoxRule, float] = {"tight": 2.0, "cut": 0.6}
 LARGE = 2**18
 
 
-#: `min_spread` of "best": half the radius that it measures boxes with, so that a ray that hits one line hits nearly all.
+#: `min_spread` of "best": half the radius that it measures boxes with. A ray that hits one line then hits nearly all.
 MIN_SPREAD = 0.0005
 
 

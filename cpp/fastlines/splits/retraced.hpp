@@ -67,7 +67,8 @@ bool cuts_retraced(const P& prims, Refs refs, const Box& box, BoxRule rule, cons
     const double share = rule == BoxRule::tight ? 0.3 : 0.5;
     constexpr std::size_t n_looked_at = 128;
     if (split.kind != Candidate::Kind::plane || distance == 0.0) return false;
-    if (double(split.n_left + split.n_right - refs.size()) < share * double(refs.size())) return false;
+    const std::size_t n_both = split.n_left + split.n_right - refs.size();
+    if (n_both < 2 || double(n_both) < share * double(refs.size())) return false;
     const std::size_t step = std::max<std::size_t>(1, refs.size() / n_looked_at);
     const float lo = box.lo[split.axis], hi = box.hi[split.axis];
     for (const float plane : {split.plane, 0.5f * lo + 0.5f * split.plane, 0.5f * split.plane + 0.5f * hi}) {

@@ -1,0 +1,113 @@
+"""Lines that run along each other: trees of "best" that leave them whole, and trees that cut them.
+
+    python benchmarks/retraced_lines.py
+    python benchmarks/retraced_lines.py --aim bvh,kd --scene spaghetti,bun-hair,straight-hair
+
+Each scene has three trees: of `best`, of `best` without `min_spread`, and that one with 1.05 references a segment at
+most. Printed are their references a segment, the time of the build and of the layout, the layout with its segments, and
+how long queries take, in parts of those of the second tree. The three are asked in turn, on one thread, and their
+answers compared. For a cost (`--aim bvh,kd`) it is the costs of the first two that are printed.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+import fastlines as fl
+from fastlines.bench.engine import Case
+from fastlines.bench.timing import clock
+from fastlines.bench.trees import ask_in_turn, lay_out
+
+Ends = npt.NDArray[np.float32]
+
+
+def staggered(spread: float, n: int = 100_000) -> Ends:
+    """Make pieces of one line, which begin anywhere, moved by up to so much along each axis."""
+    rng = np.random.default_rng(1)
+    axis = np.array([1.0, 0.7, 0.4])
+    starts = rng.random((n, 1)) * axis + rng.uniform(-spread, spread, (n, 3))
+    return np.stack([starts, starts + 0.1 * axis], axis=1).astype(np.float32)
+
+
+def circling(n_orbits: int, n_windings: int = 1000, n_steps: int = 50, drift: float = 1e-4) -> Ends:
+    """Make flow lines on closed orbits: each winding comes back to the one before, but for a drift."""
+    rng = np.random.default_rng(2)
+    segments = []
+    for _ in range(n_orbits):
+        (a, b, _), _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        a, b, centre = a * rng.uniform(0.2, 1.0), b * rng.uniform(0.2, 1.0), rng.normal(size=3) * 0.2
+        # A winding is no whole number of steps.
+        angle = np.arange(n_windings * n_steps + 1)[:, None] * (2 * np.pi / (n_steps + 0.37))
+        walk = np.cumsum(rng.normal(size=(len(angle), 3)), axis=0)
+        points = centre + np.cos(angle) * a + np.sin(angle) * b + drift * walk / np.abs(walk).max()
+        segments.append(np.stack([points[:-1], points[1:]], axis=1))
+    return np.concatenate(segments).astype(np.float32)
+
+
+SCENES: dict[str, Callable[[], Ends]] = {
+    "one-line": lambda: staggered(0.0),
+    "apart-0.0005": lambda: staggered(0.0005),
+    "apart-0.001": lambda: staggered(0.001),
+    "apart-0.01": lambda: staggered(0.01),
+    "circling": lambda: circling(10),
+    "circling-large": lambda: circling(66),
+}
+AIMS: dict[str, dict[str, Any]] = {"queries": {}, "bvh": {"cost": fl.Cost(2.0)}, "kd": {"boxes": "cut"}}
+
+
+def lines_of(scene: str) -> fl.Lines:
+    """Make a scene of this file, or of the thesis."""
+    return fl.Lines.from_segments(SCENES[scene]()) if scene in SCENES else fl.scenes.make(scene).lines
+
+
+def compare(scene: str, lines: fl.Lines, effort: float, aim: str, radii: list[float]) -> None:
+    """Print a row for each tree."""
+    now = clock(1)
+    capped = fl.Limits(max_refs=int(1.05 * len(lines)))
+    ways: dict[str, dict[str, Any]] = {"best": {}, "cut": {"min_spread": 0.0}}
+    if aim == "queries":
+        ways["capped"] = {"min_spread": 0.0, "limits": capped}
+    trees = {}
+    for name, more in ways.items():
+        start = now()
+        tree = trees[name] = fl.build(lines, "best", effort=effort, **AIMS[aim], **more)
+        row = f"{scene:14} {aim:7} {effort:6g} {name:6} {tree.n_refs / len(lines):8.3f} {now() - start:7.2f} s"
+        if aim == "queries":
+            print(f"{row} {lay_out(tree):6.2f} s {tree.layout.n_bytes / 1e6:8.1f} MB", flush=True)
+        else:
+            print(f"{row} cost {tree.cost():10.2f}", flush=True)
+    if aim != "queries":
+        return
+    side = float((lines.bounds[1] - lines.bounds[0]).max())
+    for radius in radii:
+        found = ask_in_turn(Case(scene, lines, fl.Camera.framing(lines), (radius * side,)), trees, 1 << 18, 0.1, 5)
+        for name in trees:
+            ratios = [
+                f"{question} {turns.seconds[name] / turns.seconds['cut']:.2f}" for question, turns in found.items()
+            ]
+            print(f"{scene:14} {aim:7} {effort:6g} {name:6} radius {radius:g}: {', '.join(ratios)}", flush=True)
+
+
+def main() -> None:
+    """Compare the trees of each scene."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scene", default="one-line,apart-0.0005,apart-0.001,apart-0.01,circling")
+    parser.add_argument("--effort", default="0,0.5", help="some of 0 to 1")
+    parser.add_argument("--aim", default="queries", help=f"some of {', '.join(AIMS)}")
+    parser.add_argument("--radius", default="0.001,0.0002", help="in parts of the scene's longest side")
+    given = parser.parse_args()
+    fl.set_num_threads(1)
+    for scene in given.scene.split(","):
+        lines = lines_of(scene)
+        for aim in given.aim.split(","):
+            for effort in given.effort.split(","):
+                compare(scene, lines, float(effort), aim, [float(radius) for radius in given.radius.split(",")])
+
+
+if __name__ == "__main__":
+    main()
