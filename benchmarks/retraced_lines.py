@@ -1,7 +1,7 @@
 """Lines that run along each other: trees of "best" that leave them whole, and trees that cut them.
 
     python benchmarks/retraced_lines.py
-    python benchmarks/retraced_lines.py --aim bvh,kd --scene spaghetti,bun-hair,straight-hair
+    python benchmarks/retraced_lines.py --aim bvh,kd --effort 0.5 --scene one-line-10k,spaghetti,bun-hair,straight-hair
 
 Each scene has three trees: of `best`, of `best` without `min_spread`, and that one with 1.05 references a segment at
 most. Printed are their references a segment, the time of the build and of the layout, the layout with its segments, and
@@ -51,6 +51,7 @@ def circling(n_orbits: int, n_windings: int = 1000, n_steps: int = 50, drift: fl
 
 SCENES: dict[str, Callable[[], Ends]] = {
     "one-line": lambda: staggered(0.0),
+    "one-line-10k": lambda: staggered(0.0, 10_000),
     "apart-0.0005": lambda: staggered(0.0005),
     "apart-0.001": lambda: staggered(0.001),
     "apart-0.01": lambda: staggered(0.01),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -82,6 +83,18 @@ def test_their_trees_answer_as_brute_force(aim: str) -> None:
             found, right = getattr(tree, query)(**rays), fl.brute_force(ends, **rays, query=query)
             for column in ("t", "prim", "u", "distance"):
                 assert np.array_equal(getattr(found, column), getattr(right, column)), (name, query, column)
+
+
+@pytest.mark.parametrize("aim", AIMS)
+def test_they_are_the_same_for_all_threads_and_saved(aim: str, tmp_path: Path) -> None:
+    ends = RETRACED["windings out of step"]
+    fl.set_num_threads(1)
+    alone = fl.build(ends, **AIMS[aim])
+    fl.set_num_threads(3)
+    assert same(alone, fl.build(ends, **AIMS[aim]))
+    fl.set_num_threads(None)
+    alone.save(tmp_path / "tree.flt")
+    assert fl.load(tmp_path / "tree.flt").settings == alone.settings
 
 
 @pytest.mark.parametrize("aim", AIMS)
