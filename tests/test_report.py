@@ -155,7 +155,7 @@ def test_a_missing_peer_is_named_in_the_report_of_a_file(monkeypatch, tmp_path):
 
 
 def test_claims_in_json_follow_from_their_checks(told):
-    assert len(told["claims"]) == 7
+    assert len(told["claims"]) == 8
     for claim in told["claims"]:
         assert claim["checks"]
         assert claim["holds"] in (True, False, None)
