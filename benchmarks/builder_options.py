@@ -15,7 +15,8 @@ from typing import Any
 import fastlines as fl
 from fastlines.bench.rays import random_rays
 from fastlines.engines import counting
-from fastlines.settings import REF_LIMIT, best_settings
+from fastlines.limits import REF_LIMIT
+from fastlines.settings import best_settings
 
 DEEP = {"method": "best", "cost": fl.Cost(2.0), "prune": True, "radius_hint": 0.0}
 REINSERTED: list[tuple[str, str, dict[str, Any]]] = [

@@ -57,6 +57,7 @@ MODULES = (
     "threads",
     "splits",
     "methods",
+    "limits",
     "settings",
     "hits",
     "_core",

@@ -238,6 +238,10 @@ def test_errors_become_sentences(error, code, words, monkeypatch):
     assert result.stderr.count("\n") == 1
 
 
+def test_packed_trees_are_refused_with_the_reason():
+    assert "trees are not compressed" in refused("info", "hair.flt.gz")
+
+
 def program(code, *args):
     """Start the command line in a process of its own, which runs some code first."""
     command = [sys.executable, "-c", f"from fastlines.cli import main\n{code}\nmain()", *args]

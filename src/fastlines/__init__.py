@@ -26,10 +26,11 @@ from .errors import (
 from .geometry import Lines
 from .hits import AllHits, FirstHits
 from .io import read
+from .limits import Limits
 from .primitives import Boxes, Triangles
 from .query import brute_force
 from .rebuild import RebuildRule
-from .settings import METHODS, Cost, Limits, Presplit, Settings
+from .settings import METHODS, Cost, Presplit, Settings
 from .splits import Median, Middle, ObjectSweep, PlaneEvents, PlaneGrid, PlaneOctets
 from .threads import get_num_threads, set_num_threads
 from .tree import Tree, load

@@ -15,9 +15,10 @@ from .engines import engine
 from .errors import InputError
 from .geometry import Lines
 from .immutable import own
+from .limits import REF_LIMIT, Limits
 from .primitives import Geometry, as_geometry, core_data
 from .progress import ProgressCallback, ProgressOption, reporting
-from .settings import DEFAULT_METHOD, REF_LIMIT, Cost, Limits, Presplit, Settings, best_settings, method_settings
+from .settings import DEFAULT_METHOD, Cost, Presplit, Settings, best_settings, method_settings
 from .splits import BoxRule, PlaneOctets, SplitSet
 from .structure import NODE, REF
 from .threads import get_num_threads

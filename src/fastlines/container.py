@@ -146,7 +146,7 @@ def read(
             raise refuse("its checksums are not one for the header and each section before")
         for name, part, expected in zip(["header", *arrays], parts, last, strict=False):
             if checksum(part) != int.from_bytes(expected.tobytes(), "little"):
-                raise refuse(f"its {name} have changed since it was written: a checksum differs")
+                raise refuse(f"it has changed since it was written: the checksum of its {name} differs")
     return arrays, metadata
 
 

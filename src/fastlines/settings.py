@@ -7,21 +7,15 @@ candidate splits, and how many levels the search looks ahead.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from .checks import choice, count, did_you_mean, number, sequence
 from .errors import InputError
+from .limits import REF_LIMIT, Limits
 from .methods import Methods
 from .splits import BoxRule, ObjectSweep, PlaneGrid, PlaneOctets, SplitSet
-
-#: What a build takes at most for a primitive, with room to spare; for a reference see `Limits.bytes_a_ref`.
-_BYTES_A_PRIM = 160
-
-#: The most references that the 32-bit indices of a tree can name.
-REF_LIMIT = 2**32 - 16
 
 
 @dataclass(frozen=True)
@@ -41,84 +35,6 @@ class Cost:
         for name in ("c_trav", "c_prim"):
             what = "a cost: a positive finite number, from 1e-100 to 1e100"
             value = number(name, getattr(self, name), what, math.nextafter(1e-100, 0.0), 1e100)
-            object.__setattr__(self, name, value)
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Where a build ends, whatever the costs say. `Tree.limits_hit` counts the nodes at which each was felt.
-
-    Parameters
-    ----------
-    max_depth : int
-        Level of the deepest node; the root's level is 0.
-    max_leaf_refs : int, optional
-        No leaf lists more: larger nodes are split though it looks dearer, but never so that all they list is on both
-        sides. Tight boxes only, for a KD tree can not always part its references.
-    max_refs : int, optional
-        No tree has more references; a leaf without any counts as one. It can not be less than the number of primitives.
-        By default 1,000 for each of them and 10,000 more: among lines that lie on each other there is always a split
-        that looks worth it.
-    max_bytes : int, optional
-        The build of "best" takes no more memory beside its input. That lowers `max_refs`: a primitive is reckoned as
-        160 bytes, a reference as 80 where leaves are large, as those of "best" for queries, else as 160, with cut boxes
-        as 300.
-        Presplit, reinsertion and object sweeps over large nodes take more than that. So do trees of least cost whose
-        nodes pass most of their references on to one side, as where long lines cross: the list of each is kept until
-        it is known to be no leaf. They have taken up to 1.8 times as much.
-    leaf_refs : int
-        A node of so few references is not split.
-    leaf_size : float
-        A node whose longest side is no longer is not split.
-    """
-
-    max_depth: int = 64
-    max_leaf_refs: int | None = None
-    max_refs: int | None = None
-    leaf_refs: int = 1
-    leaf_size: float = 0.0
-    max_bytes: int | None = None
-
-    def refs_for(self, n_prims: int, boxes: BoxRule = "tight") -> int:
-        """Tell how many references a tree over so many primitives may have."""
-        most = min(REF_LIMIT, 1000 * n_prims + 10_000 if self.max_refs is None else self.max_refs)
-        if self.max_bytes is None:
-            return most
-        return max(0, min(most, (self.max_bytes - _BYTES_A_PRIM * n_prims) // self.bytes_a_ref(boxes)))
-
-    def bytes_a_ref(self, boxes: BoxRule) -> int:
-        """Tell what a build takes at most for a reference: four times what the tree does, while arrays grow and move.
-
-        A reference is 12 bytes, a node 36; trees have a fifth as many nodes as references where leaves are large, less
-        than one where they are small, and nearly two with cut boxes.
-        """
-        if boxes == "cut":
-            return 300
-        return 160 if self.leaf_refs < 8 else 80
-
-    def bytes_for(self, n_prims: int, boxes: BoxRule) -> int:
-        """Tell what the least of all trees over so many primitives is reckoned to take."""
-        return n_prims * (_BYTES_A_PRIM + self.bytes_a_ref(boxes))
-
-    def hold(self, n_refs: int) -> bool:
-        """Tell whether so many references can be brought into leaves of the size asked for."""
-        return self.max_leaf_refs is None or n_refs <= self.max_leaf_refs * 2**self.max_depth
-
-    def over(self, base: Limits) -> Limits:
-        """Take from `base` what is at its default here."""
-        given = {field.name: getattr(self, field.name) for field in fields(self)}
-        return replace(base, **{name: value for name, value in given.items() if value != getattr(Limits, name)})
-
-    def __post_init__(self) -> None:
-        counts = {
-            "max_depth": count("max_depth", self.max_depth, 0, 256),
-            "leaf_refs": count("leaf_refs", self.leaf_refs, 0),
-            "max_leaf_refs": None if self.max_leaf_refs is None else count("max_leaf_refs", self.max_leaf_refs, 1),
-            "max_refs": None if self.max_refs is None else count("max_refs", self.max_refs, 0),
-            "max_bytes": None if self.max_bytes is None else count("max_bytes", self.max_bytes, 0),
-        }
-        size = 0.0 if self.leaf_size == 0 else number("leaf_size", self.leaf_size, "a length that is not negative", 0.0)
-        for name, value in {**counts, "leaf_size": size}.items():
             object.__setattr__(self, name, value)
 
 
@@ -210,7 +126,7 @@ class Settings:
     boxes: BoxRule = "tight"
     lookahead: tuple[int, ...] = (1,)
     cost: Cost = Cost()
-    limits: Limits = Limits()
+    limits: Limits = field(default_factory=Limits)
     bad_levels: int = 0
     prune: bool = True
     radius_hint: float = 0.0
@@ -380,25 +296,3 @@ def method_settings(method: str) -> Settings:
         return METHODS[method]
     except (KeyError, TypeError):
         raise InputError(f"unknown method {method!r}{did_you_mean(method, METHODS)}") from None
-
-
-def limit_notes(limits_hit: Mapping[str, int]) -> list[str]:
-    """Say of each limit that a build has felt what it did there.
-
-    Examples
-    --------
-    >>> limit_notes({"max_depth": 1, "max_refs": 81})
-    ['max_depth kept 1 node from a split or move', 'max_refs refused a split at 81 nodes']
-    >>> limit_notes({"max_leaf_refs": 518})
-    ['max_leaf_refs forced 518 splits']
-    """
-    phrases = {
-        "max_depth": ("kept {} from a split or move", "node"),
-        "max_refs": ("refused a split at {}", "node"),
-        "max_leaf_refs": ("forced {}", "split"),
-    }
-    notes = []
-    for limit, n in limits_hit.items():
-        phrase, noun = phrases.get(limit, ("was felt at {}", "node"))
-        notes.append(f"{limit} {phrase.format(f'{n:,} {noun}' if n == 1 else f'{n:,} {noun}s')}")
-    return notes

@@ -15,7 +15,8 @@ from . import container
 from .errors import FileFormatError, InputError, InvalidTreeError
 from .geometry import Lines
 from .io import FORMATS
-from .settings import Cost, Limits, Presplit, Settings
+from .limits import Limits
+from .settings import Cost, Presplit, Settings
 from .splits import SplitSet
 from .structure import NODE, REF, TreeStructure
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..settings import Cost, Limits, Presplit, Settings
+from ..limits import Limits
+from ..settings import Cost, Presplit, Settings
 from ..splits import Median, Middle, ObjectSweep, PlaneEvents, PlaneGrid
 
 #: One cost for all trees of a kind, as the thesis's figures have it.

@@ -23,8 +23,9 @@ from .. import theory
 from ..builder import build
 from ..demo.machine import describe_machine
 from ..geometry import FloatArray
+from ..limits import Limits
 from ..scenes import make
-from ..settings import METHODS, Cost, Limits, Settings
+from ..settings import METHODS, Cost, Settings
 from ..splits import ObjectSweep, PlaneEvents, PlaneGrid
 from .result import geometric_mean
 

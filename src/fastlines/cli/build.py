@@ -64,7 +64,8 @@ def build(
 
     import fastlines as fl
 
-    from ..settings import limit_notes, method_settings
+    from ..limits import limit_notes
+    from ..settings import method_settings
     from .files import TREE, check_output, open_lines, show_progress
 
     check_output(output, TREE)

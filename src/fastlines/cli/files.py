@@ -66,6 +66,8 @@ def open_input(text: str, skip_invalid: bool = False) -> Source:
     extension = Path(path.stem if packed else path.name).suffix.lower()
     if path.is_dir():
         raise InputError(f"{text}: is a directory; expected a file")
+    if extension == TREE:
+        raise InputError(f"{text}: trees are not compressed, so that they can be mapped into memory; unpack it first")
     if extension not in FORMATS:
         if text in scenes.NAMES and not path.exists():
             raise InputError(f"{text}: no such file; the scene of that name is {SCENE}{text}")

@@ -8,7 +8,7 @@ from typing import Any
 import typer
 
 from ..geometry import Lines
-from ..settings import limit_notes
+from ..limits import limit_notes
 from .app import app
 from .options import Input, Json, Skip
 

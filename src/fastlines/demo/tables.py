@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ..limits import limit_notes
 from ..scenes import RADII
-from ..settings import limit_notes
 from .measure import Timing
 from .result import QUERIES, Result, Row, SceneResult
 
