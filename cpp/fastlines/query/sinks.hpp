@@ -3,6 +3,7 @@
 //
 // A segment can be shown more than once, by each leaf that holds a piece of it. `first` and `any` do not mind. `all`
 // and `count` take it only from the piece [s0, s1) that owns the s of the closest approach, so each hit is taken once.
+// A search that shows each segment once shows it whole.
 #pragma once
 
 #include <cstdint>
