@@ -111,6 +111,8 @@ def test_a_pickle_has_rows_and_strands_but_not_all_lines(query, protocol):
         hits = getattr(fl.build(lines, "bvh-cl"), query[0])(*rays(), 0.01, *query[1:])
         data = pickle.dumps(hits, protocol)
         assert len(data) < 2000 + 100 * hits.prim.size + 8 * len(getattr(hits, "offsets", []))
+        for same in (copy.deepcopy(hits), copy.copy(hits)):
+            assert same.lines is hits.lines
         for back in (pickle.loads(data), copy.deepcopy(hits), copy.copy(hits)):
             assert repr(back) == repr(hits)
             for name in ("t", "prim", "u", "distance", "row", "strand"):
@@ -122,8 +124,9 @@ def test_a_pickle_has_rows_and_strands_but_not_all_lines(query, protocol):
 def test_hits_made_by_hand_say_what_they_lack():
     nothing = np.zeros(0, np.float32)
     hits = fl.FirstHits(nothing, np.zeros(0, np.int64), nothing, nothing, None, np.zeros(0, np.int64))
-    with pytest.raises(fl.InputError, match="do not know their lines"):
-        hits.row  # noqa: B018
+    for same in (hits, copy.copy(hits), copy.deepcopy(hits), pickle.loads(pickle.dumps(hits))):
+        with pytest.raises(fl.InputError, match="do not know their lines"):
+            same.row  # noqa: B018
 
 
 def test_the_nearest_in_distance_is_not_always_among_the_next():

@@ -58,40 +58,46 @@ def test_a_tree_that_was_asked_is_pickled() -> None:
     assert pickle.loads(pickle.dumps(tree)).count_hits(*rays, kernel="binary") == expected
 
 
-def empty_space(segment: list[list[float]], axis: int, n_cuts: int) -> Tree:
-    """A KD tree over two equal segments that cuts off empty leaves, one behind the other, on the lower or upper side.
-
-    As deep as a tree may be, each cut halves what is left, or where floats end, cuts off nothing.
-    """
-    segments = np.repeat(np.float32([segment]), 2, axis=0)
-    segments = np.concatenate([segments, np.float32([[[-1, -1, -1], [1, 1, 1]]])])
-    nodes = np.zeros(2 * n_cuts + 1, NODE)
-    box = np.float32([[-1, -1, -1], [1, 1, 1]])
-    for i in range(n_cuts):
-        nodes["box"][2 * i] = box
-        nodes["right"][2 * i] = 2 * i + 2
-        nodes["n_refs"][2 * i] = 3
-        # The left child, the lower half, is empty; the right child holds all.
-        nodes["box"][2 * i + 1] = box
-        nodes["box"][2 * i + 1, 1, axis] = box[0, axis]
-    nodes["box"][-1] = box
-    nodes["n_refs"][-1] = 3
-    refs = np.array([(prim, 0, np.inf) for prim in range(3)], REF)
+def chain(n_levels: int, axis: int) -> Tree:
+    """A KD tree over pieces of one line along an axis, which cuts them off one by one: each left child is a leaf."""
+    n = n_levels + 1
+    across = [(axis + 1) % 3, (axis + 2) % 3]
+    segments = np.zeros((n, 2, 3), np.float32)
+    segments[1:, 0, axis] = segments[:-1, 1, axis] = np.arange(1, n) / n
+    segments[-1, 1, axis] = 1
+    segments[:, 1, across] = [1e-3, 2e-3]
+    nodes = np.zeros(2 * n - 1, NODE)
+    nodes["box"][:, 1] = segments.reshape(-1, 3).max(axis=0)
+    inner, leaves = np.arange(n_levels) * 2, np.append(np.arange(n_levels) * 2 + 1, 2 * n_levels)
+    nodes["right"][inner] = inner + 2
+    nodes["n_refs"][inner] = n - np.arange(n_levels)
+    nodes["n_refs"][leaves] = 1
+    nodes["first_ref"][inner] = np.arange(n_levels)
+    nodes["first_ref"][leaves] = np.arange(n)
+    nodes["box"][inner, 0, axis] = segments[:-1, 0, axis]
+    nodes["box"][leaves, 0, axis] = segments[:, 0, axis]
+    nodes["box"][leaves[:-1], 1, axis] = segments[:-1, 1, axis]
+    refs = np.array([(prim, 0, np.inf) for prim in range(n)], REF)
     return Tree(fl.Lines.from_segments(segments), nodes, refs, Settings(boxes="cut"))
 
 
 @pytest.mark.parametrize("axis", range(3))
-@pytest.mark.parametrize("n_cuts", [1, 30, MAX_DEPTH])
-def test_deep_trees_of_empty_space(n_cuts: int, axis: int) -> None:
-    tree = empty_space([[-0.5, 0.25, 0], [0.5, 0.5, 0.25]], axis, n_cuts)
-    rng = np.random.default_rng(n_cuts + axis)
-    origins, directions = rng.uniform(-1.5, 1.5, (200, 3)), rng.normal(size=(200, 3))
-    directions[:50, axis] = 0  # along the planes
-    directions[50:100] = np.eye(3)[rng.integers(3, size=50)] * rng.choice([-1, 1], (50, 1))
+@pytest.mark.parametrize("n_levels", [1, 30, MAX_DEPTH])
+def test_deep_trees(n_levels: int, axis: int) -> None:
+    tree = chain(n_levels, axis)
+    assert tree.planes.depth == n_levels
+    rng = np.random.default_rng(n_levels + axis)
+    along = np.arange(3) == axis
+    origins = rng.uniform(-0.5, 1.5, (200, 3)) * np.where(along, 1, 2e-3)
+    directions = rng.normal(size=(200, 3))
+    # From the deep end every level leaves a node for later; from the other end none does.
+    origins[:100, axis], directions[:100] = 2, np.where(along, -1, rng.normal(0, 1e-4, (100, 3)))
+    origins[100:150, axis], directions[100:150] = -2, along
     for query in QUERIES:
         how = {"k": 2} if query == "next_hits" else {}
-        expected = fl.brute_force(tree.geometry, origins, directions, 0.2, query=query, **how)
-        assert_same(getattr(tree, query)(origins, directions, 0.2, **how, kernel="binary"), expected)
+        for radius in (0.0, 1e-3, 0.1):
+            expected = fl.brute_force(tree.geometry, origins, directions, radius, query=query, **how)
+            assert_same(getattr(tree, query)(origins, directions, radius, **how, kernel="binary"), expected)
 
 
 def test_what_is_in_many_leaves_is_listed_once() -> None:

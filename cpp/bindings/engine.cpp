@@ -125,18 +125,14 @@ nb::tuple list(LayoutArrays layout, RayArrays rays, bool surface, std::optional<
 /// Work on so many references that somebody may want to press Ctrl-C.
 constexpr std::size_t kLongRefit = 1'000'000;
 
-/// The nodes of a tree over segments that have moved; and one that is not in the tree, if the tree is none.
-std::pair<Output<std::uint32_t>, std::optional<std::size_t>> refit_tree(Input<float> segments,
-                                                                        Input<std::uint32_t> nodes,
-                                                                        Input<std::uint32_t> refs, unsigned n_threads,
-                                                                        nb::object progress) {
+/// The nodes of a tree over segments that have moved.
+Output<std::uint32_t> refit_tree(Input<float> segments, Input<std::uint32_t> nodes, Input<std::uint32_t> refs,
+                                 unsigned n_threads, nb::object progress) {
   const auto from = rows<Node>(nodes);
   auto to = make_array<std::uint32_t>(from.size(), sizeof(Node) / sizeof(std::uint32_t));
   Refit refit(from, rows<Reference>(refs), rows<Segment>(segments), reinterpret_cast<Node*>(to.data()));
-  std::optional<std::size_t> bad;
-  watch_if(rows<Reference>(refs).size() > kLongRefit, progress,
-           [&](Progress& watched) { bad = refit(n_threads, watched); });
-  return {std::move(to), bad};
+  watch_if(rows<Reference>(refs).size() > kLongRefit, progress, [&](Progress& watched) { refit(n_threads, watched); });
+  return to;
 }
 
 /// The nodes and leaves of a layout over segments that have moved, and the mean extent of its leaves.

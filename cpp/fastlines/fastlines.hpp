@@ -9,6 +9,7 @@
 #include "primitives/segments.hpp"
 #include "primitives/triangles.hpp"
 #include "query/lists.hpp"
+#include "query/plane_search.hpp"
 #include "tree/cost.hpp"
 #include "tree/refit.hpp"
 #include "tree/validate.hpp"

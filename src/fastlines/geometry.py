@@ -40,6 +40,8 @@ def list_rows(bad: npt.NDArray[np.bool_], shown: int = 5) -> str:
 class Lines(Immutable):
     """Line segments, with what is known about each. Nobody can change them: arrays that somebody could are copied.
 
+    Attributes of objects are the exception: an array of Python objects is only marked read-only.
+
     Attributes
     ----------
     segments : (n, 2, 3) float32

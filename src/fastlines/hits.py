@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from .errors import InputError
 from .geometry import FloatArray, IntArray, Lines
+from .immutable import own
+
+Self = TypeVar("Self")
 
 
 class _OfLines:
@@ -28,7 +32,7 @@ class _OfLines:
         skipped = self._known_lines().skipped
         # As many rows were skipped before a segment as have, without each other, its place or one before it.
         before = np.searchsorted(skipped - np.arange(len(skipped)), self.prim, side="right")
-        return _read_only(np.asarray(self.prim + before))
+        return own(np.asarray(self.prim + before))
 
     @cached_property
     def strand(self) -> IntArray:
@@ -37,20 +41,39 @@ class _OfLines:
         hit = self.prim >= 0
         found = np.full(self.prim.shape, -1)
         found[hit] = np.maximum(strands[self.prim[hit]], -1)
-        return _read_only(found)
+        return own(found)
 
     def _known_lines(self) -> Lines:
         if self.lines is None:
             raise InputError("these hits do not know their lines; expected the answer of a query, or a pickle of one")
         return self.lines
 
+    def __copy__(self: Self) -> Self:
+        copied = object.__new__(type(self))
+        copied.__dict__.update(self.__dict__)
+        return copied
+
+    def __deepcopy__(self: Self, memo: dict[int, Any]) -> Self:
+        copied = object.__new__(type(self))
+        # Lines, rows and strands can not be changed.
+        shared = ("lines", "row", "strand")
+        for name, value in self.__dict__.items():
+            copied.__dict__[name] = value if name in shared else copy.deepcopy(value, memo)
+        return copied
+
     def __getstate__(self) -> dict[str, Any]:
         # A pickle has what is known of each hit instead of all lines.
         state = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
-        return {**state, "lines": None, "row": self.row, "strand": self.strand}
+        if self.lines is not None:
+            state |= {"row": self.row, "strand": self.strand}
+        else:
+            state |= {name: self.__dict__[name] for name in ("row", "strand") if name in self.__dict__}
+        return {**state, "lines": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state, row=_read_only(state["row"]), strand=_read_only(state["strand"]))
+        self.__dict__.update(
+            {name: own(value) if name in ("row", "strand") else value for name, value in state.items()}
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -152,8 +175,3 @@ class AllHits(_OfLines):
         if not 0 <= ray < n_rays:
             raise InputError(f"ray={ray}: there are {n_rays:,} rays, which count from 0")
         return slice(int(self.offsets[ray]), int(self.offsets[ray + 1]))
-
-
-def _read_only(array: IntArray) -> IntArray:
-    array.flags.writeable = False
-    return array

@@ -59,6 +59,9 @@ class TreeStructure(Immutable):
     searched : mapping of str to int
         Of a tree that was just built with a lookahead of 2 or more: how many ``candidates`` the search met there, and
         how many of them it had to have ``carried_out``. Files do not keep it.
+
+    Other Parameters
+    ----------------
     made_by_core : bool
         Whether the core has just made nodes and references, which then need no check. Queries on others could crash.
     """

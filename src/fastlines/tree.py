@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from . import _core, treefile
 from .engines import engine, kernel_number
-from .errors import InputError, InvalidTreeError
+from .errors import InputError
 from .geometry import IntArray, Lines, as_lines
 from .hits import AllHits, FirstHits
 from .immutable import own
@@ -291,9 +291,7 @@ class Tree(TreeStructure):
 
     def _refit_nodes(self, lines: Lines, callback: ProgressCallback | None) -> npt.NDArray[Any]:
         segments = lines.segments.reshape(-1, 6)
-        words, bad = engine().refit_tree(segments, *self.words(), self._refit_threads, callback)
-        if bad is not None:
-            raise InvalidTreeError(bad, "axiom 1", "what is below it is not in preorder")
+        words = engine().refit_tree(segments, *self.words(), self._refit_threads, callback)
         return own(words).reshape(-1).view(NODE)
 
     @property

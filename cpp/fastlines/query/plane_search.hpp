@@ -72,6 +72,7 @@ class PlaneTreeWriter {
       : nodes_(nodes), refs_(refs), frame_(frame_of(nodes[0].box)) {}
 
   PlaneTree operator()(Progress& progress) {
+    if (refs_.size() >= PlaneTree::kMaxCount) refuse();
     PlaneTree to;
     to.nodes.reserve(nodes_.size() + nodes_.size() / 2);
     to.nodes.resize(2);
@@ -99,14 +100,18 @@ class PlaneTreeWriter {
     std::uint32_t depth;
   };
 
+  [[noreturn]] static void refuse() {
+    throw std::length_error(
+        "a search by planes takes fewer than 2^30 references and pairs of nodes; use another kernel");
+  }
+
   double area(const Open& open) const { return nodes_[open.node].box.area(); }
 
   /// Write the nodes below an open one, as many pairs as there is room for; those that find none stay open.
   void write_block(PlaneTree& to) {
     std::size_t next = to.nodes.size() == 2 ? 2 : round_up(to.nodes.size());
     const std::size_t end = round_up(next + 1);
-    if (end > 2 * PlaneTree::kMaxCount || refs_.size() >= PlaneTree::kMaxCount)
-      throw std::length_error("a search by planes takes no more than 2^30 references and pairs of nodes");
+    if (end > 2 * PlaneTree::kMaxCount) refuse();
     to.nodes.resize(end);
     for (; next < end && !open_.empty(); next += 2) {
       const auto largest = std::ranges::max_element(open_, {}, [this](const Open& open) { return area(open); });

@@ -1,7 +1,6 @@
 // A tree dealt out to threads: subtrees that each stand in a row, as in preorder, and the nodes above them.
 #pragma once
 
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,11 +15,9 @@ struct Part {
 struct Parts {
   std::vector<Part> below;
   std::vector<std::uint32_t> above;  // each before what is below it
-  std::optional<std::size_t> bad;    // a node whose children do not stand as in preorder; then the rest is of no use
 };
 
-/// Subtrees of so many nodes and references at most, or leaves. Of what is within them nothing is known: a tree that
-/// was made by hand may lead out of a part.
+/// Subtrees of so many nodes and references at most, or leaves.
 inline Parts divide(std::span<const Node> nodes, std::size_t max_nodes, std::size_t max_refs) {
   Parts parts;
   std::vector<Part> stack{{0, std::uint32_t(nodes.size())}};
@@ -31,10 +28,6 @@ inline Parts divide(std::span<const Node> nodes, std::size_t max_nodes, std::siz
     if (node.is_leaf() || (part.end - part.begin <= max_nodes && node.n_refs <= max_refs)) {
       parts.below.push_back(part);
       continue;
-    }
-    if (node.right <= part.begin + 1 || node.right >= part.end) {
-      parts.bad = part.begin;
-      return parts;
     }
     parts.above.push_back(part.begin);
     stack.push_back({node.right, part.end});

@@ -20,14 +20,11 @@ class Refit {
   Refit(std::span<const Node> nodes, std::span<const Reference> refs, std::span<const Segment> segments, Node* to)
       : nodes_(nodes), refs_(refs), segments_(segments), to_(to) {}
 
-  /// Returns a node that is not in the tree's preorder, if there is one; then nothing else is of use.
-  std::optional<std::size_t> operator()(unsigned n_threads, Progress& progress) {
+  void operator()(unsigned n_threads, Progress& progress) {
     const Parts parts = divide(nodes_, kNodes, kRefs);
-    if (parts.bad) return parts.bad;
     for_each_chunk(
         parts.below.size(), n_threads, progress, [] { return std::make_unique_for_overwrite<Scratch>(); },
         [&](auto& scratch, std::size_t i) { fit(parts.below[i], *scratch); });
-    if (const std::size_t bad = bad_.load(); bad != kNone) return bad;
     for (std::size_t k = parts.above.size(); k-- > 0;) {
       const std::uint32_t i = parts.above[k];
       Box box = to_[i + 1].box;
@@ -36,11 +33,10 @@ class Refit {
       to_[i].box = box;
     }
     if (has_empty_) place_empty();
-    return {};
   }
 
  private:
-  static constexpr std::size_t kNodes = 1024, kRefs = 4096, kAhead = 16, kNone = std::size_t(-1);
+  static constexpr std::size_t kNodes = 1024, kRefs = 4096, kAhead = 16;
 
   struct Scratch {
     Box4 boxes[1 + kRefs + kNodes];  // an empty one, those of references, those of nodes
@@ -64,15 +60,13 @@ class Refit {
       n_inner += !leaf;
     }
 
-    // What leads out of the part is kept in it, and reported.
-    bool good = true, some_empty = false;
+    bool some_empty = false;
     for (std::size_t k = 0; k < n_leaves; ++k) {
       const Node& node = nodes[scratch.leaves[k]];
       const std::size_t begin = node.first_ref - first_ref, end = begin + node.n_refs;
-      good &= end <= n_refs;
       some_empty |= node.n_refs == 0;
       // Few leaves list more than four pieces; from the last one on, the same again is as good as a piece.
-      const std::size_t last = node.n_refs ? std::min(end, n_refs) : 0, first = std::min(begin + 1, last);
+      const std::size_t last = node.n_refs ? end : 0, first = std::min(begin + 1, last);
       Box4 box = scratch.boxes[first];
       for (std::size_t i = 1; i < 4; ++i) box.grow(scratch.boxes[std::min(first + i, last)]);
       for (std::size_t i = first + 4; i <= last; ++i) box.grow(scratch.boxes[i]);
@@ -81,12 +75,10 @@ class Refit {
     if (some_empty) has_empty_ = true;
     for (std::size_t k = n_inner; k-- > 0;) {
       const std::size_t i = scratch.inner[k], right = nodes[i].right - std::size_t(part.begin);
-      good &= (right > i + 1) & (right < n_nodes);
-      Box4 box = of_nodes[std::min(i + 1, n_nodes - 1)];
-      box.grow(of_nodes[std::min(right, n_nodes - 1)]);
+      Box4 box = of_nodes[i + 1];
+      box.grow(of_nodes[right]);
       of_nodes[i] = box;
     }
-    if (!good) return report(part.begin);
     for (std::size_t i = 0; i < n_nodes; ++i) store(part.begin + i, nodes[i], of_nodes[i]);
   }
 
@@ -129,16 +121,10 @@ class Refit {
           if (to_[child].box.is_empty()) to_[child].box = {to_[i].box.lo, to_[i].box.lo};
   }
 
-  void report(std::size_t node) {
-    for (std::size_t bad = bad_; node < bad && !bad_.compare_exchange_weak(bad, node);) {
-    }
-  }
-
   std::span<const Node> nodes_;
   std::span<const Reference> refs_;
   std::span<const Segment> segments_;
   Node* to_;
-  std::atomic<std::size_t> bad_{kNone};
   std::atomic<bool> has_empty_{false};
 };
 

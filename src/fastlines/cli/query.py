@@ -121,11 +121,11 @@ def query(
     start = time.perf_counter()
     answer = ask(origins, directions, radius, **options)
     seconds = time.perf_counter() - start
-    hint_at_radius(tree, origins, directions, radius, t_min=t_min, t_max=t_max)
 
     # Write the arrays, and say how it went.
     if output is not None:
         write_npz(output, **_arrays(kind, answer, tree.geometry))
+    hint_at_radius(tree, origins, directions, radius, t_min=t_min, t_max=t_max)
     n_rays, n_found = len(directions), _count(kind, answer)
     if as_json:
         counted = "n_hits" if kind in (*LISTS, "count") else "n_rays_that_hit"
