@@ -353,3 +353,10 @@ def test_changed_bytes_are_refused_or_answer_right(tmp_path: Path, seed: int, me
     )
     assert ended.returncode == 0, f"exit code {ended.returncode}: {ended.stderr.decode()[-3000:]}"
     assert 0 < int(ended.stdout) < n_rounds, "both should happen"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes")
+def test_a_pipe_is_no_tree(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.flt")
+    with pytest.raises(fl.FileFormatError, match="no regular file"):
+        fl.load(tmp_path / "pipe.flt")

@@ -63,9 +63,10 @@ def build(
         The primitives; an array is taken for segments.
     method : {"best", "bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-d2"}
         "best", the default, makes the tree that queries are fastest on; with a `cost`, or cut boxes, the tree of least
-        cost. The others are the trees of the thesis. The other arguments change the settings of the method. Without a
-        method, whoever says how to search (`splits`, `lookahead`, `beam`, `exhaustive`, `bad_levels`, `bad_refs`,
-        `bad_refines` or `prune`) changes those of `Settings()`.
+        cost, except that it does not cut lines that run along each other (`min_spread`). The others are the trees of
+        the thesis. The other arguments change the settings of the method. Without a method, whoever says how to search
+        (`splits`, `lookahead`, `beam`, `exhaustive`, `bad_levels`, `bad_refs`, `bad_refines` or `prune`) changes those
+        of `Settings()`.
     splits : SplitSet or sequence of SplitSet, optional
         The candidate splits at each node: `PlaneGrid`, `PlaneOctets`, `ObjectSweep`, `PlaneEvents`, `Median`, `Middle`.
     boxes : {"tight", "cut"}, optional

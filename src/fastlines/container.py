@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import json
 import os
+import stat
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
@@ -95,11 +96,14 @@ def read(
     FileFormatError
         If the file is not what its header or its checksums say.
     """
-    size = Path(path).stat().st_size
+    facts = Path(path).stat()
+    size = facts.st_size
 
     def refuse(why: str) -> FileFormatError:
         return FileFormatError(f"{path} is not a whole tree file: {why}; build and save the tree again")
 
+    if not (stat.S_ISREG(facts.st_mode) or stat.S_ISDIR(facts.st_mode)):
+        raise FileFormatError(f"{path} is no regular file; expected a tree file, which can be mapped into memory")
     if size < 8:
         raise refuse(f"it has {size} bytes")
     raw = np.memmap(path, np.uint8, "r")
