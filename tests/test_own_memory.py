@@ -319,3 +319,19 @@ def test_printing_lines_sorts_no_strands(monkeypatch):
     made = [fl.Lines.from_segments(np.zeros((1000, 2, 3)), strands=order) for order in orders]
     monkeypatch.setattr(np, "unique", None)
     assert [repr(lines) for lines in made] == [f"<Lines: 1,000 segments, {n:,} strands>" for n in (1000, 143, 1000)]
+
+
+def test_blocks_of_a_layout_begin_at_a_cache_line(immutables):
+    """Pickles, and arrays made by hand, come anywhere in memory."""
+    layout = immutables["tree"].layout
+    room = np.zeros(layout.nodes.nbytes + 1, np.uint8)
+    odd = room[1:].reshape(layout.nodes.shape)
+    odd[:] = layout.nodes
+    for same in (
+        layout,
+        dataclasses.replace(layout, nodes=odd),
+        *(pickle.loads(pickle.dumps(layout)) for _ in range(9)),
+    ):
+        assert same.nodes.ctypes.data % 64 == same.leaves.ctypes.data % 64 == 0
+        assert np.array_equal(same.nodes, layout.nodes)
+        assert not same.nodes.flags.writeable

@@ -18,6 +18,9 @@ from .threads import get_num_threads
 #: Boxes are measured grown by this much of the scene's longest side, for queries come with a radius.
 RADIUS_HINT = 0.001
 
+#: Bytes.
+CACHE_LINE = 64
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Layout(Immutable):
@@ -46,8 +49,14 @@ class Layout(Immutable):
     mean_extent: float
 
     def __post_init__(self) -> None:
-        for name in ("box", "nodes", "leaves", "refs"):
+        for name in ("box", "refs"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
+        for name in ("nodes", "leaves"):
+            object.__setattr__(self, name, _aligned(frozen(getattr(self, name))))
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        super().__setstate__(state)
+        self.__post_init__()
 
     def __repr__(self) -> str:
         what = f"{len(self.nodes):,} nodes, {len(self.leaves):,} leaves, {len(self.refs):,} references"
@@ -63,6 +72,17 @@ class Layout(Immutable):
         """The layout as the core takes it."""
         segments = self.lines.segments.reshape(-1, 6)
         return segments, self.nodes, self.leaves, self.refs, tuple(self.box.reshape(-1).tolist()), self.mean_extent
+
+
+def _aligned(blocks: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """Return blocks that begin at a cache line, as the kernels take for granted; copy them if they do not."""
+    if blocks.ctypes.data % CACHE_LINE == 0:
+        return blocks
+    room = np.empty(blocks.nbytes + CACHE_LINE, np.uint8)
+    begin = -room.ctypes.data % CACHE_LINE
+    copied = room[begin : begin + blocks.nbytes].reshape(blocks.shape)
+    copied[:] = blocks
+    return own(copied)
 
 
 def widen(
