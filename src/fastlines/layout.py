@@ -18,8 +18,8 @@ from .threads import get_num_threads
 #: Boxes are measured grown by this much of the scene's longest side, for queries come with a radius.
 RADIUS_HINT = 0.001
 
-#: Bytes.
-CACHE_LINE = 64
+#: Blocks have as many bytes, and begin at multiples of it in memory.
+BLOCK = 128
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -75,11 +75,11 @@ class Layout(Immutable):
 
 
 def _aligned(blocks: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """Return blocks that begin at a cache line, as the kernels take for granted; copy them if they do not."""
-    if blocks.ctypes.data % CACHE_LINE == 0:
+    """Return blocks that begin at a multiple of their size, as the kernels take for granted; copy them if not."""
+    if blocks.ctypes.data % BLOCK == 0:
         return blocks
-    room = np.empty(blocks.nbytes + CACHE_LINE, np.uint8)
-    begin = -room.ctypes.data % CACHE_LINE
+    room = np.empty(blocks.nbytes + BLOCK, np.uint8)
+    begin = -room.ctypes.data % BLOCK
     copied = room[begin : begin + blocks.nbytes].reshape(blocks.shape)
     copied[:] = blocks
     return own(copied)
