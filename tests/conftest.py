@@ -11,7 +11,7 @@ import fastlines as fl
 import fastlines.io
 
 # These hold assertions, though no tests: let pytest explain them all the same.
-pytest.register_assert_rewrite("line_files", "command_line")
+pytest.register_assert_rewrite("support")
 
 
 @pytest.fixture

@@ -1,0 +1,301 @@
+"""The command line: what each command does, and how it ends when something outside stops it."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from support.command_line import done, refused, run
+from support.patience import HANGS
+
+import fastlines as fl
+from fastlines.cli.app import explain
+from fastlines.cli.info import count_duplicates
+from fastlines.cli.query import KINDS
+
+COMMANDS = ("demo", "scene", "info", "build", "validate", "query", "render", "bench", "report")
+
+pytestmark = pytest.mark.usefixtures("in_own_folder")
+
+# --- What works ---
+
+
+def test_help_is_pleasant():
+    text = done("--help")
+    assert done() == text
+    for command in COMMANDS:
+        assert command in text
+        shown = done(command, "-h")
+        assert "Examples" in shown
+        assert f"fastlines {command}" in shown
+    assert fl.__version__ in done("--version")
+
+
+def test_the_package_runs_as_a_module():
+    ran = subprocess.run([sys.executable, "-m", "fastlines", "--version"], capture_output=True, text=True, check=True)
+    assert ran.stdout == f"fastlines {fl.__version__}\n"
+    ran = subprocess.run([sys.executable, "-m", "fastlines", "info", "no.tfx"], capture_output=True, text=True)
+    assert (ran.returncode, ran.stderr[:20]) == (1, "error: no.tfx: no su")
+
+
+def test_scene_info_build_validate_render(tmp_path):
+    assert "bun-hair" in done("scene")
+    assert "300 segments" in done("scene", "bun-hair", "-n", 300, "--seed", 5, "-o", "hair.npz")
+    lines = fl.read("hair.npz")
+    expected = fl.scenes.make("bun-hair", 300, 5).lines
+    assert (lines.segments == expected.segments).all()
+    assert (lines.strands == expected.strands).all()
+
+    told = json.loads(done("info", "hair.npz", "--json"))["lines"]
+    assert (told["n_segments"], told["n_strands"], told["n_zero_length"]) == (300, 6, 0)
+    assert "300" in done("info", "hair.npz")
+
+    assert "cost" in done("build", "hair.npz", "--method", "bvh-cl", "-o", "hair.flt")
+    tree = fl.load("hair.flt")
+    assert tree.method == "bvh-cl"
+    assert "valid" in done("validate", "hair.flt")
+    assert json.loads(done("validate", "hair.flt", "--json"))["valid"]
+    assert "one for each section" in done("info", "hair.flt")
+    assert json.loads(done("info", "hair.flt", "--json"))["tree"]["n_nodes"] == tree.n_nodes
+
+    for source in ("hair.flt", "hair.npz", "scene:bun-hair:300:5"):
+        done("render", source, "--radius", 0.01, "-o", "hair.png", "--width", 40, "--height", 30)
+        picture = np.asarray(Image.open("hair.png"))
+        assert picture.shape == (30, 40)
+        assert picture.max() > 200
+    done("render", "hair.flt", "-r", 0.01, "-o", "levels.png", "--levels", 2)
+    assert np.asarray(Image.open("levels.png")).shape[2] == 3
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["hair.flt", "hair.npz", "hair.png", "levels.png"]
+
+
+def test_render_looks_where_it_is_told(tree_file):
+    options = ("-r", 0.01, "--width", 24, "--height", 24, "--samples", 1)
+    pictures = []
+    for look in (("0,0,-1", "0,1,0"), ("0,-1,0", "0,0,1")):
+        done("render", tree_file, *options, "--direction", look[0], "--up", look[1], "--fov", 20, "-o", "a.png")
+        pictures.append(np.asarray(Image.open("a.png")))
+    assert (pictures[0] != pictures[1]).any()
+
+
+def test_render_exr(tree_file):
+    openexr = pytest.importorskip("OpenEXR")
+    done("render", tree_file, "-r", 0.02, "-o", "a.exr", "--width", 20, "--height", 10)
+    with openexr.File("a.exr") as file:
+        depth = file.channels()["Z"].pixels
+    assert depth.shape == (10, 20)
+    assert np.isfinite(depth).any()
+
+
+def test_build_takes_costs_and_limits():
+    text = done("build", "scene:spaghetti:50", "-m", "bvh-cl", "--c-trav", 1.5, "--max-depth", 1, "--json")
+    stats = json.loads(text)
+    assert stats["depth"] <= 1
+    assert stats["method"] == "custom"
+    text = done("build", "scene:spaghetti:500", "-m", "bvh-cl", "--max-depth", 1, "-o", "a.flt")
+    assert re.search(r"max_depth kept \d nodes from a split", text)
+    assert "max_depth kept" in done("info", "a.flt")
+    freely, *kept = (
+        json.loads(done("build", "scene:spaghetti:5000", "--json", *more))
+        for more in ((), *(("--max-bytes", size) for size in (7_000_000, "7e6", "7MB", "7000k", "6.67572 MiB")))
+    )
+    assert freely["n_refs"] > 77_500 > kept[0]["n_refs"]  # 7 MB less 160 bytes a segment, at 80 a reference
+    assert {tree["n_refs"] for tree in kept} == {kept[0]["n_refs"]}
+    text = done("build", "scene:spaghetti:500", "-m", "bvh-cl", "--max-leaf-refs", 4)
+    assert re.search(r"; max_leaf_refs forced \d+ splits\n", text)
+
+
+def test_info_counts_what_is_odd():
+    segments = np.zeros((5, 2, 3), np.float32)
+    segments[1:, 1] = (1, 2, 3)
+    segments[3] = segments[3, ::-1]  # the same, the other way round
+    segments[4, 1] = (1, 2, 4)
+    np.save("a.npy", segments)
+    told = json.loads(done("info", "a.npy", "--json"))["lines"]
+    assert (told["n_zero_length"], told["n_duplicates"], told["n_strands"]) == (1, 2, 0)
+    assert told["bounds"] == [[0, 0, 0], [1, 2, 4]]
+    empty = fl.Lines.from_segments([])
+    assert count_duplicates(empty) == 0
+    segments[2] = np.nan
+    np.save("b.npy", segments)
+    result = run("info", "b.npy", "--json", "--skip-invalid")
+    assert json.loads(result.stdout)["lines"]["n_skipped"] == 1
+    assert "1 segments" in result.stderr
+
+
+def test_query_answers_as_the_library_does(tree_file):
+    tree = fl.load(tree_file)
+    rng = np.random.default_rng(3)
+    rays = np.concatenate([rng.random((50, 3)), rng.normal(size=(50, 3))], axis=1).astype(np.float32)
+    np.save("rays.npy", rays)
+    np.savez("rays.npz", origins=rays[:, :3], directions=rays[:, 3:])
+    for name in ("rays.npy", "rays.npz"):
+        for kind, arrays in {
+            "first": ["distance", "prim", "strand", "t", "u"],
+            "all": ["distance", "offsets", "prim", "strand", "t", "u"],
+            "next": ["distance", "offsets", "prim", "strand", "t", "u"],
+            "any": ["hit"],
+            "count": ["count"],
+        }.items():
+            more = {"next": {"k": 2}}.get(kind, {})
+            done(
+                "query",
+                tree_file,
+                name,
+                "-r",
+                0.1,
+                "--kind",
+                kind,
+                *(("--nearest", 2) if more else ()),
+                "-o",
+                "out.npz",
+            )
+            with np.load("out.npz") as out:
+                assert sorted(out.files) == arrays
+                answers = dict(out)
+            expected = getattr(tree, KINDS[kind])(rays[:, :3], rays[:, 3:], 0.1, **more)
+            for array in arrays:
+                assert (answers[array] == (expected if kind in ("any", "count") else getattr(expected, array))).all()
+    done("query", tree_file, "rays.npy", "-r", 0.1, "--at", "surface", "-o", "out.npz")
+    with np.load("out.npz") as out:
+        assert "t_out" in out.files
+    told = json.loads(done("query", tree_file, "rays.npy", "-r", 0.1, "-k", "count", "--json", "--t-max", 0.5))
+    assert told["n_rays"] == 50
+    assert told["n_hits"] == tree.count_hits(rays[:, :3], rays[:, 3:], 0.1, t_max=0.5).sum()
+    assert "192 rays" in done("query", tree_file, "--camera", "16x12", "-r", 0.1)
+
+
+def test_query_tells_the_rows_of_what_was_not_skipped():
+    ends = np.array([[[0, 0, 0], [1, 0, 0]], [[0, 0, np.nan], [1, 0, 1]], [[0, 1, 0], [1, 1, 0]]])
+    fl.build(ends, invalid="skip").save("skipped.flt")
+    np.save("rays.npy", np.array([[0.5, y, -1, 0, 0, 1] for y in (0, 1, 9)], np.float32))
+    for kind, rows in {"first": [0, 2, -1], "all": [0, 2]}.items():
+        done("query", "skipped.flt", "rays.npy", "-r", 0.1, "-k", kind, "-o", "out.npz")
+        with np.load("out.npz") as out:
+            assert out["row"].tolist() == rows
+
+
+def test_query_tells_strands_where_there_are_any():
+    fl.build(fl.Lines.from_strands([[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 0]]])).save("strands.flt")
+    np.save("rays.npy", np.array([[0.5, y, -1, 0, 0, 1] for y in (0, 1, 9)], np.float32))
+    for kind, strands in {"first": [0, 1, -1], "all": [0, 1]}.items():
+        done("query", "strands.flt", "rays.npy", "-r", 0.1, "-k", kind, "-o", "out.npz")
+        with np.load("out.npz") as out:
+            assert out["strand"].tolist() == strands
+
+
+# --- Everything else that can happen ---
+
+
+def test_help_keeps_its_brackets():
+    assert "offsets[i] to offsets[i + 1]" in " ".join(done("query", "--help").split())
+
+
+def test_input_is_not_written_over(tree_file):
+    np.savez("rays.npz", origins=np.zeros((1, 3)), directions=np.ones((1, 3)))
+    before = Path("rays.npz").read_bytes()
+    _, said = refused("query", tree_file, "rays.npz", "--radius", "0.1", "-o", "./rays.npz")
+    assert "rays.npz: is read from; write to another file" in said
+    assert Path("rays.npz").read_bytes() == before
+
+
+def test_an_empty_name_and_pickled_rays(tree_file):
+    assert "the name of a file is empty" in refused("info", "")[1]
+    np.save("objects.npy", np.array([{}, None], object), allow_pickle=True)
+    assert "holds Python objects, not numbers" in refused("query", tree_file, "objects.npy", "--radius", "0.1")[1]
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [
+        (KeyboardInterrupt(), 130, "stopped"),
+        (MemoryError(), 1, "memory"),
+        (OSError(28, "No space left on device", "a.png"), 1, "a.png: No space left on device"),
+        (PermissionError(13, "Permission denied", "a.png"), 1, "a.png: Permission denied"),
+        (OSError("odd"), 1, "odd"),
+        (ZeroDivisionError("x"), 70, "bug in fastlines"),
+        (fl.FileFormatError("two\nlines"), 1, "two lines"),
+    ],
+)
+def test_errors_become_sentences(error, code, words, monkeypatch):
+    assert explain(error) == (code, explain(error)[1])
+    assert words in explain(error)[1]
+
+    def fail(*_, **__):
+        raise error
+
+    monkeypatch.setattr(fl.scenes, "make", fail)
+    result = run("build", "scene:spaghetti")
+    assert result.exit_code == code
+    assert words in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+def test_packed_trees_are_refused_with_the_reason():
+    assert "trees are not compressed" in refused("info", "hair.flt.gz")[1]
+
+
+def program(code, *args):
+    """Start the command line in a process of its own, which runs some code first."""
+    command = [sys.executable, "-c", f"from fastlines.cli import main\n{code}\nmain()", *args]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def test_ctrl_c_stops_a_build():
+    # A build that would take hours says when it is under way.
+    listen = """
+import signal
+import fastlines as fl
+signal.signal(signal.SIGINT, signal.default_int_handler)
+build = fl.build
+def say(share):
+    if not shares:
+        print("on", flush=True)
+    shares.append(share)
+shares = []
+fl.build = lambda lines, *args, **given: build(lines, lookahead=8, progress=say)
+"""
+    with program(listen, "build", "scene:spaghetti-2:20000") as process:
+        try:
+            assert process.stdout.readline() == "on\n"
+            process.send_signal(signal.SIGINT)
+            out, err = process.communicate(timeout=HANGS)
+        finally:
+            process.kill()
+    assert (process.returncode, out, err) == (130, "", "stopped\n")
+
+
+def test_nobody_reads_the_output():
+    process = program("", "scene")
+    process.stdout.close()
+    err = process.stderr.read()
+    process.wait(HANGS)
+    process.stderr.close()
+    assert (process.returncode, err) == (141, "")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs a full disk")
+def test_the_disk_is_full():
+    with open("/dev/full", "w") as full:
+        process = subprocess.run(
+            [sys.executable, "-c", "from fastlines.cli import main; main()", "scene"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert (process.returncode, process.stderr) == (1, "error: No space left on device\n")
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_that_can_not_be_written_to(tree_file):
+    os.mkdir("locked", 0o500)
+    assert "locked" in refused("render", tree_file, "-r", 1, "-o", "locked/a.png")[1]
+    assert "locked" in refused("demo", "-o", "locked/demo")[1]

@@ -1,0 +1,234 @@
+"""Readers and files that lie, are cut short or are damaged."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import re
+import struct
+import tracemalloc
+import zipfile
+
+import numpy as np
+import pytest
+from support.line_files import COUNTS, POINTS, SAMPLES, hair, message_of, npy, npy_of, npz, tck, tfx, trk
+
+from fastlines.errors import FastlinesError, InputError
+
+# --- Files that lie ---
+
+HUGE = 2**32 - 1
+NAN_POINTS = np.where(np.arange(7)[:, None] == 4, np.nan, POINTS)
+
+LIES: list[tuple[str, bytes, str]] = [
+    ("a.hair", hair(magic=b"RIAH"), "starts with b'RIAH', a .hair file with b'HAIR'"),
+    ("a.hair", b"HAIR", "header fields .* do not fit into the file's 4 bytes"),
+    ("a.hair", hair(strands=HUGE), "segment counts .4294967295 of 2 bytes.* do not fit"),
+    ("a.hair", hair(n_points=HUGE), "points .* do not fit"),
+    ("a.hair", hair(strands=3), "by their segments|do not fit|left over"),
+    ("a.hair", hair(bits=2, strands=HUGE, segments=0), "4294967295 strands have 4294967295 points, but 7"),
+    ("a.hair", hair(bits=2, strands=HUGE, segments=HUGE), "points, but 7"),
+    ("a.hair", hair(bits=2, strands=2, segments=3), "2 strands have 8 points, but 7"),
+    ("a.hair", hair(bits=2, strands=0), "0 strands have 0 points, but 7"),
+    ("a.hair", hair(bits=1), r"announces the arrays 0b1; expected 0b10"),
+    ("a.hair", hair(bits=3 | 64), "announces the arrays 0b1000011"),
+    ("a.hair", hair() + b"\0", "1 bytes are left over"),
+    ("a.hair", hair(thickness=np.nan), "default thickness must be finite"),
+    ("a.hair", hair(thickness=-1), "default thickness must be finite"),
+    (
+        "a.hair",
+        hair(bits=7)[:-4] + struct.pack("<f", -1),
+        r"thickness must be finite and not negative \(see row 6\)",
+    ),
+    ("a.tfx", tfx(3)[:3], "version numbers .* do not fit"),
+    ("a.tfx", struct.pack("<f", 5) + tfx(4)[4:], "version 5; expected 3 or 4"),
+    ("a.tfx", struct.pack("<f", np.nan) + tfx(4)[4:], "version nan"),
+    ("a.tfx", struct.pack(">f", 4) + tfx(4)[4:], "version .*e-41; expected 3 or 4"),
+    ("a.tfx", tfx(4)[:100], "header fields .* do not fit"),
+    ("a.tfx", tfx(4, strands=HUGE, vertices=HUGE), "positions .* do not fit"),
+    ("a.tfx", tfx(4, vertices=0), "2 strands of 0 vertices"),
+    ("a.tfx", tfx(4, strands=HUGE, vertices=0), "4294967295 strands of 0 vertices"),
+    ("a.tfx", tfx(4, positions=0), "positions .* lie over version numbers"),
+    ("a.tfx", tfx(3, positions=290), "positions .* lie over header fields"),
+    ("a.tfx", tfx(4, positions=HUGE), "positions .* do not fit"),
+    ("a.tfx", tfx(3, positions=300), "positions .* do not fit"),
+    ("a.tfx", tfx(4, thickness=8), "thickness values .* lie over header"),
+    ("a.tfx", tfx(4, thickness=170), "thickness values .* lie over positions"),
+    ("a.tfx", tfx(4, color=HUGE), "color values .* do not fit"),
+    ("a.tfx", tfx(3, uv=300), "uv values .* lie over|do not fit"),
+    ("a.trk", b"TRACK", "header fields .* do not fit"),
+    ("a.trk", bytes(1000), "starts with b'', a .trk file with b'TRACK'; check the extension"),
+    ("a.trk", b"KCART" + trk()[5:], "starts with b'KCART'"),
+    ("a.trk", trk(size=0), "says that its header has 0 bytes; expected 1000"),
+    ("a.trk", trk(promised=100), "counts 100 streamlines, but the file holds 4; get a whole copy, or set the count"),
+    ("a.trk", trk(promised=0, tail=b"\0\0"), "last 2 bytes are no whole streamline; the file is cut short"),
+    ("a.trk", trk(promised=0, tail=struct.pack("<i", -3)), "streamline 4 announces -3 points, which are not there"),
+    ("a.trk", trk(promised=5, tail=struct.pack("<i", 2**31 - 1)), "streamline 4 announces 2147483647 points"),
+    ("a.trk", trk()[:36] + b"\xfe\xff" + trk()[38:], "-2 scalars"),
+    ("a.trk", trk()[:36] + b"\xff\x7f" + trk()[38:], "streamline 0 announces 3 points"),
+    ("a.trk", trk()[:238] + b"\xff\xff" + trk()[240:], "-1 properties"),
+    ("a.trk", trk(voxel_size=(1, 0, 1)), "voxels have the size"),
+    ("a.trk", trk(voxel_size=(1, np.nan, 1)), "voxels have the size"),
+    ("a.trk", trk(version=9), "has version 9 of the format; known are 1 to 3; convert it$"),
+    ("a.trk", trk(to_ras=np.diag([1, 1, 0, 1])), "vox_to_ras.* can not be inverted or is not finite; mend the header$"),
+    ("a.trk", trk(to_ras=np.diag([1, 1, np.nan, 1])), "vox_to_ras.* can not be inverted or is not finite"),
+    ("a.tck", tck()[1:], "starts with b'rtrix tracks.n', a .tck file with b'mrtrix tracks'; check the extension$"),
+    ("a.tck", tck(end="", marks=("last nan",)), "which would prove where its data are"),
+    ("a.tck", tck(file="", end=""), "header has no line END"),
+    ("a.tck", tck(file="file: other.dat 0\n"), "data are in another file, 'other.dat'; expected '.'"),
+    ("a.tck", tck(file="file: . 62\n"), "ends as a whole file of type float32le does, but .* at byte 62 do not; mend"),
+    ("a.tck", tck(file="", gap=b"\0\0\0"), "ends as a whole file of type float32le does, but .* mend the type"),
+    ("a.tck", tck(file="file: . 7\n", marks=("last nan",)), "which would prove where its data are"),
+    ("a.tck", tck(head="", marks=("last nan",)), "which would prove where its data are"),
+    ("a.tck", tck(head="datatype: Int16\n"), "type .'datatype'. is 'Int16'; expected Float32LE, .*; convert it$"),
+    ("a.tck", tck(head="datatype: Float32LE\ndatatype: Float32BE\n"), "is 'Float32LE, Float32BE'; expected"),
+    ("a.tck", tck(head="datatype: Float64LE\n"), "ends as a whole file of type float32le does, .* of type float64le"),
+    ("a.tck", tck(head="datatype: Float32BE\n"), "ends as a whole file of type float32le does"),
+    ("a.tck", tck(marks=()), "last streamline does not end, neither with NaN nor with Inf"),
+    ("a.tck", tck(head="count: 5\ndatatype: Float32LE\n", marks=("last nan",)), "counts 5 .* ends behind the 4th"),
+    (
+        "a.tck",
+        tck(head="count: 5\ndatatype: Float32LE\n", tail=b"more"),
+        "three Inf end the data behind 4, and 4 bytes",
+    ),
+    ("a.npy", b"\x93NUMPX" + bytes(100), "does not start with the header of an array .*; check the extension"),
+    ("a.npy", npy_of("'<f4'", "(4611686018427387904, 2, 3)"), "numbers .* do not fit"),
+    ("a.npy", npy_of("'<f4'", "(4611686018427387904, 0, 3)"), "numbers .* do not fit"),
+    ("a.npy", npy_of("'<f4'", "(-1, 6)", bytes(24)), "numbers .* do not fit"),
+    ("a.npy", npy_of("'<f4'", "(1, 6)", bytes(23)), "numbers .* do not fit"),
+    ("a.npy", npy_of("'<f4'", "(1, 6)", bytes(25)), "1 bytes are left over"),
+    ("a.npy", npy_of("'|O'", "(1, 6)", bytes(48)), "holds object; expected real numbers"),
+    ("a.npy", npy_of("'<c8'", "(1, 6)", bytes(48)), "holds complex64; expected real"),
+    ("a.npy", npy_of("'(999999,)<f4'", "(1, 6)"), "expected real numbers"),
+    ("a.npy", npy_of("[('x', '<f4')]", "(1, 6)", bytes(24)), "expected real numbers"),
+    ("a.npy", npy_of("'<f4'", "(" * 5000), "does not start with the header of an array"),
+    ("a.npy", b"\x93NUMPY\x03\x00" + npy_of("'<f4'", "(0, 6)")[8:], r"has version \(3, 0\) of the .npy format; plain"),
+    ("a.npz", npz(lines=POINTS), "holds the arrays lines; expected 'segments'"),
+    ("a.npz", npz(), r"not a whole .npz|holds the arrays \(none\)"),
+    ("a.npz", npz(points=POINTS), "holds the arrays points; expected"),
+    ("a.npz", npz(points=POINTS, counts=COUNTS, segments=POINTS), "expected 'segments'"),
+    ("a.npz", npz(points=POINTS, counts=COUNTS, strands=COUNTS), "expected 'segments'"),
+    ("a.npz", npz(points=POINTS, counts=[[7]]), "'counts' has shape"),
+    ("a.npz", npz(points=POINTS, counts=7), r"'counts' has shape \(\)"),
+    ("a.npz", npz(points=POINTS, counts=[7.0]), "'counts' is of type float64; expected integers"),
+    ("a.npz", npz(points=POINTS, counts=[8, -1]), "'counts' are from -1 to 8"),
+    ("a.npz", npz(points=POINTS, counts=[2**62] * 4 + [7]), "'counts' are from 7 to 4611686018427387904"),
+    ("a.npz", npz(points=POINTS.ravel(), counts=COUNTS), "'points' has shape"),
+    (
+        "a.npz",
+        npz(points=POINTS, counts=COUNTS, radius=np.ones(6)),
+        r"'radius' has shape \(6,\); expected \(7,\)",
+    ),
+    ("a.npz", npz(points=POINTS, counts=COUNTS, age=np.ones(6)), "'age' has shape"),
+    ("a.npz", npz(points=POINTS, counts=COUNTS, age=1), "'age' has shape"),
+    ("a.npz", npz(segments=POINTS[:2], strands=[1]), r"'strands' has shape \(1,\)"),
+    ("a.npz", npz(segments=POINTS[:2], strands=np.array([1, 2], "u8")), "'strands' is of type uint64"),
+    ("a.npz", npz(segments=POINTS[:2], radius=np.ones((2, 3))), "'radius' has shape"),
+    ("a.npz", npz(segments=POINTS[:2], radius=[1, -1]), "radius must be finite and not negative .see row 1"),
+    (
+        "a.npz",
+        npz(segments=POINTS[:2], radius=[1e300, 1]),
+        "radius must be finite and not negative .see row 0",
+    ),
+    ("a.npz", npz(segments=POINTS[:2], name=["a", "b"]), "array 'name': holds <U1; expected real"),
+    ("a.npz", b"PK" + bytes(100), "not a whole .npz file .*; check the extension, or write it again"),
+    ("a.npy.gz", b"not packed", "is not packed by gzip, as .gz says; take .gz off"),
+    ("a.npy.gz", gzip.compress(bytes(99))[:-9], "not a whole gzip file .*; the file is cut short"),
+    ("a.npy.gz", gzip.compress(b""), "is empty once unpacked"),
+    ("a.npy.gz", gzip.compress(bytes(40_000_000)), "unpacks to more than .* gunzip"),
+]
+
+
+@pytest.mark.parametrize(("name", "data", "said"), LIES, ids=[f"{i}-{lie[2][:30]}" for i, lie in enumerate(LIES)])
+def test_lies_are_told_in_one_sentence(load, name, data, said):
+    text = message_of(load, data, name)
+    assert re.search(said, text), text
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "rows"),
+    [
+        ("a.hair", hair(points=NAN_POINTS), "row 3"),
+        ("a.tfx", tfx(3, points=NAN_POINTS[:6]), "row"),
+        ("a.npy", npy(NAN_POINTS[:6].reshape(3, 2, 3)), "row 2"),
+        ("a.npz", npz(points=NAN_POINTS, counts=COUNTS), "row 3"),
+    ],
+)
+def test_nan_names_its_rows_or_is_skipped(load, name, data, rows):
+    assert rows in message_of(load, data, name, InputError)
+    lines = load(data, name, invalid="skip")
+    assert len(lines.skipped) > 0
+    assert np.isfinite(lines.segments).all()
+
+
+def test_shape_of_segments(load):
+    message_of(load, npy(POINTS), "a.npy", InputError)
+    message_of(load, npy(5.0), "a.npy", InputError)
+    message_of(load, npz(segments=5.0), "a.npz", FastlinesError)
+
+
+def test_zip_that_is_no_npz_or_a_bomb(load):
+    for method, size, said in [
+        (zipfile.ZIP_BZIP2, 10, "is not an array"),
+        (zipfile.ZIP_DEFLATED, 60_000_000, "unpacks to more than"),
+    ]:
+        stream = io.BytesIO()
+        with zipfile.ZipFile(stream, "w", method) as archive:
+            archive.writestr("segments.npy", bytes(size))
+        assert said in message_of(load, stream.getvalue(), "a.npz")
+    with zipfile.ZipFile(stream := io.BytesIO(), "w") as archive:
+        archive.writestr("notes.txt", "segments")
+    assert "'notes.txt' in it is not an array" in message_of(load, stream.getvalue(), "a.npz")
+
+
+# --- Cut short and damaged ---
+
+
+def shorter(data: bytes) -> set[int]:
+    """Lengths to cut at: each, but for the text and padding of long headers only some."""
+    return {n for n in range(len(data)) if len(data) < 800 or n % 7 == 0 or n > len(data) - 150}
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_file_cut_short_anywhere(load, name):
+    # Of a .tck whose header counts its streamlines, the mark of the end can be cut off without loss.
+    end = -12 if name.endswith(".tck") else None
+    for n in shorter(SAMPLES[name][:end]):
+        with pytest.raises(FastlinesError) as caught:
+            load(SAMPLES[name][:n], name)
+        assert "\n" not in str(caught.value)
+
+
+def test_trk_of_unknown_count_can_only_be_cut_between_streamlines(load):
+    data = trk(promised=0)
+    whole = {1000, 1000 + 40, 1000 + 40 + 16, 1000 + 40 + 16 + 28}
+    for n in range(996, len(data)):
+        if n in whole:
+            load(data[:n], "a.trk")
+        else:
+            message_of(load, data[:n], "a.trk")
+
+
+@pytest.mark.filterwarnings("ignore::fastlines.FileWarning", "ignore::fastlines.PrecisionWarning")
+@pytest.mark.parametrize("name", SAMPLES)
+def test_damaged_bytes_raise_nothing_else_and_allocate_little(load, name):
+    rng = np.random.default_rng(2024)
+    messages = []
+    tracemalloc.start()
+    try:
+        for trial in range(250):
+            data = bytearray(SAMPLES[name])
+            for at in rng.integers(len(data), size=1 + trial % 3):
+                data[at] = rng.integers(256) if trial % 2 else data[at] ^ 1 << rng.integers(8)
+            try:
+                lines = load(bytes(data), name, invalid=("error", "skip")[trial // 2 % 2])
+            except FastlinesError as error:
+                messages.append(str(error))
+                continue
+            assert lines.segments.shape[1:] == (2, 3)
+            assert len(lines.segments) == len(lines.strands)
+        assert tracemalloc.get_traced_memory()[1] < 100e6
+    finally:
+        tracemalloc.stop()
+    assert messages
+    assert not any("\n" in message for message in messages)

@@ -1,0 +1,95 @@
+"""Files that somebody else's programs have left odd: what is certain is read, and what is odd is told once."""
+
+from __future__ import annotations
+
+import gzip
+import re
+
+import numpy as np
+import pytest
+from support.line_files import FIRST, LAST, POINTS, SAMPLES, STRANDS, tck, trk
+
+import fastlines as fl
+
+NAMED = "datatype: Float32LE\n"
+
+#: Each holds the five segments of POINTS.
+ODD: list[tuple[str, bytes, str]] = [
+    ("a.trk", trk(promised=2), "its header counts 2 streamlines, but the file holds 4; all are read"),
+    ("a.trk", trk(promised=-1), "its header counts -1 streamlines, but the file holds 4"),
+    ("a.trk", trk(tail=b"\0\0"), "2 bytes behind the last of its 4 streamlines are not read"),
+    ("a.trk", trk(tail=b"\xfe\xff\xff\xff"), "4 bytes behind the last of its 4 streamlines"),
+    ("a.trk", trk(version=3), "has version 3 of the format; it is read as version 2"),
+    ("a.trk", trk(version=0), "has version 0 of the format; it is read as version 2"),
+    ("a.tck", tck(head=f"count: 9\n{NAMED}count: 4\n"), "counts 9 and 4 streamlines; the 4 that it holds are read"),
+    ("a.tck", tck(head=f"count: 9\n{NAMED}"), "counts 9 streamlines; the 4"),
+    ("a.tck", tck(head=f"count: 3\n{NAMED}"), "counts 3 streamlines; the 4"),
+    ("a.tck", tck(head=f"count: many\n{NAMED}"), "counts many streamlines; the 4"),
+    ("a.tck", tck(head=f"count: {'9' * 500}\n{NAMED}"), "counts 9{20} streamlines; the 4"),
+    ("a.tck", tck(head=f"count: \0\x1b[1m\n{NAMED}"), r"counts \?\?\[1m streamlines"),
+    ("a.tck", tck(head=NAMED, end="END\ncount: 0004\nEND\n"), "its header goes on behind END"),
+    ("a.tck", tck(end=""), "its header has no line END; its data are read from byte"),
+    ("a.tck", tck(end="end\n"), "its header has no line END; its data are read from byte"),
+    (
+        "a.tck",
+        tck(file="file: . 7\n"),
+        r"where its data start \('file'\) is \. 7; they are read from behind its header",
+    ),
+    ("a.tck", tck(file=f"file: . {len(tck()) - 12 * 7}\n"), r"is \. [0-9]+;"),
+    ("a.tck", tck(file="file: . 99999\n"), r"is \. 99999;"),
+    ("a.tck", tck(file="file: . -1\n"), r"is \. -1;"),
+    ("a.tck", tck(file="file: .\n"), r"is \.;"),
+    ("a.tck", tck(file=""), "is missing;"),
+    ("a.tck", tck(file="file: . 7\nfile: . 8\n"), r"is \. 7, \. 8;"),
+    ("a.tck", tck(head="count: 4\n"), "names no type .*; its data are read as Float32LE"),
+    (
+        "a.tck",
+        tck(marks=("last nan",)),
+        "three Inf at the end are missing; it holds 4 streamlines, as its header counts",
+    ),
+    ("a.tck", tck(head=NAMED, marks=("last nan",)), "it holds 4 streamlines, and whether more should follow is not"),
+    ("a.tck", tck(marks=("inf",)), "no NaN ends its last streamline; the end of the data does"),
+    ("a.tck", tck(tail=b"\n"), "1 bytes behind the three Inf that end its data are not read"),
+    ("a.tck.gz", gzip.compress(tck()) + b"more", "the bytes behind its packed part are not read"),
+]
+
+
+@pytest.mark.parametrize(("name", "data", "said"), ODD, ids=[f"{i}-{odd[2][:30]}" for i, odd in enumerate(ODD)])
+def test_what_is_certain_is_read_and_what_is_odd_is_told(load, name, data, said):
+    with pytest.warns(fl.FileWarning) as told:
+        lines = load(data, name)
+    assert len(told) == 1
+    text = str(told[0].message)
+    assert re.search(rf"{name}: .*{said}", text), text
+    assert "\n" not in text
+    np.testing.assert_allclose(lines.segments, POINTS[np.stack([FIRST, LAST], axis=1)], rtol=1e-6)
+    np.testing.assert_array_equal(lines.strands, STRANDS)
+
+
+def test_each_oddity_is_told(load):
+    with pytest.warns(fl.FileWarning) as told:
+        assert len(load(tck(file="file: . 7\n", tail=b"\n"), "a.tck")) == len(FIRST)
+    assert [re.sub(r".*a\.tck: ", "", str(each.message)) for each in told] == [
+        "where its data start ('file') is . 7; they are read from behind its header, byte 57",
+        "1 bytes behind the three Inf that end its data are not read",
+    ]
+
+
+def test_trk_that_ends_with_zeros_has_streamlines_without_points_there(load):
+    with pytest.warns(fl.FileWarning, match="counts 4 streamlines, but the file holds 5"):
+        assert len(load(trk(tail=bytes(4)), "a.trk")) == len(FIRST)
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_whole_files_are_read_without_a_word(load, name):
+    assert len(load(SAMPLES[name], name)) > 0
+
+
+@pytest.mark.filterwarnings("default::fastlines.FileWarning")
+def test_the_command_line_tells_what_is_odd_in_one_line(in_own_folder, tmp_path):
+    from command_line import run
+
+    (tmp_path / "a.tck").write_bytes(tck(marks=("inf",)))
+    result = run("info", "a.tck")
+    assert result.exit_code == 0
+    assert result.stderr.splitlines() == ["warning: a.tck: no NaN ends its last streamline; the end of the data does"]

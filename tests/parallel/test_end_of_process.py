@@ -1,0 +1,68 @@
+"""The end of Python while threads query, build or report progress."""
+
+import subprocess
+import sys
+
+import pytest
+from support.patience import HANGS
+
+#: What a thread may be in when Python ends; `tell` is a progress callback.
+UNDER_WAY = {
+    "query": "tree.all_hits(*rays, 0.05)",
+    "query of few rays": "tree.first_hit(*(array[:5] for array in rays), 0.05)",
+    "binary search": "tree.count_hits(*rays, 0.05, kernel='binary')",
+    "brute force": "fl.brute_force(many, *rays, 0.01)",
+    "build": "fl.build(many, 'bvh-d2')",
+    "reinsertion": "fl.build(many, 'bvh-cl', reinsertion=50)",
+    "layout": "fl.build(many, splits=fl.Median()).layout",
+    "refit": "tree.refit(many)",
+    "validate": "tree.validate()",
+    "progress of a build": "fl.build(many, 'bvh-d2', progress=tell)",
+    "progress of a query": "fl.brute_force(many, *rays, 0.01, progress=tell)",
+}
+
+
+def end_with_threads(call: str, start: str) -> None:
+    """Run a process that starts threads as `start` says, and ends as soon as one has entered the call."""
+    program = f"""
+import sys, threading, time
+from concurrent.futures import ThreadPoolExecutor
+import numpy as np, fastlines as fl
+
+class Last:
+    def __del__(self, sleep=time.sleep):
+        sleep(0.2)  # Python is ending, and other threads may try to go on
+
+random = np.random.default_rng(0)
+many = random.random((5000, 2, 3)).astype(np.float32)
+rays = random.uniform(-1, 1, (2, 3000, 3)).astype(np.float32)
+tree = fl.build(many)
+entered, over, sys.last = threading.Event(), threading.Event(), Last()
+
+def tell(share):
+    entered.set()
+    sum(range(100_000))
+
+def run():
+    while not over.is_set():
+        if {"progress" not in call}:
+            entered.set()
+        {call}
+
+{start}
+entered.wait()
+"""
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=HANGS, check=False)
+    assert (ended.returncode, ended.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("what", UNDER_WAY)
+def test_python_ends_while_a_daemon_thread_works(what: str) -> None:
+    for _ in range(2):
+        end_with_threads(UNDER_WAY[what], "for _ in range(4): threading.Thread(target=run, daemon=True).start()")
+
+
+@pytest.mark.parametrize("what", ["query", "progress of a build"])
+@pytest.mark.parametrize("start", ["threading.Thread(target=run).start()", "ThreadPoolExecutor(3).submit(run)"])
+def test_python_waits_for_threads_that_are_no_daemons(what: str, start: str) -> None:
+    end_with_threads(UNDER_WAY[what], f"{start}\nthreading.Timer(0.2, over.set).start()")

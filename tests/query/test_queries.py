@@ -1,0 +1,316 @@
+"""Every tree answers every query bit for bit as brute force does, on nasty inputs; and relations that must hold."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support import nasty
+from support.answers import WITH_AT, assert_same, cases, options, question
+
+import fastlines as fl
+from fastlines.engines import KERNELS
+from fastlines.query import QUERIES, Question
+
+SEEDS = range(20)
+#: Keeps trees over copies of long lines small, so that the tests are quick; enough for most others.
+BUDGET = 3000
+
+G = fl.PlaneGrid
+#: Settings off the beaten track.
+GENERAL: dict[str, dict[str, Any]] = {
+    "events tight": {"splits": fl.PlaneEvents()},
+    "median tight": {"splits": fl.Median(), "cost": fl.Cost(0.01)},
+    "median cut": {"splits": fl.Median(), "boxes": "cut", "cost": fl.Cost(0.01)},
+    "middle tight": {"splits": fl.Middle(), "cost": fl.Cost(0.01)},
+    "middle cut": {"splits": fl.Middle(), "boxes": "cut", "cost": fl.Cost(0.01)},
+    "all tight": {"splits": (fl.ObjectSweep(max_refs=32), G(3), fl.PlaneEvents(max_refs=8), fl.Median())},
+    "all cut": {"splits": (G(4), fl.PlaneEvents(max_refs=16), fl.Median(), fl.Middle()), "boxes": "cut"},
+    "sweep ahead 2": {"splits": fl.ObjectSweep(max_refs=12), "lookahead": 2},
+    "grid ahead 3": {"splits": G(1), "lookahead": [1, 2, 3]},
+    "cut ahead 2": {"splits": G(2), "lookahead": 2, "boxes": "cut", "cost": fl.Cost(0.1)},
+    "no lookahead": {"lookahead": 0},
+    "one plane": {"splits": G(1), "cost": fl.Cost(1e-3)},
+    "many planes": {"splits": G(300), "cost": fl.Cost(0.3), "limits": fl.Limits(max_refs=300)},
+    "depth 0": {"limits": fl.Limits(max_depth=0)},
+    "depth 3": {"limits": fl.Limits(max_depth=3, max_refs=BUDGET), "cost": fl.Cost(0.01)},
+    "leaves of 1": {"splits": fl.ObjectSweep(), "limits": fl.Limits(max_leaf_refs=1)},
+    "leaves of 3": {"splits": G(2), "limits": fl.Limits(max_leaf_refs=3, max_refs=BUDGET)},
+    "no duplicates": {"splits": G(16), "limits": fl.Limits(max_refs=40), "cost": fl.Cost(0.01)},
+    "few duplicates": {"boxes": "cut", "limits": fl.Limits(max_refs=55), "cost": fl.Cost(0.01)},
+    "leaf_refs 0": {"splits": fl.PlaneEvents(), "boxes": "cut", "limits": fl.Limits(leaf_refs=0, max_refs=BUDGET)},
+    "leaf_size": {"limits": fl.Limits(leaf_size=0.3, max_refs=BUDGET), "cost": fl.Cost(0.01)},
+}
+
+
+def build(segments: Any, method: str) -> fl.Tree:
+    return fl.build(segments, method, limits=fl.Limits(max_refs=max(BUDGET, len(segments))))
+
+
+def check_relations(all_hits: fl.AllHits, first: fl.FirstHits, n_rays: int) -> None:
+    """Sorted by (ray, t, prim), no segment twice, the first is the first."""
+    ray, t, prim = all_hits.ray, all_hits.t, all_hits.prim
+    assert (np.lexsort((prim, t, ray)) == np.arange(len(ray))).all()
+    assert len(np.unique(np.stack([ray, prim]), axis=1).T) == len(ray)
+    some = all_hits.counts > 0
+    assert (first.hit == some).all()
+    at = all_hits.offsets[:-1][some]
+    for name in ("t", "prim", "u", "distance", "t_out"):
+        one, many = getattr(first, name), getattr(all_hits, name)
+        assert one is None or (one[some] == many[at]).all(), name
+    assert np.isinf(first.t[~some]).all()
+    assert (first.prim[~some] == -1).all()
+    assert np.isinf(first.distance[~some]).all()
+
+
+@pytest.mark.parametrize("name", nasty.NAMES)
+@pytest.mark.parametrize("seed", SEEDS)
+def test_trees_answer_as_brute_force_does(seed: int, name: str) -> None:
+    case = cases(seed)[name]
+    asked, n_rays = question(case)
+    trees = {method: build(case.segments, method) for method in fl.METHODS}
+    for tree in trees.values():
+        tree.validate()
+        assert tree.cost(by="f") == pytest.approx(tree.cost(by="g"), rel=1e-9)  # Theorem 1
+    forced = trees[list(trees)[seed % len(trees)]]
+    answers = {}
+    for query in QUERIES:
+        for at in ("closest", "surface") if query in WITH_AT else (None,):
+            how = ({} if at is None else {"at": at}) | options(query)
+            expected = fl.brute_force(case.segments, **asked, query=query, **how)
+            answers[query, at] = expected
+            for i, tree in enumerate(trees.values()):
+                for kernel in KERNELS if tree is forced else (("auto", "binary")[(seed + i) % 2],):
+                    assert_same(getattr(tree, query)(**asked, **how, kernel=kernel), expected)
+
+    closest, surface = answers["all_hits", "closest"], answers["all_hits", "surface"]
+    check_relations(closest, answers["first_hit", "closest"], n_rays)
+    check_relations(surface, answers["first_hit", "surface"], n_rays)
+    assert (answers["count_hits", None] == closest.counts).all()
+    assert (answers["any_hit", None] == (closest.counts > 0)).all()
+
+    # Both kinds of t tell of the same hits; the capsule is entered first.
+    order = [np.lexsort((hits.prim, hits.ray)) for hits in (closest, surface)]
+    for column in ("prim", "ray", "distance"):
+        assert (getattr(closest, column)[order[0]] == getattr(surface, column)[order[1]]).all()
+    t_in, t, t_out = surface.t[order[1]], closest.t[order[0]], surface.t_out[order[1]]
+    slack = 1e-4 * nasty.size_of(case.segments) / np.linalg.norm(asked["directions"].astype(float), axis=1)
+    slack = slack[closest.ray[order[0]]] * (1 + asked["radius"].max() / nasty.size_of(case.segments))
+    assert (t_in <= t + slack).all()
+    assert (t_in <= t_out).all()
+    assert (t_in >= np.broadcast_to(asked["t_min"], n_rays * 5)[surface.ray[order[1]]]).all()
+    assert (t_out <= np.broadcast_to(asked["t_max"], n_rays * 5)[surface.ray[order[1]]]).all()
+
+    # Hits at a smaller radius are hits at a larger one: zero ⊆ small ⊆ medium ⊆ large.
+    hit = np.zeros((5 * n_rays, len(case.segments)), bool)
+    hit[closest.ray, closest.prim] = True
+    hit = hit.reshape(5, n_rays, -1)
+    for smaller in range(3):
+        assert not (hit[smaller] & ~hit[smaller + 1]).any()
+
+
+@pytest.mark.parametrize("name", [*nasty.SCENES, "rays along segments", "rays along axes", "window per ray"])
+@pytest.mark.parametrize("settings", GENERAL)
+def test_general_settings_answer_as_brute_force_does(settings: str, name: str) -> None:
+    case = cases(len(settings))[name]
+    asked, _ = question(case)
+    given = {"limits": fl.Limits(max_refs=BUDGET), **GENERAL[settings]}
+    tree = fl.build(case.segments, **given)
+    tree.validate()
+    assert tree.cost(by="f") == pytest.approx(tree.cost(by="g"), rel=1e-9)
+    limits, stats = given["limits"], tree.stats()
+    assert stats["n_refs"] <= limits.max_refs if limits.max_refs is not None else True
+    assert stats["depth"] <= limits.max_depth
+    assert limits.max_leaf_refs is None or stats["largest_leaf_refs"] <= limits.max_leaf_refs
+    for query in QUERIES:
+        how = options(query)
+        expected = fl.brute_force(case.segments, **asked, query=query, **how)
+        for kernel in ("auto", "binary"):
+            assert_same(getattr(tree, query)(**asked, **how, kernel=kernel), expected)
+
+
+@pytest.mark.parametrize("name", nasty.NAMES)
+@pytest.mark.parametrize("seed", range(3))
+def test_radius_of_exactly_the_distance(seed: int, name: str) -> None:
+    """The boxes can not be tighter: each ray asks with its own distance to a segment, and the next float."""
+    case = cases(seed, 40, 720)[name]
+    rng = np.random.default_rng(seed)
+    hits = fl.brute_force(case.segments, *case[1:3], case.radii["medium"], t_min=case.t_min, t_max=case.t_max)
+    some = hits.counts > 0
+    chosen = hits.offsets[:-1][some] + rng.integers(0, 1 << 40, some.sum()) % hits.counts[some]
+    bounds = {
+        name: bound if np.ndim(bound) == 0 else bound[some]
+        for name, bound in (("t_min", case.t_min), ("t_max", case.t_max))
+    }
+    trees = [build(case.segments, method) for method in fl.METHODS]
+    for radius in (hits.distance[chosen], np.nextafter(hits.distance[chosen], np.float32(np.inf))):
+        asked = {"origins": case.origins[some], "directions": case.directions[some], "radius": radius, **bounds}
+        for at in ("closest", "surface"):
+            for query in ("first_hit", "all_hits"):
+                expected = fl.brute_force(case.segments, **asked, query=query, at=at)
+                for tree in trees:
+                    assert_same(getattr(tree, query)(**asked, at=at), expected)
+
+
+@pytest.mark.parametrize("method", fl.METHODS)
+@pytest.mark.parametrize("distance", [0, 1e3, 1e4, 1e5])
+def test_nothing_is_lost_far_from_the_origin(distance: float, method: str) -> None:
+    """Cut points are rounded to the grid of the coordinates, which is coarse there."""
+    rng = np.random.default_rng(int(distance) + 1)
+    segments = (nasty.hair(rng, 80) + distance * np.array([1, -1, 0.3])).astype(np.float32)
+    size = nasty.size_of(segments)
+    rays = nasty.from_distance(1)(rng, segments.astype(float), 20_000, size)
+    tree = build(segments, method)
+    for radius in (1e-4 * size, 1e-3 * size):
+        counts = fl.brute_force(segments, *rays, radius, query="count_hits")
+        assert np.abs(tree.count_hits(*rays, radius) - counts).sum() == 0, f"{counts.sum()} hits in all"
+
+
+@pytest.mark.parametrize("method", fl.METHODS)
+def test_number_of_threads_does_not_show(method: str) -> None:
+    case = nasty.cases(1, 80, 2000)["crossing"]
+    tree = build(case.segments, method)
+    try:
+        for query in QUERIES:
+            answers = []
+            for n_threads in (1, 2, 3, 64):
+                fl.set_num_threads(n_threads)
+                assert fl.get_num_threads() == n_threads
+                radius = case.radii["per ray"]
+                rays = (case.origins, case.directions, radius)
+                for kernel in KERNELS:
+                    answers.append(getattr(tree, query)(*rays, **options(query), kernel=kernel))
+                answers.append(fl.brute_force(case.segments, *rays, query=query, **options(query)))
+            for answer in answers[1:]:
+                assert_same(answer, answers[0])
+    finally:
+        fl.set_num_threads(None)
+
+
+@pytest.mark.parametrize(
+    "where", ["nowhere", "at the first", "at the last", "at some", "but seldom where looked first"]
+)
+@pytest.mark.parametrize("query", ["all_hits", "next_hits"])
+def test_lists_of_which_rays_does_not_matter(where: str, query: str) -> None:
+    """How many hits there will be is guessed from a fourth of the rays, and may be far off."""
+    n_rays, n_lines = 9000, 40
+    i = np.arange(n_rays)
+    hit = {
+        "nowhere": i < 0,
+        "at the first": i == 0,
+        "at the last": i == n_rays - 1,
+        "at some": i % 700 < 30,
+        "but seldom where looked first": (i // 64 % 4 != 0) & (i // 256 % 4 != 0) & (i // 1024 % 4 != 0),
+    }[where]
+    x = np.linspace(-1, 1, n_lines)
+    segments = np.stack([np.stack([x, -(x**0), x], 1), np.stack([-x, x**0, x], 1)], axis=1).astype(np.float32)
+    origins = np.where(hit[:, None], [0, 0, -2], [5, 0, -2]) + np.random.default_rng(2).normal(0, 1e-3, (n_rays, 3))
+    tree = fl.build(segments)
+    asked = {"radius": 0.1, "at": "surface"} | options(query)
+    expected = fl.brute_force(segments, origins, [0, 0, 1], query=query, **asked)
+    assert len(expected) == hit.sum() * (n_lines if query == "all_hits" else asked["k"])
+    try:
+        for n_threads in (1, 3):
+            fl.set_num_threads(n_threads)
+            for kernel in KERNELS:
+                assert_same(getattr(tree, query)(origins, [0, 0, 1], **asked, kernel=kernel), expected)
+    finally:
+        fl.set_num_threads(None)
+
+
+@pytest.mark.parametrize("query", QUERIES)
+def test_one_number_for_all_rays_is_that_number_for_each(query: str) -> None:
+    case = cases(2)["window per ray"]
+    tree = build(case.segments, "bvh-d2")
+
+    def ask(directions: Any, radius: Any, **bounds: Any) -> Any:
+        return getattr(tree, query)(case.origins, directions, radius, **options(query), **bounds)
+
+    each = np.full(len(case.origins), 0.05, np.float32)
+    expected = ask(case.directions, each, t_min=0 * each + 0.5, t_max=each * 60)
+    assert_same(ask(case.directions, 0.05, t_min=0.5, t_max=np.float32(0.05) * 60), expected)
+    tiled = np.tile(case.directions[0], (len(case.origins), 1))
+    assert_same(ask(case.directions[0], 0.05), ask(tiled, 0.05))
+
+
+SHAPES = [
+    ((3,), (3,), ()),
+    ((1, 3), (1, 3), (1,)),
+    ((7, 3), (7, 3), (7,)),
+    ((4, 5, 3), (4, 5, 3), (4, 5)),
+    ((3,), (4, 5, 3), (4, 5)),
+    ((7, 3), (3,), (7,)),
+    ((4, 1, 3), (5, 3), (4, 5)),
+    ((2, 1, 3, 3), (1, 4, 1, 3), (2, 4, 3)),
+    ((0, 3), (0, 3), (0,)),
+    ((0, 3), (3,), (0,)),
+    ((4, 0, 3), (4, 0, 3), (4, 0)),
+    ((300, 0, 3), (3,), (300, 0)),
+]
+
+
+@pytest.mark.parametrize(("origins", "directions", "shape"), SHAPES)
+def test_shape_of_the_answer_follows_the_question(
+    origins: tuple[int, ...], directions: tuple[int, ...], shape: tuple[int, ...]
+) -> None:
+    rng = np.random.default_rng(0)
+    segments = nasty.crossing(rng, 30).astype(np.float32)
+    tree = build(segments, "bvh-d2")
+    o, d = rng.uniform(-1, 1, origins), rng.normal(0, 1, directions)
+    per_ray = rng.uniform(0, 0.3, shape)
+    for radius in (0.2, per_ray):
+        first = tree.first_hit(o, d, radius, at="surface")
+        for name, dtype in {
+            "t": np.float32,
+            "prim": np.int64,
+            "u": np.float32,
+            "distance": np.float32,
+            "t_out": np.float32,
+        }.items():
+            column = getattr(first, name)
+            assert isinstance(column, np.ndarray)
+            assert (column.shape, column.dtype) == (shape, dtype)
+        assert first.hit.shape == shape
+        found, counts, every = (
+            tree.any_hit(o, d, radius),
+            tree.count_hits(o, d, radius),
+            tree.all_hits(o, d, radius),
+        )
+        assert (found.shape, found.dtype) == (shape, np.bool_)
+        assert (counts.shape, counts.dtype) == (shape, np.int64)
+        assert every.offsets.shape == (found.size + 1,)
+        assert (every.counts.reshape(shape) == counts).all()
+        assert first.t_out is not None
+        assert tree.first_hit(o, d, radius).t_out is None
+        # Row by row it is the same as all at once.
+        flat_o = np.broadcast_to(o, (*shape, 3)).reshape(-1, 3)
+        flat_d = np.broadcast_to(d, (*shape, 3)).reshape(-1, 3)
+        for i, r in enumerate(np.broadcast_to(radius, shape).reshape(-1)):
+            one = tree.first_hit(flat_o[i], flat_d[i], r, at="surface")
+            assert (one.t, one.prim) == (first.t.reshape(-1)[i], first.prim.reshape(-1)[i])
+            assert (every.prim[every.of(i)] == tree.all_hits(flat_o[i], flat_d[i], r).prim).all()
+
+
+@pytest.mark.parametrize("ray", [-1, 3, 99])
+def test_hits_of_no_ray(ray: int) -> None:
+    tree = fl.build(np.array([[[0, 0, 0], [1, 0, 0]]], np.float32))
+    hits = tree.all_hits(np.zeros((3, 3)), [0, 0, 1], 0.5)
+    assert [hits.of(i) for i in range(3)] == [slice(i, i + 1) for i in range(3)]
+    with pytest.raises(fl.InputError, match=f"ray={ray}: there are 3 rays"):
+        hits.of(ray)
+
+
+def test_lists_that_do_not_fit_into_memory_say_what_to_do() -> None:
+    def full(*_: object) -> None:
+        raise MemoryError("std::bad_alloc")
+
+    box = np.array([[0, 0, 0], [1, 1, 1]], np.float32)
+    for query, k, says in (
+        ("all_hits", None, "hits of 3 rays.*next_hits.*count_hits"),
+        ("next_hits", 5, "hits of 3 rays.*a smaller k"),
+        ("count_hits", None, "bad_alloc"),
+    ):
+        question = Question(query, np.zeros((3, 3)), [0, 0, 1], 0.5, k=k)  # type: ignore[arg-type]
+        with pytest.raises(MemoryError, match=says):
+            question.answer(fl.Lines.from_segments(box[None]), box, full)

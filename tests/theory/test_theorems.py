@@ -1,0 +1,228 @@
+"""The theorems of docs/theory.md that are not the thesis's, as properties."""
+
+import itertools
+import math
+from functools import partial
+
+import numpy as np
+import pytest
+from support.theory_scenes import SCENE_NAMES, Ball, scene
+
+import fastlines as fl
+from fastlines import theory as th
+from fastlines.theory.bound import grown, most_cells, touched
+
+RULES = {"tight": th.tight, "cut": th.cut}
+DIAGONALS = [[[0, 0, 0], [8, 8, 8]], [[0, 8, 0], [8, 0, 8]], [[0, 0, 8], [8, 8, 0]], [[8, 0, 0], [0, 8, 8]]]
+
+
+# ---- 5: pruning ----
+
+
+def prunings(node):
+    """Yield every tree that is left when some inner nodes become leaves."""
+    yield th.Node(node.prims, node.box)
+    if node.left:
+        for left, right in itertools.product(list(prunings(node.left)), list(prunings(node.right))):
+            yield th.Node(node.prims, node.box, left, right)
+
+
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("name", SCENE_NAMES)
+def test_the_exact_prune_is_the_cheapest_of_all_prunings(name, rule):
+    prims = th.segments(scene(name, 1, 9))
+    splits = partial(th.plane_grid, n_planes=2, rule=RULES[rule])
+    for c_trav in (0.1, 0.7, 2.0):
+        deep = th.build(prims, splits, c_trav=c_trav, bad_levels=9, max_depth=3, leaf_refs=0, pruned=False)
+        costs = [th.g(tree, c_trav) for tree in prunings(deep)]
+        assert th.g(th.prune(deep, c_trav), c_trav) == pytest.approx(min(costs), rel=1e-12)
+
+
+# ---- 6: the lower bound ----
+
+
+@pytest.mark.parametrize("name", SCENE_NAMES)
+def test_no_tree_is_cheaper_than_the_lower_bound(name):
+    ends = scene(name, 5, 40)
+    for c_trav in (0.1, 2.0):
+        bound = th.lower_bound(ends, c_trav, n_cells=1 << 12)
+        assert min(c_trav, len(ends)) <= bound * (1 + 1e-12)
+        for method in fl.METHODS:
+            tree = fl.build(ends, method, cost=fl.Cost(c_trav), limits=fl.Limits(max_refs=1000))
+            assert bound <= tree.cost() * (1 + 1e-6), method
+        whole = th.lower_bound(ends, c_trav, whole=True, n_cells=1 << 12)
+        assert bound <= whole <= fl.build(ends, "bvh-cl", cost=fl.Cost(c_trav)).cost() * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_optimal_tree_is_cheaper_than_the_lower_bound(seed):
+    ends = scene("crossing", seed, 7)
+    prims = th.segments(ends)
+    planes = th.even_planes(th.hull(prims), 5)
+    for c_trav in (0.02, 0.2, 1.0):
+        bound = th.lower_bound(ends, c_trav, n_cells=1 << 15)
+        for rule in RULES.values():
+            assert bound <= th.f(th.grid_optimum(ends, planes, rule, c_trav), c_trav)
+        whole = th.lower_bound(ends, c_trav, whole=True, n_cells=1 << 12)
+        assert whole <= th.f(th.optimum(prims, th.partitions, c_trav), c_trav) * (1 + 1e-12)
+
+
+def test_the_lower_bound_grows_as_the_cost_does():
+    few, many = (th.lower_bound(fl.scenes.make("spaghetti", n).lines, n_cells=1 << 21) for n in (500, 8000))
+    assert 8 < few < many
+    assert 0.3 < math.log(many / few, 16) < 0.7  # the square root
+    assert th.lower_bound(np.zeros((0, 2, 3))) == 0
+
+
+def test_what_the_lower_bound_counts():
+    rng = np.random.default_rng(7)
+    ends = rng.random((6, 2, 3))
+    marked = touched(ends, 0.1, np.ones(3))
+    on = ends[:, :1] + np.linspace(0, 1, 4001)[:, None] * (ends[:, 1:] - ends[:, :1])
+    expected = np.zeros_like(marked)
+    expected[tuple((on.reshape(-1, 3) / 0.1).astype(int).T)] = True
+    assert not (expected & ~marked).any()
+    assert marked.sum() <= 1.02 * expected.sum()
+
+    wide = grown(marked, 2)
+    assert wide.shape == tuple(n + 4 for n in marked.shape)
+    places = np.argwhere(marked) + 2
+    near = [(np.abs(places - place).max(1) <= 2).any() for place in np.argwhere(np.ones_like(wide))]
+    np.testing.assert_array_equal(wide.ravel(), near)
+
+    for _ in range(300):
+        sides = rng.uniform(0.1, 30, 3)
+        a, b, c = sides * rng.random(3) ** rng.integers(0, 9)
+        area, margin = a * b + a * c + b * c, int(rng.integers(2, 9))
+        assert (a + margin) * (b + margin) * (c + margin) <= most_cells(np.array([area]), margin, sides) * (1 + 1e-12)
+
+
+# ---- 7 and 8: where SAH makes a leaf, and when spatial splits help ----
+
+
+@pytest.mark.parametrize("name", ["random", "crossing", "flat", "equal boxes", "some points", "balls"])
+def test_what_a_plane_gains(name):
+    rng = np.random.default_rng(3)
+    if name == "balls":
+        prims = [Ball(i, tuple(rng.uniform(-1, 1, 3).tolist()), rng.uniform(0, 0.7)) for i in range(9)]
+    else:
+        prims = th.segments(scene(name, 6, 20))
+    box = th.hull(prims)
+    splits = {rule: partial(th.plane_grid, n_planes=3, rule=RULES[rule]) for rule in RULES}
+    for axis in range(3):
+        for plane in th.even_planes(box, 5)[axis]:
+            for split in th.at_plane(prims, box, axis, plane, th.cut):
+                cost = 2.0 + sum(th.chance(b, box) * len(p) for p, b in split)
+                assert th.gain(prims, box, axis, plane) == pytest.approx(len(prims) - cost, abs=1e-5)
+    gains = [
+        th.gain(prims, box, axis, x) for axis in range(3) for x in th.even_planes(box, 3)[axis] if box.sides()[axis]
+    ]
+    assert (len(th.build(prims, splits["cut"]).nodes()) == 1) == (max(gains) <= 0)
+
+
+@pytest.mark.parametrize("n_each", [1, 7])
+def test_sah_makes_one_leaf_of_what_goes_right_across(n_each):
+    prims = th.segments(DIAGONALS * n_each)
+    for c_trav in (1e-3, 2.0):
+        for splits in (
+            th.object_sweep,
+            *(partial(th.plane_grid, n_planes=7, rule=rule) for rule in RULES.values()),
+        ):
+            assert len(th.build(prims, splits, c_trav=c_trav).nodes()) == 1
+        # Two levels pay from 8·c_trav on, and then they halve the cost.
+        tree = th.optimum(prims, th.planes_at([[4.0]] * 3, th.cut), c_trav)
+        n = 4 * n_each
+        assert th.f(tree, c_trav) == pytest.approx(min(n, 4 * c_trav + n / 2))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_one_leaf_is_the_best_classic_bvh_of_large_boxes(seed):
+    ends = scene("crossing", seed, 6)
+    prims, box = th.segments(ends), th.hull(th.segments(ends))
+    shares = sum(th.chance(prim.bounds(), box) for prim in prims)
+    enough = len(prims) - shares
+    assert len(th.optimum(prims, th.partitions, enough * 1.001).nodes()) == 1
+    assert th.f(th.optimum(prims, th.partitions, 0.01), 0.01) >= 0.01 + shares
+
+
+def halved(prims, box, axes):
+    """Cut in the middle across each axis in turn."""
+    if not axes:
+        return th.Node(prims, box)
+    split = next(th.at_plane(prims, box, axes[0], box.centre(axes[0]), th.cut))
+    return th.Node(prims, box, *(halved(*part, axes[1:]) for part in split))
+
+
+@pytest.mark.parametrize("sides", [(1, 1, 1), (1, 3, 20), (5, 5, 0.01)])
+@pytest.mark.parametrize("name", ["random", "crossing", "spaghetti"])
+def test_any_segments_have_a_tree_of_the_root_of_their_number(name, sides):
+    ends = fl.scenes.make("spaghetti", 90).lines.segments if name == "spaghetti" else scene(name, 8, 90)
+    prims = th.segments(ends * np.float32(sides))
+    box = th.hull(prims)
+    longest_first = sorted(range(3), key=lambda axis: -box.sides()[axis])
+    for j, c_trav in itertools.product((1, 2, 3), (0.1, 1.0)):
+        k = 2**j
+        tree = halved(prims, box, longest_first * j)
+        bound = 4 * (k - 1) * c_trav + len(prims) * (3 * k - 2) / k**2
+        assert th.g(tree, c_trav) <= bound * (1 + 1e-6)
+        if j == 2 and len(prims) > 32 * c_trav:
+            assert th.g(tree, c_trav) < len(prims)
+
+
+# ---- 9: bounds of a search ----
+
+
+@pytest.mark.parametrize("name", SCENE_NAMES)
+def test_no_search_finds_less_than_is_said(name):
+    prims = th.segments(scene(name, 9, 12))
+    box = th.hull(prims)
+    planes = th.even_planes(box, 3)
+    for rule, lookahead, c_trav in itertools.product(RULES.values(), (1, 2), (0.1, 2.0)):
+        few = prims if lookahead == 1 else prims[:6]
+        found, _ = th.best_split(few, box, th.planes_at(planes, rule), lookahead, c_trav, 1.0)
+        for n_witnesses in (0, 1, 3, len(few)):
+            least = th.at_least(few, box, planes, few[:n_witnesses], lookahead, c_trav, rule=rule)
+            assert least <= found * (1 + 1e-12)
+        if lookahead == 1 and box.area() > 0:
+            assert least == pytest.approx(found, rel=1e-12)
+        if rule is th.cut:
+            assert th.at_least_cut(few, box, lookahead, c_trav) <= found * (1 + 1e-12)
+
+
+def test_the_bounds_of_a_search_are_far_above_one_step():
+    prims = th.segments(fl.scenes.make("spaghetti", 200).lines.segments)
+    box = th.hull(prims)
+    planes = th.even_planes(box, 8)
+    assert th.best_split(prims, box, th.planes_at(planes, th.tight), 1, 2.0, 1.0)[0] == 200
+    assert th.at_least_cut(prims, box, 1) > 100
+    assert th.at_least(prims, box, planes, prims[:8], 1) > 100
+
+
+@pytest.mark.parametrize("n_planes", [1, 3, 4])
+@pytest.mark.parametrize("name", SCENE_NAMES)
+def test_no_search_below_a_split_finds_less_than_pairs_of_planes_say(name, n_planes):
+    prims = th.segments(scene(name, 11, 10))
+    box = th.hull(prims)
+    grid = partial(th.plane_grid, n_planes=n_planes, rule=th.cut)
+    for axis, (side, lo) in enumerate(zip(box.sides(), box.lo, strict=True)):
+        for i in range(1, n_planes + 1):
+            plane = th.f32(lo + side * i / (n_planes + 1))
+            for children in th.at_plane(prims, box, axis, plane, th.cut):
+                for lookahead, c_trav in itertools.product((1, 2) if n_planes < 4 else (1,), (0.1, 1.0)):
+                    least = th.at_least_of_pairs(prims, box, axis, plane, n_planes, lookahead, c_trav)
+                    for (part, half), bound in zip(children, least, strict=True):
+                        assert bound <= th.best_split(part, half, grid, lookahead, c_trav, 1.0)[0] * (1 + 1e-6)
+
+
+def test_pairs_of_planes_say_nearly_what_a_search_finds():
+    prims = th.segments(fl.scenes.make("spaghetti", 150).lines.segments)
+    box = th.hull(prims)
+    grid = partial(th.plane_grid, n_planes=5, rule=th.cut)
+    shares = []
+    for axis, i in itertools.product(range(3), range(1, 6)):
+        plane = th.f32(box.lo[axis] + box.sides()[axis] * i / 6)
+        ((left, low), _) = next(th.at_plane(prims, box, axis, plane, th.cut))
+        least, _ = th.at_least_of_pairs(prims, box, axis, plane, 5, 1, 0.1)
+        shares.append(least / th.best_split(left, low, grid, 1, 0.1, 1.0)[0])
+    assert min(shares) > 0.7
+    assert max(shares) <= 1 + 1e-6
