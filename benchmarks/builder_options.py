@@ -13,8 +13,8 @@ from dataclasses import replace
 from typing import Any
 
 import fastlines as fl
+from fastlines.backend import counting
 from fastlines.bench.rays import random_rays
-from fastlines.engines import counting
 from fastlines.limits import REF_LIMIT
 from fastlines.settings import best_settings
 

@@ -43,15 +43,15 @@ MODULES = (
     "errors",
     "checks",
     "precision",
-    "whole",
+    "atomic_write",
     "immutable",
-    "geometry",
-    "primitives",
+    "lines",
+    "meshes",
     "camera",
     "scenes",
     "io",
-    "analytic",
     "theory",
+    "analytic",
     "progress",
     "memory",
     "threads",
@@ -61,17 +61,17 @@ MODULES = (
     "settings",
     "hits",
     "_core",
-    "engines",
+    "backend",
     "rays",
     "forecast",
     "_embree",
     "layout",
-    "structure",
+    "tree_data",
     "container",
-    "treefile",
-    "query",
+    "tree_file",
+    "queries",
     "tree",
-    "rebuild",
+    "refit",
     "builder",
     "fastlines",
     "render",
@@ -162,7 +162,7 @@ def module_layer(name: str) -> int:
 def test_modules_import_only_what_stands_before_them() -> None:
     known = python_modules()
     graph = {name: imports(name, path, known) for name, path in known.items() if path.suffix == ".py"}
-    assert graph["fastlines.query"] > {"fastlines.rays", "fastlines._core"}
+    assert graph["fastlines.queries"] > {"fastlines.rays", "fastlines._core"}
     upwards = [
         f"{name} imports {target}"
         for name, targets in graph.items()

@@ -18,8 +18,8 @@ from fastlines.bench.ranks import kendall, ranks, spearman
 from fastlines.bench.rays import RayBatch
 from fastlines.bench.visits import Visits, count_visits, expect_visits, expect_wide
 from fastlines.settings import Cost, Settings
-from fastlines.structure import NODE, REF
 from fastlines.tree import Tree
+from fastlines.tree_data import NODE, REF
 
 TINY = ("--quick", "--n-rays", 1024, "--seconds", 0, "--rounds", 1)
 QUESTIONS = ("camera first", "camera all", "random first", "random all")

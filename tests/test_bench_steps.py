@@ -9,7 +9,7 @@ import pytest
 from command_line import done, refused
 
 import fastlines as fl
-from fastlines.engines import counting
+from fastlines.backend import counting
 from fastlines.threads import num_threads
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")

@@ -11,9 +11,9 @@ array(0)
 from importlib.metadata import version as _version
 
 from . import analytic, scenes, theory
+from .backend import available_simd, set_simd, simd
 from .builder import build
 from .camera import Camera
-from .engines import available_simd, set_simd, simd
 from .errors import (
     FastlinesError,
     FileFormatError,
@@ -23,13 +23,13 @@ from .errors import (
     MissingExtraError,
     PrecisionWarning,
 )
-from .geometry import Lines
 from .hits import AllHits, FirstHits
 from .io import read
 from .limits import Limits
-from .primitives import Boxes, Triangles
-from .query import brute_force
-from .rebuild import RebuildRule
+from .lines import Lines
+from .meshes import Boxes, Triangles
+from .queries import brute_force
+from .refit import RebuildPolicy
 from .settings import METHODS, Cost, Presplit, Settings
 from .splits import Median, Middle, ObjectSweep, PlaneEvents, PlaneGrid, PlaneOctets
 from .threads import get_num_threads, set_num_threads
@@ -60,7 +60,7 @@ __all__ = [
     "PlaneOctets",
     "PrecisionWarning",
     "Presplit",
-    "RebuildRule",
+    "RebuildPolicy",
     "Settings",
     "Tree",
     "Triangles",

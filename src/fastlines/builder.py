@@ -11,18 +11,18 @@ from typing import Any
 import numpy.typing as npt
 
 from . import _core
-from .engines import engine
+from .backend import engine
 from .errors import InputError
-from .geometry import Lines
 from .immutable import own
 from .limits import REF_LIMIT, Limits
-from .primitives import Geometry, as_geometry, core_data
+from .lines import Lines
+from .meshes import Geometry, as_geometry, core_data
 from .progress import ProgressCallback, ProgressOption, reporting
 from .settings import DEFAULT_METHOD, Cost, Presplit, Settings, best_settings, method_settings
 from .splits import BoxRule, PlaneOctets, SplitSet
-from .structure import NODE, REF
 from .threads import get_num_threads
 from .tree import Tree
+from .tree_data import NODE, REF
 
 #: "No limit", as the core counts.
 NO_LIMIT = 2**64 - 1

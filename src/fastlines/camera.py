@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from .checks import count
 from .errors import InputError
-from .geometry import FloatArray, Lines
+from .lines import FloatArray, Lines
 
 Vector: TypeAlias = tuple[float, float, float]
 Float64Array: TypeAlias = npt.NDArray[np.float64]

@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .atomic_write import atomic_write
 from .errors import FileFormatError, InputError
-from .whole import whole
 
 ALIGNMENT = 64
 MAX_HEADER = 1 << 20
@@ -61,7 +61,7 @@ def write(path: str | os.PathLike[str], arrays: Mapping[str, npt.NDArray[Any]], 
         raise InputError(
             f"{path}: the names of its sections take {len(text)} bytes, more than {MAX_HEADER}; shorten them"
         )
-    with whole(path) as partial, partial.open("wb") as file:
+    with atomic_write(path) as partial, partial.open("wb") as file:
         for i, part in enumerate([len(text).to_bytes(8, "little") + text, *arrays.values()]):
             data = part if isinstance(part, bytes) else np.ascontiguousarray(part).data
             checksums[i] = checksum(data)

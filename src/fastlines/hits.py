@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import InputError
-from .geometry import FloatArray, IntArray, Lines
 from .immutable import own
+from .lines import FloatArray, IntArray, Lines
 
 Self = TypeVar("Self")
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .engines import engine
-from .geometry import Lines
+from .backend import engine
 from .immutable import Immutable, frozen, own
+from .lines import Lines
 from .progress import ProgressCallback, ProgressOption, reporting
 from .threads import get_num_threads
 

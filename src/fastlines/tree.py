@@ -10,24 +10,24 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from . import _core, treefile
-from .engines import engine, kernel_number
+from . import _core, tree_file
+from .backend import engine, kernel_number
 from .errors import InputError
-from .geometry import IntArray, Lines, as_lines
 from .hits import AllHits, FirstHits
 from .immutable import own
 from .layout import Layout, refit_layout, widen
+from .lines import IntArray, Lines, as_lines
 from .progress import ProgressCallback, ProgressOption, reporting
-from .query import Planes, Question, ask_binary, ask_layout
-from .structure import NODE, TreeStructure
+from .queries import Planes, Question, ask_binary, ask_layout
 from .threads import get_num_threads
+from .tree_data import NODE, TreeData
 
 #: Trees of fewer references are refitted on one thread: a second would hardly have started.
 SHORT_REFIT = 20_000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tree(TreeStructure):
+class Tree(TreeData):
     """An acceleration tree over primitives, as `build` makes it.
 
     It is immutable. What it is: ``nodes``, ``refs``, ``cost()``, ``stats()``, ``levels()``, ``validate()``. What it
@@ -235,7 +235,7 @@ class Tree(TreeStructure):
         """Make the same tree over segments that have moved: same nodes and pieces, boxes fitted anew (docs/refit.md).
 
         It takes a small part of the time of a build, and answers are exact; but boxes overlap the more, the more
-        neighbours part. `growth` tells by how much the cost has grown, `RebuildRule` when to build anew. If the tree
+        neighbours part. `growth` tells by how much the cost has grown, `RebuildPolicy` when to build anew. If the tree
         has its `layout`, the new one has its own, fitted likewise.
 
         Parameters
@@ -324,7 +324,7 @@ class Tree(TreeStructure):
         OSError
             If the path is a folder, or can not be written.
         """
-        treefile.write(self, path)
+        tree_file.write(self, path)
 
 
 def load(path: str | os.PathLike[str], *, verify: bool | None = None) -> Tree:
@@ -349,4 +349,4 @@ def load(path: str | os.PathLike[str], *, verify: bool | None = None) -> Tree:
     OSError
         If it can not be read.
     """
-    return treefile.read(Tree, path, verify)
+    return tree_file.read(Tree, path, verify)

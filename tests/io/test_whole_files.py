@@ -17,15 +17,15 @@ from support.command_line import done, refused
 from support.patience import HANGS
 
 import fastlines as fl
+from fastlines.atomic_write import atomic_write
 from fastlines.render.images import write_depth, write_picture
-from fastlines.whole import whole
 
 TREE = fl.build([[[0, 0, 0], [1, 1, 1]]])
 LEFT_OVER = "a.flt.0123456789ab.partial"
 
 
 def write(path: Path, text: str = "new") -> None:
-    with whole(path) as partial:
+    with atomic_write(path) as partial:
         partial.write_text(text)
 
 
@@ -95,7 +95,7 @@ def test_a_new_file_gets_the_usual_mode(tmp_path, mask, mode):
 
 def test_a_file_is_not_open_to_others_before_it_is_whole(tmp_path):
     (tmp_path / "a").touch(0o600)
-    with whole(tmp_path / "a") as partial:
+    with atomic_write(tmp_path / "a") as partial:
         assert mode_of(partial) == 0o600
 
 
@@ -163,8 +163,8 @@ def test_paths_that_are_none(tmp_path):
 def test_partial_files_of_killed_processes_are_removed_by_the_next_save(tmp_path):
     kill = f"""if True:
         import os, signal
-        from fastlines.whole import whole
-        with whole({str(tmp_path / "a.flt")!r}) as partial:
+        from fastlines.atomic_write import atomic_write
+        with atomic_write({str(tmp_path / "a.flt")!r}) as partial:
             partial.write_bytes(b"half")
             os.kill(os.getpid(), signal.SIGKILL)"""
     subprocess.run([sys.executable, "-c", kill], check=False, timeout=HANGS)
@@ -189,7 +189,7 @@ def test_what_looks_like_a_partial_file_and_is_none(tmp_path):
 
 def test_partial_files_of_living_writers_stay_and_the_last_wins(tmp_path):
     path = tmp_path / "a.flt"
-    with whole(path) as mine:
+    with atomic_write(path) as mine:
         mine.write_text("mine")
         write(path, "this thread's")
         other = threading.Thread(target=write, args=(path, "another thread's"))
@@ -301,7 +301,7 @@ def test_errors_name_the_path_that_was_given(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
     def fails(error: Exception) -> str:
-        with pytest.raises(type(error)) as caught, whole("a.flt"):
+        with pytest.raises(type(error)) as caught, atomic_write("a.flt"):
             raise error
         assert ".partial" not in str(caught.value) + str(getattr(caught.value, "filename", ""))
         assert names(tmp_path) == ["a.flt"]
@@ -319,9 +319,9 @@ def test_errors_name_the_path_that_was_given(tmp_path, monkeypatch):
         patch.setattr(Path, "replace", refuse)
         with pytest.raises(OSError, match=r"^\[Errno 18\] Invalid cross-device link: 'a\.flt'$"):
             write(Path("a.flt"))
-    with pytest.raises(RuntimeError, match=r"^can not open file a\.flt$"), whole("a.flt") as partial:
+    with pytest.raises(RuntimeError, match=r"^can not open file a\.flt$"), atomic_write("a.flt") as partial:
         raise RuntimeError(f"can not open file {partial}")
-    with pytest.raises(NotADirectoryError, match=r"'a\.flt'$"), whole("a.flt") as partial:
+    with pytest.raises(NotADirectoryError, match=r"'a\.flt'$"), atomic_write("a.flt") as partial:
         (partial / "x").read_bytes()
     assert names(tmp_path) == ["a.flt"]
 

@@ -14,8 +14,8 @@ from support import nasty
 from support.answers import WITH_AT, assert_same, cases, options, question
 
 import fastlines as fl
-from fastlines.engines import KERNELS
-from fastlines.query import QUERIES
+from fastlines.backend import KERNELS
+from fastlines.queries import QUERIES
 
 WIDE = [kernel for kernel in KERNELS if kernel != "binary"]
 

@@ -9,7 +9,7 @@ import pytest
 from support import nasty
 
 import fastlines as fl
-from fastlines.analytic import capsule_interval, closest_approach
+from fastlines.theory.hits import capsule_interval, closest_approach
 
 #: Half an ulp of 1 in float32; errors are counted in it, relative to the numbers that go into a distance.
 EPS = 2.0**-24

@@ -10,8 +10,8 @@ from support import nasty
 from support.answers import WITH_AT, assert_same, cases, options, question
 
 import fastlines as fl
-from fastlines.engines import KERNELS
-from fastlines.query import QUERIES, Question
+from fastlines.backend import KERNELS
+from fastlines.queries import QUERIES, Question
 
 SEEDS = range(20)
 #: Keeps trees over copies of long lines small, so that the tests are quick; enough for most others.

@@ -5,7 +5,7 @@ import pytest
 
 from fastlines.camera import Camera
 from fastlines.errors import InputError
-from fastlines.geometry import Lines
+from fastlines.lines import Lines
 
 CAMERA = Camera(origin=(1, 2, 3), target=(-1, 0.5, -2), up=(0.2, 1, 0), fov_degrees=40)
 

@@ -12,6 +12,7 @@ from PIL import Image
 from support.line_files import SAMPLES
 
 import fastlines as fl
+from fastlines.atomic_write import atomic_write
 from fastlines.render import (
     default_camera,
     default_view,
@@ -24,7 +25,6 @@ from fastlines.render import (
 )
 from fastlines.render.depth import MAX_BATCH, MAX_PIXELS, bands, rays_through
 from fastlines.render.tone import DARKEST, GAMMA, Tone, encode
-from fastlines.whole import whole
 
 CAMERA = fl.Camera(origin=(0, 0, 4), target=(0, 0, 0))
 #: Across the view at the depths 4 (upper half), 6 (lower half).
@@ -233,7 +233,7 @@ def test_unknown_extensions_are_named(tmp_path):
 def test_a_failed_write_leaves_the_old_file(tmp_path):
     path = tmp_path / "a.png"
     path.write_bytes(b"old")
-    with pytest.raises(FileNotFoundError), whole(path) as partial:
+    with pytest.raises(FileNotFoundError), atomic_write(path) as partial:
         partial.unlink()  # a stand-in for whatever may happen before it is whole
     assert path.read_bytes() == b"old"
     assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
@@ -243,7 +243,7 @@ def test_a_failed_write_leaves_the_old_file(tmp_path):
 
 def test_two_writers_of_one_file_do_not_share_a_partial_one(tmp_path):
     path = tmp_path / "a.txt"
-    with whole(path) as one, whole(path) as other:
+    with atomic_write(path) as one, atomic_write(path) as other:
         one.write_text("one")
         other.write_text("other")
     assert path.read_text() == "one"  # its block ended last

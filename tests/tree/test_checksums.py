@@ -10,7 +10,7 @@ from support.tree_files import joined, refused, same_answers, saved, split, with
 from typer.testing import CliRunner
 
 import fastlines as fl
-from fastlines import container, treefile
+from fastlines import container, tree_file
 from fastlines.cli import app
 
 
@@ -49,12 +49,12 @@ def test_files_without_checksums(tmp_path: Path) -> None:
     """What older versions wrote."""
     path = tmp_path / "a.flt"
     tree, data = saved(path)
-    assert treefile.has_checksums(path)
+    assert tree_file.has_checksums(path)
     header, body = split(data)
     body = body[: header.pop("crc32")["data_offsets"][0]]
     refused(path, joined(header, body))
     path.write_bytes(joined(with_metadata(header, format="fastlines tree 1"), body))
-    assert not treefile.has_checksums(path)
+    assert not tree_file.has_checksums(path)
     assert "none (an older version wrote this file)" in CliRunner().invoke(app, ["info", str(path)]).output
     back = fl.load(path)
     assert same_answers(back, tree)

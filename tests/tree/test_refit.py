@@ -10,8 +10,8 @@ import pytest
 from support.nasty import cases, named_scene, triangles_on
 
 import fastlines as fl
-from fastlines.engines import set_simd
-from fastlines.query import QUERIES
+from fastlines.backend import set_simd
+from fastlines.queries import QUERIES
 
 METHODS = tuple(fl.METHODS)
 ROUND = 4  # in ulps of the scene: what the rounding of cuts may do to a box
@@ -358,7 +358,7 @@ def test_progress_and_many_segments() -> None:
 
 def test_rebuild_rule() -> None:
     tree = fl.build(fl.scenes.make("spaghetti", 300).lines)
-    rule = fl.RebuildRule(build_seconds=1.0)
+    rule = fl.RebuildPolicy(build_seconds=1.0)
     assert not any(rule.due(tree, 1000.0) for _ in range(3))  # as built: nothing is lost
     worse = tree.refit(moved("anywhere", tree.geometry.segments))
     lost = 1 - 1 / worse.growth
@@ -370,7 +370,7 @@ def test_rebuild_rule() -> None:
     assert not rule.due(dataclasses.replace(worse, built_cost=1e9), 10.0)  # a cost that has fallen loses nothing
     for seconds in (0, -1, np.nan, "1"):
         with pytest.raises(fl.InputError, match="build_seconds"):
-            fl.RebuildRule(seconds)
+            fl.RebuildPolicy(seconds)
     for seconds in (-1, np.nan, np.inf):
         with pytest.raises(fl.InputError, match="query_seconds"):
             rule.due(tree, seconds)

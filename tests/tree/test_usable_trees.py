@@ -15,7 +15,7 @@ import pytest
 from support.tree_files import RAYS, SEGMENTS, rewritten, saved
 
 import fastlines as fl
-from fastlines.structure import MAX_DEPTH, NODE, REF
+from fastlines.tree_data import MAX_DEPTH, NODE, REF
 
 
 def assert_refused(path: Path, tree: fl.Tree, match: str, **changed: Any) -> None:

@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from ..backend import counting, simd
 from ..demo.machine import describe_machine, load
-from ..engines import counting, simd
 from ..settings import Cost
 from ..threads import num_threads
 from ..tree import Tree

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import FastlinesError, MissingExtraError
-from ..geometry import Lines
+from ..lines import Lines
 from .rays import RayBatch
 
 if TYPE_CHECKING:

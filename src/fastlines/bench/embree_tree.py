@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import FastlinesError
-from ..geometry import Lines
+from ..lines import Lines
 from .builders import THESIS_COST
 from .embree import libraries, load
 

@@ -13,7 +13,7 @@ import numpy as np
 from ..builder import build
 from ..camera import Camera
 from ..demo.machine import describe_machine, load
-from ..geometry import Lines
+from ..lines import Lines
 from ..scenes import RADII
 from ..settings import METHODS
 from ..threads import num_threads

@@ -22,8 +22,8 @@ import numpy as np
 from .. import theory
 from ..builder import build
 from ..demo.machine import describe_machine
-from ..geometry import FloatArray
 from ..limits import Limits
+from ..lines import FloatArray
 from ..scenes import make
 from ..settings import METHODS, Cost, Settings
 from ..splits import ObjectSweep, PlaneEvents, PlaneGrid

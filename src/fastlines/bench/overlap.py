@@ -18,15 +18,15 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InputError
-from ..geometry import IntArray, Lines
-from ..structure import TreeStructure
+from ..lines import IntArray, Lines
+from ..tree_data import TreeData
 from .visits import Visits, descend, grown_boxes, weigh
 
 #: So many points are asked.
 POINTS = 4096
 
 
-def overlap(tree: TreeStructure, radius: float = 0.0, n_points: int = POINTS) -> Visits:
+def overlap(tree: TreeData, radius: float = 0.0, n_points: int = POINTS) -> Visits:
     """Count what holds a point of the segments in vain, on average: inner nodes, and references of leaves.
 
     Its `cost` is the end-point overlap.
@@ -84,7 +84,7 @@ def points_along(lines: Lines, n_points: int) -> tuple[IntArray, npt.NDArray[np.
     return prim, np.clip(s, 0.0, np.nextafter(1.0, 0.0))
 
 
-def _ref_of(tree: TreeStructure, prim: IntArray, s: npt.NDArray[np.float64]) -> IntArray:
+def _ref_of(tree: TreeData, prim: IntArray, s: npt.NDArray[np.float64]) -> IntArray:
     """The reference that stands for the piece with each point."""
     order = np.lexsort((tree.refs["s0"], tree.refs["prim"]))
     key = tree.refs["prim"][order].astype(np.float64) + tree.refs["s0"][order]

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ..camera import Camera
 from ..errors import InputError
-from ..geometry import FloatArray, Lines
+from ..lines import FloatArray, Lines
 
 #: The kinds of rays and the queries that are asked of each.
 KINDS: dict[str, tuple[str, ...]] = {

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from ..backend import simd
 from ..builder import build
 from ..demo.machine import describe_machine
-from ..engines import simd
-from ..geometry import Lines
 from ..immutable import own
+from ..lines import Lines
 from ..threads import num_threads
 from ..tree import Tree
 from .engine import Case, ask_tree

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ..backend import counting, engine, simd
 from ..builder import build
 from ..demo.machine import describe_machine
-from ..engines import counting, engine, simd
 from ..rays import check_rays
 from ..threads import num_threads
 from ..tree import Tree

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from statistics import median
 
 from ..builder import build
-from ..geometry import Lines
+from ..lines import Lines
 from ..threads import get_num_threads
 from ..tree import Tree
 from .alternate import Turns, alternate, way

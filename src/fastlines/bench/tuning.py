@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry import Lines
+from ..lines import Lines
 from .embree import Build, Config, Scenes, load, widths
 from .rays import RayBatch
 from .timing import clock

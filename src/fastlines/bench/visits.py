@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry import IntArray
 from ..layout import Layout
+from ..lines import IntArray
 from ..settings import Cost
-from ..structure import TreeStructure
+from ..tree_data import TreeData
 from .rays import RayBatch
 
 #: A node of the wide layout (layout/wide.hpp); its children's planes are low x, y, z, then high x, y, z, of 16 each.
@@ -47,7 +47,7 @@ class Visits:
 
 
 def descend(
-    tree: TreeStructure, n_things: int, meets: Callable[[IntArray, IntArray], npt.NDArray[np.bool_]]
+    tree: TreeData, n_things: int, meets: Callable[[IntArray, IntArray], npt.NDArray[np.bool_]]
 ) -> Iterator[tuple[IntArray, IntArray]]:
     """Go down with many things at once, level by level.
 
@@ -73,19 +73,19 @@ def descend(
         things, nodes = np.tile(things[inner], 2), np.concatenate([nodes[inner] + 1, right[inner]])
 
 
-def grown_boxes(tree: TreeStructure, radius: float) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def grown_boxes(tree: TreeData, radius: float) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Both corners of all boxes, (n_nodes, 3) each, grown by the radius of queries."""
     box = tree.nodes["box"].astype(np.float64)
     return box[:, 0] - radius, box[:, 1] + radius
 
 
-def weigh(tree: TreeStructure, nodes: IntArray) -> tuple[int, int]:
+def weigh(tree: TreeData, nodes: IntArray) -> tuple[int, int]:
     """Count the inner nodes among these, and the references of the leaves."""
     leaf = tree.nodes["right"][nodes] == 0
     return int((~leaf).sum()), int(tree.nodes["n_refs"][nodes][leaf].sum())
 
 
-def meetings(tree: TreeStructure, rays: RayBatch, radius: float) -> Iterator[tuple[IntArray, IntArray]]:
+def meetings(tree: TreeData, rays: RayBatch, radius: float) -> Iterator[tuple[IntArray, IntArray]]:
     """Go down with rays that are asked for all hits; from inf to inf, so the order of children is no matter.
 
     Yields
@@ -114,7 +114,7 @@ def meetings(tree: TreeStructure, rays: RayBatch, radius: float) -> Iterator[tup
     return descend(tree, len(rays), meets)
 
 
-def count_visits(tree: TreeStructure, rays: RayBatch, radius: float) -> Visits:
+def count_visits(tree: TreeData, rays: RayBatch, radius: float) -> Visits:
     """Count the steps of rays that are asked for all hits, on average."""
     inner = tests = 0
     for _, nodes in meetings(tree, rays, radius):
@@ -123,7 +123,7 @@ def count_visits(tree: TreeStructure, rays: RayBatch, radius: float) -> Visits:
     return Visits(inner / max(1, len(rays)), tests / max(1, len(rays)))
 
 
-def visits_of_rays(tree: TreeStructure, rays: RayBatch, radius: float) -> tuple[IntArray, IntArray]:
+def visits_of_rays(tree: TreeData, rays: RayBatch, radius: float) -> tuple[IntArray, IntArray]:
     """Count for each ray the nodes that it meets, leaves too, and the references in those leaves: (n,) int64 each."""
     visited, tests = np.zeros(len(rays), np.int64), np.zeros(len(rays), np.int64)
     for things, nodes in meetings(tree, rays, radius):
@@ -133,7 +133,7 @@ def visits_of_rays(tree: TreeStructure, rays: RayBatch, radius: float) -> tuple[
     return visited, tests
 
 
-def expect_visits(tree: TreeStructure, radius: float) -> Visits:
+def expect_visits(tree: TreeData, radius: float) -> Visits:
     """Reckon the steps of a random line that meets the root's box, from the areas of boxes grown by the radius."""
     low, high = grown_boxes(tree, radius)
     chance = _chance(low, high)

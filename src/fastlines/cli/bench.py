@@ -175,9 +175,9 @@ def engine(
     if json_file is not None:
         write_json(json_file, result.to_json())
     if plot is not None:
-        from ..whole import whole
+        from ..atomic_write import atomic_write
 
-        with whole(plot) as partial:
+        with atomic_write(plot) as partial:
             draw(result, partial)
 
 
@@ -203,9 +203,9 @@ def check_kinds(rays: str, known: tuple[str, ...]) -> tuple[str, ...]:
 
 def write_json(path: str, result: Any) -> None:
     """Write a file that is whole, or not there."""
-    from ..whole import whole
+    from ..atomic_write import atomic_write
 
-    with whole(path) as partial:
+    with atomic_write(path) as partial:
         partial.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 

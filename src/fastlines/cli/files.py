@@ -12,12 +12,12 @@ from typing import Any
 import typer
 
 from .. import scenes
+from ..atomic_write import atomic_write, check_target
 from ..camera import Camera, Vector
 from ..errors import InputError
-from ..geometry import Lines
 from ..io import FORMATS, read
+from ..lines import Lines
 from ..tree import Tree, load
-from ..whole import check_target, whole
 
 TREE = ".flt"
 SCENE = "scene:"
@@ -117,7 +117,7 @@ def write_npz(path: str, **arrays: Any) -> None:
     """Write arrays to a .npz file, which appears whole or not at all."""
     import numpy as np
 
-    with whole(path) as partial, partial.open("wb") as file:
+    with atomic_write(path) as partial, partial.open("wb") as file:
         np.savez_compressed(file, **arrays)
 
 

@@ -29,10 +29,10 @@ def gap(
 
     [cyan]fastlines bench gap --json gap.json --plot gap.png[/]  some minutes
     """
+    from ..atomic_write import atomic_write
     from ..bench.gap import QUICK, Plan, run_gap
     from ..bench.gap_plot import draw_gap
     from ..bench.plot import check
-    from ..whole import whole
     from .files import check_output, show_progress
 
     check_output(json_file, ".json")
@@ -45,7 +45,7 @@ def gap(
     if json_file is not None:
         write_json(json_file, gaps.to_json())
     if plot is not None:
-        with whole(plot) as partial:
+        with atomic_write(plot) as partial:
             draw_gap(gaps, partial)
 
 

@@ -89,13 +89,13 @@ def growth(
     """
     from dataclasses import replace
 
+    from ..atomic_write import atomic_write
     from ..bench.growth import QUICK, Plan, run_growth
     from ..bench.growth_plot import draw_growth
     from ..bench.growth_table import print_growth
     from ..bench.plot import check
     from ..scenes import MAX_SEGMENTS
     from ..threads import MAX_THREADS
-    from ..whole import whole
     from .files import check_output, show_progress
 
     check_output(json_file, ".json")
@@ -123,7 +123,7 @@ def growth(
     if json_file is not None:
         write_json(json_file, result.to_json())
     if plot is not None:
-        with whole(plot) as partial:
+        with atomic_write(plot) as partial:
             draw_growth(result, partial)
 
 

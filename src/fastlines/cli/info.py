@@ -7,8 +7,8 @@ from typing import Any
 
 import typer
 
-from ..geometry import Lines
 from ..limits import limit_notes
+from ..lines import Lines
 from .app import app
 from .options import Input, Json, Skip
 
@@ -25,7 +25,7 @@ def info(source: Input, as_json: Json = False, skip_invalid: Skip = False) -> No
 
     [cyan]fastlines info scene:photon-beams:10000[/]
     """
-    from ..treefile import has_checksums
+    from ..tree_file import has_checksums
     from .files import open_input
 
     opened = open_input(source, skip_invalid)

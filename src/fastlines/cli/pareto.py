@@ -62,11 +62,11 @@ def pareto(
     """
     from dataclasses import replace
 
+    from ..atomic_write import atomic_write
     from ..bench.pareto import QUICK, Plan, run_pareto
     from ..bench.pareto_plot import draw_pareto
     from ..bench.pareto_table import print_pareto
     from ..bench.plot import check
-    from ..whole import whole
     from .files import check_output, show_progress
 
     check_output(json_file, ".json")
@@ -93,7 +93,7 @@ def pareto(
     if json_file is not None:
         write_json(json_file, result.to_json())
     if plot is not None:
-        with whole(plot) as partial:
+        with atomic_write(plot) as partial:
             draw_pareto(result, partial)
 
 

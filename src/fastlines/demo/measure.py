@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..camera import Camera
-from ..geometry import FloatArray
 from ..hits import AllHits
+from ..lines import FloatArray
 from ..tree import Tree
 
 Kind = Literal["first", "all"]

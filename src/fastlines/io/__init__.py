@@ -12,7 +12,7 @@ from pathlib import Path
 
 from ..checks import choice
 from ..errors import FileFormatError, FileWarning, InputError
-from ..geometry import INVALID, Lines
+from ..lines import INVALID, Lines
 from . import arrays, hair, tck, tfx, trk
 from .source import BAD_COPY, Source, reason
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from numpy.lib import format as npy
 
 from ..errors import FileFormatError
-from ..geometry import Lines
+from ..lines import Lines
 from .source import Source, reason
 
 AnyArray: TypeAlias = npt.NDArray[Any]

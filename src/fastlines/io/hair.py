@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry import Lines
+from ..lines import Lines
 from .source import Source
 
 _HEADER = np.dtype(

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import FileFormatError
-from ..geometry import FloatArray, list_rows
+from ..lines import FloatArray, list_rows
 
 #: A packed file may grow by this factor, and by this many bytes more; beyond, it is taken for a trap.
 UNPACK_FACTOR = 200

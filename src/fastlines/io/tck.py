@@ -15,7 +15,7 @@ import re
 
 import numpy as np
 
-from ..geometry import Lines
+from ..lines import Lines
 from .source import BAD_COPY, Source
 
 MAGIC = b"mrtrix tracks"

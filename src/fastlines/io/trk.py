@@ -18,7 +18,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry import FloatArray, IntArray, Lines
+from ..lines import FloatArray, IntArray, Lines
 from .source import BAD_COPY, Source
 
 HEADER_SIZE = 1000

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ..camera import Camera
 from ..checks import count
 from ..errors import InputError
-from ..geometry import FloatArray
+from ..lines import FloatArray
 from ..progress import ProgressOption, reporting
 from ..tree import Tree
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..atomic_write import atomic_write
 from ..errors import InputError, MissingExtraError
-from ..geometry import FloatArray
-from ..whole import whole
+from ..lines import FloatArray
 
 #: Extensions of pictures and what each holds.
 IMAGE_FORMATS = {
@@ -38,7 +38,7 @@ def write_picture(path: str | os.PathLike[str], picture: npt.NDArray[np.uint8]) 
 
     if check_image_path(path) != ".png":
         raise InputError(f"{path}: a picture of 8 bits is written as .png")
-    with whole(path) as partial:
+    with atomic_write(path) as partial:
         Image.fromarray(picture).save(partial, "PNG")
 
 
@@ -55,7 +55,7 @@ def write_depth(path: str | os.PathLike[str], depth: FloatArray) -> None:
     exr = _import_openexr()
     header = {"compression": exr.ZIP_COMPRESSION, "type": exr.scanlineimage}
     channels = {"Z": np.ascontiguousarray(depth, np.float32)}
-    with whole(path) as partial:
+    with atomic_write(path) as partial:
         exr.File(header, channels).write(str(partial))
 
 

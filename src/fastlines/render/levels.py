@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..camera import Camera, Float64Array
-from ..geometry import IntArray
+from ..lines import IntArray
 from ..progress import ProgressOption
 from ..tree import Tree
 from .picture import depth_picture

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..camera import Camera, Float64Array
-from ..geometry import Lines
+from ..lines import Lines
 from ..progress import ProgressCallback, ProgressOption, reporting
 from ..tree import Tree
 from .depth import bands, check_radius, check_size, rays_through

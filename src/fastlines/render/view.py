@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..camera import Camera, Vector
-from ..geometry import AXES, Lines
+from ..lines import AXES, Lines
 
 #: An extent that is this share of the largest is none.
 FLAT = 1e-3

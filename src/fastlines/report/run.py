@@ -10,15 +10,15 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from ..atomic_write import atomic_write
+from ..backend import simd
 from ..bench import embree
 from ..camera import Camera
 from ..demo.machine import describe_machine
 from ..demo.reference import THESIS
-from ..engines import simd
 from ..errors import FastlinesError
-from ..geometry import Lines
+from ..lines import Lines
 from ..settings import DEFAULT_METHOD
-from ..whole import whole
 from .answer import answer_section
 from .claims import claims_of
 from .depths import time_depth
@@ -250,7 +250,7 @@ def _write(
         "index.html": html(document, store.folder),
     }
     for file, content in texts.items():
-        with whole(folder / file) as partial_file:
+        with atomic_write(folder / file) as partial_file:
             partial_file.write_text(content, encoding="utf-8")
     return folder / "index.html"
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from ..whole import whole
+from ..atomic_write import atomic_write
 
 #: What a step found, ready for JSON. Under "images" are the names of its pictures' files.
 Found: TypeAlias = dict[str, Any]
@@ -75,7 +75,7 @@ class Store:
     def write(self, name: str, found: Found, seconds: float) -> None:
         """Keep what a step found."""
         kept = {"name": name, "key": self.key, "seconds": seconds, "found": found}
-        with whole(self.path(name, ".json")) as partial:
+        with atomic_write(self.path(name, ".json")) as partial:
             partial.write_text(json.dumps(kept, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 

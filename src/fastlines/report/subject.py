@@ -14,7 +14,7 @@ from .. import scenes
 from ..builder import build
 from ..camera import Camera
 from ..demo.page import SCENE_NOTES
-from ..geometry import Lines
+from ..lines import Lines
 from ..scenes import RADII
 from ..tree import Tree
 

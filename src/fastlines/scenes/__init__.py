@@ -16,7 +16,7 @@ import numpy as np
 from ..camera import Camera, Vector
 from ..checks import count, did_you_mean
 from ..errors import InputError
-from ..geometry import Lines
+from ..lines import Lines
 from . import beams, bun_hair, spaghetti, straight_hair
 
 #: The largest scene that is made: some gigabytes of random numbers.

@@ -26,7 +26,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..camera import Float64Array
-from ..geometry import Lines
+from ..lines import Lines
 
 UInt64Array: TypeAlias = npt.NDArray[np.uint64]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from .checks import number
-from .structure import TreeStructure
+from .tree_data import TreeData
 
 
 @dataclass
-class RebuildRule:
+class RebuildPolicy:
     """Build anew as soon as queries have lost, since the last build, the time that a build takes.
 
     A query on a refitted tree takes about `Tree.growth` times as long as it would if the cost had not grown; so of the
@@ -27,7 +27,7 @@ class RebuildRule:
     Examples
     --------
     >>> import fastlines as fl
-    >>> tree, rule = fl.build([[[0, 0, 0], [1, 1, 1]], [[8, 8, 8], [9, 9, 9]]]), RebuildRule(build_seconds=1.0)
+    >>> tree, rule = fl.build([[[0, 0, 0], [1, 1, 1]], [[8, 8, 8], [9, 9, 9]]]), RebuildPolicy(build_seconds=1.0)
     >>> tree = tree.refit([[[0, 0, 0], [1, 1, 2]], [[8, 8, 8], [9, 9, 9]]])
     >>> if rule.due(tree, query_seconds=0.5):
     ...     tree = fl.build(tree.geometry)
@@ -41,7 +41,7 @@ class RebuildRule:
         self.build_seconds = number("build_seconds", self.build_seconds, what, 0.0)
         self.lost_seconds = _seconds("lost_seconds", self.lost_seconds)
 
-    def due(self, tree: TreeStructure, query_seconds: float) -> bool:
+    def due(self, tree: TreeData, query_seconds: float) -> bool:
         """Count what queries on a tree have lost, and tell whether to build anew now; if so, counting starts again.
 
         Parameters

@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from .checks import choice
 from .errors import InputError
-from .geometry import INVALID, FloatArray, Lines, as_lines, list_rows, own_float32
 from .immutable import Immutable
+from .lines import INVALID, FloatArray, Lines, as_lines, list_rows, own_float32
 from .precision import COORDINATE_LIMIT, warn_of_rounding
 
 

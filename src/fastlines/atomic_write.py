@@ -36,7 +36,7 @@ _KINDS = (
 
 
 @contextmanager
-def whole(path: str | os.PathLike[str]) -> Iterator[Path]:
+def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Give a new file beside the real one to write to; it takes the real one's place once it is whole.
 
     A symbolic link stays one: the file that it names is written. A file that is there keeps its mode and, where the
@@ -74,7 +74,7 @@ def whole(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def check_target(path: str | os.PathLike[str]) -> Path:
-    """Return the file that a path names, past symbolic links; refuse one that can not be written, as `whole` does."""
+    """Return the file that a path names, past symbolic links; refuse one that cannot be written."""
     named = os.fspath(path)
     mode = None
     try:

@@ -16,9 +16,9 @@ import numpy.typing as npt
 from . import _core
 from .checks import choice
 from .errors import InputError, InvalidTreeError
-from .geometry import IntArray
 from .immutable import Immutable, frozen
-from .primitives import Geometry, core_data
+from .lines import IntArray
+from .meshes import Geometry, core_data
 from .settings import Cost, Settings
 
 #: A node: its box, the index of its right child (0 = leaf; the left child is the next node), and the range of the
@@ -32,7 +32,7 @@ MAX_DEPTH = _core.MAX_DEPTH
 
 
 @dataclass(frozen=True, eq=False)
-class TreeStructure(Immutable):
+class TreeData(Immutable):
     """An acceleration tree over primitives, as plain immutable data.
 
     What is made by hand is checked for all that queries rely on: axioms 1 to 4, a depth of at most `MAX_DEPTH`, that
@@ -81,7 +81,7 @@ class TreeStructure(Immutable):
             array = frozen(getattr(self, name))
             object.__setattr__(self, name, array)
             if not isinstance(array, np.ndarray) or array.dtype != dtype or array.ndim != 1:
-                raise InputError(f"{name} are not a 1-d array of fastlines.structure.{name[:-1].upper()}")
+                raise InputError(f"{name} are not a 1-d array of fastlines.tree_data.{name[:-1].upper()}")
             if not array.flags.c_contiguous:
                 raise InputError(f"{name} are not contiguous; pass np.ascontiguousarray({name})")
         for name in ("limits_hit", "searched"):

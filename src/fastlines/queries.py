@@ -10,13 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from .backend import engine, is_counting, kernel_number
 from .checks import choice, count
-from .engines import engine, is_counting, kernel_number
 from .errors import InputError
 from .forecast import Forecast
-from .geometry import IntArray, Lines, as_lines
 from .hits import AllHits, FirstHits
 from .layout import Layout
+from .lines import IntArray, Lines, as_lines
 from .progress import ProgressCallback, ProgressOption, reporting
 from .rays import Rays, check_rays
 from .threads import get_num_threads

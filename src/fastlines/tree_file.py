@@ -13,14 +13,14 @@ import numpy as np
 
 from . import container
 from .errors import FileFormatError, InputError, InvalidTreeError
-from .geometry import Lines
 from .io import FORMATS
 from .limits import Limits
+from .lines import Lines
 from .settings import Cost, Presplit, Settings
 from .splits import SplitSet
-from .structure import NODE, REF, TreeStructure
+from .tree_data import NODE, REF, TreeData
 
-Tree = TypeVar("Tree", bound=TreeStructure)
+Tree = TypeVar("Tree", bound=TreeData)
 
 FORMAT = "fastlines tree 2"
 
@@ -40,7 +40,7 @@ SECTIONS: dict[str, tuple[str, tuple[int, ...]]] = {
 ATTRIBUTE = "attributes/"
 
 
-def write(tree: TreeStructure, path: str | os.PathLike[str]) -> None:
+def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
     """Write a tree and its lines; see `Tree.save`."""
     name = Path(path).name.lower()
     extension = Path(name.removesuffix(".gz")).suffix

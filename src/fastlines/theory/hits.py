@@ -1,0 +1,197 @@
+"""The definition of a hit in float64: slow, plain NumPy, to check what the float32 core answers.
+
+Nothing here is a port of the core. The core works in a basis of the ray; here the closest approach is a small
+convex problem solved by its candidates, and the capsule is a union of two balls and a piece of a cylinder.
+
+With Δ = P − o the vector from the ray's origin to the segment's start, e the segment, d the direction and
+n = d × e, the two lines are nearest to each other at::
+
+    t = (Δ × e)·n / |n|²,      s = (Δ × d)·n / |n|²          (Jarosz et al. 2011, the beam × beam query).
+
+The squared distance is convex in (s, t). So if this point is feasible it is the answer, and if not the answer
+lies on the border of the rectangle [0, 1] × [t_min, t_max], where each side is a problem in one unknown: a
+projection, clamped.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+Array: TypeAlias = npt.NDArray[np.float64]
+
+#: ``|d × e|`` up to this times ``|d|·|e|`` counts as parallel: float64 knows no smaller angles.
+PARALLEL = 1e-14
+
+
+def closest_approach(
+    segments: npt.ArrayLike,
+    origins: npt.ArrayLike,
+    directions: npt.ArrayLike,
+    t_min: npt.ArrayLike = 0.0,
+    t_max: npt.ArrayLike = np.inf,
+) -> tuple[Array, Array, Array]:
+    """Find where each ray comes nearest to each segment.
+
+    This minimises ``|P + s·e − o − t·d|`` over 0 ≤ s ≤ 1 and t_min ≤ t ≤ t_max. Where the minimum is not unique
+    (a segment parallel to the ray) the smallest such t counts.
+
+    Parameters
+    ----------
+    segments : (n, 2, 3) array
+    origins, directions : (m, 3) array
+        Directions need not be of unit length; t counts in them.
+    t_min, t_max : number or (m,) array
+        Bounds on t; may be infinite.
+
+    Returns
+    -------
+    distance, t, s : (m, n) float64
+        The least distance, where on the ray, and where on the segment.
+
+    Examples
+    --------
+    >>> distance, t, s = closest_approach([[[-1, -1, -1], [1, 1, 1]]], [[0, 1, -5]], [[0, 0, 2]])
+    >>> print(distance.round(4), t, s)
+    [[0.7071]] [[2.75]] [[0.75]]
+    """
+    delta, e, d, low, high = _pairs(segments, origins, directions, t_min, t_max)
+    dd, ee = _dot(d, d), _dot(e, e)
+    n = np.cross(d, e)
+    nn = _dot(n, n)
+    parallel = nn <= PARALLEL**2 * dd * ee
+
+    def project_on_ray(s: Array) -> tuple[Array, Array]:
+        return s, np.clip(_dot(delta + s[..., None] * e, d) / dd, low, high)
+
+    def project_on_segment(t: Array) -> tuple[Array, Array]:
+        finite = np.where(np.isfinite(t), t, 0.0)
+        along = -_dot(delta - finite[..., None] * d, e)
+        return np.clip(np.divide(along, ee, out=np.zeros_like(along), where=ee > 0), 0.0, 1.0), t
+
+    # The four sides of the rectangle, and of those within rounding of the best the one with the smallest t.
+    shape = nn.shape
+    sides = [
+        project_on_ray(np.zeros(shape)),
+        project_on_ray(np.ones(shape)),
+        project_on_segment(np.broadcast_to(low, shape)),
+        project_on_segment(np.broadcast_to(high, shape)),
+    ]
+    s, t = (np.stack(values) for values in zip(*sides, strict=True))
+    distance = np.stack([_distance(delta, e, d, *side) for side in sides])
+    size = np.abs(delta).max(axis=-1) + np.sqrt(ee)
+    slack = np.where(parallel, 1e-13 * size, 0.0)
+    chosen = np.where(distance <= distance.min(axis=0) + slack, t, np.inf).argmin(axis=0)[None]
+    s, t, distance = (np.take_along_axis(values, chosen, 0)[0] for values in (s, t, distance))
+
+    # The point inside, where there is one.
+    safe = np.where(parallel, 1.0, nn)
+    s_line, t_line = _dot(np.cross(delta, d), n) / safe, _dot(np.cross(delta, e), n) / safe
+    inside = ~parallel & (s_line >= 0) & (s_line <= 1) & (t_line >= low) & (t_line <= high)
+    at_line = _distance(delta, e, d, s_line, t_line)
+    return np.where(inside, at_line, distance), np.where(inside, t_line, t), np.where(inside, s_line, s)
+
+
+def capsule_interval(
+    segments: npt.ArrayLike,
+    origins: npt.ArrayLike,
+    directions: npt.ArrayLike,
+    radius: npt.ArrayLike,
+    t_min: npt.ArrayLike = 0.0,
+    t_max: npt.ArrayLike = np.inf,
+) -> tuple[Array, Array]:
+    """Find the part of each ray that lies within a radius of each segment.
+
+    The points within r of a segment are a capsule: the balls around both ends, and between the planes through
+    the ends the cylinder around its line. A capsule is convex, so the ray's part in it is one interval, from
+    the first entry into any of the three to the last exit.
+
+    Parameters
+    ----------
+    segments, origins, directions, t_min, t_max
+        As in `closest_approach`.
+    radius : number or (m,) array
+
+    Returns
+    -------
+    t_in, t_out : (m, n) float64
+        Within [t_min, t_max]; both NaN where the ray misses.
+
+    Examples
+    --------
+    >>> origins, directions = [[0, 0, -5], [3, 0, 0]], [[0, 0, 1], [-1, 0, 0]]
+    >>> t_in, t_out = capsule_interval([[[-1, 0, 0], [1, 0, 0]]], origins, directions, 0.5)
+    >>> print(t_in.ravel(), t_out.ravel())
+    [4.5 1.5] [5.5 4.5]
+    """
+    delta, e, d, low, high = _pairs(segments, origins, directions, t_min, t_max)
+    r = np.asarray(radius, np.float64).reshape(-1, 1)
+    dd, length = _dot(d, d), np.sqrt(_dot(e, e))
+    # Count t from the point of the ray nearest to the segment's middle, so that far origins cost no digits.
+    shift = _dot(delta + 0.5 * e, d) / dd
+    start = delta - shift[..., None] * d
+    axis = e / np.where(length > 0, length, 1.0)[..., None]
+
+    def ball(centre: Array) -> tuple[Array, Array]:
+        return _roots(dd, _dot(centre, d), _dot(centre, centre) - r * r)
+
+    # The cylinder around the line, and the slab between the planes; a ray along one is in it always or never.
+    d_across, start_across = np.cross(d, axis), np.cross(start, axis)
+    a = _dot(d_across, d_across)
+    c = _dot(start_across, start_across) - r * r
+    parallel = a <= PARALLEL**2 * dd
+    begin, end = _roots(np.where(parallel, 1.0, a), _dot(d_across, start_across), c)
+    begin, end = np.where(parallel, np.where(c <= 0, -np.inf, np.nan), begin), np.where(parallel, np.inf, end)
+    slope, offset = _dot(d, axis), _dot(start, axis)
+    across = np.abs(slope) <= PARALLEL * np.sqrt(dd)
+    first, last = (x / np.where(across, 1.0, slope) for x in (offset, offset + length))
+    in_slab = np.where((offset <= 0) & (offset + length >= 0), np.inf, np.nan)
+    slab_in = np.where(across, -in_slab, np.minimum(first, last))
+    slab_out = np.where(across, in_slab, np.maximum(first, last))
+    begin, end = np.maximum(begin, slab_in), np.minimum(end, slab_out)
+    empty = ~(begin <= end) | (length == 0)
+    cylinder = (np.where(empty, np.nan, begin), np.where(empty, np.nan, end))
+
+    entries, exits = zip(ball(start), ball(start + e), cylinder, strict=True)
+    t_in = np.fmin(np.fmin(entries[0], entries[1]), entries[2]) + shift
+    t_out = np.fmax(np.fmax(exits[0], exits[1]), exits[2]) + shift
+    t_in, t_out = np.maximum(t_in, low), np.minimum(t_out, high)
+    miss = ~(t_in <= t_out)
+    return np.where(miss, np.nan, t_in), np.where(miss, np.nan, t_out)
+
+
+def _pairs(
+    segments: npt.ArrayLike,
+    origins: npt.ArrayLike,
+    directions: npt.ArrayLike,
+    t_min: npt.ArrayLike,
+    t_max: npt.ArrayLike,
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Form Δ, e and d of every ray with every segment, (m, n, 3), and the bounds, (m or 1, 1)."""
+    ends = np.asarray(segments, np.float64).reshape(-1, 2, 3)
+    o, d = (np.asarray(values, np.float64).reshape(-1, 1, 3) for values in (origins, directions))
+    shape = np.broadcast_shapes(o.shape, d.shape, (1, len(ends), 3))
+    p, e = ends[:, 0], ends[:, 1] - ends[:, 0]
+    low, high = (np.asarray(bound, np.float64).reshape(-1, 1) for bound in (t_min, t_max))
+    return p - o, np.broadcast_to(e, shape), np.broadcast_to(d, shape), low, high
+
+
+def _dot(a: Array, b: Array) -> Array:
+    product: Array = (a * b).sum(axis=-1)
+    return product
+
+
+def _distance(delta: Array, e: Array, d: Array, s: Array, t: Array) -> Array:
+    """Measure from the ray's point at t to the segment's at s; ∞ where t is."""
+    finite = np.isfinite(t)
+    w = delta + s[..., None] * e - np.where(finite, t, 0.0)[..., None] * d
+    return np.where(finite, np.sqrt(_dot(w, w)), np.inf)
+
+
+def _roots(a: Array, b: Array, c: Array) -> tuple[Array, Array]:
+    """Solve a·t² − 2b·t + c = 0: both roots, NaN where there are none."""
+    discriminant = b * b - a * c
+    root = np.sqrt(np.where(discriminant >= 0, discriminant, np.nan))
+    return (b - root) / a, (b + root) / a
