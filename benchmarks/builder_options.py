@@ -16,7 +16,7 @@ import fastlines as fl
 from fastlines.backend import counting
 from fastlines.bench.rays import random_rays
 from fastlines.limits import REF_LIMIT
-from fastlines.settings import best_settings
+from fastlines.methods import best_settings
 
 DEEP = {"method": "best", "cost": fl.Cost(2.0), "prune": True, "radius_hint": 0.0}
 REINSERTED: list[tuple[str, str, dict[str, Any]]] = [

@@ -15,8 +15,8 @@ from fastlines.demo import FULL, QUICK, Plan, run_demo
 from fastlines.demo.measure import Answers, CameraRays, digest, measure
 from fastlines.demo.reference import THESIS
 from fastlines.demo.run import compare
+from fastlines.methods import THESIS_METHODS
 from fastlines.scenes import NAMES, RADII
-from fastlines.settings import THESIS_METHODS
 
 TINY = Plan(
     "tiny",

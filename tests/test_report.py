@@ -19,12 +19,12 @@ from peers import needs_embree
 import fastlines as fl
 from fastlines.demo.reference import THESIS
 from fastlines.errors import MissingExtraError
+from fastlines.methods import THESIS_METHODS
 from fastlines.render import default_camera
 from fastlines.report import Plan, report_lines, report_thesis, run
 from fastlines.report.depths import THESIS_DEPTHS
 from fastlines.report.rows import TIMES
 from fastlines.scenes import NAMES, RADII
-from fastlines.settings import THESIS_METHODS
 
 TINY = Plan(
     "tiny",

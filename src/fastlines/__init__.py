@@ -28,9 +28,10 @@ from .io import read
 from .limits import Limits
 from .lines import Lines
 from .meshes import Boxes, Triangles
+from .methods import METHODS
 from .queries import brute_force
 from .refit import RebuildPolicy
-from .settings import METHODS, Cost, Presplit, Settings
+from .settings import Cost, Presplit, Settings
 from .splits import Median, Middle, ObjectSweep, PlaneEvents, PlaneGrid, PlaneOctets
 from .threads import get_num_threads, set_num_threads
 from .tree import Tree, load

@@ -17,8 +17,9 @@ from .immutable import own
 from .limits import REF_LIMIT, Limits
 from .lines import Lines
 from .meshes import Geometry, as_geometry, core_data
+from .methods import DEFAULT_METHOD, best_settings, method_settings
 from .progress import ProgressCallback, ProgressOption, reporting
-from .settings import DEFAULT_METHOD, Cost, Presplit, Settings, best_settings, method_settings
+from .settings import Cost, Presplit, Settings
 from .splits import BoxRule, PlaneOctets, SplitSet
 from .threads import get_num_threads
 from .tree import Tree

@@ -15,9 +15,10 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .arrays import FloatArray
 from .checks import count
 from .errors import InputError
-from .lines import FloatArray, Lines
+from .lines import Lines
 
 Vector: TypeAlias = tuple[float, float, float]
 Float64Array: TypeAlias = npt.NDArray[np.float64]

@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .lines import IntArray
+from .arrays import IntArray
 from .memory import left_addresses, left_memory
 from .progress import ProgressCallback
 

@@ -10,9 +10,10 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from .arrays import FloatArray, IntArray
 from .errors import InputError
 from .immutable import own
-from .lines import FloatArray, IntArray, Lines
+from .lines import Lines
 
 Self = TypeVar("Self")
 

@@ -6,34 +6,30 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .arrays import (
+    INVALID,
+    FloatArray,
+    IntArray,
+    column,
+    kind_of,
+    list_rows,
+    own_float32,
+    refuse_masked,
+    to_float32,
+    to_integers,
+)
 from .checks import choice
 from .errors import InputError
 from .immutable import Immutable, frozen, own
 from .precision import COORDINATE_LIMIT, is_far, warn_of_rounding
 
-FloatArray: TypeAlias = npt.NDArray[np.float32]
-IntArray: TypeAlias = npt.NDArray[np.int64]
-
-#: What can be done with what can not be used.
-INVALID = ("error", "skip")
-
 #: What the axes are called.
 AXES = ("x", "y", "z")
-
-FLOAT32_MAX = float(np.finfo(np.float32).max)
-
-
-def list_rows(bad: npt.NDArray[np.bool_], shown: int = 5) -> str:
-    """Name the rows of a mask for an error message: ``rows 3, 17 and 4 more``."""
-    rows = np.flatnonzero(bad)
-    text = ", ".join(str(row) for row in rows[:shown])
-    more = f" and {len(rows) - shown} more" if len(rows) > shown else ""
-    return f"{'row' if len(rows) == 1 else 'rows'} {text}{more}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,14 +66,14 @@ class Lines(Immutable):
         good = isinstance(self.segments, np.ndarray) and self.segments.flags.c_contiguous
         if not good or self.segments.dtype != np.float32 or self.segments.shape[1:] != (2, 3):
             raise InputError(
-                f"Lines take a contiguous float32 array of shape (n, 2, 3), not {_kind(self.segments)}; "
+                f"Lines take a contiguous float32 array of shape (n, 2, 3), not {kind_of(self.segments)}; "
                 "Lines.from_segments converts what it is given"
             )
         self._check_columns()
         if self.up is not None:
             choice("up", self.up, AXES)
         for name in ("segments", "strands", "radius", "skipped", "attributes"):
-            _refuse_masked(getattr(self, name), name)
+            refuse_masked(getattr(self, name), name)
             object.__setattr__(self, name, frozen(getattr(self, name)))
         bad = _unusable(self.segments)
         if bad.any():
@@ -99,7 +95,7 @@ class Lines(Immutable):
                 continue
             if not isinstance(values, np.ndarray) or values.dtype != dtype or values.shape not in shapes:
                 raise InputError(
-                    f"{name}: {_kind(values)}; Lines of {n} segments take {np.dtype(dtype)} of shape "
+                    f"{name}: {kind_of(values)}; Lines of {n} segments take {np.dtype(dtype)} of shape "
                     f"{' or '.join(map(str, shapes))}, and Lines.from_segments converts what it is given"
                 )
         if self.radius is not None and not ((self.radius >= 0) & (self.radius < np.inf)).all():
@@ -113,7 +109,7 @@ class Lines(Immutable):
             )
         for name, values in self.attributes.items():
             if not isinstance(values, np.ndarray) or values.ndim == 0 or len(values) != n:
-                raise InputError(f"{name}: {_kind(values)}; expected an array with one row for each of {n} segments")
+                raise InputError(f"{name}: {kind_of(values)}; expected an array with one row for each of {n} segments")
 
     def __len__(self) -> int:
         return len(self.segments)
@@ -195,7 +191,7 @@ class Lines(Immutable):
         attributes = more.pop("attributes", {})
         if not isinstance(attributes, Mapping):
             raise InputError(f"attributes are a {type(attributes).__name__}; expected a mapping of names to arrays")
-        attributes = {name: _column(values, name, n_given, "segments") for name, values in attributes.items()}
+        attributes = {name: column(values, name, n_given, "segments") for name, values in attributes.items()}
         if more:
             raise InputError(f"unknown argument {next(iter(more))!r}; known: strands, radius, attributes")
         if strands.shape != (n_given,):
@@ -256,8 +252,8 @@ class Lines(Immutable):
                 "count, 0 or more, for each strand"
             )
         n = len(points)
-        per_point = {name: _column(values, name, n, "points") for name, values in (attributes or {}).items()}
-        radii = None if radius is None else _column(to_float32(radius, "radius"), "radius", n, "points")
+        per_point = {name: column(values, name, n, "points") for name, values in (attributes or {}).items()}
+        radii = None if radius is None else column(to_float32(radius, "radius"), "radius", n, "points")
 
         # The first point of each segment: all but the last of its strand; a lone point joins itself.
         counts_used = counts[counts > 0]
@@ -285,73 +281,6 @@ class Lines(Immutable):
         if is_far(points):
             warn_of_rounding(np.concatenate([np.reshape(strand, (-1, 3)) for strand in given]), points)
         return cls.from_points(points, [len(part) for part in parts], invalid=invalid)
-
-
-def to_float32(values: npt.ArrayLike, name: str) -> FloatArray:
-    """Convert to float32, or say which argument is not made of numbers."""
-    return _float32(values, name)[0]
-
-
-def own_float32(values: npt.ArrayLike, name: str) -> FloatArray:
-    """Convert to float32 that nobody can change."""
-    array, is_new = _float32(values, name)
-    immutable: FloatArray = own(array) if is_new else frozen(array)
-    return immutable
-
-
-def _float32(values: npt.ArrayLike, name: str) -> tuple[FloatArray, bool]:
-    """Convert to float32; tell whether the memory is new."""
-    # The usual cases at once: a small batch has no time for more.
-    if type(values) is np.ndarray and values.dtype == np.float32 and values.flags.c_contiguous:
-        return values, False
-    if type(values) is float and (abs(values) < FLOAT32_MAX or abs(values) == np.inf):
-        return np.array(values, np.float32), True
-    _refuse_masked(values, name)
-    try:
-        with np.errstate(over="ignore"):
-            given = np.asarray(values)
-            if given.dtype.kind not in "fiub":
-                raise TypeError(f"dtype {given.dtype}")
-            array = np.asarray(given, np.float32, order="C")
-    except (TypeError, ValueError) as error:
-        why = "its parts differ in length" if "inhomogeneous" in str(error) else error
-        raise InputError(f"{name}: {_kind(values)} can not be read as an array of numbers: {why}") from None
-    return array, array is not given
-
-
-def to_integers(values: npt.ArrayLike, name: str) -> IntArray:
-    """Convert whole numbers to int64, or say which argument holds something else."""
-    _refuse_masked(values, name)
-    array = np.asarray(values)
-    if array.size and array.dtype.kind not in "iu":
-        raise InputError(f"{name} have dtype {array.dtype}; expected whole numbers")
-    if array.dtype.kind == "u" and array.size and int(array.max()) > np.iinfo(np.int64).max:
-        raise InputError(f"{name} hold {array.max()}; expected whole numbers below 2^63")
-    return array.astype(np.int64, copy=False)
-
-
-def _refuse_masked(values: object, name: str) -> None:
-    """A mask has no place in a tree."""
-    if np.ma.is_masked(values):
-        raise InputError(f"{name} hold masked values; fill them, with NaN for example, or leave their rows out")
-
-
-def _column(values: npt.ArrayLike, name: str, n: int, of: str) -> npt.NDArray[Any]:
-    """Take an array of one row for each of n things."""
-    _refuse_masked(values, name)
-    try:
-        array = np.asarray(values)
-    except ValueError as error:
-        raise InputError(f"{name} can not be read as an array: {error}") from None
-    if array.ndim == 0 or len(array) != n:
-        raise InputError(f"{name} has shape {array.shape}; expected one row for each of {n} {of}")
-    return array
-
-
-def _kind(values: object) -> str:
-    if isinstance(values, np.ndarray):
-        return f"an array of {values.dtype} of shape {values.shape}"
-    return f"a {type(values).__name__}"
 
 
 def _unusable(segments: FloatArray) -> npt.NDArray[np.bool_]:

@@ -10,13 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from .arrays import IntArray
 from .backend import engine, is_counting, kernel_number
 from .checks import choice, count
 from .errors import InputError
 from .forecast import Forecast
 from .hits import AllHits, FirstHits
 from .layout import Layout
-from .lines import IntArray, Lines, as_lines
+from .lines import Lines, as_lines
 from .progress import ProgressCallback, ProgressOption, reporting
 from .rays import Rays, check_rays
 from .threads import get_num_threads

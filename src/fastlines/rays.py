@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from .arrays import FLOAT32_MAX, INVALID, FloatArray, IntArray, list_rows, to_float32
 from .backend import engine
 from .checks import choice
 from .errors import InputError
-from .lines import FLOAT32_MAX, INVALID, FloatArray, IntArray, list_rows, to_float32
 from .threads import get_num_threads
 
 #: The largest radius, in units of the scene's size; beyond it squares would overflow.

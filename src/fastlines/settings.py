@@ -7,14 +7,13 @@ candidate splits, and how many levels the search looks ahead.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from .checks import choice, count, did_you_mean, number, sequence
+from .checks import choice, count, number, sequence
 from .errors import InputError
 from .limits import REF_LIMIT, Limits
-from .methods import Methods
 from .splits import BoxRule, ObjectSweep, PlaneGrid, PlaneOctets, SplitSet
 
 
@@ -197,102 +196,3 @@ def _lanes(lanes: int) -> int:
     if isinstance(lanes, bool) or not isinstance(lanes, int | np.integer) or lanes not in expected:
         raise InputError(f"lanes={lanes!r}; expected one of {', '.join(map(str, expected))}")
     return int(lanes)
-
-
-#: c_trav of the thesis's trees, fitted to its tables.
-C_TRAV: dict[BoxRule, float] = {"tight": 2.0, "cut": 0.6}
-
-
-#: From so many primitives on, a tree that is to be fast on queries is built with the least effort unless told
-#: otherwise: more effort takes twice the time and memory there, and more, for little (docs/builder.md).
-LARGE = 2**18
-
-
-#: `min_spread` of "best": half the radius that it measures boxes with. A ray that hits one line then hits nearly all.
-MIN_SPREAD = 0.0005
-
-
-def best_settings(
-    effort: float | None = None, boxes: BoxRule = "tight", cost: Cost | None = None, n_prims: int = 0
-) -> Settings:
-    """Tell the best builder what to aim at, and how hard to try.
-
-    With neither a cost nor cut boxes it aims at the speed of queries: leaves fill the 16 lanes that are tested at once,
-    and boxes are measured grown by a small radius. Else it aims at the tree of least cost.
-
-    Parameters
-    ----------
-    effort : float, optional
-        From 0, the fastest build, to 1, the best tree: 8 planes an axis to 128 for a cost, to 32 for queries. 0.5
-        unless given; for queries 0 from 262,144 primitives on.
-    boxes : {"tight", "cut"}
-        A BVH or a KD tree.
-    cost : Cost, optional
-        The cost to be least; 2.0 (BVH) or 0.6 (KD tree) a step unless given.
-    n_prims : int
-        How many primitives the tree is for.
-    """
-    for_queries = cost is None and boxes == "tight"
-    if effort is None:
-        effort = 0.0 if for_queries and n_prims >= LARGE else 0.5
-    effort = number("effort", effort, "a number from 0 (fastest) to 1 (best tree)", -math.ulp(0.0), 1.0)
-    choice("boxes", boxes, ("tight", "cut"))
-    if for_queries:
-        if effort < 0.25:
-            octets = PlaneOctets(8, 128, 64, 0.6, sample=128, max_apart=REF_LIMIT, apart=0.85)
-        elif effort < 0.75:
-            octets = PlaneOctets(16, 128, 64, 0.6, sample=512, max_apart=REF_LIMIT)
-        else:
-            octets = PlaneOctets(16 if effort < 0.875 else 32, 128, 32)
-        return Settings(
-            splits=(octets,),
-            bad_levels=3,
-            prune=False,
-            radius_hint=0.001,
-            min_spread=MIN_SPREAD,
-            lanes=16,
-            cost=Cost(c_trav=4.0),
-            limits=Limits(max_leaf_refs=16, leaf_refs=16),
-        )
-    octets = PlaneOctets(8 * 2 ** round(4 * effort), 16 if boxes == "tight" else 0)
-    cost = Cost(C_TRAV[boxes]) if cost is None else cost
-    settings = Settings(splits=(octets,), boxes=boxes, bad_levels=3, min_spread=MIN_SPREAD, cost=cost)
-    if effort >= 0.75:
-        return settings
-    return replace(settings, bad_refs=int(min(8 * cost.c_trav / cost.c_prim, REF_LIMIT)))
-
-
-#: The best builder, and the five trees of the thesis (§5).
-METHODS = Methods(
-    {
-        "best": best_settings(),
-        "bvh-cl": Settings(splits=(ObjectSweep(),)),
-        "bvh-ss": Settings(splits=(PlaneGrid(8),)),
-        "bvh-d2": Settings(splits=(PlaneGrid(8),), lookahead=(1, 2)),
-        "kd-cl": Settings(splits=(PlaneGrid(12),), boxes="cut", cost=Cost(C_TRAV["cut"])),
-        "kd-d2": Settings(splits=(PlaneGrid(12),), boxes="cut", lookahead=(1, 2), cost=Cost(C_TRAV["cut"])),
-    }
-)
-
-DEFAULT_METHOD = "best"
-
-#: The named trees of the thesis.
-THESIS_METHODS = tuple(method for method in METHODS if method != "best")
-
-#: What each named tree is, in a line.
-METHOD_NOTES: dict[str, str] = {
-    "best": "a grid of planes, through up to 3 bad levels; for queries, or for the cost that is given",
-    "bvh-cl": "whole primitives, SAH",
-    "bvh-ss": "primitives cut by a grid of planes, SAH",
-    "bvh-d2": "as bvh-ss; where SAH says leaf, look two levels ahead",
-    "kd-cl": "space cut by a grid of planes, SAH",
-    "kd-d2": "as kd-cl; where SAH says leaf, look two levels ahead",
-}
-
-
-def method_settings(method: str) -> Settings:
-    """Look up a named tree."""
-    try:
-        return METHODS[method]
-    except (KeyError, TypeError):
-        raise InputError(f"unknown method {method!r}{did_you_mean(method, METHODS)}") from None

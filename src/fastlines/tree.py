@@ -11,12 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core, tree_file
+from .arrays import IntArray
 from .backend import engine, kernel_number
 from .errors import InputError
 from .hits import AllHits, FirstHits
 from .immutable import own
 from .layout import Layout, refit_layout, widen
-from .lines import IntArray, Lines, as_lines
+from .lines import Lines, as_lines
 from .progress import ProgressCallback, ProgressOption, reporting
 from .queries import Planes, Question, ask_binary, ask_layout
 from .threads import get_num_threads

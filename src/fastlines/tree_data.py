@@ -14,10 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from .arrays import IntArray
 from .checks import choice
 from .errors import InputError, InvalidTreeError
 from .immutable import Immutable, frozen
-from .lines import IntArray
 from .meshes import Geometry, core_data
 from .settings import Cost, Settings
 

@@ -11,8 +11,8 @@ from support.theory_scenes import SCENE_NAMES, Triangle, a_box, scene
 
 import fastlines as fl
 from fastlines import theory as th
+from fastlines.methods import THESIS_METHODS
 from fastlines.report.depths import THESIS_DEPTHS, build_ahead, cylinders
-from fastlines.settings import THESIS_METHODS
 
 RULES = {"tight": th.tight, "cut": th.cut}
 

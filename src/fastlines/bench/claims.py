@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..settings import THESIS_METHODS
+from ..methods import THESIS_METHODS
 
 if TYPE_CHECKING:
     from .pareto import Peer, Row

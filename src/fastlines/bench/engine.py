@@ -14,8 +14,8 @@ from ..builder import build
 from ..camera import Camera
 from ..demo.machine import describe_machine, load
 from ..lines import Lines
+from ..methods import METHODS
 from ..scenes import RADII
-from ..settings import METHODS
 from ..threads import num_threads
 from ..tree import Tree
 from . import embree, tuning

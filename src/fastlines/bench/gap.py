@@ -20,12 +20,13 @@ from typing import Any
 import numpy as np
 
 from .. import theory
+from ..arrays import FloatArray
 from ..builder import build
 from ..demo.machine import describe_machine
 from ..limits import Limits
-from ..lines import FloatArray
+from ..methods import METHODS
 from ..scenes import make
-from ..settings import METHODS, Cost, Settings
+from ..settings import Cost, Settings
 from ..splits import ObjectSweep, PlaneEvents, PlaneGrid
 from .result import geometric_mean
 

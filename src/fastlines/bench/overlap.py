@@ -17,8 +17,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import IntArray
 from ..errors import InputError
-from ..lines import IntArray, Lines
+from ..lines import Lines
 from ..tree_data import TreeData
 from .visits import Visits, descend, grown_boxes, weigh
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import FloatArray
 from ..camera import Camera
 from ..errors import InputError
-from ..lines import FloatArray, Lines
+from ..lines import Lines
 
 #: The kinds of rays and the queries that are asked of each.
 KINDS: dict[str, tuple[str, ...]] = {

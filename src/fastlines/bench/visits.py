@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import IntArray
 from ..layout import Layout
-from ..lines import IntArray
 from ..settings import Cost
 from ..tree_data import TreeData
 from .rays import RayBatch

@@ -140,7 +140,7 @@ def engine(
     from ..bench.plot import check, draw
     from ..bench.rays import KINDS
     from ..bench.table import print_tables
-    from ..settings import method_settings
+    from ..methods import method_settings
     from .files import check_output, show_progress
 
     check_output(json_file, ".json")

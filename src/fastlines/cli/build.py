@@ -65,7 +65,7 @@ def build(
     import fastlines as fl
 
     from ..limits import limit_notes
-    from ..settings import method_settings
+    from ..methods import method_settings
     from .files import TREE, check_output, open_lines, show_progress
 
     check_output(output, TREE)

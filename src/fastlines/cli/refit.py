@@ -42,7 +42,7 @@ def refit(
     [cyan]fastlines bench refit --scene straight-hair:1000000 --threads 2 --json refit.json[/]
     """
     from ..bench.refit import RefitPlan, run_refit
-    from ..settings import method_settings
+    from ..methods import method_settings
     from .files import check_output, show_progress
 
     check_output(json_file, ".json")

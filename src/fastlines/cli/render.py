@@ -59,9 +59,9 @@ def render(
     """
     import fastlines as fl
 
+    from ..methods import DEFAULT_METHOD, method_settings
     from ..render import check_image_path, depth_image, depth_picture, level_sheet, write_depth, write_picture
     from ..render.depth import check_size
-    from ..settings import DEFAULT_METHOD, method_settings
     from .files import check_output, open_lines, show_progress
     from .hint import hint_at_radius, small
 

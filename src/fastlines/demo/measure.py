@@ -10,9 +10,9 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import FloatArray
 from ..camera import Camera
 from ..hits import AllHits
-from ..lines import FloatArray
 from ..tree import Tree
 
 Kind = Literal["first", "all"]

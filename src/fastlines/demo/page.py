@@ -6,8 +6,8 @@ from html import escape
 from importlib import resources
 from pathlib import Path
 
+from ..methods import METHOD_NOTES
 from ..scenes import RADII
-from ..settings import METHOD_NOTES
 from .result import QUERIES, Result, Row, SceneResult
 from .tables import limits_note, mrays, ms, part_note, tree_cells
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from ..methods import THESIS_METHODS
 from ..scenes import NAMES
-from ..settings import THESIS_METHODS
 
 
 @dataclass(frozen=True)

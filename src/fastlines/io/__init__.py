@@ -10,9 +10,10 @@ from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
+from ..arrays import INVALID
 from ..checks import choice
 from ..errors import FileFormatError, FileWarning, InputError
-from ..lines import INVALID, Lines
+from ..lines import Lines
 from . import arrays, hair, tck, tfx, trk
 from .source import BAD_COPY, Source, reason
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import FloatArray, list_rows
 from ..errors import FileFormatError
-from ..lines import FloatArray, list_rows
 
 #: A packed file may grow by this factor, and by this many bytes more; beyond, it is taken for a trap.
 UNPACK_FACTOR = 200

@@ -18,7 +18,8 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..lines import FloatArray, IntArray, Lines
+from ..arrays import FloatArray, IntArray
+from ..lines import Lines
 from .source import BAD_COPY, Source
 
 HEADER_SIZE = 1000

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import FloatArray
 from ..camera import Camera
 from ..checks import count
 from ..errors import InputError
-from ..lines import FloatArray
 from ..progress import ProgressOption, reporting
 from ..tree import Tree
 

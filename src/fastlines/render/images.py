@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import FloatArray
 from ..atomic_write import atomic_write
 from ..errors import InputError, MissingExtraError
-from ..lines import FloatArray
 
 #: Extensions of pictures and what each holds.
 IMAGE_FORMATS = {

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import IntArray
 from ..camera import Camera, Float64Array
-from ..lines import IntArray
 from ..progress import ProgressOption
 from ..tree import Tree
 from .picture import depth_picture

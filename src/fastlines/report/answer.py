@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from ..bench.table import three
-from ..settings import DEFAULT_METHOD, THESIS_METHODS
+from ..methods import DEFAULT_METHOD, THESIS_METHODS
 from .document import Section
 from .rows import Row
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 from ..bench.tuning import LENGTHS
 from ..demo import QUICK as QUICK_DEMO
+from ..methods import DEFAULT_METHOD, THESIS_METHODS
 from ..scenes import NAMES
-from ..settings import DEFAULT_METHOD, THESIS_METHODS
 
 
 @dataclass(frozen=True)

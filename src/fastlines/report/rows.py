@@ -8,7 +8,7 @@ from typing import Any
 
 from ..demo.reference import Reference
 from ..demo.result import QUERIES
-from ..settings import DEFAULT_METHOD, THESIS_METHODS
+from ..methods import DEFAULT_METHOD, THESIS_METHODS
 from .steps import Found
 
 #: The columns of times, as the thesis has them.

@@ -18,7 +18,7 @@ from ..demo.machine import describe_machine
 from ..demo.reference import THESIS
 from ..errors import FastlinesError
 from ..lines import Lines
-from ..settings import DEFAULT_METHOD
+from ..methods import DEFAULT_METHOD
 from .answer import answer_section
 from .claims import claims_of
 from .depths import time_depth

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from ..bench.builders import THESIS_COST
 from ..bench.table import three
+from ..methods import METHOD_NOTES
 from ..scenes import NAMES
-from ..settings import METHOD_NOTES
 from .claims import Claim, Tables, claims_of, ratio
 from .depths import C_TRAV, THESIS_DEPTHS
 from .document import Cell, Gallery, Picture, Section, Table

@@ -18,8 +18,8 @@ from ..bench.trees import build_in_turn
 from ..demo.result import KINDS
 from ..errors import FastlinesError
 from ..limits import limit_notes
+from ..methods import DEFAULT_METHOD
 from ..render import depth_picture, level_sheet, write_picture
-from ..settings import DEFAULT_METHOD
 from ..threads import num_threads
 from ..tree import Tree
 from .heat import colour, visit_maps
