@@ -12,9 +12,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
+from fastlines.bench.rays import random_rays
+
 import fastlines as fl
 from fastlines.backend import counting
-from fastlines.bench.rays import random_rays
 from fastlines.limits import REF_LIMIT
 from fastlines.methods import best_settings
 

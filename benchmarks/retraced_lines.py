@@ -19,9 +19,9 @@ import numpy as np
 import numpy.typing as npt
 
 import fastlines as fl
-from fastlines.bench.engine import Case
-from fastlines.bench.timing import clock
-from fastlines.bench.trees import ask_in_turn, lay_out
+from fastlines_bench.builders.trees import ask_in_turn, lay_out
+from fastlines_bench.harness.clock import clock
+from fastlines_bench.harness.subjects import Subject
 
 Ends = npt.NDArray[np.float32]
 
@@ -86,7 +86,7 @@ def compare(scene: str, lines: fl.Lines, effort: float, aim: str, radii: list[fl
         return
     side = float((lines.bounds[1] - lines.bounds[0]).max())
     for radius in radii:
-        found = ask_in_turn(Case(scene, lines, fl.Camera.framing(lines), (radius * side,)), trees, 1 << 18, 0.1, 5)
+        found = ask_in_turn(Subject(scene, lines, fl.Camera.framing(lines), (radius * side,)), trees, 1 << 18, 0.1, 5)
         for name in trees:
             ratios = [
                 f"{question} {turns.seconds[name] / turns.seconds['cut']:.2f}" for question, turns in found.items()

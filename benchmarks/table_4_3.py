@@ -20,8 +20,9 @@ import platform
 import subprocess
 from pathlib import Path
 
-import fastlines as fl
 from fastlines.report.depths import C_TRAV, THESIS_DEPTHS, time_depth
+
+import fastlines as fl
 
 
 def main() -> None:

@@ -1,206 +1,115 @@
-"""The report at a tiny size: what it writes, that it goes on where it was, and how it checks what the thesis found."""
+"""The pages of ``demo`` and ``report`` at a tiny size: what they write, and that they refuse answers that differ."""
 
 from __future__ import annotations
 
 import json
 import re
-import shutil
-import subprocess
 from dataclasses import replace
-from pathlib import Path
+from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 from command_line import done, refused
-from command_line import run as run_command
-from patience import HANGS
-from peers import needs_embree
 
 import fastlines as fl
-from fastlines.demo.reference import THESIS
-from fastlines.errors import MissingExtraError
-from fastlines.methods import THESIS_METHODS
 from fastlines.render import default_camera
-from fastlines.report import Plan, report_lines, report_thesis, run
-from fastlines.report.depths import THESIS_DEPTHS
-from fastlines.report.rows import TIMES
+from fastlines.report import FULL, QUICK, Preset, demo_page, measure, report_page
+from fastlines.report.tables import answer_points
 from fastlines.scenes import NAMES, RADII
 
-TINY = Plan(
-    "tiny",
-    scenes={"bun-hair": 300, "straight-hair": 300, "spaghetti": 100, "spaghetti-2": 120, "photon-beams": 150},
-    size=32,
-    budget=0.002,
-    lengths=(0.0, 1 / 8, 1 / 32),
+TINY = Preset(
+    scenes={"bun-hair": 400, "straight-hair": 400, "spaghetti": 120, "spaghetti-2": 160, "photon-beams": 200},
+    size=24,
+    budget=0.001,
     picture=24,
     samples=1,
-    heat=12,
     panel=32,
-    levels=2,
-    depths=(0, 1),
+    levels=3,
 )
-ONE = replace(TINY, scenes={"spaghetti": 60}, peer=False)
+METHODS = ("best", "bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-d2")
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("report") / "new" / "folder"
-    assert report_thesis(folder, TINY) == folder / "index.html"
+    folder = tmp_path_factory.mktemp("demo") / "new" / "folder"
+    assert demo_page(folder, TINY) == folder / "index.html"
     return folder
 
 
-@pytest.fixture(scope="module")
-def told(folder):
-    return json.loads((folder / "report.json").read_text(encoding="utf-8"))
+class Page(HTMLParser):
+    """Collects what a page refers to, and checks that tags are closed."""
+
+    VOID = ("meta", "img", "br", "link")
+
+    def __init__(self, text):
+        super().__init__()
+        self.links, self.ids, self.open, self.text = [], set(), [], ""
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        attrs = dict(attrs)
+        self.links += [attrs[name] for name in ("href", "src") if name in attrs]
+        self.ids.add(attrs.get("id"))
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += data
 
 
-# --- What is written ---
+def test_page_is_whole_and_needs_nothing_else(folder):
+    text = (folder / "index.html").read_text(encoding="utf-8")
+    page = Page(text)
+    for link in page.links:
+        assert link == "data:," or not re.match(r"\w+:|//", link), "no external resources"
+        assert link == "data:," or (link[1:] in page.ids if link.startswith("#") else (folder / link).is_file())
+    assert len([link for link in page.links if link.endswith(".png")]) == 5 * (3 + 3)
+    assert "Answers agree: yes" in page.text
+    assert "30 of 30" in page.text
+    assert "width=device-width" in text
+    assert "prefers-color-scheme: dark" in text
 
 
-def test_json_has_every_row_and_figure(told):
-    assert list(told["rows"]) == list(told["thesis"]) == list(NAMES)
-    for scene, rows in told["rows"].items():
-        assert set(THESIS_METHODS) < set(rows)
-        for name, row in rows.items():
-            assert list(row["ms"]) == [time for time in TIMES if "filter" not in name or time.startswith("all")]
-            assert all(ms > 0 for ms in row["ms"].values())
-            assert row["build_ms"] > 0
-            if not name.startswith("embree"):
-                assert row["n_prims"] == TINY.scenes[scene]
-                assert row["cost"] > 0
-    scene = fl.scenes.make("spaghetti", TINY.scenes["spaghetti"])
-    for method, c_trav in (("best", 2.0), ("kd-d2", 0.6)):
-        cost = fl.build(scene.lines, method).cost(model=fl.Cost(c_trav))
-        assert told["rows"]["spaghetti"][method]["cost"] == cost
-    assert told["n_compared"] == 5 * 6 * 2 * 32 * 32
-    assert {"processor", "simd", "fastlines"} <= told["machine"].keys()
+def test_json_has_everything(folder):
+    table = json.loads((folder / "table.json").read_text())
+    assert table["n_trees_valid"] == 30
+    assert table["n_answers_compared"] >= 30 * 2 * 2 * 16
+    assert {"processor", "threads", "python", "fastlines"} <= table["machine"].keys()
+    assert [subject["name"] for subject in table["subjects"]] == list(NAMES)
+    for subject in table["subjects"]:
+        assert subject["radii"] == RADII
+        assert [tree["method"] for tree in subject["trees"]] == list(METHODS)
+        lines = fl.scenes.make(subject["name"], TINY.scenes[subject["name"]]).lines
+        for row in subject["trees"]:
+            tree = fl.build(lines, row["method"])
+            assert (row["n_refs"], row["n_nodes"], row["bytes"]) == (tree.n_refs, tree.n_nodes, tree.layout.n_bytes)
+            assert row["cost"] == tree.cost(model=fl.Cost(0.6 if row["method"].startswith("kd") else 2.0))
+            assert list(row["mrays"]) == [f"{query} {letter}" for query in ("first", "all") for letter in RADII]
+            assert min([*row["mrays"].values(), *row["as_built"].values()]) > 0
 
 
-def test_thesis_stands_beside_in_the_tables(folder):
-    text = (folder / "report.md").read_text(encoding="utf-8")
-    for rows in THESIS.values():
-        for reference in rows.values():
-            assert f"({reference.cost:,.2f})" in text
-    assert text.count("(not finished)") >= 6 * 7
-    assert {len(rows) for rows in THESIS.values()} == {7}
-    for cost, _ in list(THESIS_DEPTHS.values())[:2]:
-        assert f"({cost:.1f})" in text
-    tables = re.findall(r"((?:^\|.*\n)+)", text, re.MULTILINE)
-    assert len(tables) >= 2 + 5 * 2 + 1
-    for table in tables:
-        assert len({re.sub(r"\\\|", "", row).count("|") for row in table.splitlines()}) == 1
-    for file in re.findall(r"!\[[^]]*\]\((\S+)", text):
-        assert (folder / file).is_file()
+def test_presets():
+    assert list(FULL.scenes) == list(QUICK.scenes) == list(NAMES)
+    assert FULL.scenes["bun-hair"] is None
+    assert FULL.methods == METHODS
 
 
-def test_page_holds_all_it_needs(folder):
-    page = (folder / "index.html").read_text(encoding="utf-8")
-    assert not re.findall(r'(?:src|href)="(?!data:|#)', page)
-    assert not re.findall(r"https?://|@import|url\(", page)
-    assert set(re.findall(r'href="#([^"]+)"', page)) == set(re.findall(r'<section id="([^"]+)"', page))
-    n_images = 5 * (3 + 2 * 6 + 3)
-    assert page.count("<img") == page.count('src="data:image/png;base64,') == n_images
-    assert all(alt for alt in re.findall(r'<img[^>]*alt="([^"]*)"', page))
-    assert "@media print" in page
-    assert "width=device-width" in page
+# --- Answers ---
 
 
-@needs_embree
-def test_embree_is_cut_to_the_length_that_was_best(told):
-    for scene, rows in told["rows"].items():
-        title = fl.scenes.make(scene, 10).title
-        sweep = told["steps"][f"{title}: Embree’s lengths"]
-        best = min(sweep["lengths"], key=lambda each: each["mean_ms"])
-        assert len(sweep["lengths"]) == 3
-        assert sweep["best"] == best["length"]
-        assert rows["embree-ps"]["n_prims"] == rows["embree-ps-filter"]["n_prims"] == best["n_pieces"]
-        assert rows["embree"]["n_prims"] == TINY.scenes[scene]
-        assert rows["embree"]["cost"] > 0
-        assert rows["embree-ps"]["n_nodes"] >= rows["embree"]["n_nodes"]
-        assert rows["embree"]["ms"]["all M"] != rows["embree-filter"]["ms"]["all M"]
-    assert told["missing"] == {}
-
-
-def test_a_missing_peer_is_named_with_its_command(tmp_path, monkeypatch):
-    def load(n_threads):
-        raise MissingExtraError("The peer Embree", "bench")
-
-    monkeypatch.setattr(run.embree, "load", load)
-    report_thesis(tmp_path, replace(ONE, peer=True))
-    told = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
-    assert set(told["rows"]["spaghetti"]) == {*THESIS_METHODS, "best"}
-    for file in ("index.html", "report.md"):
-        text = (tmp_path / file).read_text(encoding="utf-8")
-        assert "fastlines[bench]" in text
-        assert text.count("not installed") == 2
-    unknown = [claim for claim in told["claims"] if claim["holds"] is None or "spaghetti 2" in claim["text"]]
-    assert unknown
-
-
-def test_a_missing_peer_is_named_in_the_report_of_a_file(monkeypatch, tmp_path):
-    def load(n_threads):
-        raise MissingExtraError("The peer Embree", "bench")
-
-    monkeypatch.setattr(run.embree, "load", load)
-    monkeypatch.setattr("fastlines.report.QUICK", replace(ONE, peer=True))
-    page = tmp_path / "out" / "index.html"
-    assert (
-        "Embree is missing: The peer Embree"
-        in run_command("report", "scene:spaghetti:50", "--quick", "-o", page.parent).stderr
-    )
-    text = page.read_text(encoding="utf-8")
-    assert text.count("not installed") == 2
-    assert text.count("fastlines[bench]") == 1
-    assert "Of Embree" not in text
-
-
-def test_claims_in_json_follow_from_their_checks(told):
-    assert len(told["claims"]) == 8
-    for claim in told["claims"]:
-        assert claim["checks"]
-        assert claim["holds"] in (True, False, None)
-
-
-# --- Steps ---
-
-
-def test_a_stopped_run_goes_on_where_it_was(tmp_path, monkeypatch):
-    made = []
-    before = run.tree_step
-
-    def stop(subject, method, plan, store):
-        if method == "kd-cl" and "kd-cl" not in made:
-            made.append(method)
-            raise KeyboardInterrupt
-        made.append(method)
-        return before(subject, method, plan, store)
-
-    monkeypatch.setattr(run, "tree_step", stop)
-    with pytest.raises(KeyboardInterrupt):
-        report_thesis(tmp_path, ONE)
-    assert not (tmp_path / "index.html").exists()
-    page = report_thesis(tmp_path, ONE)
-    assert made == ["bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-cl", "kd-d2", "best"]
-    first = json.loads((tmp_path / "report.json").read_text())["steps"]
-    report_thesis(tmp_path, ONE)
-    assert json.loads((tmp_path / "report.json").read_text())["steps"] == first
-    assert len(made) == 7
-    assert page.is_file()
-    report_thesis(tmp_path, replace(ONE, size=16))
-    assert len(made) == 7 + 6
-
-
-@pytest.mark.usefixtures("in_own_folder")
-def test_a_stopped_command_says_that_it_goes_on(monkeypatch):
-    def stop(*args):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(run, "tree_step", stop)
-    monkeypatch.setattr("fastlines.report.QUICK", ONE)
-    result = run_command("report", "thesis", "--quick", "-o", "out")
-    assert result.exit_code == 130
-    assert "kept in out; the same command goes on" in result.stderr
-    assert list(Path("out/steps").glob("*pictures.json"))
+def test_a_wrong_answer_is_found():
+    scene = fl.scenes.make("spaghetti", 100)
+    moved = scene.lines.segments.copy()
+    moved[0] += 0.05
+    right, wrong = fl.build(scene.lines, "kd-d2"), fl.build(moved, "bvh-cl")
+    for kernel in ("auto", "binary"):
+        assert measure.compare(right, fl.build(scene.lines), scene.camera, 0.01, kernel, 32) == 2 * 32 * 32
+        with pytest.raises(fl.FastlinesError, match="bvh-cl and kd-d2 answer first hits differently"):
+            measure.compare(wrong, right, scene.camera, 0.01, kernel, 32)
 
 
 # --- Lines of one's own ---
@@ -209,15 +118,11 @@ def test_a_stopped_command_says_that_it_goes_on(monkeypatch):
 def test_report_of_lines(tmp_path):
     scene = fl.scenes.make("photon-beams", 150)
     lines = fl.Lines.from_segments(1e3 * scene.lines.segments)
-    camera = fl.Camera.framing(lines, (0, 0, -1))
-    page = report_lines(tmp_path, replace(TINY, lengths=(0.0, 1 / 8)), "some/beams.npz", lines, camera)
-    told = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
-    assert told["title"] == "beams.npz"
-    assert "claims" not in told
+    page = report_page(tmp_path, TINY, "some/beams.npz", lines, fl.Camera.framing(lines, (0, 0, -1)))
     text = page.read_text(encoding="utf-8")
+    assert "<h1>beams.npz</h1>" in text
     assert "Which tree suits these lines" in text
     assert "is fastest" in text
-    assert "thesis’s below" not in text
     side = float((lines.bounds[1] - lines.bounds[0]).max())
     assert f"W = {RADII['W'] * side:.3g}" in text
 
@@ -235,89 +140,45 @@ NASTY = {
 @pytest.mark.parametrize("name", NASTY)
 def test_report_of_nasty_lines(tmp_path, name):
     lines = fl.Lines.from_segments(NASTY[name])
-    plan = replace(TINY, size=16, lengths=(0.0, 1 / 8), methods=("bvh-cl", "kd-d2"))
-    page = report_lines(tmp_path, plan, name, lines, default_camera(lines))
-    rows = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))["rows"]["lines"]
-    assert all(row["ms"]["first M"] > 0 for row in rows.values() if "filter" not in row["name"])
-    assert page.read_text(encoding="utf-8").count("<img") == 3 + 2 * 2 + 2
+    page = report_page(tmp_path, replace(TINY, methods=("best", "kd-d2")), name, lines, default_camera(lines))
+    assert page.read_text(encoding="utf-8").count("<img") == 3 + 2
 
 
-def test_a_build_over_the_limit_is_named(tmp_path):
+def test_a_build_over_the_limit_is_named(tmp_path, capsys):
     scene = fl.scenes.make("bun-hair", 4000)
-    plan = replace(ONE, build_limit=0.0, methods=("kd-d2",))
-    page = report_lines(tmp_path, plan, "it", scene.lines, scene.camera)
-    text = page.read_text(encoding="utf-8")
-    assert "over 0 s" in text
-    assert "KD::D2: the build did not end within 0 s" in text
+    page = report_page(tmp_path, replace(TINY, build_limit=0.0, methods=("kd-d2",)), "it", scene.lines, scene.camera)
+    assert "the build of kd-d2 did not end within 0 s" in page.read_text(encoding="utf-8")
+    assert "did not end within 0 s" in capsys.readouterr().out
+
+
+def test_the_answer_names_what_is_fastest_and_what_is_near():
+    rates = {"best": 100.0, "kd-d2": 92.0, "bvh-cl": 50.0}
+    rows = [
+        measure.TreeFigures(name, build_s, mrays={"first M": rate, "all M": 200.0 - rate})
+        for (name, rate), build_s in zip(rates.items(), (2.0, 3.0, 1.0), strict=True)
+    ]
+    said = dict(answer_points(rows))
+    assert said["First hits"] == "best is fastest, 100 million rays a second; within a tenth of it: kd-d2."
+    assert said["All hits"] == "bvh-cl is fastest, 150 million rays a second; best takes 1.5 times as long."
+    assert said["Builds"].startswith("bvh-cl is built first, in 1.00 s; best, ")
+
+
+# --- Commands ---
 
 
 @pytest.mark.usefixtures("in_own_folder")
-def test_command(monkeypatch):
-    monkeypatch.setattr("fastlines.report.QUICK", ONE)
-    assert "index.html" in done("report", "scene:spaghetti:50", "--quick", "-o", "out")
-    assert Path("out/report.md").is_file()
-    assert "index.html" in done("report", "thesis", "--quick", "-o", "thesis")
+def test_commands(monkeypatch, tmp_path):
+    monkeypatch.setattr("fastlines.report.QUICK", TINY)
+    shown = done("demo", "scene:spaghetti:50", "--quick", "-o", "out")
+    assert "spaghetti:50: 50 segments" in shown
+    assert "index.html" in shown
+    assert "index.html" in done("report", "scene:spaghetti:50", "--quick", "-o", "report")
+    assert "Which tree suits" in (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
     code, said = refused("report", "nothing.npz", "-o", "out")
     assert code == 1
     assert "nothing.npz" in said
 
 
-# --- In a browser ---
-
-#: Clicks on each head of the first table of figures, and tells what the page has become.
-PROBE = """
-<script>
-addEventListener("load", () => {
-  const images = [...document.images];
-  const head = document.querySelectorAll("section#spaghetti table.sortable")[0].tHead.rows[0].cells[4];
-  const column = () => [...head.closest("table").tBodies[0].rows].map(row => row.cells[4].dataset.value);
-  head.querySelector("button").click();
-  const up = column();
-  head.querySelector("button").click();
-  document.body.dataset.probe = JSON.stringify({
-    shown: images.filter(each => each.complete && each.naturalWidth > 0 && each.clientWidth > 0).length,
-    images: images.length, up, down: column(), wide: document.documentElement.scrollWidth - innerWidth,
-  });
-});
-</script></body>"""
-
-
-@pytest.mark.parametrize("width", [390, 1280])
-def test_page_in_a_browser(folder, told, tmp_path, width):
-    browser = next(
-        (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), ""
-    )
-    if not browser:
-        pytest.skip("there is no Chromium here")
-    page = tmp_path / "page.html"
-    text = (folder / "index.html").read_text(encoding="utf-8")
-    assert text.count("</body>") == 1
-    page.write_text(text.replace("</body>", PROBE), encoding="utf-8")
-    ran = subprocess.run(
-        [
-            browser,
-            "--headless=new",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--enable-logging=stderr",
-            "--virtual-time-budget=5000",
-            f"--user-data-dir={tmp_path / 'profile'}",
-            f"--window-size={width},900",
-            "--dump-dom",
-            page.as_uri(),
-        ],
-        capture_output=True,
-        text=True,
-        timeout=HANGS,
-    )
-    assert ran.returncode == 0, ran.stderr
-    assert [line for line in ran.stderr.splitlines() if "CONSOLE" in line] == []
-    found = re.search(r"data-probe=\"([^\"]*)\"", ran.stdout)
-    assert found, ran.stderr
-    probe = json.loads(found[1].replace("&quot;", '"'))
-    assert probe["shown"] == probe["images"] == 5 * 18
-    costs = [float(value) for value in probe["up"] if value is not None]
-    assert costs == sorted(costs)
-    assert len(costs) == sum(row["cost"] is not None for row in told["rows"]["spaghetti"].values()) >= 6
-    assert [float(value) for value in probe["down"] if value is not None] == costs[::-1]
-    assert probe["wide"] <= 0, "wider than the screen"
+@pytest.mark.usefixtures("in_own_folder")
+def test_the_thesis_is_made_by_another_command():
+    assert "fastlines-bench thesis" in refused("report", "thesis")[1]

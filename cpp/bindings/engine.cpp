@@ -1,12 +1,12 @@
-// The Python modules fastlines._engine_*: trees over segments, refits, and queries on the wide layout; the same source
-// compiled for each instruction set.
+// Trees over segments, refits, and queries on the wide layout, for Python: the same source compiled for each
+// instruction set.
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 
 #include "build.hpp"
-#include "fastlines/kernels/pace.hpp"
+#include "engine.hpp"
 #include "fastlines/kernels/run.hpp"
 #include "fastlines/layout/collapse.hpp"
 #include "fastlines/query/askable.hpp"
@@ -158,50 +158,9 @@ bool are_rays(RayArrays rays, float largest_radius, float farthest, unsigned n_t
   return askable(batch_of(rays), largest_radius, farthest, n_threads);
 }
 
-/// Nanoseconds that each step takes alone, by name; see kernels/pace.hpp.
-nb::dict pace(LayoutArrays layout, RayArrays rays) {
-  const RayBatch batch = batch_of(rays);
-  if (batch.size() < kLanes || std::get<3>(layout).size() == 0)
-    throw std::invalid_argument("pace needs 64 rays and a segment");
-  const Pace pace = measure_pace(view_of(layout), batch);
-  nb::dict found;
-  for (const auto& [name, nanoseconds] :
-       std::initializer_list<std::pair<const char*, double>>{{"cycle", pace.cycle},
-                                                             {"rays", pace.ray},
-                                                             {"nodes", pace.node},
-                                                             {"leaves", pace.leaf},
-                                                             {"segments", pace.segment},
-                                                             {"lines", pace.line},
-                                                             {"packs", pace.pack},
-                                                             {"tests", pace.test}})
-    found[name] = nanoseconds;
-  return found;
-}
-
-#if defined(FASTLINES_TALLY)
-/// The steps taken since this was last asked, by name; see kernels/tally.hpp.
-nb::dict taken() {
-  const Steps now = std::exchange(steps, Steps{});
-  nb::dict found;
-  for (const auto& [name, n] : std::initializer_list<std::pair<const char*, std::uint64_t>>{{"rays", now.rays},
-                                                                                            {"bundles", now.bundles},
-                                                                                            {"nodes", now.nodes},
-                                                                                            {"leaves", now.leaves},
-                                                                                            {"pieces", now.pieces},
-                                                                                            {"segments", now.segments},
-                                                                                            {"lines", now.lines},
-                                                                                            {"packs", now.packs},
-                                                                                            {"tests", now.tests}})
-    found[name] = n;
-  return found;
-}
-#endif
-
 }  // namespace
-}  // namespace fastlines
 
-NB_MODULE(FASTLINES_MODULE, m) {
-  using namespace fastlines;
+void define_engine(nb::module_& m) {
   m.doc() = "Trees over segments and queries on them, for one instruction set. Use the functions of the package.";
   m.attr("simd") = kSimd;
   m.def("build", &build, "segments"_a.noconvert(), "settings"_a, "progress"_a.none());
@@ -216,8 +175,6 @@ NB_MODULE(FASTLINES_MODULE, m) {
   m.def("refit_tree", &refit_tree, "segments"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "n_threads"_a,
         "progress"_a.none());
   m.def("refit_layout", &refit_layout, "layout"_a, "n_threads"_a, "progress"_a.none());
-  m.def("pace", &pace, "layout"_a, "rays"_a);
-#if defined(FASTLINES_TALLY)
-  m.def("taken", &taken);
-#endif
 }
+
+}  // namespace fastlines

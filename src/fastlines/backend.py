@@ -21,6 +21,7 @@ SIMD_NAMES = ("avx512", "avx2", "sse42", "neon", "portable")
 KERNELS = {"auto": 0, "single": 1, "wave": 2, "bundle": 3, "binary": -1}
 
 _forced: str | None = None
+_given: Any = None
 
 
 def set_simd(name: str | None) -> None:
@@ -58,7 +59,7 @@ def available_simd() -> tuple[str, ...]:
 
 def engine() -> Any:
     """Return the module for the instruction set in use."""
-    return _module(simd())
+    return _given or _module(simd())
 
 
 @functools.cache
@@ -79,16 +80,16 @@ def kernel_number(kernel: str) -> int:
 
 
 @contextmanager
-def counting() -> Iterator[Any]:
-    """Use the module that counts its steps for a while; its `taken()` tells those since it was last asked."""
-    global _forced
-    before, _forced = _forced, "tally"
+def use_engine(module: Any) -> Iterator[None]:
+    """Answer queries with another module for a while, such as one that counts its steps; one thread at a time."""
+    global _given
+    before, _given = _given, module
     try:
-        yield _module("tally")
+        yield
     finally:
-        _forced = before
+        _given = before
 
 
-def is_counting() -> bool:
-    """Whether the module that counts its steps is in use."""
-    return _forced == "tally"
+def is_given() -> bool:
+    """Whether `use_engine` is in force."""
+    return _given is not None

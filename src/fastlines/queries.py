@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from . import _core
 from .arrays import IntArray
-from .backend import engine, is_counting, kernel_number
+from .backend import engine, is_given, kernel_number
 from .checks import choice, count
 from .errors import InputError
 from .forecast import Forecast
@@ -80,7 +80,7 @@ class Question:
         forecast = Forecast(len(rays), 24 if surface else 20, count_hits)
         try:
             # Where steps are counted, only those of the question may be.
-            return ask("list_hits", rays, surface, k, callback if is_counting() else forecast.watch(callback))
+            return ask("list_hits", rays, surface, k, callback if is_given() else forecast.watch(callback))
         except MemoryError as error:
             why = f": {forecast.refusal}" if forecast.refusal else ""
             fewer = "a smaller k" if self.query == "next_hits" else "next_hits for the nearest"

@@ -2,48 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
 import pickle
 import pydoc
 from typing import Any
 
 import numpy as np
 import pytest
-from support.answers import assert_same, cases, question
-from support.theory_scenes import SCENE_NAMES, scene
+from theory_scenes import SCENE_NAMES, scene
 
 import fastlines as fl
-from fastlines.bench.builders import BUILDERS
-
-
-@pytest.mark.parametrize("name", ["crossing", "hair", "duplicates", "points", "empty", "scale 1e8", "moved 1e4"])
-@pytest.mark.parametrize("builder", BUILDERS)
-def test_every_builder_makes_a_tree_that_answers(builder: str, name: str) -> None:
-    case = cases(4)[name]
-    asked, _ = question(case)
-    given = dict(BUILDERS[builder])
-    limits = dataclasses.replace(given.pop("limits", fl.Limits()), max_refs=3000)
-    tree = fl.build(case.segments, **given, limits=limits)
-    tree.validate()
-    assert_same(tree.first_hit(**asked), fl.brute_force(case.segments, **asked, query="first_hit"))
-    assert_same(tree.all_hits(**asked), fl.brute_force(case.segments, **asked, query="all_hits"))
-
-
-def test_those_of_one_kind_share_their_costs() -> None:
-    ends = scene("crossing", 1, 30)
-    for builder, given in BUILDERS.items():
-        settings = fl.build(ends, **given).settings
-        if given.get("method") != "best":
-            assert settings.cost == fl.Cost(0.6 if settings.boxes == "cut" else 2.0), builder
-
-
-def test_optimised_builders_cost_no_more() -> None:
-    lines = fl.scenes.make("spaghetti", 400).lines
-    cost = {name: fl.build(lines, **given).cost(model=fl.Cost(2.0)) for name, given in BUILDERS.items()}
-    for name in ("bvh-cl", "bvh-d2", "presplit"):
-        assert cost[f"{name}-reinsertion"] < cost[name]
-    assert cost["presplit"] < cost["bvh-cl"]
-
 
 # ---- SBVH's restriction of spatial splits ----
 

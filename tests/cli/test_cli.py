@@ -21,7 +21,7 @@ from fastlines.cli.app import explain
 from fastlines.cli.info import count_duplicates
 from fastlines.cli.query import KINDS
 
-COMMANDS = ("demo", "scene", "info", "build", "validate", "query", "render", "bench", "report")
+COMMANDS = ("demo", "scene", "info", "build", "validate", "query", "render", "report")
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 

@@ -15,8 +15,8 @@ from test_cpp import COMPILER, CPP, FLAGS, run
 
 import fastlines as fl
 
-CMAKE = (CPP.parent / "CMakeLists.txt").read_text(encoding="utf-8")
-COMMON = re.findall(r"-f[\w=-]+", CMAKE[CMAKE.index("target_compile_options(") :].split(")")[0])
+CMAKE = (CPP / "simd_flags.cmake").read_text(encoding="utf-8")
+COMMON = re.findall(r"-f[\w=-]+", CMAKE[CMAKE.index("set(simd_all ") :].split(")")[0])
 OF_SET = {name: flags.split() for name, flags in re.findall(r"set\(simd_(\w+) (-[^)]*)\)", CMAKE)}
 
 EMULATED = "neon, emulated"

@@ -7,12 +7,11 @@ from functools import partial
 
 import numpy as np
 import pytest
-from support.theory_scenes import SCENE_NAMES, Triangle, a_box, scene
+from theory_scenes import SCENE_NAMES, Triangle, a_box, scene
 
 import fastlines as fl
 from fastlines import theory as th
 from fastlines.methods import THESIS_METHODS
-from fastlines.report.depths import THESIS_DEPTHS, build_ahead, cylinders
 
 RULES = {"tight": th.tight, "cut": th.cut}
 
@@ -136,12 +135,3 @@ def test_core_equals_theory_on_other_primitives(given, name):
 
 
 # ---- §4.3 ----
-
-
-def test_table_4_3_looking_further_ahead_costs_less():
-    axes = cylinders(seed=0)
-    assert axes.shape == (100, 2, 3)
-    np.testing.assert_allclose(np.linalg.norm(axes[:, 1] - axes[:, 0], axis=1), 1)
-    costs = [build_ahead(axes, depth).cost() for depth in THESIS_DEPTHS]
-    assert costs == [100.0, *(pytest.approx(cost, abs=0.05) for cost in (24.5, 24.0, 23.8))]
-    assert costs == sorted(costs, reverse=True)

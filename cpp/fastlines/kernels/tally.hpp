@@ -1,5 +1,5 @@
-// How many steps of each kind the kernels have taken. Counted only where FASTLINES_TALLY is defined, in a module of its
-// own, on one thread (`fastlines bench steps`); elsewhere `tally` does nothing.
+// How many steps of each kind the kernels have taken. Counted only where FASTLINES_TALLY is defined, in a module of the
+// benchmarks, on one thread (`fastlines-bench steps`); elsewhere `tally` does nothing.
 #pragma once
 
 #include <cstdint>

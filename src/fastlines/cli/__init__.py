@@ -3,7 +3,6 @@
 from .app import app, main
 
 # Each import adds a command; the help lists them in this order.
-from . import demo, scene, info, build, validate, query, render  # isort: skip  # noqa: F401
-from . import bench, steps, growth, gap, pareto, calibrate, refit, report  # isort: skip  # noqa: F401
+from . import demo, report, scene, info, build, validate, query, render  # isort: skip  # noqa: F401
 
 __all__ = ["app", "main"]

@@ -1,4 +1,4 @@
-"""``fastlines demo``: the thesis's five trees over its five scenes."""
+"""``fastlines demo``: trees side by side, over the five scenes or over lines from a file."""
 
 from __future__ import annotations
 
@@ -7,27 +7,47 @@ from typing import Annotated
 import typer
 
 from .app import app
+from .options import Skip
 
 
-@app.command(short_help="Five trees over five scenes: a page of figures and pictures.")
+@app.command(short_help="Trees side by side over five scenes, or your lines: a page of figures and pictures.")
 def demo(
+    source: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[INPUT]",
+            help="A file of lines, a tree (.flt) or a scene (scene:NAME); the five scenes unless given.",
+            show_default=False,
+        ),
+    ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Smaller scenes and fewer rays: under a minute.")] = False,
     output: Annotated[
         str, typer.Option("--output", "-o", metavar="FOLDER", help="Where to write the page and its pictures.")
     ] = "fastlines-demo",
+    skip_invalid: Skip = False,
 ) -> None:
-    """Build the five trees of the thesis over its five scenes, time them, draw them, and write a page about it.
+    """Build the five trees of the thesis and the default tree, ask and draw them, and write a page about it.
 
-    All answers are compared while they are timed: every tree must give the same, bit for bit.
+    Their answers are compared: every tree must give the same, bit for bit.
 
     [bold]Examples[/]
 
     [cyan]fastlines demo --quick[/]
 
     [cyan]fastlines demo -o results[/]  takes some minutes
-    """
-    from ..demo import FULL, QUICK, run_demo
-    from .files import show_progress
 
-    page = run_demo(output, QUICK if quick else FULL, show_progress=show_progress())
+    [cyan]fastlines demo hair.tfx -o hair[/]  over lines of your own
+    """
+    from ..report import FULL, QUICK, demo_page, report_page
+    from .files import open_lines, show_progress
+
+    preset = QUICK if quick else FULL
+    if source is None:
+        page = demo_page(output, preset, show_progress=show_progress())
+    else:
+        opened = open_lines(source, skip_invalid)
+        camera = opened.camera(None, None, 30.0, 1.0)
+        page = report_page(
+            output, preset, opened.name, opened.lines, camera, answer=False, show_progress=show_progress()
+        )
     typer.echo(f"the page is {page}")

@@ -46,60 +46,6 @@ Radius = Annotated[
         show_default=False,
     ),
 ]
-Scenes = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--scene",
-        "-s",
-        metavar="NAME",
-        help="A scene: NAME, NAME:SEGMENTS or NAME:SEGMENTS:SEED; again for more. All five unless given.",
-        show_default=False,
-    ),
-]
-Files = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--file",
-        "-f",
-        metavar="FILE",
-        help="A file of lines or a tree, instead of or beside scenes; again for more.",
-        show_default=False,
-    ),
-]
-Builders = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--builder",
-        "-b",
-        metavar="NAME,…",
-        help="Builders with commas between them; again for more. All unless given.",
-        show_default=False,
-    ),
-]
-Limit = Annotated[
-    float | None,
-    typer.Option(
-        "--limit",
-        metavar="SECONDS",
-        help="How long the builds of one builder on one scene may take; what does not end is left out, and named.",
-        min=0.0,
-        show_default=False,
-    ),
-]
-Seconds = Annotated[
-    float | None,
-    typer.Option("--seconds", help="About how long one turn of the slowest tree takes.", min=0.0, show_default=False),
-]
-OneRadius = Annotated[
-    float | None,
-    typer.Option(
-        "--radius",
-        "-r",
-        callback=_finite,
-        help="Of all queries; unless given, 0.001 for scenes, and this share of the box's largest side for files.",
-        show_default=False,
-    ),
-]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Skip = Annotated[bool, typer.Option("--skip-invalid", help="Leave out segments that hold NaN or Inf.")]
 Direction = Annotated[

@@ -1,6 +1,5 @@
-"""The report: the thesis's chapter 6 made again and checked, or the same questions about lines of somebody's own."""
+"""Pages about trees: the five scenes side by side (``fastlines demo``), and which tree suits some lines."""
 
-from .plan import FULL, QUICK, Plan
-from .run import missing_peer, report_lines, report_thesis
+from .run import FULL, QUICK, Preset, demo_page, report_page
 
-__all__ = ["FULL", "QUICK", "Plan", "missing_peer", "report_lines", "report_thesis"]
+__all__ = ["FULL", "QUICK", "Preset", "demo_page", "report_page"]

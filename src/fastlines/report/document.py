@@ -1,4 +1,4 @@
-"""What the report says, before it is HTML or Markdown: sections of text, tables and pictures."""
+"""What a page says, before it is HTML: sections of text, tables and pictures."""
 
 from __future__ import annotations
 
@@ -16,15 +16,18 @@ class Cell:
     value : float or None
         What it is sorted by; None goes last.
     other : str
-        The figure of the thesis that stands with it, or "".
+        A second figure below the first, or "".
     good : bool or None
         Whether it is marked as one that holds, or does not.
+    bar : float or None
+        The length of a bar behind it, from 0 to 1.
     """
 
     text: str
     value: float | None = None
     other: str = ""
     good: bool | None = None
+    bar: float | None = None
 
 
 @dataclass(frozen=True)
@@ -39,7 +42,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture in the folder of steps, and what it shows."""
+    """A picture in the folder of images, and what it shows."""
 
     file: str
     caption: str
@@ -48,18 +51,27 @@ class Picture:
 
 @dataclass(frozen=True)
 class Gallery:
-    """Pictures side by side, so many if there is room, none narrower than so many pixels."""
+    """Pictures side by side, so many if there is room, none narrower than so many pixels.
+
+    Attributes
+    ----------
+    scale : (colours, most) or None
+        The scale of colours that the pictures are drawn with, for counts from 1 to `most`; colours are (r, g, b).
+    mosaic : bool
+        The first picture is twice as large, with the others beside it.
+    """
 
     pictures: Sequence[Picture]
     columns: int
     least: int = 100
     caption: str = field(default="", kw_only=True)
-    scale: bool = False  # it goes with the scale of colours of the counts
+    scale: tuple[Sequence[Sequence[float]], int] | None = field(default=None, kw_only=True)
+    mosaic: bool = field(default=False, kw_only=True)
 
 
 @dataclass(frozen=True)
 class Section:
-    """A headed part of the report."""
+    """A headed part of the page."""
 
     name: str
     title: str
@@ -70,9 +82,10 @@ class Section:
 
 @dataclass(frozen=True)
 class Document:
-    """All of it."""
+    """A whole page; its verdicts stand at the top, each a few words with an explanation."""
 
     title: str
     lead: str
     sections: Sequence[Section]
     foot: str
+    verdicts: Sequence[tuple[str, str]] = ()

@@ -1,22 +1,37 @@
-"""The report as one page of HTML that holds all it needs: pictures, style, and a few lines that sort tables."""
+"""A page of HTML: style and a few lines that sort tables are in it, and pictures are too, or in a folder beside it."""
 
 from __future__ import annotations
 
 import base64
+from collections.abc import Callable, Sequence
 from html import escape
 from importlib import resources
 from pathlib import Path
 
-from .document import Cell, Document, Gallery, Picture, Section, Table
-from .heat import COLOURS, MOST
+from .document import Cell, Document, Gallery, Section, Table
 
 
-def html(document: Document, images: Path) -> str:
-    """Write the page; pictures are read from this folder."""
-    style = resources.files("fastlines.demo") / "page.css", resources.files(__package__) / "page.css"
-    script = (resources.files(__package__) / "page.js").read_text(encoding="utf-8")
-    sections = "\n".join(_section(section, images) for section in document.sections)
+def html(document: Document, images: Path, embed: bool = True) -> str:
+    """Write a page.
+
+    Parameters
+    ----------
+    document : Document
+    images : Path
+        The folder of its pictures.
+    embed : bool
+        Put the pictures into the page; else it refers to them, and the page must lie beside the folder.
+    """
+    style, script = ((resources.files(__package__) / name).read_text("utf-8") for name in ("page.css", "page.js"))
+
+    def source(file: str) -> str:
+        if not embed:
+            return f"{images.name}/{file}"
+        return "data:image/png;base64," + base64.b64encode((images / file).read_bytes()).decode()
+
+    sections = "\n".join(_section(section, source) for section in document.sections)
     links = " · ".join(f'<a href="#{escape(each.name)}">{escape(each.title)}</a>' for each in document.sections)
+    verdicts = "".join(f"<li><strong>{escape(a)}</strong><span>{escape(b)}</span></li>" for a, b in document.verdicts)
     return f"""<!doctype html>
 <html lang="en">
 <head>
@@ -26,13 +41,14 @@ def html(document: Document, images: Path) -> str:
 <link rel="icon" href="data:,">
 <title>{escape(document.title)}</title>
 <style>
-{"".join(file.read_text(encoding="utf-8") for file in style)}</style>
+{style}</style>
 </head>
 <body>
 <main>
 <header>
 <h1>{escape(document.title)}</h1>
 <p class="lead">{escape(document.lead)}</p>
+{f'<ul class="verdicts">{verdicts}</ul>' if verdicts else ""}
 <nav>{links}</nav>
 <p class="note hint">A click on the head of a column sorts its table.</p>
 </header>
@@ -46,10 +62,10 @@ def html(document: Document, images: Path) -> str:
 """
 
 
-def _section(section: Section, images: Path) -> str:
+def _section(section: Section, source: Callable[[str], str]) -> str:
     text = "".join(f"<p>{escape(each)}</p>" for each in section.text)
     points = "".join(f"<dt>{escape(what)}</dt><dd>{escape(why)}</dd>" for what, why in section.points)
-    parts = "\n".join(_table(part) if isinstance(part, Table) else _gallery(part, images) for part in section.parts)
+    parts = "\n".join(_table(part) if isinstance(part, Table) else _gallery(part, source) for part in section.parts)
     listed = f'<dl class="points">{points}</dl>' if points else ""
     return (
         f'<section id="{escape(section.name)}">\n<h2>{escape(section.title)}</h2>\n{text}{listed}\n{parts}\n</section>'
@@ -73,30 +89,29 @@ def _cell(cell: Cell, is_head: bool) -> str:
     value = "" if cell.value is None else f' data-value="{cell.value!r}"'
     mark = {True: ' class="good"', False: ' class="bad"', None: ""}[cell.good]
     other = f"<small>{escape(cell.other)}</small>" if cell.other else ""
+    bar = "" if cell.bar is None else f' class="bar" style="--share:{100 * cell.bar:.0f}%"'
     tag = "th" if is_head else "td"
-    return f"<{tag}{value}{mark}>{escape(cell.text)}{other}</{tag}>"
+    return f"<{tag}{value}{mark}{bar}>{escape(cell.text)}{other}</{tag}>"
 
 
-def _gallery(gallery: Gallery, images: Path) -> str:
+def _gallery(gallery: Gallery, source: Callable[[str], str]) -> str:
     if not gallery.pictures:
         return ""
-    figures = "".join(_figure(picture, images) for picture in gallery.pictures)
-    scale = _scale() if gallery.scale else ""
+    figures = "".join(
+        f'<figure><img src="{escape(source(each.file))}" alt="{escape(each.alt)}">'
+        f"<figcaption>{escape(each.caption)}</figcaption></figure>"
+        for each in gallery.pictures
+    )
+    scale = _scale(*gallery.scale) if gallery.scale else ""
     caption = f'<p class="note">{escape(gallery.caption)} {scale}</p>' if gallery.caption else ""
+    if gallery.mosaic:
+        return f'{caption}<div class="mosaic">{figures}</div>'
     return (
         f'{caption}<div class="gallery" style="--columns:{gallery.columns};--least:{gallery.least}px">{figures}</div>'
     )
 
 
-def _figure(picture: Picture, images: Path) -> str:
-    data = base64.b64encode((images / picture.file).read_bytes()).decode()
-    return (
-        f'<figure><img src="data:image/png;base64,{data}" alt="{escape(picture.alt)}">'
-        f"<figcaption>{escape(picture.caption)}</figcaption></figure>"
-    )
-
-
-def _scale() -> str:
-    """The colours of the counts, from 1 to `MOST`."""
-    stops = ",".join(f"rgb({r:.0f},{g:.0f},{b:.0f})" for r, g, b in COLOURS)
-    return f'<span class="scale">1 <i style="background:linear-gradient(to right,{stops})"></i> {MOST:,}</span>'
+def _scale(colours: Sequence[Sequence[float]], most: int) -> str:
+    """Show the colours of the counts from 1 to `most`."""
+    stops = ",".join(f"rgb({r:.0f},{g:.0f},{b:.0f})" for r, g, b in colours)
+    return f'<span class="scale">1 <i style="background:linear-gradient(to right,{stops})"></i> {most:,}</span>'

@@ -1,268 +1,286 @@
-"""Making the report: steps, then tables and claims, then the page, Markdown and JSON."""
+"""Making the pages: the scenes or the lines, their trees, their pictures, and what they say."""
 
 from __future__ import annotations
 
 import json
-import math
 import os
-from collections.abc import Callable, Mapping
-from dataclasses import asdict
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+import fastlines as fl
+
 from ..atomic_write import atomic_write
-from ..backend import simd
-from ..bench import embree
-from ..camera import Camera
-from ..demo.machine import describe_machine
-from ..demo.reference import THESIS
-from ..errors import FastlinesError
-from ..lines import Lines
-from ..methods import DEFAULT_METHOD
-from .answer import answer_section
-from .claims import claims_of
-from .depths import time_depth
-from .document import Document, Section
-from .markdown import markdown
+from ..methods import METHOD_NOTES
+from ..render import depth_picture, level_sheet, write_picture
+from ..scenes import NAMES, RADII
+from .document import Document, Gallery, Picture, Section
+from .machine import describe_machine
+from .measure import TreeFigures, build_within, measure_tree
 from .page import html
-from .peer import embree_step, embree_tree_step, sweep_step
-from .plan import Plan
-from .rows import Row, row_of, thesis_row
-from .sections import claims_section, depths_section, method_points, subject_section, why_section
-from .steps import Found, Results, Step, Store, run_steps
-from .subject import Subject, lines_subject, scene_subject
-from .trees import picture_step, tree_step
+from .tables import answer_points, print_trees, queries_table, trees_table
 
-#: The folder of steps and pictures beside the page.
-STEPS = "steps"
-SWEEP, PEER, PEER_PS, PEER_TREES = "Embree’s lengths", "Embree", "Embree PS", "Embree’s trees"
-
-#: About how many seconds steps take on a large scene, of which only the ratios count.
-_WEIGHTS = {
-    "pictures": 2.0,
-    "bvh-cl": 14.0,
-    "bvh-ss": 16.0,
-    "bvh-d2": 27.0,
-    "kd-cl": 25.0,
-    "kd-d2": 52.0,
-    DEFAULT_METHOD: 5.0,
-    SWEEP: 20.0,
-    PEER: 15.0,
-    PEER_PS: 20.0,
-    PEER_TREES: 8.0,
-}
+#: The folder of pictures beside the page.
+IMAGES = "images"
+#: The trees whose levels are drawn.
+DRAWN = ("best", "bvh-d2", "kd-d2")
+#: The radius of the lines behind the boxes of a tree, as a share of the longest side.
+BEHIND = 0.002
 
 
-def report_thesis(directory: str | os.PathLike[str], plan: Plan, *, show_progress: bool = False) -> Path:
-    """Make chapter 6 of the thesis again, and write it up.
+@dataclass(frozen=True)
+class Preset:
+    """How large a page is.
+
+    Parameters
+    ----------
+    scenes : mapping of str to int or None
+        The scenes of the demo and how many segments each has; None = as many as in the thesis.
+    size : int
+        Rays are those of a square picture of up to so many pixels a side.
+    budget : float
+        Seconds for one figure.
+    build_limit : float
+        Seconds; a build that takes longer is ended.
+    picture, samples : int
+        Width and height of pictures in pixels, and of the grid of samples in each pixel.
+    panel, levels : int
+        Width and height of a level's panel, and how many levels of a tree are drawn.
+    methods : tuple of str
+        The trees; the answers of the first are what those of the others are compared with.
+    """
+
+    scenes: Mapping[str, int | None] = field(default_factory=lambda: dict.fromkeys(NAMES))
+    size: int = 512
+    budget: float = 0.3
+    build_limit: float = 120.0
+    picture: int = 880
+    samples: int = 3
+    panel: int = 300
+    levels: int = 6
+    methods: tuple[str, ...] = ("best", *(method for method in fl.METHODS if method != "best"))
+
+
+#: As large as in the thesis: some minutes.
+FULL = Preset()
+
+#: About half a minute on two cores.
+QUICK = Preset(
+    scenes={
+        "bun-hair": 6_000,
+        "straight-hair": 8_000,
+        "spaghetti": 2_000,
+        "spaghetti-2": 2_500,
+        "photon-beams": 2_500,
+    },
+    size=128,
+    budget=0.03,
+    build_limit=20.0,
+    picture=480,
+    samples=2,
+    panel=200,
+)
+
+
+@dataclass(frozen=True)
+class Subject:
+    """Lines, a camera that shows them, and radii by the thesis's letters W, M, N."""
+
+    name: str
+    title: str
+    lines: fl.Lines
+    camera: fl.Camera
+    radii: dict[str, float]
+
+
+def demo_page(directory: str | os.PathLike[str], preset: Preset, *, show_progress: bool = False) -> Path:
+    """Compare the trees over the five scenes, print their figures, and write a page with pictures.
 
     Parameters
     ----------
     directory : str or path-like
-        Made if it does not exist. What is in its folder ``steps`` and was found by the same version with the same
-        settings is not made again.
-    plan : Plan
+        Made if it does not exist; files of an earlier run are replaced.
+    preset : Preset
         How large it is.
     show_progress : bool
-        Name the step that is on, and the time left, on stderr.
+        Show a bar on stderr.
 
     Returns
     -------
     Path
-        Of ``index.html``, which holds everything. Beside it are ``report.md`` and ``report.json``.
+        Of ``index.html``. Beside it are ``table.json`` and the folder ``images``.
 
     Raises
     ------
     FastlinesError
         If two trees answer differently, or a tree is not valid.
     """
-    missing = missing_peer(plan)
-    subjects = [scene_subject(name, n_segments) for name, n_segments in plan.scenes.items()]
-    steps = [Step(f"§4.3: depth {depth}", 1.0, _depth(depth)) for depth in plan.depths]
-    store, results = _run(directory, plan, subjects, steps, missing, show_progress)
-    ours = {subject.name: _rows(subject, plan, results) for subject in subjects}
-    theirs = {name: {row: thesis_row(row, THESIS[name][row]) for row in THESIS[name]} for name in ours}
-    sections = [
-        claims_section(ours, theirs),
-        *(
-            subject_section(subject, plan, results, ours[subject.name], theirs[subject.name], missing)
-            for subject in subjects
-        ),
-        depths_section([results[step.name] for step in steps]),
-        why_section(),
-    ]
+    subjects = []
+    for name, n_segments in preset.scenes.items():
+        scene = fl.scenes.make(name, n_segments)
+        subjects.append(Subject(name, scene.title, scene.lines, scene.camera, RADII))
     lead = (
-        "Chapter 6 of Ivan Kuckir’s thesis “Datové struktury pro zobrazování nepolygonální geometrie” (Prague 2013), "
-        "made again: its five scenes, five trees and Embree; its own figures beside ours."
+        "The five trees of Ivan Kuckir’s thesis (Prague 2013) and the default tree of fastlines, “best”, over the five "
+        "scenes of the thesis: built, validated, asked and drawn."
     )
-    if any(plan.scenes.values()):
-        lead += " This is a quick report: some scenes are smaller than the thesis’s, and so are their costs and times."
-    more = {
-        "claims": [{**asdict(claim), "holds": claim.holds} for claim in claims_of(ours)],
-        "thesis": _to_json(theirs),
-    }
-    return _write(store, plan, "The thesis, side by side", lead, sections, ours, results, missing, more)
+    return _write(directory, preset, "Trees over lines, side by side", lead, subjects, False, show_progress)
 
 
-def report_lines(
+def report_page(
     directory: str | os.PathLike[str],
-    plan: Plan,
+    preset: Preset,
     name: str,
-    lines: Lines,
-    camera: Camera,
+    lines: fl.Lines,
+    camera: fl.Camera,
     *,
+    answer: bool = True,
     show_progress: bool = False,
 ) -> Path:
-    """Ask of anybody's lines which tree suits them; see `report_thesis`.
+    """Compare the trees over some lines, and write a page; see `demo_page`.
 
     Parameters
     ----------
     name : str
-        What the report calls them.
+        What the page calls the lines.
     lines : Lines
     camera : Camera
-        Whose rays are asked.
+        Whose rays are asked, for square pictures.
+    answer : bool
+        Begin with which tree suits these lines.
     """
-    missing = missing_peer(plan)
-    subject = lines_subject(name, lines, camera)
-    store, results = _run(directory, plan, [subject], [], missing, show_progress)
-    rows = _rows(subject, plan, results)
-    sections = [answer_section(rows), subject_section(subject, plan, results, rows, {}, missing)]
-    others = "ours" if missing else "ours and Embree"
-    lead = f"The five trees of Ivan Kuckir’s thesis (2013), {others}: built over these lines, asked and drawn."
-    return _write(store, plan, subject.title, lead, sections, {subject.name: rows}, results, missing, {})
-
-
-def missing_peer(plan: Plan) -> str:
-    """Say why Embree is not measured, and what to do about it; "" if it is."""
-    if not plan.peer:
-        return "It was left out"
-    try:
-        embree.load(1)
-    except FastlinesError as error:
-        return str(error)
-    return ""
-
-
-def _run(
-    directory: str | os.PathLike[str],
-    plan: Plan,
-    subjects: list[Subject],
-    steps: list[Step],
-    missing: str,
-    show_progress: bool,
-) -> tuple[Store, Results]:
-    machine = describe_machine()
-    key = machine["processor"], machine["fastlines"], simd(), asdict(plan), [each.digest for each in subjects]
-    store = Store(Path(directory) / STEPS, key)
-    every = [step for subject in subjects for step in _steps(subject, plan, store, missing)] + steps
-    return store, run_steps(every, store, show_progress)
-
-
-def _steps(subject: Subject, plan: Plan, store: Store, missing: str) -> list[Step]:
-    """List the work on one subject; of what is missing there is none."""
-    title = subject.title
-    steps = [Step(f"{title}: pictures", _WEIGHTS["pictures"], lambda results: picture_step(subject, plan, store))]
-    steps += [
-        Step(f"{title}: {method}", _WEIGHTS[method], _tree(subject, method, plan, store)) for method in plan.methods
-    ]
-    if missing:
-        return steps
-    cut = f"{title}: {SWEEP}"
-    return [
-        *steps,
-        Step(cut, _WEIGHTS[SWEEP], lambda results: sweep_step(subject, plan)),
-        Step(f"{title}: {PEER}", _WEIGHTS[PEER], lambda results: embree_step(subject, plan, 0.0)),
-        Step(
-            f"{title}: {PEER_PS}", _WEIGHTS[PEER_PS], lambda results: embree_step(subject, plan, results[cut]["best"])
-        ),
-        Step(
-            f"{title}: {PEER_TREES}",
-            _WEIGHTS[PEER_TREES],
-            lambda results: embree_tree_step(subject, results[cut]["best"]),
-        ),
-    ]
-
-
-def _tree(subject: Subject, method: str, plan: Plan, store: Store) -> Callable[[Results], Found]:
-    return lambda results: tree_step(subject, method, plan, store)
-
-
-def _depth(depth: int) -> Callable[[Results], Found]:
-    return lambda results: time_depth(depth)
-
-
-def _rows(subject: Subject, plan: Plan, results: Results) -> dict[str, Row]:
-    """Collect the rows of a table."""
-    found: dict[str, Found] = {method: results[f"{subject.title}: {method}"] for method in plan.methods}
-    for name, step in (("embree", PEER), ("embree-ps", PEER_PS)):
-        measured = results.get(f"{subject.title}: {step}")
-        if measured is not None:
-            found |= {name: measured | results[f"{subject.title}: {PEER_TREES}"][name], f"{name}-filter": measured}
-    return {name: row_of(name, measured) for name, measured in found.items()}
+    low, high = lines.bounds.astype(np.float64)
+    side = float((high - low).max()) or 1.0
+    radii = {letter: share * side for letter, share in RADII.items()}
+    subject = Subject("lines", Path(name).name, lines, camera, radii)
+    lead = "The five trees of Ivan Kuckir’s thesis (Prague 2013) and the default tree of fastlines over these lines."
+    return _write(directory, preset, subject.title, lead, [subject], answer, show_progress)
 
 
 def _write(
-    store: Store,
-    plan: Plan,
+    directory: str | os.PathLike[str],
+    preset: Preset,
     title: str,
     lead: str,
-    sections: list[Section],
-    rows: Mapping[str, Mapping[str, Row]],
-    results: Results,
-    missing: str,
-    more: Mapping[str, Any],
+    subjects: list[Subject],
+    answer: bool,
+    show_progress: bool,
 ) -> Path:
-    machine = {**describe_machine(), "threads": 1, "simd": simd(), "embree": None if missing else embree.load(1)}
-    seconds = sum(found["seconds"] for found in results.values())
-    n_compared = sum(found.get("n_compared", 0) for found in results.values())
-    text = [
-        "Everything is timed with one thread, by its processor time; the best of up to three rounds counts.",
-        f"All {n_compared:,} answers that were compared are those of “{DEFAULT_METHOD}” on its wide layout, bit for "
-        "bit; all trees are valid.",
+    folder = Path(directory)
+    (folder / IMAGES).mkdir(parents=True, exist_ok=True)
+    start = time.perf_counter()
+    found: dict[str, list[TreeFigures]] = {}
+    sections = []
+    with _steps(len(subjects) * (2 * len(preset.methods) + 1), show_progress) as step:
+        for subject in subjects:
+            rows, pictures = _measure(subject, preset, folder / IMAGES, step)
+            found[subject.name] = rows
+            print_trees(subject.title, len(subject.lines), rows)
+            if answer:
+                sections.append(Section("answer", "Which tree suits these lines", points=answer_points(rows)))
+            sections.append(_section(subject, rows, pictures))
+
+    # Say what it all comes to.
+    every = [row for rows in found.values() for row in rows if row.over_s is None]
+    n_compared = sum(row.n_compared for row in every)
+    verdicts = [
+        ("✓ Answers agree: yes", f"{n_compared:,} answers of one tree equal those of another, bit for bit"),
+        (f"✓ Valid trees: {len(every)} of {len(every)}", "axioms 1 to 5, the BVH or KD axiom, Theorem 4 of the thesis"),
     ]
-    if not missing:
-        text[0] += f" Of Embree {machine['embree']} its calls alone are timed."
-        text[1] += " Embree’s build is one for one radius; our trees serve all three."
-    method = Section("method", "How it was measured", text, points=method_points(plan.methods))
+    methods = Section("trees", "The trees", points=[(name, METHOD_NOTES[name]) for name in preset.methods])
+    machine = describe_machine()
     foot = (
-        f"{machine['processor']}, {machine['system']}, {machine['simd']}; fastlines {machine['fastlines']}, Python "
-        f"{machine['python']}; {machine['date']}. The steps of this {plan.name} report took {seconds:.0f} s."
+        f"{machine['processor']}, {machine['threads']} threads, {machine['system']}; fastlines {machine['fastlines']}, "
+        f"Python {machine['python']}; {machine['date']}; {time.perf_counter() - start:.0f} s in all."
     )
-    lead += f" Embree is missing. {missing}." if missing else ""
-    document = Document(title, lead, [*sections, method], foot)
+    document = Document(title, lead, [*sections, methods], foot, verdicts)
     figures = {
-        "format": "fastlines report 1",
+        "format": "fastlines trees 1",
         "title": title,
         "machine": machine,
-        "plan": asdict(plan),
-        "missing": {"Embree": missing} if missing else {},
-        "n_compared": n_compared,
-        "seconds": seconds,
-        "rows": _to_json(rows),
-        "steps": results,
-        **more,
+        "n_answers_compared": n_compared,
+        "n_trees_valid": len(every),
+        "subjects": [
+            {
+                "name": subject.name,
+                "title": subject.title,
+                "n_segments": len(subject.lines),
+                "radii": subject.radii,
+                "trees": [row.to_json() for row in found[subject.name]],
+            }
+            for subject in subjects
+        ],
     }
-    folder = store.folder.parent
     texts = {
-        "report.json": json.dumps(_finite(figures), indent=1, allow_nan=False) + "\n",
-        "report.md": markdown(document, STEPS),
-        "index.html": html(document, store.folder),
+        "table.json": json.dumps(figures, indent=1) + "\n",
+        "index.html": html(document, folder / IMAGES, embed=False),
     }
     for file, content in texts.items():
-        with atomic_write(folder / file) as partial_file:
-            partial_file.write_text(content, encoding="utf-8")
+        with atomic_write(folder / file) as partial:
+            partial.write_text(content, encoding="utf-8")
     return folder / "index.html"
 
 
-def _to_json(tables: Mapping[str, Mapping[str, Row]]) -> dict[str, Any]:
-    return {name: {row: asdict(figures) for row, figures in rows.items()} for name, rows in tables.items()}
+def _measure(
+    subject: Subject, preset: Preset, folder: Path, step: Callable[[str], None]
+) -> tuple[list[TreeFigures], list[Gallery]]:
+    """Build, ask and draw the trees of one subject, one after the other."""
+    rows: list[TreeFigures] = []
+    sheets: list[Picture] = []
+    best = fl.build(subject.lines)
+    for method in preset.methods:
+        step(f"{subject.title}: build {method}")
+        tree, seconds = build_within(subject.lines, method, preset.build_limit)
+        step(f"{subject.title}: ask {method}")
+        if tree is None:
+            rows.append(TreeFigures(method, over_s=preset.build_limit))
+            continue
+        rows.append(measure_tree(tree, seconds, subject.camera, subject.radii, best, preset.size, preset.budget))
+        if method in DRAWN:
+            behind = BEHIND / RADII["M"] * subject.radii["M"]
+            sheet = level_sheet(tree, subject.camera, behind, preset.levels, preset.panel, behind=best)
+            alt = f"{subject.title}: boxes of the first levels of {method}"
+            sheets.append(_keep(folder, f"{subject.name}-{method}", sheet, f"The first levels of {method}", alt))
+
+    # Draw the lines, first with the radius M.
+    step(f"{subject.title}: draw")
+    pictures = []
+    for letter in ("M", "W", "N"):
+        radius = subject.radii[letter]
+        drawn = depth_picture(best, subject.camera, preset.picture, preset.picture, radius, preset.samples)
+        alt = f"{subject.title} with the radius {radius:.3g}"
+        pictures.append(_keep(folder, f"{subject.name}-{letter}", drawn, f"radius {letter} = {radius:.3g}", alt))
+    return rows, [Gallery(pictures, 2, mosaic=True), Gallery(sheets, 3, 300, caption="The first levels of the trees.")]
 
 
-def _finite(value: Any) -> Any:
-    """JSON has no infinity: what did not finish is "not finished"."""
-    if isinstance(value, Mapping):
-        return {key: _finite(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(each) for each in value]
-    return "not finished" if isinstance(value, float) and math.isinf(value) else value
+def _keep(folder: Path, name: str, picture: Any, caption: str, alt: str) -> Picture:
+    write_picture(folder / f"{name}.png", picture)
+    return Picture(f"{name}.png", caption, alt)
+
+
+def _section(subject: Subject, rows: list[TreeFigures], galleries: list[Gallery]) -> Section:
+    radii = ", ".join(f"{letter} = {radius:.3g}" for letter, radius in subject.radii.items())
+    text = [
+        f"{len(subject.lines):,} segments. Lighter is nearer. No tree is built again for another radius: {radii}.",
+    ]
+    shown, sheets = galleries
+    return Section(subject.name, subject.title, text, [shown, trees_table(rows), queries_table(rows), sheets])
+
+
+@contextmanager
+def _steps(n_steps: int, show: bool) -> Iterator[Callable[[str], None]]:
+    """Show which step is on, if there is someone to look at it."""
+    if not show:
+        yield lambda name: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=n_steps, completed=-1)
+        yield lambda name: bar.update(task, advance=1, description=f"{name:<40}")

@@ -1,0 +1,35 @@
+// The Python module fastlines_bench._counting: an engine that counts its steps, on one thread.
+#include <utility>
+
+#include "bindings/engine.hpp"
+#include "fastlines/kernels/tally.hpp"
+
+namespace nb = nanobind;
+
+namespace fastlines {
+namespace {
+
+/// The steps since this was last called, by name; see kernels/tally.hpp.
+nb::dict take_steps() {
+  const Steps now = std::exchange(steps, Steps{});
+  nb::dict found;
+  for (const auto& [name, n] : std::initializer_list<std::pair<const char*, std::uint64_t>>{{"rays", now.rays},
+                                                                                            {"bundles", now.bundles},
+                                                                                            {"nodes", now.nodes},
+                                                                                            {"leaves", now.leaves},
+                                                                                            {"pieces", now.pieces},
+                                                                                            {"segments", now.segments},
+                                                                                            {"lines", now.lines},
+                                                                                            {"packs", now.packs},
+                                                                                            {"tests", now.tests}})
+    found[name] = n;
+  return found;
+}
+
+}  // namespace
+}  // namespace fastlines
+
+NB_MODULE(_counting, m) {
+  fastlines::define_engine(m);
+  m.def("take_steps", &fastlines::take_steps);
+}

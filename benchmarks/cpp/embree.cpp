@@ -1,0 +1,146 @@
+// The Python module fastlines._embree: Embree as a peer to measure against. All checks of arguments are in Python
+// (fastlines_bench/peers/embree.py).
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+
+#include <stdexcept>
+
+#include "bindings/arrays.hpp"
+#include "bindings/gil.hpp"
+#include "embree_trace.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace fastlines::peers {
+namespace {
+
+/// The best instruction set for callbacks that this processor has; "" if it is an x86 without AVX2.
+std::string instruction_set() {
+#if defined(__x86_64__)
+  __builtin_cpu_init();
+  if (__builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")) return "avx512";
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return "avx2";
+  return "";
+#else
+  return "portable";
+#endif
+}
+
+Callbacks best_callbacks() {
+#if defined(__x86_64__)
+  return instruction_set() == "avx512" ? avx512::callbacks() : avx2::callbacks();
+#else
+  return portable::callbacks();
+#endif
+}
+
+std::tuple<int, int, int> load(const std::string& tbb, const std::string& embree) {
+  const Api& rtc = load_api(tbb, embree);
+  const Device device = rtc.NewDevice("threads=1");
+  if (!device) throw std::runtime_error("Embree gives no device");
+  const auto get = [&](int property) { return int(rtc.GetDeviceProperty(device, property)); };
+  const std::tuple version{get(kVersionMajor), get(kVersionMinor), get(kVersionPatch)};
+  rtc.ReleaseDevice(device);
+  return version;
+}
+
+Kind kind_named(const std::string& name) {
+  if (name == "user") return Kind::user;
+  if (name == "flat") return Kind::flat;
+  if (name == "round") return Kind::round;
+  if (name == "ribbon") return Kind::ribbon;
+  throw std::invalid_argument("unknown kind of geometry: " + name);
+}
+
+void make_scene(Scene* self, Input<float> segments, const std::string& kind, float radius, float piece_length,
+                bool high_quality, const std::string& device, std::tuple<float, float, float> eye) {
+  const SceneSettings settings{kind_named(kind), radius,
+                               piece_length,     high_quality ? Quality::high : Quality::medium,
+                               device,           {std::get<0>(eye), std::get<1>(eye), std::get<2>(eye)}};
+  const WithoutGil without_gil;
+  new (self) Scene(rows<SegmentEnds>(segments), settings, best_callbacks());
+}
+
+Rays batch(const Input<float>& origins, const Input<float>& directions, float t_min, float t_max) {
+  return {rows<Ray3>(origins), rows<Ray3>(directions), t_min, t_max};
+}
+
+nb::tuple first_hit(const Scene& scene, Input<float> origins, Input<float> directions, float t_min, float t_max,
+                    int width, bool coherent, unsigned n_threads) {
+  const Rays rays = batch(origins, directions, t_min, t_max);
+  auto t = make_array<float>(rays.origins.size());
+  auto prim = make_array<std::int32_t>(rays.origins.size());
+  {
+    const WithoutGil without_gil;
+    first_hits(scene, rays, {width, coherent, n_threads}, t.data(), prim.data());
+  }
+  return nb::make_tuple(t, prim);
+}
+
+Output<bool> any_hit(const Scene& scene, Input<float> origins, Input<float> directions, float t_min, float t_max,
+                     int width, bool coherent, unsigned n_threads) {
+  const Rays rays = batch(origins, directions, t_min, t_max);
+  auto found = make_array<bool>(rays.origins.size());
+  const WithoutGil without_gil;
+  any_hits(scene, rays, {width, coherent, n_threads}, found.data());
+  return found;
+}
+
+/// The hits of each thread.
+struct HitBuffers {
+  std::vector<HitBuffer> threads;
+
+  explicit HitBuffers(std::vector<HitBuffer> hits) : threads(std::move(hits)) {}
+  HitBuffers(HitBuffers&&) = default;  // and no copy
+};
+
+/// The hits as they were written, to be unpacked when the clock has stopped.
+HitBuffers all_hit(const Scene& scene, Input<float> origins, Input<float> directions, float t_min, float t_max,
+                   int width, bool coherent, unsigned n_threads) {
+  const Rays rays = batch(origins, directions, t_min, t_max);
+  const WithoutGil without_gil;
+  return HitBuffers(all_hits(scene, rays, {width, coherent, n_threads}, best_callbacks()));
+}
+
+nb::tuple unpack(const HitBuffers& buffers) {
+  std::size_t n = 0, i = 0;
+  for (const HitBuffer& hits : buffers.threads) n += std::size_t(hits.at - hits.begin);
+  auto ray = make_array<std::int64_t>(n);
+  auto prim = make_array<std::int64_t>(n);
+  auto t = make_array<float>(n);
+  for (const HitBuffer& hits : buffers.threads)
+    for (const PeerHit* hit = hits.begin; hit != hits.at; ++hit) {
+      ray.data()[i] = hit->ray;
+      prim.data()[i] = hit->prim;
+      t.data()[i++] = hit->t;
+    }
+  return nb::make_tuple(ray, prim, t);
+}
+
+}  // namespace
+}  // namespace fastlines::peers
+
+NB_MODULE(_embree, m) {
+  using namespace fastlines;
+  using namespace fastlines::peers;
+  m.doc() = "Embree, loaded at run time. Use fastlines_bench.peers.embree, which checks what it is given.";
+  m.def("instruction_set", &instruction_set);
+  m.def("load", &load, "tbb"_a, "embree"_a);
+  nb::class_<HitBuffers>(m, "HitBuffers").def("unpack", &unpack);
+  const auto query = [](auto& scene, const char* name, auto function) {
+    scene.def(name, function, "origins"_a.noconvert(), "directions"_a.noconvert(), "t_min"_a, "t_max"_a, "width"_a,
+              "coherent"_a, "n_threads"_a);
+  };
+  nb::class_<Scene> scene(m, "Scene");
+  scene.def("__init__", &make_scene, "segments"_a.noconvert(), "kind"_a, "radius"_a, "piece_length"_a, "high_quality"_a,
+            "device"_a, "eye"_a);
+  query(scene, "first_hit", &first_hit);
+  query(scene, "any_hit", &any_hit);
+  query(scene, "all_hits", &all_hit);
+  scene.def("is_native", &Scene::is_native, "width"_a);
+  scene.def_rw("radius", &Scene::radius);
+  scene.def_prop_ro("n_pieces", &Scene::n_pieces);
+  scene.def_prop_ro("bytes", &Scene::bytes);
+}

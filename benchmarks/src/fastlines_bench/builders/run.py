@@ -1,0 +1,265 @@
+"""What each builder's tree costs to build, and what that buys: scene × builder, and the front that none is beyond."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from statistics import median
+from typing import Any
+
+from ..harness import machine
+from ..harness.findings import Check
+from ..harness.preset import TimedPreset, sized
+from ..harness.subjects import Subject
+from ..harness.tables import geometric_mean
+from ..harness.turns import TRIAL
+from ..package import num_threads
+from ..peers import embree, tuning
+from .checks import checks
+from .names import BUILDERS, THESIS_COST, kind_of
+from .trees import Grown, ask_in_turn, build_in_turn, lay_out
+
+
+@dataclass(frozen=True, kw_only=True)
+class BuildersPreset(TimedPreset):
+    """How much to measure.
+
+    Parameters
+    ----------
+    builders : tuple of str
+        Names of `BUILDERS`.
+    peer : bool
+        Build Embree's scenes too.
+    limit : float
+        Seconds for all builds of one builder on one scene; a build that does not end within them is ended.
+    lengths : tuple of float
+        To what shares of the box's diagonal segments are cut for Embree in tuning.
+    """
+
+    n_rays: int = sized(1 << 18, 1 << 16)
+    rounds: int = sized(5, 3)
+    seconds: float = sized(1.0, 0.2)
+    builders: tuple[str, ...] = tuple(BUILDERS)
+    peer: bool = True
+    limit: float = sized(60.0, 10.0)
+    lengths: tuple[float, ...] = sized(tuning.LENGTHS, (0.0, 1 / 16, 1 / 64))
+
+
+@dataclass(frozen=True)
+class BuilderRow:
+    """A builder's tree over a scene.
+
+    Attributes
+    ----------
+    kind : {"bvh", "kd"}
+    cost : float
+        With the builder's own c_trav.
+    thesis_cost : float
+        With that of `THESIS_COST`, the same for all trees of its kind.
+    builds : tuple of float
+        Seconds of each build.
+    layout_s : float
+        To lay it out for queries.
+    bytes : int
+        Of the layout and the segments.
+    ns : dict of str to float
+        Nanoseconds a ray, by question.
+    limits_hit : dict of str to int
+        As `Tree.limits_hit` has it.
+    """
+
+    scene: str
+    n_segments: int
+    builder: str
+    kind: str
+    n_refs: int
+    n_nodes: int
+    c_trav: float
+    cost: float
+    thesis_cost: float
+    builds: tuple[float, ...]
+    layout_s: float
+    bytes: int
+    ns: dict[str, float]
+    limits_hit: dict[str, int]
+
+    @property
+    def build_s(self) -> float:
+        """The median of all builds."""
+        return median(self.builds)
+
+    @property
+    def query_ns(self) -> float:
+        """Nanoseconds a ray: the geometric mean over all questions."""
+        return geometric_mean(list(self.ns.values())) or 0.0
+
+    def to_json(self) -> dict[str, Any]:
+        """Return all figures, ready for JSON."""
+        return {**asdict(self), "build_s": self.build_s, "query_ns": self.query_ns}
+
+
+@dataclass(frozen=True)
+class Over:
+    """A build that was ended after so many seconds."""
+
+    scene: str
+    builder: str
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Peer:
+    """Embree's scene: the build whose queries are fastest, over all questions."""
+
+    scene: str
+    config: str
+    builds: tuple[float, ...]
+    bytes: int
+
+    @property
+    def build_s(self) -> float:
+        """The median of all builds."""
+        return median(self.builds)
+
+
+@dataclass(frozen=True)
+class BuildersResult:
+    """The rows of all builders and scenes, and Embree's builds."""
+
+    machine: dict[str, Any]
+    preset: BuildersPreset
+    rows: list[BuilderRow]
+    over: list[Over]
+    peers: list[Peer]
+    asked: list[dict[str, Any]]
+    seconds: float
+
+    def scenes(self) -> dict[str, list[BuilderRow]]:
+        """The rows of each scene."""
+        found: dict[str, list[BuilderRow]] = {}
+        for row in self.rows:
+            found.setdefault(row.scene, []).append(row)
+        return found
+
+    def checks(self) -> list[Check]:
+        """What ought to hold."""
+        return checks(self.rows, self.peers, self.preset.n_threads)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return all figures, ready for JSON."""
+        return {
+            "format": "fastlines-bench builders 1",
+            "machine": self.machine,
+            "preset": asdict(self.preset),
+            "seconds": self.seconds,
+            "rows": [row.to_json() for row in self.rows],
+            "over": [asdict(over) for over in self.over],
+            "peers": [{**asdict(peer), "build_s": peer.build_s} for peer in self.peers],
+            "asked": self.asked,
+            "checks": [check.to_json() for check in self.checks()],
+        }
+
+
+def front(points: Sequence[tuple[float, float]]) -> list[int]:
+    """The points that no other is left of or below without being the other way round too, from the left.
+
+    Examples
+    --------
+    >>> front([(1, 9), (2, 5), (3, 6), (4, 1), (2, 5)])
+    [0, 1, 3]
+    """
+    found: list[int] = []
+    for i in sorted(range(len(points)), key=lambda i: points[i]):
+        if not found or points[i][1] < points[found[-1]][1]:
+            found.append(i)
+    return found
+
+
+def run_builders(
+    subjects: list[Subject], preset: BuildersPreset, progress: Callable[[str, float], None] = lambda what, share: None
+) -> BuildersResult:
+    """Measure all builders on all subjects.
+
+    Parameters
+    ----------
+    subjects : list of Subject
+    preset : BuildersPreset
+    progress : callable
+        Called with what is being done, and which share of all is done.
+    """
+    start = time.perf_counter()
+    version = embree.load(preset.n_threads) if preset.peer else None
+    found = BuildersResult({}, preset, [], [], [], [], 0.0)
+    with num_threads(preset.n_threads):
+        where = machine.describe(embree=version)
+        for i, subject in enumerate(subjects):
+
+            def say(what: str, name: str = subject.name, share: float = i / len(subjects)) -> None:
+                progress(f"{name}: {what}", share)
+
+            _measure(subject, preset, found, say)
+    return BuildersResult(where, preset, found.rows, found.over, found.peers, found.asked, time.perf_counter() - start)
+
+
+def _measure(subject: Subject, preset: BuildersPreset, found: BuildersResult, say: Callable[[str], None]) -> None:
+    """Add what one subject gives."""
+    peer = _EmbreeBuild(subject, preset, say) if preset.peer else None
+    grown = build_in_turn(
+        subject.lines, preset.builders, preset.rounds, preset.limit, say, peer.again if peer else lambda: None
+    )
+    found.over.extend(Over(subject.name, name, preset.limit) for name, tree in grown.items() if tree is None)
+    if peer:
+        found.peers.append(peer.result())
+    kept = {name: tree for name, tree in grown.items() if tree is not None}
+    layout_s = {name: lay_out(item.tree) for name, item in kept.items()}
+    trees = {name: item.tree for name, item in kept.items()}
+    turns = ask_in_turn(subject, trees, preset.n_rays, preset.seconds, preset.rounds, say) if trees else {}
+    for question, turn in turns.items():
+        asked = {"scene": subject.name, "radius": subject.middle_radius, "question": question}
+        found.asked.append({**asked, "n_rays": turn.n_rays, "n_hits": turn.n_hits})
+    for name, item in kept.items():
+        ns = {question: turn.seconds[name] / turn.n_rays * 1e9 for question, turn in turns.items()}
+        found.rows.append(_row(subject, name, item, layout_s[name], ns))
+
+
+def _row(subject: Subject, name: str, grown: Grown, layout_s: float, ns: dict[str, float]) -> BuilderRow:
+    tree = grown.tree
+    kind = kind_of(tree.settings)
+    return BuilderRow(
+        subject.name,
+        len(subject.lines),
+        name,
+        kind,
+        tree.n_refs,
+        tree.n_nodes,
+        tree.settings.cost.c_trav,
+        tree.cost(),
+        tree.cost(model=THESIS_COST[kind]),
+        tuple(grown.seconds),
+        layout_s,
+        int(tree.layout.n_bytes),
+        ns,
+        dict(tree.limits_hit),
+    )
+
+
+class _EmbreeBuild:
+    """Embree's build of a subject, made anew each round."""
+
+    def __init__(self, subject: Subject, preset: BuildersPreset, say: Callable[[str], None]) -> None:
+        self.subject, self.seconds, self.bytes = subject, list[float](), 0
+        self.scenes = embree.Scenes(subject.lines, subject.middle_radius, subject.camera.origin, preset.n_threads)
+        batches = [rays.part(TRIAL) for rays in (subject.rays(kind, preset.n_rays) for kind in ("camera", "random"))]
+        tuned = tuning.tuned_builds(
+            subject.lines, self.scenes, batches, ("first", "all"), lengths=preset.lengths, progress=say
+        )
+        self.build = tuning.usual_build(tuned, self.scenes, batches)
+
+    def again(self) -> None:
+        self.bytes = self.scenes.get(self.build).bytes
+        self.seconds.append(self.scenes.build_seconds(self.build))
+        self.scenes.forget()
+
+    def result(self) -> Peer:
+        return Peer(self.subject.name, str(self.build), tuple(self.seconds), self.bytes)

@@ -1,0 +1,8 @@
+"""The command line, ``fastlines-bench``: one module a command."""
+
+from .app import app, main
+
+# Each import adds a command; the help lists them in this order.
+from . import engine, builders, calibrate, growth, refit, gap, steps, thesis  # isort: skip  # noqa: F401
+
+__all__ = ["app", "main"]

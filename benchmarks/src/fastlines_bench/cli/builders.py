@@ -1,0 +1,80 @@
+"""``fastlines-bench builders``: what each builder's tree costs to build, and what that buys."""
+
+from __future__ import annotations
+
+from ..builders import BuildersPreset, draw_builders, print_builders, run_builders
+from ..builders.names import BUILDERS
+from ..harness.subjects import subjects_of
+from .app import app
+from .options import (
+    Builders,
+    Files,
+    JsonFile,
+    Limit,
+    NRays,
+    OneRadius,
+    Peer,
+    PlotFile,
+    Quick,
+    Rounds,
+    Scenes,
+    Seconds,
+    Threads,
+    check_files,
+    check_names,
+    check_peer,
+    progress_bar,
+    write_json,
+    write_plot,
+)
+
+
+@app.command(short_help="All builders: build time, cost of the tree, query time.")
+def builders(
+    scene: Scenes = None,
+    file: Files = None,
+    builder: Builders = None,
+    radius: OneRadius = None,
+    peer: Peer = "embree",
+    threads: Threads = 1,
+    limit: Limit = None,
+    n_rays: NRays = None,
+    seconds: Seconds = None,
+    rounds: Rounds = None,
+    quick: Quick = False,
+    json_file: JsonFile = None,
+    plot: PlotFile = None,
+) -> None:
+    """Build a tree with each builder, and ask all of them the same: references, nodes, cost, build and query time.
+
+    Builds take turns, and so do queries; all trees must answer alike. Beside them stands Embree's build (package
+    embreex), with segments cut as its queries like best. At the end it says what ought to hold of the builder best, and
+    whether it does.
+
+    [bold]Examples[/]
+
+    [cyan]fastlines-bench builders --quick[/]
+
+    [cyan]fastlines-bench builders --json builders.json --plot builders.png[/]  all scenes and builders: an hour or so
+
+    [cyan]fastlines-bench builders --scene spaghetti --builder best,bvh-d2,kd-d2 --peer none[/]
+
+    [cyan]fastlines-bench builders --scene bun-hair:1000000 --builder best,bvh-ss --threads 2 --limit 120[/]
+    """
+    check_files(json_file, plot)
+    preset = BuildersPreset.of(
+        quick,
+        n_threads=threads,
+        peer=check_peer(peer, threads),
+        builders=check_names("--builder", "builder", builder, BUILDERS),
+        limit=limit,
+        n_rays=n_rays,
+        seconds=seconds,
+        rounds=rounds,
+    )
+    subjects = list(subjects_of(scene or [], file or [], radius, quick))
+    with progress_bar() as progress:
+        result = run_builders(subjects, preset, progress)
+    print_builders(result)
+    write_json(json_file, result.to_json())
+    write_plot(plot, draw_builders, result)

@@ -1,0 +1,67 @@
+"""``fastlines-bench calibrate``: what a step takes here, and which figure of a tree tells how fast it is."""
+
+from __future__ import annotations
+
+from ..builders import CalibratePreset, print_calibration, run_calibrate
+from ..builders.names import BUILDERS
+from ..harness.subjects import subjects_of
+from .app import app
+from .options import (
+    Builders,
+    Files,
+    JsonFile,
+    Limit,
+    NRays,
+    OneRadius,
+    Quick,
+    Rounds,
+    Scenes,
+    Seconds,
+    check_files,
+    check_names,
+    progress_bar,
+    write_json,
+)
+
+
+@app.command(short_help="What a step takes here, and which cost predicts query times.")
+def calibrate(
+    scene: Scenes = None,
+    file: Files = None,
+    builder: Builders = None,
+    radius: OneRadius = None,
+    limit: Limit = None,
+    n_rays: NRays = None,
+    seconds: Seconds = None,
+    rounds: Rounds = None,
+    quick: Quick = False,
+    json_file: JsonFile = None,
+) -> None:
+    """Fit c_trav and c_prim to this machine, and compare the order that costs predict with that of query times.
+
+    One thread. The trees of all builders are asked in turn, and their steps are counted apart from that: through the
+    tree as it was built, and on the layout. Then each figure that is known beforehand (cost, with boxes grown by the
+    radius, end-point overlap, the layout's own cost) is set beside the measured times, by rank.
+
+    [bold]Examples[/]
+
+    [cyan]fastlines-bench calibrate --quick[/]
+
+    [cyan]fastlines-bench calibrate --json calibrate.json[/]  all scenes and builders: half an hour or so
+
+    [cyan]fastlines-bench calibrate --scene spaghetti --scene bun-hair --builder best,bvh-cl,bvh-ss,median[/]
+    """
+    check_files(json_file)
+    preset = CalibratePreset.of(
+        quick,
+        builders=check_names("--builder", "builder", builder, BUILDERS),
+        limit=limit,
+        n_rays=n_rays,
+        seconds=seconds,
+        rounds=rounds,
+    )
+    subjects = list(subjects_of(scene or [], file or [], radius, quick))
+    with progress_bar() as progress:
+        result = run_calibrate(subjects, preset, progress)
+    print_calibration(result)
+    write_json(json_file, result.to_json())

@@ -1,0 +1,28 @@
+"""``fastlines-bench gap``: how far builders are from the optimum."""
+
+from __future__ import annotations
+
+from ..gap import GapPreset, draw_gap, print_gaps, run_gap
+from .app import app
+from .options import JsonFile, PlotFile, Quick, check_files, progress_bar, write_json, write_plot
+
+
+@app.command(short_help="How far builders are from the optimum, on tiny inputs.")
+def gap(quick: Quick = False, json_file: JsonFile = None, plot: PlotFile = None) -> None:
+    """Compare what builders make with the cheapest tree there is, which a dynamic program finds for tiny inputs.
+
+    Searches are offered the very planes of the optimum, so that a gap is the search's own; builders of sets are
+    compared with the best classic BVH, and the core's builders with the best tree over a grid of planes.
+
+    [bold]Examples[/]
+
+    [cyan]fastlines-bench gap --quick[/]
+
+    [cyan]fastlines-bench gap --json gap.json --plot gap.png[/]  some minutes
+    """
+    check_files(json_file, plot)
+    with progress_bar() as progress:
+        gaps = run_gap(GapPreset.of(quick), progress)
+    print_gaps(gaps)
+    write_json(json_file, gaps.to_json())
+    write_plot(plot, draw_gap, gaps)

@@ -1,0 +1,115 @@
+"""``fastlines-bench growth``: what a ray costs as the scene grows."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from fastlines import InputError
+from fastlines.scenes import MAX_SEGMENTS, NAMES
+
+from ..growth import GrowthPreset, draw_growth, print_growth, run_growth
+from ..package import MAX_THREADS
+from .app import app
+from .options import (
+    JsonFile,
+    NRays,
+    PlotFile,
+    Quick,
+    Rounds,
+    Seconds,
+    check_files,
+    check_names,
+    progress_bar,
+    write_json,
+    write_plot,
+)
+
+
+@app.command(short_help="What a ray costs as the scene grows, and whether threads help.")
+def growth(
+    scene: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--scene",
+            "-s",
+            metavar="NAME,…",
+            help="Scenes with commas between them; spaghetti,bun-hair unless given.",
+            show_default=False,
+        ),
+    ] = None,
+    sizes: Annotated[
+        str | None,
+        typer.Option(
+            "--sizes",
+            metavar="N,N,…",
+            help="How many segments; 10000,30000,100000 unless given. Two or more for an exponent. "
+            "References of spaghetti grow as n^1.5, so a million of it needs tens of gigabytes.",
+            show_default=False,
+        ),
+    ] = None,
+    radius: Annotated[
+        float | None,
+        typer.Option(
+            "--radius",
+            "-r",
+            metavar="R",
+            help="One radius for all sizes; 0.001 unless given. A scene stays about 1 wide as it grows, so this is "
+            "also the share of the scene, and lines of the same thickness stand denser.",
+            show_default=False,
+        ),
+    ] = None,
+    threads: Annotated[
+        str, typer.Option("--threads", "-t", metavar="N,…", help="Threads of the queries, in turn.")
+    ] = "1,2",
+    n_rays: NRays = None,
+    seconds: Seconds = None,
+    rounds: Rounds = None,
+    quick: Quick = False,
+    json_file: JsonFile = None,
+    plot: PlotFile = None,
+) -> None:
+    """Time first and all hits of camera and random rays on scenes of growing size, with each number of threads in turn.
+
+    For each scene, kind of rays and query, the cost of a ray is fitted as a power of the number of segments.
+
+    [bold]Examples[/]
+
+    [cyan]fastlines-bench growth --quick[/]
+
+    [cyan]fastlines-bench growth --scene bun-hair --json growth.json --plot growth.png[/]  up to 100,000 segments
+
+    [cyan]fastlines-bench growth --scene straight-hair --sizes 1000,10000,100000 --threads 1,2,4[/]
+    """
+    check_files(json_file, plot)
+    if radius is not None and not 0 < radius < float("inf"):
+        raise InputError(f"--radius {radius:g} is not a finite number above 0; expected one, such as 0.001")
+    preset = GrowthPreset.of(
+        quick,
+        scenes=check_names("--scene", "scene", scene, NAMES),
+        sizes=None if sizes is None else tuple(sorted(_counts("--sizes", sizes, MAX_SEGMENTS, "10000,100000"))),
+        radius=radius,
+        threads=_counts("--threads", threads, MAX_THREADS, "1,2"),
+        n_rays=n_rays,
+        seconds=seconds,
+        rounds=rounds,
+    )
+    with progress_bar() as progress:
+        result = run_growth(preset, progress)
+    print_growth(result)
+    write_json(json_file, result.to_json())
+    write_plot(plot, draw_growth, result)
+
+
+def _counts(option: str, text: str, most: int, such: str) -> tuple[int, ...]:
+    """Read whole numbers with commas between them, each once."""
+    found = []
+    for part in text.split(","):
+        if not (part.isascii() and part.isdigit() and len(part) < 20 and 1 <= int(part) <= most):
+            shown = part if len(part) < 100 else part[:100] + "…"
+            raise InputError(
+                f"{option} {shown!r} is not a whole number from 1 to {most}; expected one or more, such as {such}"
+            )
+        found.append(int(part))
+    return tuple(dict.fromkeys(found))

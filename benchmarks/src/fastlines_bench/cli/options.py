@@ -1,0 +1,155 @@
+"""Options that several commands have, and what is done with what they measured."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import Annotated, Any
+
+import typer
+
+from fastlines import InputError
+
+from ..harness import plot as plots
+from ..package import atomic_write, check_output, did_you_mean, show_progress
+
+Scenes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--scene",
+        "-s",
+        metavar="NAME",
+        help="A scene: NAME, NAME:SEGMENTS or NAME:SEGMENTS:SEED; again for more. All five unless given.",
+        show_default=False,
+    ),
+]
+Files = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--file",
+        "-f",
+        metavar="FILE",
+        help="A file of lines or a tree, instead of or beside scenes; again for more.",
+        show_default=False,
+    ),
+]
+Builders = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--builder",
+        "-b",
+        metavar="NAME,…",
+        help="Builders with commas between them; again for more. All unless given.",
+        show_default=False,
+    ),
+]
+Limit = Annotated[
+    float | None,
+    typer.Option(
+        "--limit",
+        metavar="SECONDS",
+        help="How long the builds of one builder on one scene may take; what does not end is left out, and named.",
+        min=0.0,
+        show_default=False,
+    ),
+]
+Seconds = Annotated[
+    float | None,
+    typer.Option("--seconds", help="About how long one turn of the slowest tree takes.", min=0.0, show_default=False),
+]
+OneRadius = Annotated[
+    str | None,
+    typer.Option(
+        "--radius",
+        "-r",
+        help="Of all queries; unless given, 0.001 for scenes, and this share of the box's largest side for files.",
+        show_default=False,
+    ),
+]
+Radii = Annotated[str, typer.Option("--radius", "-r", metavar="R,R,…", help="Radii.")]
+NRays = Annotated[
+    int | None, typer.Option("--n-rays", help="At most so many rays for one figure.", min=64, show_default=False)
+]
+Rounds = Annotated[
+    int | None,
+    typer.Option(
+        "--rounds",
+        help="How many turns each side has. Of queries the best counts, of builds the median.",
+        min=1,
+        show_default=False,
+    ),
+]
+Threads = Annotated[int, typer.Option("--threads", "-t", help="Threads of all sides.", min=1, max=1024)]
+Peer = Annotated[str, typer.Option("--peer", help="Who is measured beside us: embree or none.")]
+Quick = Annotated[bool, typer.Option("--quick", help="Smaller scenes and fewer rays: a minute or less.")]
+JsonFile = Annotated[str | None, typer.Option("--json", metavar="FILE", help="Write all figures.")]
+PlotFile = Annotated[str | None, typer.Option("--plot", metavar="FILE.png", help="Draw them.")]
+
+
+def check_files(json_file: str | None, plot: str | None = None) -> None:
+    """Refuse, before the work is done, files that could not be written after it."""
+    check_output(json_file, ".json")
+    check_output(plot, ".png")
+    if plot is not None:
+        plots.check()
+
+
+def write_json(path: str | None, result: Any) -> None:
+    """Write figures to a file that is whole, or not there."""
+    if path is not None:
+        with atomic_write(path) as partial:
+            partial.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def write_plot(path: str | None, draw: Callable[[Any, Any], None], result: Any) -> None:
+    """Draw a result into a file that is whole, or not there."""
+    if path is not None:
+        with atomic_write(path) as partial:
+            draw(result, partial)
+
+
+def check_peer(peer: str, n_threads: int) -> bool:
+    """Read the option --peer: whether there is one, which then can be used."""
+    if peer not in ("embree", "none"):
+        raise InputError(f"--peer {peer!r} is not a choice: use embree or none")
+    if peer == "embree":
+        from ..peers.embree import load
+
+        load(n_threads)
+    return peer == "embree"
+
+
+def check_kinds(rays: str, known: Iterable[str]) -> tuple[str, ...]:
+    """Read the option --rays."""
+    kinds = tuple(rays.split(","))
+    for kind in kinds:
+        if kind not in known:
+            raise InputError(f"--rays {kind!r} is not a choice: use one or more of {', '.join(known)}")
+    return kinds
+
+
+def check_names(option: str, what: str, texts: list[str] | None, known: Iterable[str]) -> tuple[str, ...] | None:
+    """Read an option that takes names with commas between them, each once; None if it is not given."""
+    if not texts:
+        return None
+    names = [name for text in texts for name in text.split(",")]
+    for name in names:
+        if name not in known:
+            raise InputError(f"{option} {name!r} is not a {what}{did_you_mean(name, tuple(known))}")
+    return tuple(dict.fromkeys(names))
+
+
+@contextmanager
+def progress_bar() -> Iterator[Callable[[str, float], None]]:
+    """Show what is being measured, if there is someone to look at it."""
+    if not show_progress():
+        yield lambda what, share: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=1.0)
+        yield lambda what, share: bar.update(task, description=f"{what:<60}", completed=share)

@@ -1,0 +1,53 @@
+"""``fastlines-bench refit``: how fast trees follow moving segments."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from ..harness.subjects import subjects_of
+from ..package import method_settings
+from ..refit import RefitPreset, print_refit, run_refit
+from .app import app
+from .options import Files, JsonFile, NRays, Quick, Rounds, Scenes, Threads, check_files, progress_bar, write_json
+
+
+@app.command(short_help="How fast trees follow moving segments, and what their queries lose.")
+def refit(
+    scene: Scenes = None,
+    file: Files = None,
+    radius: Annotated[str, typer.Option("--radius", "-r", metavar="R", help="The radius of queries.")] = "0.001",
+    method: Annotated[str, typer.Option("--method", "-m", metavar="NAME", help="Which tree.")] = "best",
+    angle: Annotated[
+        float, typer.Option("--angle", help="Degrees by which the last frame twists a scene.", min=0.001)
+    ] = 360.0,
+    frames: Annotated[
+        int | None, typer.Option("--frames", help="Frames up to it; 6 unless given.", min=1, show_default=False)
+    ] = None,
+    n_rays: NRays = None,
+    threads: Threads = 1,
+    rounds: Rounds = None,
+    quick: Quick = False,
+    json_file: JsonFile = None,
+) -> None:
+    """Twist each scene, frame by frame; refit its tree, and build one anew; time both, and queries on both.
+
+    Refits are made with and without the layout that queries run on. The answers of both trees must be the same.
+
+    [bold]Examples[/]
+
+    [cyan]fastlines-bench refit --quick[/]
+
+    [cyan]fastlines-bench refit --scene straight-hair:1000000 --threads 2 --json refit.json[/]
+    """
+    check_files(json_file)
+    method_settings(method)
+    subjects = list(subjects_of(scene or [], file or [], radius, quick))
+    preset = RefitPreset.of(
+        quick, method=method, angle=angle, n_frames=frames, n_rays=n_rays, n_threads=threads, rounds=rounds
+    )
+    with progress_bar() as progress:
+        result = run_refit(subjects, preset, progress)
+    print_refit(result)
+    write_json(json_file, result.to_json())

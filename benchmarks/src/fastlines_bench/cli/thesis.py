@@ -1,0 +1,42 @@
+"""``fastlines-bench thesis``: chapter 6 of the thesis made again."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from ..package import note, show_progress
+from ..thesis import ThesisPreset, make_thesis, missing_peer
+from .app import app
+from .options import Peer, Quick
+
+
+@app.command(short_help="Chapter 6 of the thesis made again, side by side with its own figures.")
+def thesis(
+    output: Annotated[
+        str, typer.Option("--output", "-o", metavar="FOLDER", help="Where to write the page.")
+    ] = "fastlines-thesis",
+    peer: Peer = "embree",
+    quick: Quick = False,
+) -> None:
+    """Build the thesis's five trees, ours and Embree's over its five scenes, ask and draw them, and write a page.
+
+    Tables 6.1 to 6.5 stand there with the thesis's own figures beside ours, and what it found is checked. Stopped and
+    started again with the same folder, it goes on where it was.
+
+    [bold]Examples[/]
+
+    [cyan]fastlines-bench thesis --quick[/]  under three minutes
+
+    [cyan]fastlines-bench thesis -o results[/]  under half an hour on two cores
+    """
+    preset = ThesisPreset.of(quick, peer=peer != "none")
+    if preset.peer and (missing := missing_peer(preset)):
+        note(f"Embree is missing: {missing}")
+    try:
+        page = make_thesis(output, preset, show_progress=show_progress())
+    except KeyboardInterrupt:
+        note(f"the steps that are done are kept in {output}; the same command goes on from there")
+        raise
+    typer.echo(f"the page is {page}")

@@ -1,0 +1,1 @@
+"""What all benchmarks share: subjects, rays, turns and the clock, presets, tables, plots and kept steps."""

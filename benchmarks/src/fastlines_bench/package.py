@@ -1,0 +1,52 @@
+"""What the benchmarks take from fastlines beside its public names: the one place to mend when those move."""
+
+from __future__ import annotations
+
+from fastlines.atomic_write import atomic_write
+from fastlines.backend import use_engine
+from fastlines.checks import did_you_mean
+from fastlines.cli.app import Group
+from fastlines.cli.files import SCENE, check_output, note, open_lines, show_progress
+from fastlines.cli.options import Effort
+from fastlines.errors import FastlinesError
+from fastlines.immutable import own
+from fastlines.layout import Layout
+from fastlines.limits import limit_notes
+from fastlines.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, method_settings
+from fastlines.report.document import Cell, Document, Gallery, Picture, Section, Table
+from fastlines.report.machine import describe_machine
+from fastlines.report.page import html
+from fastlines.report.tables import format_3_digits
+from fastlines.threads import MAX_THREADS, num_threads
+
+__all__ = [
+    "DEFAULT_METHOD",
+    "MAX_THREADS",
+    "METHOD_NOTES",
+    "SCENE",
+    "THESIS_METHODS",
+    "Cell",
+    "Document",
+    "Effort",
+    "FastlinesError",
+    "Gallery",
+    "Group",
+    "Layout",
+    "Picture",
+    "Section",
+    "Table",
+    "atomic_write",
+    "check_output",
+    "describe_machine",
+    "did_you_mean",
+    "format_3_digits",
+    "html",
+    "limit_notes",
+    "method_settings",
+    "note",
+    "num_threads",
+    "open_lines",
+    "own",
+    "show_progress",
+    "use_engine",
+]

@@ -1,0 +1,235 @@
+"""Embree as a peer: the library in the wheel ``embreex``, and the configurations it is measured in.
+
+What is measured is the library itself: the loops over rays and the callbacks are compiled (benchmarks/cpp).
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fastlines import FastlinesError, Lines
+
+from ..harness.rays import RayBatch
+
+if TYPE_CHECKING:
+    from fastlines_bench import _embree
+
+#: How Embree can hold segments.
+GEOMETRIES = {
+    "user": "user geometry: boxes around capsules, and callbacks with our definition of a hit",
+    "flat": "flat linear curves",
+    "round": "round linear curves: t is where the ray enters",
+    "ribbon": "two triangles a segment, facing the camera",
+}
+
+
+@dataclass(frozen=True)
+class Build:
+    """A way to build an Embree scene.
+
+    Parameters
+    ----------
+    geometry : str
+        One of `GEOMETRIES`.
+    piece_length : float
+        Segments are cut into equal pieces no longer than this; 0 = whole.
+    high_quality : bool
+        RTC_BUILD_QUALITY_HIGH, which for triangles means spatial splits, or MEDIUM.
+    replications : float
+        The device's max_spatial_split_replications; 0 = its default.
+    """
+
+    geometry: str
+    piece_length: float = 0.0
+    high_quality: bool = True
+    replications: float = 0.0
+
+    def __str__(self) -> str:
+        words = [self.geometry]
+        if self.geometry == "ribbon" and self.high_quality:
+            words.append("spatial splits" + (f" ×{self.replications:g}" if self.replications else ""))
+        words.append(f"pieces ≤ {self.piece_length:.3g}" if self.piece_length else "whole")
+        return ", ".join(words)
+
+
+@dataclass(frozen=True)
+class Config:
+    """A build, and a way to ask it: one by one (width 1) or in packets of neighbours, told to be coherent or not."""
+
+    build: Build
+    width: int
+    coherent: bool = False
+
+    def __str__(self) -> str:
+        asked = "single" if self.width == 1 else f"packets of {self.width}{' coherent' if self.coherent else ''}"
+        return f"{self.build}, {asked}"
+
+    def to_json(self) -> dict[str, Any]:
+        """Everything about it."""
+        build = self.build
+        return {
+            "name": str(self),
+            "geometry": build.geometry,
+            "piece_length": build.piece_length,
+            "high_quality": build.high_quality,
+            "max_spatial_split_replications": build.replications or None,
+            "packet_width": self.width,
+            "coherent": self.coherent,
+        }
+
+
+def libraries() -> tuple[str, str]:
+    """Find the TBB ("" if there is none) and the Embree that the wheel ``embreex`` brings along."""
+    spec = importlib.util.find_spec("embreex")
+    if spec is None or not spec.submodule_search_locations:
+        raise FastlinesError("Embree needs the package embreex: run  pip install embreex  (Linux, x86-64)")
+    package = Path(next(iter(spec.submodule_search_locations)))
+    folders = (package.parent / "embreex.libs", package / ".dylibs", package)
+
+    def find(name: str) -> str:
+        found = [path for folder in folders for path in sorted(folder.glob(f"lib{name}*")) if folder.is_dir()]
+        return str(found[0]) if found else ""
+
+    embree = find("embree4")
+    if not embree:
+        raise FastlinesError(
+            f"the installed embreex ({package}) holds no libembree4; install embreex>=4.4 from a wheel"
+        )
+    return find("tbb"), embree
+
+
+@contextmanager
+def _only_cores(n_cores: int) -> Iterator[None]:
+    """Run on so many cores. A thread pool that begins here makes no more threads than that.
+
+    Embree's (TBB) would make one for each core. Those that it may not use, once there are two devices, ask for work for
+    ever, and their time would count as ours and as Embree's.
+    """
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, sorted(before)[: max(1, n_cores)])
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
+
+
+@cache
+def load(n_threads: int = 1) -> str:
+    """Load Embree, and tell its version.
+
+    Parameters
+    ----------
+    n_threads : int
+        How many it will use at most. The first call of a program decides.
+
+    Raises
+    ------
+    FastlinesError
+        If embreex is not installed, or the library can not be used here.
+    """
+    paths = libraries()
+    try:
+        from fastlines_bench import _embree
+    except ImportError:
+        raise FastlinesError("this build of fastlines-bench has no Embree peer: it is built on Linux only") from None
+    if not _embree.instruction_set():
+        raise FastlinesError("the Embree peer needs a processor with AVX2 and FMA, which this one has not")
+    try:
+        with _only_cores(n_threads):
+            version = _embree.load(*paths)
+    except RuntimeError as error:
+        raise FastlinesError(f"Embree can not be loaded: {error}") from None
+    return ".".join(map(str, version))
+
+
+class Scenes:
+    """Embree scenes of some lines with one radius, built when they are first asked for and then kept.
+
+    With `built_for`, they are user geometry that is built for that larger radius.
+    """
+
+    def __init__(
+        self, lines: Lines, radius: float, eye: Iterable[float], n_threads: int, built_for: float | None = None
+    ) -> None:
+        load(n_threads)
+        self.radius, self.n_threads, self.built_for = radius, n_threads, built_for
+        self._segments = np.ascontiguousarray(lines.segments, np.float32)
+        x, y, z = map(float, eye)
+        self._eye = (x, y, z)
+        self._scenes: dict[Build, _embree.Scene] = {}
+        self._seconds: dict[Build, float] = {}
+
+    def get(self, build: Build) -> _embree.Scene:
+        """Give the scene of a build."""
+        if build not in self._scenes:
+            from fastlines_bench import _embree
+
+            from ..harness.clock import clock
+
+            device = f"threads={self.n_threads}"
+            if build.replications:
+                device += f",max_spatial_split_replications={build.replications:g}"
+            now = clock(self.n_threads)
+            start = now()
+            self._scenes[build] = _embree.Scene(
+                self._segments,
+                build.geometry,
+                self.built_for or self.radius,
+                build.piece_length,
+                build.high_quality,
+                device,
+                self._eye,
+            )
+            self._seconds[build] = now() - start
+            self._scenes[build].radius = self.radius
+        return self._scenes[build]
+
+    def forget(self) -> None:
+        """Free all scenes; what they cost is still known."""
+        self._scenes.clear()
+
+    def build_seconds(self, build: Build) -> float:
+        """How long it took."""
+        self.get(build)
+        return self._seconds[build]
+
+    def ask(self, config: Config, query: str, rays: RayBatch) -> Any:
+        """Answer a query, "first", "any" or "all", in the form in which Embree's callers get it."""
+        scene = self.get(config.build)
+        ask = {"first": scene.first_hit, "any": scene.any_hit, "all": scene.all_hits}[query]
+        return ask(rays.origins, rays.directions, rays.t_min, rays.t_max, config.width, config.coherent, self.n_threads)
+
+
+def widths(scenes: Scenes, build: Build) -> list[int]:
+    """The widths of packets that this processor has in Embree; others would be taken apart."""
+    return [width for width in (1, 8, 16) if scenes.get(build).is_native(width)]
+
+
+def configs(
+    scenes: Scenes, builds: Iterable[Build], query: str, rays: RayBatch, one_by_one: bool = False
+) -> list[Config]:
+    """All ways to ask these rays."""
+    found = []
+    for build in builds:
+        if scenes.built_for is not None and build.geometry != "user":
+            continue
+        # Ribbons face the camera; and spatial splits make Embree report a hit of a triangle more than once.
+        if build.geometry == "ribbon" and (not rays.coherent or (query == "all" and build.high_quality)):
+            continue
+        for width in [1] if one_by_one else widths(scenes, build):
+            found.append(Config(build, width))
+            if width > 1 and rays.coherent:
+                found.append(replace(found[-1], coherent=True))
+    return found

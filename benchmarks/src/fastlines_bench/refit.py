@@ -1,0 +1,235 @@
+"""How fast trees follow moving segments, and what their queries lose by it, beside trees that are built anew."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from fastlines import Lines, Tree, build
+
+from .harness import machine
+from .harness.clock import best_of
+from .harness.preset import TimedPreset, sized
+from .harness.rays import RayBatch, random_rays
+from .harness.subjects import Subject
+from .harness.tables import format_3_digits, new_table, print_table, wide_console
+from .harness.turns import ask_tree
+from .package import num_threads, own
+
+
+@dataclass(frozen=True, kw_only=True)
+class RefitPreset(TimedPreset):
+    """How much to measure.
+
+    Parameters
+    ----------
+    method : str
+        Which tree.
+    angle : float
+        By how many degrees the top of a scene is turned against its bottom in the last frame.
+    n_frames : int
+        How many frames, evenly spread up to it.
+    """
+
+    n_rays: int = sized(1 << 17, 1 << 14)
+    rounds: int = sized(5, 2)
+    method: str = "best"
+    angle: float = 360.0
+    n_frames: int = sized(6, 2)
+
+
+@dataclass(frozen=True)
+class RefitCell:
+    """One frame of one scene.
+
+    Attributes
+    ----------
+    angle : float
+        Of the twist, in degrees.
+    refit_s, layout_s : float
+        Seconds of a refit without layout, and of what a layout adds to it.
+    build_s : float
+        Seconds of a build with its layout.
+    growth : float
+        `Tree.growth`: cost now by cost as built.
+    to_rebuilt : float
+        Cost now by cost of the tree built anew.
+    first_ns, first_rebuilt_ns, all_ns, all_rebuilt_ns : float
+        Nanoseconds a ray for its first and for all hits, on the refitted tree and on the one built anew.
+    """
+
+    scene: str
+    n_prims: int
+    n_refs: int
+    n_nodes: int
+    angle: float
+    refit_s: float
+    layout_s: float
+    build_s: float
+    growth: float
+    to_rebuilt: float
+    first_ns: float
+    first_rebuilt_ns: float
+    all_ns: float
+    all_rebuilt_ns: float
+
+    @property
+    def pays_after(self) -> float:
+        """After how many rays, half of them asked for each query, a build pays; inf = never."""
+        lost = (self.first_ns + self.all_ns - self.first_rebuilt_ns - self.all_rebuilt_ns) / 2
+        return self.build_s / lost * 1e9 if lost > 0 else float("inf")
+
+
+@dataclass(frozen=True)
+class RefitResult:
+    """All frames of all scenes."""
+
+    machine: dict[str, Any]
+    preset: RefitPreset
+    cells: list[RefitCell]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return all figures, ready for JSON."""
+        return {"format": "fastlines-bench refit 1", **asdict(self)}
+
+
+def twisted(lines: Lines, degrees: float) -> Lines:
+    """Turn lines about the vertical through their middle: the top by so much, the bottom not at all."""
+    low, high = lines.bounds.astype(np.float64)
+    points = lines.segments.astype(np.float64)
+    x, y, z = np.moveaxis(points - (low + high) / 2, -1, 0)
+    angle = np.radians(degrees) * (y / ((high - low)[1] or 1.0) + 0.5)
+    cos, sin = np.cos(angle), np.sin(angle)
+    turned = np.stack([cos * x + sin * z, y, cos * z - sin * x], axis=-1) + (low + high) / 2
+    return replace(lines, segments=own(turned.astype(np.float32)))
+
+
+def run_refit(
+    subjects: list[Subject], preset: RefitPreset, progress: Callable[[str, float], None] = lambda what, share: None
+) -> RefitResult:
+    """Twist each scene, frame by frame; answers of both trees must be the same.
+
+    Parameters
+    ----------
+    subjects : list of Subject
+        Of several radii the first counts.
+    preset : RefitPreset
+    progress : callable
+        Called with what is being done, and which share of all is done.
+    """
+    cells: list[RefitCell] = []
+    n_cells = len(subjects) * preset.n_frames
+    for subject in subjects:
+        progress(f"{subject.name}: building", len(cells) / n_cells)
+        laid = build(subject.lines, preset.method)
+        bare = laid.refit(subject.lines)  # before there is a layout, so its own refits make none
+        laid.layout  # noqa: B018
+        for angle in np.linspace(0, preset.angle, preset.n_frames + 1)[1:].tolist():
+            progress(f"{subject.name}: {angle:.0f} degrees", len(cells) / n_cells)
+            lines = twisted(subject.lines, angle)
+            with num_threads(preset.n_threads):
+                cell, bare, laid = _frame(subject, preset, angle, lines, bare, laid)
+            cells.append(cell)
+    return RefitResult(machine.describe(), preset, cells)
+
+
+def _frame(
+    subject: Subject, preset: RefitPreset, angle: float, lines: Lines, bare: Tree, laid: Tree
+) -> tuple[RefitCell, Tree, Tree]:
+    def timed(rounds: int, do: Callable[[], Any]) -> tuple[float, Any]:
+        return best_of(rounds, preset.n_threads, do)
+
+    def built() -> Tree:
+        tree = build(lines, preset.method)
+        tree.layout  # noqa: B018
+        return tree
+
+    refit_s, bare = timed(preset.rounds, lambda: bare.refit(lines))
+    both_s, laid = timed(preset.rounds, lambda: laid.refit(lines))
+    build_s, anew = timed(1, built)
+    rays, ns = random_rays(lines, preset.n_rays), {}
+    for query in ("first", "all"):
+        answers = []
+        for name, tree in (("", laid), ("_rebuilt", anew)):
+            seconds, answer = timed(preset.rounds, partial(ask_tree, tree, query, rays, subject.radii[0]))
+            ns[f"{query}{name}_ns"] = seconds / len(rays) * 1e9
+            answers.append(answer)
+        _compare(query, rays, *answers)
+    cell = RefitCell(
+        scene=subject.name,
+        n_prims=laid.n_prims,
+        n_refs=laid.n_refs,
+        n_nodes=laid.n_nodes,
+        angle=angle,
+        refit_s=refit_s,
+        layout_s=both_s - refit_s,
+        build_s=build_s,
+        growth=laid.growth,
+        to_rebuilt=laid.cost() / anew.cost(),
+        **ns,
+    )
+    return cell, bare, laid
+
+
+def _compare(query: str, rays: RayBatch, refitted: Any, rebuilt: Any) -> None:
+    for name in ("offsets", "prim", "t", "u", "distance"):
+        if query == "first" and name == "offsets":
+            continue
+        if not np.array_equal(getattr(refitted, name), getattr(rebuilt, name), equal_nan=name != "prim"):
+            raise AssertionError(
+                f"{query} hits of {len(rays)} rays: the refitted tree's {name} differ from a new one's"
+            )
+
+
+def print_refit(result: RefitResult) -> None:
+    """Print a table of refits, and one of queries."""
+    console = wide_console()
+    refits, queries = (
+        new_table(title, ["scene"], ["degrees", *heads.split("|")])
+        for title, heads in (
+            ("refits of a growing twist", "refs/seg|refit ms|Mseg/s|Mref/s|layout ms|both Mseg/s|build ms"),
+            (
+                "queries: nanoseconds a random ray",
+                "growth|to rebuilt|first|rebuilt|ratio|all|rebuilt|ratio|pays after Mrays",
+            ),
+        )
+    )
+    for cell in result.cells:
+        both_s = cell.refit_s + cell.layout_s
+        refits.add_row(
+            cell.scene,
+            f"{cell.angle:.0f}",
+            format_3_digits(cell.n_refs / cell.n_prims),
+            format_3_digits(cell.refit_s * 1e3),
+            format_3_digits(cell.n_prims / cell.refit_s / 1e6),
+            format_3_digits(cell.n_refs / cell.refit_s / 1e6),
+            format_3_digits(cell.layout_s * 1e3),
+            format_3_digits(cell.n_prims / both_s / 1e6),
+            format_3_digits(cell.build_s * 1e3),
+        )
+        queries.add_row(
+            cell.scene,
+            f"{cell.angle:.0f}",
+            f"{cell.growth:.2f}",
+            f"{cell.to_rebuilt:.2f}",
+            f"{cell.first_ns:.0f}",
+            f"{cell.first_rebuilt_ns:.0f}",
+            f"{cell.first_ns / cell.first_rebuilt_ns:.2f}",
+            f"{cell.all_ns:.0f}",
+            f"{cell.all_rebuilt_ns:.0f}",
+            f"{cell.all_ns / cell.all_rebuilt_ns:.2f}",
+            "never" if cell.pays_after == float("inf") else format_3_digits(cell.pays_after / 1e6),
+        )
+    print_table(console, refits)
+    print_table(console, queries)
+    console.print(
+        f"{result.preset.method}, threads: {result.preset.n_threads}, {result.machine['simd']}. seg: segments; ref: "
+        "references; layout: what it adds to a refit; build: with its layout, on one thread. growth: cost by cost as "
+        "built; to rebuilt: by that of a tree built anew. pays after: so many rays, half of them for each query, lose "
+        "by the refitted tree what a build takes.",
+        highlight=False,
+    )

@@ -1,0 +1,72 @@
+"""How large the thesis's chapter is made again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from fastlines.scenes import NAMES
+
+from ..harness.preset import Preset, sized
+from ..package import DEFAULT_METHOD, THESIS_METHODS
+from ..peers.tuning import LENGTHS
+
+#: Bun Hair has half of its segments: KD trees cost much less than BVHs only on dense hair.
+QUICK_SCENES = {
+    "bun-hair": 40_000,
+    "straight-hair": 8_000,
+    "spaghetti": 2_000,
+    "spaghetti-2": 2_500,
+    "photon-beams": 2_500,
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThesisPreset(Preset):
+    """What to build, ask and draw.
+
+    Parameters
+    ----------
+    name : str
+        What the page calls it.
+    scenes : mapping of str to int or None
+        The scenes and how many segments each has; None = as many as in the thesis.
+    methods : tuple of str
+        The trees.
+    peer : bool
+        Measure Embree too, if it is installed.
+    size : int
+        Times are for the size² rays of a square picture.
+    budget : float
+        Seconds for the rays of one figure; where all would take longer, as many are asked as there is time for.
+    build_limit : float
+        Seconds; a build that takes longer is ended.
+    lengths : tuple of float
+        To what shares of the box's diagonal segments are cut for Embree.
+    picture, samples : int
+        Width and height of a depth picture in pixels, and of the grid of samples in each.
+    heat : int
+        Width and height of the pictures of visits.
+    panel, levels : int
+        Width and height of a level's panel, and how many levels of a tree are drawn.
+    drawn : tuple of str
+        The trees whose levels are drawn.
+    depths : tuple of int
+        The rows of the table of thesis §4.3.
+    """
+
+    name: str = sized("full", "quick")
+    scenes: Mapping[str, int | None] = sized(dict.fromkeys(NAMES), QUICK_SCENES)
+    methods: tuple[str, ...] = (*THESIS_METHODS, DEFAULT_METHOD)
+    peer: bool = True
+    size: int = sized(512, 256)
+    budget: float = sized(1.0, 0.06)
+    build_limit: float = sized(120.0, 20.0)
+    lengths: tuple[float, ...] = (*LENGTHS, 1 / 256)
+    picture: int = sized(400, 240)
+    samples: int = sized(3, 2)
+    heat: int = sized(256, 128)
+    panel: int = sized(200, 160)
+    levels: int = 6
+    drawn: tuple[str, ...] = ("bvh-cl", "bvh-d2", "kd-d2")
+    depths: tuple[int, ...] = (0, 1, 2, 3)

@@ -1,0 +1,116 @@
+"""A step of the report: one tree over one subject, built, checked, asked and drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from fastlines import FastlinesError, Tree
+from fastlines.render import depth_picture, level_sheet, write_picture
+
+from ..builders.names import THESIS_COST, kind_of
+from ..builders.trees import build_in_turn
+from ..harness.compare import same
+from ..harness.rays import RayBatch, camera_rays
+from ..harness.store import Found, Store
+from ..harness.subjects import Subject
+from ..harness.turns import ask_tree, count_hits, way
+from ..package import DEFAULT_METHOD, limit_notes, num_threads
+from .heat import colour, visit_maps
+from .measure import measure, some, timed_by
+from .preset import ThesisPreset
+from .rows import KINDS
+
+#: The answers to so many rays are compared with those of another tree, bit for bit.
+CHECKED = 1024
+#: The radius of the lines behind the boxes of a tree, in parts of the diagonal.
+BEHIND = 0.001
+#: A picture of levels has so many colours.
+N_COLOURS = 128
+
+
+def picture_step(subject: Subject, preset: ThesisPreset, store: Store) -> Found:
+    """Draw the subject with each radius."""
+    images = {}
+    for letter, radius in subject.by_letter.items():
+        path = store.path(f"{subject.title} {letter}", ".png")
+        write_picture(
+            path, depth_picture(subject.best, subject.camera, preset.picture, preset.picture, radius, preset.samples)
+        )
+        images[letter] = path.name
+    return {"images": images}
+
+
+def tree_step(subject: Subject, method: str, preset: ThesisPreset, store: Store) -> Found:
+    """Build a tree with one thread, and ask it with one: a tree of the thesis as it was built, `best` as it may."""
+    kernel = "auto" if method == DEFAULT_METHOD else "binary"
+    with num_threads(1):
+        grown = build_in_turn(subject.lines, [method], 1, preset.build_limit)[method]
+        if grown is None:
+            return {"over_s": preset.build_limit}
+        tree = grown.tree
+        tree.validate()
+        # "best" has a cost model of its own: in the table all trees of a kind have one.
+        stats = tree.stats() | {"cost": tree.cost(model=THESIS_COST[kind_of(tree.settings)])}
+        rays = camera_rays(subject.camera, preset.size**2)
+        n_compared = check_answers(tree, subject, rays, method, kernel)
+        times = {}
+        for query in KINDS:
+            for letter, radius in subject.by_letter.items():
+                ask = timed_by(way(tree, query, radius, 1, kernel), partial(count_hits, query))
+                times[f"{query} {letter}"] = measure(ask, query, rays, preset.budget, stats["cost"]).to_json()
+    return {
+        **stats,
+        "limits": limit_notes(stats["limits_hit"]),
+        "build_s": grown.build_s,
+        "n_compared": n_compared,
+        "times": times,
+        **draw(tree, subject, method, preset, store),
+    }
+
+
+def check_answers(tree: Tree, subject: Subject, rays: RayBatch, method: str, kernel: str) -> int:
+    """Refuse a tree whose answers are not those of `best` on its wide layout, to the bit; count the answers."""
+    few = some(rays, CHECKED)
+    for query in KINDS:
+        answers = [
+            ask_tree(each, query, few, subject.by_letter["M"], k)
+            for each, k in ((tree, kernel), (subject.best, "auto"))
+        ]
+        if not same(*answers):
+            raise FastlinesError(
+                f"{subject.title}: {method} and best answer {query} hits differently; this is a bug in fastlines, "
+                "please report it"
+            )
+    return len(few) * len(KINDS)
+
+
+def draw(tree: Tree, subject: Subject, method: str, preset: ThesisPreset, store: Store) -> Mapping[str, Any]:
+    """Draw what rays visit, and the levels of some trees; give the means and the files' names."""
+    nodes, tests = visit_maps(tree, subject.camera, preset.heat, subject.by_letter["M"])
+    images = {}
+
+    def keep(what: str, picture: npt.NDArray[np.uint8]) -> None:
+        path = store.path(f"{subject.title} {method} {what}", ".png")
+        write_picture(path, picture)
+        images[what] = path.name
+
+    keep("nodes", colour(nodes))
+    keep("tests", colour(tests))
+    if method in preset.drawn:
+        radius = BEHIND * subject.diagonal
+        sheet = level_sheet(tree, subject.camera, radius, preset.levels, preset.panel, behind=subject.best)
+        keep("levels", fewer_colours(sheet))
+    return {"visits": {"nodes": float(nodes.mean()), "tests": float(tests.mean())}, "images": images}
+
+
+def fewer_colours(picture: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """Leave a picture so many colours that its file is small."""
+    from PIL import Image
+
+    image = Image.fromarray(picture).quantize(N_COLOURS, dither=Image.Dither.NONE)
+    return np.asarray(image.convert("RGB"))

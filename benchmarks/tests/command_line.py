@@ -1,0 +1,31 @@
+"""The command line of the benchmarks, called as its tests call it."""
+
+from __future__ import annotations
+
+import os
+import re
+
+from typer.testing import CliRunner
+
+from fastlines_bench.cli import app
+
+
+def run(*args):
+    return CliRunner().invoke(app, [str(arg) for arg in args])
+
+
+def done(*args):
+    """Run a command that works; return what it prints."""
+    result = run(*args)
+    assert (result.exit_code, result.stderr) == (0, "")
+    return result.stdout
+
+
+def refused(*args):
+    """Run a command that does not work; return its exit code and its one sentence."""
+    result = run(*args)
+    assert result.exit_code not in (0, 70), result.output
+    assert result.stdout == ""
+    assert re.fullmatch(r"error: [^\n]+\n", result.stderr), result.stderr
+    assert not [entry for entry in os.scandir(".") if entry.name.endswith(".partial")]
+    return result.exit_code, result.stderr

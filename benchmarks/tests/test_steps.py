@@ -1,0 +1,89 @@
+"""The command ``steps`` at a tiny size: what is counted adds up."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from command_line import done, refused
+
+import fastlines as fl
+from fastlines.threads import num_threads
+from fastlines_bench.package import use_engine
+from fastlines_bench.steps import compiled
+
+pytestmark = pytest.mark.usefixtures("in_own_folder")
+
+
+def test_run():
+    text = done("steps", "--scene", "spaghetti:200", "--n-rays", 4096, "--rounds", 1, "--json", "s.json")
+    for said in ("a step alone", "a node culled", "steps a ray", "share", "again"):
+        assert said in text
+    result = json.loads(Path("s.json").read_text())
+    assert result["format"] == "fastlines-bench steps 1"
+    assert result["machine"]["simd"] == fl.simd()
+    assert all(nanoseconds > 0 for nanoseconds in result["alone"]["spaghetti:200"].values())
+    assert [(cell["kind"], cell["query"]) for cell in result["cells"]] == [
+        ("camera", "first"),
+        ("camera", "all"),
+        ("random", "first"),
+        ("random", "all"),
+        ("ao", "any"),
+    ]
+    for cell in result["cells"]:
+        steps = cell["per_ray"]
+        assert steps["rays"] == 1
+        assert steps["nodes"] > 0
+        assert cell["bound_ns"] > 0
+        assert cell["again_ns"] is None if cell["kind"] == "camera" else cell["again_ns"] > 0
+        assert steps["segments"] <= steps["pieces"] <= 16 * steps["leaves"]
+        assert (steps["bundles"] > 0) == (steps["lines"] > 0) == (cell["kind"] == "camera")
+
+
+def test_counts():
+    """One segment, one ray: a node, a leaf and an exact test, however it is asked."""
+    tree = fl.build([[[-1, 0, 0], [1, 0, 0]]])
+    module = compiled("_counting")
+    with use_engine(module):
+        module.take_steps()
+        assert tree.first_hit([0, 0, -5], [0, 0, 1], 0.1, kernel="single").hit
+        taken = module.take_steps()
+        assert {name: n for name, n in taken.items() if n} == {
+            "rays": 1,
+            "nodes": 1,
+            "leaves": 1,
+            "tests": 1,
+        }
+        assert not any(module.take_steps().values())
+
+
+@pytest.mark.parametrize("query", ["first_hit", "all_hits"])
+@pytest.mark.parametrize("pixels", [128, 512])
+def test_rays_go_together_only_where_that_pays(pixels, query):
+    """The leaves of straight hair are long and lie close beside each other: small pictures are not for bundles.
+
+    To find that out takes some bundles, on each thread.
+    """
+    scene = fl.scenes.make("straight-hair")
+    tree = fl.build(scene.lines)
+    origins, directions = scene.camera.rays(pixels, pixels)
+    cycles = {"nodes": 65, "leaves": 55, "segments": 40, "lines": 18, "packs": 70, "tests": 50}
+    cost = {}
+    module = compiled("_counting")
+    with num_threads(1), use_engine(module):
+        for kernel in ("wave", "bundle", "auto"):
+            module.take_steps()
+            getattr(tree, query)(origins, directions, 0.001, kernel=kernel)
+            taken = module.take_steps()
+            cost[kernel] = sum(n * taken[name] for name, n in cycles.items())
+            if kernel != "auto":  # what is forced is done
+                assert taken["bundles"] == (pixels * pixels // 64 if kernel == "bundle" else 0)
+    assert cost["auto"] < 1.7 * min(cost["wave"], cost["bundle"]), cost
+    assert (cost["wave"] < cost["bundle"]) == (pixels == 128), cost
+
+
+def test_refused():
+    assert "--rays 'tiled' is not a choice" in refused("steps", "--rays", "tiled")[1]
+    assert "expected one or more" in refused("steps", "--radius", "-1")[1]
+    assert ".json" in refused("steps", "--json", "s.txt")[1]

@@ -1,0 +1,32 @@
+# The instruction sets that an engine is compiled for, and the flags of each: `simd_sets`, and `simd_NAME` for each name.
+set(simd_portable -DFASTLINES_PORTABLE)
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  set(simd_sets portable sse42 avx2 avx512)
+  set(simd_sse42 -msse4.2)
+  # GCC's default tuning splits unaligned loads; of six others tried with AVX-512, this one was the quickest.
+  set(simd_avx2 -mavx2 -mfma -mbmi -mbmi2 -mtune=haswell)
+  # As of Ice Lake and Zen 4: with products of bytes.
+  set(simd_avx512 -mavx512f -mavx512dq -mavx512vl -mavx512bw -mavx512vbmi -mavx512vnni -mavx2 -mfma
+                  -mbmi -mbmi2 -mtune=haswell -mprefer-vector-width=512)
+elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64|ARM64")
+  set(simd_sets portable neon)
+else()
+  set(simd_sets portable)
+endif()
+set(FASTLINES_SIMD ${simd_sets} CACHE STRING "The instruction sets to compile for; fewer compile sooner")
+
+# Answers are defined to the bit: no fused multiply-add that the source does not ask for.
+# Errors of sqrt and traps of comparisons are not looked at; that lets loops over rays become vectors and moves no bit.
+set(simd_all $<$<NOT:$<CXX_COMPILER_ID:MSVC>>:-ffp-contract=off -fno-math-errno -fno-trapping-math>)
+
+# Add the module NAME of an engine for the set SIMD from SOURCES; it exports nothing but its start.
+set(simd_exports ${CMAKE_CURRENT_LIST_DIR}/bindings/exports.map)
+function(add_engine_module name simd)
+  nanobind_add_module(${name} NB_STATIC NOMINSIZE ${ARGN})
+  target_link_libraries(${name} PRIVATE fastlines)
+  target_compile_definitions(${name} PRIVATE FASTLINES_MODULE=${name})
+  target_compile_options(${name} PRIVATE -Wall -Wextra ${simd_${simd}})
+  if(CMAKE_SYSTEM_NAME STREQUAL "Linux")
+    target_link_options(${name} PRIVATE "LINKER:--version-script=${simd_exports}")
+  endif()
+endfunction()

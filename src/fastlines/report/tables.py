@@ -1,0 +1,104 @@
+"""The figures of trees side by side: as tables of a page, as lines of a terminal, and as an answer in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from .document import Cell, Table
+from .measure import QUERIES, TreeFigures
+
+#: A tree is as good as the fastest if it takes at most so many times as long.
+NEAR = 1.1
+
+
+def format_3_digits(value: float) -> str:
+    """Write a figure with about three digits.
+
+    Examples
+    --------
+    >>> [format_3_digits(value) for value in (1234.5, 99.96, 12.345, 0.12345, 0.012345)]
+    ['1,234', '100', '12.3', '0.12', '0.012']
+    """
+    digits = 0 if value >= 99.95 else 1 if value >= 9.995 else 2 if value >= 0.0995 else 3
+    return f"{value:,.{digits}f}"
+
+
+def trees_table(rows: Sequence[TreeFigures]) -> Table:
+    """Write what the trees are, and what they take to build."""
+    heads = ["tree", "references", "nodes", "depth", "cost", "memory, MB", "build, s"]
+    body = []
+    for row in rows:
+        if row.over_s is not None:
+            body.append([Cell(row.method), *[Cell("–")] * 5, Cell(f"over {row.over_s:g}")])
+            continue
+        counts = [Cell(f"{n:,}", n) for n in (row.n_refs, row.n_nodes, row.depth)]
+        figures = [Cell(format_3_digits(value), value) for value in (row.cost, row.bytes / 1e6, row.build_s)]
+        body.append([Cell(row.method), *counts, *figures])
+    note = (
+        "Cost: what a random line through the scene is expected to take (thesis §3.3), with c_prim = 1 and c_trav = 2 "
+        "for BVHs, 0.6 for KD trees. Memory: of what queries run on, with the segments."
+    )
+    return Table(heads, body, "The trees", [note])
+
+
+def queries_table(rows: Sequence[TreeFigures]) -> Table:
+    """Write how many rays a second the trees answer, with bars."""
+    known = [row for row in rows if row.over_s is None]
+    columns = [f"{query} {letter}" for query, letter in QUERIES]
+    most = {column: max((row.mrays[column] for row in known), default=1.0) for column in columns}
+    most_built = {query: max((row.as_built[query] for row in known), default=1.0) for query in ("first", "all")}
+    body = []
+    for row in known:
+        cells = [Cell(format_3_digits(row.mrays[c]), row.mrays[c], bar=row.mrays[c] / most[c]) for c in columns]
+        cells += [
+            Cell(format_3_digits(rate), rate, bar=rate / most_built[query]) for query, rate in row.as_built.items()
+        ]
+        body.append([Cell(row.method), *cells])
+    heads = ["tree", *(column.capitalize() for column in columns), "First M, as built", "All M, as built"]
+    note = (
+        "First finds the nearest hit of each ray, All lists all hits; rays are those of the camera, with all threads. "
+        "As built: through the binary tree, one ray at a time, which shows what the trees differ in."
+    )
+    return Table(heads, body, "Queries: millions of rays a second; a longer bar is faster", [note])
+
+
+def print_trees(title: str, n_segments: int, rows: Sequence[TreeFigures]) -> None:
+    """Print a line for each tree."""
+    print(f"{title}: {n_segments:,} segments")
+    print(f"{'tree':8}{'build s':>9}{'cost':>10}{'MB':>8}{'first M':>11}{'all M':>11}   Mrays/s")
+    for row in rows:
+        if row.over_s is not None:
+            print(f"{row.method:8}  the build did not end within {row.over_s:g} s")
+            continue
+        figures = format_3_digits(row.build_s), format_3_digits(row.cost), format_3_digits(row.bytes / 1e6)
+        rates = format_3_digits(row.mrays["first M"]), format_3_digits(row.mrays["all M"])
+        print("{:8}{:>9}{:>10}{:>8}{:>11}{:>11}".format(row.method, *figures, *rates))
+    print(flush=True)
+
+
+def answer_points(rows: Sequence[TreeFigures]) -> list[tuple[str, str]]:
+    """Say which tree is the fastest for each query, which is built first, and which builds did not end."""
+    known = {row.method: row for row in rows if row.over_s is None}
+    points = []
+    for column, what in (("first M", "First hits"), ("all M", "All hits")):
+        rates = {name: row.mrays[column] for name, row in known.items()}
+        if not rates:
+            continue
+        fastest = max(rates, key=lambda name: rates[name])
+        near = [name for name in rates if name != fastest and rates[fastest] <= NEAR * rates[name]]
+        said = f"{fastest} is fastest, {format_3_digits(rates[fastest])} million rays a second"
+        said += f"; within a tenth of it: {', '.join(near)}" if near else ""
+        if "best" in rates and "best" not in (fastest, *near):
+            said += f"; best takes {rates[fastest] / rates['best']:.1f} times as long"
+        points.append((what, said + "."))
+    if known:
+        quickest = min(known.values(), key=lambda row: row.build_s)
+        said = f"{quickest.method} is built first, in {format_3_digits(quickest.build_s)} s"
+        if "best" in known and quickest.method != "best":
+            said += f"; best, which fl.build(lines) makes, in {format_3_digits(known['best'].build_s)} s"
+        points.append(("Builds", said + "."))
+    over = [f"the build of {row.method} did not end within {row.over_s:g} s" for row in rows if row.over_s is not None]
+    if over:
+        points.append(("Left out", "; ".join(over) + "."))
+    points.append(("Measured with", "the rays of a camera that looks at all of the lines, at the radius M."))
+    return points
