@@ -1,0 +1,24 @@
+"""The examples in the docstrings run, and print what they say."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+import pkgutil
+
+import pytest
+
+import fastlines_bench
+
+COMPILED = ("_counting", "_embree", "_step_timings", "__main__")
+MODULES = [
+    name
+    for _, name, _ in pkgutil.walk_packages(fastlines_bench.__path__, "fastlines_bench.")
+    if not name.rpartition(".")[2].startswith(COMPILED)
+]
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_docstrings(name: str) -> None:
+    failed, _ = doctest.testmod(importlib.import_module(name))
+    assert failed == 0
