@@ -15,26 +15,26 @@ CPP = ROOT / "cpp" / "fastlines"
 PACKAGE = ROOT / "src" / "fastlines"
 MAX_LINES = 400
 
-#: The C++ core from the ground up; a folder stands for all in it that is not named itself. A tree is data that builders
-#: write and queries read, so it stands before both; `usable` and `validate` need the box rules of the splits.
+#: The C++ core from the ground up: a folder is a layer.
 HEADERS = (
-    "threads",
+    "math",
     "memory",
-    "geometry",
+    "parallel",
+    "simd",
     "primitives",
     "references",
-    "tree/tree.hpp",
-    "tree/cost.hpp",
-    "tree/parts.hpp",
-    "simd",
     "splits",
-    "tree/usable.hpp",
-    "tree/validate.hpp",
+    "tree",
     "build",
-    "query",
-    "tree/refit.hpp",
+    "rays",
     "layout",
-    "kernels",
+    "query",
+    "kernels/cost",
+    "kernels/rays",
+    "kernels/intersect",
+    "kernels/collect",
+    "kernels/traverse",
+    "kernels/run",
     "fastlines.hpp",
 )
 

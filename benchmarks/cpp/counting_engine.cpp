@@ -2,16 +2,16 @@
 #include <utility>
 
 #include "bindings/engine.hpp"
-#include "fastlines/kernels/tally.hpp"
+#include "fastlines/kernels/cost/step_counters.hpp"
 
 namespace nb = nanobind;
 
 namespace fastlines {
 namespace {
 
-/// The steps since this was last called, by name; see kernels/tally.hpp.
+/// The steps since this was last called, by name; see kernels/count_step.hpp.
 nb::dict take_steps() {
-  const Steps now = std::exchange(steps, Steps{});
+  const StepCounters now = std::exchange(steps, StepCounters{});
   nb::dict found;
   for (const auto& [name, n] : std::initializer_list<std::pair<const char*, std::uint64_t>>{{"rays", now.rays},
                                                                                             {"bundles", now.bundles},

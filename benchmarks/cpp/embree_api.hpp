@@ -35,14 +35,14 @@ struct alignas(N == 1 ? 16 : 4 * N) RayHits {
 enum RayField { kOrigin = 0, kNear = 3, kDirection = 4, kFar = 8, kId = 10 };
 enum HitField { kNormal = 0, kU = 3, kPrim = 5, kGeom = 6, kInstance = 7 };
 
-struct alignas(16) Bounds {
+struct alignas(16) BoxX4 {
   float lo[3], unused0, hi[3], unused1;
 };
 
 struct BoundsArguments {
   void* user;
   std::uint32_t prim, time_step;
-  Bounds* bounds;
+  BoxX4* bounds;
 };
 
 /// RTCRayQueryContext is what stands before `own`; a caller may append.

@@ -175,8 +175,8 @@ void Scene::add_curves(Geometry geometry, std::span<const SegmentEnds> segments)
     }
 }
 
-/// Across the ribbon is across the segment and the view of the eye; the pieces of a segment share the points between
-/// them.
+/// ProjectedRay the ribbon is across the segment and the view of the eye; the pieces of a segment share the points
+/// between them.
 void Scene::add_ribbons(Geometry geometry, std::span<const SegmentEnds> segments) {
   const Api& rtc = api();
   const std::size_t n_points = 2 * (owners_.size() + segments.size());

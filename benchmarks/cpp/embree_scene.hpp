@@ -44,7 +44,7 @@ class Scene {
   std::size_t bytes() const;
   bool is_native(int width) const;
   /// The box of the segments, to bound how far origins are from them.
-  const Bounds& box() const { return box_; }
+  const BoxX4& box() const { return box_; }
 
  private:
   void cut(std::span<const SegmentEnds> segments);
@@ -61,7 +61,7 @@ class Scene {
   std::vector<std::uint16_t> n_cuts_;  // while building: pieces of each segment
   std::vector<Piece> pieces_;          // user geometry
   std::vector<Owner> owners_;          // the others
-  Bounds box_{};
+  BoxX4 box_{};
 };
 
 }  // namespace fastlines::peers

@@ -32,7 +32,7 @@ class FlushDenormals {
 
 /// Call work(thread, begin, end) for all chunks of the rays, on so many threads; the calling one is one of them.
 template <class Work>
-void for_each_chunk(std::size_t n_rays, unsigned n_threads, Work&& work) {
+void parallel_for(std::size_t n_rays, unsigned n_threads, Work&& work) {
   std::atomic<std::size_t> next{0};
   const auto run = [&](unsigned thread) {
     const FlushDenormals flush;
@@ -178,7 +178,7 @@ void HitBuffer::grow() {
 void first_hits(const Scene& scene, const Rays& rays, const How& how, float* t, std::int32_t* prim) {
   const Batch shared = batch_of(scene, rays);
   const Kind kind = scene.settings().kind;
-  for_each_chunk(rays.origins.size(), how.n_threads, [&](unsigned, std::size_t begin, std::size_t end) {
+  parallel_for(rays.origins.size(), how.n_threads, [&](unsigned, std::size_t begin, std::size_t end) {
     Batch batch = shared;
     QueryArguments args;
     args.flags = how.coherent ? kCoherent : 0;
@@ -196,7 +196,7 @@ void first_hits(const Scene& scene, const Rays& rays, const How& how, float* t, 
 
 void any_hits(const Scene& scene, const Rays& rays, const How& how, bool* found) {
   const Batch shared = batch_of(scene, rays);
-  for_each_chunk(rays.origins.size(), how.n_threads, [&](unsigned, std::size_t begin, std::size_t end) {
+  parallel_for(rays.origins.size(), how.n_threads, [&](unsigned, std::size_t begin, std::size_t end) {
     Batch batch = shared;
     QueryArguments args;
     args.flags = how.coherent ? kCoherent : 0;
@@ -211,7 +211,7 @@ void any_hits(const Scene& scene, const Rays& rays, const How& how, bool* found)
 std::vector<HitBuffer> all_hits(const Scene& scene, const Rays& rays, const How& how, const Callbacks& callbacks) {
   const Batch shared = batch_of(scene, rays);
   std::vector<HitBuffer> hits(std::max(1u, how.n_threads));
-  for_each_chunk(rays.origins.size(), how.n_threads, [&](unsigned thread, std::size_t begin, std::size_t end) {
+  parallel_for(rays.origins.size(), how.n_threads, [&](unsigned thread, std::size_t begin, std::size_t end) {
     Batch batch = shared;
     batch.hits = &hits[thread];
     QueryArguments args;

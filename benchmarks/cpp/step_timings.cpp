@@ -18,16 +18,16 @@ nb::dict time_steps(Input<float> segments, Input<std::uint8_t> nodes, Input<std:
                     Input<float> directions, float radius) {
   const Box box{{corners[0], corners[1], corners[2]}, {corners[3], corners[4], corners[5]}};
   const Frame frame = frame_of(box);
-  const WideView tree{.frame = frame,
-                      .box = {frame(box.lo), frame(box.hi)},
-                      .mean_extent = 0.0f,
-                      .nodes = rows<WideNode>(nodes).data(),
-                      .leaves = rows<WideLeaf>(leaves).data(),
-                      .refs = rows<WideRef>(refs).data(),
-                      .segments = rows<Segment>(segments).data()};
+  const WideBvhView<Segments> tree{.frame = frame,
+                                   .box = {frame(box.lo), frame(box.hi)},
+                                   .mean_extent = 0.0f,
+                                   .nodes = rows<WideNode>(nodes).data(),
+                                   .leaves = rows<WideLeaf>(leaves).data(),
+                                   .refs = rows<WideRef>(refs).data(),
+                                   .items = rows<Segment>(segments).data()};
   const float t_min = 0.0f, t_max = std::numeric_limits<float>::infinity();
   const RayBatch rays{rows<Vec3>(origins), rows<Vec3>(directions), {&radius, 1}, {&t_min, 1}, {&t_max, 1}};
-  if (rays.size() < kLanes || refs.size() == 0)
+  if (rays.size() < kGroupSize || refs.size() == 0)
     throw std::invalid_argument("steps are timed on 64 rays or more, and a segment or more");
   const StepTimings found = measure_steps(tree, rays);
   nb::dict by_name;

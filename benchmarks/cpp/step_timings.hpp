@@ -5,7 +5,7 @@
 #include <chrono>
 #include <stdexcept>
 
-#include "fastlines/kernels/thick.hpp"
+#include "fastlines/kernels/traverse/bundle_traversal.hpp"
 
 namespace fastlines {
 
@@ -47,24 +47,28 @@ double time_of(Step&& step, int n = 4096) {
 }
 
 /// For a tree that is not empty, and at least 64 coherent rays.
-inline StepTimings measure_steps(const WideView& tree, const RayBatch& batch) {
+inline StepTimings measure_steps(const WideBvhView<Segments>& tree, const RayBatch& batch) {
   constexpr std::uint32_t kFew = 8;
-  std::uint32_t ids[kLanes], sum = 0;
-  for (std::uint32_t i = 0; i < kLanes; ++i) ids[i] = i;
-  const auto rays = std::make_unique<RayLanes>();
-  const auto bundle = std::make_unique<Bundle>();
-  const auto lines = std::make_unique<LinesBeside>();
-  rays->fill(batch, tree.frame, kLanes, ids);
-  CullRay cull[kWidth];
+  std::uint32_t ids[kGroupSize], sum = 0;
+  for (std::uint32_t i = 0; i < kGroupSize; ++i) ids[i] = i;
+  const auto rays = std::make_unique<RayGroup>();
+  const auto bundle = std::make_unique<RayBundle>();
+  const auto lines = std::make_unique<BundleLineTest<Segments>>();
+  rays->fill(batch, tree.frame, kGroupSize, ids);
+  CullRay cull[kSimdWidth];
   cull_rays(*rays, 0, cull);
-  if (!bundle->gather(*rays, 0, kLanes, tree.box)) throw std::invalid_argument("the first 64 rays are not coherent");
-  bundle->look(rays->t_max);
-  std::uint32_t prims[kWidth];
-  for (std::uint32_t i = 0; i < kWidth; ++i) prims[i] = tree.leaves[0].first_ref + i % tree.leaves[0].n_refs;
+  if (!bundle->try_fit(*rays, 0, kGroupSize, tree.box))
+    throw std::invalid_argument("the first 64 rays are not coherent");
+  bundle->update_depths(rays->t_max);
+  std::uint32_t prims[kSimdWidth];
+  for (std::uint32_t i = 0; i < kSimdWidth; ++i) prims[i] = tree.leaves[0].first_ref + i % tree.leaves[0].n_refs;
   for (std::uint32_t& prim : prims) prim = tree.refs[prim].prim;
-  lines->take(tree, prims, *bundle);
-  const auto along = [&](int j) { return Vec3{lines->along[0][j], lines->along[1][j], lines->along[2][j]}; };
-  const auto start = [&](int j) { return Vec3{lines->start[0][j], lines->start[1][j], lines->start[2][j]}; };
+  lines->load(tree, prims, *bundle);
+  const auto lanes_at = [&](int j) {
+    Lanes<Segments, float> found;
+    for (int k = 0; k < Segments::kLanes; ++k) found[k] = lines->lanes[k][j];
+    return found;
+  };
 
   StepTimings timed;
   timed.cycle = time_of([&](int) {
@@ -76,45 +80,45 @@ inline StepTimings measure_steps(const WideView& tree, const RayBatch& batch) {
                 16;
   timed.ray = time_of(
                   [&](int) {
-                    rays->fill(batch, tree.frame, kLanes, ids);
+                    rays->fill(batch, tree.frame, kGroupSize, ids);
                     keep_all(rays.get());
                   },
                   64) /
-              kLanes;
+              kGroupSize;
   timed.node = time_of([&](int i) {
-    Float16 enter;
+    FloatX16 enter;
     sum += cull_node(cull[std::uint32_t(i) % kFew], tree.nodes[0], 1e9f, enter);
     keep(sum);
   });
   timed.leaf = time_of([&](int i) {
-    const Across& ray = cull[std::uint32_t(i) % kFew].across;
-    sum += cull_leaf(ray, tree.leaves[0], place_of(tree.leaves[0], ray));
+    const ProjectedRay& ray = cull[std::uint32_t(i) % kFew].across;
+    sum += cull_leaf(ray, tree.leaves[0], leaf_offset(tree.leaves[0], ray));
     keep(sum);
   });
   timed.segment = time_of(
                       [&](int) {
-                        lines->take(tree, prims, *bundle);
+                        lines->load(tree, prims, *bundle);
                         keep_all(lines.get());
                       },
                       256) /
-                  kWidth;
+                  kSimdWidth;
   timed.line = time_of(
                    [&](int) {
-                     lines->look(*bundle, kWidth, [&](int, int, std::uint32_t near) { sum += near; });
+                     lines->test(*bundle, kSimdWidth, [&](int, int, std::uint32_t near) { sum += near; });
                      keep_all(lines.get());
                      keep(sum);
                    },
                    256) /
-               (kWidth * (kLanes / kWidth));
+               (kSimdWidth * (kGroupSize / kSimdWidth));
   timed.pack = time_of([&](int i) {
-    const Rays16 sixteen(*rays, i % 4 * kWidth);
-    const int j = i / 4 % kWidth;
-    sum += closest_approach(sixteen, see<Float16>(sixteen, start(j), along(j))).hit.bits();
+    const PacketView sixteen(*rays, i % 4 * kSimdWidth);
+    const int j = i / 4 % kSimdWidth;
+    sum += Segments::test<FloatX16>(sixteen, lanes_at(j)).closest.hit.bits();
     keep(sum);
   });
   const Ray ray = prepare(batch[0], tree.frame);
   timed.test = time_of([&](int i) {
-    sum += closest_approach(ray, see<float>(ray, start(i % kWidth), along(i % kWidth))).hit;
+    sum += Segments::test<float>(ray, lanes_at(i % kSimdWidth)).closest.hit;
     keep(sum);
   });
   return timed;

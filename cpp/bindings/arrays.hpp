@@ -9,7 +9,7 @@
 #include <span>
 #include <type_traits>
 
-#include "fastlines/memory/memory.hpp"
+#include "fastlines/memory/page_pool.hpp"
 
 namespace fastlines {
 
@@ -28,8 +28,8 @@ std::span<const Row> rows(const Input<Scalar>& array) {
 /// An array of `n` rows of `width` numbers that owns its memory; width 0 gives one dimension.
 template <class Scalar>
 Output<Scalar> make_array(std::size_t n, std::size_t width = 0) {
-  void* const data = Memory::allocate(n * std::max<std::size_t>(1, width) * sizeof(Scalar));
-  nanobind::capsule owner(data, &Memory::release);
+  void* const data = PagePool::allocate(n * std::max<std::size_t>(1, width) * sizeof(Scalar));
+  nanobind::capsule owner(data, &PagePool::release);
   const std::size_t shape[] = {n, width};
   return Output<Scalar>(static_cast<Scalar*>(data), width ? 2 : 1, shape, owner);
 }
@@ -42,7 +42,7 @@ Output<Scalar> adopt(Vector&& from) {
   auto kept = std::make_unique<Vector>(std::move(from));
   nanobind::capsule owner(kept.get(), [](void* vector) noexcept { delete static_cast<Vector*>(vector); });
   Vector& rows = *kept.release();
-  if (rows.data()) Memory::use_first(rows.data(), rows.size() * sizeof(Row));
+  if (rows.data()) PagePool::use_first(rows.data(), rows.size() * sizeof(Row));
   const std::size_t shape[] = {rows.size(), sizeof(Row) / sizeof(Scalar)};
   return Output<Scalar>(reinterpret_cast<Scalar*>(rows.data()), sizeof(Row) == sizeof(Scalar) ? 1 : 2, shape, owner);
 }

@@ -19,14 +19,14 @@ inline BoxRule box_rule(bool cut) { return cut ? BoxRule::cut : BoxRule::tight; 
 using OctetArgs = std::tuple<std::size_t, std::size_t, double, std::size_t, std::size_t, double>;
 
 inline SplitSet split_set(const std::string& name, int n_planes, const OctetArgs& octets) {
-  const auto& [max_whole, only_whole, max_overlap, sample, max_apart, apart] = octets;
+  const auto& [uncut_up_to, only_uncut_up_to, max_overlap, sample, gap_up_to, apart] = octets;
   if (name == "object_sweep") return ObjectSweep{};
   if (name == "plane_grid") return PlaneGrid{n_planes};
   if (name == "plane_octets")
-    return PlaneOctets{n_planes, max_whole, only_whole, max_overlap, sample, max_apart, apart};
+    return BinnedPlanes{n_planes, uncut_up_to, only_uncut_up_to, max_overlap, sample, gap_up_to, apart};
   if (name == "plane_events") return PlaneEvents{};
   if (name == "median") return Median{};
-  if (name == "middle") return Middle{};
+  if (name == "middle") return Midpoint{};
   throw std::invalid_argument("unknown split set: " + name);
 }
 

@@ -13,10 +13,13 @@
 
 #include "build.hpp"
 #include "fastlines/build/reinsertion.hpp"
+#include "fastlines/parallel/parallel_for.hpp"
 #include "fastlines/primitives/boxes.hpp"
 #include "fastlines/primitives/triangles.hpp"
-#include "fastlines/query/plane_search.hpp"
-#include "fastlines/threads/chunks.hpp"
+#include "fastlines/query/binary_traversal.hpp"
+#include "fastlines/query/brute_force.hpp"
+#include "fastlines/query/for_each_ray.hpp"
+#include "fastlines/query/plane_traversal.hpp"
 #include "fastlines/tree/cost.hpp"
 #include "fastlines/tree/validate.hpp"
 #include "rays.hpp"
@@ -147,21 +150,21 @@ using Searched = std::optional<std::variant<Boxed, Planes>>;
 /// Call run(search, progress) with a search through the tree, or through every segment where there is none.
 template <class Run>
 void with_search(const Input<float>& data, const Searched& tree, std::size_t n, const nb::object& progress, Run&& run) {
-  const auto segments = rows<Segment>(data);
+  const Segments segments{rows<Segment>(data)};
   const auto run_with = [&](const auto& search) {
     watch_if(may_be_long(n, segments.size()), progress, [&](Progress& watched) { run(search, watched); });
   };
   if (!tree) {
-    const Box box = bounds_of_all(Segments{segments});
+    const Box box = bounds_of_all(segments);
     const BruteForce search{segments, frame_of(box.is_empty() ? Box{{0, 0, 0}, {0, 0, 0}} : box)};
     watch([&](Progress& watched) { run(search, watched); }, progress);
   } else if (const auto* boxed = std::get_if<Boxed>(&*tree)) {
     const auto nodes = rows<Node>(std::get<0>(*boxed));
-    run_with(TreeSearch{nodes, rows<Reference>(std::get<1>(*boxed)), segments, frame_of(nodes[0].box)});
+    run_with(BinaryTraversal{nodes, rows<Reference>(std::get<1>(*boxed)), segments, frame_of(nodes[0].box)});
   } else {
     const auto& [nodes, prims, depth, corners] = std::get<Planes>(*tree);
     const Box box{{corners[0], corners[1], corners[2]}, {corners[3], corners[4], corners[5]}};
-    run_with(PlaneSearch{rows<PlaneNode>(nodes), rows<std::uint32_t>(prims), depth, segments, box, frame_of(box)});
+    run_with(PlaneTraversal{rows<PlaneNode>(nodes), rows<std::uint32_t>(prims), depth, segments, box, frame_of(box)});
   }
 }
 
@@ -195,13 +198,13 @@ Output<std::int64_t> count(Input<float> data, Searched tree, RayArrays rays, boo
 /// All hits, or with k those that are nearest.
 nb::tuple list(Input<float> data, Searched tree, RayArrays rays, bool surface, std::optional<std::size_t> k,
                unsigned n_threads, nb::object progress) {
-  std::optional<PlacedLists> lists;
+  std::optional<HitAssembler> lists;
   const At at = surface ? At::surface : At::closest;
   with_search(data, tree, n_rays(rays), progress, [&](const auto& search, Progress& watched) {
     lists.emplace(n_rays(rays), surface);
     const auto run = [&](auto&& make) { list_hits(search, batch_of(rays), n_threads, watched, *lists, make); };
     if (k)
-      run([&](const Ray& ray) { return NextSink(at, ray, *k); });
+      run([&](const Ray& ray) { return KNearestSink(at, ray, *k); });
     else
       run([&](const Ray& ray) { return AllSink(at, ray); });
   });

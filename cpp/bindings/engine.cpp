@@ -7,10 +7,10 @@
 
 #include "build.hpp"
 #include "engine.hpp"
-#include "fastlines/kernels/run.hpp"
+#include "fastlines/build/refit.hpp"
+#include "fastlines/kernels/run/run_batch.hpp"
 #include "fastlines/layout/collapse.hpp"
-#include "fastlines/query/askable.hpp"
-#include "fastlines/tree/refit.hpp"
+#include "fastlines/rays/ray_check.hpp"
 #include "rays.hpp"
 #include "watch.hpp"
 
@@ -27,11 +27,11 @@ nb::tuple build(Input<float> segments, const SettingsArgs& settings, nb::object 
 /// A layout of a tree: nodes, leaves, references, the mean extent of a leaf.
 nb::tuple widen(Input<float> segments, Input<std::uint32_t> nodes, Input<std::uint32_t> refs, double radius_hint,
                 unsigned n_threads, nb::object progress) {
-  WideTree wide;
+  WideBvh wide;
   watch(
       [&](Progress& watched) {
-        wide = collapse(rows<Node>(nodes), rows<Reference>(refs), rows<Segment>(segments), {.radius_hint = radius_hint},
-                        n_threads, watched);
+        wide = collapse(rows<Node>(nodes), rows<Reference>(refs), Segments{rows<Segment>(segments)},
+                        {.radius_hint = radius_hint}, n_threads, watched);
       },
       progress);
   return nb::make_tuple(adopt<std::uint8_t>(std::move(wide.nodes)), adopt<std::uint8_t>(std::move(wide.leaves)),
@@ -42,7 +42,7 @@ nb::tuple widen(Input<float> segments, Input<std::uint32_t> nodes, Input<std::ui
 using LayoutArrays = std::tuple<Input<float>, Input<std::uint8_t>, Input<std::uint8_t>, Input<std::uint32_t>,
                                 std::array<float, 6>, float>;
 
-WideView view_of(const LayoutArrays& layout) {
+WideBvhView<Segments> view_of(const LayoutArrays& layout) {
   const auto& [segments, nodes, leaves, refs, corners, mean_extent] = layout;
   const Box box{{corners[0], corners[1], corners[2]}, {corners[3], corners[4], corners[5]}};
   const Frame frame = frame_of(box);
@@ -52,12 +52,12 @@ WideView view_of(const LayoutArrays& layout) {
           .nodes = rows<WideNode>(nodes).data(),
           .leaves = rows<WideLeaf>(leaves).data(),
           .refs = rows<WideRef>(refs).data(),
-          .segments = rows<Segment>(segments).data()};
+          .items = rows<Segment>(segments).data()};
 }
 
 /// What all questions have in common.
 struct Question {
-  WideView tree;
+  WideBvhView<Segments> tree;
   RayBatch rays;
   Kernel kernel;
   unsigned n_threads;
@@ -73,14 +73,14 @@ struct Question {
         is_long(may_be_long(rays.size(), rows<WideRef>(std::get<3>(layout)).size())) {}
 
   /// Run a job whose answers go straight to their places.
-  template <class Job>
-  void run(const Job& job) const {
-    watch_if(is_long, progress, [&](Progress& watched) { run_job(tree, rays, kernel, job, n_threads, watched); });
+  template <class Query>
+  void run(const Query& job) const {
+    watch_if(is_long, progress, [&](Progress& watched) { run_batch(tree, rays, kernel, job, n_threads, watched); });
   }
 
-  template <template <At> class Job, At at>
-  nb::tuple list(const Job<at>& job) const {
-    std::optional<PlacedLists> lists;
+  template <At at, class Query>
+  nb::tuple list(const Query& job) const {
+    std::optional<HitAssembler> lists;
     watch_if(is_long, progress, [&](Progress& watched) {
       run_lists(tree, rays, kernel, job, n_threads, watched, lists.emplace(rays.size(), at == At::surface));
     });
@@ -93,23 +93,23 @@ nb::tuple first(LayoutArrays layout, RayArrays rays, bool surface, int kernel, u
   const Question question(layout, rays, kernel, n_threads, progress);
   HitArrays hits(question.rays.size(), surface);
   if (surface)
-    question.run(FirstJob<At::surface>{question.tree, hits.columns()});
+    question.run(FirstHitQuery<Segments, At::surface>{question.tree, hits.columns()});
   else
-    question.run(FirstJob<At::closest>{question.tree, hits.columns()});
+    question.run(FirstHitQuery<Segments, At::closest>{question.tree, hits.columns()});
   return hits.tuple();
 }
 
 Output<bool> any_of(LayoutArrays layout, RayArrays rays, int kernel, unsigned n_threads, nb::object progress) {
   const Question question(layout, rays, kernel, n_threads, progress);
   auto found = make_array<bool>(question.rays.size());
-  question.run(AnyJob{found.data()});
+  question.run(AnyHitQuery{found.data()});
   return found;
 }
 
 Output<std::int64_t> count(LayoutArrays layout, RayArrays rays, int kernel, unsigned n_threads, nb::object progress) {
   const Question question(layout, rays, kernel, n_threads, progress);
   auto counts = make_array<std::int64_t>(question.rays.size());
-  question.run(CountJob{counts.data()});
+  question.run(CountHitsQuery{counts.data()});
   return counts;
 }
 
@@ -117,7 +117,8 @@ nb::tuple list(LayoutArrays layout, RayArrays rays, bool surface, std::optional<
                unsigned n_threads, nb::object progress) {
   const Question question(layout, rays, kernel, n_threads, progress);
   const auto list_at = [&]<At at>() {
-    return k ? question.list(NextJob<at>(question.tree, *k)) : question.list(AllJob<at>(question.tree));
+    return k ? question.list<at>(KNearestQuery<Segments, at>(question.tree, *k))
+             : question.list<at>(AllHitsQuery<Segments, at>(question.tree));
   };
   return surface ? list_at.template operator()<At::surface>() : list_at.template operator()<At::closest>();
 }
@@ -130,7 +131,7 @@ Output<std::uint32_t> refit_tree(Input<float> segments, Input<std::uint32_t> nod
                                  unsigned n_threads, nb::object progress) {
   const auto from = rows<Node>(nodes);
   auto to = make_array<std::uint32_t>(from.size(), sizeof(Node) / sizeof(std::uint32_t));
-  Refit refit(from, rows<Reference>(refs), rows<Segment>(segments), reinterpret_cast<Node*>(to.data()));
+  Refit refit(from, rows<Reference>(refs), Segments{rows<Segment>(segments)}, reinterpret_cast<Node*>(to.data()));
   watch_if(rows<Reference>(refs).size() > kLongRefit, progress, [&](Progress& watched) { refit(n_threads, watched); });
   return to;
 }
@@ -145,9 +146,9 @@ nb::tuple refit_layout(LayoutArrays layout, unsigned n_threads, nb::object progr
   auto to_leaves = make_array<std::uint8_t>(leaves.size(), sizeof(WideLeaf));
   float extent = 0.0f;
   watch_if(refs.size() > kLongRefit, progress, [&](Progress& watched) {
-    extent = Fit(view_of(layout).frame, nodes, leaves, refs, rows<Segment>(segments),
-                 reinterpret_cast<WideNode*>(to_nodes.data()),
-                 reinterpret_cast<WideLeaf*>(to_leaves.data()))(n_threads, watched);
+    extent = BlockEncoder(view_of(layout).frame, nodes, leaves, refs, Segments{rows<Segment>(segments)},
+                          reinterpret_cast<WideNode*>(to_nodes.data()),
+                          reinterpret_cast<WideLeaf*>(to_leaves.data()))(n_threads, watched);
   });
   return nb::make_tuple(to_nodes, to_leaves, extent);
 }
@@ -155,7 +156,7 @@ nb::tuple refit_layout(LayoutArrays layout, unsigned n_threads, nb::object progr
 /// A quick look: `false` means that Python has to look closer.
 bool are_rays(RayArrays rays, float largest_radius, float farthest, unsigned n_threads) {
   const WithoutGil without_gil;
-  return askable(batch_of(rays), largest_radius, farthest, n_threads);
+  return rays_are_valid(batch_of(rays), largest_radius, farthest, n_threads);
 }
 
 }  // namespace

@@ -6,7 +6,8 @@
 #include <optional>
 
 #include "arrays.hpp"
-#include "fastlines/query/lists.hpp"
+#include "fastlines/query/hit_assembler.hpp"
+#include "fastlines/rays/ray_batch.hpp"
 
 namespace fastlines {
 
@@ -30,7 +31,7 @@ class HitArrays {
   }
 
   HitColumns columns() {
-    return {t_.data(), u_.data(), distance_.data(), t_out_ ? t_out_->data() : nullptr, prim_.data()};
+    return {t_.data(), prim_.data(), u_.data(), distance_.data(), t_out_ ? t_out_->data() : nullptr};
   }
 
   nanobind::tuple tuple() const {
@@ -45,7 +46,7 @@ class HitArrays {
 };
 
 /// Lists of hits as arrays: the offsets, then the columns.
-inline nanobind::tuple arrays_of(PlacedLists& lists) {
+inline nanobind::tuple arrays_of(HitAssembler& lists) {
   LargeVector<std::int64_t> offsets = lists.offsets();
   const auto n_hits = std::size_t(offsets.back());
   const auto array = [n_hits](auto& column) {

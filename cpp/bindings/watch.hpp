@@ -12,7 +12,7 @@
 #include <system_error>
 #include <thread>
 
-#include "fastlines/threads/progress.hpp"
+#include "fastlines/parallel/progress.hpp"
 #include "gil.hpp"
 
 namespace fastlines {

@@ -23,10 +23,10 @@ int main() {
     Progress progress;
     const Tree tree = Builder(segments, settings, progress).build();
 
-    const TreeSearch search{tree.nodes, tree.refs, segments.data, frame_of(tree.nodes[0].box)};
+    const BinaryTraversal search{tree.nodes, tree.refs, segments, frame_of(tree.nodes[0].box)};
     const Ray ray = prepare(query, search.frame);
     FirstSink sink(At::closest, ray);
-    TreeSearch::Scratch scratch;
+    decltype(search)::Scratch scratch;
     search(ray, sink, scratch);
 
     std::printf("%s: segment %d at t = %g\n", settings.boxes == BoxRule::cut ? "KD tree" : "BVH", int(sink.best.prim),

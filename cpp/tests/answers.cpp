@@ -192,7 +192,7 @@ struct Hits {
 
   explicit Hits(std::size_t n) : t(n), u(n), distance(n), t_out(n), prim(n) {}
 
-  HitColumns columns() { return {t.data(), u.data(), distance.data(), t_out.data(), prim.data()}; }
+  HitColumns columns() { return {t.data(), prim.data(), u.data(), distance.data(), t_out.data()}; }
 };
 
 /// Add a hit; what is at the surface has an end.
@@ -218,7 +218,7 @@ constexpr std::size_t kNearest = 20;  // of the next hits: more than a vector ho
 
 /// Those who are asked put first hits, flags and counts in their places, and fill lists.
 struct Brute {
-  BruteForce search;
+  BruteForce<Segments> search;
   const RayBatch& rays;
   unsigned n_threads = 1;
   Progress& progress;
@@ -230,43 +230,43 @@ struct Brute {
   void any(std::span<bool> to) const { any_hits(search, rays, n_threads, progress, to); }
   void count(std::span<std::int64_t> to) const { count_hits(search, rays, n_threads, progress, to); }
   template <At at>
-  void all(PlacedLists& to) const {
+  void all(HitAssembler& to) const {
     list_hits(search, rays, n_threads, progress, to, [](const Ray& ray) { return AllSink(at, ray); });
   }
   template <At at>
-  void next(PlacedLists& to) const {
-    list_hits(search, rays, n_threads, progress, to, [](const Ray& ray) { return NextSink(at, ray, kNearest); });
+  void next(HitAssembler& to) const {
+    list_hits(search, rays, n_threads, progress, to, [](const Ray& ray) { return KNearestSink(at, ray, kNearest); });
   }
 };
 
 struct Engine {
-  const WideView& tree;
+  const WideBvhView<Segments>& tree;
   const RayBatch& rays;
   Kernel kernel;
   unsigned n_threads;
   Progress& progress;
 
-  template <class Job>
-  void run(const Job& job) const {
-    run_job(tree, rays, kernel, job, n_threads, progress);
+  template <class Query>
+  void run(const Query& job) const {
+    run_batch(tree, rays, kernel, job, n_threads, progress);
   }
-  template <class Job>
-  void list(const Job& job, PlacedLists& to) const {
+  template <class Query>
+  void list(const Query& job, HitAssembler& to) const {
     run_lists(tree, rays, kernel, job, n_threads, progress, to);
   }
   template <At at>
   void first(const HitColumns& to) const {
-    run(FirstJob<at>{tree, to});
+    run(FirstHitQuery<Segments, at>{tree, to});
   }
-  void any(std::span<bool> to) const { run(AnyJob{to.data()}); }
-  void count(std::span<std::int64_t> to) const { run(CountJob{to.data()}); }
+  void any(std::span<bool> to) const { run(AnyHitQuery{to.data()}); }
+  void count(std::span<std::int64_t> to) const { run(CountHitsQuery{to.data()}); }
   template <At at>
-  void all(PlacedLists& to) const {
-    list(AllJob<at>(tree), to);
+  void all(HitAssembler& to) const {
+    list(AllHitsQuery<Segments, at>(tree), to);
   }
   template <At at>
-  void next(PlacedLists& to) const {
-    list(NextJob<at>(tree, kNearest), to);
+  void next(HitAssembler& to) const {
+    list(KNearestQuery<Segments, at>(tree, kNearest), to);
   }
 };
 
@@ -275,7 +275,7 @@ Answers ask(const Asked& asked, Query query) {
   const std::size_t n = asked.rays.size();
   Answers answers;
   if (query == all || query == next) {
-    PlacedLists lists(n, at == At::surface);
+    HitAssembler lists(n, at == At::surface);
     if (query == all)
       asked.template all<at>(lists);
     else
@@ -345,8 +345,8 @@ Tree build(const Lines& lines, Progress& progress) {
 bool agree(const Scene& scene, Digest& digest) {
   Progress progress;
   const Tree tree = build(scene.lines, progress);
-  const WideTree wide = collapse(tree.nodes, tree.refs, scene.lines, {.radius_hint = 0.001}, 1, progress);
-  const WideView view = view_of(wide, scene.lines.data());
+  const WideBvh wide = collapse(tree.nodes, tree.refs, Segments{scene.lines}, {.radius_hint = 0.001}, 1, progress);
+  const WideBvhView<Segments> view = view_of(wide, Segments{scene.lines});
   const Box& box = tree.nodes[0].box;
   const auto size = float(box.side(box.longest_axis()));
 

@@ -8,8 +8,8 @@
 #include <cstdio>
 #include <random>
 
-#include "fastlines/kernels/root.hpp"
-#include "fastlines/query/exact.hpp"
+#include "fastlines/kernels/intersect/root_cull.hpp"
+#include "fastlines/primitives/segment_test.hpp"
 
 namespace {
 
@@ -28,7 +28,7 @@ Vec3 direction() {
 
 /// Sixteen pieces in the frame, their leaf, and a node with their boxes, as layout/fit.hpp makes them.
 struct Pieces {
-  Vec3 a[kWidth], c[kWidth];
+  Vec3 a[kSimdWidth], c[kSimdWidth];
   WideLeaf leaf{};
   WideNode node{};
 
@@ -38,7 +38,7 @@ struct Pieces {
     float side = 0x1p-20f;
     for (int k = 0; k < 3; ++k) {
       float lo = 2.0f, hi = -2.0f;
-      for (int i = 0; i < kWidth; ++i) {
+      for (int i = 0; i < kSimdWidth; ++i) {
         a[i][k] = corner[k] + float(size * uniform(0.0, 1.0));
         c[i][k] = i % 8 == 7 ? a[i][k] : a[i][k] + float(size * length * uniform(-1.0, 1.0));
         lo = std::min({lo, a[i][k], c[i][k]});
@@ -48,22 +48,22 @@ struct Pieces {
       side = std::max(side, hi - lo);
     }
     leaf.scale = side * float((1 + 1e-6) / 255);
-    leaf.per_scale = 1.0f / leaf.scale;
-    leaf.n_refs = kWidth;
+    leaf.inv_scale = 1.0f / leaf.scale;
+    leaf.n_refs = kSimdWidth;
     for (int k = 0; k < 3; ++k)
-      for (int i = 0; i < kWidth; ++i) {
-        leaf.ends[end_byte(0, k, i)] = std::uint8_t((a[i][k] - leaf.org[k]) * leaf.per_scale + 0.5f);
-        leaf.ends[end_byte(1, k, i)] = std::uint8_t((c[i][k] - leaf.org[k]) * leaf.per_scale + 0.5f);
+      for (int i = 0; i < kSimdWidth; ++i) {
+        leaf.ends[end_byte(0, k, i)] = std::uint8_t((a[i][k] - leaf.org[k]) * leaf.inv_scale + 0.5f);
+        leaf.ends[end_byte(1, k, i)] = std::uint8_t((c[i][k] - leaf.org[k]) * leaf.inv_scale + 0.5f);
       }
     node.scale = side * float(1.0004 / 254);
-    node.n_inner = node.n_children = kWidth;
+    node.n_inner = node.n_children = kSimdWidth;
     for (int k = 0; k < 3; ++k) {
       node.org[k] = leaf.org[k] - 2e-4f * side;
-      for (int i = 0; i < kWidth; ++i) {
+      for (int i = 0; i < kSimdWidth; ++i) {
         const auto quanta = [&](float x) { return (x - node.org[k]) / node.scale; };
         const float low = quanta(std::min(a[i][k], c[i][k])), high = quanta(std::max(a[i][k], c[i][k]));
-        node.planes[k * kWidth + i] = std::uint8_t(std::max(low - 0.02f, 0.0f));
-        node.planes[(k + 3) * kWidth + i] = std::uint8_t(std::min(std::ceil(high + 0.02f), 255.0f));
+        node.planes[k * kSimdWidth + i] = std::uint8_t(std::max(low - 0.02f, 0.0f));
+        node.planes[(k + 3) * kSimdWidth + i] = std::uint8_t(std::min(std::ceil(high + 0.02f), 255.0f));
       }
     }
   }
@@ -94,26 +94,26 @@ double distance(const Ray& ray, const Vec3& a, const Vec3& c) {
 /// What rays meet of a node, as bits, and where they enter its children.
 struct Met {
   std::uint32_t children;
-  float enter[kWidth];
+  float enter[kSimdWidth];
 };
 
 Met meet_node(const CullRay& ray, const WideNode& node, float limit) {
-  Met met;
-  Float16 enter;
-  met.children = cull_node(ray, node, limit, enter);
-  enter.store(met.enter);
-  return met;
+  Met hits;
+  FloatX16 enter;
+  hits.children = cull_node(ray, node, limit, enter);
+  enter.store(hits.enter);
+  return hits;
 }
 
 /// The same of sixteen rays in lanes from `first` on, and of the root.
-void meet_root(const RayLanes& rays, int first, const WideNode& node, Met* to) {
-  WideView tree{};
+void meet_root(const RayGroup& rays, int first, const WideNode& node, Met* to) {
+  WideBvhView<Segments> tree{};
   tree.nodes = &node;
-  Root::Met met;
-  Root(tree).meet<true>(cull_sixteen(rays, first), Float16::load(rays.t_max + first), met);
-  for (int i = 0; i < kWidth; ++i) {
-    to[i].children = std::uint32_t(met.children[i]);
-    for (int child = 0; child < kWidth; ++child) to[i].enter[child] = met.enter[child][i];
+  RootCull::Hits hits;
+  RootCull(tree).cull<true>(cull_packet(rays, first), FloatX16::load(rays.t_max + first), hits);
+  for (int i = 0; i < kSimdWidth; ++i) {
+    to[i].children = std::uint32_t(hits.children[i]);
+    for (int child = 0; child < kSimdWidth; ++child) to[i].enter[child] = hits.enter[child][i];
   }
 }
 
@@ -126,9 +126,9 @@ int main() {
     const Pieces pieces;
     std::vector<Vec3> origins, directions;
     std::vector<float> radii;
-    std::uint32_t ids[kLanes];
-    for (int i = 0; i < kLanes; ++i) {
-      const int of = int(random_bits() % kWidth);
+    std::uint32_t ids[kGroupSize];
+    for (int i = 0; i < kGroupSize; ++i) {
+      const int of = int(random_bits() % kSimdWidth);
       const Vec3 at = pieces.a[of] + (pieces.c[of] - pieces.a[of]) * float(uniform(0.0, 1.0));
       Vec3 d = direction();
       if (i % 4 == 0)
@@ -147,34 +147,36 @@ int main() {
       ids[i] = std::uint32_t(i);
     }
     const float t_min = -1e30f, t_max = 1e30f;
-    RayLanes rays;
+    RayGroup rays;
     const RayBatch batch{origins, directions, radii, {&t_min, 1}, {&t_max, 1}};
-    rays.fill(batch, frame, kLanes, ids);
-    CullRay culled[kLanes];
-    Met at_root[kLanes];
-    for (int i = 0; i < kLanes; i += kWidth) {
+    rays.fill(batch, frame, kGroupSize, ids);
+    CullRay culled[kGroupSize];
+    Met at_root[kGroupSize];
+    for (int i = 0; i < kGroupSize; i += kSimdWidth) {
       cull_rays(rays, i, culled + i);
       meet_root(rays, i, pieces.node, at_root + i);
     }
-    for (int i = 0; i < kLanes; ++i) {
+    for (int i = 0; i < kGroupSize; ++i) {
       // As one of sixteen, and alone.
       const Ray ray = prepare(batch[std::size_t(i)], frame);
       const CullRay alone = cull_ray(ray.o, ray.r, ray.u, ray.v, ray.radius + ray.eps, ray.t_min);
       const auto keep = [&](const CullRay& cull) {
-        return cull_leaf(cull.across, pieces.leaf, place_of(pieces.leaf, cull.across));
+        return cull_leaf(cull.across, pieces.leaf, leaf_offset(pieces.leaf, cull.across));
       };
       const std::uint32_t kept[2] = {keep(culled[i]), keep(alone)};
       n_kept += std::uint64_t(std::popcount(kept[0]));
       const Met met_here = meet_node(culled[i], pieces.node, ray.t_max);
-      for (int j = 0; j < kWidth; ++j) {
+      for (int j = 0; j < kSimdWidth; ++j) {
         const Vec3 e = pieces.c[j] - pieces.a[j];
-        const Approach<float> approach = closest_approach(ray, see<float>(ray, pieces.a[j], e));
+        const ClosestApproach<float> approach = closest_approach(
+            ray,
+            to_ray_frame<float>(ray, std::array{pieces.a[j][0], pieces.a[j][1], pieces.a[j][2], e[0], e[1], e[2]}));
         if (!approach.hit && !(distance(ray, pieces.a[j], pieces.c[j]) <= double(ray.radius))) continue;
         ++n_near;
         n_lost += (~kept[0] | ~kept[1]) >> j & 1;
-        for (const Met& met : {met_here, at_root[i]}) {
-          n_lost += ~met.children >> j & 1;
-          n_lost += approach.hit && !(met.enter[j] <= approach.t + ray.margin);
+        for (const Met& hits : {met_here, at_root[i]}) {
+          n_lost += ~hits.children >> j & 1;
+          n_lost += approach.hit && !(hits.enter[j] <= approach.t + ray.tie_tolerance);
         }
       }
     }

@@ -1,4 +1,4 @@
-// A set of primitives that the library does not know: balls. Bounds, and bounds clipped to a box, are all that the
+// A set of primitives that the library does not know: balls. BoxX4, and bounds clipped to a box, are all that the
 // builder asks for. The program fails if a tree over them breaks an axiom.
 #include <cstdio>
 #include <random>
@@ -49,7 +49,7 @@ int main() {
   int n_bad = 0;
   for (const BoxRule rule : {BoxRule::tight, BoxRule::cut})
     for (const SplitSet& set :
-         {SplitSet{PlaneGrid{8}}, SplitSet{PlaneEvents{}}, SplitSet{Median{}}, SplitSet{Middle{}}}) {
+         {SplitSet{PlaneGrid{8}}, SplitSet{PlaneEvents{}}, SplitSet{Median{}}, SplitSet{Midpoint{}}}) {
       Settings settings;
       settings.boxes = rule;
       settings.splits = {{set}};

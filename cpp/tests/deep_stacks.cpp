@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <memory>
 
-#include "fastlines/kernels/run.hpp"
+#include "fastlines/kernels/run/run_batch.hpp"
 
 using namespace fastlines;
 
@@ -21,7 +21,7 @@ WideNode node_of(int n_inner, int n_children, int first_inner) {
   node.n_inner = std::uint8_t(n_inner);
   node.n_children = std::uint8_t(n_children);
   node.first_inner = std::uint32_t(first_inner);
-  for (int k = 3; k < 6; ++k) std::fill_n(node.planes + k * kWidth, n_children, std::uint8_t(255));
+  for (int k = 3; k < 6; ++k) std::fill_n(node.planes + k * kSimdWidth, n_children, std::uint8_t(255));
   return node;
 }
 
@@ -43,11 +43,11 @@ std::vector<WideNode> nodes_of(bool in_turn) {
 
 int main() {
   const Segment segment{{-1.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}};
-  const std::vector<WideRef> refs(kWidth, WideRef(Reference{0}));
+  const std::vector<WideRef> refs(kSimdWidth, WideRef(Reference{0}));
   WideLeaf leaf{};
   for (float& from : leaf.org) from = kFrom;
   leaf.scale = kScale;
-  leaf.per_scale = 1.0f / kScale;
+  leaf.inv_scale = 1.0f / kScale;
   leaf.n_refs = 1;
   std::fill(std::begin(leaf.ends), std::end(leaf.ends), std::uint8_t(128));
   const Box box{{-2.0f, -2.0f, -2.0f}, {2.0f, 2.0f, 2.0f}};
@@ -64,14 +64,14 @@ int main() {
   for (const auto& [kernel, in_turn] :
        {std::pair{Kernel::wave, false}, {Kernel::wave, true}, {Kernel::single, false}, {Kernel::single, true}}) {
     const std::vector<WideNode> nodes = nodes_of(in_turn);
-    const WideView tree{frame, box, 1.0f, nodes.data(), &leaf, refs.data(), &segment};
+    const WideBvhView<Segments> tree{frame, box, 1.0f, nodes.data(), &leaf, refs.data(), &segment};
     std::vector<float> t(kRays), u(kRays), distance(kRays);
     std::vector<std::int64_t> prim(kRays);
     const auto any = std::make_unique<bool[]>(kRays);
     Progress progress;
-    const auto ask = [&](const auto& job) { run_job(tree, rays, kernel, job, 1, progress); };
-    ask(FirstJob<At::closest>{tree, {t.data(), u.data(), distance.data(), nullptr, prim.data()}});
-    ask(AnyJob{any.get()});
+    const auto ask = [&](const auto& job) { run_batch(tree, rays, kernel, job, 1, progress); };
+    ask(FirstHitQuery<Segments, At::closest>{tree, {t.data(), prim.data(), u.data(), distance.data(), nullptr}});
+    ask(AnyHitQuery{any.get()});
     for (int i = 0; i < kRays; ++i) {
       n_hits += prim[std::size_t(i)] == 0;
       n_wrong += (prim[std::size_t(i)] == 0) != hits(i);

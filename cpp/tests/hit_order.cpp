@@ -1,7 +1,7 @@
 // Sorts the hits of sixteen rays, few and many, spread evenly among them or not. The program prints the name of the
 // instruction set, how many hits were sorted, and how many are missing, at another ray, behind one whose t is larger
 // by more than what is told apart, or, at the same t, behind one whose segment's number ends in more: none.
-#include "fastlines/kernels/hit_order.hpp"
+#include "fastlines/kernels/collect/hit_sorter.hpp"
 
 #include <cstdio>
 #include <random>
@@ -12,12 +12,12 @@ constexpr std::uint32_t kNone = ~0u;
 
 int main() {
   std::mt19937 random(1);
-  HitOrder order;
+  HitSorter order;
   std::size_t n_hits = 0, n_wrong = 0;
   for (int round = 0; round < 2000; ++round) {
     const std::uint32_t n = 1 + random() % (round % 50 == 0 ? 20'000 : round % 5 == 0 ? 3000 : 200);
-    const std::uint32_t n_lanes = 1 + random() % kWidth, n_steps = round % 3 == 0 ? 4 : 1 << 20;
-    std::vector<std::uint32_t> lane(n), prim(n), n_of(kWidth), seen(n);
+    const std::uint32_t n_lanes = 1 + random() % kSimdWidth, n_steps = round % 3 == 0 ? 4 : 1 << 20;
+    std::vector<std::uint32_t> lane(n), prim(n), n_of(kSimdWidth), seen(n);
     std::vector<float> t(n);
     for (std::uint32_t j = 0; j < n; ++j) {
       const std::uint32_t n_here = round % 2 == 0 ? n_lanes : 1 + random() % n_lanes;
@@ -29,7 +29,7 @@ int main() {
     order.sort(lane.data(), t.data(), prim.data(), n);
     const float told_apart = n <= 64 ? 0x1p-16f : 0x1p-14f;
     std::uint32_t begin = 0;
-    for (int i = 0; i < kWidth; begin += n_of[i++]) {
+    for (int i = 0; i < kSimdWidth; begin += n_of[i++]) {
       n_wrong += order.begin(i) != begin;
       float latest = -1.0f;
       std::uint32_t before = kNone;
@@ -45,7 +45,7 @@ int main() {
         before = j;
       }
     }
-    n_wrong += order.begin(kWidth) != n;
+    n_wrong += order.begin(kSimdWidth) != n;
     n_hits += n;
   }
   std::printf("%s %zu %zu\n", kSimd, n_hits, n_wrong);

@@ -2,18 +2,18 @@
 // sizes were tried, and how many of them were not served: none.
 #include <cstdio>
 
-#include "fastlines/memory/memory.hpp"
+#include "fastlines/memory/page_pool.hpp"
 
 int main() {
-  using fastlines::Memory;
+  using fastlines::PagePool;
   int n_tried = 0, n_missed = 0;
   const auto try_size = [&](std::size_t n_bytes) {
-    void* const first = Memory::allocate(n_bytes);
-    Memory::release(first);
-    void* const again = Memory::allocate(n_bytes);
+    void* const first = PagePool::allocate(n_bytes);
+    PagePool::release(first);
+    void* const again = PagePool::allocate(n_bytes);
     ++n_tried;
     n_missed += again != first;
-    Memory::release(again);
+    PagePool::release(again);
   };
   // The larger come first: a block that fits better is taken from those that are kept, if there is one.
   for (std::size_t power = std::size_t(1) << 26; power >= std::size_t(1) << 16; power /= 2)

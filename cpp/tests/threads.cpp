@@ -8,7 +8,7 @@
 #include <random>
 
 #include "fastlines/fastlines.hpp"
-#include "fastlines/query/askable.hpp"
+#include "fastlines/rays/ray_check.hpp"
 
 using namespace fastlines;
 
@@ -30,7 +30,7 @@ void expect_same(const Tree& a, const Tree& b) {
   expect_same(a.refs, b.refs);
 }
 
-void expect_same(const WideTree& a, const WideTree& b) {
+void expect_same(const WideBvh& a, const WideBvh& b) {
   expect_same(a.nodes, b.nodes);
   expect_same(a.leaves, b.leaves);
   expect_same(a.refs, b.refs);
@@ -76,7 +76,7 @@ struct Answer {
     const auto* const data = reinterpret_cast<const std::byte*>(values.data());
     bytes.insert(bytes.end(), data, data + n * sizeof(values.data()[0]));
   }
-  void add(PlacedLists& lists) {
+  void add(HitAssembler& lists) {
     const auto offsets = lists.offsets();
     const auto n = std::size_t(offsets[kRays]);
     add(offsets, offsets.size());
@@ -90,29 +90,30 @@ struct Answer {
 };
 
 /// All queries on the layout.
-Answer ask(const WideView& tree, const RayBatch& rays, Kernel kernel, unsigned n_threads, Progress& progress) {
+Answer ask(const WideBvhView<Segments>& tree, const RayBatch& rays, Kernel kernel, unsigned n_threads,
+           Progress& progress) {
   Answer answer;
   std::vector<float> t(kRays), u(kRays), distance(kRays), t_out(kRays);
   std::vector<std::int64_t> prim(kRays);
-  const HitColumns to{t.data(), u.data(), distance.data(), t_out.data(), prim.data()};
-  run_job(tree, rays, kernel, FirstJob<At::surface>{tree, to}, n_threads, progress);
+  const HitColumns to{t.data(), prim.data(), u.data(), distance.data(), t_out.data()};
+  run_batch(tree, rays, kernel, FirstHitQuery<Segments, At::surface>{tree, to}, n_threads, progress);
   for (const auto* column : {&t, &u, &distance, &t_out}) answer.add(*column, kRays);
   answer.add(prim, kRays);
   const std::unique_ptr<bool[]> any(new bool[kRays]);
-  run_job(tree, rays, kernel, AnyJob{any.get()}, n_threads, progress);
+  run_batch(tree, rays, kernel, AnyHitQuery{any.get()}, n_threads, progress);
   answer.add(std::span(any.get(), kRays), kRays);
-  run_job(tree, rays, kernel, CountJob{prim.data()}, n_threads, progress);
+  run_batch(tree, rays, kernel, CountHitsQuery{prim.data()}, n_threads, progress);
   answer.add(prim, kRays);
-  PlacedLists all(kRays, true), next(kRays, false);
-  run_lists(tree, rays, kernel, AllJob<At::surface>(tree), n_threads, progress, all);
-  run_lists(tree, rays, kernel, NextJob<At::closest>(tree, kNearest), n_threads, progress, next);
+  HitAssembler all(kRays, true), next(kRays, false);
+  run_lists(tree, rays, kernel, AllHitsQuery<Segments, At::surface>(tree), n_threads, progress, all);
+  run_lists(tree, rays, kernel, KNearestQuery<Segments, At::closest>(tree, kNearest), n_threads, progress, next);
   answer.add(all);
   answer.add(next);
   return answer;
 }
 
 /// And on the tree as it was built.
-Answer ask(const TreeSearch& search, const RayBatch& rays, unsigned n_threads, Progress& progress) {
+Answer ask(const BinaryTraversal<Segments>& search, const RayBatch& rays, unsigned n_threads, Progress& progress) {
   Answer answer;
   std::vector<Hit> hits(kRays);
   std::vector<std::int64_t> n_hits(kRays);
@@ -120,7 +121,7 @@ Answer ask(const TreeSearch& search, const RayBatch& rays, unsigned n_threads, P
   count_hits(search, rays, n_threads, progress, n_hits);
   for (const Hit& hit : hits) answer.add(std::span(&hit.t, 1), 1);
   answer.add(n_hits, kRays);
-  PlacedLists all(kRays, false);
+  HitAssembler all(kRays, false);
   list_hits(search, rays, n_threads, progress, all, [](const Ray& ray) { return AllSink(At::closest, ray); });
   answer.add(all);
   return answer;
@@ -165,30 +166,30 @@ int main() {
     return Reinsertion(tree.nodes, tree.refs, {.rounds = 1, .n_threads = n_threads}, progress)();
   };
   const auto lay_out = [&](const Tree& tree, unsigned n_threads, Progress& progress) {
-    return collapse(tree.nodes, tree.refs, segments, {}, n_threads, progress);
+    return collapse(tree.nodes, tree.refs, Segments{segments}, {}, n_threads, progress);
   };
   const auto refit = [&](const Tree& tree, unsigned n_threads, Progress& progress) {
     std::vector<Node> nodes(tree.nodes.size());
-    Refit(tree.nodes, tree.refs, segments, nodes.data())(n_threads, progress);
+    Refit(tree.nodes, tree.refs, Segments{segments}, nodes.data())(n_threads, progress);
     return nodes;
   };
 
   // Trees and layouts.
   Progress progress;
   const Tree tree = build(1, progress);
-  const WideTree wide = lay_out(tree, 1, progress);
+  const WideBvh wide = lay_out(tree, 1, progress);
   expect_same(tree, build(kThreads, progress));
   expect_same(move(tree, 1, progress), move(tree, kThreads, progress));
   expect_same(wide, lay_out(tree, kThreads, progress));
   expect_same(refit(tree, 1, progress), refit(tree, kThreads, progress));
 
   // Queries: with threads of their own, and of callers side by side.
-  const WideView view = view_of(wide, segments.data());
-  const TreeSearch search{tree.nodes, tree.refs, segments, view.frame};
+  const WideBvhView<Segments> view = view_of(wide, Segments{segments});
+  const BinaryTraversal<Segments> search{tree.nodes, tree.refs, segments, view.frame};
   for (const bool coherent : {true, false}) {
     const Rays rays(coherent);
     const RayBatch batch = rays.batch();
-    n_wrong += !askable(batch, 1.0f, 1.0f, kThreads);
+    n_wrong += !rays_are_valid(batch, 1.0f, 1.0f, kThreads);
     for (const Kernel kernel : {Kernel::automatic, Kernel::single, Kernel::wave, Kernel::bundle}) {
       const Answer expected = ask(view, batch, kernel, 1, progress);
       expect_same(expected, ask(view, batch, kernel, kThreads, progress));

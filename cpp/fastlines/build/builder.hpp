@@ -11,7 +11,7 @@
 // the same cost, from the bottom up, so what is left is the cheapest of all prunings of the deep tree.
 #pragma once
 
-#include "subtree.hpp"
+#include "node_builder.hpp"
 
 namespace fastlines {
 
@@ -25,14 +25,14 @@ class Builder {
     Buffer<BuildRef> refs = first_references(prims_, settings_.presplit, tasks_, progress_, limits_hit_.refs);
     Box box = hull_of(refs);
     if (refs.size() == 0) box = Box{{0, 0, 0}, {0, 0, 0}};
-    Subtree<P> whole(prims_, settings_, progress_, tasks_, box.side(box.longest_axis()));
+    NodeBuilder<P> whole(prims_, settings_, progress_, tasks_, box.side(box.longest_axis()));
     if (refs.size() > whole.capacity(0))
       throw std::invalid_argument("max_leaf_refs and max_depth leave no room for all references");
     if (refs.size() > settings_.limits.max_refs)
       throw std::invalid_argument("max_refs is less than the number of primitives");
     const std::size_t spare = settings_.limits.max_refs - refs.size();
     try {
-      whole.build(std::move(refs), box, Place{.spare = spare});
+      whole.build(std::move(refs), box, NodeContext{.spare = spare});
     } catch (const Cancelled&) {
       tasks_.rethrow();  // what really went wrong, if it was not Ctrl-C
       throw;
@@ -54,15 +54,15 @@ class Builder {
       for (std::size_t i = first; i < end; ++i)
         boxes[i] = hull(refs.subspan(i * part, std::min(part, refs.size() - i * part)));
     });
-    Bounds all;
-    for (const Box& box : boxes) all.grow(Bounds(box));
+    BoxX4 all = BoxX4::empty();
+    for (const Box& box : boxes) all.grow(BoxX4::load(box));
     return all.box();
   }
 
   const P& prims_;
   const Settings& settings_;
   Progress& progress_;
-  Tasks tasks_;
+  TaskGroup tasks_;
   LimitsHit limits_hit_;
   Searched searched_;
 };

@@ -19,7 +19,7 @@
 #include <array>
 #include <span>
 
-#include "../threads/chunks.hpp"
+#include "../parallel/parallel_for.hpp"
 #include "../tree/tree.hpp"
 
 namespace fastlines {
@@ -107,16 +107,15 @@ class Reinsertion {
   bool improve(Stage stage) {
     constexpr std::size_t per_chunk = 256;
     std::vector<Move> moves(links_.size());
-    for_each_chunk((links_.size() + per_chunk - 1) / per_chunk, options_.n_threads, progress_,
-                   [] { return std::vector<Waiting>{}; },
-                   [&](std::vector<Waiting>& waiting, std::size_t chunk) {
-                     for (std::size_t v = chunk * per_chunk; v < std::min(links_.size(), (chunk + 1) * per_chunk);
-                          ++v) {
-                       progress_.check();
-                       moves[v] = best_move(std::uint32_t(v), waiting);
-                     }
-                   },
-                   stage);
+    parallel_for((links_.size() + per_chunk - 1) / per_chunk, options_.n_threads, progress_,
+                 [] { return std::vector<Waiting>{}; },
+                 [&](std::vector<Waiting>& waiting, std::size_t chunk) {
+                   for (std::size_t v = chunk * per_chunk; v < std::min(links_.size(), (chunk + 1) * per_chunk); ++v) {
+                     progress_.check();
+                     moves[v] = best_move(std::uint32_t(v), waiting);
+                   }
+                 },
+                 stage);
     std::erase_if(moves, [](const Move& move) { return move.x == kNone; });
     std::sort(moves.begin(), moves.end(),
               [](const Move& a, const Move& b) { return a.gain != b.gain ? a.gain > b.gain : a.v < b.v; });

@@ -5,22 +5,22 @@
 // same places, however many threads there are.
 #pragma once
 
-#include "divide.hpp"
-#include "fit.hpp"
-#include "plans.hpp"
+#include "block_encoder.hpp"
+#include "collapse_plan.hpp"
+#include "leaf_splitter.hpp"
 
 namespace fastlines {
 
+template <RayPrimitive P>
 class Collapse {
  public:
-  Collapse(std::span<const Node> nodes, std::span<const Reference> refs, std::span<const Segment> segments,
-           const CollapseCost& cost)
-      : nodes_(nodes), refs_(refs), segments_(segments), cost_(cost) {}
+  Collapse(std::span<const Node> nodes, std::span<const Reference> refs, const P& prims, const CollapseCost& cost)
+      : nodes_(nodes), refs_(refs), prims_(prims), cost_(cost) {}
 
-  WideTree operator()(unsigned n_threads, Progress& progress) {
-    plans_ = Planner(nodes_, refs_, cost_)(n_threads, progress);
+  WideBvh operator()(unsigned n_threads, Progress& progress) {
+    plans_ = CollapsePlanner(nodes_, refs_, cost_)(n_threads, progress);
     make_room(n_threads, progress);
-    Place at{1, 0, 0};
+    BlockCursor at{1, 0, 0};
     if (plans_[0].leaf) {
       // A root that is a leaf becomes the one child of a node.
       describe(wide_.nodes[0], at, 0, 1);
@@ -28,10 +28,10 @@ class Collapse {
     } else {
       put(0, 0, at, nodes_[0].n_refs > kApart);
     }
-    for_each_chunk(
+    parallel_for(
         apart_.size(), n_threads, progress, [] { return 0; },
         [&](int, std::size_t i) {
-          Place next = apart_[i].begin;
+          BlockCursor next = apart_[i].begin;
           put(apart_[i].v, apart_[i].index, next, false);
           apart_[i].end = next;
         },
@@ -40,14 +40,14 @@ class Collapse {
     plans_ = {};
     wide_.frame = frame_of(nodes_[0].box);
     wide_.box = {wide_.frame(nodes_[0].box.lo), wide_.frame(nodes_[0].box.hi)};
-    wide_.mean_extent = Fit(wide_.frame, wide_.nodes, wide_.leaves, wide_.refs, segments_, wide_.nodes.data(),
-                            wide_.leaves.data())(n_threads, progress, {0.7, 1.0});
+    wide_.mean_extent = BlockEncoder(wide_.frame, wide_.nodes, wide_.leaves, wide_.refs, prims_, wide_.nodes.data(),
+                                     wide_.leaves.data())(n_threads, progress, {0.7, 1.0});
     return std::move(wide_);
   }
 
  private:
   /// Where the next blocks stand, or how many there are.
-  struct Place {
+  struct BlockCursor {
     std::size_t node, leaf, ref;
   };
 
@@ -55,7 +55,7 @@ class Collapse {
   struct Apart {
     std::uint32_t v;
     std::size_t index;
-    Place size{}, begin{}, end{};
+    BlockCursor size{}, begin{}, end{};
   };
 
   /// Subtrees of no more references are put apart.
@@ -63,15 +63,15 @@ class Collapse {
 
   /// Count all blocks, and find where those of each subtree begin. Pieces that are joined are not known yet.
   void make_room(unsigned n_threads, Progress& progress) {
-    Place end{1, 0, 0};
+    BlockCursor end{1, 0, 0};
     if (plans_[0].leaf)
       end = {1, 1, refs_.size()};
     else
       count(0, end, nodes_[0].n_refs > kApart);
-    for_each_chunk(
+    parallel_for(
         apart_.size(), n_threads, progress, [] { return 0; },
         [&](int, std::size_t i) {
-          Place size{};
+          BlockCursor size{};
           count(apart_[i].v, size, false);
           apart_[i].size = size;
         },
@@ -88,7 +88,7 @@ class Collapse {
   }
 
   struct Some {
-    std::uint32_t v[kWidth];
+    std::uint32_t v[kSimdWidth];
     std::uint32_t n = 0;
   };
 
@@ -103,13 +103,13 @@ class Collapse {
       int i;  // of the children
     };
     Children children;
-    Share waiting[kWidth];
+    Share waiting[kSimdWidth];
     int n_waiting = 0;
     const auto part = [&](std::uint32_t parent, int i, int k) {
       waiting[n_waiting++] = {nodes_[parent].right, i - k};
       waiting[n_waiting++] = {parent + 1, k};
     };
-    part(v, kWidth, plans_[v].k_all);
+    part(v, kSimdWidth, plans_[v].k_all);
     while (n_waiting > 0) {
       auto [below, i] = waiting[--n_waiting];
       while (i > 1 && plans_[below].k[i] == 0) --i;
@@ -135,7 +135,7 @@ class Collapse {
   /// and in their turn leave(node) for those that are put apart, if any is to be. The inner children stand where `at`
   /// is before the call.
   template <class Visit, class Leave>
-  void for_each_below(Wanted root, Place& at, bool some_apart, Visit&& visit, Leave&& leave) {
+  void for_each_below(Wanted root, BlockCursor& at, bool some_apart, Visit&& visit, Leave&& leave) {
     std::vector<Wanted> waiting{root};
     while (!waiting.empty()) {
       const Wanted node = waiting.back();
@@ -152,7 +152,7 @@ class Collapse {
   }
 
   /// Add the blocks below a node, but for those of subtrees that are put apart, if any is to be.
-  void count(std::uint32_t v, Place& at, bool some_apart) {
+  void count(std::uint32_t v, BlockCursor& at, bool some_apart) {
     for_each_below(
         {v, 0}, at, some_apart,
         [&](const Wanted&, const Children& children) {
@@ -164,7 +164,7 @@ class Collapse {
         [&](const Wanted& node) { apart_.push_back({node.v, node.index}); });
   }
 
-  static void describe(WideNode& node, const Place& first, std::uint32_t n_inner, std::uint32_t n_leaves) {
+  static void describe(WideNode& node, const BlockCursor& first, std::uint32_t n_inner, std::uint32_t n_leaves) {
     node.first_inner = std::uint32_t(first.node);
     node.first_leaf = std::uint32_t(first.leaf);
     node.n_inner = std::uint8_t(n_inner);
@@ -172,12 +172,12 @@ class Collapse {
   }
 
   /// Put a node in its place, and the blocks below it in the next.
-  void put(std::uint32_t v, std::size_t index, Place& at, bool some_apart) {
+  void put(std::uint32_t v, std::size_t index, BlockCursor& at, bool some_apart) {
     for_each_below(
         {v, index}, at, some_apart,
         [&](const Wanted& node, const Children& children) {
           const auto& [inner, leaves] = children;
-          const Place first = at;
+          const BlockCursor first = at;
           at.node += inner.n;
           at.leaf += leaves.n;
           describe(wide_.nodes[node.index], first, inner.n, leaves.n);
@@ -186,9 +186,9 @@ class Collapse {
         [](const Wanted&) {});
   }
 
-  void list_pieces(std::uint32_t v, std::size_t index, Place& at) {
-    Reference pieces[kMostBelow];
-    const std::size_t n = join_pieces(refs_.subspan(nodes_[v].first_ref, nodes_[v].n_refs), pieces);
+  void list_pieces(std::uint32_t v, std::size_t index, BlockCursor& at) {
+    Reference pieces[kMaxMergedRefs];
+    const std::size_t n = merge_pieces(refs_.subspan(nodes_[v].first_ref, nodes_[v].n_refs), pieces);
     for (std::size_t i = 0; i < n; ++i) wide_.refs.data()[at.ref + i] = WideRef(pieces[i]);
     wide_.leaves[index].first_ref = std::uint32_t(at.ref);
     wide_.leaves[index].n_refs = std::uint32_t(n);
@@ -211,21 +211,21 @@ class Collapse {
 
   std::span<const Node> nodes_;
   std::span<const Reference> refs_;
-  std::span<const Segment> segments_;
+  P prims_;
   CollapseCost cost_;
-  Buffer<Plan> plans_;
+  Buffer<CollapsePlan> plans_;
   std::vector<Apart> apart_;
-  WideTree wide_;
+  WideBvh wide_;
 };
 
-inline WideTree collapse(std::span<const Node> nodes, std::span<const Reference> refs,
-                         std::span<const Segment> segments, const CollapseCost& cost, unsigned n_threads,
-                         Progress& progress) {
-  const auto too_large = [](const Node& node) { return node.is_leaf() && node.n_refs > kWidth; };
+template <RayPrimitive P>
+WideBvh collapse(std::span<const Node> nodes, std::span<const Reference> refs, const P& prims, const CollapseCost& cost,
+                 unsigned n_threads, Progress& progress) {
+  const auto too_large = [](const Node& node) { return node.is_leaf() && node.n_refs > kSimdWidth; };
   if (std::none_of(nodes.begin(), nodes.end(), too_large))
-    return Collapse(nodes, refs, segments, cost)(n_threads, progress);
-  const Tree tree = divide_leaves(nodes, refs, segments, kWidth, progress);
-  return Collapse(tree.nodes, tree.refs, segments, cost)(n_threads, progress);
+    return Collapse(nodes, refs, prims, cost)(n_threads, progress);
+  const Tree tree = split_large_leaves(nodes, refs, prims, kSimdWidth, progress);
+  return Collapse(tree.nodes, tree.refs, prims, cost)(n_threads, progress);
 }
 
 }  // namespace fastlines

@@ -5,7 +5,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "memory.hpp"
+#include "large_vector.hpp"
 
 namespace fastlines {
 
@@ -24,14 +24,14 @@ class Buffer {
     Buffer(std::move(other)).swap(*this);
     return *this;
   }
-  ~Buffer() { Memory::release(data_); }
+  ~Buffer() { PagePool::release(data_); }
 
   /// Forget what is in it, and have room for n elements.
   T* make_room(std::size_t n) {
     size_ = 0;
     if (n <= capacity_) return data_;
     *this = Buffer();
-    data_ = static_cast<T*>(Memory::allocate(n * sizeof(T)));
+    data_ = static_cast<T*>(PagePool::allocate(n * sizeof(T)));
     capacity_ = n;
     return data_;
   }

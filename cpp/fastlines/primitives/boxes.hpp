@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "primitives.hpp"
+#include "primitive.hpp"
 
 namespace fastlines {
 

@@ -8,7 +8,7 @@
 
 #include <span>
 
-#include "primitives.hpp"
+#include "primitive.hpp"
 
 namespace fastlines {
 
@@ -42,10 +42,45 @@ struct Segment {
 };
 static_assert(sizeof(Segment) == 24);
 
+template <class N, class R>
+class SegmentTest;
+
+/// Segments as a set of primitives, for builders (`Primitives`, `Curves`) and for the fast path (`RayPrimitive`).
 struct Segments {
+  using Item = Segment;
+  static constexpr int kLanes = 6;  // start, end − start
+  static constexpr bool kHasRadius = false;
+
   std::span<const Segment> data;
 
   std::size_t size() const { return data.size(); }
+  const Segment* items() const { return data.data(); }
+  const Segment& item(std::uint32_t prim) const { return data[prim]; }
+  static const Segment& axis(const Segment& segment) { return segment; }
+  static float radius(const Segment&) { return 0.0f; }
+  static float max_radius() { return 0.0f; }
+
+  template <class N, class Frame>
+  [[gnu::always_inline]] static std::array<N, kLanes> lanes(const N (&ends)[6], const Frame& frame) {
+    std::array<N, kLanes> lanes;
+    for (int k = 0; k < 3; ++k) {
+      const N centre = frame.centre[k], scale = frame.scale;
+      lanes[k] = (ends[k] - centre) * scale;
+      lanes[3 + k] = (ends[3 + k] - centre) * scale - lanes[k];
+    }
+    return lanes;
+  }
+
+  template <class N>
+  static N lane_radius(const std::array<N, kLanes>&) {
+    return 0.0f;
+  }
+
+  template <class N, class R, class V>
+  [[gnu::always_inline]] static SegmentTest<N, R> test(const R& ray, const V& lanes) {
+    return {ray, lanes};
+  }
+
   const Segment& curve(std::uint32_t prim) const { return data[prim]; }
   Box bounds(std::uint32_t prim) const { return data[prim].bounds(); }
 
@@ -81,7 +116,7 @@ concept Straight = Curves<P> && requires(const P& prims, std::uint32_t prim) {
 
 /// Ask for what will soon be looked at, where that lies in memory.
 template <Primitives P>
-void fetch(const P& prims, std::uint32_t prim) {
+void prefetch(const P& prims, std::uint32_t prim) {
   if constexpr (Straight<P>) __builtin_prefetch(&prims.curve(prim));
 }
 

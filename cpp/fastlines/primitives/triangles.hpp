@@ -4,7 +4,7 @@
 #include <cmath>
 #include <span>
 
-#include "primitives.hpp"
+#include "primitive.hpp"
 
 namespace fastlines {
 

@@ -7,48 +7,39 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
+#include "../primitives/segment_test.hpp"
+#include "../rays/hit.hpp"
+#include "../rays/ray.hpp"
 #include "../references/reference.hpp"
-#include "exact.hpp"
 
 namespace fastlines {
 
-struct Hit {
-  float t = std::numeric_limits<float>::infinity();  // as the caller counts it
-  std::int64_t prim = -1;
-  float u = 0.0f, distance = std::numeric_limits<float>::infinity();
-  float t_out = std::numeric_limits<float>::infinity();
-
-  bool operator<(const Hit& other) const { return t != other.t ? t < other.t : prim < other.prim; }
-};
-
-/// A segment within the ray's radius, and all that can be told of it.
-struct Found {
+/// The exact test of a primitive that a ray comes near, and which piece of it was tested.
+template <RayPrimitive P>
+struct HitContext {
+  using Test = decltype(P::template test<float>(std::declval<const Ray&>(), std::declval<const Lanes<P, float>&>()));
   const Ray& ray;
-  const Segment& segment;
-  const Frame& frame;
-  const Approach<float>& approach;
+  const Test& test;
   const Reference& ref;
 
-  bool owned() const { return ref.s0 <= approach.s && approach.s < ref.s1; }
+  bool owned() const { return owns(ref.s0, ref.s1, test.closest.s); }
 };
 
-/// The hit in the caller's terms, and its t in the frame.
-inline std::pair<Hit, float> describe(const Found& found, At at) {
-  const Ray& ray = found.ray;
+/// The hit in the units of the caller's ray, and its t in the frame.
+template <RayPrimitive P>
+std::pair<Hit, float> make_hit(const HitContext<P>& context, At at) {
+  const auto& [ray, test, ref] = context;
+  const ClosestApproach<float> approach = at == At::surface ? test.entry() : test.closest;
   Hit hit;
-  hit.prim = found.ref.prim;
-  hit.distance = float(std::sqrt(found.approach.dist2) * ray.per_scale);
-  Approach<float> where = found.approach;
-  if (at == At::surface) {
-    const Seen<float> g = see(ray, found.segment, found.frame);
-    where = entry(ray, g, found.approach);
-    hit.t_out = ray.t_given(leaving(ray, g));
-  }
-  hit.u = where.s;
-  hit.t = ray.t_given(where.t);
-  return {hit, where.t};
+  hit.t = ray.t_ray(approach.t);
+  hit.prim = ref.prim;
+  hit.u = approach.s;
+  hit.distance = float(std::sqrt(approach.dist2) * ray.inv_scale);
+  if (at == At::surface) hit.t_out = ray.t_ray(test.exit());
+  return {hit, approach.t};
 }
 
 struct FirstSink {
@@ -57,12 +48,13 @@ struct FirstSink {
   Hit best{};
 
   FirstSink(At at_, const Ray& ray) : at(at_), limit(ray.t_max) {}
-  void add(const Found& found) {
-    if (at == At::closest && found.approach.t > limit) return;
-    const auto [hit, t] = describe(found, at);
+  template <class Context>
+  void add(const Context& context) {
+    if (at == At::closest && context.test.closest.t > limit) return;
+    const auto [hit, t] = make_hit(context, at);
     if (best.prim >= 0 && !(hit < best)) return;
     best = hit;
-    limit = std::min(found.ray.t_max, t + found.ray.margin);
+    limit = std::min(context.ray.t_max, t + context.ray.tie_tolerance);
   }
   bool done() const { return false; }
 };
@@ -72,7 +64,10 @@ struct AnySink {
   bool found = false;
 
   explicit AnySink(const Ray& ray) : limit(ray.t_max) {}
-  void add(const Found&) { found = true; }
+  template <class Context>
+  void add(const Context&) {
+    found = true;
+  }
   bool done() const { return found; }
 };
 
@@ -81,7 +76,10 @@ struct CountSink {
   std::int64_t n_hits = 0;
 
   explicit CountSink(const Ray& ray) : limit(ray.t_max) {}
-  void add(const Found& found) { n_hits += found.owned(); }
+  template <class Context>
+  void add(const Context& context) {
+    n_hits += context.owned();
+  }
   bool done() const { return false; }
 };
 
@@ -91,25 +89,27 @@ struct AllSink {
   std::vector<Hit> hits;  // in no order
 
   AllSink(At at_, const Ray& ray) : at(at_), limit(ray.t_max) {}
-  void add(const Found& found) {
-    if (found.owned()) hits.push_back(describe(found, at).first);
+  template <class Context>
+  void add(const Context& context) {
+    if (context.owned()) hits.push_back(make_hit(context, at).first);
   }
   bool done() const { return false; }
 };
 
-/// The k nearest hits. A hit that is shown again is found among them, or is farther than all of them.
-struct NextSink {
+/// The k nearest hits. A hit that is shown again is context among them, or is farther than all of them.
+struct KNearestSink {
   At at;
   float limit;
   std::size_t k;
   std::vector<Hit> hits;  // a heap, the farthest on top
 
-  NextSink(At at_, const Ray& ray, std::size_t k_) : at(at_), limit(ray.t_max), k(k_) {}
-  void add(const Found& found) {
-    if (done() || (at == At::closest && found.approach.t > limit)) return;
+  KNearestSink(At at_, const Ray& ray, std::size_t k_) : at(at_), limit(ray.t_max), k(k_) {}
+  template <class Context>
+  void add(const Context& context) {
+    if (done() || (at == At::closest && context.test.closest.t > limit)) return;
     for (const Hit& hit : hits)
-      if (hit.prim == found.ref.prim) return;
-    const Hit hit = describe(found, at).first;
+      if (hit.prim == context.ref.prim) return;
+    const Hit hit = make_hit(context, at).first;
     if (hits.size() == k) {
       if (!(hit < hits.front())) return;
       std::pop_heap(hits.begin(), hits.end());
@@ -117,9 +117,16 @@ struct NextSink {
     }
     hits.push_back(hit);
     std::push_heap(hits.begin(), hits.end());
-    if (hits.size() == k) limit = found.ray.beyond(hits.front().t);
+    if (hits.size() == k) limit = context.ray.beyond(hits.front().t);
   }
   bool done() const { return k == 0; }
 };
+
+/// Test one ray and one primitive exactly; a hit goes to the sink.
+template <RayPrimitive P, class Sink>
+void test_primitive(const P& prims, const Ray& ray, const Frame& frame, const Reference& ref, Sink& sink) {
+  const auto test = P::template test<float>(ray, lanes_of<P>(prims.item(ref.prim), frame));
+  if (test.closest.hit) sink.add(HitContext<P>{ray, test, ref});
+}
 
 }  // namespace fastlines

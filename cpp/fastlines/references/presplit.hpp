@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "../threads/tasks.hpp"
+#include "../parallel/task_group.hpp"
 #include "cut.hpp"
 
 namespace fastlines {
@@ -18,7 +18,7 @@ struct Presplit {
 
 /// One reference to each whole primitive.
 template <Primitives P>
-Buffer<BuildRef> whole_references(const P& prims, Tasks& tasks) {
+Buffer<BuildRef> whole_references(const P& prims, TaskGroup& tasks) {
   Buffer<BuildRef> refs;
   BuildRef* const data = refs.make_room(prims.size());
   tasks.in_parts(0, prims.size(), 1 << 14, [&prims, data](std::size_t first, std::size_t end) {
@@ -31,7 +31,7 @@ Buffer<BuildRef> whole_references(const P& prims, Tasks& tasks) {
 
 /// What a build begins with. Where max_refs ends the cutting before an area that was asked for, n_refused grows.
 template <Primitives P>
-Buffer<BuildRef> first_references(const P& prims, const Presplit& presplit, Tasks& tasks, Progress& progress,
+Buffer<BuildRef> first_references(const P& prims, const Presplit& presplit, TaskGroup& tasks, Progress& progress,
                                   std::size_t& n_refused) {
   Buffer<BuildRef> whole = whole_references(prims, tasks);
   if constexpr (Curves<P>) {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "../memory/buffer.hpp"
-#include "../primitives/primitives.hpp"
+#include "../primitives/primitive.hpp"
 
 namespace fastlines {
 

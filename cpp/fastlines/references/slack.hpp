@@ -13,7 +13,7 @@
 
 #include <cmath>
 
-#include "../geometry/box.hpp"
+#include "../math/box.hpp"
 
 namespace fastlines {
 

@@ -6,33 +6,33 @@
 #include <bit>
 #include <cstdint>
 
-#include "four.hpp"
-#include "packing.hpp"
+#include "compress.hpp"
+#include "float_x4.hpp"
 
 namespace fastlines {
 
 inline constexpr const char* kSimd = "avx2";
 
-struct Mask16 {
+struct MaskX16 {
   __m256 a, b;
   std::uint32_t bits() const {
     return std::uint32_t(_mm256_movemask_ps(a)) | std::uint32_t(_mm256_movemask_ps(b)) << 8;
   }
-  friend Mask16 operator&(Mask16 x, Mask16 y) { return {_mm256_and_ps(x.a, y.a), _mm256_and_ps(x.b, y.b)}; }
-  friend Mask16 operator|(Mask16 x, Mask16 y) { return {_mm256_or_ps(x.a, y.a), _mm256_or_ps(x.b, y.b)}; }
+  friend MaskX16 operator&(MaskX16 x, MaskX16 y) { return {_mm256_and_ps(x.a, y.a), _mm256_and_ps(x.b, y.b)}; }
+  friend MaskX16 operator|(MaskX16 x, MaskX16 y) { return {_mm256_or_ps(x.a, y.a), _mm256_or_ps(x.b, y.b)}; }
 };
 
-struct Float16 {
+struct FloatX16 {
   __m256 a, b;
   static constexpr int kRegisters = 2;
-  static constexpr int kLooksUp = 16;  // so long a table look_up is worth its time for
+  static constexpr int kMaxPermuteTable = 16;  // so long a table permute is worth its time for
 
-  Float16() = default;
-  Float16(__m256 a_, __m256 b_) : a(a_), b(b_) {}
-  Float16(float x) : a(_mm256_set1_ps(x)), b(a) {}
+  FloatX16() = default;
+  FloatX16(__m256 a_, __m256 b_) : a(a_), b(b_) {}
+  FloatX16(float x) : a(_mm256_set1_ps(x)), b(a) {}
 
-  static Float16 load(const float* p) { return {_mm256_loadu_ps(p), _mm256_loadu_ps(p + 8)}; }
-  static Float16 bytes(const std::uint8_t* p) {
+  static FloatX16 load(const float* p) { return {_mm256_loadu_ps(p), _mm256_loadu_ps(p + 8)}; }
+  static FloatX16 bytes(const std::uint8_t* p) {
     const auto eight = [](const std::uint8_t* from) {
       return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from))));
     };
@@ -40,13 +40,13 @@ struct Float16 {
   }
   /// Lane k of four, in all lanes.
   template <int k>
-  static Float16 spread(const Float4& x) {
+  static FloatX16 broadcast(const FloatX4& x) {
     const __m256 twice = _mm256_insertf128_ps(_mm256_castps128_ps256(__m128(x)), __m128(x), 1);  // once for all k
     const __m256 all = _mm256_permute_ps(twice, k * 0x55);
     return {all, all};
   }
   /// Four numbers of each of four rows, side by side; and back.
-  static Float16 of_rows(const float* p, const float* q, const float* r, const float* s) {
+  static FloatX16 of_rows(const float* p, const float* q, const float* r, const float* s) {
     return {_mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(p)), _mm_loadu_ps(q), 1),
             _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(r)), _mm_loadu_ps(s), 1)};
   }
@@ -58,7 +58,7 @@ struct Float16 {
   }
   /// Lanes i and j of each four of x, then k and l of those of y.
   template <int i, int j, int k, int l>
-  static Float16 of_fours(Float16 x, Float16 y) {
+  static FloatX16 shuffle(FloatX16 x, FloatX16 y) {
     constexpr int which = _MM_SHUFFLE(l, k, j, i);
     return {_mm256_shuffle_ps(x.a, y.a, which), _mm256_shuffle_ps(x.b, y.b, which)};
   }
@@ -69,7 +69,7 @@ struct Float16 {
   /// Of the sixteen numbers of a table those with these indices, of which the lowest four bits count.
   template <int n = 16>
     requires(n == 16)
-  static Float16 look_up(const float* table, const std::uint32_t* index) {
+  static FloatX16 permute(const float* table, const std::uint32_t* index) {
     const __m256 low = _mm256_loadu_ps(table), high = _mm256_loadu_ps(table + 8);
     const auto eight = [&](const std::uint32_t* from) {
       const __m256i at = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
@@ -80,36 +80,36 @@ struct Float16 {
   }
 
   /// The same of a table of sixteen doubles, which are written.
-  static void look_up(const double* table, const std::uint32_t* index, double* to) {
+  static void permute(const double* table, const std::uint32_t* index, double* to) {
     for (int i = 0; i < 16; ++i) to[i] = table[index[i] % 16];
   }
 
-  friend Float16 operator+(Float16 x, Float16 y) { return {_mm256_add_ps(x.a, y.a), _mm256_add_ps(x.b, y.b)}; }
-  friend Float16 operator-(Float16 x, Float16 y) { return {_mm256_sub_ps(x.a, y.a), _mm256_sub_ps(x.b, y.b)}; }
-  friend Float16 operator*(Float16 x, Float16 y) { return {_mm256_mul_ps(x.a, y.a), _mm256_mul_ps(x.b, y.b)}; }
-  friend Float16 operator/(Float16 x, Float16 y) { return {_mm256_div_ps(x.a, y.a), _mm256_div_ps(x.b, y.b)}; }
-  friend Mask16 operator<=(Float16 x, Float16 y) {
+  friend FloatX16 operator+(FloatX16 x, FloatX16 y) { return {_mm256_add_ps(x.a, y.a), _mm256_add_ps(x.b, y.b)}; }
+  friend FloatX16 operator-(FloatX16 x, FloatX16 y) { return {_mm256_sub_ps(x.a, y.a), _mm256_sub_ps(x.b, y.b)}; }
+  friend FloatX16 operator*(FloatX16 x, FloatX16 y) { return {_mm256_mul_ps(x.a, y.a), _mm256_mul_ps(x.b, y.b)}; }
+  friend FloatX16 operator/(FloatX16 x, FloatX16 y) { return {_mm256_div_ps(x.a, y.a), _mm256_div_ps(x.b, y.b)}; }
+  friend MaskX16 operator<=(FloatX16 x, FloatX16 y) {
     return {_mm256_cmp_ps(x.a, y.a, _CMP_LE_OQ), _mm256_cmp_ps(x.b, y.b, _CMP_LE_OQ)};
   }
-  friend Mask16 operator<(Float16 x, Float16 y) {
+  friend MaskX16 operator<(FloatX16 x, FloatX16 y) {
     return {_mm256_cmp_ps(x.a, y.a, _CMP_LT_OQ), _mm256_cmp_ps(x.b, y.b, _CMP_LT_OQ)};
   }
 };
 
-inline Float16 min(Float16 x, Float16 y) { return {_mm256_min_ps(x.a, y.a), _mm256_min_ps(x.b, y.b)}; }
-inline Float16 max(Float16 x, Float16 y) { return {_mm256_max_ps(x.a, y.a), _mm256_max_ps(x.b, y.b)}; }
-inline Float16 fma(Float16 x, Float16 y, Float16 z) {
+inline FloatX16 min(FloatX16 x, FloatX16 y) { return {_mm256_min_ps(x.a, y.a), _mm256_min_ps(x.b, y.b)}; }
+inline FloatX16 max(FloatX16 x, FloatX16 y) { return {_mm256_max_ps(x.a, y.a), _mm256_max_ps(x.b, y.b)}; }
+inline FloatX16 fma(FloatX16 x, FloatX16 y, FloatX16 z) {
   return {_mm256_fmadd_ps(x.a, y.a, z.a), _mm256_fmadd_ps(x.b, y.b, z.b)};
 }
-inline Float16 fnma(Float16 x, Float16 y, Float16 z) {
+inline FloatX16 fnma(FloatX16 x, FloatX16 y, FloatX16 z) {
   return {_mm256_fnmadd_ps(x.a, y.a, z.a), _mm256_fnmadd_ps(x.b, y.b, z.b)};
 }
-inline Float16 select(Mask16 mask, Float16 x, Float16 y) {
+inline FloatX16 blend(MaskX16 mask, FloatX16 x, FloatX16 y) {
   return {_mm256_blendv_ps(y.a, x.a, mask.a), _mm256_blendv_ps(y.b, x.b, mask.b)};
 }
 
 /// x in the lanes of these bits, y in the others.
-inline Float16 choose(std::uint32_t bits, Float16 x, Float16 y) {
+inline FloatX16 blend(std::uint32_t bits, FloatX16 x, FloatX16 y) {
   const __m256i all = _mm256_set1_epi32(int(bits));
   const auto sign = [all](int a, int b, int c, int d, int e, int f, int g, int h) {
     return _mm256_castsi256_ps(_mm256_sllv_epi32(all, _mm256_setr_epi32(a, b, c, d, e, f, g, h)));
@@ -118,26 +118,26 @@ inline Float16 choose(std::uint32_t bits, Float16 x, Float16 y) {
           _mm256_blendv_ps(y.b, x.b, sign(23, 22, 21, 20, 19, 18, 17, 16))};
 }
 
-inline __m256i packing(std::uint32_t byte) {
-  return _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kPacking.lanes[byte])));
+inline __m256i compress_permutation(std::uint32_t byte) {
+  return _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kCompressTable.lanes[byte])));
 }
 
 /// The lanes of these bits, one after the other; writes sixteen.
-inline void pack(std::uint32_t bits, Float16 x, float* to) {
-  _mm256_storeu_ps(to, _mm256_permutevar8x32_ps(x.a, packing(bits & 0xff)));
-  _mm256_storeu_ps(to + std::popcount(bits & 0xff), _mm256_permutevar8x32_ps(x.b, packing(bits >> 8)));
+inline void compress(std::uint32_t bits, FloatX16 x, float* to) {
+  _mm256_storeu_ps(to, _mm256_permutevar8x32_ps(x.a, compress_permutation(bits & 0xff)));
+  _mm256_storeu_ps(to + std::popcount(bits & 0xff), _mm256_permutevar8x32_ps(x.b, compress_permutation(bits >> 8)));
 }
 
 /// The numbers of these bits, plus `base`; writes sixteen.
-inline void pack_numbers(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
+inline void compress_indices(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
   const auto store = [](std::uint32_t* at, __m256i x) { _mm256_storeu_si256(reinterpret_cast<__m256i*>(at), x); };
   const __m256i low = _mm256_set1_epi32(int(base)), high = _mm256_add_epi32(low, _mm256_set1_epi32(8));
-  store(to, _mm256_add_epi32(packing(bits & 0xff), low));
-  store(to + std::popcount(bits & 0xff), _mm256_add_epi32(packing(bits >> 8), high));
+  store(to, _mm256_add_epi32(compress_permutation(bits & 0xff), low));
+  store(to + std::popcount(bits & 0xff), _mm256_add_epi32(compress_permutation(bits >> 8), high));
 }
 
 /// Which of sixteen whole numbers are not zero.
-inline std::uint32_t not_zero(const std::uint32_t* numbers) {
+inline std::uint32_t nonzero_mask(const std::uint32_t* numbers) {
   const auto eight = [](const std::uint32_t* from) {
     const __m256i all = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
     return std::uint32_t(_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(all, _mm256_setzero_si256()))));
@@ -146,7 +146,7 @@ inline std::uint32_t not_zero(const std::uint32_t* numbers) {
 }
 
 /// The lanes in which x and y, or z, or w are not negative.
-inline std::uint32_t not_negative(Float16 x, Float16 y, Float16 z, Float16 w) {
+inline std::uint32_t nonnegative_mask(FloatX16 x, FloatX16 y, FloatX16 z, FloatX16 w) {
   const auto eight = [](__m256 a, __m256 b, __m256 c, __m256 d) {
     return std::uint32_t(_mm256_movemask_ps(_mm256_and_ps(_mm256_and_ps(_mm256_or_ps(a, b), c), d)));
   };
@@ -154,15 +154,15 @@ inline std::uint32_t not_negative(Float16 x, Float16 y, Float16 z, Float16 w) {
 }
 
 /// The least of all lanes.
-inline float least(Float16 x) {
+inline float reduce_min(FloatX16 x) {
   const __m256 eight = _mm256_min_ps(x.a, x.b);
   __m128 four = _mm_min_ps(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
   four = _mm_min_ps(four, _mm_movehl_ps(four, four));
   return _mm_cvtss_f32(_mm_min_ss(four, _mm_movehdup_ps(four)));
 }
 
-inline Float16 sqrt(Float16 x) { return {_mm256_sqrt_ps(x.a), _mm256_sqrt_ps(x.b)}; }
-inline Float16 abs(Float16 x) {
+inline FloatX16 sqrt(FloatX16 x) { return {_mm256_sqrt_ps(x.a), _mm256_sqrt_ps(x.b)}; }
+inline FloatX16 abs(FloatX16 x) {
   const __m256 sign = _mm256_set1_ps(-0.0f);
   return {_mm256_andnot_ps(sign, x.a), _mm256_andnot_ps(sign, x.b)};
 }

@@ -5,39 +5,39 @@
 
 #include <cstdint>
 
-#include "four.hpp"
+#include "float_x4.hpp"
 
 namespace fastlines {
 
 inline constexpr const char* kSimd = "avx512";
 
-struct Mask16 {
+struct MaskX16 {
   __mmask16 m;
   std::uint32_t bits() const { return m; }
-  friend Mask16 operator&(Mask16 x, Mask16 y) { return {__mmask16(x.m & y.m)}; }
-  friend Mask16 operator|(Mask16 x, Mask16 y) { return {__mmask16(x.m | y.m)}; }
+  friend MaskX16 operator&(MaskX16 x, MaskX16 y) { return {__mmask16(x.m & y.m)}; }
+  friend MaskX16 operator|(MaskX16 x, MaskX16 y) { return {__mmask16(x.m | y.m)}; }
 };
 
-struct Float16 {
+struct FloatX16 {
   __m512 a;
   static constexpr int kRegisters = 1;
-  static constexpr int kLooksUp = 64;  // so long a table look_up is worth its time for
+  static constexpr int kMaxPermuteTable = 64;  // so long a table permute is worth its time for
 
-  Float16() = default;
-  Float16(__m512 a_) : a(a_) {}
-  Float16(float x) : a(_mm512_set1_ps(x)) {}
+  FloatX16() = default;
+  FloatX16(__m512 a_) : a(a_) {}
+  FloatX16(float x) : a(_mm512_set1_ps(x)) {}
 
-  static Float16 load(const float* p) { return _mm512_loadu_ps(p); }
-  static Float16 bytes(const std::uint8_t* p) {
+  static FloatX16 load(const float* p) { return _mm512_loadu_ps(p); }
+  static FloatX16 bytes(const std::uint8_t* p) {
     return _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))));
   }
   /// Lane k of four, in all lanes.
   template <int k>
-  static Float16 spread(const Float4& x) {
+  static FloatX16 broadcast(const FloatX4& x) {
     return _mm512_permutexvar_ps(_mm512_set1_epi32(k), _mm512_castps128_ps512(__m128(x)));
   }
   /// Four numbers of each of four rows, side by side; and back.
-  static Float16 of_rows(const float* p, const float* q, const float* r, const float* s) {
+  static FloatX16 of_rows(const float* p, const float* q, const float* r, const float* s) {
     __m512 x = _mm512_castps128_ps512(_mm_loadu_ps(p));
     x = _mm512_insertf32x4(x, _mm_loadu_ps(q), 1);
     x = _mm512_insertf32x4(x, _mm_loadu_ps(r), 2);
@@ -51,14 +51,14 @@ struct Float16 {
   }
   /// Lanes i and j of each four of x, then k and l of those of y.
   template <int i, int j, int k, int l>
-  static Float16 of_fours(Float16 x, Float16 y) {
+  static FloatX16 shuffle(FloatX16 x, FloatX16 y) {
     return _mm512_shuffle_ps(x.a, y.a, _MM_SHUFFLE(l, k, j, i));
   }
   void store(float* p) const { _mm512_storeu_ps(p, a); }
   /// Of the numbers of a table, 16 or 64, those with these indices, of which no higher bits count.
   template <int n = 16>
     requires(n == 16 || n == 64)
-  static Float16 look_up(const float* table, const std::uint32_t* index) {
+  static FloatX16 permute(const float* table, const std::uint32_t* index) {
     const __m512i at = _mm512_loadu_si512(index);
     if constexpr (n == 16) {
       return _mm512_permutexvar_ps(at, _mm512_loadu_ps(table));
@@ -72,7 +72,7 @@ struct Float16 {
   }
 
   /// The same of a table of sixteen doubles, which are written.
-  static void look_up(const double* table, const std::uint32_t* index, double* to) {
+  static void permute(const double* table, const std::uint32_t* index, double* to) {
     const __m512d low = _mm512_loadu_pd(table), high = _mm512_loadu_pd(table + 8);
     for (int i = 0; i < 16; i += 8) {
       const __m256i at = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(index + i));
@@ -80,55 +80,55 @@ struct Float16 {
     }
   }
 
-  friend Float16 operator+(Float16 x, Float16 y) { return _mm512_add_ps(x.a, y.a); }
-  friend Float16 operator-(Float16 x, Float16 y) { return _mm512_sub_ps(x.a, y.a); }
-  friend Float16 operator*(Float16 x, Float16 y) { return _mm512_mul_ps(x.a, y.a); }
-  friend Float16 operator/(Float16 x, Float16 y) { return _mm512_div_ps(x.a, y.a); }
-  friend Mask16 operator<=(Float16 x, Float16 y) { return {_mm512_cmp_ps_mask(x.a, y.a, _CMP_LE_OQ)}; }
-  friend Mask16 operator<(Float16 x, Float16 y) { return {_mm512_cmp_ps_mask(x.a, y.a, _CMP_LT_OQ)}; }
+  friend FloatX16 operator+(FloatX16 x, FloatX16 y) { return _mm512_add_ps(x.a, y.a); }
+  friend FloatX16 operator-(FloatX16 x, FloatX16 y) { return _mm512_sub_ps(x.a, y.a); }
+  friend FloatX16 operator*(FloatX16 x, FloatX16 y) { return _mm512_mul_ps(x.a, y.a); }
+  friend FloatX16 operator/(FloatX16 x, FloatX16 y) { return _mm512_div_ps(x.a, y.a); }
+  friend MaskX16 operator<=(FloatX16 x, FloatX16 y) { return {_mm512_cmp_ps_mask(x.a, y.a, _CMP_LE_OQ)}; }
+  friend MaskX16 operator<(FloatX16 x, FloatX16 y) { return {_mm512_cmp_ps_mask(x.a, y.a, _CMP_LT_OQ)}; }
 };
 
-inline Float16 min(Float16 x, Float16 y) { return _mm512_min_ps(x.a, y.a); }
-inline Float16 max(Float16 x, Float16 y) { return _mm512_max_ps(x.a, y.a); }
-inline Float16 fma(Float16 x, Float16 y, Float16 z) { return _mm512_fmadd_ps(x.a, y.a, z.a); }
-inline Float16 fnma(Float16 x, Float16 y, Float16 z) { return _mm512_fnmadd_ps(x.a, y.a, z.a); }
-inline Float16 select(Mask16 mask, Float16 x, Float16 y) { return _mm512_mask_blend_ps(mask.m, y.a, x.a); }
+inline FloatX16 min(FloatX16 x, FloatX16 y) { return _mm512_min_ps(x.a, y.a); }
+inline FloatX16 max(FloatX16 x, FloatX16 y) { return _mm512_max_ps(x.a, y.a); }
+inline FloatX16 fma(FloatX16 x, FloatX16 y, FloatX16 z) { return _mm512_fmadd_ps(x.a, y.a, z.a); }
+inline FloatX16 fnma(FloatX16 x, FloatX16 y, FloatX16 z) { return _mm512_fnmadd_ps(x.a, y.a, z.a); }
+inline FloatX16 blend(MaskX16 mask, FloatX16 x, FloatX16 y) { return _mm512_mask_blend_ps(mask.m, y.a, x.a); }
 
 /// x in the lanes of these bits, y in the others.
-inline Float16 choose(std::uint32_t bits, Float16 x, Float16 y) {
+inline FloatX16 blend(std::uint32_t bits, FloatX16 x, FloatX16 y) {
   return _mm512_mask_blend_ps(__mmask16(bits), y.a, x.a);
 }
 
 /// The lanes of these bits, one after the other; writes sixteen.
-inline void pack(std::uint32_t bits, Float16 x, float* to) {
+inline void compress(std::uint32_t bits, FloatX16 x, float* to) {
   _mm512_storeu_ps(to, _mm512_maskz_compress_ps(__mmask16(bits), x.a));
 }
 
 /// The numbers of these bits, plus `base`; writes sixteen.
-inline void pack_numbers(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
+inline void compress_indices(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
   const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   const __m512i numbers = _mm512_add_epi32(lanes, _mm512_set1_epi32(int(base)));
   _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(__mmask16(bits), numbers));
 }
 
 /// Which of sixteen whole numbers are not zero.
-inline std::uint32_t not_zero(const std::uint32_t* numbers) {
+inline std::uint32_t nonzero_mask(const std::uint32_t* numbers) {
   const __m512i all = _mm512_loadu_si512(numbers);
   return _mm512_test_epi32_mask(all, all);
 }
 
 /// The lanes in which x and y, or z, or w are not negative.
-inline std::uint32_t not_negative(Float16 x, Float16 y, Float16 z, Float16 w) {
-  const auto bits = [](Float16 of) { return _mm512_castps_si512(of.a); };
+inline std::uint32_t nonnegative_mask(FloatX16 x, FloatX16 y, FloatX16 z, FloatX16 w) {
+  const auto bits = [](FloatX16 of) { return _mm512_castps_si512(of.a); };
   constexpr int some = 0xa8;  // (x | y) & z
   const __m512i three = _mm512_ternarylogic_epi32(bits(x), bits(y), bits(z), some);
   return _mm512_testn_epi32_mask(_mm512_and_si512(three, bits(w)), _mm512_set1_epi32(INT32_MIN));
 }
 
 /// The least of all lanes.
-inline float least(Float16 x) { return _mm512_reduce_min_ps(x.a); }
+inline float reduce_min(FloatX16 x) { return _mm512_reduce_min_ps(x.a); }
 
-inline Float16 sqrt(Float16 x) { return _mm512_sqrt_ps(x.a); }
-inline Float16 abs(Float16 x) { return _mm512_abs_ps(x.a); }
+inline FloatX16 sqrt(FloatX16 x) { return _mm512_sqrt_ps(x.a); }
+inline FloatX16 abs(FloatX16 x) { return _mm512_abs_ps(x.a); }
 
 }  // namespace fastlines

@@ -5,17 +5,17 @@
 #include <stdexcept>
 #include <variant>
 
+#include "binned_planes.hpp"
 #include "median.hpp"
-#include "middle.hpp"
+#include "midpoint.hpp"
 #include "object_sweep.hpp"
 #include "overlap.hpp"
 #include "plane_events.hpp"
 #include "plane_grid.hpp"
-#include "plane_octets.hpp"
 
 namespace fastlines {
 
-using SplitSet = std::variant<ObjectSweep, PlaneGrid, PlaneOctets, PlaneEvents, Median, Middle>;
+using SplitSet = std::variant<ObjectSweep, PlaneGrid, BinnedPlanes, PlaneEvents, Median, Midpoint>;
 
 /// A split set that is asked only about some nodes.
 struct SizedSplitSet {
@@ -30,14 +30,14 @@ using Splits = std::vector<SizedSplitSet>;
 /// the builder takes them as they are.
 inline bool estimates(const Splits& splits) {
   return std::any_of(splits.begin(), splits.end(),
-                     [](const SizedSplitSet& sized) { return std::holds_alternative<PlaneOctets>(sized.set); });
+                     [](const SizedSplitSet& sized) { return std::holds_alternative<BinnedPlanes>(sized.set); });
 }
 
 /// How many planes on each axis a node has of which its children have the same, but across the axis of the cut.
 inline int n_kept_planes(const Splits& splits) {
   if (splits.size() != 1) return 0;
   if (const auto* grid = std::get_if<PlaneGrid>(&splits[0].set)) return grid->n_planes;
-  if (const auto* octets = std::get_if<PlaneOctets>(&splits[0].set)) return octets->n_planes;
+  if (const auto* octets = std::get_if<BinnedPlanes>(&splits[0].set)) return octets->n_planes;
   return 0;
 }
 
@@ -55,7 +55,7 @@ void visit_splits(const Splits& splits, const P& prims, Refs refs, const Box& bo
     if (refs.size() > sized.max_refs || (sized.min_overlap > 0.0 && overlap.area() <= sized.min_overlap)) continue;
     std::visit(
         [&]<class Set>(const Set& set) {
-          if constexpr (!std::same_as<Set, PlaneOctets>)
+          if constexpr (!std::same_as<Set, BinnedPlanes>)
             set.visit(prims, refs, box, rule, show);
           else if constexpr (Straight<P>)
             set.visit(prims, refs, box, rule, measure, all, show);
@@ -75,9 +75,9 @@ void visit_wholes(const Splits& splits, const P& prims, Refs refs, const Box& bo
     if (std::holds_alternative<ObjectSweep>(sized.set) && refs.size() > sized.max_refs)
       ObjectSweep{}.visit(prims, refs, box, BoxRule::tight, visitor);
     if constexpr (Straight<P>)
-      if (const auto* octets = std::get_if<PlaneOctets>(&sized.set))
-        if (octets->max_whole > 0 || octets->max_apart > 0)
-          PlaneOctets{.n_planes = octets->n_planes, .max_whole = any, .only_whole = any}.visit(
+      if (const auto* octets = std::get_if<BinnedPlanes>(&sized.set))
+        if (octets->uncut_up_to > 0 || octets->gap_up_to > 0)
+          BinnedPlanes{.n_planes = octets->n_planes, .uncut_up_to = any, .only_uncut_up_to = any}.visit(
               prims, refs, box, BoxRule::tight, measure, false, visitor);
   }
 }

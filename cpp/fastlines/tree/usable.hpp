@@ -11,9 +11,9 @@
 #include <optional>
 #include <string>
 
+#include "../parallel/progress.hpp"
 #include "../references/slack.hpp"
-#include "../splits/candidate.hpp"
-#include "../threads/progress.hpp"
+#include "../splits/box_rule.hpp"
 #include "tree.hpp"
 
 namespace fastlines {
@@ -45,7 +45,7 @@ class Usable {
   }
 
   /// Call now and then: whether it is time is told by i.
-  void look_up(std::size_t i) const {
+  void check_cancelled(std::size_t i) const {
     if (i % 4096 == 0) progress_.check();
   }
 
@@ -57,7 +57,7 @@ class Usable {
     };
     std::vector<Open> open{{nodes_.size(), 0}};
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      look_up(i);
+      check_cancelled(i);
       const Node& node = nodes_[i];
       while (!open.empty() && open.back().end == i) open.pop_back();
       if (open.empty()) return fail(i, "axiom 1", "it is nobody's child");
@@ -88,14 +88,14 @@ class Usable {
   /// Axiom 2: boxes are boxes, and references name primitives and pieces.
   bool check_references() {
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      look_up(i);
+      check_cancelled(i);
       for (int k = 0; k < 3; ++k) {
         const float lo = nodes_[i].box.lo[k], hi = nodes_[i].box.hi[k];
         if (!(lo <= hi) || std::isinf(lo) || std::isinf(hi)) return fail(i, "axiom 2", "its box is not a box");
       }
     }
     for (std::size_t i = 0; i < refs_.size(); ++i) {
-      look_up(i);
+      check_cancelled(i);
       if (refs_[i].prim >= prims_.size())
         return fail(
             leaf_of(i), "axiom 2",
@@ -126,7 +126,7 @@ class Usable {
   /// Axiom 4, and the KD axiom.
   bool check_boxes() {
     for (std::size_t i = nodes_.size(); i-- > 0;) {
-      look_up(i);
+      check_cancelled(i);
       const Node& node = nodes_[i];
       if (node.is_leaf()) continue;
       const Box &left = nodes_[i + 1].box, &right = nodes_[node.right].box;
@@ -161,7 +161,7 @@ class Usable {
   bool check_tiles() {
     std::vector<std::uint32_t> pieces;
     for (std::uint32_t prim = 0; prim < prims_.size(); ++prim) {
-      look_up(prim);
+      check_cancelled(prim);
       const std::span<const std::uint32_t> listed = refs_to(prim);
       pieces.assign(listed.begin(), listed.end());
       if (pieces.size() > 1)
@@ -182,11 +182,11 @@ class Usable {
   bool check_leaves() {
     const double slack = slack_of(nodes_[0].box);
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      look_up(i);
+      check_cancelled(i);
       if (!nodes_[i].is_leaf()) continue;
       const Box& box = nodes_[i].box;
       for (std::size_t k = nodes_[i].first_ref; k < std::size_t(nodes_[i].first_ref) + nodes_[i].n_refs; ++k) {
-        fetch_ahead(k);
+        prefetch_ahead(k);
         const auto& [prim, s0, s1] = refs_[k];
         Box ends = Box::empty();
         ends.grow(prims_.curve(prim).point(s0));
@@ -200,8 +200,8 @@ class Usable {
   }
 
   /// Ask for the primitive of a later reference.
-  void fetch_ahead(std::size_t ref) const {
-    if (ref + 16 < refs_.size()) fetch(prims_, refs_[ref + 16].prim);
+  void prefetch_ahead(std::size_t ref) const {
+    if (ref + 16 < refs_.size()) prefetch(prims_, refs_[ref + 16].prim);
   }
 
   /// Put the references to each primitive in a row, in the order of the leaves.
@@ -211,7 +211,7 @@ class Usable {
     for (std::size_t prim = 0; prim < prims_.size(); ++prim) ends_[prim + 1] += ends_[prim];
     by_prim_.resize(refs_.size());
     for (std::size_t i = 0; i < refs_.size(); ++i) {
-      look_up(i);
+      check_cancelled(i);
       by_prim_[ends_[refs_[i].prim]++] = std::uint32_t(i);
     }
   }

@@ -65,7 +65,7 @@ class Validator : Usable<P> {
     std::vector<std::uint32_t> way;  // the nodes above
     std::vector<std::size_t> ends;   // of their subtrees
     for (std::uint32_t i = 0; i < nodes_.size(); ++i) {
-      this->look_up(i);
+      this->check_cancelled(i);
       while (!way.empty() && ends.back() <= i) {
         way.pop_back();
         ends.pop_back();
@@ -80,8 +80,8 @@ class Validator : Usable<P> {
       const Box box = grown(node.box);
       const bool theorem_4 = node.box.area() > 0.0;
       for (std::size_t ref = node.first_ref; ref < std::size_t(node.first_ref) + node.n_refs; ++ref) {
-        this->look_up(ref);
-        this->fetch_ahead(ref);
+        this->check_cancelled(ref);
+        this->prefetch_ahead(ref);
         const std::uint32_t prim = refs_[ref].prim, before = std::exchange(last_leaf[prim], i);
         leaf_of_[ref] = i;
         if (before == i && !Curves<P>) return this->fail(i, "axiom 2", "it lists a primitive twice");
@@ -101,7 +101,7 @@ class Validator : Usable<P> {
   bool check_parts() {
     std::vector<std::uint32_t> open;
     for (std::uint32_t prim = 0; prim < prims_.size(); ++prim) {
-      this->look_up(prim);
+      this->check_cancelled(prim);
       open.clear();
       // Close what is open below a node.
       const auto close = [&](std::uint32_t node) {
@@ -158,7 +158,7 @@ class Validator : Usable<P> {
   bool check_contents() {
     if (rule_ == BoxRule::cut) return true;
     for (std::size_t i = nodes_.size(); i-- > 0;) {
-      this->look_up(i);
+      this->check_cancelled(i);
       const Node& node = nodes_[i];
       if (node.n_refs == 0) continue;
       Box& tight = contents_[i];

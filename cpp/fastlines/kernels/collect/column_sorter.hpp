@@ -1,0 +1,144 @@
+// Sorts sixteen columns of numbers at once, each on its own: rows of sixteen are compared with each other, the lesser
+// numbers go to one and the greater to the other. Which rows these are does not depend on the numbers, so nothing is
+// guessed. Up to sixteen rows are sorted by the network of K. E. Batcher 1968, "Sorting networks and their
+// applications", in registers as far as there are enough; more by merging, as by his bitonic sorter.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <utility>
+
+#include "../../simd/float_x16.hpp"
+
+namespace fastlines {
+
+class ColumnSorter {
+ public:
+  /// So many rows, or a few more, can be sorted: 4, 8, or sixteens.
+  static constexpr std::uint32_t rows_for(std::uint32_t n) {
+    return n <= 8 ? std::max(4u, std::bit_ceil(n)) : (n + kSimdWidth - 1) / kSimdWidth * kSimdWidth;
+  }
+
+  /// A bound on how many comparisons of two rows that takes.
+  static constexpr std::uint32_t n_comparisons(std::uint32_t n_rows) {
+    const auto log = std::uint32_t(std::bit_width(n_rows - 1));
+    return n_rows * log * (log + 1) / 4;
+  }
+
+  /// `numbers` are rows of sixteen.
+  static void sort(std::uint32_t* numbers, std::uint32_t n_rows) {
+    for (int part = 0; part < kSimdWidth; part += kPart) {
+      std::uint32_t* const first = numbers + part;
+      if (n_rows == 4)
+        sort_few<4>(first);
+      else if (n_rows == 8)
+        sort_few<8>(first);
+      else
+        sort_many(first, n_rows);
+    }
+  }
+
+ private:
+  static constexpr int kPart = kSimdWidth / FloatX16::kRegisters;  // of a row: a register
+  using Row = std::uint32_t __attribute__((vector_size(kPart * sizeof(std::uint32_t))));
+  struct Pair {
+    int a, b;
+  };
+
+  /// A network's comparisons. The sorter of n rows; or what puts a bitonic sequence of n in order.
+  template <int n, bool bitonic>
+  static constexpr auto network() {
+    constexpr auto list = [](auto&& add) {
+      if (bitonic) {
+        for (int step = n / 2; step > 0; step /= 2)
+          for (int i = 0; i < n; ++i)
+            if ((i & step) == 0) add(Pair{i, i + step});
+        return;
+      }
+      for (int p = 1; p < n; p *= 2)
+        for (int k = p; k > 0; k /= 2)
+          for (int j = k % p; j + k < n; j += 2 * k)
+            for (int i = j; i < std::min(j + k, n - k); ++i)
+              if (i / (2 * p) == (i + k) / (2 * p)) add(Pair{i, i + k});
+    };
+    constexpr int size = [list] {
+      int n_pairs = 0;
+      list([&](Pair) { ++n_pairs; });
+      return n_pairs;
+    }();
+    std::array<Pair, size> pairs{};
+    int at = 0;
+    list([&](Pair pair) { pairs[at++] = pair; });
+    return pairs;
+  }
+
+  static Row load(const std::uint32_t* from) {
+    Row row;
+    std::memcpy(&row, from, sizeof row);
+    return row;
+  }
+  static void store(const Row& row, std::uint32_t* to) { std::memcpy(to, &row, sizeof row); }
+
+  [[gnu::always_inline]] static void compare(Row& a, Row& b) {
+    const Row less = a < b ? a : b;
+    b = a < b ? b : a;
+    a = less;
+  }
+
+  /// Up to sixteen rows.
+  template <int n, bool bitonic = false>
+  static void sort_few(std::uint32_t* first) {
+    static constexpr auto pairs = network<n, bitonic>();
+    Row rows[n];
+    for (int i = 0; i < n; ++i) rows[i] = load(first + i * kSimdWidth);
+    [&]<std::size_t... at>(std::index_sequence<at...>) __attribute__((always_inline)) {
+      (compare(rows[pairs[at].a], rows[pairs[at].b]), ...);
+    }(std::make_index_sequence<pairs.size()>());
+    for (int i = 0; i < n; ++i) store(rows[i], first + i * kSimdWidth);
+  }
+
+  /// Compare rows `2 * step` apart and then those `step` apart, of those from `part` on that come before `end`.
+  static void merge_twice(std::uint32_t* first, std::uint32_t part, std::uint32_t step, std::uint32_t end) {
+    const auto merge = [=]<int n>(std::integral_constant<int, n>, std::uint32_t i) __attribute__((always_inline)) {
+      Row rows[n];
+      for (std::uint32_t k = 0; k < n; ++k) rows[k] = load(first + (i + k * step) * kSimdWidth);
+      for (int k = 0; k + 2 < n; ++k) compare(rows[k], rows[k + 2]);
+      for (int k = 0; k + 1 < n; k += 2) compare(rows[k], rows[k + 1]);
+      for (std::uint32_t k = 0; k < n; ++k) store(rows[k], first + (i + k * step) * kSimdWidth);
+    };
+    std::uint32_t i = part;
+    for (; i < part + step && i + 3 * step < end; ++i) merge(std::integral_constant<int, 4>(), i);
+    for (; i < part + step && i + 2 * step < end; ++i) merge(std::integral_constant<int, 3>(), i);
+    for (; i < part + step && i + step < end; ++i) merge(std::integral_constant<int, 2>(), i);
+  }
+
+  /// Sixteens of rows. What is merged is as long as a power of two. Rows that the last part lacks would hold the
+  /// greatest numbers and never move, so they are left out.
+  static void sort_many(std::uint32_t* first, std::uint32_t n_rows) {
+    const auto compare_rows = [=](std::uint32_t i, std::uint32_t j) {
+      Row a = load(first + i * kSimdWidth), b = load(first + j * kSimdWidth);
+      compare(a, b);
+      store(a, first + i * kSimdWidth);
+      store(b, first + j * kSimdWidth);
+    };
+    for (std::uint32_t i = 0; i < n_rows; i += kSimdWidth) sort_few<kSimdWidth>(first + i * kSimdWidth);
+    for (std::uint32_t half = kSimdWidth; half < n_rows; half *= 2)  // of what is merged
+      for (std::uint32_t begin = 0; begin + half < n_rows; begin += 2 * half) {
+        const std::uint32_t end = std::min(begin + 2 * half, n_rows);
+        for (std::uint32_t j = begin + half; j < end; ++j) compare_rows(2 * (begin + half) - 1 - j, j);
+        // Two steps at once, so that rows are loaded and stored half as often.
+        std::uint32_t step = half / 2;
+        for (; step >= 2 * kSimdWidth; step /= 4)
+          for (std::uint32_t part = begin; part < end; part += 2 * step) merge_twice(first, part, step / 2, end);
+        if (step == kSimdWidth)
+          for (std::uint32_t part = begin; part + step < end; part += 2 * step)
+            for (std::uint32_t j = part + step; j < std::min(part + 2 * step, end); ++j) compare_rows(j - step, j);
+        for (std::uint32_t i = begin; i < end; i += kSimdWidth) sort_few<kSimdWidth, true>(first + i * kSimdWidth);
+      }
+  }
+};
+
+}  // namespace fastlines

@@ -1,0 +1,159 @@
+// The k nearest hits of each ray, sorted.
+#pragma once
+
+#include <bit>
+#include <numeric>
+#include <vector>
+
+#include "../../query/hit_buffer.hpp"
+#include "collector.hpp"
+#include "exit_points.hpp"
+
+namespace fastlines {
+
+/// The nearest hits of one ray, in no order. The caller's t decides which come first, and where it is the same, the
+/// lower id.
+struct KNearest {
+  std::uint32_t n = 0, worst = 0;  // how many there are; which comes last, once it has been looked for
+  std::vector<float> t_ray, t, s, dist2;
+  std::vector<std::uint32_t> prim;
+
+  /// Whether a hit comes before the jth.
+  bool is_before(float t_ray_, std::uint32_t prim_, std::uint32_t j) const {
+    return precedes(t_ray_, prim_, t_ray[j], prim[j]);
+  }
+
+  void set(std::uint32_t at, float t_ray_, const ClosestApproach<float>& approach, std::uint32_t prim_) {
+    if (at == t.size()) {
+      for (auto* floats : {&t_ray, &t, &s, &dist2}) floats->resize(2 * at + kSimdWidth);
+      prim.resize(2 * at + kSimdWidth);
+    }
+    t_ray[at] = t_ray_;
+    t[at] = approach.t;
+    s[at] = approach.s;
+    dist2[at] = approach.dist2;
+    prim[at] = prim_;
+  }
+
+  /// Look for the last one, of one at least: sixteen at a time, for which there is always room.
+  void find_worst() {
+    constexpr float kNone = -std::numeric_limits<float>::infinity();
+    FloatX16 most = kNone;
+    for (std::uint32_t j = 0; j < n; j += kSimdWidth)
+      most = max(most, blend(lane_mask(n - j), FloatX16::load(t_ray.data() + j), kNone));
+    const float last = -reduce_min(FloatX16(0.0f) - most);
+    bool found = false;
+    for (std::uint32_t j = 0; j < n; j += kSimdWidth) {
+      std::uint32_t bits = (FloatX16(last) <= FloatX16::load(t_ray.data() + j)).bits() & lane_mask(n - j);
+      for (; bits; bits &= bits - 1) {
+        const std::uint32_t at = j + std::uint32_t(std::countr_zero(bits));
+        if (!found || prim[at] > prim[worst]) worst = at;
+        found = true;
+      }
+    }
+  }
+};
+
+template <At at_>
+struct KNearestCollector {
+  static constexpr QueryTraits kTraits{.shrinks_limit = true};
+  static constexpr At kAt = at_;
+  alignas(64) float limit[kGroupSize];
+  bool limit_changed = false;
+  std::size_t k;
+  KNearest hits[kGroupSize];
+
+  explicit KNearestCollector(std::size_t k_) : k(k_) {}
+
+  void begin(const RayGroup& rays, int first, int end) {
+    begin_limits(rays, first, end, limit);
+    if (k == 0) std::fill(limit + first, limit + end, kNoMoreHits);
+    for (int i = first; i < end; ++i) hits[i].n = 0;
+  }
+
+  void add_packet(const RayGroup& rays, int first, std::uint32_t hit, const ClosestApproach<FloatX16>& approach,
+                  std::uint32_t prim) {
+    hit &= (approach.t <= FloatX16::load(limit + first)).bits();
+    if (!hit) return;
+    float s[kSimdWidth], t[kSimdWidth], dist2[kSimdWidth];
+    approach.s.store(s);
+    approach.t.store(t);
+    approach.dist2.store(dist2);
+    for (; hit; hit &= hit - 1) {
+      const int i = std::countr_zero(hit);
+      add(rays, first + i, {s[i], t[i], dist2[i], true}, prim);
+    }
+  }
+
+  void add_hit(const RayGroup& rays, int i, const ClosestApproach<float>& approach, const Reference& ref) {
+    // Each once, by the piece that holds the point of the segment. At t the ray is within its radius of that point, but
+    // for rounding (docs/answers.md), so that piece is met before the limit.
+    if (!(approach.t <= limit[i]) || !owns(ref.s0, ref.s1, approach.s)) return;
+    add(rays, i, approach, ref.prim);
+  }
+
+ private:
+  void add(const RayGroup& rays, int i, const ClosestApproach<float>& approach, std::uint32_t prim) {
+    KNearest& nearest = hits[i];
+    const float t_ray = rays.t_ray(i, approach.t);
+    const bool is_full = nearest.n == k;
+    if (is_full && !nearest.is_before(t_ray, prim, nearest.worst)) return;
+    nearest.set(is_full ? nearest.worst : nearest.n++, t_ray, approach, prim);
+    if (nearest.n < k) return;
+    nearest.find_worst();
+    limit[i] = min(nearest.t[nearest.worst] + rays.tie_tolerance[i], rays.t_max[i]);
+    limit_changed = true;
+  }
+};
+
+/// The k nearest hits of each ray.
+template <RayPrimitive P, At at>
+struct KNearestQuery {
+  using Collector = KNearestCollector<at>;
+  HitBuffer lists;
+
+  KNearestQuery(const WideBvhView<P>& tree, std::size_t k) : tree_(tree), k_(k) {}
+  Collector collector() const { return Collector(k_); }
+
+  void store(const RayGroup& rays, const Collector& found, int first, int end) {
+    std::size_t n = 0;
+    for (int i = first; i < end; ++i) n += found.hits[i].n;
+    if (n == 0) return;
+    if (n > kMaxBlockHits) throw std::bad_alloc();
+    const ListColumns to = lists.begin(std::uint32_t(n));
+    std::size_t begin = 0;
+    for (int i = first; i < end; ++i) {
+      const KNearest& hits = found.hits[i];
+      const ListColumns of_ray = to.from(begin);
+      list(rays, hits, of_ray);
+      // May be written past its end: it is the last column, and what the next rays have comes later.
+      if constexpr (at == At::surface) store_exit_ts(tree_, rays, i, of_ray.prim, hits.n, of_ray.t_out);
+      lists.add(rays.id[i], hits.n);
+      begin += hits.n;
+    }
+    lists.end(kHitColumns<at>);
+  }
+
+ private:
+  const WideBvhView<P>& tree_;
+  std::size_t k_;
+  std::vector<std::uint32_t> sorter_;
+
+  /// In order.
+  void list(const RayGroup& rays, const KNearest& nearest, const ListColumns& to) {
+    sorter_.resize(nearest.n);
+    std::iota(sorter_.begin(), sorter_.end(), 0u);
+    std::sort(sorter_.begin(), sorter_.end(), [&](std::uint32_t i, std::uint32_t j) {
+      return nearest.is_before(nearest.t_ray[i], nearest.prim[i], j);
+    });
+    for (std::uint32_t i = 0; i < nearest.n; ++i) {
+      const std::uint32_t j = sorter_[i];
+      to.t[i] = nearest.t_ray[j];
+      to.u[i] = nearest.s[j];
+      to.distance[i] = float(std::sqrt(nearest.dist2[j]) * rays.inv_scale);
+      to.prim[i] = nearest.prim[j];
+    }
+  }
+};
+
+}  // namespace fastlines

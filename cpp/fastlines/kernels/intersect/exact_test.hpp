@@ -1,0 +1,21 @@
+// Loads primitives that lie anywhere into lanes, for the exact test.
+#pragma once
+
+#include "../../layout/wide_bvh.hpp"
+#include "../../primitives/segment_test.hpp"
+#include "../../simd/transpose.hpp"
+
+namespace fastlines {
+
+/// The lanes of the primitives prim_of(0), … prim_of(15).
+template <RayPrimitive P, class PrimOf>
+[[gnu::always_inline]] inline Lanes<P, FloatX16> load_lanes(const WideBvhView<P>& tree, const PrimOf& prim_of) {
+  constexpr int n_floats = sizeof(typename P::Item) / sizeof(float);
+  const float* rows[kSimdWidth];
+  for (int j = 0; j < kSimdWidth; ++j) rows[j] = reinterpret_cast<const float*>(tree.items + prim_of(j));
+  FloatX16 floats[n_floats];
+  transpose_rows(rows, floats);
+  return P::lanes(floats, tree.frame);
+}
+
+}  // namespace fastlines

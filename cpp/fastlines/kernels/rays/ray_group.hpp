@@ -1,0 +1,140 @@
+// Prepared rays in lanes: 64 of them, each number an array, so that sixteen rays are one vector of it.
+#pragma once
+
+#include <cstring>
+
+#include "../../rays/ray_batch.hpp"
+#include "../../simd/transpose.hpp"
+#include "../cost/step_counters.hpp"
+
+namespace fastlines {
+
+inline constexpr int kGroupSize = 64;
+
+/// The end of the sixteen lanes in which `end` lies, or of those before it where it is one.
+constexpr int round_up_to_width(int end) { return (end + kSimdWidth - 1) / kSimdWidth * kSimdWidth; }
+
+struct alignas(64) RayGroup {
+  float o[3][kGroupSize], u[3][kGroupSize], v[3][kGroupSize], r[3][kGroupSize];
+  float t_min[kGroupSize], t_max[kGroupSize], radius2[kGroupSize];
+  float tie_tolerance[kGroupSize];
+  float reach[kGroupSize];  // radius + eps
+  float t_min_ray[kGroupSize], t_max_ray[kGroupSize];
+  double t0[kGroupSize], inv_length[kGroupSize];
+  double inv_scale;
+  int n = 0;  // lanes past it repeat the last ray
+  std::uint32_t id[kGroupSize];
+  bool contiguous_fours[kGroupSize /
+                        kSimdWidth];  // whether the rays of a sixteen stand side by side in the batch, four at a time
+
+  /// Prepare the rays with these numbers, 1 to 64.
+  void fill(const RayBatch& rays, const Frame& frame, int n_rays, const std::uint32_t* ids) {
+    n = n_rays;
+    count_step(&StepCounters::rays, std::uint64_t(n));
+    inv_scale = 1.0 / frame.scale;
+    std::copy_n(ids, n, id);
+    const int padded = round_up_to_width(n);
+    for (int i = n; i < padded; ++i) id[i] = id[n - 1];
+    float from[3][kGroupSize], along[3][kGroupSize], start[kGroupSize], stop[kGroupSize], near[kGroupSize];
+    for (int i = 0; i < padded; i += kSimdWidth) {
+      bool fours = true;
+      for (const std::uint32_t* four = id + i; four < id + i + kSimdWidth; four += 4)
+        fours &= (four[1] == four[0] + 1) & (four[2] == four[0] + 2) & (four[3] == four[0] + 3);
+      contiguous_fours[i / kSimdWidth] = fours;
+      load_points(rays.origins, i, from);
+      load_points(rays.directions, i, along);
+    }
+    broadcast_or_gather(rays.t_min, padded, start);
+    broadcast_or_gather(rays.t_max, padded, stop);
+    broadcast_or_gather(rays.radius, padded, near);
+    // Roots and divisions by themselves, so that many are under way at once: nearly all else waits for them.
+    double lengths[kGroupSize], inv_lengths[kGroupSize];
+    for (int i = 0; i < padded; ++i) {
+      lengths[i] = length_of({along[0][i], along[1][i], along[2][i]});
+      inv_lengths[i] = 1.0 / lengths[i];
+    }
+    const Frame here = frame;  // a copy, so that nothing written can alias it
+    for (int i = 0; i < padded; ++i)
+      store(i, prepare({{from[0][i], from[1][i], from[2][i]},
+                        {along[0][i], along[1][i], along[2][i]},
+                        start[i],
+                        stop[i],
+                        near[i]},
+                       lengths[i], inv_lengths[i], here));
+  }
+
+  /// Of sixteen rays, a point or direction each.
+  [[gnu::always_inline]] void load_points(std::span<const Vec3> points, int first, float (&to)[3][kGroupSize]) const {
+    if (contiguous_fours[first / kSimdWidth]) {
+      const float* fours[4];
+      for (int i = 0; i < 4; ++i) fours[i] = points[id[first + 4 * i]].data();
+      FloatX16 xyz[3];
+      transpose_points(fours, xyz);
+      for (int k = 0; k < 3; ++k) xyz[k].store(to[k] + first);
+      return;
+    }
+    for (int i = first; i < first + kSimdWidth; ++i)
+      for (int k = 0; k < 3; ++k) to[k][i] = points[id[i]][k];
+  }
+
+  /// What each ray has of something that all may share.
+  void broadcast_or_gather(std::span<const float> values, int n_lanes, float* to) const {
+    if (values.size() == 1)
+      std::fill_n(to, n_lanes, values[0]);
+    else
+      for (int i = 0; i < n_lanes; ++i) to[i] = values[id[i]];
+  }
+
+  [[gnu::always_inline]] void store(int i, const Ray& ray) {
+    for (int k = 0; k < 3; ++k) {
+      o[k][i] = ray.o[k];
+      u[k][i] = ray.u[k];
+      v[k][i] = ray.v[k];
+      r[k][i] = ray.r[k];
+    }
+    t_min[i] = ray.t_min;
+    t_max[i] = ray.t_max;
+    radius2[i] = ray.radius2;
+    reach[i] = ray.radius + ray.eps;
+    tie_tolerance[i] = ray.tie_tolerance;
+    t_min_ray[i] = ray.t_min_ray;
+    t_max_ray[i] = ray.t_max_ray;
+    t0[i] = ray.t0;
+    inv_length[i] = ray.inv_length;
+  }
+
+  /// Take over sixteen rays of others: what the exact test reads, margins and numbers, and, if it will be asked
+  /// where they hit, the rest: how the caller counts t.
+  template <bool with_rest>
+  void copy(int to, const RayGroup& from, int first) {
+    const auto sixteen = [=](const auto& theirs, auto& mine) {
+      std::memcpy(mine + to, theirs + first,
+                  kSimdWidth * sizeof *mine);  // in place; to copy what may overlap is a call
+    };
+    for (int k = 0; k < 3; ++k) {
+      sixteen(from.o[k], o[k]);
+      sixteen(from.u[k], u[k]);
+      sixteen(from.v[k], v[k]);
+      sixteen(from.r[k], r[k]);
+    }
+    sixteen(from.t_min, t_min);
+    sixteen(from.t_max, t_max);
+    sixteen(from.radius2, radius2);
+    sixteen(from.tie_tolerance, tie_tolerance);
+    sixteen(from.id, id);
+    contiguous_fours[to / kSimdWidth] = from.contiguous_fours[first / kSimdWidth];
+    if (!with_rest) return;
+    sixteen(from.t_min_ray, t_min_ray);
+    sixteen(from.t_max_ray, t_max_ray);
+    sixteen(from.t0, t0);
+    sixteen(from.inv_length, inv_length);
+    inv_scale = from.inv_scale;
+  }
+
+  /// t as the caller counts it.
+  float t_ray(int i, float t) const {
+    return to_ray_t(t, t_min[i], t_max[i], t_min_ray[i], t_max_ray[i], t0[i], inv_scale, inv_length[i]);
+  }
+};
+
+}  // namespace fastlines

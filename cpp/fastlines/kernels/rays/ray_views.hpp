@@ -1,0 +1,130 @@
+// Rays of a group as the exact test reads them: one, a packet of 16, or 16 of any, each loaded when it is read.
+#pragma once
+
+#include <algorithm>
+#include <concepts>
+
+#include "ray_group.hpp"
+
+namespace fastlines {
+
+/// What the exact test reads of a ray, or of 16: an origin, a basis u, v, r, bounds on t, and the squared radius.
+template <class R, class N>
+concept RayView = requires(const R& ray, int k) {
+  { ray.o[k] } -> std::convertible_to<N>;
+  { ray.u[k] } -> std::convertible_to<N>;
+  { ray.v[k] } -> std::convertible_to<N>;
+  { ray.r[k] } -> std::convertible_to<N>;
+  { ray.t_min } -> std::convertible_to<N>;
+  { ray.t_max } -> std::convertible_to<N>;
+  { ray.radius2 } -> std::convertible_to<N>;
+};
+
+/// One ray as the exact test sees it.
+struct LaneView {
+  struct Vector {
+    const float (*at)[kGroupSize];
+    int lane;
+    float operator[](int k) const { return at[k][lane]; }
+  };
+  Vector o, u, v, r;
+  float t_min, t_max, radius2;
+
+  LaneView(const RayGroup& lanes, int i)
+      : o{lanes.o, i},
+        u{lanes.u, i},
+        v{lanes.v, i},
+        r{lanes.r, i},
+        t_min(lanes.t_min[i]),
+        t_max(lanes.t_max[i]),
+        radius2(lanes.radius2[i]) {}
+};
+
+/// Sixteen rays as the exact test sees them: what it reads is loaded when it reads it.
+struct PacketView {
+  struct Number {
+    const float* at;
+    operator FloatX16() const { return FloatX16::load(at); }
+  };
+  struct Vector {
+    const float (*at)[kGroupSize];
+    int first;
+    FloatX16 operator[](int k) const { return FloatX16::load(at[k] + first); }
+  };
+  Vector o, u, v, r;
+  Number t_min, t_max, radius2;
+
+  PacketView(const RayGroup& lanes, int first)
+      : o{lanes.o, first},
+        u{lanes.u, first},
+        v{lanes.v, first},
+        r{lanes.r, first},
+        t_min{lanes.t_min + first},
+        t_max{lanes.t_max + first},
+        radius2{lanes.radius2 + first} {}
+};
+static_assert(RayView<LaneView, float> && RayView<PacketView, FloatX16>);
+
+/// Sixteen of N rays, 16 or all, each as often as it is wanted: those with these indices. F is FloatX16: named, so that
+/// more than sixteen are looked up only where the instruction set can.
+template <class F, int N = kSimdWidth>
+struct PermutedRays {
+  struct Number {
+    const float* table;
+    const std::uint32_t* index;
+    operator F() const { return F::template permute<N>(table, index); }
+  };
+  struct Vector {
+    const float* table[3];
+    const std::uint32_t* index;
+    F operator[](int k) const { return F::template permute<N>(table[k], index); }
+  };
+  Vector o, u, v, r;
+  Number t_min, t_max, radius2, tie_tolerance;
+
+  /// Of lanes [first, first + N).
+  PermutedRays(const RayGroup& rays, int first, const std::uint32_t* index)
+      : o(of(rays.o, first, index)),
+        u(of(rays.u, first, index)),
+        v(of(rays.v, first, index)),
+        r(of(rays.r, first, index)),
+        t_min{rays.t_min + first, index},
+        t_max{rays.t_max + first, index},
+        radius2{rays.radius2 + first, index},
+        tie_tolerance{rays.tie_tolerance + first, index} {}
+
+ private:
+  static Vector of(const float (&from)[3][kGroupSize], int first, const std::uint32_t* index) {
+    return {{from[0] + first, from[1] + first, from[2] + first}, index};
+  }
+};
+
+/// What the exact test reads of a ray, and its tie_tolerance, in fours, as it is turned: o and t_min, u and t_max, v
+/// and radius², r and tie_tolerance.
+struct alignas(64) RayRecord {
+  float numbers[16];
+};
+
+/// Sixteen rays with these indices, from their rows.
+template <class F>
+struct TransposedRays {
+  F o[3], t_min, u[3], t_max, v[3], radius2, r[3], tie_tolerance;
+
+  [[gnu::always_inline]] TransposedRays(const RayRecord* of, const std::uint32_t* index) {
+    const float* rows[kSimdWidth];
+    for (int i = 0; i < kSimdWidth; ++i) rows[i] = of[index[i]].numbers;
+    F fours[4][4];
+    for (int i = 0; i < 4; ++i) transpose_rows(rows, 4 * i, fours[i]);
+    std::copy_n(fours[0], 3, o);
+    std::copy_n(fours[1], 3, u);
+    std::copy_n(fours[2], 3, v);
+    std::copy_n(fours[3], 3, r);
+    t_min = fours[0][3];
+    t_max = fours[1][3];
+    radius2 = fours[2][3];
+    tie_tolerance = fours[3][3];
+  }
+};
+static_assert(RayView<PermutedRays<FloatX16>, FloatX16> && RayView<TransposedRays<FloatX16>, FloatX16>);
+
+}  // namespace fastlines

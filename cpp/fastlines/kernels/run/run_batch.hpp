@@ -1,0 +1,67 @@
+// A query for a whole batch, on all cores.
+#pragma once
+
+#include "../../parallel/parallel_for.hpp"
+#include "../../query/hit_assembler.hpp"
+#include "../collect/all_hits.hpp"
+#include "../collect/any_hit.hpp"
+#include "../collect/count_hits.hpp"
+#include "../collect/first_hit.hpp"
+#include "../collect/k_nearest.hpp"
+#include "../rays/ray_tiling.hpp"
+#include "group_dispatcher.hpp"
+
+namespace fastlines {
+
+/// Groups [begin, end): one of `of` chunks.
+struct Chunk {
+  std::size_t index, of, begin, end;
+};
+
+/// Answer all rays. Each thread has a copy of the query; store(query, chunk) is called when it has done a chunk. Which
+/// chunk of n comes i-th is which(i, n).
+template <RayPrimitive P, class Query, class Which, class Store>
+void run_batch(const WideBvhView<P>& tree, const RayBatch& rays, const RayTiling& order, Kernel kernel,
+               const Query& query, unsigned n_threads, Progress& progress, Which&& which, Store&& store) {
+  const std::size_t n_groups = order.n_groups();
+  // Large enough that a wave is rarely drained, small enough that threads end together.
+  const std::size_t per_chunk = std::clamp<std::size_t>(n_groups / (8 * n_threads), 1, 16);
+  const std::size_t n_chunks = (n_groups + per_chunk - 1) / per_chunk;
+  parallel_for(
+      n_chunks, n_threads, progress,
+      [&] { return std::make_unique<GroupDispatcher<P, Query>>(tree, rays, kernel, query); },
+      [&](auto& dispatcher, std::size_t i_chunk) {
+        const std::size_t chunk = which(i_chunk, n_chunks);
+        const std::size_t begin = chunk * per_chunk, end = std::min(n_groups, begin + per_chunk);
+        std::uint32_t ids[2][kGroupSize];  // those of one group, and of the next
+        int n = order.group(begin, ids[begin % 2]);
+        for (std::size_t i = begin; i < end; ++i) {
+          progress.check();
+          const int n_next = i + 1 < end ? order.group(i + 1, ids[(i + 1) % 2]) : 0;
+          rays.prefetch(ids[(i + 1) % 2], n_next);
+          if (n) dispatcher->trace(ids[i % 2], n);
+          n = n_next;
+        }
+        dispatcher->flush();
+        store(dispatcher->query, Chunk{chunk, n_chunks, begin, end});
+      });
+}
+
+/// A query whose answers go straight to their places.
+template <RayPrimitive P, class Query>
+void run_batch(const WideBvhView<P>& tree, const RayBatch& rays, Kernel kernel, const Query& query, unsigned n_threads,
+               Progress& progress) {
+  const auto in_turn = [](std::size_t i, std::size_t) { return i; };
+  run_batch(tree, rays, RayTiling(rays), kernel, query, n_threads, progress, in_turn, [](Query&, const Chunk&) {});
+}
+
+template <RayPrimitive P, class Query>
+void run_lists(const WideBvhView<P>& tree, const RayBatch& rays, Kernel kernel, const Query& query, unsigned n_threads,
+               Progress& progress, HitAssembler& to) {
+  const RayTiling order(rays);
+  run_batch(
+      tree, rays, order, kernel, query, n_threads, progress, HitAssembler::sample_first,
+      [&](Query& done, const Chunk& chunk) { to.add(chunk.index, chunk.of, order.n_rays_in(chunk.end), done.lists); });
+}
+
+}  // namespace fastlines

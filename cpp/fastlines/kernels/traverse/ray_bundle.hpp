@@ -1,0 +1,158 @@
+// Coherent rays as one thick ray: the blocks of the tree are read once for up to 64 of them.
+//
+// The bundle's axis is the line (C, c) of the rays' mean; U, V and c are a basis. Seen in it, a ray is a point that
+// moves with depth z: (x, y) + z·(x', y'). It strays from the axis by no more than the greater of what it does at both
+// depths between which the axis can be near the scene, for that distance is convex in z. With R = the largest offset +
+// radius + rounding, what any of the rays comes near, the thick ray (C, c, R) comes near.
+//
+// thick.hpp searches a tree with it.
+#pragma once
+
+#include "../intersect/node_cull.hpp"
+#include "../rays/ray_group.hpp"
+
+namespace fastlines {
+
+/// The thick ray around the rays of some lanes.
+struct RayBundle {
+  int first = 0, end = 0;  // its lanes, whole groups of 16
+  CullRay axis;
+  Vec3 centre, u, v, c;     // from where lines are seen, and a basis, of which c is the axis's direction
+  float offset = 0.0f;      // reach of the axis
+  float divergence = 0.0f;  // how far the rays offset from the axis
+  float reach = 0.0f;       // of the rays: radius and rounding
+  float slope = 0.0f;       // the largest |(x', y')|
+  float resolution = 0.0f;  // times |e|: what rounding may add to a line's moment
+  bool from_apex = false;   // whether all rays' lines pass through `centre`, as near as matters
+  float depth = 0.0f;       // of `centre`
+
+  // Rays beside the axis: at depth z at x + z·dx, y + z·dy; moment = x·dy − y·dx. Their depth is a + b·t; what begins
+  // beyond `last` is no hit. All of this counts from the mean of the rays' origins.
+  float x[kGroupSize], y[kGroupSize], dx[kGroupSize], dy[kGroupSize], moment[kGroupSize];
+  float a[kGroupSize], b[kGroupSize], last[kGroupSize];
+
+  /// Make the axis of rays [first, end); false if they do not run alike.
+  bool try_fit(const RayGroup& rays, int first_, int end_, const Box& scene) {
+    first = first_;
+    end = end_;
+    const FloatX4 directions = sums(rays.r);
+    for (int k = 0; k < 3; ++k) c[k] = directions[k];
+    const float length = std::sqrt(dot(c, c));
+    if (!(length > 0.5f * float(end - first))) return false;
+    const FloatX4 origins = sums(rays.o);
+    for (int k = 0; k < 3; ++k) centre[k] = origins[k] / float(end - first);
+    c = c * (1.0f / length);
+    const float sign = std::copysign(1.0f, c[2]), f = -1.0f / (sign + c[2]), g = c[0] * c[1] * f;
+    u = {1.0f + sign * c[0] * c[0] * f, sign * g, -sign * c[0]};
+    v = {g, sign + c[1] * c[1] * f, -c[1]};
+
+    // The depths of the scene's box along the axis.
+    float middle = 0.0f, half = 0.001f;
+    for (int k = 0; k < 3; ++k) {
+      middle += c[k] * (0.5f * (scene.lo[k] + scene.hi[k]) - centre[k]);
+      half += std::abs(c[k]) * 0.5f * (scene.hi[k] - scene.lo[k]);
+    }
+    FloatX16 largest = 0.0f;
+    for (int i = first; i < end; i += kSimdWidth) largest = max(largest, FloatX16::load(rays.reach + i));
+    reach = reduce_max(largest);
+    half += reach;
+    FloatX16 offset2 = 0.0f, slope2 = 0.0f, min_cosine = 1.0f, earliest = std::numeric_limits<float>::max();
+    for (int i = first; i < end; i += kSimdWidth) {
+      const auto at = [i](const float (&from)[kGroupSize]) { return FloatX16::load(from + i); };
+      const auto dot = [&](const FloatX16(&p)[3], const Vec3& axis_) {
+        return fma(p[2], FloatX16(axis_[2]), fma(p[1], FloatX16(axis_[1]), p[0] * FloatX16(axis_[0])));
+      };
+      const FloatX16 p[3] = {at(rays.o[0]) - FloatX16(centre[0]), at(rays.o[1]) - FloatX16(centre[1]),
+                             at(rays.o[2]) - FloatX16(centre[2])};
+      const FloatX16 r[3] = {at(rays.r[0]), at(rays.r[1]), at(rays.r[2])};
+      const FloatX16 at_depth = dot(p, c), step = dot(r, c), per_step = FloatX16(1.0f) / step;
+      const FloatX16 x_step = dot(r, u) * per_step, y_step = dot(r, v) * per_step;
+      const FloatX16 x_here = dot(p, u) - at_depth * x_step, y_here = dot(p, v) - at_depth * y_step;
+      at_depth.store(a + i);
+      step.store(b + i);
+      x_step.store(dx + i);
+      y_step.store(dy + i);
+      x_here.store(x + i);
+      y_here.store(y + i);
+      (x_here * y_step - y_here * x_step).store(moment + i);
+      for (const float z : {middle - half, middle + half}) {
+        const FloatX16 off_x = fma(x_step, FloatX16(z), x_here), off_y = fma(y_step, FloatX16(z), y_here);
+        offset2 = max(offset2, fma(off_x, off_x, off_y * off_y));
+      }
+      slope2 = max(slope2, fma(x_step, x_step, y_step * y_step));
+      min_cosine = min(min_cosine, step);
+      earliest = min(earliest, fma(step, max(at(rays.t_min), FloatX16(-8.0f)), at_depth));
+    }
+    if (!(reduce_min(min_cosine) > 0.5f)) return false;
+    divergence = std::sqrt(reduce_max(offset2));
+    slope = std::sqrt(reduce_max(slope2));
+    resolution = resolution_from(centre);
+    offset = reach + divergence * 1.0002f + 4e-6f;
+    axis = cull_ray(centre, c, u, v, offset, reduce_min(earliest) - divergence - reach - 1e-5f);
+    depth = 0.0f;
+    find_apex();
+    return true;
+  }
+
+  /// Note the depths beyond which rays want nothing more, and return the reduce_max.
+  float update_depths(const float* limit) {
+    FloatX16 deepest = -std::numeric_limits<float>::max();
+    const FloatX16 more = reach + resolution;
+    for (int i = first; i < end; i += kSimdWidth) {
+      const FloatX16 here =
+          fma(FloatX16::load(b + i), min(FloatX16::load(limit + i), FloatX16(8.0f)), FloatX16::load(a + i));
+      (here + more).store(last + i);
+      deepest = max(deepest, here);
+    }
+    return reduce_max(deepest) + offset;
+  }
+
+ private:
+  /// Ulps of all that m is made of, seen from here.
+  float resolution_from(const Vec3& point) const {
+    const float far = std::max({std::abs(point[0]), std::abs(point[1]), std::abs(point[2])});
+    return (2.0f + far + divergence) * 0x1p-17f;
+  }
+
+  /// If the rays' lines pass through one point, as those of a picture do, move `centre` there: then x, y and moment of
+  /// all rays are noise, which counts as rounding.
+  void find_apex() {
+    // The point that is nearest to the first and the last line.
+    const int last_ray = end - 1;
+    const float off_x = dx[last_ray] - dx[first], off_y = dy[last_ray] - dy[first];
+    const float z =
+        ((x[first] - x[last_ray]) * off_x + (y[first] - y[last_ray]) * off_y) / (off_x * off_x + off_y * off_y);
+    from_apex = std::abs(z) < 16.0f;  // else what is seen from there is coarse; it may be no number
+    if (!from_apex) return;
+    const float at_x = x[first] + z * dx[first], at_y = y[first] + z * dy[first];
+    const Vec3 point = centre + u * at_x + v * at_y + c * z;
+    const float coarser = resolution_from(point);
+    FloatX16 deviation2 = 0.0f;
+    for (int i = first; i < end; i += kSimdWidth) {
+      const auto at = [i](const float (&from)[kGroupSize]) { return FloatX16::load(from + i); };
+      const FloatX16 x_step = at(dx), y_step = at(dy);
+      const FloatX16 x_here = fma(x_step, FloatX16(z), at(x)) - FloatX16(at_x);
+      const FloatX16 y_here = fma(y_step, FloatX16(z), at(y)) - FloatX16(at_y);
+      const FloatX16 moment_here = x_here * y_step - y_here * x_step;
+      deviation2 = max(deviation2, fma(x_here, x_here, fma(y_here, y_here, moment_here * moment_here)));
+    }
+    const float deviation = std::sqrt(reduce_max(deviation2));
+    from_apex = deviation < coarser;
+    if (!from_apex) return;
+    centre = point;
+    depth = z;
+    resolution = coarser + deviation;
+  }
+
+  /// Of the rays' x, y and z; the fourth is nothing.
+  FloatX4 sums(const float (&of)[3][kGroupSize]) const {
+    FloatX4 fours[4] = {}, columns[4];
+    for (int k = 0; k < 3; ++k)
+      for (int i = first; i < end; i += 4) fours[k] += four(of[k] + i);
+    transpose(fours, columns);
+    return (columns[0] + columns[1]) + (columns[2] + columns[3]);
+  }
+  static float reduce_max(FloatX16 x) { return -reduce_min(FloatX16(0.0f) - x); }
+};
+
+}  // namespace fastlines

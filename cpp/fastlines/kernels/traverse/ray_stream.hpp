@@ -1,0 +1,176 @@
+// All hits of up to 64 rays that have nothing to do with each other. Order does not matter, so nodes are not a stack
+// for each ray but one list of (node, ray): long runs of the same test, whose memory can be fetched ahead. Rays come
+// past the root sixteen at a time, as in a wave. Leaves that are root_hits wait in a list of their own, and so do
+// pieces that survive, in one for each sixteen rays: sixteen pieces at a time are tested exactly, each against its own
+// ray.
+#pragma once
+
+#include "../collect/collector.hpp"
+#include "../cost/step_cost.hpp"
+#include "../cost/step_counters.hpp"
+#include "../intersect/exact_test.hpp"
+#include "../intersect/root_cull.hpp"
+#include "../rays/ray_gather.hpp"
+#include "leaf_survivors.hpp"
+
+namespace fastlines {
+
+template <RayPrimitive P>
+class RayStream {
+ public:
+  explicit RayStream(const WideBvhView<P>& tree) : tree_(tree), root_(tree) {}
+
+  /// Make ready for the rays in lanes [first, end), of which the first begins a sixteen.
+  void prepare(const RayGroup& rays, int first, int end) {
+    for (int i = first; i < end; i += kSimdWidth) {
+      const CullRayOf<FloatX16> cull = cull_packet(rays, i);
+      transpose(cull, cull_ + i);
+      gather_.load(rays, i);
+      if (root_.has_inner_only()) pass_root(cull, rays, i);
+    }
+  }
+
+  /// Show the collector the hits of rays [first, end), each by the piece that owns it; returns what that cost.
+  template <class Collector>
+  std::uint64_t search(const RayGroup& rays, int first, int end, Collector& collector) {
+    cost_ = SingleStepCost::kRay * std::uint64_t(end - first);
+    nodes_.clear();
+    leaves_.clear();
+    survivors_.clear();
+    begin_rays(first, end);
+    while (!nodes_.empty()) {
+      test_nodes(rays);
+      if (leaves_.size() >= kLeafBatch) test_leaves(rays, collector);
+    }
+    test_leaves(rays, collector);
+    for (int i = 0; i < kPackets; ++i) test_survivors(rays, i, collector);
+    return cost_;
+  }
+
+ private:
+  static constexpr std::size_t kNodeBatch = 256, kLeafBatch = 1024, kPrefetchDistance = 16, kSurvivorBatch = 256;
+  static constexpr int kPackets = kGroupSize / kSimdWidth;
+
+  /// What sixteen rays meet of the root's children.
+  void pass_root(const CullRayOf<FloatX16>& cull, const RayGroup& rays, int first) {
+    RootCull::Hits root_hits;
+    root_.template cull<false>(cull, FloatX16::load(rays.t_max + first), root_hits);
+    for (int i = 0; i < kSimdWidth; ++i) at_root_[first + i] = root_hits.children_of(i);
+  }
+
+  /// Rays begin at the root's children, or at the root.
+  void begin_rays(int first, int end) {
+    const auto n = std::uint64_t(end - first);
+    if (!root_.has_inner_only()) {
+      for (int i = first; i < end; ++i) nodes_.push(0, std::uint32_t(i));
+      return;
+    }
+    count_step(&StepCounters::nodes, n);
+    cost_ += SingleStepCost::kRoot * n;
+    WorkList::Appender nodes = nodes_.appender(n * kSimdWidth);
+    for (int i = first; i < end; ++i) nodes.compress(at_root_[i], root_.first_child(), std::uint32_t(i));
+    nodes_.end(nodes);
+  }
+
+  /// Take some pairs from the end of the list, so that it stays short, and test them.
+  void test_nodes(const RayGroup& rays) {
+    const std::size_t n = std::min(nodes_.size(), kNodeBatch), begin = nodes_.size() - n;
+    taken_.what.assign(nodes_.what.begin() + std::ptrdiff_t(begin), nodes_.what.begin() + std::ptrdiff_t(begin + n));
+    taken_.ray.assign(nodes_.ray.begin() + std::ptrdiff_t(begin), nodes_.ray.begin() + std::ptrdiff_t(begin + n));
+    nodes_.n = begin;
+    count_step(&StepCounters::nodes, n);
+    cost_ += SingleStepCost::kNode * n;
+    WorkList::Appender nodes = nodes_.appender(n * kSimdWidth), leaves = leaves_.appender(n * kSimdWidth);
+    const WideNode* const tree_nodes = tree_.nodes;
+    for (std::size_t j = 0; j < n; ++j) {
+      if (j + kPrefetchDistance < n) prefetch(tree_nodes + taken_.what[j + kPrefetchDistance]);
+      const WideNode& node = tree_nodes[taken_.what[j]];
+      const std::uint32_t ray = taken_.ray[j];
+      FloatX16 near;
+      const std::uint32_t lanes = cull_node(cull_[ray], node, rays.t_max[ray], near);
+      const std::uint32_t inner = lanes & ((1u << node.n_inner) - 1);
+      nodes.compress(inner, node.first_inner, ray);
+      leaves.compress(lanes ^ inner, node.first_leaf - node.n_inner, ray);
+    }
+    nodes_.end(nodes);
+    leaves_.end(leaves);
+  }
+
+  template <class Collector>
+  void test_leaves(const RayGroup& rays, Collector& collector) {
+    const std::size_t n = leaves_.size();
+    count_step(&StepCounters::leaves, n);
+    cost_ += SingleStepCost::kLeaf * n;
+    survivors_.add(tree_, leaves_, cull_);
+    leaves_.clear();
+    for (int i = 0; i < kPackets; ++i)
+      if (survivors_.lists[i].size() >= kSurvivorBatch) test_survivors(rays, i, collector);
+  }
+
+  /// Test the pieces that wait for one sixteen of the rays.
+  template <class Collector>
+  void test_survivors(const RayGroup& rays, int i_packet, Collector& collector) {
+    WorkList& survivors = survivors_.lists[i_packet];
+    const std::size_t n = survivors.size();
+    if (n == 0) return;
+    survivors.pad();
+    const std::uint32_t *const what = survivors.what.data(), *const ray = survivors.ray.data();
+    count_step(&StepCounters::pieces, n);
+    count_step(&StepCounters::packs, (n + kSimdWidth - 1) / kSimdWidth);
+    cost_ += SingleStepCost::kPack * ((n + kSimdWidth - 1) / kSimdWidth);
+    pieces_.reserve(n + kSimdWidth);
+    for (std::size_t j = 0; j < n; ++j) {
+      const WideRef& ref = tree_.refs[what[j]];
+      __builtin_prefetch(tree_.items + ref.prim);
+      pieces_.put(j, ref);
+    }
+    std::fill_n(pieces_.prim.data() + n, kSimdWidth, 0u);  // sixteen are read
+    for (std::size_t j = 0; j < n; j += kSimdWidth) {
+      const std::uint32_t* const prims = pieces_.prim.data() + j;
+      const auto lanes = load_lanes(tree_, [&](int i) { return prims[i]; });
+      const auto gathered = gather_.gather<FloatX16, kSimdWidth>(rays, i_packet * kSimdWidth, ray + j);
+      const auto test = P::template test<FloatX16>(gathered, lanes);
+      float s0[kSimdWidth], s1[kSimdWidth];
+      for (std::size_t i = 0; i < kSimdWidth; ++i) {
+        s0[i] = WideRef::begin(pieces_.s0[j + i]);
+        s1[i] = WideRef::end(pieces_.s1[j + i]);
+      }
+      const auto owned = owns(FloatX16::load(s0), FloatX16::load(s1), test.closest.s);
+      const std::uint32_t hit = (test.closest.hit & owned).bits() & lane_mask(n - j);
+      if (!hit) continue;
+      const auto& approach = approach_at<Collector::kAt>(test);
+      collector.add_pairs(i_packet * kSimdWidth, hit, approach, ray + j, FloatX16::load(as_floats(prims)));
+    }
+    survivors.clear();
+  }
+
+  /// References, each of their numbers an array.
+  struct Pieces {
+    std::vector<std::uint32_t> prim;
+    std::vector<std::uint16_t> s0, s1;
+
+    void reserve(std::size_t n) {
+      if (prim.size() >= n) return;
+      prim.resize(2 * n);
+      s0.resize(2 * n);
+      s1.resize(2 * n);
+    }
+    void put(std::size_t at, const WideRef& ref) {
+      prim[at] = ref.prim;
+      s0[at] = ref.s0;
+      s1[at] = ref.s1;
+    }
+  };
+
+  const WideBvhView<P>& tree_;
+  std::uint64_t cost_ = 0;
+  RootCull root_;
+  CullRay cull_[kGroupSize];
+  std::uint32_t at_root_[kGroupSize];  // the root's children that a ray meets, as bits
+  RayGather gather_;
+  WorkList nodes_, taken_, leaves_;
+  LeafSurvivors<kSimdWidth> survivors_;
+  Pieces pieces_;
+};
+
+}  // namespace fastlines

@@ -1,0 +1,204 @@
+// The blocks of a wide tree, fitted to its segments: what a collapse does last, and all that is to be done when
+// segments have moved.
+//
+// Which child stands where is given; filled in are the pieces of each leaf, then the boxes from the last node to the
+// first, then what nodes say of them. The blocks' arithmetic is float32: relative to the origin of a block that is 1e-4
+// quanta, which the slack of both kinds of block covers (0.02 quanta of a node, and those of reach; docs/engine.md).
+#pragma once
+
+#include <cstring>
+#include <memory>
+#include <span>
+
+#include "../parallel/parallel_for.hpp"
+#include "../references/piece_endpoints.hpp"
+#include "leaf_bytes.hpp"
+#include "wide_bvh.hpp"
+
+namespace fastlines {
+
+template <RayPrimitive P>
+class BlockEncoder {
+ public:
+  /// `to` may be where the blocks come from.
+  BlockEncoder(const Frame& frame, std::span<const WideNode> nodes, std::span<const WideLeaf> leaves,
+               std::span<const WideRef> refs, const P& prims, WideNode* to_nodes, WideLeaf* to_leaves)
+      : centre_{frame.centre[0], frame.centre[1], frame.centre[2], 0.0f},
+        scale_(four(frame.scale)),
+        nodes_(nodes),
+        leaves_(leaves),
+        refs_(refs),
+        prims_(prims),
+        to_nodes_(to_nodes),
+        to_leaves_(to_leaves),
+        of_nodes_(std::make_unique_for_overwrite<BoxX4[]>(nodes.size())),
+        of_leaves_(std::make_unique_for_overwrite<BoxX4[]>(leaves.size())) {}
+
+  /// Returns the mean extent of the leaves.
+  float operator()(unsigned n_threads, Progress& progress, Stage stage = {}) {
+    const double middle = 0.5 * (stage.from + stage.to);
+    in_chunks(leaves_.size(), n_threads, progress, {stage.from, middle}, [&](std::size_t i) { encode_leaf(i); });
+    for (std::size_t i = nodes_.size(); i-- > 0;) {
+      const WideNode& node = nodes_[i];
+      BoxX4 box = BoxX4::empty();
+      for (int child = 0; child < node.n_children; ++child) box.grow(box_of(node, child));
+      of_nodes_[i] = box;
+    }
+    in_chunks(nodes_.size(), n_threads, progress, {middle, stage.to}, [&](std::size_t i) { encode_node(i); });
+    double extents = 0.0;
+    for (std::size_t i = 0; i < leaves_.size(); ++i) extents += 255.0 * to_leaves_[i].scale;
+    return float(extents / double(leaves_.size()));
+  }
+
+ private:
+  /// So many references ahead are the segments asked for.
+  static constexpr std::size_t kAhead = 16;
+
+  template <class Do>
+  static void in_chunks(std::size_t n, unsigned n_threads, Progress& progress, Stage stage, Do&& each) {
+    constexpr std::size_t kBlocks = 1024;
+    parallel_for((n + kBlocks - 1) / kBlocks, n_threads, progress, [] { return 0; },
+                 [&](int, std::size_t chunk) {
+                   for (std::size_t i = chunk * kBlocks; i < std::min(n, (chunk + 1) * kBlocks); ++i) each(i);
+                 },
+                 stage);
+  }
+
+  const BoxX4& box_of(const WideNode& node, int child) const {
+    return child < node.n_inner ? of_nodes_[node.first_inner + std::size_t(child)]
+                                : of_leaves_[node.first_leaf + std::size_t(child - node.n_inner)];
+  }
+
+  using Bytes16 = std::uint8_t __attribute__((vector_size(16)));
+
+  /// The longest side, or a millionth of the frame.
+  static float longest_of(const BoxX4& box) {
+    const FloatX4 sides = box.hi - box.lo;
+    return std::max(std::max(sides[0], sides[1]), std::max(sides[2], 0x1p-20f));
+  }
+
+  void encode_leaf(std::size_t index) const {
+    const std::uint32_t first_ref = leaves_[index].first_ref, n_refs = leaves_[index].n_refs;
+    const WideRef* const refs = refs_.data() + first_ref;
+    const std::size_t last = refs_.size() - first_ref - 1;
+    PieceEndpoints ends[kSimdWidth];
+    BoxX4 box = BoxX4::empty(), reach = BoxX4::empty();  // of the axes; and with the radii around them
+    float radius = 0.0f;
+    for (std::uint32_t i = 0; i < n_refs; ++i) {
+      __builtin_prefetch(prims_.items() + refs[std::min(i + kAhead, last)].prim);
+      const PieceEndpoints at = endpoints_of(P::axis(prims_.item(refs[i].prim)), refs[i]);
+      ends[i] = {(at.a - centre_) * scale_, (at.c - centre_) * scale_};
+      const BoxX4 piece = fastlines::box_of(ends[i]);
+      box.grow(piece);
+      if constexpr (P::kHasRadius) {
+        const float of_prim = P::radius(prims_.item(refs[i].prim)) * scale_[0];
+        reach.grow({piece.lo - four(of_prim), piece.hi + four(of_prim)});
+        radius = std::max(radius, of_prim);
+      }
+    }
+    of_leaves_[index] = P::kHasRadius ? reach : box;
+
+    const FloatX4 org = n_refs ? box.lo : FloatX4{};
+    for (std::uint32_t i = n_refs; i < kSimdWidth; ++i) ends[i] = {org, org};
+    WideLeaf& leaf = to_leaves_[index];
+    std::memcpy(leaf.org, &org, sizeof leaf.org);
+    leaf.scale = longest_of(box) * float((1 + 1e-6) / 255);
+    leaf.inv_scale = 1.0f / leaf.scale;
+    leaf.first_ref = first_ref;
+    leaf.n_refs = n_refs;
+    leaf.radius = radius * leaf.inv_scale;
+    const FloatX4 inv_scale = four(leaf.inv_scale);
+    const auto nearest = [&](const FloatX4& x) { return (x - org) * inv_scale + four(0.5f); };
+    for (int i = 0; i < kSimdWidth; i += 4) {
+      FloatX4 a[4], c[4];
+      for (int j = 0; j < 4; ++j) {
+        a[j] = nearest(ends[i + j].a);
+        c[j] = nearest(ends[i + j].c);
+      }
+      put_ends(bytes_of(a), bytes_of(c), leaf.ends, i);
+    }
+  }
+
+  void encode_node(std::size_t index) const {
+    const WideNode& from = nodes_[index];
+    const int n_children = from.n_children;
+    const BoxX4& box = of_nodes_[index];
+    const float longest = longest_of(box);
+    // A child with nothing in it, and a lane with no child, is a point.
+    const FloatX4 point = box.is_empty() ? FloatX4{} : box.lo;
+    BoxX4 boxes[kSimdWidth];
+    for (int i = 0; i < kSimdWidth; ++i) {
+      boxes[i] = i < n_children ? box_of(from, i) : BoxX4::empty();
+      if (boxes[i].is_empty()) boxes[i] = {point, point};
+    }
+    WideNode& node = to_nodes_[index];
+    node.first_inner = from.first_inner;
+    node.first_leaf = from.first_leaf;
+    node.n_inner = from.n_inner;
+    node.n_children = from.n_children;
+    std::memset(node.unused, 0, sizeof node.unused);
+    const FloatX4 org = point - four(2e-4f * longest);
+    std::memcpy(node.org, &org, sizeof node.org);
+    node.scale = longest * float(1.0004 / 254);
+    const FloatX4 inv_scale = four(1.0f / node.scale);
+    // Roundings of q ≤ 254 come to 6e-5, those of org + q·scale, as a node's test computes it, to half as much.
+    const auto below = [&](const FloatX4& x) { return max((x - org) * inv_scale - four(0.02f), FloatX4{}); };
+    const auto above = [&](const FloatX4& x) {
+      const FloatX4 y = (x - org) * inv_scale + four(0.02f);
+      const FloatX4 whole = __builtin_convertvector(__builtin_convertvector(y, IntX4), FloatX4);
+      return min(whole < y ? whole + four(1.0f) : whole, four(255.0f));
+    };
+    auto* const rows = reinterpret_cast<std::uint8_t (*)[kSimdWidth]>(node.planes);
+    for (int i = 0; i < kSimdWidth; i += 4) {
+      FloatX4 low[4], high[4];
+      for (int j = 0; j < 4; ++j) {
+        low[j] = below(boxes[i + j].lo);
+        high[j] = above(boxes[i + j].hi);
+      }
+      put_bytes(low, rows, i);
+      put_bytes(high, rows + 3, i);
+    }
+    for (int i = n_children; i < kSimdWidth; ++i)
+      for (int k = 0; k < 3; ++k) {
+        node.planes[k * kSimdWidth + i] = 255;
+        node.planes[(k + 3) * kSimdWidth + i] = 0;
+      }
+  }
+
+  /// Of four points, in quanta: the bytes of x of all, then those of y, and of z.
+  [[gnu::always_inline]] static Bytes16 bytes_of(const FloatX4 (&points)[4]) {
+    IntX4 words{};
+    for (int j = 0; j < 4; ++j) words |= __builtin_convertvector(points[j], IntX4) << (8 * j);
+    return Bytes16(words);
+  }
+
+  /// Four bytes in each of the rows for x, y and z.
+  [[gnu::always_inline]] static void put_bytes(const FloatX4 (&points)[4], std::uint8_t (*rows)[kSimdWidth],
+                                               int first) {
+    const Bytes16 bytes = bytes_of(points);
+    for (int k = 0; k < 3; ++k) std::memcpy(rows[k] + first, reinterpret_cast<const char*>(&bytes) + 4 * k, 4);
+  }
+
+  /// The ends of four pieces, as `end_byte` has them.
+  [[gnu::always_inline]] static void put_ends(const Bytes16& a, const Bytes16& c, std::uint8_t* ends, int first) {
+    const auto put = [&](const Bytes16& pairs, int at) { std::memcpy(ends + at, &pairs, 8); };
+    const auto in_pairs = [](const Bytes16& x) {
+      return __builtin_shufflevector(x, x, 0, 4, 1, 5, 2, 6, 3, 7, 0, 4, 1, 5, 2, 6, 3, 7);
+    };
+    put(in_pairs(a), end_byte(0, 0, first));
+    put(in_pairs(c), end_byte(1, 0, first));
+    put(__builtin_shufflevector(a, c, 8, 24, 9, 25, 10, 26, 11, 27, 8, 24, 9, 25, 10, 26, 11, 27),
+        end_byte(0, 2, first));
+  }
+
+  FloatX4 centre_, scale_;
+  std::span<const WideNode> nodes_;
+  std::span<const WideLeaf> leaves_;
+  std::span<const WideRef> refs_;
+  P prims_;
+  WideNode* to_nodes_;
+  WideLeaf* to_leaves_;
+  std::unique_ptr<BoxX4[]> of_nodes_, of_leaves_;
+};
+
+}  // namespace fastlines

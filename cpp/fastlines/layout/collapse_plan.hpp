@@ -1,0 +1,111 @@
+// How the nodes of a binary tree become children of wide ones at least cost (Ylitie, Karras, Laine 2017, "Efficient
+// incoherent ray traversal on GPUs through compressed wide BVHs").
+//
+// C(v, i) = least cost of the subtree of v as at most i children of one wide node:
+//
+//     C(v, 1) = the less of  SA(v)·c_leaf         if at most 16 references lie below v
+//                       and  SA(v)·c_node + D(v, 16)
+//     C(v, i) = the less of  C(v, i − 1)  and  D(v, i)
+//     D(v, i) = min over 1 ≤ k < i of  C(left, k) + C(right, i − k)
+//
+// Children have larger indices than their parents, so a loop backwards fills the table: for subtrees apart, by all
+// threads, then for the nodes above them.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+#include "../memory/buffer.hpp"
+#include "../parallel/parallel_for.hpp"
+#include "../tree/subtree_ranges.hpp"
+#include "merge_pieces.hpp"
+
+namespace fastlines {
+
+struct CollapseCost {
+  float c_node = 1.2f, c_leaf = 1.0f;
+  double radius_hint = 0.0;  ///< boxes are measured grown by this much of the scene's longest side
+};
+
+/// How a subtree is best spread over i children: k[i] go to the left one; 0 = as for i − 1.
+struct CollapsePlan {
+  float cost[kSimdWidth];  // C(v, i + 1)
+  std::uint8_t k[kSimdWidth + 1];
+  std::uint8_t k_all;     // of D(v, 16), for v as a node of its own
+  std::uint8_t n_leaves;  // of the binary tree, or 16 if there are more: more children are of no use
+  bool leaf;
+};
+
+class CollapsePlanner {
+ public:
+  CollapsePlanner(std::span<const Node> nodes, std::span<const Reference> refs, const CollapseCost& cost)
+      : nodes_(nodes), refs_(refs), cost_(cost) {
+    const Box& box = nodes[0].box;
+    margin_ = cost.radius_hint * box.side(box.longest_axis());
+    root_area_ = std::max(box.area(margin_), 1e-300);
+  }
+
+  Buffer<CollapsePlan> operator()(unsigned n_threads, Progress& progress) {
+    plans_.make_room(nodes_.size());
+    const SubtreeRanges ranges = subtree_ranges(nodes_, kPart, std::numeric_limits<std::size_t>::max());
+    parallel_for(
+        ranges.below.size(), n_threads, progress, [] { return 0; },
+        [&](int, std::size_t i) {
+          for (std::uint32_t v = ranges.below[i].end; v-- > ranges.below[i].begin;) plan(v);
+        },
+        {0.0, 0.4});
+    for (auto v = ranges.above.rbegin(); v != ranges.above.rend(); ++v) plan(*v);
+    plans_.keep(nodes_.size());
+    return std::move(plans_);
+  }
+
+ private:
+  static constexpr std::uint32_t kPart = 4096;
+
+  void plan(std::uint32_t v) {
+    const Node& node = nodes_[v];
+    CollapsePlan& plan = plans_[v];
+    const auto area = float(node.box.area(margin_) / root_area_);
+    const float as_leaf = fits_leaf(refs_.subspan(node.first_ref, node.n_refs)) ? area * cost_.c_leaf : kNever;
+    std::fill(std::begin(plan.k), std::end(plan.k), std::uint8_t(0));
+    plan.k_all = 0;
+    plan.n_leaves = 1;
+    plan.leaf = node.is_leaf();
+    if (node.is_leaf()) return std::fill(std::begin(plan.cost), std::end(plan.cost), as_leaf);
+
+    // D(v, i + 1) in lane i, from costs of the right child that are moved along for each k.
+    const CollapsePlan &left = plans_[v + 1], &right = plans_[node.right];
+    plan.n_leaves = std::uint8_t(std::min(left.n_leaves + right.n_leaves, kSimdWidth));
+    alignas(64) float moved[2 * kSimdWidth], least[kSimdWidth], by[kSimdWidth];
+    std::fill_n(moved, kSimdWidth, kNever);
+    std::copy_n(right.cost, kSimdWidth, moved + kSimdWidth);
+    FloatX16 costs = kNever, ks = 0.0f;
+    for (int k = 1; k <= std::min<int>(left.n_leaves, kSimdWidth - 1); ++k) {
+      const FloatX16 cost = FloatX16(left.cost[k - 1]) + FloatX16::load(moved + kSimdWidth - k);
+      const MaskX16 less = cost < costs;
+      costs = blend(less, cost, costs);
+      ks = blend(less, FloatX16(float(k)), ks);
+    }
+    costs.store(least);
+    ks.store(by);
+    plan.k_all = std::uint8_t(by[kSimdWidth - 1]);
+    const float as_node = area * cost_.c_node + least[kSimdWidth - 1];
+    plan.leaf = as_leaf <= as_node;
+    plan.cost[0] = min(as_leaf, as_node);
+    for (int i = 1; i < plan.n_leaves; ++i) {
+      plan.cost[i] = min(least[i], plan.cost[i - 1]);
+      plan.k[i + 1] = least[i] < plan.cost[i - 1] ? std::uint8_t(by[i]) : std::uint8_t(0);
+    }
+    std::fill(plan.cost + plan.n_leaves, std::end(plan.cost), plan.cost[plan.n_leaves - 1]);
+  }
+
+  static constexpr float kNever = std::numeric_limits<float>::infinity();
+
+  std::span<const Node> nodes_;
+  std::span<const Reference> refs_;
+  CollapseCost cost_;
+  double margin_, root_area_;
+  Buffer<CollapsePlan> plans_;
+};
+
+}  // namespace fastlines

@@ -1,0 +1,89 @@
+// The tree as the machine likes it: 16 children a node, boxes and pieces quantised to bytes, 128 bytes a block.
+//
+// A block has an origin and one scale for all three axes; a coordinate is org + q·scale, in the scene's frame. Children
+// are in lanes: the inner ones first, then the leaves; both kinds stand in a row, so no child needs a pointer of its
+// own.
+//
+// Blocks only cull. What survives is tested exactly, against the segment as the caller gave it.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "../memory/buffer.hpp"
+#include "../primitives/ray_primitive.hpp"
+#include "../rays/frame.hpp"
+#include "../simd/float_x16.hpp"
+#include "../tree/tree.hpp"
+
+namespace fastlines {
+
+struct alignas(128) WideNode {
+  float org[3], scale;
+  std::uint32_t first_inner, first_leaf;
+  std::uint8_t n_inner, n_children;
+  std::uint8_t unused[6];
+  std::uint8_t planes[6 * kSimdWidth];  // low x, y, z, then high x, y, z of all children, rounded outwards
+};
+static_assert(sizeof(WideNode) == 128);
+
+struct alignas(128) WideLeaf {
+  float org[3], scale;
+  float inv_scale;  // 1/scale
+  std::uint32_t first_ref, n_refs;
+  float radius;                       // the largest radius of its primitives, in quanta
+  std::uint8_t ends[6 * kSimdWidth];  // of each piece, rounded to nearest, as `end_byte` has them (simd/points.hpp)
+};
+static_assert(sizeof(WideLeaf) == 128);
+
+/// A reference in 8 bytes. Where pieces of a segment are cut is rounded, for both alike, so they still tile it, though
+/// a piece may be empty; boxes and ends of pieces are made from what stands here.
+struct WideRef {
+  std::uint32_t prim;
+  std::uint16_t s0, s1;  // in 65536ths of the segment; the last piece ends at kOpen
+
+  WideRef() = default;
+  explicit WideRef(const Reference& ref) : prim(ref.prim), s0(rounded(ref.s0)), s1(rounded(ref.s1)) {}
+  operator Reference() const { return {prim, begin(s0), end(s1)}; }
+
+  static float begin(std::uint32_t s) { return float(std::int32_t(s)) * 0x1p-16f; }
+  /// What is open ends beyond 1, which is as far as segments go.
+  static float end(std::uint32_t s) { return begin(s + ((s + 1) & 0x10000)); }
+
+ private:
+  static constexpr std::uint16_t kOpen = 0xffff;
+  static std::uint16_t rounded(float s) {
+    if (!(s <= 1.0f)) return kOpen;
+    return std::uint16_t(std::clamp(s * 0x1p16f + 0.5f, 0.0f, float(kOpen - 1)));
+  }
+};
+static_assert(sizeof(WideRef) == 8);
+
+struct WideBvh {
+  Frame frame;
+  Box box;                   // of the scene, in the frame
+  float mean_extent = 0.0f;  // of the leaves, in the frame
+  Buffer<WideNode> nodes;
+  Buffer<WideLeaf> leaves;
+  Buffer<WideRef> refs;  // in the order of the leaves
+};
+
+/// What a query sees of a layout over primitives: plain data.
+template <RayPrimitive P>
+struct WideBvhView {
+  Frame frame;
+  Box box;
+  float mean_extent;
+  const WideNode* nodes;
+  const WideLeaf* leaves;
+  const WideRef* refs;
+  const typename P::Item* items;
+};
+
+template <RayPrimitive P>
+WideBvhView<P> view_of(const WideBvh& tree, const P& prims) {
+  return {tree.frame,         tree.box,         tree.mean_extent, tree.nodes.data(),
+          tree.leaves.data(), tree.refs.data(), prims.items()};
+}
+
+}  // namespace fastlines

@@ -1,0 +1,35 @@
+// A vector whose memory comes from the page pool.
+#pragma once
+
+#include <vector>
+
+#include "page_pool.hpp"
+
+namespace fastlines {
+
+/// A vector in such memory.
+template <class T>
+struct Allocator {
+  using value_type = T;
+  Allocator() = default;
+  template <class Other>
+  Allocator(const Allocator<Other>&) {}
+
+  T* allocate(std::size_t n) { return static_cast<T*>(PagePool::allocate(n * sizeof(T))); }
+  void deallocate(T* data, std::size_t) noexcept { PagePool::release(data); }
+  bool operator==(const Allocator&) const { return true; }
+};
+
+template <class T>
+using LargeVector = std::vector<T, Allocator<T>>;
+
+/// Have room for so many more. Room that is not used costs only addresses, and to grow is to copy: so a small vector
+/// grows by more than it would by itself.
+template <class T>
+void reserve_more(LargeVector<T>& vector, std::size_t n) {
+  constexpr std::size_t small = std::size_t(1) << 21;
+  if (const std::size_t size = vector.size() + n; size > vector.capacity())
+    vector.reserve(size * (size * sizeof(T) < small ? 8 : 2));
+}
+
+}  // namespace fastlines

@@ -1,0 +1,66 @@
+// Searches a binary tree as it was built, by the boxes of its nodes.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "../tree/tree.hpp"
+#include "sinks.hpp"
+#include "slabs.hpp"
+
+namespace fastlines {
+
+/// Depth first, the nearer child first; a subtree that begins beyond the sink's limit is left out.
+template <RayPrimitive P>
+struct BinaryTraversal {
+  /// Memory that a thread reuses from ray to ray.
+  struct Scratch {
+    struct Entry {
+      std::uint32_t node;
+      float enter;
+    };
+    std::vector<Entry> stack;
+  };
+
+  std::span<const Node> nodes;
+  std::span<const Reference> refs;
+  P prims;
+  Frame frame;
+
+  template <class Sink>
+  void operator()(const Ray& ray, Sink& sink, Scratch& scratch) const {
+    constexpr float miss = std::numeric_limits<float>::infinity();
+    const Slabs slabs(ray, frame, prims.max_radius());
+    auto& stack = scratch.stack;
+    stack.clear();
+    stack.push_back({0, slabs.enter(nodes[0].box, sink.limit)});
+    while (!stack.empty()) {
+      auto [index, enter] = stack.back();
+      stack.pop_back();
+      if (!(enter <= sink.limit)) continue;
+
+      // Go down to a leaf, leaving the farther children for later.
+      while (enter != miss && !nodes[index].is_leaf()) {
+        std::uint32_t near = index + 1, far = nodes[index].right;
+        float enter_near = slabs.enter(nodes[near].box, sink.limit),
+              enter_far = slabs.enter(nodes[far].box, sink.limit);
+        if (enter_far < enter_near) {
+          std::swap(near, far);
+          std::swap(enter_near, enter_far);
+        }
+        if (enter_far != miss) stack.push_back({far, enter_far});
+        index = near;
+        enter = enter_near;
+      }
+      if (enter == miss) continue;
+
+      const Node& leaf = nodes[index];
+      for (const Reference& ref : refs.subspan(leaf.first_ref, leaf.n_refs)) {
+        test_primitive(prims, ray, frame, ref, sink);
+        if (sink.done()) return;
+      }
+    }
+  }
+};
+
+}  // namespace fastlines

@@ -1,0 +1,27 @@
+// Tests every segment: what the answers of all trees are compared with.
+#pragma once
+
+#include <span>
+
+#include "sinks.hpp"
+
+namespace fastlines {
+
+/// Every segment, in order: what the trees are compared with.
+template <RayPrimitive P>
+struct BruteForce {
+  struct Scratch {};
+
+  P prims;
+  Frame frame;
+
+  template <class Sink>
+  void operator()(const Ray& ray, Sink& sink, Scratch&) const {
+    for (std::size_t prim = 0; prim < prims.size(); ++prim) {
+      test_primitive(prims, ray, frame, Reference{std::uint32_t(prim)}, sink);
+      if (sink.done()) return;
+    }
+  }
+};
+
+}  // namespace fastlines

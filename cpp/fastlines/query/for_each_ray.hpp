@@ -1,0 +1,81 @@
+// A search for every ray of a batch, on all cores. Rays are dealt out in chunks; each answer has its own place, so the
+// answer does not depend on the number of threads.
+#pragma once
+
+#include "../parallel/parallel_for.hpp"
+#include "../rays/ray_batch.hpp"
+#include "hit_assembler.hpp"
+#include "sinks.hpp"
+
+namespace fastlines {
+
+inline constexpr std::size_t kChunk = 256;
+
+/// Search for every ray, in chunks: make(ray) gives its sink, and store(i, sink) takes what that has found.
+template <class Search, class Make, class Store>
+void for_each_ray(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress, Make&& make,
+                  Store&& store) {
+  using Scratch = typename Search::Scratch;
+  parallel_for((rays.size() + kChunk - 1) / kChunk, n_threads, progress, [] { return Scratch{}; },
+               [&](Scratch& scratch, std::size_t chunk) {
+                 for (std::size_t i = chunk * kChunk; i < std::min(rays.size(), (chunk + 1) * kChunk); ++i) {
+                   progress.check();
+                   const Ray ray = prepare(rays[i], search.frame);
+                   auto sink = make(ray);
+                   search(ray, sink, scratch);
+                   store(i, sink);
+                 }
+               });
+}
+
+/// Call store(i, hit) with the nearest hit of every ray.
+template <class Search, class Store>
+void first_hits(const Search& search, const RayBatch& rays, At at, unsigned n_threads, Progress& progress,
+                Store&& store) {
+  for_each_ray(
+      search, rays, n_threads, progress, [at](const Ray& ray) { return FirstSink(at, ray); },
+      [&](std::size_t i, const FirstSink& sink) { store(i, sink.best); });
+}
+
+template <class Search>
+void any_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress,
+              std::span<bool> found) {
+  for_each_ray(
+      search, rays, n_threads, progress, [](const Ray& ray) { return AnySink(ray); },
+      [&](std::size_t i, const AnySink& sink) { found[i] = sink.found; });
+}
+
+template <class Search>
+void count_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress,
+                std::span<std::int64_t> counts) {
+  for_each_ray(
+      search, rays, n_threads, progress, [](const Ray& ray) { return CountSink(ray); },
+      [&](std::size_t i, const CountSink& sink) { counts[i] = sink.n_hits; });
+}
+
+/// What the sinks that make(ray) gives have listed for each ray.
+template <class Search, class Make>
+void list_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress, HitAssembler& to,
+               Make&& make) {
+  struct Worker {
+    typename Search::Scratch scratch;
+    HitBuffer lists;
+  };
+  const std::size_t n_chunks = (rays.size() + kChunk - 1) / kChunk;
+  parallel_for(
+      n_chunks, n_threads, progress, [] { return Worker{}; },
+      [&](Worker& worker, std::size_t i_chunk) {
+        const std::size_t chunk = HitAssembler::sample_first(i_chunk, n_chunks);
+        const std::size_t end = std::min(rays.size(), (chunk + 1) * kChunk);
+        for (std::size_t i = chunk * kChunk; i < end; ++i) {
+          progress.check();
+          const Ray ray = prepare(rays[i], search.frame);
+          auto sink = make(ray);
+          search(ray, sink, worker.scratch);
+          worker.lists.add(std::uint32_t(i), sink.hits);
+        }
+        to.add(chunk, n_chunks, end, worker.lists);
+      });
+}
+
+}  // namespace fastlines

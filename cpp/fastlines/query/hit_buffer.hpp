@@ -1,0 +1,67 @@
+// The hits of some rays on their way into arrays.
+#pragma once
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+#include <vector>
+
+#include "../memory/arena.hpp"
+#include "../rays/hit.hpp"
+#include "../simd/float_x16.hpp"
+
+namespace fastlines {
+
+/// The hits of some rays on their way to their places, each ray's in a run, sorted.
+struct HitBuffer {
+  struct RayRun {
+    std::uint32_t ray, n_hits;
+  };
+  /// Some runs, whose hits stand one column after the other: u, prim, t, distance, and t_out, which may be missing.
+  struct Block {
+    std::uint32_t n_hits, n_runs;
+    std::shared_ptr<std::byte> data;
+
+    ListColumns columns() const {
+      auto* const first = reinterpret_cast<float*>(data.get());
+      const std::size_t n = n_hits;
+      return {first + 2 * n, reinterpret_cast<std::uint32_t*>(first + n), first, first + 3 * n, first + 4 * n};
+    }
+  };
+  std::vector<RayRun> runs;
+  std::vector<Block> blocks;
+  Arena arena;
+
+  /// Begin a block: where so many hits are to be written. A column may be written past its end, by up to sixteen,
+  /// as long as the next one is not.
+  ListColumns begin(std::uint32_t n_hits) {
+    blocks.push_back({n_hits, 0, arena.begin((5 * std::size_t(n_hits) + kSimdWidth) * sizeof(float))});
+    return blocks.back().columns();
+  }
+
+  /// The next hits of the block are this ray's.
+  void add(std::uint32_t ray, std::uint32_t n_hits) {
+    runs.push_back({ray, n_hits});
+    ++blocks.back().n_runs;
+  }
+
+  /// All hits of the block stand in their places: this many columns of them.
+  void end(std::uint32_t n_columns) { arena.end(n_columns * std::size_t(blocks.back().n_hits) * sizeof(float)); }
+
+  /// A block for one ray.
+  void add(std::uint32_t ray, std::vector<Hit>& of_ray) {
+    if (of_ray.empty()) return;
+    std::sort(of_ray.begin(), of_ray.end());
+    const ListColumns to = begin(std::uint32_t(of_ray.size()));
+    for (std::size_t i = 0; i < of_ray.size(); ++i) to.set(i, of_ray[i]);
+    add(ray, std::uint32_t(of_ray.size()));
+    end(5);
+  }
+
+  void clear() {
+    runs.clear();
+    blocks.clear();
+  }
+};
+
+}  // namespace fastlines

@@ -1,0 +1,103 @@
+// The search of a KD tree by its planes (thesis §1.2.2, §1.3): an inner node is an axis and a plane, not two boxes.
+//
+// A ray carries the part [t_enter, t_leave] of itself that is in the node's box, grown by its radius. A plane divides
+// that part: what comes before the plane ends where the ray leaves the plane moved on by the radius, and what lies
+// beyond begins where the ray enters the plane moved back by the radius. So the parts of two children overlap, and
+// each is what the test of the child's grown box gives.
+//
+// The thesis counts a hit only inside the leaf that found it. Here a hit counts wherever it is found: with a radius,
+// the ray may be outside all leaves that list the segment. A visited set (a mailbox: Amanatides and Woo 1987) lets each
+// segment be tested once a ray, so each hit counts once. A first hit ends the search of all that begins beyond it.
+#pragma once
+
+#include "plane_tree.hpp"
+#include "sinks.hpp"
+#include "visited_set.hpp"
+
+namespace fastlines {
+
+/// Depth first, the nearer child first; a part of the ray that begins beyond the sink's limit is left out.
+template <RayPrimitive P>
+struct PlaneTraversal {
+  struct Scratch {
+    struct Entry {
+      std::uint32_t node;
+      float t_enter, t_leave;
+    };
+    std::vector<Entry> stack;
+    VisitedSet visited;
+  };
+
+  std::span<const PlaneNode> nodes;
+  std::span<const std::uint32_t> refs;
+  std::uint32_t depth;
+  P prims;
+  Box box;  // of the root
+  Frame frame;
+
+  template <class Sink>
+  void operator()(const Ray& ray, Sink& sink, Scratch& scratch) const {
+    using Entry = typename Scratch::Entry;
+    const Slabs slabs(ray, frame, prims.max_radius());
+    // Each level leaves at most one node for later.
+    if (scratch.stack.size() <= depth) scratch.stack.resize(depth + 1);
+    scratch.visited.clear();
+    const auto [root_enter, root_leave] = slabs.clip(box, sink.limit);
+    Entry *const bottom = scratch.stack.data(), *top = bottom;
+    *top++ = {0, root_enter, root_leave};
+    while (top != bottom) {
+      auto [index, t_enter, t_leave] = *--top;
+      t_leave = std::min(t_leave, sink.limit);
+      if (!(t_enter <= t_leave)) continue;
+
+      // Go down to a leaf, leaving the farther children for later. Which child comes next can not be foreseen, so
+      // nothing branches.
+      PlaneNode node = nodes[index];
+      while (!node.is_leaf()) {
+        const int axis = node.axis();
+        const std::uint32_t i_near = node.lower_child() + slabs.is_backwards(axis), i_far = i_near ^ 1;
+        const PlaneNode near = nodes[i_near], far = nodes[i_far];
+        const float end_near = slabs.leave_before(axis, node.plane());
+        const float begin_far = std::max(t_enter, slabs.enter_beyond(axis, node.plane()));
+        const bool in_far = begin_far <= t_leave;
+        const bool to_near = bool(int(end_near >= t_enter) & ~(int(in_far) & int(near.is_empty())));
+        __builtin_prefetch(other_line(near));
+        prefetch(far);
+        *top = {i_far, begin_far, t_leave};
+        top += to_near & in_far & !far.is_empty();
+        node.word = to_near ? near.word : far.word;
+        node.link = to_near ? near.link : far.link;
+        t_leave = to_near ? std::min(t_leave, end_near) : t_leave;
+        t_enter = to_near ? t_enter : begin_far;
+      }
+
+      // Test what the leaf lists and no other has.
+      const std::span<const std::uint32_t> below =
+          node.n_refs() == 1 ? std::span(&node.word, 1) : refs.subspan(node.word, node.n_refs());
+      if (below.size() > 1)
+        for (const std::uint32_t prim : below) __builtin_prefetch(prims.items() + prim);
+      scratch.visited.reserve(below.size());
+      for (const std::uint32_t prim : below) {
+        if (!scratch.visited.insert(prim)) continue;
+        test_primitive(prims, ray, frame, Reference{prim}, sink);
+        if (sink.done()) return;
+      }
+    }
+  }
+
+ private:
+  /// The line that shares a block with the one that the children of the node are in.
+  const void* other_line(const PlaneNode& node) const {
+    constexpr std::uint32_t kLine = PlaneTree::kBlockPairs;
+    return &nodes.data()[node.lower_child() ^ kLine];
+  }
+
+  /// Ask for what a visit of the node reads first: the pair of its children, or its one segment.
+  [[gnu::always_inline]] void prefetch(const PlaneNode& node) const {
+    const void* const item = prims.items() + (node.n_refs() == 1 ? node.word : 0);
+    const void* const pair = &nodes.data()[node.lower_child()];
+    __builtin_prefetch(node.is_leaf() ? item : pair);
+  }
+};
+
+}  // namespace fastlines

@@ -1,0 +1,64 @@
+// The test of a ray against a box, and against the planes of a KD tree.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "../rays/ray.hpp"
+
+namespace fastlines {
+
+/// A box test that errs on the side of a visit: the box is grown by the radius and by what rounding can do.
+class Slabs {
+ public:
+  /// Boxes are grown by the radius of the ray and by that of the primitives, in the units of the scene.
+  Slabs(const Ray& ray, const Frame& frame, float prim_radius = 0.0f) : frame_(frame), t_min_(ray.t_min) {
+    const float grow = ray.radius + ray.eps + prim_radius * frame.scale;
+    for (int k = 0; k < 3; ++k) {
+      const float r = std::copysign(std::max(std::abs(ray.r[k]), 1e-18f), ray.r[k]);
+      inverse_[k] = 1.0f / r;
+      backwards_[k] = r < 0.0f;
+      near_[k] = ray.o[k] + (backwards_[k] ? -grow : grow);
+      far_[k] = ray.o[k] + (backwards_[k] ? grow : -grow);
+    }
+  }
+
+  /// The part of the ray, up to the limit, that is in the grown box; empty if t_enter > t_leave.
+  struct Span {
+    float t_enter, t_leave;
+  };
+
+  Span clip(const Box& box, float limit) const {
+    Span span{t_min_, limit};
+    for (int k = 0; k < 3; ++k) {
+      const float lo = in_frame(frame_, k, box.lo[k]), hi = in_frame(frame_, k, box.hi[k]);
+      span.t_enter = std::max(span.t_enter, enter_beyond(k, backwards_[k] ? hi : lo));
+      span.t_leave = std::min(span.t_leave, leave_before(k, backwards_[k] ? lo : hi));
+    }
+    return span;
+  }
+
+  /// The t at which the ray enters the box; ∞ if it misses it, or enters beyond the limit.
+  float enter(const Box& box, float limit) const {
+    const Span span = clip(box, limit);
+    return span.t_enter <= span.t_leave ? span.t_enter : std::numeric_limits<float>::infinity();
+  }
+
+  /// The t at which the ray enters what lies beyond a plane of the frame, and leaves what lies before it, both grown.
+  float enter_beyond(int axis, float plane) const { return (plane - near_[axis]) * inverse_[axis]; }
+  float leave_before(int axis, float plane) const { return (plane - far_[axis]) * inverse_[axis]; }
+
+  bool is_backwards(int axis) const { return backwards_[axis]; }
+
+  /// A coordinate of a box in the frame, rounded as the test of a box rounds it.
+  static float in_frame(const Frame& frame, int axis, float x) { return (x - frame.centre[axis]) * frame.scale; }
+
+ private:
+  Frame frame_;
+  float t_min_;
+  Vec3 inverse_, near_, far_;
+  bool backwards_[3];
+};
+
+}  // namespace fastlines

@@ -1,0 +1,66 @@
+// A hit, the order of hits, and hits as arrays. The columns of a hit have one order everywhere:
+// t, prim, u, distance, t_out.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+namespace fastlines {
+
+/// The order of a ray's hits: by t, and at the same t by id. Nothing branches.
+template <class Prim>
+[[gnu::always_inline]] inline bool precedes(float t, Prim prim, float t2, Prim prim2) {
+  return (t < t2) | ((t == t2) & (prim < prim2));
+}
+
+/// Whether the piece [s0, s1) of a segment owns the hit at s: the one piece of all that reports it.
+template <class N>
+[[gnu::always_inline]] inline auto owns(N s0, N s1, N s) {
+  return (s0 <= s) & (s < s1);
+}
+
+/// A hit in the units of the caller's ray; a miss by default.
+struct Hit {
+  float t = std::numeric_limits<float>::infinity();
+  std::int64_t prim = -1;
+  float u = 0.0f;
+  float distance = std::numeric_limits<float>::infinity();
+  float t_out = std::numeric_limits<float>::infinity();
+
+  bool operator<(const Hit& other) const { return precedes(t, prim, other.t, other.prim); }
+};
+
+/// Hits as one array for each property; t_out may be missing.
+template <class Prim>
+struct HitColumnsOf {
+  float* t;
+  Prim* prim;
+  float *u, *distance, *t_out;
+
+  void set(std::size_t i, const Hit& hit) const {
+    t[i] = hit.t;
+    prim[i] = Prim(hit.prim);
+    u[i] = hit.u;
+    distance[i] = hit.distance;
+    if (t_out) t_out[i] = hit.t_out;
+  }
+
+  /// The columns from hit i on.
+  HitColumnsOf from(std::size_t i) const { return {t + i, prim + i, u + i, distance + i, t_out ? t_out + i : nullptr}; }
+
+  /// Move hit i, without its t_out, to the place of hit j, and the hits from j on one place further.
+  void move(std::size_t i, std::size_t j) const {
+    std::rotate(t + j, t + i, t + i + 1);
+    std::rotate(prim + j, prim + i, prim + i + 1);
+    std::rotate(u + j, u + i, u + i + 1);
+    std::rotate(distance + j, distance + i, distance + i + 1);
+  }
+
+  bool precedes(std::size_t i, std::size_t j) const { return fastlines::precedes(t[i], prim[i], t[j], prim[j]); }
+};
+using HitColumns = HitColumnsOf<std::int64_t>;
+using ListColumns = HitColumnsOf<std::uint32_t>;
+
+}  // namespace fastlines

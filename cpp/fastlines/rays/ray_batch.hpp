@@ -1,0 +1,32 @@
+// Rays as arrays, as the caller gives them.
+#pragma once
+
+#include <span>
+
+#include "ray.hpp"
+
+namespace fastlines {
+
+/// Rays as arrays. Radius and bounds have one entry a ray, or one for all.
+struct RayBatch {
+  std::span<const Vec3> origins, directions;
+  std::span<const float> radius, t_min, t_max;
+
+  std::size_t size() const { return origins.size(); }
+
+  RayQuery operator[](std::size_t i) const {
+    return {origins[i], directions[i], pick(t_min, i), pick(t_max, i), pick(radius, i)};
+  }
+
+  /// Ask for the memory of these rays before it is needed. To ask but once for those that share a line is slower.
+  void prefetch(const std::uint32_t* ids, int n) const {
+    for (int i = 0; i < n; ++i) {
+      __builtin_prefetch(&origins[ids[i]]);
+      __builtin_prefetch(&directions[ids[i]]);
+    }
+  }
+
+  static float pick(std::span<const float> values, std::size_t i) { return values[values.size() == 1 ? 0 : i]; }
+};
+
+}  // namespace fastlines

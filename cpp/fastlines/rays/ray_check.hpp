@@ -1,0 +1,79 @@
+// Whether a batch of rays can be asked, at a glance: a pass over all of them that only tells yes or perhaps not.
+//
+// Sizes of floats are ordered as their bits are, and what is not finite comes last: whole numbers are compared, which
+// compilers turn into vectors.
+#pragma once
+
+#include <bit>
+#include <mutex>
+
+#include "../parallel/parallel_for.hpp"
+#include "ray_batch.hpp"
+
+namespace fastlines {
+
+/// Extremes of some rays.
+struct RayExtremes {
+  std::int32_t far_origin = 0, longest = 0, shortest = std::numeric_limits<std::int32_t>::max();  // bits of floats
+  float reach = 0.0f;
+  bool fine = true;  // radius and bounds
+
+  void add(const RayExtremes& other) {
+    far_origin = std::max(far_origin, other.far_origin);
+    longest = std::max(longest, other.longest);
+    shortest = std::min(shortest, other.shortest);
+    reach = max(reach, other.reach);
+    fine &= other.fine;
+  }
+};
+
+inline RayExtremes extremes_of(const RayBatch& rays, std::size_t begin, std::size_t end, float largest_radius) {
+  const auto part = [&](auto values) { return values.size() == 1 ? values : values.subspan(begin, end - begin); };
+  const auto size = [](const Vec3& v) {
+    const auto bits = [](float x) { return std::bit_cast<std::int32_t>(x) & 0x7fff'ffff; };
+    return std::max(std::max(bits(v[0]), bits(v[1])), bits(v[2]));
+  };
+  RayExtremes extremes;
+  for (const Vec3& origin : part(rays.origins)) extremes.far_origin = std::max(extremes.far_origin, size(origin));
+  for (const Vec3& direction : part(rays.directions)) {
+    extremes.longest = std::max(extremes.longest, size(direction));
+    extremes.shortest = std::min(extremes.shortest, size(direction));
+  }
+  for (const float x : part(rays.radius)) {
+    extremes.fine &= (x >= 0.0f) & (x <= largest_radius);
+    extremes.reach = max(extremes.reach, x);
+  }
+  const std::span starts = part(rays.t_min), ends = part(rays.t_max);
+  for (std::size_t i = 0; i < std::max(starts.size(), ends.size()); ++i) {
+    const float start = RayBatch::pick(starts, i);
+    extremes.fine &= (start <= RayBatch::pick(ends, i)) & (start <= std::numeric_limits<float>::max());
+  }
+  return extremes;
+}
+
+/// Whether all rays can be asked: everything finite, bounds in order, directions long enough for t to be a float32 in a
+/// scene whose coordinates go up to `farthest`. `false` means that one has to look closer.
+inline bool rays_are_valid(const RayBatch& rays, float largest_radius, float farthest, unsigned n_threads) {
+  if (rays.size() == 0) return true;
+  constexpr std::size_t at_once = 1 << 14;
+  constexpr double largest = std::numeric_limits<float>::max();
+  RayExtremes all;
+  std::mutex mutex;
+  Progress unwatched;
+  // A thread takes as long to start as some hundred thousand rays.
+  n_threads = std::clamp(unsigned(rays.size() >> 18), 1u, n_threads);
+  parallel_for((rays.size() + at_once - 1) / at_once, n_threads, unwatched, [] { return 0; },
+               [&](int, std::size_t chunk) {
+                 const std::size_t begin = chunk * at_once, end = std::min(rays.size(), begin + at_once);
+                 const RayExtremes extremes = extremes_of(rays, begin, end, largest_radius);
+                 const std::lock_guard lock(mutex);
+                 all.add(extremes);
+               });
+  const auto number = [](std::int32_t bits) { return std::bit_cast<float>(std::min(bits, 0x7f80'0000)); };
+  const double far_origin = number(all.far_origin), shortest = number(all.shortest);
+  const double far = 2.0 * (far_origin + farthest) + all.reach;
+  return all.fine && far_origin <= largest && number(all.longest) <= largest && shortest > 0.0 &&
+         far <= shortest * largest;
+}
+
+}  // namespace fastlines

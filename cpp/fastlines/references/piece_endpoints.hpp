@@ -1,0 +1,34 @@
+// The ends of a piece of a segment and the box around them, four lanes at a time: the floats that Segment::point gives.
+#pragma once
+
+#include "../primitives/segments.hpp"
+#include "../simd/box_x4.hpp"
+#include "reference.hpp"
+
+namespace fastlines {
+
+/// Points in the first three lanes; what is in the last means nothing.
+struct PieceEndpoints {
+  FloatX4 a, c;
+};
+
+[[gnu::always_inline]] inline PieceEndpoints endpoints_of(const Segment& segment, const Reference& ref) {
+  const FloatX4 p = four(&segment.p[0]), tail = four(&segment.p[2]);
+  const FloatX4 q = __builtin_shufflevector(tail, tail, 1, 2, 3, 3);
+  double both;  // s0 and s1 as they stand, moved at once
+  std::memcpy(&both, &ref.s0, sizeof both);
+  const FloatX4 s = FloatX4(DoubleX2{both, 0.0});
+  DoubleX4 from, along, wide;
+  to_double(p, from);
+  to_double(q, along);
+  to_double(s, wide);
+  along -= from;
+  const DoubleX4 a = from + __builtin_shufflevector(wide, wide, 0, 0, 0, 0) * along;
+  const DoubleX4 c = from + __builtin_shufflevector(wide, wide, 1, 1, 1, 1) * along;
+  return {__builtin_shufflevector(s, s, 0, 0, 0, 0) < four(1.0f) ? __builtin_convertvector(a, FloatX4) : q,
+          __builtin_shufflevector(s, s, 1, 1, 1, 1) < four(1.0f) ? __builtin_convertvector(c, FloatX4) : q};
+}
+
+[[gnu::always_inline]] inline BoxX4 box_of(const PieceEndpoints& ends) { return BoxX4::around(ends.a, ends.c); }
+
+}  // namespace fastlines

@@ -1,0 +1,45 @@
+// A box in two registers of four lanes: two instructions grow it. Lane 3 is padding.
+#pragma once
+
+#include <limits>
+
+#include "../math/box.hpp"
+#include "float_x4.hpp"
+
+namespace fastlines {
+
+struct BoxX4 {
+  FloatX4 lo, hi;
+
+  static BoxX4 empty() {
+    const FloatX4 infinity = four(std::numeric_limits<float>::infinity());
+    return {infinity, -infinity};
+  }
+  static BoxX4 around(const FloatX4& a, const FloatX4& b) { return {min(a, b), max(a, b)}; }
+
+  /// From two corners, one after the other in memory: of a box its lower and upper one, of a segment its ends.
+  template <class Corners>
+  [[gnu::always_inline]] static BoxX4 load(const Corners& corners) {
+    static_assert(sizeof corners == 24);
+    BoxX4 box;
+    FloatX4 tail;
+    std::memcpy(&box.lo, &corners, sizeof box.lo);
+    std::memcpy(&tail, reinterpret_cast<const char*>(&corners) + 8, sizeof tail);
+    box.hi = __builtin_shufflevector(tail, tail, 1, 2, 3, 3);
+    return box;
+  }
+
+  [[gnu::always_inline]] void grow(const BoxX4& other) {
+    lo = min(other.lo, lo);
+    hi = max(other.hi, hi);
+  }
+  [[gnu::always_inline]] void grow(const FloatX4& point) {
+    lo = min(point, lo);
+    hi = max(point, hi);
+  }
+
+  bool is_empty() const { return lo[0] > hi[0]; }
+  Box box() const { return {{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}}; }
+};
+
+}  // namespace fastlines

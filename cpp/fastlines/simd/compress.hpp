@@ -1,0 +1,21 @@
+// For each pattern of eight bits, the numbers of those that are set, in order: how to pack the lanes of a mask.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace fastlines {
+
+struct CompressTable {
+  std::uint8_t lanes[256][8] = {};
+
+  constexpr CompressTable() {
+    for (int bits = 0; bits < 256; ++bits)
+      for (int lane = 0, n = 0; lane < 8; ++lane)
+        if (bits >> lane & 1) lanes[bits][n++] = std::uint8_t(lane);
+  }
+};
+
+inline constexpr CompressTable kCompressTable;
+
+}  // namespace fastlines

@@ -1,0 +1,234 @@
+// Sixteen floats as four vectors of four, in the compiler's own vector types: SSE4.2, NEON, and whatever else there is.
+#pragma once
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "compress.hpp"
+#include "float_x4.hpp"
+
+#if defined(FASTLINES_PORTABLE)
+#elif defined(__SSE4_2__)
+#include <immintrin.h>
+#elif defined(__ARM_NEON)
+#include <arm_neon.h>
+#endif
+
+namespace fastlines {
+
+#if defined(FASTLINES_PORTABLE)
+inline constexpr const char* kSimd = "portable";
+#elif defined(__SSE4_2__)
+inline constexpr const char* kSimd = "sse42";
+#elif defined(__ARM_NEON)
+inline constexpr const char* kSimd = "neon";
+#else
+inline constexpr const char* kSimd = "portable";
+#endif
+
+using FloatX4 = float __attribute__((vector_size(16)));
+using IntX4 = std::int32_t __attribute__((vector_size(16)));
+
+/// The signs of four lanes as bits.
+inline std::uint32_t bits_of(IntX4 mask) {
+#if defined(__SSE4_2__) && !defined(FASTLINES_PORTABLE)
+  return std::uint32_t(_mm_movemask_ps(reinterpret_cast<__m128>(mask)));
+#elif defined(__ARM_NEON) && !defined(FASTLINES_PORTABLE)
+  const uint32x4_t weights = {1, 2, 4, 8};
+  return vaddvq_u32(vandq_u32(reinterpret_cast<uint32x4_t>(mask), weights));
+#else
+  return std::uint32_t((mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8));
+#endif
+}
+
+inline FloatX4 x4_of_bytes(const std::uint8_t* p) {
+#if defined(__SSE4_2__) && !defined(FASTLINES_PORTABLE)
+  std::int32_t four;
+  std::memcpy(&four, p, 4);
+  return _mm_cvtepi32_ps(_mm_cvtepu8_epi32(_mm_cvtsi32_si128(four)));
+#elif defined(__ARM_NEON) && !defined(FASTLINES_PORTABLE)
+  std::uint32_t four;
+  std::memcpy(&four, p, 4);
+  return vcvtq_f32_u32(vmovl_u16(vget_low_u16(vmovl_u8(vcreate_u8(four)))));
+#else
+  return FloatX4{float(p[0]), float(p[1]), float(p[2]), float(p[3])};
+#endif
+}
+
+struct MaskX16 {
+  IntX4 v[4];
+  std::uint32_t bits() const { return bits_of(v[0]) | bits_of(v[1]) << 4 | bits_of(v[2]) << 8 | bits_of(v[3]) << 12; }
+  friend MaskX16 operator&(MaskX16 x, MaskX16 y) {
+    return {x.v[0] & y.v[0], x.v[1] & y.v[1], x.v[2] & y.v[2], x.v[3] & y.v[3]};
+  }
+  friend MaskX16 operator|(MaskX16 x, MaskX16 y) {
+    return {x.v[0] | y.v[0], x.v[1] | y.v[1], x.v[2] | y.v[2], x.v[3] | y.v[3]};
+  }
+};
+
+struct FloatX16 {
+  FloatX4 v[4];
+  static constexpr int kRegisters = 4;
+#if defined(FASTLINES_COUNTERS)
+  static constexpr int kMaxPermuteTable = 64;  // steps are counted as AVX-512 takes them
+#else
+  static constexpr int kMaxPermuteTable = 0;  // permute is not worth its time
+#endif
+
+  FloatX16() = default;
+  FloatX16(FloatX4 a, FloatX4 b, FloatX4 c, FloatX4 d) : v{a, b, c, d} {}
+  FloatX16(float x) : v{FloatX4{x, x, x, x}, FloatX4{x, x, x, x}, FloatX4{x, x, x, x}, FloatX4{x, x, x, x}} {}
+
+  static FloatX16 load(const float* p) {
+    FloatX16 x;
+    std::memcpy(x.v, p, sizeof x.v);
+    return x;
+  }
+  static FloatX16 bytes(const std::uint8_t* p) {
+    return {x4_of_bytes(p), x4_of_bytes(p + 4), x4_of_bytes(p + 8), x4_of_bytes(p + 12)};
+  }
+  /// Lane k of four, in all lanes.
+  template <int k>
+  static FloatX16 broadcast(const FloatX4& x) {
+    return {x[k]};
+  }
+  /// Four numbers of each of four rows, side by side; and back.
+  static FloatX16 of_rows(const float* p, const float* q, const float* r, const float* s) {
+    return {four(p), four(q), four(r), four(s)};
+  }
+  void store_rows(float* p, float* q, float* r, float* s) const {
+    std::memcpy(p, &v[0], sizeof v[0]);
+    std::memcpy(q, &v[1], sizeof v[1]);
+    std::memcpy(r, &v[2], sizeof v[2]);
+    std::memcpy(s, &v[3], sizeof v[3]);
+  }
+  /// Lanes i and j of each four of x, then k and l of those of y.
+  template <int i, int j, int k, int l>
+  static FloatX16 shuffle(const FloatX16& x, const FloatX16& y) {
+    FloatX16 fours;
+    for (int n = 0; n < 4; ++n) fours.v[n] = __builtin_shufflevector(x.v[n], y.v[n], i, j, k + 4, l + 4);
+    return fours;
+  }
+  void store(float* p) const { std::memcpy(p, v, sizeof v); }
+  /// Of the numbers of a table, 16 or 64, those with these indices, of which no higher bits count.
+  template <int n = 16>
+  static FloatX16 permute(const float* table, const std::uint32_t* index) {
+    float x[16];  // copied as bytes, for the table may hold other numbers
+    for (int i = 0; i < 16; ++i) std::memcpy(&x[i], table + index[i] % n, sizeof(float));
+    return load(x);
+  }
+
+  /// The same of a table of sixteen doubles, which are written.
+  static void permute(const double* table, const std::uint32_t* index, double* to) {
+    for (int i = 0; i < 16; ++i) to[i] = table[index[i] % 16];
+  }
+
+  template <class Op>
+  static FloatX16 each(FloatX16 x, FloatX16 y, Op op) {
+    return {op(x.v[0], y.v[0]), op(x.v[1], y.v[1]), op(x.v[2], y.v[2]), op(x.v[3], y.v[3])};
+  }
+  template <class Op>
+  static MaskX16 compare(FloatX16 x, FloatX16 y, Op op) {
+    return {op(x.v[0], y.v[0]), op(x.v[1], y.v[1]), op(x.v[2], y.v[2]), op(x.v[3], y.v[3])};
+  }
+
+  friend FloatX16 operator+(FloatX16 x, FloatX16 y) {
+    return each(x, y, [](FloatX4 a, FloatX4 b) { return a + b; });
+  }
+  friend FloatX16 operator-(FloatX16 x, FloatX16 y) {
+    return each(x, y, [](FloatX4 a, FloatX4 b) { return a - b; });
+  }
+  friend FloatX16 operator*(FloatX16 x, FloatX16 y) {
+    return each(x, y, [](FloatX4 a, FloatX4 b) { return a * b; });
+  }
+  friend FloatX16 operator/(FloatX16 x, FloatX16 y) {
+    return each(x, y, [](FloatX4 a, FloatX4 b) { return a / b; });
+  }
+  friend MaskX16 operator<=(FloatX16 x, FloatX16 y) {
+    return compare(x, y, [](FloatX4 a, FloatX4 b) { return IntX4(a <= b); });
+  }
+  friend MaskX16 operator<(FloatX16 x, FloatX16 y) {
+    return compare(x, y, [](FloatX4 a, FloatX4 b) { return IntX4(a < b); });
+  }
+};
+
+inline FloatX16 min(FloatX16 x, FloatX16 y) {
+  return FloatX16::each(x, y, [](FloatX4 a, FloatX4 b) { return a < b ? a : b; });
+}
+inline FloatX16 max(FloatX16 x, FloatX16 y) {
+  return FloatX16::each(x, y, [](FloatX4 a, FloatX4 b) { return a > b ? a : b; });
+}
+inline FloatX16 fma(FloatX16 x, FloatX16 y, FloatX16 z) { return x * y + z; }
+inline FloatX16 fnma(FloatX16 x, FloatX16 y, FloatX16 z) { return z - x * y; }
+inline FloatX16 blend(MaskX16 mask, FloatX16 x, FloatX16 y) {
+  return {mask.v[0] ? x.v[0] : y.v[0], mask.v[1] ? x.v[1] : y.v[1], mask.v[2] ? x.v[2] : y.v[2],
+          mask.v[3] ? x.v[3] : y.v[3]};
+}
+
+/// x in the lanes of these bits, y in the others.
+inline FloatX16 blend(std::uint32_t bits, FloatX16 x, FloatX16 y) {
+  const int all = int(bits);
+  const IntX4 four{all, all, all, all};
+  const auto chosen = [&](int i) {
+    return FloatX4((four & (IntX4{1, 2, 4, 8} << 4 * i)) != 0 ? IntX4(x.v[i]) : IntX4(y.v[i]));
+  };
+  return {chosen(0), chosen(1), chosen(2), chosen(3)};
+}
+
+/// The lanes of these bits, one after the other; writes sixteen.
+inline void compress(std::uint32_t bits, FloatX16 x, float* to) {
+  float from[16];
+  x.store(from);
+  const int n = std::popcount(bits & 0xff);
+  const auto put = [&](int place, int lane) { std::memcpy(to + place, from + lane, sizeof(float)); };
+  for (int i = 0; i < 8; ++i) put(i, kCompressTable.lanes[bits & 0xff][i]);
+  for (int i = 0; i < 8; ++i) put(n + i, 8 + kCompressTable.lanes[bits >> 8][i]);
+}
+
+/// The numbers of these bits, plus `base`; writes sixteen.
+inline void compress_indices(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
+  const int n = std::popcount(bits & 0xff);
+  for (int i = 0; i < 8; ++i) to[i] = base + kCompressTable.lanes[bits & 0xff][i];
+  for (int i = 0; i < 8; ++i) to[n + i] = base + 8 + kCompressTable.lanes[bits >> 8][i];
+}
+
+/// Which of sixteen whole numbers are not zero.
+inline std::uint32_t nonzero_mask(const std::uint32_t* numbers) {
+  std::uint32_t bits = 0;
+  for (int i = 0; i < 4; ++i) {
+    IntX4 four;
+    std::memcpy(&four, numbers + 4 * i, sizeof four);
+    bits |= bits_of(four != 0) << 4 * i;
+  }
+  return bits;
+}
+
+/// The lanes in which x and y, or z, or w are not negative.
+inline std::uint32_t nonnegative_mask(FloatX16 x, FloatX16 y, FloatX16 z, FloatX16 w) {
+  const auto four = [&](int i) {
+    return bits_of(((IntX4(x.v[i]) | IntX4(y.v[i])) & IntX4(z.v[i]) & IntX4(w.v[i])) >= 0) << 4 * i;
+  };
+  return four(0) | four(1) | four(2) | four(3);
+}
+
+/// The least of all lanes.
+inline float reduce_min(FloatX16 x) {
+  const auto less = [](FloatX4 a, FloatX4 b) { return a < b ? a : b; };
+  const FloatX4 four = less(less(x.v[0], x.v[1]), less(x.v[2], x.v[3]));
+  const float two[2] = {four[0] < four[1] ? four[0] : four[1], four[2] < four[3] ? four[2] : four[3]};
+  return two[0] < two[1] ? two[0] : two[1];
+}
+
+inline FloatX16 sqrt(FloatX16 x) {
+  for (FloatX4& quad : x.v)
+    for (int i = 0; i < 4; ++i) quad[i] = std::sqrt(quad[i]);
+  return x;
+}
+inline FloatX16 abs(FloatX16 x) {
+  const auto each = [](FloatX4 a) { return FloatX4(IntX4(a) & 0x7fff'ffff); };
+  return {each(x.v[0]), each(x.v[1]), each(x.v[2]), each(x.v[3])};
+}
+
+}  // namespace fastlines

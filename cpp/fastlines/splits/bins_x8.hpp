@@ -1,0 +1,297 @@
+// The planes of a regular grid over a node's box, eight at a time, one a lane, and the bins between them.
+//
+// Each plane counts what lies on either side of it. The ends of a piece grow the bounds of the bins that they lie in,
+// of which the comparisons with the planes tell; each plane keeps the bounds of the points where pieces cross it. What
+// lies on one side of a plane is then the bins there and its crossings. Nothing branches: a piece costs the same
+// wherever it lies.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "../primitives/segments.hpp"
+#include "../simd/box_x4.hpp"
+#include "../simd/float_x8.hpp"
+#include "candidate.hpp"
+
+namespace fastlines {
+
+/// The planes of all three axes, and the bins between them; used again from node to node.
+class BinsX8 {
+ public:
+  /// Lanes without a plane have one at ∞.
+  void place(const Box& box, int n_planes, BoxRule rule) {
+    n_planes_ = std::size_t(n_planes);
+    n_ = (n_planes_ + 7) / 8;
+    planes_.resize(3 * n_);
+    for_each_axis([&]<int axis>(Planes* planes, BoxX4*) {
+      const float lo = box.lo[axis], step = float(box.side(axis) / (n_planes + 1));
+      FloatX8 number = {1, 2, 3, 4, 5, 6, 7, 8};
+      for (std::size_t i = 0; i < n_; ++i, number += 8.0f)
+        planes[i].begin(number <= float(n_planes) ? lo + number * step : eight(kInf));
+    });
+    if (rule != BoxRule::tight) return;
+    for (Planes& planes : planes_) planes.begin_crossings();
+    bins_.assign(3 * (8 * n_ + 1), BoxX4::empty());
+  }
+
+  /// As `side_of` has it.
+  void count(const Box& box) {
+    for_each_axis([&]<int axis>(Planes* planes, BoxX4*) {
+      for (std::size_t i = 0; i < n_; ++i) {
+        const IntX8 on_right = planes[i].at < box.hi[axis];
+        planes[i].n_left -= (planes[i].at > box.lo[axis]) | ~on_right;
+        planes[i].n_right -= on_right;
+      }
+    });
+  }
+
+  /// A whole reference, on the side of its centre.
+  [[gnu::always_inline]] void add_whole(const Box& box) {
+    const BoxX4 bounds = BoxX4::load(box);
+    for_each_axis([&]<int axis>(Planes* planes, BoxX4* bins) __attribute__((always_inline)) {
+      std::size_t where = 0;
+      for (std::size_t i = 0; i < n_; ++i) {
+        const IntX8 on_right = planes[i].at <= centre_of(box, axis);
+        planes[i].n_left += on_right + 1;
+        planes[i].n_right -= on_right;
+        where += count_set(on_right);
+      }
+      bins[where].grow(bounds);
+    });
+  }
+
+  /// A piece, cut by the planes. Its ends are corners of its box.
+  [[gnu::always_inline]] void add_piece(const Segment& segment, const Box& box) {
+    const BoxX4 bounds = BoxX4::load(box), ends = BoxX4::load(segment);
+    const FloatX4 way = ends.hi - ends.lo, per_way = 1.0f / way;
+    const IntX4 up = way >= 0.0f;
+    const FloatX4 from = up ? bounds.lo : bounds.hi, to = up ? bounds.hi : bounds.lo;
+    for_each_axis([&]<int axis>(Planes* of_axis, BoxX4* bins) __attribute__((always_inline)) {
+      const FloatX4 slope = way * per_way[axis];
+      std::size_t first = 0, last = 0;
+      for (std::size_t i = 0; i < n_; ++i) {
+        Planes& planes = of_axis[i];
+        const IntX8 on_right = planes.at < box.hi[axis], behind = on_right & (planes.at <= box.lo[axis]);
+        planes.n_left += behind + 1;
+        planes.n_right -= on_right;
+        first += count_set(behind);
+        last += count_set(on_right);
+        const FloatX8 ahead = planes.at - from[axis];
+        for (int j = 0; j < 2; ++j) {
+          const int k = (axis + 1 + j) % 3;
+          // Where it does not cross is no number, which is neither less nor more than any.
+          const FloatX8 there = FloatX8(IntX8(from[k] + ahead * slope[k]) | behind | ~on_right);
+          planes.lo[j] = min(there, planes.lo[j]);
+          planes.hi[j] = max(there, planes.hi[j]);
+        }
+      }
+      const IntX4 rises = __builtin_shufflevector(up, up, axis, axis, axis, axis);
+      bins[first].grow(rises ? from : to);
+      bins[last].grow(rises ? to : from);
+    });
+  }
+
+  /// Show of each axis the candidate with the least SAH, as it is measured; or all. Returns whether there was
+  /// anything to show.
+  template <class Visitor>
+  bool show(Candidate::Kind kind, const Box& box, BoxRule rule, const Measure& measure, bool all, Visitor&& visitor) {
+    const bool tight = rule == BoxRule::tight;
+    bool shown = false;
+    const Weights weights(box, measure);
+    if (!tight && !all) return show_cheapest_halves(kind, box, weights, visitor);
+    for_each_axis([&]<int axis>(const Planes* of_axis, BoxX4* bins) __attribute__((always_inline)) {
+      float least = kInf;
+      Candidate best;
+      BoxX4 before = BoxX4::empty();
+      if (tight) sum_up(bins);
+      for (std::size_t i = 0; i < n_; ++i) {
+        const Planes& planes = of_axis[i];
+        Sides left, right;
+        IntX8 divides = (planes.at > box.lo[axis]) & (planes.at < box.hi[axis]);
+        FloatX8 weighed;
+        if (tight) {
+          both_sides<axis>(box, planes, bins + 8 * i, after_.data() + 8 * i, before, left, right);
+          divides &= (planes.n_left > 0) & (planes.n_right > 0);
+          weighed = weights.weigh(planes, left, right);
+        } else {
+          weighed = weights.weigh_halves<axis>(planes, box);
+        }
+        weighed = divides & (weighed < kInf) ? weighed : eight(kInf);  // no number is no cost
+        const auto candidate = [&](std::size_t lane) {
+          const auto [left_box, right_box] =
+              tight ? std::pair(left.box(lane), right.box(lane)) : halves(box, axis, planes.at[lane]);
+          return Candidate{
+              kind,     axis,     planes.at[lane], std::size_t(planes.n_left[lane]), std::size_t(planes.n_right[lane]),
+              left_box, right_box};
+        };
+        if (all) {
+          for (std::size_t lane = 0; lane < 8; ++lane)
+            if (weighed[lane] < kInf) visitor(candidate(lane));
+        }
+        if (bits_of(weighed < least) == 0) continue;
+        const std::size_t lane = index_of_min(weighed);
+        least = weighed[lane];
+        if (!all) best = candidate(lane);
+      }
+      shown |= least < kInf;
+      if (!all && least < kInf) visitor(best);
+    });
+    return shown;
+  }
+
+ private:
+  static constexpr float kInf = std::numeric_limits<float>::infinity();
+
+  /// Eight planes across an axis: how many references lie on either side, and where pieces cross.
+  struct Planes {
+    FloatX8 at;
+    IntX8 n_left, n_right;
+    FloatX8 lo[2], hi[2];  // in the axes after this one
+
+    [[gnu::always_inline]] void begin(const FloatX8& planes) {
+      at = planes;
+      n_left = n_right = IntX8{};
+    }
+    [[gnu::always_inline]] void begin_crossings() {
+      lo[0] = lo[1] = eight(kInf);
+      hi[0] = hi[1] = eight(-kInf);
+    }
+  };
+
+  /// What lies on one side of eight planes.
+  struct Sides {
+    FloatX8 lo[3], hi[3];
+
+    Box box(std::size_t lane) const {
+      return {{lo[0][lane], lo[1][lane], lo[2][lane]}, {hi[0][lane], hi[1][lane], hi[2][lane]}};
+    }
+  };
+
+  /// SAH of eight planes, but for a factor: areas are in parts of the longest side's square, so that none is more or
+  /// less than a float can say.
+  struct Weights {
+    float scale, grown;
+    std::int32_t lanes;
+
+    Weights(const Box& box, const Measure& measure)
+        : scale(float(std::min(1.0 / box.side(box.longest_axis()), 1e38))),
+          grown(2 * float(measure.margin) * scale),
+          lanes(std::int32_t(measure.lanes)) {}
+
+    [[gnu::always_inline]] FloatX8 tests(const IntX8& n_refs) const {
+      return __builtin_convertvector(n_refs, FloatX8) +
+             __builtin_convertvector((n_refs + (lanes - 1)) & -lanes, FloatX8);
+    }
+
+    [[gnu::always_inline]] FloatX8 weigh(const Planes& planes, const Sides& left, const Sides& right) const {
+      const auto half_area = [&](const Sides& sides) __attribute__((always_inline)) {
+        const FloatX8 x = (sides.hi[0] - sides.lo[0]) * scale + grown, y = (sides.hi[1] - sides.lo[1]) * scale + grown,
+                      z = (sides.hi[2] - sides.lo[2]) * scale + grown;
+        return x * y + x * z + y * z;
+      };
+      return half_area(left) * tests(planes.n_left) + half_area(right) * tests(planes.n_right);
+    }
+
+    template <int axis>
+    [[gnu::always_inline]] FloatX8 weigh_halves(const Planes& planes, const Box& box) const {
+      const float x = float(box.side((axis + 1) % 3)) * scale + grown,
+                  y = float(box.side((axis + 2) % 3)) * scale + grown, flat = x * y + (x + y) * grown,
+                  per_length = (x + y) * scale;
+      return (flat + per_length * (planes.at - box.lo[axis])) * tests(planes.n_left) +
+             (flat + per_length * (box.hi[axis] - planes.at)) * tests(planes.n_right);
+    }
+  };
+
+  /// Of each axis the first of the cheapest planes, where boxes are cut. Which one that is can not be foreseen, and in
+  /// small nodes there is little else to do, so nothing branches on it.
+  template <class Visitor>
+  bool show_cheapest_halves(Candidate::Kind kind, const Box& box, const Weights& weights, Visitor&& visitor) {
+    bool shown = false;
+    for_each_axis([&]<int axis>(const Planes* of_axis, const BoxX4*) __attribute__((always_inline)) {
+      // Lanes without a plane weigh no number. Of a box that is thin for floats, planes may lie in its sides.
+      const bool inside = of_axis[0].at[0] > box.lo[axis] && last_of(of_axis) < box.hi[axis];
+      FloatX8 least = eight(kInf);
+      IntX8 number{};
+      for (std::size_t i = 0; i < n_; ++i) {
+        const Planes& planes = of_axis[i];
+        const FloatX8 weighed = weights.weigh_halves<axis>(planes, box);
+        IntX8 less = weighed < least;
+        if (!inside) less &= (planes.at > box.lo[axis]) & (planes.at < box.hi[axis]);
+        least = less ? weighed : least;
+        number = less ? IntX8{} + std::int32_t(i) : number;
+      }
+      std::size_t lane = index_of_min(least);
+      if (!(least[lane] < kInf)) return;
+      for (unsigned others = bits_of(least == least[lane]) & (~1u << lane); others; others &= others - 1) {
+        const auto other = std::size_t(std::countr_zero(others));
+        if (number[other] < number[lane]) lane = other;
+      }
+      const Planes& planes = of_axis[number[lane]];
+      const float at = planes.at[lane];
+      Candidate split{kind, axis, at, std::size_t(planes.n_left[lane]), std::size_t(planes.n_right[lane]), box, box};
+      split.left.hi[axis] = split.right.lo[axis] = at;
+      visitor(split);
+      shown = true;
+    });
+    return shown;
+  }
+
+  /// What lies in a bin and those after it.
+  void sum_up(const BoxX4* bins) {
+    BoxX4 after = BoxX4::empty();
+    after_.resize(8 * n_ + 1);
+    for (std::size_t i = 8 * n_ + 1; i-- > 0;) {
+      after.grow(bins[i]);
+      after_[i] = after;
+    }
+  }
+
+  /// The bounds on either side of eight planes, of their bins and the points where pieces cross.
+  template <int axis>
+  [[gnu::always_inline]] static void both_sides(const Box& box, const Planes& planes, const BoxX4* bins,
+                                                const BoxX4* after, BoxX4& before, Sides& left, Sides& right) {
+    FloatX4 left_lo[8], left_hi[8], right_lo[8], right_hi[8];
+    for (int lane = 0; lane < 8; ++lane) {
+      before.grow(bins[lane]);
+      left_lo[lane] = before.lo;
+      left_hi[lane] = before.hi;
+      right_lo[lane] = after[lane + 1].lo;
+      right_hi[lane] = after[lane + 1].hi;
+    }
+    transpose(left_lo, left.lo);
+    transpose(left_hi, left.hi);
+    transpose(right_lo, right.lo);
+    transpose(right_hi, right.hi);
+    const IntX8 crossed = planes.lo[0] <= planes.hi[0];
+    left.hi[axis] = crossed ? planes.at : left.hi[axis];
+    right.lo[axis] = crossed ? planes.at : right.lo[axis];
+    for (int j = 0; j < 2; ++j) {
+      const int k = (axis + 1 + j) % 3;
+      const FloatX8 lo = max(planes.lo[j], eight(box.lo[k])), hi = min(planes.hi[j], eight(box.hi[k]));
+      left.lo[k] = min(lo, left.lo[k]);
+      left.hi[k] = max(hi, left.hi[k]);
+      right.lo[k] = min(lo, right.lo[k]);
+      right.hi[k] = max(hi, right.hi[k]);
+    }
+  }
+
+  /// The last plane across an axis.
+  float last_of(const Planes* of_axis) const { return of_axis[(n_planes_ - 1) / 8].at[(n_planes_ - 1) % 8]; }
+
+  template <class Use>
+  [[gnu::always_inline]] void for_each_axis(Use&& use) {
+    const std::size_t n_bins = 8 * n_ + 1;
+    use.template operator()<0>(planes_.data(), bins_.data());
+    use.template operator()<1>(planes_.data() + n_, bins_.data() + n_bins);
+    use.template operator()<2>(planes_.data() + 2 * n_, bins_.data() + 2 * n_bins);
+  }
+
+  std::size_t n_planes_, n_;  // planes and octets an axis
+  std::vector<Planes> planes_;
+  std::vector<BoxX4> bins_, after_;
+};
+
+}  // namespace fastlines

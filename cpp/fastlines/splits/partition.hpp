@@ -1,0 +1,64 @@
+// Carries a candidate out: moves the references of a node to its two children.
+#pragma once
+
+#include <cassert>
+#include <vector>
+
+#include "candidate.hpp"
+
+namespace fastlines {
+
+/// Move the references of a node to its two children. `to_left` may be where they are: they only move towards its
+/// beginning.
+template <Primitives P>
+void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRef>& to_left,
+               Buffer<BuildRef>& to_right) {
+  if (split.kind == Candidate::Kind::objects) {
+    std::vector<BuildRef> sorted(refs.begin(), refs.end());
+    std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(split.n_left), sorted.end(), ByCentre{split.axis});
+    to_left.assign(Refs(sorted).first(split.n_left));
+    to_right.assign(Refs(sorted).subspan(split.n_left));
+    return;
+  }
+  // Each is written to both sides, and counts where it belongs: which side that is can not be foreseen.
+  BuildRef* const left = to_left.begin() == refs.data() ? to_left.data() : to_left.make_room(split.n_left + 1);
+  BuildRef* const right = to_right.make_room(split.n_right + 1);
+  std::size_t n_left = 0, n_right = 0;
+  const auto put = [&](const BuildRef& ref, unsigned on_left, unsigned on_right) {
+    assert(n_left <= split.n_left && n_right <= split.n_right);
+    left[n_left] = ref;
+    right[n_right] = ref;
+    n_left += on_left;
+    n_right += on_right;
+  };
+  if (split.kind == Candidate::Kind::centres) {
+    for (const BuildRef& ref : refs) {
+      const unsigned on_left = centre_of(ref.box, split.axis) < split.plane;
+      put(ref, on_left, on_left ^ 1);
+    }
+  } else {
+    struct Straddler {
+      std::uint32_t left, right;  // where it was put
+    };
+    constexpr std::size_t kMostKept = 1 << 16;
+    thread_local Buffer<Straddler> straddlers;
+    Straddler* const places = straddlers.make_room(split.n_left + split.n_right - refs.size() + 1);
+    std::size_t n_both = 0;
+    for (const BuildRef& ref : refs) {
+      const auto side = unsigned(side_of(ref.box, split.axis, split.plane));
+      places[n_both] = {std::uint32_t(n_left), std::uint32_t(n_right)};
+      n_both += side & side >> 1;
+      put(ref, side & 1, side >> 1);
+    }
+    for (std::size_t i = 0; i < n_both; ++i) {
+      if (i + 8 < n_both) prefetch(prims, left[places[i + 8].left].ref.prim);
+      const auto [on_left, on_right] = places[i];
+      cut(prims, split.axis, split.plane, left[on_left], right[on_right]);
+    }
+    if (straddlers.capacity() > kMostKept) straddlers = {};
+  }
+  to_left.keep(n_left);
+  to_right.keep(n_right);
+}
+
+}  // namespace fastlines
