@@ -11,8 +11,8 @@ from fastlines.cli.options import Effort
 from fastlines.errors import FastlinesError
 from fastlines.immutable import own
 from fastlines.layout import Layout
-from fastlines.limits import limit_notes
-from fastlines.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, method_settings
+from fastlines.limits import REF_LIMIT, limit_notes
+from fastlines.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, best_settings, method_settings
 from fastlines.report.document import Cell, Document, Gallery, Picture, Section, Table
 from fastlines.report.machine import describe_machine
 from fastlines.report.page import html
@@ -23,6 +23,7 @@ __all__ = [
     "DEFAULT_METHOD",
     "MAX_THREADS",
     "METHOD_NOTES",
+    "REF_LIMIT",
     "SCENE",
     "THESIS_METHODS",
     "Cell",
@@ -36,6 +37,7 @@ __all__ = [
     "Section",
     "Table",
     "atomic_write",
+    "best_settings",
     "check_output",
     "describe_machine",
     "did_you_mean",

@@ -1,8 +1,7 @@
-"""Put the README's banner together from the pictures of a demo: ``python benchmarks/banner.py fastlines-demo``."""
+"""The README's banner, put together from the pictures of a demo."""
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
 from PIL import Image
@@ -26,13 +25,9 @@ def row(paths: list[Path]) -> Image.Image:
     return strip
 
 
-def main() -> None:
-    """Write the banner."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("demo", type=Path, help="the folder that `fastlines demo` wrote")
-    parser.add_argument("-o", "--output", type=Path, default=Path("docs/images/banner.png"))
-    given = parser.parse_args()
-    images = given.demo / "images"
+def make_banner(demo: Path, output: Path) -> None:
+    """Write the banner, from the folder that ``fastlines demo`` wrote."""
+    images = demo / "images"
     rows = [
         row([images / f"{name}-M.png" for name in NAMES]),
         row([images / "spaghetti-bvh-d2.png", images / "straight-hair-kd-d2.png"]),
@@ -42,8 +37,4 @@ def main() -> None:
     for strip in rows:
         banner.paste(strip, (0, y))
         y += strip.height + GAP
-    banner.quantize(128).save(given.output, optimize=True)
-
-
-if __name__ == "__main__":
-    main()
+    banner.quantize(128).save(output, optimize=True)

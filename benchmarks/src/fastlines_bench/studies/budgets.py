@@ -1,9 +1,5 @@
 """What a bound on references or memory does to a build: its time, its memory, and what the tree costs.
 
-    python benchmarks/budgets.py                                    # spaghetti of 100,000 segments, some minutes
-    python benchmarks/budgets.py bun-hair:10000000 max_bytes=3000000000
-    python benchmarks/budgets.py spaghetti:100000 max_bytes=96000000,c_trav=0.5    # the tree of least cost
-
 Each build is in a process of its own. Memory is the most that it took above what lines and interpreter had before.
 Costs are those of c_trav = 2.
 """
@@ -12,7 +8,6 @@ from __future__ import annotations
 
 import json
 import multiprocessing
-import sys
 import threading
 import time
 from pathlib import Path
@@ -71,18 +66,15 @@ def measure(scene: str, given: dict[str, float]) -> dict[str, Any]:
 
 def read(text: str) -> dict[str, float]:
     """Read name=number, several with commas between them."""
-    return {name: float(value) for name, _, value in (part.partition("=") for part in text.split(","))}
+    try:
+        return {name: float(value) for name, _, value in (part.partition("=") for part in text.split(","))}
+    except ValueError:
+        raise fl.InputError(f"{text!r} is no budget; expected one such as max_refs=1000000,c_trav=2") from None
 
 
-def main() -> None:
+def print_budgets(scene: str, budgets: list[str]) -> None:
     """Print a line of JSON for each build."""
-    scene = sys.argv[1] if len(sys.argv) > 1 else SPAGHETTI
-    budgets = [read(argument) for argument in sys.argv[2:]] or BUDGETS
     context = multiprocessing.get_context("spawn")
-    for limits in budgets:
+    for limits in map(read, budgets) if budgets else BUDGETS:
         with context.Pool(1) as pool:
             print(json.dumps(pool.apply(measure, (scene, limits))), flush=True)
-
-
-if __name__ == "__main__":
-    main()

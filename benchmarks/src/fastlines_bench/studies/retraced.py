@@ -1,17 +1,13 @@
 """Lines that run along each other: trees of "best" that leave them whole, and trees that cut them.
 
-    python benchmarks/retraced_lines.py
-    python benchmarks/retraced_lines.py --aim bvh,kd --effort 0.5 --scene one-line-10k,spaghetti,bun-hair,straight-hair
-
 Each scene has three trees: of `best`, of `best` without `min_spread`, and that one with 1.05 references a segment at
 most. Printed are their references a segment, the time of the build and of the layout, the layout with its segments, and
 how long queries take, in parts of those of the second tree. The three are asked in turn, on one thread, and their
-answers compared. For a cost (`--aim bvh,kd`) it is the costs of the first two that are printed.
+answers compared. For a cost it is the costs of the first two that are printed.
 """
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable
 from typing import Any
 
@@ -19,9 +15,11 @@ import numpy as np
 import numpy.typing as npt
 
 import fastlines as fl
-from fastlines_bench.builders.trees import ask_in_turn, lay_out
-from fastlines_bench.harness.clock import clock
-from fastlines_bench.harness.subjects import Subject
+
+from ..builders.trees import ask_in_turn, lay_out
+from ..harness.clock import clock
+from ..harness.subjects import Subject
+from ..package import num_threads
 
 Ends = npt.NDArray[np.float32]
 
@@ -94,21 +92,11 @@ def compare(scene: str, lines: fl.Lines, effort: float, aim: str, radii: list[fl
             print(f"{scene:14} {aim:7} {effort:6g} {name:6} radius {radius:g}: {', '.join(ratios)}", flush=True)
 
 
-def main() -> None:
-    """Compare the trees of each scene."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--scene", default="one-line,apart-0.0005,apart-0.001,apart-0.01,circling")
-    parser.add_argument("--effort", default="0,0.5", help="some of 0 to 1")
-    parser.add_argument("--aim", default="queries", help=f"some of {', '.join(AIMS)}")
-    parser.add_argument("--radius", default="0.001,0.0002", help="in parts of the scene's longest side")
-    given = parser.parse_args()
-    fl.set_num_threads(1)
-    for scene in given.scene.split(","):
-        lines = lines_of(scene)
-        for aim in given.aim.split(","):
-            for effort in given.effort.split(","):
-                compare(scene, lines, float(effort), aim, [float(radius) for radius in given.radius.split(",")])
-
-
-if __name__ == "__main__":
-    main()
+def print_retraced(scenes: list[str], aims: list[str], efforts: list[float], radii: list[float]) -> None:
+    """Compare the trees of each scene, for each aim and effort."""
+    with num_threads(1):
+        for scene in scenes:
+            lines = lines_of(scene)
+            for aim in aims:
+                for effort in efforts:
+                    compare(scene, lines, effort, aim, radii)

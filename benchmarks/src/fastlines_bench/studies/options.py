@@ -1,23 +1,21 @@
 """What options of the builder bring and take: the tables of docs/builder.md.
 
-    python benchmarks/builder_options.py
-
-Costs are those of c_trav = 2 and c_prim = 1. Times are those of one thread, in parts of the build's without the option.
+Costs are those of c_trav = 2 and c_prim = 1. Times are those of one thread, as multiples of the build's without the
+option.
 """
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from fastlines.bench.rays import random_rays
-
 import fastlines as fl
-from fastlines.backend import counting
-from fastlines.limits import REF_LIMIT
-from fastlines.methods import best_settings
+
+from ..harness.clock import clock
+from ..harness.rays import random_rays
+from ..package import REF_LIMIT, best_settings, num_threads
+from ..steps import count_steps
 
 DEEP = {"method": "best", "cost": fl.Cost(2.0), "prune": True, "radius_hint": 0.0}
 REINSERTED: list[tuple[str, str, dict[str, Any]]] = [
@@ -46,12 +44,12 @@ APART = (0, 512, 1024, 8192, REF_LIMIT)
 
 def timed(scene: str, **given: Any) -> tuple[fl.Tree, float]:
     """Build a tree, quick ones several times; return it and the best time that the processor took."""
-    lines = fl.scenes.make(scene).lines
+    lines, now = fl.scenes.make(scene).lines, clock(1)
     times: list[float] = []
     while sum(times) < 1:
-        start = time.process_time()
+        start = now()
         tree = fl.build(lines, **given)
-        times.append(time.process_time() - start)
+        times.append(now() - start)
     return tree, min(times)
 
 
@@ -59,6 +57,7 @@ def whole() -> Iterator[list[str]]:
     """Yield the rows of `best` with whole splits in nodes of up to so many references."""
     yield ["scene", "max_apart", "references a line", "time"]
     (octets,) = best_settings().splits
+    assert isinstance(octets, fl.PlaneOctets)
     for scene in ("bun-hair", "straight-hair", "spaghetti"):
         first = None
         for n_refs in APART:
@@ -77,12 +76,7 @@ def lanes() -> Iterator[list[str]]:
         for n_lanes in LANES:
             tree = fl.build(lines, "best", lanes=n_lanes)
             in_leaf, size = tree.nodes["n_refs"][tree.is_leaf].mean(), tree.layout.n_bytes / 1e6
-            met = []
-            for ask in (tree.all_hits, tree.first_hit):
-                with counting() as module:
-                    module.taken()
-                    ask(rays.origins, rays.directions, 0.001)
-                    met.append(module.taken()["leaves"] / len(rays))
+            met = [count_steps(tree, query, rays, 0.001)[0]["leaves"] for query in ("all", "first")]
             yield [scene, f"{n_lanes}", f"{in_leaf:.1f}", f"{size:.2f}", *(f"{n:.1f}" for n in met)]
 
 
@@ -128,16 +122,15 @@ def sbvh() -> Iterator[list[str]]:
             yield [scene, f"{share:g}", n_refs, f"{tree.cost():.2f}", f"{seconds / first:.2f}"]
 
 
-def main() -> None:
-    """Print the tables."""
-    fl.set_num_threads(1)
-    for table in (whole, lanes, reinsertion, presplit, sbvh):
-        for i, row in enumerate(table()):
-            print(f"| {' | '.join(row)} |", flush=True)
-            if i == 0:
-                print("|---" * len(row) + "|")
-        print()
+TABLES = {"whole": whole, "lanes": lanes, "reinsertion": reinsertion, "presplit": presplit, "sbvh": sbvh}
 
 
-if __name__ == "__main__":
-    main()
+def print_options(tables: tuple[str, ...] = tuple(TABLES)) -> None:
+    """Print some of `TABLES` as Markdown."""
+    with num_threads(1):
+        for name in tables:
+            for i, row in enumerate(TABLES[name]()):
+                print(f"| {' | '.join(row)} |", flush=True)
+                if i == 0:
+                    print("|---" * len(row) + "|")
+            print()

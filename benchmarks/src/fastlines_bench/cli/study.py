@@ -1,0 +1,122 @@
+"""``fastlines-bench study``: single questions, each of which makes a table of the docs again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fastlines import InputError
+from fastlines.scenes import NAMES
+
+from ..package import Group
+from ..studies.banner import make_banner
+from ..studies.bounds import compare_with_bounds
+from ..studies.budgets import SPAGHETTI, print_budgets
+from ..studies.lookahead import print_lookahead
+from ..studies.options import TABLES, print_options
+from ..studies.retraced import AIMS, SCENES, print_retraced
+from ..thesis.depths import C_TRAV
+from .app import app
+from .options import JsonFile, check_files, check_names, write_json
+
+study = typer.Typer(cls=Group, rich_markup_mode="rich")
+app.add_typer(study, name="study", short_help="Single questions: budgets, options, bounds, retraced, lookahead.")
+
+
+@study.callback(invoke_without_command=True)
+def root(context: typer.Context) -> None:
+    """Answer a single question about trees, and make a table of the docs again."""
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+def _numbers(option: str, text: str) -> list[float]:
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise InputError(f"{option} {text!r} is not one or more numbers with commas between them") from None
+
+
+@study.command()
+def budgets(
+    scene: Annotated[str, typer.Argument(metavar="NAME:SEGMENTS", help="The scene.")] = SPAGHETTI,
+    budget: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[NAME=NUMBER,…]…", help="max_refs, max_bytes, c_trav.", show_default=False),
+    ] = None,
+) -> None:
+    """Build within bounds on references or memory; print time, memory and cost, a line of JSON for each build.
+
+    [cyan]fastlines-bench study budgets[/]  spaghetti of 100,000 segments: some minutes
+
+    [cyan]fastlines-bench study budgets bun-hair:10000000 max_bytes=3000000000[/]
+
+    [cyan]fastlines-bench study budgets spaghetti:100000 max_bytes=96000000,c_trav=0.5[/]  the tree of least cost
+    """
+    print_budgets(scene, budget or [])
+
+
+@study.command()
+def options(
+    table: Annotated[
+        list[str] | None,
+        typer.Option("--table", metavar="NAME,…", help=f"Some of {', '.join(TABLES)}; all unless given."),
+    ] = None,
+) -> None:
+    """Print what options of the builder bring and take: whole splits, lanes, reinsertion, presplit, SBVH."""
+    print_options(check_names("--table", "table", table, TABLES) or tuple(TABLES))
+
+
+@study.command()
+def bounds(
+    segments: Annotated[
+        int | None,
+        typer.Option("--segments", help="Of each scene, instead of the thesis's number.", min=1, show_default=False),
+    ] = None,
+    json_file: JsonFile = None,
+) -> None:
+    """Compare trees with a bound that no tree can undercut, on the thesis's five scenes."""
+    check_files(json_file)
+    write_json(json_file, compare_with_bounds(segments))
+
+
+@study.command()
+def retraced(
+    scene: Annotated[
+        str, typer.Option("--scene", metavar="NAME,…", help=f"Some of {', '.join(SCENES)}, and scenes of the thesis.")
+    ] = "one-line,apart-0.0005,apart-0.001,apart-0.01,circling",
+    effort: Annotated[str, typer.Option("--effort", metavar="N,…", help="Some of 0 to 1.")] = "0,0.5",
+    aim: Annotated[str, typer.Option("--aim", metavar="NAME,…", help=f"Some of {', '.join(AIMS)}.")] = "queries",
+    radius: Annotated[
+        str, typer.Option("--radius", metavar="R,…", help="As shares of the scene's longest side.")
+    ] = "0.001,0.0002",
+) -> None:
+    """Compare trees over lines that run along each other: those of best, and trees that cut the lines."""
+    print_retraced(
+        list(check_names("--scene", "scene", [scene], (*SCENES, *NAMES)) or ()),
+        list(check_names("--aim", "aim", [aim], AIMS) or ()),
+        _numbers("--effort", effort),
+        _numbers("--radius", radius),
+    )
+
+
+@study.command()
+def lookahead(
+    seed: Annotated[int, typer.Option("--seed", help="Of the scene.", min=0)] = 0,
+    c_trav: Annotated[float, typer.Option("--c-trav", help="Cost of a step, in tests of a primitive.")] = C_TRAV,
+    json_file: JsonFile = None,
+) -> None:
+    """Make the table of the thesis's §4.3 again: what it brings to look further ahead."""
+    check_files(json_file)
+    write_json(json_file, {"seed": seed, "c_trav": c_trav, "rows": print_lookahead(seed, c_trav)})
+
+
+@study.command()
+def banner(
+    demo: Annotated[Path, typer.Argument(metavar="FOLDER", help="What fastlines demo wrote.")] = Path("fastlines-demo"),
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.png")] = Path("docs/images/banner.png"),
+) -> None:
+    """Put the README's banner together from the pictures of a demo."""
+    make_banner(demo, output)

@@ -1,0 +1,41 @@
+"""How far trees are from a bound that no tree can undercut, on the thesis's five scenes.
+
+The trees go through three bad levels with 16 planes an axis (BVHs also divide sets of up to 8) and are pruned; c_trav
+is 2.0 for BVHs and 0.6 for KD trees. The bound is `fastlines.theory.lower_bound`, proved in docs/theory.md; "whole" is
+the one for trees that cut nothing, beside `bvh-cl`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import fastlines as fl
+
+from ..harness.clock import best_of
+
+SPLITS = (fl.PlaneGrid(16), fl.ObjectSweep(max_refs=8))
+TREES: dict[str, tuple[fl.Settings, bool]] = {
+    "BVH": (fl.Settings(SPLITS, bad_levels=3), False),
+    "KD": (fl.Settings((fl.PlaneGrid(16),), "cut", bad_levels=3, cost=fl.Cost(0.6)), False),
+    "whole": (fl.METHODS["bvh-cl"], True),
+}
+
+
+def compare_with_bounds(segments: int | None = None) -> list[dict[str, Any]]:
+    """Print the table, a line at a time, and return its rows; scenes may have another number of segments."""
+    rows: list[dict[str, Any]] = []
+    print(f"{'scene':14} {'tree':5} {'cost':>9} {'bound':>9} {'cost/bound':>11} {'bound s':>8}")
+    for name in fl.scenes.NAMES:
+        lines = fl.scenes.make(name, segments).lines
+        for kind, (settings, whole) in TREES.items():
+            names = ("splits", "boxes", "lookahead", "cost", "limits", "bad_levels", "prune")
+            tree = fl.build(lines, **{name: getattr(settings, name) for name in names})
+            seconds, bound = best_of(
+                1,
+                1,
+                lambda lines=lines, c=settings.cost.c_trav, w=whole: fl.theory.lower_bound(lines, c, whole=w),  # type: ignore[misc]
+            )
+            rows.append({"scene": name, "tree": kind, "cost": tree.cost(), "bound": bound, "s": seconds})
+            ratio = tree.cost() / bound
+            print(f"{name:14} {kind:5} {tree.cost():9.1f} {bound:9.1f} {ratio:11.2f} {seconds:8.1f}", flush=True)
+    return rows
