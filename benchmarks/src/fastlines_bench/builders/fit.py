@@ -23,7 +23,7 @@ class StepFit:
     ns : dict of str to float
         Nanoseconds a step; 0 where a step explains nothing that the others do not.
     error, worst : float
-        How far the sums are from the times, in parts of these: the median and the largest.
+        Relative errors of the sums: the median and the largest.
     """
 
     what: str

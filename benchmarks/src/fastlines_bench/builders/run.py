@@ -86,7 +86,7 @@ class BuilderRow:
 
     @property
     def build_s(self) -> float:
-        """The median of all builds."""
+        """The median of the seconds of all builds."""
         return median(self.builds)
 
     @property
@@ -119,7 +119,7 @@ class Peer:
 
     @property
     def build_s(self) -> float:
-        """The median of all builds."""
+        """The median of the seconds of all builds."""
         return median(self.builds)
 
 

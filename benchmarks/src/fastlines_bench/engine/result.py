@@ -124,7 +124,7 @@ class Result:
         return max(sides, key=lambda side: wins[side.config.build], default=None)
 
     def to_json(self) -> dict[str, Any]:
-        """Everything, ready for JSON."""
+        """Return all figures, ready for JSON."""
         return {
             "format": "fastlines-bench engine 1",
             "machine": self.machine,

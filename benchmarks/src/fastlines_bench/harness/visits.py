@@ -106,7 +106,7 @@ def meetings(tree: Tree, rays: RayBatch, radius: float) -> Iterator[tuple[IntArr
             with np.errstate(invalid="ignore"):
                 a = (box[:, 0, axis].astype(np.float64) - radius - o) * per
                 b = (box[:, 1, axis].astype(np.float64) + radius - o) * per
-            # A ray in the very plane of a side, 0 · inf, meets it: fmax and fmin pass over what is no number.
+            # A ray in the very plane of a side, 0 · inf, meets it: fmax and fmin skip NaN.
             enter, leave = np.fmax(enter, np.minimum(a, b)), np.fmin(leave, np.maximum(a, b))
         met: npt.NDArray[np.bool_] = enter <= leave
         return met

@@ -74,7 +74,7 @@ class Config:
         return f"{self.build}, {asked}"
 
     def to_json(self) -> dict[str, Any]:
-        """Everything about it."""
+        """Return all settings, ready for JSON."""
         build = self.build
         return {
             "name": str(self),

@@ -123,7 +123,7 @@ def embree_tree(lines: Lines, piece_length: float = 0.0) -> EmbreeTree:
     )
     root = _run(arguments)
 
-    # Theorem 1: the sum over all nodes of their areas in parts of the root's.
+    # Theorem 1: the sum over all nodes of their areas, as fractions of the root's.
     sides = (high.max(axis=0) - low.min(axis=0)).astype(np.float64)
     whole = float(sides[0] * sides[1] + sides[1] * sides[2] + sides[2] * sides[0])
     area = dict.fromkeys([root], whole)

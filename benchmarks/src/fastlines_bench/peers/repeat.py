@@ -10,7 +10,7 @@ from ..harness.clock import clock
 from ..harness.rays import RayBatch
 from .embree import Config, Scenes
 
-#: The next search begins so far behind a hit, in parts of its distance: a few times what rounding moves it.
+#: The next search begins so far behind a hit, as a fraction of its distance: a few times what rounding moves it.
 STEP = 2.0**-19
 
 

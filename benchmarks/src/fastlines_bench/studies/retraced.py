@@ -2,7 +2,7 @@
 
 Each scene has three trees: of `best`, of `best` without `min_spread`, and that one with 1.05 references a segment at
 most. Printed are their references a segment, the time of the build and of the layout, the layout with its segments, and
-how long queries take, in parts of those of the second tree. The three are asked in turn, on one thread, and their
+how long queries take, as multiples of the second tree's. The three are asked in turn, on one thread, and their
 answers compared. For a cost it is the costs of the first two that are printed.
 """
 

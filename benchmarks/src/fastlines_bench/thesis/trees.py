@@ -27,7 +27,7 @@ from .rows import KINDS
 
 #: The answers to so many rays are compared with those of another tree, bit for bit.
 CHECKED = 1024
-#: The radius of the lines behind the boxes of a tree, in parts of the diagonal.
+#: The radius of the lines behind the boxes of a tree, as a fraction of the diagonal.
 BEHIND = 0.001
 #: A picture of levels has so many colours.
 N_COLOURS = 128
