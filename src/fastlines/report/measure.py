@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -21,6 +21,9 @@ QUERIES = tuple((query, letter) for query in ("first", "all") for letter in RADI
 
 #: Answers to a picture of up to so many pixels are compared, fewer where a tree tests many segments for a ray.
 COMPARED, TESTS = 64, 4e7
+
+#: Trees take turns so often; the best time counts.
+ROUNDS = 3
 
 #: About so many hits are listed at a time.
 MAX_HITS = 1 << 22
@@ -93,54 +96,19 @@ def build_within(lines: fl.Lines, method: str, limit: float) -> tuple[fl.Tree | 
     return tree, seconds
 
 
-def measure_tree(
-    tree: fl.Tree,
-    build_s: float,
-    camera: fl.Camera,
-    radii: dict[str, float],
-    reference: fl.Tree,
-    size: int,
-    budget: float,
-) -> TreeFigures:
-    """Compare the answers of a tree with those of a reference, then time it.
-
-    Parameters
-    ----------
-    radii : dict of str to float
-        By the letters of `RADII`.
-    size : int
-        Rays are those of a square picture of up to so many pixels a side.
-    budget : float
-        Seconds for one figure; the picture is smaller where it would take longer.
+def measure_tree(tree: fl.Tree, build_s: float, reference: fl.Tree, camera: fl.Camera, radius: float) -> TreeFigures:
+    """Compare the answers of a tree with those of a reference; return its figures, without times of queries.
 
     Raises
     ------
     FastlinesError
         If an answer differs.
     """
-    stats = tree.stats()
     cost = tree.cost(model=COSTS[tree.settings.boxes])
-    n_compared = 0
-    for kernel in ("auto", "binary"):
-        n_compared += compare(
-            tree, reference, camera, radii["M"], kernel, int(np.clip((TESTS / cost) ** 0.5, 4, COMPARED))
-        )
-
-    def rate(query: str, letter: str, kernel: str) -> float:
-        return time_rays(lambda rays: ask(tree, query, rays, radii[letter], kernel), camera, size, budget)
-
-    return TreeFigures(
-        tree.method,
-        build_s,
-        tree.n_refs,
-        tree.n_nodes,
-        stats["depth"],
-        cost,
-        int(tree.layout.n_bytes),
-        {f"{query} {letter}": rate(query, letter, "auto") for query, letter in QUERIES},
-        {query: rate(query, "M", "binary") for query in ("first", "all")},
-        n_compared,
-    )
+    size = int(np.clip((TESTS / cost) ** 0.5, 4, COMPARED))
+    n_compared = sum(compare(tree, reference, camera, radius, kernel, size) for kernel in ("auto", "binary"))
+    depth, n_bytes = tree.stats()["depth"], int(tree.layout.n_bytes)
+    return TreeFigures(tree.method, build_s, tree.n_refs, tree.n_nodes, depth, cost, n_bytes, n_compared=n_compared)
 
 
 def ask(tree: fl.Tree, query: str, rays: tuple[Any, Any], radius: float, kernel: str) -> Any:
@@ -162,21 +130,37 @@ def compare(tree: fl.Tree, reference: fl.Tree, camera: fl.Camera, radius: float,
     return 2 * size * size
 
 
-def time_rays(asked: Callable[[tuple[Any, Any]], Any], camera: fl.Camera, size: int, budget: float) -> float:
-    """Time the rays of as large a picture as there is time for; return millions of rays a second, the best of three."""
-    pixels, best = min(size, 8), 0.0
-    while True:
-        rays = camera.rays(pixels, pixels)
-        seconds, n_hits = float("inf"), 0
-        for _ in range(3):
+def time_in_turn(
+    trees: Mapping[str, fl.Tree], query: str, radius: float, kernel: str, camera: fl.Camera, size: int, budget: float
+) -> dict[str, float]:
+    """Ask trees the same in turn; return millions of rays a second by name, the best of all rounds.
+
+    Parameters
+    ----------
+    size : int
+        Rays are those of a square picture of up to so many pixels a side.
+    budget : float
+        Seconds for one turn of one tree; its picture is smaller where it would take longer.
+    """
+    pixels = {name: _fitting(tree, query, radius, kernel, camera, size, budget) for name, tree in trees.items()}
+    rays = {n: camera.rays(n, n) for n in set(pixels.values())}
+    best = dict.fromkeys(trees, float("inf"))
+    for _ in range(ROUNDS):
+        for name, tree in trees.items():
             start = time.perf_counter()
-            found = asked(rays)
-            seconds = min(seconds, time.perf_counter() - start)
-            n_hits = len(found) if isinstance(found, fl.AllHits) else 0
-            if seconds > budget / 2:
-                break
-        best = pixels * pixels / max(seconds, 1e-9) / 1e6
-        # Four times the rays take about four times as long.
-        if pixels >= size or 4 * seconds > budget or 4 * n_hits > MAX_HITS:
-            return best
+            ask(tree, query, rays[pixels[name]], radius, kernel)
+            best[name] = min(best[name], time.perf_counter() - start)
+    return {name: pixels[name] ** 2 / max(seconds, 1e-9) / 1e6 for name, seconds in best.items()}
+
+
+def _fitting(tree: fl.Tree, query: str, radius: float, kernel: str, camera: fl.Camera, size: int, budget: float) -> int:
+    """Find the largest picture that there is time for, and memory for its hits: each has four times the rays."""
+    pixels = min(size, 8)
+    while pixels < size:
+        start = time.perf_counter()
+        found = ask(tree, query, camera.rays(pixels, pixels), radius, kernel)
+        seconds, n_hits = time.perf_counter() - start, len(found) if query == "all" else 0
+        if 4 * seconds > budget or 4 * n_hits > MAX_HITS:
+            break
         pixels = min(size, 2 * pixels)
+    return pixels

@@ -7,7 +7,7 @@ import os
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from ..render import depth_picture, level_sheet, write_picture
 from ..scenes import NAMES, RADII
 from .document import Document, Gallery, Picture, Section
 from .machine import describe_machine
-from .measure import TreeFigures, build_within, measure_tree
+from .measure import QUERIES, TreeFigures, build_within, measure_tree, time_in_turn
 from .page import html
 from .tables import answer_points, print_trees, queries_table, trees_table
 
@@ -175,7 +175,7 @@ def _write(
     start = time.perf_counter()
     found: dict[str, list[TreeFigures]] = {}
     sections = []
-    with _steps(len(subjects) * (2 * len(preset.methods) + 1), show_progress) as step:
+    with _steps(len(subjects) * (len(preset.methods) + len(QUERIES) + 2 + len(DRAWN) + 1), show_progress) as step:
         for subject in subjects:
             rows, pictures = _measure(subject, preset, folder / IMAGES, step)
             found[subject.name] = rows
@@ -228,21 +228,39 @@ def _write(
 def _measure(
     subject: Subject, preset: Preset, folder: Path, step: Callable[[str], None]
 ) -> tuple[list[TreeFigures], list[Gallery]]:
-    """Build, ask and draw the trees of one subject, one after the other."""
-    rows: list[TreeFigures] = []
-    sheets: list[Picture] = []
+    """Build the trees of one subject, compare and time them, and draw the lines and the trees."""
+    rows: dict[str, TreeFigures] = {}
+    trees: dict[str, fl.Tree] = {}
     best = fl.build(subject.lines)
     for method in preset.methods:
         step(f"{subject.title}: build {method}")
         tree, seconds = build_within(subject.lines, method, preset.build_limit)
-        step(f"{subject.title}: ask {method}")
         if tree is None:
-            rows.append(TreeFigures(method, over_s=preset.build_limit))
+            rows[method] = TreeFigures(method, over_s=preset.build_limit)
             continue
-        rows.append(measure_tree(tree, seconds, subject.camera, subject.radii, best, preset.size, preset.budget))
-        if method in DRAWN:
+        trees[method] = tree
+        rows[method] = measure_tree(tree, seconds, best, subject.camera, subject.radii["M"])
+
+    # Ask all trees in turn.
+    for query, letter in QUERIES:
+        for kernel in ("auto", "binary") if letter == "M" else ("auto",):
+            step(f"{subject.title}: {query} hits, {letter}")
+            radius = subject.radii[letter]
+            rates = time_in_turn(trees, query, radius, kernel, subject.camera, preset.size, preset.budget)
+            for method, rate in rates.items():
+                row = rows[method]
+                if kernel == "auto":
+                    rows[method] = replace(row, mrays={**row.mrays, f"{query} {letter}": rate})
+                else:
+                    rows[method] = replace(row, as_built={**row.as_built, query: rate})
+
+    # Draw the levels of some trees.
+    sheets = []
+    for method in DRAWN:
+        if method in trees:
+            step(f"{subject.title}: draw {method}")
             behind = BEHIND / RADII["M"] * subject.radii["M"]
-            sheet = level_sheet(tree, subject.camera, behind, preset.levels, preset.panel, behind=best)
+            sheet = level_sheet(trees[method], subject.camera, behind, preset.levels, preset.panel, behind=best)
             alt = f"{subject.title}: boxes of the first levels of {method}"
             sheets.append(_keep(folder, f"{subject.name}-{method}", sheet, f"The first levels of {method}", alt))
 
@@ -254,7 +272,10 @@ def _measure(
         drawn = depth_picture(best, subject.camera, preset.picture, preset.picture, radius, preset.samples)
         alt = f"{subject.title} with the radius {radius:.3g}"
         pictures.append(_keep(folder, f"{subject.name}-{letter}", drawn, f"radius {letter} = {radius:.3g}", alt))
-    return rows, [Gallery(pictures, 2, mosaic=True), Gallery(sheets, 3, 300, caption="The first levels of the trees.")]
+    return list(rows.values()), [
+        Gallery(pictures, 2, mosaic=True),
+        Gallery(sheets, 3, 300, caption="The first levels of the trees."),
+    ]
 
 
 def _keep(folder: Path, name: str, picture: Any, caption: str, alt: str) -> Picture:

@@ -54,7 +54,7 @@ def queries_table(rows: Sequence[TreeFigures]) -> Table:
             Cell(format_3_digits(rate), rate, bar=rate / most_built[query]) for query, rate in row.as_built.items()
         ]
         body.append([Cell(row.method), *cells])
-    heads = ["tree", *(column.capitalize() for column in columns), "First M, as built", "All M, as built"]
+    heads = ["tree", *(column[0].upper() + column[1:] for column in columns), "First M, as built", "All M, as built"]
     note = (
         "First finds the nearest hit of each ray, All lists all hits; rays are those of the camera, with all threads. "
         "As built: through the binary tree, one ray at a time, which shows what the trees differ in."
