@@ -19,13 +19,24 @@ set(FASTLINES_SIMD ${simd_sets} CACHE STRING "The instruction sets to compile fo
 # Errors of sqrt and traps of comparisons are not looked at; that lets loops over rays become vectors and moves no bit.
 set(simd_all $<$<NOT:$<CXX_COMPILER_ID:MSVC>>:-ffp-contract=off -fno-math-errno -fno-trapping-math>)
 
-# Add the module NAME of an engine for the set SIMD from SOURCES; it exports nothing but its start.
+# What every engine holds, the longest to compile first, so that the others fill the cores beside it.
+set(engine_sources)
+foreach(part lists hits build layout)
+  list(APPEND engine_sources ${CMAKE_CURRENT_LIST_DIR}/bindings/engine_${part}.cpp)
+endforeach()
+list(APPEND engine_sources ${CMAKE_CURRENT_LIST_DIR}/bindings/engine.cpp)
+
+# Add the module NAME with SOURCES for the set SIMD; it exports nothing but its start.
 set(simd_exports ${CMAKE_CURRENT_LIST_DIR}/bindings/exports.map)
-function(add_engine_module name simd)
+function(add_simd_module name simd)
   nanobind_add_module(${name} NB_STATIC NOMINSIZE ${ARGN})
   target_link_libraries(${name} PRIVATE fastlines)
   target_compile_definitions(${name} PRIVATE FASTLINES_MODULE=${name})
   target_compile_options(${name} PRIVATE -Wall -Wextra ${simd_${simd}})
+  # Before GCC 13, the intrinsics of AVX-512 start from a variable that is "initialised" by itself.
+  if(simd STREQUAL "avx512" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
+    target_compile_options(${name} PRIVATE -Wno-uninitialized -Wno-maybe-uninitialized)
+  endif()
   if(CMAKE_SYSTEM_NAME STREQUAL "Linux")
     target_link_options(${name} PRIVATE "LINKER:--version-script=${simd_exports}")
   endif()

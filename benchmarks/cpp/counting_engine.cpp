@@ -9,7 +9,7 @@ namespace nb = nanobind;
 namespace fastlines {
 namespace {
 
-/// The steps since this was last called, by name; see kernels/count_step.hpp.
+/// The steps since this was last called, by name; see kernels/cost/step_counters.hpp.
 nb::dict take_steps() {
   const StepCounters now = std::exchange(steps, StepCounters{});
   nb::dict found;
@@ -30,6 +30,6 @@ nb::dict take_steps() {
 }  // namespace fastlines
 
 NB_MODULE(_counting, m) {
-  fastlines::define_engine(m);
+  fastlines::bind_engine(m);
   m.def("take_steps", &fastlines::take_steps);
 }

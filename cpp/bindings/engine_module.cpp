@@ -1,4 +1,4 @@
 // The Python modules fastlines._engine_*.
 #include "engine.hpp"
 
-NB_MODULE(FASTLINES_MODULE, m) { fastlines::define_engine(m); }
+NB_MODULE(FASTLINES_MODULE, m) { fastlines::bind_engine(m); }

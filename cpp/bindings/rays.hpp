@@ -1,6 +1,7 @@
 // Rays and hits as Python has them.
 #pragma once
 
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/tuple.h>
 
 #include <optional>
@@ -19,7 +20,14 @@ inline RayBatch batch_of(const RayArrays& rays) {
   return {rows<Vec3>(origins), rows<Vec3>(directions), rows<float>(radius), rows<float>(t_min), rows<float>(t_max)};
 }
 
-/// Hits as one array a property: t, prim, u, distance, and t_out where it is asked for.
+/// Columns of hits in Python: t, prim, u, distance, and t_out for hits on surfaces.
+using HitTuple =
+    std::tuple<Output<float>, Output<std::int64_t>, Output<float>, Output<float>, std::optional<Output<float>>>;
+
+/// Offsets and columns.
+using ListTuple = std::tuple<Output<std::int64_t>, HitTuple>;
+
+/// The memory of `HitTuple`, for hits that go straight to their places.
 class HitArrays {
  public:
   HitArrays(std::size_t n, bool surface)
@@ -34,10 +42,7 @@ class HitArrays {
     return {t_.data(), prim_.data(), u_.data(), distance_.data(), t_out_ ? t_out_->data() : nullptr};
   }
 
-  nanobind::tuple tuple() const {
-    const nanobind::object t_out = t_out_ ? nanobind::cast(*t_out_) : nanobind::none();
-    return nanobind::make_tuple(t_, prim_, u_, distance_, t_out);
-  }
+  HitTuple tuple() const { return {t_, prim_, u_, distance_, t_out_}; }
 
  private:
   Output<float> t_, u_, distance_;
@@ -46,17 +51,17 @@ class HitArrays {
 };
 
 /// Lists of hits as arrays: the offsets, then the columns.
-inline nanobind::tuple arrays_of(HitAssembler& lists) {
+inline ListTuple arrays_of(HitAssembler& lists) {
   LargeVector<std::int64_t> offsets = lists.offsets();
   const auto n_hits = std::size_t(offsets.back());
   const auto array = [n_hits](auto& column) {
     column.keep(n_hits);
     return adopt<typename std::remove_reference_t<decltype(column)>::value_type>(std::move(column));
   };
-  const nanobind::object t_out = lists.with_t_out() ? nanobind::cast(array(lists.t_out)) : nanobind::none();
-  const auto hits =
-      nanobind::make_tuple(array(lists.t), array(lists.prim), array(lists.u), array(lists.distance), t_out);
-  return nanobind::make_tuple(adopt<std::int64_t>(std::move(offsets)), hits);
+  std::optional<Output<float>> t_out;
+  if (lists.with_t_out()) t_out = array(lists.t_out);
+  return {adopt<std::int64_t>(std::move(offsets)),
+          {array(lists.t), array(lists.prim), array(lists.u), array(lists.distance), t_out}};
 }
 
 }  // namespace fastlines

@@ -8,9 +8,8 @@ Build a tree over hair, fibres, beams, streamlines or wires, and ask what rays h
 array(0)
 """
 
-from importlib.metadata import version as _version
+from typing import TYPE_CHECKING, Any
 
-from . import analytic, scenes, theory
 from .backend import available_simd, set_simd, simd
 from .builder import build
 from .camera import Camera
@@ -24,7 +23,6 @@ from .errors import (
     PrecisionWarning,
 )
 from .hits import AllHits, FirstHits
-from .io import read
 from .limits import Limits
 from .lines import Lines
 from .meshes import Boxes, Triangles
@@ -32,15 +30,21 @@ from .methods import METHODS
 from .queries import brute_force
 from .refit import RebuildPolicy
 from .settings import Cost, Presplit, Settings
-from .splits import Median, Middle, ObjectSweep, PlaneEvents, PlaneGrid, PlaneOctets
+from .splits import BinnedPlanes, Median, Midpoint, ObjectSweep, PlaneEvents, PlaneGrid
 from .threads import get_num_threads, set_num_threads
 from .tree import Tree, load
 
-__version__ = _version("fastlines")
+if TYPE_CHECKING:
+    from . import analytic, scenes, theory
+    from .io import read
+
+    __version__: str
+
 
 __all__ = [
     "METHODS",
     "AllHits",
+    "BinnedPlanes",
     "Boxes",
     "Camera",
     "Cost",
@@ -53,12 +57,11 @@ __all__ = [
     "Limits",
     "Lines",
     "Median",
-    "Middle",
+    "Midpoint",
     "MissingExtraError",
     "ObjectSweep",
     "PlaneEvents",
     "PlaneGrid",
-    "PlaneOctets",
     "PrecisionWarning",
     "Presplit",
     "RebuildPolicy",
@@ -78,3 +81,22 @@ __all__ = [
     "simd",
     "theory",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Import what takes long only when somebody uses it; accept former names with a warning."""
+    from importlib import import_module
+
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("fastlines")
+    if name in ("analytic", "scenes", "theory"):
+        return import_module(f".{name}", __name__)
+    if name == "read":
+        return import_module(".io", __name__).read
+    from .deprecated import former
+
+    if (found := former(name)) is not None:
+        return found
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,55 +1,201 @@
-"""Types of the C++ core (cpp/bindings/core.cpp)."""
+"""The C++ core of fastlines. Use the functions of the package; they check what they are given."""
 
-from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
+from collections.abc import Sequence
 
-import numpy as np
-import numpy.typing as npt
+import numpy
+from numpy.typing import NDArray
 
-_Floats: TypeAlias = npt.NDArray[np.float32]
-_Words: TypeAlias = npt.NDArray[np.uint32]
-_Ints: TypeAlias = npt.NDArray[np.int64]
-_Progress: TypeAlias = Callable[[float], object] | None
+def best_simd() -> str: ...
 
-#: See cpp/bindings/build.hpp.
-_Settings: TypeAlias = tuple[
-    Sequence[tuple[str, int, tuple[int, int, float, int, int, float], int, float]],
-    bool,
-    tuple[Sequence[int], int, bool],
-    tuple[float, float, int],
-    tuple[int, int, int, int, float],
-    tuple[int, int, int],
-    bool,
-    float,
-    float,
-    tuple[float, int],
-    int,
-]
+class ObjectSweep:
+    def __init__(self) -> None: ...
+
+class PlaneEvents:
+    def __init__(self) -> None: ...
+
+class Median:
+    def __init__(self) -> None: ...
+
+class Midpoint:
+    def __init__(self) -> None: ...
+
+class PlaneGrid:
+    def __init__(self, n_planes: int) -> None: ...
+
+class BinnedPlanes:
+    def __init__(
+        self,
+        *,
+        n_planes: int,
+        uncut_above: int,
+        uncut_only: int,
+        max_overlap: float,
+        sample: int,
+        max_gap_refs: int,
+        gap: float,
+    ) -> None: ...
+
+class SizedSplitSet:
+    def __init__(
+        self,
+        set: ObjectSweep | PlaneGrid | BinnedPlanes | PlaneEvents | Median | Midpoint,
+        *,
+        max_refs: int,
+        min_overlap: float,
+    ) -> None: ...
+
+class Limits:
+    def __init__(
+        self, *, max_depth: int, max_leaf_refs: int, max_refs: int, leaf_refs: int, leaf_size: float
+    ) -> None: ...
+
+class Presplit:
+    def __init__(self, *, area: float, max_refs: int) -> None: ...
+
+class Settings:
+    def __init__(
+        self,
+        *,
+        splits: Sequence[SizedSplitSet],
+        boxes: str,
+        lookahead: Sequence[int],
+        beam: int,
+        exhaustive: bool,
+        c_trav: float,
+        c_prim: float,
+        lanes: int,
+        limits: Limits,
+        bad_levels: int,
+        bad_refs: int,
+        bad_refines: int,
+        prune: bool,
+        radius_hint: float,
+        min_spread: float,
+        presplit: Presplit,
+        n_threads: int,
+    ) -> None: ...
+
+class LayoutView:
+    def __init__(
+        self,
+        segments: NDArray[numpy.float32],
+        nodes: NDArray[numpy.uint8],
+        leaves: NDArray[numpy.uint8],
+        refs: NDArray[numpy.uint32],
+        corners: Sequence[float],
+        mean_extent: float,
+    ) -> None: ...
 
 def build(
-    kind: str, data: _Floats, settings: _Settings, progress: _Progress
-) -> tuple[_Words, _Words, tuple[int, int, int], tuple[int, int]]: ...
+    kind: str, data: NDArray[numpy.float32], settings: Settings, progress: object | None
+) -> tuple[NDArray[numpy.uint32], NDArray[numpy.uint32], tuple[int, int, int], tuple[int, int]]: ...
 def reinsert(
-    nodes: _Words,
-    refs: _Words,
+    nodes: NDArray[numpy.uint32],
+    refs: NDArray[numpy.uint32],
     rounds: int,
     max_depth: int,
     radius_hint: float,
     n_threads: int,
-    progress: _Progress,
-) -> tuple[_Words, _Words, int]: ...
+    progress: object | None,
+) -> tuple[NDArray[numpy.uint32], NDArray[numpy.uint32], int]: ...
+def planes(
+    nodes: NDArray[numpy.uint32], refs: NDArray[numpy.uint32]
+) -> tuple[NDArray[numpy.uint32], NDArray[numpy.uint32], int]: ...
 
-#: The most levels that a tree has below its root.
-MAX_DEPTH: int
+MAX_DEPTH: int = 4096
 
-def check(kind: str, data: _Floats, nodes: _Words, refs: _Words, cut: bool) -> tuple[int, str, str] | None: ...
-def validate(
-    kind: str, data: _Floats, nodes: _Words, refs: _Words, cut: bool, pieces: bool
+def check(
+    kind: str, data: NDArray[numpy.float32], nodes: NDArray[numpy.uint32], refs: NDArray[numpy.uint32], boxes: str
 ) -> tuple[int, str, str] | None: ...
-def cost(nodes: _Words, c_trav: float, c_prim: float) -> float: ...
-def best_simd() -> str: ...
-def planes(nodes: _Words, refs: _Words) -> tuple[_Words, _Words, int]: ...
-def first_hit(*arguments: Any) -> tuple[_Floats, _Ints, _Floats, _Floats, _Floats | None]: ...
-def any_hit(*arguments: Any) -> npt.NDArray[np.bool_]: ...
-def count_hits(*arguments: Any) -> _Ints: ...
-def list_hits(*arguments: Any) -> tuple[_Ints, tuple[_Floats, _Ints, _Floats, _Floats, _Floats | None]]: ...
+def validate(
+    kind: str,
+    data: NDArray[numpy.float32],
+    nodes: NDArray[numpy.uint32],
+    refs: NDArray[numpy.uint32],
+    boxes: str,
+    pieces: bool,
+) -> tuple[int, str, str] | None: ...
+def cost(nodes: NDArray[numpy.uint32], c_trav: float, c_prim: float) -> float: ...
+
+class BinaryView:
+    @staticmethod
+    def of_boxes(
+        segments: NDArray[numpy.float32], nodes: NDArray[numpy.uint32], refs: NDArray[numpy.uint32]
+    ) -> BinaryView: ...
+    @staticmethod
+    def of_planes(
+        segments: NDArray[numpy.float32],
+        nodes: NDArray[numpy.uint32],
+        prims: NDArray[numpy.uint32],
+        depth: int,
+        corners: Sequence[float],
+    ) -> BinaryView: ...
+    @staticmethod
+    def of_segments(segments: NDArray[numpy.float32]) -> BinaryView: ...
+
+def first_hit(
+    tree: BinaryView,
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    surface: bool,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[
+    NDArray[numpy.float32],
+    NDArray[numpy.int64],
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+    NDArray[numpy.float32] | None,
+]: ...
+def any_hit(
+    tree: BinaryView,
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.bool_]: ...
+def count_hits(
+    tree: BinaryView,
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.int64]: ...
+def list_hits(
+    tree: BinaryView,
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    surface: bool,
+    k: int | None,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[
+    NDArray[numpy.int64],
+    tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.int64],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32] | None,
+    ],
+]: ...

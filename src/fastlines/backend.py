@@ -1,4 +1,4 @@
-"""The modules that answer queries on the wide layout: the same source, compiled for each instruction set."""
+"""What answers queries: the engine module for an instruction set on the wide layout, or the core on a tree as built."""
 
 from __future__ import annotations
 
@@ -8,19 +8,32 @@ import importlib.util
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
 
 from . import _core
-from .checks import choice
+from .arrays import IntArray
 from .errors import InputError
+from .hits import HitColumns
+from .progress import ProgressCallback
+from .threads import get_num_threads
 
-#: All instruction sets that there is a module for somewhere, the widest first.
+if TYPE_CHECKING:
+    from . import _engine
+    from .rays import RayBatch
+
+#: The instruction sets that some machine has a module for, the widest first.
 SIMD_NAMES = ("avx512", "avx2", "sse42", "neon", "portable")
 
-#: How each kernel is called in the modules; "binary" is the search through the tree as it was built.
+#: The number of each kernel in the engine modules; "binary" searches the tree as it was built.
 KERNELS = {"auto": 0, "single": 1, "wave": 2, "bundle": 3, "binary": -1}
 
 _forced: str | None = None
+
+#: What `use_engine` has put in the place of the modules.
 _given: Any = None
 
 
@@ -57,9 +70,17 @@ def available_simd() -> tuple[str, ...]:
     )
 
 
-def engine() -> Any:
-    """Return the module for the instruction set in use."""
-    return _given or _module(simd())
+class _Engine:
+    """The functions of the module for the instruction set in use; `_engine.pyi` has their types."""
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(_given or _module(simd()), name)
+
+
+if TYPE_CHECKING:
+    engine = _engine
+else:
+    engine = _Engine()
 
 
 @functools.cache
@@ -71,12 +92,6 @@ def _check(name: str, what: str) -> str:
     if name not in available_simd():
         raise InputError(f"{what}={name!r} can not be had here; expected one of {', '.join(available_simd())}")
     return name
-
-
-def kernel_number(kernel: str) -> int:
-    """Look up a kernel."""
-    choice("kernel", kernel, tuple(KERNELS))
-    return KERNELS[kernel]
 
 
 @contextmanager
@@ -93,3 +108,76 @@ def use_engine(module: Any) -> Iterator[None]:
 def is_given() -> bool:
     """Whether `use_engine` is in force."""
     return _given is not None
+
+
+class Backend(Protocol):
+    """Answers checked rays about one set of lines, all bit for bit alike.
+
+    With `surface`, t is where the ray enters the capsule of its radius around a segment, and ``t_out`` where it leaves;
+    else t is at the closest approach. A long call reports its progress, the share that is done, and ends at Ctrl-C.
+    """
+
+    def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
+        """Find the nearest hit of each ray; prim is -1 and t and distance are inf for a miss."""
+
+    def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
+        """Find out for each ray whether it hits anything."""
+
+    def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+        """Count the segments that each ray hits."""
+
+    def list_hits(
+        self, rays: RayBatch, surface: bool, k: int | None, progress: ProgressCallback | None
+    ) -> tuple[IntArray, HitColumns]:
+        """List all hits of each ray, or its k nearest: offsets (n_rays + 1), and columns sorted by ray, t and prim."""
+
+
+@dataclass(frozen=True)
+class WideBackend:
+    """The kernels of the engine module, on a wide layout."""
+
+    view: _core.LayoutView
+    kernel: int
+
+    def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
+        """See `Backend`."""
+        return engine.first_hit(self.view, rays.arrays(), surface, self.kernel, get_num_threads(), progress)
+
+    def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
+        """See `Backend`."""
+        return engine.any_hit(self.view, rays.arrays(), self.kernel, get_num_threads(), progress)
+
+    def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+        """See `Backend`."""
+        return engine.count_hits(self.view, rays.arrays(), self.kernel, get_num_threads(), progress)
+
+    def list_hits(
+        self, rays: RayBatch, surface: bool, k: int | None, progress: ProgressCallback | None
+    ) -> tuple[IntArray, HitColumns]:
+        """See `Backend`."""
+        return engine.list_hits(self.view, rays.arrays(), surface, k, self.kernel, get_num_threads(), progress)
+
+
+@dataclass(frozen=True)
+class BinaryBackend:
+    """The core, on a tree as it was built (by its boxes, or a KD tree by its planes), or on every segment."""
+
+    view: _core.BinaryView
+
+    def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
+        """See `Backend`."""
+        return _core.first_hit(self.view, rays.arrays(), surface, get_num_threads(), progress)
+
+    def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
+        """See `Backend`."""
+        return _core.any_hit(self.view, rays.arrays(), get_num_threads(), progress)
+
+    def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+        """See `Backend`."""
+        return _core.count_hits(self.view, rays.arrays(), get_num_threads(), progress)
+
+    def list_hits(
+        self, rays: RayBatch, surface: bool, k: int | None, progress: ProgressCallback | None
+    ) -> tuple[IntArray, HitColumns]:
+        """See `Backend`."""
+        return _core.list_hits(self.view, rays.arrays(), surface, k, get_num_threads(), progress)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from itertools import count
 from typing import Any
 
@@ -20,7 +20,7 @@ from .meshes import Geometry, as_geometry, core_data
 from .methods import DEFAULT_METHOD, best_settings, method_settings
 from .progress import ProgressCallback, ProgressOption, reporting
 from .settings import Cost, Presplit, Settings
-from .splits import BoxRule, PlaneOctets, SplitSet
+from .splits import BinnedPlanes, BoxRule, SplitSet
 from .threads import get_num_threads
 from .tree import Tree
 from .tree_data import NODE, REF
@@ -69,7 +69,8 @@ def build(
         (`splits`, `lookahead`, `beam`, `exhaustive`, `bad_levels`, `bad_refs`, `bad_refines` or `prune`) changes those
         of `Settings()`.
     splits : SplitSet or sequence of SplitSet, optional
-        The candidate splits at each node: `PlaneGrid`, `PlaneOctets`, `ObjectSweep`, `PlaneEvents`, `Median`, `Middle`.
+        The candidate splits at each node: `PlaneGrid`, `BinnedPlanes`, `ObjectSweep`, `PlaneEvents`, `Median`,
+        `Midpoint`.
     boxes : {"tight", "cut"}, optional
         A BVH or a KD tree.
     lookahead : int or sequence of int, optional
@@ -223,50 +224,47 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
     kind, data = core_data(geometry)
     splits: list[SplitSet] = []
     for split in settings.splits:
-        if isinstance(split, PlaneOctets) and kind != "segments":
+        if isinstance(split, BinnedPlanes) and kind != "segments":
             splits += split.for_any_primitive(settings.boxes)
         else:
             splits.append(split)
     limits = settings.limits
     most = _most_first_refs(len(geometry), settings)
-    presplit = (math.inf, most)
-    if settings.presplit is not None:
-        presplit = (0.0, first_refs(len(geometry), settings))
-        if settings.presplit.area is not None:
-            presplit = (settings.presplit.area, most)
-    args = (
-        [
-            (
-                split.name,
-                getattr(split, "n_planes", 0),
-                split.octet_args,
-                split.max_refs or NO_LIMIT,
-                split.min_overlap,
-            )
-            for split in splits
-        ],
-        settings.boxes == "cut",
-        (settings.lookahead, settings.beam or NO_LIMIT, settings.exhaustive),
-        (settings.cost.c_trav, settings.cost.c_prim, settings.lanes),
-        (
-            limits.max_depth,
-            limits.max_leaf_refs or NO_LIMIT,
-            limits.refs_for(len(geometry), settings.boxes),
-            limits.leaf_refs,
-            limits.leaf_size,
+    presplit = _core.Presplit(area=math.inf, max_refs=most)
+    if settings.presplit is not None and settings.presplit.area is not None:
+        presplit = _core.Presplit(area=settings.presplit.area, max_refs=most)
+    elif settings.presplit is not None:
+        presplit = _core.Presplit(area=0.0, max_refs=first_refs(len(geometry), settings))
+    core_settings = _core.Settings(
+        splits=[_core_split_set(split) for split in splits],
+        boxes=settings.boxes,
+        lookahead=settings.lookahead,
+        beam=settings.beam or NO_LIMIT,
+        exhaustive=settings.exhaustive,
+        c_trav=settings.cost.c_trav,
+        c_prim=settings.cost.c_prim,
+        lanes=settings.lanes,
+        limits=_core.Limits(
+            max_depth=limits.max_depth,
+            max_leaf_refs=limits.max_leaf_refs or NO_LIMIT,
+            max_refs=limits.refs_for(len(geometry), settings.boxes),
+            leaf_refs=limits.leaf_refs,
+            leaf_size=limits.leaf_size,
         ),
-        (settings.bad_levels, settings.bad_refs, settings.bad_refines),
-        settings.prune,
-        settings.radius_hint,
-        settings.min_spread,
-        presplit,
-        get_num_threads(),
+        bad_levels=settings.bad_levels,
+        bad_refs=settings.bad_refs,
+        bad_refines=settings.bad_refines,
+        prune=settings.prune,
+        radius_hint=settings.radius_hint,
+        min_spread=settings.min_spread,
+        presplit=presplit,
+        n_threads=get_num_threads(),
     )
     first = callback if settings.reinsertion == 0 else _stage(callback, 0.0, 0.5)
     if kind == "segments":
-        nodes, refs, hit, searched = engine().build(data, args, first)
+        nodes, refs, hit, searched = engine.build(data, core_settings, first)
     else:
-        nodes, refs, hit, searched = _core.build(kind, data, args, first)
+        nodes, refs, hit, searched = _core.build(kind, data, core_settings, first)
     limits_hit = {limit: n for limit, n in zip(("max_depth", "max_refs", "max_leaf_refs"), hit, strict=True) if n}
     if settings.reinsertion > 0:
         nodes, refs, n_too_deep = _core.reinsert(
@@ -283,3 +281,11 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
     nodes, refs = own(nodes).reshape(-1).view(NODE), own(refs).reshape(-1).view(REF)
     counts = dict(zip(("candidates", "carried_out"), searched, strict=True)) if searched[0] else {}
     return Tree(geometry, nodes, refs, settings, name, limits_hit, searched=counts, made_by_core=True)
+
+
+def _core_split_set(split: SplitSet) -> _core.SizedSplitSet:
+    """Make the core's split set of the same name and fields."""
+    given = {field.name: getattr(split, field.name) for field in fields(split)}
+    max_refs, min_overlap = given.pop("max_refs"), given.pop("min_overlap")
+    kind = getattr(_core, type(split).__name__)
+    return _core.SizedSplitSet(kind(**given), max_refs=max_refs or NO_LIMIT, min_overlap=min_overlap)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import sys
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -51,6 +50,8 @@ def choice(name: str, value: object, known: Iterable[str]) -> str:
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:
     """End an error message about an unknown word."""
+    import difflib  # only for an error: it takes longer to import than all checks
+
     words = tuple(known)
     close = difflib.get_close_matches(str(word).lower(), words, 1)
     hint = f"did you mean {close[0]!r}? " if close else ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,9 @@ from .immutable import own
 from .lines import Lines
 
 Self = TypeVar("Self")
+
+#: Hits as a backend returns them: t, prim, u, distance, and with ``at="surface"`` t_out.
+HitColumns: TypeAlias = tuple[FloatArray, IntArray, FloatArray, FloatArray, FloatArray | None]
 
 
 class _OfLines:
@@ -116,6 +119,15 @@ class FirstHits(_OfLines):
     skipped: IntArray
     lines: Lines | None = None
 
+    @classmethod
+    def from_columns(cls, columns: HitColumns, shape: tuple[int, ...], skipped: IntArray, lines: Lines) -> FirstHits:
+        """Give the columns of a backend the shape of the question."""
+        t, prim, u, distance, t_out = columns
+        # NumPy prints C's name of a 64-bit integer, but not its own.
+        prim = prim.reshape(shape).view(np.int64)
+        t_out = None if t_out is None else t_out.reshape(shape)
+        return cls(t.reshape(shape), prim, u.reshape(shape), distance.reshape(shape), t_out, skipped, lines)
+
     def __repr__(self) -> str:
         return f"<FirstHits: {self.prim.size:,} rays, {int(self.hit.sum()):,} hit>"
 
@@ -147,6 +159,12 @@ class AllHits(_OfLines):
     t_out: FloatArray | None
     skipped: IntArray
     lines: Lines | None = None
+
+    @classmethod
+    def from_columns(cls, offsets: IntArray, columns: HitColumns, skipped: IntArray, lines: Lines) -> AllHits:
+        """Wrap the lists of a backend."""
+        t, prim, u, distance, t_out = columns
+        return cls(offsets.view(np.int64), t, prim.view(np.int64), u, distance, t_out, skipped, lines)
 
     def __len__(self) -> int:
         return len(self.prim)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from . import _core
 from .backend import engine
 from .immutable import Immutable, frozen, own
 from .lines import Lines
@@ -68,10 +69,11 @@ class Layout(Immutable):
         return self.nodes.nbytes + self.leaves.nbytes + self.refs.nbytes + self.lines.segments.nbytes
 
     @cached_property
-    def arrays(self) -> tuple[Any, ...]:
-        """The layout as the core takes it."""
+    def view(self) -> _core.LayoutView:
+        """The layout as queries read it."""
         segments = self.lines.segments.reshape(-1, 6)
-        return segments, self.nodes, self.leaves, self.refs, tuple(self.box.reshape(-1).tolist()), self.mean_extent
+        corners = self.box.reshape(-1).tolist()
+        return _core.LayoutView(segments, self.nodes, self.leaves, self.refs, corners, self.mean_extent)
 
 
 def _aligned(blocks: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
@@ -85,7 +87,7 @@ def _aligned(blocks: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
     return own(copied)
 
 
-def widen(
+def build_layout(
     lines: Lines,
     nodes: npt.NDArray[np.uint32],
     refs: npt.NDArray[np.uint32],
@@ -94,7 +96,7 @@ def widen(
 ) -> Layout:
     """Lay out a tree, given as rows of 32-bit words."""
     with reporting(progress, "layout") as callback:
-        made = engine().widen(lines.segments.reshape(-1, 6), nodes, refs, RADIUS_HINT, get_num_threads(), callback)
+        made = engine.build_layout(lines.segments.reshape(-1, 6), nodes, refs, RADIUS_HINT, get_num_threads(), callback)
     wide_nodes, leaves, wide_refs, mean_extent = made
     return Layout(lines, box, own(wide_nodes), own(leaves), own(wide_refs), mean_extent)
 
@@ -104,5 +106,5 @@ def refit_layout(
 ) -> Layout:
     """Fit a layout to its segments, moved: the same children and pieces, other boxes (cpp/fastlines/layout/fit.hpp)."""
     moved = replace(layout, lines=lines, box=box)
-    nodes, leaves, mean_extent = engine().refit_layout(moved.arrays, n_threads, progress)
+    nodes, leaves, mean_extent = engine.refit_layout(moved.view, n_threads, progress)
     return Layout(lines, box, own(nodes), own(leaves), layout.refs, mean_extent)

@@ -10,7 +10,7 @@ from .checks import choice, did_you_mean, number
 from .errors import InputError
 from .limits import REF_LIMIT, Limits
 from .settings import Cost, Settings
-from .splits import BoxRule, ObjectSweep, PlaneGrid, PlaneOctets
+from .splits import BinnedPlanes, BoxRule, ObjectSweep, PlaneGrid
 
 
 class Methods(Mapping[str, Settings]):
@@ -93,11 +93,11 @@ def best_settings(
     choice("boxes", boxes, ("tight", "cut"))
     if for_queries:
         if effort < 0.25:
-            octets = PlaneOctets(8, 128, 64, 0.6, sample=128, max_apart=REF_LIMIT, apart=0.85)
+            octets = BinnedPlanes(8, 128, 64, 0.6, sample=128, max_gap_refs=REF_LIMIT, gap=0.85)
         elif effort < 0.75:
-            octets = PlaneOctets(16, 128, 64, 0.6, sample=512, max_apart=REF_LIMIT)
+            octets = BinnedPlanes(16, 128, 64, 0.6, sample=512, max_gap_refs=REF_LIMIT)
         else:
-            octets = PlaneOctets(16 if effort < 0.875 else 32, 128, 32)
+            octets = BinnedPlanes(16 if effort < 0.875 else 32, 128, 32)
         return Settings(
             splits=(octets,),
             bad_levels=3,
@@ -108,7 +108,7 @@ def best_settings(
             cost=Cost(c_trav=4.0),
             limits=Limits(max_leaf_refs=16, leaf_refs=16),
         )
-    octets = PlaneOctets(8 * 2 ** round(4 * effort), 16 if boxes == "tight" else 0)
+    octets = BinnedPlanes(8 * 2 ** round(4 * effort), 16 if boxes == "tight" else 0)
     cost = Cost(C_TRAV[boxes]) if cost is None else cost
     settings = Settings(splits=(octets,), boxes=boxes, bad_levels=3, min_spread=MIN_SPREAD, cost=cost)
     if effort >= 0.75:

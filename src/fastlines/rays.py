@@ -22,7 +22,7 @@ RAYS_LIMIT = 2**32 - 1
 
 
 @dataclass(frozen=True, eq=False)
-class Rays:
+class RayBatch:
     """A checked batch of rays.
 
     Attributes
@@ -46,18 +46,18 @@ class Rays:
     def __len__(self) -> int:
         return len(self.origins)
 
-    def arrays(self) -> tuple[FloatArray, ...]:
-        """Give the rays as the core takes them."""
+    def arrays(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return the arrays in the order of the core: origins, directions, radius, t_min, t_max."""
         return self.origins, self.directions, self.radius, self.t_min, self.t_max
 
-    def some(self, rows: IntArray) -> Rays:
+    def some(self, rows: IntArray) -> RayBatch:
         """Return the rays in these rows."""
 
         def of(values: FloatArray) -> FloatArray:
             return values if len(values) == 1 else values[rows]
 
         none = np.zeros(0, np.int64)
-        return Rays(
+        return RayBatch(
             rows.shape, self.origins[rows], self.directions[rows], of(self.radius), of(self.t_min), of(self.t_max), none
         )
 
@@ -70,7 +70,7 @@ def check_rays(
     t_max: npt.ArrayLike,
     invalid: str,
     bounds: FloatArray,
-) -> Rays:
+) -> RayBatch:
     """Check rays for a scene with these bounds; see `Tree.first_hit` for what they are."""
     choice("invalid", invalid, INVALID)
     origins, directions = _vectors(origins, "origins"), _vectors(directions, "directions")
@@ -104,8 +104,8 @@ def check_rays(
         low = high = [0.0, 0.0, 0.0]
     largest = min(RADIUS_LIMIT * (max(b - a for a, b in zip(low, high, strict=True)) or 1.0), FLOAT32_MAX)
     farthest = max(map(abs, (*low, *high)))
-    if engine().are_rays((origins, directions, radii, starts, ends), largest, farthest, get_num_threads()):
-        return Rays(shape, origins, directions, radii, starts, ends, np.zeros(0, np.int64))
+    if engine.rays_are_valid((origins, directions, radii, starts, ends), largest, farthest, get_num_threads()):
+        return RayBatch(shape, origins, directions, radii, starts, ends, np.zeros(0, np.int64))
 
     # Every way in which a ray can be no ray; the core only tells that there may be one.
     n_rays = len(origins)
@@ -137,7 +137,7 @@ def check_rays(
         origins[skipped], directions[skipped] = 3e38, (0, 0, 1)
         radii, starts, ends = (np.broadcast_to(values, n_rays).copy() for values in (radii, starts, ends))
         radii[skipped] = starts[skipped] = ends[skipped] = 0
-    return Rays(shape, origins, directions, radii, starts, ends, np.flatnonzero(skipped))
+    return RayBatch(shape, origins, directions, radii, starts, ends, np.flatnonzero(skipped))
 
 
 def _given_once(scalars: dict[str, FloatArray], fault: str) -> str:

@@ -1,11 +1,58 @@
-"""When to build a tree anew rather than to refit it once more."""
+"""Refits of a tree whose lines have moved, and when a new build pays."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from .backend import engine
 from .checks import number
-from .tree_data import TreeData
+from .errors import InputError
+from .immutable import own
+from .lines import Lines, as_lines
+from .progress import ProgressCallback
+from .threads import get_num_threads
+from .tree_data import NODE, TreeData
+
+#: Trees of fewer references are refitted on one thread: a second would hardly have started.
+SHORT_REFIT = 20_000
+
+
+def moved_lines(tree: TreeData, lines: Lines | npt.ArrayLike) -> Lines:
+    """Check the lines for a refit; an array of segments keeps the strands, radii and attributes of the tree."""
+    if not isinstance(tree.geometry, Lines):
+        raise InputError(f"refits are for lines; this tree is over {type(tree.geometry).__name__}: build it anew")
+    moved = as_lines(lines)
+    if len(moved) != tree.n_prims:
+        left = "; it skipped some rows: pass array[tree.geometry.rows]" if len(tree.geometry.skipped) else ""
+        raise InputError(f"{len(moved)} segments were given for a tree over {tree.n_prims}; expected as many{left}")
+    return moved if moved is lines else replace(tree.geometry, segments=moved.segments)
+
+
+def refit_nodes(tree: TreeData, lines: Lines, progress: ProgressCallback | None) -> npt.NDArray[Any]:
+    """Return the tree's nodes with boxes tight around lines that have moved."""
+    words = engine.refit_tree(lines.segments.reshape(-1, 6), *tree.words(), refit_threads(tree), progress)
+    return own(words).reshape(-1).view(NODE)
+
+
+def refit_threads(tree: TreeData) -> int:
+    """Return how many threads a refit of this tree takes."""
+    return 1 if tree.n_refs < SHORT_REFIT else get_num_threads()
+
+
+def built_cost(tree: TreeData) -> float:
+    """Return what `TreeData.growth` is measured by: of a KD tree, the cost with boxes as tight as a refit's."""
+    if tree.built_cost is not None:
+        return tree.built_cost
+    nodes = tree.words()[0]
+    if tree.settings.boxes == "cut":
+        assert isinstance(tree.geometry, Lines)
+        nodes = refit_nodes(tree, tree.geometry, None).view(np.uint32).reshape(-1, 9)
+    return _core.cost(nodes, tree.settings.cost.c_trav, tree.settings.cost.c_prim)
 
 
 @dataclass

@@ -14,7 +14,7 @@ import numpy as np
 from .checks import choice, count, number, sequence
 from .errors import InputError
 from .limits import REF_LIMIT, Limits
-from .splits import BoxRule, ObjectSweep, PlaneGrid, PlaneOctets, SplitSet
+from .splits import BinnedPlanes, BoxRule, ObjectSweep, PlaneGrid, SplitSet
 
 
 @dataclass(frozen=True)
@@ -174,10 +174,10 @@ class Settings:
                 "leaves"
             )
         if self.boxes == "cut":
-            octets = [split for split in splits if isinstance(split, PlaneOctets)]
-            wholes = [split for split in octets if split.max_whole or split.max_apart]
+            octets = [split for split in splits if isinstance(split, BinnedPlanes)]
+            wholes = [split for split in octets if split.uncut_above or split.max_gap_refs]
             if wholes or any(isinstance(split, ObjectSweep) for split in splits):
-                what = "an object sweep does not cut space, nor do max_whole and max_apart of PlaneOctets"
+                what = "an object sweep does not cut space, nor do uncut_above and max_gap_refs of BinnedPlanes"
                 raise InputError(f"{what}: a KD tree (boxes='cut') needs planes")
             if self.limits.max_leaf_refs is not None:
                 raise InputError("max_leaf_refs can not be promised by a KD tree (boxes='cut'); leave it out")

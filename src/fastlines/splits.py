@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar, Literal, TypeAlias
+from typing import Any, ClassVar, Literal, TypeAlias
 
 from .checks import count, number
 from .errors import InputError
@@ -37,11 +38,6 @@ class SplitSet:
         overlap = 0.0 if self.min_overlap == 0 else number("min_overlap", self.min_overlap, what, 0.0, 1.0)
         object.__setattr__(self, "min_overlap", overlap)
 
-    @property
-    def octet_args(self) -> tuple[int, int, float, int, int, float]:
-        """What the core is told of octets of planes beside their number."""
-        return 0, 0, 0.0, 0, 0, 0.0
-
 
 @dataclass(frozen=True)
 class ObjectSweep(SplitSet):
@@ -69,78 +65,72 @@ class PlaneGrid(SplitSet):
 
 
 @dataclass(frozen=True)
-class PlaneOctets(SplitSet):
-    """The planes of a regular grid, counted eight at a time; also splits into whole primitives where that does well.
+class BinnedPlanes(SplitSet):
+    """The planes of a regular grid, by counts in bins; where it pays, also splits that cut no reference.
 
-    What `PlaneGrid` finds, in less time: counts are exact, but the boxes by which candidates are compared are
-    computed in float32. In nodes of up to `max_whole` references, tight boxes only, each plane also parts whole
-    references by their centres. Large nodes may be judged by a `sample`. For segments; of other primitives a
-    `PlaneGrid` and, for `max_whole`, an `ObjectSweep` are asked.
+    They find what `PlaneGrid` finds in less time: counts are exact, boxes are compared in float32. An uncut split puts
+    each reference whole on the side of its centre (tight boxes only). `BinnedPlanes` are for segments; for other
+    primitives `PlaneGrid` and, with `uncut_above`, `ObjectSweep` take their place.
 
     Parameters
     ----------
     n_planes : int
-        How many on each axis, 1 to 4096.
-    max_whole : int
-        The most references that are split whole.
-    only_whole : int
-        Up to so many they are split only so, where that divides them.
+        How many planes on each axis, 1 to 4096.
+    uncut_above : int
+        Nodes of at most this many references are offered uncut splits as well as planes; 0 for none.
+    uncut_only : int
+        Nodes of at most this many references are offered only uncut splits, if there are any.
     max_overlap : float
-        And so are more of them, up to `max_whole`, where the children of the best such split overlap in a box with no
-        more than this share of the node's area; 0 for none.
+        So are nodes of up to `uncut_above` references where the two boxes of the best uncut split overlap by at most
+        this fraction of the node's area; 0 for none.
     sample : int
-        Of twice as many references and more, the plane is chosen by about so many; by all if it is 0, and in searches
-        of more than one level, but for the last one. What a whole split costs is judged by all.
-    max_apart : int
-        Nodes of more than `max_whole` and up to so many references are split whole, and only so, where these lie apart:
-        where it costs no more than `apart` allows. Not in searches of more than one level, but for the
-        last one.
-    apart : float
-        A whole split is taken if it costs no more than this share of a leaf, above 0 to 1.
+        Nodes of twice as many references or more choose their plane by about this many of them; 0 uses all. The cost of
+        an uncut split is always that of all references.
+    max_gap_refs : int
+        Larger nodes, of up to this many references, are split uncut where their references lie apart (see `gap`).
+    gap : float
+        References lie apart where an uncut split costs at most this fraction of a leaf; above 0 to 1.
+
+    Notes
+    -----
+    A search of more than one level uses `sample` and `max_gap_refs` on its last level only.
     """
 
-    name = "plane_octets"
+    name = "binned_planes"
     n_planes: int = 16
-    max_whole: int = 0
-    only_whole: int = 0
+    uncut_above: int = 0
+    uncut_only: int = 0
     max_overlap: float = 0.0
     sample: int = 0
-    max_apart: int = 0
-    apart: float = 0.8
+    max_gap_refs: int = 0
+    gap: float = 0.8
 
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "n_planes", count("n_planes", self.n_planes, 1, 4096))
-        for name in ("max_whole", "only_whole", "sample", "max_apart"):
+        for name in ("uncut_above", "uncut_only", "sample", "max_gap_refs"):
             object.__setattr__(self, name, count(name, getattr(self, name), 0))
-        if self.only_whole > self.max_whole:
+        if self.uncut_only > self.uncut_above:
             raise InputError(
-                f"only_whole={self.only_whole} is more than max_whole={self.max_whole}; allow more of both"
+                f"uncut_only={self.uncut_only} is more than uncut_above={self.uncut_above}; raise uncut_above"
             )
         overlap = 0.0 if self.max_overlap == 0 else number("max_overlap", self.max_overlap, "0 to 1", 0.0, 1.0)
         object.__setattr__(self, "max_overlap", overlap)
-        object.__setattr__(
-            self, "apart", number("apart", self.apart, "a share of a leaf's cost, above 0 to 1", 0.0, 1.0)
-        )
-        if 0 < self.max_apart <= self.max_whole:
+        what = "a fraction of a leaf's cost, above 0 to 1"
+        object.__setattr__(self, "gap", number("gap", self.gap, what, 0.0, 1.0))
+        if 0 < self.max_gap_refs <= self.uncut_above:
             raise InputError(
-                f"max_apart={self.max_apart} is for nodes of more than max_whole={self.max_whole} references; "
-                "make it larger, or leave it out"
+                f"max_gap_refs={self.max_gap_refs} is for nodes of more than uncut_above={self.uncut_above} "
+                "references; make it larger, or leave it out"
             )
 
-    @property
-    def octet_args(self) -> tuple[int, int, float, int, int, float]:
-        """See `SplitSet`."""
-        return self.max_whole, self.only_whole, self.max_overlap, self.sample, self.max_apart, self.apart
-
     def for_any_primitive(self, boxes: BoxRule) -> tuple[SplitSet, ...]:
-        """Return the exact split sets that show the same kinds of candidates."""
+        """Return the exact split sets with the same kinds of candidates, for primitives that are not segments."""
         grid = PlaneGrid(self.n_planes, max_refs=self.max_refs, min_overlap=self.min_overlap)
-        if boxes == "cut" or self.max_whole == 0:
+        if boxes == "cut" or self.uncut_above == 0:
             return (grid,)
-        return grid, ObjectSweep(
-            max_refs=min(self.max_whole, self.max_refs or self.max_whole), min_overlap=self.min_overlap
-        )
+        n_refs = min(self.uncut_above, self.max_refs or self.uncut_above)
+        return grid, ObjectSweep(max_refs=n_refs, min_overlap=self.min_overlap)
 
 
 @dataclass(frozen=True)
@@ -158,7 +148,24 @@ class Median(SplitSet):
 
 
 @dataclass(frozen=True)
-class Middle(SplitSet):
+class Midpoint(SplitSet):
     """One plane, in the middle of the longest side."""
 
-    name = "middle"
+    name = "midpoint"
+
+
+#: What split sets and their fields were called in files of earlier versions.
+FORMER_NAMES = {"plane_octets": "binned_planes", "middle": "midpoint"}
+FORMER_FIELDS = {
+    "max_whole": "uncut_above",
+    "only_whole": "uncut_only",
+    "max_apart": "max_gap_refs",
+    "apart": "gap",
+}
+
+
+def split_set_from(name: str, fields: Mapping[str, Any]) -> SplitSet:
+    """Make a split set of its name and fields, or of those that earlier versions gave them."""
+    kinds = {kind.name: kind for kind in SplitSet.__subclasses__()}
+    kind = kinds[FORMER_NAMES.get(name, name)]
+    return kind(**{FORMER_FIELDS.get(field, field): value for field, value in fields.items()})

@@ -5,26 +5,46 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _core, tree_file
+from . import _core
 from .arrays import IntArray
-from .backend import engine, kernel_number
+from .backend import KERNELS, Backend, BinaryBackend, WideBackend
+from .checks import choice, count
 from .errors import InputError
 from .hits import AllHits, FirstHits
 from .immutable import own
-from .layout import Layout, refit_layout, widen
-from .lines import Lines, as_lines
-from .progress import ProgressCallback, ProgressOption, reporting
-from .queries import Planes, Question, ask_binary, ask_layout
-from .threads import get_num_threads
-from .tree_data import NODE, TreeData
+from .layout import Layout, build_layout, refit_layout
+from .lines import Lines
+from .progress import ProgressOption, reporting
+from .queries import any_hit, count_hits, first_hit, is_surface, list_hits
+from .rays import RayBatch, check_rays
+from .refit import built_cost, moved_lines, refit_nodes, refit_threads
+from .tree_data import TreeData
 
-#: Trees of fewer references are refitted on one thread: a second would hardly have started.
-SHORT_REFIT = 20_000
+
+class Planes(NamedTuple):
+    """A KD tree as the core searches it by its planes (cpp/fastlines/query/plane_search.hpp).
+
+    Attributes
+    ----------
+    nodes : (n, 2) uint32
+        An axis and a plane each, or a range of references; siblings stand side by side.
+    prims : (n_refs,) uint32
+        The primitive of each reference.
+    depth : int
+        Level of the deepest node.
+    corners : tuple of six float
+        The root's box.
+    """
+
+    nodes: npt.NDArray[np.uint32]
+    prims: npt.NDArray[np.uint32]
+    depth: int
+    corners: tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -91,9 +111,9 @@ class Tree(TreeData):
         >>> tree.first_hit([0, 0, -5], [0, 0, 1], 0.5).t
         array(5., dtype=float32)
         """
-        question = Question("first_hit", origins, directions, radius, t_min, t_max, at, None, invalid, progress)
-        hits: FirstHits = self._ask(question, kernel)
-        return hits
+        backend, surface = self._backend(kernel), is_surface(at)
+        rays = self._check_rays(origins, directions, radius, t_min, t_max, invalid)
+        return first_hit(backend, rays, surface, progress, self._lines)
 
     def all_hits(
         self,
@@ -126,9 +146,9 @@ class Tree(TreeData):
         >>> print(hits.offsets, hits.prim, hits.t)
         [0 2 2] [0 1] [5. 6.]
         """
-        question = Question("all_hits", origins, directions, radius, t_min, t_max, at, None, invalid, progress)
-        hits: AllHits = self._ask(question, kernel)
-        return hits
+        backend, surface = self._backend(kernel), is_surface(at)
+        rays = self._check_rays(origins, directions, radius, t_min, t_max, invalid)
+        return list_hits(backend, rays, surface, None, progress, self._lines)
 
     def any_hit(
         self,
@@ -150,9 +170,9 @@ class Tree(TreeData):
         >>> fl.build([[[-1, 0, 0], [1, 0, 0]]]).any_hit([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
         array([ True, False])
         """
-        question = Question("any_hit", origins, directions, radius, t_min, t_max, "closest", None, invalid, progress)
-        found: npt.NDArray[np.bool_] = self._ask(question, kernel)
-        return found
+        backend = self._backend(kernel)
+        rays = self._check_rays(origins, directions, radius, t_min, t_max, invalid)
+        return any_hit(backend, rays, progress)
 
     def count_hits(
         self,
@@ -175,9 +195,9 @@ class Tree(TreeData):
         >>> tree.count_hits([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
         array([2, 0])
         """
-        question = Question("count_hits", origins, directions, radius, t_min, t_max, "closest", None, invalid, progress)
-        counts: IntArray = self._ask(question, kernel)
-        return counts
+        backend = self._backend(kernel)
+        rays = self._check_rays(origins, directions, radius, t_min, t_max, invalid)
+        return count_hits(backend, rays, progress)
 
     def next_hits(
         self,
@@ -198,37 +218,54 @@ class Tree(TreeData):
         To go on after them, ask for more. With t_min at the last one's t the ray would start there, where all
         that it has come near may still be within its radius.
         """
-        hits: AllHits = self._ask(
-            Question("next_hits", origins, directions, radius, t_min, t_max, at, k, invalid, progress), kernel
-        )
-        return hits
+        backend, surface, k = self._backend(kernel), is_surface(at), count("k", k, 0)
+        rays = self._check_rays(origins, directions, radius, t_min, t_max, invalid)
+        return list_hits(backend, rays, surface, k, progress, self._lines)
 
     def __getstate__(self) -> dict[str, Any]:
         made = {"layout": self.layout} if "layout" in self.__dict__ else {}
         return super().__getstate__() | made
 
+    @property
+    def _lines(self) -> Lines:
+        """The geometry of a tree over lines; queries are for these only."""
+        if not isinstance(self.geometry, Lines):
+            raise InputError(f"queries are for lines; this tree is over {type(self.geometry).__name__}")
+        return self.geometry
+
     @cached_property
     def layout(self) -> Layout:
-        """What queries run on: made at the first of them, and kept."""
-        self._check_lines()
-        return widen(self.geometry, *self.words(), self.nodes["box"][0])  # type: ignore[arg-type]
+        """The wide layout, which queries run on; built on the first query, and kept."""
+        return build_layout(self._lines, *self.words(), self.nodes["box"][0])
 
     @cached_property
     def planes(self) -> Planes:
-        """What ``kernel="binary"`` searches in a KD tree: made at the first query, and kept."""
+        """A KD tree as ``kernel="binary"`` searches it; made on the first such query, and kept."""
         nodes, prims, depth = _core.planes(*self.words())
         return Planes(own(nodes), own(prims), depth, tuple(self.nodes["box"][0].reshape(-1).tolist()))
 
-    def _check_lines(self) -> None:
-        if not isinstance(self.geometry, Lines):
-            raise InputError(f"queries are for lines; this tree is over {type(self.geometry).__name__}")
+    @cached_property
+    def _binary(self) -> BinaryBackend:
+        segments = self._lines.segments.reshape(-1, 6)
+        if self.settings.boxes == "cut":
+            return BinaryBackend(_core.BinaryView.of_planes(segments, *self.planes))
+        return BinaryBackend(_core.BinaryView.of_boxes(segments, *self.words()))
 
-    def _ask(self, question: Question, kernel: str) -> Any:
-        self._check_lines()
-        if kernel_number(kernel) < 0:
-            tree = self.planes if self.settings.boxes == "cut" else self.words()
-            return ask_binary(self.geometry, tree, self.nodes["box"][0], question)  # type: ignore[arg-type]
-        return ask_layout(self.layout, question, kernel)
+    def _backend(self, kernel: str) -> Backend:
+        if isinstance(self.geometry, Lines):
+            choice("kernel", kernel, tuple(KERNELS))
+        return self._binary if kernel == "binary" else WideBackend(self.layout.view, KERNELS[kernel])
+
+    def _check_rays(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        radius: npt.ArrayLike,
+        t_min: npt.ArrayLike,
+        t_max: npt.ArrayLike,
+        invalid: str,
+    ) -> RayBatch:
+        return check_rays(origins, directions, radius, t_min, t_max, invalid, self.nodes["box"][0])
 
     # ---- Moving segments ----
 
@@ -264,52 +301,28 @@ class Tree(TreeData):
         >>> tree.refit([[[-1, -1, 0], [1, 1, 2]]]).first_hit([0, 0, -5], [0, 0, 1], 0.5).t
         array(6., dtype=float32)
         """
-        if not isinstance(self.geometry, Lines):
-            raise InputError(f"refits are for lines; this tree is over {type(self.geometry).__name__}: build it anew")
-        moved = as_lines(lines)
-        if len(moved) != self.n_prims:
-            left = "; it skipped some rows: pass array[tree.geometry.rows]" if len(self.geometry.skipped) else ""
-            raise InputError(f"{len(moved)} segments were given for a tree over {self.n_prims}; expected as many{left}")
-        if moved is not lines:
-            moved = replace(self.geometry, segments=moved.segments)
+        moved = moved_lines(self, lines)
         tight = self.settings if self.settings.boxes == "tight" else replace(self.settings, boxes="tight")
         with reporting(progress, "refit") as callback:
             changes = {
                 "geometry": moved,
-                "nodes": self._refit_nodes(moved, callback),
+                "nodes": refit_nodes(self, moved, callback),
                 "settings": tight,
                 "method": self.method if tight is self.settings else "custom",
-                "built_cost": self._cost_when_built,
+                "built_cost": self._built_cost,
             }
-            # What is the same was checked when this tree was made.
+            # Nothing is checked again: the core has made the nodes, and the rest is this tree's.
             tree = object.__new__(type(self))
             for field in fields(self):
                 object.__setattr__(tree, field.name, changes.get(field.name, getattr(self, field.name)))
             if "layout" in self.__dict__:
                 box = tree.nodes["box"][0]
-                tree.__dict__["layout"] = refit_layout(self.layout, moved, box, self._refit_threads, callback)
+                tree.__dict__["layout"] = refit_layout(self.layout, moved, box, refit_threads(self), callback)
         return tree
 
-    def _refit_nodes(self, lines: Lines, callback: ProgressCallback | None) -> npt.NDArray[Any]:
-        segments = lines.segments.reshape(-1, 6)
-        words = engine().refit_tree(segments, *self.words(), self._refit_threads, callback)
-        return own(words).reshape(-1).view(NODE)
-
-    @property
-    def _refit_threads(self) -> int:
-        return 1 if self.n_refs < SHORT_REFIT else get_num_threads()
-
     @cached_property
-    def _cost_when_built(self) -> float:
-        """What `growth` is measured by: of a KD tree, the cost with boxes as tight as those of a refit."""
-        if self.built_cost is not None:
-            return self.built_cost
-        model = self.settings.cost
-        if self.settings.boxes == "tight":
-            return _core.cost(self.words()[0], model.c_trav, model.c_prim)
-        assert isinstance(self.geometry, Lines)
-        nodes = self._refit_nodes(self.geometry, None).view(np.uint32).reshape(-1, 9)
-        return _core.cost(nodes, model.c_trav, model.c_prim)
+    def _built_cost(self) -> float:
+        return built_cost(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the tree and its lines to one file, which `load` maps into memory.
@@ -325,6 +338,8 @@ class Tree(TreeData):
         OSError
             If the path is a folder, or can not be written.
         """
+        from . import tree_file
+
         tree_file.write(self, path)
 
 
@@ -350,4 +365,6 @@ def load(path: str | os.PathLike[str], *, verify: bool | None = None) -> Tree:
     OSError
         If it can not be read.
     """
+    from . import tree_file
+
     return tree_file.read(Tree, path, verify)

@@ -93,7 +93,7 @@ class TreeData(Immutable):
         if made_by_core:
             return
         kind, data = core_data(self.geometry)
-        found = _core.check(kind, data, *self.words(), self.settings.boxes == "cut")
+        found = _core.check(kind, data, *self.words(), self.settings.boxes)
         if found is not None:
             raise InvalidTreeError(*found)
 
@@ -269,7 +269,7 @@ class TreeData(Immutable):
         kind, data = core_data(self.geometry)
         changed = self.settings.presplit is not None or self.settings.reinsertion > 0
         pieces = kind == "segments" and (changed or self.built_cost is not None)
-        found = _core.validate(kind, data, *self.words(), self.settings.boxes == "cut", pieces)
+        found = _core.validate(kind, data, *self.words(), self.settings.boxes, pieces)
         if found is not None:
             raise InvalidTreeError(*found)
 

@@ -17,7 +17,7 @@ from .io import FORMATS
 from .limits import Limits
 from .lines import Lines
 from .settings import Cost, Presplit, Settings
-from .splits import SplitSet
+from .splits import split_set_from
 from .tree_data import NODE, REF, TreeData
 
 Tree = TypeVar("Tree", bound=TreeData)
@@ -149,9 +149,8 @@ def _settings_to_json(settings: Settings) -> dict[str, Any]:
 
 
 def _settings_from_json(data: dict[str, Any]) -> Settings:
-    sets: dict[str, type[SplitSet]] = {kind.name: kind for kind in SplitSet.__subclasses__()}
     parts: dict[str, Any] = {
-        "splits": tuple(sets[entry.pop("name")](**entry) for entry in data.pop("splits")),
+        "splits": tuple(split_set_from(entry.pop("name"), entry) for entry in data.pop("splits")),
         "cost": Cost(**data.pop("cost")),
         "limits": Limits(**data.pop("limits")),
     }

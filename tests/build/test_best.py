@@ -42,14 +42,14 @@ def test_octets_find_what_the_grid_finds(n_planes: int, boxes: fl.splits.BoxRule
         ends = named_scene(name, 120)
         more = {"boxes": boxes, "bad_levels": 3, "limits": fl.Limits(max_depth=12)}
         exact = fl.build(ends, splits=fl.PlaneGrid(n_planes), **more)
-        octets = fl.build(ends, splits=fl.PlaneOctets(n_planes), **more)
+        octets = fl.build(ends, splits=fl.BinnedPlanes(n_planes), **more)
         octets.validate()
         assert octets.cost() == pytest.approx(exact.cost(), rel=0.01)
 
 
 def test_whole_splits_save_references() -> None:
     lines = fl.scenes.make("bun-hair", 3000).lines
-    cut, whole = (fl.build(lines, splits=fl.PlaneOctets(8, n), limits=fl.Limits(leaf_refs=16)) for n in (0, 100))
+    cut, whole = (fl.build(lines, splits=fl.BinnedPlanes(8, n), limits=fl.Limits(leaf_refs=16)) for n in (0, 100))
     whole.validate()
     assert whole.n_refs < 0.9 * cut.n_refs
     assert (np.bincount(whole.refs["prim"], minlength=3000) > 0).all()
@@ -137,7 +137,7 @@ def test_octets_do_not_mind_the_scale(scale: float) -> None:
 def test_pieces_thinner_than_a_division_can_bear() -> None:
     ends = fl.scenes.make("spaghetti", 300).lines.segments - np.float32(0.5)
     ends[::3, 0, 0], ends[::3, 1, 0] = 0.0, 1e-40
-    octets = fl.build(ends, splits=fl.PlaneOctets(16), bad_levels=3)
+    octets = fl.build(ends, splits=fl.BinnedPlanes(16), bad_levels=3)
     exact = fl.build(ends, splits=fl.PlaneGrid(16), bad_levels=3)
     octets.validate()
     assert octets.cost() == pytest.approx(exact.cost(), rel=0.01)
@@ -167,16 +167,16 @@ def test_a_plane_that_is_chosen_by_a_sample_divides_all(name: str, boxes: str) -
     ends = named_scene(name, 300)
     given = {"boxes": boxes, "bad_levels": 2, "limits": fl.Limits(max_depth=12)}
     for sample in (1, 5, 40):
-        tree = fl.build(ends, splits=fl.PlaneOctets(8, sample=sample), **given)  # type: ignore[arg-type]
+        tree = fl.build(ends, splits=fl.BinnedPlanes(8, sample=sample), **given)  # type: ignore[arg-type]
         tree.validate()
-    by_all = [fl.build(ends, splits=fl.PlaneOctets(8, sample=sample), **given) for sample in (0, 300)]  # type: ignore[arg-type]
+    by_all = [fl.build(ends, splits=fl.BinnedPlanes(8, sample=sample), **given) for sample in (0, 300)]  # type: ignore[arg-type]
     assert same(*by_all), "nothing was left out"
 
 
 @pytest.mark.parametrize("sample", [0, 100])
 def test_lines_that_all_cross_a_plane(sample: int) -> None:
     lines = np.tile(np.array([[[0, 0, 0], [1, 0.9, 0.8]]], np.float32), (3000, 1, 1))
-    tree = fl.build(lines, splits=fl.PlaneOctets(3, sample=sample), prune=False, limits=fl.Limits(max_refs=50_000))
+    tree = fl.build(lines, splits=fl.BinnedPlanes(3, sample=sample), prune=False, limits=fl.Limits(max_refs=50_000))
     tree.validate()
     assert tree.n_refs > 6000, "children have as many references as their parent"
     rays = {"origins": [[0.5, 0.45, -1], [0.5, 0.5, -1]], "directions": [[0, 0, 1]] * 2, "radius": 1e-2}
@@ -196,7 +196,7 @@ def test_sampling_costs_next_to_nothing() -> None:
 def test_whole_splits_are_judged_by_all() -> None:
     """By the boxes of a sample alone, lines that cross would be split whole: they are smaller."""
     lines = fl.scenes.make("spaghetti", 5000).lines
-    octets = fl.PlaneOctets(8, 64, 16, max_apart=5000)
+    octets = fl.BinnedPlanes(8, 64, 16, max_gap_refs=5000)
     refs = [fl.build(lines, "best", splits=replace(octets, sample=sample)).n_refs for sample in (0, 40)]
     assert refs[1] > 0.97 * refs[0]
 
@@ -204,7 +204,7 @@ def test_whole_splits_are_judged_by_all() -> None:
 def test_small_nodes_are_no_bad_levels() -> None:
     lines = fl.scenes.make("spaghetti", 500).lines
     for boxes in ("tight", "cut"):
-        given = {"boxes": boxes, "splits": fl.PlaneOctets(16), "bad_levels": 3, "prune": False, "cost": fl.Cost(0.5)}
+        given = {"boxes": boxes, "splits": fl.BinnedPlanes(16), "bad_levels": 3, "prune": False, "cost": fl.Cost(0.5)}
         few, many, none = (fl.build(lines, bad_refs=n, **given) for n in (3, 0, 500))  # type: ignore[arg-type]
         assert none.n_nodes < few.n_nodes < many.n_nodes
         assert none.n_nodes == fl.build(lines, **{**given, "bad_levels": 0}).n_nodes
@@ -217,11 +217,11 @@ def test_whole_splits_of_what_lies_apart(sample: int) -> None:
     """Hair is then cut less; lines that cross are nearly as they were, for they hardly ever lie apart."""
     for scene_name, low, high in (("straight-hair", 0.3, 0.8), ("spaghetti", 0.9, 1.0)):
         lines = fl.scenes.make(scene_name, 5000).lines
-        plain = fl.PlaneOctets(8, 64, 16, sample=sample)
+        plain = fl.BinnedPlanes(8, 64, 16, sample=sample)
         given = {"bad_levels": 3, "prune": False, "limits": fl.Limits(leaf_refs=16)}
         cut, whole = (
             fl.build(lines, splits=octets, **given)  # type: ignore[arg-type]
-            for octets in (plain, replace(plain, max_apart=5000))
+            for octets in (plain, replace(plain, max_gap_refs=5000))
         )
         whole.validate()
         assert low * cut.n_refs < whole.n_refs < high * cut.n_refs
@@ -230,7 +230,7 @@ def test_whole_splits_of_what_lies_apart(sample: int) -> None:
 def test_where_no_plane_is_allowed_references_are_split_whole() -> None:
     lines = fl.scenes.make("spaghetti", 3000).lines
     limits = fl.Limits(max_refs=3000, leaf_refs=16)
-    for octets in (fl.PlaneOctets(8, 16), fl.PlaneOctets(8, max_apart=5000)):
+    for octets in (fl.BinnedPlanes(8, 16), fl.BinnedPlanes(8, max_gap_refs=5000)):
         tree = fl.build(lines, splits=octets, bad_levels=3, limits=limits)
         tree.validate()
         assert tree.nodes["n_refs"][tree.is_leaf].max() < 300
@@ -264,21 +264,21 @@ def test_bad_wishes_are_refused() -> None:
     with pytest.raises(fl.InputError, match="knob of method='best'"):
         fl.build(ends, "bvh-cl", effort=0.5)
     with pytest.raises(fl.InputError, match="not cut space"):
-        fl.build(ends, splits=fl.PlaneOctets(8, 4), boxes="cut")
-    with pytest.raises(fl.InputError, match="max_whole"):
-        fl.PlaneOctets(8, -1)
-    with pytest.raises(fl.InputError, match="only_whole=9 is more than max_whole=8"):
-        fl.PlaneOctets(8, 8, 9)
+        fl.build(ends, splits=fl.BinnedPlanes(8, 4), boxes="cut")
+    with pytest.raises(fl.InputError, match="uncut_above"):
+        fl.BinnedPlanes(8, -1)
+    with pytest.raises(fl.InputError, match="uncut_only=9 is more than uncut_above=8"):
+        fl.BinnedPlanes(8, 8, 9)
     with pytest.raises(fl.InputError, match=r"max_overlap=1\.5"):
-        fl.PlaneOctets(8, 8, 4, 1.5)
+        fl.BinnedPlanes(8, 8, 4, 1.5)
     with pytest.raises(fl.InputError, match="sample"):
-        fl.PlaneOctets(8, sample=-1)
+        fl.BinnedPlanes(8, sample=-1)
     with pytest.raises(fl.InputError, match="not cut space"):
-        fl.build(ends, splits=fl.PlaneOctets(8, max_apart=100), boxes="cut")
-    with pytest.raises(fl.InputError, match=r"apart=0\.0; expected a share"):
-        fl.PlaneOctets(8, max_apart=100, apart=0.0)
-    with pytest.raises(fl.InputError, match="max_apart=8 is for nodes of more than max_whole=8"):
-        fl.PlaneOctets(8, 8, max_apart=8)
+        fl.build(ends, splits=fl.BinnedPlanes(8, max_gap_refs=100), boxes="cut")
+    with pytest.raises(fl.InputError, match=r"gap=0\.0; expected a fraction"):
+        fl.BinnedPlanes(8, max_gap_refs=100, gap=0.0)
+    with pytest.raises(fl.InputError, match="max_gap_refs=8 is for nodes of more than uncut_above=8"):
+        fl.BinnedPlanes(8, 8, max_gap_refs=8)
     for given in ({"beam": 3}, {"exhaustive": True}):
         with pytest.raises(fl.InputError, match="lookahead of 2 or more"):
             fl.build(ends, **given)

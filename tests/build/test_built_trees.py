@@ -21,9 +21,9 @@ def test_every_method_on_nasty_input(method, name):
     [
         {"splits": (fl.ObjectSweep(), fl.PlaneGrid(7)), "cost": fl.Cost(c_trav=0.2)},
         {"splits": fl.PlaneEvents(), "cost": fl.Cost(c_trav=0.2)},
-        {"splits": fl.Middle(), "limits": fl.Limits(max_leaf_refs=2)},
+        {"splits": fl.Midpoint(), "limits": fl.Limits(max_leaf_refs=2)},
         {"splits": fl.Median(), "boxes": "cut", "cost": fl.Cost(c_trav=0.2)},
-        {"splits": (fl.Middle(), fl.Median()), "limits": fl.Limits(max_refs=60)},
+        {"splits": (fl.Midpoint(), fl.Median()), "limits": fl.Limits(max_refs=60)},
         {"splits": fl.PlaneGrid(3), "boxes": "cut", "limits": fl.Limits(leaf_refs=0, max_depth=9), "lookahead": 2},
     ],
     ids=lambda options: " ".join(options) + " " + options.get("boxes", ""),

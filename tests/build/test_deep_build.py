@@ -65,7 +65,7 @@ def test_without_bad_levels_the_other_settings_say_nothing() -> None:
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
 def test_the_radius_hint_is_in_parts_of_the_scene(scale: float) -> None:
     lines = fl.scenes.make("spaghetti", 300).lines.segments * np.float32(scale)
-    trees = [fl.build(lines, "best", splits=fl.PlaneOctets(8), lanes=1, radius_hint=hint) for hint in (0.0, 0.1)]
+    trees = [fl.build(lines, "best", splits=fl.BinnedPlanes(8), lanes=1, radius_hint=hint) for hint in (0.0, 0.1)]
     assert trees[1].n_refs < 0.6 * trees[0].n_refs
     for tree in trees:
         tree.validate()

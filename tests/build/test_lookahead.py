@@ -15,8 +15,8 @@ LOOKAHEADS = {
     "cut, 2": {"splits": fl.PlaneGrid(7), "boxes": "cut", "lookahead": 2},
     "cut, 3": {"splits": fl.PlaneGrid(3), "boxes": "cut", "lookahead": 3},
     "cut events, 2": {"splits": fl.PlaneEvents(), "boxes": "cut", "lookahead": 2, "limits": fl.Limits(max_depth=4)},
-    "cut octets, 2": {"splits": fl.PlaneOctets(8), "boxes": "cut", "lookahead": 2},
-    "octets, 2, grown": {"splits": fl.PlaneOctets(8, 16), "lookahead": 2, "radius_hint": 0.05},
+    "cut octets, 2": {"splits": fl.BinnedPlanes(8), "boxes": "cut", "lookahead": 2},
+    "octets, 2, grown": {"splits": fl.BinnedPlanes(8, 16), "lookahead": 2, "radius_hint": 0.05},
 }
 
 
@@ -57,7 +57,7 @@ def test_branch_and_bound_by_pairs_of_planes(seed: int) -> None:
     lookahead = 2 + (seed % 5 == 0)
     planes = int(rng.choice([1, 3, 7, 8] if lookahead == 3 else [2, 8, 9, 16, 17, 30]))
     given = {
-        "splits": fl.PlaneOctets(planes, sample=int(rng.choice([0, 10]))) if seed % 4 else fl.PlaneGrid(planes),
+        "splits": fl.BinnedPlanes(planes, sample=int(rng.choice([0, 10]))) if seed % 4 else fl.PlaneGrid(planes),
         "lookahead": lookahead,
         "radius_hint": rng.choice([0.0, 0.01, 0.5]),
         "bad_levels": int(rng.choice([0, 2])),

@@ -136,7 +136,7 @@ def test_the_scenes_of_the_thesis_are_cut_as_ever(scene: str) -> None:
 
 def test_it_is_a_setting_of_any_build() -> None:
     ends = RETRACED["pieces of a line"][:2000]
-    for splits in (fl.PlaneGrid(8), (fl.ObjectSweep(), fl.PlaneGrid(8)), fl.PlaneOctets(8)):
+    for splits in (fl.PlaneGrid(8), (fl.ObjectSweep(), fl.PlaneGrid(8)), fl.BinnedPlanes(8)):
         limits = fl.Limits(max_leaf_refs=16, max_refs=60_000)
         tree, all_cut = (
             fl.build(ends, splits=splits, limits=limits, min_spread=spread)  # type: ignore[arg-type]

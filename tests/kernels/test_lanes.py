@@ -60,7 +60,7 @@ def test_octets_count_as_the_grid_does(boxes: fl.splits.BoxRule) -> None:
     n_differ = 0
     for name in ("random", "crossing", "hair"):
         plain, full = (split(name, fl.PlaneGrid(16), lanes) for lanes in (1, 16))
-        assert [split(name, fl.PlaneOctets(16), lanes) for lanes in (1, 16)] == [plain, full]
+        assert [split(name, fl.BinnedPlanes(16), lanes) for lanes in (1, 16)] == [plain, full]
         n_differ += plain != full
     assert n_differ > 0
 

@@ -17,7 +17,7 @@ from support import nasty
 from support.patience import HANGS
 
 import fastlines as fl
-from fastlines.layout import widen
+from fastlines.layout import build_layout
 
 RNG = np.random.default_rng(0)
 LINES = nasty.crossing(RNG, 20_000).astype(np.float32)
@@ -289,9 +289,9 @@ def test_a_layout_is_the_same_whoever_makes_it(scene: str, options: dict[str, An
             for n_threads in (1, 2, 5):
                 fl.set_simd(simd)
                 fl.set_num_threads(n_threads)
-                made = widen(tree.geometry, nodes, refs, tree.nodes["box"][0])
-                for one, other in zip(layout.arrays, made.arrays, strict=True):
-                    assert np.array_equal(one, other), (simd, n_threads)
+                made = build_layout(tree.geometry, nodes, refs, tree.nodes["box"][0])
+                for name in ("nodes", "leaves", "refs", "mean_extent"):
+                    assert np.array_equal(getattr(layout, name), getattr(made, name)), (name, simd, n_threads)
     finally:
         fl.set_simd(None)
 

@@ -11,7 +11,8 @@ from support.answers import WITH_AT, assert_same, cases, options, question
 
 import fastlines as fl
 from fastlines.backend import KERNELS
-from fastlines.queries import QUERIES, Question
+from fastlines.queries import QUERIES, count_hits, list_hits
+from fastlines.rays import check_rays
 
 SEEDS = range(20)
 #: Keeps trees over copies of long lines small, so that the tests are quick; enough for most others.
@@ -23,10 +24,10 @@ GENERAL: dict[str, dict[str, Any]] = {
     "events tight": {"splits": fl.PlaneEvents()},
     "median tight": {"splits": fl.Median(), "cost": fl.Cost(0.01)},
     "median cut": {"splits": fl.Median(), "boxes": "cut", "cost": fl.Cost(0.01)},
-    "middle tight": {"splits": fl.Middle(), "cost": fl.Cost(0.01)},
-    "middle cut": {"splits": fl.Middle(), "boxes": "cut", "cost": fl.Cost(0.01)},
+    "middle tight": {"splits": fl.Midpoint(), "cost": fl.Cost(0.01)},
+    "middle cut": {"splits": fl.Midpoint(), "boxes": "cut", "cost": fl.Cost(0.01)},
     "all tight": {"splits": (fl.ObjectSweep(max_refs=32), G(3), fl.PlaneEvents(max_refs=8), fl.Median())},
-    "all cut": {"splits": (G(4), fl.PlaneEvents(max_refs=16), fl.Median(), fl.Middle()), "boxes": "cut"},
+    "all cut": {"splits": (G(4), fl.PlaneEvents(max_refs=16), fl.Median(), fl.Midpoint()), "boxes": "cut"},
     "sweep ahead 2": {"splits": fl.ObjectSweep(max_refs=12), "lookahead": 2},
     "grid ahead 3": {"splits": G(1), "lookahead": [1, 2, 3]},
     "cut ahead 2": {"splits": G(2), "lookahead": 2, "boxes": "cut", "cost": fl.Cost(0.1)},
@@ -301,16 +302,20 @@ def test_hits_of_no_ray(ray: int) -> None:
         hits.of(ray)
 
 
-def test_lists_that_do_not_fit_into_memory_say_what_to_do() -> None:
-    def full(*_: object) -> None:
+class NoRoom:
+    """A backend that finds no memory for any answer."""
+
+    def first_hit(self, *_: object) -> Any:
         raise MemoryError("std::bad_alloc")
 
-    box = np.array([[0, 0, 0], [1, 1, 1]], np.float32)
-    for query, k, says in (
-        ("all_hits", None, "hits of 3 rays.*next_hits.*count_hits"),
-        ("next_hits", 5, "hits of 3 rays.*a smaller k"),
-        ("count_hits", None, "bad_alloc"),
-    ):
-        question = Question(query, np.zeros((3, 3)), [0, 0, 1], 0.5, k=k)  # type: ignore[arg-type]
+    any_hit = count_hits = list_hits = first_hit
+
+
+def test_lists_that_do_not_fit_into_memory_say_what_to_do() -> None:
+    lines = fl.Lines.from_segments([[[0, 0, 0], [1, 1, 1]]])
+    rays = check_rays(np.zeros((3, 3)), [0, 0, 1], 0.5, 0.0, np.inf, "error", lines.bounds)
+    for k, says in ((None, r"hits of 3 rays.*next_hits.*count_hits"), (5, r"hits of 3 rays.*a smaller k")):
         with pytest.raises(MemoryError, match=says):
-            question.answer(fl.Lines.from_segments(box[None]), box, full)
+            list_hits(NoRoom(), rays, False, k, False, lines)
+    with pytest.raises(MemoryError, match="bad_alloc"):
+        count_hits(NoRoom(), rays, False)

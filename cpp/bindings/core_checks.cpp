@@ -1,0 +1,74 @@
+// What trees are and cost: checks of what queries rely on, the axioms of the theory, the cost.
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+
+#include "core.hpp"
+#include "fastlines/tree/cost.hpp"
+#include "fastlines/tree/validate.hpp"
+#include "primitives.hpp"
+#include "settings.hpp"
+#include "tree.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace fastlines {
+namespace {
+
+/// Node, axiom and detail of what a tree breaks.
+using Broken = std::optional<std::tuple<std::size_t, std::string, std::string>>;
+
+Broken broken(const std::optional<Violation>& found) {
+  if (!found) return {};
+  return std::make_tuple(found->node, found->axiom, found->detail);
+}
+
+/// What a search relies on.
+Broken check(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes, Input<std::uint32_t> refs,
+             const std::string& boxes) {
+  std::optional<Violation> found;
+  const auto all_nodes = rows<Node>(nodes);
+  const auto all_refs = rows<Reference>(refs);
+  const BoxRule rule = box_rule(boxes);
+  watch_if(all_nodes.size() + all_refs.size() > kLongPass, nb::none(), [&](const Progress& watched) {
+    with_primitives(kind, data,
+                    [&](const auto& prims) { found = check_usable(prims, all_nodes, all_refs, rule, watched); });
+  });
+  return broken(found);
+}
+
+/// All axioms; of pieces of segments, where a tree was changed after its build.
+Broken validate_tree(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes, Input<std::uint32_t> refs,
+                     const std::string& boxes, bool pieces) {
+  std::optional<Violation> found;
+  const BoxRule rule = box_rule(boxes);
+  watch(
+      [&](const Progress& watched) {
+        if (pieces)
+          found = validate_pieces({rows<Segment>(data)}, rows<Node>(nodes), rows<Reference>(refs), rule, watched);
+        else
+          with_primitives(kind, data, [&](const auto& prims) {
+            found = validate(prims, rows<Node>(nodes), rows<Reference>(refs), rule, watched);
+          });
+      },
+      nb::none());
+  return broken(found);
+}
+
+double cost(Input<std::uint32_t> nodes, double c_trav, double c_prim) {
+  const WithoutGil without_gil;
+  return cost_of(rows<Node>(nodes), c_trav, c_prim);
+}
+
+}  // namespace
+
+void bind_checks(nb::module_& m) {
+  m.attr("MAX_DEPTH") = kMaxDepth;
+  m.def("check", &check, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "boxes"_a);
+  m.def("validate", &validate_tree, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(),
+        "boxes"_a, "pieces"_a);
+  m.def("cost", &cost, "nodes"_a.noconvert(), "c_trav"_a, "c_prim"_a);
+}
+
+}  // namespace fastlines

@@ -1,0 +1,129 @@
+// Queries through a tree as it was built, by its boxes or its planes, and by a test of every segment.
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+
+#include <variant>
+
+#include "core.hpp"
+#include "fastlines/query/binary_traversal.hpp"
+#include "fastlines/query/brute_force.hpp"
+#include "fastlines/query/for_each_ray.hpp"
+#include "fastlines/query/plane_traversal.hpp"
+#include "layout.hpp"
+#include "rays.hpp"
+#include "watch.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace fastlines {
+namespace {
+
+/// What is searched, as Python keeps it: it keeps the arrays alive that the search points into.
+class BinaryView {
+ public:
+  static BinaryView of_boxes(Input<float> segments, Input<std::uint32_t> nodes, Input<std::uint32_t> refs) {
+    const auto all = rows<Node>(nodes);
+    const BinaryTraversal<Segments> search{all, rows<Reference>(refs), Segments{rows<Segment>(segments)},
+                                           frame_of(all[0].box)};
+    return {search, {std::move(segments)}, {std::move(nodes), std::move(refs)}};
+  }
+
+  static BinaryView of_planes(Input<float> segments, Input<std::uint32_t> nodes, Input<std::uint32_t> prims,
+                              std::uint32_t depth, const std::array<float, 6>& corners) {
+    const Box box = box_of(corners);
+    const PlaneTraversal<Segments> search{
+        rows<PlaneNode>(nodes), rows<std::uint32_t>(prims), depth, Segments{rows<Segment>(segments)}, box,
+        frame_of(box)};
+    return {search, {std::move(segments)}, {std::move(nodes), std::move(prims)}};
+  }
+
+  static BinaryView of_segments(Input<float> segments) {
+    const Segments all{rows<Segment>(segments)};
+    const Box box = bounds_of_all(all);
+    const BruteForce<Segments> search{all, frame_of(box.is_empty() ? Box{{0, 0, 0}, {0, 0, 0}} : box)};
+    return {search, {std::move(segments)}, {}};
+  }
+
+  /// Call run(search, progress), watched for Ctrl-C if so many rays may take long.
+  template <class Run>
+  void with_search(std::size_t n_rays, const nb::object& progress, Run&& run) const {
+    std::visit(
+        [&](const auto& search) {
+          const bool is_long =
+              std::holds_alternative<BruteForce<Segments>>(search_) || may_be_long(n_rays, search.prims.size());
+          watch_if(is_long, progress, [&](Progress& watched) { run(search, watched); });
+        },
+        search_);
+  }
+
+ private:
+  using Search = std::variant<BinaryTraversal<Segments>, PlaneTraversal<Segments>, BruteForce<Segments>>;
+
+  BinaryView(Search search, Input<float> segments, std::vector<Input<std::uint32_t>> words)
+      : search_(std::move(search)), segments_(std::move(segments)), words_(std::move(words)) {}
+
+  Search search_;
+  Input<float> segments_;
+  std::vector<Input<std::uint32_t>> words_;
+};
+
+std::size_t n_rays(const RayArrays& rays) { return batch_of(rays).size(); }
+
+HitTuple first(const BinaryView& tree, RayArrays rays, bool surface, unsigned n_threads, nb::object progress) {
+  HitArrays hits(n_rays(rays), surface);
+  tree.with_search(n_rays(rays), progress, [&](const auto& search, Progress& watched) {
+    first_hits(search, batch_of(rays), surface ? At::surface : At::closest, n_threads, watched,
+               [&](std::size_t i, const Hit& hit) { hits.columns().set(i, hit); });
+  });
+  return hits.tuple();
+}
+
+Output<bool> any_of(const BinaryView& tree, RayArrays rays, unsigned n_threads, nb::object progress) {
+  auto found = make_array<bool>(n_rays(rays));
+  tree.with_search(n_rays(rays), progress, [&](const auto& search, Progress& watched) {
+    any_hits(search, batch_of(rays), n_threads, watched, {found.data(), n_rays(rays)});
+  });
+  return found;
+}
+
+Output<std::int64_t> count(const BinaryView& tree, RayArrays rays, unsigned n_threads, nb::object progress) {
+  auto counts = make_array<std::int64_t>(n_rays(rays));
+  tree.with_search(n_rays(rays), progress, [&](const auto& search, Progress& watched) {
+    count_hits(search, batch_of(rays), n_threads, watched, {counts.data(), n_rays(rays)});
+  });
+  return counts;
+}
+
+/// All hits, or with k those that are nearest.
+ListTuple list(const BinaryView& tree, RayArrays rays, bool surface, std::optional<std::size_t> k, unsigned n_threads,
+               nb::object progress) {
+  std::optional<HitAssembler> lists;
+  const At at = surface ? At::surface : At::closest;
+  tree.with_search(n_rays(rays), progress, [&](const auto& search, Progress& watched) {
+    lists.emplace(n_rays(rays), surface);
+    const auto run = [&](auto&& make) { list_hits(search, batch_of(rays), n_threads, watched, *lists, make); };
+    if (k)
+      run([&](const Ray& ray) { return KNearestSink(at, ray, *k); });
+    else
+      run([&](const Ray& ray) { return AllSink(at, ray); });
+  });
+  return arrays_of(*lists);
+}
+
+}  // namespace
+
+void bind_binary_queries(nb::module_& m) {
+  nb::class_<BinaryView>(m, "BinaryView")
+      .def_static("of_boxes", &BinaryView::of_boxes, "segments"_a.noconvert(), "nodes"_a.noconvert(),
+                  "refs"_a.noconvert())
+      .def_static("of_planes", &BinaryView::of_planes, "segments"_a.noconvert(), "nodes"_a.noconvert(),
+                  "prims"_a.noconvert(), "depth"_a, "corners"_a)
+      .def_static("of_segments", &BinaryView::of_segments, "segments"_a.noconvert());
+  m.def("first_hit", &first, "tree"_a, "rays"_a, "surface"_a, "n_threads"_a, "progress"_a.none());
+  m.def("any_hit", &any_of, "tree"_a, "rays"_a, "n_threads"_a, "progress"_a.none());
+  m.def("count_hits", &count, "tree"_a, "rays"_a, "n_threads"_a, "progress"_a.none());
+  m.def("list_hits", &list, "tree"_a, "rays"_a, "surface"_a, "k"_a.none(), "n_threads"_a, "progress"_a.none());
+}
+
+}  // namespace fastlines

@@ -1,0 +1,56 @@
+// Trees: builds over what is not segments (those are in the engine modules), reinsertion, planes.
+#include <nanobind/stl/string.h>
+
+#include "core.hpp"
+#include "fastlines/build/reinsertion.hpp"
+#include "fastlines/query/plane_traversal.hpp"
+#include "primitives.hpp"
+#include "tree.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace fastlines {
+namespace {
+
+BuiltTree build(const std::string& kind, Input<float> data, const Settings& settings, nb::object progress) {
+  if (kind == "triangles") return build_tree(Triangles{rows<Triangle>(data)}, settings, progress);
+  if (kind == "boxes") return build_tree(Boxes{rows<Box>(data)}, settings, progress);
+  throw std::invalid_argument("the core builds no trees over " + kind);
+}
+
+/// The tree after moves of its subtrees, and how many of them were too deep.
+std::tuple<Words, Words, std::size_t> reinsert(Input<std::uint32_t> nodes, Input<std::uint32_t> refs, int rounds,
+                                               std::size_t max_depth, double radius_hint, unsigned n_threads,
+                                               nb::object progress) {
+  Tree tree;
+  std::size_t n_too_deep = 0;
+  watch(
+      [&](Progress& watched) {
+        Reinsertion reinsertion(rows<Node>(nodes), rows<Reference>(refs), {rounds, max_depth, radius_hint, n_threads},
+                                watched);
+        tree = reinsertion();
+        n_too_deep = reinsertion.n_too_deep();
+      },
+      progress);
+  return {adopt<std::uint32_t>(std::move(tree.nodes)), adopt<std::uint32_t>(std::move(tree.refs)), n_too_deep};
+}
+
+/// A KD tree as its planes, the primitive of each reference, and its depth.
+std::tuple<Words, Words, std::uint32_t> planes(Input<std::uint32_t> nodes, Input<std::uint32_t> refs) {
+  PlaneTree tree;
+  watch([&](Progress& watched) { tree = PlaneTreeWriter(rows<Node>(nodes), rows<Reference>(refs))(watched); },
+        nb::none());
+  return {adopt<std::uint32_t>(std::move(tree.nodes)), adopt<std::uint32_t>(std::move(tree.prims)), tree.depth};
+}
+
+}  // namespace
+
+void bind_trees(nb::module_& m) {
+  m.def("build", &build, "kind"_a, "data"_a.noconvert(), "settings"_a, "progress"_a.none());
+  m.def("reinsert", &reinsert, "nodes"_a.noconvert(), "refs"_a.noconvert(), "rounds"_a, "max_depth"_a, "radius_hint"_a,
+        "n_threads"_a, "progress"_a.none());
+  m.def("planes", &planes, "nodes"_a.noconvert(), "refs"_a.noconvert());
+}
+
+}  // namespace fastlines

@@ -1,0 +1,34 @@
+// Trees over segments: builds and refits.
+#include "engine.hpp"
+#include "fastlines/build/refit.hpp"
+#include "tree.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace fastlines {
+namespace {
+
+BuiltTree build(Input<float> segments, const Settings& settings, nb::object progress) {
+  return build_tree(Segments{rows<Segment>(segments)}, settings, progress);
+}
+
+/// The nodes of a tree over segments that have moved.
+Output<std::uint32_t> refit_tree(Input<float> segments, Input<std::uint32_t> nodes, Input<std::uint32_t> refs,
+                                 unsigned n_threads, nb::object progress) {
+  const auto from = rows<Node>(nodes);
+  auto to = make_array<std::uint32_t>(from.size(), sizeof(Node) / sizeof(std::uint32_t));
+  Refit refit(from, rows<Reference>(refs), Segments{rows<Segment>(segments)}, reinterpret_cast<Node*>(to.data()));
+  watch_if(rows<Reference>(refs).size() > kLongPass, progress, [&](Progress& watched) { refit(n_threads, watched); });
+  return to;
+}
+
+}  // namespace
+
+void bind_build(nb::module_& m) {
+  m.def("build", &build, "segments"_a.noconvert(), "settings"_a, "progress"_a.none());
+  m.def("refit_tree", &refit_tree, "segments"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "n_threads"_a,
+        "progress"_a.none());
+}
+
+}  // namespace fastlines

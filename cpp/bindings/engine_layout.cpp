@@ -1,0 +1,52 @@
+// Wide layouts: made from a tree, and refitted to segments that have moved.
+#include "engine.hpp"
+#include "fastlines/layout/collapse.hpp"
+#include "layout.hpp"
+#include "tree.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace fastlines {
+namespace {
+
+/// Rows of 128 bytes.
+using Blocks = Output<std::uint8_t>;
+
+/// A layout of a tree: nodes, leaves, references, the mean extent of a leaf.
+std::tuple<Blocks, Blocks, Words, float> build_layout(Input<float> segments, Input<std::uint32_t> nodes,
+                                                      Input<std::uint32_t> refs, double radius_hint, unsigned n_threads,
+                                                      nb::object progress) {
+  WideBvh wide;
+  watch(
+      [&](Progress& watched) {
+        wide = collapse(rows<Node>(nodes), rows<Reference>(refs), Segments{rows<Segment>(segments)},
+                        {.radius_hint = radius_hint}, n_threads, watched);
+      },
+      progress);
+  return {adopt<std::uint8_t>(std::move(wide.nodes)), adopt<std::uint8_t>(std::move(wide.leaves)),
+          adopt<std::uint32_t>(std::move(wide.refs)), wide.mean_extent};
+}
+
+/// The nodes and leaves of a layout over segments that have moved, and the mean extent of its leaves.
+std::tuple<Blocks, Blocks, float> refit_layout(const LayoutView& layout, unsigned n_threads, nb::object progress) {
+  auto nodes = make_array<std::uint8_t>(layout.nodes.size(), sizeof(WideNode));
+  auto leaves = make_array<std::uint8_t>(layout.leaves.size(), sizeof(WideLeaf));
+  float extent = 0.0f;
+  watch_if(layout.refs.size() > kLongPass, progress, [&](Progress& watched) {
+    extent = BlockEncoder(layout.view.frame, layout.nodes, layout.leaves, layout.refs, layout.prims,
+                          reinterpret_cast<WideNode*>(nodes.data()),
+                          reinterpret_cast<WideLeaf*>(leaves.data()))(n_threads, watched);
+  });
+  return {nodes, leaves, extent};
+}
+
+}  // namespace
+
+void bind_layout(nb::module_& m) {
+  m.def("build_layout", &build_layout, "segments"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(),
+        "radius_hint"_a, "n_threads"_a, "progress"_a.none());
+  m.def("refit_layout", &refit_layout, "layout"_a, "n_threads"_a, "progress"_a.none());
+}
+
+}  // namespace fastlines

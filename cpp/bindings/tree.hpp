@@ -1,0 +1,44 @@
+// Trees as arrays, and the build that makes one.
+#pragma once
+
+#include <nanobind/stl/tuple.h>
+
+#include "arrays.hpp"
+#include "fastlines/build/builder.hpp"
+#include "watch.hpp"
+
+namespace fastlines {
+
+/// Nodes or references as rows of 32-bit words.
+using Words = Output<std::uint32_t>;
+
+/// Nodes, references, the number of nodes at which each limit took effect (depth, references, references of a leaf),
+/// and the number of candidates that a deep search evaluated and carried out.
+using BuiltTree =
+    std::tuple<Words, Words, std::tuple<std::size_t, std::size_t, std::size_t>, std::tuple<std::size_t, std::size_t>>;
+
+template <Primitives P>
+BuiltTree build_tree(const P& prims, Settings settings, const nanobind::object& progress) {
+  Tree tree;
+  LimitsHit hit;
+  Searched searched;
+  watch(
+      [&](Progress& watched) {
+        for (SizedSplitSet& sized : settings.splits)
+          if (sized.min_overlap > 0.0) sized.min_overlap *= bounds_of_all(prims).area();
+        Builder builder(prims, settings, watched);
+        tree = builder.build();
+        hit = builder.limits_hit();
+        searched = builder.searched();
+      },
+      progress);
+  return {adopt<std::uint32_t>(std::move(tree.nodes)),
+          adopt<std::uint32_t>(std::move(tree.refs)),
+          {hit.depth, hit.refs, hit.leaf_refs},
+          {searched.candidates, searched.carried_out}};
+}
+
+/// A longer pass over nodes or references is watched for Ctrl-C.
+constexpr std::size_t kLongPass = 1'000'000;
+
+}  // namespace fastlines
