@@ -1,12 +1,11 @@
 // All that several threads do together, small enough for ThreadSanitizer (`.ci/sanitize thread`): builds, layouts,
 // refits, moves of subtrees, all queries with every kernel, callers side by side, and calls that are stopped in their
-// midst. The program prints the name of the instruction set, how many answers were compared with those of one thread,
-// and how many differed: none.
+// midst. Answers and trees are those of one thread.
 #include <algorithm>
-#include <cstdio>
 #include <cstring>
 #include <random>
 
+#include "check.hpp"
 #include "fastlines/fastlines.hpp"
 #include "fastlines/rays/ray_check.hpp"
 
@@ -16,13 +15,11 @@ namespace {
 
 constexpr unsigned kThreads = 4;
 constexpr std::size_t kRays = 2048, kNearest = 5;
-std::atomic<int> n_compared = 0, n_wrong = 0;  // callers side by side count too
 
 template <class A, class B>
 void expect_same(const A& a, const B& b) {
   using T = std::remove_cvref_t<decltype(a[0])>;
-  ++n_compared;
-  n_wrong += a.size() != b.size() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) != 0;
+  test::check(a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0, "both are the same");
 }
 
 void expect_same(const Tree& a, const Tree& b) {
@@ -154,9 +151,7 @@ void stop(Call&& call) {
   other.join();
 }
 
-}  // namespace
-
-int main() {
+void run_threads() {
   const std::vector<Segment> segments = lines(2500);
   const auto build = [&](unsigned n_threads, Progress& progress) {
     const Settings of = settings(n_threads);
@@ -189,7 +184,7 @@ int main() {
   for (const bool coherent : {true, false}) {
     const Rays rays(coherent);
     const RayBatch batch = rays.batch();
-    n_wrong += !rays_are_valid(batch, 1.0f, 1.0f, kThreads);
+    test::check(!!rays_are_valid(batch, 1.0f, 1.0f, kThreads), "the rays can be asked");
     for (const Kernel kernel : {Kernel::automatic, Kernel::single, Kernel::wave, Kernel::bundle}) {
       const Answer expected = ask(view, batch, kernel, 1, progress);
       expect_same(expected, ask(view, batch, kernel, kThreads, progress));
@@ -212,7 +207,8 @@ int main() {
   stop([&](Progress& stopped) { build(kThreads, stopped); });
   stop([&](Progress& stopped) { move(tree, kThreads, stopped); });
   stop([&](Progress& stopped) { lay_out(tree, kThreads, stopped); });
-
-  std::printf("%s %d %d\n", kSimd, n_compared.load(), n_wrong.load());
-  return n_wrong != 0;
 }
+
+}  // namespace
+
+int main() { return test::run(run_threads); }

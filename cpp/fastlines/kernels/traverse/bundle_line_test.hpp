@@ -3,6 +3,7 @@
 
 #include "../../layout/wide_bvh.hpp"
 #include "../intersect/exact_test.hpp"
+#include "../rays/ray_views.hpp"
 #include "ray_bundle.hpp"
 
 namespace fastlines {

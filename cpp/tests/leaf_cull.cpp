@@ -1,13 +1,11 @@
 // Leaves and rays by the million: no piece within the radius of a ray's line may be culled, be it so in double
 // precision or by the exact test; nor may its box as a child of a node, or of the root, or be entered after the hit.
-// Rays pass pieces at just the radius, from all sides, also along them, and pieces are long, short, or points. The
-// program prints the name of the instruction set, how many pieces were within the radius, how many of all survived in
-// leaves, and how many were lost in leaves, nodes and roots: none.
-#include <cinttypes>
+// Rays pass pieces at just the radius, from all sides, also along them, and pieces are long, short, or points. Few
+// pieces that are farther away survive.
 #include <cmath>
-#include <cstdio>
 #include <random>
 
+#include "check.hpp"
 #include "fastlines/kernels/intersect/root_cull.hpp"
 #include "fastlines/primitives/segment_test.hpp"
 
@@ -98,28 +96,26 @@ struct Met {
 };
 
 Met meet_node(const CullRay& ray, const WideNode& node, float limit) {
-  Met hits;
+  Met met;
   FloatX16 enter;
-  hits.children = cull_node(ray, node, limit, enter);
-  enter.store(hits.enter);
-  return hits;
+  met.children = cull_node(ray, node, limit, enter);
+  enter.store(met.enter);
+  return met;
 }
 
 /// The same of sixteen rays in lanes from `first` on, and of the root.
 void meet_root(const RayGroup& rays, int first, const WideNode& node, Met* to) {
   WideBvhView<Segments> tree{};
   tree.nodes = &node;
-  RootCull::Hits hits;
-  RootCull(tree).cull<true>(cull_packet(rays, first), FloatX16::load(rays.t_max + first), hits);
+  RootCull::Hits met;
+  RootCull(tree).cull<true>(cull_packet(rays, first), FloatX16::load(rays.t_max + first), met);
   for (int i = 0; i < kSimdWidth; ++i) {
-    to[i].children = std::uint32_t(hits.children[i]);
-    for (int child = 0; child < kSimdWidth; ++child) to[i].enter[child] = hits.enter[child][i];
+    to[i].children = std::uint32_t(met.children[i]);
+    for (int child = 0; child < kSimdWidth; ++child) to[i].enter[child] = met.enter[child][i];
   }
 }
 
-}  // namespace
-
-int main() {
+void cull() {
   const Frame frame = frame_of(Box{{-0.5f, -0.5f, -0.5f}, {0.5f, 0.5f, 0.5f}});  // scale 1, centre 0
   std::uint64_t n_near = 0, n_kept = 0, n_lost = 0;
   for (int leaf = 0; leaf < 4000; ++leaf) {
@@ -174,13 +170,18 @@ int main() {
         if (!approach.hit && !(distance(ray, pieces.a[j], pieces.c[j]) <= double(ray.radius))) continue;
         ++n_near;
         n_lost += (~kept[0] | ~kept[1]) >> j & 1;
-        for (const Met& hits : {met_here, at_root[i]}) {
-          n_lost += ~hits.children >> j & 1;
-          n_lost += approach.hit && !(hits.enter[j] <= approach.t + ray.tie_tolerance);
+        for (const Met& met : {met_here, at_root[i]}) {
+          n_lost += ~met.children >> j & 1;
+          n_lost += approach.hit && !(met.enter[j] <= approach.t + ray.tie_tolerance);
         }
       }
     }
   }
-  std::printf("%s %" PRIu64 " %" PRIu64 " %" PRIu64 "\n", kSimd, n_near, n_kept, n_lost);
-  return n_lost != 0;
+  test::check(n_lost == 0, "nothing within the radius is culled");
+  test::check(200'000 < n_near && n_near <= n_kept, "many pieces are within the radius");
+  test::check(n_kept < 2 * n_near, "few other pieces survive");
 }
+
+}  // namespace
+
+int main() { return test::run(cull); }

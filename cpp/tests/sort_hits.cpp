@@ -1,16 +1,19 @@
-// Sorts the hits of sixteen rays, few and many, spread evenly among them or not. The program prints the name of the
-// instruction set, how many hits were sorted, and how many are missing, at another ray, behind one whose t is larger
-// by more than what is told apart, or, at the same t, behind one whose segment's number ends in more: none.
+// Sorts the hits of sixteen rays, few and many, spread evenly among them or not. No hit is missing, at another ray,
+// behind one whose t is larger by more than what is told apart, or, at the same t, behind one whose segment's number
+// ends in more.
 #include "fastlines/kernels/collect/hit_sorter.hpp"
 
-#include <cstdio>
 #include <random>
+
+#include "check.hpp"
 
 using namespace fastlines;
 
+namespace {
+
 constexpr std::uint32_t kNone = ~0u;
 
-int main() {
+void sort_hits() {
   std::mt19937 random(1);
   HitSorter order;
   std::size_t n_hits = 0, n_wrong = 0;
@@ -48,5 +51,10 @@ int main() {
     n_wrong += order.begin(kSimdWidth) != n;
     n_hits += n;
   }
-  std::printf("%s %zu %zu\n", kSimd, n_hits, n_wrong);
+  test::check(n_hits > 1'000'000, "many hits are sorted");
+  test::check(n_wrong == 0, "all hits are in order");
 }
+
+}  // namespace
+
+int main() { return test::run(sort_hits); }

@@ -1,0 +1,55 @@
+// Checks of the C++ tests. A program runs its checks by `run`, which prints those that fail and returns its exit code.
+#pragma once
+
+#include <atomic>
+#include <cstdio>
+#include <cstring>
+#include <source_location>
+
+#include "fastlines/simd/float_x16.hpp"
+
+namespace fastlines::test {
+
+inline constexpr int kSkipped = 77;  // ctest counts a program with this exit code as skipped
+inline std::atomic<int> n_checked = 0, n_failed = 0;
+
+/// Count a check, and print where it stands if it fails.
+inline void check(bool holds, const char* what, std::source_location at = std::source_location::current()) {
+  constexpr int kPrinted = 20;
+  ++n_checked;
+  if (!holds && n_failed++ < kPrinted) std::printf("%s:%u: not so: %s\n", at.file_name(), at.line(), what);
+}
+
+/// Whether this processor has the instruction set that the program is compiled for.
+inline bool has_simd() {
+#if defined(FASTLINES_PORTABLE)
+  return true;
+#elif defined(__AVX512F__)
+  return __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
+         __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vbmi") &&
+         __builtin_cpu_supports("avx512vnni");
+#elif defined(__AVX2__)
+  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
+#elif defined(__SSE4_2__)
+  return __builtin_cpu_supports("sse4.2");
+#else
+  return true;
+#endif
+}
+
+template <class Test>
+int run(Test test) {
+  if (!has_simd()) {
+    std::printf("this processor does not have %s\n", kSimd);
+    return kSkipped;
+  }
+#if defined(FASTLINES_TEST_SIMD)
+  check(std::strcmp(kSimd, FASTLINES_TEST_SIMD) == 0, "the program is compiled for " FASTLINES_TEST_SIMD);
+#endif
+  test();
+  check(n_checked > 0, "something is checked");
+  std::printf("%s: %d checks, %d failed\n", kSimd, n_checked.load(), n_failed.load());
+  return n_failed != 0;
+}
+
+}  // namespace fastlines::test

@@ -1,0 +1,127 @@
+// Cutting references: the parts tile the whole, their boxes hold them and leave no part of the whole out, and a split
+// set that counts in bins agrees with a builder that cuts at one plane after the other, bit for bit.
+#include "check.hpp"
+#include "fastlines/primitives/boxes.hpp"
+#include "fastlines/primitives/segments.hpp"
+#include "fastlines/primitives/triangles.hpp"
+#include "fastlines/references/cut.hpp"
+#include "random.hpp"
+
+using namespace fastlines;
+using test::check, test::Random;
+
+namespace {
+
+bool same(const Box& a, const Box& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+bool holds(const Box& box, const Vec3& point, float slack = 0.0f) {
+  for (int k = 0; k < 3; ++k)
+    if (point[k] < box.lo[k] - slack || point[k] > box.hi[k] + slack) return false;
+  return true;
+}
+
+bool holds(const Box& outer, const Box& inner) { return holds(outer, inner.lo) && holds(outer, inner.hi); }
+
+/// Segments of all directions, some along an axis, and on a lattice, where planes meet their ends.
+Segment any_segment(Random& random, int round) {
+  Segment segment{random.in_cube(), random.in_cube()};
+  if (round % 4 == 1) segment.q[int(random.below(3))] = segment.p[int(random.below(3))];
+  if (round % 4 == 2)
+    for (Vec3* end : {&segment.p, &segment.q})
+      for (int k = 0; k < 3; ++k) (*end)[k] = float(random.below(5)) / 4;
+  return segment;
+}
+
+void check_sides(const Box& box, int axis, float plane) {
+  const Side side = side_of(box, axis, plane);
+  check((side == Side::left) == (box.hi[axis] <= plane), "what reaches to the plane is left of it");
+  check((side == Side::right) == (box.lo[axis] >= plane && box.hi[axis] > plane), "what begins at the plane is right");
+}
+
+template <class P>
+BuildRef whole_of(const P& prims) {
+  return {Reference{0}, prims.bounds(0)};
+}
+
+/// Rising planes that the box straddles.
+std::vector<float> planes_across(Random& random, const Box& box, int axis) {
+  std::vector<float> planes;
+  for (int i = 0; i < 5; ++i) {
+    const float at = random.uniform(box.lo[axis], box.hi[axis]);
+    if (side_of(box, axis, at) == Side::both) planes.push_back(at);
+  }
+  std::sort(planes.begin(), planes.end());
+  planes.erase(std::unique(planes.begin(), planes.end()), planes.end());
+  return planes;
+}
+
+/// Cut at one plane after the other, and compare the parts with the bins.
+template <class P>
+void check_bins(const P& prims, int axis, const std::vector<float>& planes) {
+  const BuildRef whole = whole_of(prims);
+  std::vector<Box> bins(planes.size() + 1, Box::empty());
+  grow_bins(prims, whole, axis, planes, bins.data());
+  BuildRef rest = whole;
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    BuildRef left = rest;
+    cut(prims, axis, planes[i], left, rest);
+    check(same(left.box, bins[i]), "a bin is the box of the part that is cut off");
+    check(holds(whole.box, left.box), "no part leaves the box of the whole");
+    check(left.box.hi[axis] == planes[i] && rest.box.lo[axis] == planes[i], "the plane is a side of both");
+  }
+  check(same(rest.box, bins.back()), "the last bin is the box of the rest");
+}
+
+void check_segment(Random& random, int round) {
+  const Segment segment = any_segment(random, round);
+  const Segments prims{{&segment, 1}};
+  const BuildRef whole = whole_of(prims);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const float plane : {whole.box.lo[axis], whole.box.hi[axis], random.uniform()})
+      check_sides(whole.box, axis, plane);
+    const std::vector<float> planes = planes_across(random, whole.box, axis);
+    check_bins(prims, axis, planes);
+    for (const float plane : planes) {
+      BuildRef left = whole, right = whole;
+      cut(prims, axis, plane, left, right);
+      const bool rises = segment.ascends(axis);
+      const Reference &before = rises ? left.ref : right.ref, &after = rises ? right.ref : left.ref;
+      check(before.s0 == whole.ref.s0 && before.s1 == after.s0 && after.s1 == whole.ref.s1, "the pieces tile");
+      for (int i = 0; i <= 16; ++i) {
+        const float s = float(i) / 16;
+        const Box& box = s < before.s1 ? (rises ? left : right).box : (rises ? right : left).box;
+        check(holds(box, segment.point(s), 1e-6f), "a piece lies in its box");
+      }
+    }
+  }
+
+  // A box of anywhere.
+  Box box = Box::empty();
+  box.grow(random.in_cube());
+  box.grow(random.in_cube());
+  const Box clipped = prims.clipped_bounds(0, box);
+  check(clipped.is_empty() || holds(box, clipped), "what is clipped lies in the box");
+  for (int i = 0; i <= 64; ++i) {
+    const Vec3 point = segment.point(float(i) / 64);
+    if (holds(box, point)) check(!clipped.is_empty() && holds(clipped, point, 1e-6f), "it holds what lies in the box");
+  }
+}
+
+}  // namespace
+
+int main() {
+  return test::run([] {
+    Random random{1};
+    for (int round = 0; round < 2000; ++round) {
+      check_segment(random, round);
+      const Triangle triangle{random.in_cube(), random.in_cube(), random.in_cube()};
+      const Triangles triangles{{&triangle, 1}};
+      const Box box = any_segment(random, round).bounds();
+      const Boxes boxes{{&box, 1}};
+      for (int axis = 0; axis < 3; ++axis) {
+        check_bins(triangles, axis, planes_across(random, triangles.bounds(0), axis));
+        check_bins(boxes, axis, planes_across(random, box, axis));
+      }
+    }
+  });
+}

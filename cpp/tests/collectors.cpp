@@ -1,0 +1,165 @@
+// Collectors of hits: shown the same hits in any order, sixteen rays at a time or one by one, they keep what sorting
+// all of them by (t as the caller counts it, prim) gives.
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "check.hpp"
+#include "fastlines/kernels/collect/all_hits.hpp"
+#include "fastlines/kernels/collect/any_hit.hpp"
+#include "fastlines/kernels/collect/count_hits.hpp"
+#include "fastlines/kernels/collect/first_hit.hpp"
+#include "fastlines/kernels/collect/k_nearest.hpp"
+#include "random.hpp"
+
+using namespace fastlines;
+using test::check, test::Random;
+
+namespace {
+
+/// What a kernel shows: a segment, and where each of sixteen rays is nearest to it.
+struct Shown {
+  int first;
+  std::uint32_t hit, prim;
+  alignas(64) float t[kSimdWidth], s[kSimdWidth], dist2[kSimdWidth];
+
+  ClosestApproach<FloatX16> approach() const {
+    const FloatX16 zero = 0.0f, is_hit = blend(hit, 1.0f, zero);
+    return {FloatX16::load(s), FloatX16::load(t), FloatX16::load(dist2), zero < is_hit};
+  }
+};
+
+struct Hit {
+  float t_ray, t;
+  std::uint32_t prim;
+  bool operator<(const Hit& other) const { return t_ray != other.t_ray ? t_ray < other.t_ray : prim < other.prim; }
+  bool operator==(const Hit& other) const { return t_ray == other.t_ray && t == other.t && prim == other.prim; }
+};
+
+std::uint32_t bits_of(float x) { return std::bit_cast<std::uint32_t>(x); }
+
+struct Scene {
+  std::vector<Vec3> origins, directions;
+  float radius = 0.1f, t_min = 0.0f, t_max = 10.0f;
+  std::unique_ptr<RayGroup> rays = std::make_unique<RayGroup>();
+  std::vector<Shown> shown;
+  std::vector<Hit> hits[kGroupSize];  // as they should be
+
+  Scene(Random& random, int n_segments) {
+    std::uint32_t ids[kGroupSize];
+    for (int i = 0; i < kGroupSize; ++i) {
+      origins.push_back(random.direction() - Vec3{0, 0, 3});  // far enough that t begins before all hits
+      directions.push_back({0.0f, 0.0f, 1.0f + random.uniform()});
+      ids[i] = std::uint32_t(i);
+    }
+    const Frame frame = frame_of(Box{{-1, -1, -1}, {1, 1, 1}});
+    rays->fill({origins, directions, {&radius, 1}, {&t_min, 1}, {&t_max, 1}}, frame, kGroupSize, ids);
+    // Few steps of t, so that many hits are as near as each other; some differ by less than the caller can see.
+    const std::size_t n_steps = 1 + random.below(40);
+    for (int prim = 0; prim < n_segments; ++prim)
+      for (int first = 0; first < kGroupSize; first += kSimdWidth) {
+        Shown one{first, std::uint32_t(random() & random() & 0xffff), std::uint32_t(prim), {}, {}, {}};
+        for (int i = 0; i < kSimdWidth; ++i) {
+          one.t[i] = 0.1f + 0.01f * float(random.below(n_steps));
+          if (random.below(4) == 0) one.t[i] = std::nextafter(one.t[i], 1.0f);
+          one.s[i] = random.uniform();
+          one.dist2[i] = random.uniform(0.0f, 0.01f);
+          if (one.hit >> i & 1) hits[first + i].push_back({rays->t_ray(first + i, one.t[i]), one.t[i], one.prim});
+        }
+        if (one.hit) shown.push_back(one);
+      }
+    for (std::size_t i = shown.size(); i > 1; --i) std::swap(shown[i - 1], shown[random.below(i)]);
+    for (auto& of_ray : hits) std::sort(of_ray.begin(), of_ray.end());
+  }
+
+  template <class Collector>
+  void show(Collector& collector) const {
+    collector.begin(*rays, 0, kGroupSize);
+    for (const Shown& one : shown) collector.add_packet(*rays, one.first, one.hit, one.approach(), one.prim);
+  }
+
+  /// The same hits, each by itself.
+  template <class Collector>
+  void show_each(Collector& collector) const {
+    collector.begin(*rays, 0, kGroupSize);
+    for (const Shown& one : shown)
+      for (int i = 0; i < kSimdWidth; ++i)
+        if (one.hit >> i & 1)
+          collector.add_hit(*rays, one.first + i, {one.s[i], one.t[i], one.dist2[i], true}, Reference{one.prim});
+  }
+};
+
+template <class Collect>
+void check_first(const Scene& scene, Collect collect) {
+  const auto collector = std::make_unique<FirstHitCollector<At::closest>>();
+  collect(*collector);
+  collector->tighten_limits(*scene.rays, 0, kGroupSize);
+  for (int i = 0; i < kGroupSize; ++i) {
+    const bool found = bits_of(collector->prim[i]) != kNoPrim;
+    check(found != scene.hits[i].empty(), "a first hit where there is a hit");
+    if (!found || scene.hits[i].empty()) continue;
+    const Hit& first = scene.hits[i].front();
+    check(collector->t[i] == first.t && bits_of(collector->prim[i]) == first.prim, "the first hit");
+    check(collector->limit[i] >= first.t && collector->limit[i] <= first.t + 2 * scene.rays->tie_tolerance[i],
+          "the limit is behind the first hit, and not far");
+  }
+}
+
+template <class Collect>
+void check_next(const Scene& scene, std::size_t k, Collect collect) {
+  KNearestCollector<At::closest> collector(k);
+  collect(collector);
+  for (int i = 0; i < kGroupSize; ++i) {
+    const KNearest& nearest = collector.hits[i];
+    std::vector<Hit> got;
+    for (std::uint32_t j = 0; j < nearest.n; ++j) got.push_back({nearest.t_ray[j], nearest.t[j], nearest.prim[j]});
+    std::sort(got.begin(), got.end());
+    std::vector<Hit> expected = scene.hits[i];
+    expected.resize(std::min(k, expected.size()));
+    check(got == expected, "the k nearest hits");
+  }
+}
+
+void check_all(const Scene& scene) {
+  const auto any = std::make_unique<AnyHitCollector>();
+  const auto count = std::make_unique<CountHitsCollector>();
+  const auto all = std::make_unique<AllHitsCollector<At::closest>>();
+  scene.show(*any);
+  scene.show(*count);
+  scene.show(*all);
+  std::vector<Hit> got[kGroupSize];
+  for (int i = 0; i < kGroupSize; i += kSimdWidth) {
+    const auto& of = all->hits[i / kSimdWidth];
+    for (std::size_t j = 0; j < of.n; ++j) {
+      const int ray = i + int(of.lane[j]);
+      got[ray].push_back({scene.rays->t_ray(ray, of.t[j]), of.t[j], of.prim[j]});
+    }
+  }
+  for (int i = 0; i < kGroupSize; ++i) {
+    std::sort(got[i].begin(), got[i].end());
+    check(got[i] == scene.hits[i], "all hits, each once");
+    check(count->n_hits[i] == std::int64_t(scene.hits[i].size()), "the number of hits");
+    check(any->found[i] == !scene.hits[i].empty(), "whether there is a hit");
+    check(!any->found[i] || any->limit[i] == kNoMoreHits, "a ray that has its hit wants no more");
+  }
+}
+
+}  // namespace
+
+int main() {
+  return test::run([] {
+    Random random{1};
+    for (int round = 0; round < 150; ++round) {
+      const Scene scene(random, int(random.below(round % 5 == 0 ? 300 : 30)));
+      const auto by_sixteen = [&](auto& collector) { scene.show(collector); };
+      const auto one_by_one = [&](auto& collector) { scene.show_each(collector); };
+      check_first(scene, by_sixteen);
+      check_first(scene, one_by_one);
+      for (const std::size_t k : {0, 1, 3, 16, 20}) {
+        check_next(scene, k, by_sixteen);
+        check_next(scene, k, one_by_one);
+      }
+      check_all(scene);
+    }
+  });
+}
