@@ -115,7 +115,7 @@ int main() {
       rays->fill(from.batch(), frame, n, ids);
       if (!bundle->try_fit(*rays, 0, round_up_to_width(n), scene)) continue;
       ++n_bundles[kind];
-      n_from_apex += bundle->from_point;
+      n_from_apex += bundle->from_apex;
       check_reach(*bundle, *rays, scene, n);
       const WideBvhView<Segments> tree{frame, scene, 1.0f, nullptr, nullptr, nullptr, segments.data()};
       n_hits[kind] += check_lines(*bundle, *rays, tree, segments.size(), n);
