@@ -22,8 +22,8 @@ QUERIES = tuple((query, letter) for query in ("first", "all") for letter in RADI
 #: Answers to a picture of up to so many pixels are compared, fewer where a tree tests many segments for a ray.
 COMPARED, TESTS = 64, 4e7
 
-#: Trees take turns so often; the best time counts.
-ROUNDS = 3
+#: Trees take turns at least and at most so often, as there is time; the best time counts.
+LEAST, MOST = 3, 20
 
 #: About so many hits are listed at a time.
 MAX_HITS = 1 << 22
@@ -145,7 +145,9 @@ def time_in_turn(
     pixels = {name: _fitting(tree, query, radius, kernel, camera, size, budget) for name, tree in trees.items()}
     rays = {n: camera.rays(n, n) for n in set(pixels.values())}
     best = dict.fromkeys(trees, float("inf"))
-    for _ in range(ROUNDS):
+    begun, n_rounds = time.perf_counter(), 0
+    while n_rounds < LEAST or (n_rounds < MOST and time.perf_counter() - begun < budget * len(trees)):
+        n_rounds += 1
         for name, tree in trees.items():
             start = time.perf_counter()
             ask(tree, query, rays[pixels[name]], radius, kernel)
