@@ -14,7 +14,7 @@ import fastlines as fl
 from fastlines_bench.harness.tables import print_table
 
 COMMANDS = {
-    "builders": ("builders", "--quick", "--scene", "spaghetti:200"),
+    "builders": ("builders", "--quick", "--scene", "spaghetti:200", "--peer", "none"),
     "growth": ("growth", "--quick", "--scene", "spaghetti"),
     "refit": ("refit", "--quick", "--scene", "spaghetti:200"),
 }
