@@ -34,6 +34,9 @@ TREES: dict[str, dict[str, Any]] = {
 #: A trial of so many rays tells how many there is time for; no more than `MOST` are asked.
 TRIAL, MOST = 1 << 14, 1 << 20
 
+#: All builds of one tree take about so many seconds, where three turns do not take longer.
+SLOW = 2.0
+
 
 class Copy:
     """A process with an installed fastlines.
@@ -214,7 +217,7 @@ def compare_copies(
         progress(f"{scene}: building", i / len(preset.scenes))
         if len({copy.do("open", scene=scene) for copy in (old, new)}) > 1:
             raise FastlinesError(f"{scene}: the scene's lines differ between {old.where} and {new.where}")
-        contests += _builds(old, new, scene, max(3, preset.rounds // 3))
+        contests += _builds(old, new, scene, preset.rounds)
         for radius in preset.radii:
             for kind in preset.kinds:
                 for query in preset.queries:
@@ -241,8 +244,11 @@ def _contest(
 
 
 def _builds(old: Copy, new: Copy, scene: str, rounds: int) -> Iterator[Contest]:
+    """Build trees in turn; slow ones fewer times."""
     for name in ("best", "best, effort 0", "bvh-cl"):
-        told = list(in_turn((old, new), rounds, lambda copy, name=name: copy.do("build", **TREES[name])))  # type: ignore[misc]
+        first = old.do("build", **TREES[name])
+        n_turns = int(min(rounds, max(3, SLOW / first["build"])))
+        told = list(in_turn((old, new), n_turns, lambda copy, name=name: copy.do("build", **TREES[name])))  # type: ignore[misc]
         same = all(a["hash"] == b["hash"] for a, b in told)
         for kind in ("build", "layout"):
             yield _contest(scene, None, kind, name, [(a[kind], b[kind]) for a, b in told], same)
