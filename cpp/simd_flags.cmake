@@ -21,7 +21,7 @@ set(simd_all $<$<NOT:$<CXX_COMPILER_ID:MSVC>>:-ffp-contract=off -fno-math-errno 
 
 # What every engine holds, the longest to compile first, so that the others fill the cores beside it.
 set(engine_sources)
-foreach(part lists hits build layout)
+foreach(part query build layout)
   list(APPEND engine_sources ${CMAKE_CURRENT_LIST_DIR}/bindings/engine_${part}.cpp)
 endforeach()
 list(APPEND engine_sources ${CMAKE_CURRENT_LIST_DIR}/bindings/engine.cpp)
@@ -32,7 +32,7 @@ function(add_simd_module name simd)
   nanobind_add_module(${name} NB_STATIC NOMINSIZE ${ARGN})
   target_link_libraries(${name} PRIVATE fastlines)
   target_compile_definitions(${name} PRIVATE FASTLINES_MODULE=${name})
-  target_compile_options(${name} PRIVATE -Wall -Wextra ${simd_${simd}})
+  target_compile_options(${name} PRIVATE -Wall -Wextra -Wno-psabi ${simd_${simd}})
   # Before GCC 13, the intrinsics of AVX-512 start from a variable that is "initialised" by itself.
   if(simd STREQUAL "avx512" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
     target_compile_options(${name} PRIVATE -Wno-uninitialized -Wno-maybe-uninitialized)

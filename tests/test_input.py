@@ -169,7 +169,7 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "radius negative, of all": (lambda: ask(np.zeros((3, 3)), radius=-1), ["3 of 3", ": radius = -1, for all; mend"]),
     "k of another query": (lambda: fl.brute_force(ONE, [0, 0, 0], [0, 0, 1], 1, k=3), ["k=3", "next_hits", "all_hits"]),
     "k too large": (lambda: fl.build(ONE).next_hits([0, 0, 0], [0, 0, 1], 1, k=2**63), [f"0 to {2**63 - 1}"]),
-    "rays too many": (lambda: ask(np.zeros((65536, 1, 3)), np.ones((65537, 3))), ["4295032832", "4294967295", "parts"]),
+    "rays too many": (lambda: ask(np.zeros((65536, 1, 3)), np.ones((65537, 3))), ["4295032832", "4294967295", "calls"]),
     "radius NaN": (lambda: ask(radius=NAN), ["radius", "from 0"]),
     "radius Inf": (lambda: ask(radius=INF), ["radius", "from 0 to"]),
     "radius huge": (lambda: ask(radius=1e13), ["radius", "scene's size"]),

@@ -20,9 +20,9 @@ BuiltTree build(const std::string& kind, Input<float> data, const Settings& sett
 }
 
 /// The tree after moves of its subtrees, and how many of them were too deep.
-std::tuple<Words, Words, std::size_t> reinsert(Input<std::uint32_t> nodes, Input<std::uint32_t> refs, int rounds,
-                                               std::size_t max_depth, double radius_hint, unsigned n_threads,
-                                               nb::object progress) {
+std::tuple<WordRows, WordRows, std::size_t> reinsert(Input<std::uint32_t> nodes, Input<std::uint32_t> refs, int rounds,
+                                                     std::size_t max_depth, double radius_hint, unsigned n_threads,
+                                                     nb::object progress) {
   Tree tree;
   std::size_t n_too_deep = 0;
   watch(
@@ -37,7 +37,7 @@ std::tuple<Words, Words, std::size_t> reinsert(Input<std::uint32_t> nodes, Input
 }
 
 /// A KD tree as its planes, the primitive of each reference, and its depth.
-std::tuple<Words, Words, std::uint32_t> planes(Input<std::uint32_t> nodes, Input<std::uint32_t> refs) {
+std::tuple<WordRows, WordRows, std::uint32_t> planes(Input<std::uint32_t> nodes, Input<std::uint32_t> refs) {
   PlaneTree tree;
   watch([&](Progress& watched) { tree = PlaneTreeWriter(rows<Node>(nodes), rows<Reference>(refs))(watched); },
         nb::none());

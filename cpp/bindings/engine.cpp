@@ -10,8 +10,7 @@ void bind_engine(nanobind::module_& m) {
   m.attr("simd") = kSimd;
   bind_build(m);
   bind_layout(m);
-  bind_hits(m);
-  bind_lists(m);
+  bind_queries(m);
 }
 
 }  // namespace fastlines

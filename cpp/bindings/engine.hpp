@@ -9,8 +9,7 @@ namespace fastlines {
 
 void bind_build(nanobind::module_& m);
 void bind_layout(nanobind::module_& m);
-void bind_hits(nanobind::module_& m);
-void bind_lists(nanobind::module_& m);
+void bind_queries(nanobind::module_& m);
 
 /// All of them.
 void bind_engine(nanobind::module_& m);

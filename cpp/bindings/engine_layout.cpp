@@ -11,12 +11,12 @@ namespace fastlines {
 namespace {
 
 /// Rows of 128 bytes.
-using Blocks = Output<std::uint8_t>;
+using BlockRows = Output<std::uint8_t>;
 
 /// A layout of a tree: nodes, leaves, references, the mean extent of a leaf.
-std::tuple<Blocks, Blocks, Words, float> build_layout(Input<float> segments, Input<std::uint32_t> nodes,
-                                                      Input<std::uint32_t> refs, double radius_hint, unsigned n_threads,
-                                                      nb::object progress) {
+std::tuple<BlockRows, BlockRows, WordRows, float> build_layout(Input<float> segments, Input<std::uint32_t> nodes,
+                                                               Input<std::uint32_t> refs, double radius_hint,
+                                                               unsigned n_threads, nb::object progress) {
   WideBvh wide;
   watch(
       [&](Progress& watched) {
@@ -29,7 +29,8 @@ std::tuple<Blocks, Blocks, Words, float> build_layout(Input<float> segments, Inp
 }
 
 /// The nodes and leaves of a layout over segments that have moved, and the mean extent of its leaves.
-std::tuple<Blocks, Blocks, float> refit_layout(const LayoutView& layout, unsigned n_threads, nb::object progress) {
+std::tuple<BlockRows, BlockRows, float> refit_layout(const LayoutView& layout, unsigned n_threads,
+                                                     nb::object progress) {
   auto nodes = make_array<std::uint8_t>(layout.nodes.size(), sizeof(WideNode));
   auto leaves = make_array<std::uint8_t>(layout.leaves.size(), sizeof(WideLeaf));
   float extent = 0.0f;

@@ -10,12 +10,12 @@
 namespace fastlines {
 
 /// Nodes or references as rows of 32-bit words.
-using Words = Output<std::uint32_t>;
+using WordRows = Output<std::uint32_t>;
 
 /// Nodes, references, the number of nodes at which each limit took effect (depth, references, references of a leaf),
 /// and the number of candidates that a deep search evaluated and carried out.
-using BuiltTree =
-    std::tuple<Words, Words, std::tuple<std::size_t, std::size_t, std::size_t>, std::tuple<std::size_t, std::size_t>>;
+using BuiltTree = std::tuple<WordRows, WordRows, std::tuple<std::size_t, std::size_t, std::size_t>,
+                             std::tuple<std::size_t, std::size_t>>;
 
 template <Primitives P>
 BuiltTree build_tree(const P& prims, Settings settings, const nanobind::object& progress) {

@@ -84,7 +84,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import what takes long only when somebody uses it; accept former names with a warning."""
+    """Import slow modules on first use; accept former names with a warning."""
     from importlib import import_module
 
     if name == "__version__":

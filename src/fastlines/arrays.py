@@ -13,7 +13,7 @@ from .immutable import frozen, own
 FloatArray: TypeAlias = npt.NDArray[np.float32]
 IntArray: TypeAlias = npt.NDArray[np.int64]
 
-#: What can be done with what can not be used.
+#: What to do with invalid rows.
 INVALID = ("error", "skip")
 
 FLOAT32_MAX = float(np.finfo(np.float32).max)
@@ -33,7 +33,7 @@ def to_float32(values: npt.ArrayLike, name: str) -> FloatArray:
 
 
 def own_float32(values: npt.ArrayLike, name: str) -> FloatArray:
-    """Convert to float32 that nobody can change."""
+    """Convert to an immutable float32 array."""
     array, is_new = _float32(values, name)
     immutable: FloatArray = own(array) if is_new else frozen(array)
     return immutable
@@ -55,7 +55,7 @@ def _float32(values: npt.ArrayLike, name: str) -> tuple[FloatArray, bool]:
             array = np.asarray(given, np.float32, order="C")
     except (TypeError, ValueError) as error:
         why = "its parts differ in length" if "inhomogeneous" in str(error) else error
-        raise InputError(f"{name}: {kind_of(values)} can not be read as an array of numbers: {why}") from None
+        raise InputError(f"{name}: {kind_of(values)} cannot be read as an array of numbers: {why}") from None
     return array, array is not given
 
 
@@ -82,7 +82,7 @@ def column(values: npt.ArrayLike, name: str, n: int, of: str) -> npt.NDArray[Any
     try:
         array = np.asarray(values)
     except ValueError as error:
-        raise InputError(f"{name} can not be read as an array: {error}") from None
+        raise InputError(f"{name} cannot be read as an array: {error}") from None
     if array.ndim == 0 or len(array) != n:
         raise InputError(f"{name} has shape {array.shape}; expected one row for each of {n} {of}")
     return array

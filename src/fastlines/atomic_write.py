@@ -37,7 +37,7 @@ _KINDS = (
 
 @contextmanager
 def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a new file beside the real one to write to; it takes the real one's place once it is whole.
+    """Return a new file beside the real one to write to; it takes the real one's place once it is whole.
 
     A symbolic link stays one: the file that it names is written. A file that is there keeps its mode and, where the
     process may set them, its owner and group. Of several writers at a time the last to end wins.
@@ -47,7 +47,7 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
     InputError
         If the path is a device, a pipe or a socket.
     OSError
-        If it is a folder, or can not be written: no such folder, no permission, no space. It names `path`.
+        If it is a folder, or cannot be written: no such folder, no permission, no space. It names `path`.
     """
     named = os.fspath(path)
     target = check_target(named)
@@ -94,9 +94,9 @@ def check_target(path: str | os.PathLike[str]) -> Path:
     if not folder.is_dir():
         raise FileNotFoundError(errno.ENOENT, f"there is no folder {folder}; make it first", named)
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise PermissionError(errno.EACCES, f"the folder {folder} can not be written to", named)
+        raise PermissionError(errno.EACCES, f"the folder {folder} cannot be written to", named)
     if mode is not None and not os.access(named, os.W_OK):
-        raise PermissionError(errno.EACCES, "the file is there and can not be written to", named)
+        raise PermissionError(errno.EACCES, "the file is there and cannot be written to", named)
     return target
 
 
@@ -117,7 +117,7 @@ def _create(target: Path, mode: int, named: str) -> tuple[int, Path]:
 def _remove_left_over(target: Path) -> None:
     """Remove the partial files of this target that no process holds."""
     name = re.compile(re.escape(target.name[:_MAX_NAME]) + r"\.[0-9a-f]{12}\.partial")
-    with contextlib.suppress(OSError):  # a folder that can not be listed
+    with contextlib.suppress(OSError):  # a folder that cannot be listed
         for other in os.listdir(target.parent):
             if name.fullmatch(other):
                 _remove_unless_held(target.with_name(other))
@@ -136,7 +136,7 @@ def _remove_unless_held(partial: Path) -> None:
 
 
 def _try_lock(descriptor: int) -> bool | None:
-    """Lock a file: whether that worked, or None if files can not be locked here."""
+    """Lock a file: whether that worked, or None if files cannot be locked here."""
     if fcntl is None:
         return None
     try:

@@ -53,7 +53,7 @@ def set_simd(name: str | None) -> None:
 
 
 def simd() -> str:
-    """Tell which instruction set queries use: "avx512", "avx2", "sse42", "neon" or "portable"."""
+    """Return which instruction set queries use: "avx512", "avx2", "sse42", "neon" or "portable"."""
     if _forced is not None:
         return _forced
     given = os.environ.get("FASTLINES_SIMD")
@@ -90,7 +90,7 @@ def _module(name: str) -> Any:
 
 def _check(name: str, what: str) -> str:
     if name not in available_simd():
-        raise InputError(f"{what}={name!r} can not be had here; expected one of {', '.join(available_simd())}")
+        raise InputError(f"{what}={name!r} is not available here; expected one of {', '.join(available_simd())}")
     return name
 
 

@@ -28,7 +28,7 @@ from .tree_data import NODE, REF
 #: "No limit", as the core counts.
 NO_LIMIT = 2**64 - 1
 
-#: Whoever says how to search means no method.
+#: Arguments that describe a search of their own; with them, no method is the default.
 SEARCH = {"splits", "lookahead", "beam", "exhaustive", "bad_levels", "bad_refs", "bad_refines", "prune"}
 
 
@@ -65,9 +65,9 @@ def build(
     method : {"best", "bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-d2"}
         "best", the default, makes the tree that queries are fastest on; with a `cost`, or cut boxes, the tree of least
         cost, except that it does not cut lines that run along each other (`min_spread`). The others are the trees of
-        the thesis. The other arguments change the settings of the method. Without a method, whoever says how to search
-        (`splits`, `lookahead`, `beam`, `exhaustive`, `bad_levels`, `bad_refs`, `bad_refines` or `prune`) changes those
-        of `Settings()`.
+        the thesis. The other arguments change the settings of the method. Without a method, arguments of the
+        search (`splits`, `lookahead`, `beam`, `exhaustive`, `bad_levels`, `bad_refs`, `bad_refines` or `prune`) change
+        the settings of `Settings()`.
     splits : SplitSet or sequence of SplitSet, optional
         The candidate splits at each node: `PlaneGrid`, `BinnedPlanes`, `ObjectSweep`, `PlaneEvents`, `Median`,
         `Midpoint`.
@@ -76,7 +76,7 @@ def build(
     lookahead : int or sequence of int, optional
         How many levels to search; of several, each is tried where the one before says leaf.
     beam, exhaustive : optional
-        How many candidates a deeper search looks into, and whether also those that can not pay; see `Settings`.
+        How many candidates a deeper search looks into, and whether also those that cannot pay; see `Settings`.
     cost : Cost, optional
         c_trav and c_prim.
     limits : Limits, optional
@@ -109,7 +109,7 @@ def build(
     Raises
     ------
     InputError
-        If the geometry or a setting can not be used.
+        If the geometry or a setting cannot be used.
 
     Examples
     --------
@@ -117,26 +117,11 @@ def build(
     >>> tree.n_prims
     2
     """
-    geometry = as_geometry(geometry, invalid=invalid)
+    arguments = locals()
     given: dict[str, Any] = {
-        "splits": splits,
-        "boxes": boxes,
-        "lookahead": lookahead,
-        "beam": beam,
-        "exhaustive": exhaustive,
-        "cost": cost,
-        "limits": limits,
-        "bad_levels": bad_levels,
-        "bad_refs": bad_refs,
-        "bad_refines": bad_refines,
-        "prune": prune,
-        "radius_hint": radius_hint,
-        "min_spread": min_spread,
-        "lanes": lanes,
-        "presplit": presplit,
-        "reinsertion": reinsertion,
+        field.name: arguments[field.name] for field in fields(Settings) if arguments[field.name] is not None
     }
-    given = {name: value for name, value in given.items() if value is not None}
+    geometry = as_geometry(geometry, invalid=invalid)
     if method is None and not SEARCH & given.keys():
         method = DEFAULT_METHOD
     if method == DEFAULT_METHOD:
@@ -168,7 +153,7 @@ def build(
         )
     if not limits.hold(len(geometry)):
         raise InputError(
-            f"max_leaf_refs={limits.max_leaf_refs} can not be kept within max_depth={limits.max_depth} for "
+            f"max_leaf_refs={limits.max_leaf_refs} cannot be kept within max_depth={limits.max_depth} for "
             f"{len(geometry)} primitives; allow more of either"
         )
     if not isinstance(geometry, Lines) and (settings.presplit is not None or settings.reinsertion > 0):
@@ -189,7 +174,7 @@ def build(
 
 
 def first_refs(n_prims: int, settings: Settings) -> int:
-    """Tell how many references a presplit to a number of them makes; 0 if it has another bound."""
+    """Return how many references a presplit to a number of them makes; 0 if it has another bound."""
     presplit = settings.presplit
     return 0 if presplit is None or presplit.refs is None else max(n_prims, int(presplit.refs * n_prims))
 
@@ -214,7 +199,7 @@ def _stage(callback: ProgressCallback | None, first: float, last: float) -> Prog
 
 
 def _most_first_refs(n_prims: int, settings: Settings) -> int:
-    """Tell how many references there is room for before the build."""
+    """Return how many references there is room for before the build."""
     limits = settings.limits
     most = limits.refs_for(n_prims, settings.boxes)
     return most if limits.max_leaf_refs is None else min(most, limits.max_leaf_refs * 2**limits.max_depth)

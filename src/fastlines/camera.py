@@ -70,7 +70,7 @@ class Camera:
             raise InputError(f"the camera's origin and target are both {self.origin}; move one of them")
 
     def axes(self) -> Float64Array:
-        """Give the unit vectors to the right, up and forward in the picture, as a (3, 3) float64 array."""
+        """Return the unit vectors to the right, up and forward in the picture, as a (3, 3) float64 array."""
         return _axes(np.subtract(self.target, self.origin), self.up)
 
     def rays(self, width: int, height: int) -> tuple[FloatArray, FloatArray]:
@@ -185,7 +185,7 @@ class Camera:
         # Work relative to the middle of the geometry: it may lie far from the coordinate origin.
         low, high = points.min(axis=0), points.max(axis=0)
         centre = low + (high - low) / 2
-        # What float32 can not tell from a single point has no size of its own.
+        # What float32 cannot tell from a single point has no size of its own.
         size, away = float((high - low).max()), float(np.abs(centre).max())
         if size <= 1e-7 * away or size == 0:
             size = max(1.0, 1e-3 * away)
@@ -251,7 +251,7 @@ def _points(values: npt.ArrayLike) -> Float64Array:
     try:
         points = np.asarray(values, np.float64)
     except (TypeError, ValueError) as error:
-        raise InputError(f"points can not be read as an array of numbers: {error}") from None
+        raise InputError(f"points cannot be read as an array of numbers: {error}") from None
     if points.size == 0:
         return np.empty((0, 3))
     if points.shape[-1:] != (3,) or not np.isfinite(points).all():

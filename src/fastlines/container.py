@@ -122,7 +122,7 @@ def read(
             for name, entry in header.items()
         }
     except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
-        raise refuse("its header can not be read") from None
+        raise refuse("its header cannot be read") from None
 
     # The sections follow each other and fill the file.
     arrays: dict[str, npt.NDArray[Any]] = {}

@@ -8,7 +8,7 @@ class FastlinesError(Exception):
 
 
 class InputError(FastlinesError, ValueError):
-    """An argument or an array that can not be used as it is."""
+    """An argument or an array that cannot be used as it is."""
 
 
 class FileFormatError(FastlinesError, ValueError):
@@ -23,7 +23,7 @@ class MissingExtraError(FastlinesError, ImportError):
 
 
 class PrecisionWarning(UserWarning):
-    """Coordinates that float32 can not tell apart as their scene needs it."""
+    """Coordinates that float32 cannot tell apart as their scene needs it."""
 
 
 class FileWarning(UserWarning):

@@ -44,7 +44,7 @@ class Forecast:
     Attributes
     ----------
     refusal : str
-        Why the query can not be answered; empty as long as it may be.
+        Why the query was refused; empty as long as it was not.
     """
 
     def __init__(self, n_rays: int, bytes_a_hit: int, count_hits: Callable[[IntArray], IntArray]) -> None:

@@ -59,7 +59,7 @@ class _OfLines:
 
     def __deepcopy__(self: Self, memo: dict[int, Any]) -> Self:
         copied = object.__new__(type(self))
-        # Lines, rows and strands can not be changed.
+        # Lines, rows and strands cannot be changed.
         shared = ("lines", "row", "strand")
         for name, value in self.__dict__.items():
             copied.__dict__[name] = value if name in shared else copy.deepcopy(value, memo)
@@ -82,7 +82,7 @@ class _OfLines:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FirstHits(_OfLines):
-    """The nearest hit of each ray; every array has the shape of the question.
+    """The nearest hit of each ray; every array has the shape of the rays.
 
     Attributes
     ----------
@@ -98,9 +98,9 @@ class FirstHits(_OfLines):
     t_out : float32 or None
         With ``at="surface"``, where the ray leaves the capsule around the segment.
     skipped : (k,) int64
-        Rays that could not be asked, with ``invalid="skip"``.
+        Rays that were invalid and left out, with ``invalid="skip"``.
     lines : Lines or None
-        What was asked. A pickle of hits does not have it, but their `row` and `strand`.
+        The lines of the query. A pickle of hits leaves them out and keeps `row` and `strand`.
 
     Examples
     --------
@@ -121,7 +121,7 @@ class FirstHits(_OfLines):
 
     @classmethod
     def from_columns(cls, columns: HitColumns, shape: tuple[int, ...], skipped: IntArray, lines: Lines) -> FirstHits:
-        """Give the columns of a backend the shape of the question."""
+        """Return the columns of a backend in the shape of the rays."""
         t, prim, u, distance, t_out = columns
         # NumPy prints C's name of a 64-bit integer, but not its own.
         prim = prim.reshape(shape).view(np.int64)
@@ -146,7 +146,7 @@ class AllHits(_OfLines):
     Attributes
     ----------
     offsets : (n_rays + 1,) int64
-        Rays are counted in the order of the flattened question.
+        Rays count in the order of the flattened input.
     t, prim, u, distance, t_out, skipped, lines
         As in `FirstHits`, one entry a hit; so are `row` and `strand`.
     """

@@ -1,4 +1,4 @@
-"""Memory that nobody can change: what may be taken as it is, and what is copied first."""
+"""Immutable memory: which arrays can be shared, and which are copied first."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Self = TypeVar("Self")
 
 
 class _Owner:
-    """Keeps memory, and shows it read-only: NumPy can not make an array writeable whose base this is."""
+    """Owns memory and exposes it read-only: NumPy cannot make an array writeable whose base this is."""
 
     def __init__(self, array: npt.NDArray[Any]) -> None:
         self.array = array
@@ -24,7 +24,7 @@ class _Owner:
 
 
 class Immutable:
-    """Base of dataclasses that nobody can change: a copy is the object itself, and pickles come back as immutable."""
+    """Base of immutable dataclasses: a copy is the object itself, and unpickled objects are immutable too."""
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
 
@@ -44,7 +44,7 @@ class Immutable:
 
 
 def frozen(value: Any) -> Any:
-    """Return an array, or a mapping of some, that nobody can change; copy memory that somebody could."""
+    """Return an immutable array, or a mapping of such arrays; writeable memory is copied."""
     if isinstance(value, Mapping):
         return MappingProxyType({name: frozen(part) for name, part in value.items()})
     if not isinstance(value, np.ndarray) or (value.flags.aligned and _is_immutable(value)):
@@ -53,7 +53,7 @@ def frozen(value: Any) -> Any:
 
 
 def own(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Make an array immutable without a copy; only for one that nobody else has."""
+    """Make an array immutable without a copy; the caller must hold the only reference to it."""
     if array.dtype.hasobject or array.dtype.itemsize == 0:  # NumPy shows no other type's bytes as these
         array.flags.writeable = False
         return array
@@ -62,7 +62,7 @@ def own(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 
 def _is_immutable(array: npt.NDArray[Any]) -> bool:
-    """Whether the memory of an array has an owner that lets nobody write: ourselves, bytes or a read-only map."""
+    """Return whether the owner of an array's memory is read-only: `_Owner`, bytes or a read-only map."""
     base: Any = array
     while isinstance(base, np.ndarray):
         if base.flags.writeable:

@@ -36,8 +36,8 @@ class Layout(Immutable):
     nodes, leaves : (n, 128) uint8
         Blocks of 128 bytes.
     refs : (n, 2) uint32
-        Primitive, and s0 and s1 in parts of 1/65536 (the low and the high half), of each reference, in the order of the
-        leaves. The last piece of a segment has an s1 of 65535.
+        Primitive, and s0 and s1 as multiples of 1/65536 (the low and the high half), of each reference, in the order of
+        the leaves. The last piece of a segment has an s1 of 65535.
     mean_extent : float
         Of the leaves, in the frame of the scene, which spans −1 to 1.
     """

@@ -25,9 +25,9 @@ class Limits:
         Level of the deepest node; the root's level is 0.
     max_leaf_refs : int, optional
         No leaf lists more: larger nodes are split though it looks dearer, but never so that all they list is on both
-        sides. Tight boxes only, for a KD tree can not always part its references.
+        sides. Tight boxes only, for a KD tree cannot always part its references.
     max_refs : int, optional
-        No tree has more references; a leaf without any counts as one. It can not be less than the number of primitives.
+        No tree has more references; a leaf without any counts as one. It cannot be less than the number of primitives.
         By default 1,000 for each of them and 10,000 more: among lines that lie on each other there is always a split
         that looks worth it.
     max_bytes : int, optional
@@ -51,14 +51,14 @@ class Limits:
     max_bytes: int | None = None
 
     def refs_for(self, n_prims: int, boxes: BoxRule = "tight") -> int:
-        """Tell how many references a tree over so many primitives may have."""
+        """Return how many references a tree over so many primitives may have."""
         most = min(REF_LIMIT, 1000 * n_prims + 10_000 if self.max_refs is None else self.max_refs)
         if self.max_bytes is None:
             return most
         return max(0, min(most, (self.max_bytes - _BYTES_A_PRIM * n_prims) // self.bytes_a_ref(boxes)))
 
     def bytes_a_ref(self, boxes: BoxRule) -> int:
-        """Tell what a build takes at most for a reference: four times what the tree does, while arrays grow and move.
+        """Return the most bytes that a build takes for a reference: four times the tree's, while arrays grow and move.
 
         A reference is 12 bytes, a node 36; trees have a fifth as many nodes as references where leaves are large, less
         than one where they are small, and nearly two with cut boxes.
@@ -68,11 +68,11 @@ class Limits:
         return 160 if self.leaf_refs < 8 else 80
 
     def bytes_for(self, n_prims: int, boxes: BoxRule) -> int:
-        """Tell what the least of all trees over so many primitives is reckoned to take."""
+        """Return the estimated bytes of the smallest tree over so many primitives."""
         return n_prims * (_BYTES_A_PRIM + self.bytes_a_ref(boxes))
 
     def hold(self, n_refs: int) -> bool:
-        """Tell whether so many references can be brought into leaves of the size asked for."""
+        """Return whether so many references can be brought into leaves of the size asked for."""
         return self.max_leaf_refs is None or n_refs <= self.max_leaf_refs * 2**self.max_depth
 
     def over(self, base: Limits) -> Limits:
@@ -94,7 +94,7 @@ class Limits:
 
 
 def limit_notes(limits_hit: Mapping[str, int]) -> list[str]:
-    """Say of each limit that a build has felt what it did there.
+    """Describe what each limit that took effect did to a build.
 
     Examples
     --------

@@ -34,7 +34,7 @@ AXES = ("x", "y", "z")
 
 @dataclass(frozen=True, eq=False)
 class Lines(Immutable):
-    """Line segments, with what is known about each. Nobody can change them: arrays that somebody could are copied.
+    """Immutable line segments, with what is known about each; writeable arrays are copied.
 
     Attributes of objects are the exception: an array of Python objects is only marked read-only.
 
@@ -49,8 +49,8 @@ class Lines(Immutable):
     attributes : mapping of str to array
         Anything else, one row per segment.
     skipped : (k,) int64
-        Rows of the input that were left out because ``invalid="skip"`` was asked for. Then what `rows` tells is not the
-        same as a position in `segments`.
+        Rows of the input that were left out because of ``invalid="skip"``. Then `rows` differs from the positions in
+        `segments`.
     up : {"x", "y", "z"}, optional
         The axis that points upwards, where the format of their file says so. Pictures are drawn with it.
     """
@@ -161,7 +161,7 @@ class Lines(Immutable):
         Raises
         ------
         InputError
-            If the shape, the type or a value can not be used.
+            If the shape, the type or a value cannot be used.
 
         Examples
         --------

@@ -14,7 +14,7 @@ from .splits import BinnedPlanes, BoxRule, ObjectSweep, PlaneGrid
 
 
 class Methods(Mapping[str, Settings]):
-    """The named trees: the `Settings` that `build` has for each name. They can not be changed.
+    """The named trees: the `Settings` that `build` has for each name. They cannot be changed.
 
     ========  ==========================================================================================
     best      the default, the tree that queries are fastest on; with a cost or cut boxes, of least cost
@@ -26,7 +26,7 @@ class Methods(Mapping[str, Settings]):
     ========  ==========================================================================================
 
     All but "best" are those of the thesis (§5). Of "best" these are the settings for small inputs: `build` suits them
-    to the input and to what it is told.
+    to the input and the arguments.
 
     Examples
     --------
@@ -69,7 +69,7 @@ MIN_SPREAD = 0.0005
 def best_settings(
     effort: float | None = None, boxes: BoxRule = "tight", cost: Cost | None = None, n_prims: int = 0
 ) -> Settings:
-    """Tell the best builder what to aim at, and how hard to try.
+    """Return the settings of "best" for an aim and an effort.
 
     With neither a cost nor cut boxes it aims at the speed of queries: leaves fill the 16 lanes that are tested at once,
     and boxes are measured grown by a small radius. Else it aims at the tree of least cost.

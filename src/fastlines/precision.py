@@ -12,12 +12,12 @@ from .errors import PrecisionWarning
 #: Coordinates beyond this would overflow when squared in the arithmetic of the builders.
 COORDINATE_LIMIT = 1e30
 
-#: What float32 may take from a coordinate before it is worth a warning, in parts of the scene's longest side.
+#: The rounding error of a coordinate that is worth a warning, as a fraction of the scene's longest side.
 COARSE = 2.0**-18
 
 
 def is_far(points: npt.NDArray[np.float32]) -> bool:
-    """Tell whether (n, 3) points may be so far from zero, for the size of their scene, that float32 is too coarse."""
+    """Return whether (n, 3) points may be so far from zero, for the size of their scene, that float32 is too coarse."""
     some = _usable(points[:: len(points) // 1024 + 1])
     size = float((some.max(axis=0) - some.min(axis=0)).max()) if len(some) else 0.0
     far = float(max(-points.min(), points.max())) if len(points) else 0.0
@@ -25,9 +25,9 @@ def is_far(points: npt.NDArray[np.float32]) -> bool:
 
 
 def warn_of_rounding(given: npt.ArrayLike, rounded: npt.NDArray[np.float32]) -> None:
-    """Say so if the scene is so far from zero, for its size, that float32 took from its coordinates what matters.
+    """Warn if the scene is so far from zero, for its size, that float32 rounds its coordinates noticeably.
 
-    Rows that can not be used are for others to tell.
+    Invalid rows are reported elsewhere.
     """
     kept = rounded.reshape(-1, 3)
     if (isinstance(given, np.ndarray) and given.dtype == np.float32) or not is_far(kept):

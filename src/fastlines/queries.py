@@ -68,7 +68,7 @@ def list_hits(
             why = f": {forecast.refusal}" if forecast.refusal else ""
             fewer = "next_hits for the nearest" if k is None else "a smaller k"
             raise MemoryError(
-                f"the hits of {len(rays)} rays do not fit into memory{why}; ask fewer rays or a smaller radius, "
+                f"the hits of {len(rays)} rays do not fit into memory{why}; trace fewer rays or use a smaller radius, "
                 f"{fewer}, or count_hits for how many there are"
             ) from error
     return AllHits.from_columns(offsets, columns, rays.skipped, lines)

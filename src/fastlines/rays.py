@@ -28,11 +28,11 @@ class RayBatch:
     Attributes
     ----------
     shape : tuple of int
-        The shape of the question, and of the answer.
+        The shape of the rays, and of the answer.
     origins, directions : (n, 3) float32
     radius, t_min, t_max : (n,) or (1,) float32
     skipped : (k,) int64
-        Rays that will miss because they could not be asked.
+        Invalid rays, which miss.
     """
 
     shape: tuple[int, ...]
@@ -85,7 +85,9 @@ def check_rays(
             ) from None
         origins, directions = (np.broadcast_to(array, (*shape, 3)) for array in (origins, directions))
     if math.prod(shape) > RAYS_LIMIT:
-        raise InputError(f"{math.prod(shape)} rays are more than one call takes, {RAYS_LIMIT}; ask them in parts")
+        raise InputError(
+            f"{math.prod(shape)} rays are more than one call takes, {RAYS_LIMIT}; trace them in several calls"
+        )
     origins, directions = (np.ascontiguousarray(array).reshape(-1, 3) for array in (origins, directions))
     scalars: dict[str, FloatArray] = {}
     for name, value in (("radius", radius), ("t_min", t_min), ("t_max", t_max)):
@@ -107,7 +109,7 @@ def check_rays(
     if engine.rays_are_valid((origins, directions, radii, starts, ends), largest, farthest, get_num_threads()):
         return RayBatch(shape, origins, directions, radii, starts, ends, np.zeros(0, np.int64))
 
-    # Every way in which a ray can be no ray; the core only tells that there may be one.
+    # The core only says that some ray may be invalid: find out which, and why.
     n_rays = len(origins)
     faults = {
         "have an origin that is not finite": ~np.isfinite(origins).all(axis=1),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -37,6 +37,15 @@ def refit_nodes(tree: TreeData, lines: Lines, progress: ProgressCallback | None)
     """Return the tree's nodes with boxes tight around lines that have moved."""
     words = engine.refit_tree(lines.segments.reshape(-1, 6), *tree.words(), refit_threads(tree), progress)
     return own(words).reshape(-1).view(NODE)
+
+
+def refitted_fields(tree: TreeData, lines: Lines, nodes: npt.NDArray[Any], cost: float) -> dict[str, Any]:
+    """Return the fields of the refitted tree: a BVH, which measures its growth from this cost."""
+    kept = {field.name: getattr(tree, field.name) for field in fields(tree)}
+    changed = {"geometry": lines, "nodes": nodes, "built_cost": cost}
+    if tree.settings.boxes != "tight":
+        changed |= {"settings": replace(tree.settings, boxes="tight"), "method": "custom"}
+    return kept | changed
 
 
 def refit_threads(tree: TreeData) -> int:

@@ -47,7 +47,7 @@ class Presplit:
     Parameters
     ----------
     area : float, optional
-        No piece's box has a larger area, in parts of the area of the scene's box, above 0 to 1: the paper's bound.
+        No piece's box has a larger area, as a fraction of the scene's surface area, above 0 to 1: the paper's bound.
         `Limits.max_refs` still holds.
     refs : float, optional
         So many references for each line on average, at least 1.
@@ -69,7 +69,7 @@ class Presplit:
 
 @dataclass(frozen=True)
 class Settings:
-    """All that a build is told.
+    """All settings of a build.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ class Settings:
     beam : int, optional
         Search more than one level deep only below so many candidates, those that look cheapest at depth 1.
     exhaustive : bool
-        Search below all of them, also where a bound says that it can not pay. The tree is the same.
+        Search below all of them, also where a bound says that it cannot pay. The tree is the same.
     cost : Cost
         The cost model.
     limits : Limits
@@ -99,8 +99,8 @@ class Settings:
     prune : bool
         Take back, from the bottom up, what bad levels did not pay for.
     radius_hint : float
-        The search measures boxes grown by this much, in parts of the scene's longest side. A query that comes with a
-        radius meets boxes grown by it.
+        The search measures boxes grown by this fraction of the scene's longest side, as a query with a radius
+        tests boxes that are grown by it.
     min_spread : float
         Lines that run along each other, within this share of the scene's longest side (root mean square), are never
         cut so that 0.3 (KD trees: 0.5) of a node are on both sides: a BVH splits them whole, a KD tree lists them in a
@@ -170,7 +170,7 @@ class Settings:
         most = self.limits.max_leaf_refs
         if most is not None and self.lanes > most:
             raise InputError(
-                f"lanes={self.lanes} can not be filled by leaves of max_leaf_refs={most}; give fewer, or allow larger "
+                f"lanes={self.lanes} cannot be filled by leaves of max_leaf_refs={most}; give fewer, or allow larger "
                 "leaves"
             )
         if self.boxes == "cut":
@@ -180,14 +180,14 @@ class Settings:
                 what = "an object sweep does not cut space, nor do uncut_above and max_gap_refs of BinnedPlanes"
                 raise InputError(f"{what}: a KD tree (boxes='cut') needs planes")
             if self.limits.max_leaf_refs is not None:
-                raise InputError("max_leaf_refs can not be promised by a KD tree (boxes='cut'); leave it out")
+                raise InputError("max_leaf_refs cannot be promised by a KD tree (boxes='cut'); leave it out")
             if self.presplit is not None:
                 raise InputError(
                     "presplit is for tight boxes: a KD tree (boxes='cut') cuts all lines itself; leave it out"
                 )
             if self.reinsertion > 0:
                 raise InputError(
-                    "reinsertion is for tight boxes: those of a KD tree (boxes='cut') can not move; leave it out"
+                    "reinsertion is for tight boxes: those of a KD tree (boxes='cut') cannot move; leave it out"
                 )
 
 

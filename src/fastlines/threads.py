@@ -37,7 +37,7 @@ def num_threads(n_threads: int | None) -> Iterator[None]:
 
 
 def get_num_threads() -> int:
-    """Tell how many threads batch calls use."""
+    """Return how many threads batch calls use."""
     if _n_threads is not None:
         return _n_threads
     given = os.environ.get("FASTLINES_NUM_THREADS")

@@ -1,11 +1,11 @@
-"""The acceleration tree with the questions that rays ask of it."""
+"""The acceleration tree: queries, refits and files."""
 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,30 +21,9 @@ from .layout import Layout, build_layout, refit_layout
 from .lines import Lines
 from .progress import ProgressOption, reporting
 from .queries import any_hit, count_hits, first_hit, is_surface, list_hits
-from .rays import RayBatch, check_rays
-from .refit import built_cost, moved_lines, refit_nodes, refit_threads
-from .tree_data import TreeData
-
-
-class Planes(NamedTuple):
-    """A KD tree as the core searches it by its planes (cpp/fastlines/query/plane_search.hpp).
-
-    Attributes
-    ----------
-    nodes : (n, 2) uint32
-        An axis and a plane each, or a range of references; siblings stand side by side.
-    prims : (n_refs,) uint32
-        The primitive of each reference.
-    depth : int
-        Level of the deepest node.
-    corners : tuple of six float
-        The root's box.
-    """
-
-    nodes: npt.NDArray[np.uint32]
-    prims: npt.NDArray[np.uint32]
-    depth: int
-    corners: tuple[float, ...]
+from .rays import check_rays
+from .refit import built_cost, moved_lines, refit_nodes, refit_threads, refitted_fields
+from .tree_data import Planes, TreeData
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -71,38 +50,37 @@ class Tree(TreeData):
     ) -> FirstHits:
         """Find the nearest hit of each ray o + t·d.
 
-        A segment is hit if its least distance from the ray, with t in [t_min, t_max], is at most `radius`. Of hits
-        with the same t the one with the lower id counts.
+        A ray hits a segment if their least distance, for t in [t_min, t_max], is at most the radius. Of hits with equal
+        t the lowest id comes first. All queries take these parameters.
 
         Parameters
         ----------
         origins, directions : (…, 3) array
-            Converted to float32. Directions need not be of unit length; t counts in them.
+            Converted to float32. t is in units of the direction's length, which need not be 1.
         radius : number or (…) array
             How near the ray must come: one for all rays or one for each.
         t_min, t_max : number or (…) array
             Bounds on t, likewise.
         at : {"closest", "surface"}
             Take t at the closest approach (the thesis), or where the ray enters the capsule of this radius around the
-            segment (t_min if it starts inside); then ``t_out`` is where it leaves.
+            segment (t_min if it starts inside); ``t_out`` is then where it leaves.
         invalid : {"error", "skip"}
-            Refuse rays that are no rays (NaN, a direction of length zero, …), or let them miss and list them in
-            ``skipped``.
+            Refuse invalid rays (NaN, a direction of length zero, …), or let them miss and list them in ``skipped``.
         progress : bool or callable
             Show a bar, or call back with the share that is done.
         kernel : {"auto", "single", "wave", "bundle", "binary"}
-            How to search: chosen for each group of rays by how they run, or forced (docs/engine.md); "binary" goes
-            through the tree as it was built. The answer is the same.
+            Choose the kernel for each group of rays by their coherence, or force one (docs/engine.md); "binary"
+            searches the tree as it was built. The answer is the same.
 
         Returns
         -------
         FirstHits
-            Arrays of the shape of the question.
+            Arrays of the shape of the rays.
 
         Raises
         ------
         InputError
-            Names the rays that can not be asked.
+            If a ray is invalid; the message lists the rows.
 
         Examples
         --------
@@ -112,7 +90,7 @@ class Tree(TreeData):
         array(5., dtype=float32)
         """
         backend, surface = self._backend(kernel), is_surface(at)
-        rays = self._check_rays(origins, directions, radius, t_min, t_max, invalid)
+        rays = check_rays(origins, directions, radius, t_min, t_max, invalid, self.nodes["box"][0])
         return first_hit(backend, rays, surface, progress, self._lines)
 
     def all_hits(
@@ -128,15 +106,14 @@ class Tree(TreeData):
         progress: ProgressOption = False,
         kernel: str = "auto",
     ) -> AllHits:
-        """Find every hit of each ray, each once, sorted by t; see `first_hit` for the parameters.
+        """Find every hit of each ray, each once, sorted by t; `first_hit` explains the parameters.
 
-        A hit takes 20 bytes (24 with ``at="surface"``), and 20 more while it is being found; `count_hits` tells how
-        many there are.
+        A hit takes 20 bytes (24 with ``at="surface"``), and 20 more during the query; `count_hits` counts them.
 
         Raises
         ------
         MemoryError
-            If the hits do not fit into memory. Where a sample of the rays tells so, that is soon after the start.
+            If the hits do not fit into memory; a sample of the rays often finds this out soon after the start.
 
         Examples
         --------
@@ -147,7 +124,7 @@ class Tree(TreeData):
         [0 2 2] [0 1] [5. 6.]
         """
         backend, surface = self._backend(kernel), is_surface(at)
-        rays = self._check_rays(origins, directions, radius, t_min, t_max, invalid)
+        rays = check_rays(origins, directions, radius, t_min, t_max, invalid, self.nodes["box"][0])
         return list_hits(backend, rays, surface, None, progress, self._lines)
 
     def any_hit(
@@ -162,7 +139,7 @@ class Tree(TreeData):
         progress: ProgressOption = False,
         kernel: str = "auto",
     ) -> npt.NDArray[np.bool_]:
-        """Tell for each ray whether it hits anything: bool of the question's shape; see `first_hit`.
+        """Return whether each ray hits anything, as bool of the shape of the rays; see `first_hit`.
 
         Examples
         --------
@@ -171,7 +148,7 @@ class Tree(TreeData):
         array([ True, False])
         """
         backend = self._backend(kernel)
-        rays = self._check_rays(origins, directions, radius, t_min, t_max, invalid)
+        rays = check_rays(origins, directions, radius, t_min, t_max, invalid, self.nodes["box"][0])
         return any_hit(backend, rays, progress)
 
     def count_hits(
@@ -186,7 +163,7 @@ class Tree(TreeData):
         progress: ProgressOption = False,
         kernel: str = "auto",
     ) -> IntArray:
-        """Count the segments that each ray hits: int64 of the question's shape; see `first_hit`.
+        """Count the segments that each ray hits, as int64 of the shape of the rays; see `first_hit`.
 
         Examples
         --------
@@ -196,7 +173,7 @@ class Tree(TreeData):
         array([2, 0])
         """
         backend = self._backend(kernel)
-        rays = self._check_rays(origins, directions, radius, t_min, t_max, invalid)
+        rays = check_rays(origins, directions, radius, t_min, t_max, invalid, self.nodes["box"][0])
         return count_hits(backend, rays, progress)
 
     def next_hits(
@@ -213,13 +190,13 @@ class Tree(TreeData):
         progress: ProgressOption = False,
         kernel: str = "auto",
     ) -> AllHits:
-        """Find the k nearest hits of each ray, each once, sorted by t; see `first_hit` for the other parameters.
+        """Find the k nearest hits of each ray, each once, sorted by t; `first_hit` explains the other parameters.
 
-        To go on after them, ask for more. With t_min at the last one's t the ray would start there, where all
-        that it has come near may still be within its radius.
+        For later hits ask for a larger k: with t_min at the last one's t the ray would start there, where segments that
+        it has passed may still be within the radius.
         """
         backend, surface, k = self._backend(kernel), is_surface(at), count("k", k, 0)
-        rays = self._check_rays(origins, directions, radius, t_min, t_max, invalid)
+        rays = check_rays(origins, directions, radius, t_min, t_max, invalid, self.nodes["box"][0])
         return list_hits(backend, rays, surface, k, progress, self._lines)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -256,38 +233,26 @@ class Tree(TreeData):
             choice("kernel", kernel, tuple(KERNELS))
         return self._binary if kernel == "binary" else WideBackend(self.layout.view, KERNELS[kernel])
 
-    def _check_rays(
-        self,
-        origins: npt.ArrayLike,
-        directions: npt.ArrayLike,
-        radius: npt.ArrayLike,
-        t_min: npt.ArrayLike,
-        t_max: npt.ArrayLike,
-        invalid: str,
-    ) -> RayBatch:
-        return check_rays(origins, directions, radius, t_min, t_max, invalid, self.nodes["box"][0])
-
     # ---- Moving segments ----
 
     def refit(self, lines: Lines | npt.ArrayLike, *, progress: ProgressOption = False) -> Tree:
         """Make the same tree over segments that have moved: same nodes and pieces, boxes fitted anew (docs/refit.md).
 
-        It takes a small part of the time of a build, and answers are exact; but boxes overlap the more, the more
-        neighbours part. `growth` tells by how much the cost has grown, `RebuildPolicy` when to build anew. If the tree
-        has its `layout`, the new one has its own, fitted likewise.
+        A refit takes a fraction of a build, and answers are exact; but boxes overlap more as neighbours part. `growth`
+        is the factor by which the cost has grown; `RebuildPolicy` decides when to rebuild. A `layout` is refitted too.
 
         Parameters
         ----------
         lines : Lines or (n, 2, 3) array
-            As many segments as the tree has, in the same order. With an array, strands, radii and attributes stay. An
-            array that somebody could change is copied.
+            As many segments as the tree has, in the same order. With an array, strands, radii and attributes stay. A
+            writeable array is copied.
         progress : bool or callable
             Show a bar, or call back with the share that is done.
 
         Returns
         -------
         Tree
-            A BVH, of a KD tree too: where lines have moved, its boxes can not cut space in two any more.
+            A BVH, of a KD tree too: where lines have moved, its boxes cannot cut space in two any more.
 
         Raises
         ------
@@ -302,22 +267,15 @@ class Tree(TreeData):
         array(6., dtype=float32)
         """
         moved = moved_lines(self, lines)
-        tight = self.settings if self.settings.boxes == "tight" else replace(self.settings, boxes="tight")
         with reporting(progress, "refit") as callback:
-            changes = {
-                "geometry": moved,
-                "nodes": refit_nodes(self, moved, callback),
-                "settings": tight,
-                "method": self.method if tight is self.settings else "custom",
-                "built_cost": self._built_cost,
-            }
+            nodes = refit_nodes(self, moved, callback)
             # Nothing is checked again: the core has made the nodes, and the rest is this tree's.
             tree = object.__new__(type(self))
-            for field in fields(self):
-                object.__setattr__(tree, field.name, changes.get(field.name, getattr(self, field.name)))
+            for name, value in refitted_fields(self, moved, nodes, self._built_cost).items():
+                object.__setattr__(tree, name, value)
             if "layout" in self.__dict__:
-                box = tree.nodes["box"][0]
-                tree.__dict__["layout"] = refit_layout(self.layout, moved, box, refit_threads(self), callback)
+                made = refit_layout(self.layout, moved, nodes["box"][0], refit_threads(self), callback)
+                tree.__dict__["layout"] = made
         return tree
 
     @cached_property
@@ -327,16 +285,15 @@ class Tree(TreeData):
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the tree and its lines to one file, which `load` maps into memory.
 
-        All that the lines have is kept, but for attributes that are neither booleans nor whole numbers or floats of up
-        to 8 bytes: a warning names those. The file appears whole or not at all. A symbolic link stays one, and a file
-        that is there keeps its mode.
+        Attributes that are neither booleans nor numbers of up to 8 bytes are left out, with a warning. The file appears
+        whole or not at all. A symbolic link stays one, and an existing file keeps its mode.
 
         Raises
         ------
         InputError
             If the tree is not over lines, or the path is a device, a pipe or a socket, or has the extension of lines.
         OSError
-            If the path is a folder, or can not be written.
+            If the path is a folder, or cannot be written.
         """
         from . import tree_file
 
@@ -346,24 +303,23 @@ class Tree(TreeData):
 def load(path: str | os.PathLike[str], *, verify: bool | None = None) -> Tree:
     """Map a saved tree into memory and check that it can be used.
 
-    What queries rely on is checked, as of every tree (`Tree`): the graph and its depth, the ranges, the boxes, that the
-    pieces of each segment tile it, and that each lies in its leaf's box. So no hit is lost or told twice.
-    `Tree.validate` checks the axioms too. What changes or truncates the file later changes the tree (docs/files.md).
+    The checks are those of every tree (`Tree`), so no hit is lost or reported twice; `Tree.validate` checks the axioms
+    too. A later change of the file changes the tree (docs/files.md).
 
     Parameters
     ----------
     path : str or path
     verify : bool, optional
-        Whether to verify the checksums, which tell of damage that leaves a tree a tree, such as another coordinate. By
-        default those of files of up to 1 GiB are verified, if there are any. Older versions wrote none: such files are
-        loaded, unless True asks for a verification.
+        Whether to verify the checksums, which detect damage that leaves a tree usable, such as another coordinate. By
+        default those of files of up to 1 GiB are verified. Files of older versions have none: they load, unless True
+        asks for a verification.
 
     Raises
     ------
     FileFormatError
         If the file is not a whole, usable tree, or its checksums differ.
     OSError
-        If it can not be read.
+        If it cannot be read.
     """
     from . import tree_file
 

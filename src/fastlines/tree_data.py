@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import InitVar, dataclass, field
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +29,27 @@ REF = np.dtype([("prim", "<u4"), ("s0", "<f4"), ("s1", "<f4")])
 
 #: No node lies more levels below the root.
 MAX_DEPTH = _core.MAX_DEPTH
+
+
+class Planes(NamedTuple):
+    """A KD tree as the core searches it by its planes (cpp/fastlines/query/plane_search.hpp).
+
+    Attributes
+    ----------
+    nodes : (n, 2) uint32
+        An axis and a plane each, or a range of references; siblings stand side by side.
+    prims : (n_refs,) uint32
+        The primitive of each reference.
+    depth : int
+        Level of the deepest node.
+    corners : tuple of six float
+        The root's box.
+    """
+
+    nodes: npt.NDArray[np.uint32]
+    prims: npt.NDArray[np.uint32]
+    depth: int
+    corners: tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False)

@@ -77,7 +77,7 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
 
 
 def _attributes(lines: Lines, path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Name the sections of the attributes, and warn of those that a file can not keep."""
+    """Name the sections of the attributes, and warn of those that a file cannot keep."""
     little = {
         name: values.astype(values.dtype.newbyteorder("<"), copy=False) for name, values in lines.attributes.items()
     }
@@ -138,7 +138,7 @@ def read(kind: type[Tree], path: str | os.PathLike[str], verify: bool | None) ->
 
 
 def has_checksums(path: str | os.PathLike[str]) -> bool:
-    """Tell whether a tree file holds checksums; those of older versions do not."""
+    """Return whether a tree file holds checksums; those of older versions do not."""
     return container.CHECKSUMS in container.read(path, verify=False)[0]
 
 

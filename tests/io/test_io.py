@@ -95,7 +95,7 @@ def test_paths_that_are_no_file(tmp_path, load):
     os.mkfifo(tmp_path / "pipe.hair")
     with pytest.raises(InputError, match="is a device or a pipe; expected a regular file"):
         read(tmp_path / "pipe.hair")
-    with pytest.raises(InputError, match="can not be read"):
+    with pytest.raises(InputError, match="cannot be read"):
         read("nul\0.hair")
     with pytest.raises(OSError, match="too long"):
         read("x" * 5000 + ".hair")

@@ -319,8 +319,8 @@ def test_errors_name_the_path_that_was_given(tmp_path, monkeypatch):
         patch.setattr(Path, "replace", refuse)
         with pytest.raises(OSError, match=r"^\[Errno 18\] Invalid cross-device link: 'a\.flt'$"):
             write(Path("a.flt"))
-    with pytest.raises(RuntimeError, match=r"^can not open file a\.flt$"), atomic_write("a.flt") as partial:
-        raise RuntimeError(f"can not open file {partial}")
+    with pytest.raises(RuntimeError, match=r"^cannot open file a\.flt$"), atomic_write("a.flt") as partial:
+        raise RuntimeError(f"cannot open file {partial}")
     with pytest.raises(NotADirectoryError, match=r"'a\.flt'$"), atomic_write("a.flt") as partial:
         (partial / "x").read_bytes()
     assert names(tmp_path) == ["a.flt"]
@@ -329,8 +329,8 @@ def test_errors_name_the_path_that_was_given(tmp_path, monkeypatch):
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write everywhere")
 def test_no_permission(tmp_path):
     (tmp_path / "locked").mkdir(0o500)
-    with pytest.raises(PermissionError, match=r"the folder .*locked can not be written to: '.*a\.flt'"):
+    with pytest.raises(PermissionError, match=r"the folder .*locked cannot be written to: '.*a\.flt'"):
         TREE.save(tmp_path / "locked" / "a.flt")
     (tmp_path / "a.flt").touch(0o400)
-    with pytest.raises(PermissionError, match=r"the file is there and can not be written to: '.*a\.flt'"):
+    with pytest.raises(PermissionError, match=r"the file is there and cannot be written to: '.*a\.flt'"):
         TREE.save(tmp_path / "a.flt")

@@ -169,7 +169,7 @@ def test_wrong_names() -> None:
     tree = fl.build([[[0, 0, 0], [1, 1, 1]]])
     with pytest.raises(fl.InputError, match="kernel='fast' is not a choice"):
         tree.first_hit([0, 0, -5], [0, 0, 1], 0.1, kernel="fast")
-    with pytest.raises(fl.InputError, match="simd='mmx' can not be had here; expected one of"):
+    with pytest.raises(fl.InputError, match="simd='mmx' is not available here; expected one of"):
         fl.set_simd("mmx")
     program = "import fastlines as fl; print(fl.simd())"
     for name in fl.available_simd():
@@ -188,7 +188,7 @@ def test_wrong_names() -> None:
         capture_output=True,
         check=False,
     )
-    assert "FASTLINES_SIMD='mmx' can not be had here" in said.stderr
+    assert "FASTLINES_SIMD='mmx' is not available here" in said.stderr
 
 
 @pytest.mark.parametrize("simd", fl.available_simd())

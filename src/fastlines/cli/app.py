@@ -1,7 +1,7 @@
 """The application that the commands belong to, and what it says when something goes wrong.
 
-Every run ends with exit code 0, or with one sentence on stderr and another code: 1 if the work can not be done, 2 if
-the command line is wrong, 70 if fastlines itself is, 130 if it was stopped, 141 if nobody reads its output any more.
+Every run ends with exit code 0, or with one sentence on stderr and another code: 1 if the work cannot be done, 2 if
+the command line is wrong, 70 if fastlines itself is, 130 if it was stopped, 141 if its output is closed.
 """
 
 from __future__ import annotations

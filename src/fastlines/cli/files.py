@@ -46,7 +46,7 @@ def open_lines(text: str, skip_invalid: bool = False) -> Source:
     """Read an input to work on: one without lines is most likely a mistake, and there would be nothing to show."""
     source = open_input(text, skip_invalid)
     if len(source.lines) == 0:
-        raise InputError(f"{text}: holds no segments; expected at least one ('fastlines info' tells what is in a file)")
+        raise InputError(f"{text}: holds no segments; expected at least one ('fastlines info' shows what is in a file)")
     return source
 
 
@@ -127,5 +127,5 @@ def show_progress() -> bool:
 
 
 def note(text: str) -> None:
-    """Say something that is no result."""
+    """Print a note to stderr."""
     typer.echo(f"note: {text}", err=True)

@@ -75,7 +75,7 @@ def cross(
     t_min: float = 0.0,
     t_max: float = float("inf"),
 ) -> npt.NDArray[np.bool_]:
-    """Tell which rays cross a box."""
+    """Return which rays cross a box."""
     import numpy as np
 
     low, high = box.astype(np.float64)

@@ -69,8 +69,8 @@ def query(
 
     The file has the arrays t, prim, u and distance for the kinds first, all and next (and for the last two also
     offsets: the hits of ray i are those from offsets\[i] to offsets\[i + 1]), hit for any, count for count. If rows of
-    the input were skipped when the tree was built, row tells which of them each prim was; if the lines have strands,
-    strand tells which it is part of. prim, row and strand are -1 for a miss.
+    the input were skipped when the tree was built, row is the row of each prim in the input; if the lines have strands,
+    strand is the strand of each. prim, row and strand are -1 for a miss.
 
     Where less than 1 % of the rays that cross the box of the lines hit, a note on stderr names a radius with which a
     quarter of them would.
@@ -97,7 +97,7 @@ def query(
     if (kind == "next") != (nearest is not None):
         raise InputError("--kind next and --nearest go together: say how many hits of each ray, such as --nearest 4")
     if kind not in TELL_T:
-        refuse_given({"--at": at}, f"--kind {kind} tells no t")
+        refuse_given({"--at": at}, f"--kind {kind} returns no t")
     if camera is None:
         refuse_given(
             {"--direction": direction, "--up": up, "--fov": fov}, "the rays come from a file, not from a camera"
@@ -165,7 +165,7 @@ def read_rays(path: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         raise
     except (ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
         why = "it holds Python objects, not numbers" if re.search("pickle|objects", str(error)) else error
-        raise InputError(f"{path}: can not be read as an array of rays: {why}") from None
+        raise InputError(f"{path}: cannot be read as an array of rays: {why}") from None
     if loaded.ndim != 2 or loaded.shape[1] != 6:
         raise InputError(f"{path}: has the shape {loaded.shape}; expected (n, 6): origin and direction of each ray")
     return np.asarray(loaded[:, :3]), np.asarray(loaded[:, 3:])

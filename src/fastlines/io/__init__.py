@@ -39,7 +39,7 @@ UP = {".trk": "z", ".tck": "z", ".tfx": "y"}
 
 
 def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
-    """Read a file of lines; its extension, in capitals or not, tells the format.
+    """Read a file of lines; its extension, in capitals or not, names the format.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
     Raises
     ------
     FileNotFoundError, or another OSError
-        If there is no such file, or it can not be read.
+        If there is no such file, or it cannot be read.
     InputError
         If segments hold NaN or Inf.
     FileFormatError
@@ -117,7 +117,7 @@ def _load(path: Path) -> bytes:
         why = f"no such file; check the path (the working directory is {Path.cwd()})"
         raise FileNotFoundError(error.errno, why, str(path)) from None
     except ValueError as error:  # a NUL in the path
-        raise InputError(f"{path}: can not be read: {error}") from None
+        raise InputError(f"{path}: cannot be read: {error}") from None
     if not data:
         raise FileFormatError(f"{path}: is empty; {BAD_COPY}")
     return data

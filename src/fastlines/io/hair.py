@@ -36,13 +36,6 @@ _ALL_BITS = _SEGMENTS | _POINTS | _THICKNESS | _TRANSPARENCY | _COLORS | _UV
 def parse(source: Source, invalid: str) -> Lines:
     """Read a ``.hair`` file.
 
-    Parameters
-    ----------
-    source : Source
-        The file.
-    invalid : {"error", "skip"}
-        See `Lines.from_segments`.
-
     Returns
     -------
     Lines

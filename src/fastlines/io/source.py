@@ -19,13 +19,13 @@ BAD_COPY = "the file is cut short or damaged: get a fresh copy"
 
 
 def reason(error: Exception) -> str:
-    """Say in a few printable words of one line what another library raised."""
+    """Describe the error of another library in one short printable line."""
     words = " ".join(str(error).split()) or type(error).__name__
     return printable(words[:120])
 
 
 def printable(text: str) -> str:
-    """Replace what can not be shown in one line by question marks."""
+    """Replace what cannot be shown in one line by question marks."""
     return "".join(char if char.isprintable() else "?" for char in text)
 
 

@@ -4,7 +4,7 @@ Format: https://mrtrix.readthedocs.io/en/latest/getting_started/image_data.html#
 ``key: value`` lines is closed by END and names the type of the data and the byte at which they start. A triple of NaN
 ends each streamline, one of Inf the file.
 
-Headers in the wild have keys or END twice, counts that are wrong, and offsets that somebody's editor has moved. The
+Headers in the wild have keys or END twice, counts that are wrong, and offsets that an editor has moved. The
 triple of Inf proves that a file is whole and in which place and type its data are. What is proved is read, and what is
 odd is a warning.
 """
@@ -29,13 +29,6 @@ _TEXT = re.compile(rb"[^\0-\x08\x0b\x0e-\x1f\x7f]*")
 
 def parse(source: Source, invalid: str) -> Lines:
     """Read a ``.tck`` file.
-
-    Parameters
-    ----------
-    source : Source
-        The file.
-    invalid : {"error", "skip"}
-        See `Lines.from_segments`.
 
     Returns
     -------

@@ -51,13 +51,6 @@ _N_COORDINATES = {3.0: 3, 4.0: 4}
 def parse(source: Source, invalid: str) -> Lines:
     """Read a ``.tfx`` file of version 3 or 4.
 
-    Parameters
-    ----------
-    source : Source
-        The file.
-    invalid : {"error", "skip"}
-        See `Lines.from_segments`.
-
     Returns
     -------
     Lines

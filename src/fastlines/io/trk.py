@@ -47,13 +47,6 @@ _DEFAULT_ORDER = "LPS"
 def parse(source: Source, invalid: str) -> Lines:
     """Read a ``.trk`` file.
 
-    Parameters
-    ----------
-    source : Source
-        The file.
-    invalid : {"error", "skip"}
-        See `Lines.from_segments`.
-
     Returns
     -------
     Lines
@@ -64,7 +57,7 @@ def parse(source: Source, invalid: str) -> Lines:
     Raises
     ------
     FileFormatError
-        If this is not such a file, its header can not be used, or it holds less than its header promises.
+        If this is not such a file, its header cannot be used, or it holds less than its header promises.
     """
     byte_order: Literal["<", ">"] = ">" if source.data[996:1000] == b"\0\0\x03\xe8" else "<"
     header = source.record("header fields", _HEADER.newbyteorder(byte_order))
@@ -173,11 +166,11 @@ def _transform(source: Source, header: dict[str, Any]) -> npt.NDArray[np.float64
     size, n_voxels = np.array(header["voxel_size"], np.float64), np.array(header["dimensions"])
     if not np.isfinite(size).all() or not size.all():
         raise source.error(
-            f"its voxels have the size {header['voxel_size']}, which its transform can not use; mend the header"
+            f"its voxels have the size {header['voxel_size']}, which its transform cannot use; mend the header"
         )
     rotation = to_ras[:3, :3]
     if not np.isfinite(to_ras).all() or np.linalg.matrix_rank(rotation) < 3:
-        raise source.error("its transform (vox_to_ras) can not be inverted or is not finite; mend the header")
+        raise source.error("its transform (vox_to_ras) cannot be inverted or is not finite; mend the header")
 
     # Pair each axis of the transform with one of the points, mirrored where their directions differ.
     indices = np.zeros((3, 4))

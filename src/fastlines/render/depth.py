@@ -16,7 +16,7 @@ from ..tree import Tree
 
 #: The most pixels of a picture: an 8K screen has fewer.
 MAX_PIXELS = 1 << 25
-#: So many rays are asked at a time, which bounds the memory of a large picture.
+#: Rays are traced this many at a time, which bounds the memory of a large picture.
 MAX_BATCH = 1 << 20
 
 
@@ -50,7 +50,7 @@ def depth_image(
     Raises
     ------
     InputError
-        If the size or the radius can not be used.
+        If the size or the radius cannot be used.
 
     Examples
     --------
@@ -92,7 +92,7 @@ def check_size(width: int, height: int) -> None:
 
 
 def check_radius(radius: npt.ArrayLike) -> None:
-    """Refuse what can not be half the thickness of a line."""
+    """Refuse a radius that is negative or not finite."""
     value = np.asarray(radius)
     if value.ndim or value.dtype.kind not in "fiu" or not 0 <= value < np.inf:
         raise InputError(f"radius={radius!r}; expected a finite number that is not negative")

@@ -22,7 +22,7 @@ IMAGE_FORMATS = {
 
 
 def check_image_path(path: str | os.PathLike[str]) -> str:
-    """Return the extension of a picture's file; refuse one that can not be written."""
+    """Return the extension of a picture's file; refuse one that cannot be written."""
     extension = Path(path).suffix.lower()
     if extension not in IMAGE_FORMATS:
         known = ", ".join(IMAGE_FORMATS)

@@ -24,7 +24,7 @@ from .tone import Tone, encode
 THIN = 0.3
 #: The radius of the spot around a ray in which lines are gathered then, in pixels.
 SPOT = 1.0
-#: About so many hits are asked for at a time.
+#: Hits are listed about this many at a time.
 MAX_HITS = 1 << 22
 #: The size of the small picture that finds the range of depths.
 PROBE = 192

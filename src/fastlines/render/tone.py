@@ -48,7 +48,7 @@ class Tone:
         self._brightness = 1 - (1 - DARKEST) * (fall if far > near else np.zeros(256))
 
     def brightness(self, depth: npt.NDArray[np.floating]) -> Float64Array:
-        """What a screen is told, 0 to 1; 0 where the depth is inf."""
+        """The value of a pixel on the screen, 0 to 1; 0 where the depth is inf."""
         return np.where(np.isfinite(depth), np.interp(depth, self._depths, self._brightness), 0.0)
 
     def light(self, depth: npt.NDArray[np.floating]) -> Float64Array:

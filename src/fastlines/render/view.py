@@ -1,4 +1,4 @@
-"""A camera for lines of which nobody said how to look at them.
+"""The default camera: how to look at lines when no direction is given.
 
 What is *up*: the axis that the format of the file tells (`Lines.up`), which trees and their files keep. Where none
 does, what stands on the ground y = 0 or above it has y up, like most models; what lies around the coordinate origin has

@@ -29,12 +29,8 @@ TURNS = 1.75
 def generate(n_segments: int, rng: np.random.Generator) -> Lines:
     """Grow strands of 50 segments.
 
-    Parameters
-    ----------
-    n_segments : int
-        How many; the last strand may be cut short. Fewer are the first of more.
-    rng : numpy.random.Generator
-        Sixteen uniform numbers are used for each strand.
+    The last strand may be cut short, and fewer segments are the first of more.
+    Each strand takes sixteen uniform numbers.
 
     Examples
     --------

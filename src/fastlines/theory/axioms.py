@@ -13,7 +13,7 @@ from .splits import BoxRule, cut, tight
 
 
 def covered(part: Primitive | None, boxes: Sequence[Box], slack: float) -> bool:
-    """Tell whether some boxes hold a part between them: what lies beyond the first must lie in the others."""
+    """Return whether some boxes hold a part between them: what lies beyond the first must lie in the others."""
     if part is None or not boxes:
         return part is None
     (lo, hi), space = boxes[0], Box((-math.inf,) * 3, (math.inf,) * 3)

@@ -93,14 +93,14 @@ def lower_bound(
 
 
 def area_of(sides: Array) -> Array:
-    """Give the area of boxes with such sides."""
+    """Return the area of boxes with such sides."""
     x, y, z = np.moveaxis(sides, -1, 0)
     found: Array = 2 * (x * y + x * z + y * z)
     return found
 
 
 def needed(ends: Array, sides: Array, ratio: float, n_cells: int) -> float:
-    """Integrate how many boxes of area t are needed, less one, over t; in parts of the root's area.
+    """Integrate how many boxes of area t are needed, less one, over t; as a fraction of the root's area.
 
     `ratio` is c_prim/c_trav. Where a leaf would not pay for what its pieces are counted, they are counted for less.
     """

@@ -26,16 +26,16 @@ class Box(NamedTuple):
     hi: Point
 
     def sides(self) -> Point:
-        """Give the lengths of its sides."""
+        """Return the lengths of its sides."""
         return tuple(hi - lo for lo, hi in zip(self.lo, self.hi, strict=True))
 
     def area(self) -> float:
-        """Give the area of its surface, SA(q)."""
+        """Return the area of its surface, SA(q)."""
         x, y, z = self.sides()
         return 2 * (x * y + x * z + y * z)
 
     def centre(self, axis: int) -> float:
-        """Give the middle of one side."""
+        """Return the middle of one side."""
         return (self.lo[axis] + self.hi[axis]) / 2
 
     def split(self, axis: int, plane: float) -> tuple[Box, Box]:

@@ -41,7 +41,7 @@ def best_split(
 
 
 def prune(node: Node, c_trav: float = 2.0, c_prim: float = 1.0) -> Node:
-    """Give the cheapest of all prunings: from the bottom up, children stay where they cost less than a leaf."""
+    """Return the cheapest of all prunings: from the bottom up, children stay where they cost less than a leaf."""
     leaf = Node(node.prims, node.box)
     if not (node.left and node.right):
         return leaf

@@ -110,7 +110,7 @@ def contents(ends: Array, places: Sequence[Array], rule: BoxRule) -> tuple[npt.N
 
 
 def within(p: float, q: float, places: Array) -> tuple[Array, Array]:
-    """Tell where a segment enters and leaves each interval (first cell, last cell); in a plane is left of it."""
+    """Return where a segment enters and leaves each interval (first cell, last cell); in a plane is left of it."""
     low, high = places[:-1, None].repeat(len(places) - 1, 1), places[None, 1:].repeat(len(places) - 1, 0)
     if p == q:
         inside = ((p > low) | (low == places[0])) & (p <= high)

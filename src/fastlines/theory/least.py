@@ -13,7 +13,7 @@ from .splits import BoxRule, divide, tight
 
 
 def face_share(box: Box, axis: int) -> float:
-    """Give φ, the share of a box's area that its two faces across an axis have. Both halves of a cut have them."""
+    """Return φ, the share of a box's area that its two faces across an axis have. Both halves of a cut have them."""
     one, other = (side for k, side in enumerate(box.sides()) if k != axis)
     return 2 * one * other / box.area()
 
@@ -27,7 +27,7 @@ def sides_of(prims: Prims, axis: int, plane: float) -> tuple[int, int, int]:
 
 
 def gain(prims: Prims, box: Box, axis: int, plane: float, c_trav: float = 2.0, c_prim: float = 1.0) -> float:
-    """Tell by how much a leaf costs more than two leaves, cut out of its box at a plane.
+    """Return by how much a leaf costs more than two leaves, cut out of its box at a plane.
 
     With l primitives left of a plane at share x of the box, r right of it and m cut by it,
     c_prim·((1 − φ)·((1 − x)·l + x·r) − φ·m) − c_trav.
@@ -48,7 +48,7 @@ def gain(prims: Prims, box: Box, axis: int, plane: float, c_trav: float = 2.0, c
 def at_least_cut(prims: Prims, box: Box, lookahead: int, c_trav: float = 2.0, c_prim: float = 1.0) -> float:
     """Bound V(k) from below, whatever planes cut the box; O(1) from the sums of the primitives' sides.
 
-    With e the sum of the primitives' sides along an axis, in parts of the box's side,
+    With e the sum of the primitives' sides along an axis, as fractions of the box's side,
     V(1) ≥ min(c_prim·n, c_trav + c_prim·(φ·n + (1 − φ)·e)) on the axis where this is least, and for k > 1
     V(k) ≥ min(c_prim·n, c_trav + φ·min(c_prim·n, c_trav)).
     """

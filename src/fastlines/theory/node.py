@@ -27,12 +27,12 @@ class Node:
 
 
 def chance(child: Box, parent: Box) -> float:
-    """Tell how likely a line through one box meets the other; 1 where no line measures the outer one."""
+    """Return how likely a line through one box meets the other; 1 where no line measures the outer one."""
     return child.area() / parent.area() if parent.area() > 0 else 1.0
 
 
 def f(node: Node, c_trav: float = 2.0, c_prim: float = 1.0) -> float:
-    """Give the cost of a tree by recursion."""
+    """Return the cost of a tree by recursion."""
     if not (node.left and node.right):
         return len(node.prims) * c_prim
     left = chance(node.left.box, node.box) * f(node.left, c_trav, c_prim)
@@ -41,5 +41,5 @@ def f(node: Node, c_trav: float = 2.0, c_prim: float = 1.0) -> float:
 
 
 def g(tree: Node, c_trav: float = 2.0, c_prim: float = 1.0) -> float:
-    """Give the cost of a tree as a sum over its nodes."""
+    """Return the cost of a tree as a sum over its nodes."""
     return sum(chance(n.box, tree.box) * (c_trav if n.left else len(n.prims) * c_prim) for n in tree.nodes())

@@ -112,7 +112,7 @@ def _between(
 
 
 def _weigh(box: Box, axis: int, plane: float, sides: _Sides, lookahead: int, c_trav: float, c_prim: float) -> float:
-    """Give what both halves of a box cost at least, times their areas."""
+    """Return what both halves of a box cost at least, times their areas."""
     low, high = box.split(axis, plane)
     if lookahead == 1:
         areas = low.area(), high.area()
@@ -126,6 +126,6 @@ def _weigh(box: Box, axis: int, plane: float, sides: _Sides, lookahead: int, c_t
 
 
 def _two_faces(box: Box) -> float:
-    """Give the area of the two smallest faces of a box."""
+    """Return the area of the two smallest faces of a box."""
     x, y, z = box.sides()
     return 2 * min(x * y, x * z, y * z)

@@ -17,20 +17,20 @@ class Primitive(Protocol):
 
     @property
     def id(self) -> int:
-        """Say which primitive this is or is a part of."""
+        """Return the id of this primitive, or of the one that it is a part of."""
 
     def bounds(self) -> Box:
-        """Give the least box that holds it, AABB(p)."""
+        """Return the least box that holds it, AABB(p)."""
 
     def clip(self, box: Box) -> Primitive | None:
-        """Give the part of it that lies in a box, if there is one; the part is a primitive again."""
+        """Return the part of it that lies in a box, if there is one; the part is a primitive again."""
 
 
 Prims: TypeAlias = Sequence[Primitive]
 
 
 def hull(prims: Sequence[Primitive]) -> Box:
-    """Give the least box that holds some primitives, AABB(∪p)."""
+    """Return the least box that holds some primitives, AABB(∪p)."""
     los, his = zip(*(prim.bounds() for prim in prims), strict=True)
     return Box(tuple(map(min, zip(*los, strict=True))), tuple(map(max, zip(*his, strict=True))))
 
@@ -90,7 +90,7 @@ class Block(NamedTuple):
     box: Box
 
     def bounds(self) -> Box:
-        """Give the box."""
+        """Return the box."""
         return self.box
 
     def clip(self, box: Box) -> Block | None:

@@ -1,5 +1,5 @@
-// Queries with one answer for each ray: its first hit, whether there is any, how many there are.
-#include <nanobind/nanobind.h>
+// Queries on the wide layout.
+#include <nanobind/stl/optional.h>
 
 #include "engine.hpp"
 #include "fastlines/rays/ray_check.hpp"
@@ -37,6 +37,17 @@ Output<std::int64_t> count(const LayoutView& layout, RayArrays rays, int kernel,
   return counts;
 }
 
+/// All hits, or with k those that are nearest.
+ListTuple list(const LayoutView& layout, RayArrays rays, bool surface, std::optional<std::size_t> k, int kernel,
+               unsigned n_threads, nb::object progress) {
+  const BatchQuery query(layout, rays, kernel, n_threads, progress);
+  const auto list_at = [&]<At at>() {
+    return k ? query.list<at>(KNearestQuery<Segments, at>(query.tree, *k))
+             : query.list<at>(AllHitsQuery<Segments, at>(query.tree));
+  };
+  return surface ? list_at.template operator()<At::surface>() : list_at.template operator()<At::closest>();
+}
+
 /// A quick look: `false` means that Python has to look closer.
 bool check_rays(RayArrays rays, float largest_radius, float farthest, unsigned n_threads) {
   const WithoutGil without_gil;
@@ -45,11 +56,13 @@ bool check_rays(RayArrays rays, float largest_radius, float farthest, unsigned n
 
 }  // namespace
 
-void bind_hits(nb::module_& m) {
+void bind_queries(nb::module_& m) {
   m.def("rays_are_valid", &check_rays, "rays"_a, "largest_radius"_a, "farthest"_a, "n_threads"_a);
   m.def("first_hit", &first, "layout"_a, "rays"_a, "surface"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
   m.def("any_hit", &any_of, "layout"_a, "rays"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
   m.def("count_hits", &count, "layout"_a, "rays"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
+  m.def("list_hits", &list, "layout"_a, "rays"_a, "surface"_a, "k"_a.none(), "kernel"_a, "n_threads"_a,
+        "progress"_a.none());
 }
 
 }  // namespace fastlines
