@@ -6,15 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support import nasty
-from support.answers import assert_same, cases, question
 from support.theory_scenes import SCENE_NAMES, scene
 
 import fastlines as fl
 
 #: One leaf that lists all there is before a build.
 ONE_LEAF: dict[str, Any] = {"lookahead": 0, "limits": fl.Limits(max_refs=100_000)}
-BOUNDS = [fl.Presplit(area=1e-3), fl.Presplit(area=1.0), fl.Presplit(refs=1), fl.Presplit(refs=7.5), fl.Presplit()]
 
 
 def areas_of_pieces(tree: fl.Tree) -> Any:
@@ -68,22 +65,6 @@ def test_a_bound_on_references_holds() -> None:
     tree.validate()
     assert tree.n_refs <= 2 * 2**9
     assert tree.stats()["largest_leaf_refs"] <= 2
-
-
-@pytest.mark.parametrize("name", nasty.NAMES)
-def test_answers_are_those_of_brute_force(name: str) -> None:
-    case = cases(6)[name]
-    asked, _ = question(case)
-    first = fl.brute_force(case.segments, **asked, query="first_hit", at="surface")
-    every = fl.brute_force(case.segments, **asked, query="all_hits")
-    for i, presplit in enumerate(BOUNDS):
-        method = ("bvh-cl", "bvh-ss", "best")[i % 3]
-        tree = fl.build(case.segments, method, presplit=presplit, limits=fl.Limits(max_refs=2000))
-        tree.validate()
-        assert tree.cost(by="f") == pytest.approx(tree.cost(by="g"), rel=1e-9)
-        for kernel in ("auto", "binary"):
-            assert_same(tree.first_hit(**asked, at="surface", kernel=kernel), first)
-            assert_same(tree.all_hits(**asked, kernel=kernel), every)
 
 
 @pytest.mark.parametrize(("scene_name", "n"), [("spaghetti", 400), ("bun-hair", 8000)])

@@ -7,23 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support import nasty
-from support.answers import assert_same, cases, question
+from support.builds import TO_REINSERT
 from support.theory_scenes import SCENE_NAMES, scene
 
 import fastlines as fl
 from fastlines.threads import num_threads
 
+
 #: Trees to work on: whole lines, pieces, and pieces that object splits have put in any order.
-TREES: dict[str, dict[str, Any]] = {
-    "whole": {"splits": fl.ObjectSweep(), "cost": fl.Cost(0.3)},
-    "pieces": {"splits": fl.PlaneGrid(4), "cost": fl.Cost(0.3), "limits": fl.Limits(max_refs=2000)},
-    "best": {"method": "best", "limits": fl.Limits(max_refs=2000, max_leaf_refs=4)},
-    "presplit": {"method": "bvh-cl", "presplit": fl.Presplit(refs=5), "cost": fl.Cost(0.3)},
-    "median": {"splits": fl.Median(), "cost": fl.Cost(0.01)},
-}
-
-
 def cost_of_grown_boxes(tree: fl.Tree) -> float:
     """The cost as the search measures it."""
     box = tree.nodes["box"].astype(float)
@@ -41,13 +32,13 @@ def leaves(tree: fl.Tree) -> set[tuple[bytes, bytes]]:
 
 
 @pytest.mark.parametrize("name", SCENE_NAMES)
-@pytest.mark.parametrize("kind", TREES)
+@pytest.mark.parametrize("kind", TO_REINSERT)
 def test_leaves_move_whole_and_costs_never_grow(kind: str, name: str) -> None:
     ends = scene(name, 11, 150)
-    before = fl.build(ends, **TREES[kind])
+    before = fl.build(ends, **TO_REINSERT[kind])
     costs = [cost_of_grown_boxes(before)]
     for rounds in (1, 2, 3, 20):
-        tree = fl.build(ends, **TREES[kind], reinsertion=rounds)
+        tree = fl.build(ends, **TO_REINSERT[kind], reinsertion=rounds)
         tree.validate()
         assert leaves(tree) == leaves(before)
         assert tree.n_nodes == before.n_nodes
@@ -131,26 +122,10 @@ def test_in_the_end_no_single_move_gains(seed: int) -> None:
     assert seed % 2 or most_gained(before) > negligible
 
 
-@pytest.mark.parametrize("name", nasty.NAMES)
-def test_answers_are_those_of_brute_force(name: str) -> None:
-    case = cases(5)[name]
-    asked, _ = question(case)
-    expected = {
-        query: fl.brute_force(case.segments, **asked, query=query, **how)
-        for query, how in (("first_hit", {"at": "surface"}), ("all_hits", {}))
-    }
-    for given in TREES.values():
-        tree = fl.build(case.segments, **given, reinsertion=3)
-        tree.validate()
-        for kernel in ("auto", "binary"):
-            assert_same(tree.first_hit(**asked, at="surface", kernel=kernel), expected["first_hit"])
-            assert_same(tree.all_hits(**asked, kernel=kernel), expected["all_hits"])
-
-
-@pytest.mark.parametrize("kind", TREES)
+@pytest.mark.parametrize("kind", TO_REINSERT)
 def test_number_of_threads_does_not_show(kind: str) -> None:
     lines = fl.scenes.make("bun-hair", 3000).lines
-    given = {**TREES[kind], "limits": fl.Limits(max_refs=20_000)}
+    given = {**TO_REINSERT[kind], "limits": fl.Limits(max_refs=20_000)}
     trees = []
     for n_threads in (1, 2, 3, 8):
         with num_threads(n_threads):

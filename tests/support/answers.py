@@ -32,8 +32,8 @@ def question(case: nasty.Case) -> tuple[dict[str, Any], int]:
     return {**rays, "t_min": repeat(case.t_min), "t_max": repeat(case.t_max)}, n
 
 
-def assert_same(got: Any, expected: Any) -> None:
-    """Compare two answers bit for bit."""
+def assert_same(got: Any, expected: Any, which: str = "") -> None:
+    """Compare two answers bit for bit; say which one differs."""
     assert type(got) is type(expected)
     if isinstance(got, np.ndarray):
         pairs = {"answer": (got, expected)}
@@ -41,8 +41,8 @@ def assert_same(got: Any, expected: Any) -> None:
         pairs = {name: (getattr(got, name, None), getattr(expected, name, None)) for name in COLUMNS}
     for name, (a, b) in pairs.items():
         if a is None or b is None:
-            assert a is b, name
+            assert a is b, f"{name} {which}"
             continue
-        assert (a.shape, a.dtype) == (b.shape, b.dtype), name
+        assert (a.shape, a.dtype) == (b.shape, b.dtype), f"{name} {which}"
         rows = np.flatnonzero(a.reshape(-1).view(f"u{a.itemsize}") != b.reshape(-1).view(f"u{b.itemsize}"))
-        assert len(rows) == 0, f"{name} differs at {rows[:5]}: {a.flat[rows[:5]]}, expected {b.flat[rows[:5]]}"
+        assert len(rows) == 0, f"{which} {name} differs at {rows[:5]}: {a.flat[rows[:5]]}, expected {b.flat[rows[:5]]}"

@@ -1,0 +1,67 @@
+"""Every tree answers as brute force does, bit for bit: with each kernel, instruction set and number of threads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+
+import pytest
+from support import nasty
+from support.answers import WITH_AT, assert_same, cases, options, question
+from support.builds import BUILDS, METHODS, build
+from support.slow import few_of
+
+import fastlines as fl
+from fastlines.backend import KERNELS
+from fastlines.queries import QUERIES
+
+SEEDS = range(8)
+N_THREADS = (1, 3, 8)
+#: Queries, and the kinds of t to ask them for.
+QUESTIONS = [(query, at) for query in QUERIES for at in (("closest", "surface") if query in WITH_AT else (None,))]
+#: Kernels and instruction sets; the binary tree has one text for all.
+WAYS = [*product([kernel for kernel in KERNELS if kernel != "binary"], fl.available_simd()), ("binary", None)]
+#: The builds that are no method of their own.
+OTHERS = [name for name in BUILDS if name not in METHODS]
+
+
+@pytest.fixture(autouse=True)
+def any_engine() -> Iterator[None]:
+    yield
+    fl.set_simd(None)
+    fl.set_num_threads(None)
+
+
+def chosen(seed: int, name: str) -> list[str]:
+    """Return names of builds: each method, the one to ask in all ways first, and three others, in turn."""
+    i = seed + nasty.NAMES.index(name)
+    methods = [list(METHODS)[(i + j) % len(METHODS)] for j in range(len(METHODS))]
+    return [*methods, *(OTHERS[(3 * i + j) % len(OTHERS)] for j in range(3))]
+
+
+@pytest.mark.parametrize("name", nasty.NAMES)
+@pytest.mark.parametrize("seed", few_of(SEEDS, n=1))
+def test_answers_are_those_of_brute_force(seed: int, name: str) -> None:
+    case = cases(seed, n_rays=60)[name]
+    asked, _ = question(case)
+    trees = {build_name: build(case.segments, **BUILDS[build_name]) for build_name in chosen(seed, name)}
+    for tree in trees.values():
+        tree.validate()
+        assert tree.cost(by="f") == pytest.approx(tree.cost(by="g"), rel=1e-9)  # Theorem 1
+        limits, stats = tree.settings.limits, tree.stats()
+        assert limits.max_refs is None or stats["n_refs"] <= limits.max_refs
+        assert stats["depth"] <= limits.max_depth
+        assert limits.max_leaf_refs is None or stats["largest_leaf_refs"] <= limits.max_leaf_refs
+    turn = seed
+    for query, at in QUESTIONS:
+        how = ({} if at is None else {"at": at}) | options(query)
+        expected = fl.brute_force(case.segments, **asked, query=query, **how)
+        for i, (build_name, tree) in enumerate(trees.items()):
+            turn += 1
+            for kernel, simd in WAYS if i == 0 else (WAYS[(7 * turn + i) % len(WAYS)],):
+                turn += 1
+                n_threads = N_THREADS[turn % len(N_THREADS)]
+                fl.set_simd(simd)
+                fl.set_num_threads(n_threads)
+                got = getattr(tree, query)(**asked, **how, kernel=kernel)
+                assert_same(got, expected, f"{build_name}: {query}, {at=}, {kernel=}, {simd=}, {n_threads=}, {seed=}")

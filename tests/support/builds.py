@@ -1,0 +1,66 @@
+"""How trees are built, by name: all that answers must not depend on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import fastlines as fl
+
+#: Keeps trees over copies of long lines small, so that the tests are quick; enough for most others.
+BUDGET = 3000
+
+G = fl.PlaneGrid
+#: Settings off the beaten track.
+OFF_THE_TRACK: dict[str, dict[str, Any]] = {
+    "events tight": {"splits": fl.PlaneEvents()},
+    "median tight": {"splits": fl.Median(), "cost": fl.Cost(0.01)},
+    "median cut": {"splits": fl.Median(), "boxes": "cut", "cost": fl.Cost(0.01)},
+    "middle tight": {"splits": fl.Midpoint(), "cost": fl.Cost(0.01)},
+    "middle cut": {"splits": fl.Midpoint(), "boxes": "cut", "cost": fl.Cost(0.01)},
+    "all tight": {"splits": (fl.ObjectSweep(max_refs=32), G(3), fl.PlaneEvents(max_refs=8), fl.Median())},
+    "all cut": {"splits": (G(4), fl.PlaneEvents(max_refs=16), fl.Median(), fl.Midpoint()), "boxes": "cut"},
+    "sweep ahead 2": {"splits": fl.ObjectSweep(max_refs=12), "lookahead": 2},
+    "grid ahead 3": {"splits": G(1), "lookahead": [1, 2, 3]},
+    "cut ahead 2": {"splits": G(2), "lookahead": 2, "boxes": "cut", "cost": fl.Cost(0.1)},
+    "no lookahead": {"lookahead": 0},
+    "one plane": {"splits": G(1), "cost": fl.Cost(1e-3)},
+    "many planes": {"splits": G(300), "cost": fl.Cost(0.3), "limits": fl.Limits(max_refs=300)},
+    "depth 0": {"limits": fl.Limits(max_depth=0)},
+    "depth 3": {"limits": fl.Limits(max_depth=3, max_refs=BUDGET), "cost": fl.Cost(0.01)},
+    "leaves of 1": {"splits": fl.ObjectSweep(), "limits": fl.Limits(max_leaf_refs=1)},
+    "leaves of 3": {"splits": G(2), "limits": fl.Limits(max_leaf_refs=3, max_refs=BUDGET)},
+    "no duplicates": {"splits": G(16), "limits": fl.Limits(max_refs=40), "cost": fl.Cost(0.01)},
+    "few duplicates": {"boxes": "cut", "limits": fl.Limits(max_refs=55), "cost": fl.Cost(0.01)},
+    "leaf_refs 0": {"splits": fl.PlaneEvents(), "boxes": "cut", "limits": fl.Limits(leaf_refs=0, max_refs=BUDGET)},
+    "leaf_size": {"limits": fl.Limits(leaf_size=0.3, max_refs=BUDGET), "cost": fl.Cost(0.01)},
+}
+
+#: Trees that reinsertion has to do with.
+TO_REINSERT: dict[str, dict[str, Any]] = {
+    "whole": {"splits": fl.ObjectSweep(), "cost": fl.Cost(0.3)},
+    "pieces": {"splits": fl.PlaneGrid(4), "cost": fl.Cost(0.3), "limits": fl.Limits(max_refs=2000)},
+    "best": {"method": "best", "limits": fl.Limits(max_refs=2000, max_leaf_refs=4)},
+    "presplit": {"method": "bvh-cl", "presplit": fl.Presplit(refs=5), "cost": fl.Cost(0.3)},
+    "median": {"splits": fl.Median(), "cost": fl.Cost(0.01)},
+}
+#: Bounds on early split clipping.
+PRESPLITS = [fl.Presplit(area=1e-3), fl.Presplit(area=1.0), fl.Presplit(refs=1), fl.Presplit(refs=7.5), fl.Presplit()]
+
+METHODS: dict[str, dict[str, Any]] = {method: {"method": method} for method in fl.METHODS}
+
+#: All of them.
+BUILDS: dict[str, dict[str, Any]] = {
+    **METHODS,
+    **OFF_THE_TRACK,
+    **{f"{name}, reinserted": {**given, "reinsertion": 3} for name, given in TO_REINSERT.items()},
+    **{
+        f"{method}, {presplit}": {"method": method, "presplit": presplit, "limits": fl.Limits(max_refs=2000)}
+        for method, presplit in zip(("bvh-cl", "bvh-ss", "best", "bvh-cl", "bvh-ss"), PRESPLITS, strict=True)
+    },
+}
+
+
+def build(segments: Any, **given: Any) -> fl.Tree:
+    """Build a tree that is small enough to be asked much."""
+    limits = fl.Limits(max_refs=max(BUDGET, len(segments)))
+    return fl.build(segments, **{"limits": limits, **given})
