@@ -15,77 +15,20 @@ CPP = ROOT / "cpp" / "fastlines"
 PACKAGE = ROOT / "src" / "fastlines"
 MAX_LINES = 400
 
-#: The C++ core from the ground up: a folder is a layer.
-HEADERS = (
-    "math",
-    "memory",
-    "parallel",
-    "simd",
-    "primitives",
-    "references",
-    "splits",
-    "tree",
-    "build",
-    "rays",
-    "layout",
-    "query",
-    "kernels/cost",
-    "kernels/rays",
-    "kernels/intersect",
-    "kernels/collect",
-    "kernels/traverse",
-    "kernels/run",
-    "fastlines.hpp",
-)
 
-#: The modules and packages of Python likewise; "fastlines" is the package's own front door.
-MODULES = (
-    "errors",
-    "checks",
-    "precision",
-    "atomic_write",
-    "immutable",
-    "arrays",
-    "lines",
-    "meshes",
-    "camera",
-    "scenes",
-    "io",
-    "theory",
-    "analytic",
-    "progress",
-    "memory",
-    "threads",
-    "splits",
-    "limits",
-    "settings",
-    "methods",
-    "hits",
-    "_core",
-    "_engine",
-    "backend",
-    "rays",
-    "forecast",
-    "layout",
-    "tree_data",
-    "container",
-    "tree_file",
-    "queries",
-    "refit",
-    "tree",
-    "builder",
-    "deprecated",
-    "fastlines",
-    "render",
-    "report",
-    "cli",
-    "__main__",
-)
+def table(heading: str) -> tuple[str, ...]:
+    """Read the first column of a table of CONTRIBUTING.md, which shows the layers from the ground up."""
+    rows = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split(f"| {heading} |")[1].split("\n\n")[0]
+    return tuple(re.findall(r"^\| `([^`]+)` \|", rows, re.MULTILINE))
+
+
+#: The C++ core, and the modules and packages of Python; "fastlines" is the package's own front door.
+HEADERS, MODULES = table("layer of the core"), table("layer of the package")
 
 
 def header_layer(header: str) -> int:
     named = [i for i, layer in enumerate(HEADERS) if header == layer or header.startswith(f"{layer}/")]
-    assert named, f"{header} is in no layer: say in HEADERS where it stands"
+    assert named, f"{header} is in no layer: give it a row in CONTRIBUTING.md"
     return max(named, key=lambda i: len(HEADERS[i]))
 
 
@@ -155,7 +98,7 @@ def imports(name: str, path: Path, known: dict[str, Path]) -> set[str]:
 
 def module_layer(name: str) -> int:
     layer = name.split(".")[1] if "." in name else name
-    assert layer in MODULES, f"{name} is in no layer: say in MODULES where it stands"
+    assert layer in MODULES, f"{name} is in no layer: give it a row in CONTRIBUTING.md"
     return MODULES.index(layer)
 
 
