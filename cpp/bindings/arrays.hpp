@@ -1,4 +1,4 @@
-// NumPy arrays in and out. Python has checked shapes, dtypes and values; here they are only looked at as plain data.
+// NumPy arrays in and out. Python has checked shapes, dtypes and values; here they are plain data.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -34,7 +34,7 @@ Output<Scalar> make_array(std::size_t n, std::size_t width = 0) {
   return Output<Scalar>(static_cast<Scalar*>(data), width ? 2 : 1, shape, owner);
 }
 
-/// A vector in `Memory` of structs as rows of numbers, or of numbers as they are, in an array that has it from now on.
+/// An array that takes over a vector in `Memory`: structs become rows of numbers, numbers stay as they are.
 template <class Scalar, class Vector>
 Output<Scalar> adopt(Vector&& from) {
   using Row = typename Vector::value_type;

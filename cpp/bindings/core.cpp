@@ -1,5 +1,5 @@
-// The Python module fastlines._core: the C++ core, with no judgement of its own. All checks of arguments and all
-// defaults are in Python. It binds the types that the engine modules take.
+// The Python module fastlines._core: the C++ core, and the types that the engine modules take. All checks of arguments
+// and all defaults are in Python.
 #include "core.hpp"
 
 #include "layout.hpp"

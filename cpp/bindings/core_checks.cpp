@@ -1,4 +1,4 @@
-// What trees are and cost: checks of what queries rely on, the axioms of the theory, the cost.
+// Checks of trees: what queries rely on, the axioms of the theory; and the cost.
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
@@ -16,7 +16,7 @@ using namespace nb::literals;
 namespace fastlines {
 namespace {
 
-/// Node, axiom and detail of what a tree breaks.
+/// The first violation, if there is one: node, axiom and detail.
 using Broken = std::optional<std::tuple<std::size_t, std::string, std::string>>;
 
 Broken broken(const std::optional<Violation>& found) {
@@ -24,7 +24,7 @@ Broken broken(const std::optional<Violation>& found) {
   return std::make_tuple(found->node, found->axiom, found->detail);
 }
 
-/// What a search relies on.
+/// Check what a search relies on.
 Broken check(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes, Input<std::uint32_t> refs,
              const std::string& boxes) {
   std::optional<Violation> found;
@@ -38,7 +38,7 @@ Broken check(const std::string& kind, Input<float> data, Input<std::uint32_t> no
   return broken(found);
 }
 
-/// All axioms; of pieces of segments, where a tree was changed after its build.
+/// Check all axioms; with `pieces`, those of a tree that was changed after its build.
 Broken validate_tree(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes, Input<std::uint32_t> refs,
                      const std::string& boxes, bool pieces) {
   std::optional<Violation> found;

@@ -19,7 +19,7 @@ using namespace nb::literals;
 namespace fastlines {
 namespace {
 
-/// What is searched, as Python keeps it: it keeps the arrays alive that the search points into.
+/// What Python keeps of a search: it owns references to the arrays that the search points into.
 class BinaryView {
  public:
   static BinaryView of_boxes(Input<float> segments, Input<std::uint32_t> nodes, Input<std::uint32_t> refs) {
@@ -95,7 +95,7 @@ Output<std::int64_t> count(const BinaryView& tree, RayArrays rays, unsigned n_th
   return counts;
 }
 
-/// All hits, or with k those that are nearest.
+/// All hits of each ray, or its k nearest.
 ListTuple list(const BinaryView& tree, RayArrays rays, bool surface, std::optional<std::size_t> k, unsigned n_threads,
                nb::object progress) {
   std::optional<HitAssembler> lists;

@@ -1,4 +1,4 @@
-// The GIL, given back for long work and taken again.
+// The GIL, released for long work and acquired again.
 //
 // While Python ends, a daemon thread that takes the GIL does not come back. From Python 3.14 on it sleeps until the
 // process is over. Before that, Python calls pthread_exit. With glibc this unwinds the stack, and every function of
@@ -21,8 +21,8 @@ inline void sleep_for_ever(void*) {
   for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
 }
 
-/// Call what may take the GIL and throws nothing; a thread that Python ends in there sleeps for ever. Not inlined: in a
-/// noexcept function, compilers may leave out what is to be done on unwinding.
+/// Call something that may acquire the GIL and does not throw; a thread that Python ends in there sleeps for ever. Not
+/// inlined: in a noexcept function, compilers may leave out the cleanup on unwinding.
 template <class Call>
 [[gnu::noinline]] void outlast_python(Call&& call) {
 #if __has_include(<pthread.h>)
@@ -34,7 +34,7 @@ template <class Call>
 #endif
 }
 
-/// Without the GIL for as long as it lives.
+/// Releases the GIL for its lifetime.
 class WithoutGil {
  public:
   WithoutGil() : state_(PyEval_SaveThread()) {}
@@ -44,7 +44,7 @@ class WithoutGil {
   WithoutGil(const WithoutGil&) = delete;
   WithoutGil& operator=(const WithoutGil&) = delete;
 
-  /// Have the GIL for one call, which may run Python.
+  /// Acquire the GIL for one call, which may run Python.
   template <class Call>
   void with_gil(Call&& call) {
     outlast_python([&] {

@@ -1,4 +1,4 @@
-// What a build is told: split sets, limits and all other fields of `Settings`, by name.
+// Settings of a build, filled by keyword.
 #pragma once
 
 #include <nanobind/nanobind.h>

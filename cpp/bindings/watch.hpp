@@ -1,5 +1,5 @@
-// Long calls: the work runs on a thread of its own without the GIL, while the calling thread looks in on it, shows its
-// progress to Python, and stops it on Ctrl-C or when the progress callback raises.
+// Long calls: the work runs on a thread of its own without the GIL, while the calling thread polls it, reports progress
+// to Python, and stops it on Ctrl-C or when the progress callback raises.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -48,7 +48,7 @@ void watch(Job&& job, nanobind::object callback) {
     const auto look_in = [&] {
       bool stop = PyErr_CheckSignals() != 0;
       if (!stop && !callback.is_none()) {
-        // Threads tell of their shares in any order, and the shares of subtrees add up to one but for rounding.
+        // Threads report their shares in any order, and rounding may bring their sum past one.
         shown = std::clamp(progress.done.load(), shown, 1.0);
         PyObject* result = PyObject_CallFunction(callback.ptr(), "d", shown);
         stop = result == nullptr;
@@ -65,12 +65,12 @@ void watch(Job&& job, nanobind::object callback) {
   if (error) std::rethrow_exception(error);
 }
 
-/// Whether somebody may want to press Ctrl-C: there are many rays, or each may have much to meet.
+/// Whether a call may take long enough for Ctrl-C: many rays, or many primitives for each.
 inline bool may_be_long(std::size_t n_rays, std::size_t n_things) {
   return n_rays > 256 || n_rays * n_things > 10'000'000;
 }
 
-/// Work that may be over before anyone could press Ctrl-C is done at once, on the calling thread.
+/// Short work runs at once on the calling thread.
 template <class Job>
 void watch_if(bool is_long, const nanobind::object& callback, Job&& job) {
   if (is_long) return watch(job, callback);

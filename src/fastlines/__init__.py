@@ -91,7 +91,7 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("fastlines")
-    if name in ("analytic", "scenes", "theory"):
+    if name in ("analytic", "io", "render", "scenes", "theory"):
         return import_module(f".{name}", __name__)
     if name == "read":
         return import_module(".io", __name__).read
@@ -100,3 +100,7 @@ def __getattr__(name: str) -> Any:
     if (found := former(name)) is not None:
         return found
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
