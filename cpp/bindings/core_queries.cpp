@@ -1,6 +1,7 @@
 // Queries through a tree as it was built, by its boxes or its planes, and by a test of every segment.
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
 
 #include <variant>
 
@@ -10,6 +11,7 @@
 #include "fastlines/query/for_each_ray.hpp"
 #include "fastlines/query/plane_traversal.hpp"
 #include "layout.hpp"
+#include "primitives.hpp"
 #include "rays.hpp"
 #include "watch.hpp"
 
@@ -22,49 +24,59 @@ namespace {
 /// What Python keeps of a search: it owns references to the arrays that the search points into.
 class BinaryView {
  public:
-  static BinaryView of_boxes(Input<float> segments, Input<std::uint32_t> nodes, Input<std::uint32_t> refs) {
+  static BinaryView of_boxes(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes,
+                             Input<std::uint32_t> refs) {
     const auto all = rows<Node>(nodes);
-    const BinaryTraversal<Segments> search{all, rows<Reference>(refs), Segments{rows<Segment>(segments)},
-                                           frame_of(all[0].box)};
-    return {search, {std::move(segments)}, {std::move(nodes), std::move(refs)}};
+    const auto search = [&]<class P>(const P& prims) -> Search {
+      return BinaryTraversal<P>{all, rows<Reference>(refs), prims, frame_of(all[0].box)};
+    };
+    return {std::visit(search, ray_primitives(kind, data)), data, {nodes, refs}};
   }
 
-  static BinaryView of_planes(Input<float> segments, Input<std::uint32_t> nodes, Input<std::uint32_t> prims,
-                              std::uint32_t depth, const std::array<float, 6>& corners) {
+  static BinaryView of_planes(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes,
+                              Input<std::uint32_t> refs, std::uint32_t depth, const std::array<float, 6>& corners) {
     const Box box = box_of(corners);
-    const PlaneTraversal<Segments> search{
-        rows<PlaneNode>(nodes), rows<std::uint32_t>(prims), depth, Segments{rows<Segment>(segments)}, box,
-        frame_of(box)};
-    return {search, {std::move(segments)}, {std::move(nodes), std::move(prims)}};
+    const auto search = [&]<class P>(const P& prims) -> Search {
+      return PlaneTraversal<P>{rows<PlaneNode>(nodes), rows<std::uint32_t>(refs), depth, prims, box, frame_of(box)};
+    };
+    return {std::visit(search, ray_primitives(kind, data)), data, {nodes, refs}};
   }
 
-  static BinaryView of_segments(Input<float> segments) {
-    const Segments all{rows<Segment>(segments)};
-    const Box box = bounds_of_all(all);
-    const BruteForce<Segments> search{all, frame_of(box.is_empty() ? Box{{0, 0, 0}, {0, 0, 0}} : box)};
-    return {search, {std::move(segments)}, {}};
+  /// Without a tree every primitive is tested.
+  static BinaryView of_primitives(const std::string& kind, Input<float> data) {
+    const auto search = []<class P>(const P& prims) -> Search {
+      const Box box = bounds_of_all(prims);
+      return BruteForce<P>{prims, frame_of(box.is_empty() ? Box{{0, 0, 0}, {0, 0, 0}} : box)};
+    };
+    return {std::visit(search, ray_primitives(kind, data)), data, {}};
   }
 
   /// Call run(search, progress), watched for Ctrl-C if so many rays may take long.
   template <class Run>
   void with_search(std::size_t n_rays, const nb::object& progress, Run&& run) const {
     std::visit(
-        [&](const auto& search) {
-          const bool is_long =
-              std::holds_alternative<BruteForce<Segments>>(search_) || may_be_long(n_rays, search.prims.size());
+        [&]<class S>(const S& search) {
+          const bool is_long = S::kTestsAll || may_be_long(n_rays, search.prims.size());
           watch_if(is_long, progress, [&](Progress& watched) { run(search, watched); });
         },
         search_);
   }
 
  private:
-  using Search = std::variant<BinaryTraversal<Segments>, PlaneTraversal<Segments>, BruteForce<Segments>>;
+  /// The three searches over each kind of primitive that takes the fast path.
+  template <class>
+  struct Searches;
+  template <class... P>
+  struct Searches<std::variant<P...>> {
+    using Any = std::variant<BinaryTraversal<P>..., PlaneTraversal<P>..., BruteForce<P>...>;
+  };
+  using Search = Searches<RayPrimitives>::Any;
 
-  BinaryView(Search search, Input<float> segments, std::vector<Input<std::uint32_t>> words)
-      : search_(std::move(search)), segments_(std::move(segments)), words_(std::move(words)) {}
+  BinaryView(Search search, Input<float> data, std::vector<Input<std::uint32_t>> words)
+      : search_(std::move(search)), data_(std::move(data)), words_(std::move(words)) {}
 
   Search search_;
-  Input<float> segments_;
+  Input<float> data_;
   std::vector<Input<std::uint32_t>> words_;
 };
 
@@ -115,11 +127,11 @@ ListTuple list(const BinaryView& tree, RayArrays rays, bool surface, std::option
 
 void bind_binary_queries(nb::module_& m) {
   nb::class_<BinaryView>(m, "BinaryView")
-      .def_static("of_boxes", &BinaryView::of_boxes, "segments"_a.noconvert(), "nodes"_a.noconvert(),
+      .def_static("of_boxes", &BinaryView::of_boxes, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(),
                   "refs"_a.noconvert())
-      .def_static("of_planes", &BinaryView::of_planes, "segments"_a.noconvert(), "nodes"_a.noconvert(),
-                  "prims"_a.noconvert(), "depth"_a, "corners"_a)
-      .def_static("of_segments", &BinaryView::of_segments, "segments"_a.noconvert());
+      .def_static("of_planes", &BinaryView::of_planes, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(),
+                  "refs"_a.noconvert(), "depth"_a, "corners"_a)
+      .def_static("of_primitives", &BinaryView::of_primitives, "kind"_a, "data"_a.noconvert());
   m.def("first_hit", &first, "tree"_a, "rays"_a, "surface"_a, "n_threads"_a, "progress"_a.none());
   m.def("any_hit", &any_of, "tree"_a, "rays"_a, "n_threads"_a, "progress"_a.none());
   m.def("count_hits", &count, "tree"_a, "rays"_a, "n_threads"_a, "progress"_a.none());

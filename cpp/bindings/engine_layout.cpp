@@ -14,14 +14,20 @@ namespace {
 using BlockRows = Output<std::uint8_t>;
 
 /// A layout of a tree: nodes, leaves, references, the mean extent of a leaf.
-std::tuple<BlockRows, BlockRows, WordRows, float> build_layout(Input<float> segments, Input<std::uint32_t> nodes,
-                                                               Input<std::uint32_t> refs, double radius_hint,
-                                                               unsigned n_threads, nb::object progress) {
+std::tuple<BlockRows, BlockRows, WordRows, float> build_layout(const std::string& kind, Input<float> data,
+                                                               Input<std::uint32_t> nodes, Input<std::uint32_t> refs,
+                                                               double radius_hint, unsigned n_threads,
+                                                               nb::object progress) {
   WideBvh wide;
   watch(
       [&](Progress& watched) {
-        wide = collapse(rows<Node>(nodes), rows<Reference>(refs), Segments{rows<Segment>(segments)},
-                        {.radius_hint = radius_hint}, n_threads, watched);
+        const RayPrimitives all = ray_primitives(kind, data);
+        wide = std::visit(
+            [&](const auto& prims) {
+              return collapse(rows<Node>(nodes), rows<Reference>(refs), prims, {.radius_hint = radius_hint}, n_threads,
+                              watched);
+            },
+            all);
       },
       progress);
   return {adopt<std::uint8_t>(std::move(wide.nodes)), adopt<std::uint8_t>(std::move(wide.leaves)),
@@ -35,9 +41,13 @@ std::tuple<BlockRows, BlockRows, float> refit_layout(const LayoutView& layout, u
   auto leaves = make_array<std::uint8_t>(layout.leaves.size(), sizeof(WideLeaf));
   float extent = 0.0f;
   watch_if(layout.refs.size() > kLongPass, progress, [&](Progress& watched) {
-    extent = BlockEncoder(layout.view.frame, layout.nodes, layout.leaves, layout.refs, layout.prims,
-                          reinterpret_cast<WideNode*>(nodes.data()),
-                          reinterpret_cast<WideLeaf*>(leaves.data()))(n_threads, watched);
+    extent = std::visit(
+        [&](const auto& prims) {
+          return BlockEncoder(layout.frame, layout.nodes, layout.leaves, layout.refs, prims,
+                              reinterpret_cast<WideNode*>(nodes.data()),
+                              reinterpret_cast<WideLeaf*>(leaves.data()))(n_threads, watched);
+        },
+        layout.prims);
   });
   return {nodes, leaves, extent};
 }
@@ -45,7 +55,7 @@ std::tuple<BlockRows, BlockRows, float> refit_layout(const LayoutView& layout, u
 }  // namespace
 
 void bind_layout(nb::module_& m) {
-  m.def("build_layout", &build_layout, "segments"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(),
+  m.def("build_layout", &build_layout, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(),
         "radius_hint"_a, "n_threads"_a, "progress"_a.none());
   m.def("refit_layout", &refit_layout, "layout"_a, "n_threads"_a, "progress"_a.none());
 }

@@ -15,17 +15,17 @@ HitTuple first(const LayoutView& layout, RayArrays rays, bool surface, int kerne
                nb::object progress) {
   const BatchQuery query(layout, rays, kernel, n_threads, progress);
   HitArrays hits(query.rays.size(), surface);
-  if (surface)
-    query.run(FirstHitQuery<Segments, At::surface>{query.tree, hits.columns()});
-  else
-    query.run(FirstHitQuery<Segments, At::closest>{query.tree, hits.columns()});
+  const auto run_at = [&]<At at>() {
+    query.run([&]<class P>(const WideBvhView<P>& view) { return FirstHitQuery<P, at>{view, hits.columns()}; });
+  };
+  surface ? run_at.template operator()<At::surface>() : run_at.template operator()<At::closest>();
   return hits.tuple();
 }
 
 Output<bool> any_of(const LayoutView& layout, RayArrays rays, int kernel, unsigned n_threads, nb::object progress) {
   const BatchQuery query(layout, rays, kernel, n_threads, progress);
   auto found = make_array<bool>(query.rays.size());
-  query.run(AnyHitQuery{found.data()});
+  query.run([&](const auto&) { return AnyHitQuery{found.data()}; });
   return found;
 }
 
@@ -33,7 +33,7 @@ Output<std::int64_t> count(const LayoutView& layout, RayArrays rays, int kernel,
                            nb::object progress) {
   const BatchQuery query(layout, rays, kernel, n_threads, progress);
   auto counts = make_array<std::int64_t>(query.rays.size());
-  query.run(CountHitsQuery{counts.data()});
+  query.run([&](const auto&) { return CountHitsQuery{counts.data()}; });
   return counts;
 }
 
@@ -42,8 +42,8 @@ ListTuple list(const LayoutView& layout, RayArrays rays, bool surface, std::opti
                unsigned n_threads, nb::object progress) {
   const BatchQuery query(layout, rays, kernel, n_threads, progress);
   const auto list_at = [&]<At at>() {
-    return k ? query.list<at>(KNearestQuery<Segments, at>(query.tree, *k))
-             : query.list<at>(AllHitsQuery<Segments, at>(query.tree));
+    if (k) return query.list<at>([&]<class P>(const WideBvhView<P>& view) { return KNearestQuery<P, at>(view, *k); });
+    return query.list<at>([&]<class P>(const WideBvhView<P>& view) { return AllHitsQuery<P, at>(view); });
   };
   return surface ? list_at.template operator()<At::surface>() : list_at.template operator()<At::closest>();
 }

@@ -3,11 +3,13 @@
 
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>
+#include <nanobind/stl/string.h>
 
 #include <span>
 
 #include "arrays.hpp"
 #include "fastlines/layout/wide_bvh.hpp"
+#include "primitives.hpp"
 
 namespace fastlines {
 
@@ -15,35 +17,40 @@ inline Box box_of(const std::array<float, 6>& corners) {
   return {{corners[0], corners[1], corners[2]}, {corners[3], corners[4], corners[5]}};
 }
 
-/// Keeps the arrays alive that its spans and its view point into.
+/// Keeps the arrays alive that its spans and its primitives point into.
 class LayoutView {
  public:
-  LayoutView(Input<float> segments_, Input<std::uint8_t> nodes_, Input<std::uint8_t> leaves_,
+  LayoutView(const std::string& kind, Input<float> data, Input<std::uint8_t> nodes_, Input<std::uint8_t> leaves_,
              Input<std::uint32_t> refs_, const std::array<float, 6>& corners, float mean_extent)
       : nodes(rows<WideNode>(nodes_)),
         leaves(rows<WideLeaf>(leaves_)),
         refs(rows<WideRef>(refs_)),
-        prims{rows<Segment>(segments_)},
-        arrays_{std::move(segments_), std::move(refs_)},
-        blocks_{std::move(nodes_), std::move(leaves_)} {
-    const Box box = box_of(corners);
-    const Frame frame = frame_of(box);
-    view = {.frame = frame,
-            .box = {frame(box.lo), frame(box.hi)},
-            .mean_extent = mean_extent,
-            .nodes = nodes.data(),
-            .leaves = leaves.data(),
-            .refs = refs.data(),
-            .items = prims.items()};
+        prims(ray_primitives(kind, data)),
+        frame(frame_of(box_of(corners))),
+        box_{frame(box_of(corners).lo), frame(box_of(corners).hi)},
+        mean_extent_(mean_extent),
+        arrays_{std::move(data), std::move(refs_)},
+        blocks_{std::move(nodes_), std::move(leaves_)} {}
+
+  /// Call use(view) with what the kernels read, for the kind of primitive that this is.
+  template <class Use>
+  auto with_view(Use&& use) const {
+    return std::visit(
+        [&](const auto& of) {
+          return use(view_of(frame, box_, mean_extent_, nodes.data(), leaves.data(), refs.data(), of));
+        },
+        prims);
   }
 
   std::span<const WideNode> nodes;
   std::span<const WideLeaf> leaves;
   std::span<const WideRef> refs;
-  Segments prims;
-  WideBvhView<Segments> view;
+  RayPrimitives prims;
+  Frame frame;
 
  private:
+  Box box_;  // of the scene, in the frame
+  float mean_extent_;
   std::pair<Input<float>, Input<std::uint32_t>> arrays_;
   std::array<Input<std::uint8_t>, 2> blocks_;
 };
@@ -52,10 +59,10 @@ inline void bind_layout_view(nanobind::module_& m) {
   namespace nb = nanobind;
   using namespace nb::literals;
   nb::class_<LayoutView>(m, "LayoutView")
-      .def(nb::init<Input<float>, Input<std::uint8_t>, Input<std::uint8_t>, Input<std::uint32_t>,
+      .def(nb::init<const std::string&, Input<float>, Input<std::uint8_t>, Input<std::uint8_t>, Input<std::uint32_t>,
                     const std::array<float, 6>&, float>(),
-           "segments"_a.noconvert(), "nodes"_a.noconvert(), "leaves"_a.noconvert(), "refs"_a.noconvert(), "corners"_a,
-           "mean_extent"_a);
+           "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "leaves"_a.noconvert(), "refs"_a.noconvert(),
+           "corners"_a, "mean_extent"_a);
 }
 
 }  // namespace fastlines

@@ -12,32 +12,38 @@ namespace fastlines {
 class BatchQuery {
  public:
   BatchQuery(const LayoutView& layout, const RayArrays& rays, int kernel, unsigned n_threads, nanobind::object progress)
-      : tree(layout.view),
-        rays(batch_of(rays)),
+      : rays(batch_of(rays)),
+        layout_(layout),
         is_long_(may_be_long(this->rays.size(), layout.refs.size())),
         kernel_(Kernel(kernel)),
         n_threads_(is_long_ ? n_threads : 1),
         progress_(std::move(progress)) {}
 
-  const WideBvhView<Segments>& tree;
   const RayBatch rays;
 
-  /// Run a job whose answers go straight to their places.
-  template <class Query>
-  void run(const Query& job) const {
-    watch_if(is_long_, progress_, [&](Progress& watched) { run_batch(tree, rays, kernel_, job, n_threads_, watched); });
+  /// Run the query make(view), whose answers go straight to their places.
+  template <class Make>
+  void run(Make&& make) const {
+    layout_.with_view([&](const auto& view) {
+      watch_if(is_long_, progress_,
+               [&](Progress& watched) { run_batch(view, rays, kernel_, make(view), n_threads_, watched); });
+    });
   }
 
-  template <At at, class Query>
-  ListTuple list(const Query& job) const {
+  /// Run the query make(view), which lists hits.
+  template <At at, class Make>
+  ListTuple list(Make&& make) const {
     std::optional<HitAssembler> lists;
-    watch_if(is_long_, progress_, [&](Progress& watched) {
-      run_lists(tree, rays, kernel_, job, n_threads_, watched, lists.emplace(rays.size(), at == At::surface));
+    layout_.with_view([&](const auto& view) {
+      watch_if(is_long_, progress_, [&](Progress& watched) {
+        run_lists(view, rays, kernel_, make(view), n_threads_, watched, lists.emplace(rays.size(), at == At::surface));
+      });
     });
     return arrays_of(*lists);
   }
 
  private:
+  const LayoutView& layout_;
   bool is_long_;
   Kernel kernel_;
   unsigned n_threads_;

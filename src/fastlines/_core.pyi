@@ -78,7 +78,8 @@ class Settings:
 class LayoutView:
     def __init__(
         self,
-        segments: NDArray[numpy.float32],
+        kind: str,
+        data: NDArray[numpy.float32],
         nodes: NDArray[numpy.uint8],
         leaves: NDArray[numpy.uint8],
         refs: NDArray[numpy.uint32],
@@ -120,18 +121,19 @@ def cost(nodes: NDArray[numpy.uint32], c_trav: float, c_prim: float) -> float: .
 class BinaryView:
     @staticmethod
     def of_boxes(
-        segments: NDArray[numpy.float32], nodes: NDArray[numpy.uint32], refs: NDArray[numpy.uint32]
+        kind: str, data: NDArray[numpy.float32], nodes: NDArray[numpy.uint32], refs: NDArray[numpy.uint32]
     ) -> BinaryView: ...
     @staticmethod
     def of_planes(
-        segments: NDArray[numpy.float32],
+        kind: str,
+        data: NDArray[numpy.float32],
         nodes: NDArray[numpy.uint32],
-        prims: NDArray[numpy.uint32],
+        refs: NDArray[numpy.uint32],
         depth: int,
         corners: Sequence[float],
     ) -> BinaryView: ...
     @staticmethod
-    def of_segments(segments: NDArray[numpy.float32]) -> BinaryView: ...
+    def of_primitives(kind: str, data: NDArray[numpy.float32]) -> BinaryView: ...
 
 def first_hit(
     tree: BinaryView,

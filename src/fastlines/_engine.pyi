@@ -1,28 +1,114 @@
 """Trees over segments and queries on them, for one instruction set. Use the functions of the package."""
 
-
 import numpy
 from numpy.typing import NDArray
 
 import fastlines._core
 
-
 simd: str
 
-def build(segments: NDArray[numpy.float32], settings: fastlines._core.Settings, progress: object | None) -> tuple[NDArray[numpy.uint32], NDArray[numpy.uint32], tuple[int, int, int], tuple[int, int]]: ...
-
-def refit_tree(segments: NDArray[numpy.float32], nodes: NDArray[numpy.uint32], refs: NDArray[numpy.uint32], n_threads: int, progress: object | None) -> NDArray[numpy.uint32]: ...
-
-def build_layout(segments: NDArray[numpy.float32], nodes: NDArray[numpy.uint32], refs: NDArray[numpy.uint32], radius_hint: float, n_threads: int, progress: object | None) -> tuple[NDArray[numpy.uint8], NDArray[numpy.uint8], NDArray[numpy.uint32], float]: ...
-
-def refit_layout(layout: fastlines._core.LayoutView, n_threads: int, progress: object | None) -> tuple[NDArray[numpy.uint8], NDArray[numpy.uint8], float]: ...
-
-def rays_are_valid(rays: tuple[NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]], largest_radius: float, farthest: float, n_threads: int) -> bool: ...
-
-def first_hit(layout: fastlines._core.LayoutView, rays: tuple[NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]], surface: bool, kernel: int, n_threads: int, progress: object | None) -> tuple[NDArray[numpy.float32], NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32] | None]: ...
-
-def any_hit(layout: fastlines._core.LayoutView, rays: tuple[NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]], kernel: int, n_threads: int, progress: object | None) -> NDArray[numpy.bool_]: ...
-
-def count_hits(layout: fastlines._core.LayoutView, rays: tuple[NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]], kernel: int, n_threads: int, progress: object | None) -> NDArray[numpy.int64]: ...
-
-def list_hits(layout: fastlines._core.LayoutView, rays: tuple[NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]], surface: bool, k: int | None, kernel: int, n_threads: int, progress: object | None) -> tuple[NDArray[numpy.int64], tuple[NDArray[numpy.float32], NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32] | None]]: ...
+def build(
+    kind: str, data: NDArray[numpy.float32], settings: fastlines._core.Settings, progress: object | None
+) -> tuple[NDArray[numpy.uint32], NDArray[numpy.uint32], tuple[int, int, int], tuple[int, int]]: ...
+def refit_tree(
+    kind: str,
+    data: NDArray[numpy.float32],
+    nodes: NDArray[numpy.uint32],
+    refs: NDArray[numpy.uint32],
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.uint32]: ...
+def build_layout(
+    kind: str,
+    data: NDArray[numpy.float32],
+    nodes: NDArray[numpy.uint32],
+    refs: NDArray[numpy.uint32],
+    radius_hint: float,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[NDArray[numpy.uint8], NDArray[numpy.uint8], NDArray[numpy.uint32], float]: ...
+def refit_layout(
+    layout: fastlines._core.LayoutView, n_threads: int, progress: object | None
+) -> tuple[NDArray[numpy.uint8], NDArray[numpy.uint8], float]: ...
+def rays_are_valid(
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    largest_radius: float,
+    farthest: float,
+    n_threads: int,
+) -> bool: ...
+def first_hit(
+    layout: fastlines._core.LayoutView,
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    surface: bool,
+    kernel: int,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[
+    NDArray[numpy.float32],
+    NDArray[numpy.int64],
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+    NDArray[numpy.float32] | None,
+]: ...
+def any_hit(
+    layout: fastlines._core.LayoutView,
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    kernel: int,
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.bool_]: ...
+def count_hits(
+    layout: fastlines._core.LayoutView,
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    kernel: int,
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.int64]: ...
+def list_hits(
+    layout: fastlines._core.LayoutView,
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    surface: bool,
+    k: int | None,
+    kernel: int,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[
+    NDArray[numpy.int64],
+    tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.int64],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32] | None,
+    ],
+]: ...

@@ -209,7 +209,7 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
     kind, data = core_data(geometry)
     splits: list[SplitSet] = []
     for split in settings.splits:
-        if isinstance(split, BinnedPlanes) and kind != "segments":
+        if isinstance(split, BinnedPlanes) and not isinstance(geometry, Lines):
             splits += split.for_any_primitive(settings.boxes)
         else:
             splits.append(split)
@@ -246,10 +246,8 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
         n_threads=get_num_threads(),
     )
     first = callback if settings.reinsertion == 0 else _stage(callback, 0.0, 0.5)
-    if kind == "segments":
-        nodes, refs, hit, searched = engine.build(data, core_settings, first)
-    else:
-        nodes, refs, hit, searched = _core.build(kind, data, core_settings, first)
+    builder = engine.build if isinstance(geometry, Lines) else _core.build
+    nodes, refs, hit, searched = builder(kind, data, core_settings, first)
     limits_hit = {limit: n for limit, n in zip(("max_depth", "max_refs", "max_leaf_refs"), hit, strict=True) if n}
     if settings.reinsertion > 0:
         nodes, refs, n_too_deep = _core.reinsert(

@@ -13,6 +13,7 @@ from . import _core
 from .backend import engine
 from .immutable import Immutable, frozen, own
 from .lines import Lines
+from .meshes import core_data
 from .progress import ProgressCallback, ProgressOption, reporting
 from .threads import get_num_threads
 
@@ -71,9 +72,8 @@ class Layout(Immutable):
     @cached_property
     def view(self) -> _core.LayoutView:
         """The layout as queries read it."""
-        segments = self.lines.segments.reshape(-1, 6)
         corners = self.box.reshape(-1).tolist()
-        return _core.LayoutView(segments, self.nodes, self.leaves, self.refs, corners, self.mean_extent)
+        return _core.LayoutView(*core_data(self.lines), self.nodes, self.leaves, self.refs, corners, self.mean_extent)
 
 
 def _aligned(blocks: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
@@ -96,7 +96,7 @@ def build_layout(
 ) -> Layout:
     """Lay out a tree, given as rows of 32-bit words."""
     with reporting(progress, "layout") as callback:
-        made = engine.build_layout(lines.segments.reshape(-1, 6), nodes, refs, RADIUS_HINT, get_num_threads(), callback)
+        made = engine.build_layout(*core_data(lines), nodes, refs, RADIUS_HINT, get_num_threads(), callback)
     wide_nodes, leaves, wide_refs, mean_extent = made
     return Layout(lines, box, own(wide_nodes), own(leaves), own(wide_refs), mean_extent)
 
@@ -104,7 +104,7 @@ def build_layout(
 def refit_layout(
     layout: Layout, lines: Lines, box: npt.NDArray[np.float32], n_threads: int, progress: ProgressCallback | None
 ) -> Layout:
-    """Fit a layout to its segments, moved: the same children and pieces, other boxes (cpp/fastlines/layout/fit.hpp)."""
+    """Fit a layout to segments that have moved: the same children and pieces, other boxes (`BlockEncoder`)."""
     moved = replace(layout, lines=lines, box=box)
     nodes, leaves, mean_extent = engine.refit_layout(moved.view, n_threads, progress)
     return Layout(lines, box, own(nodes), own(leaves), layout.refs, mean_extent)

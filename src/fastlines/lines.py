@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -54,6 +54,9 @@ class Lines(Immutable):
     up : {"x", "y", "z"}, optional
         The axis that points upwards, where the format of their file says so. Pictures are drawn with it.
     """
+
+    #: What the core calls these primitives: the `kKind` of a `RayPrimitive` (docs/extending.md).
+    kind: ClassVar[str] = "segments"
 
     segments: FloatArray
     strands: IntArray

@@ -82,7 +82,7 @@ def as_geometry(geometry: Geometry | npt.ArrayLike, *, invalid: str = "error") -
 def core_data(geometry: Geometry) -> tuple[str, FloatArray]:
     """What the core calls this kind of primitive, and its numbers: one row a primitive."""
     if isinstance(geometry, Lines):
-        return "segments", geometry.segments.reshape(-1, 6)
+        return geometry.kind, geometry.segments.reshape(-1, 6)
     if isinstance(geometry, Triangles):
         return "triangles", geometry.corners.reshape(-1, 9)
     return "boxes", geometry.corners.reshape(-1, 6)

@@ -15,6 +15,7 @@ from .errors import InputError
 from .forecast import Forecast
 from .hits import AllHits, FirstHits
 from .lines import Lines, as_lines
+from .meshes import core_data
 from .progress import ProgressOption, reporting
 from .rays import RayBatch, check_rays
 
@@ -117,7 +118,7 @@ def brute_force(
     lines = as_lines(lines)
     box = np.array(lines.bounds, np.float32) if len(lines) else np.zeros((2, 3), np.float32)
     rays = check_rays(origins, directions, radius, t_min, t_max, invalid, box)
-    backend = BinaryBackend(_core.BinaryView.of_segments(lines.segments.reshape(-1, 6)))
+    backend = BinaryBackend(_core.BinaryView.of_primitives(*core_data(lines)))
     if query == "first_hit":
         return first_hit(backend, rays, surface, progress, lines)
     if query == "any_hit":

@@ -14,6 +14,7 @@ from .checks import number
 from .errors import InputError
 from .immutable import own
 from .lines import Lines, as_lines
+from .meshes import core_data
 from .progress import ProgressCallback
 from .threads import get_num_threads
 from .tree_data import NODE, TreeData
@@ -35,7 +36,7 @@ def moved_lines(tree: TreeData, lines: Lines | npt.ArrayLike) -> Lines:
 
 def refit_nodes(tree: TreeData, lines: Lines, progress: ProgressCallback | None) -> npt.NDArray[Any]:
     """Return the tree's nodes with boxes tight around lines that have moved."""
-    words = engine.refit_tree(lines.segments.reshape(-1, 6), *tree.words(), refit_threads(tree), progress)
+    words = engine.refit_tree(*core_data(lines), *tree.words(), refit_threads(tree), progress)
     return own(words).reshape(-1).view(NODE)
 
 

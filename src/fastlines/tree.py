@@ -19,6 +19,7 @@ from .hits import AllHits, FirstHits
 from .immutable import own
 from .layout import Layout, build_layout, refit_layout
 from .lines import Lines
+from .meshes import core_data
 from .progress import ProgressOption, reporting
 from .queries import any_hit, count_hits, first_hit, is_surface, list_hits
 from .rays import check_rays
@@ -223,10 +224,10 @@ class Tree(TreeData):
 
     @cached_property
     def _binary(self) -> BinaryBackend:
-        segments = self._lines.segments.reshape(-1, 6)
+        kind, data = core_data(self._lines)
         if self.settings.boxes == "cut":
-            return BinaryBackend(_core.BinaryView.of_planes(segments, *self.planes))
-        return BinaryBackend(_core.BinaryView.of_boxes(segments, *self.words()))
+            return BinaryBackend(_core.BinaryView.of_planes(kind, data, *self.planes))
+        return BinaryBackend(_core.BinaryView.of_boxes(kind, data, *self.words()))
 
     def _backend(self, kernel: str) -> Backend:
         if isinstance(self.geometry, Lines):

@@ -80,10 +80,22 @@ struct WideBvhView {
   const typename P::Item* items;
 };
 
+/// The view of a layout. The box, of the scene and in the frame, bounds the axes; it is grown by their radii.
+template <RayPrimitive P>
+WideBvhView<P> view_of(const Frame& frame, Box box, float mean_extent, const WideNode* nodes, const WideLeaf* leaves,
+                       const WideRef* refs, const P& prims) {
+  if constexpr (P::kHasRadius)
+    for (int k = 0; k < 3; ++k) {
+      box.lo[k] -= prims.max_radius() * frame.scale;
+      box.hi[k] += prims.max_radius() * frame.scale;
+    }
+  return {frame, box, mean_extent, nodes, leaves, refs, prims.items()};
+}
+
 template <RayPrimitive P>
 WideBvhView<P> view_of(const WideBvh& tree, const P& prims) {
-  return {tree.frame,         tree.box,         tree.mean_extent, tree.nodes.data(),
-          tree.leaves.data(), tree.refs.data(), prims.items()};
+  return view_of(tree.frame, tree.box, tree.mean_extent, tree.nodes.data(), tree.leaves.data(), tree.refs.data(),
+                 prims);
 }
 
 }  // namespace fastlines

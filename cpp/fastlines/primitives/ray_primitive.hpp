@@ -32,6 +32,8 @@ template <class P>
 concept RayPrimitive = Curves<P> && requires(const P& prims, const typename P::Item& item, std::uint32_t prim) {
   /// Plain data of one primitive, a multiple of four bytes: what the caller's array holds in a row.
   requires std::is_trivially_copyable_v<typename P::Item>;
+  /// The name of the kind, as Python and the bindings call it.
+  { P::kKind } -> std::convertible_to<const char*>;
   /// How many lanes the exact test reads.
   { P::kLanes } -> std::convertible_to<int>;
   /// Whether primitives have a radius of their own. Without it, all that concerns radii is compiled away.

@@ -48,6 +48,7 @@ class SegmentTest;
 /// Segments as a set of primitives, for builders (`Primitives`, `Curves`) and for the fast path (`RayPrimitive`).
 struct Segments {
   using Item = Segment;
+  static constexpr const char* kKind = "segments";
   static constexpr int kLanes = 6;  // start, end − start
   static constexpr bool kHasRadius = false;
 

@@ -13,6 +13,8 @@ namespace fastlines {
 /// Depth first, the nearer child first; a subtree that begins beyond the sink's limit is left out.
 template <RayPrimitive P>
 struct BinaryTraversal {
+  static constexpr bool kTestsAll = false;
+
   /// Memory that a thread reuses from ray to ray.
   struct Scratch {
     struct Entry {

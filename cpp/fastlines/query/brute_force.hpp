@@ -10,6 +10,8 @@ namespace fastlines {
 /// Every segment, in order: what the trees are compared with.
 template <RayPrimitive P>
 struct BruteForce {
+  static constexpr bool kTestsAll = true;
+
   struct Scratch {};
 
   P prims;

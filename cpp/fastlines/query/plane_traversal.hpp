@@ -19,6 +19,8 @@ namespace fastlines {
 /// Depth first, the nearer child first; a part of the ray that begins beyond the sink's limit is left out.
 template <RayPrimitive P>
 struct PlaneTraversal {
+  static constexpr bool kTestsAll = false;
+
   struct Scratch {
     struct Entry {
       std::uint32_t node;
