@@ -23,7 +23,9 @@ def theory_splits(given: fl.Settings) -> th.Splits:
     def translate(split) -> th.Splits:
         options = {"rule": rule, "n_planes": getattr(split, "n_planes", None)}
         names = {"object_sweep": (), "plane_grid": ("n_planes", "rule")}.get(split.name, ("rule",))
-        splits = partial(getattr(th, split.name), **{name: options[name] for name in names})
+        splits = partial(
+            getattr(th, {"midpoint": "middle"}.get(split.name, split.name)), **{name: options[name] for name in names}
+        )
         most = split.max_refs or math.inf
         return lambda prims, box: splits(prims, box) if len(prims) <= most else ()
 
