@@ -52,7 +52,7 @@ def test_a_name_that_never_was() -> None:
                 "max_apart": 100,
                 "apart": 0.7,
             },
-            fl.BinnedPlanes(8, 64, 16, 0.5, max_gap_refs=100, gap=0.7),
+            fl.BinnedPlanes(8, 64, 16, 0.5, gap_refs=100, gap=0.7),
         ),
         ({"name": "middle", "max_refs": 9, "min_overlap": 0.0}, fl.Midpoint(max_refs=9)),
     ],

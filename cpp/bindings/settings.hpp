@@ -28,11 +28,11 @@ inline void bind_split_sets(nanobind::module_& m) {
   nb::class_<BinnedPlanes>(m, "BinnedPlanes")
       .def(
           "__init__",
-          [](BinnedPlanes* self, int n_planes, std::size_t uncut_above, std::size_t uncut_only, double max_overlap,
-             std::size_t sample, std::size_t max_gap_refs, double gap) {
-            new (self) BinnedPlanes{n_planes, uncut_above, uncut_only, max_overlap, sample, max_gap_refs, gap};
+          [](BinnedPlanes* self, int n_planes, std::size_t uncut_refs, std::size_t uncut_only_refs, double max_overlap,
+             std::size_t sample, std::size_t gap_refs, double gap) {
+            new (self) BinnedPlanes{n_planes, uncut_refs, uncut_only_refs, max_overlap, sample, gap_refs, gap};
           },
-          nb::kw_only(), "n_planes"_a, "uncut_above"_a, "uncut_only"_a, "max_overlap"_a, "sample"_a, "max_gap_refs"_a,
+          nb::kw_only(), "n_planes"_a, "uncut_refs"_a, "uncut_only_refs"_a, "max_overlap"_a, "sample"_a, "gap_refs"_a,
           "gap"_a);
   nb::class_<SizedSplitSet>(m, "SizedSplitSet")
       .def(

@@ -27,11 +27,11 @@ class BinnedPlanes:
         self,
         *,
         n_planes: int,
-        uncut_above: int,
-        uncut_only: int,
+        uncut_refs: int,
+        uncut_only_refs: int,
         max_overlap: float,
         sample: int,
-        max_gap_refs: int,
+        gap_refs: int,
         gap: float,
     ) -> None: ...
 

@@ -93,9 +93,9 @@ def best_settings(
     choice("boxes", boxes, ("tight", "cut"))
     if for_queries:
         if effort < 0.25:
-            octets = BinnedPlanes(8, 128, 64, 0.6, sample=128, max_gap_refs=REF_LIMIT, gap=0.85)
+            octets = BinnedPlanes(8, 128, 64, 0.6, sample=128, gap_refs=REF_LIMIT, gap=0.85)
         elif effort < 0.75:
-            octets = BinnedPlanes(16, 128, 64, 0.6, sample=512, max_gap_refs=REF_LIMIT)
+            octets = BinnedPlanes(16, 128, 64, 0.6, sample=512, gap_refs=REF_LIMIT)
         else:
             octets = BinnedPlanes(16 if effort < 0.875 else 32, 128, 32)
         return Settings(

@@ -175,9 +175,9 @@ class Settings:
             )
         if self.boxes == "cut":
             octets = [split for split in splits if isinstance(split, BinnedPlanes)]
-            wholes = [split for split in octets if split.uncut_above or split.max_gap_refs]
+            wholes = [split for split in octets if split.uncut_refs or split.gap_refs]
             if wholes or any(isinstance(split, ObjectSweep) for split in splits):
-                what = "an object sweep does not cut space, nor do uncut_above and max_gap_refs of BinnedPlanes"
+                what = "an object sweep does not cut space, nor do uncut_refs and gap_refs of BinnedPlanes"
                 raise InputError(f"{what}: a KD tree (boxes='cut') needs planes")
             if self.limits.max_leaf_refs is not None:
                 raise InputError("max_leaf_refs cannot be promised by a KD tree (boxes='cut'); leave it out")

@@ -70,66 +70,66 @@ class BinnedPlanes(SplitSet):
 
     They find what `PlaneGrid` finds in less time: counts are exact, boxes are compared in float32. An uncut split puts
     each reference whole on the side of its centre (tight boxes only). `BinnedPlanes` are for segments; for other
-    primitives `PlaneGrid` and, with `uncut_above`, `ObjectSweep` take their place.
+    primitives `PlaneGrid` and, with `uncut_refs`, `ObjectSweep` take their place.
 
     Parameters
     ----------
     n_planes : int
         How many planes on each axis, 1 to 4096.
-    uncut_above : int
+    uncut_refs : int
         Nodes of at most this many references are offered uncut splits as well as planes; 0 for none.
-    uncut_only : int
+    uncut_only_refs : int
         Nodes of at most this many references are offered only uncut splits, if there are any.
     max_overlap : float
-        So are nodes of up to `uncut_above` references where the two boxes of the best uncut split overlap by at most
+        So are nodes of up to `uncut_refs` references where the two boxes of the best uncut split overlap by at most
         this fraction of the node's area; 0 for none.
     sample : int
         Nodes of twice as many references or more choose their plane by about this many of them; 0 uses all. The cost of
         an uncut split is always that of all references.
-    max_gap_refs : int
+    gap_refs : int
         Larger nodes, of up to this many references, are split uncut where their references lie apart (see `gap`).
     gap : float
         References lie apart where an uncut split costs at most this fraction of a leaf; above 0 to 1.
 
     Notes
     -----
-    A search of more than one level uses `sample` and `max_gap_refs` on its last level only.
+    A search of more than one level uses `sample` and `gap_refs` on its last level only.
     """
 
     name = "binned_planes"
     n_planes: int = 16
-    uncut_above: int = 0
-    uncut_only: int = 0
+    uncut_refs: int = 0
+    uncut_only_refs: int = 0
     max_overlap: float = 0.0
     sample: int = 0
-    max_gap_refs: int = 0
+    gap_refs: int = 0
     gap: float = 0.8
 
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "n_planes", count("n_planes", self.n_planes, 1, 4096))
-        for name in ("uncut_above", "uncut_only", "sample", "max_gap_refs"):
+        for name in ("uncut_refs", "uncut_only_refs", "sample", "gap_refs"):
             object.__setattr__(self, name, count(name, getattr(self, name), 0))
-        if self.uncut_only > self.uncut_above:
+        if self.uncut_only_refs > self.uncut_refs:
             raise InputError(
-                f"uncut_only={self.uncut_only} is more than uncut_above={self.uncut_above}; raise uncut_above"
+                f"uncut_only_refs={self.uncut_only_refs} is more than uncut_refs={self.uncut_refs}; raise uncut_refs"
             )
         overlap = 0.0 if self.max_overlap == 0 else number("max_overlap", self.max_overlap, "0 to 1", 0.0, 1.0)
         object.__setattr__(self, "max_overlap", overlap)
         what = "a fraction of a leaf's cost, above 0 to 1"
         object.__setattr__(self, "gap", number("gap", self.gap, what, 0.0, 1.0))
-        if 0 < self.max_gap_refs <= self.uncut_above:
+        if 0 < self.gap_refs <= self.uncut_refs:
             raise InputError(
-                f"max_gap_refs={self.max_gap_refs} is for nodes of more than uncut_above={self.uncut_above} "
+                f"gap_refs={self.gap_refs} is for nodes of more than uncut_refs={self.uncut_refs} "
                 "references; make it larger, or leave it out"
             )
 
     def for_any_primitive(self, boxes: BoxRule) -> tuple[SplitSet, ...]:
         """Return the exact split sets with the same kinds of candidates, for primitives that are not segments."""
         grid = PlaneGrid(self.n_planes, max_refs=self.max_refs, min_overlap=self.min_overlap)
-        if boxes == "cut" or self.uncut_above == 0:
+        if boxes == "cut" or self.uncut_refs == 0:
             return (grid,)
-        n_refs = min(self.uncut_above, self.max_refs or self.uncut_above)
+        n_refs = min(self.uncut_refs, self.max_refs or self.uncut_refs)
         return grid, ObjectSweep(max_refs=n_refs, min_overlap=self.min_overlap)
 
 
@@ -157,9 +157,9 @@ class Midpoint(SplitSet):
 #: What split sets and their fields were called in files of earlier versions.
 FORMER_NAMES = {"plane_octets": "binned_planes", "middle": "midpoint"}
 FORMER_FIELDS = {
-    "max_whole": "uncut_above",
-    "only_whole": "uncut_only",
-    "max_apart": "max_gap_refs",
+    "max_whole": "uncut_refs",
+    "only_whole": "uncut_only_refs",
+    "max_apart": "gap_refs",
     "apart": "gap",
 }
 

@@ -196,7 +196,7 @@ def test_sampling_costs_next_to_nothing() -> None:
 def test_whole_splits_are_judged_by_all() -> None:
     """By the boxes of a sample alone, lines that cross would be split whole: they are smaller."""
     lines = fl.scenes.make("spaghetti", 5000).lines
-    octets = fl.BinnedPlanes(8, 64, 16, max_gap_refs=5000)
+    octets = fl.BinnedPlanes(8, 64, 16, gap_refs=5000)
     refs = [fl.build(lines, "best", splits=replace(octets, sample=sample)).n_refs for sample in (0, 40)]
     assert refs[1] > 0.97 * refs[0]
 
@@ -221,7 +221,7 @@ def test_whole_splits_of_what_lies_apart(sample: int) -> None:
         given = {"bad_levels": 3, "prune": False, "limits": fl.Limits(leaf_refs=16)}
         cut, whole = (
             fl.build(lines, splits=octets, **given)  # type: ignore[arg-type]
-            for octets in (plain, replace(plain, max_gap_refs=5000))
+            for octets in (plain, replace(plain, gap_refs=5000))
         )
         whole.validate()
         assert low * cut.n_refs < whole.n_refs < high * cut.n_refs
@@ -230,7 +230,7 @@ def test_whole_splits_of_what_lies_apart(sample: int) -> None:
 def test_where_no_plane_is_allowed_references_are_split_whole() -> None:
     lines = fl.scenes.make("spaghetti", 3000).lines
     limits = fl.Limits(max_refs=3000, leaf_refs=16)
-    for octets in (fl.BinnedPlanes(8, 16), fl.BinnedPlanes(8, max_gap_refs=5000)):
+    for octets in (fl.BinnedPlanes(8, 16), fl.BinnedPlanes(8, gap_refs=5000)):
         tree = fl.build(lines, splits=octets, bad_levels=3, limits=limits)
         tree.validate()
         assert tree.nodes["n_refs"][tree.is_leaf].max() < 300
@@ -265,20 +265,20 @@ def test_bad_wishes_are_refused() -> None:
         fl.build(ends, "bvh-cl", effort=0.5)
     with pytest.raises(fl.InputError, match="not cut space"):
         fl.build(ends, splits=fl.BinnedPlanes(8, 4), boxes="cut")
-    with pytest.raises(fl.InputError, match="uncut_above"):
+    with pytest.raises(fl.InputError, match="uncut_refs"):
         fl.BinnedPlanes(8, -1)
-    with pytest.raises(fl.InputError, match="uncut_only=9 is more than uncut_above=8"):
+    with pytest.raises(fl.InputError, match="uncut_only_refs=9 is more than uncut_refs=8"):
         fl.BinnedPlanes(8, 8, 9)
     with pytest.raises(fl.InputError, match=r"max_overlap=1\.5"):
         fl.BinnedPlanes(8, 8, 4, 1.5)
     with pytest.raises(fl.InputError, match="sample"):
         fl.BinnedPlanes(8, sample=-1)
     with pytest.raises(fl.InputError, match="not cut space"):
-        fl.build(ends, splits=fl.BinnedPlanes(8, max_gap_refs=100), boxes="cut")
+        fl.build(ends, splits=fl.BinnedPlanes(8, gap_refs=100), boxes="cut")
     with pytest.raises(fl.InputError, match=r"gap=0\.0; expected a fraction"):
-        fl.BinnedPlanes(8, max_gap_refs=100, gap=0.0)
-    with pytest.raises(fl.InputError, match="max_gap_refs=8 is for nodes of more than uncut_above=8"):
-        fl.BinnedPlanes(8, 8, max_gap_refs=8)
+        fl.BinnedPlanes(8, gap_refs=100, gap=0.0)
+    with pytest.raises(fl.InputError, match="gap_refs=8 is for nodes of more than uncut_refs=8"):
+        fl.BinnedPlanes(8, 8, gap_refs=8)
     for given in ({"beam": 3}, {"exhaustive": True}):
         with pytest.raises(fl.InputError, match="lookahead of 2 or more"):
             fl.build(ends, **given)

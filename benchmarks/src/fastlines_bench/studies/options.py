@@ -55,13 +55,13 @@ def timed(scene: str, **given: Any) -> tuple[fl.Tree, float]:
 
 def whole() -> Iterator[list[str]]:
     """Yield the rows of `best` with whole splits in nodes of up to so many references."""
-    yield ["scene", "max_gap_refs", "references a line", "time"]
+    yield ["scene", "gap_refs", "references a line", "time"]
     (octets,) = best_settings().splits
     assert isinstance(octets, fl.PlaneOctets)
     for scene in ("bun-hair", "straight-hair", "spaghetti"):
         first = None
         for n_refs in APART:
-            tree, seconds = timed(scene, method="best", splits=replace(octets, max_gap_refs=n_refs))
+            tree, seconds = timed(scene, method="best", splits=replace(octets, gap_refs=n_refs))
             first = first or seconds
             bound = "no bound" if n_refs == REF_LIMIT else f"{n_refs:,}"
             yield [scene, bound, f"{tree.n_refs / tree.n_prims:.2f}", f"{seconds / first:.2f}"]
