@@ -136,6 +136,20 @@ class SegmentTest {
   ClosestApproach<N> closest;
 };
 
+/// A ray, or 16, with the radius of a primitive added to its own: what turns the test of a segment into that of a
+/// capsule. It must not outlive the ray.
+template <class N, class R>
+struct GrownRay {
+  decltype(R::o) const &o, &u, &v, &r;
+  N t_min, t_max, radius2;
+
+  [[gnu::always_inline]] GrownRay(const R& ray, const N& own_radius)
+      : o(ray.o), u(ray.u), v(ray.v), r(ray.r), t_min(ray.t_min), t_max(ray.t_max) {
+    const N radius = sqrt(N(ray.radius2)) + own_radius;
+    radius2 = radius * radius;
+  }
+};
+
 static_assert(RayPrimitive<Segments>);
 
 }  // namespace fastlines

@@ -1,0 +1,193 @@
+// A primitive that the library does not know takes the fast path: capsules, each with a radius of its own. Every kernel
+// gives the answers of brute force, bit for bit, and those of spheres are known in closed form.
+#include <cmath>
+#include <cstring>
+
+#include "check.hpp"
+#include "scenes.hpp"
+
+using namespace fastlines;
+using test::check, test::Random, test::Scene;
+
+namespace {
+
+struct Capsule {
+  Segment axis;
+  float radius;
+};
+
+/// The test of a capsule: that of its axis, by a ray whose radius is larger.
+template <class N, class R>
+class CapsuleTest {
+ public:
+  template <class V>
+  CapsuleTest(const R& ray, const V& lanes) : ray_(ray, N(lanes[6])), test_(ray_, lanes), closest(test_.closest) {}
+  CapsuleTest(const CapsuleTest&) = delete;
+
+  ClosestApproach<N> entry() const { return test_.entry(); }
+  N exit() const { return test_.exit(); }
+
+ private:
+  GrownRay<N, R> ray_;
+  SegmentTest<N, GrownRay<N, R>> test_;
+
+ public:
+  ClosestApproach<N> closest;
+};
+
+struct Capsules {
+  using Item = Capsule;
+  static constexpr const char* kKind = "capsules";
+  static constexpr int kLanes = 7;  // start, end − start, radius
+  static constexpr bool kHasRadius = true;
+
+  std::span<const Capsule> data;
+
+  // For builders: the axes.
+  std::size_t size() const { return data.size(); }
+  const Segment& curve(std::uint32_t prim) const { return data[prim].axis; }
+  Box bounds(std::uint32_t prim) const { return data[prim].axis.bounds(); }
+  Box clipped_bounds(std::uint32_t prim, const Box& box) const {
+    return Segments{{&data[prim].axis, 1}}.clipped_bounds(0, box);
+  }
+
+  // For the fast path.
+  const Capsule* items() const { return data.data(); }
+  const Capsule& item(std::uint32_t prim) const { return data[prim]; }
+  static const Segment& axis(const Capsule& capsule) { return capsule.axis; }
+  static float radius(const Capsule& capsule) { return capsule.radius; }
+  float max_radius() const {
+    float largest = 0.0f;
+    for (const Capsule& capsule : data) largest = std::max(largest, capsule.radius);
+    return largest;
+  }
+
+  template <class N, class F>
+  static std::array<N, kLanes> lanes(const N (&floats)[7], const F& frame) {
+    const N ends[6] = {floats[0], floats[1], floats[2], floats[3], floats[4], floats[5]};
+    const auto [x, y, z, u, v, w] = Segments::lanes(ends, frame);
+    return {x, y, z, u, v, w, floats[6] * N(frame.scale)};
+  }
+  template <class N>
+  static N lane_radius(const std::array<N, kLanes>& lanes) {
+    return lanes[6];
+  }
+  template <class N, class R, class V>
+  static CapsuleTest<N, R> test(const R& ray, const V& lanes) {
+    return {ray, lanes};
+  }
+};
+static_assert(RayPrimitive<Capsules> && Straight<Capsules>);
+
+constexpr Kernel kKernels[] = {Kernel::automatic, Kernel::single, Kernel::wave, Kernel::bundle};
+
+struct Found {
+  std::vector<float> t, u, distance, t_out;
+  std::vector<std::int64_t> prim, count;
+  std::vector<Hit> all;  // one ray after the other
+
+  explicit Found(std::size_t n) : t(n), u(n), distance(n), t_out(n), prim(n), count(n) {}
+  bool operator==(const Found& other) const {
+    return std::memcmp(t.data(), other.t.data(), t.size() * sizeof(float)) == 0 && prim == other.prim &&
+           std::memcmp(u.data(), other.u.data(), u.size() * sizeof(float)) == 0 &&
+           std::memcmp(distance.data(), other.distance.data(), distance.size() * sizeof(float)) == 0 &&
+           count == other.count && t_out == other.t_out && all.size() == other.all.size() &&
+           std::ranges::equal(all, other.all, [](const Hit& a, const Hit& b) {
+             return a.t == b.t && a.prim == b.prim && a.u == b.u && a.distance == b.distance && a.t_out == b.t_out;
+           });
+  }
+  HitColumns columns() { return {t.data(), prim.data(), u.data(), distance.data(), t_out.data()}; }
+  void take(HitAssembler& lists) {
+    const auto offsets = lists.offsets();
+    for (std::size_t i = 0; i < std::size_t(offsets.back()); ++i)
+      all.push_back({lists.t[i], lists.prim[i], lists.u[i], lists.distance[i], lists.t_out[i]});
+  }
+};
+
+/// The definition, at the surface.
+template <class Search>
+Found search_all(const Search& search, const RayBatch& rays, Progress& progress) {
+  Found found(rays.size());
+  first_hits(search, rays, At::surface, 1, progress,
+             [&](std::size_t i, const Hit& hit) { found.columns().set(i, hit); });
+  count_hits(search, rays, 1, progress, found.count);
+  HitAssembler lists(rays.size(), true);
+  list_hits(search, rays, 1, progress, lists, [](const Ray& ray) { return AllSink(At::surface, ray); });
+  found.take(lists);
+  return found;
+}
+
+Found run_kernel(const WideBvhView<Capsules>& view, const RayBatch& rays, Kernel kernel, Progress& progress) {
+  Found found(rays.size());
+  run_batch(view, rays, kernel, FirstHitQuery<Capsules, At::surface>{view, found.columns()}, 1, progress);
+  run_batch(view, rays, kernel, CountHitsQuery{found.count.data()}, 1, progress);
+  HitAssembler lists(rays.size(), true);
+  run_lists(view, rays, kernel, AllHitsQuery<Capsules, At::surface>(view), 1, progress, lists);
+  found.take(lists);
+  return found;
+}
+
+/// Returns how many hits there are.
+std::size_t check_scene(const Scene& scene, Random& random) {
+  std::size_t n_hits = 0;
+  std::vector<Capsule> capsules;
+  for (const Segment& line : scene.lines) {
+    const float share = random.uniform();
+    capsules.push_back({line, 0.05f * share * share * share});
+  }
+  const Capsules prims{capsules};
+  Progress progress;
+  Settings settings;
+  settings.splits = {{BinnedPlanes{.n_planes = 8, .uncut_up_to = 64}}};
+  settings.bad_levels = 2;
+  settings.lanes = 16;
+  settings.limits = {.max_leaf_refs = 16, .max_refs = 8 * capsules.size() + 100};
+  const Tree tree = Builder(prims, settings, progress).build();
+  const WideBvh wide = collapse(tree.nodes, tree.refs, prims, {}, 1, progress);
+  const WideBvhView<Capsules> view = view_of(wide, prims);
+  const BruteForce<Capsules> brute{prims, view.frame};
+  const BinaryTraversal<Capsules> binary{tree.nodes, tree.refs, prims, view.frame};
+
+  for (const bool coherent : {true, false}) {
+    std::vector<Vec3> origins, directions;
+    for (int i = 0; i < 512; ++i) {
+      origins.push_back(coherent ? Vec3{0.5f, 0.5f, -2.0f} : random.in_cube() * 2.0f);
+      directions.push_back(coherent ? Vec3{float(i % 32) / 32 - 0.5f, float(i / 32) / 16 - 0.5f, 2.5f}
+                                    : random.direction());
+    }
+    for (const float radius : {0.0f, 0.01f}) {
+      const float t_min = 0.0f, t_max = std::numeric_limits<float>::infinity();
+      const RayBatch rays{origins, directions, {&radius, 1}, {&t_min, 1}, {&t_max, 1}};
+      const Found expected = search_all(brute, rays, progress);
+      n_hits += expected.all.size();
+      check(search_all(binary, rays, progress) == expected, "the binary tree answers as brute force does");
+      for (const Kernel kernel : kKernels)
+        check(run_kernel(view, rays, kernel, progress) == expected, "a kernel answers as brute force does");
+    }
+  }
+  return n_hits;
+}
+
+/// A capsule of length zero is a ball: a ray through its centre enters and leaves at ± its radius.
+void check_balls() {
+  const Capsule ball{{{1, 2, 3}, {1, 2, 3}}, 0.25f};
+  const BruteForce<Capsules> search{Capsules{{&ball, 1}}, frame_of(Box{{0, 0, 0}, {4, 4, 4}})};
+  const Ray ray = prepare({{1, 2, -1}, {0, 0, 2}, 0.0f, 100.0f, 0.0f}, search.frame);
+  FirstSink sink(At::surface, ray);
+  BruteForce<Capsules>::Scratch scratch;
+  search(ray, sink, scratch);
+  check(std::abs(sink.best.t - 1.875f) < 1e-5f && std::abs(sink.best.t_out - 2.125f) < 1e-5f, "a ball is hit");
+  check(sink.best.distance < 1e-6f, "the distance is that of the axis");
+}
+
+}  // namespace
+
+int main() {
+  return test::run([] {
+    Random random{77};
+    std::size_t n_hits = 0;
+    for (const Scene& scene : test::scenes()) n_hits += check_scene(scene, random);
+    check(n_hits > 10'000, "rays hit capsules");
+    check_balls();
+  });
+}
