@@ -9,7 +9,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from command_line import done, refused
+from support.command_line import done, refused
 
 import fastlines as fl
 from fastlines.render import default_camera

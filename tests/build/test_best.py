@@ -63,6 +63,7 @@ def test_effort_makes_trees_cheaper() -> None:
     assert fl.build(lines).settings == fl.METHODS["best"] == fl.build(lines, "best", effort=0.5).settings
 
 
+@pytest.mark.slow
 def test_large_inputs_are_built_with_the_least_effort() -> None:
     lines = fl.scenes.make("straight-hair", LARGE).lines
     assert fl.build(lines).settings == best_settings(0) != fl.METHODS["best"]
@@ -143,6 +144,7 @@ def test_pieces_thinner_than_a_division_can_bear() -> None:
     assert octets.cost() == pytest.approx(exact.cost(), rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "settings",
     [{}, {"cost": COST}, {"limits": fl.Limits(max_refs=30_000)}, {"boxes": "cut"}, {"method": "bvh-cl"}],
@@ -359,6 +361,7 @@ print(most - before)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc/self/statm")
 @pytest.mark.parametrize(
     ("scene", "settings", "bound"),

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from theory_scenes import SCENE_NAMES, scene
+from support.theory_scenes import SCENE_NAMES, scene
 
 import fastlines as fl
 

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 from support.nasty import SCENES, boxes_of, named_scene, triangles_on
+from support.slow import few_of
 
 import fastlines as fl
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", few_of(SCENES, n=6))
 @pytest.mark.parametrize("method", fl.METHODS)
 def test_every_method_on_nasty_input(method, name):
     ends = named_scene(name)
@@ -15,7 +16,7 @@ def test_every_method_on_nasty_input(method, name):
         fl.build(geometry, method).validate()
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", few_of(SCENES, n=6))
 @pytest.mark.parametrize(
     "options",
     [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.slow import few_of
 from support.theory_scenes import SCENE_NAMES, scene
 
 import fastlines as fl
@@ -29,7 +30,7 @@ def least_cost_of_prunings(tree: fl.Tree) -> float:
 
 
 @pytest.mark.parametrize("c_trav", [0.5, 2.0])
-@pytest.mark.parametrize("name", SCENE_NAMES)
+@pytest.mark.parametrize("name", few_of(SCENE_NAMES, n=3))
 def test_prune_leaves_the_cheapest_of_all_prunings(name: str, c_trav: float) -> None:
     ends = scene(name, 3, 60)
     given = {"splits": GRID, "bad_levels": 3, "cost": fl.Cost(c_trav), "method": "bvh-ss"}

@@ -33,6 +33,7 @@ def test_branch_and_bound_makes_the_tree_of_exhaustive_search(name: str, setting
         assert bound.searched["carried_out"] <= exhaustive.searched["carried_out"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lookahead", [2, 3])
 def test_branch_and_bound_where_planes_meet_the_ends_of_lines(lookahead: int) -> None:
     """What only touches a plane is on one side of it, until it is cut and lies in it."""

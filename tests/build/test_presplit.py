@@ -67,6 +67,7 @@ def test_a_bound_on_references_holds() -> None:
     assert tree.stats()["largest_leaf_refs"] <= 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scene_name", "n"), [("spaghetti", 400), ("bun-hair", 8000)])
 def test_the_automatic_bound_ends_where_more_gains_little(scene_name: str, n: int) -> None:
     lines = fl.scenes.make(scene_name, n).lines

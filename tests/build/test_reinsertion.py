@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.builds import TO_REINSERT
+from support.slow import few_of
 from support.theory_scenes import SCENE_NAMES, scene
 
 import fastlines as fl
@@ -31,7 +32,7 @@ def leaves(tree: fl.Tree) -> set[tuple[bytes, bytes]]:
     return {(node["box"].tobytes(), tree.refs[node["first_ref"] :][: node["n_refs"]].tobytes()) for node in found}
 
 
-@pytest.mark.parametrize("name", SCENE_NAMES)
+@pytest.mark.parametrize("name", few_of(SCENE_NAMES, n=4))
 @pytest.mark.parametrize("kind", TO_REINSERT)
 def test_leaves_move_whole_and_costs_never_grow(kind: str, name: str) -> None:
     ends = scene(name, 11, 150)
@@ -102,7 +103,7 @@ def put(tree: fl.Tree, v: int, x: int) -> float | None:
     return total
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", few_of(range(8), n=2))
 def test_in_the_end_no_single_move_gains(seed: int) -> None:
     """The search finds the best of all places: where it finds none, trying every pair of nodes finds none."""
     rng = np.random.default_rng(seed)

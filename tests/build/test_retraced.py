@@ -120,6 +120,7 @@ def test_lines_through_one_point_are_cut(aim: str) -> None:
         assert tree.cost() < 1.002 * all_cut.cost()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", fl.scenes.NAMES)
 def test_the_scenes_of_the_thesis_are_cut_as_ever(scene: str) -> None:
     lines = fl.scenes.make(scene, 3000).lines
@@ -134,6 +135,7 @@ def test_the_scenes_of_the_thesis_are_cut_as_ever(scene: str) -> None:
         assert tree.n_refs <= all_cut.n_refs
 
 
+@pytest.mark.slow
 def test_it_is_a_setting_of_any_build() -> None:
     ends = RETRACED["pieces of a line"][:2000]
     for splits in (fl.PlaneGrid(8), (fl.ObjectSweep(), fl.PlaneGrid(8)), fl.BinnedPlanes(8)):

@@ -22,6 +22,7 @@ COSTS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scene", "method", "least", "largest", "n_nodes"), COSTS)
 def test_cost(scene: str, method: str, least: float, largest: float, n_nodes: int | None) -> None:
     tree = fl.build(fl.scenes.make(scene, seed=0).lines, method)

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.command_line import done, refused
+from support.slow import few_of
 
 import fastlines as fl
 
@@ -68,7 +69,7 @@ BAD_FILES = {
 }
 
 
-@pytest.mark.parametrize("name", BAD_FILES)
+@pytest.mark.parametrize("name", few_of(BAD_FILES, n=8))
 @pytest.mark.parametrize("command", ["info", "build", "render", "validate", "query"])
 def test_bad_files(tree_file, name, command):
     with open(name, "wb") as file:

@@ -12,6 +12,7 @@ import zipfile
 import numpy as np
 import pytest
 from support.line_files import COUNTS, POINTS, SAMPLES, hair, message_of, npy, npy_of, npz, tck, tfx, trk
+from support.slow import few_of
 
 from fastlines.errors import FastlinesError, InputError
 
@@ -189,7 +190,7 @@ def shorter(data: bytes) -> set[int]:
     return {n for n in range(len(data)) if len(data) < 800 or n % 7 == 0 or n > len(data) - 150}
 
 
-@pytest.mark.parametrize("name", SAMPLES)
+@pytest.mark.parametrize("name", few_of(SAMPLES, n=2))
 def test_file_cut_short_anywhere(load, name):
     # Of a .tck whose header counts its streamlines, the mark of the end can be cut off without loss.
     end = -12 if name.endswith(".tck") else None
@@ -210,7 +211,7 @@ def test_trk_of_unknown_count_can_only_be_cut_between_streamlines(load):
 
 
 @pytest.mark.filterwarnings("ignore::fastlines.FileWarning", "ignore::fastlines.PrecisionWarning")
-@pytest.mark.parametrize("name", SAMPLES)
+@pytest.mark.parametrize("name", few_of(SAMPLES, n=2))
 def test_damaged_bytes_raise_nothing_else_and_allocate_little(load, name):
     rng = np.random.default_rng(2024)
     messages = []

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.answers import assert_same, options
+from support.slow import few_of
 
 import fastlines as fl
 from fastlines.backend import KERNELS
@@ -34,7 +35,7 @@ def pictures(n: int) -> dict[str, tuple[Any, Any]]:
     return {"from far": from_far, "from inside": inside, "shuffled": (from_far[0][order], from_far[1][order])}
 
 
-@pytest.mark.parametrize("scene", fl.scenes.NAMES)
+@pytest.mark.parametrize("scene", few_of(fl.scenes.NAMES, n=1))
 @pytest.mark.parametrize("rays", ["from far", "from inside", "shuffled"])
 def test_pictures_of_scenes(scene: str, rays: str) -> None:
     lines = fl.scenes.make(scene, 400).lines
@@ -59,7 +60,7 @@ def test_pictures_that_begin_or_end_in_a_row(left_out: tuple[int, int]) -> None:
         assert_same(getattr(tree, query)(o[part], d[part], 0.01, **options(query)), expected)
 
 
-@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("scale", few_of([1e-6, 1.0, 1e6], n=1))
 @pytest.mark.parametrize("shift", [0.0, 1e4])
 def test_scaled_and_moved_scenes(scale: float, shift: float) -> None:
     lines = ((fl.scenes.make("photon-beams", 300).lines.segments.astype(float) + shift) * scale).astype(np.float32)
@@ -105,6 +106,7 @@ def test_pieces_tile_their_segments() -> None:
     assert tiled(tree) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", [1e4, 0.0])
 def test_lines_cut_more_finely_than_references_tell(end: float) -> None:
     """Lines ten thousand times as long as a thicket are cut within it, into less than 1/65536 of them."""
@@ -232,8 +234,8 @@ def test_lists_are_sorted(n: int) -> None:
             assert_same(tree.all_hits(start, along, **asked, kernel=kernel), expected)
 
 
-@pytest.mark.parametrize("jitter", [0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-2])
-@pytest.mark.parametrize("distance", [-0.3, 0.1, 3.0, 20.0, 31.0, 1000.0])
+@pytest.mark.parametrize("jitter", few_of([0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-2], n=1))
+@pytest.mark.parametrize("distance", few_of([-0.3, 0.1, 3.0, 20.0, 31.0, 1000.0], n=2))
 @pytest.mark.parametrize("simd", fl.available_simd())
 def test_rays_through_one_point_or_nearly(simd: str, distance: float, jitter: float) -> None:
     """Also where the point lies behind where the rays begin, within the scene or before it."""
@@ -252,7 +254,7 @@ def test_rays_through_one_point_or_nearly(simd: str, distance: float, jitter: fl
                 assert_same(getattr(tree, query)(*rays, **options(query), kernel="bundle"), expected)
 
 
-@pytest.mark.parametrize("far", [1.0, 1e3, 1e6, 1e9, 1e11])
+@pytest.mark.parametrize("far", few_of([1.0, 1e3, 1e6, 1e9, 1e11], n=2))
 @pytest.mark.parametrize("simd", fl.available_simd())
 def test_rays_that_pass_far_from_the_scene(simd: str, far: float) -> None:
     """Also forced into a bundle, with a radius that just reaches the scene or does not; and leaves of one point, beside

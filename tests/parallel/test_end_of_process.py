@@ -5,6 +5,7 @@ import sys
 
 import pytest
 from support.patience import HANGS
+from support.slow import few_of
 
 #: What a thread may be in when Python ends; `tell` is a progress callback.
 UNDER_WAY = {
@@ -56,13 +57,13 @@ entered.wait()
     assert (ended.returncode, ended.stderr) == (0, "")
 
 
-@pytest.mark.parametrize("what", UNDER_WAY)
+@pytest.mark.parametrize("what", few_of(UNDER_WAY, n=1))
 def test_python_ends_while_a_daemon_thread_works(what: str) -> None:
     for _ in range(2):
         end_with_threads(UNDER_WAY[what], "for _ in range(4): threading.Thread(target=run, daemon=True).start()")
 
 
-@pytest.mark.parametrize("what", ["query", "progress of a build"])
+@pytest.mark.parametrize("what", few_of(["query", "progress of a build"], n=1))
 @pytest.mark.parametrize("start", ["threading.Thread(target=run).start()", "ThreadPoolExecutor(3).submit(run)"])
 def test_python_waits_for_threads_that_are_no_daemons(what: str, start: str) -> None:
     end_with_threads(UNDER_WAY[what], f"{start}\nthreading.Timer(0.2, over.set).start()")

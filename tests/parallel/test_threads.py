@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from support import nasty
 from support.patience import HANGS
+from support.slow import few_of
 
 import fastlines as fl
 from fastlines.layout import build_layout
@@ -67,7 +68,7 @@ def test_gil_is_released(call: str) -> None:
         thread.join()
 
 
-@pytest.mark.parametrize("n_threads", [1, 4])
+@pytest.mark.parametrize("n_threads", few_of([1, 4], n=1))
 @pytest.mark.parametrize("call", LONG)
 def test_progress_rises_from_0_to_1(call: str, n_threads: int) -> None:
     fl.set_num_threads(n_threads)
@@ -202,7 +203,7 @@ ENDLESS = {
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs signals")
-@pytest.mark.parametrize("what", ENDLESS)
+@pytest.mark.parametrize("what", few_of(ENDLESS, n=2))
 def test_ctrl_c(what: str) -> None:
     """The call says when it is under way; then it is interrupted."""
     before, call = ENDLESS[what]
@@ -247,7 +248,7 @@ else:
 
 
 @pytest.mark.parametrize("n_threads", [1, 3])
-@pytest.mark.parametrize("where", [0, 300_000, 799_999])
+@pytest.mark.parametrize("where", few_of([0, 300_000, 799_999], n=1))
 def test_a_ray_that_is_none_is_found_wherever_it_stands(where: int, n_threads: int) -> None:
     """Large batches are looked at in parts, by several threads."""
     n_rays = 800_000  # enough for three threads
@@ -269,6 +270,7 @@ def test_a_ray_that_is_none_is_found_wherever_it_stands(where: int, n_threads: i
             tree.any_hit(**rays)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "options"), [("spaghetti-2", {}), ("bun-hair", {}), ("bun-hair", {"presplit": fl.Presplit(refs=3)})]
 )
@@ -297,7 +299,7 @@ def test_a_layout_is_the_same_whoever_makes_it(scene: str, options: dict[str, An
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs a limit on memory")
-@pytest.mark.parametrize("megabytes", [60, 200, 400])
+@pytest.mark.parametrize("megabytes", few_of([60, 200, 400], n=1))
 @pytest.mark.parametrize("call", ["tree.count_hits(*rays, 0.01).sum() == expected", "fl.build(many)"])
 def test_threads_that_can_not_be_had_are_an_error_or_done_without(call: str, megabytes: int) -> None:
     """Each thread takes 8 MB of address space for its stack; a process may not have so much."""

@@ -16,7 +16,7 @@ from fastlines.backend import KERNELS
 from fastlines.queries import QUERIES
 
 SEEDS = range(8)
-N_THREADS = (1, 3, 8)
+N_THREADS = (1, 3)
 #: Queries, and the kinds of t to ask them for.
 QUESTIONS = [(query, at) for query in QUERIES for at in (("closest", "surface") if query in WITH_AT else (None,))]
 #: Kernels and instruction sets; the binary tree has one text for all.

@@ -188,6 +188,7 @@ def test_a_query_that_fits_is_not_refused(
         assert getattr(found, name).tobytes() == getattr(expected, name).tobytes()
 
 
+@pytest.mark.slow
 def test_the_k_nearest_that_fit_are_not_refused(left: Callable[[float], None], monkeypatch: pytest.MonkeyPatch) -> None:
     rays = WIDE[:, :2000]
     monkeypatch.setattr(forecast, "SMALL", 0)
@@ -195,6 +196,7 @@ def test_the_k_nearest_that_fit_are_not_refused(left: Callable[[float], None], m
     assert (TREE.next_hits(*rays, 10.0, 2).counts == 2).all()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="needs a limit on memory")
 def test_a_limit_on_addresses_is_known() -> None:
     program = """

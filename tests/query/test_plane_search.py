@@ -81,6 +81,7 @@ def chain(n_levels: int, axis: int) -> Tree:
     return Tree(fl.Lines.from_segments(segments), nodes, refs, Settings(boxes="cut"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize("n_levels", [1, 30, MAX_DEPTH])
 def test_deep_trees(n_levels: int, axis: int) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from support.line_files import SAMPLES
+from support.slow import few_of
 
 import fastlines as fl
 from fastlines.atomic_write import atomic_write
@@ -169,7 +170,7 @@ def test_odd_geometry_is_drawn():
 # --- Levels ---
 
 
-@pytest.mark.parametrize("method", ["bvh-d2", "kd-d2"])
+@pytest.mark.parametrize("method", few_of(["bvh-d2", "kd-d2"], n=1))
 def test_level_sheet_has_a_panel_for_each_level(method):
     scene = fl.scenes.make("spaghetti", 200)
     tree = fl.build(scene.lines, method)

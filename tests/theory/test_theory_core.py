@@ -7,7 +7,8 @@ from functools import partial
 
 import numpy as np
 import pytest
-from theory_scenes import SCENE_NAMES, Triangle, a_box, scene
+from support.slow import few_of
+from support.theory_scenes import SCENE_NAMES, Triangle, a_box, scene
 
 import fastlines as fl
 from fastlines import theory as th
@@ -101,7 +102,7 @@ SETTINGS: dict[str, tuple[fl.Settings, int]] = {
 }
 
 
-@pytest.mark.parametrize("name", SCENE_NAMES)
+@pytest.mark.parametrize("name", few_of(SCENE_NAMES, n=3))
 @pytest.mark.parametrize("given", SETTINGS)
 def test_core_equals_theory_on_segments(given, name):
     chosen, n = SETTINGS[given]
@@ -116,7 +117,7 @@ def test_core_equals_theory_at_other_scales(method, scale):
     assert_equal(core_build(ends, fl.METHODS[method]), theory_build(th.segments(ends), fl.METHODS[method]))
 
 
-@pytest.mark.parametrize("name", ["random", "crossing", "axis parallel", "equal boxes"])
+@pytest.mark.parametrize("name", few_of(["random", "crossing", "axis parallel", "equal boxes"], n=1))
 @pytest.mark.parametrize("given", SETTINGS)
 def test_core_equals_theory_on_other_primitives(given, name):
     chosen, n = SETTINGS[given]

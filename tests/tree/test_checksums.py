@@ -14,6 +14,7 @@ from fastlines import container, tree_file
 from fastlines.cli import app
 
 
+@pytest.mark.slow
 def test_any_flipped_bit_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.flt"
     _, data = saved(path)

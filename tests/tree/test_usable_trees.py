@@ -39,6 +39,7 @@ def assert_answers(tree: fl.Tree, rays: Any, radius: float) -> int:
     return len(right)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["bvh-d2", "kd-d2"])
 def test_what_inner_nodes_say_of_references(tmp_path: Path, method: str) -> None:
     tree, _ = saved(tmp_path / "a.flt", method=method)
@@ -165,6 +166,7 @@ for segments, given in pickle.load(sys.stdin.buffer):
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="needs limits on stacks")
 def test_as_deep_as_trees_may_be() -> None:
     cases = []
