@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from fastlines import Cost, Limits, Median, Middle, ObjectSweep, PlaneEvents, PlaneGrid, Presplit, Settings
+from fastlines import Cost, Limits, Median, Midpoint, ObjectSweep, PlaneEvents, PlaneGrid, Presplit, Settings
 
 #: One cost for all trees of a kind, as the thesis's figures have it.
 THESIS_COST = {"bvh": Cost(2.0), "kd": Cost(0.6)}
@@ -32,7 +32,7 @@ BUILDERS: dict[str, dict[str, Any]] = {
     },
     # Tight boxes.
     "median": {"splits": Median(), "limits": Limits(max_leaf_refs=8)},
-    "middle": {"splits": Middle(), "bad_levels": 3},
+    "middle": {"splits": Midpoint(), "bad_levels": 3},
     "bvh-cl": {"method": "bvh-cl"},
     "bvh-ss": {"method": "bvh-ss"},
     "bvh-d2": {"method": "bvh-d2"},
@@ -45,7 +45,7 @@ BUILDERS: dict[str, dict[str, Any]] = {
     "best-bvh-reinsertion": {**_BEST["best-bvh"], "reinsertion": 10},
     # Cut boxes.
     "kd-median": {"splits": Median(), "bad_levels": 3, **_CUT},
-    "kd-middle": {"splits": Middle(), "bad_levels": 3, **_CUT},
+    "kd-middle": {"splits": Midpoint(), "bad_levels": 3, **_CUT},
     "kd-cl": {"method": "kd-cl"},
     "kd-d2": {"method": "kd-d2"},
     "kd-d2-exhaustive": {"method": "kd-d2", "exhaustive": True},  # the same tree, searched as the thesis does

@@ -57,7 +57,7 @@ def whole() -> Iterator[list[str]]:
     """Yield the rows of `best` with whole splits in nodes of up to so many references."""
     yield ["scene", "gap_refs", "references a line", "time"]
     (octets,) = best_settings().splits
-    assert isinstance(octets, fl.PlaneOctets)
+    assert isinstance(octets, fl.BinnedPlanes)
     for scene in ("bun-hair", "straight-hair", "spaghetti"):
         first = None
         for n_refs in APART:

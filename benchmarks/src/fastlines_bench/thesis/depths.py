@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fastlines import Cost, PlaneGrid, PlaneOctets, Tree, build
+from fastlines import BinnedPlanes, Cost, PlaneGrid, Tree, build
 
 SIDE, LENGTH, N_CYLINDERS = 4.0, 1.0, 100
 C_TRAV = 1.2
@@ -40,7 +40,7 @@ def build_ahead(axes: npt.NDArray[np.float64], depth: int, c_trav: float = C_TRA
     A search looks into candidates by branch and bound ("bounded"), into all of them ("exhaustive"), or counts planes
     eight at a time ("octets").
     """
-    splits = PlaneOctets(16) if search == "octets" else PlaneGrid(16)
+    splits = BinnedPlanes(16) if search == "octets" else PlaneGrid(16)
     everything = search == "exhaustive" and depth > 1
     cost = Cost(c_trav=c_trav, c_prim=1.0)
     return build(axes, splits=splits, boxes="cut", lookahead=depth, cost=cost, exhaustive=everything)
