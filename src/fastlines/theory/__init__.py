@@ -13,8 +13,8 @@ thesis                  here
 §4.1 the algorithm      `best_split` and `build`; lookahead 1 is SAH (§1.5); where it ends: §1.4.2
 §4.1 SPLITS             a generator over (prims, box): `object_sweep`, `plane_grid`, `plane_events`, `median`,
                         `middle`, a `union` of them, or your own; with box rule `tight` (BVH) or `cut` (KD)
-§6.6 open questions     optimal trees: `optimum`, `grid_optimum`; theorems: `prune`, `lower_bound`, `gain`,
-                        `at_least`, `at_least_cut`, `at_least_of_pairs`; their proofs are in docs/theory.md
+§6.6 open questions     `prune`; optimal trees and bounds are in the benchmarks (`fastlines_bench.optimum`), and the
+                        proofs in docs/theory.md
 ======================  =====================================================================================
 
 The diagonals of a cube in a KD tree, whose planes cut boxes in the middle. SAH sees no gain and makes a leaf:
@@ -30,14 +30,9 @@ The diagonals of a cube in a KD tree, whose planes cut boxes in the middle. SAH 
 """
 
 from .axioms import check, covered, laws
-from .bound import lower_bound
 from .box import Box, Point, f32, put
 from .builder import Best, best_split, build, prune
-from .lattice import grid_optimum
-from .least import at_least, at_least_cut, gain
 from .node import Node, chance, f, g
-from .oracle import even_planes, optimum, partitions, planes_at
-from .pairs import at_least_of_pairs
 from .primitive import Block, Primitive, Prims, Segment, hull, segments
 from .splits import (
     BoxRule,
@@ -69,9 +64,6 @@ __all__ = [
     "Segment",
     "Split",
     "Splits",
-    "at_least",
-    "at_least_cut",
-    "at_least_of_pairs",
     "at_object",
     "at_plane",
     "best_split",
@@ -82,23 +74,16 @@ __all__ = [
     "covered",
     "cut",
     "divide",
-    "even_planes",
     "f",
     "f32",
     "g",
-    "gain",
-    "grid_optimum",
     "hull",
     "laws",
-    "lower_bound",
     "median",
     "middle",
     "object_sweep",
-    "optimum",
-    "partitions",
     "plane_events",
     "plane_grid",
-    "planes_at",
     "prune",
     "put",
     "segments",

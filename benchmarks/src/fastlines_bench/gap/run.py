@@ -22,6 +22,7 @@ import numpy as np
 from fastlines import METHODS, Cost, Limits, ObjectSweep, PlaneEvents, PlaneGrid, Settings, build, theory
 from fastlines.scenes import make
 
+from .. import optimum
 from ..harness import machine
 from ..harness.arrays import FloatArray
 from ..harness.preset import Preset, sized
@@ -189,11 +190,11 @@ def _same_planes(preset: GapPreset, name: str, seed: int) -> list[GapCell]:
     n, n_planes = preset.same_planes
     ends = _segments(name, n, seed)
     prims = theory.segments(ends)
-    planes = theory.even_planes(theory.hull(prims), n_planes)
+    planes = optimum.even_planes(theory.hull(prims), n_planes)
     cells = []
     for boxes, rule in RULES.items():
-        splits = _remembered(theory.planes_at(planes, rule))
-        least = theory.f(theory.grid_optimum(ends, planes, rule, preset.c_trav), preset.c_trav)
+        splits = _remembered(optimum.planes_at(planes, rule))
+        least = theory.f(optimum.grid_optimum(ends, planes, rule, preset.c_trav), preset.c_trav)
         for search, given in SEARCHES.items():
             tree = theory.build(prims, splits, c_trav=preset.c_trav, leaf_refs=0, **given)
             cost = theory.f(tree, preset.c_trav)
@@ -209,7 +210,7 @@ def _remembered(splits: theory.Splits) -> theory.Splits:
 
 def _sets(preset: GapPreset, name: str, seed: int) -> list[GapCell]:
     prims = theory.segments(_segments(name, preset.sets, seed))
-    least = theory.f(theory.optimum(prims, theory.partitions, preset.c_trav), preset.c_trav)
+    least = theory.f(optimum.optimum(prims, optimum.partitions, preset.c_trav), preset.c_trav)
     trees = {search: theory.build(prims, splits, c_trav=preset.c_trav) for search, splits in SETS.items()}
     return [
         GapCell("sets", "tight", preset.c_trav, search, name, seed, theory.f(tree, preset.c_trav), least)
@@ -220,11 +221,11 @@ def _sets(preset: GapPreset, name: str, seed: int) -> list[GapCell]:
 def _builders(preset: GapPreset, name: str, seed: int) -> list[GapCell]:
     n, n_planes = preset.builders
     ends = _segments(name, n, seed)
-    planes = theory.even_planes(theory.hull(theory.segments(ends)), n_planes)
+    planes = optimum.even_planes(theory.hull(theory.segments(ends)), n_planes)
 
     @cache
     def least(boxes: str, c_trav: float) -> float:
-        return theory.f(theory.grid_optimum(ends, planes, RULES[boxes], c_trav), c_trav)
+        return theory.f(optimum.grid_optimum(ends, planes, RULES[boxes], c_trav), c_trav)
 
     cells = []
     for builder, given in BUILDERS.items():

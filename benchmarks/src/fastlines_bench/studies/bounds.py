@@ -1,8 +1,8 @@
 """How far trees are from a bound that no tree can undercut, on the thesis's five scenes.
 
 The trees go through three bad levels with 16 planes an axis (BVHs also divide sets of up to 8) and are pruned; c_trav
-is 2.0 for BVHs and 0.6 for KD trees. The bound is `fastlines.theory.lower_bound`, proved in docs/theory.md; "whole" is
-the one for trees that cut nothing, beside `bvh-cl`.
+is 2.0 for BVHs and 0.6 for KD trees. The bound is `optimum.lower_bound`, proved in docs/theory.md; "whole" is the one
+for trees that cut nothing, beside `bvh-cl`.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import Any
 
 import fastlines as fl
 
+from .. import optimum
 from ..harness.clock import best_of
 
 SPLITS = (fl.PlaneGrid(16), fl.ObjectSweep(max_refs=8))
@@ -33,7 +34,7 @@ def compare_with_bounds(segments: int | None = None) -> list[dict[str, Any]]:
             seconds, bound = best_of(
                 1,
                 1,
-                lambda lines=lines, c=settings.cost.c_trav, w=whole: fl.theory.lower_bound(lines, c, whole=w),  # type: ignore[misc]
+                lambda lines=lines, c=settings.cost.c_trav, w=whole: optimum.lower_bound(lines, c, whole=w),  # type: ignore[misc]
             )
             rows.append({"scene": name, "tree": kind, "cost": tree.cost(), "bound": bound, "s": seconds})
             ratio = tree.cost() / bound

@@ -12,11 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from fastlines.theory import Box, BoxRule, Node, Prims, at_plane, hull, segments, tight
+
 from .bound import area_of
-from .box import Box
-from .node import Node
-from .primitive import Prims, hull, segments
-from .splits import BoxRule, at_plane, tight
 
 Array = npt.NDArray[np.float64]
 
@@ -41,9 +39,10 @@ def grid_optimum(
     Examples
     --------
     >>> from fastlines import theory as th
+    >>> from fastlines_bench import optimum as opt
     >>> diagonals = [[[0, 0, 0], [8, 8, 8]], [[0, 8, 0], [8, 0, 8]], [[0, 0, 8], [8, 8, 0]], [[8, 0, 0], [0, 8, 8]]]
-    >>> planes = th.even_planes(th.hull(th.segments(diagonals)), 7)
-    >>> tree = th.grid_optimum(diagonals, planes, th.cut, c_trav=0.2)
+    >>> planes = opt.even_planes(th.hull(th.segments(diagonals)), 7)
+    >>> tree = opt.grid_optimum(diagonals, planes, th.cut, c_trav=0.2)
     >>> round(th.f(tree, c_trav=0.2), 3)
     2.487
     """

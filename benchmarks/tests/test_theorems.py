@@ -11,7 +11,8 @@ from support.theory_scenes import SCENE_NAMES, Ball, scene
 
 import fastlines as fl
 from fastlines import theory as th
-from fastlines.theory.bound import grown, most_cells, touched
+from fastlines_bench import optimum as opt
+from fastlines_bench.optimum.bound import grown, most_cells, touched
 
 RULES = {"tight": th.tight, "cut": th.cut}
 DIAGONALS = [[[0, 0, 0], [8, 8, 8]], [[0, 8, 0], [8, 0, 8]], [[0, 0, 8], [8, 8, 0]], [[8, 0, 0], [0, 8, 8]]]
@@ -46,12 +47,12 @@ def test_the_exact_prune_is_the_cheapest_of_all_prunings(name, rule):
 def test_no_tree_is_cheaper_than_the_lower_bound(name):
     ends = scene(name, 5, 40)
     for c_trav in (0.1, 2.0):
-        bound = th.lower_bound(ends, c_trav, n_cells=1 << 12)
+        bound = opt.lower_bound(ends, c_trav, n_cells=1 << 12)
         assert min(c_trav, len(ends)) <= bound * (1 + 1e-12)
         for method in fl.METHODS:
             tree = fl.build(ends, method, cost=fl.Cost(c_trav), limits=fl.Limits(max_refs=1000))
             assert bound <= tree.cost() * (1 + 1e-6), method
-        whole = th.lower_bound(ends, c_trav, whole=True, n_cells=1 << 12)
+        whole = opt.lower_bound(ends, c_trav, whole=True, n_cells=1 << 12)
         assert bound <= whole <= fl.build(ends, "bvh-cl", cost=fl.Cost(c_trav)).cost() * (1 + 1e-6)
 
 
@@ -59,20 +60,20 @@ def test_no_tree_is_cheaper_than_the_lower_bound(name):
 def test_no_optimal_tree_is_cheaper_than_the_lower_bound(seed):
     ends = scene("crossing", seed, 7)
     prims = th.segments(ends)
-    planes = th.even_planes(th.hull(prims), 5)
+    planes = opt.even_planes(th.hull(prims), 5)
     for c_trav in (0.02, 0.2, 1.0):
-        bound = th.lower_bound(ends, c_trav, n_cells=1 << 15)
+        bound = opt.lower_bound(ends, c_trav, n_cells=1 << 15)
         for rule in RULES.values():
-            assert bound <= th.f(th.grid_optimum(ends, planes, rule, c_trav), c_trav)
-        whole = th.lower_bound(ends, c_trav, whole=True, n_cells=1 << 12)
-        assert whole <= th.f(th.optimum(prims, th.partitions, c_trav), c_trav) * (1 + 1e-12)
+            assert bound <= th.f(opt.grid_optimum(ends, planes, rule, c_trav), c_trav)
+        whole = opt.lower_bound(ends, c_trav, whole=True, n_cells=1 << 12)
+        assert whole <= th.f(opt.optimum(prims, opt.partitions, c_trav), c_trav) * (1 + 1e-12)
 
 
 def test_the_lower_bound_grows_as_the_cost_does():
-    few, many = (th.lower_bound(fl.scenes.make("spaghetti", n).lines, n_cells=1 << 21) for n in (500, 8000))
+    few, many = (opt.lower_bound(fl.scenes.make("spaghetti", n).lines, n_cells=1 << 21) for n in (500, 8000))
     assert 8 < few < many
     assert 0.3 < math.log(many / few, 16) < 0.7  # the square root
-    assert th.lower_bound(np.zeros((0, 2, 3))) == 0
+    assert opt.lower_bound(np.zeros((0, 2, 3))) == 0
 
 
 def test_what_the_lower_bound_counts():
@@ -111,12 +112,12 @@ def test_what_a_plane_gains(name):
     box = th.hull(prims)
     splits = {rule: partial(th.plane_grid, n_planes=3, rule=RULES[rule]) for rule in RULES}
     for axis in range(3):
-        for plane in th.even_planes(box, 5)[axis]:
+        for plane in opt.even_planes(box, 5)[axis]:
             for split in th.at_plane(prims, box, axis, plane, th.cut):
                 cost = 2.0 + sum(th.chance(b, box) * len(p) for p, b in split)
-                assert th.gain(prims, box, axis, plane) == pytest.approx(len(prims) - cost, abs=1e-5)
+                assert opt.gain(prims, box, axis, plane) == pytest.approx(len(prims) - cost, abs=1e-5)
     gains = [
-        th.gain(prims, box, axis, x) for axis in range(3) for x in th.even_planes(box, 3)[axis] if box.sides()[axis]
+        opt.gain(prims, box, axis, x) for axis in range(3) for x in opt.even_planes(box, 3)[axis] if box.sides()[axis]
     ]
     assert (len(th.build(prims, splits["cut"]).nodes()) == 1) == (max(gains) <= 0)
 
@@ -131,7 +132,7 @@ def test_sah_makes_one_leaf_of_what_goes_right_across(n_each):
         ):
             assert len(th.build(prims, splits, c_trav=c_trav).nodes()) == 1
         # Two levels pay from 8·c_trav on, and then they halve the cost.
-        tree = th.optimum(prims, th.planes_at([[4.0]] * 3, th.cut), c_trav)
+        tree = opt.optimum(prims, opt.planes_at([[4.0]] * 3, th.cut), c_trav)
         n = 4 * n_each
         assert th.f(tree, c_trav) == pytest.approx(min(n, 4 * c_trav + n / 2))
 
@@ -142,8 +143,8 @@ def test_one_leaf_is_the_best_classic_bvh_of_large_boxes(seed):
     prims, box = th.segments(ends), th.hull(th.segments(ends))
     shares = sum(th.chance(prim.bounds(), box) for prim in prims)
     enough = len(prims) - shares
-    assert len(th.optimum(prims, th.partitions, enough * 1.001).nodes()) == 1
-    assert th.f(th.optimum(prims, th.partitions, 0.01), 0.01) >= 0.01 + shares
+    assert len(opt.optimum(prims, opt.partitions, enough * 1.001).nodes()) == 1
+    assert th.f(opt.optimum(prims, opt.partitions, 0.01), 0.01) >= 0.01 + shares
 
 
 def halved(prims, box, axes):
@@ -177,26 +178,26 @@ def test_any_segments_have_a_tree_of_the_root_of_their_number(name, sides):
 def test_no_search_finds_less_than_is_said(name):
     prims = th.segments(scene(name, 9, 12))
     box = th.hull(prims)
-    planes = th.even_planes(box, 3)
+    planes = opt.even_planes(box, 3)
     for rule, lookahead, c_trav in itertools.product(RULES.values(), (1, 2), (0.1, 2.0)):
         few = prims if lookahead == 1 else prims[:6]
-        found, _ = th.best_split(few, box, th.planes_at(planes, rule), lookahead, c_trav, 1.0)
+        found, _ = th.best_split(few, box, opt.planes_at(planes, rule), lookahead, c_trav, 1.0)
         for n_witnesses in (0, 1, 3, len(few)):
-            least = th.at_least(few, box, planes, few[:n_witnesses], lookahead, c_trav, rule=rule)
+            least = opt.at_least(few, box, planes, few[:n_witnesses], lookahead, c_trav, rule=rule)
             assert least <= found * (1 + 1e-12)
         if lookahead == 1 and box.area() > 0:
             assert least == pytest.approx(found, rel=1e-12)
         if rule is th.cut:
-            assert th.at_least_cut(few, box, lookahead, c_trav) <= found * (1 + 1e-12)
+            assert opt.at_least_cut(few, box, lookahead, c_trav) <= found * (1 + 1e-12)
 
 
 def test_the_bounds_of_a_search_are_far_above_one_step():
     prims = th.segments(fl.scenes.make("spaghetti", 200).lines.segments)
     box = th.hull(prims)
-    planes = th.even_planes(box, 8)
-    assert th.best_split(prims, box, th.planes_at(planes, th.tight), 1, 2.0, 1.0)[0] == 200
-    assert th.at_least_cut(prims, box, 1) > 100
-    assert th.at_least(prims, box, planes, prims[:8], 1) > 100
+    planes = opt.even_planes(box, 8)
+    assert th.best_split(prims, box, opt.planes_at(planes, th.tight), 1, 2.0, 1.0)[0] == 200
+    assert opt.at_least_cut(prims, box, 1) > 100
+    assert opt.at_least(prims, box, planes, prims[:8], 1) > 100
 
 
 @pytest.mark.parametrize("n_planes", [1, 3, 4])
@@ -210,7 +211,7 @@ def test_no_search_below_a_split_finds_less_than_pairs_of_planes_say(name, n_pla
             plane = th.f32(lo + side * i / (n_planes + 1))
             for children in th.at_plane(prims, box, axis, plane, th.cut):
                 for lookahead, c_trav in itertools.product((1, 2) if n_planes < 4 else (1,), (0.1, 1.0)):
-                    least = th.at_least_of_pairs(prims, box, axis, plane, n_planes, lookahead, c_trav)
+                    least = opt.at_least_of_pairs(prims, box, axis, plane, n_planes, lookahead, c_trav)
                     for (part, half), bound in zip(children, least, strict=True):
                         assert bound <= th.best_split(part, half, grid, lookahead, c_trav, 1.0)[0] * (1 + 1e-6)
 
@@ -223,7 +224,7 @@ def test_pairs_of_planes_say_nearly_what_a_search_finds():
     for axis, i in itertools.product(range(3), range(1, 6)):
         plane = th.f32(box.lo[axis] + box.sides()[axis] * i / 6)
         ((left, low), _) = next(th.at_plane(prims, box, axis, plane, th.cut))
-        least, _ = th.at_least_of_pairs(prims, box, axis, plane, 5, 1, 0.1)
+        least, _ = opt.at_least_of_pairs(prims, box, axis, plane, 5, 1, 0.1)
         shares.append(least / th.best_split(left, low, grid, 1, 0.1, 1.0)[0])
     assert min(shares) > 0.7
     assert max(shares) <= 1 + 1e-6

@@ -1,7 +1,7 @@
 """How little a search can find below a split, from counts of the node's primitives beside pairs of planes.
 
-The proof is in docs/theory.md (theorem 9), the C++ that does it for all splits of a node at once in
-cpp/fastlines/build/plane_pairs.hpp, also with boxes grown by a margin; of references that end in a plane it is surer.
+The proof is in docs/theory.md (theorem 9). cpp/fastlines/build/lookahead_bounds.hpp does it in C++ for all splits of a
+node at once, also with boxes grown by a margin, and knows more about references that end in a plane.
 """
 
 from __future__ import annotations
@@ -10,8 +10,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
-from .box import Box, f32
-from .primitive import Prims
+from fastlines.theory import Box, Prims, f32
 
 
 class _Sides(NamedTuple):

@@ -9,6 +9,7 @@ from support.slow import few_of
 from support.theory_scenes import scene
 
 from fastlines import theory as th
+from fastlines_bench import optimum as opt
 
 RULES = {"tight": th.tight, "cut": th.cut}
 
@@ -65,8 +66,8 @@ def test_no_tree_over_the_planes_is_cheaper(numbers, rule, name, c_trav):
     assert len(all_trees) > 10
     least = min(th.g(tree, c_trav) for tree in all_trees)
     for found in (
-        th.optimum(prims, th.planes_at(planes, RULES[rule]), c_trav),
-        th.grid_optimum(ends, planes, RULES[rule], c_trav),
+        opt.optimum(prims, opt.planes_at(planes, RULES[rule]), c_trav),
+        opt.grid_optimum(ends, planes, RULES[rule], c_trav),
     ):
         th.check(found, prims, RULES[rule])
         assert th.g(found, c_trav) == pytest.approx(least, rel=1e-9)
@@ -78,7 +79,7 @@ def test_no_tree_of_sets_is_cheaper(name, c_trav):
     prims = th.segments(scene(name, 2, 5))
     all_trees = list(trees_of_sets(prims))
     assert len(all_trees) == 346  # 1 + 5·41 + 10·2·7, where 1, 2, 7 and 41 are those of 1 to 4
-    found = th.optimum(prims, th.partitions, c_trav)
+    found = opt.optimum(prims, opt.partitions, c_trav)
     th.check(found, prims, th.tight)
     assert th.g(found, c_trav) == pytest.approx(min(th.g(tree, c_trav) for tree in all_trees), rel=1e-9)
 
@@ -87,12 +88,12 @@ def test_no_tree_of_sets_is_cheaper(name, c_trav):
 def test_no_tree_of_both_kinds_is_cheaper(c_trav):
     prims = th.segments(scene("crossing", 3, 3))
     planes = some_planes(prims, 1, 1, 0)
-    splits = th.union(th.planes_at(planes, th.tight), th.partitions)
+    splits = th.union(opt.planes_at(planes, th.tight), opt.partitions)
     costs = [th.g(tree, c_trav) for tree in trees_of_splits(prims, th.hull(prims), splits)]
-    found = th.optimum(prims, splits, c_trav)
+    found = opt.optimum(prims, splits, c_trav)
     assert th.g(found, c_trav) == pytest.approx(min(costs), rel=1e-9)
-    for part in (th.planes_at(planes, th.tight), th.partitions):
-        assert th.f(found, c_trav) <= th.f(th.optimum(prims, part, c_trav), c_trav) * (1 + 1e-12)
+    for part in (opt.planes_at(planes, th.tight), opt.partitions):
+        assert th.f(found, c_trav) <= th.f(opt.optimum(prims, part, c_trav), c_trav) * (1 + 1e-12)
 
 
 @pytest.mark.parametrize("c_trav", [0.3, 2.0])
@@ -101,9 +102,9 @@ def test_no_tree_of_both_kinds_is_cheaper(c_trav):
 def test_both_ways_to_solve_a_grid_agree(name, rule, c_trav):
     ends = scene(name, 4, 7)
     prims = th.segments(ends)
-    planes = th.even_planes(th.hull(prims), 3)
-    one = th.optimum(prims, th.planes_at(planes, RULES[rule]), c_trav)
-    other = th.grid_optimum(ends, planes, RULES[rule], c_trav)
+    planes = opt.even_planes(th.hull(prims), 3)
+    one = opt.optimum(prims, opt.planes_at(planes, RULES[rule]), c_trav)
+    other = opt.grid_optimum(ends, planes, RULES[rule], c_trav)
     assert th.f(other, c_trav) == pytest.approx(th.f(one, c_trav), rel=1e-6)
 
 
@@ -112,8 +113,8 @@ def test_both_ways_to_solve_a_grid_agree(name, rule, c_trav):
 def test_nothing_that_is_built_of_the_same_splits_is_cheaper(rule, given):
     for seed in range(4):
         prims = th.segments(scene("crossing", seed, 6))
-        splits = th.planes_at(th.even_planes(th.hull(prims), 2), RULES[rule])
-        least = th.f(th.optimum(prims, splits, 0.4), 0.4)
+        splits = opt.planes_at(opt.even_planes(th.hull(prims), 2), RULES[rule])
+        least = th.f(opt.optimum(prims, splits, 0.4), 0.4)
         built = th.f(th.build(prims, splits, c_trav=0.4, leaf_refs=0, **given), 0.4)
         assert least <= built * (1 + 1e-12)
         assert math.isfinite(built)

@@ -9,10 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from .box import Box, f32
-from .node import Node, chance
-from .primitive import Prims, hull
-from .splits import BoxRule, Split, Splits, at_object, at_plane
+from fastlines.theory import Box, BoxRule, Node, Prims, Split, Splits, at_object, at_plane, chance, f32, hull
 
 
 def planes_at(planes: Sequence[Sequence[float]], rule: BoxRule) -> Splits:
@@ -55,10 +52,11 @@ def optimum(prims: Prims, splits: Splits, c_trav: float = 2.0, c_prim: float = 1
     Examples
     --------
     >>> from fastlines import theory as th
+    >>> from fastlines_bench import optimum as opt
     >>> diagonals = [[[0, 0, 0], [8, 8, 8]], [[0, 8, 0], [8, 0, 8]], [[0, 0, 8], [8, 8, 0]], [[8, 0, 0], [0, 8, 8]]]
     >>> lines = th.segments(diagonals)
-    >>> planes = th.planes_at(th.even_planes(th.hull(lines), 1), th.cut)
-    >>> round(th.f(th.optimum(lines, planes, c_trav=0.2), c_trav=0.2), 6)
+    >>> planes = opt.planes_at(opt.even_planes(th.hull(lines), 1), th.cut)
+    >>> round(th.f(opt.optimum(lines, planes, c_trav=0.2), c_trav=0.2), 6)
     2.8
     """
     solved: dict[tuple[Prims, Box], tuple[float, Node]] = {}
