@@ -1,20 +1,20 @@
-// Rays that have nothing to do with each other, up to 64 at a time. Each has a stack of its own; all take a step
-// together, phase by phase:
+// The wavefront: up to 64 incoherent rays, each with a stack of its own. All rays advance by one node per step, in
+// phases:
 //
-//   A  each ray's node is tested: children that are leaves go to one list, inner ones to the ray's stack
-//   B  each leaf of the list is tested: the pieces that survive go to a second list
-//   C  survivors are tested exactly, packet at a time, each against its own ray
-//   D  each ray takes its nearest node, or is done
+//   A  cull the node of each ray: list the leaves that it hits, push the inner children
+//   B  cull those leaves: list the pieces that survive
+//   C  test the survivors exactly, 16 at a time, each against its own ray
+//   D  choose the next node of each ray, or end the ray
 //
-// Where hits bring nothing nearer any node will do, and phase A has found it already. The first step, that to the root,
-// is taken by packet rays together when they come (root.hpp).
+// A single ray waits for memory and for mispredicted branches most of its time. Here no ray waits for another: each
+// phase knows what it will read before it starts, and lists are compressed without branches.
 //
-// A ray alone spends most of its time waiting for memory and on mispredicted branches. Here none waits for the step of
-// another, what a phase will read is known before it starts, and lists are packed without branches.
+// If hits do not shrink limits, any node may come next, and phase A has chosen it already. Packets pass the root when
+// they come in (root_cull.hpp).
 //
-// Rays come and go by sixteens, as they stand in lanes; which are under way is a set of bits. A stack has an entry for
-// each node of which inner children wait: which they are, and where each is entered. Nothing has to be packed or put in
-// order for it.
+// Rays come and go by packets, and a bit set says which lanes are active. A stack entry is a node with waiting inner
+// children: a bit for each, and the distances at which they are entered. So nothing is sorted or compressed for a
+// stack.
 #pragma once
 
 #include <algorithm>
@@ -46,7 +46,7 @@ class Wavefront {
     resize_stacks(8);
   }
 
-  /// Take in the rays of lanes [first, end) of one packet, which it begins. The query takes the answers of those done.
+  /// Add the rays of lanes [first, end), where `first` begins a packet. Rays that end are stored by the query.
   void add(const RayGroup& rays, int first, int end, Query& query) {
     int packet = 0;
     while (n_left_[packet] > 0)
@@ -72,8 +72,8 @@ class Wavefront {
     }
   }
 
-  /// What has been done since the last call, or nothing as long as no ray has ended. A ray counts half when it comes
-  /// and half when it goes, so that those under way do not make the others look dear.
+  /// Returns what has been done since the last call; nothing while no ray has ended. A ray counts half when it comes
+  /// and half when it ends, so that active rays do not make the others look expensive.
   Sample take_sample() {
     if (!std::exchange(any_ended_, false)) return {};
     const Sample sample{std::exchange(cost_, 0), n_half_rays_ / 2};
@@ -81,7 +81,7 @@ class Wavefront {
     return sample;
   }
 
-  /// Finish all that are in.
+  /// Finish all rays.
   void flush(Query& query) {
     while (active_) step(query);
   }
@@ -92,27 +92,26 @@ class Wavefront {
   static constexpr int kPackets = kGroupSize / kSimdWidth;
   static constexpr std::uint64_t kHalf = 0xffff'ffff;  // of the lanes
 
-  /// Where the children of a node are entered.
+  /// The t at which each child of a node is entered.
   struct alignas(64) EntryDistances {
     float of[kSimdWidth];
   };
-  /// Those that wait, as bits.
+  /// A node with waiting children: the index of its first inner child, and a bit for each that waits.
   struct StackEntry {
     std::uint32_t first, waiting;
   };
-  /// All stacks: the lowest entries of all lanes, which nothing waits in, then the next. Loops have a copy, so that
-  /// nothing written can alias it.
+  /// All stacks, level by level; the lowest level is empty. Loops work on a copy, which no write can alias.
   struct Stacks {
     EntryDistances* enters;
     StackEntry* open;
   };
   Stacks stacks() { return {enters_.data(), open_.data()}; }
-  static constexpr std::int32_t kEntryStride =
-      kGroupSize + 1;  // from an entry to the next; not all in one part of the cache
-  /// One entry or none, without a branch, which the compiler would make of a choice.
+  /// From an entry of a stack to the next one. It is odd, so that a stack does not stay in one cache set.
+  static constexpr std::int32_t kEntryStride = kGroupSize + 1;
+  /// One entry or none. Written with bits, because the compiler would make a branch of a choice.
   static std::int32_t stride_if(bool is) { return -std::int32_t(is) & kEntryStride; }
 
-  /// The lanes for which this holds, which tells it of packet at a time.
+  /// The lanes for which a test of a packet holds.
   template <class Test>
   static std::uint64_t lanes_where(const Test& test) {
     std::uint64_t lanes = 0;
@@ -126,7 +125,7 @@ class Wavefront {
 
   static std::uint64_t lane_bits(int first, int n) { return ((std::uint64_t(1) << n) - 1) << first; }
 
-  /// What the n rays in lanes from `first` on, which are a packet, would do in a step of their own.
+  /// Take the packet of n rays from lane `first` past the root: the first step of each.
   void pass_root(const CullRayOf<FloatX16>& cull, int first, int n, Query& query) {
     cost_ += SingleStepCost::kRoot * std::uint64_t(n);
     count_step(&StepCounters::nodes, std::uint64_t(n));
@@ -137,7 +136,7 @@ class Wavefront {
     if constexpr (kShrinksLimit)
       transpose_columns<kSimdWidth>([&](int child) { return root_hits.enter[child]; }, stacks.enters + above);
     const std::uint32_t first_child = root_.first_child();
-    std::uint64_t on = 0;
+    std::uint64_t entered = 0;
     for (int i = 0; i < kSimdWidth; ++i) {
       const std::uint32_t children = root_hits.children_of(i);
       const auto next = kShrinksLimit ? std::uint32_t(std::int32_t(root_hits.nearest[i]))
@@ -146,12 +145,12 @@ class Wavefront {
       node_[first + i] = first_child + next;
       stacks.open[above + i] = {first_child, waiting};
       top_[first + i] = first + i + stride_if(waiting != 0);
-      on |= std::uint64_t(children != 0) << (first + i);
+      entered |= std::uint64_t(children != 0) << (first + i);
     }
-    on &= lane_bits(first, n);
-    active_ |= on;
-    for_each(on, [&](std::uint32_t ray) { prefetch(tree_.nodes + node_[ray]); });
-    for_each(lane_bits(first, n) & ~on, [&](std::uint32_t ray) { end(ray, query); });
+    entered &= lane_bits(first, n);
+    active_ |= entered;
+    for_each(entered, [&](std::uint32_t ray) { prefetch(tree_.nodes + node_[ray]); });
+    for_each(lane_bits(first, n) & ~entered, [&](std::uint32_t ray) { end(ray, query); });
   }
 
   void step(Query& query) {
@@ -160,10 +159,9 @@ class Wavefront {
     survivors_.clear();
     survivors_.add(tree_, leaves_, cull_);
     WorkList& survivors = survivors_.lists[0];
-    fetch_segments(survivors);
-    // Between testing segments and telling what hits, and where rays go to what is nearest also between asking for
-    // segments and testing them, there is something else to do: a guess about hits would be known to be wrong only at
-    // the end of a long test.
+    prefetch_prims(survivors);
+    // Find the next nodes between the prefetch and the tests, and between the tests and the report of hits. A branch on
+    // hits would be resolved only at the end of a long test, so other work comes first.
     if constexpr (kShrinksLimit) find_nearest(active_ & kHalf);
     test_survivors(survivors);
     if constexpr (kShrinksLimit) find_nearest(active_ & ~kHalf);
@@ -180,7 +178,7 @@ class Wavefront {
     for_each(before & ~active_, [&](std::uint32_t ray) { end(ray, query); });
   }
 
-  /// Phase A.
+  /// Phase A: cull the node of each ray.
   void test_nodes() {
     const WideNode* const nodes = tree_.nodes;
     const Stacks stacks = this->stacks();
@@ -201,7 +199,7 @@ class Wavefront {
         node_[ray] = open.first + std::uint32_t(std::countr_zero(open.waiting));
         open.waiting &= open.waiting - 1;
         top -= stride_if(open.waiting == 0);
-        prefetch(nodes + node_[ray]);  // any, where nothing waits: the ray ends
+        prefetch(nodes + node_[ray]);  // an arbitrary node if nothing waits: the ray ends
       }
       top_[ray] = top;
       leaves.compress(lanes ^ inner, node.first_leaf - node.n_inner, ray);
@@ -209,8 +207,8 @@ class Wavefront {
     leaves_.end(leaves);
   }
 
-  /// List the segments of survivors, and then the first of all packet times, for packet are read.
-  void fetch_segments(const WorkList& survivors) {
+  /// List and prefetch the primitives of the survivors, padded by primitive 0 to whole packets.
+  void prefetch_prims(const WorkList& survivors) {
     const WideBvhView<P> tree = tree_;
     const std::size_t n = survivors.size();
     if (prims_.size() < n + kSimdWidth) prims_.resize(2 * (n + kSimdWidth));
@@ -222,7 +220,7 @@ class Wavefront {
     std::fill_n(to + n, kSimdWidth, 0u);
   }
 
-  /// Phase C.
+  /// Phase C: test the survivors exactly.
   void test_survivors(WorkList& survivors) {
     const std::size_t n = survivors.size();
     cost_ += SingleStepCost::kTest * n;
@@ -237,7 +235,7 @@ class Wavefront {
     }
   }
 
-  /// Test n survivors, packet at most; `flush_hits` tells what hits.
+  /// Test n survivors, at most a packet. `flush_hits` reports the hits.
   [[gnu::always_inline]] void test_packet(const std::uint32_t* what, const std::uint32_t* prims,
                                           const std::uint32_t* ray, std::size_t n) {
     const auto lanes = load_lanes(tree_, [=](int i) { return prims[i]; });
@@ -247,32 +245,32 @@ class Wavefront {
     pending_.add(what, ray, rays.tie_tolerance, approach, approach.hit.bits() & lane_mask(n));
   }
 
-  /// Show the collector what has been hit since the last time.
+  /// Report the pending hits to the collector.
   void flush_hits() { pending_.flush(tree_.refs, rays_, collector_); }
 
-  /// Phase D: the nearest child of the node on top comes next. A node of which none is within the limit is taken away,
-  /// and the one below it is asked, for all such rays together: which they are is never guessed.
+  /// Phase D: the nearest child of the topmost entry comes next. If no child is within the limit, pop the entry and
+  /// look at the one below. All such rays do so together, so that no branch depends on a single ray.
   void take_nearest() {
-    std::uint64_t asked = std::exchange(active_, 0);
-    while (asked) {
+    std::uint64_t searching = std::exchange(active_, 0);
+    while (searching) {
       std::uint64_t without = 0;
-      for_each(asked, [&](std::uint32_t ray) __attribute__((always_inline)) {
+      for_each(searching, [&](std::uint32_t ray) __attribute__((always_inline)) {
         const bool is_within = enter_[ray] <= collector_.limit[ray];
         top_[ray] -= stride_if(!is_within) | emptied_[ray];
         without |= std::uint64_t(!is_within) << ray;
       });
-      active_ |= asked & ~without;
-      asked = 0;
-      for_each(without, [&](std::uint32_t ray) { asked |= std::uint64_t(top_[ray] >= kEntryStride) << ray; });
-      find_nearest(asked);
+      active_ |= searching & ~without;
+      searching = 0;
+      for_each(without, [&](std::uint32_t ray) { searching |= std::uint64_t(top_[ray] >= kEntryStride) << ray; });
+      find_nearest(searching);
     }
     for_each(active_, [&](std::uint32_t ray) { prefetch(tree_.nodes + node_[ray]); });
   }
 
-  /// Of the nodes on top of these rays' stacks, take the child that is entered first.
-  void find_nearest(std::uint64_t asked) {
+  /// Take the child that is entered first from the topmost entry of each of these rays.
+  void find_nearest(std::uint64_t rays) {
     const Stacks stacks = this->stacks();
-    for_each(asked, [&](std::uint32_t ray) __attribute__((always_inline)) {
+    for_each(rays, [&](std::uint32_t ray) __attribute__((always_inline)) {
       StackEntry& open = stacks.open[top_[ray]];
       const FloatX16 enter = blend(open.waiting, FloatX16::load(stacks.enters[top_[ray]].of), kNever);
       const float first = reduce_min(enter);
@@ -284,9 +282,9 @@ class Wavefront {
     });
   }
 
-  /// Phase D where hits bring nothing nearer: those go on that have a node and want more. What stands below the lowest
-  /// entry is negative, and no number at all where it is read as a float. Lanes without a ray may hold anything.
-  /// Vectors may be read here, though all was written one by one: `top_` long ago, limits seldom.
+  /// Phase D if hits do not shrink limits: end the rays that have no node or want no more hits. An index below the
+  /// lowest entry is negative, and NaN if it is read as a float. Lanes without a ray may hold anything. Packets can be
+  /// loaded here, although lanes are stored one by one: `top_` was stored long ago, and limits change seldom.
   void drop_finished() {
     active_ &= lanes_where([&](int first) {
       const FloatX16 top = FloatX16::load(reinterpret_cast<const float*>(top_ + first));
@@ -305,10 +303,10 @@ class Wavefront {
   void reserve_stacks() {
     deepest_ = kFirst;
     for_each(active_, [&](std::uint32_t ray) { deepest_ = std::max(deepest_, top_[ray] / kEntryStride + 1); });
-    if (2 * deepest_ >= room_) resize_stacks(2 * room_);  // so that it is long before we look again
+    if (2 * deepest_ >= room_) resize_stacks(2 * room_);  // so that this is rare
   }
 
-  /// Let each stack have so many entries.
+  /// Make room for this many entries per stack.
   void resize_stacks(std::int32_t room) {
     if constexpr (kShrinksLimit) enters_.resize(std::size_t(kEntryStride * room));
     open_.resize(std::size_t(kEntryStride * room));
@@ -323,26 +321,26 @@ class Wavefront {
   Collector collector_;
   CullRay cull_[kGroupSize];
   RayGather gather_;
-  std::uint64_t active_ = 0;                         // the rays that are under way
-  std::uint32_t node_[kGroupSize];                   // the node that comes next
-  alignas(64) std::int32_t top_[kGroupSize] = {};    // the uppermost entry of the stack
-  int n_in_[kPackets] = {}, n_left_[kPackets] = {};  // the rays of each packet, and those of them under way
+  std::uint64_t active_ = 0;                         // a bit for each active lane
+  std::uint32_t node_[kGroupSize];                   // the next node of each ray
+  alignas(64) std::int32_t top_[kGroupSize] = {};    // the topmost entry of each stack
+  int n_in_[kPackets] = {}, n_left_[kPackets] = {};  // the rays of each packet, and how many are active
 
   // The stacks.
-  static constexpr std::int32_t kFirst = 1;   // the root's entry, which rays may come in with
-  std::int32_t room_ = 0, deepest_ = kFirst;  // entries each, and a bound on those in use
+  static constexpr std::int32_t kFirst = 1;   // the entry of the root, with which rays may come in
+  std::int32_t room_ = 0, deepest_ = kFirst;  // entries per stack, and a bound on those in use
   std::vector<EntryDistances> enters_;
   std::vector<StackEntry> open_;
 
-  // What phases hand to each other.
+  // What one phase hands to the next.
   WorkList leaves_;
   LeafSurvivors<kGroupSize> survivors_;
   std::vector<std::uint32_t> prims_;  // of survivors
 
-  float enter_[kGroupSize];           // where the node that comes next is
-  std::int32_t emptied_[kGroupSize];  // whether it was the last of its entry: an entry, or none
+  float enter_[kGroupSize];           // where each ray enters its next node
+  std::int32_t emptied_[kGroupSize];  // one entry if that node was the last of its entry, else none
   PendingHits<Collector> pending_;
-  // Since they were asked for.
+  // Since the last sample.
   std::uint64_t cost_ = 0, n_half_rays_ = 0;
   bool any_ended_ = false;
 };
