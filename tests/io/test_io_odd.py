@@ -87,7 +87,7 @@ def test_whole_files_are_read_without_a_word(load, name):
 
 @pytest.mark.filterwarnings("default::fastlines.FileWarning")
 def test_the_command_line_tells_what_is_odd_in_one_line(in_own_folder, tmp_path):
-    from command_line import run
+    from support.command_line import run
 
     (tmp_path / "a.tck").write_bytes(tck(marks=("inf",)))
     result = run("info", "a.tck")
