@@ -1,5 +1,5 @@
-// The search for a node's split: the first of the cheapest tree of a given depth over all candidates (thesis §4.1), by
-// branch and bound (docs/theory.md, theorem 9).
+// The search for the split of a node: the first split of the cheapest tree of a given depth over all candidates (thesis
+// §4.1), found by branch and bound (docs/theory.md, theorem 9).
 #pragma once
 
 #include <bit>
@@ -14,13 +14,17 @@
 
 namespace fastlines {
 
+/// Searches for splits, one node at a time. A search holds no more than one buffer per level of its depth.
 template <Primitives P>
 class Lookahead {
  public:
-  struct Found {
-    double cost;
-    std::optional<Candidate> split;  // none: a leaf
+  /// The result of a search.
+  struct Choice {
+    double cost;                     ///< of the tree that was found; the limit of the search if there is none
+    std::optional<Candidate> split;  ///< the first split of that tree; none for a leaf
   };
+
+  /// Boxes are measured with `margin` added on all sides.
 
   Lookahead(const P& prims, const Settings& settings, Progress& progress, double margin)
       : prims_(prims), settings_(settings), progress_(progress), measure_{margin, settings.lanes} {
@@ -28,7 +32,7 @@ class Lookahead {
     for (const int k : settings.lookahead) levels_.resize(std::max(levels_.size(), std::size_t(k)));
   }
 
-  Searched searched;
+  Searched searched;  ///< by all searches so far
 
   double cost_of_leaf(std::size_t n_refs) const { return settings_.cost.c_prim * measure_.tests(n_refs); }
 
@@ -37,11 +41,12 @@ class Lookahead {
     return cost_of(split, area_of(box), left, right, kNoLimit);
   }
 
-  /// The first split of the cheapest tree of depth `lookahead`, among those that `allowed` lets pass.
+  /// The first split of the cheapest tree of depth `lookahead`, among the splits that `allowed` accepts. There is no
+  /// split if none costs less than `limit`.
   template <class Allowed>
-  Found best_split(Refs refs, const Box& box, int lookahead, double limit, Allowed&& allowed) {
-    Found best{limit, {}};
-    if (lookahead == 0 || limit <= settings_.cost.c_trav) return best;  // no split costs less than one step
+  Choice best_split(Refs refs, const Box& box, int lookahead, double limit, Allowed&& allowed) {
+    Choice best{limit, {}};
+    if (lookahead == 0 || limit <= settings_.cost.c_trav) return best;  // no split costs less than one traversal step
     progress_.check();
     const double area = area_of(box);
     const auto consider = [&](const Candidate& split, double left, double right) {
@@ -50,29 +55,29 @@ class Lookahead {
     };
     if (lookahead == 1) {
       bool refused = false;
-      const auto show = [&](const Candidate& split) {
+      const auto visitor = [&](const Candidate& split) {
         if (allowed(split))
           consider(split, cost_of_leaf(split.n_left), cost_of_leaf(split.n_right));
         else
           refused = true;
       };
-      for_each_split(refs, box, false, show);
-      if (refused && !best.split) for_each_split(refs, box, true, show);
+      for_each_split(refs, box, false, visitor);
+      if (refused && !best.split) for_each_split(refs, box, true, visitor);
       if (refused && !best.split && settings_.boxes == BoxRule::tight)
-        visit_wholes(settings_.splits, prims_, refs, box, measure_, show);
+        visit_uncut(settings_.splits, prims_, refs, box, measure_, visitor);
       return best;
     }
     return look_ahead(refs, box, lookahead, best, allowed);
   }
 
-  /// The cheapest split into whole references, of nodes of any size.
+  /// The cheapest uncut split, for nodes of any size: every reference stays whole.
   template <class Allowed>
-  Found best_whole(Refs refs, const Box& box, double limit, Allowed&& allowed) const {
-    Found best{limit, {}};
+  Choice best_uncut(Refs refs, const Box& box, double limit, Allowed&& allowed) const {
+    Choice best{limit, {}};
     if (settings_.boxes == BoxRule::cut) return best;
     const double area = area_of(box);
-    visit_wholes(settings_.splits, prims_, refs, box, measure_, [&](const Candidate& split) {
-      // Where all centres are the same, sets show planes.
+    visit_uncut(settings_.splits, prims_, refs, box, measure_, [&](const Candidate& split) {
+      // Split sets also offer planes where all centres coincide.
       if (split.kind == Candidate::Kind::plane || !allowed(split)) return;
       const double left = cost_of_leaf(split.n_left), right = cost_of_leaf(split.n_right);
       const double cost = cost_of(split, area, left, right, best.cost);
@@ -82,21 +87,21 @@ class Lookahead {
   }
 
  private:
-  /// What a search holds at one of its levels.
+  /// The buffers of one level of the search.
   struct Level {
     struct Branch {
       Candidate split;
-      double area_left, area_right;    // in parts of the node's
-      double least_left, least_right;  // what the children cost at least
-      std::size_t plane;               // of all those across its axis
+      double area_left, area_right;    // as a fraction of the node's area
+      double bound_left, bound_right;  // lower bounds on the children's costs
+      std::size_t plane;               // index among the planes of the split's axis
     };
     Buffer<BuildRef> left, right;
     std::vector<Branch> branches;
-    std::vector<std::pair<double, std::size_t>> order;  // the branches by what looks cheapest
+    std::vector<std::pair<double, std::size_t>> order;  // an estimate of the cost, and the index of the branch
     LookaheadBounds bounds;
   };
 
-  struct Anything {
+  struct AllowAll {
     bool operator()(const Candidate&) const { return true; }
   };
 
@@ -104,32 +109,32 @@ class Lookahead {
 
   double area_of(const Box& box) const { return measure_.area(box); }
 
-  /// ∞ without a division where that is surely above `limit`.
+  /// The cost of a split, or ∞ if it is certain to exceed `limit`; the early exit saves a division.
   double cost_of(const Candidate& split, double area, double left, double right, double limit) const {
     const double c_trav = settings_.cost.c_trav;
     if (area == 0.0) return c_trav + (left + right);
-    const double weighed = area_of(split.left) * left + area_of(split.right) * right;
-    if (weighed > (limit - c_trav) * area * (1 + 1e-12)) return kNoLimit;
-    return c_trav + weighed / area;
+    const double weighted = area_of(split.left) * left + area_of(split.right) * right;
+    if (weighted > (limit - c_trav) * area * (1 + 1e-12)) return kNoLimit;
+    return c_trav + weighted / area;
   }
 
-  /// No tree costs less than a leaf, or than one step.
-  double at_least(std::size_t n_refs) const { return std::min(cost_of_leaf(n_refs), settings_.cost.c_trav); }
+  /// A lower bound on the cost of any tree: a leaf, or one traversal step.
+  double lower_bound(std::size_t n_refs) const { return std::min(cost_of_leaf(n_refs), settings_.cost.c_trav); }
 
   template <class Visitor>
   void for_each_split(Refs refs, const Box& box, bool all, Visitor&& visitor) const {
-    unsigned n_seen = 0;
+    unsigned n_visited = 0;
     visit_splits(settings_.splits, prims_, refs, box, settings_.boxes, measure_, all, [&](const Candidate& split) {
-      if (++n_seen % 64 == 0) progress_.check();  // to find a split may take as long as the node is large
+      if (++n_visited % 64 == 0) progress_.check();  // finding one split can take time linear in the node
       visitor(split);
     });
   }
 
-  /// Deeper than one level, by branch and bound (docs/theory.md): what looks cheapest is tried first, and nothing is
-  /// carried out that can not become cheaper than the best so far. The split is that of exhaustive search: of equally
-  /// cheap ones the first.
+  /// A search of more than one level, by branch and bound (docs/theory.md). The most promising branches come first, and
+  /// a branch that cannot beat the best so far is skipped. The result is that of exhaustive search: the first of
+  /// equally cheap splits.
   template <class Allowed>
-  Found look_ahead(Refs refs, const Box& box, int lookahead, Found best, Allowed&& allowed) {
+  Choice look_ahead(Refs refs, const Box& box, int lookahead, Choice best, Allowed&& allowed) {
     const double area = area_of(box), c_trav = settings_.cost.c_trav;
     const bool exhaustive = settings_.exhaustive;
     const bool by_bounds = lookahead <= 3 && !exhaustive && has_bounds(refs.size(), area);
@@ -137,80 +142,85 @@ class Lookahead {
     branches.clear();
     order.clear();
     bounds.begin(box, measure_.margin);
+
+    // List the candidates.
     for_each_split(refs, box, true, [&](const Candidate& split) {
       const std::size_t plane = by_bounds ? bounds.add(split) : 0;
       if (!allowed(split)) return;
-      // Where areas are nothing, children count in full.
+      // In a node without area, children count in full.
       const double area_left = area > 0.0 ? area_of(split.left) / area : 1.0,
                    area_right = area > 0.0 ? area_of(split.right) / area : 1.0;
       order.push_back(
           {area_left * measure_.tests(split.n_left) + area_right * measure_.tests(split.n_right), branches.size()});
-      branches.push_back({split, area_left, area_right, at_least(split.n_left), at_least(split.n_right), plane});
+      branches.push_back({split, area_left, area_right, lower_bound(split.n_left), lower_bound(split.n_right), plane});
     });
+    // Order the branches, and keep as many as the beam allows.
     if ((!exhaustive && !by_bounds) || order.size() > settings_.beam) std::sort(order.begin(), order.end());
     order.resize(std::min(order.size(), settings_.beam));
     searched.candidates += order.size();
+    // Raise the lower bounds.
     if (by_bounds && !order.empty()) {
-      bounds.count(refs, lookahead == 3, c_trav / settings_.cost.c_prim);
-      bound_by(bounds, branches, order, best.cost);
+      bounds.compute(refs, lookahead == 3, c_trav / settings_.cost.c_prim);
+      apply_bounds(bounds, branches, order, best.cost);
     }
 
-    std::size_t best_number = 0;
-    for (const auto& [_, number] : order) {
-      const auto& [split, area_left, area_right, least_left, least_right, plane] = branches[number];
-      // What both children may cost together, weighed, for the split to be as cheap as the best.
-      const double most = exhaustive ? kNoLimit : best.cost * (1 + 1e-9) - c_trav;
-      if (area_left * least_left + area_right * least_right > most) continue;
+    // Partition, and search the children.
+    std::size_t best_index = 0;
+    for (const auto& [_, index] : order) {
+      const auto& [split, area_left, area_right, bound_left, bound_right, plane] = branches[index];
+      // The budget of both children, weighted by area, for the split to be as cheap as the best.
+      const double budget = exhaustive ? kNoLimit : best.cost * (1 + 1e-9) - c_trav;
+      if (area_left * bound_left + area_right * bound_right > budget) continue;
       ++searched.carried_out;
       partition(prims_, refs, split, left, right);
-      const double most_left = area_left > 0.0 ? (most - area_right * least_right) / area_left : kNoLimit;
-      const double cost_left = cost_ahead(left, split.left, lookahead - 1, most_left);
-      if (cost_left > most_left) continue;
-      const double most_right = area_right > 0.0 ? (most - area_left * cost_left) / area_right : kNoLimit;
-      const double cost_right = cost_ahead(right, split.right, lookahead - 1, most_right);
+      const double budget_left = area_left > 0.0 ? (budget - area_right * bound_right) / area_left : kNoLimit;
+      const double cost_left = cost_ahead(left, split.left, lookahead - 1, budget_left);
+      if (cost_left > budget_left) continue;
+      const double budget_right = area_right > 0.0 ? (budget - area_left * cost_left) / area_right : kNoLimit;
+      const double cost_right = cost_ahead(right, split.right, lookahead - 1, budget_right);
       const double cost = cost_of(split, box, cost_left, cost_right);
-      if (cost < best.cost || (cost == best.cost && best.split && number < best_number)) {
+      if (cost < best.cost || (cost == best.cost && best.split && index < best_index)) {
         best = {cost, split};
-        best_number = number;
+        best_index = index;
       }
     }
     return best;
   }
 
-  /// Whether bounds of planes bound what children cost: parts of a curve end where it ends, or at the plane. Tables
-  /// grow with the square of the number of planes, and count in float32.
+  /// Whether `LookaheadBounds` bounds the children's costs. It needs parts that end where their curve ends or at the
+  /// plane. Its tables grow with the square of the number of planes, and count in float32.
   bool has_bounds(std::size_t n_refs, double area) const {
     const int n_planes = n_kept_planes(settings_.splits);
     return Curves<P> && settings_.boxes == BoxRule::cut && 0 < n_planes && n_planes <= 256 && n_refs < (1 << 24) &&
            area > 0.0;
   }
 
-  /// Raise what children cost at least, and try what then looks cheapest first; leave out what costs too much.
-  void bound_by(const LookaheadBounds& bounds, std::vector<typename Level::Branch>& branches,
-                std::vector<std::pair<double, std::size_t>>& order, double limit) const {
+  /// Raise the lower bounds of the children, drop branches that exceed `limit`, and sort the others by their bounds.
+  void apply_bounds(const LookaheadBounds& bounds, std::vector<typename Level::Branch>& branches,
+                    std::vector<std::pair<double, std::size_t>>& order, double limit) const {
     const auto& [c_trav, c_prim] = settings_.cost;
     const auto raise = [&](double& least, double area, double tests, std::size_t n_refs) {
       if (area > 0.0 && tests >= 0.0)
         least = std::max(least, std::min(cost_of_leaf(n_refs), c_trav + c_prim * tests / area));
     };
     std::size_t n_left = 0;
-    for (const auto& [_, number] : order) {
-      auto& [split, area_left, area_right, least_left, least_right, plane] = branches[number];
-      const auto [left, right] = bounds.least(split.axis, plane);
-      raise(least_left, area_left, left, split.n_left);
-      raise(least_right, area_right, right, split.n_right);
-      const double least = area_left * least_left + area_right * least_right;
-      if (c_trav + least <= limit * (1 + 1e-9)) order[n_left++] = {least, number};
+    for (const auto& [_, index] : order) {
+      auto& [split, area_left, area_right, bound_left, bound_right, plane] = branches[index];
+      const auto [left, right] = bounds.lower_bounds(split.axis, plane);
+      raise(bound_left, area_left, left, split.n_left);
+      raise(bound_right, area_right, right, split.n_right);
+      const double least = area_left * bound_left + area_right * bound_right;
+      if (c_trav + least <= limit * (1 + 1e-9)) order[n_left++] = {least, index};
     }
     order.resize(n_left);
     std::sort(order.begin(), order.end());
   }
 
-  /// The cost of the cheapest tree of a depth, exactly if it is at most `limit`; else something above that.
+  /// The cost of the cheapest tree of depth `lookahead`: exact if it is at most `limit`, else any value above `limit`.
   double cost_ahead(Refs refs, const Box& box, int lookahead, double limit) {
-    const double leaf = cost_of_leaf(refs.size()), most = std::nextafter(limit, kNoLimit);
-    if (leaf < most) return best_split(refs, box, lookahead, leaf, Anything{}).cost;
-    const Found choice = best_split(refs, box, lookahead, most, Anything{});
+    const double leaf = cost_of_leaf(refs.size()), budget = std::nextafter(limit, kNoLimit);
+    if (leaf < budget) return best_split(refs, box, lookahead, leaf, AllowAll{}).cost;
+    const Choice choice = best_split(refs, box, lookahead, budget, AllowAll{});
     return choice.split ? choice.cost : kNoLimit;
   }
 
@@ -218,7 +228,7 @@ class Lookahead {
   const Settings& settings_;
   Progress& progress_;
   Measure measure_;
-  std::vector<Level> levels_;  // by depth of the search
+  std::vector<Level> levels_;  // by levels that remain to search, less one
 };
 
 }  // namespace fastlines

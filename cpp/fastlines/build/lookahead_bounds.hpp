@@ -1,11 +1,11 @@
-// What the children of a node cost at least, before any is carried out: bounds for branch and bound (docs/theory.md,
-// theorem 9).
+// Lower bounds on the costs of a node's children, computed before any candidate is applied: the bounds of branch and
+// bound (docs/theory.md, theorem 9).
 //
-// A grid has the same planes over a child as over its parent, but across the axis of the cut. So the parent can count,
-// for each pair of planes across two axes, what the child of one plane will have on either side of the other. It is
-// certain of all but the references that straddle both, of which the child sees only a part: those lie on one side at
-// least. Across the axis of the cut, the planes of the parent tell how many lie at least on either side of whatever
-// plane there is between two of them.
+// A grid over a child has the planes of its parent's grid, except across the axis of the cut. So the parent can count,
+// for each pair of planes across two axes, how many references of one plane's child lie on either side of the other
+// plane. The only uncertain references are those that straddle both planes: the child holds only a part of each, which
+// lies on at least one side. Across the axis of the cut, two neighbouring planes of the parent bound the counts on
+// either side of any plane between them.
 #pragma once
 
 #include <array>
@@ -18,9 +18,11 @@
 
 namespace fastlines {
 
-/// The planes of a grid over a node, and what its references have to do with each two of them.
+/// The planes of a grid over a node, the counts of references for each pair of planes, and the bounds that follow.
+/// Call `begin`, `add` for each plane, `compute`, then `lower_bounds`.
 class LookaheadBounds {
  public:
+  /// Start a new node. Boxes are measured with `margin` added on all sides.
   void begin(const Box& box, double margin) {
     box_ = box;
     scale_ = float(std::min(1.0 / box.side(box.longest_axis()), 1e38));
@@ -28,18 +30,18 @@ class LookaheadBounds {
     for (Axis& axis : axes_) axis.planes.clear();
   }
 
-  /// The planes of each axis have to rise. Returns the plane's number on its axis.
+  /// Add a plane; the planes of each axis must come in ascending order. Returns the index of the plane on its axis.
   std::size_t add(const Candidate& split) {
     std::vector<float>& planes = axes_[std::size_t(split.axis)].planes;
     planes.push_back(split.plane);
     return planes.size() - 1;
   }
 
-  /// Once all planes are there. Children are cut once more, or twice; then what a step costs matters, in parts of what
-  /// a test does.
-  void count(Refs refs, bool twice, double step) {
+  /// Compute the bounds, once all planes are added. Children are cut once more, or twice if `two_cuts`. `step` is the
+  /// cost of a traversal step, in tests (c_trav / c_prim); it matters only for two cuts.
+  void compute(Refs refs, bool two_cuts, double step) {
     n_refs_ = float(refs.size());
-    twice_ = twice;
+    two_cuts_ = two_cuts;
     step_ = float(step);
     for (int axis = 0; axis < 3; ++axis) axes_[std::size_t(axis)].begin(box_, axis, scale_, margin_);
     const auto& [x, y, z] = axes_;
@@ -52,27 +54,28 @@ class LookaheadBounds {
       pairs_[1].add(y, z);
       pairs_[2].add(z, x);
     }
-    bound_pair(pairs_[0], axes_[0], axes_[1], z.whole);
-    bound_pair(pairs_[1], axes_[1], axes_[2], x.whole);
-    bound_pair(pairs_[2], axes_[2], axes_[0], y.whole);
-    bound_axis(axes_[0], y.whole, z.whole);
-    bound_axis(axes_[1], z.whole, x.whole);
-    bound_axis(axes_[2], x.whole, y.whole);
+    bound_pair(pairs_[0], axes_[0], axes_[1], z.length);
+    bound_pair(pairs_[1], axes_[1], axes_[2], x.length);
+    bound_pair(pairs_[2], axes_[2], axes_[0], y.length);
+    bound_axis(axes_[0], y.length, z.length);
+    bound_axis(axes_[1], z.length, x.length);
+    bound_axis(axes_[2], x.length, y.length);
   }
 
-  /// What the left and the right child of a plane cost at least beside a step, in tests, times their areas, in parts of
-  /// the node's.
-  std::pair<double, double> least(int axis, std::size_t plane) const {
+  /// Lower bounds for the left and the right child of a plane: the cost beyond one traversal step, in tests, times the
+  /// child's area as a fraction of the node's.
+  std::pair<double, double> lower_bounds(int axis, std::size_t plane) const {
     const Axis& of = axes_[std::size_t(axis)];
-    const float x = axes_[0].whole, y = axes_[1].whole, z = axes_[2].whole, area = x * y + x * z + y * z;
+    const float x = axes_[0].length, y = axes_[1].length, z = axes_[2].length, area = x * y + x * z + y * z;
     if (!(area > 1e-30f)) return {0.0, 0.0};  // too thin for float32
-    // What roundings can add up to: where one plane of many cuts off little, that is little beside the whole.
+    // Subtract what rounding can add up to. It grows with the number of planes: what one of many cuts off can be small,
+    // yet it carries the rounding of the whole box.
     const double per_area = (1 - 1e-6 * double(of.planes.size() + 16)) / double(area);
     return {per_area * double(of.least_left[plane]), per_area * double(of.least_right[plane])};
   }
 
  private:
-  /// Eight numbers, wherever they are.
+  /// Load 8 floats from any address.
   [[gnu::always_inline]] static FloatX8 load(const float* from) {
     FloatX8 eight;
     std::memcpy(&eight, from, sizeof eight);
@@ -89,18 +92,20 @@ class LookaheadBounds {
 
   static constexpr float kInf = std::numeric_limits<float>::infinity();
 
-  /// The planes across an axis, and what the last reference that was added has to do with them.
+  /// The planes across an axis, and how the last reference added lies relative to each of them.
   struct Axis {
     std::vector<float> planes;
-    std::vector<FloatX8> at;           // the planes, and in lanes that are left the upper side of the box
-    std::vector<FloatX8> left, right;  // how long is what lies on either side, grown; ∞ in lanes that are left
-    float whole;                       // how long the box is, grown
-    std::vector<FloatX8> n_left, n_right;
-    std::vector<FloatX8> on_left, on_right, on_both;  // 1 or 0; what only touches a plane may count as on both
-    std::size_t n_behind, n_reached, n_below;         // planes that it is right of; reaches the right of; begins beyond
-    std::vector<float> least_left, least_right;       // bounds: n times half an area
+    std::vector<FloatX8> at;               // positions of the planes; unused lanes hold the upper side of the box
+    std::vector<FloatX8> left, right;      // scaled lengths of the sides of a plane, with margin; ∞ in unused lanes
+    float length;                          // scaled length of the box, with margin
+    std::vector<FloatX8> n_left, n_right;  // references on either side of each plane
+    std::vector<FloatX8> on_left, on_right, on_both;  // 1 or 0; a reference that only touches a plane may be on both
+    std::size_t n_right_of;                           // planes that have the reference only on their right
+    std::size_t n_before_hi;                          // planes below its upper side
+    std::size_t n_before_lo;                          // planes below its lower side
+    std::vector<float> least_left, least_right;       // bounds: tests times half an area
 
-    std::size_t n_octets() const { return at.size(); }
+    std::size_t n_vectors() const { return at.size(); }
 
     void begin(const Box& box, int axis, float scale, float margin) {
       const std::size_t n = (planes.size() + 7) / 8;
@@ -113,7 +118,7 @@ class LookaheadBounds {
         left[i / 8][i % 8] = (planes[i] - lo) * scale + margin;
         right[i / 8][i % 8] = (hi - planes[i]) * scale + margin;
       }
-      whole = (hi - lo) * scale + margin;
+      length = (hi - lo) * scale + margin;
       n_left.assign(n, FloatX8{});
       n_right.assign(n, FloatX8{});
       for (auto* lanes : {&on_left, &on_right, &on_both}) lanes->resize(n);
@@ -121,14 +126,14 @@ class LookaheadBounds {
     }
 
     [[gnu::always_inline]] void add(const Box& box, int axis) {
-      n_behind = n_reached = n_below = 0;
+      n_right_of = n_before_hi = n_before_lo = 0;
       const float lo = box.lo[axis], hi = box.hi[axis];
       for (std::size_t i = 0; i < at.size(); ++i) {
-        const IntX8 right_of = at[i] < hi, behind = right_of & (at[i] <= lo), below = at[i] < lo;
-        n_behind += count_set(behind);
-        n_reached += count_set(right_of);
-        n_below += count_set(below);
-        on_left[i] = one_where(~behind);
+        const IntX8 right_of = at[i] < hi, only_right = right_of & (at[i] <= lo), below = at[i] < lo;
+        n_right_of += count_set(only_right);
+        n_before_hi += count_set(right_of);
+        n_before_lo += count_set(below);
+        on_left[i] = one_where(~only_right);
         on_right[i] = one_where(right_of);
         on_both[i] = one_where(right_of & ~below);
         n_left[i] += on_left[i];
@@ -137,33 +142,33 @@ class LookaheadBounds {
     }
   };
 
-  /// For all pairs of a plane across one axis (rows) and one across another (lanes): how many references are on their
-  /// left or right sides, and how many are on both sides of both.
-  struct Pair {
+  /// Counts for all pairs of a plane across one axis (rows) and a plane across another (lanes): references on the left
+  /// or right of both planes, and references that straddle both.
+  struct PairCounts {
     std::vector<FloatX8> left_left, left_right, right_left, right_right, both;
 
     void begin(const Axis& rows, const Axis& lanes) {
-      const std::size_t n = (rows.planes.size() + 1) * lanes.n_octets();
+      const std::size_t n = (rows.planes.size() + 1) * lanes.n_vectors();
       for (auto* table : {&left_left, &left_right, &right_left, &right_right, &both}) table->assign(n, FloatX8{});
     }
 
-    /// Only in the row where that begins or ends.
+    /// Count the last reference of both axes. It is added only to the row where its range of rows begins or ends.
     [[gnu::always_inline]] void add(const Axis& rows, const Axis& lanes) {
-      const std::size_t n = lanes.n_octets();
-      assert(rows.n_reached <= rows.planes.size());  // nothing reaches beyond the box
+      const std::size_t n = lanes.n_vectors();
+      assert(rows.n_before_hi <= rows.planes.size());  // nothing reaches beyond the box
       for (std::size_t i = 0; i < n; ++i) {
-        left_left[rows.n_behind * n + i] += lanes.on_left[i];
-        left_right[rows.n_behind * n + i] += lanes.on_right[i];
-        right_left[rows.n_reached * n + i] += lanes.on_left[i];
-        right_right[rows.n_reached * n + i] += lanes.on_right[i];
-        both[rows.n_below * n + i] += lanes.on_both[i];
-        both[rows.n_reached * n + i] -= lanes.on_both[i];
+        left_left[rows.n_right_of * n + i] += lanes.on_left[i];
+        left_right[rows.n_right_of * n + i] += lanes.on_right[i];
+        right_left[rows.n_before_hi * n + i] += lanes.on_left[i];
+        right_right[rows.n_before_hi * n + i] += lanes.on_right[i];
+        both[rows.n_before_lo * n + i] += lanes.on_both[i];
+        both[rows.n_before_hi * n + i] -= lanes.on_both[i];
       }
     }
 
-    /// Add up.
-    void finish(const Axis& rows, const Axis& lanes) {
-      const std::size_t n = lanes.n_octets(), n_rows = rows.planes.size();
+    /// Turn the entries into counts by prefix sums over the rows.
+    void accumulate(const Axis& rows, const Axis& lanes) {
+      const std::size_t n = lanes.n_vectors(), n_rows = rows.planes.size();
       for (std::size_t i = n; i < n_rows * n; ++i) {
         left_left[i] += left_left[i - n];
         left_right[i] += left_right[i - n];
@@ -176,28 +181,30 @@ class LookaheadBounds {
     }
   };
 
-  /// A part of a child: what its references cost at least, times half its area, and what each more adds to it.
+  /// A part of a child: a lower bound on its cost, in tests times half its area, and what each further reference adds.
   struct ChildPart {
-    FloatX8 cost, more;
+    FloatX8 cost, per_ref;
   };
 
-  /// As a leaf. Cut once more, each reference is in one of the halves, which have the face that is cut, and so no less
-  /// than half the area of the smallest.
+  /// The part of sides x, y, z with n references, as a leaf. With two cuts, the part may be cut once more. Then each
+  /// reference is in one of its halves. Both halves have the face of the cut twice, so half their area is no less than
+  /// the area of the smallest face.
   [[gnu::always_inline]] ChildPart part(const FloatX8& x, const FloatX8& y, const FloatX8& z, const FloatX8& n) const {
     const FloatX8 xy = x * y, xz = x * z, yz = y * z, area = xy + xz + yz;
-    const FloatX8 more = twice_ ? min(xy, min(xz, yz)) : area;
-    return {min(area * n, area * step_ + more * n), more};
+    const FloatX8 per_ref = two_cuts_ ? min(xy, min(xz, yz)) : area;
+    return {min(area * n, area * step_ + per_ref * n), per_ref};
   }
 
-  /// Two parts, and references of which each is in one of them at least.
-  [[gnu::always_inline]] static FloatX8 together(const ChildPart& one, const ChildPart& other, const FloatX8& n) {
-    return one.cost + other.cost + n * min(one.more, other.more);
+  /// A bound for two parts together, and n references of which each is in at least one part.
+  [[gnu::always_inline]] static FloatX8 bound_of_parts(const ChildPart& one, const ChildPart& other, const FloatX8& n) {
+    return one.cost + other.cost + n * min(one.per_ref, other.per_ref);
   }
 
-  /// The children of a plane across one axis, cut by one across the other.
-  void bound_pair(Pair& pair, Axis& rows, Axis& lanes, float third) const {
-    pair.finish(rows, lanes);
-    const std::size_t n = lanes.n_octets(), n_rows = rows.planes.size();
+  /// Bound the children of each plane across one axis, when a plane across the other axis cuts them. `third` is the
+  /// scaled length of the box along the remaining axis.
+  void bound_pair(PairCounts& pair, Axis& rows, Axis& lanes, float third) const {
+    pair.accumulate(rows, lanes);
+    const std::size_t n = lanes.n_vectors(), n_rows = rows.planes.size();
     const FloatX8 side = eight(third);
     for (std::size_t row = 0; row < n_rows; ++row) {
       const FloatX8 low = eight(rows.left[row / 8][row % 8]), high = eight(rows.right[row / 8][row % 8]);
@@ -209,21 +216,22 @@ class LookaheadBounds {
                         lr = part(lanes.right[i], low, side, pair.left_right[at] - both),
                         rl = part(lanes.left[i], high, side, pair.right_left[at + n] - both),
                         rr = part(lanes.right[i], high, side, pair.right_right[at + n] - both);
-        least_low = min(together(ll, lr, both), least_low);
-        least_high = min(together(rl, rr, both), least_high);
-        store(&lanes.least_left[8 * i], min(together(ll, rl, both), load(&lanes.least_left[8 * i])));
-        store(&lanes.least_right[8 * i], min(together(lr, rr, both), load(&lanes.least_right[8 * i])));
+        least_low = min(bound_of_parts(ll, lr, both), least_low);
+        least_high = min(bound_of_parts(rl, rr, both), least_high);
+        store(&lanes.least_left[8 * i], min(bound_of_parts(ll, rl, both), load(&lanes.least_left[8 * i])));
+        store(&lanes.least_right[8 * i], min(bound_of_parts(lr, rr, both), load(&lanes.least_right[8 * i])));
       }
       rows.least_left[row] = std::min(rows.least_left[row], reduce_min(least_low));
       rows.least_right[row] = std::min(rows.least_right[row], reduce_min(least_high));
     }
   }
 
-  /// The children of a plane, cut once more across the same axis.
+  /// Bound the children of each plane across an axis, when a plane across the same axis cuts them. `y` and `z` are the
+  /// scaled lengths of the box along the other axes.
   void bound_axis(Axis& axis, float y, float z) {
-    // From one end of the box to the other: where planes are, and what is on their left and right.
+    // List the edges from one end of the box to the other: their positions, and the counts on their left and right.
     const std::size_t n = axis.planes.size();
-    edges_.assign(n + 10, axis.whole - margin_);
+    edges_.assign(n + 10, axis.length - margin_);
     n_left_.assign(n + 10, n_refs_);
     n_right_.assign(n + 10, 0.0f);
     edges_[0] = n_left_[0] = 0.0f;
@@ -235,17 +243,18 @@ class LookaheadBounds {
     }
     const FloatX8 number = {0, 1, 2, 3, 4, 5, 6, 7};
     for (std::size_t plane = 1; plane <= n; ++plane) {
-      // From a to b, of which n_left_[a] and n_right_[b] are sure to be on the left and the right, but for those
-      // beyond.
-      const auto between = [&](std::size_t gap, float begin, float end, float n_child, float n_below,
-                               float n_above) __attribute__((always_inline)) {
-        const FloatX8 n_left = load(&n_left_[gap]) - n_below, n_right = load(&n_right_[gap + 1]) - n_above;
+      // Eight gaps between neighbouring edges a and b. Of the child's references, n_left_[a] are certain to be left of
+      // a plane in the gap, and n_right_[b] right of it; references outside the child are subtracted from both. The
+      // bound is concave in the plane's position, so it is smallest at a or at b.
+      const auto between = [&](std::size_t gap, float begin, float end, float n_child, float n_beyond_left,
+                               float n_beyond_right) __attribute__((always_inline)) {
+        const FloatX8 n_left = load(&n_left_[gap]) - n_beyond_left, n_right = load(&n_right_[gap + 1]) - n_beyond_right;
         const FloatX8 n_rest = max(n_child - n_left - n_right, FloatX8{});
         FloatX8 least = eight(kInf);
         for (const std::size_t edge : {gap, gap + 1}) {
           const FloatX8 at = load(&edges_[edge]);
-          least = min(together(part(at - begin + margin_, eight(y), eight(z), n_left),
-                               part(end - at + margin_, eight(y), eight(z), n_right), n_rest),
+          least = min(bound_of_parts(part(at - begin + margin_, eight(y), eight(z), n_left),
+                                     part(end - at + margin_, eight(y), eight(z), n_right), n_rest),
                       least);
         }
         return least;
@@ -266,11 +275,13 @@ class LookaheadBounds {
   }
 
   Box box_;
-  float scale_, margin_, n_refs_, step_;
-  bool twice_;
+  float scale_;   // 1 / the longest side of the box
+  float margin_;  // twice the margin, scaled
+  float n_refs_, step_;
+  bool two_cuts_;
   std::array<Axis, 3> axes_;
-  std::array<Pair, 3> pairs_;
-  std::vector<float> edges_, n_left_, n_right_;
+  std::array<PairCounts, 3> pairs_;
+  std::vector<float> edges_, n_left_, n_right_;  // scaled positions of the edges, and the counts on their sides
 };
 
 }  // namespace fastlines

@@ -1,4 +1,4 @@
-// What the builder does below one node: search for a split, carry it out, go on in the children.
+// The builder's recursion below one node: search for a split, apply it, continue in the children.
 #pragma once
 
 #include <exception>
@@ -11,18 +11,26 @@
 
 namespace fastlines {
 
-/// Where in the tree a node is, and what it may use.
+/// A node's place in the tree, and its budget.
 struct NodeContext {
-  std::size_t depth = 0;
-  std::size_t spare;   // references that it may add to its own
-  int n_bad = 0;       // levels in a row above it that looked no better than a leaf
-  int n_refines = 0;   // levels above it that were refined though the search said leaf
-  double share = 1.0;  // of all the work
+  std::size_t depth = 0;  ///< its level; the root's is 0
+  std::size_t spare;      ///< how many references the subtree may have beyond those of the node
+  int n_bad = 0;          ///< consecutive levels above it whose split looked no better than a leaf
+  int n_refines = 0;      ///< levels above it that were refined although the search chose a leaf
+  double share = 1.0;     ///< of the whole build's progress
 };
 
+/// Constants of the recursion, in references of a node.
+struct NodeBuilderTuning {
+  std::size_t task_refs = 512;  ///< both children larger: they may be built in parallel; smaller tasks, more overhead
+  std::size_t hand_down_refs = 1024;  ///< larger nodes hand their memory down to the left child, which saves a copy
+};
+
+/// Builds the subtree of one node, and appends it to `tree`.
 template <Primitives P>
 class NodeBuilder {
  public:
+  /// `scene_side` is the longest side of the scene's box.
   NodeBuilder(const P& prims, const Settings& settings, Progress& progress, TaskGroup& tasks, double scene_side)
       : prims_(prims),
         settings_(settings),
@@ -36,17 +44,17 @@ class NodeBuilder {
 
   const Searched& searched() const { return lookahead_.searched; }
 
-  /// Returns the cost.
+  /// Build the subtree of a node with these references. Returns its cost.
   double build(Buffer<BuildRef> refs, const Box& box, const NodeContext& context) {
     levels_.resize(settings_.limits.max_depth + 1);
-    // Room for what many trees need, since to grow is to copy; `adopt` gives the pages back that are not used.
+    // Reserve what many trees need, because growing means copying; `adopt` returns unused pages.
     const std::size_t more = std::min(context.spare, 3 * refs.size());
     tree.nodes.reserve(refs.size());
     tree.refs.reserve(refs.size() + more);
     return build_node(refs, box, context);
   }
 
-  /// How many references a node at this depth can bring into leaves of the size asked for, by halving alone.
+  /// How many references halving alone can bring into leaves of at most `max_leaf_refs`, from a node at this depth.
   std::size_t capacity(std::size_t depth) const {
     const Limits& limits = settings_.limits;
     const std::size_t levels = limits.max_depth - depth;
@@ -55,22 +63,25 @@ class NodeBuilder {
   }
 
  private:
-  /// What a split takes of the spare references: its duplicates, and one for an empty child, so that the references
-  /// bound the nodes too.
-  static std::size_t taken(std::size_t n_left, std::size_t n_right, std::size_t n_refs) {
+  /// How many spare references a split uses: its duplicates, and one for each empty child, so that the limit on
+  /// references bounds the nodes as well.
+  static std::size_t spare_used(std::size_t n_left, std::size_t n_right, std::size_t n_refs) {
     return n_left + n_right - n_refs + (n_left == 0) + (n_right == 0);
   }
 
-  /// Lines that lie on each other can be cut, but not parted: each cut would look worth it, and no leaf get small.
-  static bool parts(const Candidate& split, std::size_t n_refs) {
+  /// Whether a split makes a child smaller than its node. Lines that lie on top of each other can be cut but not
+  /// separated: every cut would look profitable, and no leaf would become small.
+  static bool separates(const Candidate& split, std::size_t n_refs) {
     return split.n_left < n_refs || split.n_right < n_refs;
   }
 
-  /// What to do with a node: a split, or none for a leaf; whether it looks worth it, or refines what does not.
   struct Decision {
-    std::optional<Candidate> split;
-    bool good = false, refines = false;
+    std::optional<Candidate> split;  // none for a leaf
+    bool good = false;               // the search found the split cheaper than a leaf
+    bool refines = false;            // the split refines a node for which the search chose a leaf
   };
+
+  /// Decide whether to split a node, and how.
 
   Decision choose(Refs refs, const Box& box, const NodeContext& context) {
     const Limits& limits = settings_.limits;
@@ -79,16 +90,17 @@ class NodeBuilder {
 
     bool over_refs = false;
     const auto allowed = [&](const Candidate& split) {
-      if (taken(split.n_left, split.n_right, refs.size()) > context.spare) return !(over_refs = true);
-      if (too_large && !parts(split, refs.size())) return false;
-      if (context.depth == limits.max_depth) return true;  // looked at below
+      if (spare_used(split.n_left, split.n_right, refs.size()) > context.spare) return !(over_refs = true);
+      if (too_large && !separates(split, refs.size())) return false;
+      if (context.depth == limits.max_depth) return true;  // handled below
       return std::max(split.n_left, split.n_right) <= capacity(context.depth + 1);
     };
+    // Search, with more levels while the search finds no profitable split.
     const double leaf = lookahead_.cost_of_leaf(refs.size());
     const bool may_be_bad = context.n_bad < settings_.bad_levels && leaf > settings_.cost.c_trav &&
                             (too_large || refs.size() > settings_.bad_refs);
     constexpr double no_limit = std::numeric_limits<double>::infinity();
-    typename Lookahead<P>::Found choice;
+    typename Lookahead<P>::Choice choice;
     bool good = false;
     for (const int lookahead : settings_.lookahead) {
       choice = lookahead_.best_split(refs, box, lookahead, may_be_bad ? no_limit : leaf, allowed);
@@ -100,21 +112,22 @@ class NodeBuilder {
       limits_hit.depth += good;
       return {};
     }
+    // Too large for a leaf: take the least bad split, unless the level above already took a bad one.
     bool forced = !choice.split && too_large;
-    // Take what looks least bad, unless that did not help levels above.
     if (forced && context.n_bad == 0)
       choice = lookahead_.best_split(refs, box, settings_.lookahead.front(), no_limit, allowed);
-    // Lines that run along each other are only split whole.
+    // Split retraced lines only uncut.
     const double min_spread = settings_.min_spread * scene_side_;
     if (choice.split && cuts_retraced(prims_, refs, box, settings_.boxes, *choice.split, min_spread)) {
-      choice = lookahead_.best_whole(refs, box, leaf, allowed);
+      choice = lookahead_.best_uncut(refs, box, leaf, allowed);
       good = choice.split.has_value();
       forced = !good && too_large;
     }
     limits_hit.leaf_refs += forced;
-    // Where nothing divides the node, halve it.
+    // Halve the node where no split divides it.
     if (forced && !choice.split)
       Median{}.visit(prims_, refs, box, BoxRule::tight, [&](const Candidate& half) { choice.split = half; });
+    // Refine at the midpoint.
     const bool refines = !choice.split && context.n_refines < settings_.bad_refines;
     if (refines)
       Midpoint{}.visit(prims_, refs, box, settings_.boxes, [&](const Candidate& split) {
@@ -136,25 +149,26 @@ class NodeBuilder {
       return make_leaf(index, refs);
     }
 
-    // Duplicates are paid out of the spare references; the rest goes to the children by number.
+    // Move the references to the children.
     auto& [left, right] = levels_[context.depth];
     const bool may_prune = settings_.prune && n_refs <= settings_.limits.max_leaf_refs;
-    const bool in_place = n_refs > kLarge && !may_prune;
+    const bool in_place = n_refs > kTuning.hand_down_refs && !may_prune;
     if (in_place) left = std::move(refs);
     partition(prims_, in_place ? left : refs, *split, left, right);
-    if (in_place && left.size() <= kLarge) {
-      // The large memory is of no more use: nobody below would pass it on.
-      Buffer<BuildRef> few;
-      few.assign(left);
-      left = std::move(few);
+    if (in_place && left.size() <= kTuning.hand_down_refs) {
+      // Free the large buffer: no node below would hand it down.
+      Buffer<BuildRef> small;
+      small.assign(left);
+      left = std::move(small);
     }
     if (split->kind == Candidate::Kind::plane && (!Curves<P> || estimates(settings_.splits)) &&
         settings_.boxes == BoxRule::tight) {
-      // What was counted plane by plane may be off by some roundings, or a sample's.
+      // Bounds that were found plane by plane may be off by rounding, or may be those of a sample.
       split->left = hull(left);
       split->right = hull(right);
     }
-    const std::size_t spare = context.spare - taken(left.size(), right.size(), n_refs);
+    // Pay for duplicates out of the spare references, and share the rest in proportion to the children's references.
+    const std::size_t spare = context.spare - spare_used(left.size(), right.size(), n_refs);
     const double part = double(left.size()) / double(left.size() + right.size());
     const int n_bad = good ? 0 : context.n_bad + 1, n_refines = context.n_refines + refines;
     const NodeContext in_left{context.depth + 1, std::size_t(double(spare) * part), n_bad, n_refines,
@@ -162,12 +176,14 @@ class NodeBuilder {
     const NodeContext in_right{context.depth + 1, spare - in_left.spare, n_bad, n_refines,
                                context.share - in_left.share};
 
-    const bool large = std::min(left.size(), right.size()) > kTask;
+    // Build the children.
+    const bool large = std::min(left.size(), right.size()) > kTuning.task_refs;
     const auto [cost_left, cost_right] = large && tasks_.shared()
-                                             ? build_side_by_side(index, *split, in_left, in_right)
+                                             ? build_in_parallel(index, *split, in_left, in_right)
                                              : build_in_turn(index, *split, in_left, in_right, !large);
     tree.nodes[index].n_refs = std::uint32_t(tree.refs.size() - first_ref);
     const double cost = lookahead_.cost_of(*split, box, cost_left, cost_right);
+    // Prune the subtree if it costs no less than a leaf.
     if (!may_prune || cost < lookahead_.cost_of_leaf(n_refs)) return cost;
     tree.nodes.resize(index + 1);
     tree.refs.resize(first_ref);
@@ -175,23 +191,25 @@ class NodeBuilder {
     return make_leaf(index, refs);
   }
 
-  /// What the left child leaves of its share of references may be passed on to the right one. Large nodes do not, so
-  /// that it can not be seen whether they were built side by side.
+  /// Build the left child, then the right one. With `pass_on`, the right child inherits the spare references that the
+  /// left one did not use. Large children never do, so that the tree does not depend on whether they are built in
+  /// parallel.
   std::pair<double, double> build_in_turn(std::size_t index, const Candidate& split, const NodeContext& in_left,
                                           NodeContext in_right, bool pass_on) {
     auto& [left, right] = levels_[in_left.depth - 1];
-    const std::size_t before = n_used(), room = std::max<std::size_t>(left.size(), 1) + in_left.spare;
+    const std::size_t used_before = n_used(), room = std::max<std::size_t>(left.size(), 1) + in_left.spare;
     const double cost_left = build_node(left, split.left, in_left);
-    if (pass_on) in_right.spare += room - (n_used() - before);
+    if (pass_on) in_right.spare += room - (n_used() - used_before);
     tree.nodes[index].right = std::uint32_t(tree.nodes.size());
     return {cost_left, build_node(right, split.right, in_right)};
   }
 
-  /// Where somebody takes the right child, it becomes a tree of its own, which is appended when both are finished.
-  std::pair<double, double> build_side_by_side(std::size_t index, const Candidate& split, const NodeContext& in_left,
-                                               const NodeContext& in_right) {
+  /// Build both children in parallel. If another thread takes the right child, that child becomes a tree of its own,
+  /// which is appended when both are finished.
+  std::pair<double, double> build_in_parallel(std::size_t index, const Candidate& split, const NodeContext& in_left,
+                                              const NodeContext& in_right) {
     auto& [left, right] = levels_[in_left.depth - 1];
-    std::optional<NodeBuilder> beside;
+    std::optional<NodeBuilder> right_builder;
     double cost_left, cost_right;
     const auto or_stop = [&](auto&& build) {
       try {
@@ -202,28 +220,30 @@ class NodeBuilder {
         throw;
       }
     };
-    const bool both = tasks_.side_by_side([&] { or_stop([&] { cost_left = build_node(left, split.left, in_left); }); },
-                                          [&] {
-                                            or_stop([&] {
-                                              beside.emplace(prims_, settings_, progress_, tasks_, scene_side_);
-                                              cost_right = beside->build(std::move(right), split.right, in_right);
-                                            });
-                                          });
-    if (!both) {
+    const bool was_taken =
+        tasks_.side_by_side([&] { or_stop([&] { cost_left = build_node(left, split.left, in_left); }); },
+                            [&] {
+                              or_stop([&] {
+                                right_builder.emplace(prims_, settings_, progress_, tasks_, scene_side_);
+                                cost_right = right_builder->build(std::move(right), split.right, in_right);
+                              });
+                            });
+    if (!was_taken) {
       tree.nodes[index].right = std::uint32_t(tree.nodes.size());
       return {cost_left, build_node(right, split.right, in_right)};
     }
     tree.nodes[index].right = std::uint32_t(tree.nodes.size());
-    append(tree, beside->tree);
-    n_empty_ += beside->n_empty_;
-    limits_hit += beside->limits_hit;
-    lookahead_.searched += beside->lookahead_.searched;
+    append(tree, right_builder->tree);
+    n_empty_ += right_builder->n_empty_;
+    limits_hit += right_builder->limits_hit;
+    lookahead_.searched += right_builder->lookahead_.searched;
     return {cost_left, cost_right};
   }
 
-  /// Of the budget: references, and leaves without any.
+  /// How much of the budget is used: references, plus one for each empty leaf.
   std::size_t n_used() const { return tree.refs.size() + n_empty_; }
 
+  /// Turn the node into a leaf; returns its cost.
   double make_leaf(std::size_t index, Refs refs) {
     tree.nodes[index].right = 0;
     tree.nodes[index].n_refs = std::uint32_t(refs.size());
@@ -233,8 +253,7 @@ class NodeBuilder {
     return lookahead_.cost_of_leaf(refs.size());
   }
 
-  // With more references than these a child is worth a task, and a node gives its memory to its left child.
-  static constexpr std::size_t kTask = 512, kLarge = 1024;
+  static constexpr NodeBuilderTuning kTuning{};
 
   const P& prims_;
   const Settings& settings_;
@@ -242,8 +261,9 @@ class NodeBuilder {
   TaskGroup& tasks_;
   double scene_side_;  // the longest
   Lookahead<P> lookahead_;
-  std::vector<std::pair<Buffer<BuildRef>, Buffer<BuildRef>>> levels_;  // the children of the open nodes
-  std::size_t n_empty_ = 0;                                            // leaves without references
+  // References of the children of open nodes, by depth.
+  std::vector<std::pair<Buffer<BuildRef>, Buffer<BuildRef>>> levels_;
+  std::size_t n_empty_ = 0;  // leaves without references
 };
 
 }  // namespace fastlines

@@ -1,10 +1,10 @@
-// Refit: the same tree over segments that have moved. Topology and pieces [s0, s1) stay; each leaf's box is made tight
-// around its pieces, each inner box around its children's. The pieces tile their segments wherever these go, so queries
-// stay exact; boxes only get larger than a new tree's.
+// Refit: the same tree over segments that have moved. The topology and the pieces [s0, s1) stay. Each leaf's box is
+// made tight around its pieces, and each inner box around its children's. The pieces tile their segments wherever these
+// move, so queries stay exact; only the boxes are larger than a new tree's.
 //
-// The tree is dealt out in ranges, subtrees of bounded size, to any number of threads; what is above them is joined at
-// the end. Within a range nothing branches on the tree's shape: first the boxes of all references, then those of the
-// leaves, then those of inner nodes from the last to the first.
+// Threads take ranges of the tree, subtrees of bounded size; the nodes above the ranges are fitted at the end. Within a
+// range no branch depends on the tree's shape. First the boxes of all references are computed, then those of the
+// leaves, then those of the inner nodes from the last to the first.
 #pragma once
 
 #include <memory>
@@ -16,6 +16,14 @@
 
 namespace fastlines {
 
+/// Constants of a refit; `fastlines-bench refit` times it.
+struct RefitTuning {
+  std::size_t range_nodes = 1024;   ///< nodes of a range at most: scratch memory against tasks
+  std::size_t range_refs = 4096;    ///< references of a range at most, but for a single leaf
+  std::size_t prefetch_ahead = 16;  ///< how many references ahead primitives are prefetched
+};
+
+/// Writes the fitted nodes to `to`, which must have room for as many nodes as the tree has.
 template <RayPrimitive P>
 class Refit {
  public:
@@ -38,13 +46,16 @@ class Refit {
   }
 
  private:
-  static constexpr std::size_t kNodes = 1024, kRefs = 4096, kAhead = 16;
+  static constexpr RefitTuning kTuning{};
+  static constexpr std::size_t kNodes = kTuning.range_nodes, kRefs = kTuning.range_refs,
+                               kAhead = kTuning.prefetch_ahead;
 
   struct Scratch {
-    BoxX4 boxes[1 + kRefs + kNodes];  // an empty one, those of references, those of nodes
+    BoxX4 boxes[1 + kRefs + kNodes];  // an empty box, then the boxes of references, then those of nodes
     std::uint32_t leaves[kNodes], inner[kNodes];
   };
 
+  /// Fit one range.
   void fit(const SubtreeRange& range, Scratch& scratch) {
     const Node* const nodes = &nodes_[range.begin];
     const std::size_t n_nodes = range.end - range.begin;
@@ -54,6 +65,7 @@ class Refit {
     scratch.boxes[0] = BoxX4::empty();
     fit_pieces(first_ref, n_refs, of_refs);
 
+    // List the leaves and the inner nodes.
     std::size_t n_leaves = 0, n_inner = 0;
     for (std::uint32_t i = 0; i < n_nodes; ++i) {
       const bool leaf = nodes[i].is_leaf();
@@ -62,19 +74,21 @@ class Refit {
       n_inner += !leaf;
     }
 
-    bool some_empty = false;
+    // Fit the leaves.
+    bool any_empty = false;
     for (std::size_t k = 0; k < n_leaves; ++k) {
       const Node& node = nodes[scratch.leaves[k]];
       const std::size_t begin = node.first_ref - first_ref, end = begin + node.n_refs;
-      some_empty |= node.n_refs == 0;
-      // Few leaves list more than four pieces; from the last one on, the same again is as good as a piece.
+      any_empty |= node.n_refs == 0;
+      // Always grow by four pieces, repeating the last one: few leaves list more, and nothing branches.
       const std::size_t last = node.n_refs ? end : 0, first = std::min(begin + 1, last);
       BoxX4 box = scratch.boxes[first];
       for (std::size_t i = 1; i < 4; ++i) box.grow(scratch.boxes[std::min(first + i, last)]);
       for (std::size_t i = first + 4; i <= last; ++i) box.grow(scratch.boxes[i]);
       of_nodes[scratch.leaves[k]] = box;
     }
-    if (some_empty) has_empty_ = true;
+    if (any_empty) has_empty_ = true;
+    // Fit the inner nodes, from the last to the first.
     for (std::size_t k = n_inner; k-- > 0;) {
       const std::size_t i = scratch.inner[k], right = nodes[i].right - std::size_t(range.begin);
       BoxX4 box = of_nodes[i + 1];
@@ -84,7 +98,7 @@ class Refit {
     for (std::size_t i = 0; i < n_nodes; ++i) store(range.begin + i, nodes[i], of_nodes[i]);
   }
 
-  /// The boxes of references in a row. Segments are anywhere, so they are asked for beforehand.
+  /// Compute the boxes of consecutive references. Their primitives are scattered in memory, so they are prefetched.
   void fit_pieces(std::size_t first, std::size_t n, BoxX4* boxes) const {
     const Reference* const refs = refs_.data() + first;
     const auto* const items = prims_.items();
@@ -106,7 +120,7 @@ class Refit {
     return box;
   }
 
-  /// The fourth lanes are written over by what follows them.
+  /// Write a node. Each 16-byte copy of a corner spills lane 3 into the next field, which the next copy overwrites.
   void store(std::size_t i, const Node& node, const BoxX4& box) const {
     std::byte* const to = reinterpret_cast<std::byte*>(to_ + i);
     std::memcpy(to, &box.lo, sizeof box.lo);
@@ -114,7 +128,7 @@ class Refit {
     std::memcpy(to + offsetof(Node, right), &node.right, sizeof(Node) - offsetof(Node, right));
   }
 
-  /// A node with nothing in it is a point of its parent.
+  /// Shrink the box of each node without references to a corner of its parent's box.
   void place_empty() const {
     if (to_[0].box.is_empty()) to_[0].box = nodes_[0].box;
     for (std::size_t i = 0; i < nodes_.size(); ++i)

@@ -1,19 +1,19 @@
 // Insertion-based optimisation (Bittner, Hapala, Havran 2013, "Fast insertion-based optimization of bounding volume
 // hierarchies"; in parallel as Meister, Bittner 2018, "Parallel reinsertion for bounding volume hierarchy
-// optimization"): subtrees of a finished BVH are taken out and put in where they cost least.
+// optimization"). Subtrees of a finished BVH are removed and reinserted where they cost least.
 //
-// Leaves stay as they are, and the root bounds the same. So of the cost g (thesis §3.3) only the sum of the areas of
-// the inner nodes changes, and costs of steps and tests need not be known. To put v beside x gains
+// Leaves stay as they are, and the root's box does not change. So of the cost g (thesis §3.3) only the sum of the areas
+// of the inner nodes changes, and c_trav and c_prim need not be known. Moving v next to x gains
 //
 //     SA(parent of v) − SA(x ∪ v) + Σ_a (SA(a) − SA(a without v)) − Σ_y (SA(y ∪ v) − SA(y))
 //
-// where a are the ancestors of v's parent, and y those of x, below the node where the two paths meet. An ancestor can
-// be an x itself; it is one of the a then, and x ∪ v is its box.
+// where a are the ancestors of v's parent, and y those of x, both below the node where the two paths to the root meet.
+// If x is itself an ancestor of v, it is one of the a, and x ∪ v is its box.
 //
-// In each round all nodes look for their best place at the same time, by branch and bound: below a node that v would
-// grow, a place gains no more than what there is so far less SA(v). Then the moves are made one after the other, those
-// that gain most first; each is measured again, for those before it have changed the tree, and left out if it no longer
-// gains. So no round makes a tree dearer, and the number of threads does not show.
+// In each round all nodes search for their best place at the same time, by branch and bound: below a node that v would
+// grow, a place gains no more than the gain so far less SA(v). Then the moves are made one after the other, in order of
+// decreasing gain. Earlier moves have changed the tree, so each move is measured again, and skipped if it no longer
+// gains. So no round increases the tree's cost, and the result does not depend on the number of threads.
 #pragma once
 
 #include <array>
@@ -24,20 +24,21 @@
 
 namespace fastlines {
 
+/// Optimises one tree. Call it once; the result owns its memory.
 class Reinsertion {
  public:
   struct Options {
-    int rounds = 1;
-    std::size_t max_depth = 64;  ///< no move makes a node deeper
-    double radius_hint = 0.0;    ///< boxes are measured grown by this much of the scene's longest side
-    unsigned n_threads = 1;
+    int rounds = 1;              ///< fewer are made if a round makes no move
+    std::size_t max_depth = 64;  ///< no move places a node deeper than this level
+    double radius_hint = 0.0;    ///< boxes are measured grown by this fraction of the scene's longest side
+    unsigned n_threads = 1;      ///< the result does not depend on it
   };
 
   Reinsertion(std::span<const Node> nodes, std::span<const Reference> refs, const Options& options, Progress& progress)
       : nodes_(nodes), refs_(refs), options_(options), progress_(progress), links_(nodes.size()) {
     const Box& box = nodes[0].box;
     margin_ = options.radius_hint * box.side(box.longest_axis());
-    least_ = 1e-9 * area_of(box);
+    min_gain_ = 1e-9 * area_of(box);
     for (std::uint32_t v = std::uint32_t(nodes.size()); v-- > 0;) {
       links_[v].box = nodes[v].box;
       links_[v].area = area_of(nodes[v].box);
@@ -57,13 +58,13 @@ class Reinsertion {
     return std::move(tree_);
   }
 
-  /// How many moves max_depth refused.
+  /// How many moves were refused because of max_depth.
   std::size_t n_too_deep() const { return n_too_deep_; }
 
  private:
   static constexpr std::uint32_t kNone = std::uint32_t(-1);
 
-  /// A node that can be hung elsewhere.
+  /// A node with links to its parent and children, so that it can be moved.
   struct Link {
     Box box;
     double area;
@@ -74,14 +75,14 @@ class Reinsertion {
     bool is_leaf() const { return child[0] == kNone; }
   };
 
-  /// Put v beside x.
+  /// Make v and x siblings.
   struct Move {
     double gain;
     std::uint32_t v, x;
   };
 
-  /// A subtree to look into, and what is gained before anything in it changes.
-  struct Waiting {
+  /// A subtree to search, and the gain before any of its nodes grows.
+  struct Pending {
     std::uint32_t x;
     double gain;
   };
@@ -104,56 +105,57 @@ class Reinsertion {
     return child[child[0] == v];
   }
 
+  /// One round; returns whether it made a move.
   bool improve(Stage stage) {
-    constexpr std::size_t per_chunk = 256;
+    constexpr std::size_t per_chunk = 256;  // nodes per task
     std::vector<Move> moves(links_.size());
     parallel_for((links_.size() + per_chunk - 1) / per_chunk, options_.n_threads, progress_,
-                 [] { return std::vector<Waiting>{}; },
-                 [&](std::vector<Waiting>& waiting, std::size_t chunk) {
+                 [] { return std::vector<Pending>{}; },
+                 [&](std::vector<Pending>& pending, std::size_t chunk) {
                    for (std::size_t v = chunk * per_chunk; v < std::min(links_.size(), (chunk + 1) * per_chunk); ++v) {
                      progress_.check();
-                     moves[v] = best_move(std::uint32_t(v), waiting);
+                     moves[v] = best_move(std::uint32_t(v), pending);
                    }
                  },
                  stage);
     std::erase_if(moves, [](const Move& move) { return move.x == kNone; });
     std::sort(moves.begin(), moves.end(),
               [](const Move& a, const Move& b) { return a.gain != b.gain ? a.gain > b.gain : a.v < b.v; });
-    std::size_t n_made = 0;
+    std::size_t n_applied = 0;
     for (const Move& move : moves) {
       progress_.check();
-      n_made += make(move.v, move.x);
+      n_applied += apply(move.v, move.x);
     }
-    return n_made > 0;
+    return n_applied > 0;
   }
 
-  /// The best place for v, among all that there are; none if no move gains.
-  Move best_move(std::uint32_t v, std::vector<Waiting>& waiting) const {
-    Move best{least_, v, kNone};
+  /// The best of all places for v; x is kNone if no move gains.
+  Move best_move(std::uint32_t v, std::vector<Pending>& pending) const {
+    Move best{min_gain_, v, kNone};
     if (v == root_) return best;
     const Box box = links_[v].box;
     const double area = links_[v].area;
     const std::uint32_t parent = links_[v].parent;
-    double gain = links_[parent].area;     // of taking v out, below the pivot
+    double gain = links_[parent].area;     // by removing v, from the nodes below the pivot
     Box without = links_[sibling(v)].box;  // the pivot without v
     for (std::uint32_t below = v, pivot = parent; pivot != kNone; below = pivot, pivot = links_[pivot].parent) {
       const std::uint32_t other = sibling(below);
 
-      // Places on the other side of the pivot.
-      waiting.push_back({other, gain});
-      while (!waiting.empty()) {
-        const auto [x, gained] = waiting.back();
-        waiting.pop_back();
-        if (gained - area <= best.gain) continue;
-        const double beside = gained - area_of(links_[x].box, box);
-        if (beside > best.gain) best = {beside, v, x};
+      // Search the subtree on the other side of the pivot.
+      pending.push_back({other, gain});
+      while (!pending.empty()) {
+        const auto [x, gain_so_far] = pending.back();
+        pending.pop_back();
+        if (gain_so_far - area <= best.gain) continue;
+        const double gain_here = gain_so_far - area_of(links_[x].box, box);
+        if (gain_here > best.gain) best = {gain_here, v, x};
         if (links_[x].is_leaf()) continue;
-        const double below_x = beside + links_[x].area;
-        if (below_x - area > best.gain)
-          for (const std::uint32_t child : links_[x].child) waiting.push_back({child, below_x});
+        const double gain_below = gain_here + links_[x].area;
+        if (gain_below - area > best.gain)
+          for (const std::uint32_t child : links_[x].child) pending.push_back({child, gain_below});
       }
 
-      // The pivot itself.
+      // Try the pivot itself.
       if (pivot == parent) continue;
       without.grow(links_[other].box);
       const double above = gain - area_of(without);
@@ -169,9 +171,9 @@ class Reinsertion {
     return depth;
   }
 
-  /// Put v beside x if that gains as the tree is now.
-  bool make(std::uint32_t v, std::uint32_t x) {
-    // Where do the two paths to the root meet?
+  /// Make v and x siblings, if that gains in the tree as it is now. Returns whether it did.
+  bool apply(std::uint32_t v, std::uint32_t x) {
+    // Find the node where the two paths to the root meet: the pivot.
     const std::uint32_t parent = links_[v].parent;
     if (parent == kNone) return false;
     const std::uint32_t depth_v = depth_of(v), depth_x = depth_of(x);
@@ -181,7 +183,7 @@ class Reinsertion {
     for (; pivot != a; a = links_[a].parent) pivot = links_[pivot].parent;
     if (pivot == v || x == parent) return false;
 
-    // Measure.
+    // Measure the gain.
     const Box& box = links_[v].box;
     double gain = links_[parent].area - area_of(links_[x].box, box);
     if (x != pivot)
@@ -193,14 +195,14 @@ class Reinsertion {
       a = links_[a].parent;
       if (a != pivot || a == x) gain += links_[a].area - area_of(without);
     }
-    if (gain <= least_) return false;
+    if (gain <= min_gain_) return false;
     const std::size_t deepest = depth_x + (pivot != parent) + std::max(links_[x].height, links_[v].height);
     if (deepest > options_.max_depth) {
       ++n_too_deep_;
       return false;
     }
 
-    // Take v and its parent out, and put the parent in above x.
+    // Remove v and its parent, and insert the parent above x.
     const std::uint32_t before = links_[parent].parent;
     replace(before, parent, sibling(v));
     replace(links_[x].parent, x, parent);
@@ -211,6 +213,7 @@ class Reinsertion {
     return true;
   }
 
+  /// Put `by` in the place of `child` under `parent`; kNone stands for the place of the root.
   void replace(std::uint32_t parent, std::uint32_t child, std::uint32_t by) {
     if (parent == kNone)
       root_ = by;
@@ -219,7 +222,7 @@ class Reinsertion {
     links_[by].parent = parent;
   }
 
-  /// Bound a node and its ancestors anew.
+  /// Recompute the boxes, areas and heights of a node and its ancestors.
   void refit(std::uint32_t v) {
     for (; v != kNone; v = links_[v].parent) {
       Link& link = links_[v];
@@ -230,15 +233,15 @@ class Reinsertion {
     }
   }
 
-  /// The nodes as they hang now, in preorder.
+  /// List the nodes of the final tree in preorder.
   void list_nodes() {
     struct Listed {
-      std::uint32_t v, parent;  // the node in the list of which it is the right child; none of the root and left ones
+      std::uint32_t v, parent;  // parent: index in the list if v is a right child, else kNone
     };
-    std::vector<Listed> waiting{{root_, kNone}};
-    while (!waiting.empty()) {
-      const auto [v, parent] = waiting.back();
-      waiting.pop_back();
+    std::vector<Listed> pending{{root_, kNone}};
+    while (!pending.empty()) {
+      const auto [v, parent] = pending.back();
+      pending.pop_back();
       const auto index = std::uint32_t(tree_.nodes.size());
       if (parent != kNone) tree_.nodes[parent].right = index;
       tree_.nodes.push_back({links_[v].box, 0, std::uint32_t(tree_.refs.size()), 0});
@@ -247,8 +250,8 @@ class Reinsertion {
         tree_.refs.insert(tree_.refs.end(), refs.begin(), refs.end());
         tree_.nodes[index].n_refs = nodes_[v].n_refs;
       } else {
-        waiting.push_back({links_[v].child[1], index});
-        waiting.push_back({links_[v].child[0], kNone});
+        pending.push_back({links_[v].child[1], index});
+        pending.push_back({links_[v].child[0], kNone});
       }
     }
     for (std::size_t i = tree_.nodes.size(); i-- > 0;)
@@ -262,8 +265,8 @@ class Reinsertion {
   Progress& progress_;
   std::vector<Link> links_;
   std::uint32_t root_ = 0;
-  double margin_ = 0.0;  // by which boxes are grown before they are measured
-  double least_ = 0.0;   // a move that gains no more is not worth it
+  double margin_ = 0.0;    // by which boxes are grown before they are measured
+  double min_gain_ = 0.0;  // moves that gain no more are skipped
   std::size_t n_too_deep_ = 0;
   Tree tree_;
 };
