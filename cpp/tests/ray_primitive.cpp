@@ -138,7 +138,7 @@ std::size_t check_scene(const Scene& scene, Random& random) {
   const Capsules prims{capsules};
   Progress progress;
   Settings settings;
-  settings.splits = {{BinnedPlanes{.n_planes = 8, .uncut_up_to = 64}}};
+  settings.splits = {{BinnedPlanes{.n_planes = 8, .uncut_refs = 64}}};
   settings.bad_levels = 2;
   settings.lanes = 16;
   settings.limits = {.max_leaf_refs = 16, .max_refs = 8 * capsules.size() + 100};

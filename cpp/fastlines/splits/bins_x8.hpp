@@ -1,9 +1,9 @@
-// The planes of a regular grid over a node's box, eight at a time, one a lane, and the bins between them.
+// The planes of a regular grid over a node's box, 8 at a time with one per lane, and the bins between them.
 //
-// Each plane counts what lies on either side of it. The ends of a piece grow the bounds of the bins that they lie in,
-// of which the comparisons with the planes tell; each plane keeps the bounds of the points where pieces cross it. What
-// lies on one side of a plane is then the bins there and its crossings. Nothing branches: a piece costs the same
-// wherever it lies.
+// Each plane counts the references on either side of it. The two ends of a piece grow the bounds of their bins, which
+// the comparisons with the planes determine. Each plane keeps the bounds of the points where pieces cross it. The
+// bounds of one side of a plane are then those of the bins there and of the plane's crossings. Nothing branches, so a
+// piece costs the same wherever it lies.
 #pragma once
 
 #include <cstdint>
@@ -18,29 +18,30 @@
 
 namespace fastlines {
 
-/// The planes of all three axes, and the bins between them; used again from node to node.
+/// The planes of all three axes, and the bins between them. Its memory is reused from node to node: `place`, then add
+/// references by one of `count`, `add_uncut` and `add_piece`, then `visit`.
 class BinsX8 {
  public:
-  /// Lanes without a plane have one at ∞.
+  /// Place the planes, and clear all counts and bounds. Unused lanes hold a plane at ∞.
   void place(const Box& box, int n_planes, BoxRule rule) {
     n_planes_ = std::size_t(n_planes);
-    n_ = (n_planes_ + 7) / 8;
-    planes_.resize(3 * n_);
+    n_vectors_ = (n_planes_ + 7) / 8;
+    planes_.resize(3 * n_vectors_);
     for_each_axis([&]<int axis>(Planes* planes, BoxX4*) {
       const float lo = box.lo[axis], step = float(box.side(axis) / (n_planes + 1));
       FloatX8 number = {1, 2, 3, 4, 5, 6, 7, 8};
-      for (std::size_t i = 0; i < n_; ++i, number += 8.0f)
+      for (std::size_t i = 0; i < n_vectors_; ++i, number += 8.0f)
         planes[i].begin(number <= float(n_planes) ? lo + number * step : eight(kInf));
     });
     if (rule != BoxRule::tight) return;
     for (Planes& planes : planes_) planes.begin_crossings();
-    bins_.assign(3 * (8 * n_ + 1), BoxX4::empty());
+    bins_.assign(3 * (8 * n_vectors_ + 1), BoxX4::empty());
   }
 
-  /// As `side_of` has it.
+  /// Count a reference on the sides that `side_of` gives; for cut boxes.
   void count(const Box& box) {
     for_each_axis([&]<int axis>(Planes* planes, BoxX4*) {
-      for (std::size_t i = 0; i < n_; ++i) {
+      for (std::size_t i = 0; i < n_vectors_; ++i) {
         const IntX8 on_right = planes[i].at < box.hi[axis];
         planes[i].n_left -= (planes[i].at > box.lo[axis]) | ~on_right;
         planes[i].n_right -= on_right;
@@ -48,78 +49,80 @@ class BinsX8 {
     });
   }
 
-  /// A whole reference, on the side of its centre.
-  [[gnu::always_inline]] void add_whole(const Box& box) {
+  /// Add an uncut reference, on the side of its centre.
+  [[gnu::always_inline]] void add_uncut(const Box& box) {
     const BoxX4 bounds = BoxX4::load(box);
     for_each_axis([&]<int axis>(Planes* planes, BoxX4* bins) __attribute__((always_inline)) {
-      std::size_t where = 0;
-      for (std::size_t i = 0; i < n_; ++i) {
+      std::size_t bin = 0;
+      for (std::size_t i = 0; i < n_vectors_; ++i) {
         const IntX8 on_right = planes[i].at <= centre_of(box, axis);
         planes[i].n_left += on_right + 1;
         planes[i].n_right -= on_right;
-        where += count_set(on_right);
+        bin += count_set(on_right);
       }
-      bins[where].grow(bounds);
+      bins[bin].grow(bounds);
     });
   }
 
-  /// A piece, cut by the planes. Its ends are corners of its box.
+  /// Add a piece, cut by the planes. Its ends are corners of its box.
   [[gnu::always_inline]] void add_piece(const Segment& segment, const Box& box) {
+    // Order the corners of the box along the segment, for each axis.
     const BoxX4 bounds = BoxX4::load(box), ends = BoxX4::load(segment);
-    const FloatX4 way = ends.hi - ends.lo, per_way = 1.0f / way;
-    const IntX4 up = way >= 0.0f;
+    const FloatX4 edge = ends.hi - ends.lo, inv_edge = 1.0f / edge;
+    const IntX4 up = edge >= 0.0f;
     const FloatX4 from = up ? bounds.lo : bounds.hi, to = up ? bounds.hi : bounds.lo;
     for_each_axis([&]<int axis>(Planes* of_axis, BoxX4* bins) __attribute__((always_inline)) {
-      const FloatX4 slope = way * per_way[axis];
+      const FloatX4 slope = edge * inv_edge[axis];
       std::size_t first = 0, last = 0;
-      for (std::size_t i = 0; i < n_; ++i) {
+      for (std::size_t i = 0; i < n_vectors_; ++i) {
         Planes& planes = of_axis[i];
-        const IntX8 on_right = planes.at < box.hi[axis], behind = on_right & (planes.at <= box.lo[axis]);
-        planes.n_left += behind + 1;
+        const IntX8 on_right = planes.at < box.hi[axis], only_right = on_right & (planes.at <= box.lo[axis]);
+        planes.n_left += only_right + 1;
         planes.n_right -= on_right;
-        first += count_set(behind);
+        first += count_set(only_right);
         last += count_set(on_right);
         const FloatX8 ahead = planes.at - from[axis];
         for (int j = 0; j < 2; ++j) {
           const int k = (axis + 1 + j) % 3;
-          // Where it does not cross is no number, which is neither less nor more than any.
-          const FloatX8 there = FloatX8(IntX8(from[k] + ahead * slope[k]) | behind | ~on_right);
-          planes.lo[j] = min(there, planes.lo[j]);
-          planes.hi[j] = max(there, planes.hi[j]);
+          // NaN for planes that the piece does not cross: neither less nor greater than any number.
+          const FloatX8 crossing = FloatX8(IntX8(from[k] + ahead * slope[k]) | only_right | ~on_right);
+          planes.lo[j] = min(crossing, planes.lo[j]);
+          planes.hi[j] = max(crossing, planes.hi[j]);
         }
       }
+      // Grow the bins of both ends.
       const IntX4 rises = __builtin_shufflevector(up, up, axis, axis, axis, axis);
       bins[first].grow(rises ? from : to);
       bins[last].grow(rises ? to : from);
     });
   }
 
-  /// Show of each axis the candidate with the least SAH, as it is measured; or all. Returns whether there was
-  /// anything to show.
+  /// Pass the candidate with the least SAH of each axis to `visitor`, or all candidates if `all`. SAH is that of
+  /// `measure`. Returns whether there was a candidate.
   template <class Visitor>
-  bool show(Candidate::Kind kind, const Box& box, BoxRule rule, const Measure& measure, bool all, Visitor&& visitor) {
+  bool visit(Candidate::Kind kind, const Box& box, BoxRule rule, const Measure& measure, bool all, Visitor&& visitor) {
     const bool tight = rule == BoxRule::tight;
-    bool shown = false;
+    bool any_visited = false;
     const Weights weights(box, measure);
-    if (!tight && !all) return show_cheapest_halves(kind, box, weights, visitor);
+    if (!tight && !all) return visit_cheapest_halves(kind, box, weights, visitor);
     for_each_axis([&]<int axis>(const Planes* of_axis, BoxX4* bins) __attribute__((always_inline)) {
       float least = kInf;
       Candidate best;
       BoxX4 before = BoxX4::empty();
-      if (tight) sum_up(bins);
-      for (std::size_t i = 0; i < n_; ++i) {
+      if (tight) accumulate(bins);
+      for (std::size_t i = 0; i < n_vectors_; ++i) {
         const Planes& planes = of_axis[i];
         Sides left, right;
         IntX8 divides = (planes.at > box.lo[axis]) & (planes.at < box.hi[axis]);
-        FloatX8 weighed;
+        FloatX8 weight;
         if (tight) {
           both_sides<axis>(box, planes, bins + 8 * i, after_.data() + 8 * i, before, left, right);
           divides &= (planes.n_left > 0) & (planes.n_right > 0);
-          weighed = weights.weigh(planes, left, right);
+          weight = weights.weigh(planes, left, right);
         } else {
-          weighed = weights.weigh_halves<axis>(planes, box);
+          weight = weights.weigh_halves<axis>(planes, box);
         }
-        weighed = divides & (weighed < kInf) ? weighed : eight(kInf);  // no number is no cost
+        weight = divides & (weight < kInf) ? weight : eight(kInf);  // NaN counts as ∞
         const auto candidate = [&](std::size_t lane) {
           const auto [left_box, right_box] =
               tight ? std::pair(left.box(lane), right.box(lane)) : halves(box, axis, planes.at[lane]);
@@ -129,27 +132,27 @@ class BinsX8 {
         };
         if (all) {
           for (std::size_t lane = 0; lane < 8; ++lane)
-            if (weighed[lane] < kInf) visitor(candidate(lane));
+            if (weight[lane] < kInf) visitor(candidate(lane));
         }
-        if (bits_of(weighed < least) == 0) continue;
-        const std::size_t lane = index_of_min(weighed);
-        least = weighed[lane];
+        if (bits_of(weight < least) == 0) continue;
+        const std::size_t lane = index_of_min(weight);
+        least = weight[lane];
         if (!all) best = candidate(lane);
       }
-      shown |= least < kInf;
+      any_visited |= least < kInf;
       if (!all && least < kInf) visitor(best);
     });
-    return shown;
+    return any_visited;
   }
 
  private:
   static constexpr float kInf = std::numeric_limits<float>::infinity();
 
-  /// Eight planes across an axis: how many references lie on either side, and where pieces cross.
+  /// Eight planes across an axis: their counts of references on either side, and the bounds of their crossings.
   struct Planes {
     FloatX8 at;
     IntX8 n_left, n_right;
-    FloatX8 lo[2], hi[2];  // in the axes after this one
+    FloatX8 lo[2], hi[2];  // bounds of the crossings, in the next two axes (cyclically)
 
     [[gnu::always_inline]] void begin(const FloatX8& planes) {
       at = planes;
@@ -161,7 +164,7 @@ class BinsX8 {
     }
   };
 
-  /// What lies on one side of eight planes.
+  /// The bounds on one side of 8 planes.
   struct Sides {
     FloatX8 lo[3], hi[3];
 
@@ -170,17 +173,19 @@ class BinsX8 {
     }
   };
 
-  /// SAH of eight planes, but for a factor: areas are in parts of the longest side's square, so that none is more or
-  /// less than a float can say.
+  /// The SAH of 8 planes, up to a constant factor. Areas are fractions of the square of the longest side, so that they
+  /// neither overflow nor underflow in float32.
   struct Weights {
-    float scale, grown;
-    std::int32_t lanes;
+    float scale;         // 1 / the longest side
+    float grown;         // twice the margin, scaled
+    std::int32_t lanes;  // as in `Measure`
 
     Weights(const Box& box, const Measure& measure)
         : scale(float(std::min(1.0 / box.side(box.longest_axis()), 1e38))),
           grown(2 * float(measure.margin) * scale),
           lanes(std::int32_t(measure.lanes)) {}
 
+    /// Twice `Measure::tests`.
     [[gnu::always_inline]] FloatX8 tests(const IntX8& n_refs) const {
       return __builtin_convertvector(n_refs, FloatX8) +
              __builtin_convertvector((n_refs + (lanes - 1)) & -lanes, FloatX8);
@@ -195,6 +200,7 @@ class BinsX8 {
       return half_area(left) * tests(planes.n_left) + half_area(right) * tests(planes.n_right);
     }
 
+    /// For cut boxes: the children are the halves of the box.
     template <int axis>
     [[gnu::always_inline]] FloatX8 weigh_halves(const Planes& planes, const Box& box) const {
       const float x = float(box.side((axis + 1) % 3)) * scale + grown,
@@ -205,51 +211,53 @@ class BinsX8 {
     }
   };
 
-  /// Of each axis the first of the cheapest planes, where boxes are cut. Which one that is can not be foreseen, and in
-  /// small nodes there is little else to do, so nothing branches on it.
+  /// For cut boxes: the first of the cheapest planes of each axis. Which plane wins is unpredictable, and a
+  /// misprediction would dominate in small nodes, so nothing branches on it.
   template <class Visitor>
-  bool show_cheapest_halves(Candidate::Kind kind, const Box& box, const Weights& weights, Visitor&& visitor) {
-    bool shown = false;
+  bool visit_cheapest_halves(Candidate::Kind kind, const Box& box, const Weights& weights, Visitor&& visitor) {
+    bool any_visited = false;
     for_each_axis([&]<int axis>(const Planes* of_axis, const BoxX4*) __attribute__((always_inline)) {
-      // Lanes without a plane weigh no number. Of a box that is thin for floats, planes may lie in its sides.
+      // Unused lanes weigh NaN. If the box is too thin for floats, planes may lie in its sides.
       const bool inside = of_axis[0].at[0] > box.lo[axis] && last_of(of_axis) < box.hi[axis];
       FloatX8 least = eight(kInf);
       IntX8 number{};
-      for (std::size_t i = 0; i < n_; ++i) {
+      for (std::size_t i = 0; i < n_vectors_; ++i) {
         const Planes& planes = of_axis[i];
-        const FloatX8 weighed = weights.weigh_halves<axis>(planes, box);
-        IntX8 less = weighed < least;
+        const FloatX8 weight = weights.weigh_halves<axis>(planes, box);
+        IntX8 less = weight < least;
         if (!inside) less &= (planes.at > box.lo[axis]) & (planes.at < box.hi[axis]);
-        least = less ? weighed : least;
+        least = less ? weight : least;
         number = less ? IntX8{} + std::int32_t(i) : number;
       }
+      // Of equally cheap planes take the first.
       std::size_t lane = index_of_min(least);
       if (!(least[lane] < kInf)) return;
-      for (unsigned others = bits_of(least == least[lane]) & (~1u << lane); others; others &= others - 1) {
-        const auto other = std::size_t(std::countr_zero(others));
-        if (number[other] < number[lane]) lane = other;
+      for (unsigned ties = bits_of(least == least[lane]) & (~1u << lane); ties; ties &= ties - 1) {
+        const auto tie = std::size_t(std::countr_zero(ties));
+        if (number[tie] < number[lane]) lane = tie;
       }
       const Planes& planes = of_axis[number[lane]];
       const float at = planes.at[lane];
       Candidate split{kind, axis, at, std::size_t(planes.n_left[lane]), std::size_t(planes.n_right[lane]), box, box};
       split.left.hi[axis] = split.right.lo[axis] = at;
       visitor(split);
-      shown = true;
+      any_visited = true;
     });
-    return shown;
+    return any_visited;
   }
 
-  /// What lies in a bin and those after it.
-  void sum_up(const BoxX4* bins) {
+  /// Compute the bounds of each bin and all bins after it.
+  void accumulate(const BoxX4* bins) {
     BoxX4 after = BoxX4::empty();
-    after_.resize(8 * n_ + 1);
-    for (std::size_t i = 8 * n_ + 1; i-- > 0;) {
+    after_.resize(8 * n_vectors_ + 1);
+    for (std::size_t i = 8 * n_vectors_ + 1; i-- > 0;) {
       after.grow(bins[i]);
       after_[i] = after;
     }
   }
 
-  /// The bounds on either side of eight planes, of their bins and the points where pieces cross.
+  /// The bounds on either side of 8 planes: those of the bins and of the crossings. `before` holds the bounds of all
+  /// bins before; it is updated.
   template <int axis>
   [[gnu::always_inline]] static void both_sides(const Box& box, const Planes& planes, const BoxX4* bins,
                                                 const BoxX4* after, BoxX4& before, Sides& left, Sides& right) {
@@ -283,15 +291,15 @@ class BinsX8 {
 
   template <class Use>
   [[gnu::always_inline]] void for_each_axis(Use&& use) {
-    const std::size_t n_bins = 8 * n_ + 1;
+    const std::size_t n_bins = 8 * n_vectors_ + 1;
     use.template operator()<0>(planes_.data(), bins_.data());
-    use.template operator()<1>(planes_.data() + n_, bins_.data() + n_bins);
-    use.template operator()<2>(planes_.data() + 2 * n_, bins_.data() + 2 * n_bins);
+    use.template operator()<1>(planes_.data() + n_vectors_, bins_.data() + n_bins);
+    use.template operator()<2>(planes_.data() + 2 * n_vectors_, bins_.data() + 2 * n_bins);
   }
 
-  std::size_t n_planes_, n_;  // planes and octets an axis
+  std::size_t n_planes_, n_vectors_;  // planes per axis, and vectors of 8 planes
   std::vector<Planes> planes_;
-  std::vector<BoxX4> bins_, after_;
+  std::vector<BoxX4> bins_, after_;  // after_[i] bounds bin i of an axis and all bins after it
 };
 
 }  // namespace fastlines

@@ -1,9 +1,9 @@
-// Where BVH and KD tree differ: how a child's box is made.
+// How a child's box is made: the difference between a BVH and a KD tree.
 #pragma once
 
 namespace fastlines {
 
-/// How a child's box is made: tight around what lies in it (BVH), or cut out of its parent's (KD tree).
+/// A child's box is tight around its references (BVH), or one half of its parent's box (KD tree).
 enum class BoxRule { tight, cut };
 
 }  // namespace fastlines

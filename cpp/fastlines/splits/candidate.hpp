@@ -1,10 +1,10 @@
-// A candidate: one way to divide a node, with what its cost needs to know.
+// A candidate: one way to split a node, with the counts and boxes that its cost needs.
 //
-// A split set (the thesis's SPLITS) is anything that shows its candidates for a node to a visitor:
+// A split set (SPLITS of the thesis) passes its candidates for a node to a visitor:
 //
 //     set.visit(prims, refs, box, rule, [](const Candidate&) { … });
 //
-// It counts; it moves nothing. `partition` carries a candidate out.
+// It counts references and moves none. `partition` applies a candidate.
 #pragma once
 
 #include <algorithm>
@@ -21,14 +21,18 @@
 namespace fastlines {
 
 struct Candidate {
+  /// How references are assigned to the children:
+  ///   objects: the first n_left in the order of `ByCentre` go left,
+  ///   centres: those whose centre lies left of the plane go left,
+  ///   plane: by `side_of`; those that straddle the plane are cut.
   enum class Kind { objects, centres, plane } kind;
   int axis;
-  float plane;         // of a plane: references that straddle it are cut
-  std::size_t n_left;  // of objects: that many go left, in the order of their centres
+  float plane;  ///< unused for objects
+  std::size_t n_left;
   std::size_t n_right;
-  Box left, right;
+  Box left, right;  ///< of the children
 
-  /// What its children cost as leaves, times the area of their parent.
+  /// The children's cost as leaves, in tests, times the area of their parent.
   double sah(const Measure& measure) const {
     return measure.area(left) * measure.tests(n_left) + measure.area(right) * measure.tests(n_right);
   }
@@ -36,16 +40,17 @@ struct Candidate {
 
 using Refs = std::span<const BuildRef>;
 
-/// Of a box that goes whole to one side of a plane: left if this is less.
+/// The centre of an uncut reference's box; the reference goes left if its centre is less than the plane.
 inline float centre_of(const Box& box, int axis) { return 0.5f * box.lo[axis] + 0.5f * box.hi[axis]; }
 
+/// The box around all references.
 inline Box hull(Refs refs) {
   BoxX4 all = BoxX4::empty();
   for (const BuildRef& ref : refs) all.grow(BoxX4::load(ref.box));
   return all.box();
 }
 
-/// The order of object splits: by centre; ties by primitive and piece, so that it is total.
+/// The order of object splits: by centre, then by primitive and piece, so that the order is total.
 struct ByCentre {
   int axis;
   bool operator()(const BuildRef& a, const BuildRef& b) const {
@@ -56,7 +61,7 @@ struct ByCentre {
   }
 };
 
-/// One plane, counted the plain way: by looking at every reference.
+/// The candidate of one plane, by visiting every reference.
 template <Primitives P>
 Candidate evaluate_plane(const P& prims, Refs refs, const Box& box, BoxRule rule, int axis, float plane) {
   const auto [low, high] = halves(box, axis, plane);
@@ -87,7 +92,8 @@ Candidate evaluate_plane(const P& prims, Refs refs, const Box& box, BoxRule rule
   return split;
 }
 
-/// A tight child without references would leave the other as its parent was: no split. A cut one is empty space.
+/// Whether a candidate is a split. With tight boxes, an empty child would leave the other one equal to its parent. With
+/// cut boxes, an empty child is empty space.
 inline bool divides(const Candidate& split, BoxRule rule) {
   return rule == BoxRule::cut || (split.n_left > 0 && split.n_right > 0);
 }

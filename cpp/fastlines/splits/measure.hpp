@@ -5,14 +5,14 @@
 
 namespace fastlines {
 
-/// How the children of candidates are measured, where they are compared.
+/// The areas and counts by which candidates are compared.
 struct Measure {
-  double margin = 0.0;    ///< boxes are grown by this much
-  std::size_t lanes = 1;  ///< a power of two: references are tested so many at once
+  double margin = 0.0;    ///< boxes are grown by this much on all sides
+  std::size_t lanes = 1;  ///< references tested at once; a power of two
 
   double area(const Box& box) const { return box.area(margin); }
 
-  /// How many tests so many references count as: half of them full lanes.
+  /// The number of tests that `n_refs` references count as: the mean of n_refs and n_refs rounded up to full lanes.
   double tests(std::size_t n_refs) const {
     return 0.5 * (double(n_refs) + double((n_refs + lanes - 1) & ~(lanes - 1)));
   }

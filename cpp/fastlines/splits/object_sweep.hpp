@@ -1,4 +1,4 @@
-// All n − 1 cuts of the whole references, sorted by box centre, on each axis: classic SAH for a BVH (§1.5).
+// All n − 1 splits of the uncut references, sorted by box centre, on each axis: the classic SAH of a BVH (§1.5).
 #pragma once
 
 #include "candidate.hpp"
@@ -10,13 +10,14 @@ struct ObjectSweep {
   void visit(const P&, Refs refs, const Box&, BoxRule, Visitor&& visitor) const {
     const std::size_t n = refs.size();
     if (n < 2) return;
-    std::vector<std::pair<double, std::uint32_t>> order(n);  // centre, and which reference
+    std::vector<std::pair<double, std::uint32_t>> order(n);  // centre, and index of the reference
     std::vector<Box> from(n);                                // from[i] bounds the references from i on
     for (int axis = 0; axis < 3; ++axis) {
       for (std::size_t i = 0; i < n; ++i) order[i] = {refs[i].centre(axis), std::uint32_t(i)};
       std::sort(order.begin(), order.end(), [&](const auto& a, const auto& b) {
         return a.first != b.first ? a.first < b.first : ByCentre{axis}(refs[a.second], refs[b.second]);
       });
+      // Sweep from the right for the boxes of the right children, then from the left.
       Box box = Box::empty();
       for (std::size_t i = n; i-- > 0;) {
         box.grow(refs[order[i].second].box);

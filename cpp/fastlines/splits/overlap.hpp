@@ -1,18 +1,19 @@
-// What SBVH decides by.
+// The criterion of SBVH for spatial splits.
 #pragma once
 
 #include "candidate.hpp"
 
 namespace fastlines {
 
-/// The area in which the children of the best split into whole references overlap: SBVH asks for spatial splits only
-/// where that is large (Stich, Friedrich, Dietrich 2009, "Spatial splits in bounding volume hierarchies").
+/// The area of the overlap of the two children of the best uncut split. SBVH considers spatial splits only where that
+/// area is large (Stich, Friedrich, Dietrich 2009, "Spatial splits in bounding volume hierarchies").
 class Overlap {
  public:
-  void look_at(const Candidate& split, const Measure& measure = {}) {
+  /// Add a candidate.
+  void add(const Candidate& split, const Measure& measure = {}) {
     const double sah = split.sah(measure);
-    if (sah >= least_) return;
-    least_ = sah;
+    if (sah >= least_sah_) return;
+    least_sah_ = sah;
     Box both;
     for (int k = 0; k < 3; ++k) {
       both.lo[k] = std::max(split.left.lo[k], split.right.lo[k]);
@@ -21,12 +22,12 @@ class Overlap {
     area_ = measure.area(both);
   }
 
-  /// Infinite if there was none.
+  /// The area of the overlap; ∞ if there was no candidate.
   double area() const { return area_; }
 
  private:
-  static constexpr double kNone = std::numeric_limits<double>::infinity();
-  double least_ = kNone, area_ = kNone;
+  static constexpr double kInf = std::numeric_limits<double>::infinity();
+  double least_sah_ = kInf, area_ = kInf;
 };
 
 }  // namespace fastlines

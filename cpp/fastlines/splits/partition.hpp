@@ -1,4 +1,4 @@
-// Carries a candidate out: moves the references of a node to its two children.
+// Applies a candidate: moves the references of a node to its two children.
 #pragma once
 
 #include <cassert>
@@ -8,8 +8,8 @@
 
 namespace fastlines {
 
-/// Move the references of a node to its two children. `to_left` may be where they are: they only move towards its
-/// beginning.
+/// Move the references of a node to its two children. `to_left` may be the buffer that holds them, because references
+/// only move towards its beginning.
 template <Primitives P>
 void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRef>& to_left,
                Buffer<BuildRef>& to_right) {
@@ -20,7 +20,7 @@ void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRe
     to_right.assign(Refs(sorted).subspan(split.n_left));
     return;
   }
-  // Each is written to both sides, and counts where it belongs: which side that is can not be foreseen.
+  // Write each reference to both sides, and advance only the side where it belongs: the side is unpredictable.
   BuildRef* const left = to_left.begin() == refs.data() ? to_left.data() : to_left.make_room(split.n_left + 1);
   BuildRef* const right = to_right.make_room(split.n_right + 1);
   std::size_t n_left = 0, n_right = 0;
@@ -38,24 +38,27 @@ void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRe
     }
   } else {
     struct Straddler {
-      std::uint32_t left, right;  // where it was put
+      std::uint32_t left, right;  // its index in each child
     };
-    constexpr std::size_t kMostKept = 1 << 16;
+    constexpr std::size_t kMaxKept = 1 << 16;  // straddlers that a thread keeps memory for
+    constexpr std::size_t kPrefetchAhead = 8;  // straddlers
     thread_local Buffer<Straddler> straddlers;
-    Straddler* const places = straddlers.make_room(split.n_left + split.n_right - refs.size() + 1);
+    Straddler* const listed = straddlers.make_room(split.n_left + split.n_right - refs.size() + 1);
+    // Copy the straddlers to both sides, and list them.
     std::size_t n_both = 0;
     for (const BuildRef& ref : refs) {
       const auto side = unsigned(side_of(ref.box, split.axis, split.plane));
-      places[n_both] = {std::uint32_t(n_left), std::uint32_t(n_right)};
+      listed[n_both] = {std::uint32_t(n_left), std::uint32_t(n_right)};
       n_both += side & side >> 1;
       put(ref, side & 1, side >> 1);
     }
+    // Cut the straddlers.
     for (std::size_t i = 0; i < n_both; ++i) {
-      if (i + 8 < n_both) prefetch(prims, left[places[i + 8].left].ref.prim);
-      const auto [on_left, on_right] = places[i];
+      if (i + kPrefetchAhead < n_both) prefetch(prims, left[listed[i + kPrefetchAhead].left].ref.prim);
+      const auto [on_left, on_right] = listed[i];
       cut(prims, split.axis, split.plane, left[on_left], right[on_right]);
     }
-    if (straddlers.capacity() > kMostKept) straddlers = {};
+    if (straddlers.capacity() > kMaxKept) straddlers = {};
   }
   to_left.keep(n_left);
   to_right.keep(n_right);

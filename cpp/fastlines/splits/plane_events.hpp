@@ -1,5 +1,5 @@
-// Planes at the sides of the references' boxes, where the cost of a KD split has its extremes (§1.5). The outermost
-// of them cut off empty space.
+// Planes through the sides of the references' boxes, where the cost of a KD split has its extrema (§1.5). The outermost
+// planes cut off empty space.
 #pragma once
 
 #include "candidate.hpp"
@@ -12,6 +12,7 @@ struct PlaneEvents {
     const std::size_t n = refs.size();
     std::vector<float> los(n), his(n), flats, planes;
     for (int axis = 0; axis < 3; ++axis) {
+      // Sort the sides.
       flats.clear();
       for (std::size_t i = 0; i < n; ++i) {
         los[i] = refs[i].box.lo[axis];
@@ -25,7 +26,7 @@ struct PlaneEvents {
       std::merge(los.begin(), los.end(), his.begin(), his.end(), planes.begin());
       planes.erase(std::unique(planes.begin(), planes.end()), planes.end());
 
-      // Left of a plane lies what begins before it, or lies in it; right of it what does not end by it.
+      // A reference is left of a plane if it begins before the plane or lies in it; right if it ends beyond the plane.
       std::size_t n_begun = 0, n_ended = 0, n_flat = 0, n_flat_before = 0;
       for (const float plane : planes) {
         while (n_begun < n && los[n_begun] < plane) ++n_begun;

@@ -1,8 +1,8 @@
 // The planes of a regular grid over the node's box, the same number on each axis (§4.3).
 //
-// All planes of an axis are counted in one pass: the planes cut the box into bins; each reference enters at one
-// bin and leaves at another, and gives each bin between the box of its part there. A sweep over the bins then has
-// the counts and the tight boxes on both sides of every plane. O(n·(1 + planes crossed)) an axis.
+// One pass over the references counts all planes of an axis. The planes cut the box into bins. A reference enters at
+// one bin and leaves at another, and grows the box of each bin between by the box of its part there. A sweep over the
+// bins gives the counts and the tight boxes on both sides of every plane: O(n·(1 + planes crossed)) per axis.
 #pragma once
 
 #include "candidate.hpp"
@@ -10,7 +10,7 @@
 namespace fastlines {
 
 struct PlaneGrid {
-  int n_planes = 16;
+  int n_planes = 16;  ///< on each axis
 
   template <Primitives P, class Visitor>
   void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, Visitor&& visitor) const {
@@ -22,7 +22,7 @@ struct PlaneGrid {
       bins.clear(tight);
       fill(prims, refs, box, axis, tight, bins);
 
-      // Sweep.
+      // Sweep over the planes.
       const std::vector<float>& planes = bins.planes;
       Candidate split{Candidate::Kind::plane, axis, 0.0f, 0, refs.size(), box, box};
       if (tight) split.left = Box::empty();
@@ -42,7 +42,7 @@ struct PlaneGrid {
   }
 
  private:
-  /// The space between two planes: how many references begin and end in it, and the box of their parts in it.
+  /// The bins between the planes: how many references begin and end in each, and the box of the parts in it.
   struct Bins {
     std::vector<float> planes;
     std::vector<std::uint32_t> n_enter, n_leave;
@@ -55,7 +55,7 @@ struct PlaneGrid {
     }
   };
 
-  /// The planes that lie strictly inside the box, rising; none where the box is too thin for floats to divide.
+  /// Place the planes strictly inside the box, in ascending order; none where the box is too thin for floats.
   void place(const Box& box, int axis, std::vector<float>& planes) const {
     planes.clear();
     const double step = box.side(axis) / (n_planes + 1);
@@ -68,6 +68,7 @@ struct PlaneGrid {
     }
   }
 
+  /// Add all references to the bins.
   template <Primitives P>
   static void fill(const P& prims, Refs refs, const Box& box, int axis, bool tight, Bins& bins) {
     const std::size_t n_planes = bins.planes.size();
@@ -77,7 +78,7 @@ struct PlaneGrid {
       return std::size_t(std::clamp((double(x) - origin) * per_plane, 0.0, double(n_planes)));
     };
     for (const BuildRef& ref : refs) {
-      // The first plane that has all of the reference on its left; the last one that has all of it on its right.
+      // Find the bins in which the reference begins (`first`) and ends (`last`).
       const float lo = ref.box.lo[axis], hi = ref.box.hi[axis];
       std::size_t last = guess(hi);
       while (last > 0 && planes[last - 1] >= hi) --last;

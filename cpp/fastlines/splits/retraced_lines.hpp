@@ -1,5 +1,6 @@
-// Lines that run along each other, as those of a flow that circles. Each cut across them halves their boxes, so it
-// always looks worth it; but all of them are on both sides, and a ray that meets one meets all. No cut parts them.
+// Retraced lines: lines that run along each other, such as the streamlines of a circling flow. Each cut across them
+// halves their boxes, so it always looks profitable. But all of them stay on both sides, and a ray that hits one hits
+// all, so cuts never separate them.
 #pragma once
 
 #include <cmath>
@@ -9,38 +10,50 @@
 
 namespace fastlines {
 
-/// How far curves lie from their middle where they cross a plane x[axis] = plane: the root mean square, measured across
-/// the first of them, so that a plane that runs along them spreads them no wider.
+/// Constants of the test for retraced lines; docs/experiments/retraced-lines.md measures its effect.
+struct RetracedTuning {
+  /// A cut is tested if it leaves at least this fraction of a node's references on both sides. Of a bundle of evenly
+  /// spaced pieces, 0.3 stops BVHs just before nodes of two references each; uncut splits do the rest.
+  double tight_share = 0.3;
+  /// The same for KD trees, which have no uncut splits and can only continue with planes.
+  double cut_share = 0.5;
+  /// About this many references of a node are sampled: the accuracy of the spread against time.
+  std::size_t n_sampled = 128;
+};
+
+/// The spread of curves where they cross a plane x[axis] = plane: the root mean square distance from their mean. Only
+/// the distance perpendicular to the first curve counts, so that a plane that runs along the curves does not widen it.
 template <Curve C>
 class Spread {
  public:
   Spread(int axis, float plane) : axis_(axis), plane_(plane) {}
 
+  /// Add a curve that crosses the plane.
   void add(const C& curve) {
     const Vec3 at = curve.point(curve.crossing(axis_, plane_));
-    if (n_++ == 0) begin(curve, at);
-    double away[3], along = 0.0;
+    if (n_++ == 0) set_first(curve, at);
+    double offset[3], along = 0.0;
     for (int k = 0; k < 3; ++k) {
-      away[k] = double(at[k]) - first_[k];
-      along += away[k] * direction_[k];
+      offset[k] = double(at[k]) - first_[k];
+      along += offset[k] * direction_[k];
     }
     for (int k = 0; k < 3; ++k) {
-      const double across = away[k] - along * direction_[k];
+      const double across = offset[k] - along * direction_[k];
       sum_[k] += across;
       squares_ += across * across;
     }
   }
 
-  /// Whether they lie no farther away than this, as none do.
+  /// Whether the spread is at most `distance`; true if there are no curves.
   bool within(double distance) const {
     if (n_ == 0) return true;
-    double of_middle = 0.0;
-    for (const double sum : sum_) of_middle += sum * sum;
-    return squares_ - of_middle / double(n_) <= double(n_) * distance * distance;
+    double sum2 = 0.0;
+    for (const double sum : sum_) sum2 += sum * sum;
+    return squares_ - sum2 / double(n_) <= double(n_) * distance * distance;
   }
 
  private:
-  void begin(const C& curve, const Vec3& at) {
+  void set_first(const C& curve, const Vec3& at) {
     const Vec3 from = curve.point(0.0f), to = curve.point(1.0f);
     double squares = 0.0;
     for (int k = 0; k < 3; ++k) {
@@ -57,20 +70,18 @@ class Spread {
   double first_[3], direction_[3], sum_[3] = {}, squares_ = 0.0;
 };
 
-/// Whether a plane leaves a large share of the references on both sides that lie within a distance of their middle: at
-/// the plane and halfway to either end of the box, for lines that cross in one point part elsewhere. Some references
-/// are looked at.
+/// Whether a split cuts retraced lines: a plane that a large share of the references straddle, if their spread is at
+/// most `distance`. The spread is measured at the plane and halfway to either end of the box, because lines that cross
+/// in one point lie apart elsewhere. Large nodes are sampled.
 template <Primitives P>
 bool cuts_retraced(const P& prims, Refs refs, const Box& box, BoxRule rule, const Candidate& split, double distance) {
   if constexpr (Curves<P>) {
-    // Of a bundle of evenly spread pieces, 0.3 stops BVHs short of two references each; whole splits do the rest. A KD
-    // tree has none, and can only go on with planes.
-    const double share = rule == BoxRule::tight ? 0.3 : 0.5;
-    constexpr std::size_t n_looked_at = 128;
+    constexpr RetracedTuning tuning{};
+    const double min_share = rule == BoxRule::tight ? tuning.tight_share : tuning.cut_share;
     if (split.kind != Candidate::Kind::plane || distance == 0.0) return false;
     const std::size_t n_both = split.n_left + split.n_right - refs.size();
-    if (n_both < 2 || double(n_both) < share * double(refs.size())) return false;
-    const std::size_t step = std::max<std::size_t>(1, refs.size() / n_looked_at);
+    if (n_both < 2 || double(n_both) < min_share * double(refs.size())) return false;
+    const std::size_t step = std::max<std::size_t>(1, refs.size() / tuning.n_sampled);
     const float lo = box.lo[split.axis], hi = box.hi[split.axis];
     for (const float plane : {split.plane, 0.5f * lo + 0.5f * split.plane, 0.5f * split.plane + 0.5f * hi}) {
       Spread<std::remove_cvref_t<decltype(prims.curve(0))>> spread(split.axis, plane);

@@ -17,38 +17,38 @@ namespace fastlines {
 
 using SplitSet = std::variant<ObjectSweep, PlaneGrid, BinnedPlanes, PlaneEvents, Median, Midpoint>;
 
-/// A split set that is asked only about some nodes.
+/// A split set that is used only for some nodes.
 struct SizedSplitSet {
   SplitSet set;
-  std::size_t max_refs = std::size_t(-1);  ///< only those of at most so many references: |SPLITS| by size
-  double min_overlap = 0.0;  ///< only where children of the best object split before it overlap in a larger area
+  std::size_t max_refs = std::size_t(-1);  ///< only nodes of at most this many references: |SPLITS| by size
+  double min_overlap = 0.0;  ///< only where the children of the best object split so far overlap by a larger area
 };
 
 using Splits = std::vector<SizedSplitSet>;
 
-/// Whether the boxes of planes may be off by some roundings. Those of whole references and of objects have to be exact:
-/// the builder takes them as they are.
+/// Whether the boxes of planes may be off by rounding. The boxes of uncut splits and of object splits must be exact,
+/// because the builder uses them as they are.
 inline bool estimates(const Splits& splits) {
   return std::any_of(splits.begin(), splits.end(),
                      [](const SizedSplitSet& sized) { return std::holds_alternative<BinnedPlanes>(sized.set); });
 }
 
-/// How many planes on each axis a node has of which its children have the same, but across the axis of the cut.
+/// The number of planes per axis that children inherit, except across the axis of the cut; 0 if SPLITS is not one grid.
 inline int n_kept_planes(const Splits& splits) {
   if (splits.size() != 1) return 0;
   if (const auto* grid = std::get_if<PlaneGrid>(&splits[0].set)) return grid->n_planes;
-  if (const auto* octets = std::get_if<BinnedPlanes>(&splits[0].set)) return octets->n_planes;
+  if (const auto* binned = std::get_if<BinnedPlanes>(&splits[0].set)) return binned->n_planes;
   return 0;
 }
 
-/// Show the candidates for a node. Octets show only the cheapest of each axis unless `all` are asked for.
+/// Pass the candidates for a node to `visitor`. `BinnedPlanes` offers only the cheapest of each axis, unless `all`.
 template <Primitives P, class Visitor>
 void visit_splits(const Splits& splits, const P& prims, Refs refs, const Box& box, BoxRule rule, const Measure& measure,
                   bool all, Visitor&& visitor) {
   const bool by_overlap = std::ranges::any_of(splits, [](const auto& sized) { return sized.min_overlap > 0.0; });
   Overlap overlap;
-  const auto show = [&](const Candidate& split) {
-    if (by_overlap && split.kind == Candidate::Kind::objects) overlap.look_at(split);
+  const auto offer = [&](const Candidate& split) {
+    if (by_overlap && split.kind == Candidate::Kind::objects) overlap.add(split);
     visitor(split);
   };
   for (const SizedSplitSet& sized : splits) {
@@ -56,28 +56,29 @@ void visit_splits(const Splits& splits, const P& prims, Refs refs, const Box& bo
     std::visit(
         [&]<class Set>(const Set& set) {
           if constexpr (!std::same_as<Set, BinnedPlanes>)
-            set.visit(prims, refs, box, rule, show);
+            set.visit(prims, refs, box, rule, offer);
           else if constexpr (Straight<P>)
-            set.visit(prims, refs, box, rule, measure, all, show);
+            set.visit(prims, refs, box, rule, measure, all, offer);
           else
-            throw std::invalid_argument("octets of planes are for straight curves");
+            throw std::invalid_argument("BinnedPlanes needs primitives that are straight curves");
         },
         sized.set);
   }
 }
 
-/// Where no plane is allowed: whole splits of nodes of any size, by those sets that split small nodes whole.
+/// Pass uncut splits for a node of any size to `visitor`, from the split sets that offer them for small nodes. The
+/// caller must ignore planes.
 template <Primitives P, class Visitor>
-void visit_wholes(const Splits& splits, const P& prims, Refs refs, const Box& box, const Measure& measure,
-                  Visitor&& visitor) {
+void visit_uncut(const Splits& splits, const P& prims, Refs refs, const Box& box, const Measure& measure,
+                 Visitor&& visitor) {
   constexpr std::size_t any = std::size_t(-1);
   for (const SizedSplitSet& sized : splits) {
     if (std::holds_alternative<ObjectSweep>(sized.set) && refs.size() > sized.max_refs)
       ObjectSweep{}.visit(prims, refs, box, BoxRule::tight, visitor);
     if constexpr (Straight<P>)
-      if (const auto* octets = std::get_if<BinnedPlanes>(&sized.set))
-        if (octets->uncut_up_to > 0 || octets->gap_up_to > 0)
-          BinnedPlanes{.n_planes = octets->n_planes, .uncut_up_to = any, .only_uncut_up_to = any}.visit(
+      if (const auto* binned = std::get_if<BinnedPlanes>(&sized.set))
+        if (binned->uncut_refs > 0 || binned->gap_refs > 0)
+          BinnedPlanes{.n_planes = binned->n_planes, .uncut_refs = any, .uncut_only_refs = any}.visit(
               prims, refs, box, BoxRule::tight, measure, false, visitor);
   }
 }
