@@ -1,4 +1,4 @@
-// The cost of a tree as a sum over its nodes, g (thesis §3.3): what Theorem 1 says is f.
+// The cost of a tree as a sum over its nodes: g of thesis §3.3, which equals f by Theorem 1.
 #pragma once
 
 #include <span>
@@ -7,6 +7,7 @@
 
 namespace fastlines {
 
+/// The cost relative to a visit of the root; each node counts by the chance that a ray which hits the root visits it.
 inline double cost_of(std::span<const Node> nodes, double c_trav, double c_prim) {
   double cost = 0.0;
   for (const Node& node : nodes)

@@ -1,4 +1,4 @@
-// A tree dealt out to threads: subtrees that each stand in a row, as in preorder, and the nodes above them.
+// Divides a tree among threads: subtrees, each a range of nodes in preorder, and the nodes above them.
 #pragma once
 
 #include <span>
@@ -8,16 +8,17 @@
 
 namespace fastlines {
 
+/// The nodes of one subtree.
 struct SubtreeRange {
   std::uint32_t begin, end;
 };
 
 struct SubtreeRanges {
-  std::vector<SubtreeRange> below;
-  std::vector<std::uint32_t> above;  // each before what is below it
+  std::vector<SubtreeRange> below;   ///< in preorder
+  std::vector<std::uint32_t> above;  ///< all other nodes, parents before children
 };
 
-/// Subtrees of so many nodes and references at most, or leaves.
+/// The largest subtrees of at most `max_nodes` nodes and `max_refs` references; a leaf may have more references.
 inline SubtreeRanges subtree_ranges(std::span<const Node> nodes, std::size_t max_nodes, std::size_t max_refs) {
   SubtreeRanges ranges;
   std::vector<SubtreeRange> stack{{0, std::uint32_t(nodes.size())}};

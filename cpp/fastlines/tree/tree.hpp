@@ -1,8 +1,8 @@
-// The acceleration tree, as plain data (thesis §3).
+// The tree, as plain data (thesis §3).
 //
-// Nodes stand in preorder: the left child follows its parent, the right child is named, and both have larger indices
-// than the parent. The references below a node are one range, so an inner node's primitive set needs no list of its
-// own (Theorem 3).
+// Nodes are in preorder: the left child follows its parent, the right child is named by its index, and both have larger
+// indices than the parent. The references below a node are one range, so an inner node needs no list of its primitives
+// (Theorem 3).
 #pragma once
 
 #include <cstdint>
@@ -15,30 +15,31 @@ namespace fastlines {
 
 struct Node {
   Box box;
-  std::uint32_t right;      // index of the right child; 0 = this is a leaf
-  std::uint32_t first_ref;  // the references at or below this node
-  std::uint32_t n_refs;
+  std::uint32_t right;      ///< index of the right child; 0 for a leaf
+  std::uint32_t first_ref;  ///< first reference at or below this node
+  std::uint32_t n_refs;     ///< number of references at or below this node
 
   bool is_leaf() const { return right == 0; }
 };
 static_assert(sizeof(Node) == 36);
 
-/// No node lies more levels below the root. Nothing recurses on the depth, but stacks of searches have an entry a
+/// No node lies more levels below the root. Nothing recurses on the depth, but traversal stacks have one entry per
 /// level.
 inline constexpr std::size_t kMaxDepth = 4096;
 
+/// Nodes, and the references of all leaves in their order.
 struct Tree {
   LargeVector<Node> nodes;
   LargeVector<Reference> refs;
 };
 
-/// Nodes and references are counted in 32 bits.
+/// Throws std::length_error if the counts of nodes and references exceed 32 bits.
 inline void check_size(std::size_t n_nodes, std::size_t n_refs) {
   if (n_nodes >= 0xffff'fff0 || n_refs > 0xffff'fff0)
     throw std::length_error("a tree holds at most 2^32 nodes and references; set max_refs to less");
 }
 
-/// Put a subtree behind what is there.
+/// Append a subtree behind the nodes of `tree`. Only the indices within the subtree are adjusted.
 inline void append(Tree& tree, const Tree& other) {
   const std::size_t n_nodes = tree.nodes.size(), n_refs = tree.refs.size();
   check_size(n_nodes + other.nodes.size(), n_refs + other.refs.size());

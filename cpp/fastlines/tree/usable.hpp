@@ -1,10 +1,12 @@
-// May a search rely on this tree? All that queries, layouts and refits take for granted, in time linear in the tree:
+// Checks that a search may rely on a tree: all that queries, layouts and refits take for granted, in time linear in the
+// tree.
 //
-//   - a binary tree in preorder, no deeper than kMaxDepth, whose leaves list each reference once (axioms 1 and 2),
-//   - boxes that are boxes, nested (axiom 4), the root's around all primitives (axiom 3), cut in two in a KD tree,
-//   - pieces that tile their primitives and lie in their leaves' boxes (what is left of axiom 5).
+//   - The tree is binary, in preorder, and no deeper than kMaxDepth. Its leaves list each reference once (axioms 1, 2).
+//   - Boxes are boxes, they are nested (axiom 4), the root's box bounds all primitives (axiom 3), and in a KD tree the
+//     children's boxes cut their parent's in two.
+//   - Pieces tile their primitives and lie in the boxes of their leaves (what remains of axiom 5).
 //
-// The axioms are those of thesis §3.2; `Validator` checks what else they say.
+// The axioms are those of thesis §3.2; `Validator` checks the rest of them.
 #pragma once
 
 #include <cmath>
@@ -18,11 +20,14 @@
 
 namespace fastlines {
 
+/// What is wrong with a tree, and where.
 struct Violation {
-  std::size_t node;
-  std::string axiom, detail;
+  std::size_t node;    ///< index of the node
+  std::string axiom;   ///< the axiom, theorem or bound that is violated
+  std::string detail;  ///< a sentence about that node
 };
 
+/// Checks one tree; the references to its data must stay valid.
 template <Primitives P>
 class Usable {
  public:
@@ -39,28 +44,29 @@ class Usable {
   }
 
  protected:
+  /// Record a violation; returns false.
   bool fail(std::size_t node, const char* axiom, std::string detail) {
     found_ = Violation{node, axiom, std::move(detail)};
     return false;
   }
 
-  /// Call now and then: whether it is time is told by i.
+  /// Check for cancellation at every 4096th i.
   void check_cancelled(std::size_t i) const {
     if (i % 4096 == 0) progress_.check();
   }
 
-  /// Axiom 1: a binary tree, in preorder; the references of a node are those of its children.
+  /// Axiom 1: a binary tree in preorder. The references of a node are those of its children.
   bool check_graph() {
     if (nodes_.empty()) return fail(0, "axiom 1", "there is no root");
     struct Open {
-      std::size_t end, depth;  // where a subtree that is open ends, and the depth of the next node in it
+      std::size_t end, depth;  // of an open subtree: its end, and the depth of its next node
     };
     std::vector<Open> open{{nodes_.size(), 0}};
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
       check_cancelled(i);
       const Node& node = nodes_[i];
       while (!open.empty() && open.back().end == i) open.pop_back();
-      if (open.empty()) return fail(i, "axiom 1", "it is nobody's child");
+      if (open.empty()) return fail(i, "axiom 1", "it is the child of no node");
       auto& [end, depth] = open.back();
       if (depth > kMaxDepth)
         return fail(i, "the bound on depth",
@@ -85,7 +91,7 @@ class Usable {
     return true;
   }
 
-  /// Axiom 2: boxes are boxes, and references name primitives and pieces.
+  /// Axiom 2: boxes are boxes, and each reference names a primitive and a piece of it.
   bool check_references() {
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
       check_cancelled(i);
@@ -106,7 +112,7 @@ class Usable {
     return true;
   }
 
-  /// Only curves are cut into pieces. They are cut between 0 and 1; the last piece is open.
+  /// Whether a reference names a piece. Only curves are cut into pieces, between 0 and 1; the last piece is open.
   static bool is_piece(const Reference& ref) {
     if (!Curves<P>) return ref.s0 == 0.0f && std::isinf(ref.s1);
     return 0.0f <= ref.s0 && ref.s0 <= std::min(ref.s1, 1.0f) && (ref.s1 <= 1.0f || std::isinf(ref.s1));
@@ -123,7 +129,7 @@ class Usable {
     return true;
   }
 
-  /// Axiom 4, and the KD axiom.
+  /// Axiom 4 and the KD axiom.
   bool check_boxes() {
     for (std::size_t i = nodes_.size(); i-- > 0;) {
       check_cancelled(i);
@@ -138,6 +144,7 @@ class Usable {
     return true;
   }
 
+  /// Whether the children's boxes are the two halves of a box.
   static bool cut_in_two(const Box& box, const Box& left, const Box& right) {
     int n_cut = 0;
     for (int k = 0; k < 3; ++k) {
@@ -149,8 +156,8 @@ class Usable {
     return n_cut == 1;
   }
 
-  /// Each hit is found once because the pieces of a primitive tile it, and found at all because they lie in their
-  /// leaves.
+  /// Each hit is found at most once because the pieces of a primitive tile it, and at least once because each piece
+  /// lies in its leaf's box.
   bool check_pieces() {
     if constexpr (Curves<P>)
       return check_tiles() && check_leaves();
@@ -158,6 +165,7 @@ class Usable {
       return true;
   }
 
+  /// The pieces of each primitive tile it.
   bool check_tiles() {
     std::vector<std::uint32_t> pieces;
     for (std::uint32_t prim = 0; prim < prims_.size(); ++prim) {
@@ -179,6 +187,7 @@ class Usable {
     return true;
   }
 
+  /// Each piece lies in its leaf's box, up to the slack.
   bool check_leaves() {
     const double slack = slack_of(nodes_[0].box);
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
@@ -199,12 +208,13 @@ class Usable {
     return true;
   }
 
-  /// Ask for the primitive of a later reference.
+  /// Prefetch the primitive of a later reference.
   void prefetch_ahead(std::size_t ref) const {
-    if (ref + 16 < refs_.size()) prefetch(prims_, refs_[ref + 16].prim);
+    constexpr std::size_t ahead = 16;  // references
+    if (ref + ahead < refs_.size()) prefetch(prims_, refs_[ref + ahead].prim);
   }
 
-  /// Put the references to each primitive in a row, in the order of the leaves.
+  /// Sort the references by primitive (counting sort); those of one primitive stay in the order of the leaves.
   void list_by_prim() {
     ends_.assign(prims_.size() + 1, 0);
     for (const Reference& ref : refs_) ++ends_[ref.prim + 1];
@@ -216,12 +226,13 @@ class Usable {
     }
   }
 
-  /// As `list_by_prim` has put them.
+  /// The references to a primitive, in the order of the leaves. Needs `list_by_prim`.
   std::span<const std::uint32_t> refs_to(std::uint32_t prim) const {
     const std::uint32_t begin = prim == 0 ? 0 : ends_[prim - 1];
     return std::span(by_prim_).subspan(begin, ends_[prim] - begin);
   }
 
+  /// The leaf that lists a reference.
   std::size_t leaf_of(std::size_t ref) const {
     std::size_t i = 0;
     while (!nodes_[i].is_leaf()) i = ref < nodes_[nodes_[i].right].first_ref ? i + 1 : nodes_[i].right;
@@ -236,9 +247,10 @@ class Usable {
   std::optional<Violation> found_;
 
  private:
-  std::vector<std::uint32_t> by_prim_, ends_;
+  std::vector<std::uint32_t> by_prim_, ends_;  // references by primitive, and where those of each primitive end
 };
 
+/// The first violation that would make searches on this tree wrong, if there is one.
 template <Primitives P>
 std::optional<Violation> check_usable(const P& prims, std::span<const Node> nodes, std::span<const Reference> refs,
                                       BoxRule rule, const Progress& progress = {}) {

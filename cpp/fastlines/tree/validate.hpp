@@ -1,16 +1,18 @@
-// Is this a tree? The axioms of thesis §3.2, the BVH or KD axiom, and Theorem 4, checked in double, with a tolerance of
-// a few ulps of the scene where boxes were rounded; in time about linear in the tree, however deep it is.
+// Checks that a tree is what it claims to be: the axioms of thesis §3.2, the BVH or KD axiom, and Theorem 4. Checks run
+// in double, with a tolerance of a few ulps of the scene where boxes were rounded, in time about linear in the tree,
+// however deep it is.
 //
-// Axiom 5, (∪p₁ ∩ q₁) ∪ (∪p₂ ∩ q₂) = ∪p ∩ q, is checked primitive by primitive: what of one lies in q must lie in the
-// box of a child that lists it. For curves the parts are intervals of s; of other primitives the boxes of the parts are
-// compared. A tree over pieces is checked with the pieces as its primitives.
+// Axiom 5, (∪p₁ ∩ q₁) ∪ (∪p₂ ∩ q₂) = ∪p ∩ q, is checked primitive by primitive: the part of a primitive in q must lie
+// in the boxes of the children that list it. For curves the parts are intervals of s; for other primitives the boxes of
+// the parts are compared. A tree over pieces is checked with the pieces as its primitives.
 //
-// Boxes are nested, so on a way down on which only one child of each node lists a primitive, axiom 5 holds at all nodes
-// if what lies in the first box lies in the last. So it is checked only where both children list it, and from there to
-// the next such node or to the leaf: for a primitive in k leaves at k − 1 nodes, and on 2k − 1 ways.
+// Boxes are nested. Consider a path down the tree on which only one child of each node lists a primitive. Axiom 5 holds
+// at all its nodes if the part of the primitive in the first box lies in the last. So axiom 5 is checked only where
+// both children list the primitive, and on the path from there to the next such node or to the leaf. For a primitive in
+// k leaves these are k − 1 nodes and 2k − 1 paths.
 //
-// Where axiom 5 holds, what lies in a node is what lies in its leaves. So for the BVH axiom, q = AABB(∪p ∩ q), boxes of
-// contents are hulls of the children's.
+// Where axiom 5 holds, the content of a node is the content of its leaves. So for the BVH axiom, q = AABB(∪p ∩ q), the
+// box of a node's content is the hull of its children's.
 #pragma once
 
 #include "../references/pieces.hpp"
@@ -18,6 +20,7 @@
 
 namespace fastlines {
 
+/// Checks one tree, once; the references to its data must stay valid.
 template <Primitives P>
 class Validator : Usable<P> {
  public:
@@ -35,12 +38,13 @@ class Validator : Usable<P> {
 
   /// The first violation found, if there is one.
   std::optional<Violation> operator()() {
-    this->check_graph() && this->check_references() && this->check_root() && this->check_boxes() && look_at_leaves() &&
-        check_parts() && check_contents() && this->check_pieces();
+    this->check_graph() && this->check_references() && this->check_root() && this->check_boxes() &&
+        check_contents_of_leaves() && check_axiom_5() && check_bvh_axiom() && this->check_pieces();
     return found_;
   }
 
-  /// The same of a tree over pieces: do they tile the primitives, and is it a tree over them?
+  /// The first violation of a tree over pieces: that pieces do not tile the primitives, or that the tree over them is
+  /// not valid.
   std::optional<Violation> over_pieces()
     requires std::same_as<P, Segments>
   {
@@ -55,26 +59,26 @@ class Validator : Usable<P> {
 
   static constexpr std::uint32_t kNone = std::uint32_t(-1);
 
-  /// Theorem 4, what lies in each leaf, which leaf a reference is in, and where the ways down to it and to the
-  /// reference to the same primitive before it part.
-  bool look_at_leaves() {
+  /// Check Theorem 4. Find the box of each leaf's content, the leaf of each reference, and the node where the paths to
+  /// a reference and to the previous reference to the same primitive part.
+  bool check_contents_of_leaves() {
     contents_.assign(nodes_.size(), Box::empty());
     leaf_of_.resize(refs_.size());
     parting_.assign(refs_.size(), kNone);
     std::vector<std::uint32_t> last_leaf(prims_.size(), kNone);
-    std::vector<std::uint32_t> way;  // the nodes above
-    std::vector<std::size_t> ends;   // of their subtrees
+    std::vector<std::uint32_t> path;  // the nodes above the current one
+    std::vector<std::size_t> ends;    // where their subtrees end
     for (std::uint32_t i = 0; i < nodes_.size(); ++i) {
       this->check_cancelled(i);
-      while (!way.empty() && ends.back() <= i) {
-        way.pop_back();
+      while (!path.empty() && ends.back() <= i) {
+        path.pop_back();
         ends.pop_back();
       }
       const Node& node = nodes_[i];
       if (!node.is_leaf()) {
-        const bool is_left = !way.empty() && way.back() + 1 == i;
-        ends.push_back(way.empty() ? nodes_.size() : is_left ? nodes_[way.back()].right : ends.back());
-        way.push_back(i);
+        const bool is_left = !path.empty() && path.back() + 1 == i;
+        ends.push_back(path.empty() ? nodes_.size() : is_left ? nodes_[path.back()].right : ends.back());
+        path.push_back(i);
         continue;
       }
       const Box box = grown(node.box);
@@ -82,10 +86,11 @@ class Validator : Usable<P> {
       for (std::size_t ref = node.first_ref; ref < std::size_t(node.first_ref) + node.n_refs; ++ref) {
         this->check_cancelled(ref);
         this->prefetch_ahead(ref);
-        const std::uint32_t prim = refs_[ref].prim, before = std::exchange(last_leaf[prim], i);
+        const std::uint32_t prim = refs_[ref].prim, previous = std::exchange(last_leaf[prim], i);
         leaf_of_[ref] = i;
-        if (before == i && !Curves<P>) return this->fail(i, "axiom 2", "it lists a primitive twice");
-        if (before != kNone && before != i) parting_[ref] = *(std::upper_bound(way.begin(), way.end(), before) - 1);
+        if (previous == i && !Curves<P>) return this->fail(i, "axiom 2", "it lists a primitive twice");
+        if (previous != kNone && previous != i)
+          parting_[ref] = *(std::upper_bound(path.begin(), path.end(), previous) - 1);
         const Box whole = prims_.bounds(prim), part = box.contains(whole) ? whole : prims_.clipped_bounds(prim, box);
         if (part.is_empty() && theorem_4)
           return this->fail(i, "Theorem 4",
@@ -96,19 +101,19 @@ class Validator : Usable<P> {
     return true;
   }
 
-  /// Axiom 5. The nodes where the ways down to the leaves of a primitive part are a tree of their own, made from the
-  /// left to the right: `open` is the way down to the last leaf.
-  bool check_parts() {
+  /// Check axiom 5. The nodes where the paths to a primitive's leaves part form a tree of their own. It is built from
+  /// left to right; `open` is the path in it to the last leaf.
+  bool check_axiom_5() {
     std::vector<std::uint32_t> open;
     for (std::uint32_t prim = 0; prim < prims_.size(); ++prim) {
       this->check_cancelled(prim);
       open.clear();
-      // Close what is open below a node.
+      // Close the open nodes below `node`, and check the paths to them.
       const auto close = [&](std::uint32_t node) {
         while (open.size() > 1 && open[open.size() - 2] >= node) {
           const std::uint32_t below = open.back();
           open.pop_back();
-          if (!check_way(prim, child_towards(open.back(), below), below)) return false;
+          if (!check_path(prim, child_towards(open.back(), below), below)) return false;
         }
         return true;
       };
@@ -119,43 +124,44 @@ class Validator : Usable<P> {
           if (!close(parting)) return false;
           if (const std::uint32_t below = open.back(); below > parting) {
             open.back() = parting;
-            if (!check_way(prim, child_towards(parting, below), below)) return false;
+            if (!check_path(prim, child_towards(parting, below), below)) return false;
             const Box &left = nodes_[parting + 1].box, &right = nodes_[nodes_[parting].right].box;
-            if (!covered(prim, nodes_[parting].box, &left, &right)) return fail_parts(parting, prim);
+            if (!covered(prim, nodes_[parting].box, &left, &right)) return fail_axiom_5(parting, prim);
           }
         }
         open.push_back(leaf);
       }
       if (!close(0)) return false;
-      if (!check_way(prim, 0, open.front())) return false;
+      if (!check_path(prim, 0, open.front())) return false;
     }
     return true;
   }
 
+  /// The child of `node` on the path to `below`.
   std::uint32_t child_towards(std::uint32_t node, std::uint32_t below) const {
     return below < nodes_[node].right ? node + 1 : nodes_[node].right;
   }
 
-  /// Only one child of each node on this way lists the primitive.
-  bool check_way(std::uint32_t prim, std::uint32_t from, std::uint32_t to) {
+  /// Check axiom 5 on a path on which only one child of each node lists the primitive.
+  bool check_path(std::uint32_t prim, std::uint32_t from, std::uint32_t to) {
     if (from == to || grown(nodes_[to].box).contains(prims_.bounds(prim))) return true;
     if (covered(prim, nodes_[from].box, &nodes_[to].box, nullptr)) return true;
-    // Which node is it?
+    // Find the node that violates it.
     std::uint32_t bad = from;
     for (std::uint32_t node = from; node != to;) {
       const std::uint32_t child = child_towards(node, to);
       if (!covered(prim, nodes_[node].box, &nodes_[child].box, nullptr)) bad = node;
       node = child;
     }
-    return fail_parts(bad, prim);
+    return fail_axiom_5(bad, prim);
   }
 
-  bool fail_parts(std::uint32_t node, std::uint32_t prim) {
+  bool fail_axiom_5(std::uint32_t node, std::uint32_t prim) {
     return this->fail(node, "axiom 5", "a part of primitive " + std::to_string(prim) + " in it is in neither child");
   }
 
-  /// The BVH axiom.
-  bool check_contents() {
+  /// Check the BVH axiom.
+  bool check_bvh_axiom() {
     if (rule_ == BoxRule::cut) return true;
     for (std::size_t i = nodes_.size(); i-- > 0;) {
       this->check_cancelled(i);
@@ -173,7 +179,8 @@ class Validator : Usable<P> {
     return true;
   }
 
-  /// Whether the part of a primitive in `box` lies in the boxes of the children that list it (null = does not).
+  /// Whether the part of a primitive in `box` lies in the boxes of the children that list it; null for a child that
+  /// does not.
   bool covered(std::uint32_t prim, const Box& box, const Box* left, const Box* right) const {
     if constexpr (Curves<P>) {
       const Interval whole = part_of(prim, box, 0.0);
@@ -199,12 +206,13 @@ class Validator : Usable<P> {
     }
   }
 
+  /// A range of s.
   struct Interval {
     double lo = HUGE_VAL, hi = -HUGE_VAL;
     bool empty() const { return lo > hi; }
   };
 
-  /// The s of a segment that lie in a box grown by `margin`.
+  /// The range of s in which a segment lies in a box grown by `margin`.
   Interval part_of(std::uint32_t prim, const Box& box, double margin) const
     requires Curves<P>
   {
@@ -222,6 +230,7 @@ class Validator : Usable<P> {
     return part;
   }
 
+  /// The box grown by the tolerance.
   Box grown(Box box) const {
     for (int k = 0; k < 3; ++k) {
       box.lo[k] = float(box.lo[k] - tolerance_);
@@ -231,17 +240,19 @@ class Validator : Usable<P> {
   }
 
   double tolerance_ = 0.0;
-  std::vector<Box> contents_;
-  std::vector<std::uint32_t> leaf_of_, parting_;
+  std::vector<Box> contents_;           // by node: the box of the primitives' parts in it
+  std::vector<std::uint32_t> leaf_of_;  // by reference: its leaf
+  std::vector<std::uint32_t> parting_;  // by reference: where its path parts from the previous one's; kNone if nowhere
 };
 
+/// The first violation of a tree over whole or cut primitives, if there is one.
 template <Primitives P>
 std::optional<Violation> validate(const P& prims, std::span<const Node> nodes, std::span<const Reference> refs,
                                   BoxRule rule, const Progress& progress = {}) {
   return Validator<P>(prims, nodes, refs, rule, progress)();
 }
 
-/// A tree over pieces of segments, as presplit and reinsertion make it.
+/// The first violation of a tree over pieces of segments, such as presplit and reinsertion make.
 inline std::optional<Violation> validate_pieces(const Segments& segments, std::span<const Node> nodes,
                                                 std::span<const Reference> refs, BoxRule rule,
                                                 const Progress& progress = {}) {
