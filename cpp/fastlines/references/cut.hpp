@@ -1,7 +1,7 @@
-// Cutting references by a plane.
+// Cuts references by a plane.
 //
-// Which side a reference falls on is decided by comparing its box with the plane, here and nowhere else, so
-// that a split set which counts and a partition which moves can not disagree.
+// The side of a reference is decided here and nowhere else, by comparing its box with the plane. So a split set, which
+// counts, and a partition, which moves references, cannot disagree.
 #pragma once
 
 #include <span>
@@ -13,15 +13,16 @@ namespace fastlines {
 
 enum class Side : unsigned { left = 1, right = 2, both = left | right };
 
-/// A reference that lies in the plane goes left. Nothing branches.
+/// The side of a box; a box that lies in the plane is on the left. Nothing branches.
 inline Side side_of(const Box& box, int axis, float plane) {
-  const unsigned on_right = box.hi[axis] > plane;  // no number counts as left
+  const unsigned on_right = box.hi[axis] > plane;  // NaN counts as left
   const unsigned behind = on_right & unsigned(box.lo[axis] >= plane);
   return Side(on_right << 1 | (behind ^ 1));
 }
 
-/// Cut the piece of a curve that straddles the plane x[axis] = plane into its left and its right part: both are the
-/// whole before. Both store the same s, so the pieces tile; neither box leaves the box of the whole.
+/// Cut a piece of a curve that straddles the plane x[axis] = plane. On entry both references are the whole piece; on
+/// exit they are its left and its right part. Both store the same s, so the parts tile the piece. Neither box leaves
+/// the box of the whole piece.
 template <Curve C>
 void cut_curve(const C& curve, int axis, float plane, BuildRef& left, BuildRef& right) {
   const float s = std::clamp(curve.crossing(axis, plane), left.ref.s0, std::min(left.ref.s1, 1.0f));
@@ -30,7 +31,7 @@ void cut_curve(const C& curve, int axis, float plane, BuildRef& left, BuildRef& 
   (rises ? left : right).ref.s1 = (rises ? right : left).ref.s0 = s;
   for (int k = 0; k < 3; ++k) {
     const float lo = left.box.lo[k], hi = left.box.hi[k], x = std::min(std::max(at[k], lo), hi);
-    const bool along = curve.ascends(k) == rises;  // the left part is the one before
+    const bool along = curve.ascends(k) == rises;  // whether the left part comes first along axis k
     left.box.lo[k] = along ? lo : x;
     left.box.hi[k] = along ? x : hi;
     right.box.lo[k] = along ? x : lo;
@@ -39,8 +40,9 @@ void cut_curve(const C& curve, int axis, float plane, BuildRef& left, BuildRef& 
   left.box.hi[axis] = right.box.lo[axis] = plane;
 }
 
-/// Cut any reference that straddles a plane, of which there are two copies, into its two parts. A primitive that is no
-/// curve is asked for its clipped bounds; where it knows no better, the part fills its half of the box.
+/// Cut any reference that straddles a plane. On entry `left` and `right` are copies of it; on exit they are its parts.
+/// For primitives other than curves, the box of a part is `clipped_bounds`; if that is empty, the part fills its half
+/// of the box.
 template <Primitives P>
 void cut(const P& prims, int axis, float plane, BuildRef& left, BuildRef& right) {
   if constexpr (Curves<P>) {
@@ -54,14 +56,14 @@ void cut(const P& prims, int axis, float plane, BuildRef& left, BuildRef& right)
   }
 }
 
-/// The planes, rising, all straddled by a reference, divide space into bins. Grow the box of each bin by the box of the
-/// part in it; bins has one more entry than planes.
+/// Grow the boxes of the bins between planes by the parts of a reference. The planes must be in ascending order, and
+/// the reference must straddle all of them. `bins` has one more entry than `planes`.
 template <Primitives P>
 void grow_bins(const P& prims, const BuildRef& whole, int axis, std::span<const float> planes, Box* bins) {
   if constexpr (Curves<P>) {
-    // The box of a part is that of its two ends, and two parts share the point between them. The ends of the whole are
-    // corners of its box: the one that the curve comes from in the direction of the axis, and the one it goes to.
-    const auto curve = prims.curve(whole.ref.prim);  // a copy, so that nothing written can alias it
+    // The box of a part is that of its two ends, and neighbouring parts share an end. The ends of the whole are corners
+    // of its box: `from` and `to`, in the direction of the axis.
+    const auto curve = prims.curve(whole.ref.prim);  // a copy, to avoid aliasing with the bins
     const float s0 = whole.ref.s0, s1 = std::min(whole.ref.s1, 1.0f);
     const Vec3 lo = whole.box.lo, hi = whole.box.hi;
     Vec3 from, to;

@@ -1,4 +1,4 @@
-// The ends of a piece of a segment and the box around them, four lanes at a time: the floats that Segment::point gives.
+// The ends of a piece of a segment and the box around them, in 4 lanes. The floats are those of `Segment::point`.
 #pragma once
 
 #include "../primitives/segments.hpp"
@@ -7,15 +7,16 @@
 
 namespace fastlines {
 
-/// Points in the first three lanes; what is in the last means nothing.
+/// The points at s0 and s1, in lanes 0 to 2; lane 3 is undefined.
 struct PieceEndpoints {
   FloatX4 a, c;
 };
 
+/// The ends of a piece.
 [[gnu::always_inline]] inline PieceEndpoints endpoints_of(const Segment& segment, const Reference& ref) {
   const FloatX4 p = four(&segment.p[0]), tail = four(&segment.p[2]);
   const FloatX4 q = __builtin_shufflevector(tail, tail, 1, 2, 3, 3);
-  double both;  // s0 and s1 as they stand, moved at once
+  double both;  // the bits of s0 and s1, loaded at once
   std::memcpy(&both, &ref.s0, sizeof both);
   const FloatX4 s = FloatX4(DoubleX2{both, 0.0});
   DoubleX4 from, along, wide;
@@ -29,6 +30,7 @@ struct PieceEndpoints {
           __builtin_shufflevector(s, s, 1, 1, 1, 1) < four(1.0f) ? __builtin_convertvector(c, FloatX4) : q};
 }
 
+/// The box around both ends.
 [[gnu::always_inline]] inline BoxX4 box_of(const PieceEndpoints& ends) { return BoxX4::around(ends.a, ends.c); }
 
 }  // namespace fastlines

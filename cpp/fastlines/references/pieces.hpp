@@ -1,7 +1,7 @@
-// Pieces of segments as primitives of their own: what a tree is over once lines were cut before it was built (thesis
-// §2.2), or once subtrees that hold pieces were moved.
+// Pieces of segments as primitives of their own. A tree is over pieces if lines were cut before it was built (thesis
+// §2.2), or if subtrees that hold pieces were moved.
 //
-// A node of such a tree lists pieces. Another piece of the same line may lie in its box too and be listed elsewhere.
+// A node of such a tree lists pieces. Another piece of the same line may also lie in its box and be listed elsewhere.
 #pragma once
 
 #include <span>
@@ -12,7 +12,7 @@
 
 namespace fastlines {
 
-/// The piece that each reference stands for.
+/// The piece of each reference, as a segment.
 inline std::vector<Segment> pieces_of(const Segments& segments, std::span<const Reference> refs) {
   std::vector<Segment> pieces;
   pieces.reserve(refs.size());
@@ -23,7 +23,7 @@ inline std::vector<Segment> pieces_of(const Segments& segments, std::span<const 
   return pieces;
 }
 
-/// One reference to each whole piece, in their order.
+/// One reference to each whole piece, in the order of the pieces.
 inline std::vector<Reference> references_to(std::span<const Segment> pieces) {
   std::vector<Reference> refs(pieces.size());
   for (std::size_t i = 0; i < refs.size(); ++i) refs[i].prim = std::uint32_t(i);

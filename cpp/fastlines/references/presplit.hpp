@@ -1,6 +1,6 @@
 // Presplit, or early split clipping (Ernst, Greiner 2007, "Early split clipping for bounding volume hierarchies";
-// thesis §2.2): curves are cut before the build, in the middle of the longest side of their boxes, until no box is
-// larger than a bound. The largest box comes first, so a number of references is a bound too.
+// thesis §2.2). Before the build, curves are cut at the midpoint of the longest side of their boxes, until no box is
+// larger than a bound. The largest box is cut first, so that a bound on the number of references is useful too.
 #pragma once
 
 #include <algorithm>
@@ -10,10 +10,12 @@
 
 namespace fastlines {
 
-/// Where cutting ends; by default before it begins.
+/// When cutting ends; by default nothing is cut.
 struct Presplit {
-  double area = std::numeric_limits<double>::infinity();  ///< no box is larger, in parts of the area of the scene's box
-  std::size_t max_refs = std::size_t(-1);                 ///< there are no more pieces
+  /// Cut boxes larger than this, as a fraction of the surface area of the scene's box.
+  double area = std::numeric_limits<double>::infinity();
+  /// Stop cutting at this many references.
+  std::size_t max_refs = std::size_t(-1);
 };
 
 /// One reference to each whole primitive.
@@ -21,7 +23,8 @@ template <Primitives P>
 Buffer<BuildRef> whole_references(const P& prims, TaskGroup& tasks) {
   Buffer<BuildRef> refs;
   BuildRef* const data = refs.make_room(prims.size());
-  tasks.in_parts(0, prims.size(), 1 << 14, [&prims, data](std::size_t first, std::size_t end) {
+  constexpr std::size_t part = 1 << 14;  // primitives per task
+  tasks.in_parts(0, prims.size(), part, [&prims, data](std::size_t first, std::size_t end) {
     for (std::size_t prim = first; prim < end; ++prim)
       data[prim] = {{std::uint32_t(prim)}, prims.bounds(std::uint32_t(prim))};
   });
@@ -29,7 +32,8 @@ Buffer<BuildRef> whole_references(const P& prims, TaskGroup& tasks) {
   return refs;
 }
 
-/// What a build begins with. Where max_refs ends the cutting before an area that was asked for, n_refused grows.
+/// The references that a build starts with: whole primitives, or the pieces of a presplit. `n_refused` is incremented
+/// if max_refs stops the cutting before all boxes are within a bound > 0.
 template <Primitives P>
 Buffer<BuildRef> first_references(const P& prims, const Presplit& presplit, TaskGroup& tasks, Progress& progress,
                                   std::size_t& n_refused) {
@@ -39,19 +43,20 @@ Buffer<BuildRef> first_references(const P& prims, const Presplit& presplit, Task
     const double bound = presplit.area * bounds_of_all(prims).area();
     std::vector<BuildRef> refs(whole.begin(), whole.end());
 
-    // The largest first; of the same size, the first.
+    // Keep a heap of the boxes above the bound: the largest first, then the lowest index.
     using Entry = std::pair<double, std::uint32_t>;
     const auto before = [](const Entry& a, const Entry& b) {
       return a.first != b.first ? a.first < b.first : a.second > b.second;
     };
     std::vector<Entry> large;
-    const auto list = [&](std::size_t i) {
+    const auto push_if_large = [&](std::size_t i) {
       const double area = refs[i].box.area();
       if (area > bound) large.push_back({area, std::uint32_t(i)});
       return area > bound;
     };
-    for (std::size_t i = 0; i < refs.size(); ++i) list(i);
+    for (std::size_t i = 0; i < refs.size(); ++i) push_if_large(i);
     std::make_heap(large.begin(), large.end(), before);
+    // Cut the largest box in two.
     for (std::size_t n_done = 0; !large.empty(); ++n_done) {
       if (n_done % 1024 == 0) progress.check();
       if (refs.size() >= presplit.max_refs) {
@@ -68,7 +73,7 @@ Buffer<BuildRef> first_references(const P& prims, const Presplit& presplit, Task
       cut(prims, axis, plane, refs[i], rest);
       refs.push_back(rest);
       for (const std::size_t part : {i, refs.size() - 1})
-        if (list(part)) std::push_heap(large.begin(), large.end(), before);
+        if (push_if_large(part)) std::push_heap(large.begin(), large.end(), before);
     }
     whole.assign(refs);
   }

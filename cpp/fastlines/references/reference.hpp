@@ -1,4 +1,4 @@
-// A reference: a primitive as a node sees it. One primitive can have many references.
+// A reference: one entry of a leaf's list. One primitive can have many references, one for each of its pieces.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace fastlines {
 
-/// What a tree keeps. For curves, [s0, s1) is the piece that the reference stands for; the pieces of a primitive
-/// tile it without gap or overlap, and the last one is open to +∞. A whole primitive is [0, ∞).
+/// A reference as trees store it. For curves, [s0, s1) is its piece. The pieces of a primitive tile it without gap or
+/// overlap, and the last piece extends to +∞. A whole primitive is [0, ∞).
 struct Reference {
   std::uint32_t prim;
   float s0 = 0.0f;
@@ -18,11 +18,12 @@ struct Reference {
 };
 static_assert(sizeof(Reference) == 12);
 
-/// What a builder moves about: a reference and the box of its piece.
+/// A reference as builders move it: with the box of its piece.
 struct BuildRef {
   Reference ref;
   Box box;
 
+  /// Twice the centre of the box.
   double centre(int axis) const { return double(box.lo[axis]) + double(box.hi[axis]); }
 };
 

@@ -1,14 +1,15 @@
 // How far a piece may reach out of the boxes of the nodes that list it.
 //
-// A cut keeps the plane as a side of both boxes, and the s of the crossing (references/cut.hpp). With m = the scene's
-// largest coordinate and l = its longest side,
+// A cut stores the plane as a side of both boxes, and the s of the crossing (references/cut.hpp). Let m be the scene's
+// largest coordinate and l its longest side. Two roundings occur:
 //
-//     s is rounded to float32, by at most 2⁻²⁵ for s < 1: the point moves by at most 2⁻²⁵·l,
-//     the point is rounded to float32: by at most half an ulp, 2⁻²⁴·m, or 2⁻¹⁵⁰ where numbers are subnormal.
+//     s is rounded to float32, by at most 2⁻²⁵ for s < 1: the point moves by at most 2⁻²⁵·l.
+//     The point is rounded to float32, by at most half an ulp: 2⁻²⁴·m, or 2⁻¹⁵⁰ for subnormal numbers.
 //
-// So the float32 end of a piece, `Segment::point`, lies within 2⁻²⁵·l + 2⁻²⁴·m + 2⁻¹⁵⁰ of what its box says. Trees may
-// be off by the slack, which is no less, and not by more (tree/usable.hpp). The point itself is off by half an ulp,
-// which is no more than the slack: a search that looks twice the slack beyond a box loses nothing (`Frame::grain`).
+// So the float32 end of a piece, `Segment::point`, lies within 2⁻²⁵·l + 2⁻²⁴·m + 2⁻¹⁵⁰ of its box. `slack_of` is no
+// less than that, and a tree may be off by at most the slack (tree/usable.hpp). The exact point is off from its float32
+// value by half an ulp, which is no more than the slack. So a search that extends boxes by twice the slack
+// (`Frame::grain`) loses nothing.
 #pragma once
 
 #include <cmath>
@@ -17,7 +18,7 @@
 
 namespace fastlines {
 
-/// In the units of the scene, of which this is the box.
+/// The slack of a scene with this box, in units of the scene.
 inline double slack_of(const Box& scene) {
   double largest = 0.0;
   for (int k = 0; k < 3; ++k)
