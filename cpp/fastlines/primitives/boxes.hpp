@@ -1,4 +1,4 @@
-// Primitives of which no more is known than a box each: the widest contract a tree can be built on.
+// Primitives of which only a box is known: the weakest contract that a tree can be built on.
 #pragma once
 
 #include <span>
@@ -7,6 +7,7 @@
 
 namespace fastlines {
 
+/// Boxes as a set of primitives.
 struct Boxes {
   std::span<const Box> data;
 

@@ -1,16 +1,16 @@
-// The exact test of a segment: does a ray come within its radius of a segment, and where? This one function defines
-// every answer, brute force included; it is compiled without contraction, so its bits are the same everywhere.
+// The exact test of a segment: does a ray come within its radius of the segment, and where? This test defines every
+// answer, brute force included. It is compiled without contraction, so its bits are the same everywhere.
 //
 // With p = P − o and e = Q − P in the ray's basis (u, v, r), the distance of the ray's point at t from P + s·e is
 //
 //     dist²(s, t) = (p_u + s·e_u)² + (p_v + s·e_v)² + (p_r + s·e_r − t)².
 //
-// It is convex. For the whole line t = p_r + s·e_r, and s = −(p_u·e_u + p_v·e_v)/(e_u² + e_v²), clamped to [0, 1]. If
+// It is convex. For an unbounded ray t = p_r + s·e_r, and s = −(p_u·e_u + p_v·e_v)/(e_u² + e_v²), clamped to [0, 1]. If
 // that t is outside [t_min, t_max], the best t is the bound, and s is the point of the segment nearest to the ray's
-// point there. Where e_u² + e_v² is rounding noise the segment is parallel to the ray, or a point: of the equally near
-// points the one with the smallest t counts.
+// point there. Where e_u² + e_v² is rounding noise, the segment is parallel to the ray, or a point. Of equally near
+// points, the one with the smallest t counts.
 //
-// One text for one ray and one segment (N = float) and for sixteen of either (N = FloatX16): the same operations in the
+// One source serves one ray and one segment (N = float) and 16 of either (N = FloatX16): the same operations in the
 // same order, each rounded alike.
 #pragma once
 
@@ -22,8 +22,8 @@ namespace fastlines {
 template <class N>
 struct SegmentInRayFrame {
   N pu, pv, pr, eu, ev, er;
-  N e_perp2;           // |e|² across the ray
-  MaskOf<N> parallel;  // e_perp2 is no more than noise
+  N e_perp2;           ///< |e|² perpendicular to the ray
+  MaskOf<N> parallel;  ///< e_perp2 is no more than rounding noise
 };
 
 template <class N, class A, class B>
@@ -31,7 +31,8 @@ template <class N, class A, class B>
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// `R` has o, u, v, r. The lanes are those of `Segments`: start and e = end − start, in the frame.
+/// Rotate a segment into the basis of a ray. `R` has o, u, v, r. The lanes are those of `Segments`: the start and
+/// e = end − start, in the frame.
 template <class N, class R, class V>
 [[gnu::always_inline]] inline SegmentInRayFrame<N> to_ray_frame(const R& ray, const V& lanes) {
   const N p[3] = {lanes[0] - ray.o[0], lanes[1] - ray.o[1], lanes[2] - ray.o[2]};
@@ -55,13 +56,15 @@ template <class N>
   return min(max(s, N(0.0f)), N(1.0f));
 }
 
-/// `R` has t_min, t_max, radius2.
+/// The closest approach of a ray to a segment. `R` has t_min, t_max, radius2.
 template <class N, class R>
 [[gnu::always_inline]] inline ClosestApproach<N> closest_approach(const R& ray, const SegmentInRayFrame<N>& g) {
+  // Take the closest approach of the whole line of the ray.
   const N zero = 0.0f, one = 1.0f;
   N s = blend(g.parallel, blend(g.er < zero, one, zero), clamp01((zero - (g.pu * g.eu + g.pv * g.ev)) / g.e_perp2));
   N t = g.pr + s * g.er, axial = zero;
   const auto early = t < ray.t_min, outside = early | (ray.t_max < t);
+  // Move t to the bound that it exceeds.
   if (any(outside)) {
     const N bound = blend(early, ray.t_min, ray.t_max);
     const N length2 = g.e_perp2 + g.er * g.er;
@@ -76,26 +79,27 @@ template <class N, class R>
   return {s, t, dist2, dist2 <= ray.radius2};
 }
 
-/// An end of what a line has in common with a capsule, and the s there.
+/// A point where a line enters or leaves a capsule, and the s there.
 template <class N>
 struct CapsuleEnd {
   N t, s;
 };
 
-/// Where the line enters (sign −1) or leaves (sign +1) the capsule of its radius around the segment, if it hits; else
-/// anything, or no number.
+/// Where the ray's line enters (sign −1) or leaves (sign +1) the capsule of its radius around the segment. If the ray
+/// does not hit, the result is undefined and may be NaN.
 template <int sign, class N, class R>
 [[gnu::always_inline]] inline CapsuleEnd<N> capsule_end(const R& ray, const SegmentInRayFrame<N>& g) {
   const N zero = 0.0f, one = 1.0f, side = float(sign);
   const auto half_chord = [&](const N& dist2) { return sqrt(max(ray.radius2 - dist2, zero)); };
-  // On the cylinder around the whole line, if the point there belongs to the segment.
+  // Intersect the cylinder around the whole line; valid if the point there belongs to the segment.
   const N length2 = g.e_perp2 + g.er * g.er;
   const N s_line = (zero - (g.pu * g.eu + g.pv * g.ev)) / g.e_perp2;
   const N x_line = g.pu + s_line * g.eu, y_line = g.pv + s_line * g.ev;
   const N t = g.pr + s_line * g.er + side * half_chord(x_line * x_line + y_line * y_line) * sqrt(length2 / g.e_perp2);
   const N s = (zero - (g.pu * g.eu + g.pv * g.ev + (g.pr - t) * g.er)) / length2;
-  // Else on the ball around an end.
-  const N backwards = float(sign < 0), forwards = float(sign > 0);  // of a segment axial the ray, or against it
+  // Otherwise, intersect the ball around an end.
+  // The end of a parallel segment: `forwards` if it runs along the ray, `backwards` if against it.
+  const N backwards = float(sign < 0), forwards = float(sign > 0);
   const N end = blend(g.parallel, blend(g.er < zero, backwards, forwards), blend(s < zero, zero, one));
   const N x = g.pu + end * g.eu, y = g.pv + end * g.ev;
   const N t_ball = g.pr + end * g.er + side * half_chord(x * x + y * y);
@@ -103,8 +107,8 @@ template <int sign, class N, class R>
   return {blend(g.parallel, t_ball, blend(on_side, t, t_ball)), blend(g.parallel, end, blend(on_side, s, end))};
 }
 
-/// The test of one ray and one segment, or of sixteen of either. What is asked beyond the closest approach is computed
-/// when it is asked.
+/// The test of one ray and one segment, or of 16 of either. Entry and exit are computed only on demand. It must not
+/// outlive the ray.
 template <class N, class R>
 class SegmentTest {
  public:
@@ -112,20 +116,20 @@ class SegmentTest {
   [[gnu::always_inline]] SegmentTest(const R& ray, const V& lanes)
       : ray_(ray), g_(to_ray_frame<N>(ray, lanes)), closest(closest_approach(ray, g_)) {}
 
-  /// Where a ray that comes within its radius enters the capsule: t between the ray's bounds, and the point of the
-  /// segment there.
+  /// Where a ray that comes within its radius enters the capsule: t within the ray's bounds, and s of the segment's
+  /// point there.
   [[gnu::always_inline]] ClosestApproach<N> entry() const {
     const N zero = 0.0f;
     const CapsuleEnd<N> in = capsule_end<-1>(ray_, g_);
     const N t = min(max(in.t, N(ray_.t_min)), N(ray_.t_max));
-    // If the ray starts inside, the nearest point of the segment there.
+    // If a bound moved t, take the nearest point of the segment there.
     const N length2 = g_.e_perp2 + g_.er * g_.er;
     const N nearest = clamp01((zero - (g_.pu * g_.eu + g_.pv * g_.ev + (g_.pr - t) * g_.er)) / length2);
     const N s = blend((t < in.t) | (in.t < t), blend(zero < length2, nearest, zero), in.s);
     return {s, t, closest.dist2, closest.hit};
   }
 
-  /// Where it leaves the capsule, between its bounds.
+  /// The t at which the ray leaves the capsule, within its bounds.
   [[gnu::always_inline]] N exit() const { return min(max(capsule_end<1>(ray_, g_).t, N(ray_.t_min)), N(ray_.t_max)); }
 
  private:
@@ -136,7 +140,7 @@ class SegmentTest {
   ClosestApproach<N> closest;
 };
 
-/// A ray, or 16, with the radius of a primitive added to its own: what turns the test of a segment into that of a
+/// A ray, or 16, with the radius of a primitive added to its own. It turns the test of a segment into that of a
 /// capsule. It must not outlive the ray.
 template <class N, class R>
 struct GrownRay {

@@ -1,9 +1,9 @@
 // Line segments P + s·(Q − P), s in [0, 1].
 //
-// A cut is always evaluated from the original ends P and Q, in double, and rounded once: pieces of pieces do
-// not drift, s grows with the plane, and a coordinate grows or falls with s. So cutting at two planes one
-// after the other gives the very floats that cutting at each alone gives, which lets a split set count pieces
-// in bins and be right about the tree that will come of it.
+// A cut is always evaluated from the original ends P and Q, in double, and rounded once. So pieces of pieces do not
+// drift, s is monotonic in the position of the plane, and each coordinate is monotonic in s. Cutting at two planes one
+// after the other therefore gives the same floats as cutting at each alone. So a split set may count pieces in bins,
+// and its counts are those of the tree that results.
 #pragma once
 
 #include <span>
@@ -28,6 +28,7 @@ struct Segment {
     return float((plane - from) * (1.0 / (q[axis] - from)));
   }
 
+  /// The point at s, rounded to float32; q for s ≥ 1.
   Vec3 point(float s) const {
     Vec3 at;
     for (int k = 0; k < 3; ++k) {
@@ -37,7 +38,7 @@ struct Segment {
     return at;
   }
 
-  /// Whether s grows with x[axis].
+  /// Whether x[axis] grows with s, or stays the same.
   bool ascends(int axis) const { return q[axis] >= p[axis]; }
 };
 static_assert(sizeof(Segment) == 24);
@@ -61,6 +62,7 @@ struct Segments {
   static float radius(const Segment&) { return 0.0f; }
   static float max_radius() { return 0.0f; }
 
+  /// The start and end − start, in the frame.
   template <class N, class Frame>
   [[gnu::always_inline]] static std::array<N, kLanes> lanes(const N (&ends)[6], const Frame& frame) {
     std::array<N, kLanes> lanes;
@@ -85,6 +87,7 @@ struct Segments {
   const Segment& curve(std::uint32_t prim) const { return data[prim]; }
   Box bounds(std::uint32_t prim) const { return data[prim].bounds(); }
 
+  /// The box of the part of a segment in `box`; empty if there is none.
   Box clipped_bounds(std::uint32_t prim, const Box& box) const {
     const Segment& segment = data[prim];
     const Box whole = segment.bounds();
@@ -109,13 +112,13 @@ struct Segments {
 };
 static_assert(Curves<Segments>);
 
-/// Curves that are straight from p to q.
+/// A set of curves that are straight from p to q.
 template <class P>
 concept Straight = Curves<P> && requires(const P& prims, std::uint32_t prim) {
   { prims.curve(prim) } -> std::same_as<const Segment&>;
 };
 
-/// Ask for what will soon be looked at, where that lies in memory.
+/// Prefetch a primitive, if its address is known.
 template <Primitives P>
 void prefetch(const P& prims, std::uint32_t prim) {
   if constexpr (Straight<P>) __builtin_prefetch(&prims.curve(prim));

@@ -13,6 +13,7 @@ struct Triangle {
 };
 static_assert(sizeof(Triangle) == 36);
 
+/// Triangles as a set of primitives.
 struct Triangles {
   std::span<const Triangle> data;
 
@@ -24,6 +25,7 @@ struct Triangles {
     return box;
   }
 
+  /// The box of the part of a triangle in `box`; empty if there is none.
   Box clipped_bounds(std::uint32_t prim, const Box& box) const {
     using Point = std::array<double, 3>;
     std::array<Point, 9> polygon{}, kept{};
@@ -31,7 +33,7 @@ struct Triangles {
     for (int i = 0; i < 3; ++i)
       for (int k = 0; k < 3; ++k) polygon[i][k] = data[prim].corner[i][k];
 
-    // Keep what lies on the inner side of each plane.
+    // Keep the part on the inner side of each plane.
     for (int k = 0; k < 3; ++k)
       for (const double sign : {1.0, -1.0}) {
         const double plane = sign > 0 ? box.hi[k] : box.lo[k];
@@ -50,7 +52,7 @@ struct Triangles {
         n = n_kept;
       }
 
-    // Round outwards, but never out of the box.
+    // Round outwards, but never beyond the box.
     Box clipped = Box::empty();
     for (int i = 0; i < n; ++i)
       for (int k = 0; k < 3; ++k) {
