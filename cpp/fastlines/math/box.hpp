@@ -1,7 +1,7 @@
 // Axis-parallel boxes: a ≤ x ≤ b, c ≤ y ≤ d, e ≤ z ≤ f.
 //
-// Corners are float32, as a tree stores them; areas are float64, so that a cost is the sum of what it
-// says. SA(q) = 2((b−a)(d−c) + (b−a)(f−e) + (d−c)(f−e)), 0 for an empty box (thesis §3.1).
+// Corners are float32, as trees store them. Areas are float64, so that a cost equals the sum of its terms. SA(q) =
+// 2((b−a)(d−c) + (b−a)(f−e) + (d−c)(f−e)), and 0 for an empty box (thesis §3.1).
 #pragma once
 
 #include <algorithm>
@@ -15,6 +15,7 @@ namespace fastlines {
 struct Box {
   Vec3 lo, hi;
 
+  /// The box that growing starts from: it contains no point.
   static constexpr Box empty() {
     constexpr float inf = std::numeric_limits<float>::infinity();
     return {{inf, inf, inf}, {-inf, -inf, -inf}};
@@ -42,8 +43,10 @@ struct Box {
     return true;
   }
 
+  /// The length of a side; negative for an empty box.
   double side(int axis) const { return double(hi[axis]) - double(lo[axis]); }
 
+  /// The axis of the longest side; the first of equally long ones.
   int longest_axis() const {
     int axis = 0;
     for (int k = 1; k < 3; ++k)
@@ -51,7 +54,7 @@ struct Box {
     return axis;
   }
 
-  /// The area of the box grown by `margin` on all sides.
+  /// The surface area of the box grown by `margin` on all sides; 0 for an empty box.
   [[gnu::always_inline]] double area(double margin = 0.0) const {
     const double x = side(0) + 2 * margin, y = side(1) + 2 * margin, z = side(2) + 2 * margin;
     return is_empty() ? 0.0 : 2.0 * (x * y + x * z + y * z);
@@ -60,15 +63,15 @@ struct Box {
   friend bool operator==(const Box&, const Box&) = default;
 };
 
-/// Both halves of a box, cut at a plane inside it.
+/// Both parts of a box, cut at a plane inside it.
 inline std::pair<Box, Box> halves(const Box& box, int axis, float plane) {
   Box left = box, right = box;
   left.hi[axis] = right.lo[axis] = plane;
   return {left, right};
 }
 
-/// The chance that a random line through `parent` meets `child` (thesis §1.5). Lines that meet a box of no
-/// area have no measure; then every visit to the parent counts as one to the child.
+/// The probability that a random line through `parent` hits `child` (thesis §1.5). Lines through a box without area
+/// have measure zero; then every visit to the parent counts as a visit to the child.
 inline double visit_chance(const Box& child, const Box& parent) {
   const double area = parent.area();
   return area > 0.0 ? child.area() / area : 1.0;

@@ -1,4 +1,4 @@
-// Vectors of three floats, and the few operations on them that need a name.
+// Vectors of three floats, and the operations on them that need a name.
 #pragma once
 
 #include <array>
