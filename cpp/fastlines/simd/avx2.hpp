@@ -1,4 +1,4 @@
-// Sixteen floats as two AVX2 registers.
+// FloatX16 for AVX2: 16 lanes of float32 in two registers.
 #pragma once
 
 #include <immintrin.h>
@@ -25,27 +25,28 @@ struct MaskX16 {
 struct FloatX16 {
   __m256 a, b;
   static constexpr int kRegisters = 2;
-  static constexpr int kMaxPermuteTable = 16;  // so long a table permute is worth its time for
+  static constexpr int kMaxPermuteTable = 16;  // permute pays for tables of up to so many floats
 
   FloatX16() = default;
   FloatX16(__m256 a_, __m256 b_) : a(a_), b(b_) {}
   FloatX16(float x) : a(_mm256_set1_ps(x)), b(a) {}
 
   static FloatX16 load(const float* p) { return {_mm256_loadu_ps(p), _mm256_loadu_ps(p + 8)}; }
+  /// 16 bytes, converted to float.
   static FloatX16 bytes(const std::uint8_t* p) {
     const auto eight = [](const std::uint8_t* from) {
       return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from))));
     };
     return {eight(p), eight(p + 8)};
   }
-  /// Lane k of four, in all lanes.
+  /// Lane k of x, broadcast to all lanes.
   template <int k>
   static FloatX16 broadcast(const FloatX4& x) {
-    const __m256 twice = _mm256_insertf128_ps(_mm256_castps128_ps256(__m128(x)), __m128(x), 1);  // once for all k
+    const __m256 twice = _mm256_insertf128_ps(_mm256_castps128_ps256(__m128(x)), __m128(x), 1);  // shared by all k
     const __m256 all = _mm256_permute_ps(twice, k * 0x55);
     return {all, all};
   }
-  /// Four numbers of each of four rows, side by side; and back.
+  /// Four floats of each of four rows, one row per group of four lanes; store_rows is the inverse.
   static FloatX16 of_rows(const float* p, const float* q, const float* r, const float* s) {
     return {_mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(p)), _mm_loadu_ps(q), 1),
             _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(r)), _mm_loadu_ps(s), 1)};
@@ -56,17 +57,17 @@ struct FloatX16 {
     _mm_storeu_ps(r, _mm256_castps256_ps128(b));
     _mm_storeu_ps(s, _mm256_extractf128_ps(b, 1));
   }
-  /// Lanes i and j of each four of x, then k and l of those of y.
+  /// In each group of four lanes: lanes i and j of x, then lanes k and l of y.
   template <int i, int j, int k, int l>
   static FloatX16 shuffle(FloatX16 x, FloatX16 y) {
-    constexpr int which = _MM_SHUFFLE(l, k, j, i);
-    return {_mm256_shuffle_ps(x.a, y.a, which), _mm256_shuffle_ps(x.b, y.b, which)};
+    constexpr int order = _MM_SHUFFLE(l, k, j, i);
+    return {_mm256_shuffle_ps(x.a, y.a, order), _mm256_shuffle_ps(x.b, y.b, order)};
   }
   void store(float* p) const {
     _mm256_storeu_ps(p, a);
     _mm256_storeu_ps(p + 8, b);
   }
-  /// Of the sixteen numbers of a table those with these indices, of which the lowest four bits count.
+  /// table[index[i] % 16] in each lane i.
   template <int n = 16>
     requires(n == 16)
   static FloatX16 permute(const float* table, const std::uint32_t* index) {
@@ -79,7 +80,7 @@ struct FloatX16 {
     return {eight(index), eight(index + 8)};
   }
 
-  /// The same of a table of sixteen doubles, which are written.
+  /// Writes table[index[i] % 16] for a table of 16 doubles.
   static void permute(const double* table, const std::uint32_t* index, double* to) {
     for (int i = 0; i < 16; ++i) to[i] = table[index[i] % 16];
   }
@@ -108,7 +109,7 @@ inline FloatX16 blend(MaskX16 mask, FloatX16 x, FloatX16 y) {
   return {_mm256_blendv_ps(y.a, x.a, mask.a), _mm256_blendv_ps(y.b, x.b, mask.b)};
 }
 
-/// x in the lanes of these bits, y in the others.
+/// x in the lanes whose bit is set, y in the others.
 inline FloatX16 blend(std::uint32_t bits, FloatX16 x, FloatX16 y) {
   const __m256i all = _mm256_set1_epi32(int(bits));
   const auto sign = [all](int a, int b, int c, int d, int e, int f, int g, int h) {
@@ -118,17 +119,18 @@ inline FloatX16 blend(std::uint32_t bits, FloatX16 x, FloatX16 y) {
           _mm256_blendv_ps(y.b, x.b, sign(23, 22, 21, 20, 19, 18, 17, 16))};
 }
 
+/// The permutation that moves the set lanes of an 8-bit mask to the front.
 inline __m256i compress_permutation(std::uint32_t byte) {
   return _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kCompressTable.lanes[byte])));
 }
 
-/// The lanes of these bits, one after the other; writes sixteen.
+/// Moves the lanes whose bit is set to the front. Writes 16 floats; those past the set lanes have any value.
 inline void compress(std::uint32_t bits, FloatX16 x, float* to) {
   _mm256_storeu_ps(to, _mm256_permutevar8x32_ps(x.a, compress_permutation(bits & 0xff)));
   _mm256_storeu_ps(to + std::popcount(bits & 0xff), _mm256_permutevar8x32_ps(x.b, compress_permutation(bits >> 8)));
 }
 
-/// The numbers of these bits, plus `base`; writes sixteen.
+/// base + i for each set bit i, in order. Writes 16 words; those past the set bits have any value.
 inline void compress_indices(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
   const auto store = [](std::uint32_t* at, __m256i x) { _mm256_storeu_si256(reinterpret_cast<__m256i*>(at), x); };
   const __m256i low = _mm256_set1_epi32(int(base)), high = _mm256_add_epi32(low, _mm256_set1_epi32(8));
@@ -136,7 +138,7 @@ inline void compress_indices(std::uint32_t bits, std::uint32_t base, std::uint32
   store(to + std::popcount(bits & 0xff), _mm256_add_epi32(compress_permutation(bits >> 8), high));
 }
 
-/// Which of sixteen whole numbers are not zero.
+/// A bit for each of 16 integers that is not zero.
 inline std::uint32_t nonzero_mask(const std::uint32_t* numbers) {
   const auto eight = [](const std::uint32_t* from) {
     const __m256i all = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
@@ -145,7 +147,7 @@ inline std::uint32_t nonzero_mask(const std::uint32_t* numbers) {
   return ~(eight(numbers) | eight(numbers + 8) << 8) & 0xffff;
 }
 
-/// The lanes in which x and y, or z, or w are not negative.
+/// A bit for each lane in which x and y both have sign bit 0, or z has, or w has.
 inline std::uint32_t nonnegative_mask(FloatX16 x, FloatX16 y, FloatX16 z, FloatX16 w) {
   const auto eight = [](__m256 a, __m256 b, __m256 c, __m256 d) {
     return std::uint32_t(_mm256_movemask_ps(_mm256_and_ps(_mm256_and_ps(_mm256_or_ps(a, b), c), d)));
@@ -153,7 +155,7 @@ inline std::uint32_t nonnegative_mask(FloatX16 x, FloatX16 y, FloatX16 z, FloatX
   return ~(eight(x.a, y.a, z.a, w.a) | eight(x.b, y.b, z.b, w.b) << 8) & 0xffff;
 }
 
-/// The least of all lanes.
+/// The minimum over all lanes.
 inline float reduce_min(FloatX16 x) {
   const __m256 eight = _mm256_min_ps(x.a, x.b);
   __m128 four = _mm_min_ps(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));

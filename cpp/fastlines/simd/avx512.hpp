@@ -1,4 +1,4 @@
-// Sixteen floats as one AVX-512 register.
+// FloatX16 for AVX-512: 16 lanes of float32 in one register.
 #pragma once
 
 #include <immintrin.h>
@@ -21,22 +21,23 @@ struct MaskX16 {
 struct FloatX16 {
   __m512 a;
   static constexpr int kRegisters = 1;
-  static constexpr int kMaxPermuteTable = 64;  // so long a table permute is worth its time for
+  static constexpr int kMaxPermuteTable = 64;  // permute pays for tables of up to so many floats
 
   FloatX16() = default;
   FloatX16(__m512 a_) : a(a_) {}
   FloatX16(float x) : a(_mm512_set1_ps(x)) {}
 
   static FloatX16 load(const float* p) { return _mm512_loadu_ps(p); }
+  /// 16 bytes, converted to float.
   static FloatX16 bytes(const std::uint8_t* p) {
     return _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))));
   }
-  /// Lane k of four, in all lanes.
+  /// Lane k of x, broadcast to all lanes.
   template <int k>
   static FloatX16 broadcast(const FloatX4& x) {
     return _mm512_permutexvar_ps(_mm512_set1_epi32(k), _mm512_castps128_ps512(__m128(x)));
   }
-  /// Four numbers of each of four rows, side by side; and back.
+  /// Four floats of each of four rows, one row per group of four lanes; store_rows is the inverse.
   static FloatX16 of_rows(const float* p, const float* q, const float* r, const float* s) {
     __m512 x = _mm512_castps128_ps512(_mm_loadu_ps(p));
     x = _mm512_insertf32x4(x, _mm_loadu_ps(q), 1);
@@ -49,13 +50,13 @@ struct FloatX16 {
     _mm_storeu_ps(r, _mm512_extractf32x4_ps(a, 2));
     _mm_storeu_ps(s, _mm512_extractf32x4_ps(a, 3));
   }
-  /// Lanes i and j of each four of x, then k and l of those of y.
+  /// In each group of four lanes: lanes i and j of x, then lanes k and l of y.
   template <int i, int j, int k, int l>
   static FloatX16 shuffle(FloatX16 x, FloatX16 y) {
     return _mm512_shuffle_ps(x.a, y.a, _MM_SHUFFLE(l, k, j, i));
   }
   void store(float* p) const { _mm512_storeu_ps(p, a); }
-  /// Of the numbers of a table, 16 or 64, those with these indices, of which no higher bits count.
+  /// table[index[i] % n] in each lane i, for a table of n = 16 or 64 floats.
   template <int n = 16>
     requires(n == 16 || n == 64)
   static FloatX16 permute(const float* table, const std::uint32_t* index) {
@@ -71,7 +72,7 @@ struct FloatX16 {
     }
   }
 
-  /// The same of a table of sixteen doubles, which are written.
+  /// Writes table[index[i] % 16] for a table of 16 doubles.
   static void permute(const double* table, const std::uint32_t* index, double* to) {
     const __m512d low = _mm512_loadu_pd(table), high = _mm512_loadu_pd(table + 8);
     for (int i = 0; i < 16; i += 8) {
@@ -94,38 +95,38 @@ inline FloatX16 fma(FloatX16 x, FloatX16 y, FloatX16 z) { return _mm512_fmadd_ps
 inline FloatX16 fnma(FloatX16 x, FloatX16 y, FloatX16 z) { return _mm512_fnmadd_ps(x.a, y.a, z.a); }
 inline FloatX16 blend(MaskX16 mask, FloatX16 x, FloatX16 y) { return _mm512_mask_blend_ps(mask.m, y.a, x.a); }
 
-/// x in the lanes of these bits, y in the others.
+/// x in the lanes whose bit is set, y in the others.
 inline FloatX16 blend(std::uint32_t bits, FloatX16 x, FloatX16 y) {
   return _mm512_mask_blend_ps(__mmask16(bits), y.a, x.a);
 }
 
-/// The lanes of these bits, one after the other; writes sixteen.
+/// Moves the lanes whose bit is set to the front. Writes 16 floats; those past the set lanes have any value.
 inline void compress(std::uint32_t bits, FloatX16 x, float* to) {
   _mm512_storeu_ps(to, _mm512_maskz_compress_ps(__mmask16(bits), x.a));
 }
 
-/// The numbers of these bits, plus `base`; writes sixteen.
+/// base + i for each set bit i, in order. Writes 16 words; those past the set bits have any value.
 inline void compress_indices(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
   const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   const __m512i numbers = _mm512_add_epi32(lanes, _mm512_set1_epi32(int(base)));
   _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(__mmask16(bits), numbers));
 }
 
-/// Which of sixteen whole numbers are not zero.
+/// A bit for each of 16 integers that is not zero.
 inline std::uint32_t nonzero_mask(const std::uint32_t* numbers) {
   const __m512i all = _mm512_loadu_si512(numbers);
   return _mm512_test_epi32_mask(all, all);
 }
 
-/// The lanes in which x and y, or z, or w are not negative.
+/// A bit for each lane in which x and y both have sign bit 0, or z has, or w has.
 inline std::uint32_t nonnegative_mask(FloatX16 x, FloatX16 y, FloatX16 z, FloatX16 w) {
   const auto bits = [](FloatX16 of) { return _mm512_castps_si512(of.a); };
-  constexpr int some = 0xa8;  // (x | y) & z
-  const __m512i three = _mm512_ternarylogic_epi32(bits(x), bits(y), bits(z), some);
-  return _mm512_testn_epi32_mask(_mm512_and_si512(three, bits(w)), _mm512_set1_epi32(INT32_MIN));
+  constexpr int or_and = 0xa8;  // (x | y) & z
+  const __m512i xyz = _mm512_ternarylogic_epi32(bits(x), bits(y), bits(z), or_and);
+  return _mm512_testn_epi32_mask(_mm512_and_si512(xyz, bits(w)), _mm512_set1_epi32(INT32_MIN));
 }
 
-/// The least of all lanes.
+/// The minimum over all lanes.
 inline float reduce_min(FloatX16 x) { return _mm512_reduce_min_ps(x.a); }
 
 inline FloatX16 sqrt(FloatX16 x) { return _mm512_sqrt_ps(x.a); }

@@ -1,4 +1,4 @@
-// A box in two registers of four lanes: two instructions grow it. Lane 3 is padding.
+// A box as two vectors of four lanes, which two instructions grow. Lane 3 is padding.
 #pragma once
 
 #include <limits>
@@ -15,9 +15,11 @@ struct BoxX4 {
     const FloatX4 infinity = four(std::numeric_limits<float>::infinity());
     return {infinity, -infinity};
   }
+  /// The box of two points.
   static BoxX4 around(const FloatX4& a, const FloatX4& b) { return {min(a, b), max(a, b)}; }
 
-  /// From two corners, one after the other in memory: of a box its lower and upper one, of a segment its ends.
+  /// Loads two points that lie next to each other in memory: the corners of a box, or the ends of a segment. Ends go to
+  /// lo and hi in their order; `around` sorts them.
   template <class Corners>
   [[gnu::always_inline]] static BoxX4 load(const Corners& corners) {
     static_assert(sizeof corners == 24);

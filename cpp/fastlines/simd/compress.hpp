@@ -1,4 +1,4 @@
-// For each pattern of eight bits, the numbers of those that are set, in order: how to pack the lanes of a mask.
+// The table behind `compress`: for each 8-bit mask, the indices of its set bits in ascending order.
 #pragma once
 
 #include <array>

@@ -1,7 +1,8 @@
-// Sixteen lanes of float32, on whatever the compiler may use: FloatX16, and MaskX16 for what comparisons say.
+// FloatX16, 16 lanes of float32, and MaskX16, the result of its comparisons, for the instruction set compiled for.
 //
-// Every operation gives the same bits on every instruction set, but for `fma`, which may round once or twice: it is for
-// culling only. min and max are defined as below, also for one float, so that one text serves both.
+// Every operation gives the same bits on every instruction set, except `fma` and `fnma`. These may round once or twice
+// and are for culling only. With the overloads for one float below, one template serves both widths. In both, min(x, y)
+// is x < y ? x : y and max(x, y) is x > y ? x : y, also for NaN and zeros.
 #pragma once
 
 #if defined(FASTLINES_PORTABLE)
@@ -23,19 +24,19 @@ namespace fastlines {
 
 inline constexpr int kSimdWidth = 16;
 
-/// The bits of the first n lanes, or of all where there are fewer; n > 0.
+/// A mask of the first min(n, 16) lanes; n > 0.
 inline std::uint32_t lane_mask(std::size_t n) { return (2u << std::min<std::size_t>(n - 1, kSimdWidth - 1)) - 1; }
 
-/// Whole numbers whose bits are to be moved in vectors.
+/// Integers as floats of the same bits, for operations that only move lanes.
 inline const float* as_floats(const std::uint32_t* numbers) { return reinterpret_cast<const float*>(numbers); }
 
-/// What a comparison of two N gives.
+/// The type of a comparison of two N: bool or MaskX16.
 template <class N>
 using MaskOf = decltype(N() <= N());
 
 inline float min(float x, float y) { return x < y ? x : y; }
 inline float max(float x, float y) { return x > y ? x : y; }
-/// Rounds once or twice, as it does for sixteen.
+/// May round once or twice, as the overload for 16 lanes may: for culling only.
 inline float fma(float x, float y, float z) {
 #if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
   return __builtin_fmaf(x, y, z);

@@ -1,6 +1,6 @@
-// Four lanes: a point, with one lane to spare, in float and in double. The compiler's own vectors will do here.
+// Four lanes of float32 or float64 in the compiler's vector types: a point, with lane 3 as padding.
 //
-// As in simd.hpp, every operation gives the same bits on every instruction set.
+// Every operation but `fma` gives the same bits on every instruction set.
 #pragma once
 
 #include <cstring>
@@ -23,7 +23,7 @@ inline FloatX4 four(const float* p) {
   return x;
 }
 
-/// Two numbers, and two zeros.
+/// Loads two floats; lanes 2 and 3 are zero.
 inline FloatX4 two(const float* p) {
   double both;
   std::memcpy(&both, p, sizeof both);
@@ -33,7 +33,7 @@ inline FloatX4 two(const float* p) {
 [[gnu::always_inline]] inline FloatX4 min(FloatX4 x, FloatX4 y) { return x < y ? x : y; }
 [[gnu::always_inline]] inline FloatX4 max(FloatX4 x, FloatX4 y) { return x > y ? x : y; }
 
-/// What is first in four vectors of four, what is second, and so on.
+/// Transposes a 4 × 4 matrix.
 [[gnu::always_inline]] inline void transpose(const FloatX4 (&rows)[4], FloatX4 (&columns)[4]) {
   const FloatX4 low[2] = {__builtin_shufflevector(rows[0], rows[1], 0, 4, 1, 5),
                           __builtin_shufflevector(rows[2], rows[3], 0, 4, 1, 5)};
@@ -45,7 +45,7 @@ inline FloatX4 two(const float* p) {
   columns[3] = __builtin_shufflevector(high[0], high[1], 2, 3, 6, 7);
 }
 
-/// Rounds once or twice: for culling only.
+/// May round once or twice: for culling only.
 [[gnu::always_inline]] inline FloatX4 fma(FloatX4 x, FloatX4 y, FloatX4 z) {
 #if defined(__FMA__)
   return FloatX4(_mm_fmadd_ps(__m128(x), __m128(y), __m128(z)));
@@ -56,7 +56,7 @@ inline FloatX4 two(const float* p) {
 
 [[gnu::always_inline]] inline void to_double(const FloatX4& x, DoubleX4& wide) {
 #if defined(__AVX__)
-  wide = DoubleX4(_mm256_cvtps_pd(__m128(x)));  // the compiler would take six instructions
+  wide = DoubleX4(_mm256_cvtps_pd(__m128(x)));  // one instruction; __builtin_convertvector takes six
 #else
   wide = __builtin_convertvector(x, DoubleX4);
 #endif

@@ -1,7 +1,8 @@
-// Eight lanes of float32, in the compiler's own vector types.
+// Eight lanes of float32 in the compiler's vector types.
 //
-// As in simd.hpp, every operation gives the same bits on every instruction set. Vectors go in and out of inline
-// functions only. GCC comes to templates last, so there is no place to take the warning back.
+// Every operation gives the same bits on every instruction set. Only inline functions pass these vectors by value, so
+// GCC's warning about their ABI (-Wpsabi) is moot. It stays disabled, because GCC instantiates templates at the end of
+// the file.
 #pragma once
 
 #include <bit>
@@ -25,12 +26,12 @@ using IntX8 = std::int32_t __attribute__((vector_size(32)));
 [[gnu::always_inline]] inline FloatX8 min(const FloatX8& x, const FloatX8& y) { return x < y ? x : y; }
 [[gnu::always_inline]] inline FloatX8 max(const FloatX8& x, const FloatX8& y) { return x > y ? x : y; }
 
-/// Four lanes, then four others.
+/// Concatenates two vectors of four.
 [[gnu::always_inline]] inline FloatX8 eight(const FloatX4& low, const FloatX4& high) {
   return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
 }
 
-/// A bit for each lane that is set.
+/// A bit for each lane of a mask that is set.
 [[gnu::always_inline]] inline unsigned bits_of(const IntX8& mask) {
 #if !defined(FASTLINES_PORTABLE) && defined(__AVX__)
   return unsigned(_mm256_movemask_ps(__m256(mask)));
@@ -45,10 +46,10 @@ using IntX8 = std::int32_t __attribute__((vector_size(32)));
 #endif
 }
 
-/// How many lanes are set.
+/// The number of set lanes.
 [[gnu::always_inline]] inline unsigned count_set(const IntX8& mask) { return unsigned(std::popcount(bits_of(mask))); }
 
-/// The first of the lanes that hold the least number.
+/// The lowest lane that holds the minimum.
 [[gnu::always_inline]] inline unsigned index_of_min(const FloatX8& x) {
   FloatX8 least = min(x, FloatX8(__builtin_shufflevector(x, x, 4, 5, 6, 7, 0, 1, 2, 3)));
   least = min(least, FloatX8(__builtin_shufflevector(least, least, 2, 3, 0, 1, 6, 7, 4, 5)));
@@ -56,7 +57,7 @@ using IntX8 = std::int32_t __attribute__((vector_size(32)));
   return unsigned(std::countr_zero(bits_of(x == least)));
 }
 
-/// The first three lanes of eight vectors of four: what is first in them, what is second, and what is third.
+/// Transposes eight points to their x, y and z; lane 3 of each is dropped.
 [[gnu::always_inline]] inline void transpose(const FloatX4 (&fours)[8], FloatX8 (&eights)[3]) {
   const FloatX8 a = eight(fours[0], fours[4]), b = eight(fours[1], fours[5]), c = eight(fours[2], fours[6]),
                 d = eight(fours[3], fours[7]);

@@ -1,5 +1,5 @@
-// Whole numbers of 16 and 32 bits, a register each, as AVX2 and SSE4.2 have them: one text for both. FASTLINES_INT16
-// says that they are there and that leaves are culled with them; AVX-512 does better without (points.hpp).
+// Registers of 16-bit and 32-bit integers, one source for AVX2 and SSE4.2. FASTLINES_INT16 says that they exist and
+// that leaves are culled with them. AVX-512 is faster with dot products of bytes (leaf_cull.hpp).
 #pragma once
 
 #include <cstdint>
@@ -28,18 +28,18 @@ using Register = __m128i;
 using FloatRegister = __m128;
 #endif
 
-/// What comparisons say of numbers of 32 bits: the signs count.
+/// A mask of 32-bit lanes; only the sign of a lane counts.
 struct Mask32s {
   Register v;
   friend Mask32s operator|(Mask32s x, Mask32s y) { return {x.v | y.v}; }
   friend Mask32s operator&(Mask32s x, Mask32s y) { return {x.v & y.v}; }
 };
 
-/// 32 bits each.
+/// A register of 32-bit integers.
 struct Int32s {
   Register v;
 
-  /// A float without its fraction, in all.
+  /// x truncated to an integer, in all lanes.
   static Int32s of(float x) { return {FASTLINES_MM(cvttps_epi32)(FASTLINES_MM(set1_ps)(x))}; }
   FloatRegister floats() const { return FASTLINES_MM(cvtepi32_ps)(v); }
   friend Int32s operator-(Int32s x, Int32s y) { return {FASTLINES_MM(sub_epi32)(x.v, y.v)}; }
@@ -48,7 +48,7 @@ struct Int32s {
 inline Int32s min(Int32s x, Int32s y) { return {FASTLINES_MM(min_epi32)(x.v, y.v)}; }
 inline Int32s abs(Int32s x) { return {FASTLINES_MM(abs_epi32)(x.v)}; }
 
-/// Where x² < y·z, as far as floats tell.
+/// The lanes where x² < y·z, evaluated in float32.
 inline Mask32s is_square_within(Int32s x, Int32s y, float z) {
   const FloatRegister a = x.floats(), b = FASTLINES_MM(mul_ps)(y.floats(), FASTLINES_MM(set1_ps)(z));
 #if defined(__FMA__)
@@ -61,19 +61,19 @@ inline Mask32s is_square_within(Int32s x, Int32s y, float z) {
   return {signs};
 }
 
-/// 16 bits each.
+/// A register of 16-bit integers.
 struct Int16s {
   static constexpr int kCount = sizeof(Register) / 2;
   Register v;
 
   static Int16s all(std::int16_t x) { return {FASTLINES_MM(set1_epi16)(x)}; }
-  /// Of 16 or 32 bytes.
+  /// Loads a whole register: 16 or 32 bytes.
   static Int16s load(const std::uint8_t* bytes) {
     Int16s words;
     std::memcpy(&words.v, bytes, sizeof words.v);
     return words;
   }
-  /// Bytes times signed bytes, the products of two neighbours added up. What is too large is the largest there is.
+  /// Unsigned bytes of x times signed bytes of y, the products of two neighbours added, with saturation.
   friend Int16s dot_bytes(Int16s x, Int16s y) { return {FASTLINES_MM(maddubs_epi16)(x.v, y.v)}; }
   friend Int16s operator+(Int16s x, Int16s y) { return {FASTLINES_MM(add_epi16)(x.v, y.v)}; }
   friend Int16s operator<<(Int16s x, int n_bits) { return {FASTLINES_MM(slli_epi16)(x.v, n_bits)}; }
@@ -81,7 +81,7 @@ struct Int16s {
   friend Int16s add_saturated(Int16s x, Int16s y) { return {FASTLINES_MM(adds_epi16)(x.v, y.v)}; }
 };
 
-/// Two numbers each for half of the lanes of a register, which half of them `low` tells.
+/// Pairs (x, y) of 16-bit integers, for the low or the high half of the lanes of x and y.
 struct Int16Pairs {
   Register v;
 
@@ -92,10 +92,10 @@ struct Int16Pairs {
   friend Int32s dot(Int16Pairs x, Int16Pairs y) { return {FASTLINES_MM(madd_epi16)(x.v, y.v)}; }
 };
 
-/// Both halves in a register.
+/// Packs two masks of 32-bit lanes into one register of 16-bit lanes.
 inline Int16s join(Mask32s low, Mask32s high) { return {FASTLINES_MM(packs_epi32)(low.v, high.v)}; }
 
-/// The signs of sixteen numbers of 16 bits.
+/// The signs of 16 lanes of 16 bits, as a mask.
 #if defined(__AVX2__)
 inline std::uint32_t bits_of(const Int16s (&x)[1]) {
   return std::uint32_t(

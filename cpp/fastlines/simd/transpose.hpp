@@ -1,7 +1,7 @@
-// Rows of numbers that lie anywhere, turned in registers into vectors of what stands at the same place in each.
+// Transposes between records in memory (AoS) and vectors of one field each (SoA), in registers.
 //
-// To write them one by one into arrays and to read these as vectors would take several times as long: a vector can not
-// be read before what it holds has left the processor's queue of stores.
+// Writing the fields to arrays one by one and loading vectors from these takes several times as long: a vector load
+// that spans several recent stores waits until they have left the store buffer.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace fastlines {
 
-/// Four by four lanes, in each quarter of four vectors: what is first in them, what is second, and so on.
+/// Transposes four 4 × 4 matrices: one in each group of four lanes of the four vectors.
 [[gnu::always_inline]] inline void transpose_4x4(const FloatX16 (&from)[4], FloatX16 (&to)[4]) {
   using F = FloatX16;
   const F first[2] = {F::shuffle<0, 1, 0, 1>(from[0], from[1]), F::shuffle<0, 1, 0, 1>(from[2], from[3])};
@@ -22,7 +22,7 @@ namespace fastlines {
   to[3] = F::shuffle<1, 3, 1, 3>(last[0], last[1]);
 }
 
-/// Of sixteen rows the four numbers from `at` on: the first of each, the second, and so on.
+/// Columns at … at + 3 of 16 rows.
 [[gnu::always_inline]] inline void transpose_rows(const float* const (&rows)[16], int at, FloatX16 (&columns)[4]) {
   FloatX16 from[4];
   for (int i = 0; i < 4; ++i)
@@ -30,8 +30,8 @@ namespace fastlines {
   transpose_4x4(from, columns);
 }
 
-/// Sixteen rows of n numbers, n ≥ 4: the first of each, the second, and so on. The last four columns may overlap those
-/// before. Unrolled by hand, or the columns would not stay in registers.
+/// The n ≥ 4 columns of 16 rows of n floats. Takes four columns at a time; the last four may overlap those before.
+/// Unrolled by templates, because a loop would not keep the columns in registers.
 template <std::size_t n>
 [[gnu::always_inline]] inline void transpose_rows(const float* const (&rows)[16], FloatX16 (&columns)[n]) {
   static_assert(n >= 4);
@@ -46,24 +46,24 @@ template <std::size_t n>
   }(std::make_index_sequence<(n + 3) / 4>());
 }
 
-/// The other way: of n columns of sixteen numbers, the kth of which is `column(k)`, sixteen rows.
+/// The inverse: writes 16 rows from n columns of 16 floats, where column(k) points to the k-th.
 template <int n, class Row, class Column>
 [[gnu::always_inline]] inline void transpose_columns(const Column& column, Row* rows) {
   static_assert(n % 4 == 0 && n * sizeof(float) <= sizeof(Row));
   for (int k = 0; k < n; k += 4) {
     const FloatX16 from[4] = {FloatX16::load(column(k)), FloatX16::load(column(k + 1)), FloatX16::load(column(k + 2)),
                               FloatX16::load(column(k + 3))};
-    FloatX16 turned[4];
-    transpose_4x4(from, turned);
+    FloatX16 transposed[4];
+    transpose_4x4(from, transposed);
     const auto at = [=](int i) { return reinterpret_cast<float*>(rows + i) + k; };
-    for (int i = 0; i < 4; ++i) turned[i].store_rows(at(i), at(4 + i), at(8 + i), at(12 + i));
+    for (int i = 0; i < 4; ++i) transposed[i].store_rows(at(i), at(4 + i), at(8 + i), at(12 + i));
   }
 }
 
-/// Sixteen points, four of which stand side by side at a time: their x, y and z.
+/// The x, y and z of 16 points; fours[i] points to points 4i … 4i + 3, packed.
 [[gnu::always_inline]] inline void transpose_points(const float* const (&fours)[4], FloatX16 (&xyz)[3]) {
   using F = FloatX16;
-  F parts[3];  // x y z x, y z x y, and z x y z of each four points
+  F parts[3];  // in each group of lanes: x y z x, y z x y, and z x y z of its four points
   for (int k = 0; k < 3; ++k)
     parts[k] = F::of_rows(fours[0] + 4 * k, fours[1] + 4 * k, fours[2] + 4 * k, fours[3] + 4 * k);
   const F &a = parts[0], &b = parts[1], &c = parts[2];

@@ -1,4 +1,4 @@
-// Sixteen floats as four vectors of four, in the compiler's own vector types: SSE4.2, NEON, and whatever else there is.
+// FloatX16 for SSE4.2, NEON and portable code: four vectors of four lanes, in the compiler's vector types.
 #pragma once
 
 #include <bit>
@@ -31,7 +31,7 @@ inline constexpr const char* kSimd = "portable";
 using FloatX4 = float __attribute__((vector_size(16)));
 using IntX4 = std::int32_t __attribute__((vector_size(16)));
 
-/// The signs of four lanes as bits.
+/// The signs of four lanes, as a mask.
 inline std::uint32_t bits_of(IntX4 mask) {
 #if defined(__SSE4_2__) && !defined(FASTLINES_PORTABLE)
   return std::uint32_t(_mm_movemask_ps(reinterpret_cast<__m128>(mask)));
@@ -43,6 +43,7 @@ inline std::uint32_t bits_of(IntX4 mask) {
 #endif
 }
 
+/// Four bytes, converted to float.
 inline FloatX4 x4_of_bytes(const std::uint8_t* p) {
 #if defined(__SSE4_2__) && !defined(FASTLINES_PORTABLE)
   std::int32_t four;
@@ -72,9 +73,9 @@ struct FloatX16 {
   FloatX4 v[4];
   static constexpr int kRegisters = 4;
 #if defined(FASTLINES_COUNTERS)
-  static constexpr int kMaxPermuteTable = 64;  // steps are counted as AVX-512 takes them
+  static constexpr int kMaxPermuteTable = 64;  // as with AVX-512, so that its steps are counted
 #else
-  static constexpr int kMaxPermuteTable = 0;  // permute is not worth its time
+  static constexpr int kMaxPermuteTable = 0;  // permute never pays
 #endif
 
   FloatX16() = default;
@@ -86,15 +87,16 @@ struct FloatX16 {
     std::memcpy(x.v, p, sizeof x.v);
     return x;
   }
+  /// 16 bytes, converted to float.
   static FloatX16 bytes(const std::uint8_t* p) {
     return {x4_of_bytes(p), x4_of_bytes(p + 4), x4_of_bytes(p + 8), x4_of_bytes(p + 12)};
   }
-  /// Lane k of four, in all lanes.
+  /// Lane k of x, broadcast to all lanes.
   template <int k>
   static FloatX16 broadcast(const FloatX4& x) {
     return {x[k]};
   }
-  /// Four numbers of each of four rows, side by side; and back.
+  /// Four floats of each of four rows, one row per group of four lanes; store_rows is the inverse.
   static FloatX16 of_rows(const float* p, const float* q, const float* r, const float* s) {
     return {four(p), four(q), four(r), four(s)};
   }
@@ -104,7 +106,7 @@ struct FloatX16 {
     std::memcpy(r, &v[2], sizeof v[2]);
     std::memcpy(s, &v[3], sizeof v[3]);
   }
-  /// Lanes i and j of each four of x, then k and l of those of y.
+  /// In each group of four lanes: lanes i and j of x, then lanes k and l of y.
   template <int i, int j, int k, int l>
   static FloatX16 shuffle(const FloatX16& x, const FloatX16& y) {
     FloatX16 fours;
@@ -112,15 +114,15 @@ struct FloatX16 {
     return fours;
   }
   void store(float* p) const { std::memcpy(p, v, sizeof v); }
-  /// Of the numbers of a table, 16 or 64, those with these indices, of which no higher bits count.
+  /// table[index[i] % n] in each lane i, for a table of n = 16 or 64 floats.
   template <int n = 16>
   static FloatX16 permute(const float* table, const std::uint32_t* index) {
-    float x[16];  // copied as bytes, for the table may hold other numbers
+    float x[16];  // filled by memcpy: the table may hold integers, which a float copy could change
     for (int i = 0; i < 16; ++i) std::memcpy(&x[i], table + index[i] % n, sizeof(float));
     return load(x);
   }
 
-  /// The same of a table of sixteen doubles, which are written.
+  /// Writes table[index[i] % 16] for a table of 16 doubles.
   static void permute(const double* table, const std::uint32_t* index, double* to) {
     for (int i = 0; i < 16; ++i) to[i] = table[index[i] % 16];
   }
@@ -167,7 +169,7 @@ inline FloatX16 blend(MaskX16 mask, FloatX16 x, FloatX16 y) {
           mask.v[3] ? x.v[3] : y.v[3]};
 }
 
-/// x in the lanes of these bits, y in the others.
+/// x in the lanes whose bit is set, y in the others.
 inline FloatX16 blend(std::uint32_t bits, FloatX16 x, FloatX16 y) {
   const int all = int(bits);
   const IntX4 four{all, all, all, all};
@@ -177,7 +179,7 @@ inline FloatX16 blend(std::uint32_t bits, FloatX16 x, FloatX16 y) {
   return {chosen(0), chosen(1), chosen(2), chosen(3)};
 }
 
-/// The lanes of these bits, one after the other; writes sixteen.
+/// Moves the lanes whose bit is set to the front. Writes 16 floats; those past the set lanes have any value.
 inline void compress(std::uint32_t bits, FloatX16 x, float* to) {
   float from[16];
   x.store(from);
@@ -187,14 +189,14 @@ inline void compress(std::uint32_t bits, FloatX16 x, float* to) {
   for (int i = 0; i < 8; ++i) put(n + i, 8 + kCompressTable.lanes[bits >> 8][i]);
 }
 
-/// The numbers of these bits, plus `base`; writes sixteen.
+/// base + i for each set bit i, in order. Writes 16 words; those past the set bits have any value.
 inline void compress_indices(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
   const int n = std::popcount(bits & 0xff);
   for (int i = 0; i < 8; ++i) to[i] = base + kCompressTable.lanes[bits & 0xff][i];
   for (int i = 0; i < 8; ++i) to[n + i] = base + 8 + kCompressTable.lanes[bits >> 8][i];
 }
 
-/// Which of sixteen whole numbers are not zero.
+/// A bit for each of 16 integers that is not zero.
 inline std::uint32_t nonzero_mask(const std::uint32_t* numbers) {
   std::uint32_t bits = 0;
   for (int i = 0; i < 4; ++i) {
@@ -205,7 +207,7 @@ inline std::uint32_t nonzero_mask(const std::uint32_t* numbers) {
   return bits;
 }
 
-/// The lanes in which x and y, or z, or w are not negative.
+/// A bit for each lane in which x and y both have sign bit 0, or z has, or w has.
 inline std::uint32_t nonnegative_mask(FloatX16 x, FloatX16 y, FloatX16 z, FloatX16 w) {
   const auto four = [&](int i) {
     return bits_of(((IntX4(x.v[i]) | IntX4(y.v[i])) & IntX4(z.v[i]) & IntX4(w.v[i])) >= 0) << 4 * i;
@@ -213,7 +215,7 @@ inline std::uint32_t nonnegative_mask(FloatX16 x, FloatX16 y, FloatX16 z, FloatX
   return four(0) | four(1) | four(2) | four(3);
 }
 
-/// The least of all lanes.
+/// The minimum over all lanes.
 inline float reduce_min(FloatX16 x) {
   const auto less = [](FloatX4 a, FloatX4 b) { return a < b ? a : b; };
   const FloatX4 four = less(less(x.v[0], x.v[1]), less(x.v[2], x.v[3]));
