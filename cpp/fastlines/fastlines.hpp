@@ -1,4 +1,4 @@
-// All of fastlines for C++ programs.
+// Includes everything that a C++ program needs.
 #pragma once
 
 #include "build/builder.hpp"

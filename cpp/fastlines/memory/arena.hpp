@@ -1,47 +1,49 @@
-// Memory in pieces of large blocks.
+// A bump allocator: pieces of large blocks, each freed with its last piece.
 #pragma once
 
 #include "page_pool.hpp"
 
 namespace fastlines {
 
-/// Gives out memory in pieces of large blocks, to one thread. A block lives as long as any piece of it; the last one
-/// also as long as the arena, which begins it anew when no piece is left.
+/// Allocates pieces of large blocks for one thread. A block lives as long as any piece of it. The current block also
+/// lives as long as the arena, which reuses it from the start once no piece of it is left.
 class Arena {
  public:
   Arena() = default;
-  Arena(const Arena&) {}  // which has its own blocks
+  Arena(const Arena&) {}  // a copy starts without blocks
   Arena& operator=(const Arena&) = delete;
 
-  /// A piece, which may be written to until the end of so many bytes.
-  std::shared_ptr<std::byte> begin(std::size_t most_bytes) {
-    if (block_.use_count() == 1) {  // no piece is left: its memory is in the cache yet
+  /// Begins a piece of up to max_bytes; `end` fixes its size.
+  std::shared_ptr<std::byte> begin(std::size_t max_bytes) {
+    // Reuse the block if no piece of it is left: its memory is still in the cache.
+    if (block_.use_count() == 1) {
       std::atomic_thread_fence(std::memory_order_acquire);
-      (void)std::shared_ptr(block_);  // ThreadSanitizer knows no fences, but what copies do to the count
+      (void)std::shared_ptr(block_);  // ThreadSanitizer ignores fences but understands the count of a copy
       left_ += std::size_t(at_ - block_.get());
       at_ = block_.get();
     }
-    if (left_ < most_bytes) {
-      const std::size_t n_bytes = std::max(most_bytes, next_);
+    if (left_ < max_bytes) {
+      const std::size_t n_bytes = std::max(max_bytes, next_);
       block_.reset(static_cast<std::byte*>(PagePool::allocate(n_bytes)), &PagePool::release);
       at_ = block_.get();
       left_ = n_bytes;
-      next_ = std::min(2 * next_, kLargest);
+      next_ = std::min(2 * next_, kMaxBlockBytes);
     }
     return {block_, at_};
   }
 
-  /// So much of the piece that was begun last is free_list.
+  /// Keeps the first n_bytes of the piece begun last; the rest goes to the next piece.
   void end(std::size_t n_bytes) {
     at_ += n_bytes;
     left_ -= n_bytes;
   }
 
  private:
-  static constexpr std::size_t kLargest = std::size_t(1) << 23;
+  /// Blocks double in size up to this; only a larger piece gets a larger block.
+  static constexpr std::size_t kMaxBlockBytes = std::size_t(1) << 23;
   std::shared_ptr<std::byte> block_;
-  std::byte* at_ = nullptr;
-  std::size_t left_ = 0, next_ = std::size_t(1) << 16;
+  std::byte* at_ = nullptr;                             // start of the next piece
+  std::size_t left_ = 0, next_ = std::size_t(1) << 16;  // bytes left in the block; size of the next block
 };
 
 }  // namespace fastlines

@@ -1,4 +1,4 @@
-// Arrays that builds fill again and again.
+// An uninitialised array of trivial types, for data that builds and queries write again and again.
 #pragma once
 
 #include <span>
@@ -9,8 +9,8 @@
 
 namespace fastlines {
 
-/// An array of plain data that nobody clears: a build writes to more places than it keeps, and the pages behind those
-/// that it does not write to are never touched.
+/// An uninitialised array. A build reserves more elements than it keeps, and pages that it does not write to are never
+/// touched.
 template <class T>
 class Buffer {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -26,7 +26,7 @@ class Buffer {
   }
   ~Buffer() { PagePool::release(data_); }
 
-  /// Forget what is in it, and have room for n elements.
+  /// Discards the contents and reserves n elements.
   T* make_room(std::size_t n) {
     size_ = 0;
     if (n <= capacity_) return data_;
@@ -36,14 +36,14 @@ class Buffer {
     return data_;
   }
 
-  /// Have room for n elements, and keep the first ones.
+  /// Reserves n elements and keeps the first n_first.
   void grow(std::size_t n, std::size_t n_first) {
     Buffer larger;
     std::uninitialized_copy_n(data_, n_first, larger.make_room(n));
     *this = std::move(larger);
   }
 
-  /// Have n elements, those that are or will be written at the front.
+  /// Sets the size to n; the first n elements have been or will be written by the caller.
   void keep(std::size_t n) { size_ = n; }
 
   void assign(std::span<const T> from) {

@@ -7,7 +7,7 @@
 
 namespace fastlines {
 
-/// A vector in such memory.
+/// The allocator of LargeVector.
 template <class T>
 struct Allocator {
   using value_type = T;
@@ -23,8 +23,8 @@ struct Allocator {
 template <class T>
 using LargeVector = std::vector<T, Allocator<T>>;
 
-/// Have room for so many more. Room that is not used costs only addresses, and to grow is to copy: so a small vector
-/// grows by more than it would by itself.
+/// Reserves room for n more elements. Unused capacity costs only address space, while growing copies. So a vector of
+/// less than 2 MB reserves eight times what it needs, a larger one twice.
 template <class T>
 void reserve_more(LargeVector<T>& vector, std::size_t n) {
   constexpr std::size_t small = std::size_t(1) << 21;

@@ -1,4 +1,4 @@
-// Memory as large answers, the lists of a build and the blocks of a layout want it.
+// Memory for large answers, the lists of a build and the blocks of a layout: aligned, in huge pages, and reused.
 #pragma once
 
 #include <algorithm>
@@ -18,63 +18,66 @@
 
 namespace fastlines {
 
-/// Memory as it is given out: aligned data after a header.
+/// Allocates aligned blocks of data behind a header.
 class PagePool {
  public:
-  /// In huge pages where that saves faults; a block that was released before if one is not much too large.
+  /// Returns a released block if one fits without much waste, otherwise a new one. Large blocks use huge pages, which
+  /// saves page faults. Throws std::bad_alloc.
   static void* allocate(std::size_t n_bytes) {
     const std::size_t size = size_for(n_bytes);
     if (void* const again = free_list().take(n_bytes, size)) return again;
-    auto* const begin = static_cast<std::byte*>(std::aligned_alloc(alignment_for(n_bytes), kBlock + size));
+    auto* const begin = static_cast<std::byte*>(std::aligned_alloc(alignment_for(n_bytes), kHeaderBytes + size));
     if (!begin) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE
-    if (alignment_for(n_bytes) == kHuge)
-      madvise(begin, kBlock + n_bytes, MADV_HUGEPAGE);  // a hint: if it is refused, nothing is lost
+    if (alignment_for(n_bytes) == kHugePage)
+      madvise(begin, kHeaderBytes + n_bytes, MADV_HUGEPAGE);  // a hint: its failure does no harm
 #endif
     new (begin) Header{size, size};
-    return begin + kBlock;
+    return begin + kHeaderBytes;
   }
 
-  /// Only the first so many bytes are of use: the system may have the pages behind them, which stay part of the block.
+  /// Returns the pages behind the first n_bytes to the system. Their addresses stay part of the block.
   static void use_first([[maybe_unused]] void* data, [[maybe_unused]] std::size_t n_bytes) noexcept {
 #ifdef __linux__
-    constexpr std::size_t page = 1 << 12, worth_it = 1 << 20;
+    constexpr std::size_t page = 1 << 12, min_bytes = 1 << 20;  // less is not worth the call
     const auto begin = reinterpret_cast<std::uintptr_t>(data);
     const auto from = (begin + n_bytes + page - 1) / page * page, to = (begin + size_of(data)) / page * page;
-    if (to <= from || to - from < worth_it) return;
+    if (to <= from || to - from < min_bytes) return;
     madvise(reinterpret_cast<void*>(from), to - from, MADV_DONTNEED);
     header_of(data).n_used = from - begin;
 #endif
   }
 
+  /// Keeps a block for reuse or frees it; `data` may be null.
   static void release(void* data) noexcept {
     if (data && !free_list().add(data)) std::free(begin_of(data));
   }
 
  private:
   struct Header {
-    std::size_t size, n_used;  // bytes; no others than those in use are known to take memory
+    std::size_t size, n_used;  // bytes of the data, and of its part that may occupy memory
   };
-  static constexpr std::size_t kBlock = 128, kHuge = std::size_t(1) << 21;
+  /// The size of a header, which is also the least alignment; and the size of a huge page.
+  static constexpr std::size_t kHeaderBytes = 128, kHugePage = std::size_t(1) << 21;
 
-  static std::size_t alignment_for(std::size_t n_bytes) { return n_bytes >= 2 * kHuge ? kHuge : kBlock; }
+  static std::size_t alignment_for(std::size_t n_bytes) { return n_bytes >= 2 * kHugePage ? kHugePage : kHeaderBytes; }
 
-  /// What a new block for so many bytes has room for.
+  /// The size of a new block for n_bytes: the whole block is a multiple of its alignment.
   static std::size_t size_for(std::size_t n_bytes) {
     const std::size_t alignment = alignment_for(n_bytes);
-    return (kBlock + n_bytes + alignment - 1) / alignment * alignment - kBlock;
+    return (kHeaderBytes + n_bytes + alignment - 1) / alignment * alignment - kHeaderBytes;
   }
 
-  static std::byte* begin_of(void* data) { return static_cast<std::byte*>(data) - kBlock; }
+  static std::byte* begin_of(void* data) { return static_cast<std::byte*>(data) - kHeaderBytes; }
   static Header& header_of(void* data) { return *std::launder(reinterpret_cast<Header*>(begin_of(data))); }
   static std::size_t size_of(void* data) { return header_of(data).size; }
 
-  /// What was released last: to touch memory of the system's for the first time takes longer than to write an answer
-  /// to it, so the next answer takes that of an earlier one. Nobody waits for it: a process that was forked while it
-  /// was in use would wait for ever.
+  /// The blocks released last, for reuse: touching new pages of the system takes longer than writing an answer to them.
+  /// Its lock is only tried, never waited for: in a process forked while a thread held the lock, waiting would never
+  /// end.
   class FreeList {
    public:
-    /// A block for so many bytes that is not much larger than a new one would be.
+    /// The smallest block of at least n_bytes that is at most a third larger than a new one; null if there is none.
     void* take(std::size_t n_bytes, std::size_t size_of_new) {
       if (n_bytes < kMinBytes) return nullptr;
       const std::unique_lock lock(mutex_, std::try_to_lock);
@@ -92,7 +95,8 @@ class PagePool {
       return data;
     }
 
-    /// Makes room by letting go of what was released first; false if the block is not worth keeping.
+    /// Keeps a block and frees the oldest ones to make room. Returns false if the block is too small or too large to
+    /// keep, or if the lock is taken.
     bool add(void* data) noexcept {
       const auto [size, n_used] = header_of(data);
       if (size < kMinBytes || n_used > kMaxBytes) return false;
@@ -109,15 +113,16 @@ class PagePool {
     }
 
    private:
+    /// The smallest block to keep; the most memory and the most blocks kept.
     static constexpr std::size_t kMinBytes = std::size_t(1) << 16, kMaxBytes = std::size_t(1) << 28, kMaxBlocks = 256;
     std::mutex mutex_;
-    std::vector<void*> blocks_;
-    std::size_t n_bytes_ = 0;                    // in use
-    FreeList() { blocks_.reserve(kMaxBlocks); }  // so that keep never allocates
+    std::vector<void*> blocks_;                  // oldest first
+    std::size_t n_bytes_ = 0;                    // the sum of their n_used
+    FreeList() { blocks_.reserve(kMaxBlocks); }  // so that `add` never allocates
     friend class PagePool;
   };
 
-  /// Never destroyed: answers may outlive all else at exit.
+  /// Never destroyed: answers may outlive every static object at exit.
   static FreeList& free_list() {
     static FreeList& blocks = *new FreeList;
     return blocks;

@@ -1,5 +1,5 @@
-// Work on all cores: chunks of it are dealt out by a counter. Where each chunk has a place of its own for what it
-// finds, the number of threads can not be seen in the outcome.
+// A parallel loop over chunks, which threads take from an atomic counter. If each chunk writes to a place of its own,
+// the result does not depend on the number of threads.
 #pragma once
 
 #include <algorithm>
@@ -11,13 +11,13 @@
 
 namespace fastlines {
 
-/// Which part of a long call's progress some work is.
+/// The part of a long call's progress that a loop covers, as fractions of the whole.
 struct Stage {
   double from = 0.0, to = 1.0;
 };
 
-/// Call work(worker, chunk) for all chunks, each thread with a worker that make() gave it. The first exception ends the
-/// work and is rethrown.
+/// Calls work(worker, chunk) for all chunks; make() creates the worker of each thread. The first exception stops the
+/// loop and is rethrown.
 template <class Make, class Work>
 void parallel_for(std::size_t n_chunks, unsigned n_threads, Progress& progress, Make&& make, Work&& work,
                   Stage stage = {}) {

@@ -1,4 +1,4 @@
-// What a long call shares with whoever watches it: how far it is, and whether it should stop.
+// The state that a long call shares with its watcher: its progress, and a request to cancel it.
 #pragma once
 
 #include <atomic>
@@ -6,6 +6,7 @@
 
 namespace fastlines {
 
+/// Thrown by a call that was asked to stop.
 struct Cancelled : std::exception {
   const char* what() const noexcept override { return "cancelled"; }
 };
@@ -14,6 +15,7 @@ struct Progress {
   std::atomic<double> done{0.0};  // from 0 to 1
   std::atomic<bool> cancel{false};
 
+  /// Throws Cancelled if the call is to stop.
   void check() const {
     if (cancel.load(std::memory_order_relaxed)) throw Cancelled{};
   }

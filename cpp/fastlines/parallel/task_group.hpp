@@ -1,7 +1,7 @@
-// Fork and join: the two subtrees of a large node are built side by side.
+// Fork and join, to build the two subtrees of a large node in parallel.
 //
-// Whoever offered a task takes it back if nobody has begun it, and else helps with others until it is done. What a task
-// makes does not depend on who does it.
+// The thread that forked a task takes it back if no other thread has started it; otherwise it runs other tasks until
+// that one is done. The result of a task does not depend on the thread that runs it.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ class TaskGroup {
   ~TaskGroup() {
     {
       const std::lock_guard lock(mutex_);
-      over_ = true;
+      stopping_ = true;
     }
     changed_.notify_all();
     for (std::thread& thread : threads_) thread.join();
@@ -36,10 +36,10 @@ class TaskGroup {
   TaskGroup(const TaskGroup&) = delete;
   TaskGroup& operator=(const TaskGroup&) = delete;
 
-  /// Whether anybody is there to share work with.
+  /// Whether the group has more than one thread.
   bool shared() const { return !threads_.empty(); }
 
-  /// Keep the first error that is more than a consequence of another.
+  /// Keeps the first error other than Cancelled, which only follows from another error.
   void note(std::exception_ptr error) {
     try {
       std::rethrow_exception(error);
@@ -49,13 +49,14 @@ class TaskGroup {
       if (!error_) error_ = error;
     }
   }
+  /// Throws the error that `note` kept, if there is one.
   void rethrow() {
     const std::lock_guard lock(mutex_);
     if (error_) std::rethrow_exception(error_);
   }
 
-  /// Do `mine`, while somebody may take `theirs`. Returns whether that is done too; else it is still to be done. Both
-  /// are over before what either throws is thrown on.
+  /// Runs `mine` while another thread may run `theirs`. Returns true if `theirs` was run too; otherwise the caller has
+  /// to run it. An exception of either leaves only after both have ended.
   template <class Mine, class Theirs>
   bool side_by_side(Mine&& mine, Theirs&& theirs) {
     Task task(theirs);
@@ -74,17 +75,17 @@ class TaskGroup {
     return true;
   }
 
-  /// Call work(first, end) for parts of [first, end), none much smaller than `least`.
+  /// Calls work(first, end) for parts of [first, end), each of at least min_size unless the whole is smaller.
   template <class Work>
-  void in_parts(std::size_t first, std::size_t end, std::size_t least, Work&& work) {
-    if (!shared() || end - first < 2 * least) return work(first, end);
+  void in_parts(std::size_t first, std::size_t end, std::size_t min_size, Work&& work) {
+    if (!shared() || end - first < 2 * min_size) return work(first, end);
     const std::size_t middle = first + (end - first) / 2;
-    const auto rest = [&] { in_parts(middle, end, least, work); };
-    if (!side_by_side([&] { in_parts(first, middle, least, work); }, rest)) rest();
+    const auto rest = [&] { in_parts(middle, end, min_size, work); };
+    if (!side_by_side([&] { in_parts(first, middle, min_size, work); }, rest)) rest();
   }
 
  private:
-  /// Something to do. It stays where it is until it has been joined.
+  /// A piece of work. Its address must stay valid until it is taken back or joined.
   class Task {
    public:
     explicit Task(std::function<void()> work) : work_(std::move(work)) {}
@@ -112,16 +113,16 @@ class TaskGroup {
     changed_.notify_one();
   }
 
-  /// Whether nobody had begun it.
+  /// Removes a task that no thread has started. Returns false if one has.
   bool take_back(Task& task) {
     const std::lock_guard lock(mutex_);
-    const auto mine = std::find(waiting_.begin(), waiting_.end(), &task);
-    if (mine == waiting_.end()) return false;
-    waiting_.erase(mine);
+    const auto place = std::find(waiting_.begin(), waiting_.end(), &task);
+    if (place == waiting_.end()) return false;
+    waiting_.erase(place);
     return true;
   }
 
-  /// Wait until a task that somebody has begun is done; throws what it threw.
+  /// Waits for a task that another thread has started, running other tasks meanwhile. Throws what the task threw.
   void join(Task& task) {
     std::unique_lock lock(mutex_);
     while (!task.done_.load(std::memory_order_acquire)) {
@@ -133,7 +134,7 @@ class TaskGroup {
     if (task.error_) std::rethrow_exception(task.error_);
   }
 
-  /// The oldest is the largest.
+  /// Runs the task that has waited longest, which is the largest. `lock` is released meanwhile.
   void run_oldest(std::unique_lock<std::mutex>& lock) {
     Task& task = *waiting_.front();
     waiting_.pop_front();
@@ -146,8 +147,8 @@ class TaskGroup {
   void serve() {
     std::unique_lock lock(mutex_);
     for (;;) {
-      changed_.wait(lock, [this] { return over_ || !waiting_.empty(); });
-      if (over_) return;
+      changed_.wait(lock, [this] { return stopping_ || !waiting_.empty(); });
+      if (stopping_) return;
       run_oldest(lock);
     }
   }
@@ -157,7 +158,7 @@ class TaskGroup {
   std::deque<Task*> waiting_;
   std::vector<std::thread> threads_;
   std::exception_ptr error_;
-  bool over_ = false;
+  bool stopping_ = false;
 };
 
 }  // namespace fastlines

@@ -1,4 +1,4 @@
-// Threads that work together.
+// Starting threads that work together, with as many as the system allows.
 #pragma once
 
 #include <atomic>
@@ -17,9 +17,9 @@
 
 namespace fastlines {
 
-/// Let a thread that has just been started run on another core than this one, which has work to do: the system may put
-/// it here all the same, to wait for milliseconds until it looks whether other cores are idle. From then on it may run
-/// anywhere. These are hints: if they are refused, it begins where it was put.
+/// Moves a thread that was just started off the calling thread's core, which is busy. The system may otherwise leave it
+/// there for milliseconds, until it next looks for idle cores. Afterwards the thread may run anywhere. The calls are
+/// hints: if they are refused, the thread starts where the system put it.
 inline void move_off_this_core([[maybe_unused]] std::thread& thread) {
 #ifdef __linux__
   const int here = sched_getcpu();
@@ -34,22 +34,24 @@ inline void move_off_this_core([[maybe_unused]] std::thread& thread) {
 #endif
 }
 
-/// What threads wait at until it is known how many of them work.
+/// Holds threads back until it is known how many of them are to work.
 struct StartGate {
   static constexpr auto kUnknown = std::numeric_limits<std::size_t>::max();
-  std::atomic<std::size_t> n_kept{kUnknown}, n_missing{0};
-  std::mutex mutex;
+  std::atomic<std::size_t> n_kept{kUnknown}, n_missing{0};  // threads that work, and those of them not ready yet
+  std::mutex mutex;                                         // lets one thread at a time allocate
 };
 
-/// Up to n threads that call run, once all of them are there. Where the system refuses one, the memory may be used up
-/// by the stacks of those that there are: half of them are let go, for the work needs memory too (glibc gives back what
-/// is above 40 MB of stacks). Whoever called goes on with fewer, or alone.
+/// Starts up to n threads that call run() once it is known how many there are, and returns them.
+///
+/// If the system refuses a thread, the stacks of the others may have used up the memory, which the work needs too. So
+/// half of them end (glibc then returns stacks above 40 MB), and the caller continues with fewer threads, or alone.
 template <class Run>
 std::vector<std::thread> start_threads(std::size_t n, Run run) {
   if (n == 0) return {};
-  // A thread's first exception and first thread-local variable need memory, and glibc ends the process if there is
-  // none. So each thread takes it before it works: one after another, since the first allocation of a thread borrows
-  // 128 MB of addresses for a moment; and where memory is short, all of them before any works.
+  // The first exception and the first thread-local variable of a thread allocate memory, and glibc ends the process if
+  // there is none. So each thread allocates it before it works. Threads do so one after another, because the first
+  // allocation of a thread briefly reserves 128 MB of addresses. Where memory is short, no thread works before all
+  // have.
   const auto take_memory = [] {
     [[maybe_unused]] thread_local volatile bool taken;
     taken = std::uncaught_exceptions() == 0;
@@ -61,35 +63,35 @@ std::vector<std::thread> start_threads(std::size_t n, Run run) {
 
   take_memory();
   std::unique_lock closed(gate->mutex);
-  std::vector<std::thread> crew;
-  crew.reserve(n);
+  std::vector<std::thread> threads;
+  threads.reserve(n);
   std::size_t n_kept = n;
   try {
     for (std::size_t i = 0; i < n; ++i) {
-      crew.emplace_back([=] {
+      threads.emplace_back([=] {
         gate->n_kept.wait(StartGate::kUnknown);
         const std::size_t n_workers = gate->n_kept;
         if (i >= n_workers) return;
-        std::unique_lock one_by_one(gate->mutex);
+        std::unique_lock lock(gate->mutex);
         take_memory();
-        one_by_one.unlock();
+        lock.unlock();
         if (n_workers < n) {
           if (--gate->n_missing == 0) gate->n_missing.notify_all();
           wait_for_others();
         }
         run();
       });
-      move_off_this_core(crew.back());
+      move_off_this_core(threads.back());
     }
   } catch (const std::exception&) {
-    gate->n_missing = n_kept = crew.size() / 2;
+    gate->n_missing = n_kept = threads.size() / 2;
   }
   gate->n_kept = n_kept;
   gate->n_kept.notify_all();
-  for (; crew.size() > n_kept; crew.pop_back()) crew.back().join();
+  for (; threads.size() > n_kept; threads.pop_back()) threads.back().join();
   closed.unlock();
   wait_for_others();
-  return crew;
+  return threads;
 }
 
 }  // namespace fastlines
