@@ -1,11 +1,14 @@
-// Whether rays go is_coherent as a bundle or single: measured from the rays, and from what those before have cost.
+// Decides whether rays are traced as a bundle or as incoherent rays, from their divergence and from measured costs.
 //
-// A bundle meets what lies between its rays, so it pays as long as they stray little beside what the tree tells apart.
-// How little depends on the scene: leaves of straight hair are long, but lie close beside each other. So the bound on
-// the divergence comes down where bundles turn out much dearer than rays single, then slowly comes up again, and at
-// once where rays single get cheap. What rays single cost elsewhere in a picture tells nothing: where a bundle looks
-// dear and none went single of late, the begin_group group does, and those after it are judged by that. Answers are the
-// same, whichever way they are found.
+// A bundle visits everything that lies between its rays. So it pays as long as its divergence is small compared with
+// what the tree separates. How small depends on the scene: leaves of straight hair are long but lie side by side.
+//
+//  - The bound on the divergence falls where bundles cost much more than incoherent rays. It then recovers slowly, or
+//    at once where incoherent rays become cheap.
+//  - A cost measured elsewhere in a picture says nothing about this place. If a bundle looks expensive and no recent
+//    group was traced as incoherent rays, the next group is: it is a probe, by which later groups are judged.
+//
+// The choice never changes an answer.
 #pragma once
 
 #include <algorithm>
@@ -15,72 +18,91 @@
 
 namespace fastlines {
 
-class BundleHeuristic {
- public:
-  explicit BundleHeuristic(float mean_extent) : max_bound_(kMaxDivergence * mean_extent), bound_(max_bound_) {}
+/// Bounds on costs are in the cycles of `BundleStepCost` and `SingleStepCost`.
+struct BundleHeuristicTuning {
+  /// The bound on the divergence at the start, as a multiple of the mean extent of a leaf.
+  static constexpr float kMaxDivergence = 1.6f;
+  /// The least bound, as a fraction of the bound at the start.
+  static constexpr float kMinDivergence = 0.001f;
+  /// The bound grows by this factor with each group.
+  static constexpr float kRelaxFactor = 1.01f;
+  /// Cycles per ray: a bundle that costs no more is never compared with incoherent rays.
+  static constexpr float kTrustCycles = 500.0f;
+  /// A bundle is worse than incoherent rays if it costs over this many times as much, however wrong the costs are.
+  static constexpr float kWorseFactor = 2.5f;
+  /// Groups for which a measured cost of incoherent rays stays valid: later groups lie elsewhere.
+  static constexpr int kSampleLifetime = 16;
+  /// The bound returns to its start if incoherent rays cost less than this fraction of what they cost when it fell.
+  static constexpr float kRecoverFactor = 0.6f;
+  /// Cycles per ray: a bundle that costs no more is never aborted.
+  static constexpr float kAbortCycles = 6000.0f;
+  /// A bundle is aborted only if it costs over this many times as much per ray as incoherent rays.
+  static constexpr float kAbortFactor = 4.0f;
+  /// Rays: once the sample of incoherent rays has this many, its weight is halved, so that it follows the scene.
+  static constexpr std::uint64_t kSampleRays = 512;
+};
 
-  /// Before each group of rays.
+class BundleHeuristic {
+  using Tuning = BundleHeuristicTuning;
+
+ public:
+  /// `mean_extent`: of the leaves, in the frame.
+  explicit BundleHeuristic(float mean_extent) : max_bound_(Tuning::kMaxDivergence * mean_extent), bound_(max_bound_) {}
+
+  /// Call before each group of rays.
   void begin_group() {
-    bound_ = std::min(max_bound_, kRelaxFactor * bound_);
+    bound_ = std::min(max_bound_, Tuning::kRelaxFactor * bound_);
     ++sample_age_;
   }
 
+  /// Whether rays of this divergence, in the frame, are traced as a bundle.
   bool is_coherent(float divergence) const { return divergence <= bound_; }
 
-  /// Whether to let a group go single, to learn what that costs.
+  /// Whether to trace the next group as incoherent rays, to measure their cost. Asking clears the request.
   bool should_probe() { return std::exchange(probe_, false); }
 
-  /// What so many rays may cost is_coherent before they are better asked single after all.
+  /// The most cycles that a bundle of `n_rays` may cost; beyond it, tracing them as incoherent rays is better.
   std::uint64_t budget(int n_rays) const {
-    const float a_ray = single_.rays == 0 ? kAbortCycles : std::max(kAbortCycles, kAbortFactor * single_.per_ray());
-    return std::uint64_t(a_ray) * std::uint64_t(n_rays);
+    const float measured = incoherent_.rays == 0 ? 0.0f : Tuning::kAbortFactor * incoherent_.per_ray();
+    return std::uint64_t(std::max(Tuning::kAbortCycles, measured)) * std::uint64_t(n_rays);
   }
 
+  /// Lower the bound, or request a probe, if a bundle was expensive.
   void record_bundle(const Sample& sample, float divergence) {
     const float cost = sample.per_ray();
-    if (cost <= kTrustCycles) return;
-    if (single_.rays > 0) {
-      const float single = single_.per_ray();
-      if (cost <= kWorseFactor * single) return;
-      if (sample_age_ <= kSampleLifetime) {
-        bound_ = std::min(bound_, std::max(kMinDivergence * max_bound_, divergence * single / cost));
-        single_cost_at_tightening_ = single;
+    if (cost <= Tuning::kTrustCycles) return;
+    if (incoherent_.rays > 0) {
+      const float incoherent = incoherent_.per_ray();
+      if (cost <= Tuning::kWorseFactor * incoherent) return;
+      if (sample_age_ <= Tuning::kSampleLifetime) {
+        bound_ = std::min(bound_, std::max(Tuning::kMinDivergence * max_bound_, divergence * incoherent / cost));
+        cost_at_tightening_ = incoherent;
         return;
       }
-      single_ = {};  // that was elsewhere
+      incoherent_ = {};  // measured elsewhere
     }
     probe_ = true;
   }
 
-  void record_single(const Sample& sample) {
+  /// Add the cost of incoherent rays to the sample.
+  void record_incoherent(const Sample& sample) {
     if (sample.rays == 0) return;
-    single_ += sample;
+    incoherent_ += sample;
     sample_age_ = 0;
-    if (single_.per_ray() < kRecoverFactor * single_cost_at_tightening_) {
+    if (incoherent_.per_ray() < Tuning::kRecoverFactor * cost_at_tightening_) {
       bound_ = max_bound_;
-      single_cost_at_tightening_ = 0.0f;
+      cost_at_tightening_ = 0.0f;
     }
-    if (single_.rays < kSampleRays) return;
-    single_.cost /= 2;
-    single_.rays /= 2;
+    if (incoherent_.rays < Tuning::kSampleRays) return;
+    incoherent_.cost /= 2;
+    incoherent_.rays /= 2;
   }
 
  private:
-  static constexpr float kMaxDivergence = 1.6f;    // of the mean extent of a leaf: the bound at first
-  static constexpr float kMinDivergence = 0.001f;  // of that: it comes no farther down
-  static constexpr float kRelaxFactor = 1.01f;     // the bound after a group
-  static constexpr float kTrustCycles = 500.0f;    // a ray of a bundle that nobody doubts
-  static constexpr float kWorseFactor = 2.5f;      // dearer than single, however wrong the costs are
-  static constexpr int kSampleLifetime = 16;      // rays single of so many groups before tell what they would cost here
-  static constexpr float kRecoverFactor = 0.6f;   // where rays single cost so much less, bundles are tried again
-  static constexpr float kAbortCycles = 6000.0f;  // a ray of a bundle that is not given up,
-  static constexpr float kAbortFactor = 4.0f;     // or so many times as much as single
-  static constexpr std::uint64_t kSampleRays = 512;  // of more rays single than these, half is forgotten
-
-  float max_bound_, bound_;
-  float single_cost_at_tightening_ = 0.0f;  // what rays single cost when the bound came down last
-  Sample single_;
-  int sample_age_ = 0;  // groups since rays went single
+  float max_bound_, bound_;          // on the divergence, in the frame
+  float cost_at_tightening_ = 0.0f;  // per incoherent ray, when the bound last fell; 0 after a recovery
+  Sample incoherent_;
+  int sample_age_ = 0;  // groups since incoherent rays were last traced
   bool probe_ = false;
 };
 

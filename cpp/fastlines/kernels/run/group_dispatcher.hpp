@@ -1,7 +1,7 @@
-// Groups of up to 64 rays, each answered by the kernel that fits_bundle it: as one bundle, as bundles of sixteen, or
-// with rays that have nothing to do with each other in a wave or a stream; or one by one, if that is asked for.
+// Hands each group of up to 64 rays to a kernel: coherent rays to one bundle or to bundles of 16, incoherent rays to a
+// wavefront or a stream. The caller may also force a kernel, for example one ray at a time.
 //
-// What is asked is a query (jobs.hpp): it gives a collector to the kernels, and takes their answers.
+// A query (kernels/collect/collector.hpp) gives the kernels a collector and stores what the collector has found.
 #pragma once
 
 #include <limits>
@@ -14,10 +14,10 @@
 
 namespace fastlines {
 
-/// Which kernel to use; `automatic` measures how far the rays of each group divergence.
+/// Which kernel to use; `automatic` chooses by the divergence of each group and by measured costs.
 enum class Kernel { automatic, single, wave, bundle };
 
-/// What answers rays that have nothing to do with each other.
+/// The kernel for incoherent rays: a stream if the order of hits does not matter, otherwise a wavefront.
 template <class Query, RayPrimitive P>
 auto make_incoherent_tracer(const WideBvhView<P>& tree, const Query& query) {
   if constexpr (Query::Collector::kTraits.order_independent)
@@ -26,72 +26,79 @@ auto make_incoherent_tracer(const WideBvhView<P>& tree, const Query& query) {
     return Wavefront<P, Query>(tree, query);
 }
 
+/// One per thread.
 template <RayPrimitive P, class Query>
 class GroupDispatcher {
  public:
   GroupDispatcher(const WideBvhView<P>& tree, const RayBatch& batch, Kernel kernel, Query query)
       : query(std::move(query)), tree_(tree), batch_(batch), kernel_(kernel), collector_(this->query.collector()) {}
 
-  /// Answer the rays with these numbers, at most 64; those that go trace_rays may stay unanswered until `flush`.
+  /// Trace the rays with these ids, 1 to 64 of them. A wavefront may keep some unanswered until `flush`.
   void trace(const std::uint32_t* ids, int n) {
     rays_.fill(batch_, tree_.frame, n, ids);
-    if (kernel_ == Kernel::single || kernel_ == Kernel::wave) return trace_rays(0, n);
+    if (kernel_ == Kernel::single || kernel_ == Kernel::wave) return trace_incoherent(0, n);
     if (kernel_ == Kernel::automatic) {
       heuristic_.begin_group();
-      if (heuristic_.should_probe()) return trace_rays(0, n);
+      if (heuristic_.should_probe()) return trace_incoherent(0, n);
     }
+    // Try one bundle, then one for each packet.
     const int end = round_up_to_width(n);
     if (fits_bundle(0, end)) return trace_bundle(0, end);
     for (int first = 0; first < end; first += kSimdWidth)
       if (fits_bundle(first, first + kSimdWidth))
         trace_bundle(first, first + kSimdWidth);
       else
-        trace_rays(first, std::min(first + kSimdWidth, n));
+        trace_incoherent(first, std::min(first + kSimdWidth, n));
   }
 
+  /// Answer all rays that are still in the wavefront.
   void flush() {
     if constexpr (!Query::Collector::kTraits.order_independent) {
       incoherent_.flush(query);
-      heuristic_.record_single(incoherent_.take_sample());
+      heuristic_.record_incoherent(incoherent_.take_sample());
     }
   }
 
   Query query;
 
  private:
+  /// Whether lanes [first, end) are traced as a bundle; `bundle_` is then fitted to them.
   bool fits_bundle(int first, int end) {
     if (!bundle_.try_fit(rays_, first, end, tree_.box)) return false;
     return kernel_ == Kernel::bundle || heuristic_.is_coherent(bundle_.divergence);
   }
 
+  /// Trace lanes [first, end) as `bundle_`, or as incoherent rays once the bundle exceeds its budget.
   void trace_bundle(int first, int end) {
     end = std::min(end, rays_.n);
-    const std::uint64_t most =
+    const std::uint64_t budget =
         kernel_ == Kernel::bundle ? std::numeric_limits<std::uint64_t>::max() : heuristic_.budget(end - first);
     collector_.begin(rays_, first, end);
-    const std::uint64_t cost = bundle_traversal_.search(rays_, bundle_, collector_, most);
+    const std::uint64_t cost = bundle_traversal_.search(rays_, bundle_, collector_, budget);
     heuristic_.record_bundle({cost, std::uint64_t(end - first)}, bundle_.divergence);
-    if (cost > most) return trace_rays(first, end);
+    if (cost > budget) return trace_incoherent(first, end);
     query.store(rays_, collector_, first, end);
   }
 
-  void trace_rays(int first, int end)
+  /// Trace lanes [first, end) as a stream, of one ray at a time if the kernel is `single`.
+  void trace_incoherent(int first, int end)
     requires(Query::Collector::kTraits.order_independent)
   {
-    const int at_once = kernel_ == Kernel::single ? 1 : kGroupSize;
+    const int rays_per_stream = kernel_ == Kernel::single ? 1 : kGroupSize;
     incoherent_.prepare(rays_, first, end);
     collector_.begin(rays_, first, end);
-    for (int i = first; i < end; i += at_once) {
-      const int last = std::min(i + at_once, end);
-      heuristic_.record_single({incoherent_.search(rays_, i, last, collector_), std::uint64_t(last - i)});
+    for (int i = first; i < end; i += rays_per_stream) {
+      const int stop = std::min(i + rays_per_stream, end);
+      heuristic_.record_incoherent({incoherent_.search(rays_, i, stop, collector_), std::uint64_t(stop - i)});
     }
     query.store(rays_, collector_, first, end);
   }
 
-  void trace_rays(int first, int end) {
+  /// Add lanes [first, end) to the wavefront, or trace them one by one if the kernel is `single`.
+  void trace_incoherent(int first, int end) {
     if (kernel_ == Kernel::single) return trace_single(first, end);
     for (int i = first; i < end; i += kSimdWidth) incoherent_.add(rays_, i, std::min(i + kSimdWidth, end), query);
-    heuristic_.record_single(incoherent_.take_sample());
+    heuristic_.record_incoherent(incoherent_.take_sample());
   }
 
   void trace_single(int first, int end) {
@@ -109,7 +116,7 @@ class GroupDispatcher {
   BundleHeuristic heuristic_{tree_.mean_extent};
   RayGroup rays_;
   RayBundle bundle_;
-  CullRay cull_[kSimdWidth];  // of rays that go one by one
+  CullRay cull_[kSimdWidth];  // the packet that `trace_single` is in
   SingleRay<P> single_{tree_};
   BundleTraversal<P> bundle_traversal_{tree_};
   typename Query::Collector collector_;

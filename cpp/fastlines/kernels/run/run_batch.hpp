@@ -1,4 +1,4 @@
-// A query for a whole batch, on all cores.
+// Answers a query for a whole batch of rays, on all cores.
 #pragma once
 
 #include "../../parallel/parallel_for.hpp"
@@ -13,31 +13,31 @@
 
 namespace fastlines {
 
-/// Groups [begin, end): one of `of` chunks.
+/// Groups [begin, end): chunk `index` of `of` chunks.
 struct Chunk {
   std::size_t index, of, begin, end;
 };
 
-/// Answer all rays. Each thread has a copy of the query; store(query, chunk) is called when it has done a chunk. Which
-/// chunk of n comes i-th is which(i, n).
-template <RayPrimitive P, class Query, class Which, class Store>
-void run_batch(const WideBvhView<P>& tree, const RayBatch& rays, const RayTiling& order, Kernel kernel,
-               const Query& query, unsigned n_threads, Progress& progress, Which&& which, Store&& store) {
-  const std::size_t n_groups = order.n_groups();
-  // Large enough that a wave is rarely drained, small enough that threads end together.
+/// Trace all rays. Each thread has a copy of the query, and calls store(query, chunk) after each chunk. The i-th of n
+/// chunks to be traced is chunk_order(i, n).
+template <RayPrimitive P, class Query, class ChunkOrder, class Store>
+void run_batch(const WideBvhView<P>& tree, const RayBatch& rays, const RayTiling& tiling, Kernel kernel,
+               const Query& query, unsigned n_threads, Progress& progress, ChunkOrder&& chunk_order, Store&& store) {
+  const std::size_t n_groups = tiling.n_groups();
+  // Large, so that a wavefront is rarely drained; small, so that threads finish together.
   const std::size_t per_chunk = std::clamp<std::size_t>(n_groups / (8 * n_threads), 1, 16);
   const std::size_t n_chunks = (n_groups + per_chunk - 1) / per_chunk;
   parallel_for(
       n_chunks, n_threads, progress,
       [&] { return std::make_unique<GroupDispatcher<P, Query>>(tree, rays, kernel, query); },
       [&](auto& dispatcher, std::size_t i_chunk) {
-        const std::size_t chunk = which(i_chunk, n_chunks);
+        const std::size_t chunk = chunk_order(i_chunk, n_chunks);
         const std::size_t begin = chunk * per_chunk, end = std::min(n_groups, begin + per_chunk);
-        std::uint32_t ids[2][kGroupSize];  // those of one group, and of the next
-        int n = order.group(begin, ids[begin % 2]);
+        std::uint32_t ids[2][kGroupSize];  // of a group, and of the next one
+        int n = tiling.group(begin, ids[begin % 2]);
         for (std::size_t i = begin; i < end; ++i) {
           progress.check();
-          const int n_next = i + 1 < end ? order.group(i + 1, ids[(i + 1) % 2]) : 0;
+          const int n_next = i + 1 < end ? tiling.group(i + 1, ids[(i + 1) % 2]) : 0;
           rays.prefetch(ids[(i + 1) % 2], n_next);
           if (n) dispatcher->trace(ids[i % 2], n);
           n = n_next;
@@ -47,21 +47,22 @@ void run_batch(const WideBvhView<P>& tree, const RayBatch& rays, const RayTiling
       });
 }
 
-/// A query whose answers go straight to their places.
+/// Trace all rays for a query that writes straight to the caller's arrays.
 template <RayPrimitive P, class Query>
 void run_batch(const WideBvhView<P>& tree, const RayBatch& rays, Kernel kernel, const Query& query, unsigned n_threads,
                Progress& progress) {
-  const auto in_turn = [](std::size_t i, std::size_t) { return i; };
-  run_batch(tree, rays, RayTiling(rays), kernel, query, n_threads, progress, in_turn, [](Query&, const Chunk&) {});
+  const auto in_order = [](std::size_t i, std::size_t) { return i; };
+  run_batch(tree, rays, RayTiling(rays), kernel, query, n_threads, progress, in_order, [](Query&, const Chunk&) {});
 }
 
+/// Trace all rays for a query that lists hits, and assemble the lists.
 template <RayPrimitive P, class Query>
 void run_lists(const WideBvhView<P>& tree, const RayBatch& rays, Kernel kernel, const Query& query, unsigned n_threads,
                Progress& progress, HitAssembler& to) {
-  const RayTiling order(rays);
+  const RayTiling tiling(rays);
   run_batch(
-      tree, rays, order, kernel, query, n_threads, progress, HitAssembler::sample_first,
-      [&](Query& done, const Chunk& chunk) { to.add(chunk.index, chunk.of, order.n_rays_in(chunk.end), done.lists); });
+      tree, rays, tiling, kernel, query, n_threads, progress, HitAssembler::sample_first,
+      [&](Query& done, const Chunk& chunk) { to.add(chunk.index, chunk.of, tiling.n_rays_in(chunk.end), done.lists); });
 }
 
 }  // namespace fastlines
