@@ -1,4 +1,4 @@
-// All hits of each ray, sorted.
+// Lists all hits of each ray, sorted by t and then by id.
 #pragma once
 
 #include <bit>
@@ -10,19 +10,21 @@
 
 namespace fastlines {
 
-/// All hits, in no order; those of sixteen rays together, so that to sort them takes little memory.
+/// Records all hits, in no order. Each packet has one list, so that sorting takes little memory.
 template <At at_>
 struct AllHitsCollector {
+  /// The hits of a packet: t, s and dist2 of the exact test, the lane in the packet, and the primitive.
   struct Hits {
     LargeVector<float> t, s, dist2;
     LargeVector<std::uint32_t> lane, prim;
     std::size_t n = 0;
 
-    /// Append all but lane and prim, for which there is room then where they begin.
+    /// Append t, s and dist2 of the lanes in `hit`. Returns where the caller has to write lane and prim; there is room
+    /// for 16 of each.
     std::size_t append(std::uint32_t hit, const ClosestApproach<FloatX16>& approach) {
       if (t.size() < n + 2 * kSimdWidth) {
         for (auto* floats : {&t, &s, &dist2}) floats->resize(2 * n + 256);
-        for (auto* numbers : {&lane, &prim}) numbers->resize(2 * n + 256);
+        for (auto* ids : {&lane, &prim}) ids->resize(2 * n + 256);
       }
       compress(hit, approach.t, t.data() + n);
       compress(hit, approach.s, s.data() + n);
@@ -52,7 +54,7 @@ struct AllHitsCollector {
     std::fill_n(of.prim.data() + at, kSimdWidth, prim);
   }
 
-  /// The same for sixteen pairs: of a ray, counted from `first`, and a segment, of which the bits are t_ray.
+  /// Add hits of 16 pairs: ray[i] is a lane counted from `first`, and `prims` holds the bits of the primitives' ids.
   void add_pairs(int first, std::uint32_t hit, const ClosestApproach<FloatX16>& approach, const std::uint32_t* ray,
                  const FloatX16& prims) {
     Hits& of = hits[first / kSimdWidth];
@@ -62,7 +64,7 @@ struct AllHitsCollector {
   }
 };
 
-/// All hits of each ray.
+/// Sorts all hits of each ray into lists.
 template <RayPrimitive P, At at>
 struct AllHitsQuery {
   using Collector = AllHitsCollector<at>;
@@ -80,9 +82,9 @@ struct AllHitsQuery {
  private:
   const WideBvhView<P>& tree_;
   HitSorter sorter_;
-  LargeVector<float> t_, dist2_;  // in order, of the frame
+  LargeVector<float> t_, dist2_;  // sorted, in the frame
 
-  /// What tells of sixteen hits how the caller counts t: those of their rays, which are in these lanes from `first` on.
+  /// What converts t of 16 hits to units of the caller's rays. Hit i is of the ray in lane first + lane[i].
   struct RaysOfHits {
     float t_min[kSimdWidth], t_max[kSimdWidth], t_min_ray[kSimdWidth], t_max_ray[kSimdWidth];
     double t0[kSimdWidth], inv_length[kSimdWidth];
@@ -98,8 +100,8 @@ struct AllHitsQuery {
     }
   };
 
-  /// List the hits of rays [first, end), all of one sixteen, together: loops over those of one ray would be short, and
-  /// where they end guessed wrong.
+  /// List the hits of lanes [first, end), which belong to one packet, together. Loops over the hits of single rays
+  /// would be short, and their ends mispredicted.
   void list(const RayGroup& rays, int first, int end, const typename Collector::Hits& found) {
     if (found.n > kMaxBlockHits) throw std::bad_alloc();
     const auto n = std::uint32_t(found.n);
@@ -107,6 +109,7 @@ struct AllHitsQuery {
     const ListColumns to = lists.begin(n);
     if (const std::size_t room = found.n + kSimdWidth; t_.size() < room)
       for (auto* floats : {&t_, &dist2_}) floats->resize(2 * room);
+    // Gather the hits in order.
     for (std::uint32_t k = 0; k < n; ++k) {
       const std::uint32_t j = sorter_[k];
       t_[k] = found.t[j];
@@ -125,63 +128,67 @@ struct AllHitsQuery {
     lists.end(kHitColumns<at>);
   }
 
+  /// How many hits the ray in this lane of the packet has.
   std::uint32_t n_hits(int lane) const { return sorter_.begin(lane + 1) - sorter_.begin(lane); }
 
-  /// t and distance in the caller's terms, sixteen at a time: what is too much is overwritten by the next ray, the next
-  /// column.
+  /// Write t and distance in units of the caller's rays, 16 at a time. What is written past the end of a ray or a
+  /// column is overwritten by the next one.
   void store_t_and_distance(const RayGroup& rays, int first, const typename Collector::Hits& found,
                             const ListColumns& to, std::uint32_t n) {
-    constexpr std::uint32_t few = 8 * kSimdWidth;  // so few that most of sixteen hits of one ray would be none
-    float some[kSimdWidth];
-    if (n <= few) {
-      std::uint32_t lanes[few] = {};
+    // With so few hits, most lanes would be idle if each ray were converted by itself.
+    constexpr std::uint32_t max_gathered_hits = 8 * kSimdWidth;
+    float batch[kSimdWidth];
+    if (n <= max_gathered_hits) {
+      std::uint32_t lanes[max_gathered_hits] = {};
       for (std::uint32_t k = 0; k < n; ++k) lanes[k] = found.lane[sorter_[k]];
       for (std::uint32_t k = 0; k < n; k += kSimdWidth) {
         const RaysOfHits of(rays, first, lanes + k);
         const float* const t = t_.data() + k;
         for (int i = 0; i < kSimdWidth; ++i)
-          some[i] = to_ray_t(t[i], of.t_min[i], of.t_max[i], of.t_min_ray[i], of.t_max_ray[i], of.t0[i], rays.inv_scale,
-                             of.inv_length[i]);
-        std::memcpy(to.t + k, some, sizeof some);
+          batch[i] = to_ray_t(t[i], of.t_min[i], of.t_max[i], of.t_min_ray[i], of.t_max_ray[i], of.t0[i],
+                              rays.inv_scale, of.inv_length[i]);
+        std::memcpy(to.t + k, batch, sizeof batch);
       }
     } else {
       for (int lane = 0; lane < kSimdWidth; ++lane)
         for (std::uint32_t k = sorter_.begin(lane); k < sorter_.begin(lane + 1); k += kSimdWidth) {
           const float* const t = t_.data() + k;
-          for (int i = 0; i < kSimdWidth; ++i) some[i] = rays.t_ray(first + lane, t[i]);
-          std::memcpy(to.t + k, some, sizeof some);
+          for (int i = 0; i < kSimdWidth; ++i) batch[i] = rays.t_ray(first + lane, t[i]);
+          std::memcpy(to.t + k, batch, sizeof batch);
         }
     }
     for (std::uint32_t k = 0; k < n; k += kSimdWidth) {
       const float* const dist2 = dist2_.data() + k;
-      for (int i = 0; i < kSimdWidth; ++i) some[i] = float(std::sqrt(dist2[i]) * rays.inv_scale);
-      std::memcpy(to.distance + k, some, sizeof some);
+      for (int i = 0; i < kSimdWidth; ++i) batch[i] = float(std::sqrt(dist2[i]) * rays.inv_scale);
+      std::memcpy(to.distance + k, batch, sizeof batch);
     }
   }
 
-  /// Sort the hits of each ray, most of which stand where they belong.
+  /// Sort the hits of each ray exactly; most are in order already.
   void sort_each_ray(const ListColumns& hits, std::uint32_t n) const {
-    constexpr std::uint32_t many = 32;  // beyond it, to insert one by one takes longer than to sort
-    std::uint32_t left = n_descents(hits, n);
-    for (int lane = 1; lane < kSimdWidth; ++lane)  // where another ray begins is none
+    constexpr std::uint32_t max_insertions = 32;  // beyond so many descents, sorting is faster than insertion
+    std::uint32_t n_left = n_descents(hits, n);
+    // A descent from one ray to the next does not count.
+    for (int lane = 1; lane < kSimdWidth; ++lane)
       if (const std::uint32_t k = sorter_.begin(lane); sorter_.begin(lane - 1) < k && k < n)
-        left -= hits.precedes(k, k - 1);
-    for (int lane = 0; left > 0 && lane < kSimdWidth; ++lane) {
+        n_left -= hits.precedes(k, k - 1);
+    for (int lane = 0; n_left > 0 && lane < kSimdWidth; ++lane) {
       const ListColumns of_ray = hits.from(sorter_.begin(lane));
-      const std::uint32_t here = n_descents(of_ray, n_hits(lane));
-      left -= here;
-      if (here > 0 && (here > many || !insert(of_ray, n_hits(lane)))) sort(of_ray, n_hits(lane));
+      const std::uint32_t n_out_of_order = n_descents(of_ray, n_hits(lane));
+      n_left -= n_out_of_order;
+      if (n_out_of_order > 0 && (n_out_of_order > max_insertions || !insert(of_ray, n_hits(lane))))
+        sort(of_ray, n_hits(lane));
     }
   }
 
-  /// How many hits belong before the one that stands before them.
+  /// How many hits precede their predecessor in the list.
   static std::uint32_t n_descents(const ListColumns& hits, std::size_t n) {
     std::uint32_t found = 0;
     for (std::size_t k = 1; k < n; ++k) found += std::uint32_t(hits.precedes(k, k - 1));
     return found;
   }
 
-  /// Move what stands too late to its place; false if it is too far, and the hits are not in order yet.
+  /// Insertion sort, 16 hits at a time. Returns false, with hits out of order, if it would take over 4n moves.
   static bool insert(const ListColumns& hits, std::size_t n) {
     std::size_t n_passed = 0;
     for (std::size_t first = 1; first < n; first += kSimdWidth) {
@@ -197,6 +204,7 @@ struct AllHitsQuery {
     return true;
   }
 
+  /// Sort the hits of one ray, without t_out.
   static void sort(const ListColumns& hits, std::size_t n) {
     std::vector<Hit> sorted(n);
     for (std::size_t i = 0; i < n; ++i) sorted[i] = {hits.t[i], hits.prim[i], hits.u[i], hits.distance[i]};

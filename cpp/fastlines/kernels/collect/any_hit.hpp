@@ -1,4 +1,4 @@
-// Whether each ray hits anything.
+// Tells whether each ray hits anything.
 #pragma once
 
 #include <bit>
@@ -7,6 +7,7 @@
 
 namespace fastlines {
 
+/// Records one bit per ray, and ends the ray at its first hit.
 struct AnyHitCollector {
   static constexpr QueryTraits kTraits{.needs_position = false};
   static constexpr At kAt = At::closest;
@@ -34,10 +35,10 @@ struct AnyHitCollector {
   }
 };
 
-/// Whether each ray hits anything.
+/// Writes whether each ray hits anything.
 struct AnyHitQuery {
   using Collector = AnyHitCollector;
-  bool* to;
+  bool* to;  ///< one per ray of the batch
 
   Collector collector() const { return {}; }
   void store(const RayGroup& rays, const Collector& found, int first, int end) const {

@@ -1,7 +1,9 @@
-// Sorts sixteen columns of numbers at once, each on its own: rows of sixteen are compared with each other, the lesser
-// numbers go to one and the greater to the other. Which rows these are does not depend on the numbers, so nothing is
-// guessed. Up to sixteen rows are sorted by the network of K. E. Batcher 1968, "Sorting networks and their
-// applications", in registers as far as there are enough; more by merging, as by his bitonic sorter.
+// Sorts 16 columns of integers at once with a sorting network. Two rows of 16 are compared lane by lane: the smaller
+// integers go to one row, the larger to the other. The sequence of comparisons does not depend on the integers, so no
+// branch is mispredicted.
+//
+// Up to 16 rows are sorted by the network of K. E. Batcher 1968, "Sorting networks and their applications", in as many
+// registers as there are. More rows are merged as in Batcher's bitonic sorter.
 #pragma once
 
 #include <algorithm>
@@ -15,23 +17,24 @@
 
 namespace fastlines {
 
+/// Sorts each of 16 columns in ascending order.
 class ColumnSorter {
  public:
-  /// So many rows, or a few more, can be sorted: 4, 8, or sixteens.
+  /// The least number of rows, at least n, that can be sorted: 4, 8, or a multiple of 16.
   static constexpr std::uint32_t rows_for(std::uint32_t n) {
     return n <= 8 ? std::max(4u, std::bit_ceil(n)) : (n + kSimdWidth - 1) / kSimdWidth * kSimdWidth;
   }
 
-  /// A bound on how many comparisons of two rows that takes.
+  /// An upper bound on the comparisons of two rows that sorting takes.
   static constexpr std::uint32_t n_comparisons(std::uint32_t n_rows) {
     const auto log = std::uint32_t(std::bit_width(n_rows - 1));
     return n_rows * log * (log + 1) / 4;
   }
 
-  /// `numbers` are rows of sixteen.
-  static void sort(std::uint32_t* numbers, std::uint32_t n_rows) {
+  /// Sort `n_rows` rows of 16 integers in place. `n_rows` comes from `rows_for`.
+  static void sort(std::uint32_t* table, std::uint32_t n_rows) {
     for (int part = 0; part < kSimdWidth; part += kPart) {
-      std::uint32_t* const first = numbers + part;
+      std::uint32_t* const first = table + part;
       if (n_rows == 4)
         sort_few<4>(first);
       else if (n_rows == 8)
@@ -42,13 +45,14 @@ class ColumnSorter {
   }
 
  private:
-  static constexpr int kPart = kSimdWidth / FloatX16::kRegisters;  // of a row: a register
+  static constexpr int kPart = kSimdWidth / FloatX16::kRegisters;  // lanes of a row in one register
   using Row = std::uint32_t __attribute__((vector_size(kPart * sizeof(std::uint32_t))));
+  /// Rows to be compared: the smaller integers go to a.
   struct Pair {
     int a, b;
   };
 
-  /// A network's comparisons. The sorter of n rows; or what puts a bitonic sequence of n in order.
+  /// The comparisons of a network that sorts n rows, or n rows whose columns are bitonic.
   template <int n, bool bitonic>
   static constexpr auto network() {
     constexpr auto list = [](auto&& add) {
@@ -88,7 +92,7 @@ class ColumnSorter {
     a = less;
   }
 
-  /// Up to sixteen rows.
+  /// Sort up to 16 rows in registers.
   template <int n, bool bitonic = false>
   static void sort_few(std::uint32_t* first) {
     static constexpr auto pairs = network<n, bitonic>();
@@ -100,7 +104,7 @@ class ColumnSorter {
     for (int i = 0; i < n; ++i) store(rows[i], first + i * kSimdWidth);
   }
 
-  /// Compare rows `2 * step` apart and then those `step` apart, of those from `part` on that come before `end`.
+  /// Of rows [part, end), compare those `2 * step` apart, then those `step` apart.
   static void merge_twice(std::uint32_t* first, std::uint32_t part, std::uint32_t step, std::uint32_t end) {
     const auto merge = [=]<int n>(std::integral_constant<int, n>, std::uint32_t i) __attribute__((always_inline)) {
       Row rows[n];
@@ -115,8 +119,8 @@ class ColumnSorter {
     for (; i < part + step && i + step < end; ++i) merge(std::integral_constant<int, 2>(), i);
   }
 
-  /// Sixteens of rows. What is merged is as long as a power of two. Rows that the last part lacks would hold the
-  /// greatest numbers and never move, so they are left out.
+  /// Sort a multiple of 16 rows. Merged runs have a power of two of rows. Rows that the last run lacks would hold the
+  /// largest integers and never move, so they are left out.
   static void sort_many(std::uint32_t* first, std::uint32_t n_rows) {
     const auto compare_rows = [=](std::uint32_t i, std::uint32_t j) {
       Row a = load(first + i * kSimdWidth), b = load(first + j * kSimdWidth);
@@ -125,11 +129,11 @@ class ColumnSorter {
       store(b, first + j * kSimdWidth);
     };
     for (std::uint32_t i = 0; i < n_rows; i += kSimdWidth) sort_few<kSimdWidth>(first + i * kSimdWidth);
-    for (std::uint32_t half = kSimdWidth; half < n_rows; half *= 2)  // of what is merged
+    for (std::uint32_t half = kSimdWidth; half < n_rows; half *= 2)  // merge runs of `half` rows
       for (std::uint32_t begin = 0; begin + half < n_rows; begin += 2 * half) {
         const std::uint32_t end = std::min(begin + 2 * half, n_rows);
         for (std::uint32_t j = begin + half; j < end; ++j) compare_rows(2 * (begin + half) - 1 - j, j);
-        // Two steps at once, so that rows are loaded and stored half as often.
+        // Take two steps at once, so that rows are loaded and stored half as often.
         std::uint32_t step = half / 2;
         for (; step >= 2 * kSimdWidth; step /= 4)
           for (std::uint32_t part = begin; part < end; part += 2 * step) merge_twice(first, part, step / 2, end);

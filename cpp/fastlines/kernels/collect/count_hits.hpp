@@ -1,4 +1,4 @@
-// How many primitives each ray hits.
+// Counts the primitives that each ray hits.
 #pragma once
 
 #include <bit>
@@ -7,6 +7,7 @@
 
 namespace fastlines {
 
+/// Records one count per ray.
 struct CountHitsCollector {
   static constexpr QueryTraits kTraits{.order_independent = true, .needs_position = false};
   static constexpr At kAt = At::closest;
@@ -23,17 +24,17 @@ struct CountHitsCollector {
     for (; hit; hit &= hit - 1) ++n_hits[first + std::countr_zero(hit)];
   }
 
-  /// The same for sixteen pairs: of a ray, counted from `first`, and a segment.
+  /// Add hits of 16 pairs: ray[i] is a lane counted from `first`.
   void add_pairs(int first, std::uint32_t hit, const ClosestApproach<FloatX16>&, const std::uint32_t* ray,
                  const FloatX16&) {
     for (; hit; hit &= hit - 1) ++n_hits[first + int(ray[std::countr_zero(hit)])];
   }
 };
 
-/// How many segments each ray hits.
+/// Writes how many primitives each ray hits.
 struct CountHitsQuery {
   using Collector = CountHitsCollector;
-  std::int64_t* to;
+  std::int64_t* to;  ///< one per ray of the batch
 
   Collector collector() const { return {}; }
   void store(const RayGroup& rays, const Collector& found, int first, int end) const {

@@ -1,4 +1,4 @@
-// Where rays leave the capsules of what they hit: found when it is known what that is.
+// Computes where rays leave the capsules of the primitives that they hit, for the hits that are kept.
 #pragma once
 
 #include <algorithm>
@@ -11,44 +11,45 @@
 
 namespace fastlines {
 
-/// Where rays leave 16 primitives, in the frame: one ray all of them, or a packet one each.
+/// Where rays leave 16 primitives, as t in the frame: one ray leaves all of them, or each ray of a packet leaves one.
 template <RayPrimitive P, class Ray>
 [[gnu::always_inline]] inline FloatX16 exit_t(const WideBvhView<P>& tree, const Ray& ray, const std::uint32_t* prims) {
   const auto lanes = load_lanes(tree, [=](int i) { return prims[i]; });
   return P::template test<FloatX16>(ray, lanes).exit();
 }
 
-/// Where the ray in this lane leaves n segments, as the caller counts t; sixteen at a time are written.
+/// Write where the ray in this lane leaves n primitives, in units of the caller's ray. Writes 16 at a time: `to` has
+/// room for n rounded up.
 template <RayPrimitive P>
 void store_exit_ts(const WideBvhView<P>& tree, const RayGroup& rays, int lane, const std::uint32_t* prims,
                    std::uint32_t n, float* to) {
   for (std::uint32_t k = 0; k < n; k += kSimdWidth) {
-    std::uint32_t some[kSimdWidth];
-    for (std::uint32_t i = 0; i < kSimdWidth; ++i) some[i] = prims[std::min(k + i, n - 1)];
+    std::uint32_t batch[kSimdWidth];
+    for (std::uint32_t i = 0; i < kSimdWidth; ++i) batch[i] = prims[std::min(k + i, n - 1)];
     float t[kSimdWidth], t_ray[kSimdWidth];
-    exit_t(tree, LaneView(rays, lane), some).store(t);
+    exit_t(tree, LaneView(rays, lane), batch).store(t);
     for (int i = 0; i < kSimdWidth; ++i) t_ray[i] = rays.t_ray(lane, t[i]);
     std::memcpy(to + k, t_ray, sizeof t_ray);
   }
 }
 
-/// Where the sixteen rays from `first` on each leave their segment, which may be kNoPrim, as the caller counts t. Of
-/// each ray the bits of its segment's number are t_ray.
+/// Write where each ray of the packet at `first` leaves its primitive, in units of the caller's ray; ∞ for `kNoPrim`.
+/// `prims` holds the bits of ids.
 template <RayPrimitive P>
 void store_exit_t(const WideBvhView<P>& tree, const RayGroup& rays, const float (&prims)[kGroupSize], int first,
                   float (&to)[kGroupSize]) {
-  std::uint32_t which[kSimdWidth];
-  std::memcpy(which, prims + first, sizeof which);
+  std::uint32_t ids[kSimdWidth];
+  std::memcpy(ids, prims + first, sizeof ids);
   bool hits[kSimdWidth], any_hit = false;
   for (int i = 0; i < kSimdWidth; ++i) {
-    hits[i] = which[i] != kNoPrim;
+    hits[i] = ids[i] != kNoPrim;
     any_hit |= hits[i];
-    which[i] = hits[i] ? which[i] : 0;
+    ids[i] = hits[i] ? ids[i] : 0;
   }
   std::fill_n(to + first, kSimdWidth, std::numeric_limits<float>::infinity());
-  if (!any_hit) return;  // there may be no segment
+  if (!any_hit) return;  // the scene may be empty, without a primitive 0
   float t[kSimdWidth];
-  exit_t(tree, PacketView(rays, first), which).store(t);
+  exit_t(tree, PacketView(rays, first), ids).store(t);
   for (int i = 0; i < kSimdWidth; ++i)
     if (hits[i]) to[first + i] = rays.t_ray(first + i, t[i]);
 }

@@ -1,4 +1,4 @@
-// The first hit of each ray.
+// Finds the first hit of each ray.
 #pragma once
 
 #include <bit>
@@ -9,20 +9,20 @@
 
 namespace fastlines {
 
-/// The first hits.
+/// Records the best hit of each lane; the limit falls with each nearer hit.
 template <At at_>
 struct FirstHitCollector {
   static constexpr QueryTraits kTraits{.shrinks_limit = true, .drops_farther = true};
   static constexpr At kAt = at_;
   alignas(64) float limit[kGroupSize];
   bool limit_changed = false;
-  alignas(64) float t[kGroupSize], s[kGroupSize], dist2[kGroupSize], prim[kGroupSize];  // prim: the bits of an integer
+  alignas(64) float t[kGroupSize], s[kGroupSize], dist2[kGroupSize], prim[kGroupSize];  // prim: the bits of an id
 
   void begin(const RayGroup& rays, int first, int end) {
     begin_limits(rays, first, end, limit);
     std::fill(t + first, t + round_up_to_width(end), std::numeric_limits<float>::infinity());
-    for (float* zero : {s, dist2})
-      std::fill(zero + first, zero + round_up_to_width(end), 0.0f);  // read before it is known
+    // Rays without a hit read these too.
+    for (float* column : {s, dist2}) std::fill(column + first, column + round_up_to_width(end), 0.0f);
     std::fill(prim + first, prim + round_up_to_width(end), std::bit_cast<float>(kNoPrim));
   }
 
@@ -30,24 +30,25 @@ struct FirstHitCollector {
                   std::uint32_t prim_) {
     const auto at = [first](float* x) { return FloatX16::load(x + first); };
     const FloatX16 tie_tolerance = FloatX16::load(rays.tie_tolerance + first), best = at(t);
-    const MaskX16 surely = approach.hit & (approach.t + tie_tolerance < best);
-    std::uint32_t unsure = hit & ~surely.bits() & may_precede(approach.t, best, tie_tolerance).bits();
-    const auto set = [&](float* x, FloatX16 to) { blend(surely, to, at(x)).store(x + first); };
+    const MaskX16 nearer = approach.hit & (approach.t + tie_tolerance < best);
+    std::uint32_t tied = hit & ~nearer.bits() & may_precede(approach.t, best, tie_tolerance).bits();
+    const auto set = [&](float* x, FloatX16 to) { blend(nearer, to, at(x)).store(x + first); };
     set(t, approach.t);
     set(s, approach.s);
     set(dist2, approach.dist2);
     set(prim, FloatX16(std::bit_cast<float>(prim_)));
-    limit_changed |= any(surely);
-    for (; unsure; unsure &= unsure - 1) resolve_tie(rays, first, std::countr_zero(unsure), approach, prim_);
+    limit_changed |= any(nearer);
+    for (; tied; tied &= tied - 1) resolve_tie(rays, first, std::countr_zero(tied), approach, prim_);
   }
 
-  /// Bring the limits of rays [first, end) nearer, to what `take` has found: once for many of its calls.
+  /// Lower the limits of lanes [first, end) to the hits that `add_packet` has recorded: once for many of its calls.
   void tighten_limits(const RayGroup& rays, int first, int end) {
     for (int i = first; i < end; i += kSimdWidth)
       min(FloatX16::load(t + i) + FloatX16::load(rays.tie_tolerance + i), FloatX16::load(limit + i)).store(limit + i);
   }
 
-  /// The t of both are so near that they may be the same to the caller; then the lower id counts.
+  /// Compare a hit with the best one in units of the caller's ray. Both t in the frame are so close that they may round
+  /// to the same t there; the lower id then precedes.
   void resolve_tie(const RayGroup& rays, int first, int lane, const ClosestApproach<FloatX16>& approach,
                    std::uint32_t prim_) {
     alignas(64) float ts[kSimdWidth], ss[kSimdWidth], dist2s[kSimdWidth];
@@ -71,7 +72,7 @@ struct FirstHitCollector {
     float t, s, dist2;
   };
 
-  /// Whether the caller counts this hit as the first.
+  /// Whether a hit precedes the best one of the lane, in units of the caller's ray.
   bool comes_first(const RayGroup& rays, int i, float t_, std::uint32_t prim_) const {
     const float t_ray = rays.t_ray(i, t_), best = rays.t_ray(i, t[i]);
     return precedes(t_ray, prim_, best, std::bit_cast<std::uint32_t>(prim[i]));
@@ -87,12 +88,12 @@ struct FirstHitCollector {
   }
 };
 
-/// The first hit of each ray.
+/// Writes the first hit of each ray.
 template <RayPrimitive P, At at>
 struct FirstHitQuery {
   using Collector = FirstHitCollector<at>;
   const WideBvhView<P>& tree;
-  HitColumns to;
+  HitColumns to;  ///< one hit per ray of the batch
 
   Collector collector() const { return {}; }
 
@@ -101,16 +102,16 @@ struct FirstHitQuery {
     float t[kGroupSize], u[kGroupSize], distance[kGroupSize], t_out[kGroupSize];
     std::int64_t prim[kGroupSize];
     const double inv_scale = rays.inv_scale;
+    // Convert hits, 16 at a time. With a variable trip count or with branches, the loop would not be vectorised.
     for (int from = first; from < end; from += kSimdWidth)
-      for (int i = from; i < from + kSimdWidth;
-           ++i) {  // of no certain number, or with branches, it would not be vectors
-        const auto which = std::bit_cast<std::uint32_t>(found.prim[i]);
-        const bool hit = which != kNoPrim;
+      for (int i = from; i < from + kSimdWidth; ++i) {
+        const auto id = std::bit_cast<std::uint32_t>(found.prim[i]);
+        const bool hit = id != kNoPrim;
         const float t_ = rays.t_ray(i, found.t[i]), distance_ = float(std::sqrt(found.dist2[i]) * inv_scale);
         t[i] = hit ? t_ : miss.t;
         u[i] = hit ? found.s[i] : miss.u;
         distance[i] = hit ? distance_ : miss.distance;
-        prim[i] = hit ? std::int64_t(which) : miss.prim;
+        prim[i] = hit ? std::int64_t(id) : miss.prim;
       }
     if constexpr (at == At::surface)
       for (int from = first; from < end; from += kSimdWidth) store_exit_t(tree, rays, found.prim, from, t_out);
@@ -124,7 +125,7 @@ struct FirstHitQuery {
       if constexpr (at == At::surface) std::copy_n(t_out + i, n, columns.t_out + at_);
     };
     for (int from = first; from < end; from += kSimdWidth)
-      if (rays.contiguous_fours[from / kSimdWidth])  // so all sixteen are rays: one that ends early repeats its last
+      if (rays.contiguous_fours[from / kSimdWidth])  // implies 16 different rays: a packet with fewer repeats its last
         for (int i = from; i < from + kSimdWidth; i += 4) write(i, std::integral_constant<int, 4>());
       else
         for (int i = from; i < std::min(from + kSimdWidth, end); ++i) write(i, std::integral_constant<int, 1>());

@@ -1,8 +1,9 @@
-// Puts the hits of sixteen rays in order: by ray, and by t but for those that lie closest together. There is no branch
-// on which of two hits comes first, for what is guessed wrong then costs more than all else that is done for a hit.
-// Each ray's hits are a column of numbers, and all sixteen columns are sorted at once. Where that is too much, for a
-// few rays have nearly all hits or one has very many, few hits are told their places by counting, and many are dealt
-// out by the digits of their numbers.
+// Sorts the hits of 16 rays by ray, then by t. Hits whose t are closest together may stay out of order.
+//
+// No branch depends on the order of two hits: a mispredicted branch costs more than all else that is done for a hit.
+// The hits of a ray are a column of integer keys, and a sorting network sorts all 16 columns at once. That takes too
+// long if a few rays have nearly all hits, or one ray has very many. A counting sort then serves few hits, a radix sort
+// many.
 #pragma once
 
 #include <algorithm>
@@ -17,53 +18,64 @@
 
 namespace fastlines {
 
+/// Where `HitSorter` changes its method.
+struct HitSorterTuning {
+  /// Hits of one ray: with more, a radix sort is faster than a sorting network.
+  static constexpr std::uint32_t kMaxColumnHits = 512;
+  /// Comparisons of two rows per hit: with more, the other methods are faster than a sorting network.
+  static constexpr std::uint32_t kMaxComparisonsPerHit = 8;
+  /// Hits of all rays: with more, a radix sort is faster than a counting sort.
+  static constexpr std::uint32_t kMaxCountedHits = 256;
+  /// Hits of all rays: with more, a radix sort takes digits of 11 bits instead of 8, which need larger tables.
+  static constexpr std::uint32_t kMaxByteDigitHits = 2048;
+};
+
+/// Sorts the hits of a packet. Reuses its memory.
 class HitSorter {
+  using Tuning = HitSorterTuning;
+
  public:
-  /// Sort hits 0 … n − 1, one at least, each of the ray in its lane, at t, of the segment prim.
+  /// Sort hits 0 … n − 1, n ≥ 1. Hit j is of the ray in lane[j], at t[j], with primitive prim[j].
   void sort(const std::uint32_t* lane, const float* t, const std::uint32_t* prim, std::uint32_t n) {
-    if (const std::size_t room = n + kMaxColumnHits; order_.size() < room)
-      for (auto* numbers : {&order_, &place_, &key_}) numbers->resize(2 * room);
-    const std::uint32_t most = find_begins(lane, n), n_rows = ColumnSorter::rows_for(most);
-    if (n_rows <= kMaxColumnHits && ColumnSorter::n_comparisons(n_rows) <= kMaxComparisonsPerHit * n)
-      sort_columns(t, prim, n, most, n_rows);
-    else if (n <= kMaxCountedHits)
+    if (const std::size_t room = n + Tuning::kMaxColumnHits; order_.size() < room)
+      for (auto* indices : {&order_, &place_, &key_}) indices->resize(2 * room);
+    const std::uint32_t longest = find_begins(lane, n), n_rows = ColumnSorter::rows_for(longest);
+    if (n_rows <= Tuning::kMaxColumnHits && ColumnSorter::n_comparisons(n_rows) <= Tuning::kMaxComparisonsPerHit * n)
+      sort_columns(t, prim, n, longest, n_rows);
+    else if (n <= Tuning::kMaxCountedHits)
       counting_sort(lane, t, prim, n);
-    else if (n <= 2048)
+    else if (n <= Tuning::kMaxByteDigitHits)
       radix_sort<8>(lane, t, prim, n);
     else
       radix_sort<11>(lane, t, prim, n);
   }
 
-  /// The number of the hit that comes k-th.
+  /// The index of the hit that comes k-th.
   std::uint32_t operator[](std::size_t k) const { return order_[k]; }
 
-  /// Where the hits of the ray in this lane begin; those of lane 16 would begin at n.
+  /// Where the sorted hits of the ray in this lane begin; begin(16) = n.
   std::uint32_t begin(int lane) const { return begin_[lane]; }
 
  private:
   static constexpr int kLaneBits = 4, kPrimBits = 4;
-  static constexpr std::uint32_t kMaxColumnHits =
-      512;  // hits of a ray: for more, to compare takes longer than to radix_sort out
-  static constexpr std::uint32_t kMaxCountedHits = 256;      // hits of all rays: for more, so does to count
-  static constexpr std::uint32_t kMaxComparisonsPerHit = 8;  // comparisons for each hit take as long
 
-  /// Where the hits of each lane begin, and where each of a few stands in the columns; returns how many the lane of
-  /// most has.
+  /// Find where the hits of each lane begin, and the place of each hit in the columns, which counts only if the columns
+  /// are sorted. Returns the number of hits of the lane that has the most.
   std::uint32_t find_begins(const std::uint32_t* lane, std::uint32_t n) {
     std::uint32_t n_of[kSimdWidth] = {};
     std::uint32_t* const place = place_.data();
     for (std::uint32_t j = 0; j < n; ++j) place[j] = n_of[lane[j]]++ * kSimdWidth + lane[j];
-    std::uint32_t most = 0;
+    std::uint32_t longest = 0;
     begin_[0] = 0;
     for (int i = 0; i < kSimdWidth; ++i) {
-      most = std::max(most, n_of[i]);
+      longest = std::max(longest, n_of[i]);
       begin_[i + 1] = begin_[i] + n_of[i];
     }
-    return most;
+    return longest;
   }
 
-  /// Keys: a step of t, and the end of the segment's number, for the pieces of a polyline are often met where they
-  /// join, at the same t. Both in so many bits, below what comes first.
+  /// Make keys: first(j), then t quantised to steps, then the low bits of the primitive's id. A ray often hits two
+  /// segments of a polyline at their joint, at the same t. Step and id take `bits` bits together.
   template <class First>
   void make_keys(const float* t, const std::uint32_t* prim, std::uint32_t n, int bits, First&& first) {
     FloatX16 least16 = t[0], most16 = t[0];
@@ -77,7 +89,7 @@ class HitSorter {
       from = min(from, t[j]);
       to = max(to, t[j]);
     }
-    const int step_bits = std::min(bits - kPrimBits, 24);  // as exact as floats are
+    const int step_bits = std::min(bits - kPrimBits, 24);  // as precise as a float
     const float last = float((1 << step_bits) - 2);        // so that no key has all bits set
     const float per_t = last / max(to - from, 0x1p-100f);
     std::uint32_t* const key = key_.data();
@@ -87,13 +99,14 @@ class HitSorter {
     }
   }
 
-  /// Few hits: each comes after as many as have a lesser key, of which each ends in the number of its hit.
+  /// Counting sort: the place of a hit is the number of smaller keys. A key ends in the index of its hit, so that all
+  /// keys differ.
   void counting_sort(const std::uint32_t* lane, const float* t, const std::uint32_t* prim, std::uint32_t n) {
-    const int room_bits = std::bit_width(n - 1);
-    make_keys(t, prim, n, 31 - kLaneBits - room_bits, [lane](std::uint32_t j) { return lane[j]; });
-    std::int32_t keys[kMaxCountedHits + kSimdWidth];
-    for (std::uint32_t j = 0; j < n; ++j) keys[j] = std::int32_t(key_[j] << room_bits | j);
-    std::fill_n(keys + n, kSimdWidth, 0);  // read, though it does not count
+    const int index_bits = std::bit_width(n - 1);
+    make_keys(t, prim, n, 31 - kLaneBits - index_bits, [lane](std::uint32_t j) { return lane[j]; });
+    std::int32_t keys[Tuning::kMaxCountedHits + kSimdWidth];
+    for (std::uint32_t j = 0; j < n; ++j) keys[j] = std::int32_t(key_[j] << index_bits | j);
+    std::fill_n(keys + n, kSimdWidth, 0);  // read, but not used
     for (std::uint32_t first = 0; first < n; first += kSimdWidth) {
       std::int32_t n_before[kSimdWidth] = {};
       for (std::uint32_t i = 0; i < n; ++i)
@@ -103,25 +116,25 @@ class HitSorter {
     }
   }
 
-  /// Each lane's keys, ended by the numbers of the hits, are a column.
-  void sort_columns(const float* t, const std::uint32_t* prim, std::uint32_t n, std::uint32_t most,
+  /// Sorting network: each lane's keys, which end in the indices of the hits, are a column.
+  void sort_columns(const float* t, const std::uint32_t* prim, std::uint32_t n, std::uint32_t longest,
                     std::uint32_t n_rows) {
-    const int room_bits = std::bit_width(n);
-    make_keys(t, prim, n, 32 - room_bits, [](std::uint32_t) { return 0u; });
+    const int index_bits = std::bit_width(n);
+    make_keys(t, prim, n, 32 - index_bits, [](std::uint32_t) { return 0u; });
     std::fill_n(rows_, n_rows * kSimdWidth, ~0u);
     const std::uint32_t *const key = key_.data(), *const place = place_.data();
-    for (std::uint32_t j = 0; j < n; ++j) rows_[place[j]] = (key[j] << room_bits) + j;
+    for (std::uint32_t j = 0; j < n; ++j) rows_[place[j]] = (key[j] << index_bits) + j;
     ColumnSorter::sort(rows_, n_rows);
-    write_columns((1u << room_bits) - 1, most);
+    write_columns((1u << index_bits) - 1, longest);
   }
 
-  /// ColumnSorter become runs, four rows at a time. A run is written to the end of the longest: what is too much lies
-  /// where later lanes' runs begin, and is overwritten, for the last rows are written first, and later lanes after
-  /// earlier ones. Beyond the last run there is room.
-  void write_columns(std::uint32_t mask, std::uint32_t most) {
+  /// Transpose columns to runs, four rows at a time. Each run is written as long as the longest one. What is written
+  /// past its end lies in the runs of later lanes and is overwritten: the last rows are written first, and later lanes
+  /// after earlier ones. There is room past the last run.
+  void write_columns(std::uint32_t mask, std::uint32_t longest) {
     std::uint32_t* const order = order_.data();
     const IntX4 bits = IntX4{} + std::int32_t(mask);
-    for (std::uint32_t k = (most + 3) / 4 * 4; k > 0;) {
+    for (std::uint32_t k = (longest + 3) / 4 * 4; k > 0;) {
       k -= 4;
       for (int first = 0; first < kSimdWidth; first += 4) {
         FloatX4 rows[4], columns[4];
@@ -136,8 +149,7 @@ class HitSorter {
     }
   }
 
-  /// Many hits: by each of three digits of their keys in turn, the last one first. A key goes with its hit, so that all
-  /// are read one after the other.
+  /// Radix sort by three digits of the keys, the lowest first. A key moves with its hit, so that reads are sequential.
   template <int digit_bits>
   void radix_sort(const std::uint32_t* lane, const float* t, const std::uint32_t* prim, std::uint32_t n) {
     constexpr int n_digits = 3;
@@ -159,13 +171,14 @@ class HitSorter {
     for (std::uint32_t k = 0; k < n; ++k) order[places[2][digit(second[k].key, 2)]++] = second[k].hit;
   }
 
+  /// A key and the index of its hit.
   struct Keyed {
     std::uint32_t key, hit;
   };
   LargeVector<std::uint32_t> order_, place_, key_;
   LargeVector<Keyed> first_, second_;
   std::uint32_t begin_[kSimdWidth + 1];
-  alignas(64) std::uint32_t rows_[kMaxColumnHits * kSimdWidth];  // of the columns
+  alignas(64) std::uint32_t rows_[Tuning::kMaxColumnHits * kSimdWidth];  // of keys: a column per lane
 };
 
 }  // namespace fastlines

@@ -1,4 +1,4 @@
-// The k nearest hits of each ray, sorted.
+// Finds the k nearest hits of each ray, sorted by t and then by id.
 #pragma once
 
 #include <bit>
@@ -11,14 +11,14 @@
 
 namespace fastlines {
 
-/// The nearest hits of one ray, in no order. The caller's t decides which come first, and where it is the same, the
-/// lower id.
+/// The nearest hits of one ray, in no order. They are compared by t in units of the caller's ray, then by id.
 struct KNearest {
-  std::uint32_t n = 0, worst = 0;  // how many there are; which comes last, once it has been looked for
+  std::uint32_t n = 0;      ///< the number of hits
+  std::uint32_t worst = 0;  ///< the index of the last hit; valid after `find_worst`
   std::vector<float> t_ray, t, s, dist2;
   std::vector<std::uint32_t> prim;
 
-  /// Whether a hit comes before the jth.
+  /// Whether a hit precedes hit j.
   bool is_before(float t_ray_, std::uint32_t prim_, std::uint32_t j) const {
     return precedes(t_ray_, prim_, t_ray[j], prim[j]);
   }
@@ -35,13 +35,13 @@ struct KNearest {
     prim[at] = prim_;
   }
 
-  /// Look for the last one, of one at least: sixteen at a time, for which there is always room.
+  /// Find the last hit, of at least one. Reads 16 at a time; the vectors always have room for that.
   void find_worst() {
     constexpr float kNone = -std::numeric_limits<float>::infinity();
-    FloatX16 most = kNone;
+    FloatX16 largest = kNone;
     for (std::uint32_t j = 0; j < n; j += kSimdWidth)
-      most = max(most, blend(lane_mask(n - j), FloatX16::load(t_ray.data() + j), kNone));
-    const float last = -reduce_min(FloatX16(0.0f) - most);
+      largest = max(largest, blend(lane_mask(n - j), FloatX16::load(t_ray.data() + j), kNone));
+    const float last = -reduce_min(FloatX16(0.0f) - largest);
     bool found = false;
     for (std::uint32_t j = 0; j < n; j += kSimdWidth) {
       std::uint32_t bits = (FloatX16(last) <= FloatX16::load(t_ray.data() + j)).bits() & lane_mask(n - j);
@@ -54,6 +54,7 @@ struct KNearest {
   }
 };
 
+/// Records up to k hits per ray; the limit falls once there are k.
 template <At at_>
 struct KNearestCollector {
   static constexpr QueryTraits kTraits{.shrinks_limit = true};
@@ -86,8 +87,8 @@ struct KNearestCollector {
   }
 
   void add_hit(const RayGroup& rays, int i, const ClosestApproach<float>& approach, const Reference& ref) {
-    // Each once, by the piece that holds the point of the segment. At t the ray is within its radius of that point, but
-    // for rounding (docs/answers.md), so that piece is met before the limit.
+    // Report each hit once, from the piece that owns the point of the segment. At t the ray lies within its radius of
+    // that point, up to rounding (docs/answers.md), so that piece is visited before the limit.
     if (!(approach.t <= limit[i]) || !owns(ref.s0, ref.s1, approach.s)) return;
     add(rays, i, approach, ref.prim);
   }
@@ -106,7 +107,7 @@ struct KNearestCollector {
   }
 };
 
-/// The k nearest hits of each ray.
+/// Sorts the k nearest hits of each ray into lists.
 template <RayPrimitive P, At at>
 struct KNearestQuery {
   using Collector = KNearestCollector<at>;
@@ -126,7 +127,7 @@ struct KNearestQuery {
       const KNearest& hits = found.hits[i];
       const ListColumns of_ray = to.from(begin);
       list(rays, hits, of_ray);
-      // May be written past its end: it is the last column, and what the next rays have comes later.
+      // Writing past the end is safe: t_out is the last column, and the next rays are written later.
       if constexpr (at == At::surface) store_exit_ts(tree_, rays, i, of_ray.prim, hits.n, of_ray.t_out);
       lists.add(rays.id[i], hits.n);
       begin += hits.n;
@@ -137,17 +138,17 @@ struct KNearestQuery {
  private:
   const WideBvhView<P>& tree_;
   std::size_t k_;
-  std::vector<std::uint32_t> sorter_;
+  std::vector<std::uint32_t> order_;
 
-  /// In order.
+  /// Write the hits of a ray in order.
   void list(const RayGroup& rays, const KNearest& nearest, const ListColumns& to) {
-    sorter_.resize(nearest.n);
-    std::iota(sorter_.begin(), sorter_.end(), 0u);
-    std::sort(sorter_.begin(), sorter_.end(), [&](std::uint32_t i, std::uint32_t j) {
+    order_.resize(nearest.n);
+    std::iota(order_.begin(), order_.end(), 0u);
+    std::sort(order_.begin(), order_.end(), [&](std::uint32_t i, std::uint32_t j) {
       return nearest.is_before(nearest.t_ray[i], nearest.prim[i], j);
     });
     for (std::uint32_t i = 0; i < nearest.n; ++i) {
-      const std::uint32_t j = sorter_[i];
+      const std::uint32_t j = order_[i];
       to.t[i] = nearest.t_ray[j];
       to.u[i] = nearest.s[j];
       to.distance[i] = float(std::sqrt(nearest.dist2[j]) * rays.inv_scale);
