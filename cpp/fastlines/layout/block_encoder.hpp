@@ -1,9 +1,9 @@
-// The blocks of a wide tree, fitted to its segments: what a collapse does last, and all that is to be done when
-// segments have moved.
+// Encodes boxes and pieces into the blocks of a wide BVH: the last step of a collapse, and the only step after segments
+// have moved.
 //
-// Which child stands where is given; filled in are the pieces of each leaf, then the boxes from the last node to the
-// first, then what nodes say of them. The blocks' arithmetic is float32: relative to the origin of a block that is 1e-4
-// quanta, which the slack of both kinds of block covers (0.02 quanta of a node, and those of reach; docs/engine.md).
+// The topology is given. The encoder writes the pieces of each leaf, computes boxes from the last node to the first,
+// and writes the planes of each node. The arithmetic is float32: its error relative to the origin of a block is 1e-4
+// quanta. The slack of both kinds of block covers that (0.02 quanta in a node, the reach in a leaf; docs/culling.md).
 #pragma once
 
 #include <cstring>
@@ -17,10 +17,11 @@
 
 namespace fastlines {
 
+/// Encodes the nodes and leaves of a wide BVH.
 template <RayPrimitive P>
 class BlockEncoder {
  public:
-  /// `to` may be where the blocks come from.
+  /// `to_nodes` and `to_leaves` may be the input blocks themselves.
   BlockEncoder(const Frame& frame, std::span<const WideNode> nodes, std::span<const WideLeaf> leaves,
                std::span<const WideRef> refs, const P& prims, WideNode* to_nodes, WideLeaf* to_leaves)
       : centre_{frame.centre[0], frame.centre[1], frame.centre[2], 0.0f},
@@ -31,18 +32,19 @@ class BlockEncoder {
         prims_(prims),
         to_nodes_(to_nodes),
         to_leaves_(to_leaves),
-        of_nodes_(std::make_unique_for_overwrite<BoxX4[]>(nodes.size())),
-        of_leaves_(std::make_unique_for_overwrite<BoxX4[]>(leaves.size())) {}
+        node_boxes_(std::make_unique_for_overwrite<BoxX4[]>(nodes.size())),
+        leaf_boxes_(std::make_unique_for_overwrite<BoxX4[]>(leaves.size())) {}
 
-  /// Returns the mean extent of the leaves.
+  /// Encode all blocks. Returns the mean extent of the leaves, in the frame.
   float operator()(unsigned n_threads, Progress& progress, Stage stage = {}) {
     const double middle = 0.5 * (stage.from + stage.to);
     in_chunks(leaves_.size(), n_threads, progress, {stage.from, middle}, [&](std::size_t i) { encode_leaf(i); });
+    // Compute boxes from the bottom up: children have larger indices.
     for (std::size_t i = nodes_.size(); i-- > 0;) {
       const WideNode& node = nodes_[i];
       BoxX4 box = BoxX4::empty();
       for (int child = 0; child < node.n_children; ++child) box.grow(box_of(node, child));
-      of_nodes_[i] = box;
+      node_boxes_[i] = box;
     }
     in_chunks(nodes_.size(), n_threads, progress, {middle, stage.to}, [&](std::size_t i) { encode_node(i); });
     double extents = 0.0;
@@ -51,27 +53,30 @@ class BlockEncoder {
   }
 
  private:
-  /// So many references ahead are the segments asked for.
-  static constexpr std::size_t kAhead = 16;
+  /// References: how far ahead primitives are prefetched.
+  static constexpr std::size_t kPrefetchDistance = 16;
 
+  /// Call each(i) for all i < n, in parallel.
   template <class Do>
   static void in_chunks(std::size_t n, unsigned n_threads, Progress& progress, Stage stage, Do&& each) {
-    constexpr std::size_t kBlocks = 1024;
-    parallel_for((n + kBlocks - 1) / kBlocks, n_threads, progress, [] { return 0; },
+    constexpr std::size_t kBlocksPerChunk = 1024;
+    parallel_for((n + kBlocksPerChunk - 1) / kBlocksPerChunk, n_threads, progress, [] { return 0; },
                  [&](int, std::size_t chunk) {
-                   for (std::size_t i = chunk * kBlocks; i < std::min(n, (chunk + 1) * kBlocks); ++i) each(i);
+                   for (std::size_t i = chunk * kBlocksPerChunk; i < std::min(n, (chunk + 1) * kBlocksPerChunk); ++i)
+                     each(i);
                  },
                  stage);
   }
 
+  /// The box of a child, in the frame.
   const BoxX4& box_of(const WideNode& node, int child) const {
-    return child < node.n_inner ? of_nodes_[node.first_inner + std::size_t(child)]
-                                : of_leaves_[node.first_leaf + std::size_t(child - node.n_inner)];
+    return child < node.n_inner ? node_boxes_[node.first_inner + std::size_t(child)]
+                                : leaf_boxes_[node.first_leaf + std::size_t(child - node.n_inner)];
   }
 
   using Bytes16 = std::uint8_t __attribute__((vector_size(16)));
 
-  /// The longest side, or a millionth of the frame.
+  /// The longest side, but at least a millionth of the frame, so that a scale is never zero.
   static float longest_of(const BoxX4& box) {
     const FloatX4 sides = box.hi - box.lo;
     return std::max(std::max(sides[0], sides[1]), std::max(sides[2], 0x1p-20f));
@@ -82,22 +87,23 @@ class BlockEncoder {
     const WideRef* const refs = refs_.data() + first_ref;
     const std::size_t last = refs_.size() - first_ref - 1;
     PieceEndpoints ends[kSimdWidth];
-    BoxX4 box = BoxX4::empty(), reach = BoxX4::empty();  // of the axes; and with the radii around them
+    BoxX4 box = BoxX4::empty(), reach = BoxX4::empty();  // of the axes, and of the axes grown by their radii
     float radius = 0.0f;
     for (std::uint32_t i = 0; i < n_refs; ++i) {
-      __builtin_prefetch(prims_.items() + refs[std::min(i + kAhead, last)].prim);
+      __builtin_prefetch(prims_.items() + refs[std::min(i + kPrefetchDistance, last)].prim);
       const PieceEndpoints at = endpoints_of(P::axis(prims_.item(refs[i].prim)), refs[i]);
       ends[i] = {(at.a - centre_) * scale_, (at.c - centre_) * scale_};
       const BoxX4 piece = fastlines::box_of(ends[i]);
       box.grow(piece);
       if constexpr (P::kHasRadius) {
-        const float of_prim = P::radius(prims_.item(refs[i].prim)) * scale_[0];
-        reach.grow({piece.lo - four(of_prim), piece.hi + four(of_prim)});
-        radius = std::max(radius, of_prim);
+        const float prim_radius = P::radius(prims_.item(refs[i].prim)) * scale_[0];
+        reach.grow({piece.lo - four(prim_radius), piece.hi + four(prim_radius)});
+        radius = std::max(radius, prim_radius);
       }
     }
-    of_leaves_[index] = P::kHasRadius ? reach : box;
+    leaf_boxes_[index] = P::kHasRadius ? reach : box;
 
+    // Choose the grid: its origin is the low corner, the longest side takes 255 quanta.
     const FloatX4 org = n_refs ? box.lo : FloatX4{};
     for (std::uint32_t i = n_refs; i < kSimdWidth; ++i) ends[i] = {org, org};
     WideLeaf& leaf = to_leaves_[index];
@@ -108,6 +114,7 @@ class BlockEncoder {
     leaf.n_refs = n_refs;
     leaf.radius = radius * leaf.inv_scale;
     const FloatX4 inv_scale = four(leaf.inv_scale);
+    // Round ends to the nearest byte; the conversion truncates.
     const auto nearest = [&](const FloatX4& x) { return (x - org) * inv_scale + four(0.5f); };
     for (int i = 0; i < kSimdWidth; i += 4) {
       FloatX4 a[4], c[4];
@@ -122,9 +129,9 @@ class BlockEncoder {
   void encode_node(std::size_t index) const {
     const WideNode& from = nodes_[index];
     const int n_children = from.n_children;
-    const BoxX4& box = of_nodes_[index];
+    const BoxX4& box = node_boxes_[index];
     const float longest = longest_of(box);
-    // A child with nothing in it, and a lane with no child, is a point.
+    // An empty child, and a lane without a child, become a point.
     const FloatX4 point = box.is_empty() ? FloatX4{} : box.lo;
     BoxX4 boxes[kSimdWidth];
     for (int i = 0; i < kSimdWidth; ++i) {
@@ -141,7 +148,8 @@ class BlockEncoder {
     std::memcpy(node.org, &org, sizeof node.org);
     node.scale = longest * float(1.0004 / 254);
     const FloatX4 inv_scale = four(1.0f / node.scale);
-    // Roundings of q ≤ 254 come to 6e-5, those of org + q·scale, as a node's test computes it, to half as much.
+    // Round outwards, by 0.02 quanta at least. Rounding q ≤ 254 adds errors of 6e-5 quanta in all, and rounding
+    // org + q·scale, as the test of a node computes it, half as much.
     const auto below = [&](const FloatX4& x) { return max((x - org) * inv_scale - four(0.02f), FloatX4{}); };
     const auto above = [&](const FloatX4& x) {
       const FloatX4 y = (x - org) * inv_scale + four(0.02f);
@@ -158,6 +166,7 @@ class BlockEncoder {
       put_bytes(low, rows, i);
       put_bytes(high, rows + 3, i);
     }
+    // Invert the boxes of lanes without a child, so that no ray enters them.
     for (int i = n_children; i < kSimdWidth; ++i)
       for (int k = 0; k < 3; ++k) {
         node.planes[k * kSimdWidth + i] = 255;
@@ -165,21 +174,21 @@ class BlockEncoder {
       }
   }
 
-  /// Of four points, in quanta: the bytes of x of all, then those of y, and of z.
+  /// Bytes of four points in quanta: x of all four, then y, then z.
   [[gnu::always_inline]] static Bytes16 bytes_of(const FloatX4 (&points)[4]) {
     IntX4 words{};
     for (int j = 0; j < 4; ++j) words |= __builtin_convertvector(points[j], IntX4) << (8 * j);
     return Bytes16(words);
   }
 
-  /// Four bytes in each of the rows for x, y and z.
+  /// Write four points, in quanta, to the rows of x, y and z.
   [[gnu::always_inline]] static void put_bytes(const FloatX4 (&points)[4], std::uint8_t (*rows)[kSimdWidth],
                                                int first) {
     const Bytes16 bytes = bytes_of(points);
     for (int k = 0; k < 3; ++k) std::memcpy(rows[k] + first, reinterpret_cast<const char*>(&bytes) + 4 * k, 4);
   }
 
-  /// The ends of four pieces, as `end_byte` has them.
+  /// Write the ends of four pieces in the order of `end_byte`.
   [[gnu::always_inline]] static void put_ends(const Bytes16& a, const Bytes16& c, std::uint8_t* ends, int first) {
     const auto put = [&](const Bytes16& pairs, int at) { std::memcpy(ends + at, &pairs, 8); };
     const auto in_pairs = [](const Bytes16& x) {
@@ -198,7 +207,7 @@ class BlockEncoder {
   P prims_;
   WideNode* to_nodes_;
   WideLeaf* to_leaves_;
-  std::unique_ptr<BoxX4[]> of_nodes_, of_leaves_;
+  std::unique_ptr<BoxX4[]> node_boxes_, leaf_boxes_;
 };
 
 }  // namespace fastlines

@@ -1,8 +1,8 @@
-// From a binary tree to a wide one, at least cost (plans.hpp). Nothing is lost: every reference of the tree is in a
-// leaf, and adjacent pieces of one segment that meet in a leaf become one.
+// Collapses a binary tree into a wide BVH of least cost (collapse_plan.hpp). No reference is lost: each one of the tree
+// is in a leaf. Adjacent pieces of one segment that meet in a leaf are merged.
 //
-// The blocks of large subtrees are listed apart, each on a thread, and put behind those of the nodes above them: in the
-// same places, however many threads there are.
+// Subtrees of a bounded size are written as separate tasks, behind the blocks of the nodes above them. Their places do
+// not depend on the number of threads.
 #pragma once
 
 #include "block_encoder.hpp"
@@ -11,6 +11,7 @@
 
 namespace fastlines {
 
+/// Precondition: no leaf lists more references than a block holds.
 template <RayPrimitive P>
 class Collapse {
  public:
@@ -22,18 +23,18 @@ class Collapse {
     make_room(n_threads, progress);
     BlockCursor at{1, 0, 0};
     if (plans_[0].leaf) {
-      // A root that is a leaf becomes the one child of a node.
-      describe(wide_.nodes[0], at, 0, 1);
+      // A root that is a leaf becomes the only child of a node.
+      set_children(wide_.nodes[0], at, 0, 1);
       list_pieces(0, at.leaf++, at);
     } else {
-      put(0, 0, at, nodes_[0].n_refs > kApart);
+      write(0, 0, at, nodes_[0].n_refs > kMaxTaskRefs);
     }
     parallel_for(
-        apart_.size(), n_threads, progress, [] { return 0; },
+        subtrees_.size(), n_threads, progress, [] { return 0; },
         [&](int, std::size_t i) {
-          BlockCursor next = apart_[i].begin;
-          put(apart_[i].v, apart_[i].index, next, false);
-          apart_[i].end = next;
+          BlockCursor next = subtrees_[i].begin;
+          write(subtrees_[i].v, subtrees_[i].index, next, false);
+          subtrees_[i].end = next;
         },
         {0.5, 0.7});
     close_gaps(at.ref);
@@ -46,39 +47,41 @@ class Collapse {
   }
 
  private:
-  /// Where the next blocks stand, or how many there are.
+  /// The indices of the next node, leaf and reference, or numbers of them.
   struct BlockCursor {
     std::size_t node, leaf, ref;
   };
 
-  /// A subtree that is put apart: where its root stands, how much is below it, and where that begins and ends.
-  struct Apart {
+  /// A subtree that is a task of its own: its root v, the index of the root's wide node, the size of what lies below,
+  /// and where that begins and ends.
+  struct Subtree {
     std::uint32_t v;
     std::size_t index;
     BlockCursor size{}, begin{}, end{};
   };
 
-  /// Subtrees of no more references are put apart.
-  static constexpr std::uint32_t kApart = 1 << 14;
+  /// References: a subtree with at most this many is a task of its own.
+  static constexpr std::uint32_t kMaxTaskRefs = 1 << 14;
 
-  /// Count all blocks, and find where those of each subtree begin. Pieces that are joined are not known yet.
+  /// Count all blocks, find where those of each subtree begin, and allocate them. Merged pieces are not known yet, so
+  /// references are counted before merging.
   void make_room(unsigned n_threads, Progress& progress) {
     BlockCursor end{1, 0, 0};
     if (plans_[0].leaf)
       end = {1, 1, refs_.size()};
     else
-      count(0, end, nodes_[0].n_refs > kApart);
+      count(0, end, nodes_[0].n_refs > kMaxTaskRefs);
     parallel_for(
-        apart_.size(), n_threads, progress, [] { return 0; },
+        subtrees_.size(), n_threads, progress, [] { return 0; },
         [&](int, std::size_t i) {
           BlockCursor size{};
-          count(apart_[i].v, size, false);
-          apart_[i].size = size;
+          count(subtrees_[i].v, size, false);
+          subtrees_[i].size = size;
         },
         {0.4, 0.5});
-    for (Apart& apart : apart_) {
-      apart.begin = end;
-      end = {end.node + apart.size.node, end.leaf + apart.size.leaf, end.ref + apart.size.ref};
+    for (Subtree& subtree : subtrees_) {
+      subtree.begin = end;
+      end = {end.node + subtree.size.node, end.leaf + subtree.size.leaf, end.ref + subtree.size.ref};
     }
     wide_.nodes.make_room(end.node);
     wide_.leaves.make_room(end.leaf);
@@ -87,105 +90,109 @@ class Collapse {
     wide_.leaves.keep(end.leaf);
   }
 
-  struct Some {
+  /// Roots of subtrees in the binary tree.
+  struct SubtreeList {
     std::uint32_t v[kSimdWidth];
     std::uint32_t n = 0;
   };
 
-  /// The subtrees that become the children of one node, inner ones and leaves.
+  /// The subtrees that become the children of one wide node.
   struct Children {
-    Some inner, leaves;
+    SubtreeList inner, leaves;
   };
 
+  /// The children of the wide node that v becomes, by the plan.
   Children children_of(std::uint32_t v) const {
     struct Share {
       std::uint32_t v;
-      int i;  // of the children
+      int i;  // at most so many children
     };
     Children children;
-    Share waiting[kSimdWidth];
-    int n_waiting = 0;
-    const auto part = [&](std::uint32_t parent, int i, int k) {
-      waiting[n_waiting++] = {nodes_[parent].right, i - k};
-      waiting[n_waiting++] = {parent + 1, k};
+    Share stack[kSimdWidth];
+    int n_stack = 0;
+    const auto push_halves = [&](std::uint32_t parent, int i, int k) {
+      stack[n_stack++] = {nodes_[parent].right, i - k};
+      stack[n_stack++] = {parent + 1, k};
     };
-    part(v, kSimdWidth, plans_[v].k_all);
-    while (n_waiting > 0) {
-      auto [below, i] = waiting[--n_waiting];
+    push_halves(v, kSimdWidth, plans_[v].k_all);
+    while (n_stack > 0) {
+      auto [below, i] = stack[--n_stack];
       while (i > 1 && plans_[below].k[i] == 0) --i;
       if (i > 1) {
-        part(below, i, plans_[below].k[i]);
+        push_halves(below, i, plans_[below].k[i]);
         continue;
       }
-      Some& of_kind = plans_[below].leaf ? children.leaves : children.inner;
-      of_kind.v[of_kind.n++] = below;
+      SubtreeList& list = plans_[below].leaf ? children.leaves : children.inner;
+      list.v[list.n++] = below;
     }
     return children;
   }
 
-  bool is_apart(std::uint32_t v) const { return nodes_[v].n_refs <= kApart; }
+  bool is_task(std::uint32_t v) const { return nodes_[v].n_refs <= kMaxTaskRefs; }
 
-  /// A node of the tree that becomes a wide one, and where that stands.
-  struct Wanted {
+  /// A node of the binary tree that becomes a wide node, and the index of that.
+  struct NodePlace {
     std::uint32_t v;
     std::size_t index;
   };
 
-  /// Call visit(node, its children) for a node and those below it, each before what is below it, the first child first;
-  /// and in their turn leave(node) for those that are put apart, if any is to be. The inner children stand where `at`
-  /// is before the call.
+  /// Call visit(node, children) for a node and the nodes below it, in depth-first order, parents first. With
+  /// `skip_tasks`, call skip(node) instead for subtrees that are tasks of their own. The inner children get the indices
+  /// from at.node on, as it is before visit is called.
   template <class Visit, class Leave>
-  void for_each_below(Wanted root, BlockCursor& at, bool some_apart, Visit&& visit, Leave&& leave) {
-    std::vector<Wanted> waiting{root};
-    while (!waiting.empty()) {
-      const Wanted node = waiting.back();
-      waiting.pop_back();
-      if (some_apart && is_apart(node.v)) {
-        leave(node);
+  void for_each_below(NodePlace root, BlockCursor& at, bool skip_tasks, Visit&& visit, Leave&& skip) {
+    std::vector<NodePlace> stack{root};
+    while (!stack.empty()) {
+      const NodePlace node = stack.back();
+      stack.pop_back();
+      if (skip_tasks && is_task(node.v)) {
+        skip(node);
         continue;
       }
       const Children children = children_of(node.v);
       const std::size_t first_inner = at.node;
       visit(node, children);
-      for (std::uint32_t i = children.inner.n; i-- > 0;) waiting.push_back({children.inner.v[i], first_inner + i});
+      for (std::uint32_t i = children.inner.n; i-- > 0;) stack.push_back({children.inner.v[i], first_inner + i});
     }
   }
 
-  /// Add the blocks below a node, but for those of subtrees that are put apart, if any is to be.
-  void count(std::uint32_t v, BlockCursor& at, bool some_apart) {
+  /// Count the blocks below a node. With `skip_tasks`, list subtrees that are tasks of their own instead.
+  void count(std::uint32_t v, BlockCursor& at, bool skip_tasks) {
     for_each_below(
-        {v, 0}, at, some_apart,
-        [&](const Wanted&, const Children& children) {
+        {v, 0}, at, skip_tasks,
+        [&](const NodePlace&, const Children& children) {
           const auto& [inner, leaves] = children;
           at.node += inner.n;
           at.leaf += leaves.n;
           for (std::uint32_t i = 0; i < leaves.n; ++i) at.ref += nodes_[leaves.v[i]].n_refs;
         },
-        [&](const Wanted& node) { apart_.push_back({node.v, node.index}); });
+        [&](const NodePlace& node) { subtrees_.push_back({node.v, node.index}); });
   }
 
-  static void describe(WideNode& node, const BlockCursor& first, std::uint32_t n_inner, std::uint32_t n_leaves) {
+  /// Write the topology of a node.
+  static void set_children(WideNode& node, const BlockCursor& first, std::uint32_t n_inner, std::uint32_t n_leaves) {
     node.first_inner = std::uint32_t(first.node);
     node.first_leaf = std::uint32_t(first.leaf);
     node.n_inner = std::uint8_t(n_inner);
     node.n_children = std::uint8_t(n_inner + n_leaves);
   }
 
-  /// Put a node in its place, and the blocks below it in the next.
-  void put(std::uint32_t v, std::size_t index, BlockCursor& at, bool some_apart) {
+  /// Write a node at `index`, and the blocks below it from `at` on.
+  void write(std::uint32_t v, std::size_t index, BlockCursor& at, bool skip_tasks) {
     for_each_below(
-        {v, index}, at, some_apart,
-        [&](const Wanted& node, const Children& children) {
+        {v, index}, at, skip_tasks,
+        [&](const NodePlace& node, const Children& children) {
           const auto& [inner, leaves] = children;
           const BlockCursor first = at;
           at.node += inner.n;
           at.leaf += leaves.n;
-          describe(wide_.nodes[node.index], first, inner.n, leaves.n);
+          set_children(wide_.nodes[node.index], first, inner.n, leaves.n);
           for (std::uint32_t i = 0; i < leaves.n; ++i) list_pieces(leaves.v[i], first.leaf + i, at);
         },
-        [](const Wanted&) {});
+        [](const NodePlace&) {});
   }
 
+  /// Write the merged references below v, and the leaf at `index` that lists them.
   void list_pieces(std::uint32_t v, std::size_t index, BlockCursor& at) {
     Reference pieces[kMaxMergedRefs];
     const std::size_t n = merge_pieces(refs_.subspan(nodes_[v].first_ref, nodes_[v].n_refs), pieces);
@@ -195,16 +202,16 @@ class Collapse {
     at.ref += n;
   }
 
-  /// Where pieces were joined, fewer references stand than there is room for. Those of the nodes above end
-  /// at `end`.
+  /// Close the gaps that merging has left between the references of subtrees. Those of the nodes above end at `end`.
   void close_gaps(std::size_t end) {
-    for (const Apart& apart : apart_) {
-      const std::size_t gap = apart.begin.ref - end;
-      end = apart.end.ref - gap;
+    for (const Subtree& subtree : subtrees_) {
+      const std::size_t gap = subtree.begin.ref - end;
+      end = subtree.end.ref - gap;
       if (gap == 0) continue;
       WideRef* const refs = wide_.refs.data();
-      std::copy(refs + apart.begin.ref, refs + apart.end.ref, refs + apart.begin.ref - gap);
-      for (std::size_t i = apart.begin.leaf; i < apart.end.leaf; ++i) wide_.leaves[i].first_ref -= std::uint32_t(gap);
+      std::copy(refs + subtree.begin.ref, refs + subtree.end.ref, refs + subtree.begin.ref - gap);
+      for (std::size_t i = subtree.begin.leaf; i < subtree.end.leaf; ++i)
+        wide_.leaves[i].first_ref -= std::uint32_t(gap);
     }
     wide_.refs.keep(end);
   }
@@ -214,10 +221,11 @@ class Collapse {
   P prims_;
   CollapseCost cost_;
   Buffer<CollapsePlan> plans_;
-  std::vector<Apart> apart_;
+  std::vector<Subtree> subtrees_;
   WideBvh wide_;
 };
 
+/// The wide BVH of a binary tree. Leaves with more references than a block holds are split first.
 template <RayPrimitive P>
 WideBvh collapse(std::span<const Node> nodes, std::span<const Reference> refs, const P& prims, const CollapseCost& cost,
                  unsigned n_threads, Progress& progress) {

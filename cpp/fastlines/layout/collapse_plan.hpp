@@ -1,15 +1,14 @@
-// How the nodes of a binary tree become children of wide ones at least cost (Ylitie, Karras, Laine 2017, "Efficient
-// incoherent ray traversal on GPUs through compressed wide BVHs").
+// Plans which nodes of a binary tree become children of which wide node, at least cost, by dynamic programming (Ylitie,
+// Karras, Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs").
 //
-// C(v, i) = least cost of the subtree of v as at most i children of one wide node:
+// C(v, i) is the least cost of the subtree of v as at most i children of one wide node:
 //
-//     C(v, 1) = the less of  SA(v)·c_leaf         if at most 16 references lie below v
-//                       and  SA(v)·c_node + D(v, 16)
-//     C(v, i) = the less of  C(v, i − 1)  and  D(v, i)
+//     C(v, 1) = min( SA(v)·c_leaf  if at most 16 references lie below v,   SA(v)·c_node + D(v, 16) )
+//     C(v, i) = min( C(v, i − 1),  D(v, i) )
 //     D(v, i) = min over 1 ≤ k < i of  C(left, k) + C(right, i − k)
 //
-// Children have larger indices than their parents, so a loop backwards fills the table: for subtrees apart, by all
-// threads, then for the nodes above them.
+// Children have larger indices than their parents, so a backward loop fills the table: first for separate subtrees, in
+// parallel, then for the nodes above them.
 #pragma once
 
 #include <algorithm>
@@ -22,20 +21,23 @@
 
 namespace fastlines {
 
+/// The cost model of a collapse.
 struct CollapseCost {
-  float c_node = 1.2f, c_leaf = 1.0f;
-  double radius_hint = 0.0;  ///< boxes are measured grown by this much of the scene's longest side
+  float c_node = 1.2f;       ///< cost of culling a node; only its ratio to c_leaf matters
+  float c_leaf = 1.0f;       ///< cost of culling a leaf
+  double radius_hint = 0.0;  ///< areas are of boxes grown by this fraction of the scene's longest side
 };
 
-/// How a subtree is best spread over i children: k[i] go to the left one; 0 = as for i − 1.
+/// The best way to split a subtree into at most i children of a wide node.
 struct CollapsePlan {
-  float cost[kSimdWidth];  // C(v, i + 1)
-  std::uint8_t k[kSimdWidth + 1];
-  std::uint8_t k_all;     // of D(v, 16), for v as a node of its own
-  std::uint8_t n_leaves;  // of the binary tree, or 16 if there are more: more children are of no use
-  bool leaf;
+  float cost[kSimdWidth];          ///< cost[i] = C(v, i + 1)
+  std::uint8_t k[kSimdWidth + 1];  ///< k[i] of i children go to the left subtree; 0: split as for i − 1
+  std::uint8_t k_all;              ///< the k of D(v, 16), if v becomes a wide node
+  std::uint8_t n_leaves;           ///< leaves below v, at most 16: more children are useless
+  bool leaf;                       ///< whether v becomes a leaf where it is one child
 };
 
+/// Computes the plan of each node.
 class CollapsePlanner {
  public:
   CollapsePlanner(std::span<const Node> nodes, std::span<const Reference> refs, const CollapseCost& cost)
@@ -47,7 +49,7 @@ class CollapsePlanner {
 
   Buffer<CollapsePlan> operator()(unsigned n_threads, Progress& progress) {
     plans_.make_room(nodes_.size());
-    const SubtreeRanges ranges = subtree_ranges(nodes_, kPart, std::numeric_limits<std::size_t>::max());
+    const SubtreeRanges ranges = subtree_ranges(nodes_, kMaxTaskNodes, std::numeric_limits<std::size_t>::max());
     parallel_for(
         ranges.below.size(), n_threads, progress, [] { return 0; },
         [&](int, std::size_t i) {
@@ -60,8 +62,10 @@ class CollapsePlanner {
   }
 
  private:
-  static constexpr std::uint32_t kPart = 4096;
+  /// Nodes: the most in a subtree that is a task of its own.
+  static constexpr std::uint32_t kMaxTaskNodes = 4096;
 
+  /// Plan node v. Its children are planned already.
   void plan(std::uint32_t v) {
     const Node& node = nodes_[v];
     CollapsePlan& plan = plans_[v];
@@ -73,28 +77,28 @@ class CollapsePlanner {
     plan.leaf = node.is_leaf();
     if (node.is_leaf()) return std::fill(std::begin(plan.cost), std::end(plan.cost), as_leaf);
 
-    // D(v, i + 1) in lane i, from costs of the right child that are moved along for each k.
+    // Compute D(v, i + 1) in lane i: for each k, shift the costs of the right child by k lanes.
     const CollapsePlan &left = plans_[v + 1], &right = plans_[node.right];
     plan.n_leaves = std::uint8_t(std::min(left.n_leaves + right.n_leaves, kSimdWidth));
-    alignas(64) float moved[2 * kSimdWidth], least[kSimdWidth], by[kSimdWidth];
-    std::fill_n(moved, kSimdWidth, kNever);
-    std::copy_n(right.cost, kSimdWidth, moved + kSimdWidth);
+    alignas(64) float shifted[2 * kSimdWidth], least[kSimdWidth], best_k[kSimdWidth];
+    std::fill_n(shifted, kSimdWidth, kNever);
+    std::copy_n(right.cost, kSimdWidth, shifted + kSimdWidth);
     FloatX16 costs = kNever, ks = 0.0f;
     for (int k = 1; k <= std::min<int>(left.n_leaves, kSimdWidth - 1); ++k) {
-      const FloatX16 cost = FloatX16(left.cost[k - 1]) + FloatX16::load(moved + kSimdWidth - k);
+      const FloatX16 cost = FloatX16(left.cost[k - 1]) + FloatX16::load(shifted + kSimdWidth - k);
       const MaskX16 less = cost < costs;
       costs = blend(less, cost, costs);
       ks = blend(less, FloatX16(float(k)), ks);
     }
     costs.store(least);
-    ks.store(by);
-    plan.k_all = std::uint8_t(by[kSimdWidth - 1]);
+    ks.store(best_k);
+    plan.k_all = std::uint8_t(best_k[kSimdWidth - 1]);
     const float as_node = area * cost_.c_node + least[kSimdWidth - 1];
     plan.leaf = as_leaf <= as_node;
     plan.cost[0] = min(as_leaf, as_node);
     for (int i = 1; i < plan.n_leaves; ++i) {
       plan.cost[i] = min(least[i], plan.cost[i - 1]);
-      plan.k[i + 1] = least[i] < plan.cost[i - 1] ? std::uint8_t(by[i]) : std::uint8_t(0);
+      plan.k[i + 1] = least[i] < plan.cost[i - 1] ? std::uint8_t(best_k[i]) : std::uint8_t(0);
     }
     std::fill(plan.cost + plan.n_leaves, std::end(plan.cost), plan.cost[plan.n_leaves - 1]);
   }

@@ -1,10 +1,10 @@
-// Where the coordinates of a leaf's pieces stand among its bytes.
+// The order of the coordinates of a leaf's pieces in its 96 bytes.
 #pragma once
 
 namespace fastlines {
 
-/// Of a leaf's 96 bytes, that of a coordinate of one end of a piece: x and y of the first ends stand in pairs, then z
-/// of both ends, then x and y of the second ends.
+/// The index of the byte that holds a coordinate of an end (0 or 1) of a piece. Bytes are pairs: x and y of the first
+/// ends, then z of both ends, then x and y of the second ends.
 constexpr int end_byte(int end, int axis, int piece) {
   return axis < 2 ? 64 * end + 2 * piece + axis : 32 + 2 * piece + end;
 }

@@ -1,4 +1,4 @@
-// Leaves that list more references than a block can hold, divided: any tree can be laid out.
+// Splits leaves that list more references than a block holds, so that any tree can be laid out.
 #pragma once
 
 #include <algorithm>
@@ -11,21 +11,22 @@
 
 namespace fastlines {
 
+/// Copies a tree, with its large leaves replaced by subtrees.
 template <RayPrimitive P>
 class LeafSplitter {
  public:
-  LeafSplitter(std::span<const Node> nodes, std::span<const Reference> refs, const P& prims, std::size_t most,
+  LeafSplitter(std::span<const Node> nodes, std::span<const Reference> refs, const P& prims, std::size_t max_refs,
                const Progress& progress)
-      : nodes_(nodes), refs_(refs), prims_(prims), most_(most), progress_(progress) {}
+      : nodes_(nodes), refs_(refs), prims_(prims), max_refs_(max_refs), progress_(progress) {}
 
   Tree operator()() {
     tree_.refs.reserve(refs_.size());
-    std::vector<std::uint32_t> place(nodes_.size());  // of each node, in the tree that is made
+    std::vector<std::uint32_t> new_index(nodes_.size());  // the index of each node in the new tree
     for (std::size_t v = 0; v < nodes_.size(); ++v) {
       if (v % 4096 == 0) progress_.check();
       const Node& node = nodes_[v];
-      place[v] = std::uint32_t(tree_.nodes.size());
-      if (node.is_leaf() && node.n_refs > most_) {
+      new_index[v] = std::uint32_t(tree_.nodes.size());
+      if (node.is_leaf() && node.n_refs > max_refs_) {
         split(node);
       } else {
         tree_.nodes.push_back(node);
@@ -33,41 +34,41 @@ class LeafSplitter {
       }
     }
     for (std::size_t v = 0; v < nodes_.size(); ++v)
-      if (!nodes_[v].is_leaf()) tree_.nodes[place[v]].right = place[nodes_[v].right];
+      if (!nodes_[v].is_leaf()) tree_.nodes[new_index[v]].right = new_index[nodes_[v].right];
     return std::move(tree_);
   }
 
  private:
+  /// A reference and the box of its piece.
   struct Piece {
     Reference ref;
     Box box;
   };
 
-  /// Pieces that become a subtree, and the node that it becomes the right child of; the root of all and left children
-  /// have none.
-  struct Part {
+  /// Pieces that become a subtree, and the node whose right child it becomes: `kNone` for the root and left children.
+  struct Subtree {
     std::span<Piece> pieces;
     Box box;
     std::uint32_t parent = kNone;
   };
   static constexpr std::uint32_t kNone = std::uint32_t(-1);
 
-  /// Halve at the median centre of the longest axis.
+  /// Split a leaf recursively at the median centre along the longest axis. Equal centres are ordered by id and s0.
   void split(const Node& leaf) {
     std::vector<Piece> all;
     for (const Reference& ref : refs_.subspan(leaf.first_ref, leaf.n_refs)) {
       const Segment& segment = P::axis(prims_.item(ref.prim));
       all.push_back({ref, Segment{segment.point(ref.s0), segment.point(std::min(ref.s1, 1.0f))}.bounds()});
     }
-    std::vector<Part> waiting{{all, leaf.box}};
-    while (!waiting.empty()) {
-      const auto [pieces, box, parent] = waiting.back();
-      waiting.pop_back();
+    std::vector<Subtree> stack{{all, leaf.box}};
+    while (!stack.empty()) {
+      const auto [pieces, box, parent] = stack.back();
+      stack.pop_back();
       progress_.check();
       const auto index = std::uint32_t(tree_.nodes.size());
       if (parent != kNone) tree_.nodes[parent].right = index;
       tree_.nodes.push_back({box, 0, std::uint32_t(tree_.refs.size()), std::uint32_t(pieces.size())});
-      if (pieces.size() <= most_) {
+      if (pieces.size() <= max_refs_) {
         for (const Piece& piece : pieces) tree_.refs.push_back(piece.ref);
         continue;
       }
@@ -80,8 +81,8 @@ class LeafSplitter {
         return a.ref.prim != b.ref.prim ? a.ref.prim < b.ref.prim : a.ref.s0 < b.ref.s0;
       });
       const std::span<Piece> left(pieces.begin(), middle), right(middle, pieces.end());
-      waiting.push_back({right, hull(right), index});
-      waiting.push_back({left, hull(left)});
+      stack.push_back({right, hull(right), index});
+      stack.push_back({left, hull(left)});
     }
   }
 
@@ -91,20 +92,22 @@ class LeafSplitter {
     return box;
   }
 
+  /// Append references to the new tree.
   void list(std::span<const Reference> refs) { tree_.refs.insert(tree_.refs.end(), refs.begin(), refs.end()); }
 
   std::span<const Node> nodes_;
   std::span<const Reference> refs_;
   P prims_;
-  std::size_t most_;
+  std::size_t max_refs_;
   const Progress& progress_;
   Tree tree_;
 };
 
+/// The tree with each leaf of more than `max_refs` references split.
 template <RayPrimitive P>
-Tree split_large_leaves(std::span<const Node> nodes, std::span<const Reference> refs, const P& prims, std::size_t most,
-                        const Progress& progress) {
-  return LeafSplitter(nodes, refs, prims, most, progress)();
+Tree split_large_leaves(std::span<const Node> nodes, std::span<const Reference> refs, const P& prims,
+                        std::size_t max_refs, const Progress& progress) {
+  return LeafSplitter(nodes, refs, prims, max_refs, progress)();
 }
 
 }  // namespace fastlines

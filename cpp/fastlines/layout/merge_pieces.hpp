@@ -1,4 +1,4 @@
-// What a leaf of a layout lists: the references below a node of the tree, adjacent pieces of one segment joined.
+// Merges adjacent pieces of one segment among the references below a node, as a leaf of the layout lists them.
 #pragma once
 
 #include <algorithm>
@@ -10,10 +10,10 @@
 
 namespace fastlines {
 
-/// More references are not looked at for a leaf.
+/// A node with more references never becomes a leaf, even if merging would make them few enough.
 inline constexpr std::size_t kMaxMergedRefs = 8 * kSimdWidth;
 
-/// Write the pieces, of which there are no more than references; returns how many.
+/// Write the merged pieces, sorted by id and s0. Returns their number; `to` has room for all references.
 inline std::size_t merge_pieces(std::span<const Reference> below, Reference* to) {
   std::copy(below.begin(), below.end(), to);
   std::sort(to, to + below.size(),
@@ -27,20 +27,20 @@ inline std::size_t merge_pieces(std::span<const Reference> below, Reference* to)
   return n;
 }
 
-/// Whether these references are few enough for a leaf once adjacent pieces are joined. Most nodes have too many
-/// segments for that, which is soon seen: so many marks can not be of fewer.
+/// Whether these references fit into a leaf after merging. Most nodes have too many segments. Hashing ids to 256 bits
+/// detects that early: the number of set bits is a lower bound on the number of segments.
 inline bool fits_leaf(std::span<const Reference> below) {
-  constexpr std::size_t at_once = 2 * kSimdWidth;
+  constexpr std::size_t batch = 2 * kSimdWidth;
   if (below.size() <= kSimdWidth) return true;
   if (below.size() > kMaxMergedRefs) return false;
-  std::uint64_t marks[4] = {};
-  for (std::size_t i = 0; i < below.size(); i += at_once) {
-    for (const Reference& ref : below.subspan(i, std::min(at_once, below.size() - i))) {
-      const std::uint32_t mark = ref.prim * 0x9e37'79b9u >> 24;
-      marks[mark / 64] |= std::uint64_t(1) << (mark % 64);
+  std::uint64_t bits[4] = {};
+  for (std::size_t i = 0; i < below.size(); i += batch) {
+    for (const Reference& ref : below.subspan(i, std::min(batch, below.size() - i))) {
+      const std::uint32_t bit = ref.prim * 0x9e37'79b9u >> 24;
+      bits[bit / 64] |= std::uint64_t(1) << (bit % 64);
     }
     int n = 0;
-    for (const std::uint64_t some : marks) n += std::popcount(some);
+    for (const std::uint64_t word : bits) n += std::popcount(word);
     if (n > kSimdWidth) return false;
   }
   Reference pieces[kMaxMergedRefs];

@@ -1,10 +1,11 @@
-// The tree as the machine likes it: 16 children a node, boxes and pieces quantised to bytes, 128 bytes a block.
+// The layout that queries run on: a wide BVH with up to 16 children per node, whose boxes and pieces are quantised to
+// bytes. A block, node or leaf, takes 128 bytes.
 //
-// A block has an origin and one scale for all three axes; a coordinate is org + q·scale, in the scene's frame. Children
-// are in lanes: the inner ones first, then the leaves; both kinds stand in a row, so no child needs a pointer of its
-// own.
+// A block has an origin and one scale for all three axes: a coordinate in the frame is org + q·scale, q in quanta. The
+// children of a node are in lanes, inner ones first, then leaves. Children of a kind are contiguous in memory, so no
+// child needs a pointer.
 //
-// Blocks only cull. What survives is tested exactly, against the segment as the caller gave it.
+// Blocks only cull. Survivors are tested exactly, against the primitives as the caller gave them.
 #pragma once
 
 #include <algorithm>
@@ -19,35 +20,35 @@
 namespace fastlines {
 
 struct alignas(128) WideNode {
-  float org[3], scale;
-  std::uint32_t first_inner, first_leaf;
+  float org[3], scale;                    ///< the grid, in the frame
+  std::uint32_t first_inner, first_leaf;  ///< indices of the first child of each kind
   std::uint8_t n_inner, n_children;
   std::uint8_t unused[6];
-  std::uint8_t planes[6 * kSimdWidth];  // low x, y, z, then high x, y, z of all children, rounded outwards
+  std::uint8_t planes[6 * kSimdWidth];  ///< low x, y, z, then high x, y, z of all children, rounded outwards
 };
 static_assert(sizeof(WideNode) == 128);
 
 struct alignas(128) WideLeaf {
-  float org[3], scale;
-  float inv_scale;  // 1/scale
+  float org[3], scale;  ///< the grid, in the frame
+  float inv_scale;      ///< 1/scale
   std::uint32_t first_ref, n_refs;
-  float radius;                       // the largest radius of its primitives, in quanta
-  std::uint8_t ends[6 * kSimdWidth];  // of each piece, rounded to nearest, as `end_byte` has them (simd/points.hpp)
+  float radius;                       ///< the largest radius of its primitives, in quanta
+  std::uint8_t ends[6 * kSimdWidth];  ///< ends of pieces, rounded to the nearest byte, in the order of `end_byte`
 };
 static_assert(sizeof(WideLeaf) == 128);
 
-/// A reference in 8 bytes. Where pieces of a segment are cut is rounded, for both alike, so they still tile it, though
-/// a piece may be empty; boxes and ends of pieces are made from what stands here.
+/// A reference in 8 bytes. Cuts between pieces are rounded, equally for both pieces, so pieces still tile their
+/// segment, though one may be empty. Boxes and ends of pieces are computed from the rounded cuts.
 struct WideRef {
   std::uint32_t prim;
-  std::uint16_t s0, s1;  // in 65536ths of the segment; the last piece ends at kOpen
+  std::uint16_t s0, s1;  ///< in 65536ths of the segment; the last piece ends at kOpen
 
   WideRef() = default;
   explicit WideRef(const Reference& ref) : prim(ref.prim), s0(rounded(ref.s0)), s1(rounded(ref.s1)) {}
   operator Reference() const { return {prim, begin(s0), end(s1)}; }
 
   static float begin(std::uint32_t s) { return float(std::int32_t(s)) * 0x1p-16f; }
-  /// What is open ends beyond 1, which is as far as segments go.
+  /// An open end lies beyond 1, where segments end.
   static float end(std::uint32_t s) { return begin(s + ((s + 1) & 0x10000)); }
 
  private:
@@ -59,16 +60,17 @@ struct WideRef {
 };
 static_assert(sizeof(WideRef) == 8);
 
+/// A layout that owns its memory.
 struct WideBvh {
   Frame frame;
-  Box box;                   // of the scene, in the frame
-  float mean_extent = 0.0f;  // of the leaves, in the frame
+  Box box;                   ///< of the scene, in the frame
+  float mean_extent = 0.0f;  ///< of the leaves, in the frame
   Buffer<WideNode> nodes;
   Buffer<WideLeaf> leaves;
-  Buffer<WideRef> refs;  // in the order of the leaves
+  Buffer<WideRef> refs;  ///< in the order of the leaves
 };
 
-/// What a query sees of a layout over primitives: plain data.
+/// A layout and its primitives as a query sees them: plain data.
 template <RayPrimitive P>
 struct WideBvhView {
   Frame frame;
@@ -80,7 +82,7 @@ struct WideBvhView {
   const typename P::Item* items;
 };
 
-/// The view of a layout. The box, of the scene and in the frame, bounds the axes; it is grown by their radii.
+/// The view of a layout. `box` is that of the scene's axes, in the frame; it is grown by the largest radius.
 template <RayPrimitive P>
 WideBvhView<P> view_of(const Frame& frame, Box box, float mean_extent, const WideNode* nodes, const WideLeaf* leaves,
                        const WideRef* refs, const P& prims) {
