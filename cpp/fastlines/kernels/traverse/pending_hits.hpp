@@ -1,8 +1,8 @@
-// Pieces that a wave has tested exactly, sixteen at a time, and of which it has not yet told what hits.
+// Hits of exact tests that a wavefront has not yet reported to the collector.
 //
-// A ray that meets several pieces of a leaf meets them beside each other. Where its first hit is wanted, those that lie
-// surely behind another one or two places away are left out by vectors before any is told, for each costs a wrong
-// guess.
+// The hits of one ray in one leaf stand next to each other. For first hits, a hit that is surely behind another one of
+// its ray, one or two places away, is dropped with SIMD before any hit is reported: each report that changes nothing
+// costs a mispredicted branch.
 #pragma once
 
 #include <algorithm>
@@ -15,44 +15,51 @@
 
 namespace fastlines {
 
+struct PendingHitsTuning {
+  /// Exact tests between two flushes. More tests give a mispredicted branch more work to overlap with; fewer stay in
+  /// the L1 cache.
+  static constexpr std::size_t kCapacity = 128;
+};
+
 template <class Collector>
 class PendingHits {
  public:
-  bool is_full() const { return n_ == kAtOnce; }
+  bool is_full() const { return n_ == kCapacity; }
 
-  /// Append sixteen: the references, the lanes of their rays and the margins of these, and which of them hit.
-  [[gnu::always_inline]] void add(const std::uint32_t* what, const std::uint32_t* lane, FloatX16 tie_tolerance,
+  /// Append a packet of exact tests: the references, the lanes of their rays, the tie tolerances of these rays, the
+  /// results, and a mask of those that hit.
+  [[gnu::always_inline]] void add(const std::uint32_t* refs, const std::uint32_t* lane, FloatX16 tie_tolerance,
                                   const ClosestApproach<FloatX16>& approach, std::uint32_t hit) {
     if constexpr (Collector::kTraits.needs_position) {
       approach.s.store(s_ + n_);
       approach.dist2.store(dist2_ + n_);
-      std::memcpy(what_ + n_, what, kSimdWidth * sizeof *what);
+      std::memcpy(refs_ + n_, refs, kSimdWidth * sizeof *refs);
       if constexpr (Collector::kTraits.drops_farther) {
-        blend(hit, approach.t, kNever).store(t_ + kRoom + n_);
+        blend(hit, approach.t, kNever).store(t_ + kPadding + n_);
         tie_tolerance.store(tie_tolerance_ + n_);
-        std::uint32_t marks[kSimdWidth];  // of its own, for all the compiler knows `lane` lies in here
-        for (int i = 0; i < kSimdWidth; ++i) marks[i] = lane[i] | kMark;
-        std::memcpy(ray_ + kRoom + n_, marks, sizeof marks);
+        std::uint32_t ray_bits[kSimdWidth];  // a local array: for the compiler, `lane` may alias a member
+        for (int i = 0; i < kSimdWidth; ++i) ray_bits[i] = lane[i] | kOneBits;
+        std::memcpy(ray_ + kPadding + n_, ray_bits, sizeof ray_bits);
       } else {
-        approach.t.store(t_ + kRoom + n_);
+        approach.t.store(t_ + kPadding + n_);
       }
     }
     std::memcpy(lane_ + n_, lane, kSimdWidth * sizeof *lane);
     if constexpr (Collector::kTraits.drops_farther)
       hit_[n_ / kSimdWidth] = hit;
     else
-      list(hit, n_);
+      list_hits(hit, n_);
     n_ += kSimdWidth;
   }
 
-  /// Show the collector what has hit, and forget all.
+  /// Report the hits to the collector and clear.
   void flush(const WideRef* refs, const RayGroup& rays, Collector& collector) {
-    if constexpr (Collector::kTraits.drops_farther) list_nearest();
+    if constexpr (Collector::kTraits.drops_farther) list_nearest_hits();
     for (std::size_t i = 0; i < n_hits_; ++i) {
       const std::uint32_t j = hits_[i];
       const int lane = int(lane_[j]);
       if constexpr (Collector::kTraits.needs_position)
-        collector.add_hit(rays, lane, {s_[j], t_[kRoom + j], dist2_[j], true}, refs[what_[j]]);
+        collector.add_hit(rays, lane, {s_[j], t_[kPadding + j], dist2_[j], true}, refs[refs_[j]]);
       else
         collector.add_hit(rays, lane, {}, {});
     }
@@ -60,38 +67,41 @@ class PendingHits {
   }
 
  private:
-  static constexpr std::size_t kAtOnce = 128, kRoom = kSimdWidth;
+  static constexpr std::size_t kCapacity = PendingHitsTuning::kCapacity, kPadding = kSimdWidth;
   static constexpr float kNever = std::numeric_limits<float>::infinity();
-  static constexpr std::uint32_t kMark = 0x3f80'0000;  // so that the number of a lane is an ordinary float
+  static constexpr std::uint32_t kOneBits = 0x3f80'0000;  // 1.0f: with it, the bits of a lane are a normal float
 
-  void list_nearest() {
-    std::fill_n(t_ + kRoom + n_, kRoom, kNever);
-    for (std::size_t at = 0; at < n_; at += kSimdWidth) list(hit_[at / kSimdWidth] & nearest(at), at);
+  void list_nearest_hits() {
+    std::fill_n(t_ + kPadding + n_, kPadding, kNever);
+    for (std::size_t at = 0; at < n_; at += kSimdWidth) list_hits(hit_[at / kSimdWidth] & nearest_mask(at), at);
   }
 
-  void list(std::uint32_t hit, std::size_t at) {
+  void list_hits(std::uint32_t hit, std::size_t at) {
     compress_indices(hit, std::uint32_t(at), hits_ + n_hits_);
     n_hits_ += std::size_t(std::popcount(hit));
   }
 
-  /// Those of sixteen than which no neighbour of the same ray is surely nearer.
-  [[gnu::always_inline]] std::uint32_t nearest(std::size_t at) const {
-    const float *const t = t_ + kRoom + at, *const ray = ray_ + kRoom + at;
-    const FloatX16 mine = FloatX16::load(t), me = FloatX16::load(ray);
-    FloatX16 least = mine;
-    for (const int beside : {-2, -1, 1, 2}) {
-      const FloatX16 whose = FloatX16::load(ray + beside);
-      least = blend((whose <= me) & (me <= whose), min(least, FloatX16::load(t + beside)), least);
+  /// Those of the packet at `at` that no neighbour of the same ray surely precedes.
+  [[gnu::always_inline]] std::uint32_t nearest_mask(std::size_t at) const {
+    const float *const ts = t_ + kPadding + at, *const rays = ray_ + kPadding + at;
+    const FloatX16 t = FloatX16::load(ts), ray = FloatX16::load(rays);
+    FloatX16 least = t;
+    for (const int shift : {-2, -1, 1, 2}) {
+      const FloatX16 other_ray = FloatX16::load(rays + shift);
+      const FloatX16 nearer = min(least, FloatX16::load(ts + shift));
+      least = blend((other_ray <= ray) & (ray <= other_ray), nearer, least);
     }
-    return may_precede(mine, least, FloatX16::load(tie_tolerance_ + at)).bits();
+    return may_precede(t, least, FloatX16::load(tie_tolerance_ + at)).bits();
   }
 
-  std::size_t n_ = 0, n_hits_ = 0;
-  alignas(64) float s_[kAtOnce], dist2_[kAtOnce], tie_tolerance_[kAtOnce];
-  // With room before and behind, where neighbours are looked for: no ray's before, and behind t is infinite, as it is
-  // where nothing hits.
-  alignas(64) float t_[kAtOnce + 2 * kRoom] = {}, ray_[kAtOnce + 2 * kRoom] = {};
-  std::uint32_t what_[kAtOnce], lane_[kAtOnce], hit_[kAtOnce / kSimdWidth], hits_[kAtOnce + kSimdWidth];
+  std::size_t n_ = 0, n_hits_ = 0;  // tests, and hits that are listed
+  alignas(64) float s_[kCapacity], dist2_[kCapacity], tie_tolerance_[kCapacity];
+  // Padded at both ends, where neighbours are read. In front, ray 0.0f is no ray's; behind, t is infinite, as it is for
+  // a test that does not hit.
+  alignas(64) float t_[kCapacity + 2 * kPadding] = {}, ray_[kCapacity + 2 * kPadding] = {};
+  std::uint32_t refs_[kCapacity], lane_[kCapacity];
+  std::uint32_t hit_[kCapacity / kSimdWidth];   // a mask for each packet
+  std::uint32_t hits_[kCapacity + kSimdWidth];  // indices of the tests to report
 };
 
 }  // namespace fastlines

@@ -1,8 +1,9 @@
-// All hits of up to 64 rays that have nothing to do with each other. Order does not matter, so nodes are not a stack
-// for each ray but one list of (node, ray): long runs of the same test, whose memory can be fetched ahead. Rays come
-// past the root sixteen at a time, as in a wave. Leaves that are root_hits wait in a list of their own, and so do
-// pieces that survive, in one for each sixteen rays: sixteen pieces at a time are tested exactly, each against its own
-// ray.
+// Lists and counts all hits of up to 64 incoherent rays as a stream.
+//
+// Order does not matter, so rays need no stacks: one work list of (node, ray) pairs serves all of them, in long runs of
+// one test whose memory is prefetched ahead. Leaves collect in a second list, and surviving pieces in one list per
+// packet. Survivors are tested exactly, 16 at a time, each against its own ray. Rays pass the root in packets of 16
+// (root_cull.hpp).
 #pragma once
 
 #include "../collect/collector.hpp"
@@ -15,12 +16,24 @@
 
 namespace fastlines {
 
+/// Sizes of batches, in pairs. Larger batches make longer runs of one test; smaller ones stay in cache.
+struct RayStreamTuning {
+  /// Nodes taken from the list at a time.
+  static constexpr std::size_t kNodeBatch = 256;
+  /// How early a node is prefetched, in nodes.
+  static constexpr std::size_t kPrefetchDistance = 16;
+  /// Leaves that are worth culling before the last node is done.
+  static constexpr std::size_t kLeafBatch = 1024;
+  /// Survivors of one packet that are worth testing before the last leaf is done.
+  static constexpr std::size_t kSurvivorBatch = 256;
+};
+
 template <RayPrimitive P>
 class RayStream {
  public:
   explicit RayStream(const WideBvhView<P>& tree) : tree_(tree), root_(tree) {}
 
-  /// Make ready for the rays in lanes [first, end), of which the first begins a sixteen.
+  /// Prepare the rays in lanes [first, end); `first` begins a packet.
   void prepare(const RayGroup& rays, int first, int end) {
     for (int i = first; i < end; i += kSimdWidth) {
       const CullRayOf<FloatX16> cull = cull_packet(rays, i);
@@ -30,7 +43,8 @@ class RayStream {
     }
   }
 
-  /// Show the collector the hits of rays [first, end), each by the piece that owns it; returns what that cost.
+  /// Report the hits of the rays in lanes [first, end) to the collector, each once, from the piece that owns it.
+  /// Returns the cost in cycles.
   template <class Collector>
   std::uint64_t search(const RayGroup& rays, int first, int end, Collector& collector) {
     cost_ = SingleStepCost::kRay * std::uint64_t(end - first);
@@ -40,7 +54,7 @@ class RayStream {
     begin_rays(first, end);
     while (!nodes_.empty()) {
       test_nodes(rays);
-      if (leaves_.size() >= kLeafBatch) test_leaves(rays, collector);
+      if (leaves_.size() >= Tuning::kLeafBatch) test_leaves(rays, collector);
     }
     test_leaves(rays, collector);
     for (int i = 0; i < kPackets; ++i) test_survivors(rays, i, collector);
@@ -48,17 +62,17 @@ class RayStream {
   }
 
  private:
-  static constexpr std::size_t kNodeBatch = 256, kLeafBatch = 1024, kPrefetchDistance = 16, kSurvivorBatch = 256;
+  using Tuning = RayStreamTuning;
   static constexpr int kPackets = kGroupSize / kSimdWidth;
 
-  /// What sixteen rays meet of the root's children.
+  /// Find which of the root's children a packet hits.
   void pass_root(const CullRayOf<FloatX16>& cull, const RayGroup& rays, int first) {
     RootCull::Hits root_hits;
     root_.template cull<false>(cull, FloatX16::load(rays.t_max + first), root_hits);
-    for (int i = 0; i < kSimdWidth; ++i) at_root_[first + i] = root_hits.children_of(i);
+    for (int i = 0; i < kSimdWidth; ++i) root_children_[first + i] = root_hits.children_of(i);
   }
 
-  /// Rays begin at the root's children, or at the root.
+  /// Put the root's children that each ray hits on the list of nodes, or the root.
   void begin_rays(int first, int end) {
     const auto n = std::uint64_t(end - first);
     if (!root_.has_inner_only()) {
@@ -68,32 +82,33 @@ class RayStream {
     count_step(&StepCounters::nodes, n);
     cost_ += SingleStepCost::kRoot * n;
     WorkList::Appender nodes = nodes_.appender(n * kSimdWidth);
-    for (int i = first; i < end; ++i) nodes.compress(at_root_[i], root_.first_child(), std::uint32_t(i));
-    nodes_.end(nodes);
+    for (int i = first; i < end; ++i) nodes.compress(root_children_[i], root_.first_child(), std::uint32_t(i));
+    nodes_.commit(nodes);
   }
 
-  /// Take some pairs from the end of the list, so that it stays short, and test them.
+  /// Take a batch of nodes from the end of the list, so that the list stays short, and cull them.
   void test_nodes(const RayGroup& rays) {
-    const std::size_t n = std::min(nodes_.size(), kNodeBatch), begin = nodes_.size() - n;
-    taken_.what.assign(nodes_.what.begin() + std::ptrdiff_t(begin), nodes_.what.begin() + std::ptrdiff_t(begin + n));
-    taken_.ray.assign(nodes_.ray.begin() + std::ptrdiff_t(begin), nodes_.ray.begin() + std::ptrdiff_t(begin + n));
+    const std::size_t n = std::min(nodes_.size(), Tuning::kNodeBatch), begin = nodes_.size() - n;
+    // Copy the batch, because the list grows while the batch is culled.
+    batch_.item.assign(nodes_.item.begin() + std::ptrdiff_t(begin), nodes_.item.begin() + std::ptrdiff_t(begin + n));
+    batch_.ray.assign(nodes_.ray.begin() + std::ptrdiff_t(begin), nodes_.ray.begin() + std::ptrdiff_t(begin + n));
     nodes_.n = begin;
     count_step(&StepCounters::nodes, n);
     cost_ += SingleStepCost::kNode * n;
     WorkList::Appender nodes = nodes_.appender(n * kSimdWidth), leaves = leaves_.appender(n * kSimdWidth);
     const WideNode* const tree_nodes = tree_.nodes;
     for (std::size_t j = 0; j < n; ++j) {
-      if (j + kPrefetchDistance < n) prefetch(tree_nodes + taken_.what[j + kPrefetchDistance]);
-      const WideNode& node = tree_nodes[taken_.what[j]];
-      const std::uint32_t ray = taken_.ray[j];
+      if (j + Tuning::kPrefetchDistance < n) prefetch(tree_nodes + batch_.item[j + Tuning::kPrefetchDistance]);
+      const WideNode& node = tree_nodes[batch_.item[j]];
+      const std::uint32_t ray = batch_.ray[j];
       FloatX16 near;
       const std::uint32_t lanes = cull_node(cull_[ray], node, rays.t_max[ray], near);
       const std::uint32_t inner = lanes & ((1u << node.n_inner) - 1);
       nodes.compress(inner, node.first_inner, ray);
       leaves.compress(lanes ^ inner, node.first_leaf - node.n_inner, ray);
     }
-    nodes_.end(nodes);
-    leaves_.end(leaves);
+    nodes_.commit(nodes);
+    leaves_.commit(leaves);
   }
 
   template <class Collector>
@@ -104,32 +119,35 @@ class RayStream {
     survivors_.add(tree_, leaves_, cull_);
     leaves_.clear();
     for (int i = 0; i < kPackets; ++i)
-      if (survivors_.lists[i].size() >= kSurvivorBatch) test_survivors(rays, i, collector);
+      if (survivors_.lists[i].size() >= Tuning::kSurvivorBatch) test_survivors(rays, i, collector);
   }
 
-  /// Test the pieces that wait for one sixteen of the rays.
+  /// Test the survivors of one packet of rays.
   template <class Collector>
   void test_survivors(const RayGroup& rays, int i_packet, Collector& collector) {
     WorkList& survivors = survivors_.lists[i_packet];
     const std::size_t n = survivors.size();
     if (n == 0) return;
     survivors.pad();
-    const std::uint32_t *const what = survivors.what.data(), *const ray = survivors.ray.data();
+    const std::uint32_t *const refs = survivors.item.data(), *const ray = survivors.ray.data();
     count_step(&StepCounters::pieces, n);
     count_step(&StepCounters::packs, (n + kSimdWidth - 1) / kSimdWidth);
     cost_ += SingleStepCost::kPack * ((n + kSimdWidth - 1) / kSimdWidth);
+    // Load and prefetch the references.
     pieces_.reserve(n + kSimdWidth);
     for (std::size_t j = 0; j < n; ++j) {
-      const WideRef& ref = tree_.refs[what[j]];
+      const WideRef& ref = tree_.refs[refs[j]];
       __builtin_prefetch(tree_.items + ref.prim);
-      pieces_.put(j, ref);
+      pieces_.set(j, ref);
     }
-    std::fill_n(pieces_.prim.data() + n, kSimdWidth, 0u);  // sixteen are read
+    std::fill_n(pieces_.prim.data() + n, kSimdWidth, 0u);  // whole packets are read
+    // Test 16 at a time.
     for (std::size_t j = 0; j < n; j += kSimdWidth) {
       const std::uint32_t* const prims = pieces_.prim.data() + j;
       const auto lanes = load_lanes(tree_, [&](int i) { return prims[i]; });
       const auto gathered = gather_.gather<FloatX16, kSimdWidth>(rays, i_packet * kSimdWidth, ray + j);
       const auto test = P::template test<FloatX16>(gathered, lanes);
+      // Keep the hits that the piece owns.
       float s0[kSimdWidth], s1[kSimdWidth];
       for (std::size_t i = 0; i < kSimdWidth; ++i) {
         s0[i] = WideRef::begin(pieces_.s0[j + i]);
@@ -144,8 +162,8 @@ class RayStream {
     survivors.clear();
   }
 
-  /// References, each of their numbers an array.
-  struct Pieces {
+  /// References as columns.
+  struct RefColumns {
     std::vector<std::uint32_t> prim;
     std::vector<std::uint16_t> s0, s1;
 
@@ -155,7 +173,7 @@ class RayStream {
       s0.resize(2 * n);
       s1.resize(2 * n);
     }
-    void put(std::size_t at, const WideRef& ref) {
+    void set(std::size_t at, const WideRef& ref) {
       prim[at] = ref.prim;
       s0[at] = ref.s0;
       s1[at] = ref.s1;
@@ -166,11 +184,11 @@ class RayStream {
   std::uint64_t cost_ = 0;
   RootCull root_;
   CullRay cull_[kGroupSize];
-  std::uint32_t at_root_[kGroupSize];  // the root's children that a ray meets, as bits
+  std::uint32_t root_children_[kGroupSize];  // a mask of the root's children that each ray hits
   RayGather gather_;
-  WorkList nodes_, taken_, leaves_;
+  WorkList nodes_, batch_, leaves_;
   LeafSurvivors<kSimdWidth> survivors_;
-  Pieces pieces_;
+  RefColumns pieces_;
 };
 
 }  // namespace fastlines

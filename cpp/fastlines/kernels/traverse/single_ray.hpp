@@ -1,9 +1,11 @@
-// One ray at a time, nearest node first. All leaves that it meets in a node are culled, so that neither which nor how
-// many survive has to be guessed between them; what survives is tested before the next node.
+// Traces one ray at a time, nearest node first.
 //
-// As in a wave, an entry of the stack is a node of which inner children wait, and where each is entered: nothing has to
-// be put in order. But a child that is the only one comes next without a find_next at the stack: rays wait for what
-// comes next, and to find the least of sixteen takes half as long as a node's test.
+// All leaves of a node are culled together, and their survivors are tested before the next node: no branch between the
+// leaves depends on which pieces survive. A stack frame is a node: a mask of the inner children that wait, and where
+// each is entered. Nothing is sorted.
+//
+// If only one inner child is hit, it comes next without a search of the stack. The next node is what a ray waits for,
+// and the minimum of 16 lanes takes half as long as the test of a node.
 #pragma once
 
 #include <limits>
@@ -17,34 +19,43 @@
 
 namespace fastlines {
 
+struct SingleRayTuning {
+  /// Survivors of a node. Up to this number, testing them one by one is faster than as a packet.
+  static constexpr std::uint32_t kMaxScalarTests = 2;
+};
+
 template <RayPrimitive P>
 class SingleRay {
  public:
   explicit SingleRay(const WideBvhView<P>& tree) : tree_(tree) {}
 
-  /// Show the collector what the ray in this lane comes near.
+  /// Report the hits of the ray in this lane to the collector.
   template <class Collector>
   void search(const RayGroup& rays, int lane, const CullRay& cull, Collector& collector) {
-    const WideBvhView<P> tree = tree_;  // a copy, so that nothing written can alias it
+    const WideBvhView<P> tree = tree_;  // a copy, so that no store can alias it
     const float& limit = collector.limit[lane];
-    std::size_t depth = 0;  // levels in use
+    std::size_t depth = 0;  // frames in use
     Next next;
     for (;;) {
+      // Cull the node, and prefetch the next one.
       count_step(&StepCounters::nodes);
       const WideNode& node = tree.nodes[next.node];
       FloatX16 enter;
       const std::uint32_t lanes = cull_node(cull, node, limit, enter), inner = lanes & ((1u << node.n_inner) - 1);
       next = find_next(node, inner, enter, depth);
       prefetch(tree.nodes + next.node);
+      // Cull its leaves, and test what survives.
       if (const std::uint32_t n = cull_leaves(tree, cull.across, node, lanes >> node.n_inner)) {
-        test(rays, lane, n, collector);
+        test_survivors(rays, lane, n, collector);
         if (limit == kNoMoreHits) return;
       }
+      // Pop frames that lie beyond the limit.
       while (!(next.enter <= limit)) {
         depth -= next.on_stack;
         if (depth == 0) return;
         next = find_next(depth);
       }
+      // Remove the next node from its frame.
       if (next.on_stack) {
         StackFrame& frame = frames_[depth - 1];
         frame.waiting &= ~(1u << next.lane);
@@ -55,21 +66,22 @@ class SingleRay {
 
  private:
   static constexpr float kNever = std::numeric_limits<float>::infinity();
-  static constexpr std::uint32_t kMaxScalarTests = 2;  // to test so many pieces one by one is quicker
 
-  /// A node of which these children wait, as bits.
+  /// A node with inner children that wait: its first inner child, a mask of those that wait, and where the ray enters
+  /// each child, t in the frame.
   struct StackFrame {
     alignas(64) float enter[kSimdWidth];
-    std::uint32_t first, waiting;
+    std::uint32_t first_child, waiting;
   };
-  /// The node that comes next, and where it is entered; on the stack in this lane of the topmost frame, or not.
+  /// The next node, and where the ray enters it. If it is on the stack, `lane` is its lane in the topmost frame.
   struct Next {
     std::uint32_t node = 0, lane = 0;
     float enter = kNever;
     bool on_stack = false;
   };
 
-  /// What comes next: of these children of a node, if there are any, else of what waits.
+  /// The next node: the nearest of these inner children, or the nearest on the stack if there are none. Several
+  /// children become a new frame.
   [[gnu::always_inline]] Next find_next(const WideNode& node, std::uint32_t inner, const FloatX16& enter,
                                         std::size_t& depth) {
     if (inner == 0) return find_next(depth);
@@ -80,11 +92,12 @@ class SingleRay {
       const auto lane = std::uint32_t(std::countr_zero(inner));
       return {node.first_inner + lane, lane, frame.enter[lane], false};
     }
-    frame.first = node.first_inner;
+    frame.first_child = node.first_inner;
     frame.waiting = inner;
     ++depth;
     return find_next(frame, enter);
   }
+  /// The nearest child of the topmost frame, or one at infinity if the stack is empty.
   [[gnu::always_inline]] Next find_next(std::size_t depth) const {
     if (depth == 0) return {};
     const StackFrame& frame = frames_[depth - 1];
@@ -94,10 +107,10 @@ class SingleRay {
     const FloatX16 waiting = blend(frame.waiting, enter, kNever);
     const float first = reduce_min(waiting);
     const auto lane = std::uint32_t(std::countr_zero((waiting <= FloatX16(first)).bits()));
-    return {frame.first + lane, lane, first, true};
+    return {frame.first_child + lane, lane, first, true};
   }
 
-  /// List the pieces of these leaves of a node that survive; returns how many.
+  /// List the surviving pieces of these leaves of a node, and return their number.
   [[gnu::always_inline]] std::uint32_t cull_leaves(const WideBvhView<P>& tree, const ProjectedRay& across,
                                                    const WideNode& node, std::uint32_t leaves) {
     std::uint32_t n = 0;
@@ -112,11 +125,11 @@ class SingleRay {
     return n;
   }
 
-  /// Test the first n survivors: sixteen at a time where they are more than a few.
+  /// Test the n survivors, 16 at a time unless they are few.
   template <class Collector>
-  void test(const RayGroup& rays, int lane, std::uint32_t n, Collector& collector) {
+  void test_survivors(const RayGroup& rays, int lane, std::uint32_t n, Collector& collector) {
     count_step(&StepCounters::tests, n);
-    if (FloatX16::kMaxPermuteTable > 0 && n > kMaxScalarTests) {
+    if (FloatX16::kMaxPermuteTable > 0 && n > SingleRayTuning::kMaxScalarTests) {
       for (std::uint32_t j = 0; j < n; j += kSimdWidth)
         test_packet(rays, lane, survivors_ + j, std::min(n - j, std::uint32_t(kSimdWidth)), collector);
       return;
@@ -127,7 +140,6 @@ class SingleRay {
     }
   }
 
-  /// Test one piece.
   template <class Collector>
   [[gnu::always_inline]] void test_one(const RayGroup& rays, int lane, const Reference& ref, Collector& collector) {
     const LaneView ray(rays, lane);
@@ -135,11 +147,12 @@ class SingleRay {
     if (test.closest.hit) collector.add_hit(rays, lane, approach_at<Collector::kAt>(test), ref);
   }
 
+  /// Test n survivors, at most 16, with one ray.
   template <class Collector>
-  void test_packet(const RayGroup& rays, int lane, const std::uint32_t* which, std::uint32_t n, Collector& collector) {
+  void test_packet(const RayGroup& rays, int lane, const std::uint32_t* refs, std::uint32_t n, Collector& collector) {
     const LaneView ray(rays, lane);
     const auto lanes =
-        load_lanes(tree_, [&](int i) { return tree_.refs[which[std::min(std::uint32_t(i), n - 1)]].prim; });
+        load_lanes(tree_, [&](int i) { return tree_.refs[refs[std::min(std::uint32_t(i), n - 1)]].prim; });
     const auto test = P::template test<FloatX16>(ray, lanes);
     const auto& approach = approach_at<Collector::kAt>(test);
     float s[kSimdWidth], t[kSimdWidth], dist2[kSimdWidth];
@@ -147,19 +160,19 @@ class SingleRay {
     approach.t.store(t);
     approach.dist2.store(dist2);
     std::uint32_t hit = approach.hit.bits() & lane_mask(n);
-    if constexpr (Collector::kTraits.drops_farther) {
+    if constexpr (Collector::kTraits.drops_farther) {  // keep the nearest, and ties with it
       const FloatX16 nearest = reduce_min(blend(hit, approach.t, kNever));
       hit &= may_precede(approach.t, nearest, FloatX16(rays.tie_tolerance[lane])).bits();
     }
     for (; hit; hit &= hit - 1) {
       const int i = std::countr_zero(hit);
-      collector.add_hit(rays, lane, {s[i], t[i], dist2[i], true}, tree_.refs[which[i]]);
+      collector.add_hit(rays, lane, {s[i], t[i], dist2[i], true}, tree_.refs[refs[i]]);
     }
   }
 
   const WideBvhView<P>& tree_;
-  std::vector<StackFrame> frames_;  // the stack
-  std::uint32_t survivors_[kSimdWidth * (kSimdWidth + 1)];
+  std::vector<StackFrame> frames_;                          // the stack; only grows
+  std::uint32_t survivors_[kSimdWidth * (kSimdWidth + 1)];  // references; 16 leaves, and 16 for compressed stores
 };
 
 }  // namespace fastlines

@@ -1,4 +1,4 @@
-// The stack of a traversal, nearest node on top.
+// The stack of a depth-first traversal, nearest child on top.
 #pragma once
 
 #include <bit>
@@ -7,7 +7,7 @@
 
 namespace fastlines {
 
-/// A node that waits.
+/// A node to visit, and where the ray enters it: t in the frame.
 struct StackEntry {
   std::uint32_t node;
   float enter;
@@ -25,7 +25,7 @@ class TraversalStack {
     entries_[size_++] = entry;
   }
 
-  /// The inner children in these lanes, the nearest on top.
+  /// Push the inner children in these lanes, sorted so that the nearest is on top.
   void push(const WideNode& node, std::uint32_t lanes, const FloatX16& enters) {
     if (lanes == 0) return;
     alignas(64) float enter[kSimdWidth];
@@ -33,6 +33,7 @@ class TraversalStack {
     if (entries_.size() < size_ + kSimdWidth) entries_.resize(2 * (size_ + kSimdWidth));
     StackEntry* const bottom = entries_.data() + size_;
     StackEntry* top = bottom;
+    // Sort by insertion.
     for (; lanes; lanes &= lanes - 1) {
       const auto lane = std::uint32_t(std::countr_zero(lanes));
       const float at = enter[lane];
