@@ -1,15 +1,15 @@
-// The search with a bundle of rays. In phases, none of which waits for a guess of the processor:
+// Traces a bundle of coherent rays, in phases without unpredictable branches:
 //
-//   the node's children are culled; inner ones go onto the stack, leaves are culled at once
-//   pieces that survive become segments, each once a bundle
-//   their lines are seen by all rays from afar
-//   where any ray may be in reach, sixteen rays are tested exactly
+//   nodes        the axis culls the children of a node: inner ones go to the stack, leaves to a list
+//   leaves       the axis culls the leaves; surviving pieces become segments, each once per bundle
+//   lines        a cheap conservative test compares the segments' lines with packets of rays (bundle_line_test.hpp)
+//   exact tests  packets in which some ray may hit are tested exactly
 //
-// First hits want what is nearest first, one node at a time. Where all hits are wanted their order does not matter, so
-// eight nodes are taken at once, whose memory is waited for together; segments wait until they are sixteen; and pairs
-// of a ray and a segment, budget of sixteen rays being far from budget segments, are tested sixteen at a time.
+// First hits take the nearest node first, one at a time. If order does not matter, several nodes are taken at once, so
+// that their memory is fetched together, and segments are buffered until there are 16. Few of 16 rays come near any one
+// segment then, so (ray, segment) pairs are tested instead, 16 at a time.
 //
-// What is in reach goes to a collector (collect.hpp), which also tells each ray's limit.
+// Hits go to a collector (collector.hpp), which also gives the limit of each ray.
 #pragma once
 
 #include <utility>
@@ -24,13 +24,21 @@
 
 namespace fastlines {
 
+struct BundleTraversalTuning {
+  /// Nodes taken from the stack at once if order does not matter. More overlap more cache misses, with larger buffers.
+  static constexpr int kNodesAtOnce = 8;
+  /// Rays of a packet that come near a segment, on average. With more of them, compressing pairs costs more than it
+  /// saves, and whole packets are tested.
+  static constexpr int kMaxPairsPerPacket = 13;
+};
+
 template <RayPrimitive P>
 class BundleTraversal {
  public:
   explicit BundleTraversal(const WideBvhView<P>& tree) : tree_(tree) {}
 
-  /// Show the collector what the rays of a bundle come near; returns what that cost. What costs more than `budget` is
-  /// given up.
+  /// Report the hits of the rays of a bundle to the collector. Returns the cost in cycles. A search that costs more
+  /// than `budget` cycles is aborted; the hits are then incomplete.
   template <class Collector>
   std::uint64_t search(const RayGroup& rays, RayBundle& bundle, Collector& collector, std::uint64_t budget) {
     count_step(&StepCounters::bundles);
@@ -42,9 +50,9 @@ class BundleTraversal {
     stack_.clear();
     stack_.push({0, bundle.axis.t_min});
     while (!stack_.empty() && cost_ <= budget) {
-      nodes<Collector::kTraits.order_independent ? kNodesAtOnce : 1>(bundle.axis, deepest);
+      cull_nodes<Collector::kTraits.order_independent ? kNodesAtOnce : 1>(bundle.axis, deepest);
       if (n_leaves_ == 0) continue;
-      segments(bundle.axis.across);
+      cull_leaves(bundle.axis.across);
       test_all(rays, bundle, Collector::kTraits.order_independent ? kSimdWidth : 1, collector);
       if (collector.limit_changed) {
         collector.limit_changed = false;
@@ -58,19 +66,20 @@ class BundleTraversal {
   }
 
  private:
-  static constexpr int kNodesAtOnce = 8, kLeaves = kNodesAtOnce * kSimdWidth, kPieces = (kLeaves + 1) * kSimdWidth;
-  static constexpr int kMaxPairsPerPacket =
-      13;  // of sixteen rays near a segment: beyond it, to pick pairs costs more than it saves
+  static constexpr int kNodesAtOnce = BundleTraversalTuning::kNodesAtOnce;
+  static constexpr int kMaxLeaves = kNodesAtOnce * kSimdWidth, kMaxPieces = (kMaxLeaves + 1) * kSimdWidth;
 
-  /// What was seen from afar: packs with any ray near, where order does not matter rays near in all of them, and tests
-  /// of sixteen pairs of these.
-  struct Near {
-    int n_packs = 0, n_rays = 0, n_tests = 0;
+  /// Results of a line test: (packet, segment) pairs with a ray nearby; the rays nearby in all of them, if order does
+  /// not matter; and exact tests of 16 (ray, segment) pairs.
+  struct Counts {
+    int n_packets = 0, n_rays = 0, n_tests = 0;
   };
 
-  /// Take up to n nodes from the stack, and list those of their children that are leaves.
+  /// Take up to n nodes from the stack and cull their children with the axis. Inner ones go to the stack, leaves to
+  /// `leaves_`. No ray needs hits beyond `deepest`, t of the axis.
   template <int n>
-  void nodes(const CullRay& axis, float deepest) {
+  void cull_nodes(const CullRay& axis, float deepest) {
+    // Take nodes that begin before the limit.
     StackEntry next[n];
     int n_next = 0;
     while (n_next < n && !stack_.empty()) {
@@ -79,7 +88,7 @@ class BundleTraversal {
     }
     count_step(&StepCounters::nodes, std::uint64_t(n_next));
     cost_ += BundleStepCost::kNode * std::uint64_t(n_next);
-    int n_leaves = 0;  // in a register: a count in memory would be waited for
+    int n_leaves = 0;  // in a register: a count in memory would be stored and reloaded in each iteration
     for (int i = 0; i < n_next; ++i) {
       const WideNode& node = tree_.nodes[next[i].node];
       FloatX16 enter;
@@ -94,25 +103,27 @@ class BundleTraversal {
     for (int i = 0; i < n_leaves; ++i) prefetch(tree_.leaves + leaves_[i]);
   }
 
-  /// Append the segments whose pieces in these leaves survive, but for those that the bundle has met already.
-  void segments(const ProjectedRay& axis) {
-    // Where the next leaf lies is found before this one is tested; beyond the last any will do. The references of
-    // budget leaves will be wanted.
+  /// Cull the listed leaves with the axis. Append the segments of the surviving pieces, but for those that the bundle
+  /// has visited.
+  void cull_leaves(const ProjectedRay& axis) {
+    // Compute the offset of a leaf while the one before it is tested. The last leaf is followed by the first one. The
+    // references of most leaves will be needed, so prefetch all.
     leaves_[n_leaves_] = leaves_[0];
     LeafOffset next = leaf_offset<P::kHasRadius>(tree_.leaves[leaves_[0]], axis);
     int n_pieces = 0;
-    const WideBvhView<P> tree = tree_;  // a copy, so that nothing written can alias it
+    const WideBvhView<P> tree = tree_;  // a copy, so that no store can alias it
     for (int i = 0, n = n_leaves_; i < n; ++i) {
       const WideLeaf& leaf = tree.leaves[leaves_[i]];
-      const LeafOffset place = std::exchange(next, leaf_offset<P::kHasRadius>(tree.leaves[leaves_[i + 1]], axis));
+      const LeafOffset offset = std::exchange(next, leaf_offset<P::kHasRadius>(tree.leaves[leaves_[i + 1]], axis));
       prefetch_refs(tree, leaf);
-      const std::uint32_t lanes = cull_leaf(axis, leaf, place);
+      const std::uint32_t lanes = cull_leaf(axis, leaf, offset);
       compress_indices(lanes, leaf.first_ref, pieces_ + n_pieces);
       n_pieces += std::popcount(lanes);
     }
     count_step(&StepCounters::leaves, std::uint64_t(n_leaves_));
     count_step(&StepCounters::pieces, std::uint64_t(n_pieces));
     cost_ += BundleStepCost::kLeaf * std::uint64_t(n_leaves_);
+    // Append segments that are not yet visited.
     visited_.reserve(std::size_t(n_pieces));
     int n_prims = n_prims_;
     for (int j = 0; j < n_pieces; ++j) {
@@ -124,30 +135,32 @@ class BundleTraversal {
     n_prims_ = n_prims;
   }
 
-  /// Test the segments that wait, sixteen at a time, as long as there are so many.
+  /// Test the buffered segments, 16 at a time, while at least `min_segments` are left and the budget lasts.
   template <class Collector>
-  void test_all(const RayGroup& rays, const RayBundle& bundle, int at_least, Collector& collector) {
+  void test_all(const RayGroup& rays, const RayBundle& bundle, int min_segments, Collector& collector) {
     int i = 0;
-    for (; n_prims_ - i >= at_least && cost_ <= budget_; i += kSimdWidth)
-      test(rays, bundle, prims_ + i, std::min(n_prims_ - i, kSimdWidth), collector);
+    for (; n_prims_ - i >= min_segments && cost_ <= budget_; i += kSimdWidth)
+      test_segments(rays, bundle, prims_ + i, std::min(n_prims_ - i, kSimdWidth), collector);
     if (i == 0) return;
     n_prims_ = std::max(n_prims_ - i, 0);
     std::copy_n(prims_ + i, n_prims_, prims_);
   }
 
+  /// Test n segments, at most 16, with the rays of the bundle: as pairs if the previous segments had few rays nearby.
   template <class Collector>
-  void test(const RayGroup& rays, const RayBundle& bundle, const std::uint32_t* prims, int n, Collector& collector) {
+  void test_segments(const RayGroup& rays, const RayBundle& bundle, const std::uint32_t* prims, int n,
+                     Collector& collector) {
     line_test_.load(tree_, prims, bundle);
     const int n_lines = n * (bundle.end - bundle.first) / kSimdWidth;
-    Near near;
+    Counts counts;
     bool as_pairs = false;
     if constexpr (Collector::kTraits.order_independent && FloatX16::kMaxPermuteTable > 0) {
       as_pairs = use_pairs_;
-      if (as_pairs) near = test_pairs<FloatX16>(rays, bundle, prims, n, collector);
+      if (as_pairs) counts = test_pairs<FloatX16>(rays, bundle, prims, n, collector);
     }
-    if (!as_pairs) near = test_packs(rays, bundle, prims, n, collector);
-    use_pairs_ = near.n_rays <= kMaxPairsPerPacket * near.n_packs;
-    const int n_tests = as_pairs ? near.n_tests : near.n_packs;
+    if (!as_pairs) counts = test_packets(rays, bundle, prims, n, collector);
+    use_pairs_ = counts.n_rays <= BundleTraversalTuning::kMaxPairsPerPacket * counts.n_packets;
+    const int n_tests = as_pairs ? counts.n_tests : counts.n_packets;
     count_step(&StepCounters::segments, std::uint64_t(n));
     count_step(&StepCounters::lines, std::uint64_t(n_lines));
     count_step(&StepCounters::packs, std::uint64_t(n_tests));
@@ -155,63 +168,65 @@ class BundleTraversal {
              BundleStepCost::kPack * std::uint64_t(n_tests);
   }
 
-  /// Test sixteen rays beside one segment at a time.
+  /// Test one packet with one segment at a time.
   template <class Collector>
-  Near test_packs(const RayGroup& rays, const RayBundle& bundle, const std::uint32_t* prims, int n,
-                  Collector& collector) {
-    Near seen;
+  Counts test_packets(const RayGroup& rays, const RayBundle& bundle, const std::uint32_t* prims, int n,
+                      Collector& collector) {
+    Counts counts;
     line_test_.test(bundle, n, [&](int j, int first, std::uint32_t near) __attribute__((always_inline)) {
-      packs_[seen.n_packs] = first + j;
-      seen.n_packs += near != 0;
-      if constexpr (Collector::kTraits.order_independent) seen.n_rays += std::popcount(near);
+      packets_[counts.n_packets] = first + j;
+      counts.n_packets += near != 0;
+      if constexpr (Collector::kTraits.order_independent) counts.n_rays += std::popcount(near);
     });
-    for (int i = 0; i < seen.n_packs; ++i) {
-      const int j = packs_[i] % kSimdWidth, first = packs_[i] - j;
+    // Test the packets with rays nearby.
+    for (int i = 0; i < counts.n_packets; ++i) {
+      const int j = packets_[i] % kSimdWidth, first = packets_[i] - j;
       Lanes<P, float> lanes;
       for (int k = 0; k < P::kLanes; ++k) lanes[k] = line_test_.lanes[k][j];
       const PacketView packet(rays, first);
       const auto test = P::template test<FloatX16>(packet, lanes);
       const auto& approach = approach_at<Collector::kAt>(test);
-      // Without asking first whether any hits: the guess would be known to be wrong only at the end of a long test.
+      // No branch on whether any ray hits: a misprediction would be found only at the end of a long test.
       const std::uint32_t hit = approach.hit.bits() & lane_mask(std::size_t(rays.n - first));
       collector.add_packet(rays, first, hit, approach, prims[j]);
     }
-    return seen;
+    return counts;
   }
 
-  /// Test rays beside the segments that each may come near, sixteen pairs at a time. F is FloatX16: named, so that this
-  /// is compiled only where it can look up.
+  /// Test rays with the segments that they may hit, 16 pairs at a time. F is FloatX16; as a template parameter, it
+  /// compiles this only for instruction sets that can permute.
   template <class F, class Collector>
-  Near test_pairs(const RayGroup& rays, const RayBundle& bundle, const std::uint32_t* prims, int n,
-                  Collector& collector) {
-    Near seen;
-    int n_pairs[kGroupSize / kSimdWidth] = {};  // of each sixteen rays
+  Counts test_pairs(const RayGroup& rays, const RayBundle& bundle, const std::uint32_t* prims, int n,
+                    Collector& collector) {
+    Counts counts;
+    int n_pairs[kGroupSize / kSimdWidth] = {};  // of each packet
     line_test_.test(bundle, n, [&](int j, int first, std::uint32_t near) __attribute__((always_inline)) {
-      int& n_here = n_pairs[first / kSimdWidth];
-      compress_indices(near, std::uint32_t(j * kSimdWidth), pairs_[first / kSimdWidth] + n_here);
-      n_here += std::popcount(near);
-      seen.n_packs += near != 0;
+      int& n_of_packet = n_pairs[first / kSimdWidth];
+      compress_indices(near, std::uint32_t(j * kSimdWidth), pairs_[first / kSimdWidth] + n_of_packet);
+      n_of_packet += std::popcount(near);
+      counts.n_packets += near != 0;
     });
     for (int first = bundle.first; first < bundle.end; first += kSimdWidth) {
       const std::uint32_t* pair = pairs_[first / kSimdWidth];
-      int left = n_pairs[first / kSimdWidth];
-      seen.n_rays += left;
-      for (; left > 0; left -= kSimdWidth, pair += kSimdWidth, ++seen.n_tests) {
+      int n_left = n_pairs[first / kSimdWidth];
+      counts.n_rays += n_left;
+      for (; n_left > 0; n_left -= kSimdWidth, pair += kSimdWidth, ++counts.n_tests) {
         std::uint32_t ray[kSimdWidth], segment[kSimdWidth];
         for (int i = 0; i < kSimdWidth; ++i) {
           ray[i] = pair[i] % kSimdWidth;
           segment[i] = pair[i] / kSimdWidth;
         }
+        // Permute rays and segments into lanes, and test them.
         const PermutedRays<F> packet(rays, first, ray);
         Lanes<P, F> lanes;
         for (int k = 0; k < P::kLanes; ++k) lanes[k] = F::permute(line_test_.lanes[k], segment);
         const auto test = P::template test<F>(packet, lanes);
         const auto& approach = approach_at<Collector::kAt>(test);
-        const std::uint32_t hit = approach.hit.bits() & lane_mask(std::size_t(left));
+        const std::uint32_t hit = approach.hit.bits() & lane_mask(std::size_t(n_left));
         if (hit) collector.add_pairs(first, hit, approach, ray, F::permute(as_floats(prims), segment));
       }
     }
-    return seen;
+    return counts;
   }
 
   const WideBvhView<P>& tree_;
@@ -219,15 +234,14 @@ class BundleTraversal {
   TraversalStack stack_;
   VisitedSet visited_;
   BundleLineTest<P> line_test_{};
-  int packs_[kSimdWidth *
-             (kGroupSize / kSimdWidth)];  // the first of sixteen rays, plus the segment they are tested beside
-  // WorkList, a list for each sixteen rays: sixteen times the segment, plus the ray.
+  int packets_[kSimdWidth * (kGroupSize / kSimdWidth)];  // first lane of a packet + lane of a segment to test with it
+  // Pairs of each packet: 16 · lane of the segment + lane of the ray.
   std::uint32_t pairs_[kGroupSize / kSimdWidth][(kSimdWidth + 1) * kSimdWidth] = {};
-  std::uint32_t leaves_[kLeaves + kSimdWidth], pieces_[kPieces];
-  std::uint32_t prims_[kPieces + kSimdWidth] = {};  // past the last stand any others: sixteen are read
+  std::uint32_t leaves_[kMaxLeaves + kSimdWidth], pieces_[kMaxPieces];
+  std::uint32_t prims_[kMaxPieces + kSimdWidth] = {};  // padded with any valid ids: 16 are read
   int n_leaves_ = 0;
-  bool use_pairs_ = true;  // of the lines seen last
-  int n_prims_ = 0;        // that wait to be tested
+  bool use_pairs_ = true;  // from the previous line test
+  int n_prims_ = 0;        // buffered, to be tested
 };
 
 }  // namespace fastlines

@@ -1,11 +1,12 @@
-// Coherent rays as one thick ray: the blocks of the tree are read once for up to 64 of them.
+// Coherent rays as one thick ray, so that up to 64 of them read each block of the tree once.
 //
-// The bundle's axis is the line (C, c) of the rays' mean; U, V and c are a basis. Seen in it, a ray is a point that
-// moves with depth z: (x, y) + z·(x', y'). It strays from the axis by no more than the greater of what it does at both
-// depths between which the axis can be near the scene, for that distance is convex in z. With R = the largest offset +
-// radius + rounding, what any of the rays comes near, the thick ray (C, c, R) comes near.
+// The axis (C, c) of the bundle is the mean line of the rays, and U, V, c are an orthonormal basis. In it, a ray is a
+// point that moves with the depth z: (x, y) + z·(x', y'). Its distance from the axis is convex in z. So between the two
+// depths where the axis can be near the scene, the larger of the distances there bounds it. With
 //
-// thick.hpp searches a tree with it.
+//     R = the largest of these bounds + radius + rounding,
+//
+// the thick ray (C, c, R) accepts what any of the rays accepts. BundleTraversal searches a tree with it.
 #pragma once
 
 #include "../intersect/node_cull.hpp"
@@ -13,28 +14,30 @@
 
 namespace fastlines {
 
-/// The thick ray around the rays of some lanes.
+/// The thick ray around the rays in lanes [first, end) of a group. Lengths are in the frame.
 struct RayBundle {
-  int first = 0, end = 0;  // its lanes, whole groups of 16
+  int first = 0, end = 0;  // its lanes, whole packets
   CullRay axis;
-  Vec3 centre, u, v, c;     // from where lines are seen, and a basis, of which c is the axis's direction
-  float offset = 0.0f;      // reach of the axis
-  float divergence = 0.0f;  // how far the rays offset from the axis
-  float reach = 0.0f;       // of the rays: radius and rounding
+  Vec3 centre, u, v, c;     // origin and basis of the line test; c is the direction of the axis
+  float offset = 0.0f;      // R, the reach of the axis
+  float divergence = 0.0f;  // the largest distance of a ray from the axis near the scene
+  float reach = 0.0f;       // the largest reach of a ray: radius and rounding
   float slope = 0.0f;       // the largest |(x', y')|
-  float resolution = 0.0f;  // times |e|: what rounding may add to a line's moment
-  bool from_apex = false;   // whether all rays' lines pass through `centre`, as near as matters
-  float depth = 0.0f;       // of `centre`
+  float resolution = 0.0f;  // rounding may change the moment m of a line by resolution · |e|
+  bool from_apex = false;   // whether the lines of all rays pass through `centre`, up to `resolution`
+  float depth = 0.0f;       // of `centre`, from the mean of the rays' origins
 
-  // Rays beside the axis: at depth z at x + z·dx, y + z·dy; moment = x·dy − y·dx. Their depth is a + b·t; what begins
-  // beyond `last` is no hit. All of this counts from the mean of the rays' origins.
+  /// Rays in the basis U, V, c around the mean of their origins. At depth z a ray is at (x + z·dx, y + z·dy), and its
+  /// moment is x·dy − y·dx. At t its depth is depth_at_0 + depth_per_t·t. No hit begins beyond max_depth.
   float x[kGroupSize], y[kGroupSize], dx[kGroupSize], dy[kGroupSize], moment[kGroupSize];
-  float a[kGroupSize], b[kGroupSize], last[kGroupSize];
+  float depth_at_0[kGroupSize], depth_per_t[kGroupSize], max_depth[kGroupSize];
 
-  /// Make the axis of rays [first, end); false if they do not run alike.
+  /// Fit the bundle to the rays in lanes [first, end), whole packets. False if their directions are not coherent; then
+  /// the bundle is not usable.
   bool try_fit(const RayGroup& rays, int first_, int end_, const Box& scene) {
     first = first_;
     end = end_;
+    // Fit the axis, and choose a basis around it.
     const FloatX4 directions = sums(rays.r);
     for (int k = 0; k < 3; ++k) c[k] = directions[k];
     const float length = std::sqrt(dot(c, c));
@@ -46,7 +49,7 @@ struct RayBundle {
     u = {1.0f + sign * c[0] * c[0] * f, sign * g, -sign * c[0]};
     v = {g, sign + c[1] * c[1] * f, -c[1]};
 
-    // The depths of the scene's box along the axis.
+    // Bound the depths of the scene's box: middle ± half.
     float middle = 0.0f, half = 0.001f;
     for (int k = 0; k < 3; ++k) {
       middle += c[k] * (0.5f * (scene.lo[k] + scene.hi[k]) - centre[k]);
@@ -56,6 +59,7 @@ struct RayBundle {
     for (int i = first; i < end; i += kSimdWidth) largest = max(largest, FloatX16::load(rays.reach + i));
     reach = reduce_max(largest);
     half += reach;
+    // Transform the rays into the basis, and bound their distances from the axis.
     FloatX16 offset2 = 0.0f, slope2 = 0.0f, min_cosine = 1.0f, earliest = std::numeric_limits<float>::max();
     for (int i = first; i < end; i += kSimdWidth) {
       const auto at = [i](const float (&from)[kGroupSize]) { return FloatX16::load(from + i); };
@@ -68,8 +72,8 @@ struct RayBundle {
       const FloatX16 at_depth = dot(p, c), step = dot(r, c), per_step = FloatX16(1.0f) / step;
       const FloatX16 x_step = dot(r, u) * per_step, y_step = dot(r, v) * per_step;
       const FloatX16 x_here = dot(p, u) - at_depth * x_step, y_here = dot(p, v) - at_depth * y_step;
-      at_depth.store(a + i);
-      step.store(b + i);
+      at_depth.store(depth_at_0 + i);
+      step.store(depth_per_t + i);
       x_step.store(dx + i);
       y_step.store(dy + i);
       x_here.store(x + i);
@@ -94,39 +98,42 @@ struct RayBundle {
     return true;
   }
 
-  /// Note the depths beyond which rays want nothing more, and return the reduce_max.
+  /// Set max_depth from the limits of the rays, t in the frame. Returns the t of the axis beyond which no ray needs
+  /// hits.
   float update_depths(const float* limit) {
     FloatX16 deepest = -std::numeric_limits<float>::max();
     const FloatX16 more = reach + resolution;
     for (int i = first; i < end; i += kSimdWidth) {
-      const FloatX16 here =
-          fma(FloatX16::load(b + i), min(FloatX16::load(limit + i), FloatX16(8.0f)), FloatX16::load(a + i));
-      (here + more).store(last + i);
+      const FloatX16 here = fma(FloatX16::load(depth_per_t + i), min(FloatX16::load(limit + i), FloatX16(8.0f)),
+                                FloatX16::load(depth_at_0 + i));
+      (here + more).store(max_depth + i);
       deepest = max(deepest, here);
     }
     return reduce_max(deepest) + offset;
   }
 
  private:
-  /// Ulps of all that m is made of, seen from here.
+  /// A bound on the rounding of m per |e|, in a basis around this point: 64 float epsilons times a bound on the
+  /// coordinates that m is made of.
   float resolution_from(const Vec3& point) const {
     const float far = std::max({std::abs(point[0]), std::abs(point[1]), std::abs(point[2])});
     return (2.0f + far + divergence) * 0x1p-17f;
   }
 
-  /// If the rays' lines pass through one point, as those of a picture do, move `centre` there: then x, y and moment of
-  /// all rays are noise, which counts as rounding.
+  /// If the lines of all rays pass through one point, as those of a pinhole camera do, move `centre` there. From there,
+  /// x, y and moment of all rays are noise; it is added to `resolution`.
   void find_apex() {
-    // The point that is nearest to the first and the last line.
+    // Find the point nearest to the first and the last line.
     const int last_ray = end - 1;
     const float off_x = dx[last_ray] - dx[first], off_y = dy[last_ray] - dy[first];
     const float z =
         ((x[first] - x[last_ray]) * off_x + (y[first] - y[last_ray]) * off_y) / (off_x * off_x + off_y * off_y);
-    from_apex = std::abs(z) < 16.0f;  // else what is seen from there is coarse; it may be no number
+    from_apex = std::abs(z) < 16.0f;  // farther away, precision is lost; z may be NaN
     if (!from_apex) return;
     const float at_x = x[first] + z * dx[first], at_y = y[first] + z * dy[first];
     const Vec3 point = centre + u * at_x + v * at_y + c * z;
-    const float coarser = resolution_from(point);
+    const float point_resolution = resolution_from(point);
+    // Measure by how much the rays miss it.
     FloatX16 deviation2 = 0.0f;
     for (int i = first; i < end; i += kSimdWidth) {
       const auto at = [i](const float (&from)[kGroupSize]) { return FloatX16::load(from + i); };
@@ -137,14 +144,14 @@ struct RayBundle {
       deviation2 = max(deviation2, fma(x_here, x_here, fma(y_here, y_here, moment_here * moment_here)));
     }
     const float deviation = std::sqrt(reduce_max(deviation2));
-    from_apex = deviation < coarser;
+    from_apex = deviation < point_resolution;
     if (!from_apex) return;
     centre = point;
     depth = z;
-    resolution = coarser + deviation;
+    resolution = point_resolution + deviation;
   }
 
-  /// Of the rays' x, y and z; the fourth is nothing.
+  /// The sums of x, y and z over the rays; lane 3 is padding.
   FloatX4 sums(const float (&of)[3][kGroupSize]) const {
     FloatX4 fours[4] = {}, columns[4];
     for (int k = 0; k < 3; ++k)
