@@ -1,4 +1,4 @@
-// Loads primitives that lie anywhere into lanes, for the exact test.
+// Loads primitives by index into lanes, for the exact test.
 #pragma once
 
 #include "../../layout/wide_bvh.hpp"
@@ -7,7 +7,7 @@
 
 namespace fastlines {
 
-/// The lanes of the primitives prim_of(0), … prim_of(15).
+/// The lanes of the 16 primitives prim_of(0), …, prim_of(15), in the frame.
 template <RayPrimitive P, class PrimOf>
 [[gnu::always_inline]] inline Lanes<P, FloatX16> load_lanes(const WideBvhView<P>& tree, const PrimOf& prim_of) {
   constexpr int n_floats = sizeof(typename P::Item) / sizeof(float);

@@ -1,18 +1,19 @@
-// The test that culls the pieces of a leaf: which of them may come within reach of a ray's line?
+// Culls the pieces of a leaf: which of them may come within reach of a ray's line?
 //
-// They are seen along the ray, in a plane across it (across.hpp): the ray is the origin, a piece a line from a to c,
-// and all is in quanta of the leaf. Rounding an end to a byte moves it by at most √3/2 quanta, and with it every point
-// of the piece by no more; the rounding_slack of 0.89 is for the rounding of the arithmetic.
+// Pieces are projected along the ray onto the plane across it (projected_ray.hpp). The ray becomes the origin, a piece
+// a 2D segment from a to c. Lengths are in quanta of the leaf. Rounding an end to a byte moves it by at most
+// √3/2 = 0.866 quanta, and no point of the piece moves farther. The reach has a slack of 0.89 quanta, which also covers
+// the rounding of the arithmetic.
 //
-// A piece is in reach if an end is, or if its line is and the foot of the perpendicular on it lies between the ends.
+// A piece is in reach if an end is, or if its line is and the foot of the perpendicular lies between the ends.
 // With w = c − a that is
 //
 //     min(a², c²) ≤ reach²    or    (a × w)² ≤ w²·reach²  and  |a² − c²| ≤ w².
 //
-// In 16 bits what is seen is exact, but no number is larger than the largest, a good 450 quanta. That loses nothing:
-// along an axis two points of a leaf lie no farther apart than that, so where an end, or where the leaf begins, is made
-// smaller, all of the piece lies on one side of the origin, and comes nearer. The square of the lowest number along
-// both axes is too large for 32 bits and comes out negative: its piece passes.
+// In 16 bits, projections are exact but saturate, at some 450 quanta. Saturation loses nothing: along an axis, two
+// points of a leaf are no farther apart than that. So if an end or the leaf's origin saturates, the whole piece lies on
+// one side of the ray and only comes nearer. If an end is at the lowest number of both axes, its square overflows 32
+// bits and is negative: its piece passes.
 #pragma once
 
 #include <cstring>
@@ -23,7 +24,7 @@
 
 namespace fastlines {
 
-/// Where a leaf lies offset_from_ray a ray, and how near counts: both in parts of quanta, as long as the axes are.
+/// The leaf's origin projected along U and V, and the reach as lane 2. In quanta times the length of the axes.
 template <bool has_radius>
 [[gnu::always_inline]] inline FloatX4 offset_from_ray(const WideLeaf& leaf, const ProjectedRay& ray) {
   const FloatX4 org =
@@ -36,29 +37,29 @@ template <bool has_radius>
 
 #if defined(FASTLINES_INT16)
 
-/// What is found of a leaf ahead of the test. For many leaves that lets the processor work on more of them at a time:
-/// what waits for it are all instructions of the test.
+/// The offset of a leaf from a ray, computed ahead of the test: all instructions of the test wait for it. Computing
+/// many offsets first lets the processor overlap the tests.
 struct alignas(16) LeafOffset {
   std::int16_t u, v;
-  float unused[2], near2;  // the square of how near counts
+  float unused[2], near2;  // the square of the reach
 };
 
 template <bool has_radius = false>
 [[gnu::always_inline]] inline LeafOffset leaf_offset(const WideLeaf& leaf, const ProjectedRay& ray) {
   const FloatX4 at = offset_from_ray<has_radius>(leaf, ray);
-  const __m128 near2 = _mm_min_ps(__m128(at * at), _mm_set1_ps(0x1p31f - 128.0f));  // no square is larger
+  const __m128 near2 = _mm_min_ps(__m128(at * at), _mm_set1_ps(0x1p31f - 128.0f));  // an upper bound of all squares
   const __m128i whole = _mm_cvttps_epi32(__m128(at));
-  LeafOffset place;
+  LeafOffset offset;
   const __m128 all = _mm_shuffle_ps(_mm_castsi128_ps(_mm_packs_epi32(whole, whole)), near2, _MM_SHUFFLE(2, 2, 0, 0));
-  std::memcpy(&place, &all, sizeof place);
-  return place;
+  std::memcpy(&offset, &all, sizeof offset);
+  return offset;
 }
 
-/// The pieces that may come within reach of the ray's line. Most leaves fail at the line already, but too many do not:
-/// a branch there costs more than it saves.
+/// A mask of the pieces that may come within reach of the ray's line. Most leaves fail at the line already, but too
+/// many do not: a branch there costs more than it saves.
 [[gnu::always_inline]] inline std::uint32_t cull_leaf(const ProjectedRay& ray, const WideLeaf& leaf,
-                                                      const LeafOffset& place) {
-  // Of an axis: x and y in pairs, z and a zero, a zero and z; and where the leaf begins.
+                                                      const LeafOffset& offset) {
+  // The components of an axis in pairs of bytes: x and y; z and 0; 0 and z. And the projection of the leaf's origin.
   struct Axis {
     Int16s xy, z, second_z, start;
 
@@ -74,8 +75,8 @@ template <bool has_radius = false>
       return add_saturated(dot_bytes(xys, xy) + dot_bytes(zs, second_z), start);
     }
   };
-  const Axis u(ray.packed[0], place.u), v(ray.packed[1], place.v);
-  const Int32s near2 = Int32s::of(place.near2);
+  const Axis u(ray.packed[0], offset.u), v(ray.packed[1], offset.v);
+  const Int32s near2 = Int32s::of(offset.near2);
   Int16s near[kSimdWidth / Int16s::kCount];
   for (int i = 0; i < kSimdWidth / Int16s::kCount; ++i) {
     const std::uint8_t* const ends = leaf.ends + i * int(sizeof(Int16s));
@@ -83,14 +84,14 @@ template <bool has_radius = false>
                  cs = Int16s::load(ends + end_byte(1, 0, 0));
     const Int16s au = u.of_first(as, zs), av = v.of_first(as, zs);
     const Int16s cu = u.of_second(cs, zs), cv = v.of_second(cs, zs);
-    const Int16s back_u = au - cu, wv = cv - av;  // c − a, but u the other way: cross is a sum
+    const Int16s back_u = au - cu, wv = cv - av;  // w = c − a with u negated, so that the cross product is a sum
     const auto half = [&]<bool low>() __attribute__((always_inline)) {
       const Int16Pairs a = Int16Pairs::of<low>(au, av), c = Int16Pairs::of<low>(cu, cv),
                        w = Int16Pairs::of<low>(wv, back_u);
       const Int32s aa = dot(a, a), cc = dot(c, c), ww = dot(w, w), cross = dot(a, w);
-      // Where a piece is a point the foot does not count: there the ends decide. Less than the whole part of a square
-      // is at most 2 less than the square; what 0.89 has to spare is more than 200.
-      return (min(aa, cc) < near2) | ((abs(aa - cc) < ww) & is_square_within(cross, ww, place.near2));
+      // If a piece is a point, w² = 0: the second test fails, and the ends decide. The reach² is truncated and compared
+      // with <, which makes it smaller by at most 2; the slack of 0.89 has more than 200 to spare.
+      return (min(aa, cc) < near2) | ((abs(aa - cc) < ww) & is_square_within(cross, ww, offset.near2));
     };
     near[i] = join(half.template operator()<true>(), half.template operator()<false>());
   }
@@ -99,53 +100,55 @@ template <bool has_radius = false>
 
 #else
 
-/// What is found of a leaf ahead of the test. For many leaves that lets the processor work on more of them at a time:
-/// what waits for it are all instructions of the test.
+/// The offset of a leaf from a ray, computed ahead of the test: all instructions of the test wait for it. Computing
+/// many offsets first lets the processor overlap the tests.
 struct alignas(16) LeafOffset {
   using Start = std::conditional_t<kIntegerAxes, std::int32_t, float>;
   Start u, v;
-  float unused, near2;  // the square of how near counts
+  float unused, near2;  // the square of the reach
 };
 
 template <bool has_radius = false>
 [[gnu::always_inline]] inline LeafOffset leaf_offset(const WideLeaf& leaf, const ProjectedRay& ray) {
   const FloatX4 at = offset_from_ray<has_radius>(leaf, ray);
-  // Where reach is twice as large as the leaf, all pass that can be in reach.
+  // If the reach is twice as large as the leaf, all pieces that can be in reach pass.
   constexpr float kAll = 512.0f * kAxisLength, kMuch = 1e30f;
   const FloatX4 near2 = max(at * at, fma(at, four(kMuch), four(-kMuch * kAll)));
-  LeafOffset place;
-  static_assert(sizeof place == sizeof at);
+  LeafOffset offset;
+  static_assert(sizeof offset == sizeof at);
   FloatX4 all;
-  // What lies so far beyond the leaf is too large for a whole number, or to be squared; if it is in reach all the same,
-  // all pass.
+  // An origin that is very far from the ray overflows an integer, or a float when squared. If the leaf is in reach all
+  // the same, all of its pieces pass.
   if constexpr (kIntegerAxes)
     all = FloatX4(__builtin_convertvector(at, IntX4));
   else
     all = min(max(at, four(-1e15f)), four(1e15f));
   all = __builtin_shufflevector(all, near2, 0, 1, 6, 6);
-  std::memcpy(&place, &all, sizeof place);
-  return place;
+  std::memcpy(&offset, &all, sizeof offset);
+  return offset;
 }
 
-/// The pieces that may come within reach of the ray's line. Most leaves fail at the line already, but too many do not:
-/// a branch there costs more than it saves.
+/// A mask of the pieces that may come within reach of the ray's line. Most leaves fail at the line already, but too
+/// many do not: a branch there costs more than it saves.
 [[gnu::always_inline]] inline std::uint32_t cull_leaf(const ProjectedRay& ray, const WideLeaf& leaf,
-                                                      const LeafOffset& place) {
+                                                      const LeafOffset& offset) {
   using F = FloatX16;
-  // Where not all pass, squares are rounded by less than `grain`.
+  // Unless all pieces pass, the rounding of squares is less than kGrain.
   constexpr float kGrain = 0.5f * kAxisLength * kAxisLength, kTiny = 1e-30f;
-  const F near2 = place.near2;
+  const F near2 = offset.near2;
   const Points16 a = Points16::of<0>(leaf.ends), c = Points16::of<1>(leaf.ends);
   const Axis u(ray.x[0], ray.y[0], ray.z[0], ray.packed[0]), v(ray.x[1], ray.y[1], ray.z[1], ray.packed[1]);
-  const F au = a.along(u, place.u), av = a.along(v, place.v);
-  const F cu = c.along(u, place.u), cv = c.along(v, place.v);
-  const F back_u = au - cu, wv = cv - av;  // c − a, but u the other way: cross is a sum
+  const F au = a.along(u, offset.u), av = a.along(v, offset.v);
+  const F cu = c.along(u, offset.u), cv = c.along(v, offset.v);
+  const F back_u = au - cu, wv = cv - av;  // w = c − a with u negated, so that the cross product is a sum
   const F cross = fma(au, wv, av * back_u);
   const F ww = fma(back_u, back_u, wv * wv);
-  // Each is what a bound exceeds it by, so that signs decide: comparisons are few, and none waits for another.
+  // Each value is a bound minus what it bounds, so that signs decide: comparisons are few, and none waits for another.
   const F a_near = fnma(au, au, fnma(av, av, near2)), c_near = fnma(cu, cu, fnma(cv, cv, near2));
-  const F line = fnma(cross, cross, fma(ww, near2, F(-kTiny)));  // not where a piece is a point: there the ends decide
-  const F inside = (ww + F(kGrain)) - abs(a_near - c_near);      // the foot of the perpendicular from the origin
+  const F line =
+      fnma(cross, cross, fma(ww, near2, F(-kTiny)));  // negative if the piece is a point: then the ends decide
+  const F inside =
+      (ww + F(kGrain)) - abs(a_near - c_near);  // whether the foot of the perpendicular is between the ends
   return nonnegative_mask(line, inside, a_near, c_near) & ((1u << leaf.n_refs) - 1);
 }
 

@@ -1,9 +1,9 @@
-// The ends of sixteen pieces as a leaf has them, in bytes, seen along an axis: start + x·axis_x + y·axis_y + z·axis_z
-// of each.
+// Projects the ends of a leaf's 16 pieces, stored as bytes, onto an axis: start + x·axis_x + y·axis_y + z·axis_z for
+// each end.
 //
-// Where the instruction set multiplies bytes and adds up (AVX-512 with VNNI), an axis has whole numbers, and what is
-// seen is exact. So it is where pairs of bytes are multiplied and added up in 16 bits (AVX2 and SSE4.2: words.hpp).
-// Elsewhere it has floats. `kIntegerAxes` says which.
+// AVX-512 VNNI multiplies bytes and adds the products, so axes are integers and projections are exact. The same holds
+// for AVX2 and SSE4.2, which add products of byte pairs in 16 bits (simd/int16.hpp). Elsewhere axes are floats.
+// `kIntegerAxes` tells which.
 #pragma once
 
 #include <cstdint>
@@ -17,29 +17,31 @@ namespace fastlines {
 
 #if defined(__AVX512VNNI__) && defined(__AVX512VBMI__) && !defined(FASTLINES_PORTABLE)
 inline constexpr bool kIntegerAxes = true;
-/// How long axes are: their numbers are signed bytes.
+/// The length of an axis before rounding: its components are signed bytes.
 inline constexpr float kAxisLength = 126.0f;
 #elif defined(FASTLINES_INT16)
 inline constexpr bool kIntegerAxes = true;
-/// How long axes are: 255 times the sizes of an axis's numbers, which come to 72·√3 + 1.5 at most, fits into 16 bits.
+/// The length of an axis before rounding. The absolute components of a rounded axis sum to at most 72·√3 + 1.5, and 255
+/// times that fits into 16 bits.
 inline constexpr float kAxisLength = 72.0f;
 #else
 inline constexpr bool kIntegerAxes = false;
 inline constexpr float kAxisLength = 1.0f;
 #endif
 
-/// Make an axis whole by rounding, and pack its numbers: the bits of x, y, z and 0. Of one axis, or of sixteen.
+/// Round the components of an axis to integers, and return them as four bytes: x, y, z and 0. N is float for one axis,
+/// or FloatX16 for 16.
 template <class N>
 N round_axis(N& x, N& y, N& z) {
   typedef std::int32_t Bits __attribute__((vector_size(sizeof(N))));
-  constexpr float kWhole = 0x1.8p23f;  // of a sum with it only whole numbers are left
+  constexpr float kRound = 0x1.8p23f;  // adding and subtracting it rounds to an integer
   Bits all{};
-  const auto pack = [&](N& number, int place) {
-    const N sum = number + N(kWhole);
-    number = sum - N(kWhole);
+  const auto pack = [&](N& component, int shift) {
+    const N sum = component + N(kRound);
+    component = sum - N(kRound);
     Bits bits;
     std::memcpy(&bits, &sum, sizeof bits);
-    all |= (bits & 0xff) << place;
+    all |= (bits & 0xff) << shift;
   };
   pack(x, 0);
   pack(y, 8);
@@ -52,29 +54,30 @@ N round_axis(N& x, N& y, N& z) {
 #if defined(__AVX512VNNI__) && defined(__AVX512VBMI__) && !defined(FASTLINES_PORTABLE)
 
 struct Axis {
-  float bytes;  // the bits of x, y, z and 0
+  float bytes;  // x, y, z and 0 as four bytes
 
   Axis(float, float, float, float bytes_) : bytes(bytes_) {}
 };
 
 struct Points16 {
-  __m512i xyz;  // four bytes a point, of which the last counts for nothing
+  __m512i xyz;  // four bytes per point; the last one is multiplied by 0
 
-  /// Those at one end, the first or the second.
+  /// The first (0) or the second (1) ends of the pieces.
   template <int end>
   static Points16 of(const std::uint8_t* ends) {
-    constexpr int skipped = end == 0 ? 0 : 32;  // a load takes in 64 of 96
+    constexpr int skipped = end == 0 ? 0 : 32;  // one load reads 64 of the 96 bytes
     static constexpr ByteOrder order(end, skipped);
     return {_mm512_permutexvar_epi8(_mm512_load_si512(order.from), _mm512_loadu_si512(ends + skipped))};
   }
 
+  /// The projections onto an axis.
   FloatX16 along(const Axis& axis, std::int32_t start) const {
     return _mm512_cvtepi32_ps(
         _mm512_dpbusd_epi32(_mm512_set1_epi32(start), xyz, _mm512_castps_si512(_mm512_set1_ps(axis.bytes))));
   }
 
  private:
-  /// Where the bytes of each point come from.
+  /// The permutation that puts the bytes of each point together.
   struct ByteOrder {
     alignas(64) std::uint8_t from[4 * kSimdWidth] = {};
 
@@ -96,7 +99,7 @@ struct Axis {
 struct Points16 {
   FloatX16 x, y, z;
 
-  /// Those at one end, the first or the second.
+  /// The first (0) or the second (1) ends of the pieces.
   template <int end>
   static Points16 of(const std::uint8_t* ends) {
     const auto axis = [ends](int k) {
@@ -107,6 +110,7 @@ struct Points16 {
     return {axis(0), axis(1), axis(2)};
   }
 
+  /// The projections onto an axis.
   FloatX16 along(const Axis& axis, float start) const {
     return fma(z, FloatX16(axis.z), fma(y, FloatX16(axis.y), fma(x, FloatX16(axis.x), FloatX16(start))));
   }

@@ -1,7 +1,7 @@
-// What culling needs of a ray, and the test of a ray against the 16 boxes of a node; that against the 16 pieces of a
-// leaf is in cull_leaf.hpp.
+// A ray prepared for culling, and the test of a ray against the 16 boxes of a node. The test against the 16 pieces of a
+// leaf is in leaf_cull.hpp.
 //
-// Both may differ in rounding between instruction sets; both err on the side of a visit.
+// Rounding may differ between instruction sets; both tests are conservative on all of them.
 #pragma once
 
 #include <bit>
@@ -11,14 +11,14 @@
 
 namespace fastlines {
 
-/// What culling needs of a ray (or of a bundle's centre), or of sixteen: its line, and how near counts. N is float or
-/// FloatX16. Numbers stand in fours: so those of sixteen rays are turned into sixteen of these.
+/// A ray, or the axis of a bundle, prepared for culling: its line and its reach, in the frame. N is float, or FloatX16
+/// for a packet. Fields are groups of four values, so that a 16×4 transpose turns a packet into 16 rays.
 template <class N>
 struct alignas(64) CullRayOf {
-  N inverse[4], near[4], far[4];  // box planes: q·(scale·inverse) + (org·inverse + near); the fourth are nothing
-  N near_rows, far_rows;          // where a node's bytes of the planes begin, a byte each of x, y and z
+  N inverse[4], near[4], far[4];  // t of a near plane: q·(scale·inverse) + (org·inverse + near); [3] is padding
+  N near_rows, far_rows;          // offsets of the near and far rows in WideNode::planes, a byte each for x, y and z
   N t_min, unused;
-  ProjectedRayOf<N> across;  // what leaves see of it
+  ProjectedRayOf<N> across;  // the ray for leaf culling
 
   CullRayOf() = default;
   CullRayOf(const N (&o)[3], const N (&r)[3], const N (&u)[3], const N (&v)[3], N reach, N t_min_)
@@ -36,26 +36,28 @@ struct alignas(64) CullRayOf {
     }
   }
 
+  /// The offset of the row for axis k.
   static int row(const float& rows, int k) {
     return reinterpret_cast<const std::uint8_t*>(&rows)[std::endian::native == std::endian::little ? k : 3 - k];
   }
 
  private:
-  static constexpr float kRows = 0x1p23f;  // the bits of a sum with it end in those of a whole number
+  static constexpr float kRows = 0x1p23f;  // the low bits of kRows + n are those of the integer n
 };
 using CullRay = CullRayOf<float>;
 
+/// Prepare one ray with origin o, direction r and the basis u, v across it.
 inline CullRay cull_ray(const Vec3& o, const Vec3& r, const Vec3& u, const Vec3& v, float reach, float t_min) {
-  const auto all = [](const Vec3& x, float (&to)[3]) { std::copy_n(x.data(), 3, to); };
+  const auto copy = [](const Vec3& x, float (&to)[3]) { std::copy_n(x.data(), 3, to); };
   float a[3], b[3], c[3], d[3];
-  all(o, a);
-  all(r, b);
-  all(u, c);
-  all(v, d);
+  copy(o, a);
+  copy(r, b);
+  copy(u, c);
+  copy(v, d);
   return {a, b, c, d, reach, t_min};
 }
 
-/// Of sixteen rays at once, in lanes from `first` on.
+/// Prepare the packet that begins at lane `first`.
 [[gnu::always_inline]] inline CullRayOf<FloatX16> cull_packet(const RayGroup& rays, int first) {
   const auto at = [first](const float* x) { return FloatX16::load(x + first); };
   const auto point = [&](const float (&x)[3][kGroupSize], FloatX16(&p)[3]) {
@@ -69,38 +71,40 @@ inline CullRay cull_ray(const Vec3& o, const Vec3& r, const Vec3& u, const Vec3&
   return {o, r, u, v, at(rays.reach), at(rays.t_min)};
 }
 
-/// Of each of them.
-[[gnu::always_inline]] inline void transpose(const CullRayOf<FloatX16>& sixteen, CullRay* to) {
-  constexpr int n = sizeof(sixteen) / sizeof(FloatX16);
+/// Transpose a packet into 16 rays.
+[[gnu::always_inline]] inline void transpose(const CullRayOf<FloatX16>& packet, CullRay* to) {
+  constexpr int n = sizeof(packet) / sizeof(FloatX16);
   alignas(64) float columns[n][kSimdWidth];
-  std::memcpy(columns, &sixteen, sizeof columns);
+  std::memcpy(columns, &packet, sizeof columns);
   transpose_columns<n>([&](int k) { return columns[k]; }, to);
 }
 
+/// Prepare the 16 rays from lane `first` on, one by one in `to`.
 inline void cull_rays(const RayGroup& rays, int first, CullRay* to) { transpose(cull_packet(rays, first), to); }
 
-/// A node's origin, and a lane that means nothing.
+/// A node's origin; lane 3 holds its scale, which callers ignore.
 inline FloatX4 origin_of(const WideNode& node) {
   FloatX4 origin;
   std::memcpy(&origin, &node, sizeof origin);
   return origin;
 }
 
-/// The children whose boxes the ray may meet before `limit`, and where it enters them.
+/// A mask of the children whose boxes, grown by the reach, the ray may hit before `limit`. Stores in `enter` where it
+/// enters each box: t in the frame.
 [[gnu::always_inline]] inline std::uint32_t cull_node(const CullRay& ray, const WideNode& node, float limit,
                                                       FloatX16& enter) {
   using F = FloatX16;
   const FloatX4 inverse = four(ray.inverse), origin = origin_of(node), step = inverse * four(node.scale);
   const FloatX4 to_near = fma(inverse, origin, four(ray.near)), to_far = fma(inverse, origin, four(ray.far));
   F near = ray.t_min, far = limit;
-  const auto cut = [&](auto k) __attribute__((always_inline)) {
+  const auto clip = [&](auto k) __attribute__((always_inline)) {
     const F a_step = F::broadcast<k>(step);
     near = max(fma(F::bytes(node.planes + CullRay::row(ray.near_rows, k)), a_step, F::broadcast<k>(to_near)), near);
     far = min(fma(F::bytes(node.planes + CullRay::row(ray.far_rows, k)), a_step, F::broadcast<k>(to_far)), far);
   };
-  cut(std::integral_constant<int, 0>());
-  cut(std::integral_constant<int, 1>());
-  cut(std::integral_constant<int, 2>());
+  clip(std::integral_constant<int, 0>());
+  clip(std::integral_constant<int, 1>());
+  clip(std::integral_constant<int, 2>());
   enter = near;
   return (near <= far).bits() & ((1u << node.n_children) - 1);
 }

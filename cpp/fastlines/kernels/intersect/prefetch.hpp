@@ -1,18 +1,18 @@
-// Asking for memory before it is needed.
+// Prefetches of nodes, leaves and references.
 #pragma once
 
 #include "../../layout/wide_bvh.hpp"
 
 namespace fastlines {
 
-/// A block of 128 bytes: two lines of a cache.
+/// Prefetch a block of 128 bytes, two cache lines.
 template <class Block>
 void prefetch(const Block* block) {
   __builtin_prefetch(block);
   __builtin_prefetch(reinterpret_cast<const char*>(block) + 64);
 }
 
-/// The references of a leaf: two lines hold most.
+/// Prefetch the references of a leaf. Two cache lines hold most of them.
 template <RayPrimitive P>
 void prefetch_refs(const WideBvhView<P>& tree, const WideLeaf& leaf) {
   const auto* const refs = reinterpret_cast<const char*>(tree.refs + leaf.first_ref);

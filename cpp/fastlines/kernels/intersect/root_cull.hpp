@@ -1,5 +1,5 @@
-// The root's children beside sixteen rays at once. Every ray that goes alone begins there, so that nothing has to be
-// picked or packed for each: to come past the root takes half of what a step takes.
+// Culls the root's children for a packet of rays at a time. Every incoherent ray starts there, so no ray needs to be
+// gathered or compressed: passing the root takes half as long as another step.
 #pragma once
 
 #include <limits>
@@ -8,6 +8,7 @@
 
 namespace fastlines {
 
+/// The boxes of the root's children, decoded from bytes to floats.
 class RootCull {
  public:
   template <RayPrimitive P>
@@ -26,32 +27,35 @@ class RootCull {
       }
   }
 
-  /// Whether rays may begin at its children: at least one, none of which is a leaf.
+  /// Whether rays may start at the root's children: there is one at least, and none is a leaf.
   bool has_inner_only() const { return n_children_ > 0; }
 
   std::uint32_t first_child() const { return first_child_; }
 
-  /// What sixteen rays cull.
+  /// The result for a packet.
   struct Hits {
-    alignas(64) float enter[kSimdWidth]
-                           [kSimdWidth];     // of each child, where each ray enters it, or infinity where it does not
-    alignas(64) float children[kSimdWidth];  // of each ray, the children that it meets: their bits, as a number
-    alignas(64) float nearest[kSimdWidth];   // and the one that it enters first
+    /// [child][ray]: where the ray enters the child, t in the frame, or infinity if it does not.
+    alignas(64) float enter[kSimdWidth][kSimdWidth];
+    alignas(64) float children[kSimdWidth];  // per ray: the mask of the children that it hits, as a number
+    alignas(64) float nearest[kSimdWidth];   // per ray: the child that it enters first
 
     std::uint32_t children_of(int ray) const { return std::uint32_t(std::int32_t(children[ray])); }
   };
 
-  /// The children that rays may cull before their limits; without `nearest_first` not where, nor which comes first.
+  /// Find the children that each ray of a packet may hit before its limit. Only with `nearest_first`, `enter` and
+  /// `nearest` are set.
   template <bool nearest_first>
   [[gnu::always_inline]] void cull(const CullRayOf<FloatX16>& rays, FloatX16 limit, Hits& hits) const {
     using F = FloatX16;
     const F zero = 0.0f, never = std::numeric_limits<float>::infinity();
+    // Swap near and far for negative directions.
     F to_low[3], to_high[3];
     for (int k = 0; k < 3; ++k) {
       const auto back = rays.inverse[k] < zero;
       to_low[k] = blend(back, rays.far[k], rays.near[k]);
       to_high[k] = blend(back, rays.near[k], rays.far[k]);
     }
+    // Test one child at a time.
     F first = never, nearest = zero, children = zero;
     for (int child = 0; child < n_children_; ++child) {
       F near = rays.t_min, far = limit;
@@ -80,7 +84,7 @@ class RootCull {
  private:
   std::uint32_t first_child_ = 0;
   int n_children_ = 0;
-  float low_[3][kSimdWidth], high_[3][kSimdWidth];  // the planes of their boxes
+  float low_[3][kSimdWidth], high_[3][kSimdWidth];  // the planes of the boxes: [axis][child]
 };
 
 }  // namespace fastlines
