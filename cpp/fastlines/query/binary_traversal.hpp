@@ -1,4 +1,4 @@
-// Searches a binary tree as it was built, by the boxes of its nodes.
+// Traverses a binary tree as it was built, by the boxes of its nodes.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@
 
 namespace fastlines {
 
-/// Depth first, the nearer child first; a subtree that begins beyond the sink's limit is left out.
+/// Traverses depth first, the nearer child first. Skips subtrees that the ray enters beyond the sink's limit.
 template <RayPrimitive P>
 struct BinaryTraversal {
   static constexpr bool kTestsAll = false;
@@ -41,7 +41,7 @@ struct BinaryTraversal {
       stack.pop_back();
       if (!(enter <= sink.limit)) continue;
 
-      // Go down to a leaf, leaving the farther children for later.
+      // Descend to a leaf; push the farther children.
       while (enter != miss && !nodes[index].is_leaf()) {
         std::uint32_t near = index + 1, far = nodes[index].right;
         float enter_near = slabs.enter(nodes[near].box, sink.limit),
@@ -56,6 +56,7 @@ struct BinaryTraversal {
       }
       if (enter == miss) continue;
 
+      // Test the references of the leaf.
       const Node& leaf = nodes[index];
       for (const Reference& ref : refs.subspan(leaf.first_ref, leaf.n_refs)) {
         test_primitive(prims, ray, frame, ref, sink);

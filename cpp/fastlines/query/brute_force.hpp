@@ -1,4 +1,4 @@
-// Tests every segment: what the answers of all trees are compared with.
+// Tests every primitive with a ray: the reference for the answers of all trees.
 #pragma once
 
 #include <span>
@@ -7,7 +7,7 @@
 
 namespace fastlines {
 
-/// Every segment, in order: what the trees are compared with.
+/// Tests all primitives in order of their ids, each as a whole.
 template <RayPrimitive P>
 struct BruteForce {
   static constexpr bool kTestsAll = true;

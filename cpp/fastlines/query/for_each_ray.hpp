@@ -1,5 +1,5 @@
-// A search for every ray of a batch, on all cores. Rays are dealt out in chunks; each answer has its own place, so the
-// answer does not depend on the number of threads.
+// Runs a scalar search for every ray of a batch, on all cores. Threads take chunks of rays. Each answer has its own
+// place, so answers do not depend on the number of threads.
 #pragma once
 
 #include "../parallel/parallel_for.hpp"
@@ -9,9 +9,10 @@
 
 namespace fastlines {
 
+/// Rays that a thread takes at once.
 inline constexpr std::size_t kChunk = 256;
 
-/// Search for every ray, in chunks: make(ray) gives its sink, and store(i, sink) takes what that has found.
+/// Search for every ray, in chunks. make(ray) returns the ray's sink; store(i, sink) stores its result.
 template <class Search, class Make, class Store>
 void for_each_ray(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress, Make&& make,
                   Store&& store) {
@@ -37,6 +38,7 @@ void first_hits(const Search& search, const RayBatch& rays, At at, unsigned n_th
       [&](std::size_t i, const FirstSink& sink) { store(i, sink.best); });
 }
 
+/// Write whether each ray hits anything.
 template <class Search>
 void any_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress,
               std::span<bool> found) {
@@ -45,6 +47,7 @@ void any_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Pr
       [&](std::size_t i, const AnySink& sink) { found[i] = sink.found; });
 }
 
+/// Write how many primitives each ray hits.
 template <class Search>
 void count_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress,
                 std::span<std::int64_t> counts) {
@@ -53,7 +56,7 @@ void count_hits(const Search& search, const RayBatch& rays, unsigned n_threads, 
       [&](std::size_t i, const CountSink& sink) { counts[i] = sink.n_hits; });
 }
 
-/// What the sinks that make(ray) gives have listed for each ray.
+/// Assemble the hits of every ray, as listed by the sinks that make(ray) returns.
 template <class Search, class Make>
 void list_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress, HitAssembler& to,
                Make&& make) {

@@ -1,5 +1,5 @@
-// Lists of hits: each ray has its own number of them, so they wait until the rays before are counted, and are then put
-// into arrays: compressed sparse rows (CSR), those of ray i from offsets[i] to offsets[i + 1].
+// Assembles the lists of all rays into flat arrays in the form of compressed sparse rows (CSR): the hits of ray i are
+// at offsets[i] to offsets[i + 1]. A ray's offset is known once the hits of all rays before it are counted.
 #pragma once
 
 #include <map>
@@ -11,22 +11,21 @@
 
 namespace fastlines {
 
-/// The hits of all rays in their places, where they are put while other rays are still under way. A fourth of all
-/// chunks, spread over all rays, comes first and tells how much room there has to be. From then on a chunk's hits wait,
-/// as their thread has listed them, only until all rays before its last one are counted. So what waits is little, and
-/// its memory soon serves again.
+/// Copies hits to their final places while other rays are still being traced. A quarter of all chunks, spread over all
+/// rays, is traced first, to estimate how much room is needed. From then on, the hits of a chunk wait in their thread's
+/// buffers only until all rays before its last one are counted. So little memory waits, and it is soon reused.
 class HitAssembler {
  public:
   HitAssembler(std::size_t n_rays, bool with_t_out) : with_t_out_(with_t_out), offsets_(n_rays + 1) {}
 
-  /// Which chunk is to come i-th: every fourth, then the others.
+  /// The i-th chunk to trace: every fourth one, then the others.
   static std::size_t sample_first(std::size_t i, std::size_t n_chunks) {
     const std::size_t n_sampled = (n_chunks + 3) / 4, other = i - n_sampled;
     return i < n_sampled ? 4 * i : other + other / 3 + 1;
   }
 
-  /// Take the lists of a chunk; they are empty afterwards. With this chunk and those before it all rays before `until`
-  /// are counted.
+  /// Add the lists of a chunk, and clear them. This chunk and those before it contain all rays before `until`. Threads
+  /// may call it at the same time.
   void add(std::size_t chunk, std::size_t n_chunks, std::size_t until, HitBuffer& lists) {
     std::size_t end = 0, n_hits = 0;
     for (const HitBuffer::RayRun& run : lists.runs) {
@@ -34,40 +33,41 @@ class HitAssembler {
       n_hits += run.n_hits;
       end = std::max<std::size_t>(end, run.ray + 1);
     }
-    Chunk taken{until, end, lists.runs, std::exchange(lists.blocks, {})};
-    std::vector<Chunk> known;
+    Chunk added{until, end, lists.runs, std::exchange(lists.blocks, {})};
+    std::vector<Chunk> ready;
     {
       const std::lock_guard lock(mutex_);
-      waiting_.emplace(chunk, std::move(taken));
-      n_hits_taken_ += n_hits;
-      if (const std::size_t n_taken = ++n_taken_; 4 * n_taken >= n_chunks) {
+      waiting_.emplace(chunk, std::move(added));
+      n_hits_added_ += n_hits;
+      if (const std::size_t n_added = ++n_added_; 4 * n_added >= n_chunks) {
         count();
         while (!waiting_.empty() && waiting_.begin()->first < next_ && waiting_.begin()->second.end <= n_counted_)
-          known.push_back(std::move(waiting_.extract(waiting_.begin()).mapped()));
-        make_room(std::size_t(offsets_[n_counted_]), double(n_hits_taken_) / double(n_taken) * double(n_chunks));
+          ready.push_back(std::move(waiting_.extract(waiting_.begin()).mapped()));
+        make_room(std::size_t(offsets_[n_counted_]), double(n_hits_added_) / double(n_added) * double(n_chunks));
       }
     }
     lists.clear();
-    const std::shared_lock lock(place_);
-    for (const Chunk& of : known) place(of);
+    const std::shared_lock lock(columns_mutex_);
+    for (const Chunk& of : ready) place(of);
   }
 
   bool with_t_out() const { return with_t_out_; }
 
-  /// All chunks have been taken: where the hits of each ray begin, and where the last ones end.
+  /// Where the hits of each ray begin, and where the last ones end. Call once, after all chunks are added.
   LargeVector<std::int64_t> offsets() { return std::move(offsets_); }
 
-  Buffer<float> t, u, distance, t_out;  // t_out is empty unless it was asked for
+  Buffer<float> t, u, distance, t_out;  ///< t_out is empty unless requested
   Buffer<std::int64_t> prim;
 
  private:
+  /// The lists of a chunk; all its rays with hits come before `end`.
   struct Chunk {
-    std::size_t until, end;  // all its rays come before `end`
+    std::size_t until, end;
     std::vector<HitBuffer::RayRun> runs;
     std::vector<HitBuffer::Block> blocks;
   };
 
-  /// Turn counts into offsets as far as all rays have been counted.
+  /// Turn counts into offsets, as far as all rays are counted.
   void count() {
     std::size_t n = n_counted_;
     for (auto chunk = waiting_.find(next_); chunk != waiting_.end() && chunk->first == next_; ++chunk, ++next_)
@@ -76,11 +76,11 @@ class HitAssembler {
     for (; n_counted_ < n; ++n_counted_) offsets_[n_counted_ + 1] = n_hits += offsets_[n_counted_ + 1];
   }
 
-  /// Have room for so many hits, and for those to be expected in all if the system gives as much. Room that is not used
-  /// costs only addresses.
+  /// Make room for n_hits, and for 1.5 times the expected total if the system grants it. Unused room costs only
+  /// addresses.
   void make_room(std::size_t n_hits, double n_expected) {
     if (n_hits <= room_) return;
-    const std::lock_guard lock(place_);
+    const std::lock_guard lock(columns_mutex_);
     const std::size_t enough = n_hits + (room_ > 0 ? n_hits / 2 : 0);
     try {
       grow(std::max(enough, std::size_t(1.5 * n_expected)));
@@ -96,14 +96,14 @@ class HitAssembler {
     room_ = room;
   }
 
-  /// The runs of rays that follow each other in the batch are placed together.
+  /// Copy the hits of a chunk to their places. Runs of rays that are neighbours in the batch are copied together.
   void place(const Chunk& chunk) {
     const HitColumns to{t.data(), prim.data(), u.data(), distance.data(), with_t_out_ ? t_out.data() : nullptr};
     const HitBuffer::RayRun* run = chunk.runs.data();
     for (const HitBuffer::Block& block : chunk.blocks) {
       const HitBuffer::RayRun* const last = run + block.n_runs;
       const ListColumns columns = block.columns();
-      std::size_t begin = 0, end = 0;  // in the block: hits that go side by side
+      std::size_t begin = 0, end = 0;  // in the block: hits that stay contiguous
       while (run != last) {
         const auto at = std::size_t(offsets_[run->ray]);
         for (; run != last && std::size_t(offsets_[run->ray]) - at == end - begin; ++run) end += run->n_hits;
@@ -114,34 +114,34 @@ class HitAssembler {
   }
 
   static void copy(const ListColumns& from, const HitColumns& to, std::size_t n) {
-    const auto some = [&](std::size_t i, auto n_some) {
-      std::memcpy(to.t + i, from.t + i, n_some * sizeof(float));
-      std::memcpy(to.u + i, from.u + i, n_some * sizeof(float));
-      std::memcpy(to.distance + i, from.distance + i, n_some * sizeof(float));
-      std::copy_n(from.prim + i, n_some, to.prim + i);
+    const auto copy_batch = [&](std::size_t i, auto n_batch) {
+      std::memcpy(to.t + i, from.t + i, n_batch * sizeof(float));
+      std::memcpy(to.u + i, from.u + i, n_batch * sizeof(float));
+      std::memcpy(to.distance + i, from.distance + i, n_batch * sizeof(float));
+      std::copy_n(from.prim + i, n_batch, to.prim + i);
     };
-    // The last ones are copied with some that have been, so that there is no loop over single hits.
-    const auto all = [&](auto at_once) {
-      for (std::size_t i = 0; i + at_once < n; i += at_once) some(i, at_once);
-      some(n - at_once, at_once);
+    // The last batch overlaps the one before it, so that no loop over single hits is needed.
+    const auto copy_all = [&](auto batch) {
+      for (std::size_t i = 0; i + batch < n; i += batch) copy_batch(i, batch);
+      copy_batch(n - batch, batch);
     };
     if (n >= 16)
-      all(std::integral_constant<std::size_t, 16>());
+      copy_all(std::integral_constant<std::size_t, 16>());
     else if (n >= 4)
-      all(std::integral_constant<std::size_t, 4>());
+      copy_all(std::integral_constant<std::size_t, 4>());
     else
-      for (std::size_t i = 0; i < n; ++i) some(i, std::integral_constant<std::size_t, 1>());
+      for (std::size_t i = 0; i < n; ++i) copy_batch(i, std::integral_constant<std::size_t, 1>());
     if (to.t_out) std::copy_n(from.t_out, n, to.t_out);
   }
 
   const bool with_t_out_;
-  LargeVector<std::int64_t> offsets_;  // beyond `n_counted_`: how many hits the ray before has
-  std::mutex mutex_;                   // of what follows
-  std::size_t n_taken_ = 0, n_hits_taken_ = 0;
-  std::size_t next_ = 0, n_counted_ = 0;  // the first chunk that has not been taken, the first ray not counted
+  LargeVector<std::int64_t> offsets_;  // beyond `n_counted_`: how many hits the previous ray has
+  std::mutex mutex_;                   // guards what follows
+  std::size_t n_added_ = 0, n_hits_added_ = 0;
+  std::size_t next_ = 0, n_counted_ = 0;  // the first chunk not added, the first ray not counted
   std::size_t room_ = 0;
   std::map<std::size_t, Chunk> waiting_;
-  std::shared_mutex place_;  // of the columns: many may write to them, or one may move them
+  std::shared_mutex columns_mutex_;  // shared: writes to the columns; exclusive: moves them
 };
 
 }  // namespace fastlines

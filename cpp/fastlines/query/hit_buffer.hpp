@@ -1,4 +1,4 @@
-// The hits of some rays on their way into arrays.
+// Buffers the sorted hits of some rays until a `HitAssembler` copies them into the final arrays.
 #pragma once
 
 #include <algorithm>
@@ -12,12 +12,13 @@
 
 namespace fastlines {
 
-/// The hits of some rays on their way to their places, each ray's in a run, sorted.
+/// Sorted hits of some rays: one run per ray. Runs are stored in blocks, as columns.
 struct HitBuffer {
   struct RayRun {
     std::uint32_t ray, n_hits;
   };
-  /// Some runs, whose hits stand one column after the other: u, prim, t, distance, and t_out, which may be missing.
+  /// The hits of some runs, one column after the other in memory: u, prim, t, distance, and t_out, which may be
+  /// missing.
   struct Block {
     std::uint32_t n_hits, n_runs;
     std::shared_ptr<std::byte> data;
@@ -32,23 +33,23 @@ struct HitBuffer {
   std::vector<Block> blocks;
   Arena arena;
 
-  /// Begin a block: where so many hits are to be written. A column may be written past its end, by up to sixteen,
-  /// as long as the next one is not.
+  /// Begin a block of n_hits, and return where to write them. A column may be written past its end, by up to 16 hits,
+  /// as long as the next column is not written yet.
   ListColumns begin(std::uint32_t n_hits) {
     blocks.push_back({n_hits, 0, arena.begin((5 * std::size_t(n_hits) + kSimdWidth) * sizeof(float))});
     return blocks.back().columns();
   }
 
-  /// The next hits of the block are this ray's.
+  /// Assign the next n_hits of the block to a ray.
   void add(std::uint32_t ray, std::uint32_t n_hits) {
     runs.push_back({ray, n_hits});
     ++blocks.back().n_runs;
   }
 
-  /// All hits of the block stand in their places: this many columns of them.
+  /// End the block, whose hits are all written; it keeps its first n_columns.
   void end(std::uint32_t n_columns) { arena.end(n_columns * std::size_t(blocks.back().n_hits) * sizeof(float)); }
 
-  /// A block for one ray.
+  /// Add a block for one ray. Sorts the hits.
   void add(std::uint32_t ray, std::vector<Hit>& of_ray) {
     if (of_ray.empty()) return;
     std::sort(of_ray.begin(), of_ray.end());

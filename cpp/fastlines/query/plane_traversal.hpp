@@ -1,13 +1,13 @@
-// The search of a KD tree by its planes (thesis §1.2.2, §1.3): an inner node is an axis and a plane, not two boxes.
+// Traverses a KD tree by its planes (thesis §1.2.2, §1.3): an inner node is an axis and a plane, not two boxes.
 //
-// A ray carries the part [t_enter, t_leave] of itself that is in the node's box, grown by its radius. A plane divides
-// that part: what comes before the plane ends where the ray leaves the plane moved on by the radius, and what lies
-// beyond begins where the ray enters the plane moved back by the radius. So the parts of two children overlap, and
-// each is what the test of the child's grown box gives.
+// The ray carries the interval [t_enter, t_leave] in which it is inside the node's box grown by the radius. A plane
+// splits the interval. The part before the plane ends where the ray crosses the plane moved forward by the radius; the
+// part beyond begins where it crosses the plane moved back by the radius. So the intervals of two children overlap, and
+// each equals the result of testing the child's grown box.
 //
 // The thesis counts a hit only inside the leaf that found it. Here a hit counts wherever it is found: with a radius,
-// the ray may be outside all leaves that list the segment. A visited set (a mailbox: Amanatides and Woo 1987) lets each
-// segment be tested once a ray, so each hit counts once. A first hit ends the search of all that begins beyond it.
+// the ray may be outside all leaves that list the segment. A visited set (a mailbox: Amanatides and Woo 1987) tests
+// each segment once per ray, so each hit counts once. A first hit cuts off every node that the ray enters beyond it.
 #pragma once
 
 #include "plane_tree.hpp"
@@ -16,7 +16,7 @@
 
 namespace fastlines {
 
-/// Depth first, the nearer child first; a part of the ray that begins beyond the sink's limit is left out.
+/// Traverses depth first, the nearer child first. Skips nodes that the ray enters beyond the sink's limit.
 template <RayPrimitive P>
 struct PlaneTraversal {
   static constexpr bool kTestsAll = false;
@@ -34,14 +34,14 @@ struct PlaneTraversal {
   std::span<const std::uint32_t> refs;
   std::uint32_t depth;
   P prims;
-  Box box;  // of the root
+  Box box;  ///< of the root
   Frame frame;
 
   template <class Sink>
   void operator()(const Ray& ray, Sink& sink, Scratch& scratch) const {
     using Entry = typename Scratch::Entry;
     const Slabs slabs(ray, frame, prims.max_radius());
-    // Each level leaves at most one node for later.
+    // Each level pushes at most one node.
     if (scratch.stack.size() <= depth) scratch.stack.resize(depth + 1);
     scratch.visited.clear();
     const auto [root_enter, root_leave] = slabs.clip(box, sink.limit);
@@ -52,8 +52,7 @@ struct PlaneTraversal {
       t_leave = std::min(t_leave, sink.limit);
       if (!(t_enter <= t_leave)) continue;
 
-      // Go down to a leaf, leaving the farther children for later. Which child comes next can not be foreseen, so
-      // nothing branches.
+      // Descend to a leaf; push the farther children. The next child is unpredictable, so nothing branches on it.
       PlaneNode node = nodes[index];
       while (!node.is_leaf()) {
         const int axis = node.axis();
@@ -73,7 +72,7 @@ struct PlaneTraversal {
         t_enter = to_near ? t_enter : begin_far;
       }
 
-      // Test what the leaf lists and no other has.
+      // Test the primitives of the leaf that are not visited yet.
       const std::span<const std::uint32_t> below =
           node.n_refs() == 1 ? std::span(&node.word, 1) : refs.subspan(node.word, node.n_refs());
       if (below.size() > 1)
@@ -88,13 +87,13 @@ struct PlaneTraversal {
   }
 
  private:
-  /// The line that shares a block with the one that the children of the node are in.
+  /// The other cache line of the block that holds the node's children.
   const void* other_line(const PlaneNode& node) const {
     constexpr std::uint32_t kLine = PlaneTree::kBlockPairs;
     return &nodes.data()[node.lower_child() ^ kLine];
   }
 
-  /// Ask for what a visit of the node reads first: the pair of its children, or its one segment.
+  /// Prefetch what a visit of the node reads first: the pair of its children, or its only primitive.
   [[gnu::always_inline]] void prefetch(const PlaneNode& node) const {
     const void* const item = prims.items() + (node.n_refs() == 1 ? node.word : 0);
     const void* const pair = &nodes.data()[node.lower_child()];

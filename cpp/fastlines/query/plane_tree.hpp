@@ -1,7 +1,8 @@
-// A KD tree as its planes (thesis §1.2.2): an inner node is an axis and a plane, not two boxes.
+// A KD tree stored as its planes (thesis §1.2.2): an inner node is an axis and a plane, not two boxes.
 //
-// Siblings stand side by side, the lower half first, so that a step down reads one cache line. Blocks of two lines hold
-// a subtree: its nodes are added in the order of their surface area, which is the order of the chance of a visit.
+// Siblings are adjacent, the lower half first, so that a step down reads one cache line. A block of two cache lines
+// holds a subtree. Nodes are added to it in decreasing order of surface area, which is proportional to the chance of a
+// visit.
 #pragma once
 
 #include <algorithm>
@@ -18,9 +19,10 @@ namespace fastlines {
 struct PlaneNode {
   static constexpr std::uint32_t kLeaf = 3, kShift = 2;
 
-  std::uint32_t word = 0;      // of an inner node the bits of its plane, in the frame; of a leaf its first reference,
-                               // or the primitive itself where it has one
-  std::uint32_t link = kLeaf;  // the pair of its children, or how many references, above two bits: the axis, or kLeaf
+  /// Inner node: the bits of its plane, in the frame. Leaf: its first reference, or the primitive if it has just one.
+  std::uint32_t word = 0;
+  /// High bits: the index of the pair of children, or the number of references. Low two bits: the axis, or kLeaf.
+  std::uint32_t link = kLeaf;
 
   static PlaneNode inner(int axis, float plane, std::size_t pair) {
     return {std::bit_cast<std::uint32_t>(plane), std::uint32_t(pair) << kShift | std::uint32_t(axis)};
@@ -39,25 +41,25 @@ struct PlaneNode {
 };
 static_assert(sizeof(PlaneNode) == 8);
 
-/// A KD tree as its planes, and the primitive of each reference.
+/// The nodes of a KD tree, and the primitive of each reference.
 struct PlaneTree {
-  /// How many pairs of siblings a block of two cache lines holds.
+  /// Pairs of siblings in a block of two cache lines.
   static constexpr std::size_t kBlockPairs = 8;
   static constexpr std::size_t kMaxCount = std::size_t(1) << (32 - PlaneNode::kShift);
 
-  LargeVector<PlaneNode> nodes;  // the root is the first; the second is unused
+  LargeVector<PlaneNode> nodes;  ///< the first is the root; the second is unused
   LargeVector<std::uint32_t> prims;
   std::uint32_t depth = 0;
 };
 
-/// The axis that the boxes of a node's two children are cut across.
+/// The axis along which a node is split, from the boxes of the node and of its children.
 inline int cut_axis(const Box& box, const Box& left, const Box& right) {
   int axis = 0;
   while (axis < 2 && left.hi[axis] == box.hi[axis] && right.lo[axis] == box.lo[axis]) ++axis;
   return axis;
 }
 
-/// Writes a KD tree, which `check_usable` accepts, as its planes.
+/// Converts a KD tree to planes. Precondition: `check_usable` accepts the tree.
 class PlaneTreeWriter {
  public:
   PlaneTreeWriter(std::span<const Node> nodes, std::span<const Reference> refs)
@@ -77,7 +79,7 @@ class PlaneTreeWriter {
       open_.assign(1, waiting.back());
       waiting.pop_back();
       write_block(to);
-      // The largest of those that found no room comes next.
+      // Sort the nodes that found no room, so that the largest comes next.
       std::ranges::sort(open_, {}, [this](const Open& open) { return area(open); });
       waiting.insert(waiting.end(), open_.begin(), open_.end());
     }
@@ -85,7 +87,7 @@ class PlaneTreeWriter {
   }
 
  private:
-  /// An inner node whose children are not written yet, and where it stands itself.
+  /// An inner node whose children are not written yet, its index among the planes, and its depth.
   struct Open {
     std::uint32_t node;
     std::size_t to;
@@ -99,7 +101,7 @@ class PlaneTreeWriter {
 
   double area(const Open& open) const { return nodes_[open.node].box.area(); }
 
-  /// Write the nodes below an open one, as many pairs as there is room for; those that find none stay open.
+  /// Fill a block with nodes below the open one. Nodes that find no room stay open.
   void write_block(PlaneTree& to) {
     std::size_t next = to.nodes.size() == 2 ? 2 : round_up(to.nodes.size());
     const std::size_t end = round_up(next + 1);
@@ -119,7 +121,7 @@ class PlaneTreeWriter {
     to.nodes.resize(next);
   }
 
-  /// Write a leaf, or add an inner node to those that are open.
+  /// Write a leaf, or add an inner node to `open`.
   void add(const Open& node, PlaneTree& to, std::vector<Open>& open) const {
     to.depth = std::max(to.depth, node.depth);
     if (nodes_[node.node].is_leaf())
@@ -136,7 +138,7 @@ class PlaneTreeWriter {
   std::span<const Node> nodes_;
   std::span<const Reference> refs_;
   Frame frame_;
-  std::vector<Open> open_;  // in the block that is being written
+  std::vector<Open> open_;  // in the current block
 };
 
 }  // namespace fastlines

@@ -1,9 +1,9 @@
-// What becomes of the hits of one ray: the first, any, all, or their number. A search shows a sink every segment whose
-// box the ray comes near; the sink decides what counts.
+// Sinks define each query for one ray: the first hit, any, the number, all, or the k nearest. A search reports every
+// segment that passes the exact test to a sink; the sink decides what counts.
 //
-// A segment can be shown more than once, by each leaf that holds a piece of it. `first` and `any` do not mind. `all`
-// and `count` take it only from the piece [s0, s1) that owns the s of the closest approach, so each hit is taken once.
-// A search that shows each segment once shows it whole.
+// A segment can be reported more than once, by each leaf that lists a piece of it. `FirstSink`, `AnySink` and
+// `KNearestSink` tolerate that. `AllSink` and `CountSink` accept a hit only from the piece [s0, s1) that owns the s of
+// the closest approach, so each hit counts once. A search that tests each segment once reports it as one whole piece.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@
 
 namespace fastlines {
 
-/// The exact test of a primitive that a ray comes near, and which piece of it was tested.
+/// A hit as a search reports it: the ray, the exact test, and the reference whose piece led to it.
 template <RayPrimitive P>
 struct HitContext {
   using Test = decltype(P::template test<float>(std::declval<const Ray&>(), std::declval<const Lanes<P, float>&>()));
@@ -28,7 +28,7 @@ struct HitContext {
   bool owned() const { return owns(ref.s0, ref.s1, test.closest.s); }
 };
 
-/// The hit in the units of the caller's ray, and its t in the frame.
+/// The hit in units of the caller's ray, and its t in the frame.
 template <RayPrimitive P>
 std::pair<Hit, float> make_hit(const HitContext<P>& context, At at) {
   const auto& [ray, test, ref] = context;
@@ -42,9 +42,10 @@ std::pair<Hit, float> make_hit(const HitContext<P>& context, At at) {
   return {hit, approach.t};
 }
 
+/// Keeps the first hit.
 struct FirstSink {
   At at;
-  float limit;  // no hit beyond this t of the frame can win
+  float limit;  ///< t in the frame: no hit beyond it can be the first
   Hit best{};
 
   FirstSink(At at_, const Ray& ray) : at(at_), limit(ray.t_max) {}
@@ -59,6 +60,7 @@ struct FirstSink {
   bool done() const { return false; }
 };
 
+/// Keeps whether there is a hit.
 struct AnySink {
   float limit;
   bool found = false;
@@ -71,6 +73,7 @@ struct AnySink {
   bool done() const { return found; }
 };
 
+/// Counts hits.
 struct CountSink {
   float limit;
   std::int64_t n_hits = 0;
@@ -83,10 +86,11 @@ struct CountSink {
   bool done() const { return false; }
 };
 
+/// Keeps all hits.
 struct AllSink {
   At at;
   float limit;
-  std::vector<Hit> hits;  // in no order
+  std::vector<Hit> hits;  ///< in no order
 
   AllSink(At at_, const Ray& ray) : at(at_), limit(ray.t_max) {}
   template <class Context>
@@ -96,12 +100,12 @@ struct AllSink {
   bool done() const { return false; }
 };
 
-/// The k nearest hits. A hit that is shown again is context among them, or is farther than all of them.
+/// Keeps the k nearest hits. A hit that is reported again is either among them or farther than all of them.
 struct KNearestSink {
   At at;
   float limit;
   std::size_t k;
-  std::vector<Hit> hits;  // a heap, the farthest on top
+  std::vector<Hit> hits;  ///< a heap, the farthest hit on top
 
   KNearestSink(At at_, const Ray& ray, std::size_t k_) : at(at_), limit(ray.t_max), k(k_) {}
   template <class Context>
@@ -122,7 +126,7 @@ struct KNearestSink {
   bool done() const { return k == 0; }
 };
 
-/// Test one ray and one primitive exactly; a hit goes to the sink.
+/// Test a ray and a primitive exactly, and report a hit to the sink.
 template <RayPrimitive P, class Sink>
 void test_primitive(const P& prims, const Ray& ray, const Frame& frame, const Reference& ref, Sink& sink) {
   const auto test = P::template test<float>(ray, lanes_of<P>(prims.item(ref.prim), frame));

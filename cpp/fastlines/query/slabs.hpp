@@ -1,4 +1,4 @@
-// The test of a ray against a box, and against the planes of a KD tree.
+// Tests a ray against boxes and against the planes of a KD tree, by slabs.
 #pragma once
 
 #include <algorithm>
@@ -9,10 +9,10 @@
 
 namespace fastlines {
 
-/// A box test that errs on the side of a visit: the box is grown by the radius and by what rounding can do.
+/// A conservative box test: boxes and planes are grown by the radius and by a bound on rounding.
 class Slabs {
  public:
-  /// Boxes are grown by the radius of the ray and by that of the primitives, in the units of the scene.
+  /// Boxes are grown by the radius of the ray and by `prim_radius`, which is in units of the scene.
   Slabs(const Ray& ray, const Frame& frame, float prim_radius = 0.0f) : frame_(frame), t_min_(ray.t_min) {
     const float grow = ray.radius + ray.eps + prim_radius * frame.scale;
     for (int k = 0; k < 3; ++k) {
@@ -24,11 +24,12 @@ class Slabs {
     }
   }
 
-  /// The part of the ray, up to the limit, that is in the grown box; empty if t_enter > t_leave.
+  /// An interval of t in the frame; empty if t_enter > t_leave.
   struct Span {
     float t_enter, t_leave;
   };
 
+  /// The interval, up to the limit, in which the ray is inside the grown box.
   Span clip(const Box& box, float limit) const {
     Span span{t_min_, limit};
     for (int k = 0; k < 3; ++k) {
@@ -39,19 +40,20 @@ class Slabs {
     return span;
   }
 
-  /// The t at which the ray enters the box; ∞ if it misses it, or enters beyond the limit.
+  /// The t at which the ray enters the box; ∞ if it misses the box or enters it beyond the limit.
   float enter(const Box& box, float limit) const {
     const Span span = clip(box, limit);
     return span.t_enter <= span.t_leave ? span.t_enter : std::numeric_limits<float>::infinity();
   }
 
-  /// The t at which the ray enters what lies beyond a plane of the frame, and leaves what lies before it, both grown.
+  /// The t at which the ray enters the half-space beyond a plane of the frame, and leaves the one before it, both
+  /// grown.
   float enter_beyond(int axis, float plane) const { return (plane - near_[axis]) * inverse_[axis]; }
   float leave_before(int axis, float plane) const { return (plane - far_[axis]) * inverse_[axis]; }
 
   bool is_backwards(int axis) const { return backwards_[axis]; }
 
-  /// A coordinate of a box in the frame, rounded as the test of a box rounds it.
+  /// A coordinate of a box in the frame, rounded as `clip` rounds it.
   static float in_frame(const Frame& frame, int axis, float x) { return (x - frame.centre[axis]) * frame.scale; }
 
  private:

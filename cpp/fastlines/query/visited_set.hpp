@@ -1,4 +1,4 @@
-// The primitives that a ray or a bundle of rays has tested: a small hash set that is cleared in constant time.
+// A hash set of the primitives that a ray or a bundle has tested, cleared in constant time.
 #pragma once
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 
 namespace fastlines {
 
+/// Open addressing with linear probing. A slot is empty unless it has the current epoch.
 class VisitedSet {
  public:
   void clear() {
@@ -17,12 +18,13 @@ class VisitedSet {
     }
   }
 
-  /// Room for so many more: at most a quarter is full, so that a search rarely goes on, and its end is guessed right.
+  /// Make room for `more` primitives. At most a quarter of the slots is full, so that probing rarely continues and its
+  /// end is predicted.
   void reserve(std::size_t more) {
     while (4 * (size_ + more) > slots_.size()) grow();
   }
 
-  /// Put a primitive in, for which there is room; false if it was there.
+  /// Insert a primitive; `reserve` has made room. Returns false if the set contains it already.
   [[gnu::always_inline]] bool insert(std::uint32_t prim) {
     Slot* const slots = slots_.data();
     const std::size_t mask = slots_.size() - 1;
