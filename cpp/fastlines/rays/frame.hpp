@@ -1,7 +1,7 @@
-// The frame of a scene: moved to its centre and scaled by a power of two into [−1, 1]³.
+// The frame of a scene: coordinates relative to its centre, scaled by a power of two into [−1, 1]³.
 //
-// All queries compute in this frame, brute force too, so an answer does not depend on the tree, and its precision
-// does not depend on the scene's size or place. Both steps are exact or rounded once.
+// All queries, brute force too, compute in this frame. So an answer does not depend on the tree, and its precision does
+// not depend on the scene's size or place. The subtraction is rounded once; the scaling is exact.
 #pragma once
 
 #include <cmath>
@@ -13,13 +13,14 @@ namespace fastlines {
 
 struct Frame {
   Vec3 centre{0, 0, 0};
-  float scale = 1.0f;  // a power of two
-  float grain = 0.0f;  // how far a piece can reach out of its leaf's box
+  float scale = 1.0f;  ///< a power of two
+  float grain = 0.0f;  ///< how far a piece can reach out of its leaf's box, in the frame
 
+  /// A point in the frame.
   Vec3 operator()(const Vec3& point) const { return (point - centre) * scale; }
 };
 
-/// The frame of a box. A box of no size keeps the unit of its coordinates.
+/// The frame of a box. A box of size zero keeps the unit of its coordinates (scale = 1).
 inline Frame frame_of(const Box& box) {
   Frame frame;
   if (box.is_empty()) return frame;

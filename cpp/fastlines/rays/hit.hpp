@@ -9,19 +9,19 @@
 
 namespace fastlines {
 
-/// The order of a ray's hits: by t, and at the same t by id. Nothing branches.
+/// The order of a ray's hits: by t, and at the same t by id. Branchless.
 template <class Prim>
 [[gnu::always_inline]] inline bool precedes(float t, Prim prim, float t2, Prim prim2) {
   return (t < t2) | ((t == t2) & (prim < prim2));
 }
 
-/// Whether the piece [s0, s1) of a segment owns the hit at s: the one piece of all that reports it.
+/// Whether the piece [s0, s1) of a segment owns the hit at s. Pieces tile [0, ∞), so exactly one of them reports it.
 template <class N>
 [[gnu::always_inline]] inline auto owns(N s0, N s1, N s) {
   return (s0 <= s) & (s < s1);
 }
 
-/// A hit in the units of the caller's ray; a miss by default.
+/// A hit in units of the caller's ray; a miss by default.
 struct Hit {
   float t = std::numeric_limits<float>::infinity();
   std::int64_t prim = -1;
@@ -32,7 +32,7 @@ struct Hit {
   bool operator<(const Hit& other) const { return precedes(t, prim, other.t, other.prim); }
 };
 
-/// Hits as one array for each property; t_out may be missing.
+/// Hits as one array per property; t_out may be null.
 template <class Prim>
 struct HitColumnsOf {
   float* t;
@@ -50,7 +50,7 @@ struct HitColumnsOf {
   /// The columns from hit i on.
   HitColumnsOf from(std::size_t i) const { return {t + i, prim + i, u + i, distance + i, t_out ? t_out + i : nullptr}; }
 
-  /// Move hit i, without its t_out, to the place of hit j, and the hits from j on one place further.
+  /// Move hit i, without its t_out, to place j < i; hits from j on move up by one.
   void move(std::size_t i, std::size_t j) const {
     std::rotate(t + j, t + i, t + i + 1);
     std::rotate(prim + j, prim + i, prim + i + 1);
@@ -58,6 +58,7 @@ struct HitColumnsOf {
     std::rotate(distance + j, distance + i, distance + i + 1);
   }
 
+  /// Whether hit i precedes hit j.
   bool precedes(std::size_t i, std::size_t j) const { return fastlines::precedes(t[i], prim[i], t[j], prim[j]); }
 };
 using HitColumns = HitColumnsOf<std::int64_t>;

@@ -1,8 +1,8 @@
 // A ray, prepared for a scene's frame.
 //
-// The caller's ray is o + t·d for t in [t_min, t_max]. The prepared one starts at the point of the line that is nearest
-// to the scene's centre, so that the numbers stay small wherever the caller's origin is: with |d| = L, r = d/L and
-// t0 = (centre − o)·r (in double),
+// The caller's ray is o + t·d for t in [t_min, t_max]. The prepared ray starts at the point of its line that is nearest
+// to the scene's centre, so that numbers stay small wherever the caller's origin is. With |d| = L, r = d/L and t0 =
+// (centre − o)·r, in double,
 //
 //     o' = (o − centre + t0·r)·scale,      t' = (t·L − t0)·scale,      t = (t0 + t'/scale)/L.
 //
@@ -14,37 +14,39 @@
 
 namespace fastlines {
 
+/// A ray as the caller gives it. t is in units of the direction's length.
 struct RayQuery {
   Vec3 origin, direction;
   float t_min, t_max, radius;
 };
 
-/// The way back from the frame: t as the caller counts it.
+/// Convert t from the frame to units of the caller's ray. Bounds map to bounds exactly.
 inline float to_ray_t(float t, float t_min, float t_max, float t_min_ray, float t_max_ray, double t0, double inv_scale,
                       double inv_length) {
   const float back = min(max(float((t0 + double(t) * inv_scale) * inv_length), t_min_ray), t_max_ray);
   return t == t_min ? t_min_ray : t == t_max ? t_max_ray : back;
 }
 
+/// A ray prepared for a frame.
 struct Ray {
-  Vec3 o, r, u, v;                   // in the frame; r, u, v orthonormal
-  float t_min, t_max;                // in the frame
-  float radius, radius2;             // in the frame
-  float eps;                         // covers the rounding of the exact test and of the boxes
-  float tie_tolerance;               // t that lie farther apart than this stay apart as the caller counts them
-  double t0, inv_scale, inv_length;  // the way back
+  Vec3 o, r, u, v;                   ///< in the frame; r, u, v orthonormal
+  float t_min, t_max;                ///< in the frame
+  float radius, radius2;             ///< in the frame; radius2 = radius²
+  float eps;                         ///< in the frame: covers the rounding of the exact test and of the boxes
+  float tie_tolerance;               ///< t farther apart in the frame keep their order in units of the caller's ray
+  double t0, inv_scale, inv_length;  ///< for the conversion to units of the caller's ray
   float t_min_ray, t_max_ray;
 
-  /// t as the caller counts it.
+  /// t in units of the caller's ray.
   float t_ray(float t) const { return to_ray_t(t, t_min, t_max, t_min_ray, t_max_ray, t0, inv_scale, inv_length); }
 
-  /// A bound on all t in the frame that the caller counts as no more than this.
+  /// An upper bound on all t in the frame that are at most `t_ray` in units of the caller's ray.
   float beyond(float t_ray) const {
     return std::min(t_max, float((double(t_ray) / inv_length - t0) / inv_scale) + 2.0f * tie_tolerance);
   }
 };
 
-/// Bound on what the frame's coordinates are clamped to; squares of it are finite.
+/// Coordinates in the frame are clamped to ± this; its square is finite.
 inline constexpr float kFar = 1e18f;
 
 inline double length_of(const Vec3& direction) {
@@ -52,11 +54,11 @@ inline double length_of(const Vec3& direction) {
   return std::sqrt(x * x + y * y + z * z);
 }
 
-/// One text for one ray and, in a loop that the compiler turns into vectors, for many: so nothing here branches. For
-/// what `askable.hpp` does not let pass nothing is promised. The direction is `length` long, as `length_of` has it, and
-/// `inv_length` is 1/length: from others come other bits.
+/// Prepare a ray. Branchless, so that compilers vectorise a loop over it; one definition serves one ray and many.
+/// Preconditions: `rays_are_valid` (rays/ray_check.hpp) accepts the ray; `length` is that of `length_of`; `inv_length`
+/// is 1.0 / length. Other values give other bits.
 [[gnu::always_inline]] inline Ray prepare(const RayQuery& query, double length, double inv_length, const Frame& frame) {
-  // Written so that the compiler takes two instructions for a vector, not six.
+  // In this form the compiler uses two vector instructions instead of six.
   const auto clamped = [](double x) { return std::copysign(min(std::fabs(float(x)), kFar), float(x)); };
   Ray ray;
   double from_centre[3], d[3];

@@ -1,4 +1,4 @@
-// Rays as arrays, as the caller gives them.
+// A batch of rays as arrays, as the caller gives them.
 #pragma once
 
 #include <span>
@@ -7,7 +7,7 @@
 
 namespace fastlines {
 
-/// Rays as arrays. Radius and bounds have one entry a ray, or one for all.
+/// Rays as arrays. Radius and bounds have one entry per ray, or one for all.
 struct RayBatch {
   std::span<const Vec3> origins, directions;
   std::span<const float> radius, t_min, t_max;
@@ -18,7 +18,7 @@ struct RayBatch {
     return {origins[i], directions[i], pick(t_min, i), pick(t_max, i), pick(radius, i)};
   }
 
-  /// Ask for the memory of these rays before it is needed. To ask but once for those that share a line is slower.
+  /// Prefetch the rays with these ids. Skipping those that share a cache line is slower.
   void prefetch(const std::uint32_t* ids, int n) const {
     for (int i = 0; i < n; ++i) {
       __builtin_prefetch(&origins[ids[i]]);
@@ -26,6 +26,7 @@ struct RayBatch {
     }
   }
 
+  /// The value of ray i.
   static float pick(std::span<const float> values, std::size_t i) { return values[values.size() == 1 ? 0 : i]; }
 };
 

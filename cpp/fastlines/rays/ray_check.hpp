@@ -1,7 +1,7 @@
-// Whether a batch of rays can be asked, at a glance: a pass over all of them that only tells yes or perhaps not.
+// Checks in one vectorised pass whether a batch of rays is valid. The answer is yes, or perhaps not.
 //
-// Sizes of floats are ordered as their bits are, and what is not finite comes last: whole numbers are compared, which
-// compilers turn into vectors.
+// Magnitudes of floats are ordered as their bits are, and infinities and NaN come last. So integers are compared, in
+// loops that compilers vectorise.
 #pragma once
 
 #include <bit>
@@ -12,11 +12,11 @@
 
 namespace fastlines {
 
-/// Extremes of some rays.
+/// Extremes of some rays. Lengths are those of the largest coordinate.
 struct RayExtremes {
-  std::int32_t far_origin = 0, longest = 0, shortest = std::numeric_limits<std::int32_t>::max();  // bits of floats
+  std::int32_t far_origin = 0, longest = 0, shortest = std::numeric_limits<std::int32_t>::max();  ///< bits of floats
   float reach = 0.0f;
-  bool fine = true;  // radius and bounds
+  bool fine = true;  ///< whether radii and bounds are valid
 
   void add(const RayExtremes& other) {
     far_origin = std::max(far_origin, other.far_origin);
@@ -27,6 +27,7 @@ struct RayExtremes {
   }
 };
 
+/// The extremes of rays [begin, end).
 inline RayExtremes extremes_of(const RayBatch& rays, std::size_t begin, std::size_t end, float largest_radius) {
   const auto part = [&](auto values) { return values.size() == 1 ? values : values.subspan(begin, end - begin); };
   const auto size = [](const Vec3& v) {
@@ -51,20 +52,20 @@ inline RayExtremes extremes_of(const RayBatch& rays, std::size_t begin, std::siz
   return extremes;
 }
 
-/// Whether all rays can be asked: everything finite, bounds in order, directions long enough for t to be a float32 in a
-/// scene whose coordinates go up to `farthest`. `false` means that one has to look closer.
+/// Whether all rays are valid: everything is finite, bounds are in order, and directions are long enough for t to be a
+/// float32 in a scene whose coordinates go up to `farthest`. After `false`, each ray has to be checked by itself.
 inline bool rays_are_valid(const RayBatch& rays, float largest_radius, float farthest, unsigned n_threads) {
   if (rays.size() == 0) return true;
-  constexpr std::size_t at_once = 1 << 14;
+  constexpr std::size_t rays_per_chunk = 1 << 14;
   constexpr double largest = std::numeric_limits<float>::max();
   RayExtremes all;
   std::mutex mutex;
   Progress unwatched;
-  // A thread takes as long to start as some hundred thousand rays.
+  // Starting a thread takes as long as checking some hundred thousand rays.
   n_threads = std::clamp(unsigned(rays.size() >> 18), 1u, n_threads);
-  parallel_for((rays.size() + at_once - 1) / at_once, n_threads, unwatched, [] { return 0; },
+  parallel_for((rays.size() + rays_per_chunk - 1) / rays_per_chunk, n_threads, unwatched, [] { return 0; },
                [&](int, std::size_t chunk) {
-                 const std::size_t begin = chunk * at_once, end = std::min(rays.size(), begin + at_once);
+                 const std::size_t begin = chunk * rays_per_chunk, end = std::min(rays.size(), begin + rays_per_chunk);
                  const RayExtremes extremes = extremes_of(rays, begin, end, largest_radius);
                  const std::lock_guard lock(mutex);
                  all.add(extremes);
