@@ -52,8 +52,9 @@ inline RayExtremes extremes_of(const RayBatch& rays, std::size_t begin, std::siz
   return extremes;
 }
 
-/// Whether all rays are valid: everything is finite, bounds are in order, and directions are long enough for t to be a
-/// float32 in a scene whose coordinates go up to `farthest`. After `false`, each ray has to be checked by itself.
+/// Whether all rays are valid: origins, directions and radii are finite, bounds in order, and directions are long
+/// enough for t to be a float32 in a scene whose coordinates go up to `farthest`. After `false`, each ray has to be
+/// checked by itself.
 inline bool rays_are_valid(const RayBatch& rays, float largest_radius, float farthest, unsigned n_threads) {
   if (rays.size() == 0) return true;
   constexpr std::size_t rays_per_chunk = 1 << 14;

@@ -1,19 +1,17 @@
-// Sixteen of up to 64 rays, each as often as it is wanted, in lanes: what an exact test of sixteen pieces, each against
-// a ray of its own, reads of them.
+// Gathers 16 of up to 64 rays by index, repeats allowed, for an exact test of 16 pieces, each against its own ray.
 //
-// Either each number is looked up in the vectors that hold it for all rays, or each ray has a row of its numbers, and
-// sixteen rows are turned. AVX-512 looks up among 64 rays with two instructions and a choice; where a vector holds
-// less, rows are no dearer.
+// There are two ways: permute each column of the group, or keep a record per ray and transpose 16 records. AVX-512
+// permutes 64 rays with two instructions and a blend; with narrower vectors, transposing records is as fast.
 #pragma once
 
 #include "ray_views.hpp"
 
 namespace fastlines {
 
-/// What sixteen rays are picked from.
+/// A copy of the rays of a group in the form that gathering needs.
 class RayGather {
  public:
-  /// Make ready for the sixteen rays in lanes from `first` on.
+  /// Load the packet at `first`.
   void load(const RayGroup& rays, int first) {
     if constexpr (kTransposes) {
       const float* const columns[] = {rays.o[0], rays.o[1], rays.o[2], rays.t_min,    //
@@ -24,7 +22,7 @@ class RayGather {
     }
   }
 
-  /// Those with these indices of lanes [first, first + n), n as for PermutedRays, as is F.
+  /// A view of the 16 rays first + index[i], index[i] < n. For F and n see `PermutedRays`.
   template <class F, int n>
   [[gnu::always_inline]] auto gather(const RayGroup& rays, int first, const std::uint32_t* index) const {
     if constexpr (kTransposes)

@@ -1,4 +1,4 @@
-// Prepared rays in lanes: 64 of them, each number an array, so that sixteen rays are one vector of it.
+// A group of up to 64 prepared rays as a structure of arrays, so that a packet is one vector of each array.
 #pragma once
 
 #include <cstring>
@@ -9,25 +9,27 @@
 
 namespace fastlines {
 
+/// Rays in a group.
 inline constexpr int kGroupSize = 64;
 
-/// The end of the sixteen lanes in which `end` lies, or of those before it where it is one.
+/// `end` rounded up to a multiple of the SIMD width.
 constexpr int round_up_to_width(int end) { return (end + kSimdWidth - 1) / kSimdWidth * kSimdWidth; }
 
+/// The members are those of `Ray`, one entry per lane.
 struct alignas(64) RayGroup {
   float o[3][kGroupSize], u[3][kGroupSize], v[3][kGroupSize], r[3][kGroupSize];
   float t_min[kGroupSize], t_max[kGroupSize], radius2[kGroupSize];
   float tie_tolerance[kGroupSize];
-  float reach[kGroupSize];  // radius + eps
+  float reach[kGroupSize];  ///< radius + eps, in the frame
   float t_min_ray[kGroupSize], t_max_ray[kGroupSize];
   double t0[kGroupSize], inv_length[kGroupSize];
   double inv_scale;
-  int n = 0;  // lanes past it repeat the last ray
+  int n = 0;  ///< lanes from n to the end of the packet repeat the last ray
   std::uint32_t id[kGroupSize];
-  bool contiguous_fours[kGroupSize /
-                        kSimdWidth];  // whether the rays of a sixteen stand side by side in the batch, four at a time
+  /// Per packet: whether it is four runs of four rays that are adjacent in the batch.
+  bool contiguous_fours[kGroupSize / kSimdWidth];
 
-  /// Prepare the rays with these numbers, 1 to 64.
+  /// Prepare the rays with these ids, 1 to 64 of them.
   void fill(const RayBatch& rays, const Frame& frame, int n_rays, const std::uint32_t* ids) {
     n = n_rays;
     count_step(&StepCounters::rays, std::uint64_t(n));
@@ -47,23 +49,23 @@ struct alignas(64) RayGroup {
     broadcast_or_gather(rays.t_min, padded, start);
     broadcast_or_gather(rays.t_max, padded, stop);
     broadcast_or_gather(rays.radius, padded, near);
-    // Roots and divisions by themselves, so that many are under way at once: nearly all else waits for them.
+    // Compute roots and divisions in a loop of their own, so that many overlap: nearly all else waits for them.
     double lengths[kGroupSize], inv_lengths[kGroupSize];
     for (int i = 0; i < padded; ++i) {
       lengths[i] = length_of({along[0][i], along[1][i], along[2][i]});
       inv_lengths[i] = 1.0 / lengths[i];
     }
-    const Frame here = frame;  // a copy, so that nothing written can alias it
+    const Frame frame_copy = frame;  // a copy, so that no store can alias it
     for (int i = 0; i < padded; ++i)
       store(i, prepare({{from[0][i], from[1][i], from[2][i]},
                         {along[0][i], along[1][i], along[2][i]},
                         start[i],
                         stop[i],
                         near[i]},
-                       lengths[i], inv_lengths[i], here));
+                       lengths[i], inv_lengths[i], frame_copy));
   }
 
-  /// Of sixteen rays, a point or direction each.
+  /// Load a point or a direction of each ray of the packet at `first`.
   [[gnu::always_inline]] void load_points(std::span<const Vec3> points, int first, float (&to)[3][kGroupSize]) const {
     if (contiguous_fours[first / kSimdWidth]) {
       const float* fours[4];
@@ -77,7 +79,7 @@ struct alignas(64) RayGroup {
       for (int k = 0; k < 3; ++k) to[k][i] = points[id[i]][k];
   }
 
-  /// What each ray has of something that all may share.
+  /// Load one value per ray; `values` may hold one for all.
   void broadcast_or_gather(std::span<const float> values, int n_lanes, float* to) const {
     if (values.size() == 1)
       std::fill_n(to, n_lanes, values[0]);
@@ -85,6 +87,7 @@ struct alignas(64) RayGroup {
       for (int i = 0; i < n_lanes; ++i) to[i] = values[id[i]];
   }
 
+  /// Write a ray to lane i.
   [[gnu::always_inline]] void store(int i, const Ray& ray) {
     for (int k = 0; k < 3; ++k) {
       o[k][i] = ray.o[k];
@@ -103,35 +106,35 @@ struct alignas(64) RayGroup {
     inv_length[i] = ray.inv_length;
   }
 
-  /// Take over sixteen rays of others: what the exact test reads, margins and numbers, and, if it will be asked
-  /// where they hit, the rest: how the caller counts t.
+  /// Copy a packet of another group: ids, tie tolerances, and what the exact test reads. `with_rest` also copies what
+  /// converts t to units of the caller's rays.
   template <bool with_rest>
   void copy(int to, const RayGroup& from, int first) {
-    const auto sixteen = [=](const auto& theirs, auto& mine) {
-      std::memcpy(mine + to, theirs + first,
-                  kSimdWidth * sizeof *mine);  // in place; to copy what may overlap is a call
+    const auto copy_packet = [=](const auto& theirs, auto& mine) {
+      // memcpy is inlined; std::copy, which allows overlap, would be a call.
+      std::memcpy(mine + to, theirs + first, kSimdWidth * sizeof *mine);
     };
     for (int k = 0; k < 3; ++k) {
-      sixteen(from.o[k], o[k]);
-      sixteen(from.u[k], u[k]);
-      sixteen(from.v[k], v[k]);
-      sixteen(from.r[k], r[k]);
+      copy_packet(from.o[k], o[k]);
+      copy_packet(from.u[k], u[k]);
+      copy_packet(from.v[k], v[k]);
+      copy_packet(from.r[k], r[k]);
     }
-    sixteen(from.t_min, t_min);
-    sixteen(from.t_max, t_max);
-    sixteen(from.radius2, radius2);
-    sixteen(from.tie_tolerance, tie_tolerance);
-    sixteen(from.id, id);
+    copy_packet(from.t_min, t_min);
+    copy_packet(from.t_max, t_max);
+    copy_packet(from.radius2, radius2);
+    copy_packet(from.tie_tolerance, tie_tolerance);
+    copy_packet(from.id, id);
     contiguous_fours[to / kSimdWidth] = from.contiguous_fours[first / kSimdWidth];
     if (!with_rest) return;
-    sixteen(from.t_min_ray, t_min_ray);
-    sixteen(from.t_max_ray, t_max_ray);
-    sixteen(from.t0, t0);
-    sixteen(from.inv_length, inv_length);
+    copy_packet(from.t_min_ray, t_min_ray);
+    copy_packet(from.t_max_ray, t_max_ray);
+    copy_packet(from.t0, t0);
+    copy_packet(from.inv_length, inv_length);
     inv_scale = from.inv_scale;
   }
 
-  /// t as the caller counts it.
+  /// t in units of the caller's ray, for the ray in lane i.
   float t_ray(int i, float t) const {
     return to_ray_t(t, t_min[i], t_max[i], t_min_ray[i], t_max_ray[i], t0[i], inv_scale, inv_length[i]);
   }

@@ -1,8 +1,8 @@
-// In which order the rays of a batch are taken: in groups of up to 64 that are likely to run alike.
+// Divides the rays of a batch into groups of up to 64 that are likely to be coherent.
 //
-// Rays of a picture come row by row; eight pixels of eight rows lie limit_changed together than 64 of one row. The
-// length of a row is seen in the rays themselves: the ray below the first one differs from it as little as its
-// neighbour does.
+// Rays of a picture come row by row; a tile of 8 × 8 pixels is more coherent than 64 pixels of one row. The length of a
+// row is detected from the rays: the ray below the first one differs from it as little as its neighbour in the row
+// does.
 #pragma once
 
 #include "../../rays/ray_batch.hpp"
@@ -10,6 +10,7 @@
 
 namespace fastlines {
 
+/// Tiles of 8 × 8 rays if the batch is a picture, otherwise runs of 64.
 class RayTiling {
  public:
   explicit RayTiling(const RayBatch& rays) : n_rays_(rays.size()), row_(row_length(rays)) {
@@ -17,7 +18,8 @@ class RayTiling {
       n_groups_ = (n_rays_ + kGroupSize - 1) / kGroupSize;
       return;
     }
-    for (std::size_t i = 0; i < kGroupSize; ++i) beside_[i] = std::uint32_t(down(i / 4) * row_ + across(i / 4) + i % 4);
+    for (std::size_t i = 0; i < kGroupSize; ++i)
+      tile_ids_[i] = std::uint32_t(down(i / 4) * row_ + across(i / 4) + i % 4);
     n_rows_ = (n_rays_ + row_ - 1) / row_;
     tiles_across_ = (row_ + kSide - 1) / kSide;
     n_groups_ = tiles_across_ * ((n_rows_ + kSide - 1) / kSide);
@@ -25,14 +27,14 @@ class RayTiling {
 
   std::size_t n_groups() const { return n_groups_; }
 
-  /// At least so many rays, from the first one on, are in the first groups.
+  /// A lower bound: the first `n_groups` groups contain at least this many of the first rays.
   std::size_t n_rays_in(std::size_t n_groups) const {
     return row_ == 0 ? std::min(n_groups * kGroupSize, n_rays_)
                      : std::min(n_groups / tiles_across_ * kSide * row_, n_rays_);
   }
 
-  /// The rays of a group, in place: at most 64; four tiles of four by four where the group is whole. Beside a last row
-  /// that ends early there can be none.
+  /// Write the ids of a group's rays, and return their number, at most 64. A whole group is four tiles of 4 × 4. A
+  /// group can be empty if the last row ends early.
   int group(std::size_t index, std::uint32_t* ids) const {
     int n = 0;
     if (row_ == 0) {
@@ -42,7 +44,7 @@ class RayTiling {
     }
     const std::size_t left = index % tiles_across_ * kSide, top = index / tiles_across_ * kSide;
     if (left + kSide <= row_ && (top + kSide) * row_ <= n_rays_) {
-      for (; n < kGroupSize; ++n) ids[n] = std::uint32_t(top * row_ + left) + beside_[n];
+      for (; n < kGroupSize; ++n) ids[n] = std::uint32_t(top * row_ + left) + tile_ids_[n];
       return n;
     }
     for (std::size_t y = 0; y < kGroupSize / 4; ++y) {
@@ -57,34 +59,34 @@ class RayTiling {
  private:
   static constexpr std::size_t kSide = 8;
 
-  /// Where in a group its yth four rays lie, those of a tile after each other.
+  /// The row and the column, in a group, of its y-th run of four rays. The runs of a tile are consecutive.
   static std::size_t down(std::size_t y) { return (y & 3) + (y >> 3) * 4; }
   static std::size_t across(std::size_t y) { return y & 4; }
 
-  /// How different two rays are. Euclidean, so that the ray right below is nearer than those beside it.
+  /// The difference of two rays. Euclidean, so that the ray directly below is closer than its neighbours.
   static float step(const RayBatch& rays, std::size_t i, std::size_t j) {
     const Vec3 o = rays.origins[i] - rays.origins[j], d = rays.directions[i] - rays.directions[j];
     return std::sqrt(dot(o, o)) + std::sqrt(dot(d, d));
   }
-  /// Whether they differ by more than `far`, found without roots as a rule.
+  /// Whether two rays differ by more than `far`; usually needs no square root.
   static bool is_beyond(const RayBatch& rays, std::size_t i, std::size_t j, float far) {
     const Vec3 o = rays.origins[i] - rays.origins[j], d = rays.directions[i] - rays.directions[j];
     return std::max(dot(o, o), dot(d, d)) > far * far || step(rays, i, j) > far;
   }
 
-  /// The length of a row of pixels, or 0 if the rays look like no picture.
+  /// The length of a row of pixels, or 0 if the rays do not look like a picture.
   static std::size_t row_length(const RayBatch& rays) {
-    constexpr std::size_t kLook = 16, kLongest = 1 << 15;
-    if (rays.size() < 4 * kLook) return 0;
-    float steps[kLook];
-    for (std::size_t i = 0; i < kLook; ++i) steps[i] = step(rays, i, i + 1);
-    std::nth_element(steps, steps + kLook / 2, steps + kLook);
-    const float pixel = steps[kLook / 2], near = 4.0f * pixel;
-    if (!(step(rays, 0, kLook) > 8.0f * pixel)) return 0;  // the first rays are no row: they go nowhere
-    const std::size_t longest = std::min(rays.size() / 2, kLongest);
-    for (std::size_t row = kLook; row <= longest; ++row) {
+    constexpr std::size_t kSampleRays = 16, kMaxRow = 1 << 15;
+    if (rays.size() < 4 * kSampleRays) return 0;
+    float steps[kSampleRays];
+    for (std::size_t i = 0; i < kSampleRays; ++i) steps[i] = step(rays, i, i + 1);
+    std::nth_element(steps, steps + kSampleRays / 2, steps + kSampleRays);
+    const float pixel = steps[kSampleRays / 2], near = 4.0f * pixel;
+    if (!(step(rays, 0, kSampleRays) > 8.0f * pixel)) return 0;  // the first rays do not advance: no row
+    const std::size_t longest = std::min(rays.size() / 2, kMaxRow);
+    for (std::size_t row = kSampleRays; row <= longest; ++row) {
       if (is_beyond(rays, 0, row, near)) continue;
-      // Some pixels further the ray is right below, if this is a picture.
+      // In a picture, the ray directly below follows within a few pixels.
       std::size_t best = row;
       for (std::size_t i = row; i <= std::min(row + 8, longest); ++i)
         if (step(rays, 0, i) < step(rays, 0, best)) best = i;
@@ -94,7 +96,7 @@ class RayTiling {
   }
 
   std::size_t n_rays_, row_, n_rows_ = 0, tiles_across_ = 0, n_groups_ = 0;
-  std::uint32_t beside_[kGroupSize];  // the rays of a whole group, counted from the first
+  std::uint32_t tile_ids_[kGroupSize];  // ids of a whole group, relative to its first
 };
 
 }  // namespace fastlines

@@ -1,4 +1,4 @@
-// Rays of a group as the exact test reads them: one, a packet of 16, or 16 of any, each loaded when it is read.
+// Views of the rays of a group as the exact test reads them: one ray, a packet of 16, or any 16 by index.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace fastlines {
 
-/// What the exact test reads of a ray, or of 16: an origin, a basis u, v, r, bounds on t, and the squared radius.
+/// What the exact test reads of a ray, or of 16: the origin, the basis u, v, r, bounds on t, and the squared radius.
 template <class R, class N>
 concept RayView = requires(const R& ray, int k) {
   { ray.o[k] } -> std::convertible_to<N>;
@@ -20,7 +20,7 @@ concept RayView = requires(const R& ray, int k) {
   { ray.radius2 } -> std::convertible_to<N>;
 };
 
-/// One ray as the exact test sees it.
+/// The ray in one lane.
 struct LaneView {
   struct Vector {
     const float (*at)[kGroupSize];
@@ -40,7 +40,7 @@ struct LaneView {
         radius2(lanes.radius2[i]) {}
 };
 
-/// Sixteen rays as the exact test sees them: what it reads is loaded when it reads it.
+/// The packet at `first`. Values are loaded when they are read.
 struct PacketView {
   struct Number {
     const float* at;
@@ -65,8 +65,8 @@ struct PacketView {
 };
 static_assert(RayView<LaneView, float> && RayView<PacketView, FloatX16>);
 
-/// Sixteen of N rays, 16 or all, each as often as it is wanted: those with these indices. F is FloatX16: named, so that
-/// more than sixteen are looked up only where the instruction set can.
+/// 16 of N rays by index, repeats allowed; N is 16 or kGroupSize. F is FloatX16, a template parameter so that a table
+/// of more than 16 is instantiated only where the instruction set can permute it.
 template <class F, int N = kSimdWidth>
 struct PermutedRays {
   struct Number {
@@ -82,7 +82,7 @@ struct PermutedRays {
   Vector o, u, v, r;
   Number t_min, t_max, radius2, tie_tolerance;
 
-  /// Of lanes [first, first + N).
+  /// The rays in lanes first + index[i], index[i] < N.
   PermutedRays(const RayGroup& rays, int first, const std::uint32_t* index)
       : o(of(rays.o, first, index)),
         u(of(rays.u, first, index)),
@@ -99,13 +99,13 @@ struct PermutedRays {
   }
 };
 
-/// What the exact test reads of a ray, and its tie_tolerance, in fours, as it is turned: o and t_min, u and t_max, v
-/// and radius², r and tie_tolerance.
+/// What the exact test reads of a ray, and its tie tolerance, in groups of four floats for a 16×4 transpose: o and
+/// t_min, u and t_max, v and radius², r and tie_tolerance.
 struct alignas(64) RayRecord {
   float numbers[16];
 };
 
-/// Sixteen rays with these indices, from their rows.
+/// 16 rays by index, repeats allowed, transposed from their records.
 template <class F>
 struct TransposedRays {
   F o[3], t_min, u[3], t_max, v[3], radius2, r[3], tie_tolerance;
