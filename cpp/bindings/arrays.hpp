@@ -1,4 +1,4 @@
-// NumPy arrays in and out. Python has checked shapes, dtypes and values; here they are plain data.
+// NumPy arrays as arguments and results. Python has checked their shapes, dtypes and values.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -19,13 +19,13 @@ using Input = nanobind::ndarray<const Scalar, nanobind::c_contig, nanobind::devi
 template <class Scalar>
 using Output = nanobind::ndarray<nanobind::numpy, Scalar>;
 
-/// The rows of an array as structs of the same bytes.
+/// The rows of an array, viewed as structs.
 template <class Row, class Scalar>
 std::span<const Row> rows(const Input<Scalar>& array) {
   return {reinterpret_cast<const Row*>(array.data()), array.size() * sizeof(Scalar) / sizeof(Row)};
 }
 
-/// An array of `n` rows of `width` numbers that owns its memory; width 0 gives one dimension.
+/// An uninitialised array of n rows of `width` numbers that owns its memory; width 0 makes it one-dimensional.
 template <class Scalar>
 Output<Scalar> make_array(std::size_t n, std::size_t width = 0) {
   void* const data = PagePool::allocate(n * std::max<std::size_t>(1, width) * sizeof(Scalar));
@@ -34,14 +34,15 @@ Output<Scalar> make_array(std::size_t n, std::size_t width = 0) {
   return Output<Scalar>(static_cast<Scalar*>(data), width ? 2 : 1, shape, owner);
 }
 
-/// An array that takes over a vector in `Memory`: structs become rows of numbers, numbers stay as they are.
+/// An array that takes over a LargeVector or Buffer without a copy. Structs become rows of numbers; a vector of numbers
+/// becomes a one-dimensional array.
 template <class Scalar, class Vector>
 Output<Scalar> adopt(Vector&& from) {
   using Row = typename Vector::value_type;
   static_assert(!std::is_lvalue_reference_v<Vector> && sizeof(Row) % sizeof(Scalar) == 0);
-  auto kept = std::make_unique<Vector>(std::move(from));
-  nanobind::capsule owner(kept.get(), [](void* vector) noexcept { delete static_cast<Vector*>(vector); });
-  Vector& rows = *kept.release();
+  auto moved = std::make_unique<Vector>(std::move(from));
+  nanobind::capsule owner(moved.get(), [](void* vector) noexcept { delete static_cast<Vector*>(vector); });
+  Vector& rows = *moved.release();
   if (rows.data()) PagePool::use_first(rows.data(), rows.size() * sizeof(Row));
   const std::size_t shape[] = {rows.size(), sizeof(Row) / sizeof(Scalar)};
   return Output<Scalar>(reinterpret_cast<Scalar*>(rows.data()), sizeof(Row) == sizeof(Scalar) ? 1 : 2, shape, owner);

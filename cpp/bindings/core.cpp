@@ -1,5 +1,5 @@
-// The Python module fastlines._core: the C++ core, and the types that the engine modules take. All checks of arguments
-// and all defaults are in Python.
+// The Python module fastlines._core: the C++ core, and the types of the arguments of the engine modules. Python checks
+// all arguments and has all defaults.
 #include "core.hpp"
 
 #include "layout.hpp"
@@ -8,7 +8,7 @@
 namespace fastlines {
 namespace {
 
-/// The widest instruction set of this machine that there is a module for.
+/// The name of the widest instruction set that this processor has and that an engine module can be compiled for.
 const char* best_simd() {
 #if defined(__x86_64__) || defined(__i386__)
   const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&

@@ -1,4 +1,4 @@
-// The parts of the module fastlines._core, each bound by a source of its own, so that they compile at the same time.
+// The parts of the module fastlines._core. Each is bound by its own source file, so that they compile in parallel.
 #pragma once
 
 #include <nanobind/nanobind.h>

@@ -1,4 +1,4 @@
-// Checks of trees: what queries rely on, the axioms of the theory; and the cost.
+// Checks of a tree (what queries rely on, and the axioms of the theory), and its cost.
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
@@ -17,16 +17,16 @@ namespace fastlines {
 namespace {
 
 /// The first violation, if there is one: node, axiom and detail.
-using Broken = std::optional<std::tuple<std::size_t, std::string, std::string>>;
+using ViolationTuple = std::optional<std::tuple<std::size_t, std::string, std::string>>;
 
-Broken broken(const std::optional<Violation>& found) {
+ViolationTuple tuple_of(const std::optional<Violation>& found) {
   if (!found) return {};
   return std::make_tuple(found->node, found->axiom, found->detail);
 }
 
-/// Check what a search relies on.
-Broken check(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes, Input<std::uint32_t> refs,
-             const std::string& boxes) {
+/// Checks what queries rely on.
+ViolationTuple check(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes, Input<std::uint32_t> refs,
+                     const std::string& boxes) {
   std::optional<Violation> found;
   const auto all_nodes = rows<Node>(nodes);
   const auto all_refs = rows<Reference>(refs);
@@ -35,12 +35,12 @@ Broken check(const std::string& kind, Input<float> data, Input<std::uint32_t> no
     with_primitives(kind, data,
                     [&](const auto& prims) { found = check_usable(prims, all_nodes, all_refs, rule, watched); });
   });
-  return broken(found);
+  return tuple_of(found);
 }
 
-/// Check all axioms; with `pieces`, those of a tree that was changed after its build.
-Broken validate_tree(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes, Input<std::uint32_t> refs,
-                     const std::string& boxes, bool pieces) {
+/// Checks all axioms; with `pieces`, those of a tree that was changed after its build.
+ViolationTuple validate_tree(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes,
+                             Input<std::uint32_t> refs, const std::string& boxes, bool pieces) {
   std::optional<Violation> found;
   const BoxRule rule = box_rule(boxes);
   watch(
@@ -53,7 +53,7 @@ Broken validate_tree(const std::string& kind, Input<float> data, Input<std::uint
           });
       },
       nb::none());
-  return broken(found);
+  return tuple_of(found);
 }
 
 double cost(Input<std::uint32_t> nodes, double c_trav, double c_prim) {

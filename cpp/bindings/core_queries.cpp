@@ -1,4 +1,4 @@
-// Queries through a tree as it was built, by its boxes or its planes, and by a test of every segment.
+// Queries on the binary tree, by its boxes or its planes, and by brute force.
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
@@ -21,7 +21,7 @@ using namespace nb::literals;
 namespace fastlines {
 namespace {
 
-/// What Python keeps of a search: it owns references to the arrays that the search points into.
+/// A search over a binary tree, or by brute force, as Python keeps it. It keeps the arrays alive that the search reads.
 class BinaryView {
  public:
   static BinaryView of_boxes(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes,
@@ -42,7 +42,7 @@ class BinaryView {
     return {std::visit(search, ray_primitives(kind, data)), data, {nodes, refs}};
   }
 
-  /// Without a tree every primitive is tested.
+  /// Brute force: tests every primitive.
   static BinaryView of_primitives(const std::string& kind, Input<float> data) {
     const auto search = []<class P>(const P& prims) -> Search {
       const Box box = bounds_of_all(prims);
@@ -51,7 +51,7 @@ class BinaryView {
     return {std::visit(search, ray_primitives(kind, data)), data, {}};
   }
 
-  /// Call run(search, progress), watched for Ctrl-C if so many rays may take long.
+  /// Calls run(search, progress); watches for Ctrl-C if n_rays may take long.
   template <class Run>
   void with_search(std::size_t n_rays, const nb::object& progress, Run&& run) const {
     std::visit(
@@ -63,7 +63,7 @@ class BinaryView {
   }
 
  private:
-  /// The three searches over each kind of primitive that takes the fast path.
+  /// The variant of the three searches over each kind of RayPrimitives.
   template <class>
   struct Searches;
   template <class... P>
@@ -72,12 +72,12 @@ class BinaryView {
   };
   using Search = Searches<RayPrimitives>::Any;
 
-  BinaryView(Search search, Input<float> data, std::vector<Input<std::uint32_t>> words)
-      : search_(std::move(search)), data_(std::move(data)), words_(std::move(words)) {}
+  BinaryView(Search search, Input<float> data, std::vector<Input<std::uint32_t>> tree)
+      : search_(std::move(search)), data_(std::move(data)), tree_(std::move(tree)) {}
 
   Search search_;
   Input<float> data_;
-  std::vector<Input<std::uint32_t>> words_;
+  std::vector<Input<std::uint32_t>> tree_;  // nodes and references
 };
 
 std::size_t n_rays(const RayArrays& rays) { return batch_of(rays).size(); }
@@ -107,7 +107,7 @@ Output<std::int64_t> count(const BinaryView& tree, RayArrays rays, unsigned n_th
   return counts;
 }
 
-/// All hits of each ray, or its k nearest.
+/// All hits of each ray, or its k nearest if k is given.
 ListTuple list(const BinaryView& tree, RayArrays rays, bool surface, std::optional<std::size_t> k, unsigned n_threads,
                nb::object progress) {
   std::optional<HitAssembler> lists;

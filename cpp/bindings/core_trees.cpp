@@ -1,4 +1,4 @@
-// Trees: builds over what is not segments (those are in the engine modules), reinsertion, planes.
+// Builds over triangles and boxes, reinsertion, and the planes of a KD tree. The engine modules build over segments.
 #include <nanobind/stl/string.h>
 
 #include "core.hpp"
@@ -19,7 +19,7 @@ BuiltTree build(const std::string& kind, Input<float> data, const Settings& sett
   throw std::invalid_argument("the core builds no trees over " + kind);
 }
 
-/// The tree after moves of its subtrees, and how many of them were too deep.
+/// The tree after reinsertion, and the number of moves that were dropped because they would have been too deep.
 std::tuple<WordRows, WordRows, std::size_t> reinsert(Input<std::uint32_t> nodes, Input<std::uint32_t> refs, int rounds,
                                                      std::size_t max_depth, double radius_hint, unsigned n_threads,
                                                      nb::object progress) {
@@ -36,7 +36,7 @@ std::tuple<WordRows, WordRows, std::size_t> reinsert(Input<std::uint32_t> nodes,
   return {adopt<std::uint32_t>(std::move(tree.nodes)), adopt<std::uint32_t>(std::move(tree.refs)), n_too_deep};
 }
 
-/// A KD tree as its planes, the primitive of each reference, and its depth.
+/// A KD tree as plane nodes, the primitive of each reference, and the depth.
 std::tuple<WordRows, WordRows, std::uint32_t> planes(Input<std::uint32_t> nodes, Input<std::uint32_t> refs) {
   PlaneTree tree;
   watch([&](Progress& watched) { tree = PlaneTreeWriter(rows<Node>(nodes), rows<Reference>(refs))(watched); },

@@ -1,4 +1,4 @@
-// Trees over segments: builds and refits.
+// Builds and refits of trees over segments.
 #include <nanobind/stl/string.h>
 
 #include "engine.hpp"
@@ -17,7 +17,7 @@ BuiltTree build(const std::string& kind, Input<float> data, const Settings& sett
                     ray_primitives(kind, data));
 }
 
-/// The nodes of a tree over segments that have moved.
+/// The nodes of a tree, refitted to segments that have moved.
 Output<std::uint32_t> refit_tree(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes,
                                  Input<std::uint32_t> refs, unsigned n_threads, nb::object progress) {
   const auto from = rows<Node>(nodes);

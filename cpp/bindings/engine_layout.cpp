@@ -1,4 +1,4 @@
-// Wide layouts: made from a tree, and refitted to segments that have moved.
+// Builds wide layouts from a tree, and refits them to segments that have moved.
 #include "engine.hpp"
 #include "fastlines/layout/collapse.hpp"
 #include "layout.hpp"
@@ -10,10 +10,10 @@ using namespace nb::literals;
 namespace fastlines {
 namespace {
 
-/// Rows of 128 bytes.
+/// Wide nodes or leaves as rows of 128 bytes.
 using BlockRows = Output<std::uint8_t>;
 
-/// A layout of a tree: nodes, leaves, references, the mean extent of a leaf.
+/// The layout of a tree: nodes, leaves, references, and the mean extent of a leaf.
 std::tuple<BlockRows, BlockRows, WordRows, float> build_layout(const std::string& kind, Input<float> data,
                                                                Input<std::uint32_t> nodes, Input<std::uint32_t> refs,
                                                                double radius_hint, unsigned n_threads,
@@ -34,7 +34,7 @@ std::tuple<BlockRows, BlockRows, WordRows, float> build_layout(const std::string
           adopt<std::uint32_t>(std::move(wide.refs)), wide.mean_extent};
 }
 
-/// The nodes and leaves of a layout over segments that have moved, and the mean extent of its leaves.
+/// The nodes and leaves of a layout, refitted to segments that have moved, and the mean extent of a leaf.
 std::tuple<BlockRows, BlockRows, float> refit_layout(const LayoutView& layout, unsigned n_threads,
                                                      nb::object progress) {
   auto nodes = make_array<std::uint8_t>(layout.nodes.size(), sizeof(WideNode));

@@ -37,7 +37,7 @@ Output<std::int64_t> count(const LayoutView& layout, RayArrays rays, int kernel,
   return counts;
 }
 
-/// All hits of each ray, or its k nearest.
+/// All hits of each ray, or its k nearest if k is given.
 ListTuple list(const LayoutView& layout, RayArrays rays, bool surface, std::optional<std::size_t> k, int kernel,
                unsigned n_threads, nb::object progress) {
   const BatchQuery query(layout, rays, kernel, n_threads, progress);
@@ -48,7 +48,7 @@ ListTuple list(const LayoutView& layout, RayArrays rays, bool surface, std::opti
   return surface ? list_at.template operator()<At::surface>() : list_at.template operator()<At::closest>();
 }
 
-/// A quick check: `false` means that Python has to find out which rays are invalid, if any.
+/// A quick check of all rays. After `false`, Python has to find out which rays are invalid, if any.
 bool check_rays(RayArrays rays, float largest_radius, float farthest, unsigned n_threads) {
   const WithoutGil without_gil;
   return rays_are_valid(batch_of(rays), largest_radius, farthest, n_threads);

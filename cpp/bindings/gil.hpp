@@ -1,9 +1,10 @@
-// The GIL, released for long work and acquired again.
+// Releases the GIL for long work and acquires it again.
 //
-// While Python ends, a daemon thread that takes the GIL does not come back. From Python 3.14 on it sleeps until the
-// process is over. Before that, Python calls pthread_exit. With glibc this unwinds the stack, and every function of
-// nanobind is noexcept: the process is aborted. Elsewhere the stack is gone while a worker still uses what is on it.
-// Here such a thread sleeps whatever the version. So what it holds, the arrays of a query among them, stays alive.
+// While Python shuts down, a daemon thread that acquires the GIL never returns. From Python 3.14 on, the thread sleeps
+// until the process ends. Before that, Python calls pthread_exit. With glibc, pthread_exit unwinds the stack; since
+// every function of nanobind is noexcept, this aborts the process. Elsewhere the stack vanishes while a worker still
+// uses it. Here such a thread sleeps for ever with every version, so that all it holds, such as the arrays of a query,
+// stays alive.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -21,8 +22,8 @@ inline void sleep_for_ever(void*) {
   for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
 }
 
-/// Call something that may acquire the GIL and does not throw; a thread that Python ends in there sleeps for ever. Not
-/// inlined: in a noexcept function, compilers may leave out the cleanup on unwinding.
+/// Makes a call that may acquire the GIL and does not throw. If Python ends the thread during the call, the thread
+/// sleeps for ever. Not inlined: in a noexcept function, compilers may omit the cleanup on unwinding.
 template <class Call>
 [[gnu::noinline]] void outlast_python(Call&& call) {
 #if __has_include(<pthread.h>)
@@ -44,7 +45,7 @@ class WithoutGil {
   WithoutGil(const WithoutGil&) = delete;
   WithoutGil& operator=(const WithoutGil&) = delete;
 
-  /// Acquire the GIL for one call, which may run Python.
+  /// Acquires the GIL for one call, which may run Python.
   template <class Call>
   void with_gil(Call&& call) {
     outlast_python([&] {

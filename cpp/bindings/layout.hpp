@@ -1,4 +1,4 @@
-// A wide layout and its segments as Python keeps them: checked once, then read by every query.
+// A wide layout and its primitives as Python keeps them: checked once, then read by every query.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -17,7 +17,7 @@ inline Box box_of(const std::array<float, 6>& corners) {
   return {{corners[0], corners[1], corners[2]}, {corners[3], corners[4], corners[5]}};
 }
 
-/// Keeps the arrays alive that its spans and its primitives point into.
+/// A wide layout and its primitives. It keeps the arrays alive that its spans and primitives point into.
 class LayoutView {
  public:
   LayoutView(const std::string& kind, Input<float> data, Input<std::uint8_t> nodes_, Input<std::uint8_t> leaves_,
@@ -32,7 +32,7 @@ class LayoutView {
         arrays_{std::move(data), std::move(refs_)},
         blocks_{std::move(nodes_), std::move(leaves_)} {}
 
-  /// Call use(view) with what the kernels read, for the kind of primitive that this is.
+  /// Calls use(view) with the WideBvhView of the kind of primitive at hand.
   template <class Use>
   auto with_view(Use&& use) const {
     return std::visit(

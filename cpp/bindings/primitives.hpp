@@ -1,4 +1,4 @@
-// Primitives of a kind that is known at run time only.
+// Sets of primitives whose kind is only known at run time.
 #pragma once
 
 #include <optional>
@@ -14,10 +14,10 @@
 
 namespace fastlines {
 
-/// The primitives that the engines are compiled for: each takes the fast path. Another one is an entry here.
+/// The primitives that the engines are compiled for, the fast path. To compile them for another one, add it here.
 using RayPrimitives = std::variant<Segments>;
 
-/// The set of primitives of a kind, if it takes the fast path. Its data stay in the array.
+/// The set of primitives of a kind, if the engines are compiled for it. The set points into `data`.
 inline std::optional<RayPrimitives> find_ray_primitives(const std::string& kind, const Input<float>& data) {
   std::optional<RayPrimitives> found;
   [&]<class... P>(std::type_identity<std::variant<P...>>) {
@@ -31,7 +31,7 @@ inline RayPrimitives ray_primitives(const std::string& kind, const Input<float>&
   throw std::invalid_argument("the engines are not compiled for this kind of primitive: " + kind);
 }
 
-/// Call use(prims) with the set of primitives of any kind.
+/// Calls use(prims) with the set of primitives of any kind.
 template <class Use>
 auto with_primitives(const std::string& kind, const Input<float>& data, Use&& use) {
   if (const auto found = find_ray_primitives(kind, data)) return std::visit(use, *found);

@@ -1,4 +1,4 @@
-// What all queries on the wide layout have in common.
+// A batch of rays on a wide layout: what all queries share.
 #pragma once
 
 #include "fastlines/kernels/run/run_batch.hpp"
@@ -8,7 +8,7 @@
 
 namespace fastlines {
 
-/// A batch of rays for a layout. One that is over soon is not watched for Ctrl-C and takes one thread.
+/// A batch of rays for a layout. A short batch runs on one thread and is not watched for Ctrl-C.
 class BatchQuery {
  public:
   BatchQuery(const LayoutView& layout, const RayArrays& rays, int kernel, unsigned n_threads, nanobind::object progress)
@@ -21,7 +21,7 @@ class BatchQuery {
 
   const RayBatch rays;
 
-  /// Run the query make(view), whose answers go straight to their places.
+  /// Runs the query make(view), which stores its answers in place.
   template <class Make>
   void run(Make&& make) const {
     layout_.with_view([&](const auto& view) {
@@ -30,7 +30,7 @@ class BatchQuery {
     });
   }
 
-  /// Run the query make(view), which lists hits.
+  /// Runs the query make(view), which lists hits, and returns the lists.
   template <At at, class Make>
   ListTuple list(Make&& make) const {
     std::optional<HitAssembler> lists;

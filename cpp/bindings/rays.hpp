@@ -1,4 +1,4 @@
-// Rays and hits as Python has them.
+// Rays and hits as tuples of NumPy arrays.
 #pragma once
 
 #include <nanobind/stl/optional.h>
@@ -20,14 +20,14 @@ inline RayBatch batch_of(const RayArrays& rays) {
   return {rows<Vec3>(origins), rows<Vec3>(directions), rows<float>(radius), rows<float>(t_min), rows<float>(t_max)};
 }
 
-/// Columns of hits in Python: t, prim, u, distance, and t_out for hits on surfaces.
+/// Columns of hits: t, prim, u, distance, and t_out for hits at the surface.
 using HitTuple =
     std::tuple<Output<float>, Output<std::int64_t>, Output<float>, Output<float>, std::optional<Output<float>>>;
 
-/// Offsets and columns.
+/// Lists of hits: offsets and columns. The hits of ray i are offsets[i] … offsets[i + 1].
 using ListTuple = std::tuple<Output<std::int64_t>, HitTuple>;
 
-/// The memory of `HitTuple`, for hits that go straight to their places.
+/// Allocates the columns of a HitTuple, one hit per ray, for queries that store hits in place.
 class HitArrays {
  public:
   HitArrays(std::size_t n, bool surface)
@@ -50,7 +50,7 @@ class HitArrays {
   Output<std::int64_t> prim_;
 };
 
-/// Lists of hits as arrays: the offsets, then the columns.
+/// The lists as arrays, which take over their memory.
 inline ListTuple arrays_of(HitAssembler& lists) {
   LargeVector<std::int64_t> offsets = lists.offsets();
   const auto n_hits = std::size_t(offsets.back());

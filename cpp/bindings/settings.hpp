@@ -1,4 +1,4 @@
-// Settings of a build, filled by keyword.
+// The settings of a build as Python classes, with keyword arguments. Defaults are in Python.
 #pragma once
 
 #include <nanobind/nanobind.h>

@@ -1,4 +1,4 @@
-// Trees as arrays, and the build that makes one.
+// Trees as arrays, and builds that return them.
 #pragma once
 
 #include <nanobind/stl/tuple.h>
@@ -13,7 +13,7 @@ namespace fastlines {
 using WordRows = Output<std::uint32_t>;
 
 /// Nodes, references, the number of nodes at which each limit took effect (depth, references, references of a leaf),
-/// and the number of candidates that a deep search evaluated and carried out.
+/// and the number of candidates that a search with lookahead evaluated and carried out.
 using BuiltTree = std::tuple<WordRows, WordRows, std::tuple<std::size_t, std::size_t, std::size_t>,
                              std::tuple<std::size_t, std::size_t>>;
 
@@ -38,7 +38,7 @@ BuiltTree build_tree(const P& prims, Settings settings, const nanobind::object& 
           {searched.candidates, searched.carried_out}};
 }
 
-/// A longer pass over nodes or references is watched for Ctrl-C.
+/// A pass over more nodes or references than this is watched for Ctrl-C.
 constexpr std::size_t kLongPass = 1'000'000;
 
 }  // namespace fastlines

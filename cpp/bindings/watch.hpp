@@ -1,5 +1,5 @@
-// Long calls: the work runs on a thread of its own without the GIL, while the calling thread polls it, reports progress
-// to Python, and stops it on Ctrl-C or when the progress callback raises.
+// Runs long calls on a worker thread without the GIL. The calling thread polls the worker, reports progress to Python,
+// and stops the worker on Ctrl-C or when the progress callback raises.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -17,6 +17,7 @@
 
 namespace fastlines {
 
+/// Calls job(progress) on a worker thread. `callback` is None or takes the fraction done, every 50 ms.
 template <class Job>
 void watch(Job&& job, nanobind::object callback) {
   Progress progress;
@@ -37,7 +38,7 @@ void watch(Job&& job, nanobind::object callback) {
       done.notify_one();
     });
   } catch (const std::system_error&) {
-    // The system gives no thread: do the work here, unwatched.
+    // The system refuses a thread: do the work here, unwatched.
     const WithoutGil without_gil;
     return job(progress);
   }
@@ -45,10 +46,10 @@ void watch(Job&& job, nanobind::object callback) {
     WithoutGil without_gil;
     std::unique_lock lock(mutex);
     double shown = 0.0;
-    const auto look_in = [&] {
+    const auto poll = [&] {
       bool stop = PyErr_CheckSignals() != 0;
       if (!stop && !callback.is_none()) {
-        // Threads report their shares in any order, and rounding may bring their sum past one.
+        // Threads report their shares in any order, and rounding may raise their sum above 1.
         shown = std::clamp(progress.done.load(), shown, 1.0);
         PyObject* result = PyObject_CallFunction(callback.ptr(), "d", shown);
         stop = result == nullptr;
@@ -57,7 +58,7 @@ void watch(Job&& job, nanobind::object callback) {
       if (stop) progress.cancel.store(true);
     };
     while (!done.wait_for(lock, std::chrono::milliseconds(50), [&] { return finished; }))
-      if (!progress.cancel.load()) without_gil.with_gil(look_in);
+      if (!progress.cancel.load()) without_gil.with_gil(poll);
     lock.unlock();
     worker.join();
   }
@@ -65,12 +66,10 @@ void watch(Job&& job, nanobind::object callback) {
   if (error) std::rethrow_exception(error);
 }
 
-/// Whether a call may take long enough for Ctrl-C: many rays, or many primitives for each.
-inline bool may_be_long(std::size_t n_rays, std::size_t n_things) {
-  return n_rays > 256 || n_rays * n_things > 10'000'000;
-}
+/// Whether a query may take long enough to watch for Ctrl-C: many rays, or many pairs of a ray and a reference.
+inline bool may_be_long(std::size_t n_rays, std::size_t n_refs) { return n_rays > 256 || n_rays * n_refs > 10'000'000; }
 
-/// Short work runs at once on the calling thread.
+/// Calls job(progress), watched if it is long; short work runs on the calling thread.
 template <class Job>
 void watch_if(bool is_long, const nanobind::object& callback, Job&& job) {
   if (is_long) return watch(job, callback);
