@@ -1,11 +1,11 @@
-# The instruction sets that an engine is compiled for, and the flags of each: `simd_sets`, and `simd_NAME` for each name.
+# The instruction sets that engines are compiled for (`simd_sets`) and the flags of each (`simd_NAME`).
 set(simd_portable -DFASTLINES_PORTABLE)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   set(simd_sets portable sse42 avx2 avx512)
   set(simd_sse42 -msse4.2)
-  # GCC's default tuning splits unaligned loads; of six others tried with AVX-512, this one was the quickest.
+  # GCC's default tuning splits unaligned loads. Of six others tried with AVX-512, haswell was the fastest.
   set(simd_avx2 -mavx2 -mfma -mbmi -mbmi2 -mtune=haswell)
-  # As of Ice Lake and Zen 4: with products of bytes.
+  # Ice Lake, Zen 4 and later: with dot products of bytes (VNNI).
   set(simd_avx512 -mavx512f -mavx512dq -mavx512vl -mavx512bw -mavx512vbmi -mavx512vnni -mavx2 -mfma
                   -mbmi -mbmi2 -mtune=haswell -mprefer-vector-width=512)
 elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64|ARM64")
@@ -13,27 +13,28 @@ elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64|ARM64")
 else()
   set(simd_sets portable)
 endif()
-set(FASTLINES_SIMD ${simd_sets} CACHE STRING "The instruction sets to compile for; fewer compile sooner")
+set(FASTLINES_SIMD ${simd_sets} CACHE STRING "The instruction sets to compile for; fewer take less time")
 
-# Answers are defined to the bit: no fused multiply-add that the source does not ask for.
-# Errors of sqrt and traps of comparisons are not looked at; that lets loops over rays become vectors and moves no bit.
+# Answers are defined to the bit: the compiler must not contract to fused multiply-adds.
+# Nothing reads errno after sqrt or relies on floating-point traps. Saying so lets the compiler vectorise loops over rays
+# and changes no bit.
 set(simd_all $<$<NOT:$<CXX_COMPILER_ID:MSVC>>:-ffp-contract=off -fno-math-errno -fno-trapping-math>)
 
-# What every engine holds, the longest to compile first, so that the others fill the cores beside it.
+# The sources of every engine; the one that takes longest comes first, so that the others compile beside it.
 set(engine_sources)
 foreach(part query build layout)
   list(APPEND engine_sources ${CMAKE_CURRENT_LIST_DIR}/bindings/engine_${part}.cpp)
 endforeach()
 list(APPEND engine_sources ${CMAKE_CURRENT_LIST_DIR}/bindings/engine.cpp)
 
-# Add the module NAME with SOURCES for the set SIMD; it exports nothing but its start.
+# Adds the module `name` with the sources ARGN for the instruction set `simd`. It exports only its init function.
 set(simd_exports ${CMAKE_CURRENT_LIST_DIR}/bindings/exports.map)
 function(add_simd_module name simd)
   nanobind_add_module(${name} NB_STATIC NOMINSIZE ${ARGN})
   target_link_libraries(${name} PRIVATE fastlines)
   target_compile_definitions(${name} PRIVATE FASTLINES_MODULE=${name})
   target_compile_options(${name} PRIVATE -Wall -Wextra -Wno-psabi ${simd_${simd}})
-  # Before GCC 13, the intrinsics of AVX-512 start from a variable that is "initialised" by itself.
+  # Before GCC 13, the AVX-512 intrinsics start from a variable that is initialised with itself, which GCC warns about.
   if(simd STREQUAL "avx512" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
     target_compile_options(${name} PRIVATE -Wno-uninitialized -Wno-maybe-uninitialized)
   endif()
