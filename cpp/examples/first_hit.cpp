@@ -1,4 +1,4 @@
-// The thesis's own example (§5.4.3): one segment, one ray, a BVH and a KD tree; both report a hit.
+// The example of the thesis (§5.4.3): one segment and one ray; a BVH and a KD tree both report the hit.
 //
 //     g++ -std=c++20 -O2 -ffp-contract=off -I cpp cpp/examples/first_hit.cpp -o first_hit && ./first_hit
 #include <cstdio>

@@ -1,4 +1,4 @@
-# Builds for 64-bit ARM on any machine, and runs there under emulation: `cmake --toolchain cpp/tests/aarch64.cmake`.
+# Cross-compiles for 64-bit ARM and runs programs under emulation: `cmake --toolchain cpp/tests/aarch64.cmake`.
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)

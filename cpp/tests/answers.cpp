@@ -1,5 +1,5 @@
-// Small scenes, asked all queries with every kernel, and compared with brute force bit for bit. A digest of all answers
-// is the same on every machine and for every instruction set.
+// Runs all queries on small scenes with every kernel and compares the answers with brute force, bit for bit. A digest
+// of all answers is the same on every machine and for every instruction set.
 #include <bit>
 #include <cinttypes>
 
@@ -11,7 +11,7 @@ using namespace fastlines::test;
 
 namespace {
 
-/// The bits of the answers to a batch; those to ray i end at ends[i].
+/// The bits of the answers to a batch; those of ray i end at ends[i].
 struct Answers {
   std::vector<std::uint32_t> words;
   std::vector<std::size_t> ends;
@@ -35,7 +35,7 @@ struct Hits {
   HitColumns columns() { return {t.data(), prim.data(), u.data(), distance.data(), t_out.data()}; }
 };
 
-/// Add a hit; what is at the surface has an end.
+/// Adds a hit; a hit at the surface also has t_out.
 template <class Hits>
 void put(const Hits& hits, std::size_t i, At at, Answers& to) {
   for (const float x : {hits.t[i], hits.u[i], hits.distance[i]}) to.add(x);
@@ -54,9 +54,9 @@ constexpr Question kQuestions[] = {{"first", first, At::closest}, {"first at the
                                    {"any", any, At::closest},     {"count", count, At::closest},
                                    {"all", all, At::closest},     {"all at the surface", all, At::surface},
                                    {"next", next, At::closest},   {"next at the surface", next, At::surface}};
-constexpr std::size_t kNearest = 20;  // of the next hits: more than a vector holds
+constexpr std::size_t kNearest = 20;  // the k of next hits: more than a vector holds
 
-/// Those who are asked put first hits, flags and counts in their places, and fill lists.
+/// Answers queries by brute force. Like Engine, it stores first hits, flags and counts in place and fills lists.
 struct Brute {
   BruteForce<Segments> search;
   const RayBatch& rays;
@@ -79,6 +79,7 @@ struct Brute {
   }
 };
 
+/// Answers queries with a kernel.
 struct Engine {
   const WideBvhView<Segments>& tree;
   const RayBatch& rays;
@@ -110,16 +111,16 @@ struct Engine {
   }
 };
 
-template <At at, class Asked>
-Answers ask(const Asked& asked, Query query) {
-  const std::size_t n = asked.rays.size();
+template <At at, class Backend>
+Answers ask(const Backend& backend, Query query) {
+  const std::size_t n = backend.rays.size();
   Answers answers;
   if (query == all || query == next) {
     HitAssembler lists(n, at == At::surface);
     if (query == all)
-      asked.template all<at>(lists);
+      backend.template all<at>(lists);
     else
-      asked.template next<at>(lists);
+      backend.template next<at>(lists);
     const auto offsets = lists.offsets();
     for (std::size_t ray = 0; ray < n; ++ray) {
       for (auto i = std::size_t(offsets[ray]); i < std::size_t(offsets[ray + 1]); ++i) put(lists, i, at, answers);
@@ -129,9 +130,9 @@ Answers ask(const Asked& asked, Query query) {
   }
   Hits hits(n);
   const std::unique_ptr<bool[]> found(new bool[n]);
-  if (query == first) asked.template first<at>(hits.columns());
-  if (query == any) asked.any({found.get(), n});
-  if (query == count) asked.count(hits.prim);
+  if (query == first) backend.template first<at>(hits.columns());
+  if (query == any) backend.any({found.get(), n});
+  if (query == count) backend.count(hits.prim);
   for (std::size_t ray = 0; ray < n; ++ray) {
     if (query == first) put(hits, ray, at, answers);
     if (query == any) answers.add(std::int64_t(found[ray]));
@@ -141,15 +142,16 @@ Answers ask(const Asked& asked, Query query) {
   return answers;
 }
 
-template <class Asked>
-Answers ask(const Asked& asked, const Question& question) {
-  return question.at == At::surface ? ask<At::surface>(asked, question.query) : ask<At::closest>(asked, question.query);
+template <class Backend>
+Answers ask(const Backend& backend, const Question& question) {
+  return question.at == At::surface ? ask<At::surface>(backend, question.query)
+                                    : ask<At::closest>(backend, question.query);
 }
 
-/// Of all answers below. Another one says that answers have changed, on this machine or on all.
+/// The digest of all answers below. If it differs, answers have changed, on this machine or on all.
 constexpr std::uint64_t kDigest = 0x3c24fb3ec95035e2;
 
-/// FNV-1a, a word at a time.
+/// The FNV-1a hash, fed with words instead of bytes.
 struct Digest {
   std::uint64_t value = 0xcbf2'9ce4'8422'2325;
 
@@ -160,12 +162,12 @@ struct Digest {
   }
 };
 
-struct Way {
+struct Run {
   const char* name;
   Kernel kernel;
   unsigned n_threads;
 };
-constexpr Way kWays[] = {{"automatic", Kernel::automatic, 1},
+constexpr Run kRuns[] = {{"automatic", Kernel::automatic, 1},
                          {"automatic on 3 threads", Kernel::automatic, 3},
                          {"single", Kernel::single, 1},
                          {"wave", Kernel::wave, 1},
@@ -184,7 +186,8 @@ Tree build(const Lines& lines, Progress& progress) {
   return Builder(Segments{lines}, settings, progress).build();
 }
 
-/// Ask all questions about one scene; false where an answer is not that of brute force.
+/// Runs all queries on a scene. Returns false if an answer differs from that of brute force, or if no ray hits
+/// anything.
 bool agree(const Scene& scene, Digest& digest) {
   Progress progress;
   const Tree tree = build(scene.lines, progress);
@@ -194,23 +197,23 @@ bool agree(const Scene& scene, Digest& digest) {
   const auto size = float(box.side(box.longest_axis()));
 
   const Vec3 outside{0.3f, 0.2f, 2.2f}, inside{0.05f, -0.1f, 0.02f};
-  const Rays asked[] = {picture("from outside", outside, 1.3f, box, size, 0.0f),
-                        picture("from outside", outside, 0.02f, box, size, 0.002f),
-                        picture("from outside", outside, 1.3f, box, size, 0.01f),
-                        picture("from inside", inside, 2.0f, box, size, 0.05f), scattered(scene.lines, box, size)};
+  const Rays all_rays[] = {picture("from outside", outside, 1.3f, box, size, 0.0f),
+                           picture("from outside", outside, 0.02f, box, size, 0.002f),
+                           picture("from outside", outside, 1.3f, box, size, 0.01f),
+                           picture("from inside", inside, 2.0f, box, size, 0.05f), scattered(scene.lines, box, size)};
   std::size_t n_hits = 0;
-  for (const Rays& rays : asked) {
+  for (const Rays& rays : all_rays) {
     const RayBatch batch = rays.batch();
     for (const Question& question : kQuestions) {
       const Answers expected = ask(Brute{{scene.lines, view.frame}, batch, 1, progress}, question);
       digest.add(expected);
       if (question.query == all) n_hits += expected.words.size();
-      for (const Way& way : kWays) {
-        const Answers given = ask(Engine{view, batch, way.kernel, way.n_threads, progress}, question);
+      for (const Run& run : kRuns) {
+        const Answers given = ask(Engine{view, batch, run.kernel, run.n_threads, progress}, question);
         for (std::size_t ray = 0; ray < batch.size(); ++ray) {
           if (std::ranges::equal(given.of(ray), expected.of(ray))) continue;
           std::printf("%s: scene \"%s\", rays \"%s\", kernel %s, query \"%s\": ray %zu differs from brute force\n",
-                      kSimd, scene.name.c_str(), rays.name.c_str(), way.name, question.name, ray);
+                      kSimd, scene.name.c_str(), rays.name.c_str(), run.name, question.name, ray);
           return false;
         }
       }
@@ -227,6 +230,6 @@ int main() {
     Digest digest;
     for (const Scene& scene : scenes()) check(agree(scene, digest), "all answers are those of brute force");
     if (digest.value != kDigest) std::printf("the digest of all answers is %016" PRIx64 "\n", digest.value);
-    check(digest.value == kDigest, "all answers have the bits that they have always had");
+    check(digest.value == kDigest, "the digest of all answers is unchanged");
   });
 }

@@ -1,4 +1,4 @@
-// Checks of the C++ tests. A program runs its checks by `run`, which prints those that fail and returns its exit code.
+// The checks of the C++ tests. `run` runs the checks of a program, prints those that fail and returns the exit code.
 #pragma once
 
 #include <atomic>
@@ -13,11 +13,11 @@ namespace fastlines::test {
 inline constexpr int kSkipped = 77;  // ctest counts a program with this exit code as skipped
 inline std::atomic<int> n_checked = 0, n_failed = 0;
 
-/// Count a check, and print where it stands if it fails.
+/// Counts a check, and prints its place and text if it fails; only the first failures are printed.
 inline void check(bool holds, const char* what, std::source_location at = std::source_location::current()) {
-  constexpr int kPrinted = 20;
+  constexpr int kMaxPrinted = 20;
   ++n_checked;
-  if (!holds && n_failed++ < kPrinted) std::printf("%s:%u: not so: %s\n", at.file_name(), at.line(), what);
+  if (!holds && n_failed++ < kMaxPrinted) std::printf("%s:%u: failed: %s\n", at.file_name(), at.line(), what);
 }
 
 /// Whether this processor has the instruction set that the program is compiled for.
@@ -37,6 +37,7 @@ inline bool has_simd() {
 #endif
 }
 
+/// Runs test() and returns the exit code: 0, 1 if a check failed, kSkipped if the processor lacks the instruction set.
 template <class Test>
 int run(Test test) {
   if (!has_simd()) {

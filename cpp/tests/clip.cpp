@@ -1,5 +1,5 @@
-// Cutting references: the parts tile the whole, their boxes hold them and leave no part of the whole out, and a split
-// set that counts in bins agrees with a builder that cuts at one plane after the other, bit for bit.
+// Cuts references: the parts tile the whole, and each box holds its part and stays within the whole's box. The boxes of
+// binned parts equal those of cuts at one plane after the other, bit for bit.
 #include "check.hpp"
 #include "fastlines/primitives/boxes.hpp"
 #include "fastlines/primitives/segments.hpp"
@@ -22,7 +22,8 @@ bool holds(const Box& box, const Vec3& point, float slack = 0.0f) {
 
 bool holds(const Box& outer, const Box& inner) { return holds(outer, inner.lo) && holds(outer, inner.hi); }
 
-/// Segments of all directions, some along an axis, and on a lattice, where planes meet their ends.
+/// A segment of any direction; every fourth is perpendicular to an axis or nearly so, another fourth lies on a lattice,
+/// so that planes pass through ends.
 Segment any_segment(Random& random, int round) {
   Segment segment{random.in_cube(), random.in_cube()};
   if (round % 4 == 1) segment.q[int(random.below(3))] = segment.p[int(random.below(3))];
@@ -43,7 +44,7 @@ BuildRef whole_of(const P& prims) {
   return {Reference{0}, prims.bounds(0)};
 }
 
-/// Rising planes that the box straddles.
+/// Planes that the box straddles, in ascending order.
 std::vector<float> planes_across(Random& random, const Box& box, int axis) {
   std::vector<float> planes;
   for (int i = 0; i < 5; ++i) {
@@ -55,7 +56,7 @@ std::vector<float> planes_across(Random& random, const Box& box, int axis) {
   return planes;
 }
 
-/// Cut at one plane after the other, and compare the parts with the bins.
+/// Cuts at one plane after the other and compares the boxes of the parts with the bins.
 template <class P>
 void check_bins(const P& prims, int axis, const std::vector<float>& planes) {
   const BuildRef whole = whole_of(prims);
@@ -95,7 +96,7 @@ void check_segment(Random& random, int round) {
     }
   }
 
-  // A box of anywhere.
+  // Clip to any box.
   Box box = Box::empty();
   box.grow(random.in_cube());
   box.grow(random.in_cube());

@@ -1,5 +1,5 @@
-// The plan by which a binary tree becomes a wide one costs what its definition says, and no choice of children is
-// cheaper; and what counts as few enough for a leaf is.
+// The plan that collapses a binary tree into a wide one has the cost that its definition gives, and so no other choice
+// of children is cheaper. fits_leaf agrees with merging the pieces.
 #include <map>
 #include <set>
 
@@ -26,12 +26,12 @@ bool is_few(std::span<const Reference> below) {
   return merge_pieces(below, pieces.data()) <= kSimdWidth;
 }
 
-/// The formulas at the head of layout/plans.hpp, without tables.
+/// The formulas at the head of layout/collapse_plan.hpp, by recursion.
 struct Definition {
   const Tree& tree;
   CollapseCost cost;
   double root_area, tie_tolerance;
-  std::map<std::pair<std::uint32_t, int>, double> known = {};
+  std::map<std::pair<std::uint32_t, int>, double> memo = {};
 
   explicit Definition(const Tree& of, const CollapseCost& cost_) : tree(of), cost(cost_) {
     const Box& box = tree.nodes[0].box;
@@ -40,8 +40,8 @@ struct Definition {
   }
 
   double least(std::uint32_t v, int n_children) {
-    const auto found = known.find({v, n_children});
-    if (found != known.end()) return found->second;
+    const auto found = memo.find({v, n_children});
+    if (found != memo.end()) return found->second;
     const Node& node = tree.nodes[v];
     const double area = node.box.area(tie_tolerance) / root_area;
     double best = std::numeric_limits<double>::infinity();
@@ -51,7 +51,7 @@ struct Definition {
       if (is_few(std::span(tree.refs).subspan(node.first_ref, node.n_refs))) best = area * cost.c_leaf;
       if (!node.is_leaf()) best = std::min(best, area * cost.c_node + divided(v, kSimdWidth));
     }
-    return known[{v, n_children}] = best;
+    return memo[{v, n_children}] = best;
   }
 
   double divided(std::uint32_t v, int n_children) {
@@ -81,7 +81,7 @@ void check_plan(const std::vector<Segment>& segments, const CollapseCost& cost, 
       const Node& node = tree.nodes[v];
       for (int n = 1; n <= kSimdWidth; ++n) check(near(plan.cost[n - 1], definition.least(v, n)), "C(v, i)");
       if (node.is_leaf()) continue;
-      // What the plan says to do costs as much.
+      // The choices of the plan have the cost that it states.
       const auto apart = [&](int n, int k) {
         return double(plans[v + 1].cost[k - 1]) + plans[node.right].cost[n - k - 1];
       };
@@ -95,7 +95,7 @@ void check_plan(const std::vector<Segment>& segments, const CollapseCost& cost, 
   }
 }
 
-/// Lists of pieces of few segments or of many, in any order.
+/// Checks lists of pieces of few or many segments, in any order.
 void check_few_enough(Random& random) {
   for (int round = 0; round < 3000; ++round) {
     const std::size_t n_prims = 1 + random.below(24), n_pieces = 1 + random.below(8);

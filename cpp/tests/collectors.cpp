@@ -1,5 +1,5 @@
-// Collectors of hits: shown the same hits in any order, sixteen rays at a time or one by one, they keep what sorting
-// all of them by (t as the caller counts it, prim) gives.
+// Collectors get the same hits in any order, 16 rays at a time or one by one. They keep what sorting all hits by (t in
+// units of the caller's ray, prim) gives.
 #include <algorithm>
 #include <memory>
 #include <vector>
@@ -17,7 +17,7 @@ using test::check, test::Random;
 
 namespace {
 
-/// What a kernel shows: a segment, and where each of sixteen rays is nearest to it.
+/// What a kernel passes to a collector: a segment, and the closest approach of 16 rays to it.
 struct Shown {
   int first;
   std::uint32_t hit, prim;
@@ -43,18 +43,18 @@ struct Scene {
   float radius = 0.1f, t_min = 0.0f, t_max = 10.0f;
   std::unique_ptr<RayGroup> rays = std::make_unique<RayGroup>();
   std::vector<Shown> shown;
-  std::vector<Hit> hits[kGroupSize];  // as they should be
+  std::vector<Hit> hits[kGroupSize];  // the expected hits of each ray, sorted
 
   Scene(Random& random, int n_segments) {
     std::uint32_t ids[kGroupSize];
     for (int i = 0; i < kGroupSize; ++i) {
-      origins.push_back(random.direction() - Vec3{0, 0, 3});  // far enough that t begins before all hits
+      origins.push_back(random.direction() - Vec3{0, 0, 3});  // far enough that all hits lie after t_min
       directions.push_back({0.0f, 0.0f, 1.0f + random.uniform()});
       ids[i] = std::uint32_t(i);
     }
     const Frame frame = frame_of(Box{{-1, -1, -1}, {1, 1, 1}});
     rays->fill({origins, directions, {&radius, 1}, {&t_min, 1}, {&t_max, 1}}, frame, kGroupSize, ids);
-    // Few steps of t, so that many hits are as near as each other; some differ by less than the caller can see.
+    // Few values of t, so that many hits tie. Some differ by one ulp, which is lost in units of the caller's ray.
     const std::size_t n_steps = 1 + random.below(40);
     for (int prim = 0; prim < n_segments; ++prim)
       for (int first = 0; first < kGroupSize; first += kSimdWidth) {
@@ -78,7 +78,7 @@ struct Scene {
     for (const Shown& one : shown) collector.add_packet(*rays, one.first, one.hit, one.approach(), one.prim);
   }
 
-  /// The same hits, each by itself.
+  /// Adds the same hits, one at a time.
   template <class Collector>
   void show_each(Collector& collector) const {
     collector.begin(*rays, 0, kGroupSize);
@@ -140,7 +140,7 @@ void check_all(const Scene& scene) {
     check(got[i] == scene.hits[i], "all hits, each once");
     check(count->n_hits[i] == std::int64_t(scene.hits[i].size()), "the number of hits");
     check(any->found[i] == !scene.hits[i].empty(), "whether there is a hit");
-    check(!any->found[i] || any->limit[i] == kNoMoreHits, "a ray that has its hit wants no more");
+    check(!any->found[i] || any->limit[i] == kNoMoreHits, "a ray that has a hit needs no more");
   }
 }
 
@@ -151,12 +151,12 @@ int main() {
     Random random{1};
     for (int round = 0; round < 150; ++round) {
       const Scene scene(random, int(random.below(round % 5 == 0 ? 300 : 30)));
-      const auto by_sixteen = [&](auto& collector) { scene.show(collector); };
+      const auto by_packets = [&](auto& collector) { scene.show(collector); };
       const auto one_by_one = [&](auto& collector) { scene.show_each(collector); };
-      check_first(scene, by_sixteen);
+      check_first(scene, by_packets);
       check_first(scene, one_by_one);
       for (const std::size_t k : {0, 1, 3, 16, 20}) {
-        check_next(scene, k, by_sixteen);
+        check_next(scene, k, by_packets);
         check_next(scene, k, one_by_one);
       }
       check_all(scene);

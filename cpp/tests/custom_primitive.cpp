@@ -1,5 +1,5 @@
-// A set of primitives that the library does not know: balls. BoxX4, and bounds clipped to a box, are all that the
-// builder asks for. Trees over them keep all axioms.
+// Builds trees over a set of primitives that the library does not know: balls. The builder needs only the size of the
+// set, bounds, and bounds clipped to a box. The trees keep all axioms.
 #include <random>
 
 #include "check.hpp"
@@ -25,7 +25,7 @@ struct Balls {
     return {centre - half, centre + half};
   }
 
-  /// Conservative: the ball's box, cut.
+  /// Conservative: the ball's box clipped to the other.
   Box clipped_bounds(std::uint32_t prim, const Box& box) const {
     Box both = bounds(prim);
     for (int k = 0; k < 3; ++k) {
@@ -62,7 +62,7 @@ void build_over_balls() {
       } catch (const Cancelled&) {
         stopped = true;
       }
-      test::check(stopped, "a validation can be stopped");
+      test::check(stopped, "a validation can be cancelled");
     }
 }
 

@@ -1,6 +1,6 @@
-// A hundred wide nodes below each other, as no builder would make them: stacks have to grow, by a level each step where
-// each node leaves a child waiting, and more slowly where that child is looked at first. Waves and single rays answer
-// right all the same.
+// Chains of a hundred wide nodes, deeper than any builder makes them, so that traversal stacks have to grow. A stack
+// grows by a level per step if every node leaves a child waiting, and more slowly if that child is visited first.
+// Wavefronts and single rays still give the right answers.
 #include <memory>
 
 #include "check.hpp"
@@ -24,8 +24,8 @@ WideNode node_of(int n_inner, int n_children, int first_inner) {
   return node;
 }
 
-/// Of two children one leads on and the other nowhere: always the first leads on, or each in turn. The deepest has the
-/// leaf.
+/// A chain in which each node has two inner children, one of them empty. The first child continues the chain, or both
+/// take turns. The deepest node has the leaf.
 std::vector<WideNode> nodes_of(bool in_turn) {
   std::vector<WideNode> nodes(2 * kDepth + 1, node_of(0, 0, 0));
   std::size_t at = 0;
@@ -50,7 +50,7 @@ void answer_in_deep_trees() {
   const Box box{{-2.0f, -2.0f, -2.0f}, {2.0f, 2.0f, 2.0f}};
   const Frame frame{.centre = {0.0f, 0.0f, 0.0f}, .scale = 1.0f, .grain = 1e-5f};
 
-  // Each third ray passes too far away, though not for the boxes.
+  // Every third ray passes through all boxes but misses the segment.
   std::vector<Vec3> origins, directions(kRays, Vec3{0.0f, 0.0f, 1.0f});
   const auto hits = [](int ray) { return ray % 3 != 0; };
   for (int i = 0; i < kRays; ++i) origins.push_back({float(i % 7) * 1e-4f, hits(i) ? 0.0f : 0.5f, -5.0f});
@@ -75,7 +75,7 @@ void answer_in_deep_trees() {
       n_wrong += any[std::size_t(i)] != hits(i);
     }
   }
-  test::check(n_hits == 800, "two of three rays hit, by each kernel in each tree");
+  test::check(n_hits == 800, "two of three rays hit, with each kernel and each tree");
   test::check(n_wrong == 0, "all answers are right");
 }
 

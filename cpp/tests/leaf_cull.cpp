@@ -1,7 +1,7 @@
-// Leaves and rays by the million: no piece within the radius of a ray's line may be culled, be it so in double
-// precision or by the exact test; nor may its box as a child of a node, or of the root, or be entered after the hit.
-// Rays pass pieces at just the radius, from all sides, also along them, and pieces are long, short, or points. Few
-// pieces that are farther away survive.
+// Culls millions of pairs of a ray and a piece. No piece within the radius of a ray's line, in double precision or by
+// the exact test, may be culled. Its box must survive too, as a child of a node and of the root, and must be entered
+// before the hit. Rays pass pieces at just the radius, on all sides and also along them; pieces are long, short, or
+// points. Few pieces that are farther away survive.
 #include <cmath>
 #include <random>
 
@@ -24,7 +24,7 @@ Vec3 direction() {
   return d[0] == 0.0f && d[1] == 0.0f && d[2] == 0.0f ? Vec3{1.0f, 0.0f, 0.0f} : d;
 }
 
-/// Sixteen pieces in the frame, their leaf, and a node with their boxes, as layout/fit.hpp makes them.
+/// 16 pieces in the frame, their leaf, and a node with their boxes, as layout/block_encoder.hpp makes them.
 struct Pieces {
   Vec3 a[kSimdWidth], c[kSimdWidth];
   WideLeaf leaf{};
@@ -89,29 +89,29 @@ double distance(const Ray& ray, const Vec3& a, const Vec3& c) {
   return std::sqrt(d2);
 }
 
-/// What rays meet of a node, as bits, and where they enter its children.
-struct Met {
+/// The children of a node that a ray hits, as a mask, and the t at which it enters each.
+struct NodeHits {
   std::uint32_t children;
   float enter[kSimdWidth];
 };
 
-Met meet_node(const CullRay& ray, const WideNode& node, float limit) {
-  Met met;
+NodeHits hits_of(const CullRay& ray, const WideNode& node, float limit) {
+  NodeHits hits;
   FloatX16 enter;
-  met.children = cull_node(ray, node, limit, enter);
-  enter.store(met.enter);
-  return met;
+  hits.children = cull_node(ray, node, limit, enter);
+  enter.store(hits.enter);
+  return hits;
 }
 
-/// The same of sixteen rays in lanes from `first` on, and of the root.
-void meet_root(const RayGroup& rays, int first, const WideNode& node, Met* to) {
+/// The same for a packet that starts at lane `first`, with the node as the root.
+void root_hits_of(const RayGroup& rays, int first, const WideNode& node, NodeHits* to) {
   WideBvhView<Segments> tree{};
   tree.nodes = &node;
-  RootCull::Hits met;
-  RootCull(tree).cull<true>(cull_packet(rays, first), FloatX16::load(rays.t_max + first), met);
+  RootCull::Hits hits;
+  RootCull(tree).cull<true>(cull_packet(rays, first), FloatX16::load(rays.t_max + first), hits);
   for (int i = 0; i < kSimdWidth; ++i) {
-    to[i].children = std::uint32_t(met.children[i]);
-    for (int child = 0; child < kSimdWidth; ++child) to[i].enter[child] = met.enter[child][i];
+    to[i].children = std::uint32_t(hits.children[i]);
+    for (int child = 0; child < kSimdWidth; ++child) to[i].enter[child] = hits.enter[child][i];
   }
 }
 
@@ -130,8 +130,8 @@ void cull() {
       if (i % 4 == 0)
         d = (pieces.c[of] - pieces.a[of]) * (1.0f / pieces.leaf.scale) + d * float(std::pow(10.0, uniform(-6, 0)));
       if (!(dot(d, d) > 1e-12f)) d = direction();
-      // Past that point, at the radius or a little nearer, and begun anywhere on its line; some from where squares of
-      // quanta are more than a float can hold.
+      // The ray passes that point at the radius or a little nearer, and starts anywhere on its line. Some radii are so
+      // large that their squares in quanta overflow a float.
       const double radius = std::min(1e17, pieces.leaf.scale * std::pow(10.0, uniform(-3.0, i % 8 == 0 ? 27.0 : 3.5)));
       Vec3 side = direction();
       side = side - d * (dot(side, d) / dot(d, d));
@@ -147,13 +147,13 @@ void cull() {
     const RayBatch batch{origins, directions, radii, {&t_min, 1}, {&t_max, 1}};
     rays.fill(batch, frame, kGroupSize, ids);
     CullRay culled[kGroupSize];
-    Met at_root[kGroupSize];
+    NodeHits root_hits[kGroupSize];
     for (int i = 0; i < kGroupSize; i += kSimdWidth) {
       cull_rays(rays, i, culled + i);
-      meet_root(rays, i, pieces.node, at_root + i);
+      root_hits_of(rays, i, pieces.node, root_hits + i);
     }
     for (int i = 0; i < kGroupSize; ++i) {
-      // As one of sixteen, and alone.
+      // Cull the leaf with the ray prepared in a packet, and alone.
       const Ray ray = prepare(batch[std::size_t(i)], frame);
       const CullRay alone = cull_ray(ray.o, ray.r, ray.u, ray.v, ray.radius + ray.eps, ray.t_min);
       const auto keep = [&](const CullRay& cull) {
@@ -161,7 +161,7 @@ void cull() {
       };
       const std::uint32_t kept[2] = {keep(culled[i]), keep(alone)};
       n_kept += std::uint64_t(std::popcount(kept[0]));
-      const Met met_here = meet_node(culled[i], pieces.node, ray.t_max);
+      const NodeHits node_hits = hits_of(culled[i], pieces.node, ray.t_max);
       for (int j = 0; j < kSimdWidth; ++j) {
         const Vec3 e = pieces.c[j] - pieces.a[j];
         const ClosestApproach<float> approach = closest_approach(
@@ -170,9 +170,9 @@ void cull() {
         if (!approach.hit && !(distance(ray, pieces.a[j], pieces.c[j]) <= double(ray.radius))) continue;
         ++n_near;
         n_lost += (~kept[0] | ~kept[1]) >> j & 1;
-        for (const Met& met : {met_here, at_root[i]}) {
-          n_lost += ~met.children >> j & 1;
-          n_lost += approach.hit && !(met.enter[j] <= approach.t + ray.tie_tolerance);
+        for (const NodeHits& hits : {node_hits, root_hits[i]}) {
+          n_lost += ~hits.children >> j & 1;
+          n_lost += approach.hit && !(hits.enter[j] <= approach.t + ray.tie_tolerance);
         }
       }
     }

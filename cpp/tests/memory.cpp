@@ -1,4 +1,4 @@
-// Blocks of memory that were released serve the next ones of the same size, whatever it is.
+// A released block of the page pool is reused for the next allocation of its size, for many sizes.
 #include "check.hpp"
 #include "fastlines/memory/page_pool.hpp"
 
@@ -19,7 +19,7 @@ void try_size(std::size_t n_bytes) {
 
 int main() {
   return fastlines::test::run([] {
-    // The larger come first: a block that fits better is taken from those that are kept, if there is one.
+    // Larger sizes come first, because a kept block that fits better would be reused instead.
     for (std::size_t power = std::size_t(1) << 26; power >= std::size_t(1) << 16; power /= 2)
       for (const std::size_t n_bytes : {power + power / 2, power + power / 8, power + 1, power, power - 1})
         if (n_bytes >= std::size_t(1) << 16) try_size(n_bytes);

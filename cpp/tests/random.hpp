@@ -1,4 +1,4 @@
-// Random numbers that are the same on every machine: splitmix64, and floats from its highest bits.
+// Random numbers that are the same on every machine: splitmix64, and floats from its high bits.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
-// Bundles of coherent rays: the axis's reach holds every ray wherever it is near the scene, and the test of lines
-// beside a bundle keeps every segment that the exact test hits.
+// Bundles of coherent rays: every ray stays within the reach of the axis wherever it is inside the scene's box, and
+// BundleLineTest keeps every segment that the exact test hits.
 #include <cmath>
 
 #include "check.hpp"
@@ -12,7 +12,7 @@ using test::check, test::Random;
 
 namespace {
 
-/// How rays run: beside each other, to or from a point, or nearly so.
+/// The rays of a bundle: parallel, from or to a point, or nearly parallel.
 enum Kind { parallel, from_a_point, to_a_point, twisted };
 
 struct Rays {
@@ -39,7 +39,7 @@ struct Rays {
   RayBatch batch() const { return {origins, directions, {&radius, 1}, {&t_min, 1}, {&t_max, 1}}; }
 };
 
-/// How far a point of a ray is from the axis, in double.
+/// The distance of a point of a ray from the axis, in double precision.
 double off_axis(const RayBundle& bundle, const Vec3& axis_from, const double (&point)[3]) {
   double along = 0.0, off2 = 0.0;
   for (int k = 0; k < 3; ++k) along += (point[k] - axis_from[k]) * bundle.c[k];
@@ -51,7 +51,7 @@ double off_axis(const RayBundle& bundle, const Vec3& axis_from, const double (&p
 }
 
 void check_reach(const RayBundle& bundle, const RayGroup& rays, const Box& scene, int n) {
-  Vec3 mean{0, 0, 0};  // where the axis starts; `bundle.centre` may have been moved
+  Vec3 mean{0, 0, 0};  // a point of the axis; `bundle.centre` may have been moved along it
   for (int i = 0; i < round_up_to_width(n); ++i)
     for (int k = 0; k < 3; ++k) mean[k] += rays.o[k][i] / float(round_up_to_width(n));
   for (int i = 0; i < n; ++i)
@@ -121,7 +121,7 @@ int main() {
       n_hits[kind] += check_lines(*bundle, *rays, tree, segments.size(), n);
     }
     for (const Kind kind : {parallel, from_a_point, to_a_point, twisted})
-      check(n_bundles[kind] > 100 && n_hits[kind] > 1000, "there are bundles of each kind, and they hit something");
+      check(n_bundles[kind] > 100 && n_hits[kind] > 1000, "bundles of each kind are tested, and rays hit segments");
     check(n_from_apex > 100, "rays from a point are found");
   });
 }

@@ -1,5 +1,5 @@
-// A primitive that the library does not know takes the fast path: capsules, each with a radius of its own. Every kernel
-// gives the answers of brute force, bit for bit, and those of spheres are known in closed form.
+// Traces a primitive that the library does not know on the fast path: capsules, each with its own radius. Every kernel
+// gives the answers of brute force, bit for bit; the answers for balls are known in closed form.
 #include <cmath>
 #include <cstring>
 
@@ -16,7 +16,7 @@ struct Capsule {
   float radius;
 };
 
-/// The test of a capsule: that of its axis, by a ray whose radius is larger.
+/// The test of a capsule: the test of its axis with the ray's radius enlarged by the capsule's.
 template <class N, class R>
 class CapsuleTest {
  public:

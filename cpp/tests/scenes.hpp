@@ -1,5 +1,5 @@
-// Small scenes and rays for the tests, the same on every machine: they come from integers, by operations that round
-// alike everywhere.
+// Small scenes and rays for the tests. They are the same on every machine, because they are computed from integers by
+// operations that round identically everywhere.
 #pragma once
 
 #include <limits>
@@ -60,7 +60,7 @@ inline Lines points(int n) {
   return lines;
 }
 
-/// The same lines again and again, some of them backwards.
+/// A few lines repeated, some of them reversed.
 inline Lines duplicates(int n) {
   const Lines few = long_lines(12);
   Lines lines;
@@ -71,7 +71,7 @@ inline Lines duplicates(int n) {
   return lines;
 }
 
-/// Lines along x and y in one plane.
+/// Lines along x and y in the plane z = 0.5.
 inline Lines grid(int n) {
   Lines lines;
   for (int i = 0; i < n; ++i) {
@@ -102,7 +102,7 @@ inline std::vector<Scene> scenes() {
           {"far away", moved(hair(8), 1, 1e4f)}};
 }
 
-/// A batch that owns its numbers.
+/// A batch of rays that owns its data.
 struct Rays {
   std::string name;
   std::vector<Vec3> origins, directions;
@@ -111,13 +111,14 @@ struct Rays {
   RayBatch batch() const { return {origins, directions, radius, t_min, t_max}; }
 };
 
-/// A picture, row by row.
+/// The rays of a picture, row by row. `eye` is relative to the centre of the box; eye, width and radius are in units of
+/// `size`.
 inline Rays picture(const std::string& name, const Vec3& eye, float width, const Box& box, float size, float radius) {
-  constexpr int kAcross = 19, kDown = 9;  // no whole number of tiles
+  constexpr int kWidth = 19, kHeight = 9;  // not multiples of the size of a tile
   Rays rays{name + ", radius " + std::to_string(radius), {}, {}, {radius * size}};
   const Vec3 centre = (box.lo + box.hi) * 0.5f, origin = centre + eye * size;
-  for (int y = 0; y < kDown; ++y)
-    for (int x = 0; x < kAcross; ++x) {
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
       const Vec3 pixel{(float(x) - 9.0f) / 18.0f, (float(y) - 4.0f) / 18.0f, 0.01f};
       rays.origins.push_back(origin);
       rays.directions.push_back(centre + pixel * (width * size) - origin);
@@ -125,8 +126,8 @@ inline Rays picture(const std::string& name, const Vec3& eye, float width, const
   return rays;
 }
 
-/// Rays of all kinds, each with a radius and bounds of its own: from outside, from inside, along an axis, and from end
-/// to end of two lines.
+/// Incoherent rays, each with its own radius, t_min and t_max: from outside, from inside, along an axis, and through an
+/// end of each of two lines.
 inline Rays scattered(const Lines& lines, const Box& box, float size) {
   Random random{5};
   Rays rays{"scattered", {}, {}, {}, {}, {}};

@@ -1,5 +1,5 @@
-// Every operation on vectors gives in each lane what it gives for one float, bit for bit; and lanes go where they
-// should when vectors are transposed, compressed and looked up.
+// Every vector operation gives in each lane the result of the scalar one, bit for bit. Transposes, compress and permute
+// move lanes to the right places.
 #include "fastlines/simd/float_x16.hpp"
 
 #include <bit>
@@ -24,7 +24,7 @@ struct Lanes {
   float operator[](int i) const { return x[i]; }
 };
 
-/// The same bits; of NaN, that both are.
+/// Whether two floats have the same bits, or are both NaN.
 bool same(float a, float b) {
   return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b) || (a != a && b != b);
 }
@@ -66,7 +66,7 @@ void check_arithmetic(const Lanes& x, const Lanes& y) {
   });
 }
 
-/// fma rounds once or twice.
+/// fma may round once or twice, so its result is compared with a tolerance.
 void check_fma(Random& random) {
   Lanes x, y, z;
   for (int i = 0; i < kSimdWidth; ++i)
@@ -81,14 +81,14 @@ void check_fma(Random& random) {
 }
 
 void check_bits(const Lanes& x, const Lanes& y, const Lanes& z, std::uint32_t bits) {
-  const Lanes chosen = blend(bits, x.vector(), y.vector());
+  const Lanes blended = blend(bits, x.vector(), y.vector());
   const std::uint32_t less = (x.vector() < y.vector()).bits();
-  const std::uint32_t positive = nonnegative_mask(x.vector(), y.vector(), z.vector(), chosen.vector());
+  const std::uint32_t positive = nonnegative_mask(x.vector(), y.vector(), z.vector(), blended.vector());
   for (int i = 0; i < kSimdWidth; ++i) {
-    check(same(chosen[i], bits >> i & 1 ? x[i] : y[i]), "choose");
+    check(same(blended[i], bits >> i & 1 ? x[i] : y[i]), "blend by bits");
     check((less >> i & 1) == (x[i] < y[i]), "bits");
     const auto negative = [i](const Lanes& of) { return std::signbit(of[i]); };
-    const bool is_negative = (negative(x) || negative(y)) && negative(z) && negative(chosen);
+    const bool is_negative = (negative(x) || negative(y)) && negative(z) && negative(blended);
     check((positive >> i & 1) != is_negative, "nonnegative_mask: x and y, or z, or w");
   }
   check(any(x.vector() < y.vector()) == (less != 0), "any");
@@ -102,7 +102,7 @@ void check_compress(const Lanes& x, std::uint32_t bits, std::uint32_t base) {
   for (int i = 0, n = 0; i < kSimdWidth; ++i) {
     flags[i] = bits >> i & 1 ? base | 1 : 0;
     if (!(bits >> i & 1)) continue;
-    check(same(packed[n], x[i]), "pack");
+    check(same(packed[n], x[i]), "compress");
     check(numbers[n] == base + std::uint32_t(i), "compress_indices");
     ++n;
   }
@@ -119,16 +119,16 @@ void check_tables(Random& random) {
     bytes[i] = std::uint8_t(random());
     doubles[i] = random.uniform();
   }
-  const Lanes looked_up = FloatX16::permute(table.x, index), of_bytes = FloatX16::bytes(bytes);
+  const Lanes permuted = FloatX16::permute(table.x, index), of_bytes = FloatX16::bytes(bytes);
   FloatX16::permute(doubles, index, found);
   for (int i = 0; i < kSimdWidth; ++i) {
-    check(same(looked_up[i], table[int(index[i] % 16)]), "permute");
+    check(same(permuted[i], table[int(index[i] % 16)]), "permute");
     check(found[i] == doubles[index[i] % 16], "permute in doubles");
     check(of_bytes[i] == float(bytes[i]), "bytes");
   }
-  float least_of_all = std::numeric_limits<float>::infinity();
-  for (float& x : table.x) x = random.uniform(-1, 1), least_of_all = std::min(least_of_all, x);
-  check(reduce_min(table.vector()) == least_of_all, "reduce_min");
+  float smallest = std::numeric_limits<float>::infinity();
+  for (float& x : table.x) x = random.uniform(-1, 1), smallest = std::min(smallest, x);
+  check(reduce_min(table.vector()) == smallest, "reduce_min");
 }
 
 void check_transposes(Random& random) {
@@ -147,10 +147,10 @@ void check_transposes(Random& random) {
   for (Lanes& lanes : wide) lanes = any_lanes(random);
   struct alignas(32) Row {
     float x[8];
-  } turned[kSimdWidth];
-  transpose_columns<8>([&](int k) { return wide[k].x; }, turned);
+  } transposed[kSimdWidth];
+  transpose_columns<8>([&](int k) { return wide[k].x; }, transposed);
   for (int k = 0; k < 8; ++k)
-    for (int i = 0; i < kSimdWidth; ++i) check(same(turned[i].x[k], wide[k][i]), "transpose_columns");
+    for (int i = 0; i < kSimdWidth; ++i) check(same(transposed[i].x[k], wide[k][i]), "transpose_columns");
 
   float points[kSimdWidth][3];
   for (auto& point : points)
@@ -165,10 +165,10 @@ void check_transposes(Random& random) {
   for (int i = 0; i < 4; ++i) from[i] = four(rows[i]);
   transpose(from, to);
   for (int i = 0; i < 4; ++i)
-    for (int k = 0; k < 4; ++k) check(same(to[k][i], rows[i][k]), "turn of four by four");
+    for (int k = 0; k < 4; ++k) check(same(to[k][i], rows[i][k]), "transpose of four by four");
 }
 
-void check_octets(Random& random) {
+void check_float_x8(Random& random) {
   FloatX8 x{}, y{};
   for (int i = 0; i < 8; ++i) x[i] = float(random.below(5)), y[i] = float(random.below(5));
   unsigned less = 0, least_at = 0;
@@ -176,16 +176,16 @@ void check_octets(Random& random) {
     less |= unsigned(x[i] < y[i]) << i;
     if (x[i] < x[least_at]) least_at = i;
   }
-  check(bits_of(x < y) == less, "bits_of eight");
+  check(bits_of(x < y) == less, "bits_of");
   check(count_set(x < y) == unsigned(std::popcount(less)), "count_set");
-  check(index_of_min(x) == least_at, "index_of_min: the first of the least");
+  check(index_of_min(x) == least_at, "index_of_min: the lowest lane of the minimum");
 
   FloatX4 fours[8];
   for (FloatX4& row : fours) row = FloatX4{any_float(random), any_float(random), any_float(random), any_float(random)};
   FloatX8 eights[3];
   transpose(fours, eights);
   for (int k = 0; k < 3; ++k)
-    for (int i = 0; i < 8; ++i) check(same(eights[k][i], fours[i][k]), "turn of eight by three");
+    for (int i = 0; i < 8; ++i) check(same(eights[k][i], fours[i][k]), "transpose of eight by three");
 }
 
 }  // namespace
@@ -202,7 +202,7 @@ int main() {
       check_compress(x, bits, std::uint32_t(random() % 1000));
       check_tables(random);
       check_transposes(random);
-      check_octets(random);
+      check_float_x8(random);
     }
   });
 }

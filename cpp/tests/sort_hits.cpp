@@ -1,6 +1,6 @@
-// Sorts the hits of sixteen rays, few and many, spread evenly among them or not. No hit is missing, at another ray,
-// behind one whose t is larger by more than what is told apart, or, at the same t, behind one whose segment's number
-// ends in more.
+// Sorts the hits of 16 rays: few and many, spread evenly over the rays or not. Every hit is listed once, with its ray.
+// No hit follows one whose t is larger by more than the resolution of the sort. At equal t, hits are in order of the
+// low four bits of their prim.
 #include "fastlines/kernels/collect/hit_sorter.hpp"
 
 #include <random>
@@ -30,7 +30,7 @@ void sort_hits() {
       ++n_of[lane[j]];
     }
     order.sort(lane.data(), t.data(), prim.data(), n);
-    const float told_apart = n <= 64 ? 0x1p-16f : 0x1p-14f;
+    const float resolution = n <= 64 ? 0x1p-16f : 0x1p-14f;
     std::uint32_t begin = 0;
     for (int i = 0; i < kSimdWidth; begin += n_of[i++]) {
       n_wrong += order.begin(i) != begin;
@@ -42,7 +42,7 @@ void sort_hits() {
           ++n_wrong;
           continue;
         }
-        n_wrong += t[j] < latest - told_apart;
+        n_wrong += t[j] < latest - resolution;
         n_wrong += before != kNone && t[j] == t[before] && prim[j] % 16 < prim[before] % 16;
         latest = std::max(latest, t[j]);
         before = j;

@@ -1,6 +1,6 @@
-// All that several threads do together, small enough for ThreadSanitizer (`.ci/sanitize thread`): builds, layouts,
-// refits, moves of subtrees, all queries with every kernel, callers side by side, and calls that are stopped in their
-// midst. Answers and trees are those of one thread.
+// Everything that runs on several threads, small enough for ThreadSanitizer (`.ci/sanitize thread`): builds, layouts,
+// refits, reinsertion, all queries with every kernel, concurrent callers, and calls that are cancelled midway. Answers
+// and trees equal those of one thread.
 #include <algorithm>
 #include <cstring>
 #include <random>
@@ -19,7 +19,7 @@ constexpr std::size_t kRays = 2048, kNearest = 5;
 template <class A, class B>
 void expect_same(const A& a, const B& b) {
   using T = std::remove_cvref_t<decltype(a[0])>;
-  test::check(a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0, "both are the same");
+  test::check(a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0, "both are equal");
 }
 
 void expect_same(const Tree& a, const Tree& b) {
@@ -48,8 +48,8 @@ struct Rays {
   std::vector<Vec3> origins, directions;
   float radius = 0.01f, t_min = 0.0f, t_max = 10.0f;
 
-  /// Coherent or not. Every fourth chunk, from which the length of lists is guessed, hits nothing: so their room has to
-  /// grow while hits are put into it.
+  /// Coherent or incoherent rays. Every fourth chunk hits nothing. The length of lists is estimated from such chunks,
+  /// so the lists have to grow while hits are stored.
   explicit Rays(bool coherent) {
     std::mt19937 random(2);
     const auto uniform = [&] { return float(random()) * 0x1p-32f; };
@@ -64,7 +64,7 @@ struct Rays {
   RayBatch batch() const { return {origins, directions, {&radius, 1}, {&t_min, 1}, {&t_max, 1}}; }
 };
 
-/// What a batch is answered, in one row of bytes.
+/// The answers to a batch, as bytes.
 struct Answer {
   std::vector<std::byte> bytes;
 
@@ -86,7 +86,7 @@ struct Answer {
   const std::byte& operator[](std::size_t i) const { return bytes[i]; }
 };
 
-/// All queries on the layout.
+/// Runs all queries on the layout.
 Answer ask(const WideBvhView<Segments>& tree, const RayBatch& rays, Kernel kernel, unsigned n_threads,
            Progress& progress) {
   Answer answer;
@@ -109,7 +109,7 @@ Answer ask(const WideBvhView<Segments>& tree, const RayBatch& rays, Kernel kerne
   return answer;
 }
 
-/// And on the tree as it was built.
+/// Runs queries on the binary tree.
 Answer ask(const BinaryTraversal<Segments>& search, const RayBatch& rays, unsigned n_threads, Progress& progress) {
   Answer answer;
   std::vector<Hit> hits(kRays);
@@ -134,9 +134,9 @@ Settings settings(unsigned n_threads) {
   return settings;
 }
 
-/// Run a call and stop it from another thread as soon as it says that some of it is done. It ends early, or is done.
+/// Makes a call and cancels it from another thread as soon as it reports progress. It may end before it is cancelled.
 template <class Call>
-void stop(Call&& call) {
+void cancel(Call&& call) {
   Progress progress;
   std::atomic<bool> over = false;
   std::thread other([&] {
@@ -169,7 +169,7 @@ void run_threads() {
     return nodes;
   };
 
-  // Trees and layouts.
+  // Compare trees and layouts with those of one thread.
   Progress progress;
   const Tree tree = build(1, progress);
   const WideBvh wide = lay_out(tree, 1, progress);
@@ -178,13 +178,13 @@ void run_threads() {
   expect_same(wide, lay_out(tree, kThreads, progress));
   expect_same(refit(tree, 1, progress), refit(tree, kThreads, progress));
 
-  // Queries: with threads of their own, and of callers side by side.
+  // Compare the answers of queries on several threads, and of concurrent callers.
   const WideBvhView<Segments> view = view_of(wide, Segments{segments});
   const BinaryTraversal<Segments> search{tree.nodes, tree.refs, segments, view.frame};
   for (const bool coherent : {true, false}) {
     const Rays rays(coherent);
     const RayBatch batch = rays.batch();
-    test::check(!!rays_are_valid(batch, 1.0f, 1.0f, kThreads), "the rays can be asked");
+    test::check(!!rays_are_valid(batch, 1.0f, 1.0f, kThreads), "the rays are valid");
     for (const Kernel kernel : {Kernel::automatic, Kernel::single, Kernel::wave, Kernel::bundle}) {
       const Answer expected = ask(view, batch, kernel, 1, progress);
       expect_same(expected, ask(view, batch, kernel, kThreads, progress));
@@ -200,13 +200,13 @@ void run_threads() {
       });
     for (std::thread& caller : callers) caller.join();
 
-    // Calls that are stopped.
-    stop([&](Progress& stopped) { ask(view, batch, Kernel::automatic, kThreads, stopped); });
-    stop([&](Progress& stopped) { ask(search, batch, kThreads, stopped); });
+    // Cancel calls midway.
+    cancel([&](Progress& own) { ask(view, batch, Kernel::automatic, kThreads, own); });
+    cancel([&](Progress& own) { ask(search, batch, kThreads, own); });
   }
-  stop([&](Progress& stopped) { build(kThreads, stopped); });
-  stop([&](Progress& stopped) { move(tree, kThreads, stopped); });
-  stop([&](Progress& stopped) { lay_out(tree, kThreads, stopped); });
+  cancel([&](Progress& own) { build(kThreads, own); });
+  cancel([&](Progress& own) { move(tree, kThreads, own); });
+  cancel([&](Progress& own) { lay_out(tree, kThreads, own); });
 }
 
 }  // namespace
