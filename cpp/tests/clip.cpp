@@ -22,8 +22,8 @@ bool holds(const Box& box, const Vec3& point, float slack = 0.0f) {
 
 bool holds(const Box& outer, const Box& inner) { return holds(outer, inner.lo) && holds(outer, inner.hi); }
 
-/// A segment of any direction; every fourth is perpendicular to an axis or nearly so, another fourth lies on a lattice,
-/// so that planes pass through ends.
+/// A segment of any direction. Some are perpendicular to an axis; every fourth lies on a lattice, where planes pass
+/// through ends.
 Segment any_segment(Random& random, int round) {
   Segment segment{random.in_cube(), random.in_cube()};
   if (round % 4 == 1) segment.q[int(random.below(3))] = segment.p[int(random.below(3))];
