@@ -1,4 +1,4 @@
-// The Python module fastlines_bench._counting: an engine that counts its steps, on one thread.
+// The Python module fastlines_bench._counting: an engine that counts its steps; it must run on one thread.
 #include <utility>
 
 #include "bindings/engine.hpp"
@@ -9,7 +9,7 @@ namespace nb = nanobind;
 namespace fastlines {
 namespace {
 
-/// The steps since this was last called, by name; see kernels/cost/step_counters.hpp.
+/// The number of steps since the last call, by name; see kernels/cost/step_counters.hpp.
 nb::dict take_steps() {
   const StepCounters now = std::exchange(steps, StepCounters{});
   nb::dict found;

@@ -1,4 +1,4 @@
-// The Python module fastlines._embree: Embree as a peer to measure against. All checks of arguments are in Python
+// The Python module fastlines_bench._embree: Embree as a peer to compare with. Python checks all arguments
 // (fastlines_bench/peers/embree.py).
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/string.h>
@@ -16,7 +16,7 @@ using namespace nb::literals;
 namespace fastlines::peers {
 namespace {
 
-/// The best instruction set for callbacks that this processor has; "" if it is an x86 without AVX2.
+/// The widest instruction set of this processor that callbacks are compiled for; "" on an x86 without AVX2.
 std::string instruction_set() {
 #if defined(__x86_64__)
   __builtin_cpu_init();
@@ -36,6 +36,7 @@ Callbacks best_callbacks() {
 #endif
 }
 
+/// Loads Embree and returns its version.
 std::tuple<int, int, int> load(const std::string& tbb, const std::string& embree) {
   const Api& rtc = load_api(tbb, embree);
   const Device device = rtc.NewDevice("threads=1");
@@ -93,10 +94,10 @@ struct HitBuffers {
   std::vector<HitBuffer> threads;
 
   explicit HitBuffers(std::vector<HitBuffer> hits) : threads(std::move(hits)) {}
-  HitBuffers(HitBuffers&&) = default;  // and no copy
+  HitBuffers(HitBuffers&&) = default;  // not copyable
 };
 
-/// The hits as they were written, to be unpacked when the clock has stopped.
+/// All hits as the callbacks wrote them, to be unpacked outside the timed section.
 HitBuffers all_hit(const Scene& scene, Input<float> origins, Input<float> directions, float t_min, float t_max,
                    int width, bool coherent, unsigned n_threads) {
   const Rays rays = batch(origins, directions, t_min, t_max);
@@ -104,6 +105,7 @@ HitBuffers all_hit(const Scene& scene, Input<float> origins, Input<float> direct
   return HitBuffers(all_hits(scene, rays, {width, coherent, n_threads}, best_callbacks()));
 }
 
+/// The columns ray, prim and t of the hits, in no order.
 nb::tuple unpack(const HitBuffers& buffers) {
   std::size_t n = 0, i = 0;
   for (const HitBuffer& hits : buffers.threads) n += std::size_t(hits.at - hits.begin);

@@ -1,4 +1,4 @@
-// Loading Embree.
+// Loads Embree with dlopen.
 #include "embree_api.hpp"
 
 #include <dlfcn.h>

@@ -1,7 +1,9 @@
-// The part of the Embree 4 interface that the peer uses, declared by hand, and taken from a library that is loaded at
-// run time: fastlines neither links nor ships Embree. Names, values and layouts follow its reference, "Embree API
-// Reference" (embree.org/api.html): RTCRay, RTCHit, RTCRayHitN, RTCIntersectArguments, RTCGeometryType, and so on.
-// tests/test_embree_peer.py would see a wrong one: answers are compared hit for hit.
+// The part of the Embree 4 interface that the peer uses, declared by hand and resolved in a library that is loaded at
+// run time: fastlines neither links nor ships Embree.
+//
+// Names, values and layouts follow the "Embree API Reference" (embree.org/api.html): RTCRay, RTCHit, RTCRayHitN,
+// RTCIntersectArguments, RTCGeometryType, and so on. A wrong one would fail tests/test_embree_peer.py, which compares
+// answers hit for hit.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +22,7 @@ inline constexpr int kInvokeFilter = 1 << 1;        // RTC_RAY_QUERY_FLAG_INVOKE
 inline constexpr int kCoherent = 1 << 16;           // RTC_RAY_QUERY_FLAG_COHERENT
 inline constexpr std::uint32_t kAllFeatures = ~0u;  // RTC_FEATURE_FLAG_ALL
 
-/// RTCRayN followed by RTCHitN: arrays of N, one after the other; for N = 1 this is RTCRayHit.
+/// RTCRayN followed by RTCHitN, as consecutive arrays of N; for N = 1 this is RTCRayHit.
 template <int N>
 struct alignas(N == 1 ? 16 : 4 * N) RayHits {
   float ox[N], oy[N], oz[N], tnear[N];
@@ -31,26 +33,28 @@ struct alignas(N == 1 ? 16 : 4 * N) RayHits {
   std::uint32_t prim[N], geom[N], instance[N], instance_prim[N];
 };
 
-/// Where an array begins in a packet, counted in arrays of N words.
+/// The offsets of arrays in a ray packet and in a hit packet, in units of N words.
 enum RayField { kOrigin = 0, kNear = 3, kDirection = 4, kFar = 8, kId = 10 };
 enum HitField { kNormal = 0, kU = 3, kPrim = 5, kGeom = 6, kInstance = 7 };
 
+/// RTCBounds.
 struct alignas(16) BoxX4 {
   float lo[3], unused0, hi[3], unused1;
 };
 
+/// RTCBoundsFunctionArguments.
 struct BoundsArguments {
   void* user;
   std::uint32_t prim, time_step;
   BoxX4* bounds;
 };
 
-/// RTCRayQueryContext is what stands before `own`; a caller may append.
+/// RTCRayQueryContext. A caller may append fields by deriving from it.
 struct QueryContext {
   std::uint32_t instance = kInvalid, instance_prim = kInvalid;
 };
 
-/// RTCIntersectFunctionNArguments and, with rays that have no hits behind them, RTCOccludedFunctionNArguments.
+/// RTCIntersectFunctionNArguments, and RTCOccludedFunctionNArguments, whose rays have no hits behind them.
 struct CallbackArguments {
   int* valid;
   void* user;
@@ -60,6 +64,7 @@ struct CallbackArguments {
   std::uint32_t n, geom;
 };
 
+/// RTCFilterFunctionNArguments.
 struct FilterArguments {
   int* valid;
   void* user;
@@ -86,7 +91,7 @@ using Device = struct DeviceHandle*;
 using Geometry = struct GeometryHandle*;
 using SceneHandle = struct SceneObject*;
 
-/// The functions of the library. Each is named as there, without "rtc".
+/// The functions of the library, named as there without "rtc".
 struct Api {
   Device (*NewDevice)(const char*);
   void (*ReleaseDevice)(Device);
@@ -118,14 +123,14 @@ struct Api {
   void (*Occluded16)(const int*, SceneHandle, void*, QueryArguments*);
 };
 
-/// RTC_DEVICE_PROPERTY_…
+/// The values of RTC_DEVICE_PROPERTY_….
 inline constexpr int kVersionMajor = 1, kVersionMinor = 2, kVersionPatch = 3, kNative8 = 33, kNative16 = 34;
 
-/// Load the library, and before it the one that it needs, so that it need not be searched for ("" if there is none).
-/// Throws std::runtime_error with what the system says.
+/// Loads the Embree library. Loads the TBB library that it needs first, so that the system need not search for it; ""
+/// if there is none. Throws std::runtime_error with the system's message.
 const Api& load_api(const std::string& tbb, const std::string& embree);
 
-/// What was loaded; throws if nothing was.
+/// The loaded library; throws std::runtime_error if none is loaded.
 const Api& api();
 
 }  // namespace fastlines::peers

@@ -1,4 +1,4 @@
-// Making Embree scenes.
+// Builds Embree scenes.
 #include "embree_scene.hpp"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ float point(const SegmentEnds& segment, int k, float s) {
   return s == 1.0f ? segment.q[k] : segment.p[k] + s * (segment.q[k] - segment.p[k]);
 }
 
-/// A box around the capsule of a piece, a little larger than rounding makes it necessary.
+/// The box of the capsule of a piece, enlarged by slightly more than the rounding error.
 void bounds_of_piece(const BoundsArguments* args) {
   const auto& scene = *static_cast<const Scene*>(args->user);
   const Piece& piece = scene.pieces()[args->prim];
@@ -110,7 +110,7 @@ bool Scene::is_native(int width) const {
   return width == 1 || api().GetDeviceProperty(device_, width == 8 ? kNative8 : kNative16) != 0;
 }
 
-/// Decide how many pieces each segment has, and write down whose each piece is.
+/// Chooses the number of pieces of each segment and stores the owner of each piece.
 void Scene::cut(std::span<const SegmentEnds> segments) {
   constexpr float inf = std::numeric_limits<float>::infinity();
   box_ = {{inf, inf, inf}, 0, {-inf, -inf, -inf}, 0};
@@ -157,7 +157,7 @@ void Scene::add_user(Geometry geometry, const Callbacks& callbacks) {
   rtc.SetGeometryOccludedFunction(geometry, callbacks.any);
 }
 
-/// The pieces of a segment share the points between them.
+/// Consecutive pieces of a segment share the point between them.
 void Scene::add_curves(Geometry geometry, std::span<const SegmentEnds> segments) {
   const Api& rtc = api();
   const std::size_t n_points = owners_.size() + segments.size();
@@ -175,8 +175,8 @@ void Scene::add_curves(Geometry geometry, std::span<const SegmentEnds> segments)
     }
 }
 
-/// ProjectedRay the ribbon is across the segment and the view of the eye; the pieces of a segment share the points
-/// between them.
+/// A ribbon extends by the radius to both sides of its segment, perpendicular to the segment and to the direction from
+/// the eye. Consecutive pieces of a segment share the two points between them.
 void Scene::add_ribbons(Geometry geometry, std::span<const SegmentEnds> segments) {
   const Api& rtc = api();
   const std::size_t n_points = 2 * (owners_.size() + segments.size());

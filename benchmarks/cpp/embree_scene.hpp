@@ -1,5 +1,5 @@
-// Segments as an Embree scene: as user geometry, as its linear curves, or as ribbons of two triangles; cut to a length
-// or whole.
+// Segments as an Embree scene: as user geometry, as Embree's linear curves, or as ribbons of two triangles. Segments
+// stay whole or are cut into pieces.
 #pragma once
 
 #include <atomic>
@@ -20,13 +20,14 @@ struct SegmentEnds {
 struct SceneSettings {
   Kind kind = Kind::user;
   float radius = 0.0f;
-  float piece_length = 0.0f;  // segments are cut into equal pieces no longer than this; 0 = not at all
+  float piece_length = 0.0f;  // segments are cut into equal pieces of at most this length; 0 = not cut
   Quality quality = Quality::high;
   std::string device;        // the configuration of rtcNewDevice, such as "threads=1"
   float eye[3] = {0, 0, 0};  // ribbons face it
 };
 
-/// An Embree device with one scene of one geometry. Not to be copied: Embree holds pointers into it.
+/// An Embree device with one scene of one geometry. It must not be copied or moved, because Embree holds pointers into
+/// it.
 class Scene {
  public:
   Scene(std::span<const SegmentEnds> segments, const SceneSettings& settings, const Callbacks& callbacks);
@@ -34,16 +35,18 @@ class Scene {
   Scene(const Scene&) = delete;
 
   const SceneSettings& settings() const { return settings_; }
-  /// How near a ray must come: what the scene was built for. User geometry can also be asked with less.
+  /// How near a ray must come to hit: initially the radius that the scene was built for. With user geometry, it may be
+  /// lowered.
   float radius = 0.0f;
   SceneHandle handle() const { return scene_; }
   const std::vector<Piece>& pieces() const { return pieces_; }
   const std::vector<Owner>& owners() const { return owners_; }
   std::size_t n_pieces() const { return pieces_.size() + owners_.size(); }
-  /// What Embree has allocated, by its own account, and what its callbacks need.
+  /// The memory that Embree reports to have allocated, plus that of the pieces or owners.
   std::size_t bytes() const;
+  /// Whether Embree traces packets of this width natively.
   bool is_native(int width) const;
-  /// The box of the segments, to bound how far origins are from them.
+  /// The box of the segments, which bounds their distance from the origins of rays.
   const BoxX4& box() const { return box_; }
 
  private:
@@ -58,9 +61,9 @@ class Scene {
   std::string error_;
   Device device_ = nullptr;
   SceneHandle scene_ = nullptr;
-  std::vector<std::uint16_t> n_cuts_;  // while building: pieces of each segment
-  std::vector<Piece> pieces_;          // user geometry
-  std::vector<Owner> owners_;          // the others
+  std::vector<std::uint16_t> n_cuts_;  // during the build: the number of pieces of each segment
+  std::vector<Piece> pieces_;          // of user geometry
+  std::vector<Owner> owners_;          // of all other kinds
   BoxX4 box_{};
 };
 

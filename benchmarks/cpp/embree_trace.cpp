@@ -1,4 +1,4 @@
-// The ray loops.
+// Traces batches of rays through an Embree scene.
 #include "embree_trace.hpp"
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace {
 constexpr float kInf = std::numeric_limits<float>::infinity();
 constexpr std::size_t kChunk = 4096;  // a multiple of every width
 
-/// Denormals are zero while it lives, as Embree advises.
+/// Flushes denormals to zero for its lifetime, as Embree recommends.
 class FlushDenormals {
 #if defined(__SSE__)
  public:
@@ -30,7 +30,7 @@ class FlushDenormals {
 #endif
 };
 
-/// Call work(thread, begin, end) for all chunks of the rays, on so many threads; the calling one is one of them.
+/// Calls work(thread, begin, end) for all chunks of the rays, on n_threads threads including the calling one.
 template <class Work>
 void parallel_for(std::size_t n_rays, unsigned n_threads, Work&& work) {
   std::atomic<std::size_t> next{0};
@@ -44,14 +44,14 @@ void parallel_for(std::size_t n_rays, unsigned n_threads, Work&& work) {
   run(0);
 }
 
-/// What callbacks need to know of a batch.
+/// What the callbacks need for a batch.
 Batch batch_of(const Scene& scene, const Rays& rays) {
   Batch batch;
   batch.pieces = scene.pieces().data();
   batch.owners = scene.owners().data();
   batch.radius2 = scene.radius * scene.radius;
-  // The distance of the lines is computed to about 2⁻²¹ of how far origins are from the segments: slack for ten times
-  // that.
+  // The distance of two lines has an error of about 2⁻²¹ of the distance from the origins to the segments. The slack is
+  // 2⁻¹⁸ of it.
   float far2 = 0.0f;
   for (const Ray3& o : rays.origins) {
     const float origin[3] = {o.x, o.y, o.z};
@@ -93,7 +93,7 @@ void occluded(const Scene& scene, const int* valid, RayHits<W>& packet, QueryArg
   if constexpr (W == 16) return api().Occluded16(valid, scene.handle(), &packet, &args);
 }
 
-/// Trace the rays of a chunk in packets; then(packet, lane, i) sees each ray afterwards.
+/// Traces the rays of a chunk in packets; then calls then(packet, lane, i) for each ray.
 template <int W, bool kOccluded, class Then>
 void trace(const Scene& scene, const Rays& rays, QueryArguments& args, std::size_t begin, std::size_t end,
            Then&& then) {
@@ -113,7 +113,7 @@ void trace(const Scene& scene, const Rays& rays, QueryArguments& args, std::size
   }
 }
 
-/// Call use with the width as a constant.
+/// Calls use(width) with the width as a compile-time constant.
 template <class Use>
 void with_width(int width, Use&& use) {
   if (width == 1) return use(std::integral_constant<int, 1>{});
@@ -123,10 +123,10 @@ void with_width(int width, Use&& use) {
 
 bool is_user(const Scene& scene) { return scene.settings().kind == Kind::user; }
 
-/// Embree's id of a curve or triangle as the owner of that piece.
+/// The index of the piece, and of its owner, to which Embree's curve or triangle `prim` belongs.
 std::uint32_t piece_of(Kind kind, std::uint32_t prim) { return kind == Kind::ribbon ? prim / 2 : prim; }
 
-/// Write down each hit that is this segment's, and reject it, so that the search goes on.
+/// Stores each hit once per segment and rejects all of them, so that the traversal continues.
 template <Kind kKind>
 void collect(const FilterArguments* args) {
   const auto& batch = static_cast<const Batch&>(*args->context);
@@ -138,10 +138,10 @@ void collect(const FilterArguments* args) {
     args->valid[i] = 0;
     const Owner owner = batch.owners[piece_of(kKind, prims[i])];
     const float u = args->hits[kU * n + i];
-    // Between pieces, the hit is of the one whose inner part it is on; the ends belong to the first and the last.
+    // A hit at an end of a piece counts only at the ends of the segment, so that no hit is stored for two pieces.
     if (kKind != Kind::ribbon && ((u <= 0.0f && !owner.is_first()) || (u >= 1.0f && !owner.is_last()))) continue;
     if constexpr (kKind == Kind::round) {
-      // Where the ray enters, not where it leaves.
+      // Keep the point where the ray enters, not the one where it leaves.
       float facing = 0.0f;
       for (unsigned k = 0; k < 3; ++k)
         facing += args->hits[(kNormal + k) * n + i] * args->rays[(kDirection + k) * n + i];
@@ -169,7 +169,7 @@ HitBuffer::~HitBuffer() { std::free(begin); }
 void HitBuffer::grow() {
   const auto n = std::size_t(end - begin), wanted = std::max<std::size_t>(2 * n, 4096);
   auto* moved = static_cast<PeerHit*>(std::realloc(begin, wanted * sizeof(PeerHit)));
-  if (!moved) std::abort();  // in a callback of Embree nothing may be thrown
+  if (!moved) std::abort();  // a callback of Embree must not throw
   begin = moved;
   at = moved + n;
   end = moved + wanted;
@@ -225,8 +225,8 @@ std::vector<HitBuffer> all_hits(const Scene& scene, const Rays& rays, const How&
     }
     with_width(how.width, [&](auto width) {
       const auto nothing = [](const auto&, int, std::size_t) {};
-      // Embree 4.4's packets of coherent rays call occlusion callbacks more than once for the same primitive and ray
-      // when these reject the hit; those of rtcIntersect do not. For other rays occlusion is the faster way.
+      // In Embree 4.4, packets of coherent rays call an occlusion callback that rejects its hit more than once for the
+      // same primitive and ray; rtcIntersect does not. For incoherent rays, occlusion is faster.
       if (how.coherent)
         trace<width(), false>(scene, rays, args, begin, end, nothing);
       else

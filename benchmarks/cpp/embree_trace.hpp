@@ -1,4 +1,4 @@
-// Batches of rays through an Embree scene: the loops of a caller who knows Embree well.
+// Traces batches of rays through an Embree scene, as a caller who knows Embree well would.
 #pragma once
 
 #include "embree_scene.hpp"
@@ -15,7 +15,8 @@ struct Rays {
   float t_min, t_max;
 };
 
-/// How to ask: rays one by one (width 1), or in packets of 8 or 16 neighbours; coherent is what Embree is told of them.
+/// How to trace: rays one by one (width 1) or in packets of 8 or 16 neighbours, with Embree's hint for coherent rays or
+/// without.
 struct How {
   int width = 16;
   bool coherent = false;
@@ -28,7 +29,7 @@ void first_hits(const Scene& scene, const Rays& rays, const How& how, float* t, 
 /// Whether each ray hits anything.
 void any_hits(const Scene& scene, const Rays& rays, const How& how, bool* found);
 
-/// All hits, in no order: those of each thread.
+/// All hits in no order, one buffer per thread.
 std::vector<HitBuffer> all_hits(const Scene& scene, const Rays& rays, const How& how, const Callbacks& callbacks);
 
 }  // namespace fastlines::peers

@@ -1,10 +1,13 @@
-// The callbacks of user geometry, over the rays of a packet at once. Compiled once for each instruction set, with
-// fused multiply-adds: Embree shall have them.
+// The callbacks of user geometry, which test all rays of a packet at once. Compiled once for each instruction set, with
+// fused multiply-adds, so that Embree is not held back.
 //
-// The distance is that of cpp/fastlines/query/exact.hpp, without the frame and without a basis: with p = P − o, the
-// parts of p and e across the ray are a = p − (p·r) r and b = e − (e·r) r; s = −a·b/b·b, clamped; t = p·r + s·e·r.
-// Directions are of unit length. Most calls end after the distance of the two lines, |p·(e × r)|/|e × r|, which is no
-// more than that of ray and segment.
+// The distance is that of cpp/fastlines/primitives/segment_test.hpp, without the frame and the basis. Directions have
+// unit length. With p = P − o, the parts of p and e perpendicular to the ray are
+//
+//     a = p − (p·r) r,   b = e − (e·r) r;   s = −a·b / b·b, clamped to [0, 1];   t = p·r + s·e·r.
+//
+// Most calls end after the distance of the two lines, |p·(e × r)| / |e × r|, a lower bound for the distance of ray and
+// segment.
 #include "embree_user.hpp"
 
 #if defined(__AVX2__) || defined(__AVX512F__)
@@ -24,7 +27,7 @@ namespace {
 
 enum class Query { first, any, all };
 
-/// W rays side by side; 1 is a plain number.
+/// Vectors of W lanes; for W = 1 a scalar.
 template <int W>
 struct Lanes {
   typedef float F __attribute__((vector_size(4 * W)));
@@ -59,7 +62,7 @@ unsigned bits(const I& mask) {
   return found;
 }
 
-/// Comparisons give lanes of −1 and 0; a plain one is a bool.
+/// A comparison as a mask with lanes of −1 and 0; a scalar comparison gives a bool.
 template <class I, class Compared>
 I as_mask(const Compared& compared) {
   if constexpr (std::is_same_v<Compared, bool>)
@@ -80,7 +83,7 @@ F clamp01(const F& x) {
   return choose(as_mask<I>(low < one), low, one);
 }
 
-/// Test W rays, from lane `from` of a packet of n, with a piece.
+/// Tests W rays, from lane `from` of a packet of n, against a piece.
 template <int W, Query kQuery>
 void test(const CallbackArguments& args, unsigned n, unsigned from) {
   using F = typename Lanes<W>::F;
@@ -91,7 +94,7 @@ void test(const CallbackArguments& args, unsigned n, unsigned from) {
   const auto field = [&](unsigned k) { return load<F>(at(k)); };
   I valid = load<I>(args.valid + from);
 
-  // The distance of the lines.
+  // Reject rays by the distance of the lines.
   const F rx = field(kDirection), ry = field(kDirection + 1), rz = field(kDirection + 2);
   const F px = piece.p[0] - field(kOrigin), py = piece.p[1] - field(kOrigin + 1), pz = piece.p[2] - field(kOrigin + 2);
   const float ex = piece.e[0], ey = piece.e[1], ez = piece.e[2];
@@ -101,7 +104,7 @@ void test(const CallbackArguments& args, unsigned n, unsigned from) {
   valid &= as_mask<I>(pn * pn <= (nx * nx + ny * ny + nz * nz) * batch.loose2 + batch.slack2 * length2);
   if (bits(valid) == 0) return;
 
-  // The closest approach of the whole ray's line.
+  // Find the closest approach of the ray's line.
   const F pr = px * rx + py * ry + pz * rz, er = ex * rx + ey * ry + ez * rz;
   const F ax = px - pr * rx, ay = py - pr * ry, az = pz - pr * rz;
   const F bx = ex - er * rx, by = ey - er * ry, bz = ez - er * rz;
@@ -112,7 +115,7 @@ void test(const CallbackArguments& args, unsigned n, unsigned from) {
   F t = pr + s * er;
   F along = zero;
 
-  // Where that is outside the ray's bounds, the bound.
+  // Where its t is outside the ray's bounds, use the bound.
   const F t_min = field(kNear);
   I outside = as_mask<I>(t < t_min);
   F bound = t_min;
@@ -131,7 +134,7 @@ void test(const CallbackArguments& args, unsigned n, unsigned from) {
   const F x = ax + s * bx, y = ay + s * by, z = az + s * bz;
   valid &= as_mask<I>(x * x + y * y + z * z + along * along <= zero + batch.radius2);
 
-  // What the query makes of it.
+  // Record the hits for the query.
   const std::uint32_t prim = piece.owner.prim;
   if constexpr (kQuery == Query::first) {
     const F best = field(kFar);
@@ -158,7 +161,7 @@ void test(const CallbackArguments& args, unsigned n, unsigned from) {
   } else {
     unsigned left = bits(valid);
     if (left == 0) return;
-    // Of the pieces of a segment the one that holds the closest approach reports it.
+    // Only the piece that owns the s of the closest approach reports the hit.
     const Owner owner = piece.owner;
     const float s0 = owner.is_first() ? 0.0f : float(owner.k) / owner.m;
     const float s1 = owner.is_last() ? 2.0f : float(owner.k + 1) / owner.m;

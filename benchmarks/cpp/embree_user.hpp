@@ -5,7 +5,7 @@
 
 namespace fastlines::peers {
 
-/// Which piece of which segment: the k-th of m, [k/m, (k+1)/m) of it.
+/// The owner of a piece: the segment `prim`, of which the piece is the part [k/m, (k+1)/m).
 struct Owner {
   std::uint32_t prim;
   std::uint16_t k, m;
@@ -14,8 +14,8 @@ struct Owner {
   bool is_last() const { return k + 1 == m; }
 };
 
-/// What user geometry keeps for a piece: half a cache line. All pieces of a segment test the whole segment, so that
-/// each gives the same t; the piece decides which of them reports it, and how large the box is.
+/// A piece of user geometry, half a cache line. It holds the whole segment (start and end − start), because every piece
+/// tests the whole segment and so gets the same t. `owner` decides which piece reports a hit, and bounds its box.
 struct Piece {
   float p[3], e[3];
   Owner owner;
@@ -27,29 +27,29 @@ struct PeerHit {
   float t;
 };
 
-/// A growing array of hits. Not a std::vector: what callbacks call must not be compiled with them, or the linker could
-/// give code for AVX-512 to everybody.
+/// A growing array of hits. Not a std::vector: a template instantiated in the callbacks would be compiled with their
+/// flags, and the linker could choose its AVX-512 code for every caller.
 struct HitBuffer {
   PeerHit *begin = nullptr, *at = nullptr, *end = nullptr;
 
   HitBuffer();
   HitBuffer(HitBuffer&& other) noexcept;
   ~HitBuffer();
-  void grow();  // to twice the size
+  void grow();  // doubles the size
 };
 
-/// What a batch of rays shares, and where its hits go. Embree hands it back to callbacks.
+/// What the rays of a batch share, and the buffer for their hits. Embree passes it to the callbacks.
 struct Batch : QueryContext {
   const Piece* pieces = nullptr;       // user geometry
-  const Owner* owners = nullptr;       // what Embree tests itself
-  float radius2 = 0.0f;                // of a hit
-  float loose2 = 0.0f, slack2 = 0.0f;  // of the early way out: (p·n)² > loose2·n² + slack2·|e|² is no hit
-  float t_max = 0.0f;                  // as asked
+  const Owner* owners = nullptr;       // curves and ribbons
+  float radius2 = 0.0f;                // a hit is at most this far away, squared
+  float loose2 = 0.0f, slack2 = 0.0f;  // early exit: (p·n)² > loose2·n² + slack2·|e|² is no hit
+  float t_max = 0.0f;                  // of the query; tfar falls with hits
   bool bounded = false;                // t_max is finite
-  HitBuffer* hits = nullptr;           // all hits, in no order
+  HitBuffer* hits = nullptr;           // for all hits, in no order
 };
 
-/// One callback a kind of query, for packets of 1, 4, 8 and 16 rays.
+/// One callback per kind of query, for packets of 1, 4, 8 and 16 rays.
 struct Callbacks {
   Callback first, any, all;
 };

@@ -1,4 +1,4 @@
-// The Python modules fastlines_bench._step_timings_*: how long each step of the kernels takes, for one instruction set.
+// The Python modules fastlines_bench._step_timings_*: the time of each step of the kernels, for one instruction set.
 #include "step_timings.hpp"
 
 #include <nanobind/nanobind.h>
@@ -12,7 +12,7 @@ using namespace nb::literals;
 namespace fastlines {
 namespace {
 
-/// Nanoseconds that each step takes alone, by name.
+/// The nanoseconds that each step takes alone, by name.
 nb::dict time_steps(Input<float> segments, Input<std::uint8_t> nodes, Input<std::uint8_t> leaves,
                     Input<std::uint32_t> refs, std::array<float, 6> corners, Input<float> origins,
                     Input<float> directions, float radius) {

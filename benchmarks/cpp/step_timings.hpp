@@ -1,5 +1,5 @@
-// How long each step of the kernels takes alone: the same few blocks and rays again and again, from the nearest cache,
-// with nothing to wait for. The sum over the steps of a query is a lower bound for what the query takes.
+// Times each step of the kernels alone: on a few blocks and rays that stay in the L1 cache, without cache misses. The
+// sum over all steps of a query is a lower bound for its time.
 #pragma once
 
 #include <chrono>
@@ -9,31 +9,31 @@
 
 namespace fastlines {
 
-/// Nanoseconds.
+/// The nanoseconds of each step.
 struct StepTimings {
-  double cycle;    // of the processor: one addition after the other
-  double ray;      // to prepare
-  double node;     // 16 boxes
-  double leaf;     // 16 pieces
-  double segment;  // to set up for a bundle
-  double line;     // seen from afar by sixteen rays
-  double pack;     // an exact test of sixteen
-  double test;     // an exact test of one
+  double cycle;    // of the processor: one of a chain of dependent additions
+  double ray;      // preparing a ray
+  double node;     // culling 16 boxes with one ray
+  double leaf;     // culling 16 pieces with one ray
+  double segment;  // loading a segment for a bundle
+  double line;     // the line test of a segment against 16 rays of a bundle
+  double pack;     // an exact test in 16 lanes
+  double test;     // an exact test of one ray and one segment
 };
 
-/// Keep the compiler from leaving out what is timed.
+/// Stops the compiler from removing the computation of a value.
 template <class T>
 inline void keep(T& value) {
   asm volatile("" : "+r"(value));
 }
 
-/// Keep it from leaving out what has been written there.
+/// Stops the compiler from removing writes to memory.
 template <class T>
 inline void keep_all(T* written) {
   asm volatile("" : : "r"(written) : "memory");
 }
 
-/// Nanoseconds a step, the best of some runs of `step(i)`.
+/// The nanoseconds per call of step(i): the minimum over 40 runs of n calls each.
 template <class Step>
 double time_of(Step&& step, int n = 4096) {
   using Clock = std::chrono::steady_clock;
@@ -46,9 +46,10 @@ double time_of(Step&& step, int n = 4096) {
   return best;
 }
 
-/// For a tree that is not empty, and at least 64 coherent rays.
+/// Times all steps on the first blocks of a tree that is not empty. Takes the first 64 rays, which must be coherent;
+/// throws std::invalid_argument otherwise.
 inline StepTimings measure_steps(const WideBvhView<Segments>& tree, const RayBatch& batch) {
-  constexpr std::uint32_t kFew = 8;
+  constexpr std::uint32_t kCullRays = 8;  // single rays that take turns in culling
   std::uint32_t ids[kGroupSize], sum = 0;
   for (std::uint32_t i = 0; i < kGroupSize; ++i) ids[i] = i;
   const auto rays = std::make_unique<RayGroup>();
@@ -87,11 +88,11 @@ inline StepTimings measure_steps(const WideBvhView<Segments>& tree, const RayBat
               kGroupSize;
   timed.node = time_of([&](int i) {
     FloatX16 enter;
-    sum += cull_node(cull[std::uint32_t(i) % kFew], tree.nodes[0], 1e9f, enter);
+    sum += cull_node(cull[std::uint32_t(i) % kCullRays], tree.nodes[0], 1e9f, enter);
     keep(sum);
   });
   timed.leaf = time_of([&](int i) {
-    const ProjectedRay& ray = cull[std::uint32_t(i) % kFew].across;
+    const ProjectedRay& ray = cull[std::uint32_t(i) % kCullRays].across;
     sum += cull_leaf(ray, tree.leaves[0], leaf_offset(tree.leaves[0], ray));
     keep(sum);
   });
@@ -111,9 +112,9 @@ inline StepTimings measure_steps(const WideBvhView<Segments>& tree, const RayBat
                    256) /
                (kSimdWidth * (kGroupSize / kSimdWidth));
   timed.pack = time_of([&](int i) {
-    const PacketView sixteen(*rays, i % 4 * kSimdWidth);
+    const PacketView packet(*rays, i % 4 * kSimdWidth);
     const int j = i / 4 % kSimdWidth;
-    sum += Segments::test<FloatX16>(sixteen, lanes_at(j)).closest.hit.bits();
+    sum += Segments::test<FloatX16>(packet, lanes_at(j)).closest.hit.bits();
     keep(sum);
   });
   const Ray ray = prepare(batch[0], tree.frame);
