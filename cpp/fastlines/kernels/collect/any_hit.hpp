@@ -3,6 +3,7 @@
 
 #include <bit>
 
+#include "../../references/reference.hpp"
 #include "collector.hpp"
 
 namespace fastlines {

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <limits>
 
+#include "../../layout/wide_bvh.hpp"
 #include "../collect/collector.hpp"
 
 namespace fastlines {

@@ -16,6 +16,7 @@
 #include "../intersect/exact_test.hpp"
 #include "../intersect/node_cull.hpp"
 #include "../intersect/prefetch.hpp"
+#include "../rays/ray_views.hpp"
 
 namespace fastlines {
 
