@@ -2,7 +2,7 @@
 // run time: fastlines neither links nor ships Embree.
 //
 // Names, values and layouts follow the "Embree API Reference" (embree.org/api.html): RTCRay, RTCHit, RTCRayHitN,
-// RTCIntersectArguments, RTCGeometryType, and so on. A wrong one would fail tests/test_embree_peer.py, which compares
+// RTCIntersectArguments, RTCGeometryType, and so on. A wrong one would fail benchmarks/tests/test_embree.py, which compares
 // answers hit for hit.
 #pragma once
 

@@ -32,7 +32,7 @@ MAX_DEPTH = _core.MAX_DEPTH
 
 
 class Planes(NamedTuple):
-    """A KD tree as the core searches it by its planes (cpp/fastlines/query/plane_search.hpp).
+    """A KD tree as the core searches it by its planes (cpp/fastlines/query/plane_tree.hpp).
 
     Attributes
     ----------

@@ -13,7 +13,7 @@ from fastlines.settings import Settings
 from fastlines.tree import Tree
 from fastlines.tree_data import MAX_DEPTH, NODE, REF
 
-#: A leaf of the core's nodes has this in the lowest two bits (cpp/fastlines/query/plane_search.hpp).
+#: A leaf of the core's nodes has this in the lowest two bits (cpp/fastlines/query/plane_tree.hpp).
 LEAF = 3
 
 

@@ -21,7 +21,7 @@ from .harness.tables import format_3_digits, new_table, print_table, wide_consol
 from .harness.turns import ask_tree
 from .package import num_threads, use_engine
 
-#: The steps that are counted (kernels/tally.hpp) and timed (benchmarks/cpp/step_timings.hpp).
+#: The steps that are counted (kernels/cost/step_counters.hpp) and timed (benchmarks/cpp/step_timings.hpp).
 STEPS = {
     "rays": "a ray prepared",
     "nodes": "a node culled: 16 boxes",
@@ -35,7 +35,7 @@ STEPS = {
 #: A ray's steps are counted on so many rays at most.
 COUNTED = 1 << 16
 
-#: As many rays as are taken together: `kLanes` (kernels/lanes.hpp).
+#: As many rays as are taken together: `kGroupSize` (kernels/rays/ray_group.hpp).
 AGAIN = 64
 
 

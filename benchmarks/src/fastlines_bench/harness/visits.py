@@ -19,7 +19,7 @@ from ..package import Layout
 from .arrays import IntArray
 from .rays import RayBatch
 
-#: A node of the wide layout (layout/wide.hpp); its children's planes are low x, y, z, then high x, y, z, of 16 each.
+#: A node of the wide layout (layout/wide_bvh.hpp). Planes: low x, y, z, then high x, y, z, of its 16 children each.
 WIDE_NODE = np.dtype(
     [
         ("org", "<f4", 3),
@@ -144,7 +144,7 @@ def expect_visits(tree: Tree, radius: float) -> Visits:
 def expect_wide(layout: Layout, radius: float) -> tuple[float, float]:
     """Reckon likewise how many nodes and leaves of the layout are culled for a line."""
     nodes = layout.nodes.reshape(-1).view(WIDE_NODE)
-    # Coordinates are those of the frame, which scales by a power of two (query/frame.hpp).
+    # Coordinates are those of the frame, which scales by a power of two (rays/frame.hpp).
     box = layout.box.astype(np.float64)
     centre = box.mean(axis=0).astype(np.float32)
     half = float(np.abs(box - centre).max())
