@@ -10,17 +10,8 @@ from dataclasses import dataclass, field
 class Cell:
     """A figure in a table.
 
-    Attributes
-    ----------
-    text : str
-    value : float or None
-        What it is sorted by; None goes last.
-    other : str
-        A second figure below the first, or "".
-    good : bool or None
-        Whether it is marked as one that holds, or does not.
-    bar : float or None
-        The length of a bar behind it, from 0 to 1.
+    `value` is its key for sorting, and None sorts last. `other` is a second figure below it. `good` marks it as one
+    that holds, or does not. `bar` is the length of a bar behind it, from 0 to 1.
     """
 
     text: str
@@ -51,14 +42,10 @@ class Picture:
 
 @dataclass(frozen=True)
 class Gallery:
-    """Pictures side by side, so many if there is room, none narrower than so many pixels.
+    """Pictures side by side, in up to `columns` columns, each at least `least` pixels wide.
 
-    Attributes
-    ----------
-    scale : (colours, most) or None
-        The scale of colours that the pictures are drawn with, for counts from 1 to `most`; colours are (r, g, b).
-    mosaic : bool
-        The first picture is twice as large, with the others beside it.
+    `scale` is the colours, (r, g, b), in which the pictures show counts from 1 to its second part. With `mosaic` the
+    first picture is twice as large as the others, which stand beside it.
     """
 
     pictures: Sequence[Picture]
@@ -76,7 +63,7 @@ class Section:
     name: str
     title: str
     text: Sequence[str] = ()
-    parts: Sequence[Table | Gallery] = field(default=())
+    parts: Sequence[Table | Gallery] = ()
     points: Sequence[tuple[str, str]] = ()
 
 

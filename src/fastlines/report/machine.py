@@ -1,9 +1,8 @@
-"""Where the figures were measured."""
+"""The machine on which the figures were measured."""
 
 from __future__ import annotations
 
 import datetime
-import os
 import platform
 from pathlib import Path
 
@@ -25,13 +24,8 @@ def describe_machine() -> dict[str, str | int]:
     }
 
 
-def load() -> float | None:
-    """How many processes wanted to run, on average over the last minute."""
-    return os.getloadavg()[0] if hasattr(os, "getloadavg") else None
-
-
 def _processor() -> str:
-    """The name of the processor, as far as the system tells."""
+    """Return the name of the processor, as far as the system gives it."""
     try:
         for line in Path("/proc/cpuinfo").read_text().splitlines():
             if line.startswith("model name"):

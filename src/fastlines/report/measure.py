@@ -1,10 +1,10 @@
-"""Trees over the same lines, side by side: built, validated, asked, and their answers compared bit for bit."""
+"""Figures of trees over the same lines: builds and queries are timed, and answers compared bit for bit."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -19,18 +19,18 @@ COSTS = {"tight": fl.Cost(2.0), "cut": fl.Cost(0.6)}
 #: The queries that are timed: first and all hits, with each of the thesis's radii.
 QUERIES = tuple((query, letter) for query in ("first", "all") for letter in RADII)
 
-#: Answers to a picture of up to so many pixels are compared, fewer where a tree tests many segments for a ray.
+#: The rays of a square picture of up to COMPARED pixels a side are compared: fewer, if they take more than TESTS tests.
 COMPARED, TESTS = 64, 4e7
 
-#: Trees take turns at least and at most so often, as there is time; the best time counts.
+#: The least and the most rounds of a timing, in which trees take turns; the best time counts.
 LEAST, MOST = 3, 20
 
-#: About so many hits are listed at a time.
+#: About how many hits one query may list.
 MAX_HITS = 1 << 22
 
 
 class _OverLimitError(Exception):
-    """Ends a build that takes too long."""
+    """Ends a build that exceeds its limit."""
 
 
 @dataclass(frozen=True)
@@ -40,19 +40,18 @@ class TreeFigures:
     Attributes
     ----------
     build_s : float
-        Seconds to build the tree and to lay it out for queries.
+        Seconds of the build and of the layout.
     cost : float
-        With the cost model of its kind, `COSTS`.
+        By the cost model of its kind, `COSTS`.
     bytes : int
-        Of what queries run on, with the segments.
-    mrays : dict of str to float
-        Millions of rays a second, by query: "first W" and so on.
-    as_built : dict of str to float
-        Likewise, at the radius M, one ray at a time through the binary tree.
+        Memory of the layout and the segments.
+    mrays, as_built : dict of str to float
+        Millions of rays a second: of each query ("first W", …), and of a search of the binary tree, one ray at a time,
+        with the radius M.
     n_compared : int
-        How many answers are those of the tree that it was compared with.
+        How many answers equal those of the reference tree.
     over_s : float or None
-        The limit that the build did not end within; then nothing else is known.
+        The limit in seconds that the build exceeded; then nothing else is known.
     """
 
     method: str
@@ -67,19 +66,9 @@ class TreeFigures:
     n_compared: int = 0
     over_s: float | None = None
 
-    def to_json(self) -> dict[str, Any]:
-        """Return all figures, ready for JSON."""
-        return asdict(self)
-
 
 def build_within(lines: fl.Lines, method: str, limit: float) -> tuple[fl.Tree | None, float]:
-    """Build a tree with its layout, and validate it; None if that takes more than the limit.
-
-    Returns
-    -------
-    tree : Tree or None
-    seconds : float
-    """
+    """Build a tree with its layout, validate it, and return it with its seconds; None if the build exceeds a limit."""
     start = time.perf_counter()
 
     def watch(share: float) -> None:
@@ -97,13 +86,7 @@ def build_within(lines: fl.Lines, method: str, limit: float) -> tuple[fl.Tree | 
 
 
 def measure_tree(tree: fl.Tree, build_s: float, reference: fl.Tree, camera: fl.Camera, radius: float) -> TreeFigures:
-    """Compare the answers of a tree with those of a reference; return its figures, without times of queries.
-
-    Raises
-    ------
-    FastlinesError
-        If an answer differs.
-    """
+    """Return the figures of a tree but for those of its queries; refuse it if an answer differs from a reference."""
     cost = tree.cost(model=COSTS[tree.settings.boxes])
     size = int(np.clip((TESTS / cost) ** 0.5, 4, COMPARED))
     n_compared = sum(compare(tree, reference, camera, radius, kernel, size) for kernel in ("auto", "binary"))
@@ -112,7 +95,7 @@ def measure_tree(tree: fl.Tree, build_s: float, reference: fl.Tree, camera: fl.C
 
 
 def ask(tree: fl.Tree, query: str, rays: tuple[Any, Any], radius: float, kernel: str) -> Any:
-    """Ask for first or all hits."""
+    """Find first or all hits."""
     return (tree.first_hit if query == "first" else tree.all_hits)(*rays, radius, kernel=kernel)
 
 
@@ -133,14 +116,10 @@ def compare(tree: fl.Tree, reference: fl.Tree, camera: fl.Camera, radius: float,
 def time_in_turn(
     trees: Mapping[str, fl.Tree], query: str, radius: float, kernel: str, camera: fl.Camera, size: int, budget: float
 ) -> dict[str, float]:
-    """Ask trees the same in turn; return millions of rays a second by name, the best of all rounds.
+    """Time a query on trees in turn; return by name the millions of rays a second of the best round.
 
-    Parameters
-    ----------
-    size : int
-        Rays are those of a square picture of up to so many pixels a side.
-    budget : float
-        Seconds for one turn of one tree; its picture is smaller where it would take longer.
+    The rays are those of a square picture of `size` pixels a side, or fewer where a turn would take more than `budget`
+    seconds.
     """
     pixels = {name: _fitting(tree, query, radius, kernel, camera, size, budget) for name, tree in trees.items()}
     rays = {n: camera.rays(n, n) for n in set(pixels.values())}
@@ -156,7 +135,7 @@ def time_in_turn(
 
 
 def _fitting(tree: fl.Tree, query: str, radius: float, kernel: str, camera: fl.Camera, size: int, budget: float) -> int:
-    """Find the largest picture that there is time for, and memory for its hits: each has four times the rays."""
+    """Return the side of the largest picture whose query fits into the budget, and its hits into `MAX_HITS`."""
     pixels = min(size, 8)
     while pixels < size:
         start = time.perf_counter()

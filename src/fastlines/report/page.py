@@ -1,4 +1,4 @@
-"""A page of HTML: style and a few lines that sort tables are in it, and pictures are too, or in a folder beside it."""
+"""A page of HTML with its style and script; its pictures are embedded or in a folder beside it."""
 
 from __future__ import annotations
 
@@ -12,15 +12,10 @@ from .document import Cell, Document, Gallery, Section, Table
 
 
 def html(document: Document, images: Path, embed: bool = True) -> str:
-    """Write a page.
+    """Return a document as HTML.
 
-    Parameters
-    ----------
-    document : Document
-    images : Path
-        The folder of its pictures.
-    embed : bool
-        Put the pictures into the page; else it refers to them, and the page must lie beside the folder.
+    Its pictures are in the folder `images`. They are embedded, or else the page refers to them and must be saved beside
+    that folder.
     """
     style, script = ((resources.files(__package__) / name).read_text("utf-8") for name in ("page.css", "page.js"))
 
@@ -50,7 +45,7 @@ def html(document: Document, images: Path, embed: bool = True) -> str:
 <p class="lead">{escape(document.lead)}</p>
 {f'<ul class="verdicts">{verdicts}</ul>' if verdicts else ""}
 <nav>{links}</nav>
-<p class="note hint">A click on the head of a column sorts its table.</p>
+<p class="note hint">Click the head of a column to sort its table.</p>
 </header>
 {sections}
 <footer><p>{escape(document.foot)}</p></footer>

@@ -1,4 +1,4 @@
-"""Making the pages: the scenes or the lines, their trees, their pictures, and what they say."""
+"""The pages of ``demo`` and ``report``: trees over scenes or lines, measured and drawn."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import os
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from ..atomic_write import atomic_write
 from ..methods import METHOD_NOTES
 from ..render import depth_picture, level_sheet, write_picture
 from ..scenes import NAMES, RADII
-from .document import Document, Gallery, Picture, Section
+from .document import Document, Gallery, Picture, Section, Table
 from .machine import describe_machine
 from .measure import QUERIES, TreeFigures, build_within, measure_tree, time_in_turn
 from .page import html
@@ -29,7 +29,7 @@ from .tables import answer_points, print_trees, queries_table, trees_table
 IMAGES = "images"
 #: The trees whose levels are drawn.
 DRAWN = ("best", "bvh-d2", "kd-d2")
-#: The radius of the lines behind the boxes of a tree, as a share of the longest side.
+#: The radius of the lines behind the boxes of a tree, as a fraction of the scene's longest side.
 BEHIND = 0.002
 
 
@@ -40,19 +40,19 @@ class Preset:
     Parameters
     ----------
     scenes : mapping of str to int or None
-        The scenes of the demo and how many segments each has; None = as many as in the thesis.
+        The scenes of the demo with their numbers of segments; None is the thesis's number.
     size : int
-        Rays are those of a square picture of up to so many pixels a side.
+        Pixels a side of the square picture whose rays are timed, at most.
     budget : float
         Seconds for one figure.
     build_limit : float
-        Seconds; a build that takes longer is ended.
+        Seconds after which a build is ended.
     picture, samples : int
-        Width and height of pictures in pixels, and of the grid of samples in each pixel.
+        Pixels a side of the pictures, and samples a side of each pixel.
     panel, levels : int
-        Width and height of a level's panel, and how many levels of a tree are drawn.
+        Pixels a side of a level's panel, and how many levels of a tree are drawn.
     methods : tuple of str
-        The trees; the answers of the first are what those of the others are compared with.
+        The trees.
     """
 
     scenes: Mapping[str, int | None] = field(default_factory=lambda: dict.fromkeys(NAMES))
@@ -66,18 +66,12 @@ class Preset:
     methods: tuple[str, ...] = ("best", *(method for method in fl.METHODS if method != "best"))
 
 
-#: As large as in the thesis: some minutes.
+#: The sizes of the thesis; takes some minutes.
 FULL = Preset()
 
-#: About half a minute on two cores.
+#: Small scenes; takes about half a minute on two cores.
 QUICK = Preset(
-    scenes={
-        "bun-hair": 6_000,
-        "straight-hair": 8_000,
-        "spaghetti": 2_000,
-        "spaghetti-2": 2_500,
-        "photon-beams": 2_500,
-    },
+    scenes={"bun-hair": 6_000, "straight-hair": 8_000, "spaghetti": 2_000, "spaghetti-2": 2_500, "photon-beams": 2_500},
     size=128,
     budget=0.03,
     build_limit=20.0,
@@ -104,29 +98,26 @@ def demo_page(directory: str | os.PathLike[str], preset: Preset, *, show_progres
     Parameters
     ----------
     directory : str or path-like
-        Made if it does not exist; files of an earlier run are replaced.
+        The folder, which is made if it does not exist. Files of an earlier run are replaced.
     preset : Preset
-        How large it is.
     show_progress : bool
         Show a bar on stderr.
 
     Returns
     -------
     Path
-        Of ``index.html``. Beside it are ``table.json`` and the folder ``images``.
+        The page, ``index.html``. Beside it are ``table.json`` and the folder ``images``.
 
     Raises
     ------
     FastlinesError
         If two trees answer differently, or a tree is not valid.
     """
-    subjects = []
-    for name, n_segments in preset.scenes.items():
-        scene = fl.scenes.make(name, n_segments)
-        subjects.append(Subject(name, scene.title, scene.lines, scene.camera, RADII))
+    scenes = [fl.scenes.make(name, n_segments) for name, n_segments in preset.scenes.items()]
+    subjects = [Subject(scene.name, scene.title, scene.lines, scene.camera, RADII) for scene in scenes]
     lead = (
         "The five trees of Ivan Kuckir’s thesis (Prague 2013) and the default tree of fastlines, “best”, over the five "
-        "scenes of the thesis: built, validated, asked and drawn."
+        "scenes of the thesis: built, validated, queried and drawn."
     )
     return _write(directory, preset, "Trees over lines, side by side", lead, subjects, False, show_progress)
 
@@ -141,20 +132,11 @@ def report_page(
     answer: bool = True,
     show_progress: bool = False,
 ) -> Path:
-    """Compare the trees over some lines, and write a page; see `demo_page`.
+    """Compare the trees over some lines, called `name`, with the rays of a camera; see `demo_page`.
 
-    Parameters
-    ----------
-    name : str
-        What the page calls the lines.
-    lines : Lines
-    camera : Camera
-        Whose rays are asked, for square pictures.
-    answer : bool
-        Begin with which tree suits these lines.
+    With `answer` the page begins with which tree suits these lines.
     """
-    low, high = lines.bounds.astype(np.float64)
-    side = float((high - low).max()) or 1.0
+    side = float(np.ptp(lines.bounds.astype(np.float64), axis=0).max()) or 1.0
     radii = {letter: share * side for letter, share in RADII.items()}
     subject = Subject("lines", Path(name).name, lines, camera, radii)
     lead = "The five trees of Ivan Kuckir’s thesis (Prague 2013) and the default tree of fastlines over these lines."
@@ -177,14 +159,17 @@ def _write(
     sections = []
     with _steps(len(subjects) * (len(preset.methods) + len(QUERIES) + 2 + len(DRAWN) + 1), show_progress) as step:
         for subject in subjects:
-            rows, pictures = _measure(subject, preset, folder / IMAGES, step)
+            rows, (lines_drawn, levels_drawn) = _measure(subject, preset, folder / IMAGES, step)
             found[subject.name] = rows
             print_trees(subject.title, len(subject.lines), rows)
             if answer:
                 sections.append(Section("answer", "Which tree suits these lines", points=answer_points(rows)))
-            sections.append(_section(subject, rows, pictures))
+            radii = ", ".join(f"{letter} = {radius:.3g}" for letter, radius in subject.radii.items())
+            text = f"{len(subject.lines):,} segments. Lighter is nearer. One tree serves all radii: {radii}."
+            parts: list[Table | Gallery] = [lines_drawn, trees_table(rows), queries_table(rows), levels_drawn]
+            sections.append(Section(subject.name, subject.title, [text], parts))
 
-    # Say what it all comes to.
+    # Write the verdicts, the machine and all figures.
     every = [row for rows in found.values() for row in rows if row.over_s is None]
     n_compared = sum(row.n_compared for row in every)
     verdicts = [
@@ -197,7 +182,6 @@ def _write(
         f"{machine['processor']}, {machine['threads']} threads, {machine['system']}; fastlines {machine['fastlines']}, "
         f"Python {machine['python']}; {machine['date']}; {time.perf_counter() - start:.0f} s in all."
     )
-    document = Document(title, lead, [*sections, methods], foot, verdicts)
     figures = {
         "format": "fastlines trees 1",
         "title": title,
@@ -210,16 +194,13 @@ def _write(
                 "title": subject.title,
                 "n_segments": len(subject.lines),
                 "radii": subject.radii,
-                "trees": [row.to_json() for row in found[subject.name]],
+                "trees": [asdict(row) for row in found[subject.name]],
             }
             for subject in subjects
         ],
     }
-    texts = {
-        "table.json": json.dumps(figures, indent=1) + "\n",
-        "index.html": html(document, folder / IMAGES, embed=False),
-    }
-    for file, content in texts.items():
+    page = html(Document(title, lead, [*sections, methods], foot, verdicts), folder / IMAGES, embed=False)
+    for file, content in (("table.json", json.dumps(figures, indent=1) + "\n"), ("index.html", page)):
         with atomic_write(folder / file) as partial:
             partial.write_text(content, encoding="utf-8")
     return folder / "index.html"
@@ -228,7 +209,7 @@ def _write(
 def _measure(
     subject: Subject, preset: Preset, folder: Path, step: Callable[[str], None]
 ) -> tuple[list[TreeFigures], list[Gallery]]:
-    """Build the trees of one subject, compare and time them, and draw the lines and the trees."""
+    """Build the trees of a subject, compare and time them; draw the lines and the trees, a gallery each."""
     rows: dict[str, TreeFigures] = {}
     trees: dict[str, fl.Tree] = {}
     best = fl.build(subject.lines)
@@ -241,18 +222,17 @@ def _measure(
         trees[method] = tree
         rows[method] = measure_tree(tree, seconds, best, subject.camera, subject.radii["M"])
 
-    # Ask all trees in turn.
+    # Time the queries of all trees in turn.
     for query, letter in QUERIES:
         for kernel in ("auto", "binary") if letter == "M" else ("auto",):
             step(f"{subject.title}: {query} hits, {letter}")
             radius = subject.radii[letter]
             rates = time_in_turn(trees, query, radius, kernel, subject.camera, preset.size, preset.budget)
             for method, rate in rates.items():
-                row = rows[method]
                 if kernel == "auto":
-                    rows[method] = replace(row, mrays={**row.mrays, f"{query} {letter}": rate})
+                    rows[method].mrays[f"{query} {letter}"] = rate
                 else:
-                    rows[method] = replace(row, as_built={**row.as_built, query: rate})
+                    rows[method].as_built[query] = rate
 
     # Draw the levels of some trees.
     sheets = []
@@ -283,18 +263,9 @@ def _keep(folder: Path, name: str, picture: Any, caption: str, alt: str) -> Pict
     return Picture(f"{name}.png", caption, alt)
 
 
-def _section(subject: Subject, rows: list[TreeFigures], galleries: list[Gallery]) -> Section:
-    radii = ", ".join(f"{letter} = {radius:.3g}" for letter, radius in subject.radii.items())
-    text = [
-        f"{len(subject.lines):,} segments. Lighter is nearer. No tree is built again for another radius: {radii}.",
-    ]
-    shown, sheets = galleries
-    return Section(subject.name, subject.title, text, [shown, trees_table(rows), queries_table(rows), sheets])
-
-
 @contextmanager
 def _steps(n_steps: int, show: bool) -> Iterator[Callable[[str], None]]:
-    """Show which step is on, if there is someone to look at it."""
+    """Yield what is called with the name of each step; a bar shows it if wanted."""
     if not show:
         yield lambda name: None
         return

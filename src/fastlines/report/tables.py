@@ -1,4 +1,4 @@
-"""The figures of trees side by side: as tables of a page, as lines of a terminal, and as an answer in words."""
+"""The figures of trees side by side: tables of a page, lines of a terminal, and an answer in words."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from .document import Cell, Table
 from .measure import QUERIES, TreeFigures
 
-#: A tree is as good as the fastest if it takes at most so many times as long.
+#: The answer also names trees that take at most this many times as long as the fastest.
 NEAR = 1.1
 
 
@@ -24,7 +24,7 @@ def format_3_digits(value: float) -> str:
 
 
 def trees_table(rows: Sequence[TreeFigures]) -> Table:
-    """Write what the trees are, and what they take to build."""
+    """Return the table of the sizes, costs and builds of trees."""
     heads = ["tree", "references", "nodes", "depth", "cost", "memory, MB", "build, s"]
     body = []
     for row in rows:
@@ -35,14 +35,14 @@ def trees_table(rows: Sequence[TreeFigures]) -> Table:
         figures = [Cell(format_3_digits(value), value) for value in (row.cost, row.bytes / 1e6, row.build_s)]
         body.append([Cell(row.method), *counts, *figures])
     note = (
-        "Cost: what a random line through the scene is expected to take (thesis §3.3), with c_prim = 1 and c_trav = 2 "
-        "for BVHs, 0.6 for KD trees. Memory: of what queries run on, with the segments."
+        "The cost is that of a random line through the scene (thesis §3.3), with c_prim = 1 and c_trav = 2 for BVHs, "
+        "0.6 for KD trees. The memory is that of the layout and the segments."
     )
     return Table(heads, body, "The trees", [note])
 
 
 def queries_table(rows: Sequence[TreeFigures]) -> Table:
-    """Write how many rays a second the trees answer, with bars."""
+    """Return the table of millions of rays a second, with bars."""
     known = [row for row in rows if row.over_s is None]
     columns = [f"{query} {letter}" for query, letter in QUERIES]
     most = {column: max((row.mrays[column] for row in known), default=1.0) for column in columns}
@@ -56,8 +56,8 @@ def queries_table(rows: Sequence[TreeFigures]) -> Table:
         body.append([Cell(row.method), *cells])
     heads = ["tree", *(column[0].upper() + column[1:] for column in columns), "First M, as built", "All M, as built"]
     note = (
-        "First finds the nearest hit of each ray, All lists all hits; rays are those of the camera, with all threads. "
-        "As built: through the binary tree, one ray at a time, which shows what the trees differ in."
+        "First finds the nearest hit of each ray, All lists all hits. The camera's rays are traced on all threads. "
+        "As built searches the binary tree, one ray at a time, and shows how the trees differ."
     )
     return Table(heads, body, "Queries: millions of rays a second; a longer bar is faster", [note])
 
@@ -77,7 +77,7 @@ def print_trees(title: str, n_segments: int, rows: Sequence[TreeFigures]) -> Non
 
 
 def answer_points(rows: Sequence[TreeFigures]) -> list[tuple[str, str]]:
-    """Say which tree is the fastest for each query, which is built first, and which builds did not end."""
+    """Return which tree is fastest for each query, which is built first, and which builds exceeded the limit."""
     known = {row.method: row for row in rows if row.over_s is None}
     points = []
     for column, what in (("first M", "First hits"), ("all M", "All hits")):
@@ -100,5 +100,5 @@ def answer_points(rows: Sequence[TreeFigures]) -> list[tuple[str, str]]:
     over = [f"the build of {row.method} did not end within {row.over_s:g} s" for row in rows if row.over_s is not None]
     if over:
         points.append(("Left out", "; ".join(over) + "."))
-    points.append(("Measured with", "the rays of a camera that looks at all of the lines, at the radius M."))
+    points.append(("Measured with", "the rays of a camera that looks at all of the lines, with the radius M."))
     return points
