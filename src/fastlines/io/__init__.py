@@ -1,4 +1,4 @@
-"""Readers of line files: one format per module, and `read`, which picks the reader by a file's extension."""
+"""Readers of line files: a module for each format, and `read`, which picks the reader by the file's extension."""
 
 from __future__ import annotations
 
@@ -22,24 +22,21 @@ __all__ = ["FORMATS", "read"]
 _READERS: dict[str, tuple[Callable[[Source, str], Lines], str]] = {
     ".hair": (hair.parse, "hair, Cem Yuksel's HAIR files"),
     ".npy": (arrays.parse_npy, "NumPy array of segments, (n, 2, 3) or (n, 6)"),
-    ".npz": (
-        arrays.parse_npz,
-        "NumPy arrays: 'segments', or 'points' and 'counts'; 'radius' and others if wanted",
-    ),
+    ".npz": (arrays.parse_npz, "NumPy arrays: 'segments', or 'points' and 'counts'; optionally 'radius' and others"),
     ".tck": (tck.parse, "streamlines, MRtrix"),
     ".tfx": (tfx.parse, "hair, AMD TressFX versions 3 and 4"),
     ".trk": (trk.parse, "streamlines, TrackVis"),
 }
 
-#: What can be read: extension to a line of description. Each may be packed by gzip, as in ``.trk.gz``.
+#: The formats: extension to a line of description. Each file may be packed by gzip, as in ``.trk.gz``.
 FORMATS: dict[str, str] = {extension: description for extension, (_, description) in _READERS.items()}
 
-#: The axis that points upwards, in formats that have a custom: world coordinates have z to the top of the head.
+#: The axis that points upwards, in formats with a convention: in world coordinates z is towards the top of the head.
 UP = {".trk": "z", ".tck": "z", ".tfx": "y"}
 
 
 def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
-    """Read a file of lines; its extension, in capitals or not, names the format.
+    """Read a file of lines; its extension, in either case, names the format.
 
     Parameters
     ----------
@@ -52,7 +49,7 @@ def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
     Returns
     -------
     Lines
-        In the file's own units and axes. Segments of zero length are kept; a strand of one point becomes one.
+        In the file's own units and axes. Segments of zero length are kept, and a strand of one point becomes one.
 
     Raises
     ------
@@ -66,8 +63,8 @@ def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
     Warns
     -----
     FileWarning
-        If something about the file is odd, or it leaves out what had to be assumed: a header with two counts, bytes
-        behind the end, a ``.trk`` without a transform. What could be read with certainty is returned.
+        If the file has an oddity, or lacks what had to be assumed: a header with two counts, bytes behind the end, a
+        ``.trk`` without a transform. What could be read with certainty is returned.
 
     Examples
     --------
@@ -108,7 +105,7 @@ def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
 
 
 def _load(path: Path) -> bytes:
-    """Read all bytes of a regular file, or say why not."""
+    """Read all bytes of a regular file, or raise what is wrong with it."""
     if path.exists() and not path.is_file() and not path.is_dir():
         raise InputError(f"{path}: is a device or a pipe; expected a regular file")
     try:
@@ -124,7 +121,7 @@ def _load(path: Path) -> bytes:
 
 
 def _unpack(source: Source) -> Source:
-    """Undo gzip, piece by piece and not without a limit."""
+    """Unpack gzip piece by piece, up to a limit."""
     if not source.data.startswith(b"\x1f\x8b"):
         raise source.error("is not packed by gzip, as .gz says; take .gz off its name, or get a fresh copy")
     pieces = []
@@ -135,7 +132,7 @@ def _unpack(source: Source) -> Source:
             while n_bytes <= source.unpack_limit and (piece := stream.read1(1 << 20)):
                 pieces.append(piece)
                 n_bytes += len(piece)
-    except Exception as error:  # gzip's own kinds, and of zlib and struct whatever the bytes lead to
+    except Exception as error:  # gzip's own errors, and any of zlib and struct
         if not (pieces and str(error).startswith("Not a gzipped file")):
             raise source.error(f"not a whole gzip file ({reason(error)}); {BAD_COPY}") from None
         oddities.append(f"{source.name}: the bytes behind its packed part are not read")

@@ -1,7 +1,7 @@
-"""NumPy's own files: ``.npy`` with segments, ``.npz`` with segments or points and what belongs to them.
+"""NumPy's own files: ``.npy`` with segments, ``.npz`` with segments or points and their columns.
 
-Format: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html. `numpy.load` would allocate
-whatever a header asks for; here the header is compared with the file first, and nothing is ever unpickled.
+Format: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html. `numpy.load` would allocate whatever a
+header promises. Here the header is compared with the file first, and nothing is ever unpickled.
 """
 
 from __future__ import annotations
@@ -26,26 +26,9 @@ _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
 def parse_npy(source: Source, invalid: str) -> Lines:
-    """Read segments from a ``.npy`` file.
+    """Read segments without strands from a ``.npy`` file: an array (n, 2, 3) or (n, 6) of any real numbers.
 
-    Parameters
-    ----------
-    source : Source
-        The file: an array (n, 2, 3) or (n, 6) of any kind of real numbers.
-    invalid : {"error", "skip"}
-        See `Lines.from_segments`.
-
-    Returns
-    -------
-    Lines
-        Without strands: each segment stands alone.
-
-    Raises
-    ------
-    FileFormatError
-        If the file is not whole, or holds anything but one array of numbers.
-    InputError
-        If the shape is not that of segments.
+    Raises FileFormatError if the file is not one whole array of numbers, and InputError for another shape.
     """
     return Lines.from_segments(_read_array(source), invalid=invalid)
 
@@ -53,22 +36,12 @@ def parse_npy(source: Source, invalid: str) -> Lines:
 def parse_npz(source: Source, invalid: str) -> Lines:
     """Read lines from a ``.npz`` file.
 
-    Parameters
-    ----------
-    source : Source
-        The file. It holds either ``segments`` (n, 2, 3) or (n, 6), and if wanted ``strands`` (n,) of
-        integers and ``radius`` (n,) or (n, 2); or ``points`` (m, 3) and ``counts`` (k,) of integers, the
-        number of points of each strand, and if wanted ``radius`` (m,). Any other array has n or m rows and
-        becomes one of the ``attributes``.
-    invalid : {"error", "skip"}
-        See `Lines.from_segments`.
+    It holds ``segments`` (n, 2, 3) or (n, 6), with or without integer ``strands`` (n,) and ``radius`` (n,) or (n, 2).
+    Or it holds ``points`` (m, 3) and integer ``counts`` (k,), the numbers of points of each strand, with or without
+    ``radius`` (m,). Any other array has n or m rows and becomes one of the ``attributes``.
 
-    Raises
-    ------
-    FileFormatError
-        If the file is not whole, holds anything but arrays of numbers, or arrays that do not go together.
-    InputError
-        If the shape of ``segments`` is not that of segments.
+    Raises FileFormatError if the file is not one of whole arrays of numbers that fit together, and InputError for
+    another shape of ``segments``.
     """
     arrays = _unzip(source)
     match sorted(arrays.keys() & {"segments", "points", "counts", "strands"}):
@@ -83,7 +56,7 @@ def parse_npz(source: Source, invalid: str) -> Lines:
 
 
 def _from_segments(source: Source, arrays: dict[str, AnyArray], invalid: str) -> Lines:
-    """Make lines of ``segments`` and what has one row for each."""
+    """Make lines of ``segments`` and the arrays with a row for each of them."""
     segments = arrays.pop("segments")
     n_segments = len(segments) if segments.ndim else 0
     strands = arrays.pop("strands", np.full(n_segments, -1))
@@ -98,7 +71,7 @@ def _from_segments(source: Source, arrays: dict[str, AnyArray], invalid: str) ->
 
 
 def _from_points(source: Source, arrays: dict[str, AnyArray], invalid: str) -> Lines:
-    """Make lines of ``points``, what has one row for each, and ``counts``."""
+    """Make lines of ``points``, the arrays with a row for each of them, and ``counts``."""
     points, counts, radius = arrays.pop("points"), arrays.pop("counts"), arrays.pop("radius", None)
     n_points = len(points) if points.ndim else 0
     _check(source, "points", points, (n_points, 3))
@@ -114,7 +87,7 @@ def _from_points(source: Source, arrays: dict[str, AnyArray], invalid: str) -> L
 
 
 def _check(source: Source, name: str, array: AnyArray, shape: tuple[int, ...], *, integer: bool = False) -> None:
-    """Refuse an array of a ``.npz`` that is not of this shape, or not of integers that fit into int64."""
+    """Refuse an array of another shape, or one that must hold integers and does not, or not in int64."""
     if array.ndim == 0 or array.shape != shape:
         raise source.error(f"{name!r} has shape {array.shape}; expected {shape}, to go with the other arrays")
     if integer and not np.can_cast(array.dtype, np.int64):
@@ -122,7 +95,7 @@ def _check(source: Source, name: str, array: AnyArray, shape: tuple[int, ...], *
 
 
 def _unzip(source: Source) -> dict[str, AnyArray]:
-    """Read all arrays of a ``.npz``, none of which may unpack to more than the file can be trusted with."""
+    """Read all arrays of a ``.npz``, which must not unpack to more than `Source.unpack_limit`."""
     try:
         with zipfile.ZipFile(BytesIO(source.data)) as archive:
             members = archive.infolist()
@@ -140,13 +113,13 @@ def _unzip(source: Source) -> dict[str, AnyArray]:
             unpacked = {member.filename.removesuffix(".npy"): archive.read(member) for member in members}
     except FileFormatError:
         raise
-    except Exception as error:  # zipfile's own kinds, and of zlib and struct whatever the bytes lead to
+    except Exception as error:  # zipfile's own errors, and any of zlib and struct
         raise source.error(f"not a whole .npz file ({reason(error)}); check the extension, or write it again") from None
     return {name: _read_array(Source(data, f"{source.name}, array {name!r}")) for name, data in unpacked.items()}
 
 
 def _read_array(source: Source) -> AnyArray:
-    """Read the bytes of a ``.npy`` file, all of them, without trusting its header."""
+    """Read all bytes of a ``.npy`` file without trusting its header."""
     stream = BytesIO(source.data)
     try:
         with warnings.catch_warnings():
@@ -157,7 +130,7 @@ def _read_array(source: Source) -> AnyArray:
             shape, in_columns, dtype = _HEADER_READERS[version](stream)
     except FileFormatError:
         raise
-    except Exception as error:  # the header is a Python literal: whatever parsing it may raise
+    except Exception as error:  # parsing the header, a Python literal, may raise anything
         raise source.error(
             f"does not start with the header of an array ({reason(error)}); check the extension, or write it again"
         ) from None

@@ -1,12 +1,11 @@
 """Cem Yuksel's HAIR files (``.hair``): strands of hair as polylines.
 
-Format: http://www.cemyuksel.com/research/hairmodels, all numbers little-endian. A header of 128 bytes is
-followed by those of these arrays whose bit is set, in this order: segments per strand, points, thickness,
-transparency, colours; and texture coordinates, an extension by LuxCoreRender. A strand has one point more
-than segments.
+Format: http://www.cemyuksel.com/research/hairmodels, all numbers little-endian. After a header of 128 bytes come the
+arrays whose bit is set, in this order: segments per strand, points, thickness, transparency, colours, and texture
+coordinates (an extension by LuxCoreRender). A strand has one point more than segments.
 
-The format defines neither units nor axes. Nor does it say what its *thickness* measures: we take it for the
-full width, so the radius is half of it, as an importer for Unreal and a converter from Alembic's widths do.
+The format defines neither units nor axes, nor what its *thickness* measures. We read it as the full width, so the
+radius is half of it; an importer for Unreal and a converter from Alembic's widths do the same.
 """
 
 from __future__ import annotations
@@ -36,18 +35,12 @@ _ALL_BITS = _SEGMENTS | _POINTS | _THICKNESS | _TRANSPARENCY | _COLORS | _UV
 def parse(source: Source, invalid: str) -> Lines:
     """Read a ``.hair`` file.
 
-    Returns
-    -------
-    Lines
-        ``radius`` (n, 2) is half the thickness, of the array or else the header's default; None if that is
-        0. Arrays per point become ``attributes`` of the segment that starts there: ``transparency`` (n,),
-        ``color`` (n, 3) and ``uv`` (n, 2), float32. The header's default colour and transparency are not
-        kept.
+    ``radius`` (n, 2) is half the thickness of the array, or else half the header's default; None if that is 0. Arrays
+    per point become ``attributes`` of the segment that starts there: ``transparency`` (n,), ``color`` (n, 3) and ``uv``
+    (n, 2), float32. The header's default colour and transparency are not kept.
 
-    Raises
-    ------
-    FileFormatError
-        If this is not such a file, is shorter or longer than its header promises, or contradicts itself.
+    Raises FileFormatError if this is no such file, its length is not what its header promises, or it contradicts
+    itself.
     """
     header = source.record("header fields", _HEADER)
     if header["magic"].upper() != b"HAIR":
@@ -59,22 +52,18 @@ def parse(source: Source, invalid: str) -> Lines:
             "the header is damaged"
         )
 
-    # The arrays, in the order of the file. No number of the header is used before an array has proved it.
+    # Read the arrays in the order of the file, which prove the numbers of the header before these are used.
     segments = source.array("segment counts", "<u2", (n_strands,)) if bits & _SEGMENTS else None
     points = source.array("points", "<f4", (n_points, 3))
     thickness = source.array("thicknesses", "<f4", (n_points,)) if bits & _THICKNESS else None
     attributes = {
         name: source.array(name + " values", "<f4", (n_points, *per_point))
-        for name, bit, per_point in (
-            ("transparency", _TRANSPARENCY, ()),
-            ("color", _COLORS, (3,)),
-            ("uv", _UV, (2,)),
-        )
+        for name, bit, per_point in (("transparency", _TRANSPARENCY, ()), ("color", _COLORS, (3,)), ("uv", _UV, (2,)))
         if bits & bit
     }
     source.finish()
 
-    # Segments become points per strand, which must add up.
+    # Count the points of each strand; they must add up.
     if segments is None:
         n_counted = n_strands * (header["segments"] + 1)
     else:
@@ -86,7 +75,7 @@ def parse(source: Source, invalid: str) -> Lines:
         )
     counts = np.full(n_strands, header["segments"] if segments is None else segments, np.int64) + 1
 
-    # Thickness per point, or one for all; 0 for all says nothing.
+    # Take the thickness per point, or one for all, where 0 is none.
     radius = None
     if thickness is not None:
         radius = source.radius("thickness", thickness) / 2

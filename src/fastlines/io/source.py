@@ -1,4 +1,4 @@
-"""The bytes of a file, taken piece by piece: every piece is checked against the file before it is touched."""
+"""The bytes of a file, read array by array; each array is checked against the file first."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..arrays import FloatArray, list_rows
 from ..errors import FileFormatError
 
-#: A packed file may grow by this factor, and by this many bytes more; beyond, it is taken for a trap.
+#: A packed file may grow by this factor and this many bytes; one that grows more is refused as a trap.
 UNPACK_FACTOR = 200
 UNPACK_BYTES = 16 << 20
 
@@ -25,22 +25,15 @@ def reason(error: Exception) -> str:
 
 
 def printable(text: str) -> str:
-    """Replace what cannot be shown in one line by question marks."""
+    """Replace characters that cannot be printed in one line by question marks."""
     return "".join(char if char.isprintable() else "?" for char in text)
 
 
 class Source:
-    """The bytes of one file and the name to call it by in errors.
+    """All bytes of one file, unpacked, and its name in errors.
 
-    A header is never believed: an array is made only if the file is long enough to hold it, so that a
-    header that lies can neither ask for more memory than the file has bytes nor lead out of the file.
-
-    Parameters
-    ----------
-    data : bytes
-        The whole file, unpacked.
-    name : str
-        How to call it in errors.
+    No header is trusted: an array is made only if the file holds it. So a wrong header can neither take more memory
+    than the file has bytes nor lead out of the file.
     """
 
     def __init__(self, data: bytes, name: str) -> None:
@@ -51,22 +44,22 @@ class Source:
         self._taken: list[tuple[int, int, str]] = []
 
     def error(self, message: str) -> FileFormatError:
-        """Make the error that says what is wrong with this file, for the caller to raise."""
+        """Return the error that says what is wrong with this file."""
         return FileFormatError(f"{self.name}: {printable(message)}")
 
     def warn(self, message: str) -> None:
-        """Note what is odd about this file; `read` warns of it once the file is read."""
+        """Record an oddity, of which `read` warns once the file is read."""
         self.oddities.append(f"{self.name}: {printable(message)}")
 
     @property
     def unpack_limit(self) -> int:
-        """The most bytes that a packed file of this size is allowed to unpack to."""
+        """The most bytes to which a packed file of this size may unpack."""
         return UNPACK_FACTOR * len(self.data) + UNPACK_BYTES
 
     def array(
         self, what: str, dtype: npt.DTypeLike, shape: tuple[int, ...], *, at: int | None = None
     ) -> npt.NDArray[Any]:
-        """Take an array.
+        """Return a read-only view of an array in the file.
 
         Parameters
         ----------
@@ -75,19 +68,14 @@ class Source:
         dtype : dtype
             Type and byte order of the numbers in the file.
         shape : tuple of int
-            How many there are; as promised by a header, so possibly nonsense.
+            As a header promises it, so possibly nonsense.
         at : int, optional
-            The byte at which it starts; without it, where the last array ended.
-
-        Returns
-        -------
-        array of `dtype` and `shape`
-            A read-only view of the file's bytes.
+            The byte at which it starts; by default the end of the last array.
 
         Raises
         ------
         FileFormatError
-            If the array does not fit into the file, or shares bytes with an array that was taken before.
+            If the array does not fit into the file, or shares bytes with an earlier array.
         """
         dtype = np.dtype(dtype)
         start = self.position if at is None else at
@@ -110,12 +98,12 @@ class Source:
         return array
 
     def record(self, what: str, dtype: npt.DTypeLike) -> dict[str, Any]:
-        """Take one record of named fields, such as a header, as plain Python numbers and bytes."""
+        """Return one record of named fields, such as a header, as plain Python numbers and bytes."""
         record = self.array(what, dtype, (1,))[0]
         return dict(zip(record.dtype.names, record.tolist(), strict=True))
 
     def finish(self) -> None:
-        """Refuse a file that goes on behind the last array: its header has forgotten something."""
+        """Refuse a file with bytes after its last array."""
         n_left = len(self.data) - self.position
         if n_left:
             raise self.error(
@@ -124,7 +112,7 @@ class Source:
             )
 
     def radius(self, what: str, values: npt.NDArray[Any]) -> FloatArray:
-        """Check a radius, or a thickness, per row: finite and not negative."""
+        """Return radii or thicknesses as float32; each must be finite and not negative."""
         with np.errstate(over="ignore"):
             radius = values.astype(np.float32)
         bad = ~(np.isfinite(radius) & (radius >= 0))

@@ -4,9 +4,8 @@ Format: https://mrtrix.readthedocs.io/en/latest/getting_started/image_data.html#
 ``key: value`` lines is closed by END and names the type of the data and the byte at which they start. A triple of NaN
 ends each streamline, one of Inf the file.
 
-Headers in the wild have keys or END twice, counts that are wrong, and offsets that an editor has moved. The
-triple of Inf proves that a file is whole and in which place and type its data are. What is proved is read, and what is
-odd is a warning.
+Headers in the wild repeat keys or END, and have wrong counts or offsets that an editor has moved. The triple of Inf
+proves that a file is whole, and the place and type of its data. What is proved is read, with a warning of each oddity.
 """
 
 from __future__ import annotations
@@ -23,22 +22,14 @@ _TYPES = {"float32le": "<f4", "float32be": ">f4", "float64le": "<f8", "float64be
 _TYPE_NAMES = "Float32LE, Float32BE, Float64LE or Float64BE"
 
 _END = re.compile(rb"\n[ \t\r]*END[ \t\r]*\n")
-#: Where text ends at the latest: at a control character.
+#: The longest beginning that can be text: it ends at a control character.
 _TEXT = re.compile(rb"[^\0-\x08\x0b\x0e-\x1f\x7f]*")
 
 
 def parse(source: Source, invalid: str) -> Lines:
-    """Read a ``.tck`` file.
+    """Read a ``.tck`` file, in RASMM and without attributes; streamlines without points count as strands.
 
-    Returns
-    -------
-    Lines
-        In RASMM, without attributes. Streamlines without points keep the numbers of the others.
-
-    Raises
-    ------
-    FileFormatError
-        If this is not such a file, is cut short, or if where its data start or what type they have is not certain.
+    Raises FileFormatError if this is no such file, it is cut short, or the start or type of its data is not certain.
     """
     if not source.data.startswith(MAGIC):
         raise source.error(f"starts with {source.data[:13]!r}, a .tck file with {MAGIC!r}; check the extension")
@@ -47,7 +38,7 @@ def parse(source: Source, invalid: str) -> Lines:
     is_guess |= "datatype" not in fields
     dtype = np.dtype(_TYPES[type_name.lower()])
 
-    # Three Inf end the file, three NaN each streamline before.
+    # Find the three Inf that end the file, and the three NaN that end each streamline.
     n_triples = (len(source.data) - start) // (3 * dtype.itemsize)
     triples = source.array("triples", dtype, (n_triples, 3), at=start)
     marks = np.flatnonzero(np.isinf(triples).all(axis=1))
@@ -70,7 +61,7 @@ def parse(source: Source, invalid: str) -> Lines:
 
 def _header(source: Source) -> tuple[dict[str, list[str]], int, bool]:
     """Return the header's fields, where the data start, and whether that is a guess."""
-    # The header ends with END, or else where text does.
+    # Find the end of the header: END, or else the end of the text.
     end = _END.search(source.data)
     stop = end.end() if end else _text_end(source.data)
     fields: dict[str, list[str]] = {}
@@ -80,7 +71,7 @@ def _header(source: Source) -> tuple[dict[str, list[str]], int, bool]:
     if elsewhere:
         raise source.error(f"its data are in another file, {elsewhere[0][:80]!r}; expected '.', the file itself")
 
-    # One start, not before the header's end and in the file, is taken at its word.
+    # Trust a single start that lies in the file behind the header.
     starts = {int(place[1]) for place in places if len(place) > 1 and re.fullmatch("[0-9]{1,18}", place[1])}
     start = starts.pop() if len(starts) == 1 else -1
     if end is None:
@@ -88,7 +79,7 @@ def _header(source: Source) -> tuple[dict[str, list[str]], int, bool]:
             raise source.error(f"its header has no line END; {BAD_COPY}")
         source.warn(f"its header has no line END; its data are read from byte {start} on, as it says")
         return fields, start, True
-    # Between the header and the data may be padding, and more of a header, but nothing else.
+    # Accept only padding, and more of a header, between the header and the data.
     between = source.data[stop:start].strip(b"\0\t\r\n ") if start >= stop else b""
     if not stop <= start <= len(source.data) or _text_end(between) < len(between):
         given = ", ".join(" ".join(place)[:40] for place in places) or "missing"
@@ -101,7 +92,7 @@ def _header(source: Source) -> tuple[dict[str, list[str]], int, bool]:
 
 
 def _add_fields(fields: dict[str, list[str]], text: bytes) -> None:
-    """Add the ``key: value`` lines of a text, by keys in lower case; comments and other lines are passed over."""
+    """Add the ``key: value`` lines of a text by their keys in lower case; skip comments and other lines."""
     for line in text.decode("utf-8", "replace").split("\n"):
         key, colon, value = line.partition("#")[0].partition(":")
         if colon:
@@ -114,7 +105,7 @@ def _text_end(data: bytes) -> int:
 
 
 def _type(source: Source, fields: dict[str, list[str]]) -> str:
-    """Return the one name of a type that the header has; Float32LE, with a warning, if it has none."""
+    """Return the type that the header names; Float32LE, with a warning, if it names none."""
     names = fields.get("datatype", [])
     if not names:
         source.warn("its header names no type ('datatype'); its data are read as Float32LE")
@@ -125,7 +116,7 @@ def _type(source: Source, fields: dict[str, list[str]]) -> str:
 
 
 def _check_end(source: Source, start: int, type_name: str, *, is_guess: bool, is_open: bool) -> None:
-    """Refuse a file that does not end with three Inf, unless these may be all that is missing."""
+    """Refuse a file without three Inf at its end, unless nothing else can be missing."""
     for name, dtype in _TYPES.items():
         if source.data.endswith(np.full(3, np.inf, dtype).tobytes()):
             raise source.error(
@@ -139,7 +130,7 @@ def _check_end(source: Source, start: int, type_name: str, *, is_guess: bool, is
 
 
 def _check_count(source: Source, texts: list[str], counts: list[int], *, is_whole: bool, n_left: int) -> None:
-    """Hold the header's count, or counts, against what was found; 0 and none promise nothing."""
+    """Compare the header's counts with the streamlines that were found; 0 and none promise nothing."""
     numbers = {int(text) if re.fullmatch("[0-9]{1,18}", text) else -1 for text in texts}
     promised = numbers - {0, -1}
     n_found = len(counts)

@@ -1,11 +1,11 @@
 """AMD TressFX files (``.tfx``), versions 3 and 4: strands of hair, all with the same number of vertices.
 
-Format: ``TressFXFileFormat.h`` of TressFX 3.0 and 4.x, all numbers little-endian. A header gives the number
-of strands and of vertices per strand, and the byte at which each array starts; 0 means that there is none.
-The strands of a file are the *guides*: "follow hairs" are made up around them by a renderer, at random, and
-are in no file (the files that AMD published end with the last guide). None are made up here.
+Format: ``TressFXFileFormat.h`` of TressFX 3.0 and 4.x, all numbers little-endian. A header gives the numbers of strands
+and of vertices per strand, and the byte at which each array starts; 0 means that there is none. The strands of a file
+are the *guides*. A renderer places random "follow hairs" around them, which no file holds (the files that AMD published
+end with the last guide). None are made here.
 
-Thickness is one number per strand, taken for the full width: the radius is half of it.
+Thickness is one number per strand, read as the full width: the radius is half of it.
 """
 
 from __future__ import annotations
@@ -49,20 +49,13 @@ _N_COORDINATES = {3.0: 3, 4.0: 4}
 
 
 def parse(source: Source, invalid: str) -> Lines:
-    """Read a ``.tfx`` file of version 3 or 4.
+    """Read the guides of a ``.tfx`` file of version 3 or 4.
 
-    Returns
-    -------
-    Lines
-        The guides. ``radius`` (n, 2) is half the thickness, None if the file has none. ``attributes`` have
-        what else the file has, float32: of the vertex that a segment starts at, ``uv`` (n, 2), ``color``
-        (n, 4) and in version 4 ``inverse_mass`` (n,); of its strand, ``strand_uv`` (n, 2). Version 3's
-        guide indices, and bytes that no offset points to, are not read.
+    ``radius`` (n, 2) is half the thickness; None if the file has none. The other arrays become ``attributes``, float32:
+    ``uv`` (n, 2), ``color`` (n, 4) and in version 4 ``inverse_mass`` (n,) of a segment's first vertex, and
+    ``strand_uv`` (n, 2) of its strand. Version 3's guide indices, and bytes to which no offset points, are not read.
 
-    Raises
-    ------
-    FileFormatError
-        If the version is another, or an array does not lie between the header and the end of the file.
+    Raises FileFormatError for another version, or if an array is not between the header and the end of the file.
     """
     version = float(source.array("version numbers", "<f4", (1,))[0])
     if version not in _HEADERS:
@@ -72,7 +65,7 @@ def parse(source: Source, invalid: str) -> Lines:
     if n_strands and not n_vertices:
         raise source.error(f"announces {n_strands} strands of 0 vertices; the header is damaged")
 
-    # Positions prove the counts; then the arrays that may be missing, per strand or per vertex.
+    # Read the positions, which prove the counts, then the optional arrays per strand or per vertex.
     n_points = n_strands * n_vertices
     positions = source.array("positions", "<f4", (n_points, _N_COORDINATES[version]), at=header["positions"])
     attributes = {"inverse_mass": positions[:, 3]} if version == 4.0 else {}

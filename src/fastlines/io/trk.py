@@ -5,9 +5,9 @@ Format: http://trackvis.org/docs/?subsect=fileformat, versions 1 to 3 in either 
 Points are stored in *voxel millimetres*: voxel sizes times voxel indices, from the corner of the first voxel, along the
 image's own axes. The header's ``vox_to_ras`` takes voxel indices, which count from the centre of the first voxel, to
 world millimetres, axes to the Right, Anterior and Superior ("RASMM"). ``voxel_order`` names the directions of the
-axes of the points; where it differs from that of ``vox_to_ras``, axes are swapped and mirrored first.
+points' axes. Where it differs from that of ``vox_to_ras``, axes are swapped and mirrored first.
 
-A header without a transform says nothing of the world: points then stay in voxel millimetres, with a warning.
+Without a transform in the header, points stay in voxel millimetres, with a warning.
 """
 
 from __future__ import annotations
@@ -40,24 +40,18 @@ _HEADER = np.dtype(
 
 #: The directions of an axis: towards more and towards less of x, y and z in the world.
 _DIRECTIONS = ("RL", "AP", "SI")
-#: What TrackVis itself takes a missing voxel order for.
+#: The voxel order that TrackVis assumes if it is missing.
 _DEFAULT_ORDER = "LPS"
 
 
 def parse(source: Source, invalid: str) -> Lines:
-    """Read a ``.trk`` file.
+    """Read a ``.trk`` file, in RASMM, or in voxel millimetres if the header has no transform.
 
-    Returns
-    -------
-    Lines
-        In RASMM, or in voxel millimetres if the header has no transform. Scalars per point and properties per
-        streamline become ``attributes`` by their names, float32; a segment takes those of its first point and of its
-        streamline.
+    Scalars per point and properties per streamline become ``attributes`` by their names, float32. A segment has those
+    of its first point and of its streamline.
 
-    Raises
-    ------
-    FileFormatError
-        If this is not such a file, its header cannot be used, or it holds less than its header promises.
+    Raises FileFormatError if this is no such file, its header cannot be used, or it holds less than the header
+    promises.
     """
     byte_order: Literal["<", ">"] = ">" if source.data[996:1000] == b"\0\0\x03\xe8" else "<"
     header = source.record("header fields", _HEADER.newbyteorder(byte_order))
@@ -84,7 +78,7 @@ def _streamlines(
     source: Source, header: dict[str, Any], byte_order: Literal["<", ">"]
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     """Read all streamlines: points with their scalars, (m, 3 + s), properties, (k, p), and numbers of points, (k,)."""
-    # A streamline is its number of points, the points with their scalars, its properties: words of 4 bytes.
+    # Walk the streamlines. Each is its number of points, points with scalars, and properties, in words of 4 bytes.
     start = source.position
     words = source.array("words", byte_order + "i4", ((len(source.data) - start) // 4,))
     per_point, n_properties, promised = 3 + header["n_scalars"], header["n_properties"], header["n_streamlines"]
@@ -100,7 +94,7 @@ def _streamlines(
         counts.append(count)
         at = end
 
-    # What is left over, and the header's count, tell whether the file is whole. A count of 0 is none.
+    # Check by the bytes left over and the header's count, where 0 is none, that the file is whole.
     n_left = len(source.data) - start - 4 * at
     if n_left and not 0 < promised == len(counts):
         if at == len(words):
@@ -116,7 +110,7 @@ def _streamlines(
     elif promised not in (0, len(counts)):
         source.warn(f"its header counts {promised} streamlines, but the file holds {len(counts)}; all are read")
 
-    # Take the counts and the properties out from between the points.
+    # Separate the counts and the properties from the points.
     numbers = words.view(byte_order + "f4")[:at].astype(np.float32, copy=False)
     first = np.array(begins, np.int64)
     n_points = np.array(counts, np.int64)
@@ -128,7 +122,7 @@ def _streamlines(
 
 
 def _columns(names: Sequence[bytes], values: FloatArray, rest: str) -> dict[str, FloatArray]:
-    """Name the columns of an array: a name has one, or N if NUL and N follow; what no name is left for is the rest."""
+    """Name the columns of an array: a name has one, or N if NUL and N follow it; `rest` names those left over."""
     columns: dict[str, FloatArray] = {}
     at = 0
     for raw in (*names, rest.encode() + b"\0%d" % values.shape[1]):
@@ -162,7 +156,7 @@ def _transform(source: Source, header: dict[str, Any]) -> npt.NDArray[np.float64
         source.warn(f"its voxel order is {order or 'missing'!r}; {_DEFAULT_ORDER} is assumed, as TrackVis does")
         order = _DEFAULT_ORDER
 
-    # From voxel millimetres to indices from the centre of the first voxel.
+    # Check what takes voxel millimetres to indices from the centre of the first voxel.
     size, n_voxels = np.array(header["voxel_size"], np.float64), np.array(header["dimensions"])
     if not np.isfinite(size).all() or not size.all():
         raise source.error(
@@ -192,7 +186,7 @@ def _axis_of(letter: str) -> int:
 
 def _axis_directions(matrix: npt.NDArray[np.float64]) -> str:
     """Name the direction of each column of a matrix (3, 3): the nearest of R L, A P, S I, each axis once."""
-    # The nearest rotation takes shear out; then the clearest column chooses first.
+    # Take shear out by the nearest rotation; then let the clearest column choose first.
     u, _, vt = np.linalg.svd(matrix / np.linalg.norm(matrix, axis=0))
     rotation = u @ vt
     directions = [""] * 3
