@@ -1,7 +1,7 @@
-"""The application that the commands belong to, and what it says when something goes wrong.
+"""The application to which the commands belong, and its errors.
 
-Every run ends with exit code 0, or with one sentence on stderr and another code: 1 if the work cannot be done, 2 if
-the command line is wrong, 70 if fastlines itself is, 130 if it was stopped, 141 if its output is closed.
+A run that fails prints one sentence on stderr. The exit code is 0 for success, 1 if the work cannot be done, 2 for a
+wrong command line, 70 for a bug in fastlines, 130 after Ctrl-C, and 141 if the output was closed.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from typer.core import TyperGroup
 
 from ..errors import FastlinesError
 
-#: Set to see the traceback of an error.
+#: The environment variable that makes errors show their traceback.
 DEBUG = "FASTLINES_DEBUG"
 
 
 class EndedError(Exception):
-    """Carries what ended a command past typer, which would make something else of it."""
+    """Carries the error that ended a command past typer, which would replace it."""
 
 
 class Group(TyperGroup):
-    """All commands; turns whatever goes wrong in one of them into a sentence and an exit code."""
+    """All commands; an error in one of them becomes a sentence and an exit code."""
 
     def invoke(self, ctx: Any) -> Any:
         """Run a command."""
@@ -36,7 +36,7 @@ class Group(TyperGroup):
             raise EndedError from error
 
     def main(self, *args: Any, **extra: Any) -> Any:
-        """Run a command and leave, or return its exit code."""
+        """Run a command and exit, or return its exit code."""
         standalone = extra.pop("standalone_mode", True)
         try:
             with warnings.catch_warnings():
@@ -55,7 +55,7 @@ class Group(TyperGroup):
 
 
 def warn(message: Warning | str, *_: Any, **__: Any) -> None:
-    """Show a warning as one line."""
+    """Print a warning as one line on stderr."""
     typer.echo(f"warning: {message}", err=True)
 
 
@@ -65,7 +65,7 @@ def explain(error: BaseException) -> tuple[int, str]:
     if isinstance(error, KeyboardInterrupt | typer.Abort):
         return 130, "stopped"
     if isinstance(error, BrokenPipeError):
-        # Nobody reads: say nothing, now or when Python flushes at the end.
+        # Nobody reads the output: print nothing, now or when Python flushes it at exit.
         with contextlib.suppress(OSError, ValueError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141, ""

@@ -12,41 +12,38 @@ from .app import app
 from .options import Effort, Input, Json, Method, Skip, n_bytes
 
 
-@app.command(short_help="Build a tree and keep it in a file.")
+@app.command(short_help="Build a tree and save it in a file.")
 def build(
     source: Input,
     method: Method = "best",
     output: Annotated[
         str | None,
-        typer.Option("--output", "-o", metavar="FILE.flt", help="Where to write the tree; without it, only figures."),
+        typer.Option(
+            "--output", "-o", metavar="FILE.flt", help="Write the tree to this file; else only print figures."
+        ),
     ] = None,
     effort: Effort = None,
-    c_trav: Annotated[
-        float | None, typer.Option("--c-trav", help="Cost of a step to a node.", show_default=False)
-    ] = None,
-    c_prim: Annotated[
-        float | None, typer.Option("--c-prim", help="Cost of a test of a segment.", show_default=False)
-    ] = None,
-    max_depth: Annotated[int | None, typer.Option("--max-depth", help="No node is deeper.", show_default=False)] = None,
+    c_trav: Annotated[float | None, typer.Option("--c-trav", help="The cost of a step to a node.")] = None,
+    c_prim: Annotated[float | None, typer.Option("--c-prim", help="The cost of a test of a segment.")] = None,
+    max_depth: Annotated[int | None, typer.Option("--max-depth", help="No node is deeper than this level.")] = None,
     max_refs: Annotated[
-        int | None, typer.Option("--max-refs", help="The tree has no more references.", show_default=False)
+        int | None, typer.Option("--max-refs", help="The tree has at most this many references.")
     ] = None,
     max_bytes: Annotated[
         str | None,
         typer.Option(
             "--max-bytes",
             metavar="SIZE",
-            help="The build takes no more memory beside its input (best; grids of planes): bytes, 500MB, 4GiB.",
-            show_default=False,
+            help="The build takes at most this memory beside its input (best; grids of planes): bytes, 500MB, 4GiB.",
         ),
     ] = None,
     max_leaf_refs: Annotated[
-        int | None, typer.Option("--max-leaf-refs", help="No leaf has more references (BVH only).", show_default=False)
+        int | None, typer.Option("--max-leaf-refs", help="No leaf has more references (BVHs only).")
     ] = None,
     skip_invalid: Skip = False,
     as_json: Json = False,
 ) -> None:
-    """Build a tree over lines and keep it in a file.
+    """Build a tree over lines and save it in a file.
 
     [bold]Examples[/]
 
@@ -54,9 +51,9 @@ def build(
 
     [cyan]fastlines build tracts.trk.gz --method kd-d2 -o tracts.flt[/]
 
-    [cyan]fastlines build scene:spaghetti --method bvh-cl[/]  builds, prints the cost and forgets the tree
+    [cyan]fastlines build scene:spaghetti --method bvh-cl[/]  prints the figures only
 
-    [cyan]fastlines build scene:spaghetti --c-trav 2 --effort 1[/]  the cheapest tree for this cost
+    [cyan]fastlines build scene:spaghetti --c-trav 2 --effort 1[/]  builds the cheapest tree for this cost
 
     [cyan]fastlines build scene:spaghetti-2:4000 -m kd-d2 --c-trav 1.0 --max-refs 500000 -o s.flt[/]
     """

@@ -10,25 +10,24 @@ from .app import app
 from .options import Skip
 
 
-@app.command(short_help="Trees side by side over five scenes, or your lines: a page of figures and pictures.")
+@app.command(short_help="Compare trees over five scenes, or your lines, in a page of figures and pictures.")
 def demo(
     source: Annotated[
         str | None,
         typer.Argument(
             metavar="[INPUT]",
-            help="A file of lines, a tree (.flt) or a scene (scene:NAME); the five scenes unless given.",
-            show_default=False,
+            help="A file of lines, a tree (.flt) or a scene (scene:NAME); the five scenes by default.",
         ),
     ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Smaller scenes and fewer rays: under a minute.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Use smaller scenes and fewer rays: under a minute.")] = False,
     output: Annotated[
-        str, typer.Option("--output", "-o", metavar="FOLDER", help="Where to write the page and its pictures.")
+        str, typer.Option("--output", "-o", metavar="FOLDER", help="Write the page and its pictures to this folder.")
     ] = "fastlines-demo",
     skip_invalid: Skip = False,
 ) -> None:
-    """Build the five trees of the thesis and the default tree, ask and draw them, and write a page about it.
+    """Build the five trees of the thesis and the default tree, query and draw them, and write a page of the results.
 
-    Their answers are compared: every tree must give the same, bit for bit.
+    All trees must give the same answers, bit for bit.
 
     [bold]Examples[/]
 
@@ -36,7 +35,7 @@ def demo(
 
     [cyan]fastlines demo -o results[/]  takes some minutes
 
-    [cyan]fastlines demo hair.tfx -o hair[/]  over lines of your own
+    [cyan]fastlines demo hair.tfx -o hair[/]  compares trees over your lines
     """
     from ..report import FULL, QUICK, demo_page, report_page
     from .files import open_lines, show_progress

@@ -1,4 +1,4 @@
-"""What a command reads and where it writes."""
+"""The inputs and outputs of the commands."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SCENE = "scene:"
 
 @dataclass(frozen=True)
 class Source:
-    """Lines, and what is known about where they came from."""
+    """Lines, with the tree or the scene that they came from."""
 
     name: str
     lines: Lines
@@ -33,7 +33,7 @@ class Source:
     scene: scenes.Scene | None = None
 
     def camera(self, direction: Vector | None, up: Vector | None, fov: float, aspect: float) -> Camera:
-        """Look at the lines: as told, or else as the scene's camera does, or as is fit for such a file."""
+        """Return a camera that shows the lines: as given, or as the scene's, or else the default."""
         from ..render import default_camera
 
         if self.scene is not None and direction is None:
@@ -43,7 +43,7 @@ class Source:
 
 
 def open_lines(text: str, skip_invalid: bool = False) -> Source:
-    """Read an input to work on: one without lines is most likely a mistake, and there would be nothing to show."""
+    """Read an input, and refuse one without lines, which is most likely a mistake."""
     source = open_input(text, skip_invalid)
     if len(source.lines) == 0:
         raise InputError(f"{text}: holds no segments; expected at least one ('fastlines info' shows what is in a file)")
@@ -51,7 +51,7 @@ def open_lines(text: str, skip_invalid: bool = False) -> Source:
 
 
 def open_input(text: str, skip_invalid: bool = False) -> Source:
-    """Read what the argument INPUT names: a file of lines, a tree or a scene."""
+    """Read a file of lines, a tree or a scene, as the argument INPUT names it."""
     if text.startswith(SCENE):
         scene = make_scene(text.removeprefix(SCENE))
         return Source(text, scene.lines, scene=scene)
@@ -101,7 +101,7 @@ def make_scene(text: str) -> scenes.Scene:
 
 
 def check_output(path: str | None, *extensions: str, inputs: Sequence[str | None] = ()) -> None:
-    """Refuse, before the work is done, a file that could not be written after it, or that it is read from."""
+    """Refuse, before any work, an output file that cannot be written or that is an input."""
     if path is None:
         return
     target = Path(path)
@@ -122,7 +122,7 @@ def write_npz(path: str, **arrays: Any) -> None:
 
 
 def show_progress() -> bool:
-    """Whether someone looks at stderr."""
+    """Return whether stderr is a terminal."""
     return sys.stderr.isatty()
 
 

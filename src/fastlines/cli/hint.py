@@ -1,4 +1,4 @@
-"""A hint where hardly any ray hits: a radius that suits the scene better."""
+"""A hint where hardly any ray hits: a radius with which more rays would."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ if TYPE_CHECKING:
 
     from ..tree import Tree
 
-#: Where less than this share of the rays that cross the box of the lines hit, the radius may be too small.
+#: The radius may be too small if less than this fraction of the rays that cross the box of the lines hit.
 FEW = 0.01
-#: A radius suits if at least this share of them hit.
+#: A radius suits if at least this fraction of them hit.
 MANY = 0.25
-#: So many rays are tried, spread evenly over all. Where fewer than `LEAST` of them cross the box, nothing is said.
+#: How many rays are tried, spread evenly over all. No hint is given if fewer than `LEAST` of them cross the box.
 TRIED, LEAST = 4096, 100
 
 
 def hint_at_radius(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike, radius: float, **bounds: Any) -> None:
-    """Name a radius that suits if hardly any of the rays that cross the box of the lines hit with this one."""
+    """Note a radius that suits if hardly any of the rays that cross the box of the lines hit with this one."""
     import numpy as np
 
     origins, directions = (np.reshape(a, (-1, 3)) for a in np.broadcast_arrays(origins, directions))
     if len(origins) < LEAST or tree.n_prims == 0:
         return
-    # Multiples of the golden ratio are spread evenly, over the rows and the columns of a picture too.
+    # Spread the tried rays evenly, also over the rows and columns of a picture, by multiples of the golden ratio.
     tried = np.unique((np.arange(TRIED) * ((5**0.5 - 1) / 2) % 1 * len(origins)).astype(np.int64))
     origins, directions = origins[tried], directions[tried]
     crossing = cross(tree.nodes["box"][0], origins, directions, **bounds)
@@ -53,13 +53,13 @@ def hint_at_radius(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike
 
 
 def small(width: int, height: int) -> tuple[int, int]:
-    """The size of a picture of the same shape that has about as many pixels as rays are tried."""
+    """Return the size of a picture of the same shape with about `TRIED` pixels."""
     shrink = max(1.0, (width * height / TRIED) ** 0.5)
     return max(1, round(width / shrink)), max(1, round(height / shrink))
 
 
 def round_numbers(low: float, high: float) -> list[float]:
-    """1, 2 and 5 times powers of ten, above the one number and up to the other."""
+    """Return the numbers 1, 2 and 5 times a power of ten that are above `low` and up to `high`."""
     import math
 
     if not 0 < low < high:
@@ -81,7 +81,7 @@ def cross(
     low, high = box.astype(np.float64)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         sides = [(side - origins) / directions.astype(np.float64) for side in (low, high)]
-    # Along an axis on which a ray does not move, it is between both sides all the time or never.
+    # Along an axis on which a ray does not move, it is always or never between both sides.
     still, between = directions == 0, (low <= origins) & (origins <= high)
     enter = np.where(still, np.where(between, -np.inf, np.inf), np.minimum(*sides))
     leave = np.where(still, np.inf, np.maximum(*sides))

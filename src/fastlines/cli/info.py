@@ -1,4 +1,4 @@
-"""``fastlines info``: what is in a file."""
+"""``fastlines info``: the contents of a file."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from .app import app
 from .options import Input, Json, Skip
 
 
-@app.command(short_help="Say what is in a file of lines or a tree.")
+@app.command(short_help="Describe a file of lines or a tree.")
 def info(source: Input, as_json: Json = False, skip_invalid: Skip = False) -> None:
-    """Say what is in a file: how many lines, how large, and what is odd about them.
+    """Describe a file: the number and size of its lines, and their oddities.
 
     [bold]Examples[/]
 
@@ -44,7 +44,7 @@ def info(source: Input, as_json: Json = False, skip_invalid: Skip = False) -> No
 
 
 def describe(lines: Lines) -> dict[str, Any]:
-    """Count and measure lines; ready for JSON."""
+    """Return counts and sizes of lines, ready for JSON."""
     import numpy as np
 
     ends = lines.segments
@@ -69,7 +69,7 @@ def describe(lines: Lines) -> dict[str, Any]:
 
 
 def count_duplicates(lines: Lines) -> int:
-    """How many segments join the same two points as an earlier one, in whichever direction."""
+    """Count the segments that join the same two points as an earlier one, in either direction."""
     import numpy as np
 
     ends = lines.segments + np.float32(0)  # no negative zeros
@@ -83,7 +83,7 @@ def count_duplicates(lines: Lines) -> int:
 
 
 def _text(key: str, value: Any) -> str:
-    """A value for people."""
+    """Return a value as text for people."""
     if key == "bounds" and value:
         return " to ".join(_text("", corner) for corner in value)
     if key == "memory_bytes":

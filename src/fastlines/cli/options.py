@@ -1,4 +1,4 @@
-"""Arguments and options that several commands have, and how their texts are read."""
+"""Arguments and options of several commands, and the readers of their texts."""
 
 from __future__ import annotations
 
@@ -16,63 +16,57 @@ INPUT_HELP = "A file of lines, a tree (.flt), or a scene: scene:NAME, scene:NAME
 
 
 def _finite(value: float | None) -> float | None:
-    """Refuse a radius that is no radius before any work is done."""
+    """Refuse a bad radius before any work is done."""
     if value is not None and not 0 <= value < math.inf:
         raise typer.BadParameter(f"{value!r} is not a finite number that is 0 or more.")
     return value
 
 
-Input = Annotated[str, typer.Argument(metavar="INPUT", help=INPUT_HELP, show_default=False)]
-TreeFile = Annotated[str, typer.Argument(metavar="TREE", help="A tree file (.flt).", show_default=False)]
+Input = Annotated[str, typer.Argument(metavar="INPUT", help=INPUT_HELP)]
+TreeFile = Annotated[str, typer.Argument(metavar="TREE", help="A tree file (.flt).")]
 Method = Annotated[
     str,
-    typer.Option("--method", "-m", help="Which tree: best, bvh-cl, bvh-ss, bvh-d2, kd-cl or kd-d2.", metavar="NAME"),
+    typer.Option("--method", "-m", help="The tree: best, bvh-cl, bvh-ss, bvh-d2, kd-cl or kd-d2.", metavar="NAME"),
 ]
 Effort = Annotated[
     float | None,
     typer.Option(
         "--effort",
-        help="Of best: from 0, the fastest build, to 1, the best tree. 0.5 unless given, 0 if the input is large.",
-        show_default=False,
+        help="For best: from 0, the fastest build, to 1, the best tree. The default is 0.5, or 0 for a large input.",
     ),
 ]
 Radius = Annotated[
     float,
-    typer.Option(
-        "--radius",
-        "-r",
-        callback=_finite,
-        help="Half the thickness of the lines, in their own units.",
-        show_default=False,
-    ),
+    typer.Option("--radius", "-r", callback=_finite, help="Half the thickness of the lines, in their units."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Skip = Annotated[bool, typer.Option("--skip-invalid", help="Leave out segments that hold NaN or Inf.")]
 Direction = Annotated[
-    str | None, typer.Option("--direction", metavar="X,Y,Z", help="Where the camera looks; chosen if not given.")
+    str | None,
+    typer.Option("--direction", metavar="X,Y,Z", help="The direction of view; chosen by default."),
 ]
-Up = Annotated[str | None, typer.Option("--up", metavar="X,Y,Z", help="What is upwards; chosen if not given.")]
+Up = Annotated[str | None, typer.Option("--up", metavar="X,Y,Z", help="The upward direction; chosen by default.")]
 Fov = Annotated[
-    float | None, typer.Option("--fov", help="The camera's vertical field of view in degrees; 30 if not given.")
+    float | None, typer.Option("--fov", help="The camera's vertical field of view in degrees; 30 by default.")
 ]
 FOV = 30.0
 
 
 def refuse_given(given: Mapping[str, object], why: str) -> None:
-    """Refuse options that were given and do not apply: what they ask for would be ignored."""
+    """Refuse options that were given and would be ignored."""
     names = [name for name, value in given.items() if value is not None]
     if names:
         raise InputError(f"{' and '.join(names)} {'does' if len(names) == 1 else 'do'} not apply: {why}")
 
 
 def vector(text: str | None, name: str) -> Vector | None:
-    """Read three numbers with commas between them."""
+    """Read three numbers separated by commas."""
     if text is None:
         return None
     try:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
-        raise InputError(f"{name} {text!r} is not three numbers with commas between them, such as 0,0,-1") from None
+        raise InputError(f"{name} {text!r} is not three numbers separated by commas, such as 0,0,-1") from None
     if not all(map(math.isfinite, (x, y, z))) or not (x or y or z):
         raise InputError(f"{name} {text!r} is not a direction: expected three finite numbers, not all zero")
     return x, y, z
@@ -95,4 +89,4 @@ def n_bytes(text: str, name: str) -> int:
         factor = (1024 if binary else 1000) ** (" kmgt".index(unit) if unit else 0)
         return int(number) * factor if number.isdigit() else int(float(number) * factor)
     except (ValueError, OverflowError):
-        raise InputError(f"{name} {text!r} is no amount of memory: expected bytes, or 500MB, 4GB, 4GiB") from None
+        raise InputError(f"{name} {text!r} is not an amount of memory; expected bytes, or 500MB, 4GB, 4GiB") from None

@@ -1,4 +1,4 @@
-"""``fastlines query``: ask a tree what rays hit."""
+"""``fastlines query``: find what rays hit."""
 
 from __future__ import annotations
 
@@ -16,23 +16,21 @@ from .options import FOV, Direction, Fov, Json, Radius, TreeFile, Up, refuse_giv
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-#: What the option --kind is called, and the method of a tree.
+#: The choices of --kind, and the methods of a tree.
 KINDS = {"first": "first_hit", "any": "any_hit", "all": "all_hits", "next": "next_hits", "count": "count_hits"}
 
-#: Those that tell t, and of them those whose answer is a list of hits for each ray.
+#: The kinds whose answer has t, and those of them that list several hits of each ray.
 TELL_T, LISTS = ("first", "all", "next"), ("all", "next")
 
 
-@app.command(short_help="Ask what rays hit.")
+@app.command(short_help="Find what rays hit.")
 def query(
     tree_file: TreeFile,
     radius: Radius,
     rays: Annotated[
         str | None,
         typer.Argument(
-            metavar="[RAYS]",
-            help="An array (n, 6) in a .npy file, or origins and directions (n, 3) in a .npz file.",
-            show_default=False,
+            metavar="[RAYS]", help="An array (n, 6) in a .npy file, or origins and directions (n, 3) in a .npz file."
         ),
     ] = None,
     kind: Annotated[
@@ -40,39 +38,43 @@ def query(
     ] = "first",
     nearest: Annotated[
         int | None,
-        typer.Option("--nearest", metavar="N", help="With --kind next: the N nearest hits of each ray."),
+        typer.Option("--nearest", metavar="N", help="The number of hits of each ray, for --kind next."),
     ] = None,
     output: Annotated[
         str | None,
-        typer.Option("--output", "-o", metavar="FILE.npz", help="Where to write the answer; without it, only figures."),
+        typer.Option(
+            "--output", "-o", metavar="FILE.npz", help="Write the answer to this file; else only print figures."
+        ),
     ] = None,
     camera: Annotated[
         str | None,
-        typer.Option("--camera", metavar="WxH", help="Instead of RAYS: those of a picture of this size, row by row."),
+        typer.Option("--camera", metavar="WxH", help="Trace a picture of this size, row by row, instead of RAYS."),
     ] = None,
     direction: Direction = None,
     up: Up = None,
     fov: Fov = None,
-    t_min: Annotated[float, typer.Option("--t-min", help="Hits begin here, in lengths of the ray's direction.")] = 0.0,
-    t_max: Annotated[float, typer.Option("--t-max", help="Hits end here.")] = float("inf"),
+    t_min: Annotated[
+        float, typer.Option("--t-min", help="The ray begins at this t, in units of its direction's length.")
+    ] = 0.0,
+    t_max: Annotated[float, typer.Option("--t-max", help="The ray ends at this t.")] = float("inf"),
     at: Annotated[
         str | None,
         typer.Option(
             "--at",
             metavar="WHERE",
-            help="What t measures: closest (approach; if not given) or surface. For first, all and next.",
+            help="Take t at the closest approach (closest, the default) or surface; for first, all and next.",
         ),
     ] = None,
     as_json: Json = False,
 ) -> None:
-    r"""Ask what rays hit, with any radius, and write the answer as arrays.
+    r"""Find what rays hit, with any radius, and write the answer as arrays.
 
-    The file has the arrays t, prim, u and distance for the kinds first, all and next (and for the last two also
-    offsets: the hits of ray i are those from offsets\[i] to offsets\[i + 1]), hit for any, count for count. If rows of
-    the input were skipped when the tree was built, row is the row of each prim in the input; if the lines have strands,
-    strand is the strand of each. prim, row and strand are -1 for a miss.
+    For the kinds first, all and next the file has the arrays t, prim, u and distance. For all and next it also has
+    offsets: the hits of ray i are those from offsets\[i] to offsets\[i + 1]. For any it has hit, for count count.
+    If rows of the input were skipped when the tree was built, row is the row of each prim in the input. If the lines
+    have strands, strand is the strand of each prim. prim, row and strand are -1 for a miss.
 
-    Where less than 1 % of the rays that cross the box of the lines hit, a note on stderr names a radius with which a
+    If less than 1 % of the rays that cross the box of the lines hit, a note on stderr names a radius with which a
     quarter of them would.
 
     [bold]Examples[/]
@@ -122,22 +124,15 @@ def query(
     answer = ask(origins, directions, radius, **options)
     seconds = time.perf_counter() - start
 
-    # Write the arrays, and say how it went.
+    # Write the arrays, and report counts and time.
     if output is not None:
         write_npz(output, **_arrays(kind, answer, tree.geometry))
     hint_at_radius(tree, origins, directions, radius, t_min=t_min, t_max=t_max)
     n_rays, n_found = len(directions), _count(kind, answer)
     if as_json:
         counted = "n_hits" if kind in (*LISTS, "count") else "n_rays_that_hit"
-        facts = {
-            "n_rays": n_rays,
-            "kind": kind,
-            "radius": radius,
-            counted: n_found,
-            "seconds": seconds,
-            "output": output,
-        }
-        typer.echo(json.dumps(facts, indent=2))
+        facts = {"n_rays": n_rays, "kind": kind, "radius": radius, counted: n_found}
+        typer.echo(json.dumps({**facts, "seconds": seconds, "output": output}, indent=2))
         return
     found = f"{n_found:,} hits" if kind in (*LISTS, "count") else f"{n_found:,} of them hit something"
     rate = f", {n_rays / seconds / 1e6:.3g} million rays a second" if n_rays else ""
@@ -159,7 +154,7 @@ def read_rays(path: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
                 if missing:
                     raise InputError(f"{path}: has no array {' and no '.join(sorted(missing))}; expected both")
                 return arrays["origins"], arrays["directions"]
-        # Mapped, a file is compared with its header before any memory is taken.
+        # Map the file: NumPy then compares it with its header before it allocates memory.
         loaded = np.load(path, mmap_mode="r", allow_pickle=False)
     except InputError:
         raise
@@ -172,7 +167,7 @@ def read_rays(path: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
 
 
 def _arrays(kind: str, answer: Any, lines: Any) -> dict[str, Any]:
-    """Name the arrays of an answer."""
+    """Return the arrays of an answer by their names in the file."""
     if kind in ("any", "count"):
         return {"hit" if kind == "any" else "count": answer}
     names = ["t", "prim", "u", "distance", *(["offsets"] if kind in LISTS else [])]
@@ -187,7 +182,7 @@ def _arrays(kind: str, answer: Any, lines: Any) -> dict[str, Any]:
 
 
 def _count(kind: str, answer: Any) -> int:
-    """How many hits there are, or how many rays that hit."""
+    """Return the number of hits, or of rays that hit."""
     if kind == "first":
         return int(answer.hit.sum())
     return len(answer) if kind in LISTS else int(answer.sum())

@@ -17,35 +17,37 @@ def render(
     radius: Radius,
     output: Annotated[
         str,
-        typer.Option(
-            "--output", "-o", metavar="FILE", help="A .png for the eye, or an .exr of depths.", show_default=False
-        ),
+        typer.Option("--output", "-o", metavar="FILE", help="The picture: a .png for the eye, or an .exr of depths."),
     ],
     width: Annotated[
-        int | None, typer.Option("--width", min=1, help="Width of the picture in pixels; 800 if not given.")
+        int | None, typer.Option("--width", min=1, help="The picture's width in pixels; 800 by default.")
     ] = None,
-    height: Annotated[int | None, typer.Option("--height", min=1, help="Height of the picture, likewise.")] = None,
+    height: Annotated[
+        int | None, typer.Option("--height", min=1, help="The picture's height in pixels; 800 by default.")
+    ] = None,
     direction: Direction = None,
     up: Up = None,
     fov: Fov = None,
     samples: Annotated[
         int | None,
-        typer.Option("--samples", min=1, max=16, help="Average so many by so many rays a pixel (PNG); 3 if not given."),
+        typer.Option(
+            "--samples", min=1, max=16, help="Average this many by this many rays a pixel of a PNG; 3 by default."
+        ),
     ] = None,
     levels: Annotated[
-        int, typer.Option("--levels", min=0, max=64, help="Draw the boxes of so many levels of the tree instead.")
+        int, typer.Option("--levels", min=0, max=64, help="Draw the boxes of this many levels of the tree instead.")
     ] = 0,
     method: Annotated[
         str | None,
-        typer.Option("--method", "-m", metavar="NAME", help="Which tree to build; best if not given."),
+        typer.Option("--method", "-m", metavar="NAME", help="The kind of tree to build; best by default."),
     ] = None,
     skip_invalid: Skip = False,
 ) -> None:
-    """Draw lines by depth: lighter is nearer. Of a file of lines or a scene, a tree is built first.
+    """Draw lines by depth: lighter is nearer. For a file of lines or a scene, build a tree first.
 
-    Lines much thinner than a pixel are drawn by the share of it that they cover, and the picture is made lighter. An
-    .exr has one ray a pixel: where less than 1 % of the rays that cross the box of the lines hit, a note on stderr
-    names a radius with which a quarter of them would.
+    Lines much thinner than a pixel are drawn by the fraction of it that they cover, and the picture is made lighter. An
+    .exr has one ray a pixel. If less than 1 % of the rays that cross the box of the lines hit, a note on stderr names a
+    radius with which a quarter of them would.
 
     [bold]Examples[/]
 
@@ -69,7 +71,7 @@ def render(
     check_output(output)
     size = {"--width": width, "--height": height, "--samples": samples}
     if levels:
-        refuse_given(size, "levels are drawn in panels of a size of their own")
+        refuse_given(size, "levels are drawn in panels of a fixed size")
     if extension == ".exr":
         refuse_given({"--samples": samples}, "an .exr holds the depth of one ray a pixel")
     width, height = width or 800, height or 800

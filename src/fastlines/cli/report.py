@@ -11,16 +11,16 @@ from .app import app
 from .options import Input, Skip
 
 
-@app.command(short_help="Which tree suits your lines.")
+@app.command(short_help="Find which tree suits your lines.")
 def report(
     source: Input,
     output: Annotated[
-        str, typer.Option("--output", "-o", metavar="FOLDER", help="Where to write the page.")
+        str, typer.Option("--output", "-o", metavar="FOLDER", help="Write the page to this folder.")
     ] = "fastlines-report",
-    quick: Annotated[bool, typer.Option("--quick", help="Fewer rays and smaller pictures.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Use fewer rays and smaller pictures.")] = False,
     skip_invalid: Skip = False,
 ) -> None:
-    """Build the five trees of the thesis and the default tree over your lines, and say which one suits them.
+    """Build the five trees of the thesis and the default tree over your lines, and report which one suits them.
 
     [bold]Examples[/]
 
@@ -33,8 +33,8 @@ def report(
 
     if source == "thesis":
         raise InputError(
-            "the thesis's chapter 6 is made by another command, of the benchmarks: run  pip install ./benchmarks  in a "
-            "checkout of the repository, then  fastlines-bench thesis"
+            "another command makes the thesis's chapter 6: in a checkout of the repository, run  "
+            "pip install ./benchmarks  and then  fastlines-bench thesis"
         )
     opened = open_lines(source, skip_invalid)
     camera = opened.camera(None, None, 30.0, 1.0)

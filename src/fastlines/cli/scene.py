@@ -12,13 +12,14 @@ from .app import app
 @app.command(short_help="Make one of the five scenes of the thesis.")
 def scene(
     name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="Which scene; all are listed without it.", show_default=False)
+        str | None, typer.Argument(metavar="[NAME]", help="The scene to make; by default all are listed.")
     ] = None,
     output: Annotated[
-        str | None, typer.Option("--output", "-o", metavar="FILE.npz", help="Where to write it; NAME.npz if not given.")
+        str | None,
+        typer.Option("--output", "-o", metavar="FILE.npz", help="The file to write; NAME.npz by default."),
     ] = None,
     n_segments: Annotated[
-        int | None, typer.Option("--segments", "-n", help="How many segments; the thesis's number if not given.")
+        int | None, typer.Option("--segments", "-n", help="The number of segments; the thesis's number by default.")
     ] = None,
     seed: Annotated[int, typer.Option("--seed", "-s", help="Another seed gives another scene of the same kind.")] = 0,
 ) -> None:

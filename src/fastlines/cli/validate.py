@@ -15,7 +15,7 @@ from .options import Json, TreeFile
 def validate(tree_file: TreeFile, as_json: Json = False) -> None:
     """Check a tree: axioms 1 to 5, the axiom of its kind, Theorem 4, and that f = g (Theorem 1).
 
-    Says which node breaks which axiom, with exit code 1, if one does.
+    If a node breaks an axiom, the command names both and exits with code 1.
 
     [bold]Examples[/]
 
