@@ -1,4 +1,4 @@
-"""Pictures of lines and of trees, made by asking a tree: depth images as in the thesis, and levels of trees."""
+"""Pictures of lines and of trees, by queries of a tree: depth images as in the thesis, and levels of trees."""
 
 from .depth import MAX_PIXELS, depth_image
 from .images import IMAGE_FORMATS, check_image_path, write_depth, write_picture

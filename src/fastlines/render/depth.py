@@ -1,4 +1,4 @@
-"""Depth images: how far the nearest line is in each pixel."""
+"""Depth images: the distance of the nearest line in each pixel."""
 
 from __future__ import annotations
 
@@ -16,17 +16,12 @@ from ..tree import Tree
 
 #: The most pixels of a picture: an 8K screen has fewer.
 MAX_PIXELS = 1 << 25
-#: Rays are traced this many at a time, which bounds the memory of a large picture.
+#: The most rays traced at a time, which bounds the memory of a large picture.
 MAX_BATCH = 1 << 20
 
 
 def depth_image(
-    tree: Tree,
-    camera: Camera,
-    width: int,
-    height: int,
-    radius: float,
-    progress: ProgressOption = False,
+    tree: Tree, camera: Camera, width: int, height: int, radius: float, progress: ProgressOption = False
 ) -> FloatArray:
     """Find the depth of the nearest line through the centre of each pixel.
 
@@ -40,7 +35,7 @@ def depth_image(
     radius : float
         Half the thickness of the lines, in their units.
     progress : bool or callable
-        Show a bar, or call back with the share that is done.
+        Show a bar, or call back with the fraction that is done.
 
     Returns
     -------
@@ -74,19 +69,19 @@ def depth_image(
 def rays_through(
     camera: Camera, width: int, height: int, rows: slice, at: tuple[float, float] = (0.5, 0.5)
 ) -> tuple[FloatArray, FloatArray]:
-    """Rays through one point of each pixel of some rows of a picture: their origin, and `Camera.directions`."""
+    """Return the origin and the directions of rays through one point of each pixel in some rows of a picture."""
     return np.asarray(camera.origin, np.float32), camera.directions(width, height, rows, at)
 
 
 def bands(width: int, height: int, max_rays: int = MAX_BATCH) -> Iterator[slice]:
-    """Divide a picture into bands of rows, of at most so many pixels each if a row has no more."""
+    """Divide a picture into bands of rows, each of at most `max_rays` pixels or one row."""
     n_rows = max(1, max_rays // width)
     for top in range(0, height, n_rows):
         yield slice(top, min(top + n_rows, height))
 
 
 def check_size(width: int, height: int) -> None:
-    """Refuse the size of a picture that has no pixels or too many."""
+    """Refuse a picture without pixels or with too many."""
     if count("width", width, 1, MAX_PIXELS) * count("height", height, 1, MAX_PIXELS) > MAX_PIXELS:
         raise InputError(f"a picture of {width} × {height} pixels has more than {MAX_PIXELS:,}; ask for a smaller one")
 

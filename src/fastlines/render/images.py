@@ -22,7 +22,7 @@ IMAGE_FORMATS = {
 
 
 def check_image_path(path: str | os.PathLike[str]) -> str:
-    """Return the extension of a picture's file; refuse one that cannot be written."""
+    """Return the extension of a picture's file; refuse an unknown one, or .exr without OpenEXR."""
     extension = Path(path).suffix.lower()
     if extension not in IMAGE_FORMATS:
         known = ", ".join(IMAGE_FORMATS)
@@ -60,7 +60,7 @@ def write_depth(path: str | os.PathLike[str], depth: FloatArray) -> None:
 
 
 def _import_openexr() -> Any:
-    """Import OpenEXR only now: it is optional."""
+    """Import OpenEXR, which is optional."""
     try:
         return importlib.import_module("OpenEXR")
     except ImportError:

@@ -22,11 +22,11 @@ Color: TypeAlias = tuple[int, int, int, int]
 
 #: The twelve edges of a box, between corners numbered by their bits x, y, z.
 EDGES = np.array([(a, a | bit) for bit in (1, 2, 4) for a in range(8) if not a & bit])
-#: Draw so many times larger and shrink the result, for smooth lines.
+#: Panels are drawn this many times larger and then shrunk, for smooth lines.
 SMOOTH = 2
-#: The lines behind the boxes are so much darker than in a depth picture.
+#: The brightness of the lines behind the boxes, relative to a depth picture.
 DIMMED = 0.4
-#: No panel draws more boxes.
+#: The most boxes in a panel.
 MAX_BOXES = 4096
 GAP, CAPTION = 10, 26
 BACKGROUND, INK, FAINT = (0, 0, 0), (235, 235, 235), (150, 150, 150, 90)
@@ -42,32 +42,32 @@ def level_sheet(
     behind: Tree | None = None,
     progress: ProgressOption = False,
 ) -> npt.NDArray[np.uint8]:
-    """Draw the boxes of some levels of a tree over its lines, each level in a panel of its own.
+    """Draw the boxes of some levels of a tree over its lines, a panel for each level.
 
     Parameters
     ----------
     tree : Tree
         Over lines.
     camera : Camera
-        Whence to look; it moves along its view until all boxes are in the picture.
+        The direction of view; the camera moves along it until all boxes are in the picture.
     radius : float
-        Of the lines behind the boxes.
+        Half the thickness of the lines behind the boxes.
     levels : int or sequence of int
-        How many levels from the root on, or which.
+        The number of levels from the root, or the levels themselves.
     panel : int
         Width and height of a panel's picture in pixels.
     columns : int
-        How many panels stand side by side.
+        The number of panels side by side.
     behind : Tree, optional
-        Another tree over the same lines, if there is one that draws them faster.
+        Another tree over the same lines that draws them faster.
     progress : bool or callable
-        Show a bar, or call back with the share that is done.
+        Show a bar, or call back with the fraction that is done.
 
     Returns
     -------
     (h, w, 3) uint8
-        Boxes have colours by their order in the level. Leaves of earlier levels, which end there, are grey. Where a
-        tree has fewer levels there are fewer panels.
+        Boxes have colours by their order in the level. Leaves of earlier levels are grey. A tree with fewer levels has
+        fewer panels.
     """
     from PIL import Image, ImageDraw
 
@@ -103,7 +103,7 @@ def level_sheet(
 def _panel(
     tree: Tree, camera: Camera, panel: int, dimmed: Image.Image, boxes: IntArray, ended: IntArray
 ) -> Image.Image:
-    """Draw one level: faint leaves of earlier levels, then the boxes from the furthest edge to the nearest."""
+    """Draw one level: faint leaves of earlier levels, then the boxes from the farthest edge to the nearest."""
     from PIL import Image, ImageDraw
 
     large = panel * SMOOTH
@@ -127,10 +127,7 @@ Edge: TypeAlias = tuple[list[float], tuple[float, int]]
 
 
 def _edges(tree: Tree, camera: Camera, size: int, boxes: IntArray) -> tuple[list[Edge], tuple[float, float]]:
-    """Project the edges of boxes.
-
-    Gives for each both ends in pixels, the depth of its middle and which box it is of; and the range of depths.
-    """
+    """Project the edges of boxes: both ends in pixels, depth of the middle and box of each, and the range of depths."""
     if len(boxes) == 0:
         return [], (0.0, 0.0)
     corners = _corners(tree.nodes["box"][boxes].astype(np.float64))
@@ -148,13 +145,13 @@ def _edges(tree: Tree, camera: Camera, size: int, boxes: IntArray) -> tuple[list
 
 
 def _corners(boxes: Float64Array) -> Float64Array:
-    """All eight corners of boxes (k, 2, 3), as (k, 8, 3)."""
+    """Return all corners of boxes (k, 2, 3), as (k, 8, 3)."""
     bits = (np.arange(8)[:, None] >> np.arange(3)) & 1
     return boxes[:, bits, np.arange(3)]
 
 
 def _color(index: int, count: int, strength: float) -> Color:
-    """A hue for each box in the order of the level, so that siblings look alike; the first of many is orange."""
+    """Return a colour whose hue follows the order in the level, so that siblings look alike, from orange on."""
     hue = (0.08 + 0.85 * index / max(count, 1)) % 1.0
     r, g, b = colorsys.hls_to_rgb(hue, 0.62, 0.9)
     return round(255 * r), round(255 * g), round(255 * b), round(255 * strength)

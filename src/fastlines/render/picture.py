@@ -1,9 +1,9 @@
-"""The depth picture: several samples a pixel, or, for lines much thinner than a pixel, the share of it that they cover.
+"""The depth picture: several samples a pixel, or the fraction of it that lines much thinner than a pixel cover.
 
-A line of radius r covers the share 2r·k(x) of a small spot around a ray, where x is its distance from the ray and k a
-kernel across the line, here that of Epanechnikov with the radius R of the spot, 3/(4R)·(1 − x²/R²). Hits within R of
-the ray, from the nearest on, each hide this share of what is behind: the picture that very many samples would
-converge to, from one query for all hits.
+A line of radius r covers the fraction 2r·k(x) of a small spot around a ray. Here x is its distance from the ray, and k
+the kernel of Epanechnikov across the line, 3/(4R)·(1 − x²/R²), with the radius R of the spot. From the nearest on, each
+hit within R of the ray hides this fraction of what is behind. So one query for all hits gives the picture to which very
+many samples would converge.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from ..tree import Tree
 from .depth import bands, check_radius, check_size, rays_through
 from .tone import Tone, encode
 
-#: Lines thinner than this, as radius in pixels, are drawn by the share of a pixel that they cover.
+#: Lines of a smaller radius, in pixels, are drawn by the fraction of a pixel that they cover.
 THIN = 0.3
-#: The radius of the spot around a ray in which lines are gathered then, in pixels.
+#: The radius in pixels of the spot around a ray in which thin lines are gathered.
 SPOT = 1.0
-#: Hits are listed about this many at a time.
+#: About how many hits are listed at a time.
 MAX_HITS = 1 << 22
-#: The size of the small picture that finds the range of depths.
+#: Pixels a side of the small picture that finds the range of depths.
 PROBE = 192
 
 
@@ -46,7 +46,7 @@ def depth_picture(
     tree, camera, width, height, radius, progress
         As in `depth_image`.
     samples : int
-        Take the mean of so many by so many samples a pixel, 1 to 16.
+        Average this many by this many samples a pixel, 1 to 16.
 
     Returns
     -------
@@ -76,7 +76,7 @@ def depth_picture(
 
 
 def pixel_size(lines: Lines, camera: Camera, height: int) -> float:
-    """How large a pixel is at the distance of the middle of the lines, in their units."""
+    """Return the side of a pixel at the distance of the middle of the lines, in their units."""
     if len(lines) == 0:
         return 0.0
     middle = lines.bounds.astype(np.float64).mean(axis=0)
@@ -85,7 +85,7 @@ def pixel_size(lines: Lines, camera: Camera, height: int) -> float:
 
 
 def _probe(tree: Tree, camera: Camera, width: int, height: int, radius: float) -> npt.NDArray[np.float32]:
-    """Depths of a small version of the picture; of the ends of all lines if it meets too few."""
+    """Return the depths of a small version of the picture, or of the ends of all lines if it hits too few."""
     shrink = max(1.0, max(width, height) / PROBE)
     width, height = max(1, round(width / shrink)), max(1, round(height / shrink))
     depth: npt.NDArray[np.float32] = tree.first_hit(*rays_through(camera, width, height, slice(0, height)), radius).t
@@ -127,7 +127,7 @@ def _gather(
     tone: Tone,
     callback: ProgressCallback | None,
 ) -> Float64Array:
-    """Add up the light of all lines near each ray, by the share of the spot that each covers."""
+    """Add up the light of all lines near each ray, weighted by the fraction of the spot that each covers."""
     light = np.zeros((height, width))
     counts = tree.count_hits(*rays_through(camera, 32, 32, slice(0, 32)), reach)
     max_rays = int(MAX_HITS / max(4.0, counts.mean()))

@@ -1,8 +1,8 @@
-"""From depth to brightness: lighter is nearer, as in the pictures of the thesis (§6).
+"""Brightness by depth: lighter is nearer, as in the pictures of the thesis (§6).
 
-Half of the brightness falls with the depth itself, half with its rank among the depths that are seen: the second
-half spends contrast where the picture has its content, and both together never change which of two depths is lighter.
-Samples of a pixel are averaged as light, of which a screen shows the 2.2th root.
+Half of the brightness falls with the depth itself, and half with its rank among the visible depths. The second half
+spends contrast where the picture has its content. Of two depths the nearer one is always lighter. Samples of a pixel
+are averaged as light, whose 2.2th root a picture stores.
 """
 
 from __future__ import annotations
@@ -12,21 +12,21 @@ import numpy.typing as npt
 
 from ..camera import Float64Array
 
-#: The brightness of the furthest line, of 1. The background has 0.
+#: The brightness of the farthest line, as a fraction of the greatest. The background has 0.
 DARKEST = 0.14
-#: A screen shows the light v^GAMMA where a picture says v.
+#: A screen emits the light v^GAMMA for the pixel value v.
 GAMMA = 2.2
-#: The share of the depths that is drawn as if it were at the nearer (or further) end.
+#: The fraction of the depths beyond each end of the range; they are drawn as if at that end.
 TAIL = 0.01
 
 
 class Tone:
-    """How light a line is at a depth.
+    """The brightness of a line at a depth.
 
     Parameters
     ----------
     depths : array of float
-        A fair sample of the depths that will be seen; those that are not finite are ignored.
+        A fair sample of the visible depths; those that are not finite are ignored.
 
     Examples
     --------
@@ -48,19 +48,19 @@ class Tone:
         self._brightness = 1 - (1 - DARKEST) * (fall if far > near else np.zeros(256))
 
     def brightness(self, depth: npt.NDArray[np.floating]) -> Float64Array:
-        """The value of a pixel on the screen, 0 to 1; 0 where the depth is inf."""
+        """Return the value of a pixel, 0 to 1; 0 where the depth is inf."""
         return np.where(np.isfinite(depth), np.interp(depth, self._depths, self._brightness), 0.0)
 
     def light(self, depth: npt.NDArray[np.floating]) -> Float64Array:
-        """What a screen then emits, 0 to 1; this can be averaged."""
+        """Return the light that a screen emits, 0 to 1, which can be averaged."""
         return np.asarray(self.brightness(depth) ** GAMMA)
 
 
 def encode(light: Float64Array) -> npt.NDArray[np.uint8]:
-    """Turn light into the bytes of a picture, made lighter if even its lightest lines are dark.
+    """Turn light into the bytes of a picture.
 
-    Lines that cover only a small part of their pixels are dark; the lightest hundredth of all pixels that show any
-    becomes white.
+    Lines that cover only a small part of their pixels are dark. So the picture is made lighter, until the lightest
+    hundredth of its lit pixels is white.
     """
     lit = light[light > 0]
     white = min(1.0, float(np.quantile(lit, 0.99))) if len(lit) else 1.0

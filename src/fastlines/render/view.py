@@ -1,11 +1,11 @@
-"""The default camera: how to look at lines when no direction is given.
+"""The default camera, for lines whose direction of view is not given.
 
-What is *up*: the axis that the format of the file tells (`Lines.up`), which trees and their files keep. Where none
-does, what stands on the ground y = 0 or above it has y up, like most models; what lies around the coordinate origin has
-z up, like most measurements. Flat lines, a map for example, are looked at from above.
+*Up* is the axis that the format of the file gives (`Lines.up`), which trees and their files keep. Without one, lines on
+or above the ground y = 0 have y up, like most models. Lines around the coordinate origin have z up, like most
+measurements. Flat lines, such as a map, are shown from above.
 
-The camera then looks along the shorter side, so that the longer one is seen, a little from above and turned towards the
-*front*: the end that the lines lean away from, as hair leans away from the face.
+The camera looks along the shorter side, so that the longer one is visible, a little from above and turned towards the
+*front*. The front is the end from which the lines lean away, as hair leans away from the face.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ import numpy as np
 from ..camera import Camera, Vector
 from ..lines import AXES, Lines
 
-#: An extent that is this share of the largest is none.
+#: Lines are flat if an extent is at most this fraction of the largest.
 FLAT = 1e-3
-#: Turned so far to the front and tilted so far from above, as slopes.
+#: The turn towards the front and the tilt from above, as slopes.
 TURN, TILT = 0.5, 0.22
 
 
 def default_view(lines: Lines) -> tuple[Vector, Vector]:
-    """Choose where to look and what is up.
+    """Choose the direction of view and what is up.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def default_camera(
     fov_degrees: float = 30.0,
     aspect: float = 1.0,
 ) -> Camera:
-    """Frame lines; what is not given is chosen by `default_view`."""
+    """Frame lines; `default_view` chooses what is not given."""
     default_direction, default_up = default_view(lines)
     return Camera.framing(
         lines, direction or default_direction, up or default_up, fov_degrees=fov_degrees, aspect=aspect
@@ -74,5 +74,5 @@ def default_camera(
 
 def _tuple(vector: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Vector:
     x, y, z = vector.tolist()
-    # No negative zeros: they look odd.
+    # Avoid negative zeros, which look odd.
     return x + 0.0, y + 0.0, z + 0.0

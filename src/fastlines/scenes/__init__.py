@@ -1,8 +1,7 @@
 """The five scenes of the thesis (§6), made by seeded generators: any size, about the unit cube, y up.
 
-The numbers of a scene come from ``numpy.random.default_rng([seed, crc32(name)])``, so each scene has its own
-stream, and the same name, size and seed give the same lines. A smaller scene is the beginning of a larger
-one.
+The numbers of a scene come from ``numpy.random.default_rng([seed, crc32(name)])``. So each scene has its own stream,
+and the same name, size and seed give the same lines. A smaller scene is the beginning of a larger one.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from ..errors import InputError
 from ..lines import Lines
 from . import beams, bun_hair, spaghetti, straight_hair
 
-#: The largest scene that is made: some gigabytes of random numbers.
+#: The most segments of a scene, which take some gigabytes of random numbers.
 MAX_SEGMENTS = 100_000_000
 
 #: The radii of the thesis's queries: wide, medium, narrow.
@@ -33,9 +32,9 @@ class Scene:
     Attributes
     ----------
     name : str
-        What `make` calls it.
+        Its name for `make`.
     title : str
-        What the thesis calls it.
+        Its name in the thesis.
     lines : Lines
     camera : Camera
         Fills the frame of a square picture.
@@ -74,8 +73,7 @@ def make(name: str, n_segments: int | None = None, seed: int = 0) -> Scene:
     name : str
         One of `NAMES`.
     n_segments : int, optional
-        Exactly how many segments it has, up to `MAX_SEGMENTS`; the thesis's number unless given. The last strand may be
-        cut short.
+        The exact number of segments, up to `MAX_SEGMENTS`; by default the thesis's. The last strand may be cut short.
     seed : int
         Another seed gives another scene of the same kind.
 

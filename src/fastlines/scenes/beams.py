@@ -1,8 +1,8 @@
 """Photon beams: paths of light in a mirrored cube filled with a homogeneous translucent medium (thesis §6).
 
-A point light at `LIGHT` in the unit cube emits photons in all directions alike. Each flies a free path,
-exponential with the mean 1 / `EXTINCTION`. There it is scattered with the chance `ALBEDO`, and absorbed
-otherwise (Russian roulette). The scattering angle follows Henyey and Greenstein (1941) with the mean cosine
+A point light at `LIGHT` in the unit cube emits photons uniformly in all directions. Each flies a free path,
+exponential with the mean 1 / `EXTINCTION`. At its end it is scattered with the probability `ALBEDO`, or else absorbed
+(Russian roulette). The scattering angle follows Henyey and Greenstein (1941) with the mean cosine
 `G`; inverting their distribution at a uniform ξ gives (Witt 1977; Pharr, Jakob, Humphreys, "Physically Based
 Rendering", 4th ed., §11.3.1)
 
@@ -13,9 +13,8 @@ The walls are perfect mirrors (reflectance 1): only the medium ends a path, on a
 reflection. One segment per flight: from the light, a wall or a scattering to the next wall, scattering or
 absorption; a photon has about 20.
 
-Every photon has its own stream of random numbers (SplitMix64: Steele, Lea, Flood 2014), whose key is all that
-it takes from the generator of the scene: a photon's path does not depend on how many others are traced along
-with it.
+Every photon has its own stream of random numbers (SplitMix64: Steele, Lea, Flood 2014), and takes only its key from the
+generator of the scene. So a photon's path does not depend on how many others are traced with it.
 """
 
 from __future__ import annotations
@@ -42,11 +41,11 @@ def generate(n_segments: int, rng: np.random.Generator, batch: int = 4096) -> Li
     Parameters
     ----------
     n_segments : int
-        How many flights; fewer are the first of more. The last path may be cut short.
+        The number of flights; fewer are the first of more. The last path may be cut short.
     rng : numpy.random.Generator
         One 64-bit key is used for each photon.
     batch : int
-        How many photons to trace at a time; makes no difference to the result.
+        The number of photons traced at a time; the result does not depend on it.
 
     Returns
     -------
@@ -81,9 +80,9 @@ def trace(keys: UInt64Array) -> tuple[Float64Array, npt.NDArray[np.int64]]:
     Returns
     -------
     flights : (m, 2, 3) float64
-        All flights of the first photon, of the second and so on.
+        The flights, sorted by photon.
     photon : (m,) int64
-        Which photon flew.
+        The photon of each flight.
     """
     photon = np.arange(len(keys))
     position = np.tile(LIGHT, (len(keys), 1))
@@ -125,7 +124,7 @@ def trace(keys: UInt64Array) -> tuple[Float64Array, npt.NDArray[np.int64]]:
 
 
 def _uniform(keys: UInt64Array, draw: int) -> Float64Array:
-    """Random numbers in [0, 1): output number `draw` of SplitMix64 seeded with each key."""
+    """Return random numbers in [0, 1): output number `draw` of SplitMix64 for each key as its seed."""
     z = keys + np.uint64((draw + 1) * 0x9E3779B97F4A7C15 % 2**64)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)

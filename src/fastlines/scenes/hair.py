@@ -1,4 +1,4 @@
-"""What heads of hair are made of: a head, strands that fall along it, points evenly spaced along a strand.
+"""The parts of heads of hair: a head, strands that fall along it, and points evenly spaced along a strand.
 
 y points up, z to the face, x from the right ear to the left.
 """
@@ -72,9 +72,9 @@ class Head:
         roots, directions : (s, 3) float64
             Where the strands start (see `roots`), and the unit vectors in which they leave.
         height : (s,) float64
-            How near they come to the head.
+            Their least height above the head.
         pull : (s, 3) float64
-            What is added to a strand's unit direction per unit of length: gravity, and what else bends it.
+            The change of a strand's unit direction per unit of length: gravity, and other bending.
         length : float
         n_steps : int
 
@@ -94,7 +94,7 @@ class Head:
 
 
 def unit_length(vectors: Float64Array) -> Float64Array:
-    """Measure vectors (..., 3); gives (..., 1)."""
+    """Return the lengths of vectors (..., 3), as (..., 1)."""
     return np.asarray(np.sqrt((vectors**2).sum(axis=-1, keepdims=True)))
 
 
@@ -111,7 +111,7 @@ def resample(strands: Float64Array, n_segments: int) -> Float64Array:
     strands : (s, m, 3) float64
         Polylines; points may repeat.
     n_segments : int
-        Into how many parts to divide each.
+        The number of segments of each strand.
 
     Returns
     -------
@@ -138,7 +138,7 @@ def resample(strands: Float64Array, n_segments: int) -> Float64Array:
 
 
 def to_lines(strands: Float64Array, n_segments: int) -> Lines:
-    """Take the first segments of strands (s, m, 3)."""
+    """Make lines of the first segments of strands (s, m, 3)."""
     segments = np.stack([strands[:, :-1], strands[:, 1:]], axis=2).reshape(-1, 2, 3)
     numbers = np.repeat(np.arange(len(strands)), strands.shape[1] - 1)
     return Lines.from_segments(segments[:n_segments], strands=numbers[:n_segments])

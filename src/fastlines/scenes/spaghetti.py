@@ -1,7 +1,7 @@
 """Spaghetti: long segments right across a cube (thesis §6), the hardest case for trees of whole primitives.
 
-Each segment joins two uniform random points on two opposite faces of the unit cube; which pair of faces is
-drawn anew for each segment. All boxes overlap in the middle of the cube.
+Each segment joins two uniform random points on two opposite faces of the unit cube, a random pair for each segment.
+All boxes overlap in the middle of the cube.
 """
 
 from __future__ import annotations
@@ -14,17 +14,8 @@ from ..lines import Lines
 def generate(n_segments: int, rng: np.random.Generator) -> Lines:
     """Draw segments that cross the unit cube from face to face.
 
-    Parameters
-    ----------
-    n_segments : int
-        How many; fewer are the first of more.
-    rng : numpy.random.Generator
-        Five uniform numbers are used for each segment.
-
-    Returns
-    -------
-    Lines
-        Each segment is a strand of its own, from the face at 0 to the face at 1 of its axis.
+    Each segment is a strand of its own, from the face at 0 to the face at 1 of its axis. It takes five uniform numbers,
+    and fewer segments are the first of more.
 
     Examples
     --------

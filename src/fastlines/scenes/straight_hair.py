@@ -1,8 +1,8 @@
 """Straight hair: long hair, parted in the middle, that falls over the head and straight down (thesis §6).
 
-The strands leave the skin away from the parting (behind it: away from its end at the crown), slide down over
-the head in layers, come together at the neck and hang to about the same level, as if cut. Neighbouring
-strands form locks: each is drawn to one strand of its lock, more so towards its tip.
+The strands leave the skin away from the parting (behind it, away from its end at the crown) and slide down over the
+head in layers. They come together at the neck and hang to about the same level, as if cut. Neighbouring strands form
+locks: each is drawn to one strand of its lock, most strongly at its tip.
 """
 
 from __future__ import annotations
