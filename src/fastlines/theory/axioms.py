@@ -1,4 +1,4 @@
-"""What makes a tree a tree (thesis §3.2): the axioms, and Theorem 4."""
+"""The axioms of a tree (thesis §3.2), and Theorem 4."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .splits import BoxRule, cut, tight
 
 
 def covered(part: Primitive | None, boxes: Sequence[Box], slack: float) -> bool:
-    """Return whether some boxes hold a part between them: what lies beyond the first must lie in the others."""
+    """Return whether the union of some boxes holds a part: the others hold what lies beyond the first."""
     if part is None or not boxes:
         return part is None
     (lo, hi), space = boxes[0], Box((-math.inf,) * 3, (math.inf,) * 3)
@@ -22,7 +22,7 @@ def covered(part: Primitive | None, boxes: Sequence[Box], slack: float) -> bool:
 
 
 def laws(node: Node, tree: Node, prims: Prims, rule: BoxRule | None) -> Iterator[tuple[str, str, bool]]:
-    """Go through what must hold at a node of a tree over `prims`: axiom, text, and whether it does."""
+    """Yield every law of a node of a tree over `prims`: axiom, text, and whether it holds."""
     children = [child for child in (node.left, node.right) if child]
     yield "axiom 1", "a node has none or two children", len(children) != 1
     yield "axiom 1", "a node has one parent", tree.nodes().count(node) == 1
@@ -56,7 +56,7 @@ def check(tree: Node, prims: Prims, rule: BoxRule | None = None) -> None:
     Raises
     ------
     InvalidTreeError
-        With the place of the node in preorder, and the axiom. Sets of points are compared up to rounding.
+        With the number of the node in preorder, and the axiom. Sets of points are compared up to rounding.
     """
     for number, node in reversed([*enumerate(tree.nodes())]):
         for axiom, text, holds in laws(node, tree, prims, rule):

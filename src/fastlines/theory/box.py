@@ -1,4 +1,4 @@
-"""Boxes, and what a float32 makes of a number (thesis §3.1)."""
+"""Boxes, and rounding to float32 (thesis §3.1)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Point: TypeAlias = tuple[float, ...]
 
 
 def f32(x: float) -> float:
-    """Round to what a float32 can hold."""
+    """Round a number to float32."""
     return float(np.float32(x))
 
 
@@ -26,18 +26,18 @@ class Box(NamedTuple):
     hi: Point
 
     def sides(self) -> Point:
-        """Return the lengths of its sides."""
+        """Return the lengths of the sides."""
         return tuple(hi - lo for lo, hi in zip(self.lo, self.hi, strict=True))
 
     def area(self) -> float:
-        """Return the area of its surface, SA(q)."""
+        """Return the surface area, SA(q)."""
         x, y, z = self.sides()
         return 2 * (x * y + x * z + y * z)
 
     def centre(self, axis: int) -> float:
-        """Return the middle of one side."""
+        """Return the middle of the box on one axis."""
         return (self.lo[axis] + self.hi[axis]) / 2
 
     def split(self, axis: int, plane: float) -> tuple[Box, Box]:
-        """Cut it in two."""
+        """Cut the box in two at a plane."""
         return Box(self.lo, put(self.hi, axis, plane)), Box(put(self.lo, axis, plane), self.hi)

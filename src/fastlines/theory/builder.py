@@ -1,4 +1,4 @@
-"""The algorithm (thesis §4.1), levels that may look bad, and the exact prune that takes back those that did not pay."""
+"""The algorithm (thesis §4.1), bad levels, and the exact prune that takes back those that did not pay."""
 
 from __future__ import annotations
 
@@ -15,17 +15,11 @@ Best: TypeAlias = tuple[float, "Split | None"]
 
 
 def best_split(
-    prims: Prims,
-    box: Box,
-    splits: Splits,
-    lookahead: int,
-    c_trav: float,
-    c_prim: float,
-    limit: float | None = None,
+    prims: Prims, box: Box, splits: Splits, lookahead: int, c_trav: float, c_prim: float, limit: float | None = None
 ) -> Best:
-    """Find the cheapest tree of so many levels (§4.1): its cost and its first split, None for a leaf.
+    """Find the cheapest tree of `lookahead` levels (§4.1): its cost and its first split, None for a leaf.
 
-    With a limit, what costs less than that is found, instead of what costs less than a leaf.
+    With a limit, the tree must cost less than that, instead of less than a leaf.
     """
     best_cost, best = len(prims) * c_prim if limit is None else limit, None
     if lookahead == 0:
@@ -41,7 +35,7 @@ def best_split(
 
 
 def prune(node: Node, c_trav: float = 2.0, c_prim: float = 1.0) -> Node:
-    """Return the cheapest of all prunings: from the bottom up, children stay where they cost less than a leaf."""
+    """Return the cheapest of all prunings: from the bottom up, keep children that cost less than a leaf."""
     leaf = Node(node.prims, node.box)
     if not (node.left and node.right):
         return leaf
@@ -69,15 +63,15 @@ def build(
     prims : sequence of Primitive
         P.
     splits : function of (prims, box)
-        SPLITS: gives ((left prims, left box), (right prims, right box)) for each candidate.
+        SPLITS, which yields ((left prims, left box), (right prims, right box)) for each candidate.
     lookahead : int or sequence of int
-        How many levels to search; of several, each is tried where the one before says leaf.
+        The number of levels to search; of several, each is tried where the one before finds a leaf.
     c_trav, c_prim : float
-        What a step to a node and a test of a primitive cost.
+        The costs of a step to a node and of a test of a primitive.
     max_depth, leaf_refs, leaf_size
-        A node so deep, of so few primitives, or of sides so short is a leaf.
+        A node is a leaf at this depth, with this few primitives, or with sides this short.
     bad_levels : int
-        How many levels in a row may be split though that looks no better than a leaf.
+        The number of levels in a row that may be split though this looks no better than a leaf.
     pruned : bool
         Take back levels that did not pay.
     """

@@ -1,16 +1,15 @@
-"""The definition of a hit in float64: slow, plain NumPy, to check what the float32 core answers.
+"""The definition of a hit in float64: slow, plain NumPy, to check the answers of the float32 core.
 
 Nothing here is a port of the core. The core works in a basis of the ray; here the closest approach is a small
 convex problem solved by its candidates, and the capsule is a union of two balls and a piece of a cylinder.
 
-With Δ = P − o the vector from the ray's origin to the segment's start, e the segment, d the direction and
-n = d × e, the two lines are nearest to each other at::
+Let Δ = P − o be the vector from the ray's origin to the segment's start, e the segment, d the direction and n = d × e.
+The two lines are nearest to each other at::
 
     t = (Δ × e)·n / |n|²,      s = (Δ × d)·n / |n|²          (Jarosz et al. 2011, the beam × beam query).
 
-The squared distance is convex in (s, t). So if this point is feasible it is the answer, and if not the answer
-lies on the border of the rectangle [0, 1] × [t_min, t_max], where each side is a problem in one unknown: a
-projection, clamped.
+The squared distance is convex in (s, t). So if this point is feasible, it is the answer. If not, the answer lies on the
+border of the rectangle [0, 1] × [t_min, t_max], each side of which is a clamped projection.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ import numpy.typing as npt
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
-#: ``|d × e|`` up to this times ``|d|·|e|`` counts as parallel: float64 knows no smaller angles.
+#: ``|d × e|`` up to this times ``|d|·|e|`` counts as parallel: float64 cannot resolve smaller angles.
 PARALLEL = 1e-14
 
 
@@ -33,7 +32,7 @@ def closest_approach(
     t_min: npt.ArrayLike = 0.0,
     t_max: npt.ArrayLike = np.inf,
 ) -> tuple[Array, Array, Array]:
-    """Find where each ray comes nearest to each segment.
+    """Find the closest approach of each ray to each segment.
 
     This minimises ``|P + s·e − o − t·d|`` over 0 ≤ s ≤ 1 and t_min ≤ t ≤ t_max. Where the minimum is not unique
     (a segment parallel to the ray) the smallest such t counts.
@@ -42,14 +41,14 @@ def closest_approach(
     ----------
     segments : (n, 2, 3) array
     origins, directions : (m, 3) array
-        Directions need not be of unit length; t counts in them.
+        t is in units of the direction's length, which need not be 1.
     t_min, t_max : number or (m,) array
         Bounds on t; may be infinite.
 
     Returns
     -------
     distance, t, s : (m, n) float64
-        The least distance, where on the ray, and where on the segment.
+        The least distance, its place on the ray, and its place on the segment.
 
     Examples
     --------
@@ -71,7 +70,7 @@ def closest_approach(
         along = -_dot(delta - finite[..., None] * d, e)
         return np.clip(np.divide(along, ee, out=np.zeros_like(along), where=ee > 0), 0.0, 1.0), t
 
-    # The four sides of the rectangle, and of those within rounding of the best the one with the smallest t.
+    # Take the best of the four sides of the rectangle; of those within rounding of it, the one with the smallest t.
     shape = nn.shape
     sides = [
         project_on_ray(np.zeros(shape)),
@@ -86,7 +85,7 @@ def closest_approach(
     chosen = np.where(distance <= distance.min(axis=0) + slack, t, np.inf).argmin(axis=0)[None]
     s, t, distance = (np.take_along_axis(values, chosen, 0)[0] for values in (s, t, distance))
 
-    # The point inside, where there is one.
+    # Take the point inside, where there is one.
     safe = np.where(parallel, 1.0, nn)
     s_line, t_line = _dot(np.cross(delta, d), n) / safe, _dot(np.cross(delta, e), n) / safe
     inside = ~parallel & (s_line >= 0) & (s_line <= 1) & (t_line >= low) & (t_line <= high)
@@ -129,7 +128,7 @@ def capsule_interval(
     delta, e, d, low, high = _pairs(segments, origins, directions, t_min, t_max)
     r = np.asarray(radius, np.float64).reshape(-1, 1)
     dd, length = _dot(d, d), np.sqrt(_dot(e, e))
-    # Count t from the point of the ray nearest to the segment's middle, so that far origins cost no digits.
+    # Measure t from the ray's point nearest to the segment's middle, so that far origins cost no digits.
     shift = _dot(delta + 0.5 * e, d) / dd
     start = delta - shift[..., None] * d
     axis = e / np.where(length > 0, length, 1.0)[..., None]
@@ -137,7 +136,7 @@ def capsule_interval(
     def ball(centre: Array) -> tuple[Array, Array]:
         return _roots(dd, _dot(centre, d), _dot(centre, centre) - r * r)
 
-    # The cylinder around the line, and the slab between the planes; a ray along one is in it always or never.
+    # Intersect the cylinder around the line and the slab between the planes; a parallel ray is always or never inside.
     d_across, start_across = np.cross(d, axis), np.cross(start, axis)
     a = _dot(d_across, d_across)
     c = _dot(start_across, start_across) - r * r

@@ -27,7 +27,7 @@ class Node:
 
 
 def chance(child: Box, parent: Box) -> float:
-    """Return how likely a line through one box meets the other; 1 where no line measures the outer one."""
+    """Return the probability that a line through the parent hits the child; 1 where no line measures the parent."""
     return child.area() / parent.area() if parent.area() > 0 else 1.0
 
 

@@ -13,24 +13,24 @@ from .box import Box, Point, f32, put
 
 
 class Primitive(Protocol):
-    """What a primitive answers, and the part of a primitive that a node holds."""
+    """The contract of a primitive, and of the part of one that a node holds."""
 
     @property
     def id(self) -> int:
         """Return the id of this primitive, or of the one that it is a part of."""
 
     def bounds(self) -> Box:
-        """Return the least box that holds it, AABB(p)."""
+        """Return the smallest box around it, AABB(p)."""
 
     def clip(self, box: Box) -> Primitive | None:
-        """Return the part of it that lies in a box, if there is one; the part is a primitive again."""
+        """Return the part of it in a box, which is a primitive again; None if there is none."""
 
 
 Prims: TypeAlias = Sequence[Primitive]
 
 
 def hull(prims: Sequence[Primitive]) -> Box:
-    """Return the least box that holds some primitives, AABB(∪p)."""
+    """Return the smallest box around some primitives, AABB(∪p)."""
     los, his = zip(*(prim.bounds() for prim in prims), strict=True)
     return Box(tuple(map(min, zip(*los, strict=True))), tuple(map(max, zip(*his, strict=True))))
 
@@ -38,7 +38,7 @@ def hull(prims: Sequence[Primitive]) -> Box:
 class Segment(NamedTuple):
     """The piece of a line p + s·(q − p) with s from s0 to s1, which goes from `start` to `end`.
 
-    A cut is reckoned from p and q, so that pieces of pieces do not drift; the last piece has s1 = ∞.
+    Cuts are computed from p and q, so that pieces of pieces do not drift. The last piece has s1 = ∞.
     """
 
     id: int
@@ -50,7 +50,7 @@ class Segment(NamedTuple):
     s1: float = math.inf
 
     def bounds(self) -> Box:
-        """Bound both ends."""
+        """Return the box of both ends."""
         return Box(tuple(map(min, self.start, self.end)), tuple(map(max, self.start, self.end)))
 
     def clip(self, box: Box) -> Segment | None:
@@ -67,7 +67,7 @@ class Segment(NamedTuple):
         return part
 
     def cut(self, axis: int, plane: float) -> tuple[Segment, Segment]:
-        """Cut it at a plane into what lies below and above."""
+        """Cut it at a plane into the parts below and above."""
         p, q = self.p, self.q
         s = f32((plane - p[axis]) * (1 / (q[axis] - p[axis])))
         s = sorted((self.s0, s, min(self.s1, 1.0)))[1]  # the one in the middle
@@ -84,7 +84,7 @@ def segments(ends: npt.ArrayLike) -> list[Segment]:
 
 
 class Block(NamedTuple):
-    """A primitive that fills its box: the least that it takes to put something else into a tree."""
+    """A primitive that fills its box: the shortest example of one of your own."""
 
     id: int
     box: Box

@@ -1,4 +1,4 @@
-"""SPLITS (thesis §4.1): functions that show the candidate splits of a node, one after the other."""
+"""SPLITS (thesis §4.1): functions that yield the candidate splits of a node."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ BoxRule: TypeAlias = Callable[[Prims, Box], "Box | None"]
 
 
 def tight(prims: Prims, half: Box) -> Box | None:
-    """Box rule of a BVH: tight around the child's primitives; without any it is no child."""
+    """Return the box of a child in a BVH: tight around its primitives, or None without any."""
     return hull(prims) if prims else None
 
 
 def cut(prims: Prims, half: Box) -> Box | None:
-    """Box rule of a KD tree: half of the parent's box, be it empty space."""
+    """Return the box of a child in a KD tree: half of the parent's box, even if it is empty space."""
     return half
 
 
 def divide(prims: Prims, box: Box, axis: int, plane: float) -> tuple[Prims, Prims]:
-    """Cut the primitives that straddle a plane inside the box; one that lies in it goes left."""
+    """Cut the primitives that straddle a plane inside the box; one in the plane goes left."""
     low, high = box.split(axis, plane)
     left, right = list[Primitive](), list[Primitive]()
     for prim in prims:
@@ -40,7 +40,7 @@ def divide(prims: Prims, box: Box, axis: int, plane: float) -> tuple[Prims, Prim
 
 
 def at_plane(prims: Prims, box: Box, axis: int, plane: float, rule: BoxRule) -> Iterator[Split]:
-    """Split at a plane inside the box, if each half makes a child."""
+    """Yield the split at a plane inside the box, if each half makes a child."""
     if not box.lo[axis] < plane < box.hi[axis]:
         return
     left, right = divide(prims, box, axis, plane)
@@ -51,7 +51,7 @@ def at_plane(prims: Prims, box: Box, axis: int, plane: float, rule: BoxRule) -> 
 
 
 def at_object(ordered: Prims, n_left: int) -> Split:
-    """Split a list of primitives, none of which is cut."""
+    """Split a list of primitives without cutting any."""
     left, right = ordered[:n_left], ordered[n_left:]
     return (left, hull(left)), (right, hull(right))
 
@@ -62,7 +62,7 @@ def by_centre(prims: Prims, axis: int) -> Prims:
 
 
 def object_sweep(prims: Prims, box: Box) -> Iterator[Split]:
-    """All cuts of the list of primitives sorted by centre, on each axis (§1.5). A BVH's."""
+    """Yield all divisions of the primitives sorted by centre, on each axis (§1.5); for BVHs."""
     for axis in range(3):
         ordered = by_centre(prims, axis)
         for n_left in range(1, len(ordered)):
@@ -70,21 +70,21 @@ def object_sweep(prims: Prims, box: Box) -> Iterator[Split]:
 
 
 def plane_grid(prims: Prims, box: Box, n_planes: int = 16, rule: BoxRule = tight) -> Iterator[Split]:
-    """So many planes on each axis, evenly over the box (§4.3)."""
+    """Yield the splits at `n_planes` planes on each axis, evenly over the box (§4.3)."""
     for axis, side in enumerate(box.sides()):
         for i in range(1, n_planes + 1):
             yield from at_plane(prims, box, axis, f32(box.lo[axis] + side * i / (n_planes + 1)), rule)
 
 
 def plane_events(prims: Prims, box: Box, rule: BoxRule = cut) -> Iterator[Split]:
-    """Planes at the sides of the primitives' boxes (§1.5); the outermost cut off empty space."""
+    """Yield the splits at the sides of the primitives' boxes (§1.5); the outermost cut off empty space."""
     for axis in range(3):
         for plane in sorted({corner[axis] for prim in prims for corner in prim.bounds()}):
             yield from at_plane(prims, box, axis, plane, rule)
 
 
 def median(prims: Prims, box: Box, rule: BoxRule = tight) -> Iterator[Split]:
-    """One split at the median primitive, on the axis where both areas add up to least (§1.4.1)."""
+    """Yield one split at the median primitive, on the axis with the least sum of both areas (§1.4.1)."""
     found: list[Split] = []
     for axis in range(3):
         ordered, half = by_centre(prims, axis), len(prims) // 2
@@ -96,11 +96,11 @@ def median(prims: Prims, box: Box, rule: BoxRule = tight) -> Iterator[Split]:
 
 
 def middle(prims: Prims, box: Box, rule: BoxRule = tight) -> Iterator[Split]:
-    """One plane, in the middle of the longest side (§1.4.1)."""
+    """Yield the split in the middle of the longest side (§1.4.1)."""
     axis = box.sides().index(max(box.sides()))
     yield from at_plane(prims, box, axis, f32(box.centre(axis)), rule)
 
 
 def union(*sets: Splits) -> Splits:
-    """Try several sets of splits in turn."""
+    """Return the union of several sets of splits."""
     return lambda prims, box: (split for splits in sets for split in splits(prims, box))
