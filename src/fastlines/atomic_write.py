@@ -24,7 +24,7 @@ try:
 except ImportError:  # no such locks here: nothing is known about partial files, and none is removed
     fcntl = None  # type: ignore[assignment]
 
-#: So much of a file's name comes back in the name of its partial file, which must not be too long for the file system.
+#: The characters of a file's name that its partial file keeps, whose name must not be too long for the file system.
 _MAX_NAME = 50
 
 _KINDS = (
@@ -136,7 +136,7 @@ def _remove_unless_held(partial: Path) -> None:
 
 
 def _try_lock(descriptor: int) -> bool | None:
-    """Lock a file: whether that worked, or None if files cannot be locked here."""
+    """Lock a file; return whether that worked, or None if files cannot be locked here."""
     if fcntl is None:
         return None
     try:
@@ -160,7 +160,7 @@ def _keep_owner_and_mode(partial: Path, before: os.stat_result) -> None:
 
 
 def _sync(descriptor: int) -> None:
-    """Wait until a file is on the disk, where that can be told."""
+    """Wait until a file is on the disk, where the system supports that."""
     try:
         os.fsync(descriptor)
     except OSError as error:

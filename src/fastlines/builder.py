@@ -28,6 +28,10 @@ from .tree_data import NODE, REF
 #: "No limit", as the core counts.
 NO_LIMIT = 2**64 - 1
 
+#: Settings that the core has under the same name.
+SAME = {"boxes", "lookahead", "exhaustive", "lanes", "prune", "radius_hint", "min_spread"}
+SAME |= {"bad_levels", "bad_refs", "bad_refines"}
+
 #: Arguments that describe a search of their own; with them, no method is the default.
 SEARCH = {"splits", "lookahead", "beam", "exhaustive", "bad_levels", "bad_refs", "bad_refines", "prune"}
 
@@ -74,7 +78,7 @@ def build(
     boxes : {"tight", "cut"}, optional
         A BVH or a KD tree.
     lookahead : int or sequence of int, optional
-        How many levels to search; of several, each is tried where the one before says leaf.
+        The number of levels to search; of several, each is tried where the one before finds a leaf.
     beam, exhaustive : optional
         How many candidates a deeper search looks into, and whether also those that cannot pay; see `Settings`.
     cost : Cost, optional
@@ -84,8 +88,8 @@ def build(
     bad_levels, bad_refs, bad_refines, prune, radius_hint : optional
         How to get past levels that look no better than a leaf; see `Settings`.
     min_spread : float, optional
-        Lines that lie closer together are not cut from each other: a share of the scene's longest side, of "best"
-        0.0005; see `Settings`.
+        Lines that lie closer together are not cut from each other: a fraction of the scene's longest side, 0.0005 for
+        "best"; see `Settings`.
     lanes : int, optional
         How many references are tested at once: 1, 2, 4, … 64. Of "best" 16 for queries, or as many as fit into leaves
         of `max_leaf_refs`; else 1. See `Settings`.
@@ -95,12 +99,12 @@ def build(
     presplit : Presplit, optional
         Cut lines before the build.
     reinsertion : int, optional
-        Move subtrees after the build, in so many rounds at most.
+        Move subtrees after the build, in at most this many rounds.
     invalid : {"error", "skip"}
         What to do with segments that hold NaN or Inf: raise, or leave them out; then hits name positions among those
         that are left, and their ``row`` has the rows of the input. See `Lines.from_segments`.
     progress : bool or callable
-        Show a bar, or call back with the share that is done.
+        Show a bar, or call back with the fraction that is done.
 
     Returns
     -------
@@ -194,7 +198,7 @@ def _cheapest_presplit(geometry: Geometry, settings: Settings, name: str, callba
 
 
 def _stage(callback: ProgressCallback | None, first: float, last: float) -> ProgressCallback | None:
-    """Report a part of the work as this part of all."""
+    """Map the progress of a stage to this part of the whole."""
     return None if callback is None else lambda done: callback(first + (last - first) * done)
 
 
@@ -222,13 +226,9 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
         presplit = _core.Presplit(area=0.0, max_refs=first_refs(len(geometry), settings))
     core_settings = _core.Settings(
         splits=[_core_split_set(split) for split in splits],
-        boxes=settings.boxes,
-        lookahead=settings.lookahead,
         beam=settings.beam or NO_LIMIT,
-        exhaustive=settings.exhaustive,
         c_trav=settings.cost.c_trav,
         c_prim=settings.cost.c_prim,
-        lanes=settings.lanes,
         limits=_core.Limits(
             max_depth=limits.max_depth,
             max_leaf_refs=limits.max_leaf_refs or NO_LIMIT,
@@ -236,29 +236,18 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
             leaf_refs=limits.leaf_refs,
             leaf_size=limits.leaf_size,
         ),
-        bad_levels=settings.bad_levels,
-        bad_refs=settings.bad_refs,
-        bad_refines=settings.bad_refines,
-        prune=settings.prune,
-        radius_hint=settings.radius_hint,
-        min_spread=settings.min_spread,
         presplit=presplit,
         n_threads=get_num_threads(),
+        **{name: getattr(settings, name) for name in SAME},
     )
     first = callback if settings.reinsertion == 0 else _stage(callback, 0.0, 0.5)
     builder = engine.build if isinstance(geometry, Lines) else _core.build
     nodes, refs, hit, searched = builder(kind, data, core_settings, first)
     limits_hit = {limit: n for limit, n in zip(("max_depth", "max_refs", "max_leaf_refs"), hit, strict=True) if n}
     if settings.reinsertion > 0:
-        nodes, refs, n_too_deep = _core.reinsert(
-            nodes,
-            refs,
-            settings.reinsertion,
-            limits.max_depth,
-            settings.radius_hint,
-            get_num_threads(),
-            _stage(callback, 0.5, 1.0),
-        )
+        rounds, depth, hint = settings.reinsertion, limits.max_depth, settings.radius_hint
+        last = _stage(callback, 0.5, 1.0)
+        nodes, refs, n_too_deep = _core.reinsert(nodes, refs, rounds, depth, hint, get_num_threads(), last)
         if n_too_deep:
             limits_hit["max_depth"] = limits_hit.get("max_depth", 0) + n_too_deep
     nodes, refs = own(nodes).reshape(-1).view(NODE), own(refs).reshape(-1).view(REF)

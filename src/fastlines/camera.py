@@ -165,7 +165,7 @@ class Camera:
         aspect : float
             Width / height of the picture.
         margin : float
-            What to leave free at each side of the frame, as a share of its width or height; in [0, 0.5).
+            The free space at each side of the frame, as a fraction of its width or height; in [0, 0.5).
 
         Examples
         --------

@@ -37,10 +37,10 @@ NAMES = {dtype: name for name, dtype in DTYPES.items()}
 #: The section of checksums.
 CHECKSUMS = "crc32"
 
-#: Checksums of larger files are verified only when that is asked for: it takes up to a second a gigabyte.
+#: Checksums of larger files are verified only on request: that takes up to a second a gigabyte.
 VERIFIED_BYTES = 1 << 30
 
-#: Checksums take so many bytes at a time, and Ctrl-C acts in between.
+#: The bytes that a checksum takes at a time; Ctrl-C acts in between.
 BLOCK = 1 << 26
 
 

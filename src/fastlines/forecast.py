@@ -1,9 +1,9 @@
-"""Whether lists of hits will fit into memory: told by a few of the rays while the others are under way.
+"""Whether lists of hits will fit into memory, by a sample of the rays while the query runs.
 
-Each time a long query looks in, the hits of some more rays are counted. With a mean of m and a standard deviation of s
-for n of them, the query is refused if (m - 3 s / √n) / 2 hits for each ray that is left take more memory than there is.
-So a query that fits is not refused: three standard errors cover a sample with too many of the rays that hit much; the
-half covers one with no others, and what changes meanwhile.
+Each time a long query reports progress, the hits of some more rays are counted. Let n of them have a mean of m hits and
+a standard deviation of s. The query is refused if (m - 3 s / √n) / 2 hits for each remaining ray take more memory than
+there is. So a query that fits is not refused. Three standard errors cover a sample with too many of the rays with many
+hits. The half covers a sample of these alone, and changes in the meantime.
 """
 
 from __future__ import annotations
@@ -17,29 +17,29 @@ from .arrays import IntArray
 from .memory import left_addresses, left_memory
 from .progress import ProgressCallback
 
-#: Rays that are counted at a time, and in all: at most that many, and one of so many.
+#: The rays counted at a time, the most in all, and the fraction of the rays, one of ONE_OF, that is the most too.
 AT_ONCE, MOST, ONE_OF = 16, 256, 16
 
-#: Bytes of an answer that is not refused: it is soon found out, and may take memory that earlier answers have left.
+#: Smaller answers, in bytes, are not refused: they fail soon if at all, and may reuse memory of earlier answers.
 SMALL = 5e8
 
-#: The share of a query beyond which it takes its chances: from then on the memory for all of its hits is taken.
+#: The fraction of a query after which it is not refused: from then on the memory for all of its hits is allocated.
 LATEST = 0.25
 
-#: Multiples of the golden ratio, but for their whole parts, spread any number of rays over a batch, in step with no
-#: pattern that is in it.
+#: The fractional parts of multiples of the golden ratio spread any number of rays over a batch, in step with no pattern
+#: in it.
 GOLDEN = (math.sqrt(5) - 1) / 2
 
 
 class Forecast:
-    """How many hits a query will list.
+    """The number of hits that a query will list.
 
     Parameters
     ----------
     n_rays : int
     bytes_a_hit : int
     count_hits : callable
-        Returns the numbers of hits to list of the rays in the given rows.
+        Returns the numbers of hits of the rays in the given rows.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Forecast:
         self._counts = np.zeros(0, np.int64)
 
     def watch(self, callback: ProgressCallback | None) -> ProgressCallback:
-        """Return what the core calls from time to time: it looks, then calls `callback`."""
+        """Return a callback for the core that calls `look`, then `callback`."""
 
         def look_and_call(share: float) -> None:
             self.look(share)
@@ -65,7 +65,7 @@ class Forecast:
         return look_and_call
 
     def look(self, share: float) -> None:
-        """Count the hits of some more rays while this share of the query is done.
+        """Count the hits of some more rays when this fraction of the query is done.
 
         Raises
         ------

@@ -22,7 +22,7 @@ HitColumns: TypeAlias = tuple[FloatArray, IntArray, FloatArray, FloatArray, Floa
 
 
 class _OfLines:
-    """What is known of the segments that were hit; it is looked up when it is wanted."""
+    """The rows and strands of the segments that were hit, looked up on first use."""
 
     prim: IntArray
     lines: Lines | None
@@ -34,7 +34,7 @@ class _OfLines:
         It differs from ``prim`` where rows of the input were skipped.
         """
         skipped = self._known_lines().skipped
-        # As many rows were skipped before a segment as have, without each other, its place or one before it.
+        # The rows skipped before a segment are those whose place among the rows kept is at or before its own.
         before = np.searchsorted(skipped - np.arange(len(skipped)), self.prim, side="right")
         return own(np.asarray(self.prim + before))
 
@@ -183,7 +183,7 @@ class AllHits(_OfLines):
         return np.repeat(np.arange(len(self.offsets) - 1), self.counts)
 
     def of(self, ray: int) -> slice:
-        """Where the hits of a ray are: ``hits.t[hits.of(3)]``.
+        """The slice of the hits of a ray: ``hits.t[hits.of(3)]``.
 
         Raises
         ------

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields, replace
 from .checks import count, number
 from .splits import BoxRule
 
-#: What a build takes at most for a primitive, with room to spare; for a reference see `Limits.bytes_a_ref`.
+#: The most bytes that a build takes for a primitive, with room to spare; for a reference see `Limits.bytes_a_ref`.
 _BYTES_A_PRIM = 160
 
 #: The most references that the 32-bit indices of a tree can name.
@@ -17,7 +17,7 @@ REF_LIMIT = 2**32 - 16
 
 @dataclass(frozen=True)
 class Limits:
-    """Where a build ends, whatever the costs say. `Tree.limits_hit` counts the nodes at which each was felt.
+    """Where a build ends, whatever the costs say. `Tree.limits_hit` counts the nodes at which each took effect.
 
     Parameters
     ----------
@@ -31,16 +31,16 @@ class Limits:
         By default 1,000 for each of them and 10,000 more: among lines that lie on each other there is always a split
         that looks worth it.
     max_bytes : int, optional
-        The build of "best" takes no more memory beside its input. That lowers `max_refs`: a primitive is reckoned as
-        160 bytes, a reference as 80 where leaves are large, as those of "best" for queries, else as 160, with cut boxes
-        as 300.
+        The build of "best" takes at most this memory beside its input. That lowers `max_refs`: a primitive counts as
+        160 bytes. A reference counts as 80 where leaves are large, as those of "best" for queries, else as 160, and as
+        300 with cut boxes.
         Presplit, reinsertion and object sweeps over large nodes take more than that. So do trees of least cost whose
         nodes pass most of their references on to one side, as where long lines cross: the list of each is kept until
         it is known to be no leaf. They have taken up to 1.8 times as much.
     leaf_refs : int
-        A node of so few references is not split.
+        A node of at most this many references is not split.
     leaf_size : float
-        A node whose longest side is no longer is not split.
+        A node whose longest side is at most this length is not split.
     """
 
     max_depth: int = 64
@@ -51,7 +51,7 @@ class Limits:
     max_bytes: int | None = None
 
     def refs_for(self, n_prims: int, boxes: BoxRule = "tight") -> int:
-        """Return how many references a tree over so many primitives may have."""
+        """Return the most references of a tree over `n_prims` primitives."""
         most = min(REF_LIMIT, 1000 * n_prims + 10_000 if self.max_refs is None else self.max_refs)
         if self.max_bytes is None:
             return most
@@ -68,11 +68,11 @@ class Limits:
         return 160 if self.leaf_refs < 8 else 80
 
     def bytes_for(self, n_prims: int, boxes: BoxRule) -> int:
-        """Return the estimated bytes of the smallest tree over so many primitives."""
+        """Return the estimated bytes of the smallest tree over `n_prims` primitives."""
         return n_prims * (_BYTES_A_PRIM + self.bytes_a_ref(boxes))
 
     def hold(self, n_refs: int) -> bool:
-        """Return whether so many references can be brought into leaves of the size asked for."""
+        """Return whether leaves of at most `max_leaf_refs` can hold `n_refs` references within `max_depth`."""
         return self.max_leaf_refs is None or n_refs <= self.max_leaf_refs * 2**self.max_depth
 
     def over(self, base: Limits) -> Limits:

@@ -23,10 +23,9 @@ def left_addresses() -> float:
 
 
 def left_memory(root: Path = ROOT) -> float:
-    """Return how many bytes are left before something has to give way, swap included; ∞ where the system does not say.
+    """Return how many bytes are left, swap included; ∞ where the system does not say.
 
-    The least of what the machine has and of what each control group allows; pages of files that are only cached count
-    as left, as the system counts them.
+    That is the least of the machine's memory and of each control group's. Cached pages of files count as left.
     """
     machine = _text(root / "proc/meminfo")
     swap = 1024 * _number(machine, "SwapFree")

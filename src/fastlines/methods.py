@@ -57,8 +57,8 @@ class Methods(Mapping[str, Settings]):
 C_TRAV: dict[BoxRule, float] = {"tight": 2.0, "cut": 0.6}
 
 
-#: From so many primitives on, a tree that is to be fast on queries is built with the least effort unless told
-#: otherwise: more effort takes twice the time and memory there, and more, for little (docs/builder.md).
+#: From this many primitives on, a tree for fast queries is built with the least effort by default: more effort takes
+#: at least twice the time and memory there, and gains little (docs/builder.md).
 LARGE = 2**18
 
 

@@ -1,4 +1,4 @@
-"""What a build can be told: SPLITS, the cost model, limits; and the named trees, which are settings with a name.
+"""The settings of a build: SPLITS, the cost model, presplit and limits.
 
 The general builder is configurable in three places (thesis §4.3): the costs of a step and of a test, the set of
 candidate splits, and how many levels the search looks ahead.
@@ -78,11 +78,11 @@ class Settings:
     boxes : {"tight", "cut"}
         How a child's box is made: tight around its primitives makes a BVH, cut out of its parent's makes a KD tree.
     lookahead : int or sequence of int
-        How many levels to search. Of several, each is tried where the one before says leaf.
+        The number of levels to search. Of several, each is tried where the one before finds a leaf.
     beam : int, optional
-        Search more than one level deep only below so many candidates, those that look cheapest at depth 1.
+        Search more than one level deep only below this many candidates, those that are cheapest at depth 1.
     exhaustive : bool
-        Search below all of them, also where a bound says that it cannot pay. The tree is the same.
+        Search below all candidates, also where a bound proves that it cannot pay. The tree is the same.
     cost : Cost
         The cost model.
     limits : Limits
@@ -91,8 +91,8 @@ class Settings:
         How many levels in a row may be split though that looks no better than a leaf. Where long lines cross, the first
         levels of a good tree look bad.
     bad_refs : int
-        Nodes of so many references and fewer are leaves where the best split looks no better, whatever `bad_levels`
-        says: there it hardly ever pays in the end.
+        Nodes of at most this many references are leaves where the best split looks no better, whatever `bad_levels`
+        is: there it hardly ever pays in the end.
     bad_refines : int
         How many levels of a path may be cut in the middle of the longest side though the search says leaf (PBRT's bad
         refines, thesis §2.4).
@@ -102,23 +102,23 @@ class Settings:
         The search measures boxes grown by this fraction of the scene's longest side, as a query with a radius
         tests boxes that are grown by it.
     min_spread : float
-        Lines that run along each other, within this share of the scene's longest side (root mean square), are never
+        Lines that run along each other, within this fraction of the scene's longest side (root mean square), are never
         cut so that 0.3 (KD trees: 0.5) of a node are on both sides: a BVH splits them whole, a KD tree lists them in a
         leaf. 0 cuts all of them. Other primitives are cut as if it were 0.
     lanes : int
-        References are tested so many at once: 1, 2, 4, 8, 16, 32 or 64, and no more than `max_leaf_refs`. To the search
-        so many of them count as the mean of their number and that of the lanes they take: fuller leaves, and fewer.
-        What the tree costs (`Tree.cost`) counts references as they are.
+        The number of references tested at once: 1, 2, 4, 8, 16, 32 or 64, and at most `max_leaf_refs`. The search counts
+        references as the mean of their number and the lanes they take, which makes fewer and fuller leaves. `Tree.cost`
+        counts them as they are.
     presplit : Presplit, optional
         Cut lines before the build. Tight boxes and lines only.
     reinsertion : int
-        After the build, in so many rounds at most, take subtrees out and put them in where they cost least. Tight boxes
-        and lines only.
+        After the build, take subtrees out and put them in where they cost least, in at most this many rounds. Tight
+        boxes and lines only.
 
     Raises
     ------
     InputError
-        If they do not go together.
+        If a setting cannot be used, or two of them do not fit together.
     """
 
     splits: tuple[SplitSet, ...] = (PlaneGrid(16),)

@@ -19,10 +19,10 @@ class SplitSet:
     Parameters
     ----------
     max_refs : int, optional
-        Ask this set only about nodes of at most so many references.
+        Use this set only at nodes of at most this many references.
     min_overlap : float
-        Ask this set only where the boxes of the best object split of the sets before it overlap, in a box with more
-        area than this share of the scene's: SBVH's restriction of spatial splits, with 1e-5 (Stich et al. 2009).
+        Use this set only where the two boxes of the best object split of the sets before it overlap in a box of more
+        than this fraction of the scene's surface area. SBVH restricts spatial splits so, with 1e-5 (Stich et al. 2009).
     """
 
     name: ClassVar[str] = ""
