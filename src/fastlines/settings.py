@@ -106,9 +106,9 @@ class Settings:
         cut so that 0.3 (KD trees: 0.5) of a node are on both sides: a BVH splits them whole, a KD tree lists them in a
         leaf. 0 cuts all of them. Other primitives are cut as if it were 0.
     lanes : int
-        The number of references tested at once: 1, 2, 4, 8, 16, 32 or 64, and at most `max_leaf_refs`. The search counts
-        references as the mean of their number and the lanes they take, which makes fewer and fuller leaves. `Tree.cost`
-        counts them as they are.
+        The number of references tested at once: 1, 2, 4, 8, 16, 32 or 64, and at most `max_leaf_refs`. The search
+        counts references as the mean of their number and the lanes they take, which makes fewer and fuller leaves.
+        `Tree.cost` counts them as they are.
     presplit : Presplit, optional
         Cut lines before the build. Tight boxes and lines only.
     reinsertion : int
