@@ -2,8 +2,8 @@
 // run time: fastlines neither links nor ships Embree.
 //
 // Names, values and layouts follow the "Embree API Reference" (embree.org/api.html): RTCRay, RTCHit, RTCRayHitN,
-// RTCIntersectArguments, RTCGeometryType, and so on. A wrong one would fail benchmarks/tests/test_embree.py, which compares
-// answers hit for hit.
+// RTCIntersectArguments, RTCGeometryType, and so on. A wrong one would fail benchmarks/tests/test_embree.py, which
+// compares answers hit for hit.
 #pragma once
 
 #include <cstddef>
