@@ -39,8 +39,8 @@ std::tuple<WordRows, WordRows, std::size_t> reinsert(Input<std::uint32_t> nodes,
 /// A KD tree as plane nodes, the primitive of each reference, and the depth.
 std::tuple<WordRows, WordRows, std::uint32_t> planes(Input<std::uint32_t> nodes, Input<std::uint32_t> refs) {
   PlaneTree tree;
-  watch([&](Progress& watched) { tree = PlaneTreeWriter(rows<Node>(nodes), rows<Reference>(refs))(watched); },
-        nb::none());
+  watch_if(rows<Reference>(refs).size() > kLongPass, nb::none(),
+           [&](Progress& watched) { tree = PlaneTreeWriter(rows<Node>(nodes), rows<Reference>(refs))(watched); });
   return {adopt<std::uint32_t>(std::move(tree.nodes)), adopt<std::uint32_t>(std::move(tree.prims)), tree.depth};
 }
 

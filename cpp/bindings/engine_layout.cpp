@@ -19,17 +19,14 @@ std::tuple<BlockRows, BlockRows, WordRows, float> build_layout(const std::string
                                                                double radius_hint, unsigned n_threads,
                                                                nb::object progress) {
   WideBvh wide;
-  watch(
-      [&](Progress& watched) {
-        const RayPrimitives all = ray_primitives(kind, data);
-        wide = std::visit(
-            [&](const auto& prims) {
-              return collapse(rows<Node>(nodes), rows<Reference>(refs), prims, {.radius_hint = radius_hint}, n_threads,
-                              watched);
-            },
-            all);
-      },
-      progress);
+  watch_if(rows<Reference>(refs).size() > kLongPass, progress, [&](Progress& watched) {
+    wide = std::visit(
+        [&](const auto& prims) {
+          return collapse(rows<Node>(nodes), rows<Reference>(refs), prims, {.radius_hint = radius_hint}, n_threads,
+                          watched);
+        },
+        ray_primitives(kind, data));
+  });
   return {adopt<std::uint8_t>(std::move(wide.nodes)), adopt<std::uint8_t>(std::move(wide.leaves)),
           adopt<std::uint32_t>(std::move(wide.refs)), wide.mean_extent};
 }
