@@ -13,9 +13,8 @@ from fastlines.immutable import own
 from fastlines.layout import Layout
 from fastlines.limits import REF_LIMIT, limit_notes
 from fastlines.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, best_settings, method_settings
-from fastlines.report.document import Cell, Document, Gallery, Picture, Section, Table
-from fastlines.report.machine import describe_machine
-from fastlines.report.page import html
+from fastlines.report.measure import describe_machine
+from fastlines.report.page import Cell, Document, Gallery, Picture, Section, Table, html
 from fastlines.report.tables import format_3_digits
 from fastlines.threads import MAX_THREADS, num_threads
 

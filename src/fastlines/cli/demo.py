@@ -1,4 +1,4 @@
-"""``fastlines demo``: trees side by side, over the five scenes or over lines from a file."""
+"""``fastlines demo`` and ``fastlines report``: pages about trees over the five scenes, or over lines from a file."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from typing import Annotated
 
 import typer
 
+from ..errors import InputError
 from .app import app
-from .options import Skip
+from .options import Input, Skip
 
 
 @app.command(short_help="Compare trees over five scenes, or your lines, in a page of figures and pictures.")
@@ -37,16 +38,44 @@ def demo(
 
     [cyan]fastlines demo hair.tfx -o hair[/]  compares trees over your lines
     """
+    _write_page(source, output, quick, skip_invalid, answer=False)
+
+
+@app.command(short_help="Find which tree suits your lines.")
+def report(
+    source: Input,
+    output: Annotated[
+        str, typer.Option("--output", "-o", metavar="FOLDER", help="Write the page to this folder.")
+    ] = "fastlines-report",
+    quick: Annotated[bool, typer.Option("--quick", help="Use fewer rays and smaller pictures.")] = False,
+    skip_invalid: Skip = False,
+) -> None:
+    """Build the five trees of the thesis and the default tree over your lines, and report which one suits them.
+
+    [bold]Examples[/]
+
+    [cyan]fastlines report hair.tfx -o hair-report[/]
+
+    [cyan]fastlines report scene:bun-hair --quick[/]
+    """
+    if source == "thesis":
+        raise InputError(
+            "another command makes the thesis's chapter 6: in a checkout of the repository, run  "
+            "pip install ./benchmarks  and then  fastlines-bench thesis"
+        )
+    _write_page(source, output, quick, skip_invalid, answer=True)
+
+
+def _write_page(source: str | None, output: str, quick: bool, skip_invalid: bool, answer: bool) -> None:
+    """Compare trees over an input, or over the five scenes without one."""
     from ..report import FULL, QUICK, demo_page, report_page
     from .files import open_lines, show_progress
 
-    preset = QUICK if quick else FULL
+    preset, bar = QUICK if quick else FULL, show_progress()
     if source is None:
-        page = demo_page(output, preset, show_progress=show_progress())
+        page = demo_page(output, preset, show_progress=bar)
     else:
         opened = open_lines(source, skip_invalid)
         camera = opened.camera(None, None, 30.0, 1.0)
-        page = report_page(
-            output, preset, opened.name, opened.lines, camera, answer=False, show_progress=show_progress()
-        )
+        page = report_page(output, preset, opened.name, opened.lines, camera, answer=answer, show_progress=bar)
     typer.echo(f"the page is {page}")

@@ -1,10 +1,17 @@
-"""Figures of trees over the same lines: builds and queries are timed, and answers compared bit for bit."""
+"""Figures of trees over the same lines: builds and queries are timed, and answers compared bit for bit.
+
+Figures depend on the machine, which `describe_machine` names.
+"""
 
 from __future__ import annotations
 
+import datetime
+import platform
+import re
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,41 +36,26 @@ LEAST, MOST = 3, 20
 MAX_HITS = 1 << 22
 
 
-class _OverLimitError(Exception):
-    """Ends a build that exceeds its limit."""
-
-
 @dataclass(frozen=True)
 class TreeFigures:
-    """One tree over some lines.
-
-    Attributes
-    ----------
-    build_s : float
-        Seconds of the build and of the layout.
-    cost : float
-        By the cost model of its kind, `COSTS`.
-    bytes : int
-        Memory of the layout and the segments.
-    mrays, as_built : dict of str to float
-        Millions of rays a second: of each query ("first W", …), and of a search of the binary tree, one ray at a time,
-        with the radius M.
-    n_compared : int
-        How many answers equal those of the reference tree.
-    over_s : float or None
-        The limit in seconds that the build exceeded; then nothing else is known.
-    """
+    """One tree over some lines."""
 
     method: str
+    #: Seconds of the build and of the layout.
     build_s: float = 0.0
     n_refs: int = 0
     n_nodes: int = 0
     depth: int = 0
+    #: By the cost model of its kind, `COSTS`.
     cost: float = 0.0
+    #: Memory of the layout and the segments.
     bytes: int = 0
+    #: Millions of rays a second: of each query ("first W", …), and of a search of the binary tree with the radius M.
     mrays: dict[str, float] = field(default_factory=dict)
     as_built: dict[str, float] = field(default_factory=dict)
+    #: How many answers equal those of the reference tree.
     n_compared: int = 0
+    #: The limit in seconds that the build exceeded; then nothing else is known.
     over_s: float | None = None
 
 
@@ -73,11 +65,11 @@ def build_within(lines: fl.Lines, method: str, limit: float) -> tuple[fl.Tree | 
 
     def watch(share: float) -> None:
         if time.perf_counter() - start > limit:
-            raise _OverLimitError
+            raise TimeoutError
 
     try:
         tree = fl.build(lines, method, progress=watch)
-    except _OverLimitError:
+    except TimeoutError:
         return None, limit
     tree.layout  # noqa: B018
     seconds = time.perf_counter() - start
@@ -145,3 +137,25 @@ def _fitting(tree: fl.Tree, query: str, radius: float, kernel: str, camera: fl.C
             break
         pixels = min(size, 2 * pixels)
     return pixels
+
+
+def describe_machine() -> dict[str, str | int]:
+    """Name the processor, the system and the versions that figures depend on."""
+    return {
+        "processor": _processor(),
+        "threads": fl.get_num_threads(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "fastlines": fl.__version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "date": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"),
+    }
+
+
+def _processor() -> str:
+    """Return the name of the processor, as far as the system gives it."""
+    try:
+        found = re.search(r"^model name\s*:\s*(.*)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
+    except OSError:
+        found = None
+    return found[1] if found else platform.processor() or platform.machine() or "unknown"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from .document import Cell, Table
 from .measure import QUERIES, TreeFigures
+from .page import Cell, Table
 
 #: The answer also names trees that take at most this many times as long as the fastest.
 NEAR = 1.1
@@ -43,23 +43,19 @@ def trees_table(rows: Sequence[TreeFigures]) -> Table:
 
 def queries_table(rows: Sequence[TreeFigures]) -> Table:
     """Return the table of millions of rays a second, with bars."""
-    known = [row for row in rows if row.over_s is None]
-    columns = [f"{query} {letter}" for query, letter in QUERIES]
-    most = {column: max((row.mrays[column] for row in known), default=1.0) for column in columns}
-    most_built = {query: max((row.as_built[query] for row in known), default=1.0) for query in ("first", "all")}
-    body = []
-    for row in known:
-        cells = [Cell(format_3_digits(row.mrays[c]), row.mrays[c], bar=row.mrays[c] / most[c]) for c in columns]
-        cells += [
-            Cell(format_3_digits(rate), rate, bar=rate / most_built[query]) for query, rate in row.as_built.items()
-        ]
-        body.append([Cell(row.method), *cells])
-    heads = ["tree", *(column[0].upper() + column[1:] for column in columns), "First M, as built", "All M, as built"]
+    rates = {row.method: [*row.mrays.values(), *row.as_built.values()] for row in rows if row.over_s is None}
+    most = [max(column) for column in zip(*rates.values(), strict=True)]
+    body = [
+        [Cell(method), *(Cell(format_3_digits(n), n, bar=n / top) for n, top in zip(row, most, strict=True))]
+        for method, row in rates.items()
+    ]
+    heads = ["tree", *(f"{query.capitalize()} {letter}" for query, letter in QUERIES)]
     note = (
         "First finds the nearest hit of each ray, All lists all hits. The camera's rays are traced on all threads. "
         "As built searches the binary tree, one ray at a time, and shows how the trees differ."
     )
-    return Table(heads, body, "Queries: millions of rays a second; a longer bar is faster", [note])
+    caption = "Queries: millions of rays a second; a longer bar is faster"
+    return Table([*heads, "First M, as built", "All M, as built"], body, caption, [note])
 
 
 def print_trees(title: str, n_segments: int, rows: Sequence[TreeFigures]) -> None:
@@ -70,9 +66,8 @@ def print_trees(title: str, n_segments: int, rows: Sequence[TreeFigures]) -> Non
         if row.over_s is not None:
             print(f"{row.method:8}  the build did not end within {row.over_s:g} s")
             continue
-        figures = format_3_digits(row.build_s), format_3_digits(row.cost), format_3_digits(row.bytes / 1e6)
-        rates = format_3_digits(row.mrays["first M"]), format_3_digits(row.mrays["all M"])
-        print("{:8}{:>9}{:>10}{:>8}{:>11}{:>11}".format(row.method, *figures, *rates))
+        figures = row.build_s, row.cost, row.bytes / 1e6, row.mrays["first M"], row.mrays["all M"]
+        print("{:8}{:>9}{:>10}{:>8}{:>11}{:>11}".format(row.method, *map(format_3_digits, figures)))
     print(flush=True)
 
 
@@ -80,10 +75,8 @@ def answer_points(rows: Sequence[TreeFigures]) -> list[tuple[str, str]]:
     """Return which tree is fastest for each query, which is built first, and which builds exceeded the limit."""
     known = {row.method: row for row in rows if row.over_s is None}
     points = []
-    for column, what in (("first M", "First hits"), ("all M", "All hits")):
+    for column, what in (("first M", "First hits"), ("all M", "All hits")) if known else ():
         rates = {name: row.mrays[column] for name, row in known.items()}
-        if not rates:
-            continue
         fastest = max(rates, key=lambda name: rates[name])
         near = [name for name in rates if name != fastest and rates[fastest] <= NEAR * rates[name]]
         said = f"{fastest} is fastest, {format_3_digits(rates[fastest])} million rays a second"
