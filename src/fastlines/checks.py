@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,9 @@ from .errors import InputError
 
 #: The largest count that the core can take.
 LARGEST = 2**63 - 1
+
+#: The least number above 0.
+LEAST = math.ulp(0.0)
 
 
 def count(name: str, value: object, least: int, most: int | None = None) -> int:
@@ -25,11 +29,26 @@ def count(name: str, value: object, least: int, most: int | None = None) -> int:
 
 
 def number(name: str, value: object, expected: str, low: float, high: float = sys.float_info.max) -> float:
-    """Check a number above `low` and up to `high`."""
+    """Check a number from `low` to `high`."""
     given = value.item() if isinstance(value, np.number) else value
-    if isinstance(given, bool) or not isinstance(given, int | float) or not low < given <= high:
+    if isinstance(given, bool) or not isinstance(given, int | float) or not low <= given <= high:
         raise InputError(f"{name}={value!r}; expected {expected}")
-    return float(given)
+    return float(given) + 0.0  # no negative zero
+
+
+def instance(name: str, value: object, kind: type, expected: str) -> object:
+    """Check the type of a value."""
+    if not isinstance(value, kind):
+        raise InputError(f"{name}={value!r}; expected {expected}")
+    return value
+
+
+def check_fields(made: object, names: Iterable[str], check: Callable[..., object], *bounds: object) -> None:
+    """Check fields of a frozen dataclass, and keep what the check returns; None may stay where it is the default."""
+    for name in names:
+        value = getattr(made, name)
+        if value is not None or getattr(type(made), name, ...) is not None:
+            object.__setattr__(made, name, check(name, value, *bounds))
 
 
 def sequence(name: str, value: object, kind: type | tuple[type, ...], expected: str) -> tuple[Any, ...]:

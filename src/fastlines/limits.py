@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 
-from .checks import count, number
+from .checks import check_fields, count, number
 from .splits import BoxRule
 
 #: The most bytes that a build takes for a primitive, with room to spare; for a reference see `Limits.bytes_a_ref`.
@@ -81,16 +81,10 @@ class Limits:
         return replace(base, **{name: value for name, value in given.items() if value != getattr(Limits, name)})
 
     def __post_init__(self) -> None:
-        counts = {
-            "max_depth": count("max_depth", self.max_depth, 0, 256),
-            "leaf_refs": count("leaf_refs", self.leaf_refs, 0),
-            "max_leaf_refs": None if self.max_leaf_refs is None else count("max_leaf_refs", self.max_leaf_refs, 1),
-            "max_refs": None if self.max_refs is None else count("max_refs", self.max_refs, 0),
-            "max_bytes": None if self.max_bytes is None else count("max_bytes", self.max_bytes, 0),
-        }
-        size = 0.0 if self.leaf_size == 0 else number("leaf_size", self.leaf_size, "a length that is not negative", 0.0)
-        for name, value in {**counts, "leaf_size": size}.items():
-            object.__setattr__(self, name, value)
+        check_fields(self, ("max_depth",), count, 0, 256)
+        check_fields(self, ("leaf_refs", "max_refs", "max_bytes"), count, 0)
+        check_fields(self, ("max_leaf_refs",), count, 1)
+        check_fields(self, ("leaf_size",), number, "a length that is not negative", 0.0)
 
 
 def limit_notes(limits_hit: Mapping[str, int]) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
@@ -89,7 +88,7 @@ def best_settings(
     for_queries = cost is None and boxes == "tight"
     if effort is None:
         effort = 0.0 if for_queries and n_prims >= LARGE else 0.5
-    effort = number("effort", effort, "a number from 0 (fastest) to 1 (best tree)", -math.ulp(0.0), 1.0)
+    effort = number("effort", effort, "a number from 0 (fastest) to 1 (best tree)", 0.0, 1.0)
     choice("boxes", boxes, ("tight", "cut"))
     if for_queries:
         if effort < 0.25:

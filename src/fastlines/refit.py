@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
 from .backend import engine
-from .checks import number
+from .checks import LEAST, number
 from .errors import InputError
 from .immutable import own
+from .layout import refit_layout
 from .lines import Lines, as_lines
 from .meshes import core_data
-from .progress import ProgressCallback
+from .progress import ProgressCallback, ProgressOption, reporting
 from .threads import get_num_threads
 from .tree_data import NODE, TreeData
 
+Tree = TypeVar("Tree", bound=TreeData)
+
 #: Trees of fewer references are refitted on one thread: a second would hardly have started.
 SHORT_REFIT = 20_000
+
+SECONDS = "a time in seconds, 0 or more"
 
 
 def moved_lines(tree: TreeData, lines: Lines | npt.ArrayLike) -> Lines:
@@ -34,23 +39,32 @@ def moved_lines(tree: TreeData, lines: Lines | npt.ArrayLike) -> Lines:
     return moved if moved is lines else replace(tree.geometry, segments=moved.segments)
 
 
-def refit_nodes(tree: TreeData, lines: Lines, progress: ProgressCallback | None) -> npt.NDArray[Any]:
+def refitted(tree: Tree, lines: Lines, cost: float, progress: ProgressOption) -> Tree:
+    """Refit a tree, and its layout if it has one, to lines that have moved.
+
+    The result is a BVH, which measures its growth from this cost. It needs no check: the core has made its nodes, and
+    the rest is the tree's.
+    """
+    with reporting(progress, "refit") as callback:
+        nodes = _refit_nodes(tree, lines, callback)
+        values = {field.name: getattr(tree, field.name) for field in fields(tree)}
+        values |= {"geometry": lines, "nodes": nodes, "built_cost": cost}
+        if tree.settings.boxes != "tight":
+            values |= {"settings": replace(tree.settings, boxes="tight"), "method": "custom"}
+        if "layout" in tree.__dict__:
+            values["layout"] = refit_layout(tree.__dict__["layout"], lines, nodes["box"][0], _n_threads(tree), callback)
+    made = object.__new__(type(tree))
+    made.__dict__.update(values)
+    return made
+
+
+def _refit_nodes(tree: TreeData, lines: Lines, progress: ProgressCallback | None) -> npt.NDArray[Any]:
     """Return the tree's nodes with boxes tight around lines that have moved."""
-    words = engine.refit_tree(*core_data(lines), *tree.words(), refit_threads(tree), progress)
+    words = engine.refit_tree(*core_data(lines), *tree.words(), _n_threads(tree), progress)
     return own(words).reshape(-1).view(NODE)
 
 
-def refitted_fields(tree: TreeData, lines: Lines, nodes: npt.NDArray[Any], cost: float) -> dict[str, Any]:
-    """Return the fields of the refitted tree: a BVH, which measures its growth from this cost."""
-    kept = {field.name: getattr(tree, field.name) for field in fields(tree)}
-    changed = {"geometry": lines, "nodes": nodes, "built_cost": cost}
-    if tree.settings.boxes != "tight":
-        changed |= {"settings": replace(tree.settings, boxes="tight"), "method": "custom"}
-    return kept | changed
-
-
-def refit_threads(tree: TreeData) -> int:
-    """Return how many threads a refit of this tree takes."""
+def _n_threads(tree: TreeData) -> int:
     return 1 if tree.n_refs < SHORT_REFIT else get_num_threads()
 
 
@@ -61,7 +75,7 @@ def built_cost(tree: TreeData) -> float:
     nodes = tree.words()[0]
     if tree.settings.boxes == "cut":
         assert isinstance(tree.geometry, Lines)
-        nodes = refit_nodes(tree, tree.geometry, None).view(np.uint32).reshape(-1, 9)
+        nodes = _refit_nodes(tree, tree.geometry, None).view(np.uint32).reshape(-1, 9)
     return _core.cost(nodes, tree.settings.cost.c_trav, tree.settings.cost.c_prim)
 
 
@@ -94,9 +108,8 @@ class RebuildPolicy:
     lost_seconds: float = 0.0
 
     def __post_init__(self) -> None:
-        what = "a time in seconds, above 0"
-        self.build_seconds = number("build_seconds", self.build_seconds, what, 0.0)
-        self.lost_seconds = _seconds("lost_seconds", self.lost_seconds)
+        self.build_seconds = number("build_seconds", self.build_seconds, "a time in seconds, above 0", LEAST)
+        self.lost_seconds = number("lost_seconds", self.lost_seconds, SECONDS, 0.0)
 
     def due(self, tree: TreeData, query_seconds: float) -> bool:
         """Count what queries on a tree have lost, and tell whether to build anew now; if so, counting starts again.
@@ -108,13 +121,9 @@ class RebuildPolicy:
         query_seconds : float
             How long they took.
         """
-        query_seconds = _seconds("query_seconds", query_seconds)
+        query_seconds = number("query_seconds", query_seconds, SECONDS, 0.0)
         self.lost_seconds += query_seconds * max(0.0, 1 - 1 / tree.growth)
         due = self.lost_seconds >= self.build_seconds
         if due:
             self.lost_seconds = 0.0
         return due
-
-
-def _seconds(name: str, value: object) -> float:
-    return 0.0 if value == 0 else number(name, value, "a time in seconds, 0 or more", 0.0)

@@ -6,15 +6,17 @@ candidate splits, and how many levels the search looks ahead.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from .checks import choice, count, number, sequence
+from .checks import LEAST, check_fields, choice, count, instance, number, sequence
 from .errors import InputError
 from .limits import REF_LIMIT, Limits
 from .splits import BinnedPlanes, BoxRule, ObjectSweep, PlaneGrid, SplitSet
+
+#: How a cost model is made, for error messages.
+COST = "fl.Cost(c_trav=…, c_prim=…)"
 
 
 @dataclass(frozen=True)
@@ -31,10 +33,8 @@ class Cost:
     c_prim: float = 1.0
 
     def __post_init__(self) -> None:
-        for name in ("c_trav", "c_prim"):
-            what = "a cost: a positive finite number, from 1e-100 to 1e100"
-            value = number(name, getattr(self, name), what, math.nextafter(1e-100, 0.0), 1e100)
-            object.__setattr__(self, name, value)
+        what = "a cost: a positive finite number, from 1e-100 to 1e100"
+        check_fields(self, ("c_trav", "c_prim"), number, what, 1e-100, 1e100)
 
 
 @dataclass(frozen=True)
@@ -59,12 +59,8 @@ class Presplit:
     def __post_init__(self) -> None:
         if self.area is not None and self.refs is not None:
             raise InputError(f"area={self.area!r} and refs={self.refs!r} are two bounds; give one of them, or none")
-        if self.area is not None:
-            what = "a share of the area of the scene's box, above 0 to 1"
-            object.__setattr__(self, "area", number("area", self.area, what, 0.0, 1.0))
-        if self.refs is not None:
-            what = f"references for each line, 1 to {REF_LIMIT}"
-            object.__setattr__(self, "refs", number("refs", self.refs, what, math.nextafter(1.0, 0.0), REF_LIMIT))
+        check_fields(self, ("area",), number, "a share of the area of the scene's box, above 0 to 1", LEAST, 1.0)
+        check_fields(self, ("refs",), number, f"references for each line, 1 to {REF_LIMIT}", 1.0, REF_LIMIT)
 
 
 @dataclass(frozen=True)
@@ -139,34 +135,25 @@ class Settings:
     exhaustive: bool = False
 
     def __post_init__(self) -> None:
-        splits = sequence("splits", self.splits, SplitSet, "one or more of fl.PlaneGrid(16), fl.ObjectSweep(), …")
         several = "a whole number, 1, 2, …, or a list of them to try in turn"
-        lookahead = sequence("lookahead", self.lookahead, (int, np.integer), several)
-        object.__setattr__(self, "splits", splits)
-        object.__setattr__(self, "lookahead", tuple(count("lookahead", depth, 0, 8) for depth in lookahead))
-        object.__setattr__(self, "bad_refs", count("bad_refs", self.bad_refs, 0))
-        for name in ("bad_levels", "bad_refines"):
-            object.__setattr__(self, name, count(name, getattr(self, name), 0, 16))
+        splits = "one or more of fl.PlaneGrid(16), fl.ObjectSweep(), …"
+        check_fields(self, ("splits",), sequence, SplitSet, splits)
+        check_fields(self, ("lookahead",), sequence, (int, np.integer), several)
+        object.__setattr__(self, "lookahead", tuple(count("lookahead", depth, 0, 8) for depth in self.lookahead))
+        check_fields(self, ("bad_refs",), count, 0)
+        check_fields(self, ("bad_levels", "bad_refines"), count, 0, 16)
         if max(self.lookahead) < 2 and (self.beam is not None or self.exhaustive):
             raise InputError(f"beam and exhaustive are for a lookahead of 2 or more, this is {self.lookahead}")
-        if self.beam is not None:
-            object.__setattr__(self, "beam", count("beam", self.beam, 1))
-        for name in ("prune", "exhaustive"):
-            if not isinstance(getattr(self, name), bool):
-                raise InputError(f"{name}={getattr(self, name)!r}; expected True or False")
-        for name in ("radius_hint", "min_spread"):
-            what = "a share of the scene's longest side, 0 to 1"
-            value = number(name, getattr(self, name), what, -math.ulp(0.0), 1.0)
-            object.__setattr__(self, name, value)
-        object.__setattr__(self, "lanes", _lanes(self.lanes))
-        if not isinstance(self.presplit, Presplit | None):
-            raise InputError(f"presplit={self.presplit!r}; expected fl.Presplit(), fl.Presplit(refs=…) or None")
-        object.__setattr__(self, "reinsertion", count("reinsertion", self.reinsertion, 0, 1000))
-        choice("boxes", self.boxes, ("tight", "cut"))
-        if not isinstance(self.cost, Cost):
-            raise InputError(f"cost={self.cost!r}; expected fl.Cost(c_trav=…, c_prim=…)")
-        if not isinstance(self.limits, Limits):
-            raise InputError(f"limits={self.limits!r}; expected fl.Limits(max_depth=…, …)")
+        check_fields(self, ("beam",), count, 1)
+        check_fields(self, ("prune", "exhaustive"), instance, bool, "True or False")
+        what = "a share of the scene's longest side, 0 to 1"
+        check_fields(self, ("radius_hint", "min_spread"), number, what, 0.0, 1.0)
+        check_fields(self, ("lanes",), _lanes)
+        check_fields(self, ("presplit",), instance, Presplit, "fl.Presplit(), fl.Presplit(refs=…) or None")
+        check_fields(self, ("reinsertion",), count, 0, 1000)
+        check_fields(self, ("boxes",), choice, ("tight", "cut"))
+        check_fields(self, ("cost",), instance, Cost, COST)
+        check_fields(self, ("limits",), instance, Limits, "fl.Limits(max_depth=…, …)")
         most = self.limits.max_leaf_refs
         if most is not None and self.lanes > most:
             raise InputError(
@@ -174,9 +161,9 @@ class Settings:
                 "leaves"
             )
         if self.boxes == "cut":
-            octets = [split for split in splits if isinstance(split, BinnedPlanes)]
+            octets = [split for split in self.splits if isinstance(split, BinnedPlanes)]
             wholes = [split for split in octets if split.uncut_refs or split.gap_refs]
-            if wholes or any(isinstance(split, ObjectSweep) for split in splits):
+            if wholes or any(isinstance(split, ObjectSweep) for split in self.splits):
                 what = "an object sweep does not cut space, nor do uncut_refs and gap_refs of BinnedPlanes"
                 raise InputError(f"{what}: a KD tree (boxes='cut') needs planes")
             if self.limits.max_leaf_refs is not None:
@@ -191,8 +178,8 @@ class Settings:
                 )
 
 
-def _lanes(lanes: int) -> int:
+def _lanes(name: str, lanes: object) -> int:
     expected = (1, 2, 4, 8, 16, 32, 64)
     if isinstance(lanes, bool) or not isinstance(lanes, int | np.integer) or lanes not in expected:
-        raise InputError(f"lanes={lanes!r}; expected one of {', '.join(map(str, expected))}")
+        raise InputError(f"{name}={lanes!r}; expected one of {', '.join(map(str, expected))}")
     return int(lanes)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal, TypeAlias
 
-from .checks import count, number
+from .checks import LEAST, check_fields, count, number
 from .errors import InputError
 
 BoxRule: TypeAlias = Literal["tight", "cut"]
@@ -32,11 +32,8 @@ class SplitSet:
     def __post_init__(self) -> None:
         if not self.name:
             raise InputError("fl.SplitSet is what split sets have in common; use fl.PlaneGrid(16), fl.ObjectSweep(), …")
-        if self.max_refs is not None:
-            object.__setattr__(self, "max_refs", count("max_refs", self.max_refs, 1))
-        what = "a share of the area of the scene's box, 0 to 1"
-        overlap = 0.0 if self.min_overlap == 0 else number("min_overlap", self.min_overlap, what, 0.0, 1.0)
-        object.__setattr__(self, "min_overlap", overlap)
+        check_fields(self, ("max_refs",), count, 1)
+        check_fields(self, ("min_overlap",), number, "a share of the area of the scene's box, 0 to 1", 0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -61,7 +58,7 @@ class PlaneGrid(SplitSet):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "n_planes", count("n_planes", self.n_planes, 1, 4096))
+        check_fields(self, ("n_planes",), count, 1, 4096)
 
 
 @dataclass(frozen=True)
@@ -107,17 +104,14 @@ class BinnedPlanes(SplitSet):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "n_planes", count("n_planes", self.n_planes, 1, 4096))
-        for name in ("uncut_refs", "uncut_only_refs", "sample", "gap_refs"):
-            object.__setattr__(self, name, count(name, getattr(self, name), 0))
+        check_fields(self, ("n_planes",), count, 1, 4096)
+        check_fields(self, ("uncut_refs", "uncut_only_refs", "sample", "gap_refs"), count, 0)
         if self.uncut_only_refs > self.uncut_refs:
             raise InputError(
                 f"uncut_only_refs={self.uncut_only_refs} is more than uncut_refs={self.uncut_refs}; raise uncut_refs"
             )
-        overlap = 0.0 if self.max_overlap == 0 else number("max_overlap", self.max_overlap, "0 to 1", 0.0, 1.0)
-        object.__setattr__(self, "max_overlap", overlap)
-        what = "a fraction of a leaf's cost, above 0 to 1"
-        object.__setattr__(self, "gap", number("gap", self.gap, what, 0.0, 1.0))
+        check_fields(self, ("max_overlap",), number, "0 to 1", 0.0, 1.0)
+        check_fields(self, ("gap",), number, "a fraction of a leaf's cost, above 0 to 1", LEAST, 1.0)
         if 0 < self.gap_refs <= self.uncut_refs:
             raise InputError(
                 f"gap_refs={self.gap_refs} is for nodes of more than uncut_refs={self.uncut_refs} "
@@ -156,12 +150,7 @@ class Midpoint(SplitSet):
 
 #: What split sets and their fields were called in files of earlier versions.
 FORMER_NAMES = {"plane_octets": "binned_planes", "middle": "midpoint"}
-FORMER_FIELDS = {
-    "max_whole": "uncut_refs",
-    "only_whole": "uncut_only_refs",
-    "max_apart": "gap_refs",
-    "apart": "gap",
-}
+FORMER_FIELDS = {"max_whole": "uncut_refs", "only_whole": "uncut_only_refs", "max_apart": "gap_refs", "apart": "gap"}
 
 
 def split_set_from(name: str, fields: Mapping[str, Any]) -> SplitSet:

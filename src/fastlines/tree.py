@@ -16,24 +16,22 @@ from .backend import KERNELS, Backend, BinaryBackend, WideBackend
 from .checks import choice, count
 from .errors import InputError
 from .hits import AllHits, FirstHits
-from .immutable import own
-from .layout import Layout, build_layout, refit_layout
+from .layout import Layout, build_layout
 from .lines import Lines
 from .meshes import core_data
-from .progress import ProgressOption, reporting
+from .progress import ProgressOption
 from .queries import any_hit, count_hits, first_hit, is_surface, list_hits
-from .rays import check_rays
-from .refit import built_cost, moved_lines, refit_nodes, refit_threads, refitted_fields
-from .tree_data import Planes, TreeData
+from .rays import RayBatch, check_rays
+from .refit import built_cost, moved_lines, refitted
+from .tree_data import TreeData
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Tree(TreeData):
     """An acceleration tree over primitives, as `build` makes it.
 
-    It is immutable. What it is: ``nodes``, ``refs``, ``cost()``, ``stats()``, ``levels()``, ``validate()``. What it
-    answers: ``first_hit``, ``any_hit``, ``count_hits``, ``all_hits``, ``next_hits``, with the radius given at query
-    time.
+    It is immutable. Its data are ``nodes``, ``refs``, ``cost()``, ``stats()``, ``levels()`` and ``validate()``. Its
+    queries are ``first_hit``, ``any_hit``, ``count_hits``, ``all_hits`` and ``next_hits``, each with its own radius.
     """
 
     def first_hit(
@@ -68,7 +66,7 @@ class Tree(TreeData):
         invalid : {"error", "skip"}
             Refuse invalid rays (NaN, a direction of length zero, …), or let them miss and list them in ``skipped``.
         progress : bool or callable
-            Show a bar, or call back with the share that is done.
+            Show a bar, or call back with the fraction that is done.
         kernel : {"auto", "single", "wave", "bundle", "binary"}
             Choose the kernel for each group of rays by their coherence, or force one (docs/engine.md); "binary"
             searches the tree as it was built. The answer is the same.
@@ -90,9 +88,8 @@ class Tree(TreeData):
         >>> tree.first_hit([0, 0, -5], [0, 0, 1], 0.5).t
         array(5., dtype=float32)
         """
-        backend, surface = self._backend(kernel), is_surface(at)
-        rays = check_rays(origins, directions, radius, t_min, t_max, invalid, self.nodes["box"][0])
-        return first_hit(backend, rays, surface, progress, self._lines)
+        backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid))
+        return first_hit(backend, rays, is_surface(at), progress, self._lines)
 
     def all_hits(
         self,
@@ -124,9 +121,8 @@ class Tree(TreeData):
         >>> print(hits.offsets, hits.prim, hits.t)
         [0 2 2] [0 1] [5. 6.]
         """
-        backend, surface = self._backend(kernel), is_surface(at)
-        rays = check_rays(origins, directions, radius, t_min, t_max, invalid, self.nodes["box"][0])
-        return list_hits(backend, rays, surface, None, progress, self._lines)
+        backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid))
+        return list_hits(backend, rays, is_surface(at), None, progress, self._lines)
 
     def any_hit(
         self,
@@ -148,9 +144,7 @@ class Tree(TreeData):
         >>> fl.build([[[-1, 0, 0], [1, 0, 0]]]).any_hit([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
         array([ True, False])
         """
-        backend = self._backend(kernel)
-        rays = check_rays(origins, directions, radius, t_min, t_max, invalid, self.nodes["box"][0])
-        return any_hit(backend, rays, progress)
+        return any_hit(*self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid)), progress)
 
     def count_hits(
         self,
@@ -173,9 +167,7 @@ class Tree(TreeData):
         >>> tree.count_hits([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
         array([2, 0])
         """
-        backend = self._backend(kernel)
-        rays = check_rays(origins, directions, radius, t_min, t_max, invalid, self.nodes["box"][0])
-        return count_hits(backend, rays, progress)
+        return count_hits(*self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid)), progress)
 
     def next_hits(
         self,
@@ -196,13 +188,11 @@ class Tree(TreeData):
         For later hits ask for a larger k: with t_min at the last one's t the ray would start there, where segments that
         it has passed may still be within the radius.
         """
-        backend, surface, k = self._backend(kernel), is_surface(at), count("k", k, 0)
-        rays = check_rays(origins, directions, radius, t_min, t_max, invalid, self.nodes["box"][0])
-        return list_hits(backend, rays, surface, k, progress, self._lines)
+        backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid))
+        return list_hits(backend, rays, is_surface(at), count("k", k, 0), progress, self._lines)
 
     def __getstate__(self) -> dict[str, Any]:
-        made = {"layout": self.layout} if "layout" in self.__dict__ else {}
-        return super().__getstate__() | made
+        return super().__getstate__() | ({"layout": self.layout} if "layout" in self.__dict__ else {})
 
     @property
     def _lines(self) -> Lines:
@@ -217,24 +207,18 @@ class Tree(TreeData):
         return build_layout(self._lines, *self.words(), self.nodes["box"][0])
 
     @cached_property
-    def planes(self) -> Planes:
-        """A KD tree as ``kernel="binary"`` searches it; made on the first such query, and kept."""
-        nodes, prims, depth = _core.planes(*self.words())
-        return Planes(own(nodes), own(prims), depth, tuple(self.nodes["box"][0].reshape(-1).tolist()))
-
-    @cached_property
     def _binary(self) -> BinaryBackend:
         kind, data = core_data(self._lines)
         if self.settings.boxes == "cut":
             return BinaryBackend(_core.BinaryView.of_planes(kind, data, *self.planes))
         return BinaryBackend(_core.BinaryView.of_boxes(kind, data, *self.words()))
 
-    def _backend(self, kernel: str) -> Backend:
+    def _checked(self, kernel: str, rays: tuple[Any, Any, Any, Any, Any, str]) -> tuple[Backend, RayBatch]:
+        """Choose the backend, and check the rays, given as to `check_rays`."""
         if isinstance(self.geometry, Lines):
             choice("kernel", kernel, tuple(KERNELS))
-        return self._binary if kernel == "binary" else WideBackend(self.layout.view, KERNELS[kernel])
-
-    # ---- Moving segments ----
+        backend = self._binary if kernel == "binary" else WideBackend(self.layout.view, KERNELS[kernel])
+        return backend, check_rays(*rays, self.nodes["box"][0])
 
     def refit(self, lines: Lines | npt.ArrayLike, *, progress: ProgressOption = False) -> Tree:
         """Make the same tree over segments that have moved: same nodes and pieces, boxes fitted anew (docs/refit.md).
@@ -248,7 +232,7 @@ class Tree(TreeData):
             As many segments as the tree has, in the same order. With an array, strands, radii and attributes stay. A
             writeable array is copied.
         progress : bool or callable
-            Show a bar, or call back with the share that is done.
+            Show a bar, or call back with the fraction that is done.
 
         Returns
         -------
@@ -267,17 +251,7 @@ class Tree(TreeData):
         >>> tree.refit([[[-1, -1, 0], [1, 1, 2]]]).first_hit([0, 0, -5], [0, 0, 1], 0.5).t
         array(6., dtype=float32)
         """
-        moved = moved_lines(self, lines)
-        with reporting(progress, "refit") as callback:
-            nodes = refit_nodes(self, moved, callback)
-            # Nothing is checked again: the core has made the nodes, and the rest is this tree's.
-            tree = object.__new__(type(self))
-            for name, value in refitted_fields(self, moved, nodes, self._built_cost).items():
-                object.__setattr__(tree, name, value)
-            if "layout" in self.__dict__:
-                made = refit_layout(self.layout, moved, nodes["box"][0], refit_threads(self), callback)
-                tree.__dict__["layout"] = made
-        return tree
+        return refitted(self, moved_lines(self, lines), self._built_cost, progress)
 
     @cached_property
     def _built_cost(self) -> float:
@@ -311,9 +285,8 @@ def load(path: str | os.PathLike[str], *, verify: bool | None = None) -> Tree:
     ----------
     path : str or path
     verify : bool, optional
-        Whether to verify the checksums, which detect damage that leaves a tree usable, such as another coordinate. By
-        default those of files of up to 1 GiB are verified. Files of older versions have none: they load, unless True
-        asks for a verification.
+        Whether to verify the checksums, which detect damage that leaves a tree usable, such as another coordinate. The
+        default verifies files of up to 1 GiB. Files of older versions have none, and load unless this is True.
 
     Raises
     ------

@@ -15,11 +15,11 @@ import numpy.typing as npt
 
 from . import _core
 from .arrays import IntArray
-from .checks import choice
+from .checks import choice, instance
 from .errors import InputError, InvalidTreeError
-from .immutable import Immutable, frozen
+from .immutable import Immutable, frozen, own
 from .meshes import Geometry, core_data
-from .settings import Cost, Settings
+from .settings import COST, Cost, Settings
 
 #: A node: its box, the index of its right child (0 = leaf; the left child is the next node), and the range of the
 #: references at or below it.
@@ -69,17 +69,17 @@ class TreeData(Immutable):
     refs : (n_refs,) array of `REF`
         In the order of the leaves.
     settings : Settings
-        What the builder was told.
+        The settings of the build.
     method : str
         The name of the settings; "custom" if they have none.
     limits_hit : mapping of str to int
-        The limits that were felt, and at how many nodes: where ``max_depth`` kept a node from a split, ``max_refs``
+        The limits that took effect, and at how many nodes: where ``max_depth`` kept a node from a split, ``max_refs``
         refused a split, or ``max_leaf_refs`` forced one.
     built_cost : float, optional
         Of a tree that was refitted: what it cost before its segments moved.
     searched : mapping of str to int
-        Of a tree that was just built with a lookahead of 2 or more: how many ``candidates`` the search met there, and
-        how many of them it had to have ``carried_out``. Files do not keep it.
+        Of a tree that was just built with a lookahead of 2 or more: how many ``candidates`` the search saw, and how
+        many of them were ``carried_out``. Files do not keep it.
 
     Other Parameters
     ----------------
@@ -123,8 +123,6 @@ class TreeData(Immutable):
             f"<Tree {self.method}: {self.n_prims:,} primitives, {self.n_refs:,} references, {self.n_nodes:,} nodes, "
             f"cost {self.cost():.6g}>"
         )
-
-    # ---- What it is ----
 
     @property
     def n_prims(self) -> int:
@@ -217,8 +215,7 @@ class TreeData(Immutable):
         """
         choice("by", by, ("f", "g"))
         model = self.settings.cost if model is None else model
-        if not isinstance(model, Cost):
-            raise InputError(f"model={model!r}; expected fl.Cost(c_trav=…, c_prim=…)")
+        instance("model", model, Cost, COST)
         area, leaf = self.areas, self.is_leaf
         at_leaf = self.nodes["n_refs"] * model.c_prim
         if by == "g":
@@ -293,6 +290,12 @@ class TreeData(Immutable):
         found = _core.validate(kind, data, *self.words(), self.settings.boxes, pieces)
         if found is not None:
             raise InvalidTreeError(*found)
+
+    @cached_property
+    def planes(self) -> Planes:
+        """A KD tree as ``kernel="binary"`` searches it; made on the first such query, and kept."""
+        nodes, prims, depth = _core.planes(*self.words())
+        return Planes(own(nodes), own(prims), depth, tuple(self.nodes["box"][0].reshape(-1).tolist()))
 
     def words(self) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
         """Nodes and references as rows of 32-bit words, the way the core and the file see them; no copy."""
