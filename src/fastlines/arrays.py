@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from .errors import InputError
+from .errors import InputError, PrecisionWarning
 from .immutable import frozen, own
 
 FloatArray: TypeAlias = npt.NDArray[np.float32]
@@ -17,6 +18,12 @@ IntArray: TypeAlias = npt.NDArray[np.int64]
 INVALID = ("error", "skip")
 
 FLOAT32_MAX = float(np.finfo(np.float32).max)
+
+#: Coordinates beyond this would overflow when squared in the arithmetic of the builders.
+COORDINATE_LIMIT = 1e30
+
+#: The rounding error of a coordinate that is worth a warning, as a fraction of the scene's longest side.
+COARSE = 2.0**-18
 
 
 def list_rows(bad: npt.NDArray[np.bool_], shown: int = 5) -> str:
@@ -93,3 +100,35 @@ def kind_of(values: object) -> str:
     if isinstance(values, np.ndarray):
         return f"an array of {values.dtype} of shape {values.shape}"
     return f"a {type(values).__name__}"
+
+
+def is_far(points: npt.NDArray[np.float32]) -> bool:
+    """Return whether (n, 3) points may be so far from zero, for the size of their scene, that float32 is too coarse."""
+    some = points[:: len(points) // 1024 + 1]
+    some = some[np.abs(some).max(axis=1) <= COORDINATE_LIMIT]
+    size = float((some.max(axis=0) - some.min(axis=0)).max()) if len(some) else 0.0
+    far = float(max(-points.min(), points.max())) if len(points) else 0.0
+    return not far * 2.0**-24 <= size * COARSE  # nor is NaN
+
+
+def warn_of_rounding(given: npt.ArrayLike, rounded: npt.NDArray[np.float32]) -> None:
+    """Warn if the scene is so far from zero, for its size, that float32 rounds its coordinates noticeably.
+
+    Invalid rows are reported elsewhere.
+    """
+    kept = rounded.reshape(-1, 3)
+    if (isinstance(given, np.ndarray) and given.dtype == np.float32) or not is_far(kept):
+        return
+    good = np.abs(kept).max(axis=1) <= COORDINATE_LIMIT
+    points = np.asarray(given, np.float64).reshape(-1, 3)[good]
+    if not len(points):
+        return
+    size, far = float((points.max(axis=0) - points.min(axis=0)).max()), float(np.abs(points).max())
+    lost = float(np.abs(points - kept[good]).max())
+    if lost > size * COARSE > 0:
+        warnings.warn(
+            f"coordinates of up to {far:g}, of a scene of size {size:g}, are moved by up to {lost:.2g} as float32; "
+            "subtract the middle of the scene from them, and from the origins of rays",
+            PrecisionWarning,
+            stacklevel=3,
+        )

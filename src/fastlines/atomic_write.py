@@ -27,12 +27,8 @@ except ImportError:  # no such locks here: nothing is known about partial files,
 #: The characters of a file's name that its partial file keeps, whose name must not be too long for the file system.
 _MAX_NAME = 50
 
-_KINDS = (
-    (stat.S_ISFIFO, "a pipe"),
-    (stat.S_ISSOCK, "a socket"),
-    (stat.S_ISCHR, "a device"),
-    (stat.S_ISBLK, "a device"),
-)
+#: What cannot be written so, by the letter that ``ls -l`` shows.
+_KINDS = {"p": "a pipe", "s": "a socket", "c": "a device", "b": "a device"}
 
 
 @contextmanager
@@ -60,7 +56,12 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
             _keep_owner_and_mode(partial, before)
         _sync(lock)
         partial.replace(target)
-        _sync_folder(target.parent)
+        with contextlib.suppress(OSError):  # folders cannot be opened everywhere
+            folder = os.open(target.parent, os.O_RDONLY)
+            try:
+                _sync(folder)
+            finally:
+                os.close(folder)
     except Exception as error:
         # Name the path that was given, not the partial file.
         if isinstance(error, OSError) and error.errno and str(partial) in str(error.filename or partial):
@@ -76,26 +77,25 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
 def check_target(path: str | os.PathLike[str]) -> Path:
     """Return the file that a path names, past symbolic links; refuse one that cannot be written."""
     named = os.fspath(path)
-    mode = None
+    kind = ""
     try:
         target = Path(os.path.realpath(named))
-        mode = os.stat(named).st_mode
+        kind = stat.filemode(os.stat(named).st_mode)[0]
     except FileNotFoundError:
         if not named:
             raise
     except ValueError as error:  # a NUL in it
         raise InputError(f"{named!r} is not the path of a file: {error}") from None
-    if mode is not None and stat.S_ISDIR(mode):
+    if kind == "d":
         raise IsADirectoryError(errno.EISDIR, "is a directory; expected the name of a file to write", named)
-    for is_kind, kind in _KINDS:
-        if mode is not None and is_kind(mode):
-            raise InputError(f"{named}: is {kind}; expected a regular file; write to one, and copy it from there")
+    if kind in _KINDS:
+        raise InputError(f"{named}: is {_KINDS[kind]}; expected a regular file; write to one, and copy it from there")
     folder = target.parent if os.path.islink(named) else Path(named).parent
     if not folder.is_dir():
         raise FileNotFoundError(errno.ENOENT, f"there is no folder {folder}; make it first", named)
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(errno.EACCES, f"the folder {folder} cannot be written to", named)
-    if mode is not None and not os.access(named, os.W_OK):
+    if kind and not os.access(named, os.W_OK):
         raise PermissionError(errno.EACCES, "the file is there and cannot be written to", named)
     return target
 
@@ -117,22 +117,15 @@ def _create(target: Path, mode: int, named: str) -> tuple[int, Path]:
 def _remove_left_over(target: Path) -> None:
     """Remove the partial files of this target that no process holds."""
     name = re.compile(re.escape(target.name[:_MAX_NAME]) + r"\.[0-9a-f]{12}\.partial")
+    others: list[str] = []
     with contextlib.suppress(OSError):  # a folder that cannot be listed
-        for other in os.listdir(target.parent):
-            if name.fullmatch(other):
-                _remove_unless_held(target.with_name(other))
-
-
-def _remove_unless_held(partial: Path) -> None:
-    with contextlib.suppress(OSError):  # somebody else's, or gone
-        if not stat.S_ISREG(os.lstat(partial).st_mode):
-            return
-        lock = os.open(partial, os.O_RDWR)
-        try:
-            if _try_lock(lock):
-                partial.unlink()
-        finally:
-            os.close(lock)
+        others = os.listdir(target.parent)
+    for other in others:
+        partial = target.with_name(other)
+        if name.fullmatch(other) and partial.is_file() and not partial.is_symlink():
+            with contextlib.suppress(OSError), partial.open("r+b") as file:  # it may be somebody else's, or gone
+                if _try_lock(file.fileno()):
+                    partial.unlink()
 
 
 def _try_lock(descriptor: int) -> bool | None:
@@ -160,19 +153,9 @@ def _keep_owner_and_mode(partial: Path, before: os.stat_result) -> None:
 
 
 def _sync(descriptor: int) -> None:
-    """Wait until a file is on the disk, where the system supports that."""
+    """Wait until a file or a folder is on the disk, where the system supports that."""
     try:
         os.fsync(descriptor)
     except OSError as error:
         if error.errno not in (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP):
             raise
-
-
-def _sync_folder(folder: Path) -> None:
-    """Wait until a folder is on the disk, where folders can be opened."""
-    with contextlib.suppress(OSError):
-        descriptor = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)

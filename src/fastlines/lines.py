@@ -12,21 +12,23 @@ import numpy as np
 import numpy.typing as npt
 
 from .arrays import (
+    COORDINATE_LIMIT,
     INVALID,
     FloatArray,
     IntArray,
     column,
+    is_far,
     kind_of,
     list_rows,
     own_float32,
     refuse_masked,
     to_float32,
     to_integers,
+    warn_of_rounding,
 )
 from .checks import choice
 from .errors import InputError
 from .immutable import Immutable, frozen, own
-from .precision import COORDINATE_LIMIT, is_far, warn_of_rounding
 
 #: What the axes are called.
 AXES = ("x", "y", "z")

@@ -8,12 +8,11 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from .arrays import INVALID, FloatArray, list_rows, own_float32
+from .arrays import COORDINATE_LIMIT, INVALID, FloatArray, list_rows, own_float32, warn_of_rounding
 from .checks import choice
 from .errors import InputError
 from .immutable import Immutable
 from .lines import Lines, as_lines
-from .precision import COORDINATE_LIMIT, warn_of_rounding
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,8 +16,7 @@ from support.patience import HANGS
 
 import fastlines as fl
 from fastlines import forecast
-from fastlines.forecast import AT_ONCE, LATEST, MOST, ONE_OF, Forecast
-from fastlines.memory import left_memory
+from fastlines.forecast import AT_ONCE, LATEST, MOST, ONE_OF, Forecast, left_memory
 
 N_RAYS = 1_000_000
 RNG = np.random.default_rng(0)
