@@ -12,6 +12,7 @@ in their order. So whatever bit of a file is flipped, a checksum differs. Files 
 from __future__ import annotations
 
 import json
+import math
 import os
 import stat
 import zlib
@@ -128,10 +129,8 @@ def read(
     arrays: dict[str, npt.NDArray[Any]] = {}
     position = 0
     for name, (dtype, shape, begin, end) in sections.items():
-        n_bytes = dtype.itemsize
-        for n in shape:
-            n_bytes *= n
-        if begin != position or end - begin != n_bytes or len(shape) > 3 or not all(0 <= n <= size for n in shape):
+        fits = end - begin == dtype.itemsize * math.prod(shape)
+        if begin != position or not fits or len(shape) > 3 or not all(0 <= n <= size for n in shape):
             raise refuse(f"the section {name!r} does not have the size of its array")
         if begin % dtype.itemsize:
             raise refuse(f"the section {name!r} starts between two of its numbers")

@@ -35,6 +35,8 @@ SECTIONS: dict[str, tuple[str, tuple[int, ...]]] = {
     "segments": ("<f4", (2, 3)),
 }
 
+#: What is raised where the parts of a file do not make a tree.
+UNUSABLE = (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError, InvalidTreeError)
 
 #: What the names of the sections of attributes begin with.
 ATTRIBUTE = "attributes/"
@@ -51,29 +53,28 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
     if not isinstance(tree.geometry, Lines):
         raise InputError(f"only trees over lines can be saved; this one is over {type(tree.geometry).__name__}")
     nodes, refs = tree.words()
+    lines = tree.geometry
     arrays: dict[str, Any] = {
-        "strands": tree.geometry.strands,
+        "skipped": lines.skipped if len(lines.skipped) else None,
+        "strands": lines.strands,
         "nodes": nodes,
         "refs": refs,
-        "segments": tree.geometry.segments,
+        "segments": lines.segments,
+        "radius": lines.radius,
+        **_attributes(lines, path),
     }
-    if len(tree.geometry.skipped):
-        arrays = {"skipped": tree.geometry.skipped, **arrays}
-    if tree.geometry.radius is not None:
-        arrays["radius"] = tree.geometry.radius
-    arrays |= _attributes(tree.geometry, path)
     metadata = {
         "format": FORMAT,
         "method": tree.method,
         "settings": json.dumps(_settings_to_json(tree.settings)),
         "limits_hit": json.dumps(dict(tree.limits_hit)),
+        "built_cost": None if tree.built_cost is None else repr(tree.built_cost),
+        "up": lines.up,
     }
-    if tree.built_cost is not None:
-        metadata["built_cost"] = repr(tree.built_cost)
-    if tree.geometry.up is not None:
-        metadata["up"] = tree.geometry.up
     # Larger numbers come first, so that each section is aligned for its type.
-    container.write(path, dict(sorted(arrays.items(), key=lambda item: -item[1].dtype.itemsize)), metadata)
+    kept = [(name, array) for name, array in arrays.items() if array is not None]
+    kept.sort(key=lambda item: -item[1].dtype.itemsize)
+    container.write(path, dict(kept), {name: text for name, text in metadata.items() if text is not None})
 
 
 def _attributes(lines: Lines, path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -111,29 +112,16 @@ def read(kind: type[Tree], path: str | os.PathLike[str], verify: bool | None) ->
     try:
         settings = _settings_from_json(json.loads(metadata["settings"]))
         limits_hit = {str(name): int(n) for name, n in json.loads(metadata["limits_hit"]).items()}
-        method = metadata["method"]
         built_cost = float(metadata["built_cost"]) if "built_cost" in metadata else None
-        skipped = arrays.get("skipped", np.empty(0, np.int64))
         attributes = {
             name.removeprefix(ATTRIBUTE): array for name, array in arrays.items() if name.startswith(ATTRIBUTE)
         }
-        lines = Lines(
-            arrays["segments"], arrays["strands"], arrays.get("radius"), attributes, skipped, metadata.get("up")
-        )
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
-        raise refuse(f"{error}") from None
-    fields: dict[str, Any] = {
-        "geometry": lines,
-        "nodes": arrays["nodes"].reshape(-1).view(NODE),
-        "refs": arrays["refs"].reshape(-1).view(REF),
-        "settings": settings,
-        "method": method,
-        "limits_hit": limits_hit,
-        "built_cost": built_cost,
-    }
-    try:
-        return kind(**fields)
-    except (InputError, InvalidTreeError) as error:
+        skipped = arrays.get("skipped", np.empty(0, np.int64))
+        segments, strands, radius, up = arrays["segments"], arrays["strands"], arrays.get("radius"), metadata.get("up")
+        lines = Lines(segments, strands, radius, attributes, skipped, up)
+        nodes, refs = arrays["nodes"].reshape(-1).view(NODE), arrays["refs"].reshape(-1).view(REF)
+        return kind(lines, nodes, refs, settings, metadata["method"], limits_hit, built_cost)
+    except UNUSABLE as error:
         raise refuse(f"{error}") from None
 
 
@@ -143,9 +131,8 @@ def has_checksums(path: str | os.PathLike[str]) -> bool:
 
 
 def _settings_to_json(settings: Settings) -> dict[str, Any]:
-    data = dataclasses.asdict(settings)
-    data["splits"] = [{"name": split.name, **dataclasses.asdict(split)} for split in settings.splits]
-    return data
+    splits = [{"name": split.name, **dataclasses.asdict(split)} for split in settings.splits]
+    return dataclasses.asdict(settings) | {"splits": splits}
 
 
 def _settings_from_json(data: dict[str, Any]) -> Settings:
