@@ -86,16 +86,8 @@ def read(
 ) -> tuple[dict[str, npt.NDArray[Any]], dict[str, str]]:
     """Map the arrays of a file into memory, read-only; its checksums are one of them.
 
-    Parameters
-    ----------
-    path : str or path
-    verify : bool, optional
-        Whether to verify the checksums; by default if there are any and the file has at most `VERIFIED_BYTES`.
-
-    Raises
-    ------
-    FileFormatError
-        If the file is not what its header or its checksums say.
+    They are verified by default if there are any and the file has at most `VERIFIED_BYTES`. A FileFormatError is raised
+    if the file is not what its header or its checksums say.
     """
     facts = Path(path).stat()
     size = facts.st_size

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from .refit import RebuildPolicy
-from .splits import BinnedPlanes, Midpoint
+from .splits import FORMER_FIELDS, BinnedPlanes, Midpoint
 
 
 def former(name: str) -> Any:
@@ -24,15 +24,6 @@ def former(name: str) -> Any:
     return meant
 
 
-def _plane_octets(
-    n_planes: int = 16,
-    max_whole: int = 0,
-    only_whole: int = 0,
-    max_overlap: float = 0.0,
-    sample: int = 0,
-    max_apart: int = 0,
-    apart: float = 0.8,
-    **more: Any,
-) -> BinnedPlanes:
+def _plane_octets(*values: Any, **fields: Any) -> BinnedPlanes:
     """Make `BinnedPlanes` of the former parameters."""
-    return BinnedPlanes(n_planes, max_whole, only_whole, max_overlap, sample, max_apart, apart, **more)
+    return BinnedPlanes(*values, **{FORMER_FIELDS.get(name, name): value for name, value in fields.items()})

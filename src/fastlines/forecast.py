@@ -42,17 +42,8 @@ ROOT = Path("/")
 class Forecast:
     """The number of hits that a query will list.
 
-    Parameters
-    ----------
-    n_rays : int
-    bytes_a_hit : int
-    count_hits : callable
-        Returns the numbers of hits of the rays in the given rows.
-
-    Attributes
-    ----------
-    refusal : str
-        Why the query was refused; empty as long as it was not.
+    `count_hits` returns the numbers of hits of the rays in the given rows. `refusal` says why the query was refused,
+    and is empty as long as it was not.
     """
 
     def __init__(self, n_rays: int, bytes_a_hit: int, count_hits: Callable[[IntArray], IntArray]) -> None:
@@ -73,13 +64,7 @@ class Forecast:
         return look_and_call
 
     def look(self, share: float) -> None:
-        """Count the hits of some more rays when this fraction of the query is done.
-
-        Raises
-        ------
-        MemoryError
-            If the hits will not fit.
-        """
+        """Count the hits of some more rays when this fraction is done; raise MemoryError if the hits will not fit."""
         n_counted = len(self._counts)
         if share > LATEST or n_counted + AT_ONCE > self._n_most:
             return

@@ -68,22 +68,12 @@ MIN_SPREAD = 0.0005
 def best_settings(
     effort: float | None = None, boxes: BoxRule = "tight", cost: Cost | None = None, n_prims: int = 0
 ) -> Settings:
-    """Return the settings of "best" for an aim and an effort.
+    """Return the settings of "best" for an aim and an effort, over `n_prims` primitives.
 
     With neither a cost nor cut boxes it aims at the speed of queries: leaves fill the 16 lanes that are tested at once,
-    and boxes are measured grown by a small radius. Else it aims at the tree of least cost.
-
-    Parameters
-    ----------
-    effort : float, optional
-        From 0, the fastest build, to 1, the best tree: 8 planes an axis to 128 for a cost, to 32 for queries. 0.5
-        unless given; for queries 0 from 262,144 primitives on.
-    boxes : {"tight", "cut"}
-        A BVH or a KD tree.
-    cost : Cost, optional
-        The cost to be least; 2.0 (BVH) or 0.6 (KD tree) a step unless given.
-    n_prims : int
-        How many primitives the tree is for.
+    and boxes are measured grown by a small radius. Else it aims at the tree of least cost; a step costs 2.0 (BVH) or
+    0.6 (KD tree) unless given. The effort goes from 0, the fastest build, to 1, the best tree: 8 planes an axis to 128
+    for a cost, to 32 for queries. It is 0.5 unless given; for queries 0 from 262,144 primitives on.
     """
     for_queries = cost is None and boxes == "tight"
     if effort is None:

@@ -23,19 +23,10 @@ RAYS_LIMIT = 2**32 - 1
 
 @dataclass(frozen=True, eq=False)
 class RayBatch:
-    """A checked batch of rays.
-
-    Attributes
-    ----------
-    shape : tuple of int
-        The shape of the rays, and of the answer.
-    origins, directions : (n, 3) float32
-    radius, t_min, t_max : (n,) or (1,) float32
-    skipped : (k,) int64
-        Invalid rays, which miss.
-    """
+    """A checked batch of n rays, of which those that were `skipped` miss; `shape` is that of the answer."""
 
     shape: tuple[int, ...]
+    #: (n, 3) each; the next three are (n,) or (1,).
     origins: FloatArray
     directions: FloatArray
     radius: FloatArray

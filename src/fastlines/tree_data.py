@@ -34,16 +34,8 @@ MAX_DEPTH = _core.MAX_DEPTH
 class Planes(NamedTuple):
     """A KD tree as the core searches it by its planes (cpp/fastlines/query/plane_tree.hpp).
 
-    Attributes
-    ----------
-    nodes : (n, 2) uint32
-        An axis and a plane each, or a range of references; siblings stand side by side.
-    prims : (n_refs,) uint32
-        The primitive of each reference.
-    depth : int
-        Level of the deepest node.
-    corners : tuple of six float
-        The root's box.
+    `nodes` (n, 2) have an axis and a plane each, or a range of references; siblings stand side by side. `prims` has the
+    primitive of each reference. `depth` is the level of the deepest node, and `corners` the root's box.
     """
 
     nodes: npt.NDArray[np.uint32]

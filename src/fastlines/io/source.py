@@ -59,23 +59,10 @@ class Source:
     def array(
         self, what: str, dtype: npt.DTypeLike, shape: tuple[int, ...], *, at: int | None = None
     ) -> npt.NDArray[Any]:
-        """Return a read-only view of an array in the file.
+        """Return a read-only view of an array in the file, which starts at byte `at`, or at the end of the last one.
 
-        Parameters
-        ----------
-        what : str
-            What it holds, in the plural, for errors.
-        dtype : dtype
-            Type and byte order of the numbers in the file.
-        shape : tuple of int
-            As a header promises it, so possibly nonsense.
-        at : int, optional
-            The byte at which it starts; by default the end of the last array.
-
-        Raises
-        ------
-        FileFormatError
-            If the array does not fit into the file, or shares bytes with an earlier array.
+        `what` names its numbers in errors, in the plural. The shape is as a header promises it, so possibly nonsense. A
+        FileFormatError is raised if the array does not fit into the file, or shares bytes with an earlier array.
         """
         dtype = np.dtype(dtype)
         start = self.position if at is None else at

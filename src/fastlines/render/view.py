@@ -22,16 +22,7 @@ TURN, TILT = 0.5, 0.22
 
 
 def default_view(lines: Lines) -> tuple[Vector, Vector]:
-    """Choose the direction of view and what is up.
-
-    Parameters
-    ----------
-    lines : Lines
-
-    Returns
-    -------
-    direction, up : tuple of three floats
-        For `Camera.framing`.
+    """Choose the direction of view and what is up, for `Camera.framing`.
 
     Examples
     --------

@@ -36,21 +36,10 @@ G = 0.3
 
 
 def generate(n_segments: int, rng: np.random.Generator, batch: int = 4096) -> Lines:
-    """Trace photons until there are enough flights.
+    """Trace photons, `batch` at a time, until there are enough flights; the result does not depend on the batch.
 
-    Parameters
-    ----------
-    n_segments : int
-        The number of flights; fewer are the first of more. The last path may be cut short.
-    rng : numpy.random.Generator
-        One 64-bit key is used for each photon.
-    batch : int
-        The number of photons traced at a time; the result does not depend on it.
-
-    Returns
-    -------
-    Lines
-        The strand of a segment is the number of its photon, counted from the light's first.
+    Each photon takes one 64-bit key of the generator. The strand of a segment is the number of its photon, counted from
+    the light's first.
 
     Examples
     --------
@@ -70,19 +59,9 @@ def generate(n_segments: int, rng: np.random.Generator, batch: int = 4096) -> Li
 
 
 def trace(keys: UInt64Array) -> tuple[Float64Array, npt.NDArray[np.int64]]:
-    """Follow photons from the light to their end.
+    """Follow photons from the light to their end, by the key (p,) of each photon's random numbers.
 
-    Parameters
-    ----------
-    keys : (p,) uint64
-        The key of each photon's random numbers.
-
-    Returns
-    -------
-    flights : (m, 2, 3) float64
-        The flights, sorted by photon.
-    photon : (m,) int64
-        The photon of each flight.
+    Returns the flights (m, 2, 3), sorted by photon, and the photon (m,) of each.
     """
     photon = np.arange(len(keys))
     position = np.tile(LIGHT, (len(keys), 1))

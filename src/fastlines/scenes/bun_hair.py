@@ -29,7 +29,6 @@ TURNS = 1.75
 def generate(n_segments: int, rng: np.random.Generator) -> Lines:
     """Grow strands of 50 segments.
 
-    The last strand may be cut short, and fewer segments are the first of more.
     Each strand takes sixteen uniform numbers.
 
     Examples

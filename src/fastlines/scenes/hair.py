@@ -25,19 +25,9 @@ class Head:
     radii: Vector
 
     def roots(self, uniform: Float64Array, reach: float = 0.09) -> Float64Array:
-        """Place roots evenly over the scalp.
+        """Place roots evenly over the scalp: unit vectors (s, 3) from the middle of the head, which `at` takes to it.
 
-        Parameters
-        ----------
-        uniform : (s, 2) float64
-            Random numbers in [0, 1).
-        reach : float
-            The cosine of the angle between the crown and the hairline.
-
-        Returns
-        -------
-        (s, 3) float64
-            Unit vectors from the middle of the head, which `at` takes to its surface.
+        `uniform` (s, 2) is random in [0, 1); `reach` is the cosine of the angle between the crown and the hairline.
         """
         cosine = 1 - (1 - reach) * uniform[:, :1]
         sine = np.sqrt(1 - cosine**2)
@@ -65,22 +55,10 @@ class Head:
         length: float,
         n_steps: int,
     ) -> Float64Array:
-        """Let strands grow from their roots, fall, and slide down along the head.
+        """Let strands grow from their roots, fall, and slide down along the head: (s, n_steps + 1, 3).
 
-        Parameters
-        ----------
-        roots, directions : (s, 3) float64
-            Where the strands start (see `roots`), and the unit vectors in which they leave.
-        height : (s,) float64
-            Their least height above the head.
-        pull : (s, 3) float64
-            The change of a strand's unit direction per unit of length: gravity, and other bending.
-        length : float
-        n_steps : int
-
-        Returns
-        -------
-        (s, n_steps + 1, 3) float64
+        They start at `roots` (s, 3) in the unit `directions` (s, 3), with a least `height` (s,) above the head. `pull`
+        (s, 3) is the change of a strand's unit direction per unit of length: gravity, and other bending.
         """
         step = length / n_steps
         points = [self.at(roots)]
@@ -104,18 +82,7 @@ def unit(vectors: Float64Array) -> Float64Array:
 
 
 def resample(strands: Float64Array, n_segments: int) -> Float64Array:
-    """Find points at equal distances along each strand.
-
-    Parameters
-    ----------
-    strands : (s, m, 3) float64
-        Polylines; points may repeat.
-    n_segments : int
-        The number of segments of each strand.
-
-    Returns
-    -------
-    (s, n_segments + 1, 3) float64
+    """Find points at equal distances along strands (s, m, 3), whose points may repeat: (s, n_segments + 1, 3).
 
     Examples
     --------
@@ -123,11 +90,10 @@ def resample(strands: Float64Array, n_segments: int) -> Float64Array:
     >>> resample(corner, 2).tolist()
     [[[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 3.0, 0.0]]]
     """
-    n_strands, n_points, _ = strands.shape
+    n_strands = len(strands)
     if n_strands == 0:
         return np.empty((0, n_segments + 1, 3))
-    along = np.zeros((n_strands, n_points))
-    np.cumsum(unit_length(np.diff(strands, axis=1))[..., 0], axis=1, out=along[:, 1:])
+    along = np.cumsum(unit_length(np.diff(strands, axis=1, prepend=strands[:, :1]))[..., 0], axis=1)
     along /= along[:, -1:]
     # One call for all: strand i takes the numbers from 2i to 2i + 1.
     offset = 2.0 * np.arange(n_strands)[:, None]

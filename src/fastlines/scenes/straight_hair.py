@@ -21,7 +21,6 @@ HEAD = Head(centre=(0.5, 0.71, 0.52), radii=(0.2, 0.25, 0.24))
 def generate(n_segments: int, rng: np.random.Generator) -> Lines:
     """Grow strands of 20 segments.
 
-    The last strand may be cut short, and fewer segments are the first of more.
     Each lock, then each strand, takes eight uniform numbers.
 
     Examples
