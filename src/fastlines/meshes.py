@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,22 @@ from .lines import Lines, as_lines
 
 
 @dataclass(frozen=True, eq=False)
-class Triangles(Immutable):
+class _Mesh(Immutable):
+    """Primitives as an array of their corners."""
+
+    kind: ClassVar[str]
+    n_corners: ClassVar[int]
+
+    corners: FloatArray
+
+    def __init__(self, corners: npt.ArrayLike) -> None:
+        object.__setattr__(self, "corners", _checked(corners, self.kind, (self.n_corners, 3)))
+
+    def __len__(self) -> int:
+        return len(self.corners)
+
+
+class Triangles(_Mesh):
     """Triangles, as an array of their corners.
 
     Parameters
@@ -30,17 +45,11 @@ class Triangles(Immutable):
     1
     """
 
-    corners: FloatArray
-
-    def __init__(self, corners: npt.ArrayLike) -> None:
-        object.__setattr__(self, "corners", _checked(corners, "triangles", (3, 3)))
-
-    def __len__(self) -> int:
-        return len(self.corners)
+    kind = "triangles"
+    n_corners = 3
 
 
-@dataclass(frozen=True, eq=False)
-class Boxes(Immutable):
+class Boxes(_Mesh):
     """Primitives of which only a box each is known.
 
     Parameters
@@ -54,19 +63,16 @@ class Boxes(Immutable):
     1
     """
 
-    corners: FloatArray
+    kind = "boxes"
+    n_corners = 2
 
     def __init__(self, corners: npt.ArrayLike) -> None:
-        array = _checked(corners, "boxes", (2, 3))
-        inverted: npt.NDArray[np.bool_] = (array[:, 1] - array[:, 0]).min(axis=1, initial=0) < 0
+        super().__init__(corners)
+        inverted: npt.NDArray[np.bool_] = (self.corners[:, 1] - self.corners[:, 0]).min(axis=1, initial=0) < 0
         if inverted.any():
             raise InputError(
                 f"{int(inverted.sum())} boxes have a low corner above their high one ({list_rows(inverted)})"
             )
-        object.__setattr__(self, "corners", array)
-
-    def __len__(self) -> int:
-        return len(self.corners)
 
 
 Geometry: TypeAlias = Lines | Triangles | Boxes
@@ -80,11 +86,8 @@ def as_geometry(geometry: Geometry | npt.ArrayLike, *, invalid: str = "error") -
 
 def core_data(geometry: Geometry) -> tuple[str, FloatArray]:
     """What the core calls this kind of primitive, and its numbers: one row a primitive."""
-    if isinstance(geometry, Lines):
-        return geometry.kind, geometry.segments.reshape(-1, 6)
-    if isinstance(geometry, Triangles):
-        return "triangles", geometry.corners.reshape(-1, 9)
-    return "boxes", geometry.corners.reshape(-1, 6)
+    corners = geometry.segments if isinstance(geometry, Lines) else geometry.corners
+    return geometry.kind, corners.reshape(len(corners), 3 * corners.shape[1])
 
 
 def _checked(values: npt.ArrayLike, name: str, shape: tuple[int, int]) -> FloatArray:

@@ -24,7 +24,7 @@ from fastlines.render import (
     write_depth,
     write_picture,
 )
-from fastlines.render.depth import MAX_BATCH, MAX_PIXELS, bands, rays_through
+from fastlines.render.depth import MAX_BATCH, MAX_PIXELS, View, bands
 from fastlines.render.tone import DARKEST, GAMMA, Tone, encode
 
 CAMERA = fl.Camera(origin=(0, 0, 4), target=(0, 0, 0))
@@ -62,10 +62,11 @@ def test_depth_is_along_the_ray(two_lines):
 
 
 @pytest.mark.parametrize(("width", "height"), [(7, 4), (1, 9), (5, 1)])
-def test_rays_agree_with_the_camera(width, height):
+def test_rays_agree_with_the_camera(two_lines, width, height):
     camera = fl.Camera(origin=(1, 2, 3), target=(-1, 0.5, -2), up=(0.2, 1, 0), fov_degrees=40)
     origins, directions = camera.rays(width, height)
-    mine = [rays_through(camera, width, height, rows) for rows in bands(width, height, 2 * width)]
+    view = View(two_lines, camera, width, height)
+    mine = [view.rays(rows) for rows in bands(width, height, 2 * width)]
     assert (np.concatenate([d for _, d in mine]).reshape(-1, 3) == directions).all()
     assert (mine[0][0] == origins[0]).all()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -56,21 +57,33 @@ def depth_image(
     """
     check_size(width, height)
     check_radius(radius)
+    view = View(tree, camera, width, height)
     depth = np.empty((height, width), np.float32)
     with reporting(progress, "render") as callback:
         for rows in bands(width, height):
-            origins, directions = rays_through(camera, width, height, rows)
-            depth[rows] = tree.first_hit(origins, directions, radius).t
+            depth[rows] = view.depth(radius, rows)
             if callback is not None:
                 callback(rows.stop / height)
     return depth
 
 
-def rays_through(
-    camera: Camera, width: int, height: int, rows: slice, at: tuple[float, float] = (0.5, 0.5)
-) -> tuple[FloatArray, FloatArray]:
-    """Return the origin and the directions of rays through one point of each pixel in some rows of a picture."""
-    return np.asarray(camera.origin, np.float32), camera.directions(width, height, rows, at)
+@dataclass(frozen=True)
+class View:
+    """What a picture shows."""
+
+    tree: Tree
+    camera: Camera
+    width: int
+    height: int
+
+    def rays(self, rows: slice, at: tuple[float, float] = (0.5, 0.5)) -> tuple[FloatArray, FloatArray]:
+        """Return the origin and the directions of rays through one point of each pixel in some rows."""
+        directions = self.camera.directions(self.width, self.height, rows, at)
+        return np.asarray(self.camera.origin, np.float32), directions
+
+    def depth(self, radius: float, rows: slice, at: tuple[float, float] = (0.5, 0.5)) -> FloatArray:
+        """Return how far these rays go until they hit."""
+        return self.tree.first_hit(*self.rays(rows, at), radius).t
 
 
 def bands(width: int, height: int, max_rays: int = MAX_BATCH) -> Iterator[slice]:

@@ -10,13 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import IntArray
-from ..camera import Camera, Float64Array
+from ..camera import Camera
 from ..progress import ProgressOption
 from ..tree import Tree
 from .picture import depth_picture
 
 if TYPE_CHECKING:
-    from PIL import Image, ImageFont
+    from PIL import Image
 
 Color: TypeAlias = tuple[int, int, int, int]
 
@@ -69,7 +69,7 @@ def level_sheet(
         Boxes have colours by their order in the level. Leaves of earlier levels are grey. A tree with fewer levels has
         fewer panels.
     """
-    from PIL import Image, ImageDraw
+    from PIL import Image, ImageDraw, ImageFont
 
     nodes = tree.levels()
     wanted = range(levels) if isinstance(levels, int) else levels
@@ -83,7 +83,7 @@ def level_sheet(
     size = columns * (panel + GAP) + GAP, n_rows * (panel + CAPTION + GAP) + GAP
     sheet = Image.new("RGB", size, BACKGROUND)
     draw = ImageDraw.Draw(sheet)
-    font = _font(15)
+    font = ImageFont.load_default(15)
     for i, level in enumerate(shown):
         left, top = GAP + i % columns * (panel + GAP), GAP + i // columns * (panel + CAPTION + GAP)
         ended = [ids[tree.is_leaf[ids]] for ids in nodes[:level]]
@@ -109,45 +109,30 @@ def _panel(
     large = panel * SMOOTH
     image = dimmed.resize((large, large), Image.Resampling.BICUBIC).convert("RGB")
     draw = ImageDraw.Draw(image, "RGBA")
-    for pixels, _ in _edges(tree, camera, large, ended[:MAX_BOXES])[0]:
+    for _, _, pixels in _edges(tree, camera, large, ended[:MAX_BOXES]):
         draw.line(pixels, FAINT, width=SMOOTH)
-
     boxes = boxes[:MAX_BOXES]
-    edges, (near, far) = _edges(tree, camera, large, boxes)
-    edges.sort(key=lambda edge: -edge[1][0])
+    edges = _edges(tree, camera, large, boxes)
     few = len(boxes) <= 64
-    for pixels, (depth, box) in edges:
+    for depth, box, pixels in edges:
+        far, near = edges[0][0], edges[-1][0]
         nearness = (far - depth) / max(far - near, 1e-30)
         color = _color(box, len(boxes), 0.3 + 0.7 * nearness)
         draw.line(pixels, color, width=2 * SMOOTH if few and nearness > 0.5 else SMOOTH)
     return image.resize((panel, panel), Image.Resampling.LANCZOS)
 
 
-Edge: TypeAlias = tuple[list[float], tuple[float, int]]
-
-
-def _edges(tree: Tree, camera: Camera, size: int, boxes: IntArray) -> tuple[list[Edge], tuple[float, float]]:
-    """Project the edges of boxes: both ends in pixels, depth of the middle and box of each, and the range of depths."""
-    if len(boxes) == 0:
-        return [], (0.0, 0.0)
-    corners = _corners(tree.nodes["box"][boxes].astype(np.float64))
-    pixels, depth = camera.project(corners.reshape(-1, 3), size, size)
-    pixels, depth = pixels.reshape(-1, 8, 2), depth.reshape(-1, 8)
-    ends = pixels[:, EDGES].reshape(-1, 4)
-    middles = depth[:, EDGES].mean(axis=2).ravel()
-    owners = np.repeat(np.arange(len(boxes)), len(EDGES))
-    seen = np.isfinite(ends).all(axis=1)
-    edges = [
-        (line, (middle, owner))
-        for line, middle, owner in zip(ends[seen].tolist(), middles[seen].tolist(), owners[seen].tolist(), strict=True)
-    ]
-    return edges, (float(middles.min()), float(middles.max()))
-
-
-def _corners(boxes: Float64Array) -> Float64Array:
-    """Return all corners of boxes (k, 2, 3), as (k, 8, 3)."""
+def _edges(tree: Tree, camera: Camera, size: int, boxes: IntArray) -> list[tuple[float, int, list[float]]]:
+    """Project the edges of boxes, the farthest first: depth of the middle, box, and both ends in pixels of each."""
     bits = (np.arange(8)[:, None] >> np.arange(3)) & 1
-    return boxes[:, bits, np.arange(3)]
+    corners = tree.nodes["box"][boxes].astype(np.float64)[:, bits, np.arange(3)]
+    pixels, depth = camera.project(corners.reshape(-1, 3), size, size)
+    ends = pixels.reshape(-1, 8, 2)[:, EDGES].reshape(-1, 4)
+    middles = depth.reshape(-1, 8)[:, EDGES].mean(axis=2).ravel()
+    owners = np.repeat(np.arange(len(boxes)), len(EDGES))
+    order = np.argsort(-middles, kind="stable")
+    order = order[np.isfinite(ends[order]).all(axis=1)]
+    return list(zip(middles[order].tolist(), owners[order].tolist(), ends[order].tolist(), strict=True))
 
 
 def _color(index: int, count: int, strength: float) -> Color:
@@ -155,9 +140,3 @@ def _color(index: int, count: int, strength: float) -> Color:
     hue = (0.08 + 0.85 * index / max(count, 1)) % 1.0
     r, g, b = colorsys.hls_to_rgb(hue, 0.62, 0.9)
     return round(255 * r), round(255 * g), round(255 * b), round(255 * strength)
-
-
-def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
-    from PIL import ImageFont
-
-    return ImageFont.load_default(size)

@@ -9,16 +9,23 @@ many samples would converge.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import FloatArray
 from ..camera import Camera, Float64Array
 from ..lines import Lines
-from ..progress import ProgressCallback, ProgressOption, reporting
+from ..progress import ProgressOption, reporting
 from ..tree import Tree
-from .depth import bands, check_radius, check_size, rays_through
+from .depth import View, bands, check_radius, check_size
 from .tone import Tone, encode
+
+#: The fraction of a picture that is done, and the light of some of its rows, to be added.
+Part: TypeAlias = tuple[float, slice, Float64Array]
 
 #: Lines of a smaller radius, in pixels, are drawn by the fraction of a pixel that they cover.
 THIN = 0.3
@@ -62,17 +69,20 @@ def depth_picture(
     """
     check_size(width, height)
     check_radius(radius)
+    view = View(tree, camera, width, height)
     lines = tree.geometry
     pixel = pixel_size(lines, camera, height) if isinstance(lines, Lines) else 0.0
     thin = radius < THIN * pixel
     reach = SPOT * pixel if thin else radius
-    tone = Tone(_probe(tree, camera, width, height, reach))
+    tone = Tone(_probe(view, reach))
+    light = np.zeros((height, width))
     with reporting(progress, "render") as callback:
-        if thin:
-            light = _gather(tree, camera, width, height, radius, reach, tone, callback)
-        else:
-            light = _sample(tree, camera, width, height, radius, samples, tone, callback)
-    return encode(light)
+        parts = _gather(view, radius, reach, tone) if thin else _sample(view, radius, samples, tone)
+        for done, rows, more in parts:
+            light[rows] += more
+            if callback is not None:
+                callback(done)
+    return encode(light if thin else light / samples**2)
 
 
 def pixel_size(lines: Lines, camera: Camera, height: int) -> float:
@@ -84,63 +94,36 @@ def pixel_size(lines: Lines, camera: Camera, height: int) -> float:
     return 2 * math.tan(math.radians(camera.fov_degrees) / 2) / height * distance
 
 
-def _probe(tree: Tree, camera: Camera, width: int, height: int, radius: float) -> npt.NDArray[np.float32]:
+def _probe(view: View, radius: float) -> FloatArray:
     """Return the depths of a small version of the picture, or of the ends of all lines if it hits too few."""
-    shrink = max(1.0, max(width, height) / PROBE)
-    width, height = max(1, round(width / shrink)), max(1, round(height / shrink))
-    depth: npt.NDArray[np.float32] = tree.first_hit(*rays_through(camera, width, height, slice(0, height)), radius).t
-    if np.isfinite(depth).sum() < 64 and isinstance(tree.geometry, Lines):
-        offsets = tree.geometry.segments.reshape(-1, 3).astype(np.float64) - camera.origin
+    shrink = max(1.0, max(view.width, view.height) / PROBE)
+    small = replace(view, width=max(1, round(view.width / shrink)), height=max(1, round(view.height / shrink)))
+    depth = small.depth(radius, slice(0, small.height))
+    if np.isfinite(depth).sum() < 64 and isinstance(view.tree.geometry, Lines):
+        offsets = view.tree.geometry.segments.reshape(-1, 3).astype(np.float64) - view.camera.origin
         depth = np.sqrt((offsets**2).sum(axis=1)).astype(np.float32)
     return depth
 
 
-def _sample(
-    tree: Tree,
-    camera: Camera,
-    width: int,
-    height: int,
-    radius: float,
-    samples: int,
-    tone: Tone,
-    callback: ProgressCallback | None,
-) -> Float64Array:
-    """Average the light of a grid of samples in each pixel."""
-    light = np.zeros((height, width))
+def _sample(view: View, radius: float, samples: int, tone: Tone) -> Iterator[Part]:
+    """Add up the light of a grid of samples in each pixel."""
     offsets = [((i + 0.5) / samples, (j + 0.5) / samples) for j in range(samples) for i in range(samples)]
     for n_done, at in enumerate(offsets):
-        for rows in bands(width, height):
-            depth = tree.first_hit(*rays_through(camera, width, height, rows, at), radius).t
-            light[rows] += tone.light(depth)
-            if callback is not None:
-                callback((n_done + rows.stop / height) / len(offsets))
-    return light / len(offsets)
+        for rows in bands(view.width, view.height):
+            done = (n_done + rows.stop / view.height) / len(offsets)
+            yield done, rows, tone.light(view.depth(radius, rows, at))
 
 
-def _gather(
-    tree: Tree,
-    camera: Camera,
-    width: int,
-    height: int,
-    radius: float,
-    reach: float,
-    tone: Tone,
-    callback: ProgressCallback | None,
-) -> Float64Array:
+def _gather(view: View, radius: float, reach: float, tone: Tone) -> Iterator[Part]:
     """Add up the light of all lines near each ray, weighted by the fraction of the spot that each covers."""
-    light = np.zeros((height, width))
-    counts = tree.count_hits(*rays_through(camera, 32, 32, slice(0, 32)), reach)
+    counts = view.tree.count_hits(*replace(view, width=32, height=32).rays(slice(0, 32)), reach)
     max_rays = int(MAX_HITS / max(4.0, counts.mean()))
-    for rows in bands(width, height, max_rays):
-        origin, directions = rays_through(camera, width, height, rows)
-        hits = tree.all_hits(origin, directions, reach)
+    for rows in bands(view.width, view.height, max_rays):
+        hits = view.tree.all_hits(*view.rays(rows), reach)
         share = 2 * radius * 0.75 / reach * (1 - (hits.distance.astype(np.float64) / reach) ** 2)
         hidden = np.cumsum(np.log1p(-np.clip(share, 0, 0.999)))
         before = np.concatenate([[0.0], hidden])
         left_over = np.exp(before[:-1] - before[hits.offsets[hits.ray]])
-        light[rows] = np.bincount(
-            hits.ray, share * left_over * tone.light(hits.t), minlength=len(hits.offsets) - 1
-        ).reshape(-1, width)
-        if callback is not None:
-            callback(rows.stop / height)
-    return light
+        weights = share * left_over * tone.light(hits.t)
+        light = np.bincount(hits.ray, weights, minlength=len(hits.offsets) - 1)
+        yield rows.stop / view.height, rows, np.asarray(light, np.float64).reshape(-1, view.width)

@@ -29,11 +29,9 @@ The diagonals of a cube in a KD tree, whose planes cut boxes in the middle. SAH 
 15 2.8 2.8
 """
 
-from .axioms import check, covered, laws
-from .box import Box, Point, f32, put
 from .builder import Best, best_split, build, prune
-from .node import Node, chance, f, g
-from .primitive import Block, Primitive, Prims, Segment, hull, segments
+from .node import Node, chance, check, covered, f, g, laws
+from .primitive import Block, Box, Point, Primitive, Prims, Segment, f32, hull, put, segments
 from .splits import (
     BoxRule,
     Split,

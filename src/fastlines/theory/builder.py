@@ -6,9 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import TypeAlias
 
-from .box import Box
 from .node import Node, f
-from .primitive import Prims, hull
+from .primitive import Box, Prims, hull
 from .splits import Split, Splits
 
 Best: TypeAlias = tuple[float, "Split | None"]

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeAlias
 
-from .box import Box, f32
-from .primitive import Primitive, Prims, hull
+from .primitive import Box, Primitive, Prims, f32, hull
 
 Split: TypeAlias = tuple[tuple[Prims, Box], tuple[Prims, Box]]
 Splits: TypeAlias = Callable[[Prims, Box], Iterable[Split]]
