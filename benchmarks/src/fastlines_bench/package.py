@@ -13,8 +13,8 @@ from fastlines.immutable import own
 from fastlines.layout import Layout
 from fastlines.limits import REF_LIMIT, limit_notes
 from fastlines.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, best_settings, method_settings
+from fastlines.report import page
 from fastlines.report.measure import describe_machine
-from fastlines.report.page import Cell, Document, Gallery, Picture, Section, Table, html
 from fastlines.report.tables import format_3_digits
 from fastlines.threads import MAX_THREADS, num_threads
 
@@ -25,29 +25,23 @@ __all__ = [
     "REF_LIMIT",
     "SCENE",
     "THESIS_METHODS",
-    "Cell",
-    "Document",
     "Effort",
     "FastlinesError",
-    "Gallery",
     "Group",
     "Layout",
-    "Picture",
-    "Section",
-    "Table",
     "atomic_write",
     "best_settings",
     "check_output",
     "describe_machine",
     "did_you_mean",
     "format_3_digits",
-    "html",
     "limit_notes",
     "method_settings",
     "note",
     "num_threads",
     "open_lines",
     "own",
+    "page",
     "show_progress",
     "use_engine",
 ]

@@ -1,8 +1,8 @@
-"""The command line, ``fastlines``: a module a command; ``demo`` and ``report`` share one."""
+"""The command line, ``fastlines``: a module for each command or two."""
 
 from .app import app, main
 
 # Each import adds a command; the help lists them in this order.
-from . import demo, scene, info, build, validate, query, render  # isort: skip  # noqa: F401
+from . import demo, build, info, query, render  # isort: skip  # noqa: F401
 
 __all__ = ["app", "main"]

@@ -76,6 +76,6 @@ def _write_page(source: str | None, output: str, quick: bool, skip_invalid: bool
         page = demo_page(output, preset, show_progress=bar)
     else:
         opened = open_lines(source, skip_invalid)
-        camera = opened.camera(None, None, 30.0, 1.0)
-        page = report_page(output, preset, opened.name, opened.lines, camera, answer=answer, show_progress=bar)
+        lines, camera = opened.lines, opened.camera()
+        page = report_page(output, preset, opened.name, lines, camera, answer=answer, show_progress=bar)
     typer.echo(f"the page is {page}")

@@ -32,14 +32,21 @@ class Source:
     tree: Tree | None = None
     scene: scenes.Scene | None = None
 
-    def camera(self, direction: Vector | None, up: Vector | None, fov: float, aspect: float) -> Camera:
+    def camera(
+        self,
+        direction: Vector | None = None,
+        up: Vector | None = None,
+        fov: float | None = None,
+        aspect: float = 1.0,
+    ) -> Camera:
         """Return a camera that shows the lines: as given, or as the scene's, or else the default."""
         from ..render import default_camera
 
         if self.scene is not None and direction is None:
             direction = tuple(self.scene.camera.axes()[2].tolist())
             up = up or self.scene.camera.up
-        return default_camera(self.lines, direction=direction, up=up, fov_degrees=fov, aspect=aspect)
+        degrees = 30.0 if fov is None else fov
+        return default_camera(self.lines, direction=direction, up=up, fov_degrees=degrees, aspect=aspect)
 
 
 def open_lines(text: str, skip_invalid: bool = False) -> Source:

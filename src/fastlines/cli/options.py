@@ -49,7 +49,6 @@ Up = Annotated[str | None, typer.Option("--up", metavar="X,Y,Z", help="The upwar
 Fov = Annotated[
     float | None, typer.Option("--fov", help="The camera's vertical field of view in degrees; 30 by default.")
 ]
-FOV = 30.0
 
 
 def refuse_given(given: Mapping[str, object], why: str) -> None:

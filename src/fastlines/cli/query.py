@@ -11,7 +11,7 @@ import typer
 
 from ..errors import InputError
 from .app import app
-from .options import FOV, Direction, Fov, Json, Radius, TreeFile, Up, refuse_given, size, vector
+from .options import Direction, Fov, Json, Radius, TreeFile, Up, refuse_given, size, vector
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -109,7 +109,7 @@ def query(
         width, height = size(camera, "--camera")
         check_size(width, height)
         view = Source(tree_file, tree.geometry, tree=tree).camera(  # type: ignore[arg-type]
-            vector(direction, "--direction"), vector(up, "--up"), FOV if fov is None else fov, width / height
+            vector(direction, "--direction"), vector(up, "--up"), fov, width / height
         )
         origins, directions = view.rays(width, height)
     else:

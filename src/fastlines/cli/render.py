@@ -8,7 +8,7 @@ import typer
 
 from ..errors import InputError
 from .app import app
-from .options import FOV, Direction, Fov, Input, Radius, Skip, Up, refuse_given, vector
+from .options import Direction, Fov, Input, Radius, Skip, Up, refuse_given, vector
 
 
 @app.command(short_help="Draw lines by depth, or the levels of a tree.")
@@ -84,7 +84,7 @@ def render(
     opened = open_lines(source, skip_invalid)
     if opened.tree is not None:
         refuse_given({"--method": method}, f"{source} is a tree already; 'fastlines build' makes another")
-    camera = opened.camera(look, upwards, FOV if fov is None else fov, 1.0 if levels else width / height)
+    camera = opened.camera(look, upwards, fov, 1.0 if levels else width / height)
     progress = show_progress()
     tree = opened.tree or fl.build(opened.lines, method or DEFAULT_METHOD, progress=progress)
     if levels:

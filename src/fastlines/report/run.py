@@ -20,7 +20,7 @@ from ..progress import reporting
 from ..render import depth_picture, level_sheet, write_picture
 from ..scenes import NAMES, RADII, Scene, make
 from .measure import QUERIES, TreeFigures, build_within, describe_machine, measure_tree, time_in_turn
-from .page import Document, Gallery, Picture, Section, html
+from .page import Section, gallery, page, points
 from .tables import answer_points, print_trees, queries_table, trees_table
 
 #: The folder of pictures beside the page.
@@ -130,13 +130,13 @@ def _write(
             found[scene.name] = rows
             print_trees(scene.title, len(scene.lines), rows)
             if answer:
-                sections.append(Section("answer", "Which tree suits these lines", points=answer_points(rows)))
+                sections.append(Section("answer", "Which tree suits these lines", points(answer_points(rows))))
             told = ", ".join(f"{letter} = {radius:.3g}" for letter, radius in radii.items())
-            text = f"{len(scene.lines):,} segments. Lighter is nearer. One tree serves all radii: {told}."
+            text = f"<p>{len(scene.lines):,} segments. Lighter is nearer. One tree serves all radii: {told}.</p>"
             lines_drawn, levels_drawn = _draw(scene, preset, radii, trees, folder / IMAGES)
             step()
-            parts = (lines_drawn, trees_table(rows), queries_table(rows), levels_drawn)
-            sections.append(Section(scene.name, scene.title, [text], parts))
+            body = [text, lines_drawn, trees_table(rows), queries_table(rows), levels_drawn]
+            sections.append(Section(scene.name, scene.title, "\n".join(body)))
 
     # Write the verdicts, the machine and all figures.
     every = [row for rows in found.values() for row in rows if row.over_s is None]
@@ -145,7 +145,8 @@ def _write(
         ("✓ Answers agree: yes", f"{n_compared:,} answers of one tree equal those of another, bit for bit"),
         (f"✓ Valid trees: {len(every)} of {len(every)}", "axioms 1 to 5, the BVH or KD axiom, Theorem 4 of the thesis"),
     ]
-    methods = Section("trees", "The trees", points=[(name, METHOD_NOTES[name]) for name in preset.methods])
+    notes = [(name, METHOD_NOTES[name]) for name in preset.methods]
+    sections.append(Section("trees", "The trees", points(notes)))
     machine = describe_machine()
     foot = (
         f"{machine['processor']}, {machine['threads']} threads, {machine['system']}; fastlines {machine['fastlines']}, "
@@ -168,8 +169,8 @@ def _write(
             for scene in scenes
         ],
     }
-    page = html(Document(title, lead, [*sections, methods], foot, verdicts), folder / IMAGES, embed=False)
-    for file, content in (("table.json", json.dumps(figures, indent=1) + "\n"), ("index.html", page)):
+    whole = page(title, lead, sections, foot, verdicts)
+    for file, content in (("table.json", json.dumps(figures, indent=1) + "\n"), ("index.html", whole)):
         with atomic_write(folder / file) as partial:
             partial.write_text(content, encoding="utf-8")
     return folder / "index.html"
@@ -204,20 +205,19 @@ def _measure(
 
 def _draw(
     scene: Scene, preset: Preset, radii: Mapping[str, float], trees: Mapping[str, fl.Tree], folder: Path
-) -> tuple[Gallery, Gallery]:
-    """Draw the lines, first with the radius M, and the levels of some trees."""
+) -> tuple[str, str]:
+    """Draw the lines, first with the radius M, and the levels of some trees, a gallery each."""
     best = trees.get("best") or fl.build(scene.lines)
     pictures, sheets = [], []
     for letter in ("M", "W", "N"):
         drawn = depth_picture(best, scene.camera, preset.picture, preset.picture, radii[letter], preset.samples)
         file, told = f"{scene.name}-{letter}.png", f"{radii[letter]:.3g}"
         write_picture(folder / file, drawn)
-        pictures.append(Picture(file, f"radius {letter} = {told}", f"{scene.title} with the radius {told}"))
+        pictures.append((f"{IMAGES}/{file}", f"radius {letter} = {told}", f"{scene.title} with the radius {told}"))
     for method in (method for method in DRAWN if method in trees):
         behind = BEHIND * radii["M"]
         drawn = level_sheet(trees[method], scene.camera, behind, preset.levels, preset.panel, behind=best)
         file, told = f"{scene.name}-{method}.png", f"first levels of {method}"
         write_picture(folder / file, drawn)
-        sheets.append(Picture(file, f"The {told}", f"{scene.title}: boxes of the {told}"))
-    caption = "The first levels of the trees."
-    return Gallery(pictures, 2, mosaic=True), Gallery(sheets, 3, 300, caption=caption)
+        sheets.append((f"{IMAGES}/{file}", f"The {told}", f"{scene.title}: boxes of the {told}"))
+    return gallery(pictures), '<p class="note">The first levels of the trees. </p>' + gallery(sheets, 3, 300)

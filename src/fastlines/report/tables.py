@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from .measure import QUERIES, TreeFigures
-from .page import Cell, Table
+from .page import cell, table
 
 #: The answer also names trees that take at most this many times as long as the fastest.
 NEAR = 1.1
@@ -23,30 +23,30 @@ def format_3_digits(value: float) -> str:
     return f"{value:,.{digits}f}"
 
 
-def trees_table(rows: Sequence[TreeFigures]) -> Table:
+def trees_table(rows: Sequence[TreeFigures]) -> str:
     """Return the table of the sizes, costs and builds of trees."""
     heads = ["tree", "references", "nodes", "depth", "cost", "memory, MB", "build, s"]
     body = []
     for row in rows:
         if row.over_s is not None:
-            body.append([Cell(row.method), *[Cell("–")] * 5, Cell(f"over {row.over_s:g}")])
+            body.append([cell(row.method, tag="th"), *[cell("–")] * 5, cell(f"over {row.over_s:g}")])
             continue
-        counts = [Cell(f"{n:,}", n) for n in (row.n_refs, row.n_nodes, row.depth)]
-        figures = [Cell(format_3_digits(value), value) for value in (row.cost, row.bytes / 1e6, row.build_s)]
-        body.append([Cell(row.method), *counts, *figures])
+        counts = [cell(f"{n:,}", n) for n in (row.n_refs, row.n_nodes, row.depth)]
+        figures = [cell(format_3_digits(value), value) for value in (row.cost, row.bytes / 1e6, row.build_s)]
+        body.append([cell(row.method, tag="th"), *counts, *figures])
     note = (
         "The cost is that of a random line through the scene (thesis §3.3), with c_prim = 1 and c_trav = 2 for BVHs, "
         "0.6 for KD trees. The memory is that of the layout and the segments."
     )
-    return Table(heads, body, "The trees", [note])
+    return table(heads, body, "The trees", note)
 
 
-def queries_table(rows: Sequence[TreeFigures]) -> Table:
+def queries_table(rows: Sequence[TreeFigures]) -> str:
     """Return the table of millions of rays a second, with bars."""
     rates = {row.method: [*row.mrays.values(), *row.as_built.values()] for row in rows if row.over_s is None}
     most = [max(column) for column in zip(*rates.values(), strict=True)]
     body = [
-        [Cell(method), *(Cell(format_3_digits(n), n, bar=n / top) for n, top in zip(row, most, strict=True))]
+        [cell(method, tag="th"), *(cell(format_3_digits(n), n, n / top) for n, top in zip(row, most, strict=True))]
         for method, row in rates.items()
     ]
     heads = ["tree", *(f"{query.capitalize()} {letter}" for query, letter in QUERIES)]
@@ -55,7 +55,7 @@ def queries_table(rows: Sequence[TreeFigures]) -> Table:
         "As built searches the binary tree, one ray at a time, and shows how the trees differ."
     )
     caption = "Queries: millions of rays a second; a longer bar is faster"
-    return Table([*heads, "First M, as built", "All M, as built"], body, caption, [note])
+    return table([*heads, "First M, as built", "All M, as built"], body, caption, note)
 
 
 def print_trees(title: str, n_segments: int, rows: Sequence[TreeFigures]) -> None:

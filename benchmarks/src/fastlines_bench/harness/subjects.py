@@ -97,7 +97,7 @@ def subjects_of(scene: list[str], file: list[str], radius: str | None, quick: bo
         elif not is_scene:
             low, high = source.lines.bounds
             radii = tuple(share * (float((high - low).max()) or 1.0) for share in radii)
-        yield Subject(name, source.lines, source.camera(None, None, 30.0, 1.0), radii)
+        yield Subject(name, source.lines, source.camera(), radii)
 
 
 def _radius(text: str) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..package import Cell, Document, Gallery, Section, Table
+from .document import Cell, Document, Gallery, Section, Table
 
 
 def markdown(document: Document, folder: str) -> str:

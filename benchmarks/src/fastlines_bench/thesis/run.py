@@ -15,9 +15,10 @@ from fastlines import FastlinesError
 from ..harness import machine
 from ..harness.store import Found, Results, Step, Store, run_steps
 from ..harness.subjects import Subject, scene_subject
-from ..package import DEFAULT_METHOD, Document, atomic_write, html
+from ..package import DEFAULT_METHOD, atomic_write
 from ..peers import embree
 from .depths import time_depth
+from .document import Document, html
 from .findings import findings_of
 from .markdown import markdown
 from .peer import embree_step, embree_tree_step, sweep_step

@@ -11,8 +11,9 @@ from ..harness.findings import Finding
 from ..harness.store import Found, Results
 from ..harness.subjects import Subject
 from ..harness.tables import format_3_digits
-from ..package import DEFAULT_METHOD, METHOD_NOTES, Cell, Gallery, Picture, Section, Table
+from ..package import DEFAULT_METHOD, METHOD_NOTES
 from .depths import C_TRAV, THESIS_DEPTHS
+from .document import Cell, Gallery, Picture, Section, Table
 from .findings import Tables, findings_of, ratio
 from .heat import COLOURS, MOST
 from .preset import ThesisPreset
