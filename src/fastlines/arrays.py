@@ -95,6 +95,23 @@ def column(values: npt.ArrayLike, name: str, n: int, of: str) -> npt.NDArray[Any
     return array
 
 
+def unusable(array: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return which rows of corners (n, k, 3) hold NaN, Inf or too large a coordinate."""
+    # The extremes tell whether all is well, as it mostly is; NaN comes through in both.
+    if array.size and array.min() >= -COORDINATE_LIMIT and array.max() <= COORDINATE_LIMIT:
+        return np.zeros(len(array), np.bool_)
+    return ~np.asarray(np.abs(array).max(axis=(1, 2), initial=0) <= COORDINATE_LIMIT, np.bool_)
+
+
+def refuse_rows(bad: npt.NDArray[np.bool_], name: str, advice: str = "") -> None:
+    """Refuse rows that are `unusable`."""
+    if bad.any():
+        raise InputError(
+            f"{int(bad.sum())} of {len(bad)} {name} hold NaN, Inf or a coordinate beyond {COORDINATE_LIMIT:g} "
+            f"({list_rows(bad)}){advice}"
+        )
+
+
 def kind_of(values: object) -> str:
     """Describe what was given, for an error message."""
     if isinstance(values, np.ndarray):

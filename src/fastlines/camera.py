@@ -108,7 +108,7 @@ class Camera:
         (n_rows, width, 3) float32
             Of unit length.
         """
-        tan_x, tan_y = self._tangents(*_sizes(width, height))
+        tan_x, tan_y = self._tangents(width, height)
         right, up, forward = self.axes()
         x = ((np.arange(width) + at[0]) * (2 / width) - 1) * tan_x
         y = (1 - (np.arange(height)[rows or slice(None)] + at[1]) * (2 / height)) * tan_y
@@ -133,7 +133,7 @@ class Camera:
         depth : (m,) float64
             The distance along the view, negative behind the camera.
         """
-        tangents = self._tangents(*_sizes(width, height))
+        tangents = self._tangents(width, height)
         right, up, forward = self.axes()
         offsets = _points(points) - self.origin
         depth = _dot(offsets, forward)
@@ -206,7 +206,7 @@ class Camera:
     def _tangents(self, width: int, height: int) -> tuple[float, float]:
         """Half the extent of the picture at depth 1."""
         tan = math.tan(math.radians(self.fov_degrees) / 2)
-        return tan * width / height, tan
+        return tan * count("width", width, 1) / count("height", height, 1), tan
 
 
 def _check_view(up: Vector, fov_degrees: float) -> None:
@@ -267,7 +267,3 @@ def _vector(values: npt.ArrayLike, name: str) -> Vector:
     if not all(map(math.isfinite, (x, y, z))):
         raise InputError(f"{name}={values!r}; expected finite numbers")
     return x, y, z
-
-
-def _sizes(width: int, height: int) -> tuple[int, int]:
-    return count("width", width, 1), count("height", height, 1)

@@ -12,18 +12,18 @@ import numpy as np
 import numpy.typing as npt
 
 from .arrays import (
-    COORDINATE_LIMIT,
     INVALID,
     FloatArray,
     IntArray,
     column,
     is_far,
     kind_of,
-    list_rows,
     own_float32,
     refuse_masked,
+    refuse_rows,
     to_float32,
     to_integers,
+    unusable,
     warn_of_rounding,
 )
 from .checks import choice
@@ -80,12 +80,7 @@ class Lines(Immutable):
         for name in ("segments", "strands", "radius", "skipped", "attributes"):
             refuse_masked(getattr(self, name), name)
             object.__setattr__(self, name, frozen(getattr(self, name)))
-        bad = _unusable(self.segments)
-        if bad.any():
-            raise InputError(
-                f"{int(bad.sum())} of {len(self)} segments hold NaN, Inf or a coordinate beyond {COORDINATE_LIMIT:g} "
-                f"({list_rows(bad)}); Lines.from_segments(…, invalid='skip') leaves them out"
-            )
+        refuse_rows(unusable(self.segments), "segments", "; Lines.from_segments(…, invalid='skip') leaves them out")
 
     def _check_columns(self) -> None:
         """Refuse columns that do not fit the segments."""
@@ -207,20 +202,15 @@ class Lines(Immutable):
             )
 
         # Leave out, or refuse, what no query could answer.
-        bad = _unusable(array)
-        skipped = np.empty(0, np.int64)
+        bad = unusable(array)
+        if invalid == "error":
+            how = "invalid='skip' where lines are read or a tree is built, --skip-invalid on the command line"
+            refuse_rows(bad, "segments", f"; mend them, or leave them out: {how}")
         if bad.any():
-            if invalid == "error":
-                raise InputError(
-                    f"{int(bad.sum())} of {n_given} segments hold NaN, Inf or a coordinate beyond "
-                    f"{COORDINATE_LIMIT:g} ({list_rows(bad)}); mend them, or leave them out: invalid='skip' "
-                    "where lines are read or a tree is built, --skip-invalid on the command line"
-                )
-            skipped = np.flatnonzero(bad)
             array, strands = own(array[~bad]), own(strands[~bad])
             radius = None if radius is None else own(radius[~bad])
             attributes = {name: own(values[~bad]) for name, values in attributes.items()}
-        return cls(array, strands, radius, attributes, skipped)
+        return cls(array, strands, radius, attributes, np.flatnonzero(bad))
 
     @classmethod
     def from_points(
@@ -286,14 +276,6 @@ class Lines(Immutable):
         if is_far(points):
             warn_of_rounding(np.concatenate([np.reshape(strand, (-1, 3)) for strand in given]), points)
         return cls.from_points(points, [len(part) for part in parts], invalid=invalid)
-
-
-def _unusable(segments: FloatArray) -> npt.NDArray[np.bool_]:
-    # The extremes tell whether all is well, as it mostly is; NaN comes through in both.
-    if segments.size and segments.min() >= -COORDINATE_LIMIT and segments.max() <= COORDINATE_LIMIT:
-        return np.zeros(len(segments), np.bool_)
-    unusable: npt.NDArray[np.bool_] = ~(np.abs(segments).max(axis=(1, 2), initial=0) <= COORDINATE_LIMIT)
-    return unusable
 
 
 def _points(values: npt.ArrayLike, name: str) -> FloatArray:

@@ -8,7 +8,7 @@ from typing import ClassVar, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from .arrays import COORDINATE_LIMIT, INVALID, FloatArray, list_rows, own_float32, warn_of_rounding
+from .arrays import INVALID, FloatArray, list_rows, own_float32, refuse_rows, unusable, warn_of_rounding
 from .checks import choice
 from .errors import InputError
 from .immutable import Immutable
@@ -97,10 +97,5 @@ def _checked(values: npt.ArrayLike, name: str, shape: tuple[int, int]) -> FloatA
     if array.ndim != 3 or array.shape[1:] != shape:
         raise InputError(f"{name} have shape {array.shape}; expected (n, {shape[0]}, {shape[1]})")
     warn_of_rounding(values, array)
-    bad: npt.NDArray[np.bool_] = ~(np.abs(array).max(axis=(1, 2), initial=0) <= COORDINATE_LIMIT)
-    if bad.any():
-        raise InputError(
-            f"{int(bad.sum())} of {len(array)} {name} hold NaN, Inf or a coordinate beyond {COORDINATE_LIMIT:g} "
-            f"({list_rows(bad)})"
-        )
+    refuse_rows(unusable(array), name)
     return array

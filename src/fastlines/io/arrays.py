@@ -46,44 +46,31 @@ def parse_npz(source: Source, invalid: str) -> Lines:
     arrays = _unzip(source)
     match sorted(arrays.keys() & {"segments", "points", "counts", "strands"}):
         case ["segments"] | ["segments", "strands"]:
-            return _from_segments(source, arrays, invalid)
+            name = "segments"
         case ["counts", "points"]:
-            return _from_points(source, arrays, invalid)
-    raise source.error(
-        f"holds the arrays {', '.join(arrays) or '(none)'}; expected 'segments', with or without 'strands', "
-        "or 'points' and 'counts'"
-    )
-
-
-def _from_segments(source: Source, arrays: dict[str, AnyArray], invalid: str) -> Lines:
-    """Make lines of ``segments`` and the arrays with a row for each of them."""
-    segments = arrays.pop("segments")
-    n_segments = len(segments) if segments.ndim else 0
-    strands = arrays.pop("strands", np.full(n_segments, -1))
-    _check(source, "strands", strands, (n_segments,), integer=True)
-    radius = arrays.pop("radius", None)
-    if radius is not None:
-        _check(source, "radius", radius, (n_segments, 2) if radius.ndim == 2 else (n_segments,))
-        radius = source.radius("radius", radius)
-    for name, values in arrays.items():
-        _check(source, name, values, (n_segments, *values.shape[1:]))
-    return Lines.from_segments(segments, strands=strands, radius=radius, attributes=arrays, invalid=invalid)
-
-
-def _from_points(source: Source, arrays: dict[str, AnyArray], invalid: str) -> Lines:
-    """Make lines of ``points``, the arrays with a row for each of them, and ``counts``."""
-    points, counts, radius = arrays.pop("points"), arrays.pop("counts"), arrays.pop("radius", None)
-    n_points = len(points) if points.ndim else 0
-    _check(source, "points", points, (n_points, 3))
+            name = "points"
+        case _:
+            raise source.error(
+                f"holds the arrays {', '.join(arrays) or '(none)'}; expected 'segments', with or without 'strands', "
+                "or 'points' and 'counts'"
+            )
+    given, radius = arrays.pop(name), arrays.pop("radius", None)
+    n_rows = len(given) if given.ndim else 0
+    strands, counts = arrays.pop("strands", np.full(n_rows, -1)), arrays.pop("counts", np.zeros(0, np.int64))
+    _check(source, "strands", strands, (n_rows,), integer=True)
+    if name == "points":
+        _check(source, "points", given, (n_rows, 3))
     _check(source, "counts", counts, counts.shape[:1], integer=True)
-    if np.any(counts < 0) or np.any(counts > n_points):  # before they are added: the sum could wrap around
-        raise source.error(f"'counts' are from {counts.min()} to {counts.max()}; there are {n_points} points")
+    if np.any(counts < 0) or np.any(counts > n_rows):  # before they are added: the sum could wrap around
+        raise source.error(f"'counts' are from {counts.min()} to {counts.max()}; there are {n_rows} points")
     if radius is not None:
-        _check(source, "radius", radius, (n_points,))
+        _check(source, "radius", radius, (n_rows, 2) if radius.ndim == 2 and name == "segments" else (n_rows,))
         radius = source.radius("radius", radius)
-    for name, values in arrays.items():
-        _check(source, name, values, (n_points, *values.shape[1:]))
-    return Lines.from_points(points, counts, radius=radius, attributes=arrays, invalid=invalid)
+    for column, values in arrays.items():
+        _check(source, column, values, (n_rows, *values.shape[1:]))
+    if name == "segments":
+        return Lines.from_segments(given, strands=strands, radius=radius, attributes=arrays, invalid=invalid)
+    return Lines.from_points(given, counts, radius=radius, attributes=arrays, invalid=invalid)
 
 
 def _check(source: Source, name: str, array: AnyArray, shape: tuple[int, ...], *, integer: bool = False) -> None:

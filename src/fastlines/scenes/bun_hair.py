@@ -94,5 +94,4 @@ def _loose(roots: Float64Array, uniform: Float64Array) -> Float64Array:
     height = 0.01 + 0.02 * uniform[:, 13]
     fine = HEAD.fall(roots, unit(0.5 * roots + TIE + 0.5 * spread), height, pull, length=0.2, n_steps=60)
     last = (60 * (0.3 + 0.7 * uniform[:, 14, None])).astype(np.int64)
-    kept = np.minimum(np.arange(61), last)
-    return resample(np.take_along_axis(fine, kept[..., None], axis=1), N_PER_STRAND)
+    return resample(fine, N_PER_STRAND, last)

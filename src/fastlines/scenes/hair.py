@@ -81,8 +81,10 @@ def unit(vectors: Float64Array) -> Float64Array:
     return np.asarray(vectors / unit_length(vectors))
 
 
-def resample(strands: Float64Array, n_segments: int) -> Float64Array:
+def resample(strands: Float64Array, n_segments: int, last: npt.NDArray[np.int64] | None = None) -> Float64Array:
     """Find points at equal distances along strands (s, m, 3), whose points may repeat: (s, n_segments + 1, 3).
+
+    With `last` (s, 1) each strand ends at this point.
 
     Examples
     --------
@@ -90,6 +92,9 @@ def resample(strands: Float64Array, n_segments: int) -> Float64Array:
     >>> resample(corner, 2).tolist()
     [[[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 3.0, 0.0]]]
     """
+    if last is not None:
+        kept = np.minimum(np.arange(strands.shape[1]), last)
+        strands = np.take_along_axis(strands, kept[..., None], axis=1)
     n_strands = len(strands)
     if n_strands == 0:
         return np.empty((0, n_segments + 1, 3))

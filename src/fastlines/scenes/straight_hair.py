@@ -65,5 +65,4 @@ def _grow(uniform: Float64Array) -> tuple[Float64Array, Float64Array]:
     # Cut where a strand reaches the level of the ends: the rest of the points repeat the last one.
     level = 0.02 + 0.1 * uniform[:, 6] ** 2
     last = (fine[..., 1] > level[:, None]).sum(axis=1, keepdims=True) - 1
-    kept = np.minimum(np.arange(fine.shape[1]), last)
-    return roots, resample(np.take_along_axis(fine, kept[..., None], axis=1), N_PER_STRAND)
+    return roots, resample(fine, N_PER_STRAND, last)
