@@ -23,13 +23,12 @@ from .errors import (
     PrecisionWarning,
 )
 from .hits import AllHits, FirstHits
-from .limits import Limits
 from .lines import Lines
 from .meshes import Boxes, Triangles
 from .methods import METHODS
 from .queries import brute_force
 from .refit import RebuildPolicy
-from .settings import Cost, Presplit, Settings
+from .settings import Cost, Limits, Presplit, Settings
 from .splits import BinnedPlanes, Median, Midpoint, ObjectSweep, PlaneEvents, PlaneGrid
 from .threads import get_num_threads, set_num_threads
 from .tree import Tree, load

@@ -14,12 +14,11 @@ from . import _core
 from .backend import engine
 from .errors import InputError
 from .immutable import own
-from .limits import REF_LIMIT, Limits
 from .lines import Lines
 from .meshes import Geometry, as_geometry, core_data
 from .methods import DEFAULT_METHOD, best_settings, method_settings
 from .progress import ProgressCallback, ProgressOption, reporting
-from .settings import Cost, Presplit, Settings
+from .settings import REF_LIMIT, Cost, Limits, Presplit, Settings
 from .splits import BinnedPlanes, BoxRule, SplitSet
 from .threads import get_num_threads
 from .tree import Tree

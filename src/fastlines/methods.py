@@ -7,8 +7,7 @@ from dataclasses import replace
 
 from .checks import choice, did_you_mean, number
 from .errors import InputError
-from .limits import REF_LIMIT, Limits
-from .settings import Cost, Settings
+from .settings import REF_LIMIT, Cost, Limits, Settings
 from .splits import BinnedPlanes, BoxRule, ObjectSweep, PlaneGrid
 
 

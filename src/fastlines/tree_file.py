@@ -14,9 +14,8 @@ import numpy as np
 from . import container
 from .errors import FileFormatError, InputError, InvalidTreeError
 from .io import FORMATS
-from .limits import Limits
 from .lines import Lines
-from .settings import Cost, Presplit, Settings
+from .settings import Cost, Limits, Presplit, Settings
 from .splits import split_set_from
 from .tree_data import NODE, REF, TreeData
 

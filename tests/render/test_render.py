@@ -25,7 +25,7 @@ from fastlines.render import (
     write_picture,
 )
 from fastlines.render.depth import MAX_BATCH, MAX_PIXELS, View, bands
-from fastlines.render.tone import DARKEST, GAMMA, Tone, encode
+from fastlines.render.picture import DARKEST, GAMMA, Tone, encode
 
 CAMERA = fl.Camera(origin=(0, 0, 4), target=(0, 0, 0))
 #: Across the view at the depths 4 (upper half), 6 (lower half).

@@ -11,11 +11,11 @@ from fastlines.cli.options import Effort
 from fastlines.errors import FastlinesError
 from fastlines.immutable import own
 from fastlines.layout import Layout
-from fastlines.limits import REF_LIMIT, limit_notes
 from fastlines.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, best_settings, method_settings
 from fastlines.report import page
 from fastlines.report.measure import describe_machine
 from fastlines.report.tables import format_3_digits
+from fastlines.settings import REF_LIMIT, limit_notes
 from fastlines.threads import MAX_THREADS, num_threads
 
 __all__ = [

@@ -102,8 +102,8 @@ def build(
 
     import fastlines as fl
 
-    from ..limits import limit_notes
     from ..methods import method_settings
+    from ..settings import limit_notes
     from .files import TREE, check_output, open_lines, show_progress
 
     check_output(output, TREE)

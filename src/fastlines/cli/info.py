@@ -8,8 +8,8 @@ from typing import Any
 import typer
 
 from ..errors import FastlinesError
-from ..limits import limit_notes
 from ..lines import Lines
+from ..settings import limit_notes
 from .app import app
 from .options import Input, Json, Skip, TreeFile
 

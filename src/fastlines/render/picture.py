@@ -4,6 +4,10 @@ A line of radius r covers the fraction 2r·k(x) of a small spot around a ray. He
 the kernel of Epanechnikov across the line, 3/(4R)·(1 − x²/R²), with the radius R of the spot. From the nearest on, each
 hit within R of the ray hides this fraction of what is behind. So one query for all hits gives the picture to which very
 many samples would converge.
+
+Lighter is nearer, as in the pictures of the thesis (§6). Half of the brightness falls with the depth itself, and half
+with its rank among the visible depths, which spends contrast where the picture has its content. Samples of a pixel are
+averaged as light, whose 2.2th root a picture stores.
 """
 
 from __future__ import annotations
@@ -22,7 +26,6 @@ from ..lines import Lines
 from ..progress import ProgressOption, reporting
 from ..tree import Tree
 from .depth import View, bands, check_radius, check_size
-from .tone import Tone, encode
 
 #: The fraction of a picture that is done, and the light of some of its rows, to be added.
 Part: TypeAlias = tuple[float, slice, Float64Array]
@@ -35,6 +38,12 @@ SPOT = 1.0
 MAX_HITS = 1 << 22
 #: Pixels a side of the small picture that finds the range of depths.
 PROBE = 192
+#: The brightness of the farthest line, as a fraction of the greatest. The background has 0.
+DARKEST = 0.14
+#: A screen emits the light v^GAMMA for the pixel value v.
+GAMMA = 2.2
+#: The fraction of the depths beyond each end of the range; they are drawn as if at that end.
+TAIL = 0.01
 
 
 def depth_picture(
@@ -127,3 +136,46 @@ def _gather(view: View, radius: float, reach: float, tone: Tone) -> Iterator[Par
         weights = share * left_over * tone.light(hits.t)
         light = np.bincount(hits.ray, weights, minlength=len(hits.offsets) - 1)
         yield rows.stop / view.height, rows, np.asarray(light, np.float64).reshape(-1, view.width)
+
+
+class Tone:
+    """The brightness of a line at a depth, by a fair sample of the visible depths; of two the nearer one is lighter.
+
+    Examples
+    --------
+    >>> tone = Tone([1.0, 2.0, 3.0])
+    >>> tone.brightness(np.array([1.0, 3.0, np.inf])).round(3).tolist()
+    [1.0, 0.14, 0.0]
+    """
+
+    def __init__(self, depths: npt.ArrayLike) -> None:
+        seen = np.asarray(depths, np.float64).ravel()
+        seen = np.sort(seen[np.isfinite(seen)])
+        if len(seen) == 0:
+            seen = np.zeros(1)
+        near, far = np.quantile(seen, [TAIL, 1 - TAIL])
+        self._depths = np.linspace(near, far, 256)
+        rank = np.searchsorted(seen, self._depths, "right") / len(seen)
+        rank = (rank - rank[0]) / max(rank[-1] - rank[0], 1e-9)
+        fall = 0.5 * np.linspace(0, 1, 256) + 0.5 * rank
+        self._brightness = 1 - (1 - DARKEST) * (fall if far > near else np.zeros(256))
+
+    def brightness(self, depth: npt.NDArray[np.floating]) -> Float64Array:
+        """Return the value of a pixel, 0 to 1; 0 where the depth is inf."""
+        return np.where(np.isfinite(depth), np.interp(depth, self._depths, self._brightness), 0.0)
+
+    def light(self, depth: npt.NDArray[np.floating]) -> Float64Array:
+        """Return the light that a screen emits, 0 to 1, which can be averaged."""
+        return np.asarray(self.brightness(depth) ** GAMMA)
+
+
+def encode(light: Float64Array) -> npt.NDArray[np.uint8]:
+    """Turn light into the bytes of a picture.
+
+    Lines that cover only a small part of their pixels are dark. So the picture is made lighter, until the lightest
+    hundredth of its lit pixels is white.
+    """
+    lit = light[light > 0]
+    white = min(1.0, float(np.quantile(lit, 0.99))) if len(lit) else 1.0
+    shown: npt.NDArray[np.uint8] = (np.minimum(light / white, 1) ** (1 / GAMMA) * 255 + 0.5).astype(np.uint8)
+    return shown
