@@ -19,7 +19,7 @@ from .meshes import Geometry, as_geometry, core_data
 from .methods import DEFAULT_METHOD, best_settings, method_settings
 from .progress import ProgressCallback, ProgressOption, reporting
 from .settings import REF_LIMIT, Cost, Limits, Presplit, Settings
-from .splits import BinnedPlanes, BoxRule, SplitSet
+from .splits import BoxRule, SplitSet
 from .threads import get_num_threads
 from .tree import Tree
 from .tree_data import NODE, REF
@@ -142,31 +142,30 @@ def build(
         if lanes is None and leaf is not None and leaf < base.lanes:
             given["lanes"] = 2 ** (leaf.bit_length() - 1)
     settings = replace(base, **given)
-    limits = settings.limits
-    if len(geometry) > REF_LIMIT:
-        raise InputError(f"{len(geometry)} primitives are more than a tree can name ({REF_LIMIT}); split them up")
-    if limits.max_refs is not None and limits.max_refs < len(geometry):
+    limits, n_prims = settings.limits, len(geometry)
+    most = limits.refs_for(n_prims, settings.boxes)
+    if n_prims > REF_LIMIT:
+        raise InputError(f"{n_prims} primitives are more than a tree can name ({REF_LIMIT}); split them up")
+    if limits.max_refs is not None and limits.max_refs < n_prims:
         raise InputError(
-            f"max_refs={limits.max_refs} is less than the {len(geometry)} primitives, which need a reference each"
+            f"max_refs={limits.max_refs} is less than the {n_prims} primitives, which need a reference each"
         )
-    if limits.max_bytes is not None and limits.refs_for(len(geometry), settings.boxes) < len(geometry):
+    if limits.max_bytes is not None and most < n_prims:
         raise InputError(
-            f"max_bytes={limits.max_bytes} is less than a tree over {len(geometry)} primitives takes; allow "
-            f"{limits.bytes_for(len(geometry), settings.boxes)} or more"
+            f"max_bytes={limits.max_bytes} is less than a tree over {n_prims} primitives takes; allow "
+            f"{limits.bytes_for(n_prims, settings.boxes)} or more"
         )
-    if not limits.hold(len(geometry)):
+    if not limits.hold(n_prims):
         raise InputError(
             f"max_leaf_refs={limits.max_leaf_refs} cannot be kept within max_depth={limits.max_depth} for "
-            f"{len(geometry)} primitives; allow more of either"
+            f"{n_prims} primitives; allow more of either"
         )
     if not isinstance(geometry, Lines) and (settings.presplit is not None or settings.reinsertion > 0):
         raise InputError(f"presplit and reinsertion are for lines, these are {type(geometry).__name__}; leave them out")
-    if settings.presplit is not None and first_refs(len(geometry), settings) > limits.refs_for(
-        len(geometry), settings.boxes
-    ):
+    wanted = first_refs(n_prims, settings)
+    if wanted > most:
         raise InputError(
-            f"{settings.presplit} asks for {first_refs(len(geometry), settings)} references, max_refs allows "
-            f"{limits.refs_for(len(geometry), settings.boxes)}; ask for fewer or allow more"
+            f"{settings.presplit} asks for {wanted} references, max_refs allows {most}; ask for fewer or allow more"
         )
     bounded = replace(base, limits=replace(base.limits, max_refs=limits.max_refs, max_bytes=limits.max_bytes))
     name = method if method is not None and settings == bounded and given.keys() <= {"limits"} else "custom"
@@ -210,19 +209,10 @@ def _most_first_refs(n_prims: int, settings: Settings) -> int:
 
 def _build(geometry: Geometry, settings: Settings, name: str, callback: ProgressCallback | None) -> Tree:
     kind, data = core_data(geometry)
-    splits: list[SplitSet] = []
-    for split in settings.splits:
-        if isinstance(split, BinnedPlanes) and not isinstance(geometry, Lines):
-            splits += split.for_any_primitive(settings.boxes)
-        else:
-            splits.append(split)
-    limits = settings.limits
-    most = _most_first_refs(len(geometry), settings)
-    presplit = _core.Presplit(area=math.inf, max_refs=most)
-    if settings.presplit is not None and settings.presplit.area is not None:
-        presplit = _core.Presplit(area=settings.presplit.area, max_refs=most)
-    elif settings.presplit is not None:
-        presplit = _core.Presplit(area=0.0, max_refs=first_refs(len(geometry), settings))
+    splits = settings.splits
+    if not isinstance(geometry, Lines):
+        splits = tuple(exact for split in splits for exact in split.for_any_primitive(settings.boxes))
+    limits, presplit = settings.limits, settings.presplit
     core_settings = _core.Settings(
         splits=[_core_split_set(split) for split in splits],
         beam=settings.beam or NO_LIMIT,
@@ -235,7 +225,10 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
             leaf_refs=limits.leaf_refs,
             leaf_size=limits.leaf_size,
         ),
-        presplit=presplit,
+        presplit=_core.Presplit(
+            area=math.inf if presplit is None else presplit.area or 0.0,
+            max_refs=first_refs(len(geometry), settings) or _most_first_refs(len(geometry), settings),
+        ),
         n_threads=get_num_threads(),
         **{name: getattr(settings, name) for name in SAME},
     )

@@ -35,6 +35,10 @@ class SplitSet:
         check_fields(self, ("max_refs",), count, 1)
         check_fields(self, ("min_overlap",), number, "a share of the area of the scene's box, 0 to 1", 0.0, 1.0)
 
+    def for_any_primitive(self, boxes: BoxRule) -> tuple[SplitSet, ...]:
+        """Return the split sets with the same kinds of candidates for primitives that are not segments."""
+        return (self,)
+
 
 @dataclass(frozen=True)
 class ObjectSweep(SplitSet):
@@ -119,7 +123,7 @@ class BinnedPlanes(SplitSet):
             )
 
     def for_any_primitive(self, boxes: BoxRule) -> tuple[SplitSet, ...]:
-        """Return the exact split sets with the same kinds of candidates, for primitives that are not segments."""
+        """See `SplitSet`."""
         grid = PlaneGrid(self.n_planes, max_refs=self.max_refs, min_overlap=self.min_overlap)
         if boxes == "cut" or self.uncut_refs == 0:
             return (grid,)
