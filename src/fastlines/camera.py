@@ -15,8 +15,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from .arrays import FloatArray
-from .checks import count
+from .arrays import FloatArray, count
 from .errors import InputError
 from .lines import Lines
 

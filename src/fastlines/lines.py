@@ -15,6 +15,7 @@ from .arrays import (
     INVALID,
     FloatArray,
     IntArray,
+    choice,
     column,
     is_far,
     kind_of,
@@ -26,7 +27,6 @@ from .arrays import (
     unusable,
     warn_of_rounding,
 )
-from .checks import choice
 from .errors import InputError
 from .immutable import Immutable, frozen, own
 

@@ -8,8 +8,7 @@ from typing import ClassVar, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from .arrays import INVALID, FloatArray, list_rows, own_float32, refuse_rows, unusable, warn_of_rounding
-from .checks import choice
+from .arrays import INVALID, FloatArray, choice, list_rows, own_float32, refuse_rows, unusable, warn_of_rounding
 from .errors import InputError
 from .immutable import Immutable
 from .lines import Lines, as_lines

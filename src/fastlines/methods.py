@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from .checks import choice, did_you_mean, number
+from .arrays import choice, did_you_mean, number
 from .errors import InputError
 from .settings import REF_LIMIT, Cost, Limits, Settings
 from .splits import BinnedPlanes, BoxRule, ObjectSweep, PlaneGrid

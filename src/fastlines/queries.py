@@ -8,9 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arrays import IntArray
+from .arrays import IntArray, choice, count
 from .backend import Backend, BinaryBackend, is_given
-from .checks import choice, count
 from .errors import InputError
 from .forecast import Forecast
 from .hits import AllHits, FirstHits

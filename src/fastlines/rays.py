@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .arrays import FLOAT32_MAX, INVALID, FloatArray, IntArray, list_rows, to_float32
+from .arrays import FLOAT32_MAX, INVALID, FloatArray, IntArray, choice, list_rows, to_float32
 from .backend import engine
-from .checks import choice
 from .errors import InputError
 from .threads import get_num_threads
 

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from .arrays import LEAST, number
 from .backend import engine
-from .checks import LEAST, number
 from .errors import InputError
 from .immutable import own
 from .layout import refit_layout

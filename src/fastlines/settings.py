@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
-from .checks import LEAST, check_fields, choice, count, instance, number, sequence
+from .arrays import LEAST, check_fields, choice, count, instance, number, sequence
 from .errors import InputError
 from .splits import BinnedPlanes, BoxRule, ObjectSweep, PlaneGrid, SplitSet
 

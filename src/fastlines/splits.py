@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal, TypeAlias
 
-from .checks import LEAST, check_fields, count, number
+from .arrays import LEAST, check_fields, count, number
 from .errors import InputError
 
 BoxRule: TypeAlias = Literal["tight", "cut"]

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from .checks import count
+from .arrays import count
 from .errors import InputError
 
 MAX_THREADS = 1024

@@ -11,9 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arrays import IntArray
+from .arrays import IntArray, choice, count
 from .backend import KERNELS, Backend, BinaryBackend, WideBackend
-from .checks import choice, count
 from .errors import InputError
 from .hits import AllHits, FirstHits
 from .layout import Layout, build_layout

@@ -14,8 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arrays import IntArray
-from .checks import choice, instance
+from .arrays import IntArray, choice, instance
 from .errors import InputError, InvalidTreeError
 from .immutable import Immutable, frozen, own
 from .meshes import Geometry, core_data

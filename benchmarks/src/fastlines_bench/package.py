@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from fastlines.arrays import did_you_mean
 from fastlines.atomic_write import atomic_write
 from fastlines.backend import use_engine
-from fastlines.checks import did_you_mean
 from fastlines.cli.app import Group
 from fastlines.cli.files import SCENE, check_output, note, open_lines, show_progress
 from fastlines.cli.options import Effort

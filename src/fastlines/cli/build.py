@@ -7,6 +7,7 @@ import time
 from typing import Annotated, Any
 
 import typer
+from typer import Option
 
 from .app import app
 from .options import Effort, Input, Json, Method, Skip, n_bytes
@@ -18,13 +19,12 @@ def scene(
         str | None, typer.Argument(metavar="[NAME]", help="The scene to make; by default all are listed.")
     ] = None,
     output: Annotated[
-        str | None,
-        typer.Option("--output", "-o", metavar="FILE.npz", help="The file to write; NAME.npz by default."),
+        str | None, Option("--output", "-o", metavar="FILE.npz", help="The file to write; NAME.npz by default.")
     ] = None,
     n_segments: Annotated[
-        int | None, typer.Option("--segments", "-n", help="The number of segments; the thesis's number by default.")
+        int | None, Option("--segments", "-n", help="The number of segments; the thesis's number by default.")
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", "-s", help="Another seed gives another scene of the same kind.")] = 0,
+    seed: Annotated[int, Option("--seed", "-s", help="Another seed gives another scene of the same kind.")] = 0,
 ) -> None:
     """Make one of the five scenes of the thesis, as a file of lines.
 
@@ -59,28 +59,21 @@ def build(
     method: Method = "best",
     output: Annotated[
         str | None,
-        typer.Option(
-            "--output", "-o", metavar="FILE.flt", help="Write the tree to this file; else only print figures."
-        ),
+        Option("--output", "-o", metavar="FILE.flt", help="Write the tree to this file; else only print figures."),
     ] = None,
     effort: Effort = None,
-    c_trav: Annotated[float | None, typer.Option("--c-trav", help="The cost of a step to a node.")] = None,
-    c_prim: Annotated[float | None, typer.Option("--c-prim", help="The cost of a test of a segment.")] = None,
-    max_depth: Annotated[int | None, typer.Option("--max-depth", help="No node is deeper than this level.")] = None,
-    max_refs: Annotated[
-        int | None, typer.Option("--max-refs", help="The tree has at most this many references.")
-    ] = None,
+    c_trav: Annotated[float | None, Option(help="The cost of a step to a node.")] = None,
+    c_prim: Annotated[float | None, Option(help="The cost of a test of a segment.")] = None,
+    max_depth: Annotated[int | None, Option(help="No node is deeper than this level.")] = None,
+    max_refs: Annotated[int | None, Option(help="The tree has at most this many references.")] = None,
     max_bytes: Annotated[
         str | None,
-        typer.Option(
-            "--max-bytes",
+        Option(
             metavar="SIZE",
             help="The build takes at most this memory beside its input (best; grids of planes): bytes, 500MB, 4GiB.",
         ),
     ] = None,
-    max_leaf_refs: Annotated[
-        int | None, typer.Option("--max-leaf-refs", help="No leaf has more references (BVHs only).")
-    ] = None,
+    max_leaf_refs: Annotated[int | None, Option(help="No leaf has more references (BVHs only).")] = None,
     skip_invalid: Skip = False,
     as_json: Json = False,
 ) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 import typer
+from typer import Option
 
 from ..errors import InputError
 from .app import app
@@ -20,9 +21,9 @@ def demo(
             help="A file of lines, a tree (.flt) or a scene (scene:NAME); the five scenes by default.",
         ),
     ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Use smaller scenes and fewer rays: under a minute.")] = False,
+    quick: Annotated[bool, Option("--quick", help="Use smaller scenes and fewer rays: under a minute.")] = False,
     output: Annotated[
-        str, typer.Option("--output", "-o", metavar="FOLDER", help="Write the page and its pictures to this folder.")
+        str, Option("--output", "-o", metavar="FOLDER", help="Write the page and its pictures to this folder.")
     ] = "fastlines-demo",
     skip_invalid: Skip = False,
 ) -> None:
@@ -45,9 +46,9 @@ def demo(
 def report(
     source: Input,
     output: Annotated[
-        str, typer.Option("--output", "-o", metavar="FOLDER", help="Write the page to this folder.")
+        str, Option("--output", "-o", metavar="FOLDER", help="Write the page to this folder.")
     ] = "fastlines-report",
-    quick: Annotated[bool, typer.Option("--quick", help="Use fewer rays and smaller pictures.")] = False,
+    quick: Annotated[bool, Option("--quick", help="Use fewer rays and smaller pictures.")] = False,
     skip_invalid: Skip = False,
 ) -> None:
     """Build the five trees of the thesis and the default tree over your lines, and report which one suits them.

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Annotated
 
 import typer
+from typer import Option
 
 from ..camera import Vector
 from ..errors import InputError
@@ -25,30 +26,22 @@ def _finite(value: float | None) -> float | None:
 Input = Annotated[str, typer.Argument(metavar="INPUT", help=INPUT_HELP)]
 TreeFile = Annotated[str, typer.Argument(metavar="TREE", help="A tree file (.flt).")]
 Method = Annotated[
-    str,
-    typer.Option("--method", "-m", help="The tree: best, bvh-cl, bvh-ss, bvh-d2, kd-cl or kd-d2.", metavar="NAME"),
+    str, Option("--method", "-m", help="The tree: best, bvh-cl, bvh-ss, bvh-d2, kd-cl or kd-d2.", metavar="NAME")
 ]
 Effort = Annotated[
     float | None,
-    typer.Option(
-        "--effort",
-        help="For best: from 0, the fastest build, to 1, the best tree. The default is 0.5, or 0 for a large input.",
+    Option(
+        help="For best: from 0, the fastest build, to 1, the best tree. The default is 0.5, or 0 for a large input."
     ),
 ]
 Radius = Annotated[
-    float,
-    typer.Option("--radius", "-r", callback=_finite, help="Half the thickness of the lines, in their units."),
+    float, Option("--radius", "-r", callback=_finite, help="Half the thickness of the lines, in their units.")
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-Skip = Annotated[bool, typer.Option("--skip-invalid", help="Leave out segments that hold NaN or Inf.")]
-Direction = Annotated[
-    str | None,
-    typer.Option("--direction", metavar="X,Y,Z", help="The direction of view; chosen by default."),
-]
-Up = Annotated[str | None, typer.Option("--up", metavar="X,Y,Z", help="The upward direction; chosen by default.")]
-Fov = Annotated[
-    float | None, typer.Option("--fov", help="The camera's vertical field of view in degrees; 30 by default.")
-]
+Json = Annotated[bool, Option("--json", help="Print JSON.")]
+Skip = Annotated[bool, Option("--skip-invalid", help="Leave out segments that hold NaN or Inf.")]
+Direction = Annotated[str | None, Option(metavar="X,Y,Z", help="The direction of view; chosen by default.")]
+Up = Annotated[str | None, Option(metavar="X,Y,Z", help="The upward direction; chosen by default.")]
+Fov = Annotated[float | None, Option(help="The camera's vertical field of view in degrees; 30 by default.")]
 
 
 def refuse_given(given: Mapping[str, object], why: str) -> None:

@@ -8,6 +8,7 @@ import time
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer import Option
 
 from ..errors import InputError
 from .app import app
@@ -33,34 +34,23 @@ def query(
             metavar="[RAYS]", help="An array (n, 6) in a .npy file, or origins and directions (n, 3) in a .npz file."
         ),
     ] = None,
-    kind: Annotated[
-        str, typer.Option("--kind", "-k", metavar="KIND", help="first, any, all, next or count.")
-    ] = "first",
-    nearest: Annotated[
-        int | None,
-        typer.Option("--nearest", metavar="N", help="The number of hits of each ray, for --kind next."),
-    ] = None,
+    kind: Annotated[str, Option("--kind", "-k", metavar="KIND", help="first, any, all, next or count.")] = "first",
+    nearest: Annotated[int | None, Option(metavar="N", help="The number of hits of each ray, for --kind next.")] = None,
     output: Annotated[
         str | None,
-        typer.Option(
-            "--output", "-o", metavar="FILE.npz", help="Write the answer to this file; else only print figures."
-        ),
+        Option("--output", "-o", metavar="FILE.npz", help="Write the answer to this file; else only print figures."),
     ] = None,
     camera: Annotated[
-        str | None,
-        typer.Option("--camera", metavar="WxH", help="Trace a picture of this size, row by row, instead of RAYS."),
+        str | None, Option(metavar="WxH", help="Trace a picture of this size, row by row, instead of RAYS.")
     ] = None,
     direction: Direction = None,
     up: Up = None,
     fov: Fov = None,
-    t_min: Annotated[
-        float, typer.Option("--t-min", help="The ray begins at this t, in units of its direction's length.")
-    ] = 0.0,
-    t_max: Annotated[float, typer.Option("--t-max", help="The ray ends at this t.")] = float("inf"),
+    t_min: Annotated[float, Option(help="The ray begins at this t, in units of its direction's length.")] = 0.0,
+    t_max: Annotated[float, Option(help="The ray ends at this t.")] = float("inf"),
     at: Annotated[
         str | None,
-        typer.Option(
-            "--at",
+        Option(
             metavar="WHERE",
             help="Take t at the closest approach (closest, the default) or surface; for first, all and next.",
         ),

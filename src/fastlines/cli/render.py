@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 import typer
+from typer import Option
 
 from ..errors import InputError
 from .app import app
@@ -16,30 +17,19 @@ def render(
     source: Input,
     radius: Radius,
     output: Annotated[
-        str,
-        typer.Option("--output", "-o", metavar="FILE", help="The picture: a .png for the eye, or an .exr of depths."),
+        str, Option("--output", "-o", metavar="FILE", help="The picture: a .png for the eye, or an .exr of depths.")
     ],
-    width: Annotated[
-        int | None, typer.Option("--width", min=1, help="The picture's width in pixels; 800 by default.")
-    ] = None,
-    height: Annotated[
-        int | None, typer.Option("--height", min=1, help="The picture's height in pixels; 800 by default.")
-    ] = None,
+    width: Annotated[int | None, Option(min=1, help="The picture's width in pixels; 800 by default.")] = None,
+    height: Annotated[int | None, Option(min=1, help="The picture's height in pixels; 800 by default.")] = None,
     direction: Direction = None,
     up: Up = None,
     fov: Fov = None,
     samples: Annotated[
-        int | None,
-        typer.Option(
-            "--samples", min=1, max=16, help="Average this many by this many rays a pixel of a PNG; 3 by default."
-        ),
+        int | None, Option(min=1, max=16, help="Average this many by this many rays a pixel of a PNG; 3 by default.")
     ] = None,
-    levels: Annotated[
-        int, typer.Option("--levels", min=0, max=64, help="Draw the boxes of this many levels of the tree instead.")
-    ] = 0,
+    levels: Annotated[int, Option(min=0, max=64, help="Draw the boxes of this many levels of the tree instead.")] = 0,
     method: Annotated[
-        str | None,
-        typer.Option("--method", "-m", metavar="NAME", help="The kind of tree to build; best by default."),
+        str | None, Option("--method", "-m", metavar="NAME", help="The kind of tree to build; best by default.")
     ] = None,
     skip_invalid: Skip = False,
 ) -> None:

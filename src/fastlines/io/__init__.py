@@ -10,8 +10,7 @@ from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
-from ..arrays import INVALID
-from ..checks import choice
+from ..arrays import INVALID, choice
 from ..errors import FileFormatError, FileWarning, InputError
 from ..lines import Lines
 from . import arrays, hair, tck, tfx, trk

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, count
 from ..camera import Camera
-from ..checks import count
 from ..errors import InputError
 from ..progress import ProgressOption, reporting
 from ..tree import Tree

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..arrays import count, did_you_mean
 from ..camera import Camera, Vector
-from ..checks import count, did_you_mean
 from ..errors import InputError
 from ..lines import Lines
 from . import beams, bun_hair, spaghetti, straight_hair
