@@ -110,10 +110,10 @@ def read(
         metadata = header.pop("__metadata__")
         if not all(isinstance(text, str) for text in metadata.values()):
             raise TypeError
-        sections: dict[str, tuple[np.dtype[Any], list[int], int, int]] = {
-            name: (DTYPES[entry["dtype"]], [int(n) for n in entry["shape"]], *_pair(entry["data_offsets"]))
-            for name, entry in header.items()
-        }
+        sections: dict[str, tuple[np.dtype[Any], list[int], int, int]] = {}
+        for name, entry in header.items():
+            begin, end = map(int, entry["data_offsets"])
+            sections[name] = DTYPES[entry["dtype"]], [int(n) for n in entry["shape"]], begin, end
     except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
         raise refuse("its header cannot be read") from None
 
@@ -143,8 +143,3 @@ def read(
             if checksum(part) != int.from_bytes(expected.tobytes(), "little"):
                 raise refuse(f"it has changed since it was written: the checksum of its {name} differs")
     return arrays, metadata
-
-
-def _pair(values: list[int]) -> tuple[int, int]:
-    first, second = values
-    return int(first), int(second)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias, TypeVar
 
@@ -58,21 +58,14 @@ class _OfLines:
         return copied
 
     def __deepcopy__(self: Self, memo: dict[int, Any]) -> Self:
-        copied = object.__new__(type(self))
-        # Lines, rows and strands cannot be changed.
-        shared = ("lines", "row", "strand")
-        for name, value in self.__dict__.items():
-            copied.__dict__[name] = value if name in shared else copy.deepcopy(value, memo)
+        copied, shared = copy.copy(self), ("lines", "row", "strand")  # these cannot be changed
+        copied.__dict__.update({k: copy.deepcopy(v, memo) for k, v in self.__dict__.items() if k not in shared})
         return copied
 
     def __getstate__(self) -> dict[str, Any]:
         # A pickle has what is known of each hit instead of all lines.
-        state = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
-        if self.lines is not None:
-            state |= {"row": self.row, "strand": self.strand}
-        else:
-            state |= {name: self.__dict__[name] for name in ("row", "strand") if name in self.__dict__}
-        return {**state, "lines": None}
+        known = {"row": self.row, "strand": self.strand} if self.lines is not None else {}
+        return self.__dict__ | known | {"lines": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(

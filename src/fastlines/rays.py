@@ -118,7 +118,8 @@ def check_rays(
     for fault, rows in faults.items():
         bad = np.broadcast_to(rows, n_rays) & ~skipped
         if bad.any():
-            where = f" ({list_rows(bad)})" if len(rows) == n_rays else f": {_given_once(scalars, fault)}, for all"
+            once = ", ".join(f"{name} = {values[0]:g}" for name, values in scalars.items() if name in fault)
+            where = f" ({list_rows(bad)})" if len(rows) == n_rays else f": {once}, for all"
             found.append(f"{int(bad.sum())} of {n_rays} rays {fault}{where}")
         skipped |= bad
     if found and invalid == "error":
@@ -132,10 +133,6 @@ def check_rays(
     return RayBatch(shape, origins, directions, radii, starts, ends, np.flatnonzero(skipped))
 
 
-def _given_once(scalars: dict[str, FloatArray], fault: str) -> str:
-    return ", ".join(f"{name} = {values[0]:g}" for name, values in scalars.items() if name in fault)
-
-
 def _too_short(
     origins: FloatArray, directions: FloatArray, radii: FloatArray, corners: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.bool_]:
@@ -145,8 +142,7 @@ def _too_short(
         farthest_corner = np.maximum(np.abs(corners[0] - from_origin), np.abs(corners[1] - from_origin))
         reach = np.sqrt((farthest_corner**2).sum(axis=1))
         length = np.sqrt((directions.astype(np.float64) ** 2).sum(axis=1))
-        short: npt.NDArray[np.bool_] = reach + radii > length * FLOAT32_MAX
-    return short
+        return np.asarray(reach + radii > length * FLOAT32_MAX)
 
 
 def _vectors(values: npt.ArrayLike, name: str) -> FloatArray:

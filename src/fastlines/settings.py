@@ -239,9 +239,9 @@ class Settings:
                 "leaves"
             )
         if self.boxes == "cut":
-            octets = [split for split in self.splits if isinstance(split, BinnedPlanes)]
-            wholes = [split for split in octets if split.uncut_refs or split.gap_refs]
-            if wholes or any(isinstance(split, ObjectSweep) for split in self.splits):
+            binned = [split for split in self.splits if isinstance(split, BinnedPlanes)]
+            uncut = any(split.uncut_refs or split.gap_refs for split in binned)
+            if uncut or any(isinstance(split, ObjectSweep) for split in self.splits):
                 what = "an object sweep does not cut space, nor do uncut_refs and gap_refs of BinnedPlanes"
                 raise InputError(f"{what}: a KD tree (boxes='cut') needs planes")
             if self.limits.max_leaf_refs is not None:

@@ -133,8 +133,7 @@ class TreeData(Immutable):
     @property
     def is_leaf(self) -> npt.NDArray[np.bool_]:
         """Which nodes are leaves, (n_nodes,) bool."""
-        leaf: npt.NDArray[np.bool_] = self.nodes["right"] == 0
-        return leaf
+        return np.asarray(self.nodes["right"] == 0)
 
     @property
     def left(self) -> IntArray:
@@ -178,8 +177,7 @@ class TreeData(Immutable):
         """Surface area of each node's box, (n_nodes,) float64."""
         box = self.nodes["box"].astype(np.float64)
         x, y, z = (box[:, 1] - box[:, 0]).T
-        area: npt.NDArray[np.float64] = 2 * (x * y + x * z + y * z)
-        return area
+        return np.asarray(2 * (x * y + x * z + y * z))
 
     def cost(self, *, by: Literal["f", "g"] = "f", model: Cost | None = None) -> float:
         """The cost of the tree (thesis §3.3), in float64.

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import json
 import time
+from dataclasses import replace
 from typing import Annotated, Any
 
 import typer
 from typer import Option
 
+import fastlines as fl
+
+from ..methods import method_settings
+from ..settings import limit_notes
 from .app import app
 from .options import Effort, Input, Json, Method, Skip, n_bytes
 
@@ -91,12 +96,6 @@ def build(
 
     [cyan]fastlines build scene:spaghetti-2:4000 -m kd-d2 --c-trav 1.0 --max-refs 500000 -o s.flt[/]
     """
-    from dataclasses import replace
-
-    import fastlines as fl
-
-    from ..methods import method_settings
-    from ..settings import limit_notes
     from .files import TREE, check_output, open_lines, show_progress
 
     check_output(output, TREE)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import typer
 
 from .. import scenes
@@ -33,11 +34,7 @@ class Source:
     scene: scenes.Scene | None = None
 
     def camera(
-        self,
-        direction: Vector | None = None,
-        up: Vector | None = None,
-        fov: float | None = None,
-        aspect: float = 1.0,
+        self, direction: Vector | None = None, up: Vector | None = None, fov: float | None = None, aspect: float = 1.0
     ) -> Camera:
         """Return a camera that shows the lines: as given, or as the scene's, or else the default."""
         from ..render import default_camera
@@ -122,8 +119,6 @@ def check_output(path: str | None, *extensions: str, inputs: Sequence[str | None
 
 def write_npz(path: str, **arrays: Any) -> None:
     """Write arrays to a .npz file, which appears whole or not at all."""
-    import numpy as np
-
     with atomic_write(path) as partial, partial.open("wb") as file:
         np.savez_compressed(file, **arrays)
 

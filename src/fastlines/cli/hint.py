@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import math
+from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
+from ..tree import Tree
 from .files import note
-
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
-    from ..tree import Tree
 
 #: The radius may be too small if less than this fraction of the rays that cross the box of the lines hit.
 FEW = 0.01
@@ -22,8 +21,6 @@ TRIED, LEAST = 4096, 100
 
 def hint_at_radius(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike, radius: float, **bounds: Any) -> None:
     """Note a radius that suits if hardly any of the rays that cross the box of the lines hit with this one."""
-    import numpy as np
-
     origins, directions = (np.reshape(a, (-1, 3)) for a in np.broadcast_arrays(origins, directions))
     if len(origins) < LEAST or tree.n_prims == 0:
         return
@@ -60,8 +57,6 @@ def small(width: int, height: int) -> tuple[int, int]:
 
 def round_numbers(low: float, high: float) -> list[float]:
     """Return the numbers 1, 2 and 5 times a power of ten that are above `low` and up to `high`."""
-    import math
-
     if not 0 < low < high:
         return []
     tens = range(math.floor(math.log10(low)), math.floor(math.log10(high)) + 1)
@@ -76,8 +71,6 @@ def cross(
     t_max: float = float("inf"),
 ) -> npt.NDArray[np.bool_]:
     """Return which rays cross a box."""
-    import numpy as np
-
     low, high = box.astype(np.float64)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         sides = [(side - origins) / directions.astype(np.float64) for side in (low, high)]
@@ -85,5 +78,4 @@ def cross(
     still, between = directions == 0, (low <= origins) & (origins <= high)
     enter = np.where(still, np.where(between, -np.inf, np.inf), np.minimum(*sides))
     leave = np.where(still, np.inf, np.maximum(*sides))
-    crosses: npt.NDArray[np.bool_] = enter.max(axis=1, initial=t_min) <= leave.min(axis=1, initial=t_max)
-    return crosses
+    return np.asarray(enter.max(axis=1, initial=t_min) <= leave.min(axis=1, initial=t_max))

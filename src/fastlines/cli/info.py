@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
+import numpy as np
 import typer
 
 from ..errors import FastlinesError
@@ -76,8 +77,6 @@ def validate(tree_file: TreeFile, as_json: Json = False) -> None:
 
 def describe(lines: Lines) -> dict[str, Any]:
     """Return counts and sizes of lines, ready for JSON."""
-    import numpy as np
-
     ends = lines.segments
     lengths = np.sqrt((np.diff(ends.astype(np.float64), axis=1)[:, 0] ** 2).sum(axis=1))
     n_bytes = ends.nbytes + lines.strands.nbytes + sum(values.nbytes for values in lines.attributes.values())
@@ -101,8 +100,6 @@ def describe(lines: Lines) -> dict[str, Any]:
 
 def count_duplicates(lines: Lines) -> int:
     """Count the segments that join the same two points as an earlier one, in either direction."""
-    import numpy as np
-
     ends = lines.segments + np.float32(0)  # no negative zeros
     first, last = ends[:, 0], ends[:, 1]
     differs = first != last

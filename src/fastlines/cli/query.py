@@ -5,17 +5,17 @@ from __future__ import annotations
 import json
 import re
 import time
-from typing import TYPE_CHECKING, Annotated, Any
+import zipfile
+from typing import Annotated, Any
 
+import numpy as np
+import numpy.typing as npt
 import typer
 from typer import Option
 
 from ..errors import InputError
 from .app import app
 from .options import Direction, Fov, Json, Radius, TreeFile, Up, refuse_given, size, vector
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
 
 #: The choices of --kind, and the methods of a tree.
 KINDS = {"first": "first_hit", "any": "any_hit", "all": "all_hits", "next": "next_hits", "count": "count_hits"}
@@ -91,9 +91,8 @@ def query(
     if kind not in TELL_T:
         refuse_given({"--at": at}, f"--kind {kind} returns no t")
     if camera is None:
-        refuse_given(
-            {"--direction": direction, "--up": up, "--fov": fov}, "the rays come from a file, not from a camera"
-        )
+        looks = {"--direction": direction, "--up": up, "--fov": fov}
+        refuse_given(looks, "the rays come from a file, not from a camera")
     tree = open_tree(tree_file)
     if camera is not None:
         width, height = size(camera, "--camera")
@@ -105,11 +104,8 @@ def query(
     else:
         origins, directions = read_rays(str(rays))
     ask = getattr(tree, KINDS[kind])
-    options: dict[str, Any] = {"t_min": t_min, "t_max": t_max, "progress": show_progress()}
-    if at is not None:
-        options["at"] = at
-    if nearest is not None:
-        options["k"] = nearest
+    given = {"at": at, "k": nearest, "t_min": t_min, "t_max": t_max, "progress": show_progress()}
+    options = {name: value for name, value in given.items() if value is not None}
     start = time.perf_counter()
     answer = ask(origins, directions, radius, **options)
     seconds = time.perf_counter() - start
@@ -131,10 +127,6 @@ def query(
 
 def read_rays(path: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """Read rays from a .npy or .npz file."""
-    import zipfile
-
-    import numpy as np
-
     if not path.lower().endswith((".npy", ".npz")):
         raise InputError(f"{path}: rays are read from .npy, an array (n, 6), or .npz, with origins and directions")
     try:

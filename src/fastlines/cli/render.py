@@ -7,7 +7,10 @@ from typing import Annotated
 import typer
 from typer import Option
 
+import fastlines as fl
+
 from ..errors import InputError
+from ..methods import DEFAULT_METHOD, method_settings
 from .app import app
 from .options import Direction, Fov, Input, Radius, Skip, Up, refuse_given, vector
 
@@ -49,9 +52,6 @@ def render(
 
     [cyan]fastlines render hair.flt --radius 0.0005 --levels 6 -o levels.png[/]
     """
-    import fastlines as fl
-
-    from ..methods import DEFAULT_METHOD, method_settings
     from ..render import check_image_path, depth_image, depth_picture, level_sheet, write_depth, write_picture
     from ..render.depth import check_size
     from .files import check_output, open_lines, show_progress

@@ -46,22 +46,16 @@ def level_sheet(
 
     Parameters
     ----------
-    tree : Tree
-        Over lines.
+    tree, radius, progress
+        As in `depth_image`; the radius is that of the lines behind the boxes.
     camera : Camera
         The direction of view; the camera moves along it until all boxes are in the picture.
-    radius : float
-        Half the thickness of the lines behind the boxes.
     levels : int or sequence of int
         The number of levels from the root, or the levels themselves.
-    panel : int
-        Width and height of a panel's picture in pixels.
-    columns : int
-        The number of panels side by side.
+    panel, columns : int
+        Width and height of a panel's picture in pixels, and the number of panels side by side.
     behind : Tree, optional
         Another tree over the same lines that draws them faster.
-    progress : bool or callable
-        Show a bar, or call back with the fraction that is done.
 
     Returns
     -------

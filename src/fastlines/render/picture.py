@@ -177,5 +177,4 @@ def encode(light: Float64Array) -> npt.NDArray[np.uint8]:
     """
     lit = light[light > 0]
     white = min(1.0, float(np.quantile(lit, 0.99))) if len(lit) else 1.0
-    shown: npt.NDArray[np.uint8] = (np.minimum(light / white, 1) ** (1 / GAMMA) * 255 + 0.5).astype(np.uint8)
-    return shown
+    return np.asarray(np.minimum(light / white, 1) ** (1 / GAMMA) * 255 + 0.5).astype(np.uint8)

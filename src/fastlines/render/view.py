@@ -34,8 +34,7 @@ def default_view(lines: Lines) -> tuple[Vector, Vector]:
         return _tuple(-axes[2]), _tuple(axes[1])
     low, high = lines.bounds.astype(np.float64)
     extent = high - low
-    flat = int(extent[::-1].argmin())
-    flat = 2 - flat
+    flat = 2 - int(extent[::-1].argmin())
     if extent[flat] <= FLAT * extent.max():
         return _tuple(-axes[flat]), _tuple(axes[2 if flat == 1 else 1])
 

@@ -178,8 +178,7 @@ def _pairs(
 
 
 def _dot(a: Array, b: Array) -> Array:
-    product: Array = (a * b).sum(axis=-1)
-    return product
+    return np.asarray((a * b).sum(axis=-1))
 
 
 def _distance(delta: Array, e: Array, d: Array, s: Array, t: Array) -> Array:
