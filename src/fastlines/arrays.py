@@ -47,7 +47,7 @@ def count(name: str, value: object, least: int, most: int | None = None) -> int:
 
 def number(name: str, value: object, expected: str, low: float, high: float = sys.float_info.max) -> float:
     """Check a number from `low` to `high`."""
-    given = value.item() if isinstance(value, np.number) else value
+    given = value.item() if isinstance(value, np.generic | np.ndarray) and value.ndim == 0 else value
     if isinstance(given, bool) or not isinstance(given, int | float) or not low <= given <= high:
         raise InputError(f"{name}={value!r}; expected {expected}")
     return float(given) + 0.0  # no negative zero
@@ -110,8 +110,7 @@ def to_float32(values: npt.ArrayLike, name: str) -> FloatArray:
 def own_float32(values: npt.ArrayLike, name: str) -> FloatArray:
     """Convert to an immutable float32 array."""
     array, is_new = _float32(values, name)
-    immutable: FloatArray = own(array) if is_new else frozen(array)
-    return immutable
+    return np.asarray(own(array) if is_new else frozen(array))
 
 
 def _float32(values: npt.ArrayLike, name: str) -> tuple[FloatArray, bool]:

@@ -24,7 +24,14 @@ class _Mesh(Immutable):
     corners: FloatArray
 
     def __init__(self, corners: npt.ArrayLike) -> None:
-        object.__setattr__(self, "corners", _checked(corners, self.kind, (self.n_corners, 3)))
+        array = own_float32(corners, self.kind)
+        if array.shape == (0,):
+            array = array.reshape(0, self.n_corners, 3)
+        if array.ndim != 3 or array.shape[1:] != (self.n_corners, 3):
+            raise InputError(f"{self.kind} have shape {array.shape}; expected (n, {self.n_corners}, 3)")
+        warn_of_rounding(corners, array)
+        refuse_rows(unusable(array), self.kind)
+        object.__setattr__(self, "corners", array)
 
     def __len__(self) -> int:
         return len(self.corners)
@@ -87,14 +94,3 @@ def core_data(geometry: Geometry) -> tuple[str, FloatArray]:
     """What the core calls this kind of primitive, and its numbers: one row a primitive."""
     corners = geometry.segments if isinstance(geometry, Lines) else geometry.corners
     return geometry.kind, corners.reshape(len(corners), 3 * corners.shape[1])
-
-
-def _checked(values: npt.ArrayLike, name: str, shape: tuple[int, int]) -> FloatArray:
-    array = own_float32(values, name)
-    if array.shape == (0,):
-        array = array.reshape(0, *shape)
-    if array.ndim != 3 or array.shape[1:] != shape:
-        raise InputError(f"{name} have shape {array.shape}; expected (n, {shape[0]}, {shape[1]})")
-    warn_of_rounding(values, array)
-    refuse_rows(unusable(array), name)
-    return array

@@ -98,7 +98,7 @@ def best_settings(
         )
     octets = BinnedPlanes(8 * 2 ** round(4 * effort), 16 if boxes == "tight" else 0)
     cost = Cost(C_TRAV[boxes]) if cost is None else cost
-    settings = Settings(splits=(octets,), boxes=boxes, bad_levels=3, min_spread=MIN_SPREAD, cost=cost)
+    settings = Settings((octets,), boxes, bad_levels=3, min_spread=MIN_SPREAD, cost=cost)
     if effort >= 0.75:
         return settings
     return replace(settings, bad_refs=int(min(8 * cost.c_trav / cost.c_prim, REF_LIMIT)))

@@ -42,14 +42,10 @@ class RayBatch:
 
     def some(self, rows: IntArray) -> RayBatch:
         """Return the rays in these rows."""
-
-        def of(values: FloatArray) -> FloatArray:
-            return values if len(values) == 1 else values[rows]
-
+        scalars = (self.radius, self.t_min, self.t_max)
+        radius, t_min, t_max = (values if len(values) == 1 else values[rows] for values in scalars)
         none = np.zeros(0, np.int64)
-        return RayBatch(
-            rows.shape, self.origins[rows], self.directions[rows], of(self.radius), of(self.t_min), of(self.t_max), none
-        )
+        return RayBatch(rows.shape, self.origins[rows], self.directions[rows], radius, t_min, t_max, none)
 
 
 def check_rays(

@@ -280,6 +280,6 @@ def limit_notes(limits_hit: Mapping[str, int]) -> list[str]:
     }
     notes = []
     for limit, n in limits_hit.items():
-        phrase, noun = phrases.get(limit, ("was felt at {}", "node"))
+        phrase, noun = phrases.get(limit, ("took effect at {}", "node"))
         notes.append(f"{limit} {phrase.format(f'{n:,} {noun}' if n == 1 else f'{n:,} {noun}s')}")
     return notes

@@ -70,11 +70,8 @@ def explain(error: BaseException) -> tuple[int, str]:
         with contextlib.suppress(OSError, ValueError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141, ""
-    if isinstance(error, FastlinesError):
-        pass
-    elif isinstance(error, MemoryError):
-        if "rays" not in text:
-            text = "there is not enough memory for this; try fewer lines, rays or pixels, or a smaller radius"
+    if isinstance(error, MemoryError) and "rays" not in text:
+        text = "there is not enough memory for this; try fewer lines, rays or pixels, or a smaller radius"
     elif isinstance(error, OSError):
         text = ": ".join(str(part) for part in (error.filename, error.strerror or error) if part)
     elif hasattr(error, "format_message"):  # a wrong command line, from typer
@@ -82,7 +79,7 @@ def explain(error: BaseException) -> tuple[int, str]:
         context = getattr(error, "ctx", None)
         if context is not None:
             text = f"{text.rstrip('.')}; see {context.command_path} --help"
-    else:
+    elif not isinstance(error, FastlinesError | MemoryError):
         code = 70
         text = f"this is a bug in fastlines, please report it: {type(error).__name__}: {error} ({DEBUG}=1 shows more)"
     return code, "error: " + " ".join(text.split())

@@ -152,15 +152,10 @@ def _arrays(kind: str, answer: Any, lines: Any) -> dict[str, Any]:
     """Return the arrays of an answer by their names in the file."""
     if kind in ("any", "count"):
         return {"hit" if kind == "any" else "count": answer}
-    names = ["t", "prim", "u", "distance", *(["offsets"] if kind in LISTS else [])]
-    arrays = {name: getattr(answer, name) for name in names}
-    if answer.t_out is not None:
-        arrays["t_out"] = answer.t_out
-    if len(lines.skipped):
-        arrays["row"] = answer.row
-    if lines.n_strands:
-        arrays["strand"] = answer.strand
-    return arrays
+    names = ["t", "prim", "u", "distance"]
+    names += ["offsets"] * (kind in LISTS) + ["t_out"] * (answer.t_out is not None)
+    names += ["row"] * (len(lines.skipped) > 0) + ["strand"] * (lines.n_strands > 0)
+    return {name: getattr(answer, name) for name in names}
 
 
 def _count(kind: str, answer: Any) -> int:

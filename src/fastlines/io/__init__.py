@@ -123,25 +123,22 @@ def _unpack(source: Source) -> Source:
     """Unpack gzip piece by piece, up to a limit."""
     if not source.data.startswith(b"\x1f\x8b"):
         raise source.error("is not packed by gzip, as .gz says; take .gz off its name, or get a fresh copy")
-    pieces = []
-    n_bytes = 0
-    oddities = []
+    unpacked = bytearray()
     try:
         with gzip.GzipFile(fileobj=BytesIO(source.data)) as stream:
-            while n_bytes <= source.unpack_limit and (piece := stream.read1(1 << 20)):
-                pieces.append(piece)
-                n_bytes += len(piece)
+            while len(unpacked) <= source.unpack_limit and (piece := stream.read1(1 << 20)):
+                unpacked += piece
     except Exception as error:  # gzip's own errors, and any of zlib and struct
-        if not (pieces and str(error).startswith("Not a gzipped file")):
+        if not (unpacked and str(error).startswith("Not a gzipped file")):
             raise source.error(f"not a whole gzip file ({reason(error)}); {BAD_COPY}") from None
-        oddities.append(f"{source.name}: the bytes behind its packed part are not read")
-    if n_bytes > source.unpack_limit:
+        source.warn("the bytes behind its packed part are not read")
+    if len(unpacked) > source.unpack_limit:
         raise source.error(
             f"unpacks to more than {source.unpack_limit} bytes, far more than lines would; if it is sound, "
             "unpack it by gunzip first"
         )
-    if not n_bytes:
+    if not unpacked:
         raise source.error(f"is empty once unpacked; {BAD_COPY}")
-    unpacked = Source(b"".join(pieces), source.name)
-    unpacked.oddities += oddities
-    return unpacked
+    whole = Source(bytes(unpacked), source.name)
+    whole.oddities += source.oddities
+    return whole

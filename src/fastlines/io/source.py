@@ -81,8 +81,7 @@ class Source:
                 )
         self._taken.append((start, stop, what))
         self.position = stop
-        array: npt.NDArray[Any] = np.ndarray(shape, dtype, buffer=self.data, offset=start)
-        return array
+        return np.ndarray(shape, dtype, buffer=self.data, offset=start)
 
     def record(self, what: str, dtype: npt.DTypeLike) -> dict[str, Any]:
         """Return one record of named fields, such as a header, as plain Python numbers and bytes."""

@@ -6,9 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arrays import FloatArray, count
+from ..arrays import FloatArray, count, number
 from ..camera import Camera
 from ..errors import InputError
 from ..progress import ProgressOption, reporting
@@ -18,6 +17,8 @@ from ..tree import Tree
 MAX_PIXELS = 1 << 25
 #: The most rays traced at a time, which bounds the memory of a large picture.
 MAX_BATCH = 1 << 20
+#: What is expected of a radius.
+RADIUS = "a finite number that is not negative"
 
 
 def depth_image(
@@ -55,8 +56,8 @@ def depth_image(
     [inf, 4.0, inf]
     """
     check_size(width, height)
-    check_radius(radius)
     view = View(tree, camera, width, height)
+    number("radius", radius, RADIUS, 0.0)
     depth = np.empty((height, width), np.float32)
     with reporting(progress, "render") as callback:
         for rows in bands(width, height):
@@ -96,10 +97,3 @@ def check_size(width: int, height: int) -> None:
     """Refuse a picture without pixels or with too many."""
     if count("width", width, 1, MAX_PIXELS) * count("height", height, 1, MAX_PIXELS) > MAX_PIXELS:
         raise InputError(f"a picture of {width} × {height} pixels has more than {MAX_PIXELS:,}; ask for a smaller one")
-
-
-def check_radius(radius: npt.ArrayLike) -> None:
-    """Refuse a radius that is negative or not finite."""
-    value = np.asarray(radius)
-    if value.ndim or value.dtype.kind not in "fiu" or not 0 <= value < np.inf:
-        raise InputError(f"radius={radius!r}; expected a finite number that is not negative")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import colorsys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -17,8 +17,6 @@ from .picture import depth_picture
 
 if TYPE_CHECKING:
     from PIL import Image
-
-Color: TypeAlias = tuple[int, int, int, int]
 
 #: The twelve edges of a box, between corners numbered by their bits x, y, z.
 EDGES = np.array([(a, a | bit) for bit in (1, 2, 4) for a in range(8) if not a & bit])
@@ -84,13 +82,8 @@ def level_sheet(
         boxes = _panel(tree, camera, panel, dimmed, nodes[level], np.concatenate([*ended, nodes[0][:0]]))
         sheet.paste(boxes, (left, top + CAPTION))
         count = len(nodes[level])
-        draw.text(
-            (left + 4, top + CAPTION / 2),
-            f"level {level} · {count:,} {'node' if count == 1 else 'nodes'}",
-            fill=INK,
-            font=font,
-            anchor="lm",
-        )
+        text = f"level {level} · {count:,} {'node' if count == 1 else 'nodes'}"
+        draw.text((left + 4, top + CAPTION / 2), text, fill=INK, font=font, anchor="lm")
     return np.asarray(sheet)
 
 
@@ -129,7 +122,7 @@ def _edges(tree: Tree, camera: Camera, size: int, boxes: IntArray) -> list[tuple
     return list(zip(middles[order].tolist(), owners[order].tolist(), ends[order].tolist(), strict=True))
 
 
-def _color(index: int, count: int, strength: float) -> Color:
+def _color(index: int, count: int, strength: float) -> tuple[int, int, int, int]:
     """Return a colour whose hue follows the order in the level, so that siblings look alike, from orange on."""
     hue = (0.08 + 0.85 * index / max(count, 1)) % 1.0
     r, g, b = colorsys.hls_to_rgb(hue, 0.62, 0.9)

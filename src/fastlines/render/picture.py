@@ -20,12 +20,12 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, number
 from ..camera import Camera, Float64Array
 from ..lines import Lines
 from ..progress import ProgressOption, reporting
 from ..tree import Tree
-from .depth import View, bands, check_radius, check_size
+from .depth import RADIUS, View, bands, check_size
 
 #: The fraction of a picture that is done, and the light of some of its rows, to be added.
 Part: TypeAlias = tuple[float, slice, Float64Array]
@@ -77,7 +77,7 @@ def depth_picture(
     True
     """
     check_size(width, height)
-    check_radius(radius)
+    number("radius", radius, RADIUS, 0.0)
     view = View(tree, camera, width, height)
     lines = tree.geometry
     pixel = pixel_size(lines, camera, height) if isinstance(lines, Lines) else 0.0

@@ -115,8 +115,8 @@ def _write(
     folder = Path(directory)
     (folder / IMAGES).mkdir(parents=True, exist_ok=True)
     start = time.perf_counter()
-    found: dict[str, list[TreeFigures]] = {}
-    sections = []
+    every: list[TreeFigures] = []
+    sections, subjects = [], []
     n_steps = len(scenes) * (len(preset.methods) + len(QUERIES) + 1)
     with reporting(show_progress, "trees") as callback:
         steps = count(1)
@@ -127,7 +127,9 @@ def _write(
 
         for scene in scenes:
             rows, trees = _measure(scene, preset, radii, step)
-            found[scene.name] = rows
+            every += [row for row in rows if row.over_s is None]
+            what = {"name": scene.name, "title": scene.title, "n_segments": len(scene.lines), "radii": dict(radii)}
+            subjects.append({**what, "trees": [asdict(row) for row in rows]})
             print_trees(scene.title, len(scene.lines), rows)
             if answer:
                 sections.append(Section("answer", "Which tree suits these lines", points(answer_points(rows))))
@@ -139,7 +141,6 @@ def _write(
             sections.append(Section(scene.name, scene.title, "\n".join(body)))
 
     # Write the verdicts, the machine and all figures.
-    every = [row for rows in found.values() for row in rows if row.over_s is None]
     n_compared = sum(row.n_compared for row in every)
     verdicts = [
         ("✓ Answers agree: yes", f"{n_compared:,} answers of one tree equal those of another, bit for bit"),
@@ -158,16 +159,7 @@ def _write(
         "machine": machine,
         "n_answers_compared": n_compared,
         "n_trees_valid": len(every),
-        "subjects": [
-            {
-                "name": scene.name,
-                "title": scene.title,
-                "n_segments": len(scene.lines),
-                "radii": dict(radii),
-                "trees": [asdict(row) for row in found[scene.name]],
-            }
-            for scene in scenes
-        ],
+        "subjects": subjects,
     }
     whole = page(title, lead, sections, foot, verdicts)
     for file, content in (("table.json", json.dumps(figures, indent=1) + "\n"), ("index.html", whole)):

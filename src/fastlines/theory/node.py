@@ -21,8 +21,7 @@ class Node:
     right: Node | None = None
 
     def __repr__(self) -> str:
-        nodes = self.nodes()
-        return f"<Node: {len(self.prims)} primitives, {len(nodes)} nodes at and below it>"
+        return f"<Node: {len(self.prims)} primitives, {len(self.nodes())} nodes at and below it>"
 
     def nodes(self) -> list[Node]:
         """List this node and all below it, in preorder."""
