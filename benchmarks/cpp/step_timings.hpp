@@ -65,9 +65,9 @@ inline StepTimings measure_steps(const WideBvhView<Segments>& tree, const RayBat
   for (std::uint32_t i = 0; i < kSimdWidth; ++i) prims[i] = tree.leaves[0].first_ref + i % tree.leaves[0].n_refs;
   for (std::uint32_t& prim : prims) prim = tree.refs[prim].prim;
   lines->load(tree, prims, *bundle);
-  const auto lanes_at = [&](int j) {
-    Lanes<Segments, float> found;
-    for (int k = 0; k < Segments::kLanes; ++k) found[k] = lines->lanes[k][j];
+  const auto fields_at = [&](int j) {
+    Fields<Segments, float> found;
+    for (int k = 0; k < Segments::kFields; ++k) found[k] = lines->fields[k][j];
     return found;
   };
 
@@ -114,12 +114,12 @@ inline StepTimings measure_steps(const WideBvhView<Segments>& tree, const RayBat
   timed.pack = time_of([&](int i) {
     const PacketView packet(*rays, i % 4 * kSimdWidth);
     const int j = i / 4 % kSimdWidth;
-    sum += Segments::test<FloatX16>(packet, lanes_at(j)).closest.hit.bits();
+    sum += Segments::test<FloatX16>(packet, fields_at(j)).closest.hit.bits();
     keep(sum);
   });
   const Ray ray = prepare(batch[0], tree.frame);
   timed.test = time_of([&](int i) {
-    sum += Segments::test<float>(ray, lanes_at(i % kSimdWidth)).closest.hit;
+    sum += Segments::test<float>(ray, fields_at(i % kSimdWidth)).closest.hit;
     keep(sum);
   });
   return timed;

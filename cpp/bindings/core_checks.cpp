@@ -38,19 +38,24 @@ ViolationTuple check(const std::string& kind, Input<float> data, Input<std::uint
   return tuple_of(found);
 }
 
-/// Checks all axioms; with `pieces`, those of a tree that was changed after its build.
+/// Checks all axioms; with `pieces`, those of a tree over pieces of lines, as presplit, reinsertion and refits make.
 ViolationTuple validate_tree(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes,
                              Input<std::uint32_t> refs, const std::string& boxes, bool pieces) {
   std::optional<Violation> found;
   const BoxRule rule = box_rule(boxes);
   watch(
       [&](const Progress& watched) {
-        if (pieces)
-          found = validate_pieces({rows<Segment>(data)}, rows<Node>(nodes), rows<Reference>(refs), rule, watched);
-        else
-          with_primitives(kind, data, [&](const auto& prims) {
-            found = validate(prims, rows<Node>(nodes), rows<Reference>(refs), rule, watched);
-          });
+        with_primitives(kind, data, [&]<class P>(const P& prims) {
+          const auto all_nodes = rows<Node>(nodes);
+          const auto all_refs = rows<Reference>(refs);
+          if constexpr (Straight<P>) {
+            if (pieces) {
+              found = validate_pieces(prims, all_nodes, all_refs, rule, watched);
+              return;
+            }
+          }
+          found = validate(prims, all_nodes, all_refs, rule, watched);
+        });
       },
       nb::none());
   return tuple_of(found);

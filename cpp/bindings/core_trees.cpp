@@ -1,4 +1,5 @@
-// Builds over triangles and boxes, reinsertion, and the planes of a KD tree. The engine modules build over segments.
+// Builds over primitives that are not on the fast path, reinsertion, and the planes of a KD tree. The engine modules
+// build over the others.
 #include <nanobind/stl/string.h>
 
 #include "core.hpp"
@@ -14,8 +15,8 @@ namespace fastlines {
 namespace {
 
 BuiltTree build(const std::string& kind, Input<float> data, const Settings& settings, nb::object progress) {
-  if (kind == "triangles") return build_tree(Triangles{rows<Triangle>(data)}, settings, progress);
-  if (kind == "boxes") return build_tree(Boxes{rows<Box>(data)}, settings, progress);
+  if (const auto prims = find_primitives<OtherPrimitives>(kind, data))
+    return std::visit([&](const auto& found) { return build_tree(found, settings, progress); }, *prims);
   throw std::invalid_argument("the core builds no trees over " + kind);
 }
 

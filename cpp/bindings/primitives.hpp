@@ -14,29 +14,42 @@
 
 namespace fastlines {
 
-/// The primitives that the engines are compiled for, the fast path. To compile them for another one, add it here.
+/// The primitives on the fast path, which the engines are compiled for. To add one, include its header and list it
+/// here.
 using RayPrimitives = std::variant<Segments>;
 
-/// The set of primitives of a kind, if the engines are compiled for it. The set points into `data`.
-inline std::optional<RayPrimitives> find_ray_primitives(const std::string& kind, const Input<float>& data) {
-  std::optional<RayPrimitives> found;
+/// The primitives for builders only.
+using OtherPrimitives = std::variant<Triangles, Boxes>;
+
+/// A set that points into `data`, which has one row of numbers for each primitive.
+template <class P>
+P primitives_in(const Input<float>& data) {
+  constexpr std::size_t n_floats = sizeof(typename P::Item) / sizeof(float);
+  if (data.ndim() != 2 || data.shape(1) != n_floats)
+    throw std::invalid_argument(std::string(P::kKind) + " need rows of " + std::to_string(n_floats) + " numbers each");
+  return P{rows<typename P::Item>(data)};
+}
+
+/// The set of primitives of a kind, if `Variant` lists it.
+template <class Variant>
+std::optional<Variant> find_primitives(const std::string& kind, const Input<float>& data) {
+  std::optional<Variant> found;
   [&]<class... P>(std::type_identity<std::variant<P...>>) {
-    ((kind == P::kKind ? void(found = P{rows<typename P::Item>(data)}) : void()), ...);
-  }(std::type_identity<RayPrimitives>());
+    ((kind == P::kKind ? void(found = primitives_in<P>(data)) : void()), ...);
+  }(std::type_identity<Variant>());
   return found;
 }
 
 inline RayPrimitives ray_primitives(const std::string& kind, const Input<float>& data) {
-  if (const auto found = find_ray_primitives(kind, data)) return *found;
+  if (const auto found = find_primitives<RayPrimitives>(kind, data)) return *found;
   throw std::invalid_argument("the engines are not compiled for this kind of primitive: " + kind);
 }
 
 /// Calls use(prims) with the set of primitives of any kind.
 template <class Use>
 auto with_primitives(const std::string& kind, const Input<float>& data, Use&& use) {
-  if (const auto found = find_ray_primitives(kind, data)) return std::visit(use, *found);
-  if (kind == "triangles") return use(Triangles{rows<Triangle>(data)});
-  if (kind == "boxes") return use(Boxes{rows<Box>(data)});
+  if (const auto found = find_primitives<RayPrimitives>(kind, data)) return std::visit(use, *found);
+  if (const auto found = find_primitives<OtherPrimitives>(kind, data)) return std::visit(use, *found);
   throw std::invalid_argument("unknown kind of primitive: " + kind);
 }
 

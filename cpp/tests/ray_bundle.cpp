@@ -80,8 +80,8 @@ int check_lines(RayBundle& bundle, const RayGroup& rays, const WideBvhView<Segme
     lines->test(bundle, kSimdWidth, [&](int j, int first, std::uint32_t near) {
       for (int i = first; i < std::min(first + kSimdWidth, n); ++i) {
         const LaneView ray(rays, i);
-        const auto lanes = lanes_of<Segments>(tree.items[prims[j]], tree.frame);
-        if (!Segments::test<float>(ray, lanes).closest.hit) continue;
+        const auto fields = fields_of<Segments>(tree.items[prims[j]], tree.frame);
+        if (!Segments::test<float>(ray, fields).closest.hit) continue;
         ++n_hits;
         check(near >> (i - first) & 1, "a segment that a ray hits is kept");
       }

@@ -1,83 +1,16 @@
-// Traces a primitive that the library does not know on the fast path: capsules, each with its own radius. Every kernel
-// gives the answers of brute force, bit for bit; the answers for balls are known in closed form.
+// Traces a primitive that the library does not know on the fast path: the tubes of docs/extending.md, each with its own
+// radius. Every kernel gives the answers of brute force, bit for bit; the answers for balls are known in closed form.
 #include <cmath>
 #include <cstring>
 
 #include "check.hpp"
 #include "scenes.hpp"
+#include "tubes.hpp"
 
 using namespace fastlines;
 using test::check, test::Random, test::Scene;
 
 namespace {
-
-struct Capsule {
-  Segment axis;
-  float radius;
-};
-
-/// The test of a capsule: the test of its axis with the ray's radius enlarged by the capsule's.
-template <class N, class R>
-class CapsuleTest {
- public:
-  template <class V>
-  CapsuleTest(const R& ray, const V& lanes) : ray_(ray, N(lanes[6])), test_(ray_, lanes), closest(test_.closest) {}
-  CapsuleTest(const CapsuleTest&) = delete;
-
-  ClosestApproach<N> entry() const { return test_.entry(); }
-  N exit() const { return test_.exit(); }
-
- private:
-  GrownRay<N, R> ray_;
-  SegmentTest<N, GrownRay<N, R>> test_;
-
- public:
-  ClosestApproach<N> closest;
-};
-
-struct Capsules {
-  using Item = Capsule;
-  static constexpr const char* kKind = "capsules";
-  static constexpr int kLanes = 7;  // start, end − start, radius
-  static constexpr bool kHasRadius = true;
-
-  std::span<const Capsule> data;
-
-  // For builders: the axes.
-  std::size_t size() const { return data.size(); }
-  const Segment& curve(std::uint32_t prim) const { return data[prim].axis; }
-  Box bounds(std::uint32_t prim) const { return data[prim].axis.bounds(); }
-  Box clipped_bounds(std::uint32_t prim, const Box& box) const {
-    return Segments{{&data[prim].axis, 1}}.clipped_bounds(0, box);
-  }
-
-  // For the fast path.
-  const Capsule* items() const { return data.data(); }
-  const Capsule& item(std::uint32_t prim) const { return data[prim]; }
-  static const Segment& axis(const Capsule& capsule) { return capsule.axis; }
-  static float radius(const Capsule& capsule) { return capsule.radius; }
-  float max_radius() const {
-    float largest = 0.0f;
-    for (const Capsule& capsule : data) largest = std::max(largest, capsule.radius);
-    return largest;
-  }
-
-  template <class N, class F>
-  static std::array<N, kLanes> lanes(const N (&floats)[7], const F& frame) {
-    const N ends[6] = {floats[0], floats[1], floats[2], floats[3], floats[4], floats[5]};
-    const auto [x, y, z, u, v, w] = Segments::lanes(ends, frame);
-    return {x, y, z, u, v, w, floats[6] * N(frame.scale)};
-  }
-  template <class N>
-  static N lane_radius(const std::array<N, kLanes>& lanes) {
-    return lanes[6];
-  }
-  template <class N, class R, class V>
-  static CapsuleTest<N, R> test(const R& ray, const V& lanes) {
-    return {ray, lanes};
-  }
-};
-static_assert(RayPrimitive<Capsules> && Straight<Capsules>);
 
 constexpr Kernel kKernels[] = {Kernel::automatic, Kernel::single, Kernel::wave, Kernel::bundle};
 
@@ -117,36 +50,41 @@ Found search_all(const Search& search, const RayBatch& rays, Progress& progress)
   return found;
 }
 
-Found run_kernel(const WideBvhView<Capsules>& view, const RayBatch& rays, Kernel kernel, Progress& progress) {
+Found run_kernel(const WideBvhView<Tubes>& view, const RayBatch& rays, Kernel kernel, Progress& progress) {
   Found found(rays.size());
-  run_batch(view, rays, kernel, FirstHitQuery<Capsules, At::surface>{view, found.columns()}, 1, progress);
+  run_batch(view, rays, kernel, FirstHitQuery<Tubes, At::surface>{view, found.columns()}, 1, progress);
   run_batch(view, rays, kernel, CountHitsQuery{found.count.data()}, 1, progress);
   HitAssembler lists(rays.size(), true);
-  run_lists(view, rays, kernel, AllHitsQuery<Capsules, At::surface>(view), 1, progress, lists);
+  run_lists(view, rays, kernel, AllHitsQuery<Tubes, At::surface>(view), 1, progress, lists);
   found.take(lists);
   return found;
+}
+
+std::vector<Tube> tubes_around(const test::Lines& lines, Random& random) {
+  std::vector<Tube> tubes;
+  for (const Segment& line : lines) {
+    const float share = random.uniform();
+    tubes.push_back({line, 0.05f * share * share * share});
+  }
+  return tubes;
 }
 
 /// Returns how many hits there are.
 std::size_t check_scene(const Scene& scene, Random& random) {
   std::size_t n_hits = 0;
-  std::vector<Capsule> capsules;
-  for (const Segment& line : scene.lines) {
-    const float share = random.uniform();
-    capsules.push_back({line, 0.05f * share * share * share});
-  }
-  const Capsules prims{capsules};
+  const std::vector<Tube> tubes = tubes_around(scene.lines, random);
+  const Tubes prims{tubes};
   Progress progress;
   Settings settings;
   settings.splits = {{BinnedPlanes{.n_planes = 8, .uncut_refs = 64}}};
   settings.bad_levels = 2;
   settings.lanes = 16;
-  settings.limits = {.max_leaf_refs = 16, .max_refs = 8 * capsules.size() + 100};
+  settings.limits = {.max_leaf_refs = 16, .max_refs = 8 * tubes.size() + 100};
   const Tree tree = Builder(prims, settings, progress).build();
   const WideBvh wide = collapse(tree.nodes, tree.refs, prims, {}, 1, progress);
-  const WideBvhView<Capsules> view = view_of(wide, prims);
-  const BruteForce<Capsules> brute{prims, view.frame};
-  const BinaryTraversal<Capsules> binary{tree.nodes, tree.refs, prims, view.frame};
+  const WideBvhView<Tubes> view = view_of(wide, prims);
+  const BruteForce<Tubes> brute{prims, view.frame};
+  const BinaryTraversal<Tubes> binary{tree.nodes, tree.refs, prims, view.frame};
 
   for (const bool coherent : {true, false}) {
     std::vector<Vec3> origins, directions;
@@ -168,13 +106,37 @@ std::size_t check_scene(const Scene& scene, Random& random) {
   return n_hits;
 }
 
-/// A capsule of length zero is a ball: a ray through its centre enters and leaves at ± its radius.
+/// Presplit, reinsertion and refits make valid trees over pieces of the axes.
+void check_trees_over_pieces(const Scene& scene, Random& random) {
+  std::vector<Tube> tubes = tubes_around(scene.lines, random);
+  Progress progress;
+  Settings settings;
+  settings.splits = {{PlaneGrid{4}}};
+  settings.presplit = {.area = 0.0, .max_refs = 3 * tubes.size()};
+  settings.limits = {.max_leaf_refs = 4, .max_refs = 8 * tubes.size() + 100};
+  const Tree built = Builder(Tubes{tubes}, settings, progress).build();
+  const Tree moved = Reinsertion(built.nodes, built.refs, {3, kMaxDepth, 0.0, 1}, progress)();
+  for (const Tree& tree : {built, moved}) {
+    check(!validate_pieces(Tubes{tubes}, tree.nodes, tree.refs, BoxRule::tight), "a tree over pieces is valid");
+    if (tree.nodes.size() > 2) {
+      auto broken = tree.nodes;
+      broken[1].box.hi[0] += broken[0].box.side(0) * 0.1f + 0.1f;
+      check(bool(validate_pieces(Tubes{tubes}, broken, tree.refs, BoxRule::tight)), "a loose box is found");
+    }
+  }
+  for (Tube& tube : tubes) std::swap(tube.axis.p[0], tube.axis.q[1]);
+  std::vector<Node> fitted(moved.nodes.size());
+  Refit(moved.nodes, moved.refs, Tubes{tubes}, fitted.data())(1, progress);
+  check(!validate_pieces(Tubes{tubes}, fitted, moved.refs, BoxRule::tight), "a refitted tree is valid");
+}
+
+/// A tube of length zero is a ball: a ray through its centre enters and leaves at ± its radius.
 void check_balls() {
-  const Capsule ball{{{1, 2, 3}, {1, 2, 3}}, 0.25f};
-  const BruteForce<Capsules> search{Capsules{{&ball, 1}}, frame_of(Box{{0, 0, 0}, {4, 4, 4}})};
+  const Tube ball{{{1, 2, 3}, {1, 2, 3}}, 0.25f};
+  const BruteForce<Tubes> search{Tubes{{&ball, 1}}, frame_of(Box{{0, 0, 0}, {4, 4, 4}})};
   const Ray ray = prepare({{1, 2, -1}, {0, 0, 2}, 0.0f, 100.0f, 0.0f}, search.frame);
   FirstSink sink(At::surface, ray);
-  BruteForce<Capsules>::Scratch scratch;
+  BruteForce<Tubes>::Scratch scratch;
   search(ray, sink, scratch);
   check(std::abs(sink.best.t - 1.875f) < 1e-5f && std::abs(sink.best.t_out - 2.125f) < 1e-5f, "a ball is hit");
   check(sink.best.distance < 1e-6f, "the distance is that of the axis");
@@ -187,7 +149,8 @@ int main() {
     Random random{77};
     std::size_t n_hits = 0;
     for (const Scene& scene : test::scenes()) n_hits += check_scene(scene, random);
-    check(n_hits > 10'000, "rays hit capsules");
+    for (const Scene& scene : test::scenes()) check_trees_over_pieces(scene, random);
+    check(n_hits > 10'000, "rays hit tubes");
     check_balls();
   });
 }

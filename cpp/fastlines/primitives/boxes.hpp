@@ -9,6 +9,9 @@ namespace fastlines {
 
 /// Boxes as a set of primitives.
 struct Boxes {
+  using Item = Box;
+  static constexpr const char* kKind = "boxes";
+
   std::span<const Box> data;
 
   std::size_t size() const { return data.size(); }

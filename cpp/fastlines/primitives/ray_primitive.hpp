@@ -1,8 +1,12 @@
 // What queries need from a primitive, in addition to what builders need (primitive.hpp).
 //
-// Leaves of the layout store the axis of a primitive, the straight line from end to end, and are culled by the distance
-// of the axis from the ray. The exact test decides. It reads a primitive as a few numbers, its lanes, in the frame of
-// the scene.
+// A primitive is a line with a radius around it: a capsule, or a shape inside one. Leaves of the layout store its axis,
+// the straight line from end to end, and are culled by the distance of the axis from the ray. The exact test decides.
+// It reads a primitive as a few numbers, its fields, in the frame of the scene. Kernels test 16 primitives at once,
+// each field in a vector of 16 lanes (SoA).
+//
+// What kernels call for each test is [[gnu::always_inline]], so that its vectors stay in registers. The answers are the
+// same without.
 #pragma once
 
 #include <array>
@@ -25,44 +29,47 @@ struct ClosestApproach {
   MaskOf<N> hit;  ///< whether the ray comes within its radius
 };
 
-/// The numbers that the exact test of P reads: those of one primitive (N = float) or of 16 (N = FloatX16).
+/// The fields of a primitive (N = float) or of 16 (N = FloatX16): the numbers that the exact test of P reads.
 template <class P, class N>
-using Lanes = std::array<N, P::kLanes>;
+using Fields = std::array<N, P::kFields>;
 
+/// A set of primitives for the fast path. The bindings construct it as P{std::span<const Item>}.
+///
+/// Three members are templates, which a concept cannot name:
+/// - `P::fields(floats, frame)` returns the `Fields` in the frame: first the start of the axis and its end − start,
+/// then
+///   what else the test reads. `floats` is the item as an array of sizeof(Item) / 4 numbers, in the order of its
+///   members.
+/// - `P::frame_radius(fields)` returns the largest radius along the axis, in the frame.
+/// - `P::test<N>(ray, fields)` returns the exact test, an object with `closest`, `entry()` and `exit()`.
 template <class P>
-concept RayPrimitive = Curves<P> && requires(const P& prims, const typename P::Item& item, std::uint32_t prim) {
-  /// Plain data of one primitive, a multiple of 4 bytes; the element of the caller's array.
-  requires std::is_trivially_copyable_v<typename P::Item>;
+concept RayPrimitive = Straight<P> && requires(const P& prims, const typename P::Item& item, std::uint32_t prim) {
+  /// Plain data of one primitive: float members only, as in a row of the caller's array.
+  requires std::is_trivially_copyable_v<typename P::Item> && sizeof(typename P::Item) % sizeof(float) == 0;
   /// The name of the kind in Python and in the bindings.
   { P::kKind } -> std::convertible_to<const char*>;
-  /// The number of lanes that the exact test reads.
-  { P::kLanes } -> std::convertible_to<int>;
+  /// The number of fields that the exact test reads, at least the six of the axis.
+  requires P::kFields >= 6;
   /// Whether primitives have a radius of their own. If not, the code for radii is compiled away.
   { P::kHasRadius } -> std::convertible_to<bool>;
   /// A primitive, by id.
   { prims.item(prim) } -> std::same_as<const typename P::Item&>;
   /// All primitives, as an array.
   { prims.items() } -> std::same_as<const typename P::Item*>;
-  /// The line from end to end.
+  /// The line from end to end. `curve` of `Straight` returns the same.
   { P::axis(item) } -> std::same_as<const Segment&>;
   /// The largest radius along the axis, in units of the scene.
   { P::radius(item) } -> std::same_as<float>;
-  /// The largest radius of all primitives, in units of the scene.
+  /// The largest radius of all primitives, in units of the scene. It is called for every ray, so it must not search.
   { prims.max_radius() } -> std::same_as<float>;
-  /// Three templates, which a concept cannot name:
-  /// - `P::lanes(floats, frame)`: the floats of an item, or those of 16, in the frame. The first six lanes are the
-  /// start
-  ///   of the axis and its end − start.
-  /// - `P::lane_radius(lanes)`: the largest radius along the axis, in the frame.
-  /// - `P::test<N>(ray, lanes)`: the exact test, an object with `closest`, `entry()` and `exit()`.
 };
 
-/// The lanes of one primitive.
+/// The fields of one primitive.
 template <RayPrimitive P, class Frame>
-[[gnu::always_inline]] inline Lanes<P, float> lanes_of(const typename P::Item& item, const Frame& frame) {
+[[gnu::always_inline]] inline Fields<P, float> fields_of(const typename P::Item& item, const Frame& frame) {
   float floats[sizeof(item) / sizeof(float)];
   std::memcpy(floats, &item, sizeof item);
-  return P::lanes(floats, frame);
+  return P::fields(floats, frame);
 }
 
 /// The approach of an exact test, with t at the point that `at` names. Every answer comes from here.

@@ -31,12 +31,12 @@ template <class N, class A, class B>
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// Rotate a segment into the basis of a ray. `R` has o, u, v, r. The lanes are those of `Segments`: the start and
+/// Rotate a segment into the basis of a ray. `R` has o, u, v, r. The fields are those of `Segments`: the start and
 /// e = end − start, in the frame.
 template <class N, class R, class V>
-[[gnu::always_inline]] inline SegmentInRayFrame<N> to_ray_frame(const R& ray, const V& lanes) {
-  const N p[3] = {lanes[0] - ray.o[0], lanes[1] - ray.o[1], lanes[2] - ray.o[2]};
-  const auto* const e = &lanes[3];
+[[gnu::always_inline]] inline SegmentInRayFrame<N> to_ray_frame(const R& ray, const V& fields) {
+  const N p[3] = {fields[0] - ray.o[0], fields[1] - ray.o[1], fields[2] - ray.o[2]};
+  const auto* const e = &fields[3];
   SegmentInRayFrame<N> g;
   g.pu = dot3<N>(p, ray.u);
   g.pv = dot3<N>(p, ray.v);
@@ -113,8 +113,8 @@ template <class N, class R>
 class SegmentTest {
  public:
   template <class V>
-  [[gnu::always_inline]] SegmentTest(const R& ray, const V& lanes)
-      : ray_(ray), g_(to_ray_frame<N>(ray, lanes)), closest(closest_approach(ray, g_)) {}
+  [[gnu::always_inline]] SegmentTest(const R& ray, const V& fields)
+      : ray_(ray), g_(to_ray_frame<N>(ray, fields)), closest(closest_approach(ray, g_)) {}
 
   /// Where a ray that comes within its radius enters the capsule: t within the ray's bounds, and s of the segment's
   /// point there.

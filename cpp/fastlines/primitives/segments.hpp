@@ -40,6 +40,28 @@ struct Segment {
 
   /// Whether x[axis] grows with s, or stays the same.
   bool ascends(int axis) const { return q[axis] >= p[axis]; }
+
+  /// The box of the part in `box`; empty if there is none.
+  Box clipped_bounds(const Box& box) const {
+    const Box whole = bounds();
+    float s0 = 0.0f, s1 = 1.0f;
+    for (int k = 0; k < 3; ++k) {
+      if (whole.hi[k] < box.lo[k] || whole.lo[k] > box.hi[k]) return Box::empty();
+      if (whole.lo[k] == whole.hi[k]) continue;
+      const float at_lo = crossing(k, box.lo[k]), at_hi = crossing(k, box.hi[k]);
+      s0 = std::max(s0, std::min(at_lo, at_hi));
+      s1 = std::min(s1, std::max(at_lo, at_hi));
+    }
+    if (s0 > s1) return Box::empty();
+    Box clipped = Box::empty();
+    clipped.grow(point(s0));
+    clipped.grow(point(s1));
+    for (int k = 0; k < 3; ++k) {
+      clipped.lo[k] = std::clamp(clipped.lo[k], box.lo[k], box.hi[k]);
+      clipped.hi[k] = std::clamp(clipped.hi[k], box.lo[k], box.hi[k]);
+    }
+    return clipped;
+  }
 };
 static_assert(sizeof(Segment) == 24);
 
@@ -50,7 +72,7 @@ class SegmentTest;
 struct Segments {
   using Item = Segment;
   static constexpr const char* kKind = "segments";
-  static constexpr int kLanes = 6;  // start, end − start
+  static constexpr int kFields = 6;  // start, end − start
   static constexpr bool kHasRadius = false;
 
   std::span<const Segment> data;
@@ -64,51 +86,30 @@ struct Segments {
 
   /// The start and end − start, in the frame.
   template <class N, class Frame>
-  [[gnu::always_inline]] static std::array<N, kLanes> lanes(const N (&ends)[6], const Frame& frame) {
-    std::array<N, kLanes> lanes;
+  [[gnu::always_inline]] static std::array<N, kFields> fields(const N (&floats)[6], const Frame& frame) {
+    std::array<N, kFields> fields;
     for (int k = 0; k < 3; ++k) {
       const N centre = frame.centre[k], scale = frame.scale;
-      lanes[k] = (ends[k] - centre) * scale;
-      lanes[3 + k] = (ends[3 + k] - centre) * scale - lanes[k];
+      fields[k] = (floats[k] - centre) * scale;
+      fields[3 + k] = (floats[3 + k] - centre) * scale - fields[k];
     }
-    return lanes;
+    return fields;
   }
 
   template <class N>
-  static N lane_radius(const std::array<N, kLanes>&) {
+  static N frame_radius(const std::array<N, kFields>&) {
     return 0.0f;
   }
 
   template <class N, class R, class V>
-  [[gnu::always_inline]] static SegmentTest<N, R> test(const R& ray, const V& lanes) {
-    return {ray, lanes};
+  [[gnu::always_inline]] static SegmentTest<N, R> test(const R& ray, const V& fields) {
+    return {ray, fields};
   }
 
   const Segment& curve(std::uint32_t prim) const { return data[prim]; }
   Box bounds(std::uint32_t prim) const { return data[prim].bounds(); }
 
-  /// The box of the part of a segment in `box`; empty if there is none.
-  Box clipped_bounds(std::uint32_t prim, const Box& box) const {
-    const Segment& segment = data[prim];
-    const Box whole = segment.bounds();
-    float s0 = 0.0f, s1 = 1.0f;
-    for (int k = 0; k < 3; ++k) {
-      if (whole.hi[k] < box.lo[k] || whole.lo[k] > box.hi[k]) return Box::empty();
-      if (whole.lo[k] == whole.hi[k]) continue;
-      const float at_lo = segment.crossing(k, box.lo[k]), at_hi = segment.crossing(k, box.hi[k]);
-      s0 = std::max(s0, std::min(at_lo, at_hi));
-      s1 = std::min(s1, std::max(at_lo, at_hi));
-    }
-    if (s0 > s1) return Box::empty();
-    Box clipped = Box::empty();
-    clipped.grow(segment.point(s0));
-    clipped.grow(segment.point(s1));
-    for (int k = 0; k < 3; ++k) {
-      clipped.lo[k] = std::clamp(clipped.lo[k], box.lo[k], box.hi[k]);
-      clipped.hi[k] = std::clamp(clipped.hi[k], box.lo[k], box.hi[k]);
-    }
-    return clipped;
-  }
+  Box clipped_bounds(std::uint32_t prim, const Box& box) const { return data[prim].clipped_bounds(box); }
 };
 static_assert(Curves<Segments>);
 

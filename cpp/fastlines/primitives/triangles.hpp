@@ -15,6 +15,9 @@ static_assert(sizeof(Triangle) == 36);
 
 /// Triangles as a set of primitives.
 struct Triangles {
+  using Item = Triangle;
+  static constexpr const char* kKind = "triangles";
+
   std::span<const Triangle> data;
 
   std::size_t size() const { return data.size(); }

@@ -20,7 +20,7 @@ namespace fastlines {
 /// A hit as a search reports it: the ray, the exact test, and the reference whose piece led to it.
 template <RayPrimitive P>
 struct HitContext {
-  using Test = decltype(P::template test<float>(std::declval<const Ray&>(), std::declval<const Lanes<P, float>&>()));
+  using Test = decltype(P::template test<float>(std::declval<const Ray&>(), std::declval<const Fields<P, float>&>()));
   const Ray& ray;
   const Test& test;
   const Reference& ref;
@@ -129,7 +129,7 @@ struct KNearestSink {
 /// Test a ray and a primitive exactly, and report a hit to the sink.
 template <RayPrimitive P, class Sink>
 void test_primitive(const P& prims, const Ray& ray, const Frame& frame, const Reference& ref, Sink& sink) {
-  const auto test = P::template test<float>(ray, lanes_of<P>(prims.item(ref.prim), frame));
+  const auto test = P::template test<float>(ray, fields_of<P>(prims.item(ref.prim), frame));
   if (test.closest.hit) sink.add(HitContext<P>{ray, test, ref});
 }
 

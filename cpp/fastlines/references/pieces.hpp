@@ -1,5 +1,5 @@
-// Pieces of segments as primitives of their own. A tree is over pieces if lines were cut before it was built (thesis
-// §2.2), or if subtrees that hold pieces were moved.
+// Pieces of straight primitives, along their axes, as primitives of their own. A tree is over pieces if lines were cut
+// before it was built (thesis §2.2), or if subtrees that hold pieces were moved.
 //
 // A node of such a tree lists pieces. Another piece of the same line may also lie in its box and be listed elsewhere.
 #pragma once
@@ -12,13 +12,14 @@
 
 namespace fastlines {
 
-/// The piece of each reference, as a segment.
-inline std::vector<Segment> pieces_of(const Segments& segments, std::span<const Reference> refs) {
+/// The piece of each reference, as a segment: a part of the axis.
+template <Straight P>
+std::vector<Segment> pieces_of(const P& prims, std::span<const Reference> refs) {
   std::vector<Segment> pieces;
   pieces.reserve(refs.size());
   for (const Reference& ref : refs) {
-    const Segment& segment = segments.curve(ref.prim);
-    pieces.push_back({segment.point(ref.s0), segment.point(std::min(ref.s1, 1.0f))});
+    const Segment& axis = prims.curve(ref.prim);
+    pieces.push_back({axis.point(ref.s0), axis.point(std::min(ref.s1, 1.0f))});
   }
   return pieces;
 }

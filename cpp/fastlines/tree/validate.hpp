@@ -46,11 +46,11 @@ class Validator : Usable<P> {
   /// The first violation of a tree over pieces: that pieces do not tile the primitives, or that the tree over them is
   /// not valid.
   std::optional<Violation> over_pieces()
-    requires std::same_as<P, Segments>
+    requires Straight<P>
   {
     if ((*this).Usable<P>::operator()()) return found_;
     const std::vector<Segment> pieces = pieces_of(prims_, refs_);
-    return Validator(Segments{pieces}, nodes_, references_to(pieces), rule_, progress_)();
+    return Validator<Segments>({pieces}, nodes_, references_to(pieces), rule_, progress_)();
   }
 
  private:
@@ -252,11 +252,11 @@ std::optional<Violation> validate(const P& prims, std::span<const Node> nodes, s
   return Validator<P>(prims, nodes, refs, rule, progress)();
 }
 
-/// The first violation of a tree over pieces of segments, such as presplit and reinsertion make.
-inline std::optional<Violation> validate_pieces(const Segments& segments, std::span<const Node> nodes,
-                                                std::span<const Reference> refs, BoxRule rule,
-                                                const Progress& progress = {}) {
-  return Validator<Segments>(segments, nodes, refs, rule, progress).over_pieces();
+/// The first violation of a tree over pieces, such as presplit, reinsertion and refits make.
+template <Straight P>
+std::optional<Violation> validate_pieces(const P& prims, std::span<const Node> nodes, std::span<const Reference> refs,
+                                         BoxRule rule, const Progress& progress = {}) {
+  return Validator<P>(prims, nodes, refs, rule, progress).over_pieces();
 }
 
 }  // namespace fastlines

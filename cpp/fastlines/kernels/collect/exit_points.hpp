@@ -14,8 +14,8 @@ namespace fastlines {
 /// Where rays leave 16 primitives, as t in the frame: one ray leaves all of them, or each ray of a packet leaves one.
 template <RayPrimitive P, class Ray>
 [[gnu::always_inline]] inline FloatX16 exit_t(const WideBvhView<P>& tree, const Ray& ray, const std::uint32_t* prims) {
-  const auto lanes = load_lanes(tree, [=](int i) { return prims[i]; });
-  return P::template test<FloatX16>(ray, lanes).exit();
+  const auto fields = load_fields(tree, [=](int i) { return prims[i]; });
+  return P::template test<FloatX16>(ray, fields).exit();
 }
 
 /// Write where the ray in this lane leaves n primitives, in units of the caller's ray. Writes 16 at a time: `to` has

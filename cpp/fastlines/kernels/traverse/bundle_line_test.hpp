@@ -37,7 +37,7 @@ struct BundleRays {
 /// is their distance times |(x', y', 1) × e|, which is at most |c × e| + |(x', y')|·|e|.
 template <RayPrimitive P>
 struct BundleLineTest {
-  alignas(64) float lanes[P::kLanes][kSimdWidth];  // what the exact test reads, in the frame
+  alignas(64) float fields[P::kFields][kSimdWidth];  // what the exact test reads, in the frame
   /// The coefficients of m in x, y, x', y' and the moment of a ray, and its constant term.
   alignas(64) float m_x[kSimdWidth], m_y[kSimdWidth], m_dx[kSimdWidth], m_dy[kSimdWidth], m_moment[kSimdWidth],
       m_constant[kSimdWidth];
@@ -47,8 +47,8 @@ struct BundleLineTest {
   /// Load 16 segments. All 16 ids must be valid, even if fewer are tested.
   void load(const WideBvhView<P>& tree, const std::uint32_t* prims, const RayBundle& bundle) {
     using F = FloatX16;
-    const Lanes<P, F> segments = load_lanes(tree, [&](int j) { return prims[j]; });
-    for (int k = 0; k < P::kLanes; ++k) segments[k].store(lanes[k]);
+    const Fields<P, F> segments = load_fields(tree, [&](int j) { return prims[j]; });
+    for (int k = 0; k < P::kFields; ++k) segments[k].store(fields[k]);
     // Transform the segments into the basis of the bundle.
     const F from[3] = {segments[0] - F(bundle.centre[0]), segments[1] - F(bundle.centre[1]),
                        segments[2] - F(bundle.centre[2])};
@@ -70,8 +70,8 @@ struct BundleLineTest {
     const F across2 = fma(ex, ex, fma(ey, ey, F(1e-36f))), length = sqrt(fma(ez, ez, across2));
     F reach = 1.0001f * bundle.reach, depth = bundle.depth;
     if constexpr (P::kHasRadius) {
-      reach = reach + F(1.0001f) * P::lane_radius(segments);
-      depth = depth - P::lane_radius(segments);
+      reach = reach + F(1.0001f) * P::frame_radius(segments);
+      depth = depth - P::frame_radius(segments);
     }
     fma(fma(F(bundle.slope), length, sqrt(across2)), reach, F(bundle.resolution) * length).store(max_moment);
     (pz + depth + min(ez, zero)).store(min_depth);

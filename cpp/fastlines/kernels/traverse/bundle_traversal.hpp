@@ -181,10 +181,10 @@ class BundleTraversal {
     // Test the packets with rays nearby.
     for (int i = 0; i < counts.n_packets; ++i) {
       const int j = packets_[i] % kSimdWidth, first = packets_[i] - j;
-      Lanes<P, float> lanes;
-      for (int k = 0; k < P::kLanes; ++k) lanes[k] = line_test_.lanes[k][j];
+      Fields<P, float> fields;
+      for (int k = 0; k < P::kFields; ++k) fields[k] = line_test_.fields[k][j];
       const PacketView packet(rays, first);
-      const auto test = P::template test<FloatX16>(packet, lanes);
+      const auto test = P::template test<FloatX16>(packet, fields);
       const auto& approach = approach_at<Collector::kAt>(test);
       // No branch on whether any ray hits: a misprediction would be found only at the end of a long test.
       const std::uint32_t hit = approach.hit.bits() & lane_mask(std::size_t(rays.n - first));
@@ -218,9 +218,9 @@ class BundleTraversal {
         }
         // Permute rays and segments into lanes, and test them.
         const PermutedRays<F> packet(rays, first, ray);
-        Lanes<P, F> lanes;
-        for (int k = 0; k < P::kLanes; ++k) lanes[k] = F::permute(line_test_.lanes[k], segment);
-        const auto test = P::template test<F>(packet, lanes);
+        Fields<P, F> fields;
+        for (int k = 0; k < P::kFields; ++k) fields[k] = F::permute(line_test_.fields[k], segment);
+        const auto test = P::template test<F>(packet, fields);
         const auto& approach = approach_at<Collector::kAt>(test);
         const std::uint32_t hit = approach.hit.bits() & lane_mask(std::size_t(n_left));
         if (hit) collector.add_pairs(first, hit, approach, ray, F::permute(as_floats(prims), segment));

@@ -144,9 +144,9 @@ class RayStream {
     // Test 16 at a time.
     for (std::size_t j = 0; j < n; j += kSimdWidth) {
       const std::uint32_t* const prims = pieces_.prim.data() + j;
-      const auto lanes = load_lanes(tree_, [&](int i) { return prims[i]; });
+      const auto fields = load_fields(tree_, [&](int i) { return prims[i]; });
       const auto gathered = gather_.gather<FloatX16, kSimdWidth>(rays, i_packet * kSimdWidth, ray + j);
-      const auto test = P::template test<FloatX16>(gathered, lanes);
+      const auto test = P::template test<FloatX16>(gathered, fields);
       // Keep the hits that the piece owns.
       float s0[kSimdWidth], s1[kSimdWidth];
       for (std::size_t i = 0; i < kSimdWidth; ++i) {

@@ -144,7 +144,7 @@ class SingleRay {
   template <class Collector>
   [[gnu::always_inline]] void test_one(const RayGroup& rays, int lane, const Reference& ref, Collector& collector) {
     const LaneView ray(rays, lane);
-    const auto test = P::template test<float>(ray, lanes_of<P>(tree_.items[ref.prim], tree_.frame));
+    const auto test = P::template test<float>(ray, fields_of<P>(tree_.items[ref.prim], tree_.frame));
     if (test.closest.hit) collector.add_hit(rays, lane, approach_at<Collector::kAt>(test), ref);
   }
 
@@ -152,9 +152,9 @@ class SingleRay {
   template <class Collector>
   void test_packet(const RayGroup& rays, int lane, const std::uint32_t* refs, std::uint32_t n, Collector& collector) {
     const LaneView ray(rays, lane);
-    const auto lanes =
-        load_lanes(tree_, [&](int i) { return tree_.refs[refs[std::min(std::uint32_t(i), n - 1)]].prim; });
-    const auto test = P::template test<FloatX16>(ray, lanes);
+    const auto fields =
+        load_fields(tree_, [&](int i) { return tree_.refs[refs[std::min(std::uint32_t(i), n - 1)]].prim; });
+    const auto test = P::template test<FloatX16>(ray, fields);
     const auto& approach = approach_at<Collector::kAt>(test);
     float s[kSimdWidth], t[kSimdWidth], dist2[kSimdWidth];
     approach.s.store(s);

@@ -214,9 +214,9 @@ class Wavefront {
   /// Test n survivors, at most 16. `flush_hits` reports the hits.
   [[gnu::always_inline]] void test_packet(const std::uint32_t* refs, const std::uint32_t* prims,
                                           const std::uint32_t* ray, std::size_t n) {
-    const auto lanes = load_lanes(tree_, [=](int i) { return prims[i]; });
+    const auto fields = load_fields(tree_, [=](int i) { return prims[i]; });
     const auto rays = gather_.template gather<FloatX16, kGroupSize>(rays_, 0, ray);
-    const auto test = P::template test<FloatX16>(rays, lanes);
+    const auto test = P::template test<FloatX16>(rays, fields);
     const auto& approach = approach_at<Collector::kAt>(test);
     pending_.add(refs, ray, rays.tie_tolerance, approach, approach.hit.bits() & lane_mask(n));
   }
