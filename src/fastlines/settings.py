@@ -13,7 +13,7 @@ import numpy as np
 
 from .arrays import LEAST, check_fields, choice, count, instance, number, sequence
 from .errors import InputError
-from .splits import BinnedPlanes, BoxRule, ObjectSweep, PlaneGrid, SplitSet
+from .splits import BoxRule, PlaneGrid, SplitSet
 
 #: The most bytes that a build takes for a primitive, with room to spare; for a reference see `Limits.bytes_a_ref`.
 _BYTES_A_PRIM = 160
@@ -239,11 +239,12 @@ class Settings:
                 "leaves"
             )
         if self.boxes == "cut":
-            binned = [split for split in self.splits if isinstance(split, BinnedPlanes)]
-            uncut = any(split.uncut_refs or split.gap_refs for split in binned)
-            if uncut or any(isinstance(split, ObjectSweep) for split in self.splits):
-                what = "an object sweep does not cut space, nor do uncut_refs and gap_refs of BinnedPlanes"
-                raise InputError(f"{what}: a KD tree (boxes='cut') needs planes")
+            tight_only = [split for split in self.splits if split.tight_only]
+            if tight_only:
+                raise InputError(
+                    f"{tight_only[0]} offers object splits, which need tight boxes; a KD tree (boxes='cut') takes "
+                    "planes, such as fl.PlaneGrid(16)"
+                )
             if self.limits.max_leaf_refs is not None:
                 raise InputError("max_leaf_refs cannot be promised by a KD tree (boxes='cut'); leave it out")
             if self.presplit is not None:

@@ -39,12 +39,18 @@ class SplitSet:
         """Return the split sets with the same kinds of candidates for primitives that are not segments."""
         return (self,)
 
+    @property
+    def tight_only(self) -> bool:
+        """Whether this set needs tight boxes, because it offers object splits."""
+        return False
+
 
 @dataclass(frozen=True)
 class ObjectSweep(SplitSet):
     """All cuts of the references sorted by box centre, on each axis: classic SAH. Tight boxes only."""
 
     name = "object_sweep"
+    tight_only = True
 
 
 @dataclass(frozen=True)
@@ -121,6 +127,11 @@ class BinnedPlanes(SplitSet):
                 f"gap_refs={self.gap_refs} is for nodes of more than uncut_refs={self.uncut_refs} "
                 "references; make it larger, or leave it out"
             )
+
+    @property
+    def tight_only(self) -> bool:
+        """Whether `uncut_refs` or `gap_refs` asks for object splits, which need tight boxes."""
+        return self.uncut_refs > 0 or self.gap_refs > 0
 
     def for_any_primitive(self, boxes: BoxRule) -> tuple[SplitSet, ...]:
         """See `SplitSet`."""

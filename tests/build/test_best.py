@@ -265,7 +265,7 @@ def test_bad_wishes_are_refused() -> None:
             fl.build(ends, effort=effort)  # type: ignore[arg-type]
     with pytest.raises(fl.InputError, match="knob of method='best'"):
         fl.build(ends, "bvh-cl", effort=0.5)
-    with pytest.raises(fl.InputError, match="not cut space"):
+    with pytest.raises(fl.InputError, match="offers object splits"):
         fl.build(ends, splits=fl.BinnedPlanes(8, 4), boxes="cut")
     with pytest.raises(fl.InputError, match="uncut_refs"):
         fl.BinnedPlanes(8, -1)
@@ -275,7 +275,7 @@ def test_bad_wishes_are_refused() -> None:
         fl.BinnedPlanes(8, 8, 4, 1.5)
     with pytest.raises(fl.InputError, match="sample"):
         fl.BinnedPlanes(8, sample=-1)
-    with pytest.raises(fl.InputError, match="not cut space"):
+    with pytest.raises(fl.InputError, match="offers object splits"):
         fl.build(ends, splits=fl.BinnedPlanes(8, gap_refs=100), boxes="cut")
     with pytest.raises(fl.InputError, match=r"gap=0\.0; expected a fraction"):
         fl.BinnedPlanes(8, gap_refs=100, gap=0.0)

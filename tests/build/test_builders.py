@@ -8,9 +8,25 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.nasty import named_scene
 from support.theory_scenes import SCENE_NAMES, scene
 
 import fastlines as fl
+from fastlines.splits import SplitSet
+
+# ---- Every split set ----
+
+
+@pytest.mark.parametrize("kind", SplitSet.__subclasses__())
+def test_a_set_divides_cut_boxes_or_says_that_it_cannot(kind: type[SplitSet]) -> None:
+    ends = named_scene("hair")
+    assert fl.build(ends, splits=kind(), cost=fl.Cost(0.01)).n_nodes > 1
+    if kind().tight_only:
+        with pytest.raises(fl.InputError, match=rf"{kind.__name__}.* offers object splits, which need tight boxes"):
+            fl.build(ends, splits=(fl.PlaneGrid(4), kind()), boxes="cut")
+    else:
+        assert fl.build(ends, splits=kind(), boxes="cut", cost=fl.Cost(0.01)).n_nodes > 1
+
 
 # ---- SBVH's restriction of spatial splits ----
 

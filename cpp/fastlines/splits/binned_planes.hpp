@@ -17,6 +17,8 @@ namespace fastlines {
 
 class BinnedPlanes {
  public:
+  static constexpr bool kTightOnly = false;
+
   int n_planes = 16;  ///< on each axis
 
   /// Nodes of at most this many references are offered uncut splits as well as planes; tight boxes only.
@@ -57,6 +59,16 @@ class BinnedPlanes {
     // Offer planes.
     fill(prims, refs, box, rule, grid);
     grid.visit(Candidate::Kind::plane, box, rule, measure, all, visitor);
+  }
+
+  /// Pass the uncut split with the least SAH of each axis to `visitor`, for a node of any size, if small nodes have
+  /// any; planes where all centres coincide.
+  template <Straight P, class Visitor>
+  void visit_uncut(const P& prims, Refs refs, const Box& box, const Measure& measure, Visitor&& visitor) const {
+    constexpr std::size_t any = std::size_t(-1);
+    if (uncut_refs > 0 || gap_refs > 0)
+      BinnedPlanes{.n_planes = n_planes, .uncut_refs = any, .uncut_only_refs = any}.visit(
+          prims, refs, box, BoxRule::tight, measure, false, visitor);
   }
 
  private:

@@ -4,7 +4,11 @@
 //
 //     set.visit(prims, refs, box, rule, [](const Candidate&) { … });
 //
-// It counts references and moves none. `partition` applies a candidate.
+// It counts references and moves none. `partition` (partition.hpp) applies a candidate, and the builder takes its
+// counts and boxes as they are: they must be those of the children that `partition` makes.
+//
+// An object split cuts no reference: each goes whole to one child, and the children's boxes may overlap. A plane, or
+// spatial split, cuts the references that straddle it.
 #pragma once
 
 #include <algorithm>
@@ -39,6 +43,14 @@ struct Candidate {
 };
 
 using Refs = std::span<const BuildRef>;
+
+/// A type of split sets: what it declares besides `visit`, a template that a concept cannot name.
+template <class Set>
+concept CandidateSet = requires {
+  /// Whether all candidates are object splits. These need tight boxes: `visit` is called only for BoxRule::tight. It is
+  /// also called for nodes of more than `max_refs` references if a limit or retraced lines rule out planes.
+  { Set::kTightOnly } -> std::convertible_to<bool>;
+};
 
 /// The centre of an uncut reference's box; the reference goes left if its centre is less than the plane.
 inline float centre_of(const Box& box, int axis) { return 0.5f * box.lo[axis] + 0.5f * box.hi[axis]; }

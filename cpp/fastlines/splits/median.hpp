@@ -9,6 +9,8 @@
 namespace fastlines {
 
 struct Median {
+  static constexpr bool kTightOnly = false;
+
   template <Primitives P, class Visitor>
   void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, Visitor&& visitor) const {
     std::optional<Candidate> best;

@@ -6,6 +6,8 @@
 namespace fastlines {
 
 struct Midpoint {
+  static constexpr bool kTightOnly = false;
+
   template <Primitives P, class Visitor>
   void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, Visitor&& visitor) const {
     const int axis = box.longest_axis();

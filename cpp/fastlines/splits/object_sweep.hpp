@@ -6,6 +6,8 @@
 namespace fastlines {
 
 struct ObjectSweep {
+  static constexpr bool kTightOnly = true;
+
   template <Primitives P, class Visitor>
   void visit(const P&, Refs refs, const Box&, BoxRule, Visitor&& visitor) const {
     const std::size_t n = refs.size();

@@ -7,6 +7,8 @@
 namespace fastlines {
 
 struct PlaneEvents {
+  static constexpr bool kTightOnly = false;
+
   template <Primitives P, class Visitor>
   void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, Visitor&& visitor) const {
     const std::size_t n = refs.size();

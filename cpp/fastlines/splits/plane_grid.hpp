@@ -10,6 +10,7 @@
 namespace fastlines {
 
 struct PlaneGrid {
+  static constexpr bool kTightOnly = false;
   int n_planes = 16;  ///< on each axis
 
   template <Primitives P, class Visitor>

@@ -16,6 +16,9 @@
 namespace fastlines {
 
 using SplitSet = std::variant<ObjectSweep, PlaneGrid, BinnedPlanes, PlaneEvents, Median, Midpoint>;
+static_assert([]<class... Set>(std::type_identity<std::variant<Set...>>) {
+  return (CandidateSet<Set> && ...);
+}(std::type_identity<SplitSet>()));
 
 /// A split set that is used only for some nodes.
 struct SizedSplitSet {
@@ -55,6 +58,7 @@ void visit_splits(const Splits& splits, const P& prims, Refs refs, const Box& bo
     if (refs.size() > sized.max_refs || (sized.min_overlap > 0.0 && overlap.area() <= sized.min_overlap)) continue;
     std::visit(
         [&]<class Set>(const Set& set) {
+          if (Set::kTightOnly && rule == BoxRule::cut) return;
           if constexpr (!std::same_as<Set, BinnedPlanes>)
             set.visit(prims, refs, box, rule, offer);
           else if constexpr (Straight<P>)
@@ -66,21 +70,21 @@ void visit_splits(const Splits& splits, const P& prims, Refs refs, const Box& bo
   }
 }
 
-/// Pass uncut splits for a node of any size to `visitor`, from the split sets that offer them for small nodes. The
-/// caller must ignore planes.
+/// Pass object splits for a node of any size to `visitor`, from the split sets that offer only these, but for small
+/// nodes, and from those that have a member `visit_uncut`. The caller must ignore planes.
 template <Primitives P, class Visitor>
 void visit_uncut(const Splits& splits, const P& prims, Refs refs, const Box& box, const Measure& measure,
                  Visitor&& visitor) {
-  constexpr std::size_t any = std::size_t(-1);
-  for (const SizedSplitSet& sized : splits) {
-    if (std::holds_alternative<ObjectSweep>(sized.set) && refs.size() > sized.max_refs)
-      ObjectSweep{}.visit(prims, refs, box, BoxRule::tight, visitor);
-    if constexpr (Straight<P>)
-      if (const auto* binned = std::get_if<BinnedPlanes>(&sized.set))
-        if (binned->uncut_refs > 0 || binned->gap_refs > 0)
-          BinnedPlanes{.n_planes = binned->n_planes, .uncut_refs = any, .uncut_only_refs = any}.visit(
-              prims, refs, box, BoxRule::tight, measure, false, visitor);
-  }
+  for (const SizedSplitSet& sized : splits)
+    std::visit(
+        [&]<class Set>(const Set& set) {
+          if constexpr (Set::kTightOnly) {
+            if (refs.size() > sized.max_refs) set.visit(prims, refs, box, BoxRule::tight, visitor);
+          } else if constexpr (requires { set.visit_uncut(prims, refs, box, measure, visitor); }) {
+            set.visit_uncut(prims, refs, box, measure, visitor);
+          }
+        },
+        sized.set);
 }
 
 }  // namespace fastlines
