@@ -66,8 +66,8 @@ class Layout(Immutable):
 
     @property
     def n_bytes(self) -> int:
-        """The memory of the layout and of the segments."""
-        return self.nodes.nbytes + self.leaves.nbytes + self.refs.nbytes + self.lines.segments.nbytes
+        """The memory of the layout and of the primitives."""
+        return self.nodes.nbytes + self.leaves.nbytes + self.refs.nbytes + self.lines.core_rows.nbytes
 
     @cached_property
     def view(self) -> _core.LayoutView:

@@ -57,7 +57,7 @@ class Lines(Immutable):
         The axis that points upwards, where the format of their file says so. Pictures are drawn with it.
     """
 
-    #: What the core calls these primitives: the `kKind` of a `RayPrimitive` (docs/extending.md).
+    #: What the core calls these primitives: the `kKind` of a set of them in C++ (docs/extending.md).
     kind: ClassVar[str] = "segments"
 
     segments: FloatArray
@@ -118,7 +118,12 @@ class Lines(Immutable):
         has = [f"{self.n_strands:,} strands"] if self.n_strands else []
         has += ["radius"] * (self.radius is not None) + list(self.attributes)
         has += [f"{len(self.skipped):,} skipped"] * (len(self.skipped) > 0)
-        return f"<Lines: {', '.join([f'{len(self):,} segments', *has])}>"
+        return f"<{type(self).__name__}: {', '.join([f'{len(self):,} segments', *has])}>"
+
+    @property
+    def core_rows(self) -> FloatArray:
+        """One row of numbers for each segment, as the core reads them: (n, 6) float32, both ends."""
+        return self.segments.reshape(-1, 6)
 
     @property
     def rows(self) -> IntArray:

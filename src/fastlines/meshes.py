@@ -36,6 +36,11 @@ class _Mesh(Immutable):
     def __len__(self) -> int:
         return len(self.corners)
 
+    @property
+    def core_rows(self) -> FloatArray:
+        """One row of numbers for each primitive, as the core reads them: (n, 3 · n_corners) float32."""
+        return self.corners.reshape(-1, 3 * self.n_corners)
+
 
 class Triangles(_Mesh):
     """Triangles, as an array of their corners.
@@ -87,10 +92,9 @@ Geometry: TypeAlias = Lines | Triangles | Boxes
 def as_geometry(geometry: Geometry | npt.ArrayLike, *, invalid: str = "error") -> Geometry:
     """Pass geometry through; take an array for segments."""
     choice("invalid", invalid, INVALID)
-    return geometry if isinstance(geometry, Triangles | Boxes) else as_lines(geometry, invalid=invalid)
+    return geometry if isinstance(geometry, Geometry) else as_lines(geometry, invalid=invalid)
 
 
 def core_data(geometry: Geometry) -> tuple[str, FloatArray]:
     """What the core calls this kind of primitive, and its numbers: one row a primitive."""
-    corners = geometry.segments if isinstance(geometry, Lines) else geometry.corners
-    return geometry.kind, corners.reshape(len(corners), 3 * corners.shape[1])
+    return geometry.kind, geometry.core_rows

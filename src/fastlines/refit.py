@@ -33,6 +33,9 @@ def moved_lines(tree: TreeData, lines: Lines | npt.ArrayLike) -> Lines:
     if not isinstance(tree.geometry, Lines):
         raise InputError(f"refits are for lines; this tree is over {type(tree.geometry).__name__}: build it anew")
     moved = as_lines(lines)
+    kind = type(tree.geometry)
+    if moved is lines and type(moved) is not kind:
+        raise InputError(f"{moved!r} was given for a tree over {kind.__name__}; pass {kind.__name__}, or an array")
     if len(moved) != tree.n_prims:
         left = "; it skipped some rows: pass array[tree.geometry.rows]" if len(tree.geometry.skipped) else ""
         raise InputError(f"{len(moved)} segments were given for a tree over {tree.n_prims}; expected as many{left}")

@@ -275,8 +275,8 @@ class TreeData(Immutable):
         """
         kind, data = core_data(self.geometry)
         changed = self.settings.presplit is not None or self.settings.reinsertion > 0
-        pieces = kind == "segments" and (changed or self.built_cost is not None)
-        found = _core.validate(kind, data, *self.words(), self.settings.boxes, pieces)
+        over_pieces = changed or self.built_cost is not None
+        found = _core.validate(kind, data, *self.words(), self.settings.boxes, over_pieces)
         if found is not None:
             raise InvalidTreeError(*found)
 

@@ -26,6 +26,9 @@ FORMAT = "fastlines tree 2"
 #: What older versions wrote: the same without checksums.
 OLD_FORMAT = "fastlines tree 1"
 
+#: The geometry that files keep, by kind: classes of `Lines` whose constructor takes no more than that of `Lines`.
+KINDS: dict[str, type[Lines]] = {kind.kind: kind for kind in (Lines,)}
+
 #: The sections of a file: dtype and the shape of a row.
 SECTIONS: dict[str, tuple[str, tuple[int, ...]]] = {
     "strands": ("<i8", ()),
@@ -51,6 +54,12 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
         raise InputError(f"{path}: trees are not compressed, so that they can be mapped into memory; save it as .flt")
     if not isinstance(tree.geometry, Lines):
         raise InputError(f"only trees over lines can be saved; this one is over {type(tree.geometry).__name__}")
+    if KINDS.get(tree.geometry.kind) is not type(tree.geometry):
+        names = ", ".join(kind.__name__ for kind in KINDS.values())
+        raise InputError(
+            f"files keep trees over {names}, and this one is over {type(tree.geometry).__name__}; pickle keeps it, and "
+            "docs/extending.md tells how to add a class to fastlines.tree_file.KINDS"
+        )
     nodes, refs = tree.words()
     lines = tree.geometry
     arrays: dict[str, Any] = {
@@ -68,6 +77,7 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
         "settings": json.dumps(_settings_to_json(tree.settings)),
         "limits_hit": json.dumps(dict(tree.limits_hit)),
         "built_cost": None if tree.built_cost is None else repr(tree.built_cost),
+        "kind": None if lines.kind == Lines.kind else lines.kind,
         "up": lines.up,
     }
     # Larger numbers come first, so that each section is aligned for its type.
@@ -108,6 +118,9 @@ def read(kind: type[Tree], path: str | os.PathLike[str], verify: bool | None) ->
             raise refuse(f"the section {name!r} is missing or has another shape")
         if arrays[name].dtype != dtype:
             raise refuse(f"the section {name!r} has another type")
+    kind_of_lines = KINDS.get(metadata.get("kind", Lines.kind))
+    if kind_of_lines is None:
+        raise refuse(f"it is over {metadata['kind']!r}, expected one of {', '.join(KINDS)}")
     try:
         settings = _settings_from_json(json.loads(metadata["settings"]))
         limits_hit = {str(name): int(n) for name, n in json.loads(metadata["limits_hit"]).items()}
@@ -117,7 +130,7 @@ def read(kind: type[Tree], path: str | os.PathLike[str], verify: bool | None) ->
         }
         skipped = arrays.get("skipped", np.empty(0, np.int64))
         segments, strands, radius, up = arrays["segments"], arrays["strands"], arrays.get("radius"), metadata.get("up")
-        lines = Lines(segments, strands, radius, attributes, skipped, up)
+        lines = kind_of_lines(segments, strands, radius, attributes, skipped, up)
         nodes, refs = arrays["nodes"].reshape(-1).view(NODE), arrays["refs"].reshape(-1).view(REF)
         return kind(lines, nodes, refs, settings, metadata["method"], limits_hit, built_cost)
     except UNUSABLE as error:

@@ -8,7 +8,7 @@ from itertools import product
 import pytest
 from support import nasty
 from support.answers import WITH_AT, assert_same, cases, options, question
-from support.builds import BUILDS, METHODS, build
+from support.builds import BUILDS, KINDS, METHODS, build
 from support.slow import few_of
 
 import fastlines as fl
@@ -39,12 +39,14 @@ def chosen(seed: int, name: str) -> list[str]:
     return [*methods, *(OTHERS[(3 * i + j) % len(OTHERS)] for j in range(3))]
 
 
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", nasty.NAMES)
 @pytest.mark.parametrize("seed", few_of(SEEDS, n=1))
-def test_answers_are_those_of_brute_force(seed: int, name: str) -> None:
+def test_answers_are_those_of_brute_force(seed: int, name: str, kind: str) -> None:
     case = cases(seed, n_rays=60)[name]
     asked, _ = question(case)
-    trees = {build_name: build(case.segments, **BUILDS[build_name]) for build_name in chosen(seed, name)}
+    geometry = KINDS[kind](case.segments)
+    trees = {build_name: build(geometry, **BUILDS[build_name]) for build_name in chosen(seed, name)}
     for tree in trees.values():
         tree.validate()
         assert tree.cost(by="f") == pytest.approx(tree.cost(by="g"), rel=1e-9)  # Theorem 1
@@ -55,7 +57,7 @@ def test_answers_are_those_of_brute_force(seed: int, name: str) -> None:
     turn = seed
     for query, at in QUESTIONS:
         how = ({} if at is None else {"at": at}) | options(query)
-        expected = fl.brute_force(case.segments, **asked, query=query, **how)
+        expected = fl.brute_force(geometry, **asked, query=query, **how)
         for i, (build_name, tree) in enumerate(trees.items()):
             turn += 1
             for kernel, simd in WAYS if i == 0 else (WAYS[(7 * turn + i) % len(WAYS)],):

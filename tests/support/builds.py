@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import fastlines as fl
@@ -45,6 +46,9 @@ TO_REINSERT: dict[str, dict[str, Any]] = {
 }
 #: Bounds on early split clipping.
 PRESPLITS = [fl.Presplit(area=1e-3), fl.Presplit(area=1.0), fl.Presplit(refs=1), fl.Presplit(refs=7.5), fl.Presplit()]
+
+#: The kinds of primitive that queries run on: what makes each of an array of segments, the same every time.
+KINDS: dict[str, Callable[[Any], fl.Lines]] = {"segments": fl.Lines.from_segments}
 
 METHODS: dict[str, dict[str, Any]] = {method: {"method": method} for method in fl.METHODS}
 
