@@ -1,8 +1,8 @@
 // The planes of a regular grid over the node's box, 8 at a time: the candidates of `PlaneGrid`, for straight pieces,
 // found in less time.
 //
-// Small nodes are also split uncut, each piece on the side of its centre, and larger nodes where their pieces lie
-// apart. In large nodes the best plane of a sample stands for the best of all.
+// Small nodes are also split uncut: object splits that put each piece on the side of its centre. So are larger nodes
+// where their pieces lie apart. In large nodes the best plane of a sample stands for the best of all.
 //
 // Counts are exact. Crossings of pieces and planes are computed in float32, so bounds may be off by rounding, and those
 // of a sample bound only the sample. The builder recomputes the bounds of the children when it applies such a split.

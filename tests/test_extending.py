@@ -1,0 +1,85 @@
+"""The recipes of docs/extending.md: their C++ is what the C++ tests run, and their Python works."""
+
+from __future__ import annotations
+
+import re
+import sys
+import textwrap
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+import fastlines as fl
+from fastlines.io.source import Source
+
+ROOT = Path(__file__).parents[1]
+RECIPES = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+ENDS = np.array([[[0, 0, 0], [1, 1, 1]], [[2, 0, 0], [3, 1, 1]]], np.float32)
+
+
+def block(language: str, contains: str) -> str:
+    """Return the block of code that contains a text."""
+    blocks = re.findall(rf"^( *)```{language}\n(.*?)^\1```", RECIPES, re.DOTALL | re.MULTILINE)
+    (found,) = [textwrap.dedent(code) for _, code in blocks if contains in code]
+    return found
+
+
+@pytest.fixture
+def module(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Run a block as a module of the package."""
+
+    def run(name: str, contains: str) -> Any:
+        made = ModuleType(f"fastlines.{name}")
+        made.__package__ = made.__name__.rpartition(".")[0]
+        monkeypatch.setitem(sys.modules, made.__name__, made)
+        exec(compile(block("py", contains), name, "exec"), made.__dict__)
+        return made
+
+    return run
+
+
+@pytest.mark.parametrize("name", ["thirds", "tubes"])
+def test_headers_are_those_of_the_cpp_tests(name: str) -> None:
+    tested = (ROOT / "cpp" / "tests" / f"{name}.hpp").read_text(encoding="utf-8")
+    here = re.sub(r'#include "fastlines/\w+/', '#include "', tested)
+    assert block("cpp", f"struct {name.capitalize()[:-1]}") == here
+
+
+@pytest.mark.parametrize("end", [b"\n", b"\r\n"])
+def test_xyzl(module: Any, end: bytes) -> None:
+    parse = module("io.xyzl", "xyzl").parse
+    lines = parse(Source(end.join([b"", b"0 0 0", b" 1\t0 0 ", b" ", b"", b"5 5 5", b"6 6 6"]), "a.xyzl"), "error")
+    np.testing.assert_array_equal(lines.segments, [[[0, 0, 0], [1, 0, 0]], [[5, 5, 5], [6, 6, 6]]])
+    assert lines.strands.tolist() == [0, 1]
+    assert len(parse(Source(end, "a.xyzl"), "error")) == 0
+    for bad in (b"1 2", b"1 2 3 4", b"1 2 x", b"1,2,3", b"\xff"):
+        with pytest.raises(fl.FileFormatError, match=r"^a.xyzl: line 3: .* is not three numbers"):
+            parse(Source(end.join([b"0 0 0", b"1 0 0", bad]), "a.xyzl"), "error")
+    nan = Source(end.join([b"0 0 0", b"nan 0 0", b"1 1 1", b"2 2 2"]), "a.xyzl")
+    assert parse(nan, "skip").skipped.tolist() == [0, 1]
+    with pytest.raises(fl.InputError, match="NaN"):
+        parse(nan, "error")
+
+
+def test_tubes(module: Any) -> None:
+    tubes_of = module("tubes", "class Tubes").Tubes.from_segments
+    tubes = tubes_of(ENDS, radius=[0.5, 0.25])
+    assert tubes.kind == "tubes"
+    np.testing.assert_array_equal(tubes.core_rows, np.column_stack([ENDS.reshape(-1, 6), [0.5, 0.25]]))
+    assert tubes.core_rows.dtype == np.float32
+    assert tubes_of(np.empty((0, 2, 3)), radius=np.empty(0)).core_rows.shape == (0, 7)
+    for radius in (None, [[0.5, 0.5], [0.25, 0.25]]):
+        with pytest.raises(fl.InputError, match="tubes need a radius of shape"):
+            tubes_of(ENDS, radius=radius)
+
+
+def test_thirds() -> None:
+    from fastlines import splits
+
+    made: dict[str, Any] = dict(vars(splits))
+    exec(compile(block("py", "class Thirds"), "thirds", "exec"), made)
+    assert made["Thirds"](max_refs=3) == splits.split_set_from("thirds", {"max_refs": 3})
+    assert not made["Thirds"]().tight_only
