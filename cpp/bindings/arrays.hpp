@@ -43,7 +43,7 @@ Output<Scalar> adopt(Vector&& from) {
   auto moved = std::make_unique<Vector>(std::move(from));
   nanobind::capsule owner(moved.get(), [](void* vector) noexcept { delete static_cast<Vector*>(vector); });
   Vector& rows = *moved.release();
-  if (rows.data()) PagePool::use_first(rows.data(), rows.size() * sizeof(Row));
+  if (rows.data()) PagePool::trim(rows.data(), rows.size() * sizeof(Row));
   const std::size_t shape[] = {rows.size(), sizeof(Row) / sizeof(Scalar)};
   return Output<Scalar>(reinterpret_cast<Scalar*>(rows.data()), sizeof(Row) == sizeof(Scalar) ? 1 : 2, shape, owner);
 }

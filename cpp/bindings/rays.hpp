@@ -55,7 +55,7 @@ inline ListTuple arrays_of(HitAssembler& lists) {
   LargeVector<std::int64_t> offsets = lists.offsets();
   const auto n_hits = std::size_t(offsets.back());
   const auto array = [n_hits](auto& column) {
-    column.keep(n_hits);
+    column.set_size(n_hits);
     return adopt<typename std::remove_reference_t<decltype(column)>::value_type>(std::move(column));
   };
   std::optional<Output<float>> t_out;

@@ -30,7 +30,6 @@ bool same(float a, float b) {
 }
 
 float any_float(Random& random) {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
   constexpr float kOdd[] = {
       0.0f, -0.0f, 1.0f, -1.0f, kInfinity, -kInfinity, 1e-40f, 3e38f, std::numeric_limits<float>::quiet_NaN()};
   const std::size_t which = random.below(3 * std::size(kOdd));
@@ -162,7 +161,7 @@ void check_transposes(Random& random) {
     for (int i = 0; i < kSimdWidth; ++i) check(same(Lanes(xyz[k])[i], points[i][k]), "transpose_points");
 
   FloatX4 from[4], to[4];
-  for (int i = 0; i < 4; ++i) from[i] = four(rows[i]);
+  for (int i = 0; i < 4; ++i) from[i] = load_x4(rows[i]);
   transpose(from, to);
   for (int i = 0; i < 4; ++i)
     for (int k = 0; k < 4; ++k) check(same(to[k][i], rows[i][k]), "transpose of four by four");

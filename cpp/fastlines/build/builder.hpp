@@ -51,7 +51,7 @@ class Builder {
   Box hull_of(Refs refs) {
     constexpr std::size_t part = 1 << 14;  // references per task
     std::vector<Box> boxes((refs.size() + part - 1) / part);
-    tasks_.in_parts(0, boxes.size(), 1, [=, &boxes](std::size_t first, std::size_t end) {
+    tasks_.for_ranges(0, boxes.size(), 1, [=, &boxes](std::size_t first, std::size_t end) {
       for (std::size_t i = first; i < end; ++i)
         boxes[i] = hull(refs.subspan(i * part, std::min(part, refs.size() - i * part)));
     });

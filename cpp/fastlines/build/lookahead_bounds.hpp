@@ -82,15 +82,9 @@ class LookaheadBounds {
     return eight;
   }
   [[gnu::always_inline]] static void store(float* to, const FloatX8& eight) { std::memcpy(to, &eight, sizeof eight); }
-  [[gnu::always_inline]] static FloatX8 one_where(const IntX8& mask) { return FloatX8(mask & IntX8(eight(1.0f))); }
-  [[gnu::always_inline]] static float reduce_min(FloatX8 x) {
-    x = min(x, FloatX8(__builtin_shufflevector(x, x, 4, 5, 6, 7, 0, 1, 2, 3)));
-    x = min(x, FloatX8(__builtin_shufflevector(x, x, 2, 3, 0, 1, 6, 7, 4, 5)));
-    x = min(x, FloatX8(__builtin_shufflevector(x, x, 1, 0, 3, 2, 5, 4, 7, 6)));
-    return x[0];
+  [[gnu::always_inline]] static FloatX8 one_where(const IntX8& mask) {
+    return FloatX8(mask & IntX8(broadcast_x8(1.0f)));
   }
-
-  static constexpr float kInf = std::numeric_limits<float>::infinity();
 
   /// The planes across an axis, and how the last reference added lies relative to each of them.
   struct Axis {
@@ -110,10 +104,10 @@ class LookaheadBounds {
     void begin(const Box& box, int axis, float scale, float margin) {
       const std::size_t n = (planes.size() + 7) / 8;
       const float lo = box.lo[axis], hi = box.hi[axis];
-      at.assign(n, eight(hi));
+      at.assign(n, broadcast_x8(hi));
       for (std::size_t i = 0; i < planes.size(); ++i) at[i / 8][i % 8] = planes[i];
-      left.assign(n, eight(kInf));
-      right.assign(n, eight(kInf));
+      left.assign(n, broadcast_x8(kInfinity));
+      right.assign(n, broadcast_x8(kInfinity));
       for (std::size_t i = 0; i < planes.size(); ++i) {
         left[i / 8][i % 8] = (planes[i] - lo) * scale + margin;
         right[i / 8][i % 8] = (hi - planes[i]) * scale + margin;
@@ -122,7 +116,7 @@ class LookaheadBounds {
       n_left.assign(n, FloatX8{});
       n_right.assign(n, FloatX8{});
       for (auto* lanes : {&on_left, &on_right, &on_both}) lanes->resize(n);
-      for (auto* least : {&least_left, &least_right}) least->assign(8 * n, kInf);
+      for (auto* least : {&least_left, &least_right}) least->assign(8 * n, kInfinity);
     }
 
     [[gnu::always_inline]] void add(const Box& box, int axis) {
@@ -205,10 +199,10 @@ class LookaheadBounds {
   void bound_pair(PairCounts& pair, Axis& rows, Axis& lanes, float third) const {
     pair.accumulate(rows, lanes);
     const std::size_t n = lanes.n_vectors(), n_rows = rows.planes.size();
-    const FloatX8 side = eight(third);
+    const FloatX8 side = broadcast_x8(third);
     for (std::size_t row = 0; row < n_rows; ++row) {
-      const FloatX8 low = eight(rows.left[row / 8][row % 8]), high = eight(rows.right[row / 8][row % 8]);
-      FloatX8 least_low = eight(kInf), least_high = least_low;
+      const FloatX8 low = broadcast_x8(rows.left[row / 8][row % 8]), high = broadcast_x8(rows.right[row / 8][row % 8]);
+      FloatX8 least_low = broadcast_x8(kInfinity), least_high = least_low;
       for (std::size_t i = 0; i < n; ++i) {
         const std::size_t at = row * n + i;
         const FloatX8 both = pair.both[at];
@@ -250,24 +244,24 @@ class LookaheadBounds {
                                float n_beyond_right) __attribute__((always_inline)) {
         const FloatX8 n_left = load(&n_left_[gap]) - n_beyond_left, n_right = load(&n_right_[gap + 1]) - n_beyond_right;
         const FloatX8 n_rest = max(n_child - n_left - n_right, FloatX8{});
-        FloatX8 least = eight(kInf);
+        FloatX8 least = broadcast_x8(kInfinity);
         for (const std::size_t edge : {gap, gap + 1}) {
           const FloatX8 at = load(&edges_[edge]);
-          least = min(bound_of_parts(part(at - begin + margin_, eight(y), eight(z), n_left),
-                                     part(end - at + margin_, eight(y), eight(z), n_right), n_rest),
+          least = min(bound_of_parts(part(at - begin + margin_, broadcast_x8(y), broadcast_x8(z), n_left),
+                                     part(end - at + margin_, broadcast_x8(y), broadcast_x8(z), n_right), n_rest),
                       least);
         }
         return least;
       };
       const float at = edges_[plane];
-      FloatX8 least_low = eight(kInf), least_high = least_low;
+      FloatX8 least_low = broadcast_x8(kInfinity), least_high = least_low;
       for (std::size_t gap = 0; gap < plane; gap += 8) {
         const FloatX8 least = between(gap, 0.0f, at, n_left_[plane], 0.0f, n_refs_ - n_left_[plane]);
-        least_low = min(number + float(gap) < float(plane) ? least : eight(kInf), least_low);
+        least_low = min(number + float(gap) < float(plane) ? least : broadcast_x8(kInfinity), least_low);
       }
       for (std::size_t gap = plane; gap <= n; gap += 8) {
         const FloatX8 least = between(gap, at, edges_[n + 1], n_right_[plane], n_refs_ - n_right_[plane], 0.0f);
-        least_high = min(number + float(gap) < float(n + 1) ? least : eight(kInf), least_high);
+        least_high = min(number + float(gap) < float(n + 1) ? least : broadcast_x8(kInfinity), least_high);
       }
       axis.least_left[plane - 1] = std::min(axis.least_left[plane - 1], reduce_min(least_low));
       axis.least_right[plane - 1] = std::min(axis.least_right[plane - 1], reduce_min(least_high));

@@ -178,7 +178,7 @@ class NodeBuilder {
 
     // Build the children.
     const bool large = std::min(left.size(), right.size()) > kTuning.task_refs;
-    const auto [cost_left, cost_right] = large && tasks_.shared()
+    const auto [cost_left, cost_right] = large && tasks_.is_parallel()
                                              ? build_in_parallel(index, *split, in_left, in_right)
                                              : build_in_turn(index, *split, in_left, in_right, !large);
     tree.nodes[index].n_refs = std::uint32_t(tree.refs.size() - first_ref);
@@ -211,23 +211,23 @@ class NodeBuilder {
     auto& [left, right] = levels_[in_left.depth - 1];
     std::optional<NodeBuilder> right_builder;
     double cost_left, cost_right;
-    const auto or_stop = [&](auto&& build) {
+    const auto or_cancel = [&](auto&& build) {
       try {
         build();
       } catch (...) {
-        tasks_.note(std::current_exception());
+        tasks_.keep_error(std::current_exception());
         progress_.cancel.store(true);
         throw;
       }
     };
     const bool was_taken =
-        tasks_.side_by_side([&] { or_stop([&] { cost_left = build_node(left, split.left, in_left); }); },
-                            [&] {
-                              or_stop([&] {
-                                right_builder.emplace(prims_, settings_, progress_, tasks_, scene_side_);
-                                cost_right = right_builder->build(std::move(right), split.right, in_right);
-                              });
-                            });
+        tasks_.fork_join([&] { or_cancel([&] { cost_left = build_node(left, split.left, in_left); }); },
+                         [&] {
+                           or_cancel([&] {
+                             right_builder.emplace(prims_, settings_, progress_, tasks_, scene_side_);
+                             cost_right = right_builder->build(std::move(right), split.right, in_right);
+                           });
+                         });
     if (!was_taken) {
       tree.nodes[index].right = std::uint32_t(tree.nodes.size());
       return {cost_left, build_node(right, split.right, in_right)};

@@ -25,7 +25,7 @@ class BlockEncoder {
   BlockEncoder(const Frame& frame, std::span<const WideNode> nodes, std::span<const WideLeaf> leaves,
                std::span<const WideRef> refs, const P& prims, WideNode* to_nodes, WideLeaf* to_leaves)
       : centre_{frame.centre[0], frame.centre[1], frame.centre[2], 0.0f},
-        scale_(four(frame.scale)),
+        scale_(broadcast_x4(frame.scale)),
         nodes_(nodes),
         leaves_(leaves),
         refs_(refs),
@@ -97,7 +97,7 @@ class BlockEncoder {
       box.grow(piece);
       if constexpr (P::kHasRadius) {
         const float prim_radius = P::radius(prims_.item(refs[i].prim)) * scale_[0];
-        reach.grow({piece.lo - four(prim_radius), piece.hi + four(prim_radius)});
+        reach.grow({piece.lo - broadcast_x4(prim_radius), piece.hi + broadcast_x4(prim_radius)});
         radius = std::max(radius, prim_radius);
       }
     }
@@ -113,9 +113,9 @@ class BlockEncoder {
     leaf.first_ref = first_ref;
     leaf.n_refs = n_refs;
     leaf.radius = radius * leaf.inv_scale;
-    const FloatX4 inv_scale = four(leaf.inv_scale);
+    const FloatX4 inv_scale = broadcast_x4(leaf.inv_scale);
     // Round ends to the nearest byte; the conversion truncates.
-    const auto nearest = [&](const FloatX4& x) { return (x - org) * inv_scale + four(0.5f); };
+    const auto nearest = [&](const FloatX4& x) { return (x - org) * inv_scale + broadcast_x4(0.5f); };
     for (int i = 0; i < kSimdWidth; i += 4) {
       FloatX4 a[4], c[4];
       for (int j = 0; j < 4; ++j) {
@@ -144,17 +144,17 @@ class BlockEncoder {
     node.n_inner = from.n_inner;
     node.n_children = from.n_children;
     std::memset(node.unused, 0, sizeof node.unused);
-    const FloatX4 org = point - four(2e-4f * longest);
+    const FloatX4 org = point - broadcast_x4(2e-4f * longest);
     std::memcpy(node.org, &org, sizeof node.org);
     node.scale = longest * float(1.0004 / 254);
-    const FloatX4 inv_scale = four(1.0f / node.scale);
+    const FloatX4 inv_scale = broadcast_x4(1.0f / node.scale);
     // Round outwards, by 0.02 quanta at least. Rounding q ≤ 254 adds errors of 6e-5 quanta in all, and rounding
     // org + q·scale, as the test of a node computes it, half as much.
-    const auto below = [&](const FloatX4& x) { return max((x - org) * inv_scale - four(0.02f), FloatX4{}); };
+    const auto below = [&](const FloatX4& x) { return max((x - org) * inv_scale - broadcast_x4(0.02f), FloatX4{}); };
     const auto above = [&](const FloatX4& x) {
-      const FloatX4 y = (x - org) * inv_scale + four(0.02f);
+      const FloatX4 y = (x - org) * inv_scale + broadcast_x4(0.02f);
       const FloatX4 whole = __builtin_convertvector(__builtin_convertvector(y, IntX4), FloatX4);
-      return min(whole < y ? whole + four(1.0f) : whole, four(255.0f));
+      return min(whole < y ? whole + broadcast_x4(1.0f) : whole, broadcast_x4(255.0f));
     };
     auto* const rows = reinterpret_cast<std::uint8_t (*)[kSimdWidth]>(node.planes);
     for (int i = 0; i < kSimdWidth; i += 4) {

@@ -20,7 +20,7 @@ class Collapse {
 
   WideBvh operator()(unsigned n_threads, Progress& progress) {
     plans_ = CollapsePlanner(nodes_, refs_, cost_)(n_threads, progress);
-    make_room(n_threads, progress);
+    allocate_blocks(n_threads, progress);
     BlockCursor at{1, 0, 0};
     if (plans_[0].leaf) {
       // A root that is a leaf becomes the only child of a node.
@@ -65,7 +65,7 @@ class Collapse {
 
   /// Count all blocks, find where those of each subtree begin, and allocate them. Merged pieces are not known yet, so
   /// references are counted before merging.
-  void make_room(unsigned n_threads, Progress& progress) {
+  void allocate_blocks(unsigned n_threads, Progress& progress) {
     BlockCursor end{1, 0, 0};
     if (plans_[0].leaf)
       end = {1, 1, refs_.size()};
@@ -83,11 +83,11 @@ class Collapse {
       subtree.begin = end;
       end = {end.node + subtree.size.node, end.leaf + subtree.size.leaf, end.ref + subtree.size.ref};
     }
-    wide_.nodes.make_room(end.node);
-    wide_.leaves.make_room(end.leaf);
-    wide_.refs.make_room(end.ref);
-    wide_.nodes.keep(end.node);
-    wide_.leaves.keep(end.leaf);
+    wide_.nodes.reset(end.node);
+    wide_.leaves.reset(end.leaf);
+    wide_.refs.reset(end.ref);
+    wide_.nodes.set_size(end.node);
+    wide_.leaves.set_size(end.leaf);
   }
 
   /// Roots of subtrees in the binary tree.
@@ -213,7 +213,7 @@ class Collapse {
       for (std::size_t i = subtree.begin.leaf; i < subtree.end.leaf; ++i)
         wide_.leaves[i].first_ref -= std::uint32_t(gap);
     }
-    wide_.refs.keep(end);
+    wide_.refs.set_size(end);
   }
 
   std::span<const Node> nodes_;

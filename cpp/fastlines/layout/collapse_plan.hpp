@@ -48,7 +48,7 @@ class CollapsePlanner {
   }
 
   Buffer<CollapsePlan> operator()(unsigned n_threads, Progress& progress) {
-    plans_.make_room(nodes_.size());
+    plans_.reset(nodes_.size());
     const SubtreeRanges ranges = subtree_ranges(nodes_, kMaxTaskNodes, std::numeric_limits<std::size_t>::max());
     parallel_for(
         ranges.below.size(), n_threads, progress, [] { return 0; },
@@ -57,7 +57,7 @@ class CollapsePlanner {
         },
         {0.0, 0.4});
     for (auto v = ranges.above.rbegin(); v != ranges.above.rend(); ++v) plan(*v);
-    plans_.keep(nodes_.size());
+    plans_.set_size(nodes_.size());
     return std::move(plans_);
   }
 

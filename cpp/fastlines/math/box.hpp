@@ -1,11 +1,10 @@
 // Axis-parallel boxes: a ≤ x ≤ b, c ≤ y ≤ d, e ≤ z ≤ f.
 //
-// Corners are float32, as trees store them. Areas are float64, so that a cost equals the sum of its terms. SA(q) =
-// 2((b−a)(d−c) + (b−a)(f−e) + (d−c)(f−e)), and 0 for an empty box (thesis §3.1).
+// Corners are float32, as trees store them. Areas are float64, so that rounding hardly changes a sum of many. The area
+// is SA(q) = 2((b−a)(d−c) + (b−a)(f−e) + (d−c)(f−e)), and 0 for an empty box (thesis §3.1).
 #pragma once
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "vec.hpp"
@@ -15,11 +14,8 @@ namespace fastlines {
 struct Box {
   Vec3 lo, hi;
 
-  /// The box that growing starts from: it contains no point.
-  static constexpr Box empty() {
-    constexpr float inf = std::numeric_limits<float>::infinity();
-    return {{inf, inf, inf}, {-inf, -inf, -inf}};
-  }
+  /// The box that contains no point: grown by a box, it equals that box.
+  static constexpr Box empty() { return {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}}; }
 
   bool is_empty() const { return lo[0] > hi[0] || lo[1] > hi[1] || lo[2] > hi[2]; }
 
@@ -63,7 +59,7 @@ struct Box {
   friend bool operator==(const Box&, const Box&) = default;
 };
 
-/// Both parts of a box, cut at a plane inside it.
+/// Both parts of a box that is cut at a plane inside it.
 inline std::pair<Box, Box> halves(const Box& box, int axis, float plane) {
   Box left = box, right = box;
   left.hi[axis] = right.lo[axis] = plane;

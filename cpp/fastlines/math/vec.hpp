@@ -1,11 +1,14 @@
-// Vectors of three floats, and the operations on them that need a name.
+// Vectors of three floats and their operations, and infinity.
 #pragma once
 
 #include <array>
+#include <limits>
 
 namespace fastlines {
 
 using Vec3 = std::array<float, 3>;
+
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 inline Vec3 operator+(const Vec3& a, const Vec3& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 inline Vec3 operator-(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }

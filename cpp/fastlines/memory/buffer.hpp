@@ -9,8 +9,8 @@
 
 namespace fastlines {
 
-/// An uninitialised array. A build reserves more elements than it keeps, and pages that it does not write to are never
-/// touched.
+/// Reserved elements are not touched. So a build can reserve more than it needs: pages that it does not write to cost
+/// no memory.
 template <class T>
 class Buffer {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -26,8 +26,8 @@ class Buffer {
   }
   ~Buffer() { PagePool::release(data_); }
 
-  /// Discards the contents and reserves n elements.
-  T* make_room(std::size_t n) {
+  /// Discards the contents and reserves n elements. Returns where to write them.
+  T* reset(std::size_t n) {
     size_ = 0;
     if (n <= capacity_) return data_;
     *this = Buffer();
@@ -36,18 +36,18 @@ class Buffer {
     return data_;
   }
 
-  /// Reserves n elements and keeps the first n_first.
+  /// Reserves n elements and copies the first n_first.
   void grow(std::size_t n, std::size_t n_first) {
     Buffer larger;
-    std::uninitialized_copy_n(data_, n_first, larger.make_room(n));
+    std::uninitialized_copy_n(data_, n_first, larger.reset(n));
     *this = std::move(larger);
   }
 
-  /// Sets the size to n; the first n elements have been or will be written by the caller.
-  void keep(std::size_t n) { size_ = n; }
+  /// Sets the size to n, at most the capacity. The caller writes the elements, before or after.
+  void set_size(std::size_t n) { size_ = n; }
 
   void assign(std::span<const T> from) {
-    std::uninitialized_copy(from.begin(), from.end(), make_room(from.size()));
+    std::uninitialized_copy(from.begin(), from.end(), reset(from.size()));
     size_ = from.size();
   }
 

@@ -23,11 +23,11 @@ struct Allocator {
 template <class T>
 using LargeVector = std::vector<T, Allocator<T>>;
 
-/// Reserves room for n more elements. Unused capacity costs only address space, while growing copies. So a vector of
-/// less than 2 MB reserves eight times what it needs, a larger one twice.
+/// Reserves n more elements. Unused capacity costs only address space, but growing copies. So a vector of less than 2
+/// MB reserves eight times as much as it needs, a larger one twice as much.
 template <class T>
 void reserve_more(LargeVector<T>& vector, std::size_t n) {
-  constexpr std::size_t small = std::size_t(1) << 21;
+  constexpr std::size_t small = std::size_t(1) << 21;  // bytes
   if (const std::size_t size = vector.size() + n; size > vector.capacity())
     vector.reserve(size * (size * sizeof(T) < small ? 8 : 2));
 }

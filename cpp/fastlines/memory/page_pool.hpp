@@ -36,10 +36,10 @@ class PagePool {
     return begin + kHeaderBytes;
   }
 
-  /// Returns the pages behind the first n_bytes to the system. Their addresses stay part of the block.
-  static void use_first([[maybe_unused]] void* data, [[maybe_unused]] std::size_t n_bytes) noexcept {
+  /// Returns the pages past the first n_bytes to the system. Their addresses stay part of the block.
+  static void trim([[maybe_unused]] void* data, [[maybe_unused]] std::size_t n_bytes) noexcept {
 #ifdef __linux__
-    constexpr std::size_t page = 1 << 12, min_bytes = 1 << 20;  // less is not worth the call
+    constexpr std::size_t page = 1 << 12, min_bytes = 1 << 20;  // fewer bytes are not worth the call
     const auto begin = reinterpret_cast<std::uintptr_t>(data);
     const auto from = (begin + n_bytes + page - 1) / page * page, to = (begin + size_of(data)) / page * page;
     if (to <= from || to - from < min_bytes) return;
@@ -57,7 +57,7 @@ class PagePool {
   struct Header {
     std::size_t size, n_used;  // bytes of the data, and of its part that may occupy memory
   };
-  /// The size of a header, which is also the least alignment; and the size of a huge page.
+  /// Bytes of a header, which is also the least alignment; and of a huge page.
   static constexpr std::size_t kHeaderBytes = 128, kHugePage = std::size_t(1) << 21;
 
   static std::size_t alignment_for(std::size_t n_bytes) { return n_bytes >= 2 * kHugePage ? kHugePage : kHeaderBytes; }
@@ -72,9 +72,8 @@ class PagePool {
   static Header& header_of(void* data) { return *std::launder(reinterpret_cast<Header*>(begin_of(data))); }
   static std::size_t size_of(void* data) { return header_of(data).size; }
 
-  /// The blocks released last, for reuse: touching new pages of the system takes longer than writing an answer to them.
-  /// Its lock is only tried, never waited for: in a process forked while a thread held the lock, waiting would never
-  /// end.
+  /// The blocks released last, for reuse: the page faults of new memory take longer than writing an answer to it.
+  /// Nothing ever waits for its lock: in a process forked while a thread held the lock, it would wait forever.
   class FreeList {
    public:
     /// The smallest block of at least n_bytes that is at most a third larger than a new one; null if there is none.
@@ -113,7 +112,7 @@ class PagePool {
     }
 
    private:
-    /// The smallest block to keep; the most memory and the most blocks kept.
+    /// Bytes of the smallest block to keep; the most bytes and the most blocks kept.
     static constexpr std::size_t kMinBytes = std::size_t(1) << 16, kMaxBytes = std::size_t(1) << 28, kMaxBlocks = 256;
     std::mutex mutex_;
     std::vector<void*> blocks_;                  // oldest first
@@ -122,7 +121,7 @@ class PagePool {
     friend class PagePool;
   };
 
-  /// Never destroyed: answers may outlive every static object at exit.
+  /// The list is never destroyed: answers may outlive every static object at exit.
   static FreeList& free_list() {
     static FreeList& blocks = *new FreeList;
     return blocks;

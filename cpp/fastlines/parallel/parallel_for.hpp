@@ -1,5 +1,5 @@
-// A parallel loop over chunks, which threads take from an atomic counter. If each chunk writes to a place of its own,
-// the result does not depend on the number of threads.
+// Parallel loops over chunks, which threads take from an atomic counter. If each chunk writes only its own results,
+// they do not depend on the number of threads.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "progress.hpp"
-#include "thread_pool.hpp"
+#include "start_threads.hpp"
 
 namespace fastlines {
 
@@ -44,6 +44,16 @@ void parallel_for(std::size_t n_chunks, unsigned n_threads, Progress& progress, 
   run();
   for (std::thread& thread : others) thread.join();
   if (error) std::rethrow_exception(error);
+}
+
+/// Calls work(worker, begin, end) for chunks [begin, end) of [0, n): `chunk_size` indices each, fewer in the last one.
+template <class Make, class Work>
+void parallel_for_chunks(std::size_t n, std::size_t chunk_size, unsigned n_threads, Progress& progress, Make&& make,
+                         Work&& work, Stage stage = {}) {
+  parallel_for(
+      (n + chunk_size - 1) / chunk_size, n_threads, progress, make,
+      [&](auto& worker, std::size_t chunk) { work(worker, chunk * chunk_size, std::min(n, (chunk + 1) * chunk_size)); },
+      stage);
 }
 
 }  // namespace fastlines

@@ -6,19 +6,20 @@
 
 namespace fastlines {
 
-/// Thrown by a call that was asked to stop.
+/// Thrown by a call that is cancelled.
 struct Cancelled : std::exception {
   const char* what() const noexcept override { return "cancelled"; }
 };
 
 struct Progress {
-  std::atomic<double> done{0.0};  // from 0 to 1
+  std::atomic<double> done{0.0};  // the fraction of the work
   std::atomic<bool> cancel{false};
 
-  /// Throws Cancelled if the call is to stop.
+  /// Throws Cancelled if the watcher has requested it.
   void check() const {
     if (cancel.load(std::memory_order_relaxed)) throw Cancelled{};
   }
+  /// Adds a fraction of the work to what is done.
   void add(double share) { done.fetch_add(share, std::memory_order_relaxed); }
 };
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "progress.hpp"
-#include "thread_pool.hpp"
+#include "start_threads.hpp"
 
 namespace fastlines {
 
@@ -37,10 +37,10 @@ class TaskGroup {
   TaskGroup& operator=(const TaskGroup&) = delete;
 
   /// Whether the group has more than one thread.
-  bool shared() const { return !threads_.empty(); }
+  bool is_parallel() const { return !threads_.empty(); }
 
-  /// Keeps the first error other than Cancelled, which only follows from another error.
-  void note(std::exception_ptr error) {
+  /// Keeps the first error. Ignores Cancelled, which only follows from another error or from a request of the watcher.
+  void keep_error(std::exception_ptr error) {
     try {
       std::rethrow_exception(error);
     } catch (const Cancelled&) {
@@ -49,16 +49,16 @@ class TaskGroup {
       if (!error_) error_ = error;
     }
   }
-  /// Throws the error that `note` kept, if there is one.
+  /// Throws the error that `keep_error` kept, if there is one.
   void rethrow() {
     const std::lock_guard lock(mutex_);
     if (error_) std::rethrow_exception(error_);
   }
 
-  /// Runs `mine` while another thread may run `theirs`. Returns true if `theirs` was run too; otherwise the caller has
-  /// to run it. An exception of either leaves only after both have ended.
+  /// Runs `mine` while another thread may run `theirs`. Returns false if no other thread has: the caller then has to
+  /// run it. An exception of either is thrown only after both have ended.
   template <class Mine, class Theirs>
-  bool side_by_side(Mine&& mine, Theirs&& theirs) {
+  bool fork_join(Mine&& mine, Theirs&& theirs) {
     Task task(theirs);
     fork(task);
     try {
@@ -75,17 +75,17 @@ class TaskGroup {
     return true;
   }
 
-  /// Calls work(first, end) for parts of [first, end), each of at least min_size unless the whole is smaller.
+  /// Calls work(begin, end) for ranges that divide [first, end), each of at least min_size unless the whole is smaller.
   template <class Work>
-  void in_parts(std::size_t first, std::size_t end, std::size_t min_size, Work&& work) {
-    if (!shared() || end - first < 2 * min_size) return work(first, end);
+  void for_ranges(std::size_t first, std::size_t end, std::size_t min_size, Work&& work) {
+    if (!is_parallel() || end - first < 2 * min_size) return work(first, end);
     const std::size_t middle = first + (end - first) / 2;
-    const auto rest = [&] { in_parts(middle, end, min_size, work); };
-    if (!side_by_side([&] { in_parts(first, middle, min_size, work); }, rest)) rest();
+    const auto rest = [&] { for_ranges(middle, end, min_size, work); };
+    if (!fork_join([&] { for_ranges(first, middle, min_size, work); }, rest)) rest();
   }
 
  private:
-  /// A piece of work. Its address must stay valid until it is taken back or joined.
+  /// A function to run. The address of the task must stay valid until the task is taken back or joined.
   class Task {
    public:
     explicit Task(std::function<void()> work) : work_(std::move(work)) {}
@@ -122,7 +122,7 @@ class TaskGroup {
     return true;
   }
 
-  /// Waits for a task that another thread has started, running other tasks meanwhile. Throws what the task threw.
+  /// Waits for a task that another thread has started, and runs other tasks meanwhile. Rethrows the task's exception.
   void join(Task& task) {
     std::unique_lock lock(mutex_);
     while (!task.done_.load(std::memory_order_acquire)) {
@@ -144,6 +144,7 @@ class TaskGroup {
     changed_.notify_all();
   }
 
+  /// Runs tasks until the group is destroyed.
   void serve() {
     std::unique_lock lock(mutex_);
     for (;;) {

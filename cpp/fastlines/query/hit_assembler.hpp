@@ -43,7 +43,7 @@ class HitAssembler {
         count();
         while (!waiting_.empty() && waiting_.begin()->first < next_ && waiting_.begin()->second.end <= n_counted_)
           ready.push_back(std::move(waiting_.extract(waiting_.begin()).mapped()));
-        make_room(std::size_t(offsets_[n_counted_]), double(n_hits_added_) / double(n_added) * double(n_chunks));
+        reserve(std::size_t(offsets_[n_counted_]), double(n_hits_added_) / double(n_added) * double(n_chunks));
       }
     }
     lists.clear();
@@ -78,7 +78,7 @@ class HitAssembler {
 
   /// Make room for n_hits, and for 1.5 times the expected total if the system grants it. Unused room costs only
   /// addresses.
-  void make_room(std::size_t n_hits, double n_expected) {
+  void reserve(std::size_t n_hits, double n_expected) {
     if (n_hits <= room_) return;
     const std::lock_guard lock(columns_mutex_);
     const std::size_t enough = n_hits + (room_ > 0 ? n_hits / 2 : 0);

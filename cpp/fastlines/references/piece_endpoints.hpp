@@ -14,7 +14,7 @@ struct PieceEndpoints {
 
 /// The ends of a piece.
 [[gnu::always_inline]] inline PieceEndpoints endpoints_of(const Segment& segment, const Reference& ref) {
-  const FloatX4 p = four(&segment.p[0]), tail = four(&segment.p[2]);
+  const FloatX4 p = load_x4(&segment.p[0]), tail = load_x4(&segment.p[2]);
   const FloatX4 q = __builtin_shufflevector(tail, tail, 1, 2, 3, 3);
   double both;  // the bits of s0 and s1, loaded at once
   std::memcpy(&both, &ref.s0, sizeof both);
@@ -26,8 +26,8 @@ struct PieceEndpoints {
   along -= from;
   const DoubleX4 a = from + __builtin_shufflevector(wide, wide, 0, 0, 0, 0) * along;
   const DoubleX4 c = from + __builtin_shufflevector(wide, wide, 1, 1, 1, 1) * along;
-  return {__builtin_shufflevector(s, s, 0, 0, 0, 0) < four(1.0f) ? __builtin_convertvector(a, FloatX4) : q,
-          __builtin_shufflevector(s, s, 1, 1, 1, 1) < four(1.0f) ? __builtin_convertvector(c, FloatX4) : q};
+  return {__builtin_shufflevector(s, s, 0, 0, 0, 0) < broadcast_x4(1.0f) ? __builtin_convertvector(a, FloatX4) : q,
+          __builtin_shufflevector(s, s, 1, 1, 1, 1) < broadcast_x4(1.0f) ? __builtin_convertvector(c, FloatX4) : q};
 }
 
 /// The box around both ends.

@@ -22,13 +22,13 @@ struct Presplit {
 template <Primitives P>
 Buffer<BuildRef> whole_references(const P& prims, TaskGroup& tasks) {
   Buffer<BuildRef> refs;
-  BuildRef* const data = refs.make_room(prims.size());
+  BuildRef* const data = refs.reset(prims.size());
   constexpr std::size_t part = 1 << 14;  // primitives per task
-  tasks.in_parts(0, prims.size(), part, [&prims, data](std::size_t first, std::size_t end) {
+  tasks.for_ranges(0, prims.size(), part, [&prims, data](std::size_t first, std::size_t end) {
     for (std::size_t prim = first; prim < end; ++prim)
       data[prim] = {{std::uint32_t(prim)}, prims.bounds(std::uint32_t(prim))};
   });
-  refs.keep(prims.size());
+  refs.set_size(prims.size());
   return refs;
 }
 

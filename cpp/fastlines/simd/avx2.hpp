@@ -25,7 +25,7 @@ struct MaskX16 {
 struct FloatX16 {
   __m256 a, b;
   static constexpr int kRegisters = 2;
-  static constexpr int kMaxPermuteTable = 16;  // permute pays for tables of up to so many floats
+  static constexpr int kMaxPermuteTable = 16;  // the most floats in a table for which permute is fast
 
   FloatX16() = default;
   FloatX16(__m256 a_, __m256 b_) : a(a_), b(b_) {}
@@ -130,7 +130,7 @@ inline void compress(std::uint32_t bits, FloatX16 x, float* to) {
   _mm256_storeu_ps(to + std::popcount(bits & 0xff), _mm256_permutevar8x32_ps(x.b, compress_permutation(bits >> 8)));
 }
 
-/// base + i for each set bit i, in order. Writes 16 words; those past the set bits have any value.
+/// base + i for each set bit i, in order. Writes 16 integers; those past the set bits have any value.
 inline void compress_indices(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
   const auto store = [](std::uint32_t* at, __m256i x) { _mm256_storeu_si256(reinterpret_cast<__m256i*>(at), x); };
   const __m256i low = _mm256_set1_epi32(int(base)), high = _mm256_add_epi32(low, _mm256_set1_epi32(8));
@@ -147,7 +147,7 @@ inline std::uint32_t nonzero_mask(const std::uint32_t* numbers) {
   return ~(eight(numbers) | eight(numbers + 8) << 8) & 0xffff;
 }
 
-/// A bit for each lane in which x and y both have sign bit 0, or z has, or w has.
+/// A bit for each lane where the sign bits of both x and y are 0, or that of z, or that of w.
 inline std::uint32_t nonnegative_mask(FloatX16 x, FloatX16 y, FloatX16 z, FloatX16 w) {
   const auto eight = [](__m256 a, __m256 b, __m256 c, __m256 d) {
     return std::uint32_t(_mm256_movemask_ps(_mm256_and_ps(_mm256_and_ps(_mm256_or_ps(a, b), c), d)));

@@ -21,7 +21,7 @@ struct MaskX16 {
 struct FloatX16 {
   __m512 a;
   static constexpr int kRegisters = 1;
-  static constexpr int kMaxPermuteTable = 64;  // permute pays for tables of up to so many floats
+  static constexpr int kMaxPermuteTable = 64;  // the most floats in a table for which permute is fast
 
   FloatX16() = default;
   FloatX16(__m512 a_) : a(a_) {}
@@ -105,7 +105,7 @@ inline void compress(std::uint32_t bits, FloatX16 x, float* to) {
   _mm512_storeu_ps(to, _mm512_maskz_compress_ps(__mmask16(bits), x.a));
 }
 
-/// base + i for each set bit i, in order. Writes 16 words; those past the set bits have any value.
+/// base + i for each set bit i, in order. Writes 16 integers; those past the set bits have any value.
 inline void compress_indices(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
   const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   const __m512i numbers = _mm512_add_epi32(lanes, _mm512_set1_epi32(int(base)));
@@ -118,7 +118,7 @@ inline std::uint32_t nonzero_mask(const std::uint32_t* numbers) {
   return _mm512_test_epi32_mask(all, all);
 }
 
-/// A bit for each lane in which x and y both have sign bit 0, or z has, or w has.
+/// A bit for each lane where the sign bits of both x and y are 0, or that of z, or that of w.
 inline std::uint32_t nonnegative_mask(FloatX16 x, FloatX16 y, FloatX16 z, FloatX16 w) {
   const auto bits = [](FloatX16 of) { return _mm512_castps_si512(of.a); };
   constexpr int or_and = 0xa8;  // (x | y) & z

@@ -1,8 +1,6 @@
 // A box as two vectors of four lanes, which two instructions grow. Lane 3 is padding.
 #pragma once
 
-#include <limits>
-
 #include "../math/box.hpp"
 #include "float_x4.hpp"
 
@@ -12,7 +10,7 @@ struct BoxX4 {
   FloatX4 lo, hi;
 
   static BoxX4 empty() {
-    const FloatX4 infinity = four(std::numeric_limits<float>::infinity());
+    const FloatX4 infinity = broadcast_x4(kInfinity);
     return {infinity, -infinity};
   }
   /// The box of two points.

@@ -24,7 +24,7 @@ namespace fastlines {
 
 inline constexpr int kSimdWidth = 16;
 
-/// A mask of the first min(n, 16) lanes; n > 0.
+/// A mask of the first min(n, 16) lanes, n > 0.
 inline std::uint32_t lane_mask(std::size_t n) { return (2u << std::min<std::size_t>(n - 1, kSimdWidth - 1)) - 1; }
 
 /// Integers as floats of the same bits, for operations that only move lanes.
@@ -49,5 +49,8 @@ inline float abs(float x) { return std::fabs(x); }
 inline float blend(bool mask, float x, float y) { return mask ? x : y; }
 inline bool any(bool mask) { return mask; }
 inline bool any(MaskX16 mask) { return mask.bits() != 0; }
+
+/// The maximum over all lanes.
+inline float reduce_max(FloatX16 x) { return -reduce_min(FloatX16(0.0f) - x); }
 
 }  // namespace fastlines

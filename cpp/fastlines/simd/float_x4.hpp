@@ -1,8 +1,9 @@
-// Four lanes of float32 or float64 in the compiler's vector types: a point, with lane 3 as padding.
+// Four lanes of float32 or float64 in the compiler's vector types. A point has lane 3 as padding.
 //
 // Every operation but `fma` gives the same bits on every instruction set.
 #pragma once
 
+#include <cstdint>
 #include <cstring>
 
 #if defined(__AVX__)
@@ -14,17 +15,17 @@ namespace fastlines {
 using FloatX4 = float __attribute__((vector_size(16)));
 using DoubleX2 = double __attribute__((vector_size(16)));
 using DoubleX4 = double __attribute__((vector_size(32)));
-using IntX4 = int __attribute__((vector_size(16)));
+using IntX4 = std::int32_t __attribute__((vector_size(16)));
 
-inline FloatX4 four(float x) { return FloatX4{x, x, x, x}; }
-inline FloatX4 four(const float* p) {
+inline FloatX4 broadcast_x4(float x) { return FloatX4{x, x, x, x}; }
+inline FloatX4 load_x4(const float* p) {
   FloatX4 x;
   std::memcpy(&x, p, sizeof x);
   return x;
 }
 
 /// Loads two floats; lanes 2 and 3 are zero.
-inline FloatX4 two(const float* p) {
+inline FloatX4 load_x2(const float* p) {
   double both;
   std::memcpy(&both, p, sizeof both);
   return FloatX4(DoubleX2{both, 0.0});
@@ -54,6 +55,7 @@ inline FloatX4 two(const float* p) {
 #endif
 }
 
+/// Converts four floats to double.
 [[gnu::always_inline]] inline void to_double(const FloatX4& x, DoubleX4& wide) {
 #if defined(__AVX__)
   wide = DoubleX4(_mm256_cvtps_pd(__m128(x)));  // one instruction; __builtin_convertvector takes six

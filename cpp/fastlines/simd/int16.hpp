@@ -73,7 +73,7 @@ struct Int16s {
     std::memcpy(&words.v, bytes, sizeof words.v);
     return words;
   }
-  /// Unsigned bytes of x times signed bytes of y, the products of two neighbours added, with saturation.
+  /// The sums of two neighbouring products of the unsigned bytes of x and the signed bytes of y, with saturation.
   friend Int16s dot_bytes(Int16s x, Int16s y) { return {FASTLINES_MM(maddubs_epi16)(x.v, y.v)}; }
   friend Int16s operator+(Int16s x, Int16s y) { return {FASTLINES_MM(add_epi16)(x.v, y.v)}; }
   friend Int16s operator<<(Int16s x, int n_bits) { return {FASTLINES_MM(slli_epi16)(x.v, n_bits)}; }
@@ -95,7 +95,7 @@ struct Int16Pairs {
 /// Packs two masks of 32-bit lanes into one register of 16-bit lanes.
 inline Int16s join(Mask32s low, Mask32s high) { return {FASTLINES_MM(packs_epi32)(low.v, high.v)}; }
 
-/// The signs of 16 lanes of 16 bits, as a mask.
+/// A bit for the sign of each of 16 lanes of 16 bits.
 #if defined(__AVX2__)
 inline std::uint32_t bits_of(const Int16s (&x)[1]) {
   return std::uint32_t(

@@ -28,9 +28,6 @@ inline constexpr const char* kSimd = "neon";
 inline constexpr const char* kSimd = "portable";
 #endif
 
-using FloatX4 = float __attribute__((vector_size(16)));
-using IntX4 = std::int32_t __attribute__((vector_size(16)));
-
 /// The signs of four lanes, as a mask.
 inline std::uint32_t bits_of(IntX4 mask) {
 #if defined(__SSE4_2__) && !defined(FASTLINES_PORTABLE)
@@ -73,9 +70,9 @@ struct FloatX16 {
   FloatX4 v[4];
   static constexpr int kRegisters = 4;
 #if defined(FASTLINES_COUNTERS)
-  static constexpr int kMaxPermuteTable = 64;  // as with AVX-512, so that its steps are counted
+  static constexpr int kMaxPermuteTable = 64;  // as for AVX-512, so that its steps are counted
 #else
-  static constexpr int kMaxPermuteTable = 0;  // permute never pays
+  static constexpr int kMaxPermuteTable = 0;  // permute is slower for any table
 #endif
 
   FloatX16() = default;
@@ -98,7 +95,7 @@ struct FloatX16 {
   }
   /// Four floats of each of four rows, one row per group of four lanes; store_rows is the inverse.
   static FloatX16 of_rows(const float* p, const float* q, const float* r, const float* s) {
-    return {four(p), four(q), four(r), four(s)};
+    return {load_x4(p), load_x4(q), load_x4(r), load_x4(s)};
   }
   void store_rows(float* p, float* q, float* r, float* s) const {
     std::memcpy(p, &v[0], sizeof v[0]);
@@ -157,10 +154,10 @@ struct FloatX16 {
 };
 
 inline FloatX16 min(FloatX16 x, FloatX16 y) {
-  return FloatX16::each(x, y, [](FloatX4 a, FloatX4 b) { return a < b ? a : b; });
+  return FloatX16::each(x, y, [](FloatX4 a, FloatX4 b) { return min(a, b); });
 }
 inline FloatX16 max(FloatX16 x, FloatX16 y) {
-  return FloatX16::each(x, y, [](FloatX4 a, FloatX4 b) { return a > b ? a : b; });
+  return FloatX16::each(x, y, [](FloatX4 a, FloatX4 b) { return max(a, b); });
 }
 inline FloatX16 fma(FloatX16 x, FloatX16 y, FloatX16 z) { return x * y + z; }
 inline FloatX16 fnma(FloatX16 x, FloatX16 y, FloatX16 z) { return z - x * y; }
@@ -189,7 +186,7 @@ inline void compress(std::uint32_t bits, FloatX16 x, float* to) {
   for (int i = 0; i < 8; ++i) put(n + i, 8 + kCompressTable.lanes[bits >> 8][i]);
 }
 
-/// base + i for each set bit i, in order. Writes 16 words; those past the set bits have any value.
+/// base + i for each set bit i, in order. Writes 16 integers; those past the set bits have any value.
 inline void compress_indices(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
   const int n = std::popcount(bits & 0xff);
   for (int i = 0; i < 8; ++i) to[i] = base + kCompressTable.lanes[bits & 0xff][i];
@@ -207,7 +204,7 @@ inline std::uint32_t nonzero_mask(const std::uint32_t* numbers) {
   return bits;
 }
 
-/// A bit for each lane in which x and y both have sign bit 0, or z has, or w has.
+/// A bit for each lane where the sign bits of both x and y are 0, or that of z, or that of w.
 inline std::uint32_t nonnegative_mask(FloatX16 x, FloatX16 y, FloatX16 z, FloatX16 w) {
   const auto four = [&](int i) {
     return bits_of(((IntX4(x.v[i]) | IntX4(y.v[i])) & IntX4(z.v[i]) & IntX4(w.v[i])) >= 0) << 4 * i;
@@ -217,8 +214,7 @@ inline std::uint32_t nonnegative_mask(FloatX16 x, FloatX16 y, FloatX16 z, FloatX
 
 /// The minimum over all lanes.
 inline float reduce_min(FloatX16 x) {
-  const auto less = [](FloatX4 a, FloatX4 b) { return a < b ? a : b; };
-  const FloatX4 four = less(less(x.v[0], x.v[1]), less(x.v[2], x.v[3]));
+  const FloatX4 four = min(min(x.v[0], x.v[1]), min(x.v[2], x.v[3]));
   const float two[2] = {four[0] < four[1] ? four[0] : four[1], four[2] < four[3] ? four[2] : four[3]};
   return two[0] < two[1] ? two[0] : two[1];
 }

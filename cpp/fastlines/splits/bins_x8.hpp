@@ -31,7 +31,7 @@ class BinsX8 {
       const float lo = box.lo[axis], step = float(box.side(axis) / (n_planes + 1));
       FloatX8 number = {1, 2, 3, 4, 5, 6, 7, 8};
       for (std::size_t i = 0; i < n_vectors_; ++i, number += 8.0f)
-        planes[i].begin(number <= float(n_planes) ? lo + number * step : eight(kInf));
+        planes[i].begin(number <= float(n_planes) ? lo + number * step : broadcast_x8(kInfinity));
     });
     if (rule != BoxRule::tight) return;
     for (Planes& planes : planes_) planes.begin_crossings();
@@ -106,7 +106,7 @@ class BinsX8 {
     const Weights weights(box, measure);
     if (!tight && !all) return visit_cheapest_halves(kind, box, weights, visitor);
     for_each_axis([&]<int axis>(const Planes* of_axis, BoxX4* bins) __attribute__((always_inline)) {
-      float least = kInf;
+      float least = kInfinity;
       Candidate best;
       BoxX4 before = BoxX4::empty();
       if (tight) accumulate(bins);
@@ -122,7 +122,7 @@ class BinsX8 {
         } else {
           weight = weights.weigh_halves<axis>(planes, box);
         }
-        weight = divides & (weight < kInf) ? weight : eight(kInf);  // NaN counts as ∞
+        weight = divides & (weight < kInfinity) ? weight : broadcast_x8(kInfinity);  // NaN counts as ∞
         const auto candidate = [&](std::size_t lane) {
           const auto [left_box, right_box] =
               tight ? std::pair(left.box(lane), right.box(lane)) : halves(box, axis, planes.at[lane]);
@@ -132,22 +132,20 @@ class BinsX8 {
         };
         if (all) {
           for (std::size_t lane = 0; lane < 8; ++lane)
-            if (weight[lane] < kInf) visitor(candidate(lane));
+            if (weight[lane] < kInfinity) visitor(candidate(lane));
         }
         if (bits_of(weight < least) == 0) continue;
         const std::size_t lane = index_of_min(weight);
         least = weight[lane];
         if (!all) best = candidate(lane);
       }
-      any_visited |= least < kInf;
-      if (!all && least < kInf) visitor(best);
+      any_visited |= least < kInfinity;
+      if (!all && least < kInfinity) visitor(best);
     });
     return any_visited;
   }
 
  private:
-  static constexpr float kInf = std::numeric_limits<float>::infinity();
-
   /// Eight planes across an axis: their counts of references on either side, and the bounds of their crossings.
   struct Planes {
     FloatX8 at;
@@ -159,8 +157,8 @@ class BinsX8 {
       n_left = n_right = IntX8{};
     }
     [[gnu::always_inline]] void begin_crossings() {
-      lo[0] = lo[1] = eight(kInf);
-      hi[0] = hi[1] = eight(-kInf);
+      lo[0] = lo[1] = broadcast_x8(kInfinity);
+      hi[0] = hi[1] = broadcast_x8(-kInfinity);
     }
   };
 
@@ -219,7 +217,7 @@ class BinsX8 {
     for_each_axis([&]<int axis>(const Planes* of_axis, const BoxX4*) __attribute__((always_inline)) {
       // Unused lanes weigh NaN. If the box is too thin for floats, planes may lie in its sides.
       const bool inside = of_axis[0].at[0] > box.lo[axis] && last_of(of_axis) < box.hi[axis];
-      FloatX8 least = eight(kInf);
+      FloatX8 least = broadcast_x8(kInfinity);
       IntX8 number{};
       for (std::size_t i = 0; i < n_vectors_; ++i) {
         const Planes& planes = of_axis[i];
@@ -231,7 +229,7 @@ class BinsX8 {
       }
       // Of equally cheap planes take the first.
       std::size_t lane = index_of_min(least);
-      if (!(least[lane] < kInf)) return;
+      if (!(least[lane] < kInfinity)) return;
       for (unsigned ties = bits_of(least == least[lane]) & (~1u << lane); ties; ties &= ties - 1) {
         const auto tie = std::size_t(std::countr_zero(ties));
         if (number[tie] < number[lane]) lane = tie;
@@ -278,7 +276,7 @@ class BinsX8 {
     right.lo[axis] = crossed ? planes.at : right.lo[axis];
     for (int j = 0; j < 2; ++j) {
       const int k = (axis + 1 + j) % 3;
-      const FloatX8 lo = max(planes.lo[j], eight(box.lo[k])), hi = min(planes.hi[j], eight(box.hi[k]));
+      const FloatX8 lo = max(planes.lo[j], broadcast_x8(box.lo[k])), hi = min(planes.hi[j], broadcast_x8(box.hi[k]));
       left.lo[k] = min(lo, left.lo[k]);
       left.hi[k] = max(hi, left.hi[k]);
       right.lo[k] = min(lo, right.lo[k]);

@@ -21,8 +21,8 @@ void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRe
     return;
   }
   // Write each reference to both sides, and advance only the side where it belongs: the side is unpredictable.
-  BuildRef* const left = to_left.begin() == refs.data() ? to_left.data() : to_left.make_room(split.n_left + 1);
-  BuildRef* const right = to_right.make_room(split.n_right + 1);
+  BuildRef* const left = to_left.begin() == refs.data() ? to_left.data() : to_left.reset(split.n_left + 1);
+  BuildRef* const right = to_right.reset(split.n_right + 1);
   std::size_t n_left = 0, n_right = 0;
   const auto put = [&](const BuildRef& ref, unsigned on_left, unsigned on_right) {
     assert(n_left <= split.n_left && n_right <= split.n_right);
@@ -43,7 +43,7 @@ void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRe
     constexpr std::size_t kMaxKept = 1 << 16;  // straddlers that a thread keeps memory for
     constexpr std::size_t kPrefetchAhead = 8;  // straddlers
     thread_local Buffer<Straddler> straddlers;
-    Straddler* const listed = straddlers.make_room(split.n_left + split.n_right - refs.size() + 1);
+    Straddler* const listed = straddlers.reset(split.n_left + split.n_right - refs.size() + 1);
     // Copy the straddlers to both sides, and list them.
     std::size_t n_both = 0;
     for (const BuildRef& ref : refs) {
@@ -60,8 +60,8 @@ void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRe
     }
     if (straddlers.capacity() > kMaxKept) straddlers = {};
   }
-  to_left.keep(n_left);
-  to_right.keep(n_right);
+  to_left.set_size(n_left);
+  to_right.set_size(n_right);
 }
 
 }  // namespace fastlines

@@ -10,7 +10,7 @@
 //
 //     min(a², c²) ≤ reach²    or    (a × w)² ≤ w²·reach²  and  |a² − c²| ≤ w².
 //
-// In 16 bits, projections are exact but saturate, at some 450 quanta. Saturation loses nothing: along an axis, two
+// In 16 bits, projections are exact but saturate, at some 450 quanta. Saturation loses nothing: along an axis, load_x2
 // points of a leaf are no farther apart than that. So if an end or the leaf's origin saturates, the whole piece lies on
 // one side of the ray and only comes nearer. If an end is at the lowest number of both axes, its square overflows 32
 // bits and is negative: its piece passes.
@@ -27,10 +27,10 @@ namespace fastlines {
 /// The leaf's origin projected along U and V, and the reach as lane 2. In quanta times the length of the axes.
 template <bool has_radius>
 [[gnu::always_inline]] inline FloatX4 offset_from_ray(const WideLeaf& leaf, const ProjectedRay& ray) {
-  const FloatX4 org =
-      fma(four(leaf.org[2]), two(ray.z),
-          fma(four(leaf.org[1]), two(ray.y), fma(four(leaf.org[0]), two(ray.x), four(ray.origin_offset))));
-  FloatX4 offset = fma(org, four(leaf.inv_scale), four(ray.rounding_slack));
+  const FloatX4 org = fma(broadcast_x4(leaf.org[2]), load_x2(ray.z),
+                          fma(broadcast_x4(leaf.org[1]), load_x2(ray.y),
+                              fma(broadcast_x4(leaf.org[0]), load_x2(ray.x), load_x4(ray.origin_offset))));
+  FloatX4 offset = fma(org, broadcast_x4(leaf.inv_scale), load_x4(ray.rounding_slack));
   if constexpr (has_radius) offset[2] += leaf.radius * offset[3];
   return offset;
 }
@@ -113,7 +113,7 @@ template <bool has_radius = false>
   const FloatX4 at = offset_from_ray<has_radius>(leaf, ray);
   // If the reach is twice as large as the leaf, all pieces that can be in reach pass.
   constexpr float kAll = 512.0f * kAxisLength, kMuch = 1e30f;
-  const FloatX4 near2 = max(at * at, fma(at, four(kMuch), four(-kMuch * kAll)));
+  const FloatX4 near2 = max(at * at, fma(at, broadcast_x4(kMuch), broadcast_x4(-kMuch * kAll)));
   LeafOffset offset;
   static_assert(sizeof offset == sizeof at);
   FloatX4 all;
@@ -122,7 +122,7 @@ template <bool has_radius = false>
   if constexpr (kIntegerAxes)
     all = FloatX4(__builtin_convertvector(at, IntX4));
   else
-    all = min(max(at, four(-1e15f)), four(1e15f));
+    all = min(max(at, broadcast_x4(-1e15f)), broadcast_x4(1e15f));
   all = __builtin_shufflevector(all, near2, 0, 1, 6, 6);
   std::memcpy(&offset, &all, sizeof offset);
   return offset;

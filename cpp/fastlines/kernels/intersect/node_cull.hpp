@@ -94,8 +94,8 @@ inline FloatX4 origin_of(const WideNode& node) {
 [[gnu::always_inline]] inline std::uint32_t cull_node(const CullRay& ray, const WideNode& node, float limit,
                                                       FloatX16& enter) {
   using F = FloatX16;
-  const FloatX4 inverse = four(ray.inverse), origin = origin_of(node), step = inverse * four(node.scale);
-  const FloatX4 to_near = fma(inverse, origin, four(ray.near)), to_far = fma(inverse, origin, four(ray.far));
+  const FloatX4 inverse = load_x4(ray.inverse), origin = origin_of(node), step = inverse * broadcast_x4(node.scale);
+  const FloatX4 to_near = fma(inverse, origin, load_x4(ray.near)), to_far = fma(inverse, origin, load_x4(ray.far));
   F near = ray.t_min, far = limit;
   const auto clip = [&](auto k) __attribute__((always_inline)) {
     const F a_step = F::broadcast<k>(step);

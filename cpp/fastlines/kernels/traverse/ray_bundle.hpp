@@ -155,7 +155,7 @@ struct RayBundle {
   FloatX4 sums(const float (&of)[3][kGroupSize]) const {
     FloatX4 fours[4] = {}, columns[4];
     for (int k = 0; k < 3; ++k)
-      for (int i = first; i < end; i += 4) fours[k] += four(of[k] + i);
+      for (int i = first; i < end; i += 4) fours[k] += load_x4(of[k] + i);
     transpose(fours, columns);
     return (columns[0] + columns[1]) + (columns[2] + columns[3]);
   }

@@ -1,4 +1,4 @@
-// Starting threads that work together, with as many as the system allows.
+// Starts threads that work together, as many as the system allows.
 #pragma once
 
 #include <atomic>
@@ -34,34 +34,34 @@ inline void move_off_this_core([[maybe_unused]] std::thread& thread) {
 #endif
 }
 
-/// Holds threads back until it is known how many of them are to work.
+/// Holds threads back until the number of them that work is known.
 struct StartGate {
   static constexpr auto kUnknown = std::numeric_limits<std::size_t>::max();
   std::atomic<std::size_t> n_kept{kUnknown}, n_missing{0};  // threads that work, and those of them not ready yet
   std::mutex mutex;                                         // lets one thread at a time allocate
 };
 
-/// Starts up to n threads that call run() once it is known how many there are, and returns them.
+/// Starts up to n threads and returns them. They call run() once their number is known.
 ///
-/// If the system refuses a thread, the stacks of the others may have used up the memory, which the work needs too. So
-/// half of them end (glibc then returns stacks above 40 MB), and the caller continues with fewer threads, or alone.
+/// If the system refuses a thread, the stacks of the others may have used up the memory that the work needs. So half of
+/// them end (glibc then frees stacks beyond 40 MB), and the caller continues with fewer threads, or alone.
 template <class Run>
 std::vector<std::thread> start_threads(std::size_t n, Run run) {
   if (n == 0) return {};
   // The first exception and the first thread-local variable of a thread allocate memory, and glibc ends the process if
-  // there is none. So each thread allocates it before it works. Threads do so one after another, because the first
-  // allocation of a thread briefly reserves 128 MB of addresses. Where memory is short, no thread works before all
-  // have.
-  const auto take_memory = [] {
-    [[maybe_unused]] thread_local volatile bool taken;
-    taken = std::uncaught_exceptions() == 0;
+  // there is none. So each thread allocates that memory before it works. Threads do so one after another, because the
+  // first allocation of a thread briefly reserves 128 MB of addresses. If the system has refused a thread, no thread
+  // works before all have allocated.
+  const auto allocate_early = [] {
+    [[maybe_unused]] thread_local volatile bool allocated;
+    allocated = std::uncaught_exceptions() == 0;
   };
   const auto gate = std::make_shared<StartGate>();
   const auto wait_for_others = [gate] {
     for (std::size_t left; (left = gate->n_missing) > 0;) gate->n_missing.wait(left);
   };
 
-  take_memory();
+  allocate_early();
   std::unique_lock closed(gate->mutex);
   std::vector<std::thread> threads;
   threads.reserve(n);
@@ -73,7 +73,7 @@ std::vector<std::thread> start_threads(std::size_t n, Run run) {
         const std::size_t n_workers = gate->n_kept;
         if (i >= n_workers) return;
         std::unique_lock lock(gate->mutex);
-        take_memory();
+        allocate_early();
         lock.unlock();
         if (n_workers < n) {
           if (--gate->n_missing == 0) gate->n_missing.notify_all();
