@@ -48,7 +48,7 @@ void answer_in_deep_trees() {
   leaf.n_refs = 1;
   std::fill(std::begin(leaf.ends), std::end(leaf.ends), std::uint8_t(128));
   const Box box{{-2.0f, -2.0f, -2.0f}, {2.0f, 2.0f, 2.0f}};
-  const Frame frame{.centre = {0.0f, 0.0f, 0.0f}, .scale = 1.0f, .grain = 1e-5f};
+  const Frame frame{.centre = {0.0f, 0.0f, 0.0f}, .scale = 1.0f, .overhang = 1e-5f};
 
   // Every third ray passes through all boxes but misses the segment.
   std::vector<Vec3> origins, directions(kRays, Vec3{0.0f, 0.0f, 1.0f});

@@ -1,4 +1,4 @@
-// Primitives of which only a box is known: the weakest contract that a tree can be built on.
+// Boxes as primitives: the least that a tree can be built over.
 #pragma once
 
 #include <span>

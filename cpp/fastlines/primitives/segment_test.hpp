@@ -31,7 +31,7 @@ template <class N, class A, class B>
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// Rotate a segment into the basis of a ray. `R` has o, u, v, r. The fields are those of `Segments`: the start and
+/// Transform a segment into the basis of a ray. `R` has o, u, v, r. The fields are those of `Segments`: the start and
 /// e = end − start, in the frame.
 template <class N, class R, class V>
 [[gnu::always_inline]] inline SegmentInRayFrame<N> to_ray_frame(const R& ray, const V& fields) {
@@ -79,16 +79,16 @@ template <class N, class R>
   return {s, t, dist2, dist2 <= ray.radius2};
 }
 
-/// A point where a line enters or leaves a capsule, and the s there.
+/// A point where a line enters or leaves a capsule: t of the line, and s of the nearest point of the segment.
 template <class N>
-struct CapsuleEnd {
+struct CapsulePoint {
   N t, s;
 };
 
 /// Where the ray's line enters (sign −1) or leaves (sign +1) the capsule of its radius around the segment. If the ray
 /// does not hit, the result is undefined and may be NaN.
 template <int sign, class N, class R>
-[[gnu::always_inline]] inline CapsuleEnd<N> capsule_end(const R& ray, const SegmentInRayFrame<N>& g) {
+[[gnu::always_inline]] inline CapsulePoint<N> intersect_capsule(const R& ray, const SegmentInRayFrame<N>& g) {
   const N zero = 0.0f, one = 1.0f, side = float(sign);
   const auto half_chord = [&](const N& dist2) { return sqrt(max(ray.radius2 - dist2, zero)); };
   // Intersect the cylinder around the whole line; valid if the point there belongs to the segment.
@@ -97,18 +97,18 @@ template <int sign, class N, class R>
   const N x_line = g.pu + s_line * g.eu, y_line = g.pv + s_line * g.ev;
   const N t = g.pr + s_line * g.er + side * half_chord(x_line * x_line + y_line * y_line) * sqrt(length2 / g.e_perp2);
   const N s = (zero - (g.pu * g.eu + g.pv * g.ev + (g.pr - t) * g.er)) / length2;
-  // Otherwise, intersect the ball around an end.
-  // The end of a parallel segment: `forwards` if it runs along the ray, `backwards` if against it.
+  // Otherwise intersect the sphere around an end. Which end of a parallel segment it is depends on the segment's
+  // direction: `forwards` if that is the ray's, `backwards` if it is the opposite.
   const N backwards = float(sign < 0), forwards = float(sign > 0);
   const N end = blend(g.parallel, blend(g.er < zero, backwards, forwards), blend(s < zero, zero, one));
   const N x = g.pu + end * g.eu, y = g.pv + end * g.ev;
-  const N t_ball = g.pr + end * g.er + side * half_chord(x * x + y * y);
+  const N t_sphere = g.pr + end * g.er + side * half_chord(x * x + y * y);
   const auto on_side = (zero <= s) & (s <= one);
-  return {blend(g.parallel, t_ball, blend(on_side, t, t_ball)), blend(g.parallel, end, blend(on_side, s, end))};
+  return {blend(g.parallel, t_sphere, blend(on_side, t, t_sphere)), blend(g.parallel, end, blend(on_side, s, end))};
 }
 
-/// The test of one ray and one segment, or of 16 of either. Entry and exit are computed only on demand. It must not
-/// outlive the ray.
+/// The test of one ray and one segment, or of 16 of either. Entry and exit are computed only on demand. The test must
+/// not outlive the ray.
 template <class N, class R>
 class SegmentTest {
  public:
@@ -120,7 +120,7 @@ class SegmentTest {
   /// point there.
   [[gnu::always_inline]] ClosestApproach<N> entry() const {
     const N zero = 0.0f;
-    const CapsuleEnd<N> in = capsule_end<-1>(ray_, g_);
+    const CapsulePoint<N> in = intersect_capsule<-1>(ray_, g_);
     const N t = min(max(in.t, N(ray_.t_min)), N(ray_.t_max));
     // If a bound moved t, take the nearest point of the segment there.
     const N length2 = g_.e_perp2 + g_.er * g_.er;
@@ -130,7 +130,9 @@ class SegmentTest {
   }
 
   /// The t at which the ray leaves the capsule, within its bounds.
-  [[gnu::always_inline]] N exit() const { return min(max(capsule_end<1>(ray_, g_).t, N(ray_.t_min)), N(ray_.t_max)); }
+  [[gnu::always_inline]] N exit() const {
+    return min(max(intersect_capsule<1>(ray_, g_).t, N(ray_.t_min)), N(ray_.t_max));
+  }
 
  private:
   const R& ray_;
@@ -140,8 +142,8 @@ class SegmentTest {
   ClosestApproach<N> closest;
 };
 
-/// A ray, or 16, with the radius of a primitive added to its own. It turns the test of a segment into that of a
-/// capsule. It must not outlive the ray.
+/// A ray, or 16, whose radius is enlarged by that of a primitive: the test of its axis is then the test of a capsule.
+/// It must not outlive the ray.
 template <class N, class R>
 struct GrownRay {
   decltype(R::o) const &o, &u, &v, &r;

@@ -1,9 +1,9 @@
 // Line segments P + s·(Q − P), s in [0, 1].
 //
-// A cut is always evaluated from the original ends P and Q, in double, and rounded once. So pieces of pieces do not
-// drift, s is monotonic in the position of the plane, and each coordinate is monotonic in s. Cutting at two planes one
-// after the other therefore gives the same floats as cutting at each alone. So a split set may count pieces in bins,
-// and its counts are those of the tree that results.
+// A cut is always computed from the original ends P and Q, in double, and rounded once. So pieces of pieces do not
+// drift, s is monotonic in the position of the plane, and each coordinate is monotonic in s. Therefore cutting at two
+// planes one after the other gives the same floats as cutting at each alone. A split set may count pieces in bins: its
+// counts are those of the tree that results.
 #pragma once
 
 #include <span>
@@ -113,7 +113,7 @@ struct Segments {
 };
 static_assert(Curves<Segments>);
 
-/// A set of curves that are straight from p to q.
+/// A set of curves that are straight segments.
 template <class P>
 concept Straight = Curves<P> && requires(const P& prims, std::uint32_t prim) {
   { prims.curve(prim) } -> std::same_as<const Segment&>;

@@ -13,8 +13,8 @@ namespace fastlines {
 
 struct Frame {
   Vec3 centre{0, 0, 0};
-  float scale = 1.0f;  ///< a power of two
-  float grain = 0.0f;  ///< how far a piece can reach out of its leaf's box, in the frame
+  float scale = 1.0f;     ///< a power of two
+  float overhang = 0.0f;  ///< how far a piece can extend beyond its leaf's box, in the frame: twice the slack
 
   /// A point in the frame.
   Vec3 operator()(const Vec3& point) const { return (point - centre) * scale; }
@@ -30,7 +30,7 @@ inline Frame frame_of(const Box& box) {
     half = std::max({half, double(box.hi[k]) - frame.centre[k], frame.centre[k] - double(box.lo[k])});
   }
   if (half > 0.0) frame.scale = float(std::ldexp(1.0, std::clamp(-std::ilogb(half) - 1, -120, 120)));
-  frame.grain = float(2.0 * slack_of(box) * frame.scale);
+  frame.overhang = float(2.0 * slack_of(box) * frame.scale);
   return frame;
 }
 

@@ -89,7 +89,7 @@ inline double length_of(const Vec3& direction) {
   ray.t_max = clamped((double(query.t_max) * length - ray.t0) * scale);
   ray.radius = clamped(double(query.radius) * scale);
   ray.radius2 = ray.radius * ray.radius;
-  ray.eps = (3.0f + largest + ray.radius) * 0x1p-20f + frame.grain;
+  ray.eps = (3.0f + largest + ray.radius) * 0x1p-20f + frame.overhang;
   const double rounding = std::fabs(ray.t0) * scale + 4.0 + 2.0 * ray.radius;
   ray.tie_tolerance = ray.eps + clamped(rounding * 0x1p-22 + length * scale * 0x1p-146);
   return ray;

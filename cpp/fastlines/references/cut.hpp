@@ -1,7 +1,7 @@
 // Cuts references by a plane.
 //
-// The side of a reference is decided here and nowhere else, by comparing its box with the plane. So a split set, which
-// counts, and a partition, which moves references, cannot disagree.
+// Only `side_of` decides on which side a reference is, by comparing its box with the plane. So a split set, which
+// counts references, and a partition, which moves them, cannot disagree.
 #pragma once
 
 #include <span>
@@ -13,7 +13,7 @@ namespace fastlines {
 
 enum class Side : unsigned { left = 1, right = 2, both = left | right };
 
-/// The side of a box; a box that lies in the plane is on the left. Nothing branches.
+/// The side of a box; a box that lies in the plane is on the left. Branchless.
 inline Side side_of(const Box& box, int axis, float plane) {
   const unsigned on_right = box.hi[axis] > plane;  // NaN counts as left
   const unsigned behind = on_right & unsigned(box.lo[axis] >= plane);
@@ -31,11 +31,11 @@ void cut_curve(const C& curve, int axis, float plane, BuildRef& left, BuildRef& 
   (rises ? left : right).ref.s1 = (rises ? right : left).ref.s0 = s;
   for (int k = 0; k < 3; ++k) {
     const float lo = left.box.lo[k], hi = left.box.hi[k], x = std::min(std::max(at[k], lo), hi);
-    const bool along = curve.ascends(k) == rises;  // whether the left part comes first along axis k
-    left.box.lo[k] = along ? lo : x;
-    left.box.hi[k] = along ? x : hi;
-    right.box.lo[k] = along ? x : lo;
-    right.box.hi[k] = along ? hi : x;
+    const bool left_is_low = curve.ascends(k) == rises;  // along axis k
+    left.box.lo[k] = left_is_low ? lo : x;
+    left.box.hi[k] = left_is_low ? x : hi;
+    right.box.lo[k] = left_is_low ? x : lo;
+    right.box.hi[k] = left_is_low ? hi : x;
   }
   left.box.hi[axis] = right.box.lo[axis] = plane;
 }

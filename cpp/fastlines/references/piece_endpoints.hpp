@@ -1,4 +1,4 @@
-// The ends of a piece of a segment and the box around them, in 4 lanes. The floats are those of `Segment::point`.
+// The ends of a piece of a segment and the box around them, in four lanes. The floats are those of `Segment::point`.
 #pragma once
 
 #include "../primitives/segments.hpp"
@@ -7,9 +7,9 @@
 
 namespace fastlines {
 
-/// The points at s0 and s1, in lanes 0 to 2; lane 3 is undefined.
+/// The points at s0 and s1 in lanes 0 to 2; lane 3 is undefined.
 struct PieceEndpoints {
-  FloatX4 a, c;
+  FloatX4 a, c;  ///< as in kernels/intersect/leaf_cull.hpp: w = c − a
 };
 
 /// The ends of a piece.

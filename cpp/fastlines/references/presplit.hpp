@@ -10,10 +10,10 @@
 
 namespace fastlines {
 
-/// When cutting ends; by default nothing is cut.
+/// Which boxes are cut; by default none.
 struct Presplit {
   /// Cut boxes larger than this, as a fraction of the surface area of the scene's box.
-  double area = std::numeric_limits<double>::infinity();
+  double area = kInfinity;
   /// Stop cutting at this many references.
   std::size_t max_refs = std::size_t(-1);
 };
@@ -23,8 +23,8 @@ template <Primitives P>
 Buffer<BuildRef> whole_references(const P& prims, TaskGroup& tasks) {
   Buffer<BuildRef> refs;
   BuildRef* const data = refs.reset(prims.size());
-  constexpr std::size_t part = 1 << 14;  // primitives per task
-  tasks.for_ranges(0, prims.size(), part, [&prims, data](std::size_t first, std::size_t end) {
+  constexpr std::size_t per_task = 1 << 14;  // primitives
+  tasks.for_ranges(0, prims.size(), per_task, [&prims, data](std::size_t first, std::size_t end) {
     for (std::size_t prim = first; prim < end; ++prim)
       data[prim] = {{std::uint32_t(prim)}, prims.bounds(std::uint32_t(prim))};
   });
@@ -32,20 +32,20 @@ Buffer<BuildRef> whole_references(const P& prims, TaskGroup& tasks) {
   return refs;
 }
 
-/// The references that a build starts with: whole primitives, or the pieces of a presplit. `n_refused` is incremented
-/// if max_refs stops the cutting before all boxes are within a bound > 0.
+/// The references that a build starts with: whole primitives, or the pieces of a presplit. Increments `n_refused` if
+/// max_refs ends the presplit before no box is larger than the bound, unless the bound is 0.
 template <Primitives P>
 Buffer<BuildRef> first_references(const P& prims, const Presplit& presplit, TaskGroup& tasks, Progress& progress,
                                   std::size_t& n_refused) {
   Buffer<BuildRef> whole = whole_references(prims, tasks);
   if constexpr (Curves<P>) {
-    if (presplit.area == std::numeric_limits<double>::infinity()) return whole;
+    if (presplit.area == kInfinity) return whole;
     const double bound = presplit.area * bounds_of_all(prims).area();
     std::vector<BuildRef> refs(whole.begin(), whole.end());
 
-    // Keep a heap of the boxes above the bound: the largest first, then the lowest index.
-    using Entry = std::pair<double, std::uint32_t>;
-    const auto before = [](const Entry& a, const Entry& b) {
+    // Keep a heap of the boxes above the bound: the largest area first, then the lowest index.
+    using Entry = std::pair<double, std::uint32_t>;  // area, index
+    const auto comes_later = [](const Entry& a, const Entry& b) {
       return a.first != b.first ? a.first < b.first : a.second > b.second;
     };
     std::vector<Entry> large;
@@ -55,7 +55,7 @@ Buffer<BuildRef> first_references(const P& prims, const Presplit& presplit, Task
       return area > bound;
     };
     for (std::size_t i = 0; i < refs.size(); ++i) push_if_large(i);
-    std::make_heap(large.begin(), large.end(), before);
+    std::make_heap(large.begin(), large.end(), comes_later);
     // Cut the largest box in two.
     for (std::size_t n_done = 0; !large.empty(); ++n_done) {
       if (n_done % 1024 == 0) progress.check();
@@ -63,7 +63,7 @@ Buffer<BuildRef> first_references(const P& prims, const Presplit& presplit, Task
         n_refused += bound > 0.0;
         break;
       }
-      std::pop_heap(large.begin(), large.end(), before);
+      std::pop_heap(large.begin(), large.end(), comes_later);
       const std::size_t i = large.back().second;
       large.pop_back();
       const int axis = refs[i].box.longest_axis();
@@ -73,7 +73,7 @@ Buffer<BuildRef> first_references(const P& prims, const Presplit& presplit, Task
       cut(prims, axis, plane, refs[i], rest);
       refs.push_back(rest);
       for (const std::size_t part : {i, refs.size() - 1})
-        if (push_if_large(part)) std::push_heap(large.begin(), large.end(), before);
+        if (push_if_large(part)) std::push_heap(large.begin(), large.end(), comes_later);
     }
     whole.assign(refs);
   }

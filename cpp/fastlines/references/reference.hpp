@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 
 #include "../memory/buffer.hpp"
 #include "../primitives/primitive.hpp"
@@ -14,7 +13,7 @@ namespace fastlines {
 struct Reference {
   std::uint32_t prim;
   float s0 = 0.0f;
-  float s1 = std::numeric_limits<float>::infinity();
+  float s1 = kInfinity;
 };
 static_assert(sizeof(Reference) == 12);
 

@@ -1,4 +1,4 @@
-// How far a piece may reach out of the boxes of the nodes that list it.
+// The slack: how far a piece may extend beyond the boxes of the nodes that list it.
 //
 // A cut stores the plane as a side of both boxes, and the s of the crossing (references/cut.hpp). Let m be the scene's
 // largest coordinate and l its longest side. Two roundings occur:
@@ -6,10 +6,10 @@
 //     s is rounded to float32, by at most 2⁻²⁵ for s < 1: the point moves by at most 2⁻²⁵·l.
 //     The point is rounded to float32, by at most half an ulp: 2⁻²⁴·m, or 2⁻¹⁵⁰ for subnormal numbers.
 //
-// So the float32 end of a piece, `Segment::point`, lies within 2⁻²⁵·l + 2⁻²⁴·m + 2⁻¹⁵⁰ of its box. `slack_of` is no
-// less than that, and a tree may be off by at most the slack (tree/usable.hpp). The exact point is off from its float32
-// value by half an ulp, which is no more than the slack. So a search that extends boxes by twice the slack
-// (`Frame::grain`) loses nothing.
+// So the float32 end of a piece, `Segment::point`, lies within 2⁻²⁵·l + 2⁻²⁴·m + 2⁻¹⁵⁰ of its box. The slack is no less
+// than that, and a usable tree exceeds it nowhere (tree/usable.hpp). The exact point differs from its float32 value by
+// half an ulp, which is no more than the slack. So a search that grows boxes by twice the slack (`Frame::overhang`)
+// loses nothing.
 #pragma once
 
 #include <cmath>

@@ -1,11 +1,11 @@
 // The planes of a regular grid over the node's box, 8 at a time: the candidates of `PlaneGrid`, for straight pieces,
-// found in less time.
+// evaluated in less time.
 //
-// Small nodes are also split uncut: object splits that put each piece on the side of its centre. So are larger nodes
-// where their pieces lie apart. In large nodes the best plane of a sample stands for the best of all.
+// Small nodes also get uncut splits, with each piece on the side of its centre, and so do larger nodes whose pieces lie
+// apart. In large nodes, the best plane of a sample replaces the best of all references.
 //
-// Counts are exact. Crossings of pieces and planes are computed in float32, so bounds may be off by rounding, and those
-// of a sample bound only the sample. The builder recomputes the bounds of the children when it applies such a split.
+// Counts are exact. Crossings of pieces and planes are computed in float32, so boxes may be off by rounding, and those
+// of a sample bound only the sample. The builder recomputes the boxes of the children when it applies such a split.
 #pragma once
 
 #include <optional>
@@ -25,15 +25,16 @@ class BinnedPlanes {
   std::size_t uncut_refs = 0;
   /// Nodes of at most this many references are offered only uncut splits, if there are any.
   std::size_t uncut_only_refs = 0;
-  /// So are nodes where the boxes of the best uncut split overlap by at most this fraction of the node's area; 0: none.
+  /// So are nodes where the children of the best uncut split overlap by at most this fraction of the node's area; 0:
+  /// none.
   double max_overlap = 0.0;
   /// Nodes of at least twice this many references choose a plane by a sample of about this many; 0: by all references.
-  /// Only where the caller needs one split, not all.
+  /// Only where the caller needs one split, not all of them.
   std::size_t sample = 0;
-  /// Larger nodes than `uncut_refs`, of up to this many references, are split uncut where their references lie apart.
-  /// Only where the caller needs one split, not all.
+  /// Nodes of more than `uncut_refs` and at most this many references are split uncut where their references lie apart.
+  /// Only where the caller needs one split, not all of them.
   std::size_t gap_refs = 0;
-  /// References lie apart where an uncut split costs at most this fraction of a leaf.
+  /// References lie apart if an uncut split costs at most this fraction of the cost of a leaf.
   double gap = 0.8;
 
   /// Pass the split with the least SAH of each axis to `visitor`, or all splits if `all`. SAH is that of `measure`.
@@ -42,7 +43,7 @@ class BinnedPlanes {
              Visitor&& visitor) const {
     thread_local BinsX8 grid;
     if (!all) {
-      // Ignore the lanes: they mean nothing for a sample, and next to nothing for nodes of this size.
+      // Ignore the lanes: rounding up to full lanes means nothing for a sample, and little for nodes of this size.
       if (const auto split = split_of_large(prims, refs, box, rule, {measure.margin}, grid)) return visitor(*split);
     }
     // Offer uncut splits.
@@ -72,7 +73,7 @@ class BinnedPlanes {
   }
 
  private:
-  static constexpr std::size_t kPrefetchAhead = 8;        // references
+  static constexpr std::size_t kPrefetchDistance = 8;     // references
   static constexpr std::size_t kMaxKeptSample = 1 << 14;  // references that a thread keeps memory for
 
   void fill_uncut(Refs refs, const Box& box, BinsX8& grid) const {
@@ -87,13 +88,13 @@ class BinnedPlanes {
       if (rule == BoxRule::cut) {
         grid.count(refs[i].box);
       } else {
-        if (i + kPrefetchAhead < refs.size()) prefetch(prims, refs[i + kPrefetchAhead].ref.prim);
+        if (i + kPrefetchDistance < refs.size()) prefetch(prims, refs[i + kPrefetchDistance].ref.prim);
         grid.add_piece(prims.curve(refs[i].ref.prim), refs[i].box);
       }
     }
   }
 
-  /// One split of a large node: an uncut one where the references lie apart, or the best plane of a sample. A split
+  /// One split of a large node: an uncut one if the references lie apart, otherwise the best plane of a sample. A split
   /// that a sample has chosen is evaluated on all references. None for nodes to which neither applies.
   template <Straight P>
   std::optional<Candidate> split_of_large(const P& prims, Refs refs, const Box& box, BoxRule rule,
@@ -153,7 +154,7 @@ class BinnedPlanes {
   /// The split with the least SAH over all axes.
   static std::optional<Candidate> cheapest(Candidate::Kind kind, const Box& box, BoxRule rule, const Measure& measure,
                                            BinsX8& grid) {
-    double least = std::numeric_limits<double>::infinity();
+    double least = kInfinity;
     std::optional<Candidate> best;
     grid.visit(kind, box, rule, measure, false, [&](const Candidate& split) {
       const double sah = split.sah(measure);

@@ -2,8 +2,8 @@
 //
 // Each plane counts the references on either side of it. The two ends of a piece grow the bounds of their bins, which
 // the comparisons with the planes determine. Each plane keeps the bounds of the points where pieces cross it. The
-// bounds of one side of a plane are then those of the bins there and of the plane's crossings. Nothing branches, so a
-// piece costs the same wherever it lies.
+// bounds of one side of a plane are then those of the bins there and of the plane's crossings. No branch depends on a
+// piece, so each takes the same time.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@
 
 namespace fastlines {
 
-/// The planes of all three axes, and the bins between them. Its memory is reused from node to node: `place`, then add
-/// references by one of `count`, `add_uncut` and `add_piece`, then `visit`.
+/// The planes of all three axes, and the bins between them. Memory is reused from node to node. For each node, call
+/// `place`, then one of `count`, `add_uncut` and `add_piece` for all references, then `visit`.
 class BinsX8 {
  public:
   /// Place the planes, and clear all counts and bounds. Unused lanes hold a plane at ∞.
@@ -29,12 +29,12 @@ class BinsX8 {
     planes_.resize(3 * n_vectors_);
     for_each_axis([&]<int axis>(Planes* planes, BoxX4*) {
       const float lo = box.lo[axis], step = float(box.side(axis) / (n_planes + 1));
-      FloatX8 number = {1, 2, 3, 4, 5, 6, 7, 8};
-      for (std::size_t i = 0; i < n_vectors_; ++i, number += 8.0f)
-        planes[i].begin(number <= float(n_planes) ? lo + number * step : broadcast_x8(kInfinity));
+      FloatX8 index = {1, 2, 3, 4, 5, 6, 7, 8};
+      for (std::size_t i = 0; i < n_vectors_; ++i, index += 8.0f)
+        planes[i].reset(index <= float(n_planes) ? lo + index * step : broadcast_x8(kInfinity));
     });
     if (rule != BoxRule::tight) return;
-    for (Planes& planes : planes_) planes.begin_crossings();
+    for (Planes& planes : planes_) planes.reset_crossings();
     bins_.assign(3 * (8 * n_vectors_ + 1), BoxX4::empty());
   }
 
@@ -152,11 +152,11 @@ class BinsX8 {
     IntX8 n_left, n_right;
     FloatX8 lo[2], hi[2];  // bounds of the crossings, in the next two axes (cyclically)
 
-    [[gnu::always_inline]] void begin(const FloatX8& planes) {
+    [[gnu::always_inline]] void reset(const FloatX8& planes) {
       at = planes;
       n_left = n_right = IntX8{};
     }
-    [[gnu::always_inline]] void begin_crossings() {
+    [[gnu::always_inline]] void reset_crossings() {
       lo[0] = lo[1] = broadcast_x8(kInfinity);
       hi[0] = hi[1] = broadcast_x8(-kInfinity);
     }
@@ -171,7 +171,7 @@ class BinsX8 {
     }
   };
 
-  /// The SAH of 8 planes, up to a constant factor. Areas are fractions of the square of the longest side, so that they
+  /// The SAH of 8 planes, up to a constant factor. Areas are relative to the square of the longest side, so that they
   /// neither overflow nor underflow in float32.
   struct Weights {
     float scale;         // 1 / the longest side
@@ -209,8 +209,8 @@ class BinsX8 {
     }
   };
 
-  /// For cut boxes: the first of the cheapest planes of each axis. Which plane wins is unpredictable, and a
-  /// misprediction would dominate in small nodes, so nothing branches on it.
+  /// For cut boxes: the first of the cheapest planes of each axis. Which plane is cheapest is unpredictable, and a
+  /// misprediction would dominate in small nodes, so no branch depends on it.
   template <class Visitor>
   bool visit_cheapest_halves(Candidate::Kind kind, const Box& box, const Weights& weights, Visitor&& visitor) {
     bool any_visited = false;
@@ -218,23 +218,23 @@ class BinsX8 {
       // Unused lanes weigh NaN. If the box is too thin for floats, planes may lie in its sides.
       const bool inside = of_axis[0].at[0] > box.lo[axis] && last_of(of_axis) < box.hi[axis];
       FloatX8 least = broadcast_x8(kInfinity);
-      IntX8 number{};
+      IntX8 vector{};  // the index of the vector that holds it
       for (std::size_t i = 0; i < n_vectors_; ++i) {
         const Planes& planes = of_axis[i];
         const FloatX8 weight = weights.weigh_halves<axis>(planes, box);
         IntX8 less = weight < least;
         if (!inside) less &= (planes.at > box.lo[axis]) & (planes.at < box.hi[axis]);
         least = less ? weight : least;
-        number = less ? IntX8{} + std::int32_t(i) : number;
+        vector = less ? IntX8{} + std::int32_t(i) : vector;
       }
       // Of equally cheap planes take the first.
       std::size_t lane = index_of_min(least);
       if (!(least[lane] < kInfinity)) return;
       for (unsigned ties = bits_of(least == least[lane]) & (~1u << lane); ties; ties &= ties - 1) {
         const auto tie = std::size_t(std::countr_zero(ties));
-        if (number[tie] < number[lane]) lane = tie;
+        if (vector[tie] < vector[lane]) lane = tie;
       }
-      const Planes& planes = of_axis[number[lane]];
+      const Planes& planes = of_axis[vector[lane]];
       const float at = planes.at[lane];
       Candidate split{kind, axis, at, std::size_t(planes.n_left[lane]), std::size_t(planes.n_right[lane]), box, box};
       split.left.hi[axis] = split.right.lo[axis] = at;

@@ -1,4 +1,4 @@
-// How a child's box is made: the difference between a BVH and a KD tree.
+// The rule for the boxes of children: the difference between a BVH and a KD tree.
 #pragma once
 
 namespace fastlines {

@@ -12,7 +12,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cassert>
 #include <span>
 #include <vector>
 
@@ -34,9 +33,9 @@ struct Candidate {
   float plane;  ///< unused for objects
   std::size_t n_left;
   std::size_t n_right;
-  Box left, right;  ///< of the children
+  Box left, right;  ///< the boxes of the children
 
-  /// The children's cost as leaves, in tests, times the area of their parent.
+  /// The cost of the children as leaves: tests, weighted by the children's areas.
   double sah(const Measure& measure) const {
     return measure.area(left) * measure.tests(n_left) + measure.area(right) * measure.tests(n_right);
   }
@@ -52,7 +51,7 @@ concept CandidateSet = requires {
   { Set::kTightOnly } -> std::convertible_to<bool>;
 };
 
-/// The centre of an uncut reference's box; the reference goes left if its centre is less than the plane.
+/// The centre of a box. An uncut reference goes left if its centre is less than the plane.
 inline float centre_of(const Box& box, int axis) { return 0.5f * box.lo[axis] + 0.5f * box.hi[axis]; }
 
 /// The box around all references.
@@ -73,7 +72,7 @@ struct ByCentre {
   }
 };
 
-/// The candidate of one plane, by visiting every reference.
+/// Evaluate one plane, by visiting every reference.
 template <Primitives P>
 Candidate evaluate_plane(const P& prims, Refs refs, const Box& box, BoxRule rule, int axis, float plane) {
   const auto [low, high] = halves(box, axis, plane);

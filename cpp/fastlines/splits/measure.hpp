@@ -1,4 +1,4 @@
-// How the search measures boxes and counts tests.
+// The measure of candidates: areas of boxes and numbers of tests.
 #pragma once
 
 #include "../math/box.hpp"

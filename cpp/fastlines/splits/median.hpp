@@ -1,5 +1,5 @@
-// Median split (§1.4.1): order the references by box centre on each axis, split at the median, and take the axis with
-// the least sum of the children's areas. With cut boxes the plane passes through the median centre.
+// Median split (thesis §1.4.1): order the references by box centre on each axis, split at the median, and take the axis
+// with the least sum of the children's areas. With cut boxes the plane passes through the median centre.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// Spatial median (§1.4.1): one plane at the midpoint of the longest side of the node's box.
+// Spatial median (thesis §1.4.1): one plane at the midpoint of the longest side of the node's box.
 #pragma once
 
 #include "candidate.hpp"

@@ -1,4 +1,4 @@
-// All n − 1 splits of the uncut references, sorted by box centre, on each axis: the classic SAH of a BVH (§1.5).
+// All n − 1 splits of the uncut references, sorted by box centre, on each axis: the classic SAH of a BVH (thesis §1.5).
 #pragma once
 
 #include "candidate.hpp"

@@ -1,15 +1,16 @@
-// The criterion of SBVH for spatial splits.
+// The overlap of the children of a split: the criterion of SBVH for spatial splits (Stich, Friedrich, Dietrich 2009,
+// "Spatial splits in bounding volume hierarchies").
 #pragma once
 
 #include "candidate.hpp"
 
 namespace fastlines {
 
-/// The area of the overlap of the two children of the best uncut split. SBVH considers spatial splits only where that
-/// area is large (Stich, Friedrich, Dietrich 2009, "Spatial splits in bounding volume hierarchies").
+/// The area in which the two children of the best uncut split overlap. Spatial splits are considered only where it is
+/// large.
 class Overlap {
  public:
-  /// Add a candidate.
+  /// Consider an uncut split.
   void add(const Candidate& split, const Measure& measure = {}) {
     const double sah = split.sah(measure);
     if (sah >= least_sah_) return;
@@ -26,8 +27,7 @@ class Overlap {
   double area() const { return area_; }
 
  private:
-  static constexpr double kInf = std::numeric_limits<double>::infinity();
-  double least_sah_ = kInf, area_ = kInf;
+  double least_sah_ = kInfinity, area_ = kInfinity;
 };
 
 }  // namespace fastlines

@@ -8,8 +8,8 @@
 
 namespace fastlines {
 
-/// Move the references of a node to its two children. `to_left` may be the buffer that holds them, because references
-/// only move towards its beginning.
+/// Move the references of a node to its two children. `to_left` may be the buffer that holds them: references only move
+/// towards its beginning.
 template <Primitives P>
 void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRef>& to_left,
                Buffer<BuildRef>& to_right) {
@@ -20,7 +20,7 @@ void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRe
     to_right.assign(Refs(sorted).subspan(split.n_left));
     return;
   }
-  // Write each reference to both sides, and advance only the side where it belongs: the side is unpredictable.
+  // Write each reference to both sides, and advance only its own side. The side is unpredictable, so not a branch.
   BuildRef* const left = to_left.begin() == refs.data() ? to_left.data() : to_left.reset(split.n_left + 1);
   BuildRef* const right = to_right.reset(split.n_right + 1);
   std::size_t n_left = 0, n_right = 0;
@@ -38,10 +38,10 @@ void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRe
     }
   } else {
     struct Straddler {
-      std::uint32_t left, right;  // its index in each child
+      std::uint32_t left, right;  // the indices of its parts in the children
     };
-    constexpr std::size_t kMaxKept = 1 << 16;  // straddlers that a thread keeps memory for
-    constexpr std::size_t kPrefetchAhead = 8;  // straddlers
+    constexpr std::size_t kMaxKept = 1 << 16;     // straddlers that a thread keeps memory for
+    constexpr std::size_t kPrefetchDistance = 8;  // straddlers
     thread_local Buffer<Straddler> straddlers;
     Straddler* const listed = straddlers.reset(split.n_left + split.n_right - refs.size() + 1);
     // Copy the straddlers to both sides, and list them.
@@ -54,7 +54,7 @@ void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRe
     }
     // Cut the straddlers.
     for (std::size_t i = 0; i < n_both; ++i) {
-      if (i + kPrefetchAhead < n_both) prefetch(prims, left[listed[i + kPrefetchAhead].left].ref.prim);
+      if (i + kPrefetchDistance < n_both) prefetch(prims, left[listed[i + kPrefetchDistance].left].ref.prim);
       const auto [on_left, on_right] = listed[i];
       cut(prims, split.axis, split.plane, left[on_left], right[on_right]);
     }

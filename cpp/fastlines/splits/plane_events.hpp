@@ -1,5 +1,5 @@
-// Planes through the sides of the references' boxes, where the cost of a KD split has its extrema (§1.5). The outermost
-// planes cut off empty space.
+// Planes through the sides of the references' boxes, where the cost of a KD split has its extrema (thesis §1.5). The
+// outermost planes cut off empty space.
 #pragma once
 
 #include "candidate.hpp"

@@ -1,8 +1,9 @@
-// The planes of a regular grid over the node's box, the same number on each axis (§4.3).
+// The planes of a regular grid over the node's box, the same number on each axis (thesis §4.3).
 //
 // One pass over the references counts all planes of an axis. The planes cut the box into bins. A reference enters at
-// one bin and leaves at another, and grows the box of each bin between by the box of its part there. A sweep over the
-// bins gives the counts and the tight boxes on both sides of every plane: O(n·(1 + planes crossed)) per axis.
+// one bin and leaves at another, and grows the box of each bin from one to the other by the box of its part there. A
+// sweep over the bins gives the counts and the tight boxes on both sides of every plane: O(n·(1 + planes crossed)) per
+// axis.
 #pragma once
 
 #include "candidate.hpp"
@@ -74,9 +75,9 @@ struct PlaneGrid {
   static void fill(const P& prims, Refs refs, const Box& box, int axis, bool tight, Bins& bins) {
     const std::size_t n_planes = bins.planes.size();
     const float* planes = bins.planes.data();
-    const double per_plane = double(n_planes + 1) / box.side(axis), origin = box.lo[axis];
+    const double bins_per_length = double(n_planes + 1) / box.side(axis), origin = box.lo[axis];
     const auto guess = [&](float x) {
-      return std::size_t(std::clamp((double(x) - origin) * per_plane, 0.0, double(n_planes)));
+      return std::size_t(std::clamp((double(x) - origin) * bins_per_length, 0.0, double(n_planes)));
     };
     for (const BuildRef& ref : refs) {
       // Find the bins in which the reference begins (`first`) and ends (`last`).

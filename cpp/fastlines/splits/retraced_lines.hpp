@@ -1,6 +1,6 @@
 // Retraced lines: lines that run along each other, such as the streamlines of a circling flow. Each cut across them
-// halves their boxes, so it always looks profitable. But all of them stay on both sides, and a ray that hits one hits
-// all, so cuts never separate them.
+// halves their boxes, so it always looks profitable. But each line has a part on both sides, and a ray that hits one
+// line hits all, so cuts do not pay.
 #pragma once
 
 #include <cmath>
@@ -12,12 +12,12 @@ namespace fastlines {
 
 /// Constants of the test for retraced lines; docs/experiments/retraced-lines.md measures its effect.
 struct RetracedTuning {
-  /// A cut is tested if it leaves at least this fraction of a node's references on both sides. Of a bundle of evenly
+  /// A plane is tested if at least this fraction of a node's references straddle it. Of a bundle of evenly
   /// spaced pieces, 0.3 stops BVHs just before nodes of two references each; uncut splits do the rest.
   double tight_share = 0.3;
   /// The same for KD trees, which have no uncut splits and can only continue with planes.
   double cut_share = 0.5;
-  /// About this many references of a node are sampled: the accuracy of the spread against time.
+  /// About this many references of a node are sampled: more are more accurate, but take longer.
   std::size_t n_sampled = 128;
 };
 

@@ -7,7 +7,7 @@
 
 namespace fastlines {
 
-/// The cost relative to a visit of the root; each node counts by the chance that a ray which hits the root visits it.
+/// The expected cost of a ray that hits the root. Each node counts with the chance that such a ray visits it.
 inline double cost_of(std::span<const Node> nodes, double c_trav, double c_prim) {
   double cost = 0.0;
   for (const Node& node : nodes)

@@ -1,4 +1,4 @@
-// Divides a tree among threads: subtrees, each a range of nodes in preorder, and the nodes above them.
+// Divides a tree among threads: into subtrees, each a range of nodes in preorder, and the nodes above them.
 #pragma once
 
 #include <span>

@@ -23,9 +23,12 @@ struct Node {
 };
 static_assert(sizeof(Node) == 36);
 
-/// No node lies more levels below the root. Nothing recurses on the depth, but traversal stacks have one entry per
-/// level.
+/// No node lies more than this many levels below the root. Nothing recurses on the depth, but traversal stacks have one
+/// entry per level.
 inline constexpr std::size_t kMaxDepth = 4096;
+
+/// The index of no node.
+inline constexpr std::uint32_t kNoNode = std::uint32_t(-1);
 
 /// Nodes, and the references of all leaves in their order.
 struct Tree {
@@ -39,7 +42,7 @@ inline void check_size(std::size_t n_nodes, std::size_t n_refs) {
     throw std::length_error("a tree holds at most 2^32 nodes and references; set max_refs to less");
 }
 
-/// Append a subtree behind the nodes of `tree`. Only the indices within the subtree are adjusted.
+/// Append a subtree to the nodes of `tree`. Only the indices within the subtree are adjusted.
 inline void append(Tree& tree, const Tree& other) {
   const std::size_t n_nodes = tree.nodes.size(), n_refs = tree.refs.size();
   check_size(n_nodes + other.nodes.size(), n_refs + other.refs.size());

@@ -1,9 +1,8 @@
-// Checks that a search may rely on a tree: all that queries, layouts and refits take for granted, in time linear in the
-// tree.
+// Checks all that queries, layouts and refits rely on in a tree, in time linear in its size.
 //
 //   - The tree is binary, in preorder, and no deeper than kMaxDepth. Its leaves list each reference once (axioms 1, 2).
-//   - Boxes are boxes, they are nested (axiom 4), the root's box bounds all primitives (axiom 3), and in a KD tree the
-//     children's boxes cut their parent's in two.
+//   - Boxes are finite and not empty (axiom 2), they are nested (axiom 4), and the root's box bounds all primitives
+//     (axiom 3). In a KD tree the children's boxes cut their parent's in two.
 //   - Pieces tile their primitives and lie in the boxes of their leaves (what remains of axiom 5).
 //
 // The axioms are those of thesis §3.2; `Validator` checks the rest of them.
@@ -59,7 +58,7 @@ class Usable {
   bool check_graph() {
     if (nodes_.empty()) return fail(0, "axiom 1", "there is no root");
     struct Open {
-      std::size_t end, depth;  // of an open subtree: its end, and the depth of its next node
+      std::size_t end, depth;  // of an unfinished subtree: its end, and the depth of its next node
     };
     std::vector<Open> open{{nodes_.size(), 0}};
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
@@ -91,7 +90,7 @@ class Usable {
     return true;
   }
 
-  /// Axiom 2: boxes are boxes, and each reference names a primitive and a piece of it.
+  /// Axiom 2: boxes are finite and not empty, and each reference names a primitive and a piece of it.
   bool check_references() {
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
       check_cancelled(i);
@@ -112,7 +111,7 @@ class Usable {
     return true;
   }
 
-  /// Whether a reference names a piece. Only curves are cut into pieces, between 0 and 1; the last piece is open.
+  /// Whether a reference names a piece. Only curves have pieces, cut between s = 0 and 1; the last piece extends to ∞.
   static bool is_piece(const Reference& ref) {
     if (!Curves<P>) return ref.s0 == 0.0f && std::isinf(ref.s1);
     return 0.0f <= ref.s0 && ref.s0 <= std::min(ref.s1, 1.0f) && (ref.s1 <= 1.0f || std::isinf(ref.s1));
@@ -210,8 +209,8 @@ class Usable {
 
   /// Prefetch the primitive of a later reference.
   void prefetch_ahead(std::size_t ref) const {
-    constexpr std::size_t ahead = 16;  // references
-    if (ref + ahead < refs_.size()) prefetch(prims_, refs_[ref + ahead].prim);
+    constexpr std::size_t kPrefetchDistance = 16;  // references
+    if (ref + kPrefetchDistance < refs_.size()) prefetch(prims_, refs_[ref + kPrefetchDistance].prim);
   }
 
   /// Sort the references by primitive (counting sort); those of one primitive stay in the order of the leaves.
