@@ -13,7 +13,7 @@ namespace fastlines {
 using WordRows = Output<std::uint32_t>;
 
 /// Nodes, references, the number of nodes at which each limit took effect (depth, references, references of a leaf),
-/// and the number of candidates that a search with lookahead evaluated and carried out.
+/// and the number of candidates that a search with lookahead considered and partitioned.
 using BuiltTree = std::tuple<WordRows, WordRows, std::tuple<std::size_t, std::size_t, std::size_t>,
                              std::tuple<std::size_t, std::size_t>>;
 
@@ -21,7 +21,7 @@ template <Primitives P>
 BuiltTree build_tree(const P& prims, Settings settings, const nanobind::object& progress) {
   Tree tree;
   LimitsHit hit;
-  Searched searched;
+  SearchCounts search_counts;
   watch(
       [&](Progress& watched) {
         for (SizedSplitSet& sized : settings.splits)
@@ -29,13 +29,13 @@ BuiltTree build_tree(const P& prims, Settings settings, const nanobind::object& 
         Builder builder(prims, settings, watched);
         tree = builder.build();
         hit = builder.limits_hit();
-        searched = builder.searched();
+        search_counts = builder.search_counts();
       },
       progress);
   return {adopt<std::uint32_t>(std::move(tree.nodes)),
           adopt<std::uint32_t>(std::move(tree.refs)),
           {hit.depth, hit.refs, hit.leaf_refs},
-          {searched.candidates, searched.carried_out}};
+          {search_counts.candidates, search_counts.partitioned}};
 }
 
 /// A pass over more nodes or references than this is watched for Ctrl-C.

@@ -7,8 +7,8 @@
 //
 // Where long lines cross, the first levels of a good tree look worse than a leaf, and a shallow search never gets past
 // them. So the builder may apply the best split on several such levels in a row, although the search prefers a leaf.
-// When the subtree is finished, the builder compares its exact cost with that of a leaf. Each node chooses between leaf
-// and children by the same cost, from the bottom up. So what remains is the cheapest pruning of the deep tree.
+// When a subtree is finished, the builder compares its exact cost with that of a leaf, and keeps the cheaper one. This
+// is done from the bottom up, so the result is the cheapest pruning of the deep tree.
 #pragma once
 
 #include "node_builder.hpp"
@@ -35,25 +35,25 @@ class Builder {
     try {
       root.build(std::move(refs), box, NodeContext{.spare = spare});
     } catch (const Cancelled&) {
-      tasks_.rethrow();  // the error that cancelled the build, unless that was Ctrl-C
+      tasks_.rethrow();  // the error that cancelled the build, unless the watcher did
       throw;
     }
     limits_hit_ += root.limits_hit;
-    searched_ = root.searched();
+    search_counts_ = root.search_counts();
     return std::move(root.tree);
   }
 
   const LimitsHit& limits_hit() const { return limits_hit_; }
-  const Searched& searched() const { return searched_; }
+  const SearchCounts& search_counts() const { return search_counts_; }
 
  private:
   /// `hull`, computed by all threads.
   Box hull_of(Refs refs) {
-    constexpr std::size_t part = 1 << 14;  // references per task
-    std::vector<Box> boxes((refs.size() + part - 1) / part);
+    constexpr std::size_t per_task = 1 << 14;  // references
+    std::vector<Box> boxes((refs.size() + per_task - 1) / per_task);
     tasks_.for_ranges(0, boxes.size(), 1, [=, &boxes](std::size_t first, std::size_t end) {
       for (std::size_t i = first; i < end; ++i)
-        boxes[i] = hull(refs.subspan(i * part, std::min(part, refs.size() - i * part)));
+        boxes[i] = hull(refs.subspan(i * per_task, std::min(per_task, refs.size() - i * per_task)));
     });
     BoxX4 all = BoxX4::empty();
     for (const Box& box : boxes) all.grow(BoxX4::load(box));
@@ -65,7 +65,7 @@ class Builder {
   Progress& progress_;
   TaskGroup tasks_;
   LimitsHit limits_hit_;
-  Searched searched_;
+  SearchCounts search_counts_;
 };
 
 }  // namespace fastlines

@@ -20,19 +20,18 @@ class Lookahead {
  public:
   /// The result of a search.
   struct Choice {
-    double cost;                     ///< of the tree that was found; the limit of the search if there is none
+    double cost;                     ///< of the cheapest tree; the limit of the search if no tree is cheaper
     std::optional<Candidate> split;  ///< the first split of that tree; none for a leaf
   };
 
   /// Boxes are measured with `margin` added on all sides.
-
   Lookahead(const P& prims, const Settings& settings, Progress& progress, double margin)
       : prims_(prims), settings_(settings), progress_(progress), measure_{margin, settings.lanes} {
     assert(std::has_single_bit(settings.lanes));
     for (const int k : settings.lookahead) levels_.resize(std::max(levels_.size(), std::size_t(k)));
   }
 
-  Searched searched;  ///< by all searches so far
+  SearchCounts search_counts;  ///< of all searches so far
 
   double cost_of_leaf(std::size_t n_refs) const { return settings_.cost.c_prim * measure_.tests(n_refs); }
 
@@ -41,8 +40,8 @@ class Lookahead {
     return cost_of(split, area_of(box), left, right, kNoLimit);
   }
 
-  /// The first split of the cheapest tree of depth `lookahead`, among the splits that `allowed` accepts. There is no
-  /// split if none costs less than `limit`.
+  /// The first split of the cheapest tree of depth `lookahead`, among the splits that `allowed` accepts; none if no
+  /// tree costs less than `limit`.
   template <class Allowed>
   Choice best_split(Refs refs, const Box& box, int lookahead, double limit, Allowed&& allowed) {
     Choice best{limit, {}};
@@ -105,7 +104,7 @@ class Lookahead {
     bool operator()(const Candidate&) const { return true; }
   };
 
-  static constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+  static constexpr double kNoLimit = kInfinity;
 
   double area_of(const Box& box) const { return measure_.area(box); }
 
@@ -118,7 +117,7 @@ class Lookahead {
     return c_trav + weighted / area;
   }
 
-  /// A lower bound on the cost of any tree: a leaf, or one traversal step.
+  /// A lower bound on the cost of any tree: that of a leaf, or of one traversal step.
   double lower_bound(std::size_t n_refs) const { return std::min(cost_of_leaf(n_refs), settings_.cost.c_trav); }
 
   template <class Visitor>
@@ -157,7 +156,7 @@ class Lookahead {
     // Order the branches, and keep as many as the beam allows.
     if ((!exhaustive && !by_bounds) || order.size() > settings_.beam) std::sort(order.begin(), order.end());
     order.resize(std::min(order.size(), settings_.beam));
-    searched.candidates += order.size();
+    search_counts.candidates += order.size();
     // Raise the lower bounds.
     if (by_bounds && !order.empty()) {
       bounds.compute(refs, lookahead == 3, c_trav / settings_.cost.c_prim);
@@ -171,7 +170,7 @@ class Lookahead {
       // The budget of both children, weighted by area, for the split to be as cheap as the best.
       const double budget = exhaustive ? kNoLimit : best.cost * (1 + 1e-9) - c_trav;
       if (area_left * bound_left + area_right * bound_right > budget) continue;
-      ++searched.carried_out;
+      ++search_counts.partitioned;
       partition(prims_, refs, split, left, right);
       const double budget_left = area_left > 0.0 ? (budget - area_right * bound_right) / area_left : kNoLimit;
       const double cost_left = cost_ahead(left, split.left, lookahead - 1, budget_left);

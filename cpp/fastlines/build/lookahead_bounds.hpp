@@ -68,8 +68,8 @@ class LookaheadBounds {
     const Axis& of = axes_[std::size_t(axis)];
     const float x = axes_[0].length, y = axes_[1].length, z = axes_[2].length, area = x * y + x * z + y * z;
     if (!(area > 1e-30f)) return {0.0, 0.0};  // too thin for float32
-    // Subtract what rounding can add up to. It grows with the number of planes: what one of many cuts off can be small,
-    // yet it carries the rounding of the whole box.
+    // Subtract a bound on the rounding. It grows with the number of planes: one of many planes may cut off little, but
+    // the rounding is that of the whole box.
     const double per_area = (1 - 1e-6 * double(of.planes.size() + 16)) / double(area);
     return {per_area * double(of.least_left[plane]), per_area * double(of.least_right[plane])};
   }
@@ -119,6 +119,7 @@ class LookaheadBounds {
       for (auto* least : {&least_left, &least_right}) least->assign(8 * n, kInfinity);
     }
 
+    /// Add a reference.
     [[gnu::always_inline]] void add(const Box& box, int axis) {
       n_right_of = n_before_hi = n_before_lo = 0;
       const float lo = box.lo[axis], hi = box.hi[axis];
@@ -175,7 +176,8 @@ class LookaheadBounds {
     }
   };
 
-  /// A part of a child: a lower bound on its cost, in tests times half its area, and what each further reference adds.
+  /// A part of a child: a lower bound on its cost, in tests times half its area, and what each further reference adds
+  /// to that.
   struct ChildPart {
     FloatX8 cost, per_ref;
   };
@@ -235,7 +237,7 @@ class LookaheadBounds {
       n_left_[i + 1] = axis.n_left[i / 8][i % 8];
       n_right_[i + 1] = axis.n_right[i / 8][i % 8];
     }
-    const FloatX8 number = {0, 1, 2, 3, 4, 5, 6, 7};
+    const FloatX8 lane = {0, 1, 2, 3, 4, 5, 6, 7};
     for (std::size_t plane = 1; plane <= n; ++plane) {
       // Eight gaps between neighbouring edges a and b. Of the child's references, n_left_[a] are certain to be left of
       // a plane in the gap, and n_right_[b] right of it; references outside the child are subtracted from both. The
@@ -257,11 +259,11 @@ class LookaheadBounds {
       FloatX8 least_low = broadcast_x8(kInfinity), least_high = least_low;
       for (std::size_t gap = 0; gap < plane; gap += 8) {
         const FloatX8 least = between(gap, 0.0f, at, n_left_[plane], 0.0f, n_refs_ - n_left_[plane]);
-        least_low = min(number + float(gap) < float(plane) ? least : broadcast_x8(kInfinity), least_low);
+        least_low = min(lane + float(gap) < float(plane) ? least : broadcast_x8(kInfinity), least_low);
       }
       for (std::size_t gap = plane; gap <= n; gap += 8) {
         const FloatX8 least = between(gap, at, edges_[n + 1], n_right_[plane], n_refs_ - n_right_[plane], 0.0f);
-        least_high = min(number + float(gap) < float(n + 1) ? least : broadcast_x8(kInfinity), least_high);
+        least_high = min(lane + float(gap) < float(n + 1) ? least : broadcast_x8(kInfinity), least_high);
       }
       axis.least_left[plane - 1] = std::min(axis.least_left[plane - 1], reduce_min(least_low));
       axis.least_right[plane - 1] = std::min(axis.least_right[plane - 1], reduce_min(least_high));

@@ -14,16 +14,18 @@ namespace fastlines {
 /// A node's place in the tree, and its budget.
 struct NodeContext {
   std::size_t depth = 0;  ///< its level; the root's is 0
-  std::size_t spare;      ///< how many references the subtree may have beyond those of the node
-  int n_bad = 0;          ///< consecutive levels above it whose split looked no better than a leaf
-  int n_refines = 0;      ///< levels above it that were refined although the search chose a leaf
-  double share = 1.0;     ///< of the whole build's progress
+  std::size_t spare;      ///< the most references that the subtree may have beyond those of the node
+  int n_bad = 0;          ///< consecutive bad levels above it
+  int n_refines = 0;      ///< bad refines above it
+  double share = 1.0;     ///< its fraction of the progress of the build
 };
 
 /// Constants of the recursion, in references of a node.
 struct NodeBuilderTuning {
-  std::size_t task_refs = 512;  ///< both children larger: they may be built in parallel; smaller tasks, more overhead
-  std::size_t hand_down_refs = 1024;  ///< larger nodes hand their memory down to the left child, which saves a copy
+  /// Children are built in parallel if both are larger. Smaller tasks would have more overhead.
+  std::size_t task_refs = 512;
+  /// Larger nodes hand their memory down to the left child, which saves a copy.
+  std::size_t hand_down_refs = 1024;
 };
 
 /// Builds the subtree of one node, and appends it to `tree`.
@@ -42,19 +44,19 @@ class NodeBuilder {
   Tree tree;
   LimitsHit limits_hit;
 
-  const Searched& searched() const { return lookahead_.searched; }
+  const SearchCounts& search_counts() const { return lookahead_.search_counts; }
 
   /// Build the subtree of a node with these references. Returns its cost.
   double build(Buffer<BuildRef> refs, const Box& box, const NodeContext& context) {
     levels_.resize(settings_.limits.max_depth + 1);
-    // Reserve what many trees need, because growing means copying; `adopt` returns unused pages.
+    // Reserve as much as many trees need: growing would copy, and unused pages cost no memory.
     const std::size_t more = std::min(context.spare, 3 * refs.size());
     tree.nodes.reserve(refs.size());
     tree.refs.reserve(refs.size() + more);
     return build_node(refs, box, context);
   }
 
-  /// How many references halving alone can bring into leaves of at most `max_leaf_refs`, from a node at this depth.
+  /// The most references of a node at this depth that halving alone can bring into leaves of `max_leaf_refs`.
   std::size_t capacity(std::size_t depth) const {
     const Limits& limits = settings_.limits;
     const std::size_t levels = limits.max_depth - depth;
@@ -63,14 +65,14 @@ class NodeBuilder {
   }
 
  private:
-  /// How many spare references a split uses: its duplicates, and one for each empty child, so that the limit on
-  /// references bounds the nodes as well.
+  /// The spare references that a split uses: one for each duplicate and for each empty child. Counting empty children
+  /// bounds the number of nodes as well.
   static std::size_t spare_used(std::size_t n_left, std::size_t n_right, std::size_t n_refs) {
     return n_left + n_right - n_refs + (n_left == 0) + (n_right == 0);
   }
 
-  /// Whether a split makes a child smaller than its node. Lines that lie on top of each other can be cut but not
-  /// separated: every cut would look profitable, and no leaf would become small.
+  /// Whether a child is smaller than its node. Lines that lie on top of each other can be cut but not separated: every
+  /// cut would look profitable, and no leaf would become small.
   static bool separates(const Candidate& split, std::size_t n_refs) {
     return split.n_left < n_refs || split.n_right < n_refs;
   }
@@ -82,7 +84,6 @@ class NodeBuilder {
   };
 
   /// Decide whether to split a node, and how.
-
   Decision choose(Refs refs, const Box& box, const NodeContext& context) {
     const Limits& limits = settings_.limits;
     const bool too_large = refs.size() > limits.max_leaf_refs;
@@ -99,11 +100,10 @@ class NodeBuilder {
     const double leaf = lookahead_.cost_of_leaf(refs.size());
     const bool may_be_bad = context.n_bad < settings_.bad_levels && leaf > settings_.cost.c_trav &&
                             (too_large || refs.size() > settings_.bad_refs);
-    constexpr double no_limit = std::numeric_limits<double>::infinity();
     typename Lookahead<P>::Choice choice;
     bool good = false;
     for (const int lookahead : settings_.lookahead) {
-      choice = lookahead_.best_split(refs, box, lookahead, may_be_bad ? no_limit : leaf, allowed);
+      choice = lookahead_.best_split(refs, box, lookahead, may_be_bad ? kInfinity : leaf, allowed);
       good = choice.split && choice.cost < leaf;
       if (good) break;
     }
@@ -115,7 +115,7 @@ class NodeBuilder {
     // Too large for a leaf: take the least bad split, unless the level above already took a bad one.
     bool forced = !choice.split && too_large;
     if (forced && context.n_bad == 0)
-      choice = lookahead_.best_split(refs, box, settings_.lookahead.front(), no_limit, allowed);
+      choice = lookahead_.best_split(refs, box, settings_.lookahead.front(), kInfinity, allowed);
     // Split retraced lines only uncut.
     const double min_spread = settings_.min_spread * scene_side_;
     if (choice.split && cuts_retraced(prims_, refs, box, settings_.boxes, *choice.split, min_spread)) {
@@ -163,11 +163,11 @@ class NodeBuilder {
     }
     if (split->kind == Candidate::Kind::plane && (!Curves<P> || estimates(settings_.splits)) &&
         settings_.boxes == BoxRule::tight) {
-      // Bounds that were found plane by plane may be off by rounding, or may be those of a sample.
+      // The candidate's boxes may be off by rounding, or bound only a sample.
       split->left = hull(left);
       split->right = hull(right);
     }
-    // Pay for duplicates out of the spare references, and share the rest in proportion to the children's references.
+    // Take duplicates from the spare references, and divide the rest in proportion to the children's references.
     const std::size_t spare = context.spare - spare_used(left.size(), right.size(), n_refs);
     const double part = double(left.size()) / double(left.size() + right.size());
     const int n_bad = good ? 0 : context.n_bad + 1, n_refines = context.n_refines + refines;
@@ -192,7 +192,7 @@ class NodeBuilder {
   }
 
   /// Build the left child, then the right one. With `pass_on`, the right child inherits the spare references that the
-  /// left one did not use. Large children never do, so that the tree does not depend on whether they are built in
+  /// left one did not use. Large children never do: then the tree does not depend on whether they are built in
   /// parallel.
   std::pair<double, double> build_in_turn(std::size_t index, const Candidate& split, const NodeContext& in_left,
                                           NodeContext in_right, bool pass_on) {
@@ -236,11 +236,11 @@ class NodeBuilder {
     append(tree, right_builder->tree);
     n_empty_ += right_builder->n_empty_;
     limits_hit += right_builder->limits_hit;
-    lookahead_.searched += right_builder->lookahead_.searched;
+    lookahead_.search_counts += right_builder->lookahead_.search_counts;
     return {cost_left, cost_right};
   }
 
-  /// How much of the budget is used: references, plus one for each empty leaf.
+  /// How much of the budget is used: references, and one for each empty leaf.
   std::size_t n_used() const { return tree.refs.size() + n_empty_; }
 
   /// Turn the node into a leaf; returns its cost.
@@ -259,7 +259,7 @@ class NodeBuilder {
   const Settings& settings_;
   Progress& progress_;
   TaskGroup& tasks_;
-  double scene_side_;  // the longest
+  double scene_side_;  // the longest side of the scene's box
   Lookahead<P> lookahead_;
   // References of the children of open nodes, by depth.
   std::vector<std::pair<Buffer<BuildRef>, Buffer<BuildRef>>> levels_;

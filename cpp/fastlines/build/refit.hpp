@@ -18,9 +18,9 @@ namespace fastlines {
 
 /// Constants of a refit; `fastlines-bench refit` times it.
 struct RefitTuning {
-  std::size_t range_nodes = 1024;   ///< nodes of a range at most: scratch memory against tasks
-  std::size_t range_refs = 4096;    ///< references of a range at most, but for a single leaf
-  std::size_t prefetch_ahead = 16;  ///< how many references ahead primitives are prefetched
+  std::size_t range_nodes = 1024;  ///< the most nodes in a range: more take more scratch memory, fewer make more tasks
+  std::size_t range_refs = 4096;   ///< the most references in a range, unless it is a single leaf
+  std::size_t prefetch_distance = 16;  ///< how many references ahead primitives are prefetched
 };
 
 /// Writes the fitted nodes to `to`, which must have room for as many nodes as the tree has.
@@ -48,8 +48,9 @@ class Refit {
  private:
   static constexpr RefitTuning kTuning{};
   static constexpr std::size_t kNodes = kTuning.range_nodes, kRefs = kTuning.range_refs,
-                               kAhead = kTuning.prefetch_ahead;
+                               kPrefetchDistance = kTuning.prefetch_distance;
 
+  /// The memory of a thread.
   struct Scratch {
     BoxX4 boxes[1 + kRefs + kNodes];  // an empty box, then the boxes of references, then those of nodes
     std::uint32_t leaves[kNodes], inner[kNodes];
@@ -80,7 +81,7 @@ class Refit {
       const Node& node = nodes[scratch.leaves[k]];
       const std::size_t begin = node.first_ref - first_ref, end = begin + node.n_refs;
       any_empty |= node.n_refs == 0;
-      // Always grow by four pieces, repeating the last one: few leaves list more, and nothing branches.
+      // Grow by at least four pieces, repeating the last one, so that hardly any branch depends on the number.
       const std::size_t last = node.n_refs ? end : 0, first = std::min(begin + 1, last);
       BoxX4 box = scratch.boxes[first];
       for (std::size_t i = 1; i < 4; ++i) box.grow(scratch.boxes[std::min(first + i, last)]);
@@ -103,9 +104,10 @@ class Refit {
     const Reference* const refs = refs_.data() + first;
     const auto* const items = prims_.items();
     const auto fit = [&](std::size_t i) { boxes[i] = box_of(endpoints_of(P::axis(items[refs[i].prim]), refs[i])); };
-    const std::size_t left = refs_.size() - first, n_ahead = std::min(n, left - std::min(left, kAhead));
+    const std::size_t n_left = refs_.size() - first;
+    const std::size_t n_ahead = std::min(n, n_left - std::min(n_left, kPrefetchDistance));
     for (std::size_t i = 0; i < n_ahead; ++i) {
-      __builtin_prefetch(items + refs[i + kAhead].prim);
+      __builtin_prefetch(items + refs[i + kPrefetchDistance].prim);
       fit(i);
     }
     for (std::size_t i = n_ahead; i < n; ++i) fit(i);

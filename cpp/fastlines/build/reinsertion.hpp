@@ -10,10 +10,10 @@
 // where a are the ancestors of v's parent, and y those of x, both below the node where the two paths to the root meet.
 // If x is itself an ancestor of v, it is one of the a, and x ∪ v is its box.
 //
-// In each round all nodes search for their best place at the same time, by branch and bound: below a node that v would
-// grow, a place gains no more than the gain so far less SA(v). Then the moves are made one after the other, in order of
-// decreasing gain. Earlier moves have changed the tree, so each move is measured again, and skipped if it no longer
-// gains. So no round increases the tree's cost, and the result does not depend on the number of threads.
+// In each round, first the best move of every node is found, in parallel, by branch and bound: below a node that v
+// would grow, no move gains more than the gain so far less SA(v). Then the moves are made one by one, in order of
+// decreasing gain. Earlier moves have changed the tree, so each gain is computed again, and moves that no longer gain
+// are skipped. So no round increases the tree's cost, and the result does not depend on the number of threads.
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ namespace fastlines {
 class Reinsertion {
  public:
   struct Options {
-    int rounds = 1;              ///< fewer are made if a round makes no move
+    int rounds = 1;              ///< at most; the first round without a move is the last
     std::size_t max_depth = 64;  ///< no move places a node deeper than this level
     double radius_hint = 0.0;    ///< boxes are measured grown by this fraction of the scene's longest side
     unsigned n_threads = 1;      ///< the result does not depend on it
@@ -62,17 +62,15 @@ class Reinsertion {
   std::size_t n_too_deep() const { return n_too_deep_; }
 
  private:
-  static constexpr std::uint32_t kNone = std::uint32_t(-1);
-
   /// A node with links to its parent and children, so that it can be moved.
-  struct Link {
+  struct LinkedNode {
     Box box;
     double area;
-    std::uint32_t parent = kNone;
-    std::array<std::uint32_t, 2> child{kNone, kNone};
+    std::uint32_t parent = kNoNode;
+    std::array<std::uint32_t, 2> child{kNoNode, kNoNode};
     std::uint32_t height = 0;  // of the subtree, in levels below it
 
-    bool is_leaf() const { return child[0] == kNone; }
+    bool is_leaf() const { return child[0] == kNoNode; }
   };
 
   /// Make v and x siblings.
@@ -107,18 +105,18 @@ class Reinsertion {
 
   /// One round; returns whether it made a move.
   bool improve(Stage stage) {
-    constexpr std::size_t per_chunk = 256;  // nodes per task
+    constexpr std::size_t chunk_size = 256;  // nodes
     std::vector<Move> moves(links_.size());
-    parallel_for((links_.size() + per_chunk - 1) / per_chunk, options_.n_threads, progress_,
-                 [] { return std::vector<Pending>{}; },
-                 [&](std::vector<Pending>& pending, std::size_t chunk) {
-                   for (std::size_t v = chunk * per_chunk; v < std::min(links_.size(), (chunk + 1) * per_chunk); ++v) {
-                     progress_.check();
-                     moves[v] = best_move(std::uint32_t(v), pending);
-                   }
-                 },
-                 stage);
-    std::erase_if(moves, [](const Move& move) { return move.x == kNone; });
+    parallel_for_chunks(
+        links_.size(), chunk_size, options_.n_threads, progress_, [] { return std::vector<Pending>{}; },
+        [&](std::vector<Pending>& pending, std::size_t begin, std::size_t end) {
+          for (std::size_t v = begin; v < end; ++v) {
+            progress_.check();
+            moves[v] = best_move(std::uint32_t(v), pending);
+          }
+        },
+        stage);
+    std::erase_if(moves, [](const Move& move) { return move.x == kNoNode; });
     std::sort(moves.begin(), moves.end(),
               [](const Move& a, const Move& b) { return a.gain != b.gain ? a.gain > b.gain : a.v < b.v; });
     std::size_t n_applied = 0;
@@ -129,16 +127,16 @@ class Reinsertion {
     return n_applied > 0;
   }
 
-  /// The best of all places for v; x is kNone if no move gains.
+  /// The move of v that gains most; x is kNoNode if no move gains.
   Move best_move(std::uint32_t v, std::vector<Pending>& pending) const {
-    Move best{min_gain_, v, kNone};
+    Move best{min_gain_, v, kNoNode};
     if (v == root_) return best;
     const Box box = links_[v].box;
     const double area = links_[v].area;
     const std::uint32_t parent = links_[v].parent;
-    double gain = links_[parent].area;     // by removing v, from the nodes below the pivot
+    double gain = links_[parent].area;     // of removing v, from the nodes below the pivot
     Box without = links_[sibling(v)].box;  // the pivot without v
-    for (std::uint32_t below = v, pivot = parent; pivot != kNone; below = pivot, pivot = links_[pivot].parent) {
+    for (std::uint32_t below = v, pivot = parent; pivot != kNoNode; below = pivot, pivot = links_[pivot].parent) {
       const std::uint32_t other = sibling(below);
 
       // Search the subtree on the other side of the pivot.
@@ -167,7 +165,7 @@ class Reinsertion {
 
   std::uint32_t depth_of(std::uint32_t v) const {
     std::uint32_t depth = 0;
-    while ((v = links_[v].parent) != kNone) ++depth;
+    while ((v = links_[v].parent) != kNoNode) ++depth;
     return depth;
   }
 
@@ -175,7 +173,7 @@ class Reinsertion {
   bool apply(std::uint32_t v, std::uint32_t x) {
     // Find the node where the two paths to the root meet: the pivot.
     const std::uint32_t parent = links_[v].parent;
-    if (parent == kNone) return false;
+    if (parent == kNoNode) return false;
     const std::uint32_t depth_v = depth_of(v), depth_x = depth_of(x);
     std::uint32_t a = v, pivot = x;
     for (std::uint32_t depth = depth_v; depth > depth_x; --depth) a = links_[a].parent;
@@ -203,29 +201,29 @@ class Reinsertion {
     }
 
     // Remove v and its parent, and insert the parent above x.
-    const std::uint32_t before = links_[parent].parent;
-    replace(before, parent, sibling(v));
+    const std::uint32_t grandparent = links_[parent].parent;
+    replace(grandparent, parent, sibling(v));
     replace(links_[x].parent, x, parent);
     links_[parent].child[links_[parent].child[0] == v] = x;
     links_[x].parent = parent;
-    refit(before);
+    refit(grandparent);
     refit(parent);
     return true;
   }
 
-  /// Put `by` in the place of `child` under `parent`; kNone stands for the place of the root.
-  void replace(std::uint32_t parent, std::uint32_t child, std::uint32_t by) {
-    if (parent == kNone)
-      root_ = by;
+  /// Make `other` the child of `parent` instead of `child`; without a parent, make it the root.
+  void replace(std::uint32_t parent, std::uint32_t child, std::uint32_t other) {
+    if (parent == kNoNode)
+      root_ = other;
     else
-      links_[parent].child[links_[parent].child[1] == child] = by;
-    links_[by].parent = parent;
+      links_[parent].child[links_[parent].child[1] == child] = other;
+    links_[other].parent = parent;
   }
 
   /// Recompute the boxes, areas and heights of a node and its ancestors.
   void refit(std::uint32_t v) {
-    for (; v != kNone; v = links_[v].parent) {
-      Link& link = links_[v];
+    for (; v != kNoNode; v = links_[v].parent) {
+      LinkedNode& link = links_[v];
       link.box = links_[link.child[0]].box;
       link.box.grow(links_[link.child[1]].box);
       link.area = area_of(link.box);
@@ -235,15 +233,15 @@ class Reinsertion {
 
   /// List the nodes of the final tree in preorder.
   void list_nodes() {
-    struct Listed {
-      std::uint32_t v, parent;  // parent: index in the list if v is a right child, else kNone
+    struct Entry {
+      std::uint32_t v, parent;  // parent: index in the list if v is a right child, else kNoNode
     };
-    std::vector<Listed> pending{{root_, kNone}};
+    std::vector<Entry> pending{{root_, kNoNode}};
     while (!pending.empty()) {
       const auto [v, parent] = pending.back();
       pending.pop_back();
       const auto index = std::uint32_t(tree_.nodes.size());
-      if (parent != kNone) tree_.nodes[parent].right = index;
+      if (parent != kNoNode) tree_.nodes[parent].right = index;
       tree_.nodes.push_back({links_[v].box, 0, std::uint32_t(tree_.refs.size()), 0});
       if (links_[v].is_leaf()) {
         const auto refs = refs_.subspan(nodes_[v].first_ref, nodes_[v].n_refs);
@@ -251,7 +249,7 @@ class Reinsertion {
         tree_.nodes[index].n_refs = nodes_[v].n_refs;
       } else {
         pending.push_back({links_[v].child[1], index});
-        pending.push_back({links_[v].child[0], kNone});
+        pending.push_back({links_[v].child[0], kNoNode});
       }
     }
     for (std::size_t i = tree_.nodes.size(); i-- > 0;)
@@ -263,7 +261,7 @@ class Reinsertion {
   std::span<const Reference> refs_;
   Options options_;
   Progress& progress_;
-  std::vector<Link> links_;
+  std::vector<LinkedNode> links_;
   std::uint32_t root_ = 0;
   double margin_ = 0.0;    // by which boxes are grown before they are measured
   double min_gain_ = 0.0;  // moves that gain no more are skipped

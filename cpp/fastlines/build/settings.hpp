@@ -26,7 +26,7 @@ struct Settings {
   std::vector<int> lookahead{1};       ///< levels to search; the next is tried where the one before chooses a leaf
   std::size_t beam = std::size_t(-1);  ///< at most this many candidates of a node are searched more than one level deep
   bool exhaustive = false;             ///< search even candidates that cannot win; the tree is the same
-  int bad_levels = 0;        ///< consecutive levels that may be split although that looks no better than a leaf
+  int bad_levels = 0;        ///< consecutive levels that may be split although no split looks better than a leaf
   std::size_t bad_refs = 0;  ///< only nodes of more than this many references may be split so
   int bad_refines = 0;       ///< levels of a path that may be split at the midpoint although the search chooses a leaf
   bool prune = true;         ///< turn a finished subtree into a leaf where it costs no less than the leaf
@@ -40,7 +40,7 @@ struct Settings {
   unsigned n_threads = 1;  ///< the tree does not depend on it
 };
 
-/// At how many nodes a limit narrowed the search or forced a split.
+/// The number of nodes at which each limit narrowed the search or forced a split.
 struct LimitsHit {
   std::size_t depth = 0, refs = 0, leaf_refs = 0;
 
@@ -52,13 +52,13 @@ struct LimitsHit {
   }
 };
 
-/// How many candidates were considered at more than one level, and how many of them were partitioned.
-struct Searched {
-  std::size_t candidates = 0, carried_out = 0;
+/// How many candidates searches of more than one level considered, and for how many they partitioned the node.
+struct SearchCounts {
+  std::size_t candidates = 0, partitioned = 0;
 
-  Searched& operator+=(const Searched& other) {
+  SearchCounts& operator+=(const SearchCounts& other) {
     candidates += other.candidates;
-    carried_out += other.carried_out;
+    partitioned += other.partitioned;
     return *this;
   }
 };

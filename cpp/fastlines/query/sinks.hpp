@@ -121,7 +121,7 @@ struct KNearestSink {
     }
     hits.push_back(hit);
     std::push_heap(hits.begin(), hits.end());
-    if (hits.size() == k) limit = context.ray.beyond(hits.front().t);
+    if (hits.size() == k) limit = context.ray.max_t(hits.front().t);
   }
   bool done() const { return k == 0; }
 };

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
+
+#include "../math/vec.hpp"
 
 namespace fastlines {
 
@@ -23,11 +24,11 @@ template <class N>
 
 /// A hit in units of the caller's ray; a miss by default.
 struct Hit {
-  float t = std::numeric_limits<float>::infinity();
+  float t = kInfinity;
   std::int64_t prim = -1;
   float u = 0.0f;
-  float distance = std::numeric_limits<float>::infinity();
-  float t_out = std::numeric_limits<float>::infinity();
+  float distance = kInfinity;
+  float t_out = kInfinity;
 
   bool operator<(const Hit& other) const { return precedes(t, prim, other.t, other.prim); }
 };

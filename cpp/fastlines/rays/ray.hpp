@@ -23,17 +23,17 @@ struct RayQuery {
 /// Convert t from the frame to units of the caller's ray. Bounds map to bounds exactly.
 inline float to_ray_t(float t, float t_min, float t_max, float t_min_ray, float t_max_ray, double t0, double inv_scale,
                       double inv_length) {
-  const float back = min(max(float((t0 + double(t) * inv_scale) * inv_length), t_min_ray), t_max_ray);
-  return t == t_min ? t_min_ray : t == t_max ? t_max_ray : back;
+  const float inside = min(max(float((t0 + double(t) * inv_scale) * inv_length), t_min_ray), t_max_ray);
+  return t == t_min ? t_min_ray : t == t_max ? t_max_ray : inside;
 }
 
 /// A ray prepared for a frame.
 struct Ray {
-  Vec3 o, r, u, v;                   ///< in the frame; r, u, v orthonormal
-  float t_min, t_max;                ///< in the frame
-  float radius, radius2;             ///< in the frame; radius2 = radius²
-  float eps;                         ///< in the frame: covers the rounding of the exact test and of the boxes
-  float tie_tolerance;               ///< t farther apart in the frame keep their order in units of the caller's ray
+  Vec3 o, r, u, v;        ///< in the frame; r, u, v orthonormal
+  float t_min, t_max;     ///< in the frame
+  float radius, radius2;  ///< in the frame; radius2 = radius²
+  float eps;              ///< in the frame: covers the rounding of the exact test and of the boxes
+  float tie_tolerance;    ///< two t in the frame that differ by more keep their order in units of the caller's ray
   double t0, inv_scale, inv_length;  ///< for the conversion to units of the caller's ray
   float t_min_ray, t_max_ray;
 
@@ -41,25 +41,25 @@ struct Ray {
   float t_ray(float t) const { return to_ray_t(t, t_min, t_max, t_min_ray, t_max_ray, t0, inv_scale, inv_length); }
 
   /// An upper bound on all t in the frame that are at most `t_ray` in units of the caller's ray.
-  float beyond(float t_ray) const {
+  float max_t(float t_ray) const {
     return std::min(t_max, float((double(t_ray) / inv_length - t0) / inv_scale) + 2.0f * tie_tolerance);
   }
 };
 
-/// Coordinates in the frame are clamped to ± this; its square is finite.
-inline constexpr float kFar = 1e18f;
+/// Coordinates and t in the frame are clamped to ± this, whose square is finite.
+inline constexpr float kMaxCoordinate = 1e18f;
 
 inline double length_of(const Vec3& direction) {
   const double x = direction[0], y = direction[1], z = direction[2];
   return std::sqrt(x * x + y * y + z * z);
 }
 
-/// Prepare a ray. Branchless, so that compilers vectorise a loop over it; one definition serves one ray and many.
-/// Preconditions: `rays_are_valid` (rays/ray_check.hpp) accepts the ray; `length` is that of `length_of`; `inv_length`
-/// is 1.0 / length. Other values give other bits.
+/// Prepare a ray. Branchless, so that compilers vectorise a loop over it; the same definition serves one ray and many.
+/// Preconditions: the ray is valid (rays/ray_check.hpp), `length` is that of `length_of`, and `inv_length` is exactly
+/// 1.0 / length.
 [[gnu::always_inline]] inline Ray prepare(const RayQuery& query, double length, double inv_length, const Frame& frame) {
   // In this form the compiler uses two vector instructions instead of six.
-  const auto clamped = [](double x) { return std::copysign(min(std::fabs(float(x)), kFar), float(x)); };
+  const auto clamped = [](double x) { return std::copysign(min(std::fabs(float(x)), kMaxCoordinate), float(x)); };
   Ray ray;
   double from_centre[3], d[3];
   for (int k = 0; k < 3; ++k) {

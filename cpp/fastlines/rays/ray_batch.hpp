@@ -15,7 +15,7 @@ struct RayBatch {
   std::size_t size() const { return origins.size(); }
 
   RayQuery operator[](std::size_t i) const {
-    return {origins[i], directions[i], pick(t_min, i), pick(t_max, i), pick(radius, i)};
+    return {origins[i], directions[i], value_of(t_min, i), value_of(t_max, i), value_of(radius, i)};
   }
 
   /// Prefetch the rays with these ids. Skipping those that share a cache line is slower.
@@ -26,8 +26,8 @@ struct RayBatch {
     }
   }
 
-  /// The value of ray i.
-  static float pick(std::span<const float> values, std::size_t i) { return values[values.size() == 1 ? 0 : i]; }
+  /// The value of ray i: its own, or the one for all.
+  static float value_of(std::span<const float> values, std::size_t i) { return values[values.size() == 1 ? 0 : i]; }
 };
 
 }  // namespace fastlines

@@ -1,7 +1,7 @@
-// Checks in one vectorised pass whether a batch of rays is valid. The answer is yes, or perhaps not.
+// Checks in one vectorised pass whether a batch of rays is valid. The check is conservative: it may reject valid rays.
 //
-// Magnitudes of floats are ordered as their bits are, and infinities and NaN come last. So integers are compared, in
-// loops that compilers vectorise.
+// Magnitudes of floats are ordered as their bits are, and infinities and NaN come last. So loops compare integers,
+// which compilers vectorise.
 #pragma once
 
 #include <bit>
@@ -12,18 +12,19 @@
 
 namespace fastlines {
 
-/// Extremes of some rays. Lengths are those of the largest coordinate.
+/// Extremes of some rays. The size of a vector is its largest coordinate.
 struct RayExtremes {
-  std::int32_t far_origin = 0, longest = 0, shortest = std::numeric_limits<std::int32_t>::max();  ///< bits of floats
-  float reach = 0.0f;
-  bool fine = true;  ///< whether radii and bounds are valid
+  /// The bits of the largest origin, and of the largest and the smallest direction.
+  std::int32_t far_origin = 0, longest = 0, shortest = std::numeric_limits<std::int32_t>::max();
+  float max_radius = 0.0f;
+  bool valid = true;  ///< whether radii and bounds are valid
 
   void add(const RayExtremes& other) {
     far_origin = std::max(far_origin, other.far_origin);
     longest = std::max(longest, other.longest);
     shortest = std::min(shortest, other.shortest);
-    reach = max(reach, other.reach);
-    fine &= other.fine;
+    max_radius = max(max_radius, other.max_radius);
+    valid &= other.valid;
   }
 };
 
@@ -41,40 +42,40 @@ inline RayExtremes extremes_of(const RayBatch& rays, std::size_t begin, std::siz
     extremes.shortest = std::min(extremes.shortest, size(direction));
   }
   for (const float x : part(rays.radius)) {
-    extremes.fine &= (x >= 0.0f) & (x <= largest_radius);
-    extremes.reach = max(extremes.reach, x);
+    extremes.valid &= (x >= 0.0f) & (x <= largest_radius);
+    extremes.max_radius = max(extremes.max_radius, x);
   }
   const std::span starts = part(rays.t_min), ends = part(rays.t_max);
   for (std::size_t i = 0; i < std::max(starts.size(), ends.size()); ++i) {
-    const float start = RayBatch::pick(starts, i);
-    extremes.fine &= (start <= RayBatch::pick(ends, i)) & (start <= std::numeric_limits<float>::max());
+    const float start = RayBatch::value_of(starts, i);
+    extremes.valid &= (start <= RayBatch::value_of(ends, i)) & (start <= std::numeric_limits<float>::max());
   }
   return extremes;
 }
 
 /// Whether all rays are valid: origins, directions and radii are finite, bounds in order, and directions are long
-/// enough for t to be a float32 in a scene whose coordinates go up to `farthest`. After `false`, each ray has to be
+/// enough for t to be a float32 in a scene whose coordinates go up to `farthest`. `false` means that each ray has to be
 /// checked by itself.
 inline bool rays_are_valid(const RayBatch& rays, float largest_radius, float farthest, unsigned n_threads) {
   if (rays.size() == 0) return true;
-  constexpr std::size_t rays_per_chunk = 1 << 14;
+  constexpr std::size_t chunk_size = 1 << 14;  // rays
   constexpr double largest = std::numeric_limits<float>::max();
   RayExtremes all;
   std::mutex mutex;
   Progress unwatched;
   // Starting a thread takes as long as checking some hundred thousand rays.
   n_threads = std::clamp(unsigned(rays.size() >> 18), 1u, n_threads);
-  parallel_for((rays.size() + rays_per_chunk - 1) / rays_per_chunk, n_threads, unwatched, [] { return 0; },
-               [&](int, std::size_t chunk) {
-                 const std::size_t begin = chunk * rays_per_chunk, end = std::min(rays.size(), begin + rays_per_chunk);
-                 const RayExtremes extremes = extremes_of(rays, begin, end, largest_radius);
-                 const std::lock_guard lock(mutex);
-                 all.add(extremes);
-               });
-  const auto number = [](std::int32_t bits) { return std::bit_cast<float>(std::min(bits, 0x7f80'0000)); };
-  const double far_origin = number(all.far_origin), shortest = number(all.shortest);
-  const double far = 2.0 * (far_origin + farthest) + all.reach;
-  return all.fine && far_origin <= largest && number(all.longest) <= largest && shortest > 0.0 &&
+  parallel_for_chunks(
+      rays.size(), chunk_size, n_threads, unwatched, [] { return 0; },
+      [&](int, std::size_t begin, std::size_t end) {
+        const RayExtremes extremes = extremes_of(rays, begin, end, largest_radius);
+        const std::lock_guard lock(mutex);
+        all.add(extremes);
+      });
+  const auto to_float = [](std::int32_t bits) { return std::bit_cast<float>(std::min(bits, 0x7f80'0000)); };
+  const double far_origin = to_float(all.far_origin), shortest = to_float(all.shortest);
+  const double far = 2.0 * (far_origin + farthest) + all.max_radius;
+  return all.valid && far_origin <= largest && to_float(all.longest) <= largest && shortest > 0.0 &&
          far <= shortest * largest;
 }
 
