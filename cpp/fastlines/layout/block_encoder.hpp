@@ -2,8 +2,9 @@
 // have moved.
 //
 // The topology is given. The encoder writes the pieces of each leaf, computes boxes from the last node to the first,
-// and writes the planes of each node. The arithmetic is float32: its error relative to the origin of a block is 1e-4
-// quanta. The slack of both kinds of block covers that (0.02 quanta in a node, the reach in a leaf; docs/culling.md).
+// and writes the planes of each node. The arithmetic is float32: relative to the origin of a block, its error is 1e-4
+// quanta. Both kinds of blocks have a slack that covers it: 0.02 quanta in a node, the reach in a leaf
+// (docs/culling.md).
 #pragma once
 
 #include <cstring>
@@ -37,8 +38,8 @@ class BlockEncoder {
 
   /// Encode all blocks. Returns the mean extent of the leaves, in the frame.
   float operator()(unsigned n_threads, Progress& progress, Stage stage = {}) {
-    const double middle = 0.5 * (stage.from + stage.to);
-    in_chunks(leaves_.size(), n_threads, progress, {stage.from, middle}, [&](std::size_t i) { encode_leaf(i); });
+    const double half = 0.5 * (stage.from + stage.to);
+    for_each_block(leaves_.size(), n_threads, progress, {stage.from, half}, [&](std::size_t i) { encode_leaf(i); });
     // Compute boxes from the bottom up: children have larger indices.
     for (std::size_t i = nodes_.size(); i-- > 0;) {
       const WideNode& node = nodes_[i];
@@ -46,26 +47,26 @@ class BlockEncoder {
       for (int child = 0; child < node.n_children; ++child) box.grow(box_of(node, child));
       node_boxes_[i] = box;
     }
-    in_chunks(nodes_.size(), n_threads, progress, {middle, stage.to}, [&](std::size_t i) { encode_node(i); });
+    for_each_block(nodes_.size(), n_threads, progress, {half, stage.to}, [&](std::size_t i) { encode_node(i); });
     double extents = 0.0;
     for (std::size_t i = 0; i < leaves_.size(); ++i) extents += 255.0 * to_leaves_[i].scale;
     return float(extents / double(leaves_.size()));
   }
 
  private:
-  /// References: how far ahead primitives are prefetched.
+  /// How many references ahead primitives are prefetched.
   static constexpr std::size_t kPrefetchDistance = 16;
 
-  /// Call each(i) for all i < n, in parallel.
-  template <class Do>
-  static void in_chunks(std::size_t n, unsigned n_threads, Progress& progress, Stage stage, Do&& each) {
-    constexpr std::size_t kBlocksPerChunk = 1024;
-    parallel_for((n + kBlocksPerChunk - 1) / kBlocksPerChunk, n_threads, progress, [] { return 0; },
-                 [&](int, std::size_t chunk) {
-                   for (std::size_t i = chunk * kBlocksPerChunk; i < std::min(n, (chunk + 1) * kBlocksPerChunk); ++i)
-                     each(i);
-                 },
-                 stage);
+  /// Call encode(i) for all i < n, in parallel.
+  template <class Encode>
+  static void for_each_block(std::size_t n, unsigned n_threads, Progress& progress, Stage stage, Encode&& encode) {
+    constexpr std::size_t chunk_size = 1024;  // blocks
+    parallel_for_chunks(
+        n, chunk_size, n_threads, progress, [] { return 0; },
+        [&](int, std::size_t begin, std::size_t end) {
+          for (std::size_t i = begin; i < end; ++i) encode(i);
+        },
+        stage);
   }
 
   /// The box of a child, in the frame.
@@ -114,7 +115,7 @@ class BlockEncoder {
     leaf.n_refs = n_refs;
     leaf.radius = radius * leaf.inv_scale;
     const FloatX4 inv_scale = broadcast_x4(leaf.inv_scale);
-    // Round ends to the nearest byte; the conversion truncates.
+    // Round ends to the nearest byte: add a half, because the conversion truncates.
     const auto nearest = [&](const FloatX4& x) { return (x - org) * inv_scale + broadcast_x4(0.5f); };
     for (int i = 0; i < kSimdWidth; i += 4) {
       FloatX4 a[4], c[4];
@@ -131,7 +132,7 @@ class BlockEncoder {
     const int n_children = from.n_children;
     const BoxX4& box = node_boxes_[index];
     const float longest = longest_of(box);
-    // An empty child, and a lane without a child, become a point.
+    // Empty children, and lanes without a child, become a point.
     const FloatX4 point = box.is_empty() ? FloatX4{} : box.lo;
     BoxX4 boxes[kSimdWidth];
     for (int i = 0; i < kSimdWidth; ++i) {

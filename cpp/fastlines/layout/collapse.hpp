@@ -1,7 +1,7 @@
-// Collapses a binary tree into a wide BVH of least cost (collapse_plan.hpp). No reference is lost: each one of the tree
-// is in a leaf. Adjacent pieces of one segment that meet in a leaf are merged.
+// Collapses a binary tree into a wide BVH of least cost (collapse_plan.hpp). Each reference of the tree is in a leaf.
+// Adjacent pieces of one segment are merged if a leaf has both.
 //
-// Subtrees of a bounded size are written as separate tasks, behind the blocks of the nodes above them. Their places do
+// Subtrees of a bounded size are written as separate tasks, after the blocks of the nodes above them. Their indices do
 // not depend on the number of threads.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace fastlines {
 
-/// Precondition: no leaf lists more references than a block holds.
+/// Collapses one tree, once. Precondition: no leaf lists more references than a block holds.
 template <RayPrimitive P>
 class Collapse {
  public:
@@ -47,24 +47,24 @@ class Collapse {
   }
 
  private:
-  /// The indices of the next node, leaf and reference, or numbers of them.
+  /// The indices of the next node, leaf and reference; or numbers of nodes, leaves and references.
   struct BlockCursor {
     std::size_t node, leaf, ref;
   };
 
-  /// A subtree that is a task of its own: its root v, the index of the root's wide node, the size of what lies below,
-  /// and where that begins and ends.
+  /// A subtree that is a task of its own: its root v, the index of the root's wide node, how many blocks lie below
+  /// that, and where they begin and end.
   struct Subtree {
     std::uint32_t v;
     std::size_t index;
     BlockCursor size{}, begin{}, end{};
   };
 
-  /// References: a subtree with at most this many is a task of its own.
+  /// A subtree with at most this many references is a task of its own.
   static constexpr std::uint32_t kMaxTaskRefs = 1 << 14;
 
-  /// Count all blocks, find where those of each subtree begin, and allocate them. Merged pieces are not known yet, so
-  /// references are counted before merging.
+  /// Count all blocks, find where those of each subtree begin, and allocate them. Which pieces merge is not known yet,
+  /// so every reference counts.
   void allocate_blocks(unsigned n_threads, Progress& progress) {
     BlockCursor end{1, 0, 0};
     if (plans_[0].leaf)
@@ -105,7 +105,7 @@ class Collapse {
   Children children_of(std::uint32_t v) const {
     struct Share {
       std::uint32_t v;
-      int i;  // at most so many children
+      int i;  // at most this many children
     };
     Children children;
     Share stack[kSimdWidth];
@@ -130,20 +130,20 @@ class Collapse {
 
   bool is_task(std::uint32_t v) const { return nodes_[v].n_refs <= kMaxTaskRefs; }
 
-  /// A node of the binary tree that becomes a wide node, and the index of that.
-  struct NodePlace {
+  /// A node of the binary tree, and the index of the wide node that it becomes.
+  struct NodeMapping {
     std::uint32_t v;
     std::size_t index;
   };
 
   /// Call visit(node, children) for a node and the nodes below it, in depth-first order, parents first. With
-  /// `skip_tasks`, call skip(node) instead for subtrees that are tasks of their own. The inner children get the indices
-  /// from at.node on, as it is before visit is called.
-  template <class Visit, class Leave>
-  void for_each_below(NodePlace root, BlockCursor& at, bool skip_tasks, Visit&& visit, Leave&& skip) {
-    std::vector<NodePlace> stack{root};
+  /// `skip_tasks`, call skip(node) instead for subtrees that are tasks of their own. The indices of the inner children
+  /// begin at the value that at.node has before the call of visit.
+  template <class Visit, class Skip>
+  void for_each_below(NodeMapping root, BlockCursor& at, bool skip_tasks, Visit&& visit, Skip&& skip) {
+    std::vector<NodeMapping> stack{root};
     while (!stack.empty()) {
-      const NodePlace node = stack.back();
+      const NodeMapping node = stack.back();
       stack.pop_back();
       if (skip_tasks && is_task(node.v)) {
         skip(node);
@@ -160,13 +160,13 @@ class Collapse {
   void count(std::uint32_t v, BlockCursor& at, bool skip_tasks) {
     for_each_below(
         {v, 0}, at, skip_tasks,
-        [&](const NodePlace&, const Children& children) {
+        [&](const NodeMapping&, const Children& children) {
           const auto& [inner, leaves] = children;
           at.node += inner.n;
           at.leaf += leaves.n;
           for (std::uint32_t i = 0; i < leaves.n; ++i) at.ref += nodes_[leaves.v[i]].n_refs;
         },
-        [&](const NodePlace& node) { subtrees_.push_back({node.v, node.index}); });
+        [&](const NodeMapping& node) { subtrees_.push_back({node.v, node.index}); });
   }
 
   /// Write the topology of a node.
@@ -181,7 +181,7 @@ class Collapse {
   void write(std::uint32_t v, std::size_t index, BlockCursor& at, bool skip_tasks) {
     for_each_below(
         {v, index}, at, skip_tasks,
-        [&](const NodePlace& node, const Children& children) {
+        [&](const NodeMapping& node, const Children& children) {
           const auto& [inner, leaves] = children;
           const BlockCursor first = at;
           at.node += inner.n;
@@ -189,7 +189,7 @@ class Collapse {
           set_children(wide_.nodes[node.index], first, inner.n, leaves.n);
           for (std::uint32_t i = 0; i < leaves.n; ++i) list_pieces(leaves.v[i], first.leaf + i, at);
         },
-        [](const NodePlace&) {});
+        [](const NodeMapping&) {});
   }
 
   /// Write the merged references below v, and the leaf at `index` that lists them.

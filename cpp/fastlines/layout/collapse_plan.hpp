@@ -1,4 +1,4 @@
-// Plans which nodes of a binary tree become children of which wide node, at least cost, by dynamic programming (Ylitie,
+// Plans at least cost which nodes of a binary tree become children of which wide node, by dynamic programming (Ylitie,
 // Karras, Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs").
 //
 // C(v, i) is the least cost of the subtree of v as at most i children of one wide node:
@@ -23,18 +23,18 @@ namespace fastlines {
 
 /// The cost model of a collapse.
 struct CollapseCost {
-  float c_node = 1.2f;       ///< cost of culling a node; only its ratio to c_leaf matters
-  float c_leaf = 1.0f;       ///< cost of culling a leaf
-  double radius_hint = 0.0;  ///< areas are of boxes grown by this fraction of the scene's longest side
+  float c_node = 1.2f;       ///< of culling a node; only its ratio to c_leaf matters
+  float c_leaf = 1.0f;       ///< of culling a leaf
+  double radius_hint = 0.0;  ///< boxes are measured grown by this fraction of the scene's longest side
 };
 
 /// The best way to split a subtree into at most i children of a wide node.
 struct CollapsePlan {
   float cost[kSimdWidth];          ///< cost[i] = C(v, i + 1)
-  std::uint8_t k[kSimdWidth + 1];  ///< k[i] of i children go to the left subtree; 0: split as for i − 1
+  std::uint8_t k[kSimdWidth + 1];  ///< the left subtree gets k[i] of i children; 0: the plan is that of i − 1
   std::uint8_t k_all;              ///< the k of D(v, 16), if v becomes a wide node
   std::uint8_t n_leaves;           ///< leaves below v, at most 16: more children are useless
-  bool leaf;                       ///< whether v becomes a leaf where it is one child
+  bool leaf;                       ///< whether v becomes a leaf if it is one child
 };
 
 /// Computes the plan of each node.
@@ -62,7 +62,7 @@ class CollapsePlanner {
   }
 
  private:
-  /// Nodes: the most in a subtree that is a task of its own.
+  /// The most nodes in a subtree that is a task of its own.
   static constexpr std::uint32_t kMaxTaskNodes = 4096;
 
   /// Plan node v. Its children are planned already.
@@ -70,7 +70,7 @@ class CollapsePlanner {
     const Node& node = nodes_[v];
     CollapsePlan& plan = plans_[v];
     const auto area = float(node.box.area(margin_) / root_area_);
-    const float as_leaf = fits_leaf(refs_.subspan(node.first_ref, node.n_refs)) ? area * cost_.c_leaf : kNever;
+    const float as_leaf = fits_leaf(refs_.subspan(node.first_ref, node.n_refs)) ? area * cost_.c_leaf : kInfinity;
     std::fill(std::begin(plan.k), std::end(plan.k), std::uint8_t(0));
     plan.k_all = 0;
     plan.n_leaves = 1;
@@ -81,9 +81,9 @@ class CollapsePlanner {
     const CollapsePlan &left = plans_[v + 1], &right = plans_[node.right];
     plan.n_leaves = std::uint8_t(std::min(left.n_leaves + right.n_leaves, kSimdWidth));
     alignas(64) float shifted[2 * kSimdWidth], least[kSimdWidth], best_k[kSimdWidth];
-    std::fill_n(shifted, kSimdWidth, kNever);
+    std::fill_n(shifted, kSimdWidth, kInfinity);
     std::copy_n(right.cost, kSimdWidth, shifted + kSimdWidth);
-    FloatX16 costs = kNever, ks = 0.0f;
+    FloatX16 costs = kInfinity, ks = 0.0f;
     for (int k = 1; k <= std::min<int>(left.n_leaves, kSimdWidth - 1); ++k) {
       const FloatX16 cost = FloatX16(left.cost[k - 1]) + FloatX16::load(shifted + kSimdWidth - k);
       const MaskX16 less = cost < costs;
@@ -102,8 +102,6 @@ class CollapsePlanner {
     }
     std::fill(plan.cost + plan.n_leaves, std::end(plan.cost), plan.cost[plan.n_leaves - 1]);
   }
-
-  static constexpr float kNever = std::numeric_limits<float>::infinity();
 
   std::span<const Node> nodes_;
   std::span<const Reference> refs_;

@@ -7,6 +7,7 @@
 
 #include "../parallel/progress.hpp"
 #include "../primitives/ray_primitive.hpp"
+#include "../splits/candidate.hpp"
 #include "../tree/tree.hpp"
 
 namespace fastlines {
@@ -30,7 +31,7 @@ class LeafSplitter {
         split(node);
       } else {
         tree_.nodes.push_back(node);
-        if (node.is_leaf()) list(refs_.subspan(node.first_ref, node.n_refs));
+        if (node.is_leaf()) append(refs_.subspan(node.first_ref, node.n_refs));
       }
     }
     for (std::size_t v = 0; v < nodes_.size(); ++v)
@@ -39,61 +40,43 @@ class LeafSplitter {
   }
 
  private:
-  /// A reference and the box of its piece.
-  struct Piece {
-    Reference ref;
-    Box box;
-  };
-
-  /// Pieces that become a subtree, and the node whose right child it becomes: `kNone` for the root and left children.
+  /// References that become a subtree, and the node whose right child it becomes: `kNoNode` for the root and left
+  /// children.
   struct Subtree {
-    std::span<Piece> pieces;
+    std::span<BuildRef> refs;
     Box box;
-    std::uint32_t parent = kNone;
+    std::uint32_t parent = kNoNode;
   };
-  static constexpr std::uint32_t kNone = std::uint32_t(-1);
 
-  /// Split a leaf recursively at the median centre along the longest axis. Equal centres are ordered by id and s0.
+  /// Split a leaf recursively at the median centre along the longest axis.
   void split(const Node& leaf) {
-    std::vector<Piece> all;
+    std::vector<BuildRef> all;
     for (const Reference& ref : refs_.subspan(leaf.first_ref, leaf.n_refs)) {
       const Segment& segment = P::axis(prims_.item(ref.prim));
       all.push_back({ref, Segment{segment.point(ref.s0), segment.point(std::min(ref.s1, 1.0f))}.bounds()});
     }
     std::vector<Subtree> stack{{all, leaf.box}};
     while (!stack.empty()) {
-      const auto [pieces, box, parent] = stack.back();
+      const auto [below, box, parent] = stack.back();
       stack.pop_back();
       progress_.check();
       const auto index = std::uint32_t(tree_.nodes.size());
-      if (parent != kNone) tree_.nodes[parent].right = index;
-      tree_.nodes.push_back({box, 0, std::uint32_t(tree_.refs.size()), std::uint32_t(pieces.size())});
-      if (pieces.size() <= max_refs_) {
-        for (const Piece& piece : pieces) tree_.refs.push_back(piece.ref);
+      if (parent != kNoNode) tree_.nodes[parent].right = index;
+      tree_.nodes.push_back({box, 0, std::uint32_t(tree_.refs.size()), std::uint32_t(below.size())});
+      if (below.size() <= max_refs_) {
+        for (const BuildRef& ref : below) tree_.refs.push_back(ref.ref);
         continue;
       }
-      const int axis = box.longest_axis();
-      const auto centre = [axis](const Piece& piece) { return double(piece.box.lo[axis]) + piece.box.hi[axis]; };
-      const auto middle = pieces.begin() + std::ptrdiff_t(pieces.size() / 2);
-      std::nth_element(pieces.begin(), middle, pieces.end(), [&](const Piece& a, const Piece& b) {
-        const double ca = centre(a), cb = centre(b);
-        if (ca != cb) return ca < cb;
-        return a.ref.prim != b.ref.prim ? a.ref.prim < b.ref.prim : a.ref.s0 < b.ref.s0;
-      });
-      const std::span<Piece> left(pieces.begin(), middle), right(middle, pieces.end());
+      const auto middle = below.begin() + std::ptrdiff_t(below.size() / 2);
+      std::nth_element(below.begin(), middle, below.end(), ByCentre{box.longest_axis()});
+      const std::span<BuildRef> left(below.begin(), middle), right(middle, below.end());
       stack.push_back({right, hull(right), index});
       stack.push_back({left, hull(left)});
     }
   }
 
-  static Box hull(std::span<const Piece> pieces) {
-    Box box = Box::empty();
-    for (const Piece& piece : pieces) box.grow(piece.box);
-    return box;
-  }
-
   /// Append references to the new tree.
-  void list(std::span<const Reference> refs) { tree_.refs.insert(tree_.refs.end(), refs.begin(), refs.end()); }
+  void append(std::span<const Reference> refs) { tree_.refs.insert(tree_.refs.end(), refs.begin(), refs.end()); }
 
   std::span<const Node> nodes_;
   std::span<const Reference> refs_;

@@ -1,4 +1,4 @@
-// Merges adjacent pieces of one segment among the references below a node, as a leaf of the layout lists them.
+// Merges adjacent pieces of one segment among the references below a node, for a leaf of the layout.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace fastlines {
 
-/// A node with more references never becomes a leaf, even if merging would make them few enough.
+/// A node with more references never becomes a leaf, even if few enough would remain after merging.
 inline constexpr std::size_t kMaxMergedRefs = 8 * kSimdWidth;
 
 /// Write the merged pieces, sorted by id and s0. Returns their number; `to` has room for all references.

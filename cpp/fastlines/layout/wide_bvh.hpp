@@ -37,8 +37,8 @@ struct alignas(128) WideLeaf {
 };
 static_assert(sizeof(WideLeaf) == 128);
 
-/// A reference in 8 bytes. Cuts between pieces are rounded, equally for both pieces, so pieces still tile their
-/// segment, though one may be empty. Boxes and ends of pieces are computed from the rounded cuts.
+/// A reference in 8 bytes. Cuts are rounded, equally for the pieces on both sides, so pieces still tile their segment;
+/// a piece may become empty. Boxes and ends of pieces are computed from the rounded cuts.
 struct WideRef {
   std::uint32_t prim;
   std::uint16_t s0, s1;  ///< in 65536ths of the segment; the last piece ends at kOpen
@@ -47,8 +47,9 @@ struct WideRef {
   explicit WideRef(const Reference& ref) : prim(ref.prim), s0(rounded(ref.s0)), s1(rounded(ref.s1)) {}
   operator Reference() const { return {prim, begin(s0), end(s1)}; }
 
+  /// The s at which a piece begins, from its s0.
   static float begin(std::uint32_t s) { return float(std::int32_t(s)) * 0x1p-16f; }
-  /// An open end lies beyond 1, where segments end.
+  /// The s at which a piece ends, from its s1; an open end lies beyond 1, where segments end.
   static float end(std::uint32_t s) { return begin(s + ((s + 1) & 0x10000)); }
 
  private:

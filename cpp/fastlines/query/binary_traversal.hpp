@@ -31,7 +31,7 @@ struct BinaryTraversal {
 
   template <class Sink>
   void operator()(const Ray& ray, Sink& sink, Scratch& scratch) const {
-    constexpr float miss = std::numeric_limits<float>::infinity();
+    constexpr float miss = kInfinity;
     const Slabs slabs(ray, frame, prims.max_radius());
     auto& stack = scratch.stack;
     stack.clear();

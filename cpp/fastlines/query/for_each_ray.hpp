@@ -1,5 +1,5 @@
-// Runs a scalar search for every ray of a batch, on all cores. Threads take chunks of rays. Each answer has its own
-// place, so answers do not depend on the number of threads.
+// Runs a scalar search for every ray of a batch, in parallel. Each ray has its own answer, so answers do not depend on
+// the number of threads.
 #pragma once
 
 #include "../parallel/parallel_for.hpp"
@@ -9,24 +9,25 @@
 
 namespace fastlines {
 
-/// Rays that a thread takes at once.
-inline constexpr std::size_t kChunk = 256;
+/// Rays that a thread takes at a time.
+inline constexpr std::size_t kRaysPerChunk = 256;
 
-/// Search for every ray, in chunks. make(ray) returns the ray's sink; store(i, sink) stores its result.
+/// Search for every ray. make(ray) returns the ray's sink; store(i, sink) stores its result.
 template <class Search, class Make, class Store>
 void for_each_ray(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress, Make&& make,
                   Store&& store) {
   using Scratch = typename Search::Scratch;
-  parallel_for((rays.size() + kChunk - 1) / kChunk, n_threads, progress, [] { return Scratch{}; },
-               [&](Scratch& scratch, std::size_t chunk) {
-                 for (std::size_t i = chunk * kChunk; i < std::min(rays.size(), (chunk + 1) * kChunk); ++i) {
-                   progress.check();
-                   const Ray ray = prepare(rays[i], search.frame);
-                   auto sink = make(ray);
-                   search(ray, sink, scratch);
-                   store(i, sink);
-                 }
-               });
+  parallel_for_chunks(
+      rays.size(), kRaysPerChunk, n_threads, progress, [] { return Scratch{}; },
+      [&](Scratch& scratch, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          progress.check();
+          const Ray ray = prepare(rays[i], search.frame);
+          auto sink = make(ray);
+          search(ray, sink, scratch);
+          store(i, sink);
+        }
+      });
 }
 
 /// Call store(i, hit) with the nearest hit of every ray.
@@ -56,7 +57,7 @@ void count_hits(const Search& search, const RayBatch& rays, unsigned n_threads, 
       [&](std::size_t i, const CountSink& sink) { counts[i] = sink.n_hits; });
 }
 
-/// Assemble the hits of every ray, as listed by the sinks that make(ray) returns.
+/// Assemble the lists of hits of the sinks that make(ray) returns.
 template <class Search, class Make>
 void list_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress, HitAssembler& to,
                Make&& make) {
@@ -64,13 +65,13 @@ void list_hits(const Search& search, const RayBatch& rays, unsigned n_threads, P
     typename Search::Scratch scratch;
     HitBuffer lists;
   };
-  const std::size_t n_chunks = (rays.size() + kChunk - 1) / kChunk;
+  const std::size_t n_chunks = (rays.size() + kRaysPerChunk - 1) / kRaysPerChunk;
   parallel_for(
       n_chunks, n_threads, progress, [] { return Worker{}; },
       [&](Worker& worker, std::size_t i_chunk) {
         const std::size_t chunk = HitAssembler::sample_first(i_chunk, n_chunks);
-        const std::size_t end = std::min(rays.size(), (chunk + 1) * kChunk);
-        for (std::size_t i = chunk * kChunk; i < end; ++i) {
+        const std::size_t end = std::min(rays.size(), (chunk + 1) * kRaysPerChunk);
+        for (std::size_t i = chunk * kRaysPerChunk; i < end; ++i) {
           progress.check();
           const Ray ray = prepare(rays[i], search.frame);
           auto sink = make(ray);

@@ -1,5 +1,5 @@
-// Assembles the lists of all rays into flat arrays in the form of compressed sparse rows (CSR): the hits of ray i are
-// at offsets[i] to offsets[i + 1]. A ray's offset is known once the hits of all rays before it are counted.
+// Assembles the lists of all rays into flat arrays as compressed sparse rows (CSR): the hits of ray i are those from
+// offsets[i] up to offsets[i + 1]. A ray's offset is known once the hits of all rays before it are counted.
 #pragma once
 
 #include <map>
@@ -12,8 +12,8 @@
 namespace fastlines {
 
 /// Copies hits to their final places while other rays are still being traced. A quarter of all chunks, spread over all
-/// rays, is traced first, to estimate how much room is needed. From then on, the hits of a chunk wait in their thread's
-/// buffers only until all rays before its last one are counted. So little memory waits, and it is soon reused.
+/// rays, is traced first, to estimate the total number of hits. From then on, the hits of a chunk stay buffered only
+/// until all rays before its last one are counted. So buffers stay small, and their memory is soon reused.
 class HitAssembler {
  public:
   HitAssembler(std::size_t n_rays, bool with_t_out) : with_t_out_(with_t_out), offsets_(n_rays + 1) {}
@@ -48,7 +48,7 @@ class HitAssembler {
     }
     lists.clear();
     const std::shared_lock lock(columns_mutex_);
-    for (const Chunk& of : ready) place(of);
+    for (const Chunk& counted : ready) copy(counted);
   }
 
   bool with_t_out() const { return with_t_out_; }
@@ -76,12 +76,11 @@ class HitAssembler {
     for (; n_counted_ < n; ++n_counted_) offsets_[n_counted_ + 1] = n_hits += offsets_[n_counted_ + 1];
   }
 
-  /// Make room for n_hits, and for 1.5 times the expected total if the system grants it. Unused room costs only
-  /// addresses.
+  /// Reserve n_hits, and 1.5 times the expected total if the system grants it. Unused capacity costs only addresses.
   void reserve(std::size_t n_hits, double n_expected) {
-    if (n_hits <= room_) return;
+    if (n_hits <= capacity_) return;
     const std::lock_guard lock(columns_mutex_);
-    const std::size_t enough = n_hits + (room_ > 0 ? n_hits / 2 : 0);
+    const std::size_t enough = n_hits + (capacity_ > 0 ? n_hits / 2 : 0);
     try {
       grow(std::max(enough, std::size_t(1.5 * n_expected)));
     } catch (const std::bad_alloc&) {
@@ -89,15 +88,15 @@ class HitAssembler {
     }
   }
 
-  void grow(std::size_t room) {
-    for (Buffer<float>* column : {&t, &u, &distance}) column->grow(room, room_);
-    if (with_t_out_) t_out.grow(room, room_);
-    prim.grow(room, room_);
-    room_ = room;
+  void grow(std::size_t capacity) {
+    for (Buffer<float>* column : {&t, &u, &distance}) column->grow(capacity, capacity_);
+    if (with_t_out_) t_out.grow(capacity, capacity_);
+    prim.grow(capacity, capacity_);
+    capacity_ = capacity;
   }
 
   /// Copy the hits of a chunk to their places. Runs of rays that are neighbours in the batch are copied together.
-  void place(const Chunk& chunk) {
+  void copy(const Chunk& chunk) {
     const HitColumns to{t.data(), prim.data(), u.data(), distance.data(), with_t_out_ ? t_out.data() : nullptr};
     const HitBuffer::RayRun* run = chunk.runs.data();
     for (const HitBuffer::Block& block : chunk.blocks) {
@@ -120,7 +119,7 @@ class HitAssembler {
       std::memcpy(to.distance + i, from.distance + i, n_batch * sizeof(float));
       std::copy_n(from.prim + i, n_batch, to.prim + i);
     };
-    // The last batch overlaps the one before it, so that no loop over single hits is needed.
+    // Let the last batch overlap the one before it, so that no loop over single hits is needed.
     const auto copy_all = [&](auto batch) {
       for (std::size_t i = 0; i + batch < n; i += batch) copy_batch(i, batch);
       copy_batch(n - batch, batch);
@@ -139,7 +138,7 @@ class HitAssembler {
   std::mutex mutex_;                   // guards what follows
   std::size_t n_added_ = 0, n_hits_added_ = 0;
   std::size_t next_ = 0, n_counted_ = 0;  // the first chunk not added, the first ray not counted
-  std::size_t room_ = 0;
+  std::size_t capacity_ = 0;              // of each column, in hits
   std::map<std::size_t, Chunk> waiting_;
   std::shared_mutex columns_mutex_;  // shared: writes to the columns; exclusive: moves them
 };

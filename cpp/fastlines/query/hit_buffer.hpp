@@ -17,8 +17,8 @@ struct HitBuffer {
   struct RayRun {
     std::uint32_t ray, n_hits;
   };
-  /// The hits of some runs, one column after the other in memory: u, prim, t, distance, and t_out, which may be
-  /// missing.
+  /// The hits of some runs, one column after the other in memory, in the order in which kernels write them: u, prim, t,
+  /// distance, and t_out, which may be missing.
   struct Block {
     std::uint32_t n_hits, n_runs;
     std::shared_ptr<std::byte> data;

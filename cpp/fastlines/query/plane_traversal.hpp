@@ -52,7 +52,7 @@ struct PlaneTraversal {
       t_leave = std::min(t_leave, sink.limit);
       if (!(t_enter <= t_leave)) continue;
 
-      // Descend to a leaf; push the farther children. The next child is unpredictable, so nothing branches on it.
+      // Descend to a leaf; push the farther children. The next child is unpredictable, so no branch depends on it.
       PlaneNode node = nodes[index];
       while (!node.is_leaf()) {
         const int axis = node.axis();

@@ -79,7 +79,7 @@ class PlaneTreeWriter {
       open_.assign(1, waiting.back());
       waiting.pop_back();
       write_block(to);
-      // Sort the nodes that found no room, so that the largest comes next.
+      // Sort the nodes that do not fit into the block, so that the largest comes next.
       std::ranges::sort(open_, {}, [this](const Open& open) { return area(open); });
       waiting.insert(waiting.end(), open_.begin(), open_.end());
     }
@@ -101,7 +101,7 @@ class PlaneTreeWriter {
 
   double area(const Open& open) const { return nodes_[open.node].box.area(); }
 
-  /// Fill a block with nodes below the open one. Nodes that find no room stay open.
+  /// Fill a block with nodes below the open one. Nodes that do not fit stay open.
   void write_block(PlaneTree& to) {
     std::size_t next = to.nodes.size() == 2 ? 2 : round_up(to.nodes.size());
     const std::size_t end = round_up(next + 1);

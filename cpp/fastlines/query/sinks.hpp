@@ -1,7 +1,7 @@
 // Sinks define each query for one ray: the first hit, any, the number, all, or the k nearest. A search reports every
 // segment that passes the exact test to a sink; the sink decides what counts.
 //
-// A segment can be reported more than once, by each leaf that lists a piece of it. `FirstSink`, `AnySink` and
+// A segment can be reported more than once: for each leaf that lists a piece of it. `FirstSink`, `AnySink` and
 // `KNearestSink` tolerate that. `AllSink` and `CountSink` accept a hit only from the piece [s0, s1) that owns the s of
 // the closest approach, so each hit counts once. A search that tests each segment once reports it as one whole piece.
 #pragma once

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "../rays/ray.hpp"
 
@@ -25,25 +24,25 @@ class Slabs {
   }
 
   /// An interval of t in the frame; empty if t_enter > t_leave.
-  struct Span {
+  struct Interval {
     float t_enter, t_leave;
   };
 
   /// The interval, up to the limit, in which the ray is inside the grown box.
-  Span clip(const Box& box, float limit) const {
-    Span span{t_min_, limit};
+  Interval clip(const Box& box, float limit) const {
+    Interval inside{t_min_, limit};
     for (int k = 0; k < 3; ++k) {
       const float lo = in_frame(frame_, k, box.lo[k]), hi = in_frame(frame_, k, box.hi[k]);
-      span.t_enter = std::max(span.t_enter, enter_beyond(k, backwards_[k] ? hi : lo));
-      span.t_leave = std::min(span.t_leave, leave_before(k, backwards_[k] ? lo : hi));
+      inside.t_enter = std::max(inside.t_enter, enter_beyond(k, backwards_[k] ? hi : lo));
+      inside.t_leave = std::min(inside.t_leave, leave_before(k, backwards_[k] ? lo : hi));
     }
-    return span;
+    return inside;
   }
 
   /// The t at which the ray enters the box; ∞ if it misses the box or enters it beyond the limit.
   float enter(const Box& box, float limit) const {
-    const Span span = clip(box, limit);
-    return span.t_enter <= span.t_leave ? span.t_enter : std::numeric_limits<float>::infinity();
+    const Interval inside = clip(box, limit);
+    return inside.t_enter <= inside.t_leave ? inside.t_enter : kInfinity;
   }
 
   /// The t at which the ray enters the half-space beyond a plane of the frame, and leaves the one before it, both

@@ -28,13 +28,13 @@ class VisitedSet {
   [[gnu::always_inline]] bool insert(std::uint32_t prim) {
     Slot* const slots = slots_.data();
     const std::size_t mask = slots_.size() - 1;
-    const Slot wanted{prim, epoch_};
+    const Slot slot{prim, epoch_};
     std::size_t i = (prim * 0x9e37'79b9u >> 8) & mask;
-    while (slots[i].epoch == wanted.epoch && slots[i].prim != prim) i = (i + 1) & mask;
-    const bool fresh = slots[i].epoch != wanted.epoch;
-    slots[i] = wanted;
-    size_ += fresh;
-    return fresh;
+    while (slots[i].epoch == slot.epoch && slots[i].prim != prim) i = (i + 1) & mask;
+    const bool is_new = slots[i].epoch != slot.epoch;
+    slots[i] = slot;
+    size_ += is_new;
+    return is_new;
   }
 
  private:
