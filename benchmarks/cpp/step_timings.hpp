@@ -92,7 +92,7 @@ inline StepTimings measure_steps(const WideBvhView<Segments>& tree, const RayBat
     keep(sum);
   });
   timed.leaf = time_of([&](int i) {
-    const ProjectedRay& ray = cull[std::uint32_t(i) % kCullRays].across;
+    const ProjectedRay& ray = cull[std::uint32_t(i) % kCullRays].projected;
     sum += cull_leaf(ray, tree.leaves[0], leaf_offset(tree.leaves[0], ray));
     keep(sum);
   });

@@ -157,7 +157,7 @@ void cull() {
       const Ray ray = prepare(batch[std::size_t(i)], frame);
       const CullRay alone = cull_ray(ray.o, ray.r, ray.u, ray.v, ray.radius + ray.eps, ray.t_min);
       const auto keep = [&](const CullRay& cull) {
-        return cull_leaf(cull.across, pieces.leaf, leaf_offset(pieces.leaf, cull.across));
+        return cull_leaf(cull.projected, pieces.leaf, leaf_offset(pieces.leaf, cull.projected));
       };
       const std::uint32_t kept[2] = {keep(culled[i]), keep(alone)};
       n_kept += std::uint64_t(std::popcount(kept[0]));

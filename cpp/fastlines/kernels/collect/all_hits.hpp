@@ -122,7 +122,7 @@ struct AllHitsQuery {
     if constexpr (at == At::surface)
       for (int i = first; i < end; ++i) {
         const std::uint32_t begin = sorter_.begin(i % kSimdWidth);
-        store_exit_ts(tree_, rays, i, to.prim + begin, n_hits(i % kSimdWidth), to.t_out + begin);
+        store_exits_of_ray(tree_, rays, i, to.prim + begin, n_hits(i % kSimdWidth), to.t_out + begin);
       }
     for (int i = first; i < end; ++i) lists.add(rays.id[i], n_hits(i % kSimdWidth));
     lists.end(kHitColumns<at>);
@@ -131,11 +131,11 @@ struct AllHitsQuery {
   /// How many hits the ray in this lane of the packet has.
   std::uint32_t n_hits(int lane) const { return sorter_.begin(lane + 1) - sorter_.begin(lane); }
 
-  /// Write t and distance in units of the caller's rays, 16 at a time. What is written past the end of a ray or a
-  /// column is overwritten by the next one.
+  /// Write t and distance in units of the caller's rays, 16 at a time. The next ray or column overwrites what is
+  /// written past the end.
   void store_t_and_distance(const RayGroup& rays, int first, const typename Collector::Hits& found,
                             const ListColumns& to, std::uint32_t n) {
-    // With so few hits, most lanes would be idle if each ray were converted by itself.
+    // With few hits, most lanes would be idle if the hits of each ray were converted by themselves.
     constexpr std::uint32_t max_gathered_hits = 8 * kSimdWidth;
     float batch[kSimdWidth];
     if (n <= max_gathered_hits) {
@@ -166,7 +166,7 @@ struct AllHitsQuery {
 
   /// Sort the hits of each ray exactly; most are in order already.
   void sort_each_ray(const ListColumns& hits, std::uint32_t n) const {
-    constexpr std::uint32_t max_insertions = 32;  // beyond so many descents, sorting is faster than insertion
+    constexpr std::uint32_t max_insertions = 32;  // with more descents, sorting is faster than insertion
     std::uint32_t n_left = n_descents(hits, n);
     // A descent from one ray to the next does not count.
     for (int lane = 1; lane < kSimdWidth; ++lane)

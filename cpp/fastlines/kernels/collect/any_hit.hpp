@@ -1,4 +1,4 @@
-// Tells whether each ray hits anything.
+// Finds whether each ray hits anything.
 #pragma once
 
 #include <bit>

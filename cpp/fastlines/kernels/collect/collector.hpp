@@ -76,7 +76,7 @@ auto may_precede(N t, N best, N tie_tolerance) {
   return t <= best + tie_tolerance;
 }
 
-/// The most hits in a block of a `HitBuffer`, which holds up to 64 rays: more would take over 40 GB.
+/// The most hits in a block of a `HitBuffer`, which holds up to 64 rays. More would take over 40 GB.
 inline constexpr std::size_t kMaxBlockHits = std::numeric_limits<std::int32_t>::max();
 
 /// How many columns of a hit are stored.

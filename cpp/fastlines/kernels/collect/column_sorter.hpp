@@ -20,7 +20,7 @@ namespace fastlines {
 /// Sorts each of 16 columns in ascending order.
 class ColumnSorter {
  public:
-  /// The least number of rows, at least n, that can be sorted: 4, 8, or a multiple of 16.
+  /// The smallest sortable number of rows that is at least n: 4, 8, or a multiple of 16.
   static constexpr std::uint32_t rows_for(std::uint32_t n) {
     return n <= 8 ? std::max(4u, std::bit_ceil(n)) : (n + kSimdWidth - 1) / kSimdWidth * kSimdWidth;
   }
@@ -47,36 +47,36 @@ class ColumnSorter {
  private:
   static constexpr int kPart = kSimdWidth / FloatX16::kRegisters;  // lanes of a row in one register
   using Row = std::uint32_t __attribute__((vector_size(kPart * sizeof(std::uint32_t))));
-  /// Rows to be compared: the smaller integers go to a.
-  struct Pair {
+  /// Two rows to compare: the smaller integers go to a.
+  struct Comparator {
     int a, b;
   };
 
-  /// The comparisons of a network that sorts n rows, or n rows whose columns are bitonic.
+  /// The comparators of a network that sorts n rows, or n rows whose columns are bitonic.
   template <int n, bool bitonic>
   static constexpr auto network() {
     constexpr auto list = [](auto&& add) {
       if (bitonic) {
         for (int step = n / 2; step > 0; step /= 2)
           for (int i = 0; i < n; ++i)
-            if ((i & step) == 0) add(Pair{i, i + step});
+            if ((i & step) == 0) add(Comparator{i, i + step});
         return;
       }
       for (int p = 1; p < n; p *= 2)
         for (int k = p; k > 0; k /= 2)
           for (int j = k % p; j + k < n; j += 2 * k)
             for (int i = j; i < std::min(j + k, n - k); ++i)
-              if (i / (2 * p) == (i + k) / (2 * p)) add(Pair{i, i + k});
+              if (i / (2 * p) == (i + k) / (2 * p)) add(Comparator{i, i + k});
     };
     constexpr int size = [list] {
-      int n_pairs = 0;
-      list([&](Pair) { ++n_pairs; });
-      return n_pairs;
+      int n_comparators = 0;
+      list([&](Comparator) { ++n_comparators; });
+      return n_comparators;
     }();
-    std::array<Pair, size> pairs{};
+    std::array<Comparator, size> comparators{};
     int at = 0;
-    list([&](Pair pair) { pairs[at++] = pair; });
-    return pairs;
+    list([&](Comparator comparator) { comparators[at++] = comparator; });
+    return comparators;
   }
 
   static Row load(const std::uint32_t* from) {
@@ -87,20 +87,20 @@ class ColumnSorter {
   static void store(const Row& row, std::uint32_t* to) { std::memcpy(to, &row, sizeof row); }
 
   [[gnu::always_inline]] static void compare(Row& a, Row& b) {
-    const Row less = a < b ? a : b;
+    const Row smaller = a < b ? a : b;
     b = a < b ? b : a;
-    a = less;
+    a = smaller;
   }
 
   /// Sort up to 16 rows in registers.
   template <int n, bool bitonic = false>
   static void sort_few(std::uint32_t* first) {
-    static constexpr auto pairs = network<n, bitonic>();
+    static constexpr auto comparators = network<n, bitonic>();
     Row rows[n];
     for (int i = 0; i < n; ++i) rows[i] = load(first + i * kSimdWidth);
     [&]<std::size_t... at>(std::index_sequence<at...>) __attribute__((always_inline)) {
-      (compare(rows[pairs[at].a], rows[pairs[at].b]), ...);
-    }(std::make_index_sequence<pairs.size()>());
+      (compare(rows[comparators[at].a], rows[comparators[at].b]), ...);
+    }(std::make_index_sequence<comparators.size()>());
     for (int i = 0; i < n; ++i) store(rows[i], first + i * kSimdWidth);
   }
 
@@ -119,8 +119,8 @@ class ColumnSorter {
     for (; i < part + step && i + step < end; ++i) merge(std::integral_constant<int, 2>(), i);
   }
 
-  /// Sort a multiple of 16 rows. Merged runs have a power of two of rows. Rows that the last run lacks would hold the
-  /// largest integers and never move, so they are left out.
+  /// Sort a multiple of 16 rows. The number of rows of a merged run is a power of two. Rows that the last run lacks
+  /// would hold the largest integers and never move, so they are left out.
   static void sort_many(std::uint32_t* first, std::uint32_t n_rows) {
     const auto compare_rows = [=](std::uint32_t i, std::uint32_t j) {
       Row a = load(first + i * kSimdWidth), b = load(first + j * kSimdWidth);

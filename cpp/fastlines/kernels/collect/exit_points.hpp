@@ -3,9 +3,8 @@
 
 #include <algorithm>
 #include <cstring>
-#include <limits>
 
-#include "../intersect/exact_test.hpp"
+#include "../intersect/load_lanes.hpp"
 #include "../rays/ray_views.hpp"
 #include "collector.hpp"
 
@@ -21,8 +20,8 @@ template <RayPrimitive P, class Ray>
 /// Write where the ray in this lane leaves n primitives, in units of the caller's ray. Writes 16 at a time: `to` has
 /// room for n rounded up.
 template <RayPrimitive P>
-void store_exit_ts(const WideBvhView<P>& tree, const RayGroup& rays, int lane, const std::uint32_t* prims,
-                   std::uint32_t n, float* to) {
+void store_exits_of_ray(const WideBvhView<P>& tree, const RayGroup& rays, int lane, const std::uint32_t* prims,
+                        std::uint32_t n, float* to) {
   for (std::uint32_t k = 0; k < n; k += kSimdWidth) {
     std::uint32_t batch[kSimdWidth];
     for (std::uint32_t i = 0; i < kSimdWidth; ++i) batch[i] = prims[std::min(k + i, n - 1)];
@@ -36,8 +35,8 @@ void store_exit_ts(const WideBvhView<P>& tree, const RayGroup& rays, int lane, c
 /// Write where each ray of the packet at `first` leaves its primitive, in units of the caller's ray; ∞ for `kNoPrim`.
 /// `prims` holds the bits of ids.
 template <RayPrimitive P>
-void store_exit_t(const WideBvhView<P>& tree, const RayGroup& rays, const float (&prims)[kGroupSize], int first,
-                  float (&to)[kGroupSize]) {
+void store_exits_of_packet(const WideBvhView<P>& tree, const RayGroup& rays, const float (&prims)[kGroupSize],
+                           int first, float (&to)[kGroupSize]) {
   std::uint32_t ids[kSimdWidth];
   std::memcpy(ids, prims + first, sizeof ids);
   bool hits[kSimdWidth], any_hit = false;
@@ -46,7 +45,7 @@ void store_exit_t(const WideBvhView<P>& tree, const RayGroup& rays, const float 
     any_hit |= hits[i];
     ids[i] = hits[i] ? ids[i] : 0;
   }
-  std::fill_n(to + first, kSimdWidth, std::numeric_limits<float>::infinity());
+  std::fill_n(to + first, kSimdWidth, kInfinity);
   if (!any_hit) return;  // the scene may be empty, without a primitive 0
   float t[kSimdWidth];
   exit_t(tree, PacketView(rays, first), ids).store(t);

@@ -20,7 +20,7 @@ struct FirstHitCollector {
 
   void begin(const RayGroup& rays, int first, int end) {
     begin_limits(rays, first, end, limit);
-    std::fill(t + first, t + round_up_to_width(end), std::numeric_limits<float>::infinity());
+    std::fill(t + first, t + round_up_to_width(end), kInfinity);
     // Rays without a hit read these too.
     for (float* column : {s, dist2}) std::fill(column + first, column + round_up_to_width(end), 0.0f);
     std::fill(prim + first, prim + round_up_to_width(end), std::bit_cast<float>(kNoPrim));
@@ -57,33 +57,29 @@ struct FirstHitCollector {
     if (!comes_first(rays, i, ts[lane], prim_)) return;
     approach.s.store(ss);
     approach.dist2.store(dist2s);
-    set(rays, i, {ts[lane], ss[lane], dist2s[lane]}, prim_);
+    set(rays, i, {ss[lane], ts[lane], dist2s[lane], true}, prim_);
   }
 
   void add_hit(const RayGroup& rays, int i, const ClosestApproach<float>& approach, const Reference& ref) {
     const float tie_tolerance = rays.tie_tolerance[i];
     if (!may_precede(approach.t, t[i], tie_tolerance)) return;
     if (approach.t + tie_tolerance < t[i] || comes_first(rays, i, approach.t, ref.prim))
-      set(rays, i, {approach.t, approach.s, approach.dist2}, ref.prim);
+      set(rays, i, approach, ref.prim);
   }
 
  private:
-  struct Place {
-    float t, s, dist2;
-  };
-
   /// Whether a hit precedes the best one of the lane, in units of the caller's ray.
   bool comes_first(const RayGroup& rays, int i, float t_, std::uint32_t prim_) const {
     const float t_ray = rays.t_ray(i, t_), best = rays.t_ray(i, t[i]);
     return precedes(t_ray, prim_, best, std::bit_cast<std::uint32_t>(prim[i]));
   }
 
-  void set(const RayGroup& rays, int i, const Place& place, std::uint32_t prim_) {
-    t[i] = place.t;
-    s[i] = place.s;
-    dist2[i] = place.dist2;
+  void set(const RayGroup& rays, int i, const ClosestApproach<float>& approach, std::uint32_t prim_) {
+    t[i] = approach.t;
+    s[i] = approach.s;
+    dist2[i] = approach.dist2;
     prim[i] = std::bit_cast<float>(prim_);
-    limit[i] = min(place.t + rays.tie_tolerance[i], rays.t_max[i]);
+    limit[i] = min(approach.t + rays.tie_tolerance[i], rays.t_max[i]);
     limit_changed = true;
   }
 };
@@ -114,7 +110,7 @@ struct FirstHitQuery {
         prim[i] = hit ? std::int64_t(id) : miss.prim;
       }
     if constexpr (at == At::surface)
-      for (int from = first; from < end; from += kSimdWidth) store_exit_t(tree, rays, found.prim, from, t_out);
+      for (int from = first; from < end; from += kSimdWidth) store_exits_of_packet(tree, rays, found.prim, from, t_out);
     const HitColumns columns = to;  // a copy, so that nothing written can alias it
     const auto write = [&](int i, auto n) __attribute__((always_inline)) {
       const std::uint32_t at_ = rays.id[i];

@@ -1,6 +1,6 @@
 // Sorts the hits of 16 rays by ray, then by t. Hits whose t are closest together may stay out of order.
 //
-// No branch depends on the order of two hits: a mispredicted branch costs more than all else that is done for a hit.
+// No branch depends on the order of two hits: a mispredicted branch costs more than all other work for a hit.
 // The hits of a ray are a column of integer keys, and a sorting network sorts all 16 columns at once. That takes too
 // long if a few rays have nearly all hits, or one ray has very many. A counting sort then serves few hits, a radix sort
 // many.
@@ -18,15 +18,15 @@
 
 namespace fastlines {
 
-/// Where `HitSorter` changes its method.
+/// The limits between the methods of `HitSorter`.
 struct HitSorterTuning {
-  /// Hits of one ray: with more, a radix sort is faster than a sorting network.
+  /// The most hits of one ray for which a sorting network is faster than a radix sort.
   static constexpr std::uint32_t kMaxColumnHits = 512;
-  /// Comparisons of two rows per hit: with more, the other methods are faster than a sorting network.
+  /// The most comparisons of two rows per hit for which a sorting network is the fastest method.
   static constexpr std::uint32_t kMaxComparisonsPerHit = 8;
-  /// Hits of all rays: with more, a radix sort is faster than a counting sort.
+  /// The most hits of all rays for which a counting sort is faster than a radix sort.
   static constexpr std::uint32_t kMaxCountedHits = 256;
-  /// Hits of all rays: with more, a radix sort takes digits of 11 bits instead of 8, which need larger tables.
+  /// The most hits of all rays for which a radix sort takes digits of 8 bits. Digits of 11 bits need larger tables.
   static constexpr std::uint32_t kMaxByteDigitHits = 2048;
 };
 
@@ -84,7 +84,7 @@ class HitSorter {
       least16 = min(least16, FloatX16::load(t + j));
       most16 = max(most16, FloatX16::load(t + j));
     }
-    float from = reduce_min(least16), to = -reduce_min(FloatX16(0.0f) - most16);
+    float from = reduce_min(least16), to = reduce_max(most16);
     for (; j < n; ++j) {
       from = min(from, t[j]);
       to = max(to, t[j]);
@@ -164,7 +164,7 @@ class HitSorter {
     if (first_.size() < n)
       for (auto* hits : {&first_, &second_}) hits->resize(2 * std::size_t(n));
     const std::uint32_t* const key = key_.data();
-    Keyed *const first = first_.data(), *const second = second_.data();
+    KeyedHit *const first = first_.data(), *const second = second_.data();
     std::uint32_t* const order = order_.data();
     for (std::uint32_t j = 0; j < n; ++j) first[places[0][digit(key[j], 0)]++] = {key[j], j};
     for (std::uint32_t k = 0; k < n; ++k) second[places[1][digit(first[k].key, 1)]++] = first[k];
@@ -172,11 +172,11 @@ class HitSorter {
   }
 
   /// A key and the index of its hit.
-  struct Keyed {
+  struct KeyedHit {
     std::uint32_t key, hit;
   };
   LargeVector<std::uint32_t> order_, place_, key_;
-  LargeVector<Keyed> first_, second_;
+  LargeVector<KeyedHit> first_, second_;
   std::uint32_t begin_[kSimdWidth + 1];
   alignas(64) std::uint32_t rows_[Tuning::kMaxColumnHits * kSimdWidth];  // of keys: a column per lane
 };

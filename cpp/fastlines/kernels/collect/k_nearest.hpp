@@ -19,8 +19,8 @@ struct KNearest {
   std::vector<std::uint32_t> prim;
 
   /// Whether a hit precedes hit j.
-  bool is_before(float t_ray_, std::uint32_t prim_, std::uint32_t j) const {
-    return precedes(t_ray_, prim_, t_ray[j], prim[j]);
+  bool precedes(float t_ray_, std::uint32_t prim_, std::uint32_t j) const {
+    return fastlines::precedes(t_ray_, prim_, t_ray[j], prim[j]);
   }
 
   void set(std::uint32_t at, float t_ray_, const ClosestApproach<float>& approach, std::uint32_t prim_) {
@@ -37,11 +37,10 @@ struct KNearest {
 
   /// Find the last hit, of at least one. Reads 16 at a time; the vectors always have room for that.
   void find_worst() {
-    constexpr float kNone = -std::numeric_limits<float>::infinity();
-    FloatX16 largest = kNone;
+    FloatX16 largest = -kInfinity;
     for (std::uint32_t j = 0; j < n; j += kSimdWidth)
-      largest = max(largest, blend(lane_mask(n - j), FloatX16::load(t_ray.data() + j), kNone));
-    const float last = -reduce_min(FloatX16(0.0f) - largest);
+      largest = max(largest, blend(lane_mask(n - j), FloatX16::load(t_ray.data() + j), -kInfinity));
+    const float last = reduce_max(largest);
     bool found = false;
     for (std::uint32_t j = 0; j < n; j += kSimdWidth) {
       std::uint32_t bits = (FloatX16(last) <= FloatX16::load(t_ray.data() + j)).bits() & lane_mask(n - j);
@@ -98,7 +97,7 @@ struct KNearestCollector {
     KNearest& nearest = hits[i];
     const float t_ray = rays.t_ray(i, approach.t);
     const bool is_full = nearest.n == k;
-    if (is_full && !nearest.is_before(t_ray, prim, nearest.worst)) return;
+    if (is_full && !nearest.precedes(t_ray, prim, nearest.worst)) return;
     nearest.set(is_full ? nearest.worst : nearest.n++, t_ray, approach, prim);
     if (nearest.n < k) return;
     nearest.find_worst();
@@ -128,7 +127,7 @@ struct KNearestQuery {
       const ListColumns of_ray = to.from(begin);
       list(rays, hits, of_ray);
       // Writing past the end is safe: t_out is the last column, and the next rays are written later.
-      if constexpr (at == At::surface) store_exit_ts(tree_, rays, i, of_ray.prim, hits.n, of_ray.t_out);
+      if constexpr (at == At::surface) store_exits_of_ray(tree_, rays, i, of_ray.prim, hits.n, of_ray.t_out);
       lists.add(rays.id[i], hits.n);
       begin += hits.n;
     }
@@ -144,9 +143,8 @@ struct KNearestQuery {
   void list(const RayGroup& rays, const KNearest& nearest, const ListColumns& to) {
     order_.resize(nearest.n);
     std::iota(order_.begin(), order_.end(), 0u);
-    std::sort(order_.begin(), order_.end(), [&](std::uint32_t i, std::uint32_t j) {
-      return nearest.is_before(nearest.t_ray[i], nearest.prim[i], j);
-    });
+    std::sort(order_.begin(), order_.end(),
+              [&](std::uint32_t i, std::uint32_t j) { return nearest.precedes(nearest.t_ray[i], nearest.prim[i], j); });
     for (std::uint32_t i = 0; i < nearest.n; ++i) {
       const std::uint32_t j = order_[i];
       to.t[i] = nearest.t_ray[j];

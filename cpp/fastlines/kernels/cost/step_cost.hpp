@@ -5,9 +5,9 @@
 
 namespace fastlines {
 
-/// Cycles per step of a bundle; `fastlines-bench steps` counts and times the steps. Each includes its share of the time
-/// outside of steps, so that the costs add up to the time of first hits. Lists take up to twice as long with either
-/// kind of kernel. Accurate enough to tell apart methods whose costs differ by 50 %.
+/// Cycles per step of a bundle; `fastlines-bench steps` counts and times the steps. Each cost includes its share of the
+/// time outside of steps, so that the costs add up to the time of first hits. Lists take up to twice as long with
+/// either kind of kernel. The costs are accurate enough to tell apart methods that differ by 50 %.
 struct BundleStepCost {
   static constexpr std::uint64_t kRay = 60;      ///< a ray of the bundle
   static constexpr std::uint64_t kNode = 80;     ///< cull 16 boxes

@@ -1,5 +1,5 @@
-// Counts the steps of the kernels, by kind. Only a module of the benchmarks counts (`fastlines-bench steps`), on one
-// thread; it defines FASTLINES_COUNTERS. Elsewhere `count_step` does nothing.
+// Counts the steps of the kernels, by kind. Only a module of the benchmarks (`fastlines-bench steps`) defines
+// FASTLINES_COUNTERS and counts, on one thread. Elsewhere `count_step` does nothing.
 #pragma once
 
 #include <cstdint>

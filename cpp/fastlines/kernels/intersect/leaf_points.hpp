@@ -1,9 +1,9 @@
-// Projects the ends of a leaf's 16 pieces, stored as bytes, onto an axis: start + x·axis_x + y·axis_y + z·axis_z for
+// Projects the ends of a leaf's 16 pieces, which are bytes, onto an axis: start + x·axis_x + y·axis_y + z·axis_z for
 // each end.
 //
 // AVX-512 VNNI multiplies bytes and adds the products, so axes are integers and projections are exact. The same holds
-// for AVX2 and SSE4.2, which add products of byte pairs in 16 bits (simd/int16.hpp). Elsewhere axes are floats.
-// `kIntegerAxes` tells which.
+// for AVX2 and SSE4.2, which add products of byte pairs in 16 bits (simd/int16.hpp). Elsewhere axes are floats, and
+// `kIntegerAxes` is false.
 #pragma once
 
 #include <cstdint>
@@ -53,25 +53,27 @@ N round_axis(N& x, N& y, N& z) {
 
 #if defined(__AVX512VNNI__) && defined(__AVX512VBMI__) && !defined(FASTLINES_PORTABLE)
 
-struct Axis {
+/// An axis to project points onto.
+struct ProjectionAxis {
   float bytes;  // x, y, z and 0 as four bytes
 
-  Axis(float, float, float, float bytes_) : bytes(bytes_) {}
+  ProjectionAxis(float, float, float, float bytes_) : bytes(bytes_) {}
 };
 
-struct Points16 {
+/// The first or the second ends of a leaf's pieces.
+struct LeafPoints {
   __m512i xyz;  // four bytes per point; the last one is multiplied by 0
 
   /// The first (0) or the second (1) ends of the pieces.
   template <int end>
-  static Points16 of(const std::uint8_t* ends) {
+  static LeafPoints of(const std::uint8_t* ends) {
     constexpr int skipped = end == 0 ? 0 : 32;  // one load reads 64 of the 96 bytes
     static constexpr ByteOrder order(end, skipped);
     return {_mm512_permutexvar_epi8(_mm512_load_si512(order.from), _mm512_loadu_si512(ends + skipped))};
   }
 
   /// The projections onto an axis.
-  FloatX16 along(const Axis& axis, std::int32_t start) const {
+  FloatX16 project(const ProjectionAxis& axis, std::int32_t start) const {
     return _mm512_cvtepi32_ps(
         _mm512_dpbusd_epi32(_mm512_set1_epi32(start), xyz, _mm512_castps_si512(_mm512_set1_ps(axis.bytes))));
   }
@@ -90,18 +92,20 @@ struct Points16 {
 
 #elif !defined(FASTLINES_INT16)
 
-struct Axis {
+/// An axis to project points onto.
+struct ProjectionAxis {
   float x, y, z;
 
-  Axis(float x_, float y_, float z_, float) : x(x_), y(y_), z(z_) {}
+  ProjectionAxis(float x_, float y_, float z_, float) : x(x_), y(y_), z(z_) {}
 };
 
-struct Points16 {
+/// The first or the second ends of a leaf's pieces.
+struct LeafPoints {
   FloatX16 x, y, z;
 
   /// The first (0) or the second (1) ends of the pieces.
   template <int end>
-  static Points16 of(const std::uint8_t* ends) {
+  static LeafPoints of(const std::uint8_t* ends) {
     const auto axis = [ends](int k) {
       std::uint8_t bytes[kSimdWidth];
       for (int i = 0; i < kSimdWidth; ++i) bytes[i] = ends[end_byte(end, k, i)];
@@ -111,7 +115,7 @@ struct Points16 {
   }
 
   /// The projections onto an axis.
-  FloatX16 along(const Axis& axis, float start) const {
+  FloatX16 project(const ProjectionAxis& axis, float start) const {
     return fma(z, FloatX16(axis.z), fma(y, FloatX16(axis.y), fma(x, FloatX16(axis.x), FloatX16(start))));
   }
 };

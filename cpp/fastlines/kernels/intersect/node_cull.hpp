@@ -18,11 +18,11 @@ struct alignas(64) CullRayOf {
   N inverse[4], near[4], far[4];  // t of a near plane: q·(scale·inverse) + (org·inverse + near); [3] is padding
   N near_rows, far_rows;          // offsets of the near and far rows in WideNode::planes, a byte each for x, y and z
   N t_min, unused;
-  ProjectedRayOf<N> across;  // the ray for leaf culling
+  ProjectedRayOf<N> projected;  // for leaf culling
 
   CullRayOf() = default;
   CullRayOf(const N (&o)[3], const N (&r)[3], const N (&u)[3], const N (&v)[3], N reach, N t_min_)
-      : near_rows(kRows), far_rows(kRows), t_min(t_min_), unused(0.0f), across(o, r, u, v, reach) {
+      : near_rows(kRows), far_rows(kRows), t_min(t_min_), unused(0.0f), projected(o, r, u, v, reach) {
     inverse[3] = near[3] = far[3] = 0.0f;
     for (int k = 0; k < 3; ++k) {
       const auto back = r[k] < N(0.0f);
@@ -46,7 +46,7 @@ struct alignas(64) CullRayOf {
 };
 using CullRay = CullRayOf<float>;
 
-/// Prepare one ray with origin o, direction r and the basis u, v across it.
+/// Prepare one ray with origin o, direction r, and u and v perpendicular to it.
 inline CullRay cull_ray(const Vec3& o, const Vec3& r, const Vec3& u, const Vec3& v, float reach, float t_min) {
   const auto copy = [](const Vec3& x, float (&to)[3]) { std::copy_n(x.data(), 3, to); };
   float a[3], b[3], c[3], d[3];
@@ -89,7 +89,7 @@ inline FloatX4 origin_of(const WideNode& node) {
   return origin;
 }
 
-/// A mask of the children whose boxes, grown by the reach, the ray may hit before `limit`. Stores in `enter` where it
+/// A mask of the children whose boxes, grown by the reach, the ray may hit before `limit`. Sets `enter` to where it
 /// enters each box: t in the frame.
 [[gnu::always_inline]] inline std::uint32_t cull_node(const CullRay& ray, const WideNode& node, float limit,
                                                       FloatX16& enter) {

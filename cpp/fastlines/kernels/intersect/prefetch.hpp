@@ -1,4 +1,4 @@
-// Prefetches of nodes, leaves and references.
+// Prefetches nodes, leaves and references.
 #pragma once
 
 #include "../../layout/wide_bvh.hpp"

@@ -1,6 +1,7 @@
-// The projection that leaf culling uses: the plane across a ray, with axes U and V of length kAxisLength.
+// The projection that leaf culling uses: onto the plane perpendicular to a ray, with axes U and V of length
+// kAxisLength.
 //
-// Where axes must be integers (leaf_points.hpp), the components of the true ones are rounded. With U' across the ray r,
+// Where axes must be integers (leaf_points.hpp), their components are rounded. With U' perpendicular to the ray r,
 //
 //     U = U' + (U·r)·r.
 //

@@ -2,8 +2,6 @@
 // gathered or compressed: passing the root takes half as long as another step.
 #pragma once
 
-#include <limits>
-
 #include "node_cull.hpp"
 
 namespace fastlines {
@@ -27,7 +25,7 @@ class RootCull {
       }
   }
 
-  /// Whether rays may start at the root's children: there is one at least, and none is a leaf.
+  /// Whether rays may start at the root's children: there is at least one, and none is a leaf.
   bool has_inner_only() const { return n_children_ > 0; }
 
   std::uint32_t first_child() const { return first_child_; }
@@ -36,18 +34,18 @@ class RootCull {
   struct Hits {
     /// [child][ray]: where the ray enters the child, t in the frame, or infinity if it does not.
     alignas(64) float enter[kSimdWidth][kSimdWidth];
-    alignas(64) float children[kSimdWidth];  // per ray: the mask of the children that it hits, as a number
-    alignas(64) float nearest[kSimdWidth];   // per ray: the child that it enters first
+    alignas(64) float children[kSimdWidth];  // per ray: the mask of the children that it hits, converted to float
+    alignas(64) float nearest[kSimdWidth];   // per ray: the child that it enters first, converted to float
 
     std::uint32_t children_of(int ray) const { return std::uint32_t(std::int32_t(children[ray])); }
   };
 
-  /// Find the children that each ray of a packet may hit before its limit. Only with `nearest_first`, `enter` and
-  /// `nearest` are set.
+  /// Find the children that each ray of a packet may hit before its limit. Sets `enter` and `nearest` only with
+  /// `nearest_first`.
   template <bool nearest_first>
   [[gnu::always_inline]] void cull(const CullRayOf<FloatX16>& rays, FloatX16 limit, Hits& hits) const {
     using F = FloatX16;
-    const F zero = 0.0f, never = std::numeric_limits<float>::infinity();
+    const F zero = 0.0f, never = kInfinity;
     // Swap near and far for negative directions.
     F to_low[3], to_high[3];
     for (int k = 0; k < 3; ++k) {

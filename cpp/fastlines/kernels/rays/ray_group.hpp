@@ -15,7 +15,7 @@ inline constexpr int kGroupSize = 64;
 /// `end` rounded up to a multiple of the SIMD width.
 constexpr int round_up_to_width(int end) { return (end + kSimdWidth - 1) / kSimdWidth * kSimdWidth; }
 
-/// The members are those of `Ray`, one entry per lane.
+/// The members are those of `Ray`, as columns with one entry per lane.
 struct alignas(64) RayGroup {
   float o[3][kGroupSize], u[3][kGroupSize], v[3][kGroupSize], r[3][kGroupSize];
   float t_min[kGroupSize], t_max[kGroupSize], radius2[kGroupSize];
@@ -26,7 +26,7 @@ struct alignas(64) RayGroup {
   double inv_scale;
   int n = 0;  ///< lanes from n to the end of the packet repeat the last ray
   std::uint32_t id[kGroupSize];
-  /// Per packet: whether it is four runs of four rays that are adjacent in the batch.
+  /// Per packet: whether it consists of four runs of four rays that are adjacent in the batch.
   bool contiguous_fours[kGroupSize / kSimdWidth];
 
   /// Prepare the rays with these ids, 1 to 64 of them.
@@ -37,31 +37,31 @@ struct alignas(64) RayGroup {
     std::copy_n(ids, n, id);
     const int padded = round_up_to_width(n);
     for (int i = n; i < padded; ++i) id[i] = id[n - 1];
-    float from[3][kGroupSize], along[3][kGroupSize], start[kGroupSize], stop[kGroupSize], near[kGroupSize];
+    float origin[3][kGroupSize], direction[3][kGroupSize], start[kGroupSize], stop[kGroupSize], radius[kGroupSize];
     for (int i = 0; i < padded; i += kSimdWidth) {
       bool fours = true;
       for (const std::uint32_t* four = id + i; four < id + i + kSimdWidth; four += 4)
         fours &= (four[1] == four[0] + 1) & (four[2] == four[0] + 2) & (four[3] == four[0] + 3);
       contiguous_fours[i / kSimdWidth] = fours;
-      load_points(rays.origins, i, from);
-      load_points(rays.directions, i, along);
+      load_points(rays.origins, i, origin);
+      load_points(rays.directions, i, direction);
     }
     broadcast_or_gather(rays.t_min, padded, start);
     broadcast_or_gather(rays.t_max, padded, stop);
-    broadcast_or_gather(rays.radius, padded, near);
-    // Compute roots and divisions in a loop of their own, so that many overlap: nearly all else waits for them.
+    broadcast_or_gather(rays.radius, padded, radius);
+    // Compute roots and divisions in a loop of their own, where many overlap: nearly everything else depends on them.
     double lengths[kGroupSize], inv_lengths[kGroupSize];
     for (int i = 0; i < padded; ++i) {
-      lengths[i] = length_of({along[0][i], along[1][i], along[2][i]});
+      lengths[i] = length_of({direction[0][i], direction[1][i], direction[2][i]});
       inv_lengths[i] = 1.0 / lengths[i];
     }
-    const Frame frame_copy = frame;  // a copy, so that no store can alias it
+    const Frame frame_copy = frame;  // so that no store can alias it
     for (int i = 0; i < padded; ++i)
-      store(i, prepare({{from[0][i], from[1][i], from[2][i]},
-                        {along[0][i], along[1][i], along[2][i]},
+      store(i, prepare({{origin[0][i], origin[1][i], origin[2][i]},
+                        {direction[0][i], direction[1][i], direction[2][i]},
                         start[i],
                         stop[i],
-                        near[i]},
+                        radius[i]},
                        lengths[i], inv_lengths[i], frame_copy));
   }
 
@@ -106,13 +106,13 @@ struct alignas(64) RayGroup {
     inv_length[i] = ray.inv_length;
   }
 
-  /// Copy a packet of another group: ids, tie tolerances, and what the exact test reads. `with_rest` also copies what
-  /// converts t to units of the caller's rays.
-  template <bool with_rest>
+  /// Copy a packet of another group: ids, tie tolerances, and what the exact test reads. `with_t_ray` also copies what
+  /// `t_ray` reads.
+  template <bool with_t_ray>
   void copy(int to, const RayGroup& from, int first) {
-    const auto copy_packet = [=](const auto& theirs, auto& mine) {
+    const auto copy_packet = [=](const auto& source, auto& target) {
       // memcpy is inlined; std::copy, which allows overlap, would be a call.
-      std::memcpy(mine + to, theirs + first, kSimdWidth * sizeof *mine);
+      std::memcpy(target + to, source + first, kSimdWidth * sizeof *target);
     };
     for (int k = 0; k < 3; ++k) {
       copy_packet(from.o[k], o[k]);
@@ -126,7 +126,7 @@ struct alignas(64) RayGroup {
     copy_packet(from.tie_tolerance, tie_tolerance);
     copy_packet(from.id, id);
     contiguous_fours[to / kSimdWidth] = from.contiguous_fours[first / kSimdWidth];
-    if (!with_rest) return;
+    if (!with_t_ray) return;
     copy_packet(from.t_min_ray, t_min_ray);
     copy_packet(from.t_max_ray, t_max_ray);
     copy_packet(from.t0, t0);

@@ -1,8 +1,8 @@
 // Divides the rays of a batch into groups of up to 64 that are likely to be coherent.
 //
 // Rays of a picture come row by row; a tile of 8 × 8 pixels is more coherent than 64 pixels of one row. The length of a
-// row is detected from the rays: the ray below the first one differs from it as little as its neighbour in the row
-// does.
+// row is detected from the rays: the ray below the first one differs from it about as little as the next one in the
+// row.
 #pragma once
 
 #include "../../rays/ray_batch.hpp"
@@ -57,39 +57,39 @@ class RayTiling {
   }
 
  private:
-  static constexpr std::size_t kSide = 8;
+  static constexpr std::size_t kSide = 8;  // of a tile, in rays
 
   /// The row and the column, in a group, of its y-th run of four rays. The runs of a tile are consecutive.
   static std::size_t down(std::size_t y) { return (y & 3) + (y >> 3) * 4; }
   static std::size_t across(std::size_t y) { return y & 4; }
 
-  /// The difference of two rays. Euclidean, so that the ray directly below is closer than its neighbours.
-  static float step(const RayBatch& rays, std::size_t i, std::size_t j) {
+  /// The difference of two rays, as a Euclidean distance: the ray directly below is closer than its neighbours.
+  static float difference(const RayBatch& rays, std::size_t i, std::size_t j) {
     const Vec3 o = rays.origins[i] - rays.origins[j], d = rays.directions[i] - rays.directions[j];
     return std::sqrt(dot(o, o)) + std::sqrt(dot(d, d));
   }
   /// Whether two rays differ by more than `far`; usually needs no square root.
   static bool is_beyond(const RayBatch& rays, std::size_t i, std::size_t j, float far) {
     const Vec3 o = rays.origins[i] - rays.origins[j], d = rays.directions[i] - rays.directions[j];
-    return std::max(dot(o, o), dot(d, d)) > far * far || step(rays, i, j) > far;
+    return std::max(dot(o, o), dot(d, d)) > far * far || difference(rays, i, j) > far;
   }
 
   /// The length of a row of pixels, or 0 if the rays do not look like a picture.
   static std::size_t row_length(const RayBatch& rays) {
-    constexpr std::size_t kSampleRays = 16, kMaxRow = 1 << 15;
+    constexpr std::size_t kSampleRays = 16, kMaxRow = 1 << 15;  // rays
     if (rays.size() < 4 * kSampleRays) return 0;
     float steps[kSampleRays];
-    for (std::size_t i = 0; i < kSampleRays; ++i) steps[i] = step(rays, i, i + 1);
+    for (std::size_t i = 0; i < kSampleRays; ++i) steps[i] = difference(rays, i, i + 1);
     std::nth_element(steps, steps + kSampleRays / 2, steps + kSampleRays);
     const float pixel = steps[kSampleRays / 2], near = 4.0f * pixel;
-    if (!(step(rays, 0, kSampleRays) > 8.0f * pixel)) return 0;  // the first rays do not advance: no row
+    if (!(difference(rays, 0, kSampleRays) > 8.0f * pixel)) return 0;  // the first rays do not advance along a row
     const std::size_t longest = std::min(rays.size() / 2, kMaxRow);
     for (std::size_t row = kSampleRays; row <= longest; ++row) {
       if (is_beyond(rays, 0, row, near)) continue;
       // In a picture, the ray directly below follows within a few pixels.
       std::size_t best = row;
       for (std::size_t i = row; i <= std::min(row + 8, longest); ++i)
-        if (step(rays, 0, i) < step(rays, 0, best)) best = i;
+        if (difference(rays, 0, i) < difference(rays, 0, best)) best = i;
       return best;
     }
     return 0;

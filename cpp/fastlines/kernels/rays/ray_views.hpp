@@ -42,7 +42,7 @@ struct LaneView {
 
 /// The packet at `first`. Values are loaded when they are read.
 struct PacketView {
-  struct Number {
+  struct Scalar {
     const float* at;
     operator FloatX16() const { return FloatX16::load(at); }
   };
@@ -52,7 +52,7 @@ struct PacketView {
     FloatX16 operator[](int k) const { return FloatX16::load(at[k] + first); }
   };
   Vector o, u, v, r;
-  Number t_min, t_max, radius2;
+  Scalar t_min, t_max, radius2;
 
   PacketView(const RayGroup& lanes, int first)
       : o{lanes.o, first},
@@ -65,11 +65,11 @@ struct PacketView {
 };
 static_assert(RayView<LaneView, float> && RayView<PacketView, FloatX16>);
 
-/// 16 of N rays by index, repeats allowed; N is 16 or kGroupSize. F is FloatX16, a template parameter so that a table
-/// of more than 16 is instantiated only where the instruction set can permute it.
+/// 16 of N rays by index, repeats allowed; N is 16 or kGroupSize. F is FloatX16. It is a template parameter, so that a
+/// table of more than 16 floats is instantiated only where the instruction set can permute it.
 template <class F, int N = kSimdWidth>
 struct PermutedRays {
-  struct Number {
+  struct Scalar {
     const float* table;
     const std::uint32_t* index;
     operator F() const { return F::template permute<N>(table, index); }
@@ -80,7 +80,7 @@ struct PermutedRays {
     F operator[](int k) const { return F::template permute<N>(table[k], index); }
   };
   Vector o, u, v, r;
-  Number t_min, t_max, radius2, tie_tolerance;
+  Scalar t_min, t_max, radius2, tie_tolerance;
 
   /// The rays in lanes first + index[i], index[i] < N.
   PermutedRays(const RayGroup& rays, int first, const std::uint32_t* index)
@@ -102,7 +102,7 @@ struct PermutedRays {
 /// What the exact test reads of a ray, and its tie tolerance, in groups of four floats for a 16×4 transpose: o and
 /// t_min, u and t_max, v and radius², r and tie_tolerance.
 struct alignas(64) RayRecord {
-  float numbers[16];
+  float values[16];
 };
 
 /// 16 rays by index, repeats allowed, transposed from their records.
@@ -110,9 +110,9 @@ template <class F>
 struct TransposedRays {
   F o[3], t_min, u[3], t_max, v[3], radius2, r[3], tie_tolerance;
 
-  [[gnu::always_inline]] TransposedRays(const RayRecord* of, const std::uint32_t* index) {
+  [[gnu::always_inline]] TransposedRays(const RayRecord* records, const std::uint32_t* index) {
     const float* rows[kSimdWidth];
-    for (int i = 0; i < kSimdWidth; ++i) rows[i] = of[index[i]].numbers;
+    for (int i = 0; i < kSimdWidth; ++i) rows[i] = records[index[i]].values;
     F fours[4][4];
     for (int i = 0; i < 4; ++i) transpose_rows(rows, 4 * i, fours[i]);
     std::copy_n(fours[0], 3, o);

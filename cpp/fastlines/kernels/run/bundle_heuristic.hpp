@@ -5,8 +5,8 @@
 //
 //  - The bound on the divergence falls where bundles cost much more than incoherent rays. It then recovers slowly, or
 //    at once where incoherent rays become cheap.
-//  - A cost measured elsewhere in a picture says nothing about this place. If a bundle looks expensive and no recent
-//    group was traced as incoherent rays, the next group is: it is a probe, by which later groups are judged.
+//  - A cost that was measured elsewhere in a picture does not apply here. If a bundle looks expensive and no recent
+//    group was traced as incoherent rays, the next group is: this probe measures the cost to compare bundles with.
 //
 // The choice never changes an answer.
 #pragma once
@@ -28,7 +28,7 @@ struct BundleHeuristicTuning {
   static constexpr float kRelaxFactor = 1.01f;
   /// Cycles per ray: a bundle that costs no more is never compared with incoherent rays.
   static constexpr float kTrustCycles = 500.0f;
-  /// A bundle is worse than incoherent rays if it costs over this many times as much, however wrong the costs are.
+  /// A bundle is certainly worse than incoherent rays if it costs over this many times as much: costs are inaccurate.
   static constexpr float kWorseFactor = 2.5f;
   /// Groups for which a measured cost of incoherent rays stays valid: later groups lie elsewhere.
   static constexpr int kSampleLifetime = 16;
@@ -58,10 +58,10 @@ class BundleHeuristic {
   /// Whether rays of this divergence, in the frame, are traced as a bundle.
   bool is_coherent(float divergence) const { return divergence <= bound_; }
 
-  /// Whether to trace the next group as incoherent rays, to measure their cost. Asking clears the request.
+  /// Whether to trace the next group as incoherent rays, to measure their cost. Clears the request.
   bool should_probe() { return std::exchange(probe_, false); }
 
-  /// The most cycles that a bundle of `n_rays` may cost; beyond it, tracing them as incoherent rays is better.
+  /// The most cycles that a bundle of `n_rays` may cost; beyond that, tracing them as incoherent rays is better.
   std::uint64_t budget(int n_rays) const {
     const float measured = incoherent_.rays == 0 ? 0.0f : Tuning::kAbortFactor * incoherent_.per_ray();
     return std::uint64_t(std::max(Tuning::kAbortCycles, measured)) * std::uint64_t(n_rays);

@@ -26,7 +26,7 @@ auto make_incoherent_tracer(const WideBvhView<P>& tree, const Query& query) {
     return Wavefront<P, Query>(tree, query);
 }
 
-/// One per thread.
+/// Traces groups of rays for one query; one per thread.
 template <RayPrimitive P, class Query>
 class GroupDispatcher {
  public:

@@ -1,4 +1,4 @@
-// Answers a query for a whole batch of rays, on all cores.
+// Answers a query for a whole batch of rays, in parallel.
 #pragma once
 
 #include "../../parallel/parallel_for.hpp"
@@ -13,9 +13,9 @@
 
 namespace fastlines {
 
-/// Groups [begin, end): chunk `index` of `of` chunks.
-struct Chunk {
-  std::size_t index, of, begin, end;
+/// Groups [begin, end): the chunk `index` of `n_chunks`.
+struct GroupChunk {
+  std::size_t index, n_chunks, begin, end;
 };
 
 /// Trace all rays. Each thread has a copy of the query, and calls store(query, chunk) after each chunk. The i-th of n
@@ -24,7 +24,7 @@ template <RayPrimitive P, class Query, class ChunkOrder, class Store>
 void run_batch(const WideBvhView<P>& tree, const RayBatch& rays, const RayTiling& tiling, Kernel kernel,
                const Query& query, unsigned n_threads, Progress& progress, ChunkOrder&& chunk_order, Store&& store) {
   const std::size_t n_groups = tiling.n_groups();
-  // Large, so that a wavefront is rarely drained; small, so that threads finish together.
+  // Chunks are large, so that wavefronts are rarely drained, but small enough that threads finish together.
   const std::size_t per_chunk = std::clamp<std::size_t>(n_groups / (8 * n_threads), 1, 16);
   const std::size_t n_chunks = (n_groups + per_chunk - 1) / per_chunk;
   parallel_for(
@@ -43,7 +43,7 @@ void run_batch(const WideBvhView<P>& tree, const RayBatch& rays, const RayTiling
           n = n_next;
         }
         dispatcher->flush();
-        store(dispatcher->query, Chunk{chunk, n_chunks, begin, end});
+        store(dispatcher->query, GroupChunk{chunk, n_chunks, begin, end});
       });
 }
 
@@ -52,7 +52,8 @@ template <RayPrimitive P, class Query>
 void run_batch(const WideBvhView<P>& tree, const RayBatch& rays, Kernel kernel, const Query& query, unsigned n_threads,
                Progress& progress) {
   const auto in_order = [](std::size_t i, std::size_t) { return i; };
-  run_batch(tree, rays, RayTiling(rays), kernel, query, n_threads, progress, in_order, [](Query&, const Chunk&) {});
+  run_batch(tree, rays, RayTiling(rays), kernel, query, n_threads, progress, in_order,
+            [](Query&, const GroupChunk&) {});
 }
 
 /// Trace all rays for a query that lists hits, and assemble the lists.
@@ -60,9 +61,10 @@ template <RayPrimitive P, class Query>
 void run_lists(const WideBvhView<P>& tree, const RayBatch& rays, Kernel kernel, const Query& query, unsigned n_threads,
                Progress& progress, HitAssembler& to) {
   const RayTiling tiling(rays);
-  run_batch(
-      tree, rays, tiling, kernel, query, n_threads, progress, HitAssembler::sample_first,
-      [&](Query& done, const Chunk& chunk) { to.add(chunk.index, chunk.of, tiling.n_rays_in(chunk.end), done.lists); });
+  run_batch(tree, rays, tiling, kernel, query, n_threads, progress, HitAssembler::sample_first,
+            [&](Query& done, const GroupChunk& chunk) {
+              to.add(chunk.index, chunk.n_chunks, tiling.n_rays_in(chunk.end), done.lists);
+            });
 }
 
 }  // namespace fastlines

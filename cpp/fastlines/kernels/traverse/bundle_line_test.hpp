@@ -2,7 +2,7 @@
 #pragma once
 
 #include "../../layout/wide_bvh.hpp"
-#include "../intersect/exact_test.hpp"
+#include "../intersect/load_lanes.hpp"
 #include "../rays/ray_views.hpp"
 #include "ray_bundle.hpp"
 
@@ -15,22 +15,22 @@ struct BundleLineTestTuning {
   static constexpr int kMaxPackets = from_apex && FloatX16::kRegisters == 1 ? 4 : 2;
 };
 
-/// A packet of a bundle in the bundle's coordinates. It is copied if 16 floats fit into one or two registers: for the
+/// A packet of a bundle in the bundle's coordinates: a copy if 16 floats fit into one or two registers. For the
 /// compiler, stores between two lines may alias the bundle, and loading it again would take as long as the test.
 struct BundleRays {
-  using Number = std::conditional_t<(FloatX16::kRegisters <= 2), FloatX16, PacketView::Number>;
-  Number x, y, dx, dy, moment, max_depth;
+  using Scalar = std::conditional_t<(FloatX16::kRegisters <= 2), FloatX16, PacketView::Scalar>;
+  Scalar x, y, dx, dy, moment, max_depth;
 
   [[gnu::always_inline]] BundleRays(const RayBundle& bundle, int first)
-      : x(PacketView::Number{bundle.x + first}),
-        y(PacketView::Number{bundle.y + first}),
-        dx(PacketView::Number{bundle.dx + first}),
-        dy(PacketView::Number{bundle.dy + first}),
-        moment(PacketView::Number{bundle.moment + first}),
-        max_depth(PacketView::Number{bundle.max_depth + first}) {}
+      : x(PacketView::Scalar{bundle.x + first}),
+        y(PacketView::Scalar{bundle.y + first}),
+        dx(PacketView::Scalar{bundle.dx + first}),
+        dy(PacketView::Scalar{bundle.dy + first}),
+        moment(PacketView::Scalar{bundle.moment + first}),
+        max_depth(PacketView::Scalar{bundle.max_depth + first}) {}
 };
 
-/// Sixteen segments, and their lines in the bundle's coordinates. For the ray (x, y) + z·(x', y') and the line p + s·e,
+/// 16 segments, and their lines in the bundle's coordinates. For the ray (x, y) + z·(x', y') and the line p + s·e,
 ///
 ///     m = (p_y·e_x − p_x·e_y) + x'·(p_z·e_y − p_y·e_z) + y'·(p_x·e_z − p_z·e_x) + x·e_y − y·e_x − (x·y' − y·x')·e_z
 ///
@@ -67,13 +67,13 @@ struct BundleLineTest {
     (py * ex - px * ey).store(m_constant);
     // Bound the moment and the depth. Lengths count as at least 1e-18: the squares of shorter ones underflow, but m
     // does not.
-    const F across2 = fma(ex, ex, fma(ey, ey, F(1e-36f))), length = sqrt(fma(ez, ez, across2));
+    const F e_perp2 = fma(ex, ex, fma(ey, ey, F(1e-36f))), length = sqrt(fma(ez, ez, e_perp2));
     F reach = 1.0001f * bundle.reach, depth = bundle.depth;
     if constexpr (P::kHasRadius) {
       reach = reach + F(1.0001f) * P::frame_radius(segments);
       depth = depth - P::frame_radius(segments);
     }
-    fma(fma(F(bundle.slope), length, sqrt(across2)), reach, F(bundle.resolution) * length).store(max_moment);
+    fma(fma(F(bundle.slope), length, sqrt(e_perp2)), reach, F(bundle.resolution) * length).store(max_moment);
     (pz + depth + min(ez, zero)).store(min_depth);
   }
 

@@ -52,7 +52,7 @@ class BundleTraversal {
     while (!stack_.empty() && cost_ <= budget) {
       cull_nodes<Collector::kTraits.order_independent ? kNodesAtOnce : 1>(bundle.axis, deepest);
       if (n_leaves_ == 0) continue;
-      cull_leaves(bundle.axis.across);
+      cull_leaves(bundle.axis.projected);
       test_all(rays, bundle, Collector::kTraits.order_independent ? kSimdWidth : 1, collector);
       if (collector.limit_changed) {
         collector.limit_changed = false;
@@ -69,8 +69,8 @@ class BundleTraversal {
   static constexpr int kNodesAtOnce = BundleTraversalTuning::kNodesAtOnce;
   static constexpr int kMaxLeaves = kNodesAtOnce * kSimdWidth, kMaxPieces = (kMaxLeaves + 1) * kSimdWidth;
 
-  /// Results of a line test: (packet, segment) pairs with a ray nearby; the rays nearby in all of them, if order does
-  /// not matter; and exact tests of 16 (ray, segment) pairs.
+  /// Results of a line test: the number of (packet, segment) pairs with a ray nearby; that of the rays nearby in all of
+  /// them, if order does not matter; and that of the exact tests of 16 (ray, segment) pairs.
   struct Counts {
     int n_packets = 0, n_rays = 0, n_tests = 0;
   };
@@ -103,7 +103,7 @@ class BundleTraversal {
     for (int i = 0; i < n_leaves; ++i) prefetch(tree_.leaves + leaves_[i]);
   }
 
-  /// Cull the listed leaves with the axis. Append the segments of the surviving pieces, but for those that the bundle
+  /// Cull the listed leaves with the axis. Append the segments of the surviving pieces, except those that the bundle
   /// has visited.
   void cull_leaves(const ProjectedRay& axis) {
     // Compute the offset of a leaf while the one before it is tested. The last leaf is followed by the first one. The

@@ -11,12 +11,12 @@ struct LeafSurvivorsTuning {
   /// Leaves culled before their survivors are listed. More leaves make longer runs of one test; fewer stay in the L1
   /// cache until they are listed.
   static constexpr std::size_t kBatch = 128;
-  /// Leaves ahead: how early a leaf is prefetched, and how many offsets are computed before the first of their tests.
+  /// How many leaves ahead a leaf is prefetched, and how many offsets are computed before the first of their tests.
   static constexpr std::size_t kPrefetchDistance = kSimdWidth;
 };
 
-/// Work lists of (reference, ray) pairs, one list for each `rays_per_list` lanes. A ray counts from the first lane of
-/// its list.
+/// Work lists of (reference, ray) pairs, one list for each `rays_per_list` lanes. Lanes count from the first one of
+/// their list.
 template <int rays_per_list>
 class LeafSurvivors {
  public:
@@ -27,8 +27,8 @@ class LeafSurvivors {
     for (WorkList& list : lists) list.clear();
   }
 
-  /// Cull each of these leaves with its ray and append the surviving pieces. `tree` is passed by value, so that no
-  /// store can alias it. `leaf_list` is padded.
+  /// Cull each leaf of the list with its ray, and append the surviving pieces. Pads `leaf_list`. `tree` is passed by
+  /// value, so that no store can alias it.
   template <RayPrimitive P>
   void add(WideBvhView<P> tree, WorkList& leaf_list, const CullRay* rays) {
     if (leaf_list.empty()) return;
@@ -43,10 +43,10 @@ class LeafSurvivors {
       for (std::size_t begin = 0; begin < batch_size; begin += kPrefetchDistance) {
         const std::size_t end = std::min(begin + kPrefetchDistance, batch_size);
         for (std::size_t j = begin; j < end; ++j)
-          offsets_[j - begin] = leaf_offset<P::kHasRadius>(leaves[leaf_ids[j]], rays[ray[j]].across);
+          offsets_[j - begin] = leaf_offset<P::kHasRadius>(leaves[leaf_ids[j]], rays[ray[j]].projected);
         for (std::size_t j = begin; j < end; ++j) {
           prefetch(leaves + leaf_ids[j + kPrefetchDistance]);
-          survivor_masks_[j] = cull_leaf(rays[ray[j]].across, leaves[leaf_ids[j]], offsets_[j - begin]);
+          survivor_masks_[j] = cull_leaf(rays[ray[j]].projected, leaves[leaf_ids[j]], offsets_[j - begin]);
         }
       }
       // List the survivors.

@@ -1,15 +1,14 @@
 // Hits of exact tests that a wavefront has not yet reported to the collector.
 //
-// The hits of one ray in one leaf stand next to each other. For first hits, a hit that is surely behind another one of
-// its ray, one or two places away, is dropped with SIMD before any hit is reported: each report that changes nothing
-// costs a mispredicted branch.
+// The hits of one ray in one leaf are adjacent. For first hits, SIMD drops a hit if another hit of its ray, one or two
+// places away, certainly precedes it. Each dropped hit saves a report that would change nothing, and a mispredicted
+// branch.
 #pragma once
 
 #include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 
 #include "../../layout/wide_bvh.hpp"
 #include "../collect/collector.hpp"
@@ -36,7 +35,7 @@ class PendingHits {
       approach.dist2.store(dist2_ + n_);
       std::memcpy(refs_ + n_, refs, kSimdWidth * sizeof *refs);
       if constexpr (Collector::kTraits.drops_farther) {
-        blend(hit, approach.t, kNever).store(t_ + kPadding + n_);
+        blend(hit, approach.t, kInfinity).store(t_ + kPadding + n_);
         tie_tolerance.store(tie_tolerance_ + n_);
         std::uint32_t ray_bits[kSimdWidth];  // a local array: for the compiler, `lane` may alias a member
         for (int i = 0; i < kSimdWidth; ++i) ray_bits[i] = lane[i] | kOneBits;
@@ -69,11 +68,10 @@ class PendingHits {
 
  private:
   static constexpr std::size_t kCapacity = PendingHitsTuning::kCapacity, kPadding = kSimdWidth;
-  static constexpr float kNever = std::numeric_limits<float>::infinity();
   static constexpr std::uint32_t kOneBits = 0x3f80'0000;  // 1.0f: with it, the bits of a lane are a normal float
 
   void list_nearest_hits() {
-    std::fill_n(t_ + kPadding + n_, kPadding, kNever);
+    std::fill_n(t_ + kPadding + n_, kPadding, kInfinity);
     for (std::size_t at = 0; at < n_; at += kSimdWidth) list_hits(hit_[at / kSimdWidth] & nearest_mask(at), at);
   }
 
@@ -82,7 +80,7 @@ class PendingHits {
     n_hits_ += std::size_t(std::popcount(hit));
   }
 
-  /// Those of the packet at `at` that no neighbour of the same ray surely precedes.
+  /// A mask of the tests of the packet at `at` that no neighbour of the same ray certainly precedes.
   [[gnu::always_inline]] std::uint32_t nearest_mask(std::size_t at) const {
     const float *const ts = t_ + kPadding + at, *const rays = ray_ + kPadding + at;
     const FloatX16 t = FloatX16::load(ts), ray = FloatX16::load(rays);
@@ -97,7 +95,7 @@ class PendingHits {
 
   std::size_t n_ = 0, n_hits_ = 0;  // tests, and hits that are listed
   alignas(64) float s_[kCapacity], dist2_[kCapacity], tie_tolerance_[kCapacity];
-  // Padded at both ends, where neighbours are read. In front, ray 0.0f is no ray's; behind, t is infinite, as it is for
+  // Padded at both ends, where neighbours are read. In front, 0.0f is the bits of no ray; behind, t is infinite, as for
   // a test that does not hit.
   alignas(64) float t_[kCapacity + 2 * kPadding] = {}, ray_[kCapacity + 2 * kPadding] = {};
   std::uint32_t refs_[kCapacity], lane_[kCapacity];

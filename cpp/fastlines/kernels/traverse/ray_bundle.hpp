@@ -1,8 +1,8 @@
 // Coherent rays as one thick ray, so that up to 64 of them read each block of the tree once.
 //
 // The axis (C, c) of the bundle is the mean line of the rays, and U, V, c are an orthonormal basis. In it, a ray is a
-// point that moves with the depth z: (x, y) + z·(x', y'). Its distance from the axis is convex in z. So between the two
-// depths where the axis can be near the scene, the larger of the distances there bounds it. With
+// point that moves with the depth z: (x, y) + z·(x', y'). Its distance from the axis is convex in z. So between two
+// depths, the larger of the distances at these depths bounds it. With the depths of the scene's box,
 //
 //     R = the largest of these bounds + radius + rounding,
 //
@@ -32,17 +32,17 @@ struct RayBundle {
   float x[kGroupSize], y[kGroupSize], dx[kGroupSize], dy[kGroupSize], moment[kGroupSize];
   float depth_at_0[kGroupSize], depth_per_t[kGroupSize], max_depth[kGroupSize];
 
-  /// Fit the bundle to the rays in lanes [first, end), whole packets. False if their directions are not coherent; then
-  /// the bundle is not usable.
+  /// Fit the bundle to the rays in lanes [first, end), whole packets. Returns false if their directions are not
+  /// coherent; then the bundle is not usable.
   bool try_fit(const RayGroup& rays, int first_, int end_, const Box& scene) {
     first = first_;
     end = end_;
     // Fit the axis, and choose a basis around it.
-    const FloatX4 directions = sums(rays.r);
+    const FloatX4 directions = sum(rays.r);
     for (int k = 0; k < 3; ++k) c[k] = directions[k];
     const float length = std::sqrt(dot(c, c));
     if (!(length > 0.5f * float(end - first))) return false;
-    const FloatX4 origins = sums(rays.o);
+    const FloatX4 origins = sum(rays.o);
     for (int k = 0; k < 3; ++k) centre[k] = origins[k] / float(end - first);
     c = c * (1.0f / length);
     const float sign = std::copysign(1.0f, c[2]), f = -1.0f / (sign + c[2]), g = c[0] * c[1] * f;
@@ -133,7 +133,7 @@ struct RayBundle {
     const float at_x = x[first] + z * dx[first], at_y = y[first] + z * dy[first];
     const Vec3 point = centre + u * at_x + v * at_y + c * z;
     const float point_resolution = resolution_from(point);
-    // Measure by how much the rays miss it.
+    // Measure by how much the lines miss it.
     FloatX16 deviation2 = 0.0f;
     for (int i = first; i < end; i += kSimdWidth) {
       const auto at = [i](const float (&from)[kGroupSize]) { return FloatX16::load(from + i); };
@@ -152,14 +152,13 @@ struct RayBundle {
   }
 
   /// The sums of x, y and z over the rays; lane 3 is padding.
-  FloatX4 sums(const float (&of)[3][kGroupSize]) const {
+  FloatX4 sum(const float (&points)[3][kGroupSize]) const {
     FloatX4 fours[4] = {}, columns[4];
     for (int k = 0; k < 3; ++k)
-      for (int i = first; i < end; i += 4) fours[k] += load_x4(of[k] + i);
+      for (int i = first; i < end; i += 4) fours[k] += load_x4(points[k] + i);
     transpose(fours, columns);
     return (columns[0] + columns[1]) + (columns[2] + columns[3]);
   }
-  static float reduce_max(FloatX16 x) { return -reduce_min(FloatX16(0.0f) - x); }
 };
 
 }  // namespace fastlines

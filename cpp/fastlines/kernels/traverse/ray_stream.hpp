@@ -9,7 +9,7 @@
 #include "../collect/collector.hpp"
 #include "../cost/step_cost.hpp"
 #include "../cost/step_counters.hpp"
-#include "../intersect/exact_test.hpp"
+#include "../intersect/load_lanes.hpp"
 #include "../intersect/root_cull.hpp"
 #include "../rays/ray_gather.hpp"
 #include "leaf_survivors.hpp"
@@ -20,7 +20,7 @@ namespace fastlines {
 struct RayStreamTuning {
   /// Nodes taken from the list at a time.
   static constexpr std::size_t kNodeBatch = 256;
-  /// How early a node is prefetched, in nodes.
+  /// How many nodes ahead a node is prefetched.
   static constexpr std::size_t kPrefetchDistance = 16;
   /// Leaves that are worth culling before the last node is done.
   static constexpr std::size_t kLeafBatch = 1024;
@@ -72,7 +72,7 @@ class RayStream {
     for (int i = 0; i < kSimdWidth; ++i) root_children_[first + i] = root_hits.children_of(i);
   }
 
-  /// Put the root's children that each ray hits on the list of nodes, or the root.
+  /// List the root's children that each ray hits, or the root.
   void begin_rays(int first, int end) {
     const auto n = std::uint64_t(end - first);
     if (!root_.has_inner_only()) {

@@ -4,16 +4,15 @@
 // leaves depends on which pieces survive. A stack frame is a node: a mask of the inner children that wait, and where
 // each is entered. Nothing is sorted.
 //
-// If only one inner child is hit, it comes next without a search of the stack. The next node is what a ray waits for,
-// and the minimum of 16 lanes takes half as long as the test of a node.
+// If only one inner child is hit, it is the next node, without a search of the stack. The time to find the next node
+// counts in full, and the minimum of 16 lanes takes half as long as the test of a node.
 #pragma once
 
-#include <limits>
 #include <vector>
 
 #include "../collect/collector.hpp"
 #include "../cost/step_counters.hpp"
-#include "../intersect/exact_test.hpp"
+#include "../intersect/load_lanes.hpp"
 #include "../intersect/node_cull.hpp"
 #include "../intersect/prefetch.hpp"
 #include "../rays/ray_views.hpp"
@@ -21,7 +20,7 @@
 namespace fastlines {
 
 struct SingleRayTuning {
-  /// Survivors of a node. Up to this number, testing them one by one is faster than as a packet.
+  /// The most survivors of a node for which testing them one by one is faster than as a packet.
   static constexpr std::uint32_t kMaxScalarTests = 2;
 };
 
@@ -46,7 +45,7 @@ class SingleRay {
       next = find_next(node, inner, enter, depth);
       prefetch(tree.nodes + next.node);
       // Cull its leaves, and test what survives.
-      if (const std::uint32_t n = cull_leaves(tree, cull.across, node, lanes >> node.n_inner)) {
+      if (const std::uint32_t n = cull_leaves(tree, cull.projected, node, lanes >> node.n_inner)) {
         test_survivors(rays, lane, n, collector);
         if (limit == kNoMoreHits) return;
       }
@@ -66,8 +65,6 @@ class SingleRay {
   }
 
  private:
-  static constexpr float kNever = std::numeric_limits<float>::infinity();
-
   /// A node with inner children that wait: its first inner child, a mask of those that wait, and where the ray enters
   /// each child, t in the frame.
   struct StackFrame {
@@ -77,7 +74,7 @@ class SingleRay {
   /// The next node, and where the ray enters it. If it is on the stack, `lane` is its lane in the topmost frame.
   struct Next {
     std::uint32_t node = 0, lane = 0;
-    float enter = kNever;
+    float enter = kInfinity;
     bool on_stack = false;
   };
 
@@ -105,20 +102,20 @@ class SingleRay {
     return find_next(frame, FloatX16::load(frame.enter));
   }
   [[gnu::always_inline]] static Next find_next(const StackFrame& frame, const FloatX16& enter) {
-    const FloatX16 waiting = blend(frame.waiting, enter, kNever);
+    const FloatX16 waiting = blend(frame.waiting, enter, kInfinity);
     const float first = reduce_min(waiting);
     const auto lane = std::uint32_t(std::countr_zero((waiting <= FloatX16(first)).bits()));
     return {frame.first_child + lane, lane, first, true};
   }
 
   /// List the surviving pieces of these leaves of a node, and return their number.
-  [[gnu::always_inline]] std::uint32_t cull_leaves(const WideBvhView<P>& tree, const ProjectedRay& across,
+  [[gnu::always_inline]] std::uint32_t cull_leaves(const WideBvhView<P>& tree, const ProjectedRay& ray,
                                                    const WideNode& node, std::uint32_t leaves) {
     std::uint32_t n = 0;
     for (; leaves; leaves &= leaves - 1) {
       count_step(&StepCounters::leaves);
       const WideLeaf& leaf = tree.leaves[node.first_leaf + std::uint32_t(std::countr_zero(leaves))];
-      const std::uint32_t near = cull_leaf(across, leaf, leaf_offset<P::kHasRadius>(leaf, across));
+      const std::uint32_t near = cull_leaf(ray, leaf, leaf_offset<P::kHasRadius>(leaf, ray));
       __builtin_prefetch(tree.refs + leaf.first_ref + std::countr_zero(near | 1u << (kSimdWidth - 1)));
       compress_indices(near, leaf.first_ref, survivors_ + n);
       n += std::uint32_t(std::popcount(near));
@@ -162,7 +159,7 @@ class SingleRay {
     approach.dist2.store(dist2);
     std::uint32_t hit = approach.hit.bits() & lane_mask(n);
     if constexpr (Collector::kTraits.drops_farther) {  // keep the nearest, and ties with it
-      const FloatX16 nearest = reduce_min(blend(hit, approach.t, kNever));
+      const FloatX16 nearest = reduce_min(blend(hit, approach.t, kInfinity));
       hit &= may_precede(approach.t, nearest, FloatX16(rays.tie_tolerance[lane])).bits();
     }
     for (; hit; hit &= hit - 1) {

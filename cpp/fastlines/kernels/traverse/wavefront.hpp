@@ -11,13 +11,12 @@
 // A ray traced alone mostly waits for memory and mispredicted branches. In a wavefront no ray waits for the step of
 // another, each phase prefetches what the next one reads, and work lists are compressed without branches.
 //
-// Rays enter and leave in packets of 16, as they stand in lanes. A set of bits tells which rays are active.
+// Rays enter and leave in packets of 16, each in its lane. A set of lanes holds the active rays.
 #pragma once
 
 #include <algorithm>
 #include <bit>
 #include <cstdint>
-#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -25,7 +24,7 @@
 #include "../collect/collector.hpp"
 #include "../cost/step_cost.hpp"
 #include "../cost/step_counters.hpp"
-#include "../intersect/exact_test.hpp"
+#include "../intersect/load_lanes.hpp"
 #include "../intersect/node_cull.hpp"
 #include "../intersect/prefetch.hpp"
 #include "../intersect/root_cull.hpp"
@@ -248,7 +247,7 @@ class Wavefront {
     const auto stacks = stacks_.view();
     for_each_lane(lanes, [&](std::uint32_t ray) __attribute__((always_inline)) {
       typename Stacks::Entry& entry = stacks.entries[top_[ray]];
-      const FloatX16 enter = blend(entry.waiting, FloatX16::load(stacks.distances[top_[ray]].of), kNever);
+      const FloatX16 enter = blend(entry.waiting, FloatX16::load(stacks.distances[top_[ray]].of), kInfinity);
       const float first = reduce_min(enter);
       const auto child = std::uint32_t(std::countr_zero((enter <= FloatX16(first)).bits()));
       enter_[ray] = first;
@@ -258,9 +257,9 @@ class Wavefront {
     });
   }
 
-  /// Phase D otherwise: rays stay active that have a node and want more hits. Below level 0, `top_` is negative: as a
+  /// Phase D otherwise: rays that have a node and need more hits stay active. Below level 0, `top_` is negative: as a
   /// float it is negative or NaN. Lanes without a ray may hold anything. Vector loads after scalar stores do not stall
-  /// here: `top_` was written long ago, and limits rarely change.
+  /// here: `top_` was written long before, and limits rarely change.
   void drop_finished() {
     active_ &= lanes_where([&](int first) {
       const FloatX16 top = FloatX16::load(reinterpret_cast<const float*>(top_ + first));
@@ -276,8 +275,6 @@ class Wavefront {
       query.store(rays_, collector_, packet * kSimdWidth, packet * kSimdWidth + n_in_[packet]);
   }
 
-  static constexpr float kNever = std::numeric_limits<float>::infinity();
-
   const WideBvhView<P>& tree_;
   RootCull root_;
   RayGroup rays_;
@@ -290,7 +287,7 @@ class Wavefront {
   int n_in_[kPackets] = {}, n_left_[kPackets] = {};  // the rays of each packet: all, and those that have not ended
   Stacks stacks_;
 
-  // What phases hand to each other.
+  // Data that one phase hands to another.
   WorkList leaves_;
   LeafSurvivors<kGroupSize> survivors_;
   std::vector<std::uint32_t> prims_;     // of the survivors

@@ -33,7 +33,7 @@ class WavefrontStacks {
 
   /// From one level to the next. Odd, so that the entries of a lane do not share cache sets.
   static constexpr std::int32_t kStride = kGroupSize + 1;
-  /// kStride or 0, without a branch: a compiler may make one of a conditional expression.
+  /// kStride or 0, without a branch: a compiler may compile a conditional expression to one.
   static std::int32_t stride_if(bool is) { return -std::int32_t(is) & kStride; }
 
   WavefrontStacks() { resize(kInitialLevels); }

@@ -44,7 +44,7 @@ struct WorkList {
   struct Appender {
     std::uint32_t *item, *ray;
 
-    /// Append the items `base` + i for each bit i of `bits`, all for one ray. Needs room for 16 pairs.
+    /// Append the items `base` + i for each bit i of `bits`, all for one ray. Writes 16 pairs.
     void compress(std::uint32_t bits, std::uint32_t base, std::uint32_t r) {
       compress_indices(bits, base, item);
       std::fill_n(ray, kSimdWidth, r);
