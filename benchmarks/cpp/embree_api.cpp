@@ -18,7 +18,7 @@ void* open_library(const std::string& path, int flags) {
 }
 
 template <class Function>
-void take(void* library, Function& function, const char* name) {
+void resolve(void* library, Function& function, const char* name) {
   function = reinterpret_cast<Function>(dlsym(library, name));
   if (!function) throw std::runtime_error(std::string("the Embree library has no function ") + name);
 }
@@ -30,34 +30,35 @@ const Api& load_api(const std::string& tbb, const std::string& embree) {
   if (!tbb.empty()) open_library(tbb, RTLD_GLOBAL);
   void* library = open_library(embree, RTLD_LOCAL);
   auto api = std::make_unique<Api>();
-  take(library, api->NewDevice, "rtcNewDevice");
-  take(library, api->ReleaseDevice, "rtcReleaseDevice");
-  take(library, api->GetDeviceError, "rtcGetDeviceError");
-  take(library, api->GetDeviceProperty, "rtcGetDeviceProperty");
-  take(library, api->SetDeviceErrorFunction, "rtcSetDeviceErrorFunction");
-  take(library, api->SetDeviceMemoryMonitorFunction, "rtcSetDeviceMemoryMonitorFunction");
-  take(library, api->NewGeometry, "rtcNewGeometry");
-  take(library, api->ReleaseGeometry, "rtcReleaseGeometry");
-  take(library, api->CommitGeometry, "rtcCommitGeometry");
-  take(library, api->SetNewGeometryBuffer, "rtcSetNewGeometryBuffer");
-  take(library, api->SetGeometryBuildQuality, "rtcSetGeometryBuildQuality");
-  take(library, api->SetGeometryUserPrimitiveCount, "rtcSetGeometryUserPrimitiveCount");
-  take(library, api->SetGeometryUserData, "rtcSetGeometryUserData");
-  take(library, api->SetGeometryBoundsFunction, "rtcSetGeometryBoundsFunction");
-  take(library, api->SetGeometryIntersectFunction, "rtcSetGeometryIntersectFunction");
-  take(library, api->SetGeometryOccludedFunction, "rtcSetGeometryOccludedFunction");
-  take(library, api->SetGeometryEnableFilterFunctionFromArguments, "rtcSetGeometryEnableFilterFunctionFromArguments");
-  take(library, api->NewScene, "rtcNewScene");
-  take(library, api->ReleaseScene, "rtcReleaseScene");
-  take(library, api->SetSceneBuildQuality, "rtcSetSceneBuildQuality");
-  take(library, api->AttachGeometry, "rtcAttachGeometry");
-  take(library, api->CommitScene, "rtcCommitScene");
-  take(library, api->Intersect1, "rtcIntersect1");
-  take(library, api->Intersect8, "rtcIntersect8");
-  take(library, api->Intersect16, "rtcIntersect16");
-  take(library, api->Occluded1, "rtcOccluded1");
-  take(library, api->Occluded8, "rtcOccluded8");
-  take(library, api->Occluded16, "rtcOccluded16");
+  resolve(library, api->NewDevice, "rtcNewDevice");
+  resolve(library, api->ReleaseDevice, "rtcReleaseDevice");
+  resolve(library, api->GetDeviceError, "rtcGetDeviceError");
+  resolve(library, api->GetDeviceProperty, "rtcGetDeviceProperty");
+  resolve(library, api->SetDeviceErrorFunction, "rtcSetDeviceErrorFunction");
+  resolve(library, api->SetDeviceMemoryMonitorFunction, "rtcSetDeviceMemoryMonitorFunction");
+  resolve(library, api->NewGeometry, "rtcNewGeometry");
+  resolve(library, api->ReleaseGeometry, "rtcReleaseGeometry");
+  resolve(library, api->CommitGeometry, "rtcCommitGeometry");
+  resolve(library, api->SetNewGeometryBuffer, "rtcSetNewGeometryBuffer");
+  resolve(library, api->SetGeometryBuildQuality, "rtcSetGeometryBuildQuality");
+  resolve(library, api->SetGeometryUserPrimitiveCount, "rtcSetGeometryUserPrimitiveCount");
+  resolve(library, api->SetGeometryUserData, "rtcSetGeometryUserData");
+  resolve(library, api->SetGeometryBoundsFunction, "rtcSetGeometryBoundsFunction");
+  resolve(library, api->SetGeometryIntersectFunction, "rtcSetGeometryIntersectFunction");
+  resolve(library, api->SetGeometryOccludedFunction, "rtcSetGeometryOccludedFunction");
+  resolve(library, api->SetGeometryEnableFilterFunctionFromArguments,
+          "rtcSetGeometryEnableFilterFunctionFromArguments");
+  resolve(library, api->NewScene, "rtcNewScene");
+  resolve(library, api->ReleaseScene, "rtcReleaseScene");
+  resolve(library, api->SetSceneBuildQuality, "rtcSetSceneBuildQuality");
+  resolve(library, api->AttachGeometry, "rtcAttachGeometry");
+  resolve(library, api->CommitScene, "rtcCommitScene");
+  resolve(library, api->Intersect1, "rtcIntersect1");
+  resolve(library, api->Intersect8, "rtcIntersect8");
+  resolve(library, api->Intersect16, "rtcIntersect16");
+  resolve(library, api->Occluded1, "rtcOccluded1");
+  resolve(library, api->Occluded8, "rtcOccluded8");
+  resolve(library, api->Occluded16, "rtcOccluded16");
   loaded = std::move(api);
   return *loaded;
 }

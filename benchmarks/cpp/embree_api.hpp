@@ -38,7 +38,7 @@ enum RayField { kOrigin = 0, kNear = 3, kDirection = 4, kFar = 8, kId = 10 };
 enum HitField { kNormal = 0, kU = 3, kPrim = 5, kGeom = 6, kInstance = 7 };
 
 /// RTCBounds.
-struct alignas(16) BoxX4 {
+struct alignas(16) Bounds {
   float lo[3], unused0, hi[3], unused1;
 };
 
@@ -46,7 +46,7 @@ struct alignas(16) BoxX4 {
 struct BoundsArguments {
   void* user;
   std::uint32_t prim, time_step;
-  BoxX4* bounds;
+  Bounds* bounds;
 };
 
 /// RTCRayQueryContext. A caller may append fields by deriving from it.

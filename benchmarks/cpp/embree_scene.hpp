@@ -47,7 +47,7 @@ class Scene {
   /// Whether Embree traces packets of this width natively.
   bool is_native(int width) const;
   /// The box of the segments, which bounds their distance from the origins of rays.
-  const BoxX4& box() const { return box_; }
+  const Bounds& box() const { return box_; }
 
  private:
   void cut(std::span<const SegmentEnds> segments);
@@ -64,7 +64,7 @@ class Scene {
   std::vector<std::uint16_t> n_cuts_;  // during the build: the number of pieces of each segment
   std::vector<Piece> pieces_;          // of user geometry
   std::vector<Owner> owners_;          // of all other kinds
-  BoxX4 box_{};
+  Bounds box_{};
 };
 
 }  // namespace fastlines::peers

@@ -175,15 +175,15 @@ void HitBuffer::grow() {
   end = moved + wanted;
 }
 
-void first_hits(const Scene& scene, const Rays& rays, const How& how, float* t, std::int32_t* prim) {
+void first_hits(const Scene& scene, const Rays& rays, const TraceOptions& options, float* t, std::int32_t* prim) {
   const Batch shared = batch_of(scene, rays);
   const Kind kind = scene.settings().kind;
-  parallel_for(rays.origins.size(), how.n_threads, [&](unsigned, std::size_t begin, std::size_t end) {
+  parallel_for(rays.origins.size(), options.n_threads, [&](unsigned, std::size_t begin, std::size_t end) {
     Batch batch = shared;
     QueryArguments args;
-    args.flags = how.coherent ? kCoherent : 0;
+    args.flags = options.coherent ? kCoherent : 0;
     args.context = &batch;
-    with_width(how.width, [&](auto width) {
+    with_width(options.width, [&](auto width) {
       trace<width(), false>(scene, rays, args, begin, end, [&](const auto& packet, int lane, std::size_t i) {
         const bool hit = packet.geom[lane] != kInvalid;
         t[i] = hit ? packet.tfar[lane] : kInf;
@@ -194,28 +194,29 @@ void first_hits(const Scene& scene, const Rays& rays, const How& how, float* t, 
   });
 }
 
-void any_hits(const Scene& scene, const Rays& rays, const How& how, bool* found) {
+void any_hits(const Scene& scene, const Rays& rays, const TraceOptions& options, bool* found) {
   const Batch shared = batch_of(scene, rays);
-  parallel_for(rays.origins.size(), how.n_threads, [&](unsigned, std::size_t begin, std::size_t end) {
+  parallel_for(rays.origins.size(), options.n_threads, [&](unsigned, std::size_t begin, std::size_t end) {
     Batch batch = shared;
     QueryArguments args;
-    args.flags = how.coherent ? kCoherent : 0;
+    args.flags = options.coherent ? kCoherent : 0;
     args.context = &batch;
-    with_width(how.width, [&](auto width) {
+    with_width(options.width, [&](auto width) {
       trace<width(), true>(scene, rays, args, begin, end,
                            [&](const auto& packet, int lane, std::size_t i) { found[i] = packet.tfar[lane] == -kInf; });
     });
   });
 }
 
-std::vector<HitBuffer> all_hits(const Scene& scene, const Rays& rays, const How& how, const Callbacks& callbacks) {
+std::vector<HitBuffer> all_hits(const Scene& scene, const Rays& rays, const TraceOptions& options,
+                                const Callbacks& callbacks) {
   const Batch shared = batch_of(scene, rays);
-  std::vector<HitBuffer> hits(std::max(1u, how.n_threads));
-  parallel_for(rays.origins.size(), how.n_threads, [&](unsigned thread, std::size_t begin, std::size_t end) {
+  std::vector<HitBuffer> hits(std::max(1u, options.n_threads));
+  parallel_for(rays.origins.size(), options.n_threads, [&](unsigned thread, std::size_t begin, std::size_t end) {
     Batch batch = shared;
     batch.hits = &hits[thread];
     QueryArguments args;
-    args.flags = how.coherent ? kCoherent : 0;
+    args.flags = options.coherent ? kCoherent : 0;
     args.context = &batch;
     if (is_user(scene)) {
       args.callback = callbacks.all;
@@ -223,11 +224,11 @@ std::vector<HitBuffer> all_hits(const Scene& scene, const Rays& rays, const How&
       args.flags |= kInvokeFilter;
       args.filter = collector(scene.settings().kind);
     }
-    with_width(how.width, [&](auto width) {
+    with_width(options.width, [&](auto width) {
       const auto nothing = [](const auto&, int, std::size_t) {};
       // In Embree 4.4, packets of coherent rays call an occlusion callback that rejects its hit more than once for the
       // same primitive and ray; rtcIntersect does not. For incoherent rays, occlusion is faster.
-      if (how.coherent)
+      if (options.coherent)
         trace<width(), false>(scene, rays, args, begin, end, nothing);
       else
         trace<width(), true>(scene, rays, args, begin, end, nothing);

@@ -17,19 +17,20 @@ struct Rays {
 
 /// How to trace: rays one by one (width 1) or in packets of 8 or 16 neighbours, with Embree's hint for coherent rays or
 /// without.
-struct How {
+struct TraceOptions {
   int width = 16;
   bool coherent = false;
   unsigned n_threads = 1;
 };
 
 /// The nearest hit of each ray: t (∞ = miss) and segment (−1 = miss).
-void first_hits(const Scene& scene, const Rays& rays, const How& how, float* t, std::int32_t* prim);
+void first_hits(const Scene& scene, const Rays& rays, const TraceOptions& options, float* t, std::int32_t* prim);
 
 /// Whether each ray hits anything.
-void any_hits(const Scene& scene, const Rays& rays, const How& how, bool* found);
+void any_hits(const Scene& scene, const Rays& rays, const TraceOptions& options, bool* found);
 
 /// All hits in no order, one buffer per thread.
-std::vector<HitBuffer> all_hits(const Scene& scene, const Rays& rays, const How& how, const Callbacks& callbacks);
+std::vector<HitBuffer> all_hits(const Scene& scene, const Rays& rays, const TraceOptions& options,
+                                const Callbacks& callbacks);
 
 }  // namespace fastlines::peers

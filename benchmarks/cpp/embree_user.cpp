@@ -72,15 +72,15 @@ I as_mask(const Compared& compared) {
 }
 
 template <class I, class F>
-F choose(const I& mask, const F& yes, const F& no) {
+F blend(const I& mask, const F& yes, const F& no) {
   return mask ? yes : no;
 }
 
 template <class I, class F>
 F clamp01(const F& x) {
   const F zero{}, one = zero + 1.0f;
-  const F low = choose(as_mask<I>(x > zero), x, zero);
-  return choose(as_mask<I>(low < one), low, one);
+  const F low = blend(as_mask<I>(x > zero), x, zero);
+  return blend(as_mask<I>(low < one), low, one);
 }
 
 /// Tests W rays, from lane `from` of a packet of n, against a piece.
@@ -111,7 +111,7 @@ void test(const CallbackArguments& args, unsigned n, unsigned from) {
   const F bb = bx * bx + by * by + bz * bz, ab = ax * bx + ay * by + az * bz;
   const F zero{}, one = zero + 1.0f;
   const I parallel = as_mask<I>(bb <= zero + 1e-12f * length2);
-  F s = choose(parallel, choose(as_mask<I>(er < zero), one, zero), clamp01<I>(-ab / choose(parallel, one, bb)));
+  F s = blend(parallel, blend(as_mask<I>(er < zero), one, zero), clamp01<I>(-ab / blend(parallel, one, bb)));
   F t = pr + s * er;
   F along = zero;
 
@@ -121,15 +121,15 @@ void test(const CallbackArguments& args, unsigned n, unsigned from) {
   F bound = t_min;
   if (batch.bounded) {
     const I over = as_mask<I>(t > zero + batch.t_max);
-    bound = choose(over, zero + batch.t_max, bound);
+    bound = blend(over, zero + batch.t_max, bound);
     outside |= over;
   }
   if (bits(outside & valid)) {
-    t = choose(outside, bound, t);
+    t = blend(outside, bound, t);
     const F all2 = bb + er * er;
-    const F moved = clamp01<I>(-(ab + (pr - t) * er) / choose(as_mask<I>(all2 > zero), all2, one));
-    s = choose(outside, moved, s);
-    along = choose(outside, pr - t + s * er, zero);
+    const F moved = clamp01<I>(-(ab + (pr - t) * er) / blend(as_mask<I>(all2 > zero), all2, one));
+    s = blend(outside, moved, s);
+    along = blend(outside, pr - t + s * er, zero);
   }
   const F x = ax + s * bx, y = ay + s * by, z = az + s * bz;
   valid &= as_mask<I>(x * x + y * y + z * z + along * along <= zero + batch.radius2);
@@ -156,7 +156,7 @@ void test(const CallbackArguments& args, unsigned n, unsigned from) {
     }
   } else if constexpr (kQuery == Query::any) {
     const F none = zero - std::numeric_limits<float>::infinity();
-    const F far = choose(valid, none, field(kFar));
+    const F far = blend(valid, none, field(kFar));
     std::memcpy(at(kFar), &far, sizeof far);
   } else {
     unsigned left = bits(valid);

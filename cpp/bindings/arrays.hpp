@@ -25,7 +25,7 @@ std::span<const Row> rows(const Input<Scalar>& array) {
   return {reinterpret_cast<const Row*>(array.data()), array.size() * sizeof(Scalar) / sizeof(Row)};
 }
 
-/// An uninitialised array of n rows of `width` numbers that owns its memory; width 0 makes it one-dimensional.
+/// An uninitialised array of n rows of `width` values that owns its memory; width 0 makes it one-dimensional.
 template <class Scalar>
 Output<Scalar> make_array(std::size_t n, std::size_t width = 0) {
   void* const data = PagePool::allocate(n * std::max<std::size_t>(1, width) * sizeof(Scalar));
@@ -34,8 +34,8 @@ Output<Scalar> make_array(std::size_t n, std::size_t width = 0) {
   return Output<Scalar>(static_cast<Scalar*>(data), width ? 2 : 1, shape, owner);
 }
 
-/// An array that takes over a LargeVector or Buffer without a copy. Structs become rows of numbers; a vector of numbers
-/// becomes a one-dimensional array.
+/// An array that takes over a LargeVector or Buffer without a copy. Structs become rows of scalars; a vector of scalars
+/// becomes a one-dimensional array. Unused pages are returned to the system.
 template <class Scalar, class Vector>
 Output<Scalar> adopt(Vector&& from) {
   using Row = typename Vector::value_type;

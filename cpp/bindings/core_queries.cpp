@@ -21,7 +21,7 @@ using namespace nb::literals;
 namespace fastlines {
 namespace {
 
-/// A search over a binary tree, or by brute force, as Python keeps it. It keeps the arrays alive that the search reads.
+/// A search of a binary tree, or by brute force, as Python keeps it. It keeps the arrays alive that the search reads.
 class BinaryView {
  public:
   static BinaryView of_boxes(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes,
@@ -63,7 +63,7 @@ class BinaryView {
   }
 
  private:
-  /// The variant of the three searches over each kind of RayPrimitives.
+  /// The variant of the three searches for each kind of RayPrimitives.
   template <class>
   struct Searches;
   template <class... P>

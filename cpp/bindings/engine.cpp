@@ -1,3 +1,4 @@
+// Binds the parts of an engine module.
 #include "engine.hpp"
 
 #include "fastlines/simd/float_x16.hpp"

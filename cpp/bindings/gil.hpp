@@ -1,9 +1,9 @@
 // Releases the GIL for long work and acquires it again.
 //
 // While Python shuts down, a daemon thread that acquires the GIL never returns. From Python 3.14 on, the thread sleeps
-// until the process ends. Before that, Python calls pthread_exit. With glibc, pthread_exit unwinds the stack; since
-// every function of nanobind is noexcept, this aborts the process. Elsewhere the stack vanishes while a worker still
-// uses it. Here such a thread sleeps for ever with every version, so that all it holds, such as the arrays of a query,
+// until the process ends. Older versions call pthread_exit. With glibc, pthread_exit unwinds the stack; since every
+// function of nanobind is noexcept, this aborts the process. Elsewhere the stack vanishes while a worker still uses it.
+// Here such a thread sleeps forever with every version, so that all it holds, such as the arrays of a query,
 // stays alive.
 #pragma once
 
@@ -18,16 +18,16 @@
 
 namespace fastlines {
 
-inline void sleep_for_ever(void*) {
+inline void sleep_forever(void*) {
   for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
 }
 
 /// Makes a call that may acquire the GIL and does not throw. If Python ends the thread during the call, the thread
-/// sleeps for ever. Not inlined: in a noexcept function, compilers may omit the cleanup on unwinding.
+/// sleeps forever. Not inlined: in a noexcept function, compilers may omit the cleanup on unwinding.
 template <class Call>
 [[gnu::noinline]] void outlast_python(Call&& call) {
 #if __has_include(<pthread.h>)
-  pthread_cleanup_push(sleep_for_ever, nullptr);
+  pthread_cleanup_push(sleep_forever, nullptr);
   call();
   pthread_cleanup_pop(0);
 #else

@@ -1,4 +1,4 @@
-// A batch of rays on a wide layout: what all queries share.
+// A batch of rays on a wide layout: the part that all queries share.
 #pragma once
 
 #include "fastlines/kernels/run/run_batch.hpp"

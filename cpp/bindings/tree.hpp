@@ -39,6 +39,6 @@ BuiltTree build_tree(const P& prims, Settings settings, const nanobind::object& 
 }
 
 /// A pass over more nodes or references than this is watched for Ctrl-C.
-constexpr std::size_t kLongPass = 1'000'000;
+inline constexpr std::size_t kLongPass = 1'000'000;
 
 }  // namespace fastlines

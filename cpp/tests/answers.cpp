@@ -43,18 +43,22 @@ void put(const Hits& hits, std::size_t i, At at, Answers& to) {
   to.add(std::int64_t(hits.prim[i]));
 }
 
-enum Query { first, any, count, all, next };
+enum Query { first, any, count, all, k_nearest };
 
-struct Question {
+struct Case {
   const char* name;
   Query query;
   At at;
 };
-constexpr Question kQuestions[] = {{"first", first, At::closest}, {"first at the surface", first, At::surface},
-                                   {"any", any, At::closest},     {"count", count, At::closest},
-                                   {"all", all, At::closest},     {"all at the surface", all, At::surface},
-                                   {"next", next, At::closest},   {"next at the surface", next, At::surface}};
-constexpr std::size_t kNearest = 20;  // the k of next hits: more than a vector holds
+constexpr Case kCases[] = {{"first", first, At::closest},
+                           {"first at the surface", first, At::surface},
+                           {"any", any, At::closest},
+                           {"count", count, At::closest},
+                           {"all", all, At::closest},
+                           {"all at the surface", all, At::surface},
+                           {"k nearest", k_nearest, At::closest},
+                           {"k nearest at the surface", k_nearest, At::surface}};
+constexpr std::size_t kNearest = 20;  // the k of the k nearest hits: more than a vector holds
 
 /// Answers queries by brute force. Like Engine, it stores first hits, flags and counts in place and fills lists.
 struct Brute {
@@ -74,7 +78,7 @@ struct Brute {
     list_hits(search, rays, n_threads, progress, to, [](const Ray& ray) { return AllSink(at, ray); });
   }
   template <At at>
-  void next(HitAssembler& to) const {
+  void k_nearest(HitAssembler& to) const {
     list_hits(search, rays, n_threads, progress, to, [](const Ray& ray) { return KNearestSink(at, ray, kNearest); });
   }
 };
@@ -88,12 +92,12 @@ struct Engine {
   Progress& progress;
 
   template <class Query>
-  void run(const Query& job) const {
-    run_batch(tree, rays, kernel, job, n_threads, progress);
+  void run(const Query& query) const {
+    run_batch(tree, rays, kernel, query, n_threads, progress);
   }
   template <class Query>
-  void list(const Query& job, HitAssembler& to) const {
-    run_lists(tree, rays, kernel, job, n_threads, progress, to);
+  void list(const Query& query, HitAssembler& to) const {
+    run_lists(tree, rays, kernel, query, n_threads, progress, to);
   }
   template <At at>
   void first(const HitColumns& to) const {
@@ -106,21 +110,21 @@ struct Engine {
     list(AllHitsQuery<Segments, at>(tree), to);
   }
   template <At at>
-  void next(HitAssembler& to) const {
+  void k_nearest(HitAssembler& to) const {
     list(KNearestQuery<Segments, at>(tree, kNearest), to);
   }
 };
 
 template <At at, class Backend>
-Answers ask(const Backend& backend, Query query) {
+Answers answer(const Backend& backend, Query query) {
   const std::size_t n = backend.rays.size();
   Answers answers;
-  if (query == all || query == next) {
+  if (query == all || query == k_nearest) {
     HitAssembler lists(n, at == At::surface);
     if (query == all)
       backend.template all<at>(lists);
     else
-      backend.template next<at>(lists);
+      backend.template k_nearest<at>(lists);
     const auto offsets = lists.offsets();
     for (std::size_t ray = 0; ray < n; ++ray) {
       for (auto i = std::size_t(offsets[ray]); i < std::size_t(offsets[ray + 1]); ++i) put(lists, i, at, answers);
@@ -143,9 +147,9 @@ Answers ask(const Backend& backend, Query query) {
 }
 
 template <class Backend>
-Answers ask(const Backend& backend, const Question& question) {
-  return question.at == At::surface ? ask<At::surface>(backend, question.query)
-                                    : ask<At::closest>(backend, question.query);
+Answers answer(const Backend& backend, const Case& test_case) {
+  return test_case.at == At::surface ? answer<At::surface>(backend, test_case.query)
+                                     : answer<At::closest>(backend, test_case.query);
 }
 
 /// The digest of all answers below. If it differs, answers have changed, on this machine or on all.
@@ -162,16 +166,16 @@ struct Digest {
   }
 };
 
-struct Run {
+struct Setup {
   const char* name;
   Kernel kernel;
   unsigned n_threads;
 };
-constexpr Run kRuns[] = {{"automatic", Kernel::automatic, 1},
-                         {"automatic on 3 threads", Kernel::automatic, 3},
-                         {"single", Kernel::single, 1},
-                         {"wave", Kernel::wave, 1},
-                         {"bundle", Kernel::bundle, 1}};
+constexpr Setup kSetups[] = {{"automatic", Kernel::automatic, 1},
+                             {"automatic on 3 threads", Kernel::automatic, 3},
+                             {"single", Kernel::single, 1},
+                             {"wave", Kernel::wave, 1},
+                             {"bundle", Kernel::bundle, 1}};
 
 /// The tree of method "best".
 Tree build(const Lines& lines, Progress& progress) {
@@ -204,16 +208,16 @@ bool agree(const Scene& scene, Digest& digest) {
   std::size_t n_hits = 0;
   for (const Rays& rays : all_rays) {
     const RayBatch batch = rays.batch();
-    for (const Question& question : kQuestions) {
-      const Answers expected = ask(Brute{{scene.lines, view.frame}, batch, 1, progress}, question);
+    for (const Case& test_case : kCases) {
+      const Answers expected = answer(Brute{{scene.lines, view.frame}, batch, 1, progress}, test_case);
       digest.add(expected);
-      if (question.query == all) n_hits += expected.words.size();
-      for (const Run& run : kRuns) {
-        const Answers given = ask(Engine{view, batch, run.kernel, run.n_threads, progress}, question);
+      if (test_case.query == all) n_hits += expected.words.size();
+      for (const Setup& setup : kSetups) {
+        const Answers given = answer(Engine{view, batch, setup.kernel, setup.n_threads, progress}, test_case);
         for (std::size_t ray = 0; ray < batch.size(); ++ray) {
           if (std::ranges::equal(given.of(ray), expected.of(ray))) continue;
           std::printf("%s: scene \"%s\", rays \"%s\", kernel %s, query \"%s\": ray %zu differs from brute force\n",
-                      kSimd, scene.name.c_str(), rays.name.c_str(), run.name, question.name, ray);
+                      kSimd, scene.name.c_str(), rays.name.c_str(), setup.name, test_case.name, ray);
           return false;
         }
       }

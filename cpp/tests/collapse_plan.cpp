@@ -21,7 +21,7 @@ std::vector<Segment> lines(Random& random, int n) {
   return lines;
 }
 
-bool is_few(std::span<const Reference> below) {
+bool fits_after_merging(std::span<const Reference> below) {
   std::vector<Reference> pieces(below.size());
   return merge_pieces(below, pieces.data()) <= kSimdWidth;
 }
@@ -30,25 +30,25 @@ bool is_few(std::span<const Reference> below) {
 struct Definition {
   const Tree& tree;
   CollapseCost cost;
-  double root_area, tie_tolerance;
+  double root_area, margin;
   std::map<std::pair<std::uint32_t, int>, double> memo = {};
 
   explicit Definition(const Tree& of, const CollapseCost& cost_) : tree(of), cost(cost_) {
     const Box& box = tree.nodes[0].box;
-    tie_tolerance = cost.radius_hint * box.side(box.longest_axis());
-    root_area = box.area(tie_tolerance);
+    margin = cost.radius_hint * box.side(box.longest_axis());
+    root_area = box.area(margin);
   }
 
   double least(std::uint32_t v, int n_children) {
     const auto found = memo.find({v, n_children});
     if (found != memo.end()) return found->second;
     const Node& node = tree.nodes[v];
-    const double area = node.box.area(tie_tolerance) / root_area;
+    const double area = node.box.area(margin) / root_area;
     double best = std::numeric_limits<double>::infinity();
     if (n_children > 1) {
       best = std::min(least(v, n_children - 1), divided(v, n_children));
     } else {
-      if (is_few(std::span(tree.refs).subspan(node.first_ref, node.n_refs))) best = area * cost.c_leaf;
+      if (fits_after_merging(std::span(tree.refs).subspan(node.first_ref, node.n_refs))) best = area * cost.c_leaf;
       if (!node.is_leaf()) best = std::min(best, area * cost.c_node + divided(v, kSimdWidth));
     }
     return memo[{v, n_children}] = best;
@@ -82,13 +82,13 @@ void check_plan(const std::vector<Segment>& segments, const CollapseCost& cost, 
       for (int n = 1; n <= kSimdWidth; ++n) check(near(plan.cost[n - 1], definition.least(v, n)), "C(v, i)");
       if (node.is_leaf()) continue;
       // The choices of the plan have the cost that it states.
-      const auto apart = [&](int n, int k) {
+      const auto cost_of_split = [&](int n, int k) {
         return double(plans[v + 1].cost[k - 1]) + plans[node.right].cost[n - k - 1];
       };
       check(plan.k_all > 0 && plan.k_all < kSimdWidth, "a node of its own gives both sides some children");
-      check(near(apart(kSimdWidth, plan.k_all), definition.divided(v, kSimdWidth)), "D(v, 16)");
+      check(near(cost_of_split(kSimdWidth, plan.k_all), definition.divided(v, kSimdWidth)), "D(v, 16)");
       for (int n = 2; n <= plan.n_leaves; ++n) {
-        const double expected = plan.k[n] > 0 ? apart(n, plan.k[n]) : double(plan.cost[n - 2]);
+        const double expected = plan.k[n] > 0 ? cost_of_split(n, plan.k[n]) : double(plan.cost[n - 2]);
         check(near(plan.cost[n - 1], expected), "C(v, i) by the plan");
       }
     }
@@ -96,7 +96,7 @@ void check_plan(const std::vector<Segment>& segments, const CollapseCost& cost, 
 }
 
 /// Checks lists of pieces of few or many segments, in any order.
-void check_few_enough(Random& random) {
+void check_fits_leaf(Random& random) {
   for (int round = 0; round < 3000; ++round) {
     const std::size_t n_prims = 1 + random.below(24), n_pieces = 1 + random.below(8);
     std::vector<Reference> refs;
@@ -107,7 +107,7 @@ void check_few_enough(Random& random) {
       }
     for (std::size_t i = refs.size(); i > 1; --i) std::swap(refs[i - 1], refs[random.below(i)]);
     if (refs.empty()) continue;
-    check(fits_leaf(refs) == (refs.size() <= kMaxMergedRefs && is_few(refs)), "fits_leaf");
+    check(fits_leaf(refs) == (refs.size() <= kMaxMergedRefs && fits_after_merging(refs)), "fits_leaf");
   }
 }
 
@@ -118,6 +118,6 @@ int main() {
     Random random{1};
     for (int round = 0; round < 8; ++round)
       check_plan(lines(random, 60 + 20 * round), {.radius_hint = round % 2 ? 0.01 : 0.0}, round % 4 < 2 ? 0.0 : 1e-3);
-    check_few_enough(random);
+    check_fits_leaf(random);
   });
 }

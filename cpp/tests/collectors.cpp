@@ -17,8 +17,8 @@ using test::check, test::Random;
 
 namespace {
 
-/// What a kernel passes to a collector: a segment, and the closest approach of 16 rays to it.
-struct Shown {
+/// What a kernel passes to a collector: a segment, and the closest approaches of 16 rays to it.
+struct PacketHits {
   int first;
   std::uint32_t hit, prim;
   alignas(64) float t[kSimdWidth], s[kSimdWidth], dist2[kSimdWidth];
@@ -42,7 +42,7 @@ struct Scene {
   std::vector<Vec3> origins, directions;
   float radius = 0.1f, t_min = 0.0f, t_max = 10.0f;
   std::unique_ptr<RayGroup> rays = std::make_unique<RayGroup>();
-  std::vector<Shown> shown;
+  std::vector<PacketHits> packets;
   std::vector<Hit> hits[kGroupSize];  // the expected hits of each ray, sorted
 
   Scene(Random& random, int n_segments) {
@@ -58,34 +58,37 @@ struct Scene {
     const std::size_t n_steps = 1 + random.below(40);
     for (int prim = 0; prim < n_segments; ++prim)
       for (int first = 0; first < kGroupSize; first += kSimdWidth) {
-        Shown one{first, std::uint32_t(random() & random() & 0xffff), std::uint32_t(prim), {}, {}, {}};
+        PacketHits packet{first, std::uint32_t(random() & random() & 0xffff), std::uint32_t(prim), {}, {}, {}};
         for (int i = 0; i < kSimdWidth; ++i) {
-          one.t[i] = 0.1f + 0.01f * float(random.below(n_steps));
-          if (random.below(4) == 0) one.t[i] = std::nextafter(one.t[i], 1.0f);
-          one.s[i] = random.uniform();
-          one.dist2[i] = random.uniform(0.0f, 0.01f);
-          if (one.hit >> i & 1) hits[first + i].push_back({rays->t_ray(first + i, one.t[i]), one.t[i], one.prim});
+          packet.t[i] = 0.1f + 0.01f * float(random.below(n_steps));
+          if (random.below(4) == 0) packet.t[i] = std::nextafter(packet.t[i], 1.0f);
+          packet.s[i] = random.uniform();
+          packet.dist2[i] = random.uniform(0.0f, 0.01f);
+          if (packet.hit >> i & 1)
+            hits[first + i].push_back({rays->t_ray(first + i, packet.t[i]), packet.t[i], packet.prim});
         }
-        if (one.hit) shown.push_back(one);
+        if (packet.hit) packets.push_back(packet);
       }
-    for (std::size_t i = shown.size(); i > 1; --i) std::swap(shown[i - 1], shown[random.below(i)]);
+    for (std::size_t i = packets.size(); i > 1; --i) std::swap(packets[i - 1], packets[random.below(i)]);
     for (auto& of_ray : hits) std::sort(of_ray.begin(), of_ray.end());
   }
 
   template <class Collector>
-  void show(Collector& collector) const {
+  void add_packets(Collector& collector) const {
     collector.begin(*rays, 0, kGroupSize);
-    for (const Shown& one : shown) collector.add_packet(*rays, one.first, one.hit, one.approach(), one.prim);
+    for (const PacketHits& packet : packets)
+      collector.add_packet(*rays, packet.first, packet.hit, packet.approach(), packet.prim);
   }
 
   /// Adds the same hits, one at a time.
   template <class Collector>
-  void show_each(Collector& collector) const {
+  void add_each(Collector& collector) const {
     collector.begin(*rays, 0, kGroupSize);
-    for (const Shown& one : shown)
+    for (const PacketHits& packet : packets)
       for (int i = 0; i < kSimdWidth; ++i)
-        if (one.hit >> i & 1)
-          collector.add_hit(*rays, one.first + i, {one.s[i], one.t[i], one.dist2[i], true}, Reference{one.prim});
+        if (packet.hit >> i & 1)
+          collector.add_hit(*rays, packet.first + i, {packet.s[i], packet.t[i], packet.dist2[i], true},
+                            Reference{packet.prim});
   }
 };
 
@@ -106,7 +109,7 @@ void check_first(const Scene& scene, Collect collect) {
 }
 
 template <class Collect>
-void check_next(const Scene& scene, std::size_t k, Collect collect) {
+void check_k_nearest(const Scene& scene, std::size_t k, Collect collect) {
   KNearestCollector<At::closest> collector(k);
   collect(collector);
   for (int i = 0; i < kGroupSize; ++i) {
@@ -124,9 +127,9 @@ void check_all(const Scene& scene) {
   const auto any = std::make_unique<AnyHitCollector>();
   const auto count = std::make_unique<CountHitsCollector>();
   const auto all = std::make_unique<AllHitsCollector<At::closest>>();
-  scene.show(*any);
-  scene.show(*count);
-  scene.show(*all);
+  scene.add_packets(*any);
+  scene.add_packets(*count);
+  scene.add_packets(*all);
   std::vector<Hit> got[kGroupSize];
   for (int i = 0; i < kGroupSize; i += kSimdWidth) {
     const auto& of = all->hits[i / kSimdWidth];
@@ -151,13 +154,13 @@ int main() {
     Random random{1};
     for (int round = 0; round < 150; ++round) {
       const Scene scene(random, int(random.below(round % 5 == 0 ? 300 : 30)));
-      const auto by_packets = [&](auto& collector) { scene.show(collector); };
-      const auto one_by_one = [&](auto& collector) { scene.show_each(collector); };
+      const auto by_packets = [&](auto& collector) { scene.add_packets(collector); };
+      const auto one_by_one = [&](auto& collector) { scene.add_each(collector); };
       check_first(scene, by_packets);
       check_first(scene, one_by_one);
       for (const std::size_t k : {0, 1, 3, 16, 20}) {
-        check_next(scene, k, by_packets);
-        check_next(scene, k, one_by_one);
+        check_k_nearest(scene, k, by_packets);
+        check_k_nearest(scene, k, one_by_one);
       }
       check_all(scene);
     }

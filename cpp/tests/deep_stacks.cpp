@@ -66,9 +66,9 @@ void answer_in_deep_trees() {
     std::vector<std::int64_t> prim(kRays);
     const auto any = std::make_unique<bool[]>(kRays);
     Progress progress;
-    const auto ask = [&](const auto& job) { run_batch(tree, rays, kernel, job, 1, progress); };
-    ask(FirstHitQuery<Segments, At::closest>{tree, {t.data(), prim.data(), u.data(), distance.data(), nullptr}});
-    ask(AnyHitQuery{any.get()});
+    const auto run = [&](const auto& query) { run_batch(tree, rays, kernel, query, 1, progress); };
+    run(FirstHitQuery<Segments, At::closest>{tree, {t.data(), prim.data(), u.data(), distance.data(), nullptr}});
+    run(AnyHitQuery{any.get()});
     for (int i = 0; i < kRays; ++i) {
       n_hits += prim[std::size_t(i)] == 0;
       n_wrong += (prim[std::size_t(i)] == 0) != hits(i);

@@ -87,8 +87,8 @@ struct Answer {
 };
 
 /// Runs all queries on the layout.
-Answer ask(const WideBvhView<Segments>& tree, const RayBatch& rays, Kernel kernel, unsigned n_threads,
-           Progress& progress) {
+Answer answer(const WideBvhView<Segments>& tree, const RayBatch& rays, Kernel kernel, unsigned n_threads,
+              Progress& progress) {
   Answer answer;
   std::vector<float> t(kRays), u(kRays), distance(kRays), t_out(kRays);
   std::vector<std::int64_t> prim(kRays);
@@ -110,7 +110,7 @@ Answer ask(const WideBvhView<Segments>& tree, const RayBatch& rays, Kernel kerne
 }
 
 /// Runs queries on the binary tree.
-Answer ask(const BinaryTraversal<Segments>& search, const RayBatch& rays, unsigned n_threads, Progress& progress) {
+Answer answer(const BinaryTraversal<Segments>& search, const RayBatch& rays, unsigned n_threads, Progress& progress) {
   Answer answer;
   std::vector<Hit> hits(kRays);
   std::vector<std::int64_t> n_hits(kRays);
@@ -186,23 +186,23 @@ void run_threads() {
     const RayBatch batch = rays.batch();
     test::check(!!rays_are_valid(batch, 1.0f, 1.0f, kThreads), "the rays are valid");
     for (const Kernel kernel : {Kernel::automatic, Kernel::single, Kernel::wave, Kernel::bundle}) {
-      const Answer expected = ask(view, batch, kernel, 1, progress);
-      expect_same(expected, ask(view, batch, kernel, kThreads, progress));
+      const Answer expected = answer(view, batch, kernel, 1, progress);
+      expect_same(expected, answer(view, batch, kernel, kThreads, progress));
     }
-    const Answer expected = ask(search, batch, 1, progress);
-    const Answer wide_expected = ask(view, batch, Kernel::automatic, 1, progress);
+    const Answer expected = answer(search, batch, 1, progress);
+    const Answer wide_expected = answer(view, batch, Kernel::automatic, 1, progress);
     std::vector<std::thread> callers;
     for (int i = 0; i < 3; ++i)
       callers.emplace_back([&] {
         Progress own;
-        expect_same(expected, ask(search, batch, 2, own));
-        expect_same(wide_expected, ask(view, batch, Kernel::automatic, 2, own));
+        expect_same(expected, answer(search, batch, 2, own));
+        expect_same(wide_expected, answer(view, batch, Kernel::automatic, 2, own));
       });
     for (std::thread& caller : callers) caller.join();
 
     // Cancel calls midway.
-    cancel([&](Progress& own) { ask(view, batch, Kernel::automatic, kThreads, own); });
-    cancel([&](Progress& own) { ask(search, batch, kThreads, own); });
+    cancel([&](Progress& own) { answer(view, batch, Kernel::automatic, kThreads, own); });
+    cancel([&](Progress& own) { answer(search, batch, kThreads, own); });
   }
   cancel([&](Progress& own) { build(kThreads, own); });
   cancel([&](Progress& own) { move(tree, kThreads, own); });

@@ -1,10 +1,11 @@
 // Cuts references: the parts tile the whole, and each box holds its part and stays within the whole's box. The boxes of
 // binned parts equal those of cuts at one plane after the other, bit for bit.
+#include "fastlines/references/cut.hpp"
+
 #include "check.hpp"
 #include "fastlines/primitives/boxes.hpp"
 #include "fastlines/primitives/segments.hpp"
 #include "fastlines/primitives/triangles.hpp"
-#include "fastlines/references/cut.hpp"
 #include "random.hpp"
 
 using namespace fastlines;

@@ -1,6 +1,7 @@
 // A released block of the page pool is reused for the next allocation of its size, for many sizes.
-#include "check.hpp"
 #include "fastlines/memory/page_pool.hpp"
+
+#include "check.hpp"
 
 using fastlines::PagePool;
 using fastlines::test::check;

@@ -11,7 +11,7 @@ using namespace fastlines;
 
 namespace {
 
-constexpr std::uint32_t kNone = ~0u;
+constexpr std::uint32_t kNoHit = ~0u;
 
 void sort_hits() {
   std::mt19937 random(1);
@@ -20,7 +20,7 @@ void sort_hits() {
   for (int round = 0; round < 2000; ++round) {
     const std::uint32_t n = 1 + random() % (round % 50 == 0 ? 20'000 : round % 5 == 0 ? 3000 : 200);
     const std::uint32_t n_lanes = 1 + random() % kSimdWidth, n_steps = round % 3 == 0 ? 4 : 1 << 20;
-    std::vector<std::uint32_t> lane(n), prim(n), n_of(kSimdWidth), seen(n);
+    std::vector<std::uint32_t> lane(n), prim(n), n_of(kSimdWidth), n_listed(n);
     std::vector<float> t(n);
     for (std::uint32_t j = 0; j < n; ++j) {
       const std::uint32_t n_here = round % 2 == 0 ? n_lanes : 1 + random() % n_lanes;
@@ -35,15 +35,15 @@ void sort_hits() {
     for (int i = 0; i < kSimdWidth; begin += n_of[i++]) {
       n_wrong += order.begin(i) != begin;
       float latest = -1.0f;
-      std::uint32_t before = kNone;
+      std::uint32_t before = kNoHit;
       for (std::uint32_t k = begin; k < begin + n_of[i]; ++k) {
         const std::uint32_t j = order[k];
-        if (j >= n || seen[j]++ > 0 || lane[j] != std::uint32_t(i)) {
+        if (j >= n || n_listed[j]++ > 0 || lane[j] != std::uint32_t(i)) {
           ++n_wrong;
           continue;
         }
         n_wrong += t[j] < latest - resolution;
-        n_wrong += before != kNone && t[j] == t[before] && prim[j] % 16 < prim[before] % 16;
+        n_wrong += before != kNoHit && t[j] == t[before] && prim[j] % 16 < prim[before] % 16;
         latest = std::max(latest, t[j]);
         before = j;
       }
