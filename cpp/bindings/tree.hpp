@@ -12,8 +12,8 @@ namespace fastlines {
 /// Nodes or references as rows of 32-bit words.
 using WordRows = Output<std::uint32_t>;
 
-/// Nodes, references, the number of nodes at which each limit took effect (depth, references, references of a leaf),
-/// and the number of candidates that a search with lookahead considered and partitioned.
+/// Nodes; references; the number of nodes that each limit affected (depth, references, references of a leaf); and the
+/// numbers of candidates that searches with lookahead considered and carried out.
 using BuiltTree = std::tuple<WordRows, WordRows, std::tuple<std::size_t, std::size_t, std::size_t>,
                              std::tuple<std::size_t, std::size_t>>;
 

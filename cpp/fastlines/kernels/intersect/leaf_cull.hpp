@@ -12,8 +12,8 @@
 //
 // In 16 bits, projections are exact but saturate, at some 450 quanta. Saturation loses nothing: along an axis, two
 // points of a leaf are no farther apart than that. So if an end or the leaf's origin saturates, the whole piece lies on
-// one side of the ray, and saturation only moves it nearer. If both coordinates of an end are −2¹⁵, its square overflows
-// 32 bits and is negative: its piece passes.
+// one side of the ray, and saturation only moves it nearer. If both coordinates of an end are −2¹⁵, its square
+// overflows 32 bits and is negative: its piece passes.
 #pragma once
 
 #include <cstring>
