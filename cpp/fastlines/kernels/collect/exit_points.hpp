@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "../intersect/load_lanes.hpp"
+#include "../intersect/load_fields.hpp"
 #include "../rays/ray_views.hpp"
 #include "collector.hpp"
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "../../layout/wide_bvh.hpp"
-#include "../intersect/load_lanes.hpp"
+#include "../intersect/load_fields.hpp"
 #include "../rays/ray_views.hpp"
 #include "ray_bundle.hpp"
 

@@ -9,7 +9,7 @@
 #include "../collect/collector.hpp"
 #include "../cost/step_cost.hpp"
 #include "../cost/step_counters.hpp"
-#include "../intersect/load_lanes.hpp"
+#include "../intersect/load_fields.hpp"
 #include "../intersect/root_cull.hpp"
 #include "../rays/ray_gather.hpp"
 #include "leaf_survivors.hpp"

@@ -12,7 +12,7 @@
 
 #include "../collect/collector.hpp"
 #include "../cost/step_counters.hpp"
-#include "../intersect/load_lanes.hpp"
+#include "../intersect/load_fields.hpp"
 #include "../intersect/node_cull.hpp"
 #include "../intersect/prefetch.hpp"
 #include "../rays/ray_views.hpp"

@@ -24,7 +24,7 @@
 #include "../collect/collector.hpp"
 #include "../cost/step_cost.hpp"
 #include "../cost/step_counters.hpp"
-#include "../intersect/load_lanes.hpp"
+#include "../intersect/load_fields.hpp"
 #include "../intersect/node_cull.hpp"
 #include "../intersect/prefetch.hpp"
 #include "../intersect/root_cull.hpp"
