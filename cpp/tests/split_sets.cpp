@@ -13,9 +13,9 @@ namespace {
 
 Buffer<BuildRef> refs_to(const Segments& prims) {
   Buffer<BuildRef> refs;
-  BuildRef* const data = refs.make_room(prims.size());
+  BuildRef* const data = refs.reset(prims.size());
   for (std::uint32_t prim = 0; prim < prims.size(); ++prim) data[prim] = {{prim}, prims.bounds(prim)};
-  refs.keep(prims.size());
+  refs.set_size(prims.size());
   return refs;
 }
 
