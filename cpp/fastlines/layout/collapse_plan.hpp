@@ -1,5 +1,5 @@
-// Plans which nodes of a binary tree become children of which wide node, at least cost. Uses dynamic programming (Ylitie,
-// Karras, Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs").
+// Plans which nodes of a binary tree become children of which wide node, at least cost. Uses dynamic programming
+// (Ylitie, Karras, Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs").
 //
 // C(v, i) is the least cost of the subtree of v as at most i children of one wide node:
 //
