@@ -1,0 +1,55 @@
+"""Every relative link of the documents leads to a file that exists, and to a heading of it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGES = [
+    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "benchmarks/README.md")),
+    *sorted((ROOT / "docs").rglob("*.md")),
+]
+
+
+def prose(page: Path) -> str:
+    """Return a page without its fenced code."""
+    return re.sub(r"^( *)```.*?^\1```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+
+
+def links(page: Path) -> list[str]:
+    """Return the targets of links and images; those with a scheme, such as https:, lead elsewhere."""
+    without_code = re.sub(r"`[^`]*`", "", prose(page))
+    return [link for link in re.findall(r"\]\(([^)\s]+)\)", without_code) if not re.match(r"[a-z]+:", link)]
+
+
+def anchors(page: Path) -> set[str]:
+    """Return the slugs of the headings, as GitHub and MyST (`myst_heading_anchors = 3`) make them."""
+    found: set[str] = set()
+    for heading in re.findall(r"^#{1,3} +(.+?) *$", prose(page), re.MULTILINE):
+        text = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading)
+        slug = unique = re.sub(r"[^\w\- ]", "", text.lower()).replace(" ", "-")
+        repeats = 0
+        while unique in found:
+            repeats += 1
+            unique = f"{slug}-{repeats}"
+        found.add(unique)
+    return found
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page: Path) -> None:
+    broken = []
+    for link in links(page):
+        path, _, anchor = link.partition("#")
+        target = page.parent / path if path else page
+        if not target.exists() or (anchor and anchor not in anchors(target)):
+            broken.append(link)
+    assert not broken
+
+
+def test_links_are_found() -> None:
+    assert {"docs/guide.md#large-coordinates", "cpp/examples/first_hit.cpp"} <= set(links(ROOT / "README.md"))
+    assert "theorem-5-pruning" in anchors(ROOT / "docs/theory.md")
