@@ -1,9 +1,10 @@
-"""The commands ``compare`` and ``answers``: two copies of fastlines in processes of their own."""
+"""The commands ``compare`` and ``answers``: copies of fastlines in worker processes."""
 
 from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ from command_line import done, refused, run
 
 import fastlines as fl
 from fastlines_bench import copies
-from fastlines_bench.copies import CopiesPreset, Copy, differences, in_turn
+from fastlines_bench.copies import CopiesPreset, Copy, alternate, compare_copies, contest_of, differences
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 TINY = CopiesPreset(scenes=("spaghetti",), radii=(0.01,), n_rays=256, rounds=2, seconds=0.0)
@@ -24,10 +25,11 @@ def tiny(monkeypatch):
 
 
 @pytest.mark.usefixtures("tiny")
-def test_a_copy_beside_itself():
+def test_a_copy_compared_with_itself():
     text = done("compare", "--old", sys.executable, "--json", "c.json")
     assert "All answers and trees are the same" in " ".join(text.split())
     found = json.loads(Path("c.json").read_text())
+    assert found["format"] == "fastlines-bench compare 2"
     assert found["old"] == found["new"]
     assert Path(found["old"]["folder"]) == Path(fl.__file__).parent
     assert len(found["means"]) == 3 * 2 + 3 * 8
@@ -55,25 +57,74 @@ def test_what_differs_is_named_in_order():
     assert differences({"a": "1", "b": "2", "c": "3"}, {"a": "1", "c": "4", "d": "5"}) == ["b", "c", "d"]
 
 
-def test_each_begins_every_other_round():
-    begun = []
+def test_each_copy_goes_first_every_other_round():
+    called = []
 
-    class Pretended:
+    class FakeCopy:
         def __init__(self, name):
             self.name = name
 
-        def do(self, order):
-            begun.append(self.name)
+        def request(self, method):
+            called.append(self.name)
             return self.name
 
-    old, new = Pretended("old"), Pretended("new")
-    assert list(in_turn((old, new), 3, lambda copy: copy.do("it"))) == [("old", "new")] * 3
-    assert begun == ["new", "old", "old", "new", "new", "old"]
+    old, new = FakeCopy("old"), FakeCopy("new")
+    assert list(alternate((old, new), 3, lambda copy: copy.request("method"))) == [("old", "new")] * 3
+    assert called == ["new", "old", "old", "new", "new", "old"]
 
 
-def test_an_error_of_a_copy_is_told():
-    with Copy(sys.executable) as copy, pytest.raises(fl.FastlinesError, match=r"asked to open: .*no scene 'spagetti'"):
-        copy.do("open", scene="spagetti")
+def test_a_ratio_is_the_median_of_the_rounds():
+    """The ratios of the rounds are 1, 1/4 and 3; the ratio of the medians would be 2/3."""
+    contest = contest_of("spaghetti", None, "build", "best", [(1, 1), (2, 8), (9, 3)], True)
+    assert (contest.ratio, contest.best) == (1, 1)
+    assert contest_of("spaghetti", None, "layout", "best", [(0.0, 0.0)] * 2, True).ratio == 1
+
+
+def test_both_processes_are_started_again_for_each_scene_and_radius(monkeypatch):
+    started = []
+
+    class FakeCopy:
+        about = {"version": "0"}  # noqa: RUF012
+
+        def __init__(self, where, n_threads):
+            self.where, self.scene, self.radii = where, None, set()
+            started.append(self)
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *error):
+            pass
+
+        def request(self, method, /, scene=None, radius=None, **arguments):
+            if method == "open":
+                assert self.scene is None
+                self.scene = scene
+            if method == "make_rays":
+                self.radii.add(radius)
+            if method in ("open", "make_rays", "hash_answer"):
+                return "the same hash"
+            seconds = 1.0 if self.where == "new" else 2.0
+            return {"build": seconds, "layout": seconds, "hash": ""} if method == "build" else seconds
+
+    monkeypatch.setattr(copies, "Copy", FakeCopy)
+    preset = replace(TINY, scenes=("spaghetti", "bun-hair"), radii=(0.01, 0.001), rounds=3)
+    result = compare_copies("old", "new", preset, {})
+    assert [(copy.where, copy.scene, copy.radii) for copy in started] == [
+        (where, scene, radii)
+        for scene in preset.scenes
+        for radii in (set(), {0.01}, {0.001})
+        for where in ("old", "new")
+    ]
+    assert {each.ratio for each in result.contests} == {2.0}
+
+
+def test_an_error_of_a_worker_is_reported():
+    with (
+        Copy(sys.executable) as copy,
+        pytest.raises(fl.FastlinesError, match=r"'open' .*failed: .*no scene 'spagetti'"),
+    ):
+        copy.request("open", scene="spagetti")
 
 
 @pytest.mark.parametrize(
@@ -86,7 +137,7 @@ def test_an_error_of_a_copy_is_told():
         (["answers"], "--write FILE and --check FILE"),
         (["answers", "--write", "a.txt"], "expected .json"),
         (["answers", "--check", "none.json"], "none.json"),
-        (["answers", "--check", "bad.json"], "is not what 'fastlines-bench answers --write' writes"),
+        (["answers", "--check", "bad.json"], "is not a file that 'fastlines-bench answers --write' wrote"),
     ],
 )
 def test_refused(arguments, said):

@@ -1,7 +1,8 @@
-"""One copy of fastlines, which takes orders over a pipe: one JSON object a line in, and one out.
+"""The worker process of one copy of fastlines: it reads requests from stdin and writes replies to stdout as JSON lines.
 
-It is run as a program by the Python that has the copy, and uses nothing of fastlines but its public names, so the copy
-can be of any version. Rays come from seeds and from the scene's camera, and are the same in every copy.
+A request names a method of `Worker` and its arguments; the reply is the result or an error. The Python that has the
+copy runs this file as a program. The file uses only public names of fastlines, so the copy can be of any version. Rays
+depend only on seeds and on the scene's camera, so they are the same in every copy.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 
 import fastlines as fl
 
-#: The names of all queries, what is called, and with which arguments; "surface" is a hit's other definition.
+#: Each query: the method of the tree and its arguments. "surface" reports where a ray enters the capsule.
 QUERIES: dict[str, tuple[str, dict[str, Any]]] = {
     "first": ("first_hit", {}),
     "first, surface": ("first_hit", {"at": "surface"}),
@@ -30,12 +31,12 @@ QUERIES: dict[str, tuple[str, dict[str, Any]]] = {
     "next, surface": ("next_hits", {"k": 3, "at": "surface"}),
 }
 
-#: All kinds of rays.
+#: The kinds of rays.
 KINDS = ("camera", "random", "ao")
 
 
 class Worker:
-    """A scene, a tree over it, and rays to ask."""
+    """A scene, a tree over it, and rays."""
 
     def __init__(self) -> None:
         self.scene: Any = None
@@ -43,29 +44,29 @@ class Worker:
         self.rays: dict[str, Any] = {}
 
     def hello(self, n_threads: int) -> dict[str, Any]:
-        """Set the number of threads; tell which copy this is."""
+        """Set the number of threads; return the version, the folder and the instruction set of this copy."""
         fl.set_num_threads(n_threads)
         self.now: Callable[[], float] = time.process_time if n_threads == 1 else time.perf_counter
         return {"version": fl.__version__, "folder": str(Path(fl.__file__).parent), "simd": fl.simd()}
 
     def open(self, scene: str, n_segments: int | None = None) -> str:
-        """Make a scene and the default tree over it; return a hash of its lines."""
+        """Make a scene and build the default tree; return a hash of the scene's lines."""
         self.scene = fl.scenes.make(scene, n_segments)
         self.tree = fl.build(self.scene.lines)
         return digest([self.scene.lines.segments])
 
     def build(self, **given: Any) -> dict[str, Any]:
-        """Build a tree; return the seconds of the tree and of its layout, and a hash of both."""
+        """Build a tree and its layout; return the seconds of each, and a hash of both."""
         start = self.now()
         tree = fl.build(self.scene.lines, **given)
         built = self.now()
         layout = tree.layout
-        laid = self.now()
+        end = self.now()
         parts = [tree.nodes, tree.refs, layout.nodes, layout.leaves, layout.refs]
-        return {"build": built - start, "layout": laid - built, "hash": digest(parts)}
+        return {"build": built - start, "layout": end - built, "hash": digest(parts)}
 
     def make_rays(self, kind: str, n_rays: int, radius: float) -> str:
-        """Make rays, about so many; return a hash of them."""
+        """Make about `n_rays` rays; return a hash of them."""
         low, high = self.scene.lines.bounds.astype(np.float64)
         diagonal = float(np.linalg.norm(high - low))
         rng = np.random.default_rng([n_rays, KINDS.index(kind)])
@@ -77,12 +78,12 @@ class Worker:
             directions = unit(rng.standard_normal((n_rays, 3)))
             origins = low + rng.random((n_rays, 3)) * (high - low) - 1.01 * diagonal * directions
         else:
-            # From what the camera sees, over the sphere.
+            # Start where camera rays hit; take isotropic directions.
             origins, directions = self.scene.camera.rays(256, 256)
             t = self.tree.first_hit(origins, directions, radius).t
-            seen = np.flatnonzero(np.isfinite(t))
-            seen = np.sort(rng.choice(seen, n_rays))
-            origins = origins[seen] + t[seen, None] * directions[seen]
+            hit = np.flatnonzero(np.isfinite(t))
+            hit = np.sort(rng.choice(hit, n_rays))
+            origins = origins[hit] + t[hit, None] * directions[hit]
             directions = unit(rng.standard_normal((n_rays, 3)))
             bounds = {"t_min": 2.5 * radius, "t_max": 0.1 * diagonal}
         arrays = {"origins": origins, "directions": directions}
@@ -90,32 +91,32 @@ class Worker:
         self.rays |= {"radius": radius, **bounds}
         return digest([self.rays["origins"], self.rays["directions"]])
 
-    def ask(self, query: str) -> float:
-        """Ask the rays; return the seconds."""
+    def time_query(self, query: str) -> float:
+        """Run a query on the rays; return its seconds."""
         start = self.now()
         self._answer(query)
         return self.now() - start
 
-    def hash(self, query: str) -> str:
-        """Ask the rays; return a hash of all columns of the answer."""
+    def hash_answer(self, query: str) -> str:
+        """Run a query on the rays; return a hash of all columns of the answer."""
         answer = self._answer(query)
         names = ("offsets", "t", "prim", "u", "distance", "t_out")
         parts = [answer] if isinstance(answer, np.ndarray) else [getattr(answer, name, None) for name in names]
         return digest([part for part in parts if part is not None])
 
     def _answer(self, query: str) -> Any:
-        name, more = QUERIES[query]
-        return getattr(self.tree, name)(**self.rays, **more)
+        method, arguments = QUERIES[query]
+        return getattr(self.tree, method)(**self.rays, **arguments)
 
 
 def unit(vectors: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Scale vectors to length 1."""
+    """Return the vectors scaled to length 1."""
     scaled: np.ndarray[Any, Any] = vectors / np.sqrt((vectors**2).sum(axis=1, keepdims=True))
     return scaled
 
 
 def digest(arrays: list[Any]) -> str:
-    """Hash the bytes of arrays."""
+    """Return a hash of the bytes of arrays."""
     found = hashlib.sha256()
     for each in arrays:
         found.update(np.ascontiguousarray(each).tobytes())
@@ -123,15 +124,15 @@ def digest(arrays: list[Any]) -> str:
 
 
 def main() -> None:
-    """Take orders until there are no more."""
+    """Answer requests until stdin ends."""
     worker = Worker()
     for line in sys.stdin:
-        order = json.loads(line)
+        request = json.loads(line)
         try:
-            told = {"is": getattr(worker, order.pop("do"))(**order)}
+            reply = {"result": getattr(worker, request["method"])(**request["arguments"])}
         except Exception as error:
-            told = {"error": f"{type(error).__name__}: {error}"}
-        print(json.dumps(told), flush=True)
+            reply = {"error": f"{type(error).__name__}: {error}"}
+        print(json.dumps(reply), flush=True)
 
 
 if __name__ == "__main__":

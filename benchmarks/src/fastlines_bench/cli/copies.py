@@ -1,4 +1,4 @@
-"""``fastlines-bench compare`` and ``answers``: two installed copies of fastlines beside each other."""
+"""``fastlines-bench compare`` and ``answers``: two installed copies of fastlines compared."""
 
 from __future__ import annotations
 
@@ -33,12 +33,15 @@ from .options import (
 
 Scene = Annotated[
     list[str] | None,
-    typer.Option("--scene", "-s", metavar="NAME,…", help="Scenes with commas between them.", show_default=False),
+    typer.Option("--scene", "-s", metavar="NAME,…", help="The scenes, separated by commas.", show_default=False),
 ]
 Radii = Annotated[
-    str | None, typer.Option("--radius", "-r", metavar="R,R,…", help="Radii of queries.", show_default=False)
+    str | None,
+    typer.Option(
+        "--radius", "-r", metavar="R,R,…", help="The radii of the queries, separated by commas.", show_default=False
+    ),
 ]
-COPY_HELP = "a Python that has it, or a folder that pip install --target made"
+COPY_HELP = "a Python that has fastlines, or a folder that pip install --target made"
 
 
 def _radii(text: str | None) -> tuple[float, ...] | None:
@@ -48,27 +51,32 @@ def _radii(text: str | None) -> tuple[float, ...] | None:
         raise InputError(f"--radius {text!r} is not one or more numbers, such as 0.005,0.001") from None
 
 
-@app.command(short_help="Two installed copies of fastlines in turn: how much faster the new one is.")
+@app.command(short_help="The speed-up of one installed copy of fastlines over another.")
 def compare(
     old: Annotated[str, typer.Option("--old", metavar="COPY", help=f"The old copy: {COPY_HELP}.")],
     new: Annotated[str, typer.Option("--new", metavar="COPY", help=f"The new copy: {COPY_HELP}.")] = sys.executable,
     scene: Scene = None,
     radius: Radii = None,
-    rays: Annotated[str, typer.Option("--rays", metavar="KIND,…", help="Kinds of rays.")] = ",".join(worker.KINDS),
-    query: Annotated[str, typer.Option("--query", metavar="NAME,…", help="Queries.")] = "first,any,all,count,next",
+    rays: Annotated[
+        str, typer.Option("--rays", metavar="KIND,…", help="The kinds of rays, separated by commas.")
+    ] = ",".join(worker.KINDS),
+    query: Annotated[
+        str, typer.Option("--query", metavar="NAME,…", help="The queries, separated by commas.")
+    ] = "first,any,all,count,next",
     threads: Threads = 1,
     seconds: Seconds = None,
     rounds: Rounds = None,
     simd: Annotated[
-        str | None, typer.Option("--simd", metavar="NAME", help="The instruction set of both.", show_default=False)
+        str | None,
+        typer.Option("--simd", metavar="NAME", help="The instruction set of both copies.", show_default=False),
     ] = None,
     quick: Quick = False,
     json_file: JsonFile = None,
 ) -> None:
-    """Let two copies of fastlines build trees and ask the same rays, in turn, and compare their answers bit for bit.
+    """Compare two copies of fastlines: alternate builds and queries on the same rays, and check answers bit for bit.
 
-    Each copy works in a process of its own. Ratios are old seconds by new seconds: above 1 the new copy is faster. A
-    copy beside itself tells how much of that is noise.
+    Each copy has a worker process, which is started again for each scene and radius. A ratio is the median over the
+    rounds of old seconds by new seconds: above 1 the new copy is faster. Compare a copy with itself to see the noise.
 
     [bold]Examples[/]
 
@@ -93,24 +101,30 @@ def compare(
     )
     if simd is not None:
         os.environ["FASTLINES_SIMD"] = simd
-    with Copy(old, threads) as before, Copy(new, threads) as after, progress_bar() as progress:
-        found = compare_copies(before, after, preset, machine.describe(threads=threads), progress)
+    with progress_bar() as progress:
+        found = compare_copies(old, new, preset, machine.describe(threads=threads), progress)
     print_comparison(found)
     write_json(json_file, found.to_json())
     if not all(each.same for each in found.contests):
         raise typer.Exit(1)
 
 
-@app.command(short_help="Hashes of all answers, to check another version by.")
+@app.command(short_help="Hashes of all answers, to check another version against.")
 def answers(
     write: Annotated[
-        str | None, typer.Option("--write", metavar="FILE.json", help="Write the hashes.", show_default=False)
+        str | None,
+        typer.Option(
+            "--write", metavar="FILE.json", help="The file to which the hashes are written.", show_default=False
+        ),
     ] = None,
     check: Annotated[
-        str | None, typer.Option("--check", metavar="FILE.json", help="Compare with these hashes.", show_default=False)
+        str | None,
+        typer.Option(
+            "--check", metavar="FILE.json", help="The file with whose hashes they are compared.", show_default=False
+        ),
     ] = None,
     copy: Annotated[
-        str, typer.Option("--copy", metavar="COPY", help=f"Which fastlines: {COPY_HELP}; the one that runs this.")
+        str, typer.Option("--copy", metavar="COPY", help=f"The copy: {COPY_HELP}. Without it, the running Python.")
     ] = sys.executable,
     threads: Threads = 2,
     n_rays: NRays = None,
@@ -118,7 +132,8 @@ def answers(
 ) -> None:
     """Hash the trees and the answers of a copy of fastlines: all queries, kinds of rays, scenes and radii.
 
-    Write them with one version and check another by them: if anything differs it is named, and the exit code is 1.
+    Write the hashes with one version and check another version against them. The command names all that differ; then
+    its exit code is 1.
 
     [bold]Examples[/]
 
@@ -137,12 +152,12 @@ def answers(
             before = known["hashes"]
             preset = CopiesPreset.of(quick=known["quick"], n_rays=known["n_rays"])
         except (ValueError, LookupError, TypeError):
-            raise InputError(f"{check}: is not what 'fastlines-bench answers --write' writes") from None
-    with Copy(copy, threads) as asked, progress_bar() as progress:
-        found = hash_answers(asked, preset, progress)
+            raise InputError(f"{check}: is not a file that 'fastlines-bench answers --write' wrote") from None
+    with Copy(copy, threads) as hashed, progress_bar() as progress:
+        found = hash_answers(hashed, preset, progress)
     if known is None:
-        write_json(write, {"copy": asked.about, "quick": quick, "n_rays": preset.n_rays, "hashes": found})
-        typer.echo(f"{write}: {len(found)} hashes of fastlines {asked.about['version']}")
+        write_json(write, {"copy": hashed.about, "quick": quick, "n_rays": preset.n_rays, "hashes": found})
+        typer.echo(f"{write}: {len(found)} hashes of fastlines {hashed.about['version']}")
         return
     differ = differences(before, found)
     for name in differ:
