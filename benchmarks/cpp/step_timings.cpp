@@ -38,7 +38,7 @@ nb::dict time_steps(Input<float> segments, Input<std::uint8_t> nodes, Input<std:
                                                              {"leaves", found.leaf},
                                                              {"segments", found.segment},
                                                              {"lines", found.line},
-                                                             {"packs", found.pack},
+                                                             {"packets", found.packet},
                                                              {"tests", found.test}})
     by_name[name] = nanoseconds;
   return by_name;

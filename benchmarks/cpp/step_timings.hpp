@@ -17,7 +17,7 @@ struct StepTimings {
   double leaf;     // culling 16 pieces with one ray
   double segment;  // loading a segment for a bundle
   double line;     // the line test of a segment against 16 rays of a bundle
-  double pack;     // an exact test in 16 lanes
+  double packet;   // an exact test of 16 pairs, one per lane
   double test;     // an exact test of one ray and one segment
 };
 
@@ -49,7 +49,7 @@ double time_of(Step&& step, int n = 4096) {
 /// Times all steps on the first blocks of a tree that is not empty. Takes the first 64 rays, which must be coherent;
 /// throws std::invalid_argument otherwise.
 inline StepTimings measure_steps(const WideBvhView<Segments>& tree, const RayBatch& batch) {
-  constexpr std::uint32_t kCullRays = 8;  // single rays that take turns in culling
+  constexpr std::uint32_t kCullRays = 8;  // single rays, alternated in culling
   std::uint32_t ids[kGroupSize], sum = 0;
   for (std::uint32_t i = 0; i < kGroupSize; ++i) ids[i] = i;
   const auto rays = std::make_unique<RayGroup>();
@@ -111,7 +111,7 @@ inline StepTimings measure_steps(const WideBvhView<Segments>& tree, const RayBat
                    },
                    256) /
                (kSimdWidth * (kGroupSize / kSimdWidth));
-  timed.pack = time_of([&](int i) {
+  timed.packet = time_of([&](int i) {
     const PacketView packet(*rays, i % 4 * kSimdWidth);
     const int j = i / 4 % kSimdWidth;
     sum += Segments::test<FloatX16>(packet, fields_at(j)).closest.hit.bits();

@@ -1,4 +1,4 @@
-"""The command line of the benchmarks, called as its tests call it."""
+"""Helpers that call the command line in tests."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ def run(*args):
 
 
 def done(*args):
-    """Run a command that works; return what it prints."""
+    """Run a command that must succeed; return its output."""
     result = run(*args)
     assert (result.exit_code, result.stderr) == (0, "")
     return result.stdout
 
 
 def refused(*args):
-    """Run a command that does not work; return its exit code and its one sentence."""
+    """Run a command that must fail; return its exit code and its error message."""
     result = run(*args)
     assert result.exit_code not in (0, 70), result.output
     assert result.stdout == ""

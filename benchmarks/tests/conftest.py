@@ -1,10 +1,10 @@
-"""Fixtures that more than one test file uses."""
+"""Fixtures of several test files."""
 
 from __future__ import annotations
 
 import pytest
 
-# It holds assertions, though no tests: let pytest explain them all the same.
+# Rewrite the assertions of this helper, too, so that pytest explains them.
 pytest.register_assert_rewrite("command_line")
 
 

@@ -1,4 +1,4 @@
-"""Which peers are installed here."""
+"""Marks for tests that need a peer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All builders that the thesis names, on equal terms."""
+"""All builders, with the cost models of the thesis."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ def test_every_builder_makes_a_tree_that_answers(builder: str, name: str) -> Non
     scale = float(np.abs(segments).max(initial=1.0))
     rng = np.random.default_rng(5)
     origins = scale * rng.uniform(-0.5, 1.5, (64, 3))
-    asked = {"origins": origins, "directions": scale * rng.random((64, 3)) - origins, "radius": 0.05 * scale}
+    rays = {"origins": origins, "directions": scale * rng.random((64, 3)) - origins, "radius": 0.05 * scale}
     given = dict(BUILDERS[builder])
     limits = dataclasses.replace(given.pop("limits", fl.Limits()), max_refs=3000)
     tree = fl.build(segments, **given, limits=limits)
     tree.validate()
     for query in ("first_hit", "all_hits"):
-        assert same(getattr(tree, query)(**asked), fl.brute_force(segments, **asked, query=query))
+        assert same(getattr(tree, query)(**rays), fl.brute_force(segments, **rays, query=query))
 
 
-def test_those_of_one_kind_share_their_costs() -> None:
+def test_builders_of_one_kind_share_their_cost_model() -> None:
     for builder, given in BUILDERS.items():
         settings = fl.build(CROSSING, **given).settings
         if given.get("method") != "best":

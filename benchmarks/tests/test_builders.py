@@ -1,4 +1,4 @@
-"""The command ``builders`` at tiny sizes: what it prints and writes, what it checks, and how it refuses."""
+"""The command ``builders`` at tiny sizes: its output, its checks and its errors."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_run():
 
 
 @needs_embree
-def test_beside_embree():
+def test_with_embree():
     options = ("--scene", "straight-hair:100", "--builder", "best,bvh-cl", "--builder", "best")
     text = done("builders", *options, *TINY, "--json", "p.json")
     for said in ("Embree 4.", "no more than Embree"):
@@ -77,8 +77,8 @@ def test_beside_embree():
     assert peer["bytes"] > 0
 
 
-def test_what_takes_too_long_is_named():
-    """No build of 2,000 segments with a search of depth 2 ends before it is first looked at."""
+def test_a_build_over_the_limit_is_reported():
+    """No build of 2,000 segments with lookahead 2 ends before its first report of progress."""
     options = ("--scene", "spaghetti:2000", "--builder", "kd-d2", "--limit", 0, "--peer", "none")
     text = done("builders", *options, *TINY, "--json", "p.json")
     assert "over 0 s" in text
@@ -87,36 +87,36 @@ def test_what_takes_too_long_is_named():
     assert result["rows"] == result["checks"] == []
 
 
-def test_builds_take_turns(monkeypatch):
-    """As many rounds as there is time for; the peer has each."""
+def test_builds_are_alternated(monkeypatch):
+    """A tree has as many rounds as its limit allows; the peer is called in each round."""
     lines = fl.scenes.make("spaghetti", 40).lines
     took = {"best": 1.0, "median": 4.0, "sbvh": None}
-    begun = []
+    called = []
 
-    def pretend(lines, name, limit):
-        begun.append(name)
-        return None if took[name] is None else trees.Grown(fl.build(lines, **BUILDERS[name]), [took[name]])
+    def fake_build(lines, name, limit):
+        called.append(name)
+        return None if took[name] is None else trees.TimedTree(fl.build(lines, **BUILDERS[name]), [took[name]])
 
-    monkeypatch.setattr(trees, "_build", pretend)
-    found = trees.build_in_turn(lines, list(took), 3, 8.0, peer=lambda: begun.append("peer"))
-    assert begun == ["best", "median", "sbvh", "peer", "best", "median", "peer", "best", "peer"]
+    monkeypatch.setattr(trees, "_build", fake_build)
+    found = trees.alternate_builds(lines, list(took), 3, 8.0, peer=lambda: called.append("peer"))
+    assert called == ["best", "median", "sbvh", "peer", "best", "median", "peer", "best", "peer"]
     assert found["sbvh"] is None
     assert (found["best"].seconds, found["median"].seconds) == ([1.0] * 3, [4.0] * 2)
 
 
-def test_another_answer_is_a_bug(monkeypatch):
+def test_different_answers_raise(monkeypatch):
     scene = fl.scenes.make("spaghetti", 30)
     subject = Subject("s", scene.lines, scene.camera, (0.01,))
     both = {name: fl.build(scene.lines, name) for name in ("best", "kd-d2")}
     monkeypatch.setattr(turns, "same", lambda a, b: False)
     with pytest.raises(RuntimeError, match="first hits differ between best and kd-d2"):
-        trees.ask_in_turn(subject, both, 256, 0.0, 1)
+        trees.alternate_queries(subject, both, 256, 0.0, 1)
 
 
-def test_the_front():
+def test_pareto_front():
     assert front([]) == []
     assert front([(1, 1)]) == [0]
-    # Later and dearer, as late and dearer, later and as dear: none is on it.
+    # Points that are worse in one coordinate and no better in the other are not on the front.
     assert front([(1, 5), (2, 6), (1, 7), (3, 5), (4, 2), (4, 2)]) == [0, 4]
 
 
@@ -153,12 +153,12 @@ def test_checks():
     }
     slower = [replace(rows[0], ns=dict.fromkeys(QUESTIONS, 102.1)), *rows[1:]]
     assert held(slower)["ns a ray of best: within 2 % of the fastest other (best-bvh)"] is False
-    dearer = [rows[0], replace(rows[1], thesis_cost=260.001), *rows[2:]]
-    assert held(dearer)["best-bvh costs no more than any of bvh-cl, bvh-d2 (bvh-d2)"] is False
+    costlier = [rows[0], replace(rows[1], thesis_cost=260.001), *rows[2:]]
+    assert held(costlier)["best-bvh costs no more than any of bvh-cl, bvh-d2 (bvh-d2)"] is False
 
 
 def test_checks_about_what_was_not_measured():
-    """They are left out, or say so; nothing is made up."""
+    """They are left out, or are not measured."""
     assert held([row("best-bvh")]) == {
         "ns a ray of best: within 2 % of the fastest other (best-bvh)": None,
         "best-bvh costs at most 269": True,

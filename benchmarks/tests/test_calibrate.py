@@ -1,4 +1,4 @@
-"""The command ``calibrate`` at tiny sizes, and what it stands on: counts, overlap, fits and ranks."""
+"""The command ``calibrate`` at tiny sizes, and its parts: counts, overlap, fits and ranks."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_run():
     for said in ("what a step takes", "c_trav/c_prim", "Spearman", "Kendall", "regret"):
         assert said in text
     result = json.loads(Path("c.json").read_text())
-    assert result["format"] == "fastlines-bench calibrate 1"
+    assert result["format"] == "fastlines-bench calibrate 2"
     assert result["machine"]["simd"] == fl.simd()
     assert [(sample["scene"], sample["builder"]) for sample in result["samples"]] == [
         (scene, name)
@@ -45,7 +45,7 @@ def test_run():
         assert tuple(sample["ns"]) == (*QUESTIONS, "binary")
         assert min(sample["ns"].values()) > 0
         steps = sample["steps"]
-        # Both ways through the tree find the same.
+        # Both traversals find the same hits.
         assert steps["binary"]["hits"] == steps["random all"]["hits"]
         assert steps["binary"]["tests"] >= steps["binary"]["hits"]
         for question in QUESTIONS:
@@ -72,7 +72,7 @@ def test_run():
     assert 0 <= result["mix"]["alpha"] <= 1
 
 
-def test_what_takes_too_long_is_named():
+def test_a_build_over_the_limit_is_reported():
     options = ("--scene", "spaghetti:2000", "--builder", "kd-d2", "--limit", 0, "--json", "c.json")
     assert "kd-d2 did not end within 0 s" in done("calibrate", *options, *TINY)
     result = json.loads(Path("c.json").read_text())
@@ -109,17 +109,17 @@ def test_overlap_by_hand():
     assert grown.tests == pytest.approx((3 + np.sqrt(2)) / (np.sqrt(32) + 8), abs=1e-3)
 
 
-def test_overlap_counts_what_is_cut_as_one():
-    """Leaves of a KD tree share no more than their sides, so hardly anything is met in vain; whole lines overlap."""
+def test_overlap_of_cut_and_whole_segments():
+    """Leaves of a KD tree overlap only in their faces, so few visits are in vain; whole lines overlap."""
     lines = fl.scenes.make("spaghetti", 300).lines
     cut, whole = (overlap(fl.build(lines, method)) for method in ("kd-d2", "bvh-cl"))
     assert cut.tests < 0.05
     assert cut.tests < 0.01 * whole.tests
-    # One leaf holds all pieces, so nothing in vain.
+    # One leaf holds all pieces, so no visit is in vain.
     assert overlap(fl.build(lines, "bvh-ss")) == Visits(0.0, 0.0)
 
 
-def test_overlap_of_nothing_much():
+def test_overlap_of_points_and_empty_trees():
     point = fl.build([[[1, 1, 1], [1, 1, 1]], [[2, 2, 2], [2, 2, 2]]])
     assert overlap(point, 0.1) == Visits(0.0, 0.0)
     assert overlap(fl.build(np.zeros((0, 2, 3)))) == Visits(0.0, 0.0)
@@ -145,7 +145,7 @@ def test_visits_by_hand():
 
 
 @pytest.mark.parametrize("method", BOTH)
-def test_what_areas_say_is_the_cost(method):
+def test_expected_steps_give_the_cost(method):
     tree = fl.build(fl.scenes.make("bun-hair", 300).lines, method)
     for model in (Cost(2.0), Cost(0.6, 3.0)):
         assert expect_visits(tree, 0.0).cost(model) == pytest.approx(tree.cost(by="g", model=model))
@@ -154,8 +154,8 @@ def test_what_areas_say_is_the_cost(method):
     assert grown.tests > bare.tests
 
 
-def test_what_areas_say_is_near_what_is_counted():
-    """Lines of every direction through every point of a disc that covers the scene; a share of them meets the root."""
+def test_expected_steps_are_near_the_counted_ones():
+    """Lines of every direction through every point of a disc that covers the scene; a share of them hits the root."""
     lines, radius, n_rays = fl.scenes.make("spaghetti", 300).lines, 0.001, 20_000
     low, high = lines.bounds.astype(np.float64)
     reach = np.linalg.norm(high - low) / 2 + 2 * radius
@@ -176,8 +176,8 @@ def test_what_areas_say_is_near_what_is_counted():
 
 
 @pytest.mark.parametrize("scale", [1e-8, 0.7, 1.0, 1e8])
-def test_the_layout_from_areas(scale):
-    """Its root is one node; and it does not matter in which unit the scene is."""
+def test_expected_steps_of_the_layout(scale):
+    """The root is one node, and the unit of the scene does not matter."""
     lines = fl.scenes.make("spaghetti", 300).lines.segments
     tree = fl.build(lines * np.float32(scale), "bvh-d2")
     nodes, leaves = expect_wide(tree.layout, 0.001 * scale)
@@ -196,12 +196,12 @@ def test_a_fit_finds_what_was_put_in():
     exact = fit_steps("x", [2 * row["a"] + 7 * row["c"] for row in steps], steps)
     assert exact.ns == pytest.approx({"a": 2, "b": 0, "c": 7}, abs=1e-9)
     assert exact.worst == pytest.approx(0, abs=1e-9)
-    # What would help most with less than no time has none.
+    # A step whose best time would be negative has time 0.
     signed = fit_steps("x", [9 * row["a"] - 0.3 * row["b"] for row in steps], steps)
     assert signed.ns["b"] == 0
     assert signed.ns["a"] > 0
     assert 0 < signed.error < signed.worst
-    # A step that nobody takes.
+    # A step that never occurs has time 0.
     assert fit_steps("x", [4.0], [{"a": 2.0, "b": 0.0}]).ns == {"a": 2.0, "b": 0.0}
 
 
@@ -225,7 +225,7 @@ def sample(scene, builder, ns, **figures):
 
 
 def test_predictors_of_made_up_trees():
-    """The cost has two of three trees the wrong way round in one scene, and picks a tree twice as slow there."""
+    """The cost swaps two of three trees in one scene, and prefers a tree that is twice as slow there."""
     samples = [
         sample("a", "x", 10.0, inner=1),
         sample("a", "y", 20.0, inner=2),
@@ -246,7 +246,7 @@ def test_predictors_of_made_up_trees():
 
 
 def test_the_mix_finds_the_share_of_overlap():
-    """Times are as overlap says; area says the opposite."""
+    """Times are in the order of overlap, and in the reverse order of area."""
     samples = [sample("a", str(i), 10.0 + i, **{"grown tests": 9.0 - i, "vain tests": float(i)}) for i in range(4)]
     mix = best_mix(samples)
     assert mix.spearman == pytest.approx(1)

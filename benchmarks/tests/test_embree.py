@@ -1,4 +1,4 @@
-"""The Embree peer answers as we do: user geometry but for hits on the very edge, other geometries nearly."""
+"""The Embree peer gives our answers: user geometry up to hits at the edge, other geometries approximately."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fastlines_bench.peers.embree import Build, Config, Scenes, configs
 pytestmark = needs_embree
 
 RADIUS = 0.01
-#: What is on the edge, as a share of the radius.
+#: The relative tolerance of the radius, within which a hit is at the edge.
 EDGE = 1e-4
 
 WIDTHS = [(1, False), (8, False), (8, True), (16, False), (16, True)]
@@ -47,7 +47,7 @@ def rays(request, scene, tree):
     return RayBatch("random", origins, batch.directions, 0.05, 0.4)
 
 
-def ask(tree, query, rays, radius=RADIUS):
+def answer(tree, query, rays, radius=RADIUS):
     return getattr(tree, query)(rays.origins, rays.directions, radius, t_min=rays.t_min, t_max=rays.t_max)
 
 
@@ -55,12 +55,12 @@ def ask(tree, query, rays, radius=RADIUS):
 @pytest.mark.parametrize(("width", "coherent"), WIDTHS)
 def test_user_geometry_has_our_definition_of_a_hit(tree, scenes, rays, length, width, coherent):
     config = Config(Build("user", length), width, coherent)
-    fewer, ours, more = (ask(tree, "all_hits", rays, RADIUS * scale) for scale in (1 - EDGE, 1, 1 + EDGE))
+    fewer, ours, more = (answer(tree, "all_hits", rays, RADIUS * scale) for scale in (1 - EDGE, 1, 1 + EDGE))
     certain = fewer.counts == more.counts
     assert certain.mean() > 0.99
 
     # All hits: each once, and the same.
-    ray, prim, t = scenes.ask(config, "all", rays).unpack()
+    ray, prim, t = scenes.query(config, "all", rays).unpack()
     assert len(np.unique(ray * 1000 + prim)) == len(ray)
     counts = np.bincount(ray, minlength=len(rays))
     assert ((fewer.counts <= counts) & (counts <= more.counts)).all()
@@ -71,10 +71,10 @@ def test_user_geometry_has_our_definition_of_a_hit(tree, scenes, rays, length, w
     np.testing.assert_allclose(t[order][keep], ours.t[mine][my_keep], atol=2e-5)
 
     # Any, and the first.
-    assert (scenes.ask(config, "any", rays)[certain] == (ours.counts > 0)[certain]).all()
-    t, prim = scenes.ask(config, "first", rays)
-    first = ask(tree, "first_hit", rays)
-    near = np.zeros(len(rays), bool)  # two segments at almost the same t, or both at the bound: either may be named
+    assert (scenes.query(config, "any", rays)[certain] == (ours.counts > 0)[certain]).all()
+    t, prim = scenes.query(config, "first", rays)
+    first = answer(tree, "first_hit", rays)
+    near = np.zeros(len(rays), bool)  # two segments at almost the same t, or both at the bound: either may be reported
     near[first.hit] = np.abs(t[first.hit] - first.t[first.hit]) < 2e-5
     assert ((prim == first.prim) | near)[certain].all()
     assert (prim == first.prim).mean() > 0.98
@@ -86,11 +86,11 @@ def test_user_geometry_has_our_definition_of_a_hit(tree, scenes, rays, length, w
 def test_other_geometries_nearly_agree(tree, scenes, scene, geometry, length):
     rays = camera_rays(scene.camera, 4096)
     build = Build(geometry, length, high_quality=geometry != "ribbon")
-    answers = {query: ask(tree, f"{query}_hit{'s' * (query == 'all')}", rays) for query in ("first", "any", "all")}
+    answers = {query: answer(tree, f"{query}_hit{'s' * (query == 'all')}", rays) for query in ("first", "any", "all")}
     for width, coherent in WIDTHS:
         for query, ours in answers.items():
-            found = compare(query, ours, scenes.ask(Config(build, width, coherent), query, rays))
-            # Round curves are entered elsewhere than where the approach is closest, so another one may be the first.
+            found = compare(query, ours, scenes.query(Config(build, width, coherent), query, rays))
+            # The entry of a round curve is not at the closest approach, so another curve may be first.
             bound = 0.3 if geometry == "round" and length == 0 else 0.1
             assert found.n_rays == len(rays)
             assert found.share < bound, (query, width, coherent)
@@ -98,7 +98,7 @@ def test_other_geometries_nearly_agree(tree, scenes, scene, geometry, length):
 
 def test_flat_curves_are_our_definition_without_bounds(tree, scenes, scene):
     rays = random_rays(scene.lines, 4000)
-    found = compare("first", ask(tree, "first_hit", rays), scenes.ask(Config(Build("flat"), 8), "first", rays))
+    found = compare("first", answer(tree, "first_hit", rays), scenes.query(Config(Build("flat"), 8), "first", rays))
     assert found.share < 2e-3
     assert found.max_dt < 1e-4
 
@@ -108,8 +108,8 @@ def test_threads_give_the_same(scene, scenes):
     two = Scenes(scene.lines, RADIUS, scene.camera.origin, 2)
     config = Config(Build("user", 0.1), 8)
     for query in ("first", "any"):
-        assert np.array_equal(scenes.ask(config, query, rays), two.ask(config, query, rays))
-    one, other = (np.sort(s.ask(config, "all", rays).unpack()[0]) for s in (scenes, two))
+        assert np.array_equal(scenes.query(config, query, rays), two.query(config, query, rays))
+    one, other = (np.sort(s.query(config, "all", rays).unpack()[0]) for s in (scenes, two))
     assert np.array_equal(one, other)
 
 
@@ -127,8 +127,8 @@ def test_memory_and_pieces_are_counted(scenes):
 def test_configurations(scenes, scene):
     camera, random = camera_rays(scene.camera, 64), random_rays(scene.lines, 64)
     builds = [Build("user"), Build("ribbon"), Build("ribbon", high_quality=False)]
-    asked = {(str(c.build), c.width) for c in configs(scenes, builds, "first", camera)}
-    assert {("user, whole", 1), ("user, whole", 8), ("ribbon, spatial splits, whole", 1), ("ribbon, whole", 8)} <= asked
+    found = {(str(c.build), c.width) for c in configs(scenes, builds, "first", camera)}
+    assert {("user, whole", 1), ("user, whole", 8), ("ribbon, spatial splits, whole", 1), ("ribbon, whole", 8)} <= found
     assert not any(c.build.high_quality for c in configs(scenes, builds, "all", camera) if c.build.geometry == "ribbon")
     assert {c.build.geometry for c in configs(scenes, builds, "first", random)} == {"user"}
     assert not any(c.coherent for c in configs(scenes, builds, "first", random))
@@ -137,7 +137,7 @@ def test_configurations(scenes, scene):
 # --- Rays ---
 
 
-def test_rays_are_what_they_are_said_to_be(scene, tree):
+def test_rays_have_their_documented_properties(scene, tree):
     low, high = scene.lines.bounds
     random = random_rays(scene.lines, 5000)
     np.testing.assert_allclose((random.directions**2).sum(axis=1), 1, atol=1e-6)
@@ -148,7 +148,7 @@ def test_rays_are_what_they_are_said_to_be(scene, tree):
     rows = {tuple(direction) for direction in camera.directions.tolist()}
     assert {tuple(direction) for direction in tiled.directions.tolist()} == rows
     assert np.array_equal(tiled.directions[4], camera.directions[64])
-    first = ask(tree, "first_hit", camera)
+    first = answer(tree, "first_hit", camera)
     ao = ao_rays(scene.lines, camera, first.t, RADIUS, 2000)
     assert ao.t_min == pytest.approx(2.5 * RADIUS)
     assert len(ao) >= 2000

@@ -1,4 +1,4 @@
-"""The command ``engine`` at a tiny size: what it prints and writes, and how it refuses."""
+"""The command ``engine`` at a tiny size: its output and its errors."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_run(own_cache):
     for built in result["built"]:
         assert built["bytes"] > 0
 
-    # What was tuned is kept.
+    # Tuned lengths are cached.
     before = own_cache.read_text()
     assert len(json.loads(before)) == 2
     done("engine", *scenes, *TINY, "--rays", "camera")
@@ -86,7 +86,7 @@ def test_builds_are_not_timed_with_queries(monkeypatch, alone):
     assert all(peer["n_rays"] / peer["mrays"] / 1e6 < long for peer in peers)
 
 
-def test_ours_alone(own_cache):
+def test_without_a_peer(own_cache):
     np.savez("hair.npz", segments=fl.scenes.make("bun-hair", 80).lines.segments)
     text = done("engine", "--file", "hair.npz", *TINY, "--peer", "none", "--method", "kd-d2", "--json", "b.json")
     assert "Embree" not in text
@@ -97,7 +97,7 @@ def test_ours_alone(own_cache):
     assert result["cells"][0]["radius"] == pytest.approx(0.001 * (high - low).max())
 
 
-def test_with_more_effort_our_tree_is_another():
+def test_effort_changes_our_tree():
     n_bytes = []
     for effort in (0, 1):
         done(
@@ -112,13 +112,13 @@ def test_with_more_effort_our_tree_is_another():
     assert n_bytes[0] < n_bytes[1]
 
 
-def test_threads_are_given_back():
+def test_the_number_of_threads_is_restored():
     before = fl.get_num_threads()
     done("engine", "--scene", "spaghetti:40", *TINY, "--peer", "none", "--threads", 2, "--rays", "tiled")
     assert fl.get_num_threads() == before
 
 
-def test_missing_embree_is_named(monkeypatch):
+def test_missing_embree_is_reported(monkeypatch):
     monkeypatch.setattr(embree, "load", embree.load.__wrapped__)
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     code, sentence = refused("engine", "--quick")
@@ -167,7 +167,7 @@ def test_differences_are_counted():
     assert both == comparing.Difference(40, 5, 2, 0.5)
     assert both.share == 3 / 40
 
-    # Another segment at the same t is a tie; one elsewhere is a difference.
+    # Another segment at the same t is a tie; at another t it is a difference.
     first = fl.build(lines.lines).first_hit(origins, directions, 0.05)
     hit = int(np.flatnonzero(first.hit)[0])
     t, prim = first.t.copy(), first.prim.copy()
@@ -177,7 +177,7 @@ def test_differences_are_counted():
     assert comparing.compare("first", first, (t, prim)) == comparing.Difference(256, 1, 0, 0.0)
 
 
-def test_cache_is_where_the_system_wants_it(monkeypatch, tmp_path):
+def test_cache_is_in_the_users_cache_folder(monkeypatch, tmp_path):
     monkeypatch.undo()
     monkeypatch.setattr("sys.platform", "linux")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))

@@ -1,4 +1,4 @@
-"""The command ``gap`` at a tiny size: what it compares, prints and writes."""
+"""The command ``gap`` at a tiny size: its comparisons and its output."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command ``growth`` at tiny sizes: what it prints and writes, how it fits, and how it refuses."""
+"""The command ``growth`` at tiny sizes: its output, its fits and its errors."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_the_fit_finds_what_was_put_in():
     sizes = [1_000, 10_000, 50_000]
     assert growth.exponent(sizes, [3 * n**0.37 for n in sizes]) == pytest.approx(0.37)
     assert growth.exponent(sizes, [7.0] * 3) == pytest.approx(0)
-    # Least squares: of three points, evenly spread, the middle one does not tilt the line.
+    # The middle one of three evenly spaced points does not change the slope of a least-squares fit.
     assert growth.exponent([1, 10, 100], [1, 99, 100]) == pytest.approx(1)
 
     plan = growth.GrowthPreset(scenes=("made-up",), sizes=(1_000, 10_000, 50_000), threads=(1, 4))
@@ -106,7 +106,7 @@ def test_few_rays_are_spread():
     assert len(random_rays(scene.lines, 9000).part(4000)) == 4096
 
 
-def test_another_answer_is_a_bug(monkeypatch):
+def test_different_answers_raise(monkeypatch):
     monkeypatch.setattr(turns, "same", lambda a, b: False)
     with pytest.raises(RuntimeError, match="differ between 1 thread and 2 threads"):
         growth.run_growth(growth.GrowthPreset(scenes=("spaghetti",), sizes=(20,), n_rays=64, rounds=1))

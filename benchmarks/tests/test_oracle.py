@@ -1,4 +1,4 @@
-"""The oracle: its trees are trees, and as cheap as the cheapest of all trees, one by one."""
+"""The oracle: its trees are valid, and as cheap as the cheapest of all trees by enumeration."""
 
 import itertools
 import math
@@ -15,14 +15,14 @@ RULES = {"tight": th.tight, "cut": th.cut}
 
 
 def some_planes(prims, *numbers):
-    """Planes at uneven places, so many on each axis."""
+    """Return unevenly spaced planes, given their number on each axis."""
     box, rng = th.hull(prims), np.random.default_rng(len(prims))
     shares = [sorted(rng.uniform(0.1, 0.9, n).tolist()) for n in numbers]
     return [[th.f32(lo + side * x) for x in at] for lo, side, at in zip(box.lo, box.sides(), shares, strict=True)]
 
 
 def trees_of_cells(prims, planes, region, rule):
-    """Yield every tree whose splits are at the planes: what a node holds is clipped from whole primitives."""
+    """Yield every tree whose splits are at the planes: the contents of a node are clipped from whole primitives."""
     parts = [part for prim in prims if (part := prim.clip(region)) and part.start != part.end]
     box = rule(parts, region)
     if box is None:
@@ -36,7 +36,7 @@ def trees_of_cells(prims, planes, region, rule):
 
 
 def trees_of_sets(prims):
-    """Yield every tree that divides a set."""
+    """Yield every tree of object splits."""
     yield th.Node(prims, th.hull(prims))
     first, *rest = prims
     for n in range(len(rest)):
@@ -99,7 +99,7 @@ def test_no_tree_of_both_kinds_is_cheaper(c_trav):
 @pytest.mark.parametrize("c_trav", [0.3, 2.0])
 @pytest.mark.parametrize("rule", RULES)
 @pytest.mark.parametrize("name", few_of(["random", "crossing", "star", "equal boxes", "flat", "some points"], n=2))
-def test_both_ways_to_solve_a_grid_agree(name, rule, c_trav):
+def test_both_solvers_of_a_grid_agree(name, rule, c_trav):
     ends = scene(name, 4, 7)
     prims = th.segments(ends)
     planes = opt.even_planes(th.hull(prims), 3)
@@ -110,7 +110,7 @@ def test_both_ways_to_solve_a_grid_agree(name, rule, c_trav):
 
 @pytest.mark.parametrize("rule", RULES)
 @pytest.mark.parametrize("given", [{}, {"lookahead": 2}, {"lookahead": [1, 2]}, {"bad_levels": 2}])
-def test_nothing_that_is_built_of_the_same_splits_is_cheaper(rule, given):
+def test_no_built_tree_of_the_same_splits_is_cheaper(rule, given):
     for seed in range(4):
         prims = th.segments(scene("crossing", seed, 6))
         splits = opt.planes_at(opt.even_planes(th.hull(prims), 2), RULES[rule])

@@ -1,4 +1,4 @@
-"""The command ``steps`` at a tiny size: what is counted adds up."""
+"""The command ``steps`` at a tiny size: its counts are consistent."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_run():
     for said in ("a step alone", "a node culled", "steps a ray", "share", "again"):
         assert said in text
     result = json.loads(Path("s.json").read_text())
-    assert result["format"] == "fastlines-bench steps 1"
+    assert result["format"] == "fastlines-bench steps 2"
     assert result["machine"]["simd"] == fl.simd()
     assert all(nanoseconds > 0 for nanoseconds in result["alone"]["spaghetti:200"].values())
     assert [(cell["kind"], cell["query"]) for cell in result["cells"]] == [
@@ -42,7 +42,7 @@ def test_run():
 
 
 def test_counts():
-    """One segment, one ray: a node, a leaf and an exact test, however it is asked."""
+    """One ray and one segment take one node, one leaf and one exact test."""
     tree = fl.build([[[-1, 0, 0], [1, 0, 0]]])
     module = compiled("_counting")
     with use_engine(module):
@@ -60,15 +60,15 @@ def test_counts():
 
 @pytest.mark.parametrize("query", ["first_hit", "all_hits"])
 @pytest.mark.parametrize("pixels", [128, 512])
-def test_rays_go_together_only_where_that_pays(pixels, query):
-    """The leaves of straight hair are long and lie close beside each other: small pictures are not for bundles.
+def test_bundles_are_used_only_where_they_are_faster(pixels, query):
+    """The leaves of straight hair are long and close to each other, so small pictures are slower with bundles.
 
-    To find that out takes some bundles, on each thread.
+    The choice needs some bundles on each thread.
     """
     scene = fl.scenes.make("straight-hair")
     tree = fl.build(scene.lines)
     origins, directions = scene.camera.rays(pixels, pixels)
-    cycles = {"nodes": 65, "leaves": 55, "segments": 40, "lines": 18, "packs": 70, "tests": 50}
+    cycles = {"nodes": 65, "leaves": 55, "segments": 40, "lines": 18, "packets": 70, "tests": 50}
     cost = {}
     module = compiled("_counting")
     with num_threads(1), use_engine(module):
@@ -77,7 +77,7 @@ def test_rays_go_together_only_where_that_pays(pixels, query):
             getattr(tree, query)(origins, directions, 0.001, kernel=kernel)
             taken = module.take_steps()
             cost[kernel] = sum(n * taken[name] for name, n in cycles.items())
-            if kernel != "auto":  # what is forced is done
+            if kernel != "auto":  # the given kernel is used
                 assert taken["bundles"] == (pixels * pixels // 64 if kernel == "bundle" else 0)
     assert cost["auto"] < 1.7 * min(cost["wave"], cost["bundle"]), cost
     assert (cost["wave"] < cost["bundle"]) == (pixels == 128), cost

@@ -1,4 +1,4 @@
-"""The commands ``study``: single questions at tiny sizes."""
+"""The commands of ``study`` at tiny sizes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tables in narrow terminals: nothing is cut off, and each part says what its rows are."""
+"""Tables in narrow terminals: nothing is cut off, and each part repeats the names of the rows."""
 
 from __future__ import annotations
 

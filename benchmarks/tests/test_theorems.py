@@ -1,4 +1,4 @@
-"""The theorems of docs/theory.md that are not the thesis's, as properties."""
+"""The theorems of docs/theory.md that are not from the thesis, as properties."""
 
 import itertools
 import math
@@ -22,7 +22,7 @@ DIAGONALS = [[[0, 0, 0], [8, 8, 8]], [[0, 8, 0], [8, 0, 8]], [[0, 0, 8], [8, 8, 
 
 
 def prunings(node):
-    """Yield every tree that is left when some inner nodes become leaves."""
+    """Yield every tree that results if some inner nodes become leaves."""
     yield th.Node(node.prims, node.box)
     if node.left:
         for left, right in itertools.product(list(prunings(node.left)), list(prunings(node.right))):
@@ -76,7 +76,7 @@ def test_the_lower_bound_grows_as_the_cost_does():
     assert opt.lower_bound(np.zeros((0, 2, 3))) == 0
 
 
-def test_what_the_lower_bound_counts():
+def test_counts_of_the_lower_bound():
     rng = np.random.default_rng(7)
     ends = rng.random((6, 2, 3))
     marked = touched(ends, 0.1, np.ones(3))
@@ -103,7 +103,7 @@ def test_what_the_lower_bound_counts():
 
 
 @pytest.mark.parametrize("name", ["random", "crossing", "flat", "equal boxes", "some points", "balls"])
-def test_what_a_plane_gains(name):
+def test_gain_of_a_plane(name):
     rng = np.random.default_rng(3)
     if name == "balls":
         prims = [Ball(i, tuple(rng.uniform(-1, 1, 3).tolist()), rng.uniform(0, 0.7)) for i in range(9)]
@@ -123,7 +123,7 @@ def test_what_a_plane_gains(name):
 
 
 @pytest.mark.parametrize("n_each", [1, 7])
-def test_sah_makes_one_leaf_of_what_goes_right_across(n_each):
+def test_sah_makes_one_leaf_of_diagonals(n_each):
     prims = th.segments(DIAGONALS * n_each)
     for c_trav in (1e-3, 2.0):
         for splits in (
@@ -131,7 +131,7 @@ def test_sah_makes_one_leaf_of_what_goes_right_across(n_each):
             *(partial(th.plane_grid, n_planes=7, rule=rule) for rule in RULES.values()),
         ):
             assert len(th.build(prims, splits, c_trav=c_trav).nodes()) == 1
-        # Two levels pay from 8·c_trav on, and then they halve the cost.
+        # Two levels pay off from 8·c_trav on, and then halve the cost.
         tree = opt.optimum(prims, opt.planes_at([[4.0]] * 3, th.cut), c_trav)
         n = 4 * n_each
         assert th.f(tree, c_trav) == pytest.approx(min(n, 4 * c_trav + n / 2))
@@ -148,7 +148,7 @@ def test_one_leaf_is_the_best_classic_bvh_of_large_boxes(seed):
 
 
 def halved(prims, box, axes):
-    """Cut in the middle across each axis in turn."""
+    """Return the tree of cuts in the middle across the given axes, one level for each."""
     if not axes:
         return th.Node(prims, box)
     split = next(th.at_plane(prims, box, axes[0], box.centre(axes[0]), th.cut))
@@ -175,7 +175,7 @@ def test_any_segments_have_a_tree_of_the_root_of_their_number(name, sides):
 
 
 @pytest.mark.parametrize("name", SCENE_NAMES)
-def test_no_search_finds_less_than_is_said(name):
+def test_no_search_beats_its_bounds(name):
     prims = th.segments(scene(name, 9, 12))
     box = th.hull(prims)
     planes = opt.even_planes(box, 3)
@@ -202,7 +202,7 @@ def test_the_bounds_of_a_search_are_far_above_one_step():
 
 @pytest.mark.parametrize("n_planes", [1, 3, 4])
 @pytest.mark.parametrize("name", few_of(SCENE_NAMES, n=2))
-def test_no_search_below_a_split_finds_less_than_pairs_of_planes_say(name, n_planes):
+def test_no_search_below_a_split_beats_the_bounds_of_pairs(name, n_planes):
     prims = th.segments(scene(name, 11, 10))
     box = th.hull(prims)
     grid = partial(th.plane_grid, n_planes=n_planes, rule=th.cut)
@@ -216,7 +216,7 @@ def test_no_search_below_a_split_finds_less_than_pairs_of_planes_say(name, n_pla
                         assert bound <= th.best_split(part, half, grid, lookahead, c_trav, 1.0)[0] * (1 + 1e-6)
 
 
-def test_pairs_of_planes_say_nearly_what_a_search_finds():
+def test_the_bounds_of_pairs_are_near_the_search():
     prims = th.segments(fl.scenes.make("spaghetti", 150).lines.segments)
     box = th.hull(prims)
     grid = partial(th.plane_grid, n_planes=5, rule=th.cut)

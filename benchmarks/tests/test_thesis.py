@@ -1,4 +1,4 @@
-"""The report at a tiny size: what it writes, that it goes on where it was, and how it checks what the thesis found."""
+"""The report at a tiny size: what it writes, that it resumes, and how it checks the findings of the thesis."""
 
 from __future__ import annotations
 
@@ -46,16 +46,16 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def told(folder):
+def report(folder):
     return json.loads((folder / "report.json").read_text(encoding="utf-8"))
 
 
 # --- What is written ---
 
 
-def test_json_has_every_row_and_figure(told):
-    assert list(told["rows"]) == list(told["thesis"]) == list(NAMES)
-    for scene, rows in told["rows"].items():
+def test_json_has_every_row_and_figure(report):
+    assert list(report["rows"]) == list(report["thesis"]) == list(NAMES)
+    for scene, rows in report["rows"].items():
         assert set(THESIS_METHODS) < set(rows)
         for name, row in rows.items():
             assert list(row["ms"]) == [time for time in TIMES if "filter" not in name or time.startswith("all")]
@@ -67,12 +67,12 @@ def test_json_has_every_row_and_figure(told):
     scene = fl.scenes.make("spaghetti", TINY.scenes["spaghetti"])
     for method, c_trav in (("best", 2.0), ("kd-d2", 0.6)):
         cost = fl.build(scene.lines, method).cost(model=fl.Cost(c_trav))
-        assert told["rows"]["spaghetti"][method]["cost"] == cost
-    assert told["n_compared"] == 5 * 6 * 2 * 32 * 32
-    assert {"processor", "simd", "fastlines"} <= told["machine"].keys()
+        assert report["rows"]["spaghetti"][method]["cost"] == cost
+    assert report["n_compared"] == 5 * 6 * 2 * 32 * 32
+    assert {"processor", "simd", "fastlines"} <= report["machine"].keys()
 
 
-def test_thesis_stands_beside_in_the_tables(folder):
+def test_tables_have_the_figures_of_the_thesis(folder):
     text = (folder / "report.md").read_text(encoding="utf-8")
     for rows in THESIS.values():
         for reference in rows.values():
@@ -102,10 +102,10 @@ def test_page_holds_all_it_needs(folder):
 
 
 @needs_embree
-def test_embree_is_cut_to_the_length_that_was_best(told):
-    for scene, rows in told["rows"].items():
+def test_embree_is_cut_to_the_length_that_was_best(report):
+    for scene, rows in report["rows"].items():
         title = fl.scenes.make(scene, 10).title
-        sweep = told["steps"][f"{title}: Embree’s lengths"]
+        sweep = report["steps"][f"{title}: Embree’s lengths"]
         best = min(sweep["lengths"], key=lambda each: each["mean_ms"])
         assert len(sweep["lengths"]) == 3
         assert sweep["best"] == best["length"]
@@ -114,7 +114,7 @@ def test_embree_is_cut_to_the_length_that_was_best(told):
         assert rows["embree"]["cost"] > 0
         assert rows["embree-ps"]["n_nodes"] >= rows["embree"]["n_nodes"]
         assert rows["embree"]["ms"]["all M"] != rows["embree-filter"]["ms"]["all M"]
-    assert told["missing"] == {}
+    assert report["missing"] == {}
 
 
 def test_a_missing_peer_is_named_with_its_command(tmp_path, monkeypatch):
@@ -123,19 +123,19 @@ def test_a_missing_peer_is_named_with_its_command(tmp_path, monkeypatch):
 
     monkeypatch.setattr(run.embree, "load", load)
     make_thesis(tmp_path, replace(ONE, peer=True))
-    told = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
-    assert set(told["rows"]["spaghetti"]) == {*THESIS_METHODS, "best"}
+    report = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
+    assert set(report["rows"]["spaghetti"]) == {*THESIS_METHODS, "best"}
     for file in ("index.html", "report.md"):
         text = (tmp_path / file).read_text(encoding="utf-8")
         assert "pip install embreex" in text
         assert text.count("not installed") == 2
-    unknown = [claim for claim in told["findings"] if claim["holds"] is None or "spaghetti 2" in claim["text"]]
+    unknown = [claim for claim in report["findings"] if claim["holds"] is None or "spaghetti 2" in claim["text"]]
     assert unknown
 
 
-def test_findings_in_json_follow_from_their_checks(told):
-    assert len(told["findings"]) == 8
-    for claim in told["findings"]:
+def test_findings_in_json_follow_from_their_checks(report):
+    assert len(report["findings"]) == 8
+    for claim in report["findings"]:
         assert claim["checks"]
         assert claim["holds"] in (True, False, None)
 
@@ -143,7 +143,7 @@ def test_findings_in_json_follow_from_their_checks(told):
 # --- Steps ---
 
 
-def test_a_stopped_run_goes_on_where_it_was(tmp_path, monkeypatch):
+def test_an_interrupted_run_resumes(tmp_path, monkeypatch):
     made = []
     before = run.tree_step
 
@@ -170,7 +170,7 @@ def test_a_stopped_run_goes_on_where_it_was(tmp_path, monkeypatch):
 
 
 @pytest.mark.usefixtures("in_own_folder")
-def test_a_stopped_command_says_that_it_goes_on(monkeypatch):
+def test_an_interrupted_command_says_how_to_resume(monkeypatch):
     def stop(*args):
         raise KeyboardInterrupt
 
@@ -178,7 +178,7 @@ def test_a_stopped_command_says_that_it_goes_on(monkeypatch):
     monkeypatch.setattr(ThesisPreset, "of", lambda quick, peer: ONE)
     result = run_command("thesis", "--quick", "-o", "out")
     assert result.exit_code == 130
-    assert "kept in out; the same command goes on" in result.stderr
+    assert "kept in out; the same command resumes" in result.stderr
     assert list(Path("out/steps").glob("*pictures.json"))
 
 
@@ -196,7 +196,7 @@ def test_a_build_over_the_limit_is_named(tmp_path):
 
 # --- In a browser ---
 
-#: Clicks on each head of the first table of figures, and tells what the page has become.
+#: Clicks twice on a head of the first table of figures, and writes the state of the page into it.
 PROBE = """
 <script>
 addEventListener("load", () => {
@@ -215,7 +215,7 @@ addEventListener("load", () => {
 
 
 @pytest.mark.parametrize("width", [390, 1280])
-def test_page_in_a_browser(folder, told, tmp_path, width):
+def test_page_in_a_browser(folder, report, tmp_path, width):
     browser = next(
         (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), ""
     )
@@ -250,6 +250,6 @@ def test_page_in_a_browser(folder, told, tmp_path, width):
     assert probe["shown"] == probe["images"] == 5 * 18
     costs = [float(value) for value in probe["up"] if value is not None]
     assert costs == sorted(costs)
-    assert len(costs) == sum(row["cost"] is not None for row in told["rows"]["spaghetti"].values()) >= 6
+    assert len(costs) == sum(row["cost"] is not None for row in report["rows"]["spaghetti"].values()) >= 6
     assert [float(value) for value in probe["down"] if value is not None] == costs[::-1]
     assert probe["wide"] <= 0, "wider than the screen"

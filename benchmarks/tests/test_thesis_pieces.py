@@ -1,4 +1,4 @@
-"""Pieces of the report: how it checks what the thesis found, keeps its steps, counts visits and asks Embree."""
+"""Parts of the report: checks of findings, stored steps, counts of visits, and queries of Embree."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fastlines_bench.peers.repeat import repeat_first
 from fastlines_bench.thesis import ThesisPreset
 from fastlines_bench.thesis.depths import THESIS_DEPTHS, build_ahead, cylinders
 from fastlines_bench.thesis.findings import findings_of
-from fastlines_bench.thesis.heat import MOST, colour, visit_maps
+from fastlines_bench.thesis.heat import MAX_COUNT, colour, visit_maps
 from fastlines_bench.thesis.measure import some
 from fastlines_bench.thesis.peer import ribbons
 from fastlines_bench.thesis.reference import THESIS
@@ -38,7 +38,7 @@ def test_all_findings_hold_in_the_thesis_itself():
     assert [finding.text for finding in findings if finding.holds is not True] == []
 
 
-def test_a_finding_that_does_not_hold_is_told():
+def test_a_finding_that_does_not_hold_is_reported():
     tables = thesis_tables()
     rows = tables["photon-beams"]
     rows["bvh-ss"] = replace(rows["bvh-ss"], cost=3.01 * rows["bvh-d2"].cost)
@@ -54,7 +54,7 @@ def test_a_finding_that_does_not_hold_is_told():
     }
 
 
-def test_what_was_not_measured_neither_holds_nor_fails():
+def test_a_finding_that_was_not_measured_neither_holds_nor_fails():
     tables = thesis_tables()
     del tables["spaghetti-2"]["embree-ps"]
     tables["bun-hair"]["bvh-ss"] = Row("bvh-ss", {}, over_s=20.0)
@@ -67,7 +67,7 @@ def test_what_was_not_measured_neither_holds_nor_fails():
 # --- Steps ---
 
 
-def test_what_is_kept_must_be_whole_and_under_the_same_key(tmp_path):
+def test_stored_results_must_be_complete_and_of_the_same_key(tmp_path):
     made = []
 
     def make(results):
@@ -109,7 +109,7 @@ def test_repeated_first_hits_are_all_hits():
     found = repeat_first(scenes, ribbons(0.0), rays)
     expected = fl.build(scene.lines).count_hits(rays.origins, rays.directions, 0.01).sum()
     assert found.n_hits == pytest.approx(expected, rel=0.02)
-    assert found.n_hits == pytest.approx(len(scenes.ask(ribbons(0.0), "all", rays).unpack()[0]), rel=0.01)
+    assert found.n_hits == pytest.approx(len(scenes.query(ribbons(0.0), "all", rays).unpack()[0]), rel=0.01)
 
 
 @needs_embree
@@ -141,7 +141,7 @@ def test_visits_of_rays_add_up():
     expected = count_visits(tree, rays, 0.001)
     assert tests.mean() == pytest.approx(expected.tests)
     hit_root = nodes > 0
-    # Each inner node that is met shows both children to the ray; of these the ones that are met count.
+    # Both children of an inner node that is hit are tested, and those that are hit count.
     assert (nodes.mean() >= expected.inner) & (nodes[hit_root] >= 1).all()
     one = fl.build(scene.lines, splits=fl.PlaneGrid(8), lookahead=0)
     nodes, tests = visit_maps(one, scene.camera, 10, 0.001)
@@ -150,7 +150,7 @@ def test_visits_of_rays_add_up():
 
 
 def test_colours_grow_lighter_with_the_count():
-    picture = colour(np.array([[0.0, 1.0, 30.0, MOST, 10.0 * MOST]])).astype(int).sum(axis=2)[0]
+    picture = colour(np.array([[0.0, 1.0, 30.0, MAX_COUNT, 10.0 * MAX_COUNT]])).astype(int).sum(axis=2)[0]
     assert picture[0] == 0 < picture[1] < picture[2] < picture[3] == picture[4]
 
 
@@ -161,7 +161,7 @@ def test_cylinders_lie_in_the_cube():
     assert np.linalg.norm(axes[:, 1] - axes[:, 0], axis=1) == pytest.approx(np.ones(100))
 
 
-def test_a_part_of_the_rays_stands_for_all():
+def test_a_part_of_the_rays_represents_all():
     scene = fl.scenes.make("bun-hair", 2000)
     tree = fl.build(scene.lines)
     rays = camera_rays(scene.camera, 256 * 256)

@@ -1,5 +1,5 @@
-"""Benchmarks of fastlines: its queries beside Embree's, its builders beside each other, and the thesis made again.
+"""Benchmarks of fastlines: its queries against Embree's, its builders against each other, and the thesis repeated.
 
-Each command of ``fastlines-bench`` has a module or package of its own, which measures, and gives its result as plain
-data; `harness` holds what they share.
+Each command of ``fastlines-bench`` has its own module or package, which measures and returns plain data. `harness`
+holds the shared code.
 """

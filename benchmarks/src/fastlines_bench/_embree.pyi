@@ -1,4 +1,4 @@
-"""Types of the Embree peer (cpp/peers/embree.cpp)."""
+"""Types of the Embree peer (cpp/embree.cpp)."""
 
 import numpy as np
 import numpy.typing as npt

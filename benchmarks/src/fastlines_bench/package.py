@@ -1,4 +1,4 @@
-"""What the benchmarks take from fastlines beside its public names: the one place to mend when those move."""
+"""The private names of fastlines that the benchmarks use: the only place to change when they move."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How fast trees follow moving segments, and what their queries lose by it, beside trees that are built anew."""
+"""The speed of refits to moving segments, and of queries on refitted trees compared with rebuilt trees."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .harness.preset import TimedPreset, sized
 from .harness.rays import RayBatch, random_rays
 from .harness.subjects import Subject
 from .harness.tables import format_3_digits, new_table, print_table, wide_console
-from .harness.turns import ask_tree
+from .harness.turns import query_tree
 from .package import num_threads, own
 
 
@@ -28,11 +28,11 @@ class RefitPreset(TimedPreset):
     Parameters
     ----------
     method : str
-        Which tree.
+        The builder of the tree.
     angle : float
-        By how many degrees the top of a scene is turned against its bottom in the last frame.
+        The twist of the last frame: the degrees by which the top of a scene is rotated against its bottom.
     n_frames : int
-        How many frames, evenly spread up to it.
+        The number of frames, at equal steps up to that angle.
     """
 
     n_rays: int = sized(1 << 17, 1 << 14)
@@ -49,17 +49,17 @@ class RefitCell:
     Attributes
     ----------
     angle : float
-        Of the twist, in degrees.
+        The twist in degrees.
     refit_s, layout_s : float
-        Seconds of a refit without layout, and of what a layout adds to it.
+        Seconds of a refit without layout, and the seconds that the layout adds.
     build_s : float
         Seconds of a build with its layout.
     growth : float
-        `Tree.growth`: cost now by cost as built.
+        `Tree.growth`: the current cost divided by the cost as built.
     to_rebuilt : float
-        Cost now by cost of the tree built anew.
+        The current cost divided by the cost of the rebuilt tree.
     first_ns, first_rebuilt_ns, all_ns, all_rebuilt_ns : float
-        Nanoseconds a ray for its first and for all hits, on the refitted tree and on the one built anew.
+        Nanoseconds per ray for the first and for all hits, on the refitted and on the rebuilt tree.
     """
 
     scene: str
@@ -79,7 +79,7 @@ class RefitCell:
 
     @property
     def pays_after(self) -> float:
-        """After how many rays, half of them asked for each query, a build pays; inf = never."""
+        """The number of rays, half of them for each query, after which a rebuild pays off; inf = never."""
         lost = (self.first_ns + self.all_ns - self.first_rebuilt_ns - self.all_rebuilt_ns) / 2
         return self.build_s / lost * 1e9 if lost > 0 else float("inf")
 
@@ -98,7 +98,7 @@ class RefitResult:
 
 
 def twisted(lines: Lines, degrees: float) -> Lines:
-    """Turn lines about the vertical through their middle: the top by so much, the bottom not at all."""
+    """Return lines twisted about the vertical axis through their centre: the top by `degrees`, the bottom by 0."""
     low, high = lines.bounds.astype(np.float64)
     points = lines.segments.astype(np.float64)
     x, y, z = np.moveaxis(points - (low + high) / 2, -1, 0)
@@ -111,34 +111,34 @@ def twisted(lines: Lines, degrees: float) -> Lines:
 def run_refit(
     subjects: list[Subject], preset: RefitPreset, progress: Callable[[str, float], None] = lambda what, share: None
 ) -> RefitResult:
-    """Twist each scene, frame by frame; answers of both trees must be the same.
+    """Twist each scene, frame by frame, and time both trees, whose answers must be the same.
 
     Parameters
     ----------
     subjects : list of Subject
-        Of several radii the first counts.
+        Only the first radius of each is used.
     preset : RefitPreset
     progress : callable
-        Called with what is being done, and which share of all is done.
+        Called with the current work and the share of all work that is done.
     """
     cells: list[RefitCell] = []
     n_cells = len(subjects) * preset.n_frames
     for subject in subjects:
         progress(f"{subject.name}: building", len(cells) / n_cells)
-        laid = build(subject.lines, preset.method)
-        bare = laid.refit(subject.lines)  # before there is a layout, so its own refits make none
-        laid.layout  # noqa: B018
+        full = build(subject.lines, preset.method)
+        bare = full.refit(subject.lines)  # before the layout is built, so its refits build none
+        full.layout  # noqa: B018
         for angle in np.linspace(0, preset.angle, preset.n_frames + 1)[1:].tolist():
             progress(f"{subject.name}: {angle:.0f} degrees", len(cells) / n_cells)
             lines = twisted(subject.lines, angle)
             with num_threads(preset.n_threads):
-                cell, bare, laid = _frame(subject, preset, angle, lines, bare, laid)
+                cell, bare, full = _frame(subject, preset, angle, lines, bare, full)
             cells.append(cell)
     return RefitResult(machine.describe(), preset, cells)
 
 
 def _frame(
-    subject: Subject, preset: RefitPreset, angle: float, lines: Lines, bare: Tree, laid: Tree
+    subject: Subject, preset: RefitPreset, angle: float, lines: Lines, bare: Tree, full: Tree
 ) -> tuple[RefitCell, Tree, Tree]:
     def timed(rounds: int, do: Callable[[], Any]) -> tuple[float, Any]:
         return best_of(rounds, preset.n_threads, do)
@@ -149,30 +149,30 @@ def _frame(
         return tree
 
     refit_s, bare = timed(preset.rounds, lambda: bare.refit(lines))
-    both_s, laid = timed(preset.rounds, lambda: laid.refit(lines))
-    build_s, anew = timed(1, built)
+    both_s, full = timed(preset.rounds, lambda: full.refit(lines))
+    build_s, rebuilt = timed(1, built)
     rays, ns = random_rays(lines, preset.n_rays), {}
     for query in ("first", "all"):
         answers = []
-        for name, tree in (("", laid), ("_rebuilt", anew)):
-            seconds, answer = timed(preset.rounds, partial(ask_tree, tree, query, rays, subject.radii[0]))
+        for name, tree in (("", full), ("_rebuilt", rebuilt)):
+            seconds, answer = timed(preset.rounds, partial(query_tree, tree, query, rays, subject.radii[0]))
             ns[f"{query}{name}_ns"] = seconds / len(rays) * 1e9
             answers.append(answer)
         _compare(query, rays, *answers)
     cell = RefitCell(
         scene=subject.name,
-        n_prims=laid.n_prims,
-        n_refs=laid.n_refs,
-        n_nodes=laid.n_nodes,
+        n_prims=full.n_prims,
+        n_refs=full.n_refs,
+        n_nodes=full.n_nodes,
         angle=angle,
         refit_s=refit_s,
         layout_s=both_s - refit_s,
         build_s=build_s,
-        growth=laid.growth,
-        to_rebuilt=laid.cost() / anew.cost(),
+        growth=full.growth,
+        to_rebuilt=full.cost() / rebuilt.cost(),
         **ns,
     )
-    return cell, bare, laid
+    return cell, bare, full
 
 
 def _compare(query: str, rays: RayBatch, refitted: Any, rebuilt: Any) -> None:
@@ -186,14 +186,14 @@ def _compare(query: str, rays: RayBatch, refitted: Any, rebuilt: Any) -> None:
 
 
 def print_refit(result: RefitResult) -> None:
-    """Print a table of refits, and one of queries."""
+    """Print a table of refits and one of queries."""
     console = wide_console()
     refits, queries = (
         new_table(title, ["scene"], ["degrees", *heads.split("|")])
         for title, heads in (
             ("refits of a growing twist", "refs/seg|refit ms|Mseg/s|Mref/s|layout ms|both Mseg/s|build ms"),
             (
-                "queries: nanoseconds a random ray",
+                "queries: nanoseconds per random ray",
                 "growth|to rebuilt|first|rebuilt|ratio|all|rebuilt|ratio|pays after Mrays",
             ),
         )
@@ -228,8 +228,8 @@ def print_refit(result: RefitResult) -> None:
     print_table(console, queries)
     console.print(
         f"{result.preset.method}, threads: {result.preset.n_threads}, {result.machine['simd']}. seg: segments; ref: "
-        "references; layout: what it adds to a refit; build: with its layout, on one thread. growth: cost by cost as "
-        "built; to rebuilt: by that of a tree built anew. pays after: so many rays, half of them for each query, lose "
-        "by the refitted tree what a build takes.",
+        "references; layout: the time that it adds to a refit; build: with its layout, on one thread. growth: the cost "
+        "divided by that as built; to rebuilt: divided by that of a rebuilt tree. pays after: the number of rays, half "
+        "of them for each query, after which a rebuild pays off.",
         highlight=False,
     )

@@ -1,4 +1,4 @@
-"""What a ray costs, step by step: how many steps of each kind, how long each takes alone, and how long all took."""
+"""The cost of a ray by steps: the number of steps of each kind, the time of each alone, and the time of a ray."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .harness.preset import TimedPreset, sized
 from .harness.rays import KINDS, RayBatch
 from .harness.subjects import Subject
 from .harness.tables import format_3_digits, new_table, print_table, wide_console
-from .harness.turns import ask_tree
+from .harness.turns import query_tree
 from .package import num_threads, use_engine
 
 #: The steps that are counted (kernels/cost/step_counters.hpp) and timed (benchmarks/cpp/step_timings.hpp).
@@ -26,27 +26,27 @@ STEPS = {
     "rays": "a ray prepared",
     "nodes": "a node culled: 16 boxes",
     "leaves": "a leaf culled: 16 pieces",
-    "segments": "a segment set up for a bundle",
-    "lines": "a segment's line seen by 16 rays from afar",
-    "packs": "an exact test of 16",
-    "tests": "an exact test of one",
+    "segments": "a segment loaded for a bundle",
+    "lines": "a line test of a segment against 16 rays",
+    "packets": "an exact test of 16 pairs",
+    "tests": "an exact test of one pair",
 }
 
-#: A ray's steps are counted on so many rays at most.
+#: The maximum number of rays on which steps are counted.
 COUNTED = 1 << 16
 
-#: As many rays as are taken together: `kGroupSize` (kernels/rays/ray_group.hpp).
-AGAIN = 64
+#: How often a ray is repeated: `kGroupSize` (kernels/rays/ray_group.hpp), so that a group holds one ray.
+REPEATS = 64
 
 
 @dataclass(frozen=True, kw_only=True)
 class StepsPreset(TimedPreset):
-    """How much to measure; one thread.
+    """How much to measure, on one thread.
 
     Parameters
     ----------
     kinds : tuple of str
-        Kinds of rays, of `rays.KINDS`.
+        Kinds of rays: keys of `rays.KINDS`.
     """
 
     n_rays: int = sized(1 << 18, 1 << 14)
@@ -61,14 +61,14 @@ class StepCell:
     Attributes
     ----------
     per_ray : dict of str to float
-        Steps of each kind a ray; `pieces` are those that survive leaves, `bundles` those that are searched.
+        Steps of each kind per ray; `pieces` survive the culling of leaves, `bundles` are traversed.
     bound_ns : float
-        The sum of what the steps of a ray take alone.
+        The sum of the times of a ray's steps, each timed alone: a lower bound for `ns`.
     ns : float
-        What a ray takes.
+        The time of a ray.
     again_ns : float or None
-        What one takes where every `AGAIN`th is asked so many times in a row: what it reads is in the nearest cache
-        then, and hardly a guess is wrong. Of rays that go alone.
+        The time of a ray that is traced `REPEATS` times in a row, which leaves few cache misses and mispredicts. None
+        for coherent rays.
     """
 
     scene: str
@@ -84,7 +84,7 @@ class StepCell:
 
 @dataclass(frozen=True)
 class StepResult:
-    """All cells, and by scene the nanoseconds that each step takes alone."""
+    """All cells, and for each scene the nanoseconds of each step alone."""
 
     machine: dict[str, Any]
     alone: dict[str, dict[str, float]]
@@ -92,7 +92,7 @@ class StepResult:
 
     def to_json(self) -> dict[str, Any]:
         """Return all figures, ready for JSON."""
-        return {"format": "fastlines-bench steps 1", **asdict(self)}
+        return {"format": "fastlines-bench steps 2", **asdict(self)}
 
 
 def run_steps(
@@ -100,7 +100,7 @@ def run_steps(
     preset: StepsPreset,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> StepResult:
-    """Count and time, on one thread.
+    """Count and time the steps of all queries, on one thread.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def run_steps(
     preset : StepsPreset
         At most `COUNTED` of its rays are counted; all are timed.
     progress : callable
-        Called with what is being done, and which share of all is done.
+        Called with the current work and the share of all work that is done.
     """
     cells: list[StepCell] = []
     alone: dict[str, dict[str, float]] = {}
@@ -129,17 +129,17 @@ def run_steps(
 
 
 def count_steps(tree: Tree, query: str, rays: RayBatch, radius: float) -> tuple[dict[str, float], Any]:
-    """Ask a tree with the engine that counts; return the steps a ray by name, and the answer. One thread only."""
+    """Query a tree with the counting engine, on one thread; return the steps per ray, by name, and the answer."""
     module = compiled("_counting")
     with use_engine(module):
         module.take_steps()
-        answer = ask_tree(tree, query, rays, radius)
+        answer = query_tree(tree, query, rays, radius)
         taken = module.take_steps()
     return {name: n / max(1, len(rays)) for name, n in taken.items()}, answer
 
 
 def _time_steps(tree: Tree, rays: RayBatch, radius: float, known: dict[str, float]) -> dict[str, float]:
-    """Time each step alone with the instruction set in use; return the nanoseconds by name, the least so far."""
+    """Time each step alone with the current instruction set; return the least nanoseconds so far, by name."""
     layout = tree.layout
     now: dict[str, float] = compiled(f"_step_timings_{simd()}").time_steps(
         layout.lines.segments.reshape(-1, 6),
@@ -156,7 +156,7 @@ def _time_steps(tree: Tree, rays: RayBatch, radius: float, known: dict[str, floa
 
 @cache
 def compiled(name: str) -> Any:
-    """Import a compiled module of the benchmarks."""
+    """Import and return a compiled module of the benchmarks."""
     try:
         return importlib.import_module(f"fastlines_bench.{name}")
     except ImportError:
@@ -171,18 +171,18 @@ def _cell(
 ) -> StepCell:
     per_ray, _ = count_steps(tree, query, rays.part(COUNTED), radius)
     bound = sum(per_ray[name] * alone[name] for name in STEPS)
-    again = None if rays.coherent else rays.take(np.repeat(np.arange(0, len(rays), AGAIN), AGAIN))
+    repeated = None if rays.coherent else rays.take(np.repeat(np.arange(0, len(rays), REPEATS), REPEATS))
     best, again_ns = float("inf"), None
     for _ in range(rounds):
-        best = min(best, best_of(1, 1, lambda: ask_tree(tree, query, rays, radius))[0])
-        if again is not None:
-            seconds, _answer = best_of(1, 1, lambda: ask_tree(tree, query, again, radius, "wave"))
-            again_ns = min(again_ns or float("inf"), seconds / len(again) * 1e9)
+        best = min(best, best_of(1, 1, lambda: query_tree(tree, query, rays, radius))[0])
+        if repeated is not None:
+            seconds, _answer = best_of(1, 1, lambda: query_tree(tree, query, repeated, radius, "wave"))
+            again_ns = min(again_ns or float("inf"), seconds / len(repeated) * 1e9)
     return StepCell(scene, radius, rays.kind, query, len(rays), per_ray, bound, best / len(rays) * 1e9, again_ns)
 
 
 def print_steps(result: StepResult) -> None:
-    """Print the time of each step alone, and the steps of each query."""
+    """Print the time of each step alone, and the steps and times of each query."""
     console = wide_console()
     timings = new_table("a step alone: nanoseconds (cycles)", ["step"], result.alone)
     for step, meaning in STEPS.items():
@@ -191,7 +191,7 @@ def print_steps(result: StepResult) -> None:
     print_table(console, timings)
 
     table = new_table("steps a ray, and nanoseconds", ["scene"], [])
-    counted = ("bundles", "nodes", "leaves", "pieces", "lines", "packs", "tests")
+    counted = ("bundles", "nodes", "leaves", "pieces", "lines", "packets", "tests")
     for head in ("radius", "rays", "query", *counted, "sum", "a ray", "share", "again"):
         table.add_column(head, justify="left" if head in ("rays", "query") else "right", no_wrap=True)
     for cell in result.cells:
@@ -209,9 +209,8 @@ def print_steps(result: StepResult) -> None:
         )
     print_table(console, table)
     console.print(
-        f"One thread, {result.machine['simd']}. sum: what the steps of a ray take alone, with nothing to wait for; "
-        "stacks, packing and sorting are not in it. a ray: all there is. share: the "
-        f"first of the second. again: a ray where each is asked {AGAIN} times in a row, so that all is near and hardly "
-        "a guess is wrong.",
+        f"One thread, {result.machine['simd']}. sum: the times of a ray's steps, each timed alone; it leaves "
+        "out traversal stacks, compression and sorting. a ray: the whole time. share: sum / a ray. again: the time of "
+        f"a ray that is traced {REPEATS} times in a row, with few cache misses and mispredicts.",
         highlight=False,
     )

@@ -1,4 +1,4 @@
-"""``fastlines-bench builders`` and ``calibrate``: what trees cost to build, what that buys, and what predicts it."""
+"""``fastlines-bench builders`` and ``calibrate``: build times, costs and query times of trees, and their predictors."""
 
 from .calibrate import CalibratePreset, run_calibrate
 from .calibrate_table import print_calibration

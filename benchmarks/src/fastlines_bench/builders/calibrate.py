@@ -1,8 +1,8 @@
-"""What a step takes on this machine, and which figure of a tree tells how fast it will be asked.
+"""The time of a step on this machine, and which figures of trees predict their query times.
 
-Two questions. How many nanoseconds do the steps of a query take: those of the search through the tree as it was built,
-which the cost model is about (c_trav a step down, c_prim a test), and those of the kernels on the wide layout? And
-which figure that is known before any query puts the trees of all builders in the order in which they will be fast?
+First, the nanoseconds of each step are fitted: of the traversal of the binary tree, which the cost model describes
+(c_trav for an inner node, c_prim for a test), and of the kernels on the wide layout. Second, figures that are known
+before any query are correlated with the query times of the trees of all builders.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ..harness.preset import TimedPreset, sized
 from ..harness.rays import QUESTIONS
 from ..harness.subjects import Subject
 from ..harness.tables import geometric_mean
-from ..harness.turns import ask_tree, count_hits
+from ..harness.turns import count_hits, query_tree
 from ..harness.visits import count_visits, expect_visits, expect_wide
 from ..package import num_threads
 from ..steps import STEPS, count_steps
@@ -27,24 +27,24 @@ from .fit import StepFit, fit_steps
 from .names import BUILDERS, kind_of
 from .overlap import overlap
 from .predict import PREDICTORS, Mix, Predictor, best_mix, predictors
-from .trees import ask_in_turn, build_in_turn, lay_out
+from .trees import alternate_builds, alternate_queries, time_layout
 
-#: What the tree as it was built is asked: a search for all hits visits all that it meets, in whatever order.
+#: The question for the binary tree. A traversal for all hits visits every node that the ray hits, in any order.
 BINARY = ("random", "all")
 
-#: How trees of a kind are searched as they were built.
+#: The traversals of binary trees, by kind.
 SEARCHES = {"bvh": "binary, by boxes", "kd": "binary, by planes"}
 
-#: The same question to the layout, explained by the steps that the tree as it was built would take.
+#: The same question to the layout, fitted by the steps of the binary tree.
 LAYOUT = "layout, by binary steps"
 
-#: Steps are counted on so many rays at most: by the kernels, and one node at a time.
+#: The maximum number of rays on which steps are counted: by the kernels, and in the binary tree.
 COUNTED, WALKED = 1 << 14, 1 << 10
 
 
 @dataclass(frozen=True, kw_only=True)
 class CalibratePreset(TimedPreset):
-    """How much to measure, on one thread; `builders` and `limit` are those of `BuildersPreset`."""
+    """How much to measure, on one thread; `builders` and `limit` are as in `BuildersPreset`."""
 
     n_rays: int = sized(1 << 17, 1 << 15)
     rounds: int = sized(5, 3)
@@ -55,18 +55,18 @@ class CalibratePreset(TimedPreset):
 
 @dataclass(frozen=True)
 class Sample:
-    """A tree, what was counted, and what was timed.
+    """The counts and times of a tree.
 
     Attributes
     ----------
     kind : str
         "bvh" or "kd".
     ns : dict of str to float
-        Nanoseconds a ray, by question; "binary" is that of the search through the tree as it was built.
+        Nanoseconds per ray, by question; "binary" is the traversal of the binary tree.
     steps : dict of str to dict
-        Steps a ray of the kernels, by question; "binary" has inner nodes, tests and hits.
+        The kernels' steps per ray, by question; "binary" has inner nodes, tests and hits.
     figures : dict of str to float
-        What areas and overlap say: see `predict.predictors`.
+        The number of references, expected steps and overlap, of which `predict.predictors` makes predictors.
     """
 
     scene: str
@@ -78,7 +78,7 @@ class Sample:
 
     @property
     def query_ns(self) -> float:
-        """Nanoseconds a ray of the kernels: the geometric mean over all questions."""
+        """Nanoseconds per ray of the kernels: the geometric mean over all questions."""
         return geometric_mean([self.ns[" ".join(question)] for question in QUESTIONS]) or 0.0
 
     def to_json(self) -> dict[str, Any]:
@@ -88,7 +88,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class Calibration:
-    """All that was measured, and what follows."""
+    """All samples, and what follows from them."""
 
     machine: dict[str, Any]
     preset: CalibratePreset
@@ -97,7 +97,7 @@ class Calibration:
     seconds: float
 
     def fits(self) -> list[StepFit]:
-        """What the steps take: those of the tree as it was built, and those of the kernels for each question."""
+        """Return the fits of the traversal of binary trees, and of the kernels for each question."""
         if not self.samples:
             return []
         kinds = {kind: [sample for sample in self.samples if sample.kind == kind] for kind in SEARCHES}
@@ -106,15 +106,15 @@ class Calibration:
         return found + [_fit(question, self.samples, question, question) for question in map(" ".join, QUESTIONS)]
 
     def c_trav(self) -> dict[str, float | None]:
-        """What a step down costs, in tests of a reference: in the search of the binary tree, and on the layout."""
+        """Return the time of an inner node by that of a test, for binary trees and for the layout; None if unknown."""
         return {fit.what: _ratio(fit) for fit in self.fits() if "inner" in fit.ns}
 
     def mix(self) -> Mix:
-        """How much of overlap and how much of area tell most together."""
+        """Return the mix of area and overlap that correlates best with query times."""
         return best_mix(self.samples)
 
     def predictors(self) -> list[Predictor]:
-        """How well each figure orders the trees."""
+        """Return the rank correlations of all figures with query times."""
         if not self.samples:
             return []
         layout = self.c_trav()[LAYOUT]
@@ -123,7 +123,7 @@ class Calibration:
     def to_json(self) -> dict[str, Any]:
         """Return all figures, ready for JSON."""
         return {
-            "format": "fastlines-bench calibrate 1",
+            "format": "fastlines-bench calibrate 2",
             "machine": self.machine,
             "preset": asdict(self.preset),
             "seconds": self.seconds,
@@ -152,14 +152,14 @@ def run_calibrate(
     preset: CalibratePreset,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> Calibration:
-    """Build with all builders, count and time, on one thread.
+    """Build with all builders, count steps and time queries, on one thread.
 
     Parameters
     ----------
     subjects : sequence of Subject
     preset : CalibratePreset
     progress : callable
-        Called with what is being done, and which share of all is done.
+        Called with the current work and the share of all work that is done.
     """
     start = time.perf_counter()
     where = machine.describe(threads=1)
@@ -171,9 +171,9 @@ def run_calibrate(
             def say(what: str, name: str = subject.name, share: float = i / len(subjects)) -> None:
                 progress(f"{name}: {what}", share)
 
-            grown = build_in_turn(subject.lines, preset.builders, 1, preset.limit, say)
-            over += [(subject.name, name) for name, item in grown.items() if item is None]
-            trees = {name: item.tree for name, item in grown.items() if item is not None}
+            built = alternate_builds(subject.lines, preset.builders, 1, preset.limit, say)
+            over += [(subject.name, name) for name, item in built.items() if item is None]
+            trees = {name: item.tree for name, item in built.items() if item is not None}
             if trees:
                 samples += _samples(subject, trees, preset, say)
     return Calibration(where, preset, samples, over, time.perf_counter() - start)
@@ -182,17 +182,17 @@ def run_calibrate(
 def _samples(
     subject: Subject, trees: dict[str, Tree], preset: CalibratePreset, say: Callable[[str], None]
 ) -> list[Sample]:
-    """Count and time on one subject."""
+    """Return the samples of one subject."""
     for tree in trees.values():
-        lay_out(tree)
-    turns = ask_in_turn(subject, trees, preset.n_rays, preset.seconds, preset.rounds, say)
-    turns["binary"] = ask_in_turn(
+        time_layout(tree)
+    timings = alternate_queries(subject, trees, preset.n_rays, preset.seconds, preset.rounds, say)
+    timings["binary"] = alternate_queries(
         subject, trees, preset.n_rays, preset.seconds, preset.rounds, say, kernel="binary", questions=[BINARY]
     )[" ".join(BINARY)]
     found = []
     for name, tree in trees.items():
         say(f"counting the steps of {name}")
-        ns = {question: turn.seconds[name] / turn.n_rays * 1e9 for question, turn in turns.items()}
+        ns = {question: timing.seconds[name] / timing.n_rays * 1e9 for question, timing in timings.items()}
         kind, steps, figures = (
             kind_of(tree.settings),
             _steps(subject, tree, preset),
@@ -203,7 +203,7 @@ def _samples(
 
 
 def _steps(subject: Subject, tree: Tree, preset: CalibratePreset) -> dict[str, dict[str, float]]:
-    """Count what each question takes."""
+    """Return the steps of each question."""
     radius = subject.middle_radius
     rays = {kind: subject.rays(kind, preset.n_rays) for kind in ("camera", "random")}
     found = {}
@@ -215,13 +215,13 @@ def _steps(subject: Subject, tree: Tree, preset: CalibratePreset) -> dict[str, d
         found[f"{kind} {query}"] = {**steps, "hits": hits / len(few)}
     few = rays[BINARY[0]].take(slice(0, None, max(1, len(rays[BINARY[0]]) // WALKED)))
     visits = count_visits(tree, few, radius)
-    hits = count_hits(BINARY[1], ask_tree(tree, BINARY[1], few, radius))
+    hits = count_hits(BINARY[1], query_tree(tree, BINARY[1], few, radius))
     found["binary"] = {"inner": visits.inner, "tests": visits.tests, "hits": hits / len(few)}
     return found
 
 
 def _figures(tree: Tree, radius: float) -> dict[str, float]:
-    """What is known of a tree before it is asked."""
+    """Return the figures of a tree that are known before any query."""
     bare, grown, vain = expect_visits(tree, 0.0), expect_visits(tree, radius), overlap(tree, radius)
     nodes, leaves = expect_wide(tree.layout, radius)
     return {

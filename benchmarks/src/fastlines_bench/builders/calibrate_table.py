@@ -1,4 +1,4 @@
-"""The tables of what steps take, and of which figures order trees as their query times do."""
+"""The tables of the times of steps, and of the rank correlations of figures with query times."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from .predict import PREDICTORS, Correlation
 
 
 def print_calibration(calibration: Calibration) -> None:
-    """Print what steps take, then the rank correlations."""
+    """Print the times of steps, then the rank correlations."""
     console = wide_console()
     preset = calibration.preset
     if calibration.samples:
         print_table(console, _fits(calibration))
         for name, ratio in calibration.c_trav().items():
-            said = "unknown: tests explain nothing" if ratio is None else f"{ratio:.2f}"
+            said = "unknown: the fit gives no time to tests" if ratio is None else f"{ratio:.2f}"
             console.print(f"c_trav/c_prim, {name}: {said}", highlight=False)
         for rank, title in (("spearman", "Spearman's ρ"), ("kendall", "Kendall's τ")):
             print_table(console, _correlations(calibration, rank, title))
@@ -26,11 +26,12 @@ def print_calibration(calibration: Calibration) -> None:
     notes = "; ".join(f"{name}: {note}" for name, note in PREDICTORS.items())
     mix = calibration.mix()
     console.print(
-        f"One thread, {calibration.machine['simd']}. binary: the search through the tree as it was built, random rays, "
-        f"all hits; its tests are the references in the leaves that are met. {notes} "
-        f"(α = {mix.alpha:g}, found on these same figures). Scenes, all: the geometric mean of the "
-        "four query times; then each query alone, over all scenes. regret: how much slower the tree with the lowest "
-        f"figure is than the fastest, mean over the scenes. {calibration.seconds:.0f} s in all.",
+        f"One thread, {calibration.machine['simd']}. binary: the traversal of the binary tree, random rays, all hits; "
+        "its tests are the references in the leaves that are hit. "
+        f"{notes} (α = {mix.alpha:g}, fitted to these figures). "
+        "Scenes, all: the geometric mean of the four query times; then each query alone, over all scenes. regret: how "
+        "much slower the tree with the lowest figure is than the fastest, mean over the scenes. "
+        f"{calibration.seconds:.0f} s in all.",
         highlight=False,
     )
 

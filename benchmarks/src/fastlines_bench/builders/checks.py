@@ -1,4 +1,4 @@
-"""What ought to hold of the builder `best`, beside what was measured."""
+"""The expected properties of the builder `best`, as checks of what was measured."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from ..package import THESIS_METHODS
 if TYPE_CHECKING:
     from .run import BuilderRow, Peer
 
-#: The tree for queries, and those of least cost, by kind.
+#: The builder for queries, and the builders of least cost, by kind.
 QUERIES = "best"
 LEAST = {"bvh": "best-bvh", "kd": "best-kd"}
 
-#: What the trees of least cost may cost on the thesis's scenes: the scene, its segments, the builder, the bound.
+#: Bounds of the cost on the thesis's scenes: the scene, its segments, the builder, the bound.
 COSTS = (
     ("spaghetti", 2000, "best-bvh", 269.0),
     ("spaghetti", 2000, "best-bvh@1", 262.0),
@@ -25,29 +25,29 @@ COSTS = (
     ("spaghetti-2", 8000, "best-kd", 276.0),
 )
 
-#: Which share of another builder's time these may take on spaghetti.
+#: Bounds of the build time on spaghetti: the builder, another builder, the maximum share of the other's time.
 SHARES = (
     ("best-bvh", "bvh-d2", 1 / 3),
     ("best-kd", "kd-d2", 1 / 10),
     ("best-kd", "kd-d2-exhaustive", 1 / 10),
 )
 
-#: The query time of `best`, as a multiple of the fastest of all.
+#: The bound of the query time of `best`, as a multiple of the fastest of all others.
 NEAR = 1.02
 
-#: From so many segments on, two threads take at most half of Embree's time.
+#: From this number of segments, a build by two threads takes at most half of Embree's time.
 LARGE = 1_000_000
 
 
 def checks(rows: Sequence[BuilderRow], peers: Sequence[Peer], n_threads: int) -> list[Check]:
-    """List what ought to hold on each scene.
+    """Return the checks of each scene.
 
-    What a check compares with may itself not have been built within the limit of time; then it names what was.
+    A check compares with the builders that were built within the time limit, and names them.
     """
     found: list[Check] = []
     for scene in dict.fromkeys(row.scene for row in rows):
         by_name = {row.builder: row for row in rows if row.scene == scene}
-        of_scene = [*_never_costlier(by_name), *_fast_to_ask(by_name), *_of_the_thesis(scene, by_name)]
+        of_scene = [*_never_costlier(by_name), *_fast_queries(by_name), *_of_the_thesis(scene, by_name)]
         of_scene += [check for peer in peers if peer.scene == scene for check in _beside(peer, by_name, n_threads)]
         found += [replace(check, scene=scene) for check in of_scene]
     return found
@@ -63,7 +63,7 @@ def _never_costlier(rows: dict[str, BuilderRow]) -> Iterator[Check]:
             yield Check(f"{least} costs no more than any of {of} ({best.builder})", value, best.thesis_cost)
 
 
-def _fast_to_ask(rows: dict[str, BuilderRow]) -> Iterator[Check]:
+def _fast_queries(rows: dict[str, BuilderRow]) -> Iterator[Check]:
     others = [row for row in rows.values() if row.builder != QUERIES]
     if not others:
         return

@@ -1,4 +1,4 @@
-"""What a step takes: times explained as sums of steps, none of which takes less than nothing."""
+"""Fit times as sums of steps with nonnegative times."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ import numpy as np
 
 @dataclass(frozen=True)
 class StepFit:
-    """Times as sums of steps.
+    """A fit of times as sums of steps.
 
     Attributes
     ----------
     what : str
         What was timed.
     n : int
-        How many times were fitted.
+        The number of fitted times.
     ns : dict of str to float
-        Nanoseconds a step; 0 where a step explains nothing that the others do not.
+        Nanoseconds per step; 0 for a step that does not improve the fit.
     error, worst : float
-        Relative errors of the sums: the median and the largest.
+        The median and the maximum of the relative errors.
     """
 
     what: str
@@ -38,17 +38,17 @@ class StepFit:
 
 
 def fit_steps(what: str, times: Sequence[float], steps: Sequence[Mapping[str, float]]) -> StepFit:
-    """Find the nanoseconds of each step: least squares of the relative errors, with none below zero.
+    """Fit the nanoseconds of each step by nonnegative least squares of the relative errors.
 
-    Of all choices of steps that come out positive the best is taken, which is the exact solution.
+    All subsets of steps are tried; the best one whose times are all nonnegative is the exact solution.
 
     Parameters
     ----------
     what : str
     times : sequence of float
-        Nanoseconds, above zero.
+        Nanoseconds; all are positive.
     steps : sequence of dict of str to float
-        How many of each were taken; all have the same names.
+        The number of steps of each kind; all have the same names.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""The builders that are compared: a name, and what `fastlines.build` is told. All that the thesis names are among them.
+"""The builders that are compared: their names and the arguments of `fastlines.build`. All of the thesis are included.
 
-A name with an @ is a place on a sweep: what stands before it is what is swept, and plots join its places by a line.
-"best" has a cost of its own, so trees are compared under one model, `THESIS_COST`.
+A name with an @ belongs to a sweep of efforts: the builder before the @ is swept, and plots connect it by a line.
+"best" has a cost model of its own, so all trees are compared with one model, `THESIS_COST`.
 """
 
 from __future__ import annotations
@@ -10,19 +10,19 @@ from typing import Any
 
 from fastlines import Cost, Limits, Median, Midpoint, ObjectSweep, PlaneEvents, PlaneGrid, Presplit, Settings
 
-#: One cost for all trees of a kind, as the thesis's figures have it.
+#: The cost model of each kind of trees, as in the thesis's figures.
 THESIS_COST = {"bvh": Cost(2.0), "kd": Cost(0.6)}
 
 _CUT: dict[str, Any] = {"boxes": "cut", "cost": THESIS_COST["kd"]}
 
-#: "best" for queries, for the thesis's cost as a BVH, and as a KD tree.
+#: "best" for queries, and for the thesis's cost as a BVH and as a KD tree.
 _BEST: dict[str, dict[str, Any]] = {
     "best": {"method": "best"},
     "best-bvh": {"method": "best", "cost": THESIS_COST["bvh"]},
     "best-kd": {"method": "best", **_CUT},
 }
 
-#: What `fastlines.build` is told, by name.
+#: The arguments of `fastlines.build`, by name.
 BUILDERS: dict[str, dict[str, Any]] = {
     **_BEST,
     **{
@@ -55,5 +55,5 @@ BUILDERS: dict[str, dict[str, Any]] = {
 
 
 def kind_of(settings: Settings) -> str:
-    """Tell which kind of tree such settings make: "bvh" or "kd"."""
+    """Return the kind of the trees that these settings build: "bvh" or "kd"."""
     return "kd" if settings.boxes == "cut" else "bvh"

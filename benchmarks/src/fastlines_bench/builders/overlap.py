@@ -1,15 +1,15 @@
-"""End-point overlap: what a search visits beside the way to what it finds.
+"""End-point overlap: the nodes that a query visits in vain.
 
 After T. Aila, T. Karras, S. Laine 2013, "On quality metrics of bounding volume hierarchies". A query that ends at a
-point has to visit all nodes whose boxes hold the point; those that do not hold the primitive there are visited in vain.
+point visits all nodes whose boxes contain the point. Visits of nodes without the primitive at that point are in vain.
 For triangles
 
     EPO = Σ over nodes of  C(node) · A((S without Q(node)) ∩ box(node)) / A(S)
 
-with A the area, S all surfaces, Q(node) those below the node, C(node) the cost of its visit. For segments A is the
-length, Q(node) the pieces that the references below the node stand for, and box(node) may be grown by the radius of
-queries. So EPO is the mean, over the points of all segments, of the cost of all nodes whose boxes hold the point while
-no reference below them stands for its piece; the mean is taken over points evenly spread along the segments.
+with A the area, S all surfaces, Q(node) those below the node, C(node) the cost of its visit. For segments, A is the
+length, Q(node) are the pieces of the references below the node, and box(node) may be enlarged by the radius of queries.
+So EPO is a mean over the points of all segments: of the cost of all nodes whose boxes contain the point while no
+reference below them contains it. The mean is taken over points that are evenly spaced along the segments.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ from fastlines import InputError, Lines, Tree
 from ..harness.arrays import IntArray
 from ..harness.visits import Visits, descend, grown_boxes, weigh
 
-#: So many points are asked.
+#: The default number of points.
 POINTS = 4096
 
 
 def overlap(tree: Tree, radius: float = 0.0, n_points: int = POINTS) -> Visits:
-    """Count what holds a point of the segments in vain, on average: inner nodes, and references of leaves.
+    """Return the mean visits in vain for a point of the segments: of inner nodes, and tests of references in leaves.
 
-    Its `cost` is the end-point overlap.
+    Their `cost` is the end-point overlap.
 
     Parameters
     ----------
     tree : Tree
-        Over lines.
+        A tree over lines.
     radius : float
-        Boxes are grown by it.
+        The radius of queries, by which boxes are enlarged.
     n_points : int
-        Evenly spread along all segments.
+        The number of points, which are evenly spaced along all segments.
     """
     if not isinstance(tree.geometry, Lines):
         raise InputError(f"end-point overlap is for lines; this tree is over {type(tree.geometry).__name__}")
@@ -52,24 +52,24 @@ def overlap(tree: Tree, radius: float = 0.0, n_points: int = POINTS) -> Visits:
     first = tree.nodes["first_ref"].astype(np.int64)
     last = first + tree.nodes["n_refs"]
 
-    def meets(things: IntArray, nodes: IntArray) -> npt.NDArray[np.bool_]:
-        p = points[things]
-        own = (first[nodes] <= ref[things]) & (ref[things] < last[nodes])
+    def overlaps(items: IntArray, nodes: IntArray) -> npt.NDArray[np.bool_]:
+        p = points[items]
+        own = (first[nodes] <= ref[items]) & (ref[items] < last[nodes])
         held: npt.NDArray[np.bool_] = own | ((low[nodes] <= p) & (p <= high[nodes])).all(axis=1)
         return held
 
     inner = tests = 0
-    for things, nodes in descend(tree, len(points), meets):
-        vain = (ref[things] < first[nodes]) | (last[nodes] <= ref[things])
+    for items, nodes in descend(tree, len(points), overlaps):
+        vain = (ref[items] < first[nodes]) | (last[nodes] <= ref[items])
         more = weigh(tree, nodes[vain])
         inner, tests = inner + more[0], tests + more[1]
     return Visits(inner / len(points), tests / len(points))
 
 
 def points_along(lines: Lines, n_points: int) -> tuple[IntArray, npt.NDArray[np.float64]]:
-    """Spread points evenly along all segments, one after the other: which segment each is on, and where, 0 ≤ s < 1.
+    """Return points evenly spaced along all segments: the segment of each, and its parameter 0 ≤ s < 1 on it.
 
-    Where all segments are points, they are taken in turn.
+    If all segments have length 0, the points are evenly divided among them.
     """
     ends = lines.segments.astype(np.float64)
     lengths = np.sqrt(((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1))
@@ -85,7 +85,7 @@ def points_along(lines: Lines, n_points: int) -> tuple[IntArray, npt.NDArray[np.
 
 
 def _ref_of(tree: Tree, prim: IntArray, s: npt.NDArray[np.float64]) -> IntArray:
-    """The reference that stands for the piece with each point."""
+    """Return the reference whose piece contains each point."""
     order = np.lexsort((tree.refs["s0"], tree.refs["prim"]))
     key = tree.refs["prim"][order].astype(np.float64) + tree.refs["s0"][order]
     at: IntArray = order[np.maximum(np.searchsorted(key, prim + s, side="right") - 1, 0)]

@@ -1,4 +1,4 @@
-"""Which figures of a tree, known before any query, order trees as their query times do."""
+"""Rank correlations of query times with figures of trees that are known before any query."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from .ranks import kendall, spearman
 if TYPE_CHECKING:
     from .calibrate import Sample
 
-#: What each figure is.
+#: A description of each figure.
 PREDICTORS = {
     "cost": "the thesis's cost, c_trav 2",
-    "cost, grown": "the same, of boxes grown by the radius of the queries",
-    "cost, calibrated": "the same, with the c_trav that fits the layout here",
-    "overlap": "end-point overlap of the grown boxes, c_trav 2",
+    "cost, grown": "the same, of boxes enlarged by the radius of the queries",
+    "cost, calibrated": "the same, with the c_trav fitted to the layout",
+    "overlap": "end-point overlap of the enlarged boxes, c_trav 2",
     "cost + overlap": "(1 − α)·cost, grown + α·overlap, with the best α",
-    "wide": "the layout's own cost, of grown boxes: 1.2 a node, 1 a leaf",
-    "references": "how many references the tree has: no model at all",
+    "wide": "the layout's own cost, of enlarged boxes: 1.2 a node, 1 a leaf",
+    "references": "the number of references, without a model",
 }
 
-#: What the layout is made for (layout/collapse.hpp).
+#: The costs that the layout minimises (layout/collapse.hpp).
 WIDE_NODE_COST, WIDE_LEAF_COST = 1.2, 1.0
 
-#: The share of overlap is tried in so many steps.
+#: The number of steps in which the share of overlap is varied.
 SHARES = 20
 
 
 @dataclass(frozen=True)
 class Correlation:
-    """How alike two orders are, by Spearman's ρ and by Kendall's τ_b; None where one side is the same throughout."""
+    """The rank correlations of two orders, Spearman's ρ and Kendall's τ_b; None if one side is constant."""
 
     spearman: float | None
     kendall: float | None
@@ -44,7 +44,7 @@ class Correlation:
 
 @dataclass(frozen=True)
 class Mix:
-    """The share α of overlap beside area, and what ρ it has, on average over the scenes."""
+    """The share α of overlap in a mix with area, and the mean of its ρ over the scenes."""
 
     alpha: float
     spearman: float | None
@@ -52,19 +52,18 @@ class Mix:
 
 @dataclass(frozen=True)
 class Predictor:
-    """A figure of trees, and how it orders them.
+    """The correlations of a figure of trees with query times.
 
     Attributes
     ----------
     scenes : dict of str to Correlation
-        With the mean query time, among the builders of each scene.
+        The correlation with the mean query time, among the builders of each scene.
     overall : Correlation
-        Among all trees of all scenes.
+        The same, among all trees of all scenes.
     questions : dict of str to Correlation
-        Likewise, with the time of each question alone.
+        The correlation with the time of each question, among all trees of all scenes.
     regret : float
-        How much longer queries take on the tree of the lowest figure than on the fastest: the mean over the scenes, in
-        parts of the latter.
+        The relative slowdown of the tree with the lowest figure against the fastest tree: the mean over the scenes.
     """
 
     name: str
@@ -75,15 +74,15 @@ class Predictor:
 
 
 def predictors(samples: Sequence[Sample], calibrated: Cost | None, mix: Mix) -> list[Predictor]:
-    """Tell how well each figure of `PREDICTORS` does.
+    """Return the correlations of each figure of `PREDICTORS`.
 
     Parameters
     ----------
     samples : sequence of Sample
     calibrated : Cost or None
-        The model that fits the layout; without one, that figure is left out.
+        The model that is fitted to the layout; if None, its figure is left out.
     mix : Mix
-        The share of overlap.
+        The share of overlap in "cost + overlap".
     """
     thesis = THESIS_COST["bvh"]
     figures: dict[str, Callable[[Sample], float]] = {
@@ -102,13 +101,13 @@ def predictors(samples: Sequence[Sample], calibrated: Cost | None, mix: Mix) -> 
 
 
 def mixed(sample: Sample, alpha: float) -> float:
-    """Area and overlap in one figure, as the paper has it."""
+    """Return the mix of area and overlap, as in the paper."""
     thesis = THESIS_COST["bvh"]
     return (1 - alpha) * _cost(sample, "grown ", thesis) + alpha * _cost(sample, "vain ", thesis)
 
 
 def best_mix(samples: Sequence[Sample]) -> Mix:
-    """Find the share of overlap with the highest ρ, on average over the scenes; of equal ones, the smallest."""
+    """Return the share of overlap with the highest mean ρ over the scenes; the smallest of equal shares."""
     best = Mix(0.0, None)
     for i in range(SHARES + 1):
         alpha = i / SHARES
@@ -124,7 +123,7 @@ def best_mix(samples: Sequence[Sample]) -> Mix:
 
 
 def by_scene(samples: Sequence[Sample]) -> dict[str, list[Sample]]:
-    """The samples of each scene."""
+    """Return the samples of each scene."""
     found: dict[str, list[Sample]] = {}
     for sample in samples:
         found.setdefault(sample.scene, []).append(sample)

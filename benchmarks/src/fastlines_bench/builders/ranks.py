@@ -1,4 +1,4 @@
-"""Rank correlation: whether two figures put things in the same order."""
+"""Rank correlation."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 
 def ranks(values: Sequence[float]) -> npt.NDArray[np.float64]:
-    """Give each value its place, from 1; those that are equal share the mean of theirs.
+    """Return the rank of each value, from 1; equal values share their mean rank.
 
     Examples
     --------
@@ -23,7 +23,7 @@ def ranks(values: Sequence[float]) -> npt.NDArray[np.float64]:
 
 
 def spearman(a: Sequence[float], b: Sequence[float]) -> float | None:
-    """Correlate the ranks; None where one side has a single value throughout.
+    """Return Spearman's ρ, the correlation of the ranks; None if one side is constant.
 
     Examples
     --------
@@ -36,7 +36,7 @@ def spearman(a: Sequence[float], b: Sequence[float]) -> float | None:
 
 
 def kendall(a: Sequence[float], b: Sequence[float]) -> float | None:
-    """Count the pairs in the same order less those in the other, as Kendall's τ_b; None as in `spearman`.
+    """Return Kendall's τ_b, from the concordant less the discordant pairs; None if one side is constant.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What each builder's tree costs to build, and what that buys: scene × builder, and the front that none is beyond."""
+"""The build times, costs and query times of each builder's tree on each scene, and their Pareto front."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..package import num_threads
 from ..peers import embree, tuning
 from .checks import checks
 from .names import BUILDERS, THESIS_COST, kind_of
-from .trees import Grown, ask_in_turn, build_in_turn, lay_out
+from .trees import TimedTree, alternate_builds, alternate_queries, time_layout
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,9 +32,9 @@ class BuildersPreset(TimedPreset):
     peer : bool
         Build Embree's scenes too.
     limit : float
-        Seconds for all builds of one builder on one scene; a build that does not end within them is ended.
+        Seconds for all builds of one builder on one scene; a build that exceeds it is aborted.
     lengths : tuple of float
-        To what shares of the box's diagonal segments are cut for Embree in tuning.
+        The piece lengths that tuning tries for Embree, as fractions of the box's diagonal.
     """
 
     n_rays: int = sized(1 << 18, 1 << 16)
@@ -54,19 +54,19 @@ class BuilderRow:
     ----------
     kind : {"bvh", "kd"}
     cost : float
-        With the builder's own c_trav.
+        The cost with the builder's own c_trav.
     thesis_cost : float
-        With that of `THESIS_COST`, the same for all trees of its kind.
+        The cost with `THESIS_COST`, which is the same model for all trees of a kind.
     builds : tuple of float
         Seconds of each build.
     layout_s : float
-        To lay it out for queries.
+        Seconds of the layout.
     bytes : int
-        Of the layout and the segments.
+        The size of the layout and the segments.
     ns : dict of str to float
-        Nanoseconds a ray, by question.
+        Nanoseconds per ray, by question.
     limits_hit : dict of str to int
-        As `Tree.limits_hit` has it.
+        A copy of `Tree.limits_hit`.
     """
 
     scene: str
@@ -86,12 +86,12 @@ class BuilderRow:
 
     @property
     def build_s(self) -> float:
-        """The median of the seconds of all builds."""
+        """The median seconds of a build."""
         return median(self.builds)
 
     @property
     def query_ns(self) -> float:
-        """Nanoseconds a ray: the geometric mean over all questions."""
+        """Nanoseconds per ray: the geometric mean over all questions."""
         return geometric_mean(list(self.ns.values())) or 0.0
 
     def to_json(self) -> dict[str, Any]:
@@ -101,7 +101,7 @@ class BuilderRow:
 
 @dataclass(frozen=True)
 class Over:
-    """A build that was ended after so many seconds."""
+    """A builder whose build was aborted at the limit of `seconds`."""
 
     scene: str
     builder: str
@@ -110,7 +110,7 @@ class Over:
 
 @dataclass(frozen=True)
 class Peer:
-    """Embree's scene: the build whose queries are fastest, over all questions."""
+    """The builds of Embree's scene in the configuration whose queries are fastest, over all questions."""
 
     scene: str
     config: str
@@ -119,7 +119,7 @@ class Peer:
 
     @property
     def build_s(self) -> float:
-        """The median of the seconds of all builds."""
+        """The median seconds of a build."""
         return median(self.builds)
 
 
@@ -136,14 +136,14 @@ class BuildersResult:
     seconds: float
 
     def scenes(self) -> dict[str, list[BuilderRow]]:
-        """The rows of each scene."""
+        """Return the rows of each scene."""
         found: dict[str, list[BuilderRow]] = {}
         for row in self.rows:
             found.setdefault(row.scene, []).append(row)
         return found
 
     def checks(self) -> list[Check]:
-        """What ought to hold."""
+        """Return the checks of all rows."""
         return checks(self.rows, self.peers, self.preset.n_threads)
 
     def to_json(self) -> dict[str, Any]:
@@ -162,7 +162,7 @@ class BuildersResult:
 
 
 def front(points: Sequence[tuple[float, float]]) -> list[int]:
-    """The points that no other is left of or below without being the other way round too, from the left.
+    """Return the indices of the Pareto front of points whose coordinates are both minimised, by ascending x.
 
     Examples
     --------
@@ -186,7 +186,7 @@ def run_builders(
     subjects : list of Subject
     preset : BuildersPreset
     progress : callable
-        Called with what is being done, and which share of all is done.
+        Called with the current work and the share of all work that is done.
     """
     start = time.perf_counter()
     version = embree.load(preset.n_threads) if preset.peer else None
@@ -203,28 +203,28 @@ def run_builders(
 
 
 def _measure(subject: Subject, preset: BuildersPreset, found: BuildersResult, say: Callable[[str], None]) -> None:
-    """Add what one subject gives."""
+    """Add the results of one subject."""
     peer = _EmbreeBuild(subject, preset, say) if preset.peer else None
-    grown = build_in_turn(
-        subject.lines, preset.builders, preset.rounds, preset.limit, say, peer.again if peer else lambda: None
+    built = alternate_builds(
+        subject.lines, preset.builders, preset.rounds, preset.limit, say, peer.build_again if peer else lambda: None
     )
-    found.over.extend(Over(subject.name, name, preset.limit) for name, tree in grown.items() if tree is None)
+    found.over.extend(Over(subject.name, name, preset.limit) for name, tree in built.items() if tree is None)
     if peer:
         found.peers.append(peer.result())
-    kept = {name: tree for name, tree in grown.items() if tree is not None}
-    layout_s = {name: lay_out(item.tree) for name, item in kept.items()}
+    kept = {name: tree for name, tree in built.items() if tree is not None}
+    layout_s = {name: time_layout(item.tree) for name, item in kept.items()}
     trees = {name: item.tree for name, item in kept.items()}
-    turns = ask_in_turn(subject, trees, preset.n_rays, preset.seconds, preset.rounds, say) if trees else {}
-    for question, turn in turns.items():
+    timings = alternate_queries(subject, trees, preset.n_rays, preset.seconds, preset.rounds, say) if trees else {}
+    for question, timing in timings.items():
         asked = {"scene": subject.name, "radius": subject.middle_radius, "question": question}
-        found.asked.append({**asked, "n_rays": turn.n_rays, "n_hits": turn.n_hits})
+        found.asked.append({**asked, "n_rays": timing.n_rays, "n_hits": timing.n_hits})
     for name, item in kept.items():
-        ns = {question: turn.seconds[name] / turn.n_rays * 1e9 for question, turn in turns.items()}
+        ns = {question: timing.seconds[name] / timing.n_rays * 1e9 for question, timing in timings.items()}
         found.rows.append(_row(subject, name, item, layout_s[name], ns))
 
 
-def _row(subject: Subject, name: str, grown: Grown, layout_s: float, ns: dict[str, float]) -> BuilderRow:
-    tree = grown.tree
+def _row(subject: Subject, name: str, built: TimedTree, layout_s: float, ns: dict[str, float]) -> BuilderRow:
+    tree = built.tree
     kind = kind_of(tree.settings)
     return BuilderRow(
         subject.name,
@@ -236,7 +236,7 @@ def _row(subject: Subject, name: str, grown: Grown, layout_s: float, ns: dict[st
         tree.settings.cost.c_trav,
         tree.cost(),
         tree.cost(model=THESIS_COST[kind]),
-        tuple(grown.seconds),
+        tuple(built.seconds),
         layout_s,
         int(tree.layout.n_bytes),
         ns,
@@ -245,7 +245,7 @@ def _row(subject: Subject, name: str, grown: Grown, layout_s: float, ns: dict[st
 
 
 class _EmbreeBuild:
-    """Embree's build of a subject, made anew each round."""
+    """Embree's build of a subject, repeated in each round."""
 
     def __init__(self, subject: Subject, preset: BuildersPreset, say: Callable[[str], None]) -> None:
         self.subject, self.seconds, self.bytes = subject, list[float](), 0
@@ -256,7 +256,7 @@ class _EmbreeBuild:
         )
         self.build = tuning.usual_build(tuned, self.scenes, batches)
 
-    def again(self) -> None:
+    def build_again(self) -> None:
         self.bytes = self.scenes.get(self.build).bytes
         self.seconds.append(self.scenes.build_seconds(self.build))
         self.scenes.forget()

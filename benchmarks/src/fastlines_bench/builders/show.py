@@ -1,4 +1,4 @@
-"""The tables of all builders, what ought to hold, and a plot: build time against cost and against query time."""
+"""The tables of all builders and checks, and a plot of cost and query time against build time."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from .run import BuilderRow, BuildersResult, front
 
 COLOURS = {"bvh": "#c2410c", "kd": "#0369a1"}
 MARKS = {"bvh": "o", "kd": "s"}
-#: One for each sweep.
+#: The colours of the sweeps.
 SWEEPS = {"best": "#15803d", "best-bvh": "#a16207", "best-kd": "#7e22ce"}
 
 
 def print_builders(result: BuildersResult) -> None:
-    """Print a table for each scene, a row for each builder, then the list of claims."""
+    """Print a table for each scene, with a row for each builder, then the checks."""
     console = wide_console()
     scenes = result.scenes()
     for scene in dict.fromkeys([*scenes, *(over.scene for over in result.over)]):
@@ -32,12 +32,12 @@ def print_builders(result: BuildersResult) -> None:
     preset = result.preset
     costs = ", ".join(f"{cost.c_trav:g} ({kind})" for kind, cost in THESIS_COST.items())
     threads = f"{preset.n_threads} thread{'s' if preset.n_threads > 1 else ''}"
-    peer = f"Embree {result.machine['embree']}: the build that is asked fastest. " if preset.peer else ""
+    peer = f"Embree {result.machine['embree']}: the build with the fastest queries. " if preset.peer else ""
     console.print(
         f"{threads}. cost: with the builder's own c_trav; alike: with c_trav {costs} for all. build: the median "
-        f"of up to {preset.rounds}. Queries: ns a ray, the best of {preset.rounds}; mean: geometric, of the four. * on "
-        "the front of build and mean query time. over: did not end within "
-        f"{preset.limit:g} s, so nothing else is known. {peer}All answers are the same, bit for bit. "
+        f"of up to {preset.rounds}. Queries: ns per ray, the best of {preset.rounds}; mean: geometric, of the four. *: "
+        "on the Pareto front of build and mean query time. over: did not end within "
+        f"{preset.limit:g} s, so it has no other figures. {peer}All answers are the same, bit for bit. "
         f"{result.seconds:.0f} s in all.",
         highlight=False,
     )
@@ -90,7 +90,7 @@ def _checks(checks: Sequence[Check]) -> Table:
 
 
 def draw_builders(result: BuildersResult, path: str | os.PathLike[str]) -> None:
-    """Draw two panels for each scene, and write them as a PNG."""
+    """Plot two panels for each scene, as a PNG."""
     scenes = result.scenes()
     figure = new_figure(12.0, 4.0 * max(1, len(scenes)))
     panels = figure.subplots(max(1, len(scenes)), 2, squeeze=False)
@@ -116,7 +116,7 @@ def draw_builders(result: BuildersResult, path: str | os.PathLike[str]) -> None:
             panel.margins(0.08)
             for axis in (panel.xaxis, panel.yaxis):
                 label_log(axis)
-    figure.draw_without_rendering()  # gives panels their place
+    figure.draw_without_rendering()  # fixes the layout of the panels
     for (cost, query), rows in zip(panels, scenes.values(), strict=False):
         for panel, heights in ((cost, [row.thesis_cost for row in rows]), (query, [row.query_ns for row in rows])):
             name_points(
@@ -126,7 +126,7 @@ def draw_builders(result: BuildersResult, path: str | os.PathLike[str]) -> None:
 
 
 def _points(panel: Any, rows: Sequence[BuilderRow], heights: Sequence[float], colour: str, label: str) -> None:
-    """Draw the trees of some builders, the front in one line, and each sweep in one."""
+    """Plot the trees of some builders, a line through their Pareto front, and one through each sweep."""
     if not rows:
         return
     points = [(row.build_s, height) for row, height in zip(rows, heights, strict=True)]
@@ -145,13 +145,13 @@ def _points(panel: Any, rows: Sequence[BuilderRow], heights: Sequence[float], co
 
 
 def _name(row: BuilderRow) -> str:
-    """What stands beside its point: of a place on a sweep, whose line has a name, only which place it is."""
+    """Return the label of a point: the builder, or only the part from the @ for a sweep, whose line has the name."""
     _, at, place = row.builder.partition("@")
     return at + place if at else row.builder
 
 
 def sweeps(rows: Sequence[BuilderRow]) -> dict[str, list[int]]:
-    """The places of each sweep among the rows: builders such as best@0.5, by what stands before the @."""
+    """Return the indices of the rows of each sweep, by the name before the @ of builders such as best@0.5."""
     found: dict[str, list[int]] = {}
     for i, row in enumerate(rows):
         family, at, _ = row.builder.partition("@")

@@ -1,4 +1,4 @@
-"""The trees of all builders over one subject: built in turn, within a limit of time, and asked in turn."""
+"""The trees of all builders over one subject: alternated builds within a time limit, and alternated queries."""
 
 from __future__ import annotations
 
@@ -11,36 +11,36 @@ from fastlines import Lines, Tree, build, get_num_threads
 from ..harness.clock import clock
 from ..harness.rays import QUESTIONS
 from ..harness.subjects import Subject
-from ..harness.turns import Turns, alternate, way
+from ..harness.turns import Timings, alternate, query_function
 from .names import BUILDERS
 
 
 class _OverLimitError(Exception):
-    """Ends a build that takes too long."""
+    """Aborts a build that exceeds the limit."""
 
 
 @dataclass(frozen=True)
-class Grown:
-    """A builder's tree, and what building it took each time."""
+class TimedTree:
+    """A builder's tree, and the seconds of each build."""
 
     tree: Tree
     seconds: list[float]
 
     @property
     def build_s(self) -> float:
-        """The median of all builds, in seconds."""
+        """The median seconds of a build."""
         return median(self.seconds)
 
 
-def build_in_turn(
+def alternate_builds(
     lines: Lines,
     builders: Sequence[str],
     rounds: int,
     limit: float,
     say: Callable[[str], None] = lambda what: None,
     peer: Callable[[], object] = lambda: None,
-) -> dict[str, Grown | None]:
-    """Build all trees in turn, round by round, with the number of threads that is set.
+) -> dict[str, TimedTree | None]:
+    """Build all trees, round by round, with the current number of threads.
 
     Parameters
     ----------
@@ -48,37 +48,37 @@ def build_in_turn(
     builders : sequence of str
         Names of `BUILDERS`.
     rounds : int
-        So often is each tree built, if there is time for it.
+        The maximum number of builds of each tree.
     limit : float
-        Seconds, of the clock that times the builds. A build that takes longer is ended, and none is begun again for
-        which there would not be time within it.
+        Seconds for all builds of a tree, by the clock that times them. A build that takes longer is aborted. A tree is
+        not built again if that would likely exceed the limit.
     say : callable
-        Called with what is being built.
+        Called with the current work.
     peer : callable
-        Called once a round: what else takes its turn.
+        Called at the end of each round.
 
     Returns
     -------
-    dict of str to Grown or None
-        By builder; None for one that did not end within the limit.
+    dict of str to TimedTree or None
+        By builder; None for a build that exceeded the limit.
     """
-    found: dict[str, Grown | None] = {}
+    found: dict[str, TimedTree | None] = {}
     for i in range(rounds):
         for name in builders:
             before = found.get(name)
             if i > 0 and (before is None or sum(before.seconds) * (1 + 1 / len(before.seconds)) > limit):
                 continue
             say(f"building {name}")
-            again = _build(lines, name, limit)
+            built = _build(lines, name, limit)
             if before is None:
-                found[name] = again
-            elif again is not None:
-                before.seconds.extend(again.seconds)
+                found[name] = built
+            elif built is not None:
+                before.seconds.extend(built.seconds)
         peer()
     return found
 
 
-def _build(lines: Lines, name: str, limit: float) -> Grown | None:
+def _build(lines: Lines, name: str, limit: float) -> TimedTree | None:
     now = clock(get_num_threads())
     start = now()
 
@@ -90,18 +90,18 @@ def _build(lines: Lines, name: str, limit: float) -> Grown | None:
         tree = build(lines, **BUILDERS[name], progress=watch)
     except _OverLimitError:
         return None
-    return Grown(tree, [now() - start])
+    return TimedTree(tree, [now() - start])
 
 
-def lay_out(tree: Tree) -> float:
-    """Make what queries run on; tell how long that took."""
+def time_layout(tree: Tree) -> float:
+    """Make the layout of a tree; return the seconds that this took."""
     now = clock(get_num_threads())
     start = now()
     assert len(tree.layout.nodes)
     return now() - start
 
 
-def ask_in_turn(
+def alternate_queries(
     subject: Subject,
     trees: dict[str, Tree],
     n_rays: int,
@@ -110,13 +110,18 @@ def ask_in_turn(
     say: Callable[[str], None] = lambda what: None,
     kernel: str = "auto",
     questions: Sequence[tuple[str, str]] = QUESTIONS,
-) -> dict[str, Turns]:
-    """Ask all trees, which are laid out, the same questions in turn: "camera first" and so on; see `alternate`."""
+) -> dict[str, Timings]:
+    """Alternate the queries of all trees, whose layouts exist; return the timings by question, such as "camera first".
+
+    The arguments are those of `alternate`.
+    """
     n_threads = get_num_threads()
     rays = {kind: subject.rays(kind, n_rays) for kind, _ in questions}
     found = {}
     for kind, query in questions:
         say(f"{kind} rays, {query}")
-        ways = {name: way(tree, query, subject.middle_radius, n_threads, kernel) for name, tree in trees.items()}
-        found[f"{kind} {query}"] = alternate(ways, query, rays[kind], seconds, rounds, clock(n_threads))
+        variants = {
+            name: query_function(tree, query, subject.middle_radius, n_threads, kernel) for name, tree in trees.items()
+        }
+        found[f"{kind} {query}"] = alternate(variants, query, rays[kind], seconds, rounds, clock(n_threads))
     return found

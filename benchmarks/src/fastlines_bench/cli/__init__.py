@@ -1,4 +1,4 @@
-"""The command line, ``fastlines-bench``: one module a command."""
+"""The command line ``fastlines-bench``: one module for each command."""
 
 from .app import app, main
 

@@ -1,4 +1,4 @@
-"""The application that the commands belong to."""
+"""The application to which all commands belong."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ app = typer.Typer(
 
 @app.callback(invoke_without_command=True)
 def root(context: typer.Context) -> None:
-    """Measure fastlines: beside Embree, beside itself, all its builders, and chapter 6 of the thesis made again.
+    """Benchmark fastlines: queries against Embree, builders, another version of itself, and chapter 6 of the thesis.
 
     [bold]Examples[/]
 

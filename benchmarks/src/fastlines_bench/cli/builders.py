@@ -1,4 +1,4 @@
-"""``fastlines-bench builders``: what each builder's tree costs to build, and what that buys."""
+"""``fastlines-bench builders``: the build time, cost and query times of each builder's tree."""
 
 from __future__ import annotations
 
@@ -45,17 +45,17 @@ def builders(
     json_file: JsonFile = None,
     plot: PlotFile = None,
 ) -> None:
-    """Build a tree with each builder, and ask all of them the same: references, nodes, cost, build and query time.
+    """Build a tree with each builder; compare references, nodes, cost, build time and query times.
 
-    Builds take turns, and so do queries; all trees must answer alike. Beside them stands Embree's build (package
-    embreex), with segments cut as its queries like best. At the end it says what ought to hold of the builder best, and
-    whether it does.
+    Builds are alternated, and so are queries; all trees must give the same answers. Embree's build (package embreex) is
+    timed too, with segments cut to the length at which its queries are fastest. The last table lists the expected
+    properties of the builder best, and whether they hold.
 
     [bold]Examples[/]
 
     [cyan]fastlines-bench builders --quick[/]
 
-    [cyan]fastlines-bench builders --json builders.json --plot builders.png[/]  all scenes and builders: an hour or so
+    [cyan]fastlines-bench builders --json builders.json --plot builders.png[/]  all scenes and builders: about an hour
 
     [cyan]fastlines-bench builders --scene spaghetti --builder best,bvh-d2,kd-d2 --peer none[/]
 

@@ -1,4 +1,4 @@
-"""``fastlines-bench calibrate``: what a step takes here, and which figure of a tree tells how fast it is."""
+"""``fastlines-bench calibrate``: the time of a step on this machine, and which figures of trees predict query times."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .options import (
 )
 
 
-@app.command(short_help="What a step takes here, and which cost predicts query times.")
+@app.command(short_help="The time of a step on this machine, and which cost predicts query times.")
 def calibrate(
     scene: Scenes = None,
     file: Files = None,
@@ -37,17 +37,17 @@ def calibrate(
     quick: Quick = False,
     json_file: JsonFile = None,
 ) -> None:
-    """Fit c_trav and c_prim to this machine, and compare the order that costs predict with that of query times.
+    """Fit c_trav and c_prim to this machine, and correlate the costs of trees with their query times.
 
-    One thread. The trees of all builders are asked in turn, and their steps are counted apart from that: through the
-    tree as it was built, and on the layout. Then each figure that is known beforehand (cost, with boxes grown by the
-    radius, end-point overlap, the layout's own cost) is set beside the measured times, by rank.
+    Everything runs on one thread. Queries on the trees of all builders are alternated. Their steps are counted
+    separately, in the binary tree and in the layout. Then each figure that is known before a query is compared with the
+    measured times by rank: cost, cost with boxes enlarged by the radius, end-point overlap, the layout's own cost.
 
     [bold]Examples[/]
 
     [cyan]fastlines-bench calibrate --quick[/]
 
-    [cyan]fastlines-bench calibrate --json calibrate.json[/]  all scenes and builders: half an hour or so
+    [cyan]fastlines-bench calibrate --json calibrate.json[/]  all scenes and builders: about half an hour
 
     [cyan]fastlines-bench calibrate --scene spaghetti --scene bun-hair --builder best,bvh-cl,bvh-ss,median[/]
     """

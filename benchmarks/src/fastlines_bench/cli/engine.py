@@ -1,4 +1,4 @@
-"""``fastlines-bench engine``: our engine beside Embree."""
+"""``fastlines-bench engine``: our engine against Embree."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from .options import (
 )
 
 
-@app.command(short_help="Queries of our trees beside Embree's.")
+@app.command(short_help="Queries of our trees against Embree's.")
 def engine(
     scene: Scenes = None,
     file: Files = None,
@@ -43,13 +43,13 @@ def engine(
             "--radius",
             "-r",
             metavar="R,R,…",
-            help="Radii with commas between them; unless given, 0.005, 0.001 "
-            "and 0.0005 for scenes, and these shares of the box's largest side for files.",
+            help="The radii, separated by commas. The default is 0.005, 0.001 and 0.0005 for scenes, and these shares "
+            "of the box's largest side for files.",
             show_default=False,
         ),
     ] = None,
     rays: Annotated[
-        str, typer.Option("--rays", metavar="KIND,…", help="Kinds of rays: camera, tiled, random, ao.")
+        str, typer.Option("--rays", metavar="KIND,…", help="The kinds of rays: camera, tiled, random, ao.")
     ] = "camera,random,ao",
     n_rays: NRays = None,
     threads: Threads = 1,
@@ -59,7 +59,7 @@ def engine(
             "--method",
             "-m",
             metavar="NAME",
-            help="Our tree; best unless given.",
+            help="Our builder; the default is best.",
             show_default=False,
         ),
     ] = None,
@@ -68,18 +68,18 @@ def engine(
     seconds: Seconds = None,
     rounds: Rounds = None,
     retune: Annotated[
-        bool, typer.Option("--retune", help="Find anew to what lengths segments are best cut for Embree.")
+        bool, typer.Option("--retune", help="Repeat the tuning of the lengths to which segments are cut for Embree.")
     ] = False,
     one_by_one: Annotated[
         bool,
-        typer.Option("--one-by-one", help="Search each ray alone: our kernel single, and rtcIntersect1."),
+        typer.Option("--one-by-one", help="Trace each ray alone: with our kernel single, and with rtcIntersect1."),
     ] = False,
     built_for: Annotated[
         float | None,
         typer.Option(
             "--built-for",
             metavar="R",
-            help="Build Embree's user geometry for this radius and ask it, as our tree, with those of --radius.",
+            help="Build Embree's user geometry for this radius, and query it and our tree with those of --radius.",
             show_default=False,
         ),
     ] = None,
@@ -87,11 +87,11 @@ def engine(
     json_file: JsonFile = None,
     plot: PlotFile = None,
 ) -> None:
-    """Time queries of our tree and of Embree in turn: the same rays, the same definition of a hit, answers compared.
+    """Alternate queries of our tree and of Embree on the same rays, and compare their answers.
 
-    Embree comes from the package embreex. It is measured as user geometry, as flat
-    and round curves and as ribbons; whole and cut to a length that is tuned for the scene; ray by ray and in packets.
-    What counts in a cell is the fastest of them.
+    Embree comes from the package embreex. It is measured as user geometry, as flat and round curves and as ribbons;
+    with whole segments and with segments cut to a length that is tuned for the scene; ray by ray and in packets. The
+    fastest of these configurations counts in each cell.
 
     [bold]Examples[/]
 
@@ -128,8 +128,8 @@ def engine(
     largest = max(radius for subject in subjects for radius in subject.radii)
     if built_for is not None and (peer == "none" or not largest <= built_for < float("inf")):
         raise InputError(
-            f"--built-for {built_for:g}: expected a radius for Embree's trees, no less than the largest that is asked, "
-            f"{largest:g}, and --peer embree"
+            f"--built-for {built_for:g}: expected --peer embree, and a radius no less than the largest of the queries, "
+            f"{largest:g}"
         )
     with progress_bar() as progress:
         result = run_engine(subjects, preset, progress)

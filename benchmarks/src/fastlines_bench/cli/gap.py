@@ -9,10 +9,11 @@ from .options import JsonFile, PlotFile, Quick, check_files, progress_bar, write
 
 @app.command(short_help="How far builders are from the optimum, on tiny inputs.")
 def gap(quick: Quick = False, json_file: JsonFile = None, plot: PlotFile = None) -> None:
-    """Compare what builders make with the cheapest tree there is, which a dynamic program finds for tiny inputs.
+    """Compare the trees of builders with the optimum, which dynamic programming finds for tiny inputs.
 
-    Searches are offered the very planes of the optimum, so that a gap is the search's own; builders of sets are
-    compared with the best classic BVH, and the core's builders with the best tree over a grid of planes.
+    Searches choose from the same planes as the optimum, so that a gap is due to the search alone. Builders without
+    spatial splits are compared with the best classic BVH, and the core's builders with the best tree over a grid of
+    planes.
 
     [bold]Examples[/]
 

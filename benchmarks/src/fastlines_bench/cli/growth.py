@@ -1,4 +1,4 @@
-"""``fastlines-bench growth``: what a ray costs as the scene grows."""
+"""``fastlines-bench growth``: the cost of a ray as the scene grows."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from .options import (
 )
 
 
-@app.command(short_help="What a ray costs as the scene grows, and whether threads help.")
+@app.command(short_help="The cost of a ray as the scene grows, and the speed-up by threads.")
 def growth(
     scene: Annotated[
         list[str] | None,
@@ -35,7 +35,7 @@ def growth(
             "--scene",
             "-s",
             metavar="NAME,…",
-            help="Scenes with commas between them; spaghetti,bun-hair unless given.",
+            help="The scenes, separated by commas; the default is spaghetti,bun-hair.",
             show_default=False,
         ),
     ] = None,
@@ -44,8 +44,8 @@ def growth(
         typer.Option(
             "--sizes",
             metavar="N,N,…",
-            help="How many segments; 10000,30000,100000 unless given. Two or more for an exponent. "
-            "References of spaghetti grow as n^1.5, so a million of it needs tens of gigabytes.",
+            help="The numbers of segments; the default is 10000,30000,100000. An exponent needs two or more. "
+            "The references of spaghetti grow as n^1.5, so a million segments need tens of gigabytes.",
             show_default=False,
         ),
     ] = None,
@@ -55,13 +55,16 @@ def growth(
             "--radius",
             "-r",
             metavar="R",
-            help="One radius for all sizes; 0.001 unless given. A scene stays about 1 wide as it grows, so this is "
-            "also the share of the scene, and lines of the same thickness stand denser.",
+            help="The radius for all sizes; the default is 0.001. A scene stays about 1 wide as it grows, so its lines "
+            "become denser but not thinner.",
             show_default=False,
         ),
     ] = None,
     threads: Annotated[
-        str, typer.Option("--threads", "-t", metavar="N,…", help="Threads of the queries, in turn.")
+        str,
+        typer.Option(
+            "--threads", "-t", metavar="N,…", help="The numbers of threads of the queries, separated by commas."
+        ),
     ] = "1,2",
     n_rays: NRays = None,
     seconds: Seconds = None,
@@ -70,7 +73,7 @@ def growth(
     json_file: JsonFile = None,
     plot: PlotFile = None,
 ) -> None:
-    """Time first and all hits of camera and random rays on scenes of growing size, with each number of threads in turn.
+    """Time first and all hits of camera and random rays on scenes of growing size; alternate the numbers of threads.
 
     For each scene, kind of rays and query, the cost of a ray is fitted as a power of the number of segments.
 
@@ -103,7 +106,7 @@ def growth(
 
 
 def _counts(option: str, text: str, most: int, such: str) -> tuple[int, ...]:
-    """Read whole numbers with commas between them, each once."""
+    """Return the distinct whole numbers of a comma-separated list."""
     found = []
     for part in text.split(","):
         if not (part.isascii() and part.isdigit() and len(part) < 20 and 1 <= int(part) <= most):

@@ -1,4 +1,4 @@
-"""Options that several commands have, and what is done with what they measured."""
+"""Options of several commands, their checks, and the output of results."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Scenes = Annotated[
         "--scene",
         "-s",
         metavar="NAME",
-        help="A scene: NAME, NAME:SEGMENTS or NAME:SEGMENTS:SEED; again for more. All five unless given.",
+        help="A scene: NAME, NAME:SEGMENTS or NAME:SEGMENTS:SEED. Repeat for more; the default is all five.",
         show_default=False,
     ),
 ]
@@ -30,7 +30,7 @@ Files = Annotated[
         "--file",
         "-f",
         metavar="FILE",
-        help="A file of lines or a tree, instead of or beside scenes; again for more.",
+        help="A file of lines or a tree, instead of scenes or besides them. Repeat for more.",
         show_default=False,
     ),
 ]
@@ -40,7 +40,7 @@ Builders = Annotated[
         "--builder",
         "-b",
         metavar="NAME,…",
-        help="Builders with commas between them; again for more. All unless given.",
+        help="The builders, separated by commas; the default is all.",
         show_default=False,
     ),
 ]
@@ -49,46 +49,48 @@ Limit = Annotated[
     typer.Option(
         "--limit",
         metavar="SECONDS",
-        help="How long the builds of one builder on one scene may take; what does not end is left out, and named.",
+        help="The limit for all builds of one builder on one scene. A build that exceeds it is reported and left out.",
         min=0.0,
         show_default=False,
     ),
 ]
 Seconds = Annotated[
     float | None,
-    typer.Option("--seconds", help="About how long one turn of the slowest tree takes.", min=0.0, show_default=False),
+    typer.Option(
+        "--seconds", help="The approximate time of one round of the slowest side.", min=0.0, show_default=False
+    ),
 ]
 OneRadius = Annotated[
     str | None,
     typer.Option(
         "--radius",
         "-r",
-        help="Of all queries; unless given, 0.001 for scenes, and this share of the box's largest side for files.",
+        help="The radius; the default is 0.001 for scenes, and this share of the box's largest side for files.",
         show_default=False,
     ),
 ]
-Radii = Annotated[str, typer.Option("--radius", "-r", metavar="R,R,…", help="Radii.")]
+Radii = Annotated[str, typer.Option("--radius", "-r", metavar="R,R,…", help="The radii, separated by commas.")]
 NRays = Annotated[
-    int | None, typer.Option("--n-rays", help="At most so many rays for one figure.", min=64, show_default=False)
+    int | None, typer.Option("--n-rays", help="The maximum number of rays for one figure.", min=64, show_default=False)
 ]
 Rounds = Annotated[
     int | None,
     typer.Option(
         "--rounds",
-        help="How many turns each side has. Of queries the best counts, of builds the median.",
+        help="The number of rounds, in each of which all sides run once.",
         min=1,
         show_default=False,
     ),
 ]
-Threads = Annotated[int, typer.Option("--threads", "-t", help="Threads of all sides.", min=1, max=1024)]
-Peer = Annotated[str, typer.Option("--peer", help="Who is measured beside us: embree or none.")]
-Quick = Annotated[bool, typer.Option("--quick", help="Smaller scenes and fewer rays: a minute or less.")]
-JsonFile = Annotated[str | None, typer.Option("--json", metavar="FILE", help="Write all figures.")]
-PlotFile = Annotated[str | None, typer.Option("--plot", metavar="FILE.png", help="Draw them.")]
+Threads = Annotated[int, typer.Option("--threads", "-t", help="The number of threads of all sides.", min=1, max=1024)]
+Peer = Annotated[str, typer.Option("--peer", help="The peer that is measured too: embree or none.")]
+Quick = Annotated[bool, typer.Option("--quick", help="Use smaller scenes and fewer rays, for a minute or less.")]
+JsonFile = Annotated[str | None, typer.Option("--json", metavar="FILE", help="Write all figures to this file.")]
+PlotFile = Annotated[str | None, typer.Option("--plot", metavar="FILE.png", help="Draw the figures into this file.")]
 
 
 def check_files(json_file: str | None, plot: str | None = None) -> None:
-    """Refuse, before the work is done, files that could not be written after it."""
+    """Raise an error before the work if a file could not be written after it."""
     check_output(json_file, ".json")
     check_output(plot, ".png")
     if plot is not None:
@@ -96,21 +98,21 @@ def check_files(json_file: str | None, plot: str | None = None) -> None:
 
 
 def write_json(path: str | None, result: Any) -> None:
-    """Write figures to a file that is whole, or not there."""
+    """Write figures to a file, atomically, if there is a path."""
     if path is not None:
         with atomic_write(path) as partial:
             partial.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def write_plot(path: str | None, draw: Callable[[Any, Any], None], result: Any) -> None:
-    """Draw a result into a file that is whole, or not there."""
+    """Draw a result into a file, atomically, if there is a path."""
     if path is not None:
         with atomic_write(path) as partial:
             draw(result, partial)
 
 
 def check_peer(peer: str, n_threads: int) -> bool:
-    """Read the option --peer: whether there is one, which then can be used."""
+    """Return whether the option --peer names a peer; raise an error if it is unknown or cannot be used."""
     if peer not in ("embree", "none"):
         raise InputError(f"--peer {peer!r} is not a choice: use embree or none")
     if peer == "embree":
@@ -121,7 +123,7 @@ def check_peer(peer: str, n_threads: int) -> bool:
 
 
 def check_kinds(rays: str, known: Iterable[str]) -> tuple[str, ...]:
-    """Read the option --rays."""
+    """Return the kinds of the option --rays."""
     kinds = tuple(rays.split(","))
     for kind in kinds:
         if kind not in known:
@@ -130,7 +132,7 @@ def check_kinds(rays: str, known: Iterable[str]) -> tuple[str, ...]:
 
 
 def check_names(option: str, what: str, texts: list[str] | None, known: Iterable[str]) -> tuple[str, ...] | None:
-    """Read an option that takes names with commas between them, each once; None if it is not given."""
+    """Return the distinct names of an option with comma-separated names; None if it is not given."""
     if not texts:
         return None
     names = [name for text in texts for name in text.split(",")]
@@ -142,7 +144,7 @@ def check_names(option: str, what: str, texts: list[str] | None, known: Iterable
 
 @contextmanager
 def progress_bar() -> Iterator[Callable[[str, float], None]]:
-    """Show what is being measured, if there is someone to look at it."""
+    """Yield a function that shows the progress on a terminal, or that does nothing without one."""
     if not show_progress():
         yield lambda what, share: None
         return

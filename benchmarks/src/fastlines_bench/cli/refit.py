@@ -1,4 +1,4 @@
-"""``fastlines-bench refit``: how fast trees follow moving segments."""
+"""``fastlines-bench refit``: the speed of refits to moving segments, and of queries after them."""
 
 from __future__ import annotations
 
@@ -13,17 +13,15 @@ from .app import app
 from .options import Files, JsonFile, NRays, Quick, Rounds, Scenes, Threads, check_files, progress_bar, write_json
 
 
-@app.command(short_help="How fast trees follow moving segments, and what their queries lose.")
+@app.command(short_help="The speed of refits to moving segments, and of queries after them.")
 def refit(
     scene: Scenes = None,
     file: Files = None,
     radius: Annotated[str, typer.Option("--radius", "-r", metavar="R", help="The radius of queries.")] = "0.001",
-    method: Annotated[str, typer.Option("--method", "-m", metavar="NAME", help="Which tree.")] = "best",
-    angle: Annotated[
-        float, typer.Option("--angle", help="Degrees by which the last frame twists a scene.", min=0.001)
-    ] = 360.0,
+    method: Annotated[str, typer.Option("--method", "-m", metavar="NAME", help="The builder of the tree.")] = "best",
+    angle: Annotated[float, typer.Option("--angle", help="The twist of the last frame in degrees.", min=0.001)] = 360.0,
     frames: Annotated[
-        int | None, typer.Option("--frames", help="Frames up to it; 6 unless given.", min=1, show_default=False)
+        int | None, typer.Option("--frames", help="The number of frames; the default is 6.", min=1, show_default=False)
     ] = None,
     n_rays: NRays = None,
     threads: Threads = 1,
@@ -31,9 +29,9 @@ def refit(
     quick: Quick = False,
     json_file: JsonFile = None,
 ) -> None:
-    """Twist each scene, frame by frame; refit its tree, and build one anew; time both, and queries on both.
+    """Twist each scene, frame by frame; refit its tree and build a new one; time both, and queries on both.
 
-    Refits are made with and without the layout that queries run on. The answers of both trees must be the same.
+    Refits are timed with and without the layout for queries. The answers of both trees must be the same.
 
     [bold]Examples[/]
 

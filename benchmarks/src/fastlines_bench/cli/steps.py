@@ -1,4 +1,4 @@
-"""``fastlines-bench steps``: what a ray costs, step by step."""
+"""``fastlines-bench steps``: the cost of a ray by steps."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ from .options import (
 )
 
 
-@app.command(short_help="What a ray of ours costs, step by step.")
+@app.command(short_help="The cost of a ray of ours by steps.")
 def steps(
     scene: Scenes = None,
     file: Files = None,
     radius: Radii = "0.001",
     rays: Annotated[
-        str, typer.Option("--rays", metavar="KIND,…", help="Kinds of rays: camera, random, ao.")
+        str, typer.Option("--rays", metavar="KIND,…", help="The kinds of rays: camera, random, ao.")
     ] = "camera,random,ao",
     n_rays: NRays = None,
     rounds: Rounds = None,
     quick: Quick = False,
     json_file: JsonFile = None,
 ) -> None:
-    """Count the steps of our kernels, time each step alone, and compare their sum with what a ray takes.
+    """Count the steps of our kernels, time each step alone, and compare their sum with the time of a ray.
 
-    One thread. Steps are counted by a module of its own, so that nothing is counted while the clock runs.
+    Everything runs on one thread. A separate module counts the steps, so that nothing is counted in timed queries.
 
     [bold]Examples[/]
 

@@ -1,4 +1,4 @@
-"""``fastlines-bench study``: single questions, each of which makes a table of the docs again."""
+"""``fastlines-bench study``: studies of single questions, each of which reproduces a table of the docs."""
 
 from __future__ import annotations
 
@@ -22,12 +22,14 @@ from .app import app
 from .options import JsonFile, check_files, check_names, write_json
 
 study = typer.Typer(cls=Group, rich_markup_mode="rich")
-app.add_typer(study, name="study", short_help="Single questions: budgets, options, bounds, retraced, lookahead.")
+app.add_typer(
+    study, name="study", short_help="Studies of single questions: budgets, options, bounds, retraced, lookahead."
+)
 
 
 @study.callback(invoke_without_command=True)
 def root(context: typer.Context) -> None:
-    """Answer a single question about trees, and make a table of the docs again."""
+    """Study a single question about trees, and reproduce a table of the docs."""
     if context.invoked_subcommand is None:
         typer.echo(context.get_help())
 
@@ -36,7 +38,7 @@ def _numbers(option: str, text: str) -> list[float]:
     try:
         return [float(part) for part in text.split(",")]
     except ValueError:
-        raise InputError(f"{option} {text!r} is not one or more numbers with commas between them") from None
+        raise InputError(f"{option} {text!r} is not one or more numbers separated by commas") from None
 
 
 @study.command()
@@ -47,7 +49,7 @@ def budgets(
         typer.Argument(metavar="[NAME=NUMBER,…]…", help="max_refs, max_bytes, c_trav.", show_default=False),
     ] = None,
 ) -> None:
-    """Build within bounds on references or memory; print time, memory and cost, a line of JSON for each build.
+    """Build within limits on references or memory; print time, memory and cost as a line of JSON for each build.
 
     [cyan]fastlines-bench study budgets[/]  spaghetti of 100,000 segments: some minutes
 
@@ -62,10 +64,10 @@ def budgets(
 def options(
     table: Annotated[
         list[str] | None,
-        typer.Option("--table", metavar="NAME,…", help=f"Some of {', '.join(TABLES)}; all unless given."),
+        typer.Option("--table", metavar="NAME,…", help=f"Some of {', '.join(TABLES)}; the default is all."),
     ] = None,
 ) -> None:
-    """Print what options of the builder bring and take: whole splits, lanes, reinsertion, presplit, SBVH."""
+    """Print the gains and costs of options of the builder: whole splits, lanes, reinsertion, presplit, SBVH."""
     print_options(check_names("--table", "table", table, TABLES) or tuple(TABLES))
 
 
@@ -73,11 +75,16 @@ def options(
 def bounds(
     segments: Annotated[
         int | None,
-        typer.Option("--segments", help="Of each scene, instead of the thesis's number.", min=1, show_default=False),
+        typer.Option(
+            "--segments",
+            help="The number of segments of each scene; the default is that of the thesis.",
+            min=1,
+            show_default=False,
+        ),
     ] = None,
     json_file: JsonFile = None,
 ) -> None:
-    """Compare trees with a bound that no tree can undercut, on the thesis's five scenes."""
+    """Compare the costs of trees with a lower bound for all trees, on the thesis's five scenes."""
     check_files(json_file)
     write_json(json_file, compare_with_bounds(segments))
 
@@ -87,13 +94,13 @@ def retraced(
     scene: Annotated[
         str, typer.Option("--scene", metavar="NAME,…", help=f"Some of {', '.join(SCENES)}, and scenes of the thesis.")
     ] = "one-line,apart-0.0005,apart-0.001,apart-0.01,circling",
-    effort: Annotated[str, typer.Option("--effort", metavar="N,…", help="Some of 0 to 1.")] = "0,0.5",
+    effort: Annotated[str, typer.Option("--effort", metavar="N,…", help="Numbers from 0 to 1.")] = "0,0.5",
     aim: Annotated[str, typer.Option("--aim", metavar="NAME,…", help=f"Some of {', '.join(AIMS)}.")] = "queries",
     radius: Annotated[
-        str, typer.Option("--radius", metavar="R,…", help="As shares of the scene's longest side.")
+        str, typer.Option("--radius", metavar="R,…", help="The radii, as shares of the scene's longest side.")
     ] = "0.001,0.0002",
 ) -> None:
-    """Compare trees over lines that run along each other: those of best, and trees that cut the lines."""
+    """Compare trees over lines that run along each other: those of best, and those that cut the lines."""
     print_retraced(
         list(check_names("--scene", "scene", [scene], (*SCENES, *NAMES)) or ()),
         list(check_names("--aim", "aim", [aim], AIMS) or ()),
@@ -104,19 +111,21 @@ def retraced(
 
 @study.command()
 def lookahead(
-    seed: Annotated[int, typer.Option("--seed", help="Of the scene.", min=0)] = 0,
-    c_trav: Annotated[float, typer.Option("--c-trav", help="Cost of a step, in tests of a primitive.")] = C_TRAV,
+    seed: Annotated[int, typer.Option("--seed", help="The seed of the scene.", min=0)] = 0,
+    c_trav: Annotated[float, typer.Option("--c-trav", help="The cost of a step, in tests of a primitive.")] = C_TRAV,
     json_file: JsonFile = None,
 ) -> None:
-    """Make the table of the thesis's §4.3 again: what it brings to look further ahead."""
+    """Reproduce the table of the thesis's §4.3: the gain and the cost of lookahead."""
     check_files(json_file)
     write_json(json_file, {"seed": seed, "c_trav": c_trav, "rows": print_lookahead(seed, c_trav)})
 
 
 @study.command()
 def banner(
-    demo: Annotated[Path, typer.Argument(metavar="FOLDER", help="What fastlines demo wrote.")] = Path("fastlines-demo"),
+    demo: Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder that fastlines demo wrote.")] = Path(
+        "fastlines-demo"
+    ),
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.png")] = Path("docs/images/banner.png"),
 ) -> None:
-    """Put the README's banner together from the pictures of a demo."""
+    """Compose the README's banner from the pictures of a demo."""
     make_banner(demo, output)

@@ -1,4 +1,4 @@
-"""``fastlines-bench thesis``: chapter 6 of the thesis made again."""
+"""``fastlines-bench thesis``: chapter 6 of the thesis repeated."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from .app import app
 from .options import Peer, Quick
 
 
-@app.command(short_help="Chapter 6 of the thesis made again, side by side with its own figures.")
+@app.command(short_help="Chapter 6 of the thesis repeated, side by side with its own figures.")
 def thesis(
     output: Annotated[
-        str, typer.Option("--output", "-o", metavar="FOLDER", help="Where to write the page.")
+        str, typer.Option("--output", "-o", metavar="FOLDER", help="The folder for the page.")
     ] = "fastlines-thesis",
     peer: Peer = "embree",
     quick: Quick = False,
 ) -> None:
-    """Build the thesis's five trees, ours and Embree's over its five scenes, ask and draw them, and write a page.
+    """Build the thesis's five trees, ours and Embree's over its five scenes; time and draw them, and write a page.
 
-    Tables 6.1 to 6.5 stand there with the thesis's own figures beside ours, and what it found is checked. Stopped and
-    started again with the same folder, it goes on where it was.
+    The page has tables 6.1 to 6.5 with the thesis's own figures next to ours, and checks its findings. An interrupted
+    run resumes when the command is repeated with the same folder.
 
     [bold]Examples[/]
 
@@ -37,6 +37,6 @@ def thesis(
     try:
         page = make_thesis(output, preset, show_progress=show_progress())
     except KeyboardInterrupt:
-        note(f"the steps that are done are kept in {output}; the same command goes on from there")
+        note(f"finished steps are kept in {output}; the same command resumes there")
         raise
     typer.echo(f"the page is {page}")

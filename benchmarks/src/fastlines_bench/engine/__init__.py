@@ -1,4 +1,4 @@
-"""``fastlines-bench engine``: queries of our trees beside Embree's, in turn, on the same rays."""
+"""``fastlines-bench engine``: queries of our trees and of Embree, alternated on the same rays."""
 
 from .run import EnginePreset, run_engine
 from .show import draw, print_tables

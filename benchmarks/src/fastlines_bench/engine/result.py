@@ -1,4 +1,4 @@
-"""What a benchmark found out, as plain data."""
+"""The result of the benchmark, as plain data."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from ..peers.embree import Config
 
 @dataclass(frozen=True)
 class Side:
-    """A peer's configuration in a cell.
+    """The result of a configuration of the peer in a cell.
 
     Attributes
     ----------
     mrays : float
-        Millions of rays a second, the best of all rounds.
+        Millions of rays per second in the fastest round.
     n_rays, n_rounds : int
-        Of so many rays; 0 rounds: only tried on few rays, and far behind.
+        The numbers of rays and rounds; 0 rounds if it was much slower than the fastest in the trial, and not timed.
     """
 
     config: Config
@@ -41,7 +41,7 @@ class Side:
 
 @dataclass(frozen=True)
 class EngineCell:
-    """One kind of rays and query, on one scene with one radius: ours, and the peer in all its configurations."""
+    """The results for a kind of rays, a query, a scene and a radius: ours, and those of the peer's configurations."""
 
     scene: str
     radius: float
@@ -54,23 +54,23 @@ class EngineCell:
 
     @property
     def best(self) -> Side | None:
-        """The peer's fastest configuration, whether or not it counts all hits; None if there is no peer."""
+        """The peer's fastest configuration, whatever its definition of a hit; None without a peer."""
         return max((side for side in self.sides if side.n_rounds), key=lambda side: side.mrays, default=None)
 
     @property
     def exact(self) -> Side | None:
-        """The fastest of those that have our definition of a hit."""
+        """The fastest configuration with our definition of a hit; None without a peer."""
         user = [side for side in self.sides if side.n_rounds and side.config.build.geometry == "user"]
         return max(user, key=lambda side: side.mrays, default=None)
 
     @property
     def ratio(self) -> float:
-        """How many times faster we are than the peer's best; NaN without a peer."""
+        """Our rays per second divided by those of `best`; NaN without a peer."""
         return self.mrays / self.best.mrays if self.best else math.nan
 
     @property
     def exact_ratio(self) -> float:
-        """Likewise, than the best that has our definition of a hit."""
+        """Our rays per second divided by those of `exact`; NaN without a peer."""
         return self.mrays / self.exact.mrays if self.exact else math.nan
 
     def to_json(self) -> dict[str, Any]:
@@ -89,7 +89,7 @@ class EngineCell:
 
 @dataclass(frozen=True)
 class Built:
-    """Our tree over a scene, and its layout, which queries are asked of: its bytes are what they need."""
+    """Our tree over a scene: the seconds of the build and the layout, and the bytes of the layout with its segments."""
 
     scene: str
     n_segments: int
@@ -101,7 +101,7 @@ class Built:
 
 @dataclass(frozen=True)
 class Result:
-    """All cells, and what building took."""
+    """All cells, and the builds."""
 
     machine: dict[str, Any]
     preset: dict[str, Any]
@@ -110,14 +110,14 @@ class Result:
     seconds: float
 
     def groups(self) -> dict[tuple[str, str], list[EngineCell]]:
-        """The cells of each kind of rays and query."""
+        """Return the cells of each kind of rays and query."""
         found: dict[tuple[str, str], list[EngineCell]] = {}
         for cell in self.cells:
             found.setdefault((cell.kind, cell.query), []).append(cell)
         return found
 
     def usual(self, scene: str, radius: float) -> Side | None:
-        """The peer's build that is the best in most cells of a scene and radius."""
+        """Return a result of the peer's build that is best in most cells of a scene and radius; None without a peer."""
         best = [cell.best for cell in self.cells if (cell.scene, cell.radius) == (scene, radius)]
         sides = [side for side in best if side is not None]
         wins = Counter(side.config.build for side in sides)

@@ -18,13 +18,13 @@ from ..harness.compare import Difference, compare
 from ..harness.preset import TimedPreset, sized
 from ..harness.rays import KINDS, RayBatch, tiled_rays
 from ..harness.subjects import Subject
-from ..harness.turns import MAX_HITS, ask_tree, count_hits
+from ..harness.turns import MAX_HITS, count_hits, query_tree
 from ..package import num_threads
 from ..peers import embree, tuning
 from .result import Built, EngineCell, Result, Side
 
-#: A trial that takes less than so many seconds is made twice.
-TWICE = 0.1
+#: A trial that is shorter than this, in seconds, is repeated once.
+SHORT_TRIAL = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,27 +34,27 @@ class EnginePreset(TimedPreset):
     Parameters
     ----------
     kinds : tuple of str
-        Kinds of rays, of `rays.KINDS`.
+        Kinds of rays: keys of `rays.KINDS`.
     method : str
-        Which tree of ours.
+        The builder of our tree.
     effort : float, optional
-        Of "best", as in `fastlines.build`: from 0, the fastest build, to 1, the best tree.
+        The effort of "best", as in `fastlines.build`: from 0, the fastest build, to 1, the best tree.
     peer : bool
         Measure Embree too.
     trial : int
-        All of the peer's configurations are tried on so many rays; those that come near the best are timed.
+        The number of rays of a trial of all the peer's configurations, after which only the fastest are timed.
     near : float
-        Near is to take at most so many times as long as the best,
+        A configuration is timed only if its trial takes at most `near` times as long as the fastest.
     n_timed : int
-        and to be one of so many; the best user geometry is timed in any subject.
+        The maximum number of timed configurations. The fastest user geometry is always timed, even if it is one more.
     lengths : tuple of float
-        To what shares of the box's diagonal segments are cut for Embree in tuning.
+        The piece lengths that tuning tries for Embree, as fractions of the box's diagonal.
     retune : bool
-        Do not use the lengths that an earlier run found.
+        Ignore the lengths that an earlier run found.
     one_by_one : bool
-        Each ray is searched alone: by our kernel "single", and by Embree's rtcIntersect1.
+        Trace each ray alone: with our kernel "single", and with Embree's rtcIntersect1.
     built_for : float, optional
-        Embree is user geometry that is built for this radius and asked with others, no larger.
+        Use only user geometry for Embree, built for this radius and queried with radii no larger.
     """
 
     n_rays: int = sized(1 << 20, 1 << 17)
@@ -83,7 +83,7 @@ def run_engine(
     subjects : list of Subject
     preset : EnginePreset
     progress : callable
-        Called with what is being done, and which share of all is done.
+        Called with the current work and the share of all work that is done.
     """
     start = time.perf_counter()
     version = embree.load(preset.n_threads) if preset.peer else None
@@ -135,7 +135,7 @@ class _Runner:
         return embree.Scenes(self.subject.lines, radius, self.subject.camera.origin, preset.n_threads, preset.built_for)
 
     def _tune(self, fixed: dict[str, RayBatch]) -> dict[str, list[embree.Build]]:
-        """Find how Embree likes these lines best, with the middle one of the radii."""
+        """Find the fastest builds of Embree for these lines, with the median radius."""
         subject, preset = self.subject, self.preset
         scenes = self._scenes(preset.built_for or subject.middle_radius)
         batches = [fixed[kind].part(preset.trial) for kind in ("camera", "random")]
@@ -161,16 +161,16 @@ class _Runner:
     ) -> EngineCell:
         preset = self.preset
 
-        # Try everything on few rays.
+        # Time a trial of all configurations.
         few = rays.part(preset.trial)
-        our_seconds, our_answer = self._time(partial(self._ask, radius, query), few)
+        our_seconds, our_answer = self._time(partial(self._query, radius, query), few)
         tried: dict[embree.Config, tuple[float, Difference]] = {}
         if scenes is not None:
             for config in embree.configs(scenes, builds, query, few, preset.one_by_one):
                 scenes.get(config.build)  # built before the clock runs
-                seconds, answer = self._time(partial(scenes.ask, config, query), few)
-                if seconds < TWICE:
-                    seconds = min(seconds, self._time(partial(scenes.ask, config, query), few)[0])
+                seconds, answer = self._time(partial(scenes.query, config, query), few)
+                if seconds < SHORT_TRIAL:
+                    seconds = min(seconds, self._time(partial(scenes.query, config, query), few)[0])
                 tried[config] = seconds, compare(query, our_answer, answer)
         fastest = sorted(tried, key=lambda config: tried[config][0])
         near = [config for config in fastest if tried[config][0] <= preset.near * tried[fastest[0]][0]][
@@ -179,7 +179,7 @@ class _Runner:
         exact = next((config for config in fastest if config.build.geometry == "user"), None)
         near = list(dict.fromkeys([*near, *([exact] if exact else [])]))
 
-        # Then both sides in turn, on as many rays as there is time for.
+        # Alternate both sides on as many rays as there is time for.
         slowest = max(our_seconds, *(tried[config][0] for config in near)) if near else our_seconds
         n_rays = max(len(few), int(len(few) * preset.seconds / max(slowest, 1e-6)))
         many = rays.part(n_rays)
@@ -189,13 +189,13 @@ class _Runner:
         for i_round in range(preset.rounds):
             mine, theirs = 0.0, dict.fromkeys(near, 0.0)
             for part in parts:
-                seconds, our_answer = self._time(partial(self._ask, radius, query), part)
+                seconds, our_answer = self._time(partial(self._query, radius, query), part)
                 mine += seconds
                 if i_round == 0:
                     n_hits += count_hits(query, our_answer)
                 for config in near:
                     assert scenes is not None
-                    seconds, answer = self._time(partial(scenes.ask, config, query), part)
+                    seconds, answer = self._time(partial(scenes.query, config, query), part)
                     theirs[config] += seconds
                     if i_round == 0:
                         differences[config] += compare(query, our_answer, answer)
@@ -221,10 +221,10 @@ class _Runner:
         rate = len(many) / max(ours, 1e-9) / 1e6
         return EngineCell(self.subject.name, radius, rays.kind, query, len(many), n_hits, rate, sides)
 
-    def _ask(self, radius: float, query: str, rays: RayBatch) -> Any:
-        return ask_tree(self.tree, query, rays, radius, "single" if self.preset.one_by_one else "auto")
+    def _query(self, radius: float, query: str, rays: RayBatch) -> Any:
+        return query_tree(self.tree, query, rays, radius, "single" if self.preset.one_by_one else "auto")
 
-    def _time(self, ask: Callable[[RayBatch], Any], rays: RayBatch) -> tuple[float, Any]:
+    def _time(self, answer_to: Callable[[RayBatch], Any], rays: RayBatch) -> tuple[float, Any]:
         start = self.now()
-        answer = ask(rays)
+        answer = answer_to(rays)
         return self.now() - start, answer

@@ -1,4 +1,4 @@
-"""The benchmark's tables, and a picture of the rates of both sides in each cell."""
+"""The benchmark's tables, and a plot of the rates of both sides in each cell."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .result import EngineCell, Result, Side
 
 
 def print_tables(result: Result) -> None:
-    """Print a table for each kind of rays and query, then what building cost."""
+    """Print a table for each kind of rays and query, then the times and sizes of builds."""
     console = wide_console()
     peer = result.preset["peer"]
     for (kind, query), cells in result.groups().items():
@@ -30,17 +30,16 @@ def print_tables(result: Result) -> None:
         print_table(console, table)
     print_table(console, _building(result))
     threads = result.preset["n_threads"]
-    said = (
-        f"Millions of rays a second, {threads} thread{'s' if threads > 1 else ''}, best of {result.preset['rounds']}. "
-    )
+    plural = "s" if threads > 1 else ""
+    said = f"Millions of rays per second, {threads} thread{plural}, best of {result.preset['rounds']}. "
     if result.preset["one_by_one"]:
-        said += "Each ray is searched alone. "
+        said += "Each ray is traced alone. "
     if result.preset["built_for"] is not None:
-        said += f"Embree's trees are built for the radius {result.preset['built_for']:g} and asked with those shown. "
+        said += f"Embree's trees are built for the radius {result.preset['built_for']:g} and queried with those shown. "
     if peer:
         said += (
-            f"Embree {result.machine['embree']}: its fastest configuration in each cell. differ: share of rays with "
-            "another answer than ours; to user: our ratio to its user geometry, which alone shares our hits. "
+            f"Embree {result.machine['embree']}: its fastest configuration in each cell. differ: the share of rays "
+            "whose answer differs from ours; to user: our ratio to its user geometry, which alone has our hits. "
         )
     console.print(f"{said}{result.seconds:.0f} s in all.", highlight=False)
 
@@ -65,7 +64,7 @@ def _cells(cell: EngineCell) -> list[str]:
 
 
 def _building(result: Result) -> Table:
-    """Seconds and megabytes: our tree serves all radii; Embree's, in the build that wins most cells, one."""
+    """Return the table of builds: our tree, and for each radius Embree's build that is best in most cells."""
     peer = result.preset["peer"]
     heads = ["segments", "tree s", "layout s", "ours MB", *(["radius", "Embree s", "Embree MB"] if peer else [])]
     table = new_table("building: seconds and megabytes", ["scene"], heads, ["Embree's build"] if peer else [])
@@ -92,7 +91,7 @@ def _build_cells(side: Side) -> list[str]:
 
 
 def draw(result: Result, path: str | os.PathLike[str]) -> None:
-    """Draw points, a panel for each kind of rays and query, and write them as a PNG."""
+    """Plot the rates of both sides, a panel for each kind of rays and query, as a PNG."""
     groups = result.groups()
     n_cells = max(len(cells) for cells in groups.values())
     figure = new_figure(max(6.0, 0.6 * n_cells + 2), 2.6 * len(groups))

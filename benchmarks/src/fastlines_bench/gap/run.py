@@ -1,12 +1,12 @@
-"""How far builders are from the optimum, on inputs so small that it can be found.
+"""How far builders are from the optimum, on inputs that are small enough to find it.
 
-Three classes of trees, each compared with what is optimal in it:
+Trees of three classes are compared with the optimum of their class:
 
-- *same planes*: `theory.build`, which is offered the planes of the oracle and no others. No ratio is below 1: what is
-  above it is lost by the search alone.
-- *sets*: builders that cut nothing, beside the best of all classic BVHs. No ratio is below 1.
-- *builders*: the core, which places planes over each node's own box and may divide sets too, beside the best tree over
-  the planes of a fixed grid. It can find planes that the grid does not have, so a ratio below 1 is possible.
+- *same planes*: `theory.build` with only the planes of the oracle. A ratio is at least 1, and any excess is due to the
+  search alone.
+- *sets*: builders without spatial splits, compared with the best of all classic BVHs. A ratio is at least 1.
+- *builders*: the core, which places planes over each node's own box and may have object splits too, compared with the
+  best tree over the planes of a fixed grid. It can use planes that the grid lacks, so a ratio may be below 1.
 """
 
 from __future__ import annotations
@@ -34,26 +34,26 @@ RULES: dict[str, theory.BoxRule] = {"tight": theory.tight, "cut": theory.cut}
 
 
 def crossing(n: int, rng: Rng) -> FloatArray:
-    """Long segments between random points of a cube."""
+    """Return long segments between random points of a cube."""
     return rng.random((n, 2, 3), np.float32)
 
 
 def hair(n: int, rng: Rng) -> FloatArray:
-    """A strand of four segments each time, side by side."""
+    """Return strands of four segments, side by side."""
     steps = np.array([0, 0, 0.25]) + 0.08 * rng.standard_normal((-(-n // 4), 4, 3))
     points = np.concatenate([np.zeros_like(steps[:, :1]), steps], 1).cumsum(1) + 0.3 * rng.random((len(steps), 1, 3))
     return np.stack([points[:, :-1], points[:, 1:]], 2).reshape(-1, 2, 3)[:n].astype(np.float32)
 
 
 def beams(n: int, rng: Rng) -> FloatArray:
-    """Segments from one point in all directions."""
-    ways = rng.standard_normal((n, 3))
-    ways *= rng.exponential(0.5, (n, 1)) / np.linalg.norm(ways, axis=1, keepdims=True)
-    return np.stack([np.zeros_like(ways), ways], 1).astype(np.float32)
+    """Return segments from one point in all directions."""
+    ends = rng.standard_normal((n, 3))
+    ends *= rng.exponential(0.5, (n, 1)) / np.linalg.norm(ends, axis=1, keepdims=True)
+    return np.stack([np.zeros_like(ends), ends], 1).astype(np.float32)
 
 
 def spaghetti(n: int, rng: Rng) -> FloatArray:
-    """The thesis's, tiny."""
+    """Return the thesis's scene of this name with n segments."""
     return make("spaghetti", n, int(rng.integers(1 << 30))).lines.segments
 
 
@@ -64,7 +64,7 @@ INPUTS: dict[str, Callable[[int, Rng], FloatArray]] = {
     "beams": beams,
 }
 
-#: Searches over the oracle's own planes, as arguments of `theory.build`.
+#: Searches over the oracle's planes, as arguments of `theory.build`.
 SEARCHES: dict[str, dict[str, Any]] = {
     "1 level (SAH)": {},
     "2 levels": {"lookahead": 2},
@@ -77,7 +77,7 @@ SEARCHES: dict[str, dict[str, Any]] = {
     "all bad levels": {"bad_levels": 64},
 }
 
-#: What cuts nothing.
+#: Object splits, which cut no primitive.
 SETS: dict[str, theory.Splits] = {"sweep (bvh-cl)": theory.object_sweep, "median": theory.median}
 
 _deep = Settings(splits=(PlaneGrid(16),), bad_levels=3)
@@ -100,16 +100,16 @@ BUILDERS: dict[str, Settings] = {
 
 @dataclass(frozen=True, kw_only=True)
 class GapPreset(Preset):
-    """What is compared.
+    """The sizes of the inputs.
 
     Attributes
     ----------
     n_seeds : int
-        Inputs of each kind.
-    same_planes, sets, builders : (int, ...)
-        Segments of an input, and planes of the oracle on each axis where it has planes.
+        The number of inputs of each kind.
+    same_planes, sets, builders : int or (int, int)
+        The segments of an input and, except for sets, the planes of the oracle on each axis.
     c_trav : float
-        Of all but the core's builders, which have their own.
+        The constant of all but the core's builders, which have their own.
     """
 
     n_seeds: int = sized(5, 2)
@@ -147,7 +147,7 @@ class Gaps:
     cells: list[GapCell]
 
     def groups(self) -> dict[tuple[str, str, float], dict[str, list[GapCell]]]:
-        """The cells of each builder, by what they are compared with."""
+        """Return the cells of each builder, for each class, box rule and c_trav."""
         found: dict[tuple[str, str, float], dict[str, list[GapCell]]] = {}
         for cell in self.cells:
             group = found.setdefault((cell.group, cell.boxes, cell.c_trav), {})
@@ -166,7 +166,7 @@ class Gaps:
 
 
 def mean_and_worst(cells: list[GapCell]) -> tuple[float, float]:
-    """The geometric mean of ratios, and the largest."""
+    """Return the geometric mean and the maximum of the ratios."""
     ratios = [cell.ratio for cell in cells]
     return geometric_mean(ratios) or math.nan, max(ratios)
 
@@ -193,7 +193,7 @@ def _same_planes(preset: GapPreset, name: str, seed: int) -> list[GapCell]:
     planes = optimum.even_planes(theory.hull(prims), n_planes)
     cells = []
     for boxes, rule in RULES.items():
-        splits = _remembered(optimum.planes_at(planes, rule))
+        splits = _cached(optimum.planes_at(planes, rule))
         least = theory.f(optimum.grid_optimum(ends, planes, rule, preset.c_trav), preset.c_trav)
         for search, given in SEARCHES.items():
             tree = theory.build(prims, splits, c_trav=preset.c_trav, leaf_refs=0, **given)
@@ -202,8 +202,8 @@ def _same_planes(preset: GapPreset, name: str, seed: int) -> list[GapCell]:
     return cells
 
 
-def _remembered(splits: theory.Splits) -> theory.Splits:
-    """Split each node once: searches come back to the same ones."""
+def _cached(splits: theory.Splits) -> theory.Splits:
+    """Return the splits with a cache, because searches return to the same nodes."""
     known = cache(lambda prims, box: [((tuple(lp), lb), (tuple(rp), rb)) for (lp, lb), (rp, rb) in splits(prims, box)])
     return lambda prims, box: known(tuple(prims), box)
 
@@ -237,7 +237,7 @@ def _builders(preset: GapPreset, name: str, seed: int) -> list[GapCell]:
 
 
 def _arguments(given: Settings) -> dict[str, Any]:
-    """Let leaves of one segment be split too, as the oracle's are; it has no lanes."""
+    """Return the arguments of `build`: nodes of one segment may be split, and there are no lanes, as for the oracle."""
     limits: Limits = replace(given.limits, leaf_refs=0)
     names = ("splits", "boxes", "lookahead", "cost", "bad_levels", "prune", "radius_hint")
     return {**{name: getattr(given, name) for name in names}, "limits": limits}

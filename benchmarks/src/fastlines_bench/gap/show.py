@@ -1,4 +1,4 @@
-"""The tables of how far builders are from the optimum, and a plot of all inputs."""
+"""The tables of the ratios to the optimum, and a plot of all inputs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ..harness.plot import new_figure, save, style
 from ..harness.tables import new_table, print_table, wide_console
 from .run import INPUTS, Gaps, mean_and_worst
 
-#: One for each kind of input.
+#: The colour of each kind of input.
 COLOURS = ("#c2410c", "#0369a1", "#15803d", "#7e22ce")
 
 
@@ -30,13 +30,14 @@ def print_gaps(gaps: Gaps) -> None:
         print_table(console, table)
     console.print(
         f"Costs as multiples of the optimum, geometric means of {preset.n_seeds} inputs each. The core's builders "
-        "place planes over each node's own box, and some divide sets: they can get below the optimum of a fixed grid.",
+        "place planes over each node's own box, and some have object splits, so they can beat the optimum of a fixed "
+        "grid.",
         highlight=False,
     )
 
 
 def draw_gap(gaps: Gaps, path: str | os.PathLike[str]) -> None:
-    """Draw a point for each builder and input, a panel for each class of trees, as a PNG."""
+    """Plot a point for each builder and input, a panel for each class of trees, as a PNG."""
     groups = gaps.groups()
     heights = [len(builders) + 1.5 for builders in groups.values()]
     figure = new_figure(9.0, 0.26 * sum(heights) + 1)

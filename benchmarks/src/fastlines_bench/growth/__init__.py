@@ -1,4 +1,4 @@
-"""``fastlines-bench growth``: what a ray costs as the scene grows, and whether threads help."""
+"""``fastlines-bench growth``: the cost of a ray as the scene grows, and the speed-up by threads."""
 
 from .run import GrowthPreset, run_growth
 from .show import draw_growth, print_growth

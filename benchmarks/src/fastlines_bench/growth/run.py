@@ -1,6 +1,7 @@
-"""What a ray costs as the scene grows, and whether threads help: the public calls, wall clock, thread counts in turn.
+"""The cost of a ray as the scene grows, and the speed-up by threads.
 
-The cost of a ray is fitted as c · n^b, with n the number of segments: least squares over the logarithms of both.
+Public calls are timed by the wall clock, with alternated thread counts. The cost of a ray is fitted as c · n^b, with n
+the number of segments, by least squares over the logarithms of both.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from fastlines.scenes import RADII, make
 from ..harness import machine
 from ..harness.preset import TimedPreset, sized
 from ..harness.rays import QUESTIONS, camera_rays, random_rays
-from ..harness.turns import alternate, way
+from ..harness.turns import alternate, query_function
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,11 +31,11 @@ class GrowthPreset(TimedPreset):
     scenes : tuple of str
         Names of `fastlines.scenes`.
     sizes : tuple of int
-        How many segments each of them has, in turn.
+        The numbers of segments of each scene.
     threads : tuple of int
-        How many threads the queries use, in turn.
+        The numbers of threads of the queries, which are alternated.
     radius : float
-        The same at all sizes; a scene keeps its extent, about 1, as it grows.
+        The radius for all sizes; a scene keeps its extent, about 1, as it grows.
     """
 
     n_rays: int = sized(1 << 18, 1 << 15)
@@ -53,11 +54,11 @@ class Size:
     Attributes
     ----------
     bytes : int
-        Of the layout and the segments.
+        The size of the layout and the segments.
     build_s, layout_s : float
-        How long it took to build the tree, and to lay it out for queries.
+        The seconds of the build and of the layout.
     limits_hit : dict of str to int
-        As `Tree.limits_hit` has it.
+        A copy of `Tree.limits_hit`.
     """
 
     scene: str
@@ -72,14 +73,14 @@ class Size:
 
 @dataclass(frozen=True)
 class GrowthCell:
-    """One kind of rays and query, on a scene of one size.
+    """The times of a kind of rays and a query, on a scene of one size.
 
     Attributes
     ----------
     n_hits : int
-        Of all rays; of a first hit, how many rays hit.
+        The number of hits of all rays; of rays that hit, for first.
     seconds : tuple of float
-        The best of all rounds, with each of the thread counts.
+        The least seconds of a round, for each thread count.
     """
 
     scene: str
@@ -92,22 +93,22 @@ class GrowthCell:
 
     @property
     def mrays(self) -> list[float]:
-        """Millions of rays a second, with each of the thread counts."""
+        """Millions of rays per second, for each thread count."""
         return [self.n_rays / seconds / 1e6 for seconds in self.seconds]
 
     @property
     def ns(self) -> list[float]:
-        """What a ray costs in nanoseconds, with each of the thread counts."""
+        """Nanoseconds per ray, for each thread count."""
         return [seconds / self.n_rays * 1e9 for seconds in self.seconds]
 
     @property
     def speedup(self) -> float:
-        """How many times faster the last thread count is than the first."""
+        """The speed-up of the last thread count over the first."""
         return self.seconds[0] / self.seconds[-1]
 
     @property
     def hits(self) -> float:
-        """Mean hits a ray."""
+        """Mean hits per ray."""
         return self.n_hits / self.n_rays
 
     def to_json(self) -> dict[str, Any]:
@@ -118,14 +119,14 @@ class GrowthCell:
 
 @dataclass(frozen=True)
 class Exponents:
-    """How a kind of rays and query grows on a scene.
+    """The exponents of a kind of rays and a query on a scene.
 
     Attributes
     ----------
     cost : list of float
-        The exponent of the cost of a ray, with each of the thread counts.
+        The exponent of the cost of a ray, for each thread count.
     hits : float or None
-        That of the mean hits a ray; None where there are none.
+        The exponent of the mean hits per ray; None if a size has no hits.
     """
 
     scene: str
@@ -146,14 +147,14 @@ class Growth:
     seconds: float
 
     def groups(self) -> dict[tuple[str, str, str], list[GrowthCell]]:
-        """The cells of each scene, kind of rays and query: one for each size."""
+        """Return the cells of each scene, kind of rays and query: one for each size."""
         found: dict[tuple[str, str, str], list[GrowthCell]] = {}
         for cell in self.cells:
             found.setdefault((cell.scene, cell.kind, cell.query), []).append(cell)
         return found
 
     def exponents(self) -> list[Exponents]:
-        """The exponents of all groups; none if there is one size only."""
+        """Return the exponents of all groups; an empty list if there is only one size."""
         if len(self.preset.sizes) < 2:
             return []
         found = []
@@ -178,7 +179,7 @@ class Growth:
 
 
 def exponent(sizes: Sequence[float], values: Sequence[float]) -> float:
-    """Exponents b of values ~ sizes^b, from two sizes or more.
+    """Return the exponent b of values ~ sizes^b, fitted to two sizes or more.
 
     Examples
     --------
@@ -197,7 +198,7 @@ def run_growth(preset: GrowthPreset, progress: Callable[[str, float], None] = la
     ----------
     preset : GrowthPreset
     progress : callable
-        Called with what is being done, and which share of all is done.
+        Called with the current work and the share of all work that is done.
     """
     start = time.perf_counter()
     where = machine.describe()
@@ -213,8 +214,8 @@ def run_growth(preset: GrowthPreset, progress: Callable[[str, float], None] = la
             tree = build(scene.lines)
             built = time.perf_counter()
             layout = tree.layout
-            laid = time.perf_counter()
-            took = built - begin, laid - built
+            end = time.perf_counter()
+            took = built - begin, end - built
             n_refs = len(layout.refs)
             sizes.append(Size(name, n_segments, tree.method, n_refs, layout.n_bytes, *took, dict(tree.limits_hit)))
             rays = {
@@ -223,8 +224,11 @@ def run_growth(preset: GrowthPreset, progress: Callable[[str, float], None] = la
             }
             for kind, query in QUESTIONS:
                 progress(f"{what}: {kind} rays, {query}", len(cells) / n_cells)
-                ways = {f"{n} thread{'s' if n > 1 else ''}": way(tree, query, preset.radius, n) for n in preset.threads}
-                turns = alternate(ways, query, rays[kind], preset.seconds, preset.rounds, time.perf_counter)
-                seconds = tuple(turns.seconds.values())
-                cells.append(GrowthCell(name, n_segments, kind, query, turns.n_rays, turns.n_hits, seconds))
+                variants = {
+                    f"{n} thread{'s' if n > 1 else ''}": query_function(tree, query, preset.radius, n)
+                    for n in preset.threads
+                }
+                timings = alternate(variants, query, rays[kind], preset.seconds, preset.rounds, time.perf_counter)
+                seconds = tuple(timings.seconds.values())
+                cells.append(GrowthCell(name, n_segments, kind, query, timings.n_rays, timings.n_hits, seconds))
     return Growth(where, preset, sizes, cells, time.perf_counter() - start)

@@ -1,4 +1,4 @@
-"""The tables of what a ray costs as the scene grows, and a plot of it."""
+"""The tables of the cost of a ray as the scene grows, and a plot."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from ..harness.plot import label_log, new_figure, save, style
 from ..harness.tables import format_3_digits, new_table, print_table, wide_console
 from .run import Growth, GrowthCell, Size
 
-#: One for each scene.
+#: The colours of the scenes.
 COLOURS = ("#c2410c", "#0369a1", "#15803d", "#7e22ce", "#a16207")
 
-#: How kinds of rays are drawn, and queries.
+#: The line styles of kinds of rays, and the markers of queries.
 LINES = {"camera": "-", "random": "--"}
 MARKS = {"first": "o", "all": "s"}
 
 
 def print_growth(growth: Growth) -> None:
-    """Print what was measured, a row for each kind of rays and query at each size; then the exponents."""
+    """Print a row for each kind of rays and query at each size, then the exponents."""
     console = wide_console()
     preset = growth.preset
     print_table(console, _measured(growth))
@@ -37,8 +37,8 @@ def print_growth(growth: Growth) -> None:
 
 def _measured(growth: Growth) -> Table:
     threads = growth.preset.threads
-    table = new_table("what a ray costs as the scene grows", ["scene"], [])
-    heads = ["segments", "references", "layout\nMB", "build\ns", "rays", "query", "rays\nasked", "hits\na ray"]
+    table = new_table("the cost of a ray as the scene grows", ["scene"], [])
+    heads = ["segments", "references", "layout\nMB", "build\ns", "rays", "query", "rays\ntraced", "hits\na ray"]
     heads += [f"Mrays/s\n{n}" for n in _threads(threads)]
     heads += ["speed-up"] if len(threads) > 1 else []
     for head in heads:
@@ -86,12 +86,12 @@ def _cells(cell: GrowthCell) -> list[str]:
 
 
 def _short(value: float) -> str:
-    """About three digits; two of what is small."""
+    """Format a value with about three digits, or two if it is small."""
     return format_3_digits(value) if value >= 0.0995 or value == 0 else f"{value:.2g}"
 
 
 def draw_growth(growth: Growth, path: str | os.PathLike[str]) -> None:
-    """Draw the cost of a ray with the first thread count, a line for each scene, kind of rays and query, as a PNG."""
+    """Plot the cost of a ray with the first thread count, a line for each scene, kind of rays and query, as a PNG."""
     preset = growth.preset
     exponents = {(fit.scene, fit.kind, fit.query): fit.cost[0] for fit in growth.exponents()}
     figure = new_figure(9.0, 5.0)

@@ -1,1 +1,1 @@
-"""What all benchmarks share: subjects, rays, turns and the clock, presets, tables, plots and kept steps."""
+"""The shared parts of the benchmarks: subjects, rays, alternation, the clock, presets, tables, plots, stored steps."""

@@ -1,4 +1,4 @@
-"""The kinds of arrays that the benchmarks name."""
+"""Types of arrays."""
 
 from __future__ import annotations
 

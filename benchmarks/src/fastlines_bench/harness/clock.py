@@ -10,15 +10,15 @@ Result = TypeVar("Result")
 
 
 def clock(n_threads: int) -> Callable[[], float]:
-    """Choose a clock in seconds: with one thread, the processor time of this process; with more, wall-clock time.
+    """Return a clock in seconds: the processor time of this process for one thread, wall-clock time for more.
 
-    Processor time does not count what other programs do.
+    Processor time excludes other programs.
     """
     return time.process_time if n_threads == 1 else time.perf_counter
 
 
 def best_of(rounds: int, n_threads: int, do: Callable[[], Result]) -> tuple[float, Result]:
-    """Do something several times; return the least of the seconds that it took, and the last result."""
+    """Call a function several times; return the least seconds of a call, and the last result."""
     now, times = clock(n_threads), []
     for _ in range(rounds):
         start = now()

@@ -1,4 +1,4 @@
-"""Whether two sides answer alike."""
+"""Compare the answers of two sides."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-#: Hits whose t differ by no more than this share are at the same t.
+#: Two hits tie if their t differ by at most this fraction.
 TIE = 2.0**-20
 
 
 @dataclass(frozen=True)
 class Difference:
-    """How far a peer's answers are from ours.
+    """The differences between a peer's answers and ours.
 
     Attributes
     ----------
     n_rays : int
-        How many were compared.
+        The number of rays compared.
     n_differ : int
-        Of these, how many name another segment, find a hit where the other finds none, or have another set of hits.
+        The number of rays with another segment, with a hit on one side only, or with another set of hits.
     n_ties : int
-        Of the latter, how many name two segments at the same t but for rounding, as happens where segments meet.
+        The number of the latter whose two segments have the same t up to rounding, as where segments meet.
     max_dt : float
-        The largest difference in t between hits that both name.
+        The largest difference in t between hits that both sides report.
     """
 
     n_rays: int = 0
@@ -43,12 +43,12 @@ class Difference:
 
     @property
     def share(self) -> float:
-        """Which share of the rays differs, but for ties."""
+        """The fraction of the rays that differ, without ties."""
         return (self.n_differ - self.n_ties) / self.n_rays if self.n_rays else 0.0
 
 
 def compare(query: str, ours: Any, theirs: Any) -> Difference:
-    """Compare what the two sides' calls gave back for the same rays."""
+    """Return the differences between two answers to a query on the same rays."""
     if query == "any":
         return Difference(len(ours), int((ours != theirs).sum()))
     if query == "first":
@@ -72,7 +72,7 @@ def compare(query: str, ours: Any, theirs: Any) -> Difference:
 
 
 def same(a: Any, b: Any) -> bool:
-    """Whether two answers of ours are one, bit for bit."""
+    """Return whether two answers of ours are the same, bit for bit."""
     names = ("t", "prim", "u", "distance", "offsets")
     return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in names if hasattr(a, name))
 

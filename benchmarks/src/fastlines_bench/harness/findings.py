@@ -1,27 +1,28 @@
-"""What ought to hold of figures: checks, which are inequalities, and findings, which are some of them together."""
+"""Checks, which are inequalities that figures should satisfy, and findings, which are groups of checks."""
 
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from typing import Any
 
-#: A figure may pass its bound by this share of it: rounding in float64.
+#: The relative tolerance of a bound, for rounding in float64.
 ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
 class Check:
-    """A figure and the bounds that it must keep; None = not measured.
+    """A figure and its bounds; None = not measured.
 
     Attributes
     ----------
     what : str
     figure : float or None
     most : float or None
-        Its upper bound; None where what it is compared with was not measured.
+        The upper bound; None if the figure that it depends on was not measured.
     least : float
+        The lower bound.
     scene : str
-        Where it was measured.
+        The scene of the figure.
     """
 
     what: str
@@ -32,7 +33,7 @@ class Check:
 
     @property
     def holds(self) -> bool | None:
-        """Whether the figure keeps its bounds; None if something was not measured."""
+        """Whether the figure is within its bounds; None if it or the bound was not measured."""
         if self.figure is None or self.most is None:
             return None
         return self.least * (1 - ROUNDING) <= self.figure <= self.most * (1 + ROUNDING)
@@ -51,6 +52,6 @@ class Finding:
 
     @property
     def holds(self) -> bool | None:
-        """Whether it does; None if a part was not measured and no other speaks against it."""
+        """Whether all checks hold; None if one was not measured and no other fails."""
         verdicts = [check.holds for check in self.checks]
         return False if False in verdicts else None if None in verdicts else True

@@ -1,4 +1,4 @@
-"""Where figures were measured."""
+"""The machine on which figures are measured."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ __all__ = ["describe", "load"]
 
 
 def load() -> float | None:
-    """Return the mean number of processes that wanted to run in the last minute; None where the system has no such."""
+    """Return the load average of the last minute; None if the system has none."""
     return os.getloadavg()[0] if hasattr(os, "getloadavg") else None
 
 
 def describe(**more: object) -> dict[str, object]:
-    """Name the processor, the system, the versions, the instruction set and the load, and what else is given."""
+    """Return the processor, the system, the versions, the instruction set, the load, and all of `more`, by name."""
     return {**describe_machine(), "simd": simd(), "load": load(), **more}

@@ -1,4 +1,4 @@
-"""Plots: a figure without a window, figures along logarithmic axes, names beside points where there is room."""
+"""Plots: figures without a window, labels of logarithmic axes, and names of points that do not overlap."""
 
 from __future__ import annotations
 
@@ -8,14 +8,15 @@ from typing import Any
 
 from fastlines import FastlinesError
 
-#: Where a name may stand: so many points right of and above its own, on which side of it the name ends. First the best.
+#: Offsets of a name from its point: x and y in typographic points, and 1 if the name is right of it, −1 if left.
+#: Earlier offsets are preferred.
 PLACES = [
     (sign * (4 + 6 * ring), y, sign) for ring in range(5) for y in (2 + 8 * ring, -6 - 8 * ring) for sign in (1, -1)
 ]
 
 
 def check() -> None:
-    """Refuse, before the work is done, to draw without matplotlib."""
+    """Raise an error if matplotlib is missing, before any work is done."""
     try:
         import matplotlib  # noqa: F401
     except ImportError:
@@ -23,7 +24,7 @@ def check() -> None:
 
 
 def new_figure(width: float, height: float) -> Any:
-    """Make a figure that needs no window."""
+    """Return a figure that needs no window."""
     check()
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -39,7 +40,7 @@ def save(figure: Any, path: str | os.PathLike[str]) -> None:
 
 
 def style(panel: Any, grid: bool = False) -> None:
-    """Take away what a panel does not need."""
+    """Hide the top and right edges of a panel, and draw a grid if `grid`."""
     panel.spines[["top", "right"]].set_visible(False)
     if grid:
         panel.grid(color="#e2e8f0", linewidth=0.6)
@@ -47,7 +48,7 @@ def style(panel: Any, grid: bool = False) -> None:
 
 
 def label_log(axis: Any) -> None:
-    """Label a logarithmic axis in plain figures: 1, 10, 100, or 1, 2, 5, 10, or evenly, whichever first gives three."""
+    """Label a logarithmic axis in plain numbers: at 1, 10, 100, or 1, 2, 5, 10, or evenly, to have three labels."""
     from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
     low, high = sorted(axis.get_view_interval())
@@ -59,10 +60,10 @@ def label_log(axis: Any) -> None:
 
 
 def name_points(panel: Any, points: Sequence[tuple[float, float]], names: Sequence[str], size: float = 6.0) -> None:
-    """Write a name beside each point of a panel that has its place in the figure, with a thin line if it is not near.
+    """Write a name next to each point of a panel whose layout is fixed, with a thin line between them.
 
-    Names take turns from the left; each takes the first place where it covers neither another nor a point nor the
-    panel's edge, or the one where it covers the least.
+    Names are placed from left to right. Each takes the first offset at which it overlaps no name, no point and not the
+    panel's edge, or else the offset with the least overlap.
     """
     from matplotlib.text import Text
     from matplotlib.transforms import Bbox

@@ -1,4 +1,4 @@
-"""How much a benchmark measures: every command has a full preset and a quick one, and options that change either."""
+"""Presets: how much a benchmark measures. Every command has a full and a quick preset, which options can change."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, Self
 
 
 def sized(full: Any, quick: Any) -> Any:
-    """Declare a field of a preset by its values in the full and in the quick one."""
+    """Return a field of a preset, given its values in the full and in the quick preset."""
     metadata = {"quick": quick}
     if isinstance(full, dict):
         return field(default_factory=full.copy, metadata=metadata)
@@ -20,25 +20,26 @@ class Preset:
 
     @classmethod
     def of(cls, quick: bool = False, **given: Any) -> Self:
-        """Make the full or the quick preset, and change what is given and not None."""
+        """Return the full or the quick preset, with the given values that are not None."""
         values = {each.name: each.metadata["quick"] for each in fields(cls) if quick and "quick" in each.metadata}
         return cls(**values | {name: value for name, value in given.items() if value is not None})
 
 
 @dataclass(frozen=True, kw_only=True)
 class TimedPreset(Preset):
-    """What all presets for timed queries have.
+    """The base of all presets for timed queries.
 
     Parameters
     ----------
     n_threads : int
-        Of all sides, in builds and in queries.
+        The number of threads of all sides, in builds and in queries.
     n_rays : int
-        At most so many rays, or a few more, for one figure.
+        The maximum number of rays for one figure, up to rounding to whole blocks.
     rounds : int
-        All sides take turns so often. Of queries the best time counts, of builds the median.
+        The number of rounds, in each of which all sides run once. The best time of a query and the median time of a
+        build count, unless a command says otherwise.
     seconds : float
-        About how long one turn of the slowest side takes; fewer rays are traced if all would take longer.
+        The approximate time of the slowest side in one round; fewer rays are traced if all would take longer.
     """
 
     n_threads: int = 1

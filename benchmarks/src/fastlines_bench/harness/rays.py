@@ -1,4 +1,4 @@
-"""The rays that are timed: those of a camera, random ones, and those of ambient occlusion."""
+"""The timed rays: camera rays, random rays, and ambient-occlusion rays."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fastlines import Camera, InputError, Lines
 
 from .arrays import FloatArray
 
-#: The kinds of rays and the queries that are asked of each.
+#: The kinds of rays, and the queries that are timed on each.
 KINDS: dict[str, tuple[str, ...]] = {
     "camera": ("first", "all"),
     "tiled": ("first", "all"),
@@ -19,10 +19,10 @@ KINDS: dict[str, tuple[str, ...]] = {
     "ao": ("any",),
 }
 
-#: What is asked where a table is to hold it all: the kind of rays, and the query.
+#: The questions of a table: pairs of a kind of rays and a query.
 QUESTIONS = tuple((kind, query) for kind in ("camera", "random") for query in KINDS[kind])
 
-#: What each kind is, in a line.
+#: A description of each kind.
 KIND_NOTES = {
     "camera": "a square picture that the lines fill, row by row",
     "tiled": "the same in tiles of 4×4 within tiles of 8×8 pixels",
@@ -30,18 +30,18 @@ KIND_NOTES = {
     "ao": "from the points that a camera sees, over the sphere, t from 2.5 radii to a tenth of the box's diagonal",
 }
 
-#: Of a picture, windows of so many rows of at most so many pixels stay together where a part is taken: no larger, for
-#: what rays meet differs a lot from place to place, and few of them may be asked.
+#: The rows and maximum columns of a window. A part of a picture consists of whole windows. They are small, because the
+#: cost of rays differs much between places of a picture and the part may have few windows.
 WINDOW = (8, 32)
 
-#: Ambient occlusion: t_min in radii, so that a ray does not hit where it starts; t_max in diagonals of the box.
+#: Ambient occlusion: t_min in radii, so that a ray misses the segment where it starts; t_max in diagonals of the box.
 AO_T_MIN = 2.5
 AO_T_MAX = 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class RayBatch:
-    """Rays of unit direction with common bounds.
+    """Rays of unit direction with the same bounds.
 
     Attributes
     ----------
@@ -50,9 +50,9 @@ class RayBatch:
     origins, directions : (n, 3) float32
     t_min, t_max : float
     block : int
-        So many neighbours stay together where the rays are divided: of a picture, eight whole rows.
+        The number of neighbouring rays that are never divided: eight whole rows of a picture.
     width : int
-        Of a whole picture that comes row by row: the length of a row; else 0.
+        The length of a row of a whole picture in row order; 0 for other rays.
     """
 
     kind: str
@@ -68,19 +68,20 @@ class RayBatch:
 
     @property
     def coherent(self) -> bool:
-        """Whether neighbours are alike."""
+        """Whether neighbouring rays are coherent."""
         return self.kind in ("camera", "tiled")
 
     def take(self, rows: slice | npt.NDArray[np.int64]) -> RayBatch:
-        """Some of the rays."""
+        """Return the rays at some indices."""
         origins, directions = (np.ascontiguousarray(a[rows]) for a in (self.origins, self.directions))
         return replace(self, origins=origins, directions=directions, width=0)
 
     def part(self, n_rays: int) -> RayBatch:
-        """So many of the rays, or some more: whole blocks from the middles of equal shares, so that means stay true.
+        """Return about `n_rays` or somewhat more rays that represent all: one whole block from each of equal shares.
 
-        Of a picture it is windows, which make a narrow picture, one below the other: from anywhere in their shares,
-        for the middle of a share of windows is at its edge.
+        A part of a picture consists of windows, one below the other. A window is at a random place in its share,
+        because the middle of a share of windows in Morton order is at the share's edge. Other blocks are from the
+        middle.
         """
         if self.width:
             blocks = _windows(self.width, len(self) // self.width)
@@ -95,19 +96,19 @@ class RayBatch:
         return replace(self.take(taken.ravel()), block=blocks.shape[1])
 
     def slices(self, n_rays: int) -> list[RayBatch]:
-        """All rays, about so many at a time: whole blocks that follow each other, one at least."""
+        """Return all rays as batches of about `n_rays`: consecutive whole blocks, at least one."""
         size = max(1, n_rays // self.block) * self.block
         return [self.take(slice(i, i + size)) for i in range(0, len(self), size)]
 
 
 def camera_rays(camera: Camera, n_rays: int) -> RayBatch:
-    """The rays of a square picture of about so many pixels, as `Camera.rays` gives them: row by row."""
+    """Return the rays of a square picture of about `n_rays` pixels in row order, as `Camera.rays` does."""
     size = max(1, round(n_rays**0.5))
     return RayBatch("camera", *camera.rays(size, size), block=8 * size, width=size)
 
 
 def tiled_rays(camera: Camera, n_rays: int) -> RayBatch:
-    """The same rays, for a caller who walks the picture in tiles of 4×4 pixels within tiles of 8×8."""
+    """Return camera rays in the order of tiles of 4×4 pixels within tiles of 8×8."""
     size = max(8, round(n_rays**0.5 / 8) * 8)
     origins, directions = camera.rays(size, size)
     order = np.arange(size * size).reshape(size // 8, 2, 4, size // 8, 2, 4).transpose(0, 3, 1, 4, 2, 5).ravel()
@@ -115,7 +116,7 @@ def tiled_rays(camera: Camera, n_rays: int) -> RayBatch:
 
 
 def random_rays(lines: Lines, n_rays: int, seed: int = 0) -> RayBatch:
-    """Rays through a uniform point of the lines' box, of isotropic direction, that start outside the box."""
+    """Return rays that start outside the box of the lines: through uniform points of it, in isotropic directions."""
     rng = np.random.default_rng([seed, 1])
     low, high = lines.bounds.astype(np.float64)
     target = low + rng.random((n_rays, 3)) * (high - low)
@@ -125,19 +126,19 @@ def random_rays(lines: Lines, n_rays: int, seed: int = 0) -> RayBatch:
 
 
 def ao_rays(lines: Lines, camera: RayBatch, t: FloatArray, radius: float, n_rays: int, seed: int = 0) -> RayBatch:
-    """Ambient occlusion: from the points that camera rays hit first, a few directions each, uniform over the sphere.
+    """Return ambient-occlusion rays: from the first hits of camera rays, with a few isotropic directions each.
 
     Parameters
     ----------
     camera : RayBatch
-        The camera's rays, and
+        The camera rays.
     t : (n,) float32
-        where each of them hits; inf = nowhere.
+        The first hits of the camera rays; inf = miss.
     """
-    seen = np.isfinite(t)
-    if not seen.any():
+    hit = np.isfinite(t)
+    if not hit.any():
         raise InputError("no camera ray hits anything, so there is nowhere for ambient occlusion to start")
-    points = (camera.origins + np.where(seen, t, 0)[:, None] * camera.directions)[seen]
+    points = (camera.origins + np.where(hit, t, 0)[:, None] * camera.directions)[hit]
     points = np.repeat(points, -(-n_rays // len(points)), axis=0)
     rng = np.random.default_rng([seed, 2])
     low, high = lines.bounds.astype(np.float64)
@@ -149,15 +150,15 @@ def ao_rays(lines: Lines, camera: RayBatch, t: FloatArray, radius: float, n_rays
 
 
 def _windows(width: int, height: int) -> npt.NDArray[np.int64]:
-    """The pixels of each window of a picture, in an order in which those that follow each other lie near."""
+    """Return the pixels of each window of a picture; the windows are in Morton order."""
     rows, n_across = WINDOW[0], -(-width // WINDOW[1])
-    # Of whole groups of 8 × 8 pixels, as they are asked, where there is more than one window beside another.
+    # Use whole groups of 8 × 8 pixels, as the kernels do, if a row has more than one window.
     columns = width if n_across == 1 else -(-width // n_across // 8) * 8
-    # Windows of the last rows and columns share some with those before.
+    # Let the windows of the last rows and columns overlap those before.
     tops = np.minimum(np.arange(0, height, rows), height - rows) if height >= rows else np.arange(0)
     lefts = np.linspace(0, width - columns, n_across).astype(np.int64)
     top, left = (a.ravel() for a in np.meshgrid(tops, lefts))
-    # Morton order: the bits of both in turn.
+    # Sort into Morton order: interleave the bits of both.
     order = np.argsort(sum((left >> i & 1) << 2 * i | (top >> i & 1) << 2 * i + 1 for i in range(31)))
     first = (top * width + left)[order]
     window = np.arange(rows)[:, None] * width + np.arange(columns)
@@ -165,6 +166,6 @@ def _windows(width: int, height: int) -> npt.NDArray[np.int64]:
 
 
 def _sphere(rng: np.random.Generator, n: int) -> FloatArray:
-    """Isotropic unit vectors."""
+    """Return n isotropic unit vectors."""
     vectors = rng.standard_normal((n, 3))
     return np.asarray(vectors / np.sqrt((vectors**2).sum(axis=1, keepdims=True)), np.float32)

@@ -1,4 +1,4 @@
-"""Work as named steps, each kept in a file: a run that was stopped goes on where it was."""
+"""Work in named steps whose results are stored in files, so that an interrupted run resumes."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from typing import Any, TypeAlias
 
 from ..package import atomic_write
 
-#: What a step found, ready for JSON. Under "images" are the names of its pictures' files.
+#: The result of a step, ready for JSON. "images" has the names of its picture files.
 Found: TypeAlias = dict[str, Any]
 Results: TypeAlias = dict[str, Found]
 
-#: Counts up when the steps find something else.
+#: Increased when the meaning of the results changes.
 FORMAT = 3
 
 
 @dataclass(frozen=True)
 class Step:
-    """Some work with a name.
+    """A named part of the work.
 
     Attributes
     ----------
     name : str
     weight : float
-        About how long it takes, in any unit that all steps share.
+        Its approximate time, in a unit that all steps share.
     make : callable
-        Does it, given what the steps before it found.
+        Returns the result, given those of the steps before it.
     """
 
     name: str
@@ -41,14 +41,14 @@ class Step:
 
 
 class Store:
-    """Where steps keep what they found.
+    """A folder with the results of steps.
 
     Parameters
     ----------
     folder : Path
-        Made if it does not exist.
+        Created if it does not exist.
     key : object
-        What all steps depend on; what was kept under another key is made anew.
+        Everything that the steps depend on. Results that were stored under another key are computed again.
     """
 
     def __init__(self, folder: Path, key: object) -> None:
@@ -57,11 +57,11 @@ class Store:
         self.key = hashlib.sha256(repr((FORMAT, key)).encode()).hexdigest()[:16]
 
     def path(self, name: str, extension: str) -> Path:
-        """Where something of this name is kept."""
+        """Return the path of the file for a name."""
         return self.folder / (re.sub(r"\W+", "-", name.lower()).strip("-") + extension)
 
     def read(self, name: str) -> Found | None:
-        """Give what a step found, if it is there and whole."""
+        """Return the stored result of a step; None if it is missing, incomplete or of another key."""
         try:
             kept = json.loads(self.path(name, ".json").read_text(encoding="utf-8"))
             images = kept["found"].get("images", {}).values()
@@ -73,14 +73,14 @@ class Store:
         return None
 
     def write(self, name: str, found: Found, seconds: float) -> None:
-        """Keep what a step found."""
+        """Store the result of a step."""
         kept = {"name": name, "key": self.key, "seconds": seconds, "found": found}
         with atomic_write(self.path(name, ".json")) as partial:
             partial.write_text(json.dumps(kept, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def run_steps(steps: Sequence[Step], store: Store, show_progress: bool = False) -> Results:
-    """Do all steps that are not done yet, in turn; give what each found, with the seconds it took."""
+    """Run all steps without a stored result; return the results of all steps, with their seconds."""
     results: Results = {}
     kept = {step.name: store.read(step.name) for step in steps}
     to_do = [step for step in steps if kept[step.name] is None]
@@ -99,7 +99,7 @@ def run_steps(steps: Sequence[Step], store: Store, show_progress: bool = False) 
 
 
 def time_left(weights: Mapping[str, float], done: Sequence[str], seconds: float) -> float | None:
-    """Reckon the seconds that the other steps will take, if these took so many; None if none is done.
+    """Estimate the seconds of the remaining steps from those of the done ones; None if none is done.
 
     Examples
     --------
@@ -112,7 +112,7 @@ def time_left(weights: Mapping[str, float], done: Sequence[str], seconds: float)
 
 @contextmanager
 def _bar(to_do: Sequence[Step], n_steps: int, show: bool) -> Iterator[Callable[[Step], None]]:
-    """Name the step that is on, and the time left, if there is someone to look at it."""
+    """Show the current step and the time left, if `show`; yield a function to call before each step."""
     if not show:
         yield lambda step: None
         return
@@ -125,7 +125,7 @@ def _bar(to_do: Sequence[Step], n_steps: int, show: bool) -> Iterator[Callable[[
     start = time.perf_counter()
 
     class Left(ProgressColumn):
-        """Counts down from what was reckoned when the step began."""
+        """A column that counts down from the estimate at the start of the step."""
 
         def render(self, task: Task) -> Text:
             end = task.fields["end"]

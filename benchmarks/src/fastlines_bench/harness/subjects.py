@@ -1,4 +1,4 @@
-"""What is measured: lines, a camera that shows them, and the radii of queries."""
+"""Subjects of measurements: lines, a camera that shows them, and the radii of queries."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ QUICK_RADII = (0.001,)
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """Lines, and how they are looked at.
+    """Lines, with a camera and radii.
 
     Attributes
     ----------
     name, title : str
-        Of a scene, as the command line and the thesis have it; or of a file.
+        The name of the scene on the command line and in the thesis; or the name of the file.
     lines : Lines
     camera : Camera
-        For square pictures.
+        A camera for square pictures.
     radii : tuple of float
     """
 
@@ -47,7 +47,7 @@ class Subject:
 
     @cached_property
     def digest(self) -> str:
-        """A hash of the lines, the camera and the radii."""
+        """The hash of the lines, the camera and the radii."""
         what = hashlib.sha256(np.ascontiguousarray(self.lines.segments).tobytes())
         what.update(repr((self.camera, self.radii)).encode())
         return what.hexdigest()[:16]
@@ -65,28 +65,28 @@ class Subject:
 
     @property
     def middle_radius(self) -> float:
-        """The radius of queries where there is to be one."""
+        """The median radius, for measurements with one radius."""
         return sorted(self.radii)[len(self.radii) // 2]
 
     def rays(self, kind: str, n_rays: int) -> RayBatch:
-        """Make camera or random rays."""
+        """Return camera or random rays."""
         return camera_rays(self.camera, n_rays) if kind == "camera" else random_rays(self.lines, n_rays)
 
     def occlusion_rays(self, tree: Tree, radius: float, n_rays: int) -> RayBatch:
-        """Make ambient-occlusion rays from what the camera sees."""
+        """Return ambient-occlusion rays from the first hits of camera rays."""
         small = camera_rays(self.camera, min(n_rays, 1 << 16))
         t = tree.first_hit(small.origins, small.directions, radius).t
         return ao_rays(self.lines, small, t, radius, n_rays)
 
 
 def scene_subject(name: str, n_segments: int | None = None) -> Subject:
-    """Take one of the thesis's scenes, with its own camera and radii."""
+    """Return a scene of the thesis, with its camera and radii."""
     scene = make(name, n_segments)
     return Subject(name, scene.lines, scene.camera, title=scene.title)
 
 
 def subjects_of(scene: list[str], file: list[str], radius: str | None, quick: bool) -> Iterator[Subject]:
-    """Open what the options --scene, --file and --radius name; the five scenes if they name nothing."""
+    """Yield the subjects of the options --scene, --file and --radius; the five scenes without --scene and --file."""
     if not scene and not file:
         scene = list(QUICK_SCENES if quick else NAMES)
     for name, is_scene in [*((name, True) for name in scene), *((name, False) for name in file)]:

@@ -1,4 +1,4 @@
-"""Tables in the terminal, and how figures are written in them."""
+"""Tables in the terminal, and the format of their figures."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from ..package import format_3_digits
 
 __all__ = ["format_3_digits", "geometric_mean", "new_table", "print_table", "wide_console"]
 
-#: The columns of a page that is no terminal.
+#: The width in characters if the output is not a terminal.
 WIDE = 132
 
 
 def geometric_mean(ratios: Sequence[float]) -> float | None:
-    """Return the geometric mean of all that are not NaN; None if there are none."""
+    """Return the geometric mean of all ratios that are not NaN; None if there are none."""
     logs = [math.log(ratio) for ratio in ratios if not math.isnan(ratio)]
     return math.exp(sum(logs) / len(logs)) if logs else None
 
 
 def new_table(title: str, names: Iterable[str], figures: Iterable[str], wrapped: Iterable[str] = ()) -> Table:
-    """Make a table with columns of names, on the left, and of figures, on the right; the first one is bold."""
+    """Return an empty table with left-aligned names, right-aligned figures and wrapped text; column 1 is bold."""
     table = Table(title=title, title_justify="left", pad_edge=False)
     for i, head in enumerate(names):
         table.add_column(head, style="" if i else "bold", no_wrap=True)
@@ -36,13 +36,13 @@ def new_table(title: str, names: Iterable[str], figures: Iterable[str], wrapped:
 
 
 def wide_console() -> Console:
-    """Return the terminal, or as wide a page as shows everything."""
+    """Return a console: the terminal, or a wide page if the output is not a terminal."""
     console = Console()
     return console if console.is_terminal else Console(width=WIDE)
 
 
 def print_table(console: Console, table: Table) -> None:
-    """Print a table; where it is too wide, in parts, each of which has the columns of names again. None is cut off."""
+    """Print a table; if it is too wide, print it in parts that repeat the columns of names. No cell is cut off."""
 
     def least(column: Column) -> int:
         measured = [Measurement.get(console, console.options, cell) for cell in (column.header, *column.cells)]

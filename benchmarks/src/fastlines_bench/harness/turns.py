@@ -1,4 +1,4 @@
-"""Several ways to ask the same rays, in turn: as many rays as there is time for, answers compared."""
+"""Alternate variants of a query on the same rays: the time sets the number of rays, and answers are compared."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from ..package import num_threads
 from .compare import same
 from .rays import RayBatch
 
-#: About so many hits are listed at a time.
+#: The approximate number of hits that one call lists.
 MAX_HITS = 1 << 22
 
-#: So many rays are tried to see how many there is time for; no fewer are timed.
+#: The number of rays of the trial, which sets the number of timed rays; the minimum of the latter.
 TRIAL = 1 << 14
 
 
 @dataclass(frozen=True)
-class Turns:
-    """What the turns took.
+class Timings:
+    """The times of all variants.
 
     Attributes
     ----------
     n_hits : int
-        Of all rays; of a first hit, how many rays hit.
+        The number of hits of all rays; of rays that hit, for first and any.
     seconds : dict of str to float
-        The best of all rounds, of each way.
+        The least seconds of a round, for each variant.
     """
 
     n_rays: int
@@ -39,58 +39,58 @@ class Turns:
 
 
 def alternate(
-    ways: Mapping[str, Callable[[RayBatch], Any]],
+    variants: Mapping[str, Callable[[RayBatch], Any]],
     query: str,
     rays: RayBatch,
     seconds: float,
     rounds: int,
     now: Callable[[], float],
-) -> Turns:
-    """Ask as many of the rays as there is time for in each way in turn; count rays, hits and seconds.
+) -> Timings:
+    """Alternate variants on as many of the rays as there is time for; return the numbers of rays and hits, and times.
 
     Parameters
     ----------
-    ways : dict of str to callable
-        Each answers a batch of rays; their names are for who reads that two of them differ.
+    variants : dict of str to callable
+        Functions that answer a batch of rays. Their names appear in the result and in the error.
     query : str
-        What is asked: "first", "any" or "all".
+        "first", "any" or "all".
     rays : RayBatch
     seconds : float
-        About so long may one turn of the slowest way take.
+        The approximate time of the slowest variant in one round.
     rounds : int
-        Each way has so many turns.
+        The number of rounds, in each of which all variants run once.
     now : callable
         The clock.
 
     Raises
     ------
     RuntimeError
-        If two ways answer differently.
+        If two variants answer differently.
     """
 
     def timed(name: str, part: RayBatch) -> tuple[Any, float]:
         start = now()
-        answer = ways[name](part)
+        answer = variants[name](part)
         return answer, now() - start
 
-    # Try a few.
+    # Time a trial.
     few = rays.part(TRIAL)
     slowest, n_hits = 1e-6, 0
-    for name in ways:
+    for name in variants:
         answer, took = timed(name, few)
         slowest, n_hits = max(slowest, took), count_hits(query, answer)
     del answer
     many = rays.part(max(len(few), int(len(few) * seconds / slowest)))
 
-    # Then in turn. One call asks all rays, but that its lists of hits stay of a size.
+    # Alternate. One call traces all rays, unless its lists of hits would be too long.
     parts = many.slices(int(MAX_HITS / max(1.0, n_hits / len(few)))) if query == "all" else [many]
-    best = dict.fromkeys(ways, np.inf)
+    best = dict.fromkeys(variants, np.inf)
     n_hits = 0
     for i_round in range(rounds):
-        times = dict.fromkeys(ways, 0.0)
+        times = dict.fromkeys(variants, 0.0)
         for part in parts:
             first: tuple[str, Any] | None = None
-            for name in ways:
+            for name in variants:
                 answer, took = timed(name, part)
                 times[name] += took
                 if i_round > 0:
@@ -99,28 +99,30 @@ def alternate(
                     first, n_hits = (name, answer), n_hits + count_hits(query, answer)
                 elif not same(first[1], answer):
                     raise RuntimeError(f"{query} hits differ between {first[0]} and {name}")
-        best = {name: min(best[name], times[name]) for name in ways}
-    return Turns(len(many), n_hits, {name: max(took, 1e-9) for name, took in best.items()})
+        best = {name: min(best[name], times[name]) for name in variants}
+    return Timings(len(many), n_hits, {name: max(took, 1e-9) for name, took in best.items()})
 
 
-def way(tree: Tree, query: str, radius: float, n_threads: int, kernel: str = "auto") -> Callable[[RayBatch], Any]:
-    """Ask a tree of ours, with so many threads."""
+def query_function(
+    tree: Tree, query: str, radius: float, n_threads: int, kernel: str = "auto"
+) -> Callable[[RayBatch], Any]:
+    """Return a function that runs a query of our tree on a batch of rays, with `n_threads` threads."""
 
-    def ask(rays: RayBatch) -> Any:
+    def answer(rays: RayBatch) -> Any:
         with num_threads(n_threads):
-            return ask_tree(tree, query, rays, radius, kernel)
+            return query_tree(tree, query, rays, radius, kernel)
 
-    return ask
+    return answer
 
 
-def ask_tree(tree: Tree, query: str, rays: RayBatch, radius: float, kernel: str = "auto") -> Any:
-    """Ask a tree of ours a query: "first", "any" or "all"."""
-    ask: Any = {"first": tree.first_hit, "any": tree.any_hit, "all": tree.all_hits}[query]
-    return ask(rays.origins, rays.directions, radius, t_min=rays.t_min, t_max=rays.t_max, kernel=kernel)
+def query_tree(tree: Tree, query: str, rays: RayBatch, radius: float, kernel: str = "auto") -> Any:
+    """Return the answer of our tree to a query: "first", "any" or "all"."""
+    method: Any = {"first": tree.first_hit, "any": tree.any_hit, "all": tree.all_hits}[query]
+    return method(rays.origins, rays.directions, radius, t_min=rays.t_min, t_max=rays.t_max, kernel=kernel)
 
 
 def count_hits(query: str, answer: Any) -> int:
-    """Count all hits, or the rays that hit."""
+    """Return the number of hits for "all", and of rays that hit for other queries."""
     if query == "all":
         return len(answer)
     return int(answer.hit.sum() if query == "first" else answer.sum())

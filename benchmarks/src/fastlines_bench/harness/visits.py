@@ -1,7 +1,7 @@
-"""The steps of a search through the tree as it was built: counted on rays, or reckoned from areas.
+"""The steps of a traversal of the binary tree: counted on rays, or estimated from areas.
 
-A step down is a visit of an inner node and costs c_trav; a test is that of a reference and costs c_prim (thesis §3.3).
-Areas say how many of both a random line makes, if lines that meet the root's box meet a child's with the chance
+A visit of an inner node costs c_trav, and a test of a reference costs c_prim (thesis §3.3). The expected numbers of
+both for a random line follow from areas: a line that hits the root's box hits a child's with probability
 SA(child)/SA(root).
 """
 
@@ -19,7 +19,7 @@ from ..package import Layout
 from .arrays import IntArray
 from .rays import RayBatch
 
-#: A node of the wide layout (layout/wide_bvh.hpp). Planes: low x, y, z, then high x, y, z, of its 16 children each.
+#: A node of the wide layout (layout/wide_bvh.hpp). The planes are low x, y, z, then high x, y, z, of 16 children each.
 WIDE_NODE = np.dtype(
     [
         ("org", "<f4", 3),
@@ -36,86 +36,86 @@ WIDE_NODE = np.dtype(
 
 @dataclass(frozen=True)
 class Visits:
-    """Steps of a query, on average: inner nodes, and tests of references."""
+    """Mean steps of a query: visits of inner nodes, and tests of references."""
 
     inner: float
     tests: float
 
     def cost(self, model: Cost) -> float:
-        """What they cost."""
+        """Return the cost of the steps."""
         return model.c_trav * self.inner + model.c_prim * self.tests
 
 
 def descend(
-    tree: Tree, n_things: int, meets: Callable[[IntArray, IntArray], npt.NDArray[np.bool_]]
+    tree: Tree, n_items: int, overlaps: Callable[[IntArray, IntArray], npt.NDArray[np.bool_]]
 ) -> Iterator[tuple[IntArray, IntArray]]:
-    """Go down with many things at once, level by level.
+    """Traverse a tree with many items at once, level by level.
 
     Parameters
     ----------
-    n_things : int
-        Rays, points, …
-    meets : callable
-        Given things and nodes, which of these pairs meet.
+    n_items : int
+        The number of items: rays or points.
+    overlaps : callable
+        Returns, for arrays of items and nodes, which of these pairs overlap.
 
     Yields
     ------
-    things, nodes : (k,) int64
-        All pairs of a level that meet.
+    items, nodes : (k,) int64
+        All pairs of a level that overlap.
     """
-    things, nodes = np.arange(n_things), np.zeros(n_things, np.int64)
-    while len(things):
-        met = meets(things, nodes)
-        things, nodes = things[met], nodes[met]
-        yield things, nodes
+    items, nodes = np.arange(n_items), np.zeros(n_items, np.int64)
+    while len(items):
+        hit = overlaps(items, nodes)
+        items, nodes = items[hit], nodes[hit]
+        yield items, nodes
         right = tree.nodes["right"][nodes].astype(np.int64)
         inner = right > 0
-        things, nodes = np.tile(things[inner], 2), np.concatenate([nodes[inner] + 1, right[inner]])
+        items, nodes = np.tile(items[inner], 2), np.concatenate([nodes[inner] + 1, right[inner]])
 
 
 def grown_boxes(tree: Tree, radius: float) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Both corners of all boxes, (n_nodes, 3) each, grown by the radius of queries."""
+    """Return both corners of all boxes, (n_nodes, 3) each, enlarged by the radius of queries."""
     box = tree.nodes["box"].astype(np.float64)
     return box[:, 0] - radius, box[:, 1] + radius
 
 
 def weigh(tree: Tree, nodes: IntArray) -> tuple[int, int]:
-    """Count the inner nodes among these, and the references of the leaves."""
+    """Return the number of inner nodes among `nodes`, and the number of references in the leaves."""
     leaf = tree.nodes["right"][nodes] == 0
     return int((~leaf).sum()), int(tree.nodes["n_refs"][nodes][leaf].sum())
 
 
 def meetings(tree: Tree, rays: RayBatch, radius: float) -> Iterator[tuple[IntArray, IntArray]]:
-    """Go down with rays that are asked for all hits; from inf to inf, so the order of children is no matter.
+    """Traverse a tree with rays for all hits, so that the order of children does not matter.
 
     Yields
     ------
     rays, nodes : (k,) int64
-        All pairs of a level that meet.
+        All pairs of a level in which the ray hits the box.
     """
     boxes = tree.nodes["box"]
     origins = rays.origins.astype(np.float64)
     with np.errstate(divide="ignore"):
         inverse = 1.0 / rays.directions.astype(np.float64)
 
-    def meets(things: IntArray, nodes: IntArray) -> npt.NDArray[np.bool_]:
+    def overlaps(items: IntArray, nodes: IntArray) -> npt.NDArray[np.bool_]:
         box = boxes[nodes]
-        enter, leave = np.full(len(things), rays.t_min), np.full(len(things), rays.t_max)
+        enter, leave = np.full(len(items), rays.t_min), np.full(len(items), rays.t_max)
         for axis in range(3):
-            o, per = origins[things, axis], inverse[things, axis]
+            o, per = origins[items, axis], inverse[items, axis]
             with np.errstate(invalid="ignore"):
                 a = (box[:, 0, axis].astype(np.float64) - radius - o) * per
                 b = (box[:, 1, axis].astype(np.float64) + radius - o) * per
-            # A ray in the very plane of a side, 0 · inf, meets it: fmax and fmin skip NaN.
+            # A ray in the plane of a face gives 0 · inf = NaN and hits it: fmax and fmin skip NaN.
             enter, leave = np.fmax(enter, np.minimum(a, b)), np.fmin(leave, np.maximum(a, b))
-        met: npt.NDArray[np.bool_] = enter <= leave
-        return met
+        hit: npt.NDArray[np.bool_] = enter <= leave
+        return hit
 
-    return descend(tree, len(rays), meets)
+    return descend(tree, len(rays), overlaps)
 
 
 def count_visits(tree: Tree, rays: RayBatch, radius: float) -> Visits:
-    """Count the steps of rays that are asked for all hits, on average."""
+    """Return the mean steps of rays in a traversal for all hits."""
     inner = tests = 0
     for _, nodes in meetings(tree, rays, radius):
         more = weigh(tree, nodes)
@@ -124,17 +124,17 @@ def count_visits(tree: Tree, rays: RayBatch, radius: float) -> Visits:
 
 
 def visits_of_rays(tree: Tree, rays: RayBatch, radius: float) -> tuple[IntArray, IntArray]:
-    """Count for each ray the nodes that it meets, leaves too, and the references in those leaves: (n,) int64 each."""
+    """Return for each ray the number of nodes hit, with leaves, and of references in those leaves: (n,) int64 each."""
     visited, tests = np.zeros(len(rays), np.int64), np.zeros(len(rays), np.int64)
-    for things, nodes in meetings(tree, rays, radius):
-        visited += np.bincount(things, minlength=len(rays))
+    for items, nodes in meetings(tree, rays, radius):
+        visited += np.bincount(items, minlength=len(rays))
         n_refs = np.where(tree.nodes["right"][nodes] == 0, tree.nodes["n_refs"][nodes], 0)
-        tests += np.bincount(things, n_refs, len(rays)).astype(np.int64)
+        tests += np.bincount(items, n_refs, len(rays)).astype(np.int64)
     return visited, tests
 
 
 def expect_visits(tree: Tree, radius: float) -> Visits:
-    """Reckon the steps of a random line that meets the root's box, from the areas of boxes grown by the radius."""
+    """Return the expected steps of a random line that hits the root's box, with boxes enlarged by the radius."""
     low, high = grown_boxes(tree, radius)
     chance = _chance(low, high)
     leaf = tree.is_leaf
@@ -142,9 +142,9 @@ def expect_visits(tree: Tree, radius: float) -> Visits:
 
 
 def expect_wide(layout: Layout, radius: float) -> tuple[float, float]:
-    """Reckon likewise how many nodes and leaves of the layout are culled for a line."""
+    """Return the expected numbers of nodes and leaves of the layout that are culled for such a line."""
     nodes = layout.nodes.reshape(-1).view(WIDE_NODE)
-    # Coordinates are those of the frame, which scales by a power of two (rays/frame.hpp).
+    # Coordinates are in the frame, which scales by a power of two (rays/frame.hpp).
     box = layout.box.astype(np.float64)
     centre = box.mean(axis=0).astype(np.float32)
     half = float(np.abs(box - centre).max())
@@ -155,7 +155,7 @@ def expect_wide(layout: Layout, radius: float) -> tuple[float, float]:
     child = lane < nodes["n_children"][:, None]
     inner = lane < nodes["n_inner"][:, None]
     low, high = (corners[:, i].transpose(0, 2, 1) for i in range(2))
-    # The root: what holds the children of the first node.
+    # Add the box of the root: the hull of the children of the first node.
     low, high = (
         np.concatenate([low[0][child[0]].min(axis=0)[None], low[child]]) - margin,
         np.concatenate([high[0][child[0]].max(axis=0)[None], high[child]]) + margin,
@@ -166,7 +166,7 @@ def expect_wide(layout: Layout, radius: float) -> tuple[float, float]:
 
 
 def _chance(low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """The chance that a line through the first box meets each; 1 where the first has no area to divide by."""
+    """Return the probability that a line through the first box hits each box; 1 if the first box has no area."""
     x, y, z = (high - low).T
     area = x * y + x * z + y * z
     chance: npt.NDArray[np.float64] = area / area[0] if area[0] > 0 else np.ones_like(area)

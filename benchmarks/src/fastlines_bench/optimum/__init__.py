@@ -1,4 +1,4 @@
-"""Optimal trees for tiny inputs, and what no tree or search can undercut (thesis §6.6; docs/theory.md has the proofs).
+"""Optimal trees for tiny inputs, and lower bounds for trees and searches (thesis §6.6; docs/theory.md has the proofs).
 
 Trees, costs and splits are those of `fastlines.theory`.
 """

@@ -1,10 +1,10 @@
-"""What no tree over some segments can undercut: a count of boxes (docs/theory.md proves it).
+"""A lower bound for the cost of all trees over some segments, from a count of boxes (docs/theory.md proves it).
 
-The inner nodes of a tree whose area is more than t are the top of a binary tree. Below them hangs one node more than
-they are, and these cover all segments: with boxes of area t or less, or with leaves, which are paid for. How many boxes
-of area t are needed? Mark the cells of a grid that segments touch, and all cells near them. What lies in one such box
-marks `most_cells` of them at most, so there are at least `marked / most_cells` boxes. The cost of all inner nodes is an
-integral over t, and for each t the grid and the reach are chosen with which the count is largest.
+The n inner nodes whose area is more than t are the top of a binary tree. The n + 1 nodes below them cover all segments,
+with boxes of area t or less, or with leaves, whose cost is counted. To bound the number of boxes of area t, mark the
+cells of a grid that segments touch, and all cells near them. The segments in one such box mark at most `most_cells`
+cells, so there are at least `marked / most_cells` boxes. The cost of all inner nodes is an integral over t. For each t,
+the grid and the reach with the largest count are used.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from fastlines.lines import Lines, as_lines
 Array = npt.NDArray[np.float64]
 Cells = npt.NDArray[np.bool_]
 
-#: How far the neighbourhood of a marked cell reaches, in cells.
+#: The reaches of the neighbourhood of a marked cell, in cells.
 REACHES = (0, 1, 2, 3, 4, 6, 8)
 
-#: Areas t are a quarter of an octave apart, down to this share of the root's.
+#: The least area t, as a share of the root's; areas are a quarter of an octave apart.
 LEAST_AREA = 1e-6
 
-#: A segment is counted if its sides add up to at most so many times the root of its box's area.
+#: A segment is counted if its sides add up to at most this many times the square root of its box's area.
 STEEPEST = 3.0
 
-#: So many segments are marked at a time.
+#: The number of segments that are marked at a time.
 CHUNK = 1 << 15
 
 
@@ -48,22 +48,23 @@ def lower_bound(
     lines : Lines or array_like, shape (n, 2, 3)
         The segments.
     c_trav, c_prim : float
-        What a step to a node and a test of a primitive cost.
+        The costs of a step to a node and of a test of a primitive.
     whole : bool
         Bound only trees that cut no segment: classic BVHs.
     n_cells : int
-        About how many cells the finest grid has, a byte each. More of them find a greater bound and take longer.
+        The approximate number of cells of the finest grid, with a byte each. More cells give a greater bound and take
+        longer.
 
     Returns
     -------
     float
-        No acceleration tree (thesis §3.2, axiom 5 for each primitive alone, as `check` reads it) costs less, up to the
-        rounding of float64.
+        The bound: no acceleration tree (thesis §3.2, axiom 5 for each primitive alone, as in `check`) costs less, up to
+        the rounding of float64.
 
     Raises
     ------
     InputError
-        If these are no segments.
+        If `lines` are not segments.
 
     Examples
     --------
@@ -93,16 +94,16 @@ def lower_bound(
 
 
 def area_of(sides: Array) -> Array:
-    """Return the area of boxes with such sides."""
+    """Return the areas of boxes, given their sides."""
     x, y, z = np.moveaxis(sides, -1, 0)
     found: Array = 2 * (x * y + x * z + y * z)
     return found
 
 
 def needed(ends: Array, sides: Array, ratio: float, n_cells: int) -> float:
-    """Integrate how many boxes of area t are needed, less one, over t; as a fraction of the root's area.
+    """Return the integral over t of the least number of boxes of area t, less one, as a fraction of the root's area.
 
-    `ratio` is c_prim/c_trav. Where a leaf would not pay for what its pieces are counted, they are counted for less.
+    `ratio` is c_prim/c_trav. It limits the count of a piece, so that a leaf's cost covers the count of its pieces.
     """
     area = float(area_of(sides))
     areas = area * np.exp2(-0.25 * np.arange(0, 4 * math.log2(1 / LEAST_AREA)))[::-1]
@@ -120,7 +121,8 @@ def most_cells(areas: Array, margin: int, sides: Array) -> Array:
     """Bound (a + m)(b + m)(c + m) for boxes whose sides a, b, c, in cells, keep to ab + ac + bc ≤ area; for each area.
 
     With α = a + c and β = b + c, αβ ≤ area + c² and (a + m)(b + m) = αβ + (m − c)(α + β) + (m − c)². This is greatest
-    at α = β if c > m, else where one of a and b is as long as it can be. One side, c, goes through short intervals.
+    at α = β if c > m, else where one of a and b has its maximum. The maximum over the side c is taken over short
+    intervals.
     """
     second, first = np.sort(sides)[1:]
     c = np.concatenate([[0.0], np.geomspace(1e-4 * first, first, 500)])
@@ -134,7 +136,7 @@ def most_cells(areas: Array, margin: int, sides: Array) -> Array:
 
 
 def neighbourhoods(ends: Array, sides: Array, n_cells: int) -> Iterator[tuple[float, int, int]]:
-    """Count marked cells on finer and coarser grids with each reach: (cell's side, reach, number)."""
+    """Yield the number of marked cells for ever coarser grids and each reach: (cell's side, reach, number)."""
     c, b, a = np.sort(sides)
     cell = max((a * b * c / n_cells) ** (1 / 3), (a * b / n_cells) ** (1 / 2), a / n_cells)
     marked = touched(ends, cell, sides)
@@ -150,7 +152,7 @@ def neighbourhoods(ends: Array, sides: Array, n_cells: int) -> Iterator[tuple[fl
 
 
 def touched(ends: Array, cell: float, sides: Array) -> Cells:
-    """Mark the cells that segments touch: where each begins, and both sides of each plane that it crosses."""
+    """Return the cells that segments touch: the cell of each start, and those on both sides of each crossed plane."""
     shape = np.floor(sides / cell).astype(np.int64) + 1
     marked = np.zeros(shape, np.bool_)
 
@@ -174,11 +176,11 @@ def touched(ends: Array, cell: float, sides: Array) -> Cells:
 
 
 def grown(marked: Cells, reach: int) -> Cells:
-    """Mark all cells up to `reach` cells away on each axis, beyond the grid's sides too."""
+    """Return the cells up to `reach` cells away from marked ones on each axis, on a grid enlarged by as much."""
     for axis in range(3):
         width = 2 * reach + 1
         rows = np.moveaxis(np.pad(marked, [(2 * reach if k == axis else 0,) * 2 for k in range(3)]), axis, 0)
-        done = 1  # rows[i] says whether any of so many cells from i on is marked
+        done = 1  # rows[i] says whether any of `done` cells from i on is marked
         while done < width:
             step = min(done, width - done)
             rows, done = rows[:-step] | rows[step:], done + step

@@ -1,7 +1,7 @@
 """Optimal trees over the planes of a grid, as `oracle.optimum` finds them, for grids that are too fine for it.
 
-A node is a box of the grid's cells; a cells on an axis have (a² + a)/2 intervals. What lies in a box is found for all
-boxes at once. Then they are solved by the number of their cells, all boxes of one shape together.
+A node is a box of the grid's cells; a cells on an axis have (a² + a)/2 intervals. The contents of all boxes are
+computed at once. Then boxes are solved by increasing number of cells, all boxes of one shape together.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ Array = npt.NDArray[np.float64]
 def grid_optimum(
     ends: npt.ArrayLike, planes: Sequence[Sequence[float]], rule: BoxRule, c_trav: float = 2.0, c_prim: float = 1.0
 ) -> Node:
-    """Find the cheapest tree over some segments whose every split is at one of some planes.
+    """Return the cheapest tree over some segments whose splits are all at given planes.
 
     Parameters
     ----------
     ends : array_like, shape (n, 2, 3)
-        The segments: a few, for each is clipped to each box of cells.
+        The segments. They should be few, because each is clipped to each box of cells.
     planes : three sequences of float
-        The planes on each axis, rising, inside the box of the segments; `even_planes` places them. 11 on each take
+        The planes on each axis, ascending, inside the box of the segments; `even_planes` places them. 11 on each take
         seconds and a third of a gigabyte.
     rule : BoxRule
         `tight` for BVHs, `cut` for KD trees.
     c_trav, c_prim : float
-        What a step to a node and a test of a primitive cost.
+        The costs of a step to a node and of a test of a primitive.
 
     Examples
     --------
@@ -50,7 +50,7 @@ def grid_optimum(
     root = hull(prims)
     places = [np.array([lo, *inside, hi]) for lo, inside, hi in zip(root.lo, planes, root.hi, strict=True)]
     n_refs, area = contents(np.asarray(ends, np.float32).astype(np.float64).reshape(-1, 2, 3), places, rule)
-    cost = n_refs * c_prim * area  # of a leaf; costs are in areas here, so that those of children add up
+    cost = n_refs * c_prim * area  # of leaves; costs are multiplied by areas, so that those of children add up
     chosen = np.zeros(cost.shape, np.int16)  # 0, or 1 + 3·place + axis of the plane
     for shape in itertools.product(*(range(1, len(at)) for at in places)):
         starts = [np.arange(len(at) - n) for at, n in zip(places, shape, strict=True)]
@@ -67,22 +67,22 @@ def grid_optimum(
                 plane = 1 + 3 * np.ix_(*beyond)[axis] + axis
                 best, by = np.minimum(best, found), np.where(found < best, plane, by)
         cost[here], chosen[here] = best, by
-    return carry_out(prims, root, rule, places, chosen, [(0, len(at) - 1) for at in places])
+    return tree_of(prims, root, rule, places, chosen, [(0, len(at) - 1) for at in places])
 
 
 def put(shape: tuple[int, ...], axis: int, n: int) -> tuple[int, ...]:
-    """Replace one number."""
+    """Return a shape with another number on one axis."""
     return (*shape[:axis], n, *shape[axis + 1 :])
 
 
 def cells(starts: Sequence[npt.NDArray[np.int64]], shape: Sequence[int]) -> tuple[npt.NDArray[np.int64], ...]:
-    """Index the boxes of one shape: the first cell and the last on each axis."""
+    """Return the indices of the boxes of one shape: the first and the last cell on each axis."""
     x, y, z = np.ix_(*starts)
     return x, x + shape[0] - 1, y, y + shape[1] - 1, z, z + shape[2] - 1
 
 
 def contents(ends: Array, places: Sequence[Array], rule: BoxRule) -> tuple[npt.NDArray[np.int32], Array]:
-    """Count the pieces in each box of cells, and measure it: the box itself, or the hull of the pieces."""
+    """Return the number of pieces in each box of cells, and the area of the box or, if `tight`, of their hull."""
     numbers = [len(at) - 1 for at in places]
     dims = [n for number in numbers for n in (number, number)]
     axes = [tuple(n if k // 2 == axis else 1 for k, n in enumerate(dims)) for axis in range(3)]
@@ -109,7 +109,7 @@ def contents(ends: Array, places: Sequence[Array], rule: BoxRule) -> tuple[npt.N
 
 
 def within(p: float, q: float, places: Array) -> tuple[Array, Array]:
-    """Return where a segment enters and leaves each interval (first cell, last cell); in a plane is left of it."""
+    """Return the parameters at which a segment enters and leaves each interval; a segment in a plane is left of it."""
     low, high = places[:-1, None].repeat(len(places) - 1, 1), places[None, 1:].repeat(len(places) - 1, 0)
     if p == q:
         inside = ((p > low) | (low == places[0])) & (p <= high)
@@ -118,7 +118,7 @@ def within(p: float, q: float, places: Array) -> tuple[Array, Array]:
     return np.minimum(one, other), np.maximum(one, other)
 
 
-def carry_out(
+def tree_of(
     prims: Prims,
     box: Box,
     rule: BoxRule,
@@ -126,7 +126,7 @@ def carry_out(
     chosen: npt.NDArray[np.int16],
     ranges: Sequence[tuple[int, int]],
 ) -> Node:
-    """Make the tree whose planes were chosen."""
+    """Return the tree of the chosen planes."""
     plane = int(chosen[tuple(n for first, end in ranges for n in (first, end - 1))]) - 1
     axis, place = plane % 3, plane // 3
     split = next(at_plane(prims, box, axis, float(places[axis][place]), rule), None) if plane >= 0 else None
@@ -134,5 +134,5 @@ def carry_out(
         return Node(prims, box)
     low, high = list(ranges), list(ranges)
     low[axis], high[axis] = (ranges[axis][0], place), (place, ranges[axis][1])
-    left, right = (carry_out(*part, rule, places, chosen, half) for part, half in zip(split, (low, high), strict=True))
+    left, right = (tree_of(*part, rule, places, chosen, half) for part, half in zip(split, (low, high), strict=True))
     return Node(prims, box, left, right)

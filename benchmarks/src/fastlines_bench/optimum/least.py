@@ -1,4 +1,4 @@
-"""What a plane gains, and how little a search can still find below a node: what branch and bound may skip.
+"""The gain of a plane, and lower bounds for a search below a node, with which branch and bound prunes.
 
 The proofs are in docs/theory.md. V(k) is the cost that `best_split` finds in k levels.
 """
@@ -11,13 +11,13 @@ from fastlines.theory import Box, BoxRule, Prims, divide, tight
 
 
 def face_share(box: Box, axis: int) -> float:
-    """Return φ, the share of a box's area that its two faces across an axis have. Both halves of a cut have them."""
+    """Return φ, the share of a box's area in the two faces across an axis, which both halves of a cut have too."""
     one, other = (side for k, side in enumerate(box.sides()) if k != axis)
     return 2 * one * other / box.area()
 
 
 def sides_of(prims: Prims, axis: int, plane: float) -> tuple[int, int, int]:
-    """Count what lies left of a plane, what it cuts, and what lies right of it, as `at_plane` divides them."""
+    """Return the numbers of primitives left of a plane, cut by it and right of it, as `at_plane` divides them."""
     bounds = [prim.bounds() for prim in prims]
     n_left = sum(box.hi[axis] <= plane for box in bounds)
     n_right = sum(box.lo[axis] >= plane and box.hi[axis] > plane for box in bounds)
@@ -25,7 +25,7 @@ def sides_of(prims: Prims, axis: int, plane: float) -> tuple[int, int, int]:
 
 
 def gain(prims: Prims, box: Box, axis: int, plane: float, c_trav: float = 2.0, c_prim: float = 1.0) -> float:
-    """Return by how much a leaf costs more than two leaves, cut out of its box at a plane.
+    """Return the cost of a leaf less that of the two leaves into which a plane cuts it.
 
     With l primitives left of a plane at share x of the box, r right of it and m cut by it,
     c_prim·((1 − φ)·((1 − x)·l + x·r) − φ·m) − c_trav.
@@ -45,7 +45,7 @@ def gain(prims: Prims, box: Box, axis: int, plane: float, c_trav: float = 2.0, c
 
 
 def at_least_cut(prims: Prims, box: Box, lookahead: int, c_trav: float = 2.0, c_prim: float = 1.0) -> float:
-    """Bound V(k) from below, whatever planes cut the box; O(1) from the sums of the primitives' sides.
+    """Return a lower bound of V(k) for any planes that cut the box; O(1) from the sums of the primitives' sides.
 
     With e the sum of the primitives' sides along an axis, as fractions of the box's side,
     V(1) ≥ min(c_prim·n, c_trav + c_prim·(φ·n + (1 − φ)·e)) on the axis where this is least, and for k > 1
@@ -73,26 +73,26 @@ def at_least(
     *,
     rule: BoxRule = tight,
 ) -> float:
-    """Bound V(k) over some planes from below; only the witnesses are cut.
+    """Return a lower bound of V(k) over some planes, for which only the witnesses are cut.
 
     All primitives are counted on both sides of each plane, but boxes are those of the witnesses' parts. A child's box
-    holds those of its witnesses, so it is no smaller; and no tree costs less than a leaf of its primitives, or than one
-    step. O(n + planes × witnesses), where V(1) cuts each primitive at each plane.
+    contains those of its witnesses, so it is no smaller. No tree costs less than the lesser of a leaf of its primitives
+    and one step. This takes O(n + planes × witnesses), while V(1) cuts each primitive at each plane.
 
     Parameters
     ----------
     prims : sequence of Primitive
-        The node's.
+        The node's primitives.
     box : Box
-        The node's.
+        The node's box.
     planes : three sequences of float
         The planes on each axis.
     witnesses : sequence of Primitive
-        Some of the primitives; more of them make the bound greater, all of them make it V(1).
+        Some of the primitives. More of them make the bound greater; with all of them and k = 1 it is V(1).
     lookahead : int
         k, 1 or more.
     c_trav, c_prim : float
-        What a step to a node and a test of a primitive cost.
+        The costs of a step to a node and of a test of a primitive.
     rule : BoxRule
         `tight`, or `cut`, which needs no witness.
     """

@@ -1,8 +1,8 @@
-"""Optimal trees for tiny inputs, by dynamic programming over all that can be left of a node.
+"""Optimal trees for tiny inputs, by dynamic programming over all nodes.
 
-The best tree below a node depends on the node alone, not on how the node came about. So each node, that is a list of
-primitives and a box, is solved once. SPLITS says which class of trees the answer is the best of: with `planes_at` trees
-over the planes of a grid, with `partitions` those that divide sets and cut nothing (3ⁿ steps), with a `union` both.
+The best tree below a node depends only on the node, which is a list of primitives and a box. So each node is solved
+once. SPLITS sets the class of trees: `planes_at` gives trees over the planes of a grid, `partitions` trees of object
+splits only (3ⁿ steps), and a `union` both.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from fastlines.theory import Box, BoxRule, Node, Prims, Split, Splits, at_object
 
 
 def planes_at(planes: Sequence[Sequence[float]], rule: BoxRule) -> Splits:
-    """Split only at these planes, given for each axis."""
+    """Return the splits at given planes on each axis."""
 
     def splits(prims: Prims, box: Box) -> Iterator[Split]:
         for axis in range(3):
@@ -24,13 +24,13 @@ def planes_at(planes: Sequence[Sequence[float]], rule: BoxRule) -> Splits:
 
 
 def even_planes(box: Box, n_planes: int) -> list[list[float]]:
-    """Place so many planes on each axis, evenly over a box; `plane_grid` places them over each node's own."""
+    """Return evenly spaced planes on each axis of a box; unlike `plane_grid`, they are the same for all nodes."""
     steps = [i / (n_planes + 1) for i in range(1, n_planes + 1)]
     return [[f32(lo + side * step) for step in steps] for lo, side in zip(box.lo, box.sides(), strict=True)]
 
 
 def partitions(prims: Prims, box: Box) -> Iterator[Split]:
-    """All ways to divide a set in two."""
+    """Yield all divisions of a set in two."""
     for chosen in range(1, 2 ** max(len(prims) - 1, 0)):
         right = [prim for i, prim in enumerate(prims) if chosen >> i & 1]
         left = [prim for i, prim in enumerate(prims) if not chosen >> i & 1]
@@ -38,16 +38,16 @@ def partitions(prims: Prims, box: Box) -> Iterator[Split]:
 
 
 def optimum(prims: Prims, splits: Splits, c_trav: float = 2.0, c_prim: float = 1.0) -> Node:
-    """Find the cheapest of all trees that can be made with some splits.
+    """Return the cheapest of all trees that can be made with some splits.
 
     Parameters
     ----------
     prims : sequence of Primitive
-        P, one or more; hashable, as those of this package are.
+        One or more hashable primitives, as those of this package are.
     splits : function of (prims, box)
-        SPLITS. No node may come back below itself.
+        SPLITS. No node may occur below itself.
     c_trav, c_prim : float
-        What a step to a node and a test of a primitive cost.
+        The costs of a step to a node and of a test of a primitive.
 
     Examples
     --------

@@ -1,7 +1,8 @@
-"""How little a search can find below a split, from counts of the node's primitives beside pairs of planes.
+"""Lower bounds for a search below a split, from counts of the node's primitives relative to pairs of planes.
 
-The proof is in docs/theory.md (theorem 9). cpp/fastlines/build/lookahead_bounds.hpp does it in C++ for all splits of a
-node at once, also with boxes grown by a margin, and knows more about references that end in a plane.
+The proof is in docs/theory.md (theorem 9). cpp/fastlines/build/lookahead_bounds.hpp implements it in C++ for all splits
+of a node at once. That version also supports boxes enlarged by a margin, and is sharper for references that end in a
+plane.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from fastlines.theory import Box, Prims, f32
 
 
 class _Sides(NamedTuple):
-    """Primitives that are surely left or right of a plane, both where it cuts them, and others on one side at least."""
+    """The numbers of primitives surely on the left and on the right, with cut ones in both, and of others."""
 
     left: int
     right: int
@@ -31,24 +32,24 @@ def at_least_of_pairs(
     c_trav: float = 2.0,
     c_prim: float = 1.0,
 ) -> tuple[float, float]:
-    """Bound V(k) of both halves of a box from below, over `plane_grid` with cut boxes; nothing is cut.
+    """Return lower bounds of V(k) for both halves of a box, over `plane_grid` with cut boxes; no primitive is cut.
 
-    Parts of a primitive have to end where it ends or at the plane, as those of segments do.
+    Parts of a primitive must end where it ends or at the plane, as those of segments do.
 
     Parameters
     ----------
     prims : sequence of Primitive
-        The node's.
+        The node's primitives.
     box : Box
-        The node's.
+        The node's box.
     axis, plane : int, float
-        Where it is cut: one of its planes.
+        The plane of the cut, which is one of the grid's.
     n_planes : int
-        Of the grid, on each axis.
+        The number of planes of the grid on each axis.
     lookahead : int
         k, 1 or 2.
     c_trav, c_prim : float
-        What a step to a node and a test of a primitive cost.
+        The costs of a step to a node and of a test of a primitive.
 
     Returns
     -------
@@ -86,7 +87,7 @@ def at_least_of_pairs(
 def _beside(
     whole: list[Box], cut: list[Box], half: Box, axis: int, planes: list[float]
 ) -> Iterator[tuple[float, _Sides]]:
-    """Count beside the planes that a half has from its parent. Where a part of what was cut lies is not known."""
+    """Yield the parent's planes inside a half and the counts; the place of a part of a cut primitive is unknown."""
     for plane in planes:
         if not half.lo[axis] < plane < half.hi[axis]:
             continue
@@ -100,7 +101,7 @@ def _beside(
 def _between(
     whole: list[Box], cut: list[Box], half: Box, axis: int, planes: list[float]
 ) -> Iterator[tuple[float, _Sides]]:
-    """Count for planes anywhere between two of the parent's: what they cost is least at either of these."""
+    """Yield counts that hold for all planes between two of the parent's; the cost is least at one of the two."""
     known = [half.lo[axis], *(plane for plane in planes if half.lo[axis] < plane < half.hi[axis]), half.hi[axis]]
     for first, last in pairwise(known):
         left = [each.lo[axis] < first for each in whole + cut]
@@ -111,7 +112,7 @@ def _between(
 
 
 def _weigh(box: Box, axis: int, plane: float, sides: _Sides, lookahead: int, c_trav: float, c_prim: float) -> float:
-    """Return what both halves of a box cost at least, times their areas."""
+    """Return a lower bound of the sum of both halves' costs times their areas."""
     low, high = box.split(axis, plane)
     if lookahead == 1:
         areas = low.area(), high.area()

@@ -1,1 +1,1 @@
-"""Embree as a peer: its scenes, its configurations, its tree, and how long its pieces are best."""
+"""Embree as a peer: its scenes, its configurations, its tree, and the tuned lengths of its pieces."""

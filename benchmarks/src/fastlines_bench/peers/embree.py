@@ -1,6 +1,6 @@
-"""Embree as a peer: the library in the wheel ``embreex``, and the configurations it is measured in.
+"""Embree as a peer: the library in the wheel ``embreex``, and the configurations in which it is measured.
 
-What is measured is the library itself: the loops over rays and the callbacks are compiled (benchmarks/cpp).
+The loops over rays and the callbacks are compiled (benchmarks/cpp), so that the library itself is measured.
 """
 
 from __future__ import annotations
@@ -23,27 +23,27 @@ from ..harness.rays import RayBatch
 if TYPE_CHECKING:
     from fastlines_bench import _embree
 
-#: How Embree can hold segments.
+#: The geometries for segments in Embree.
 GEOMETRIES = {
     "user": "user geometry: boxes around capsules, and callbacks with our definition of a hit",
     "flat": "flat linear curves",
-    "round": "round linear curves: t is where the ray enters",
+    "round": "round linear curves, with t at the entry",
     "ribbon": "two triangles a segment, facing the camera",
 }
 
 
 @dataclass(frozen=True)
 class Build:
-    """A way to build an Embree scene.
+    """The settings of an Embree scene.
 
     Parameters
     ----------
     geometry : str
         One of `GEOMETRIES`.
     piece_length : float
-        Segments are cut into equal pieces no longer than this; 0 = whole.
+        Segments are cut into equal pieces of at most this length; 0 = whole.
     high_quality : bool
-        RTC_BUILD_QUALITY_HIGH, which for triangles means spatial splits, or MEDIUM.
+        RTC_BUILD_QUALITY_HIGH, which gives triangles spatial splits, instead of MEDIUM.
     replications : float
         The device's max_spatial_split_replications; 0 = its default.
     """
@@ -63,15 +63,15 @@ class Build:
 
 @dataclass(frozen=True)
 class Config:
-    """A build, and a way to ask it: one by one (width 1) or in packets of neighbours, told to be coherent or not."""
+    """A build and its queries: ray by ray (width 1) or in packets, with the hint for coherent rays or without."""
 
     build: Build
     width: int
     coherent: bool = False
 
     def __str__(self) -> str:
-        asked = "single" if self.width == 1 else f"packets of {self.width}{' coherent' if self.coherent else ''}"
-        return f"{self.build}, {asked}"
+        query = "single" if self.width == 1 else f"packets of {self.width}{' coherent' if self.coherent else ''}"
+        return f"{self.build}, {query}"
 
     def to_json(self) -> dict[str, Any]:
         """Return all settings, ready for JSON."""
@@ -88,7 +88,7 @@ class Config:
 
 
 def libraries() -> tuple[str, str]:
-    """Find the TBB ("" if there is none) and the Embree that the wheel ``embreex`` brings along."""
+    """Return the paths of TBB ("" if there is none) and of Embree in the wheel ``embreex``."""
     spec = importlib.util.find_spec("embreex")
     if spec is None or not spec.submodule_search_locations:
         raise FastlinesError("Embree needs the package embreex: run  pip install embreex  (Linux, x86-64)")
@@ -109,10 +109,10 @@ def libraries() -> tuple[str, str]:
 
 @contextmanager
 def _only_cores(n_cores: int) -> Iterator[None]:
-    """Run on so many cores. A thread pool that begins here makes no more threads than that.
+    """Run on some cores only, so that a thread pool that starts here has no more threads than those.
 
-    Embree's (TBB) would make one for each core. Those that it may not use, once there are two devices, ask for work for
-    ever, and their time would count as ours and as Embree's.
+    The pool of Embree (TBB) has a thread for each core. With two devices, the threads that Embree may not use spin
+    forever, and their time would count as ours and as Embree's.
     """
     if not hasattr(os, "sched_setaffinity"):
         yield
@@ -127,17 +127,17 @@ def _only_cores(n_cores: int) -> Iterator[None]:
 
 @cache
 def load(n_threads: int = 1) -> str:
-    """Load Embree, and tell its version.
+    """Load Embree; return its version.
 
     Parameters
     ----------
     n_threads : int
-        How many it will use at most. The first call of a program decides.
+        The maximum number of threads of Embree. Only the first call of a process sets it.
 
     Raises
     ------
     FastlinesError
-        If embreex is not installed, or the library can not be used here.
+        If embreex is not installed, or the library cannot be used here.
     """
     paths = libraries()
     try:
@@ -145,19 +145,19 @@ def load(n_threads: int = 1) -> str:
     except ImportError:
         raise FastlinesError("this build of fastlines-bench has no Embree peer: it is built on Linux only") from None
     if not _embree.instruction_set():
-        raise FastlinesError("the Embree peer needs a processor with AVX2 and FMA, which this one has not")
+        raise FastlinesError("the Embree peer needs a processor with AVX2 and FMA, which this one lacks")
     try:
         with _only_cores(n_threads):
             version = _embree.load(*paths)
     except RuntimeError as error:
-        raise FastlinesError(f"Embree can not be loaded: {error}") from None
+        raise FastlinesError(f"Embree cannot be loaded: {error}") from None
     return ".".join(map(str, version))
 
 
 class Scenes:
-    """Embree scenes of some lines with one radius, built when they are first asked for and then kept.
+    """Embree scenes of some lines with one radius, which are built on first use and cached.
 
-    With `built_for`, they are user geometry that is built for that larger radius.
+    With `built_for`, the scenes are user geometry that is built for that larger radius.
     """
 
     def __init__(
@@ -172,7 +172,7 @@ class Scenes:
         self._seconds: dict[Build, float] = {}
 
     def get(self, build: Build) -> _embree.Scene:
-        """Give the scene of a build."""
+        """Return the scene of a build."""
         if build not in self._scenes:
             from fastlines_bench import _embree
 
@@ -197,30 +197,32 @@ class Scenes:
         return self._scenes[build]
 
     def forget(self) -> None:
-        """Free all scenes; what they cost is still known."""
+        """Free all scenes, but keep their build times."""
         self._scenes.clear()
 
     def build_seconds(self, build: Build) -> float:
-        """How long it took."""
+        """Return the seconds of a build."""
         self.get(build)
         return self._seconds[build]
 
-    def ask(self, config: Config, query: str, rays: RayBatch) -> Any:
-        """Answer a query, "first", "any" or "all", in the form in which Embree's callers get it."""
+    def query(self, config: Config, query: str, rays: RayBatch) -> Any:
+        """Return the answer to a query, "first", "any" or "all", as Embree's loops over rays give it."""
         scene = self.get(config.build)
-        ask = {"first": scene.first_hit, "any": scene.any_hit, "all": scene.all_hits}[query]
-        return ask(rays.origins, rays.directions, rays.t_min, rays.t_max, config.width, config.coherent, self.n_threads)
+        method = {"first": scene.first_hit, "any": scene.any_hit, "all": scene.all_hits}[query]
+        return method(
+            rays.origins, rays.directions, rays.t_min, rays.t_max, config.width, config.coherent, self.n_threads
+        )
 
 
 def widths(scenes: Scenes, build: Build) -> list[int]:
-    """The widths of packets that this processor has in Embree; others would be taken apart."""
+    """Return the packet widths that Embree traces natively on this processor; it would split others."""
     return [width for width in (1, 8, 16) if scenes.get(build).is_native(width)]
 
 
 def configs(
     scenes: Scenes, builds: Iterable[Build], query: str, rays: RayBatch, one_by_one: bool = False
 ) -> list[Config]:
-    """All ways to ask these rays."""
+    """Return all configurations in which these rays can be queried."""
     found = []
     for build in builds:
         if scenes.built_for is not None and build.geometry != "user":

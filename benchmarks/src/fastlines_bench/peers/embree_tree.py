@@ -1,9 +1,8 @@
-"""The tree that Embree's builder makes, read out of its builder interface.
+"""The tree of Embree's builder, obtained through its builder interface.
 
-Embree has no call that gives the tree of a scene. But `rtcBuildBVH` builds one of boxes that it is given, by the same
-binned SAH, and hands its nodes and leaves to callbacks. Here it is told c_trav and c_prim of the thesis's BVHs and to
-make binary nodes, so nodes and cost compare with those of our trees; the wider tree of a scene is made from such
-splits.
+Embree has no call that returns the tree of a scene. But `rtcBuildBVH` builds a tree over given boxes by the same binned
+SAH, and passes its nodes and leaves to callbacks. Here it has c_trav and c_prim of the thesis's BVHs and binary nodes,
+so its nodes and cost are comparable with those of our trees. The wider tree of a scene is made of such splits.
 """
 
 from __future__ import annotations
@@ -67,7 +66,7 @@ _PRIMITIVE = np.dtype([("low", "<f4", 3), ("geometry", "<u4"), ("high", "<f4", 3
 
 @dataclass(frozen=True)
 class EmbreeTree:
-    """What is known of it: how many nodes it has, leaves among them, and its cost (thesis §3.3)."""
+    """The numbers of primitives and of nodes, leaves included, and the cost (thesis §3.3)."""
 
     n_prims: int
     n_nodes: int
@@ -75,15 +74,15 @@ class EmbreeTree:
 
 
 def embree_tree(lines: Lines, piece_length: float = 0.0) -> EmbreeTree:
-    """Let Embree build a tree of the boxes of lines, cut into equal pieces no longer than this; 0 = whole."""
+    """Return Embree's tree over the boxes of lines, cut into equal pieces of at most `piece_length`; 0 = whole."""
     low, high = piece_boxes(lines, piece_length)
     primitives = np.zeros(len(low) + 1, _PRIMITIVE)
-    # Embree wants them at a multiple of 32 bytes.
+    # Align the primitives to 32 bytes, as Embree requires.
     skip = -primitives.ctypes.data % 32
     aligned = primitives.view(np.uint8)[skip : skip + 32 * len(low)].view(_PRIMITIVE)
     aligned["low"], aligned["high"], aligned["prim"] = low, high, np.arange(len(low))
 
-    # A handle is one more than the place in `n_refs`, where inner nodes have 0; `areas` is filled by the parent.
+    # A handle is one more than the index in `n_refs`, where inner nodes have 0; the parent fills `areas`.
     n_refs: list[int] = []
     areas: dict[int, list[float]] = {}
     children: dict[int, list[int]] = {}
@@ -123,7 +122,7 @@ def embree_tree(lines: Lines, piece_length: float = 0.0) -> EmbreeTree:
     )
     root = _run(arguments)
 
-    # Theorem 1: the sum over all nodes of their areas, as fractions of the root's.
+    # Compute the cost by theorem 1: the sum over all nodes of cost times area, as fractions of the root's area.
     sides = (high.max(axis=0) - low.min(axis=0)).astype(np.float64)
     whole = float(sides[0] * sides[1] + sides[1] * sides[2] + sides[2] * sides[0])
     area = dict.fromkeys([root], whole)
@@ -134,7 +133,7 @@ def embree_tree(lines: Lines, piece_length: float = 0.0) -> EmbreeTree:
 
 
 def piece_boxes(lines: Lines, piece_length: float) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
-    """Cut as Embree's scenes are cut (embree_scene.cpp); return both corners of the pieces' boxes, (n, 3) each."""
+    """Return both corners of the boxes of pieces, (n, 3) each; lines are cut as in embree_scene.cpp."""
     p, q = lines.segments[:, 0].astype(np.float64), lines.segments[:, 1].astype(np.float64)
     n_cuts = np.ones(len(lines), np.int64)
     if piece_length > 0:
@@ -152,7 +151,7 @@ def _half_area(box: Any) -> float:
 
 
 def _run(arguments: _Arguments) -> int:
-    """Build, on one thread; give the root."""
+    """Build on one thread; return the handle of the root."""
     load(1)
     rtc = [ctypes.CDLL(path) for path in libraries() if path][-1]
     for name in ("rtcNewDevice", "rtcNewBVH", "rtcBuildBVH"):

@@ -1,4 +1,4 @@
-"""All hits as the thesis took them from Embree: first hits, again and again, each from just behind the last."""
+"""All hits by repeated first hits, each from just behind the last one, as the thesis queried Embree."""
 
 from __future__ import annotations
 
@@ -10,30 +10,29 @@ from ..harness.clock import clock
 from ..harness.rays import RayBatch
 from .embree import Config, Scenes
 
-#: The next search begins so far behind a hit, as a fraction of its distance: a few times what rounding moves it.
+#: The offset of the next origin behind a hit, as a fraction of its distance: a few times the rounding error.
 STEP = 2.0**-19
 
 
 @dataclass(frozen=True)
 class Repeated:
-    """What was found, and the seconds that Embree took; sorting out which rays go on does not count."""
+    """The number of hits, and the seconds of Embree's calls alone."""
 
     n_hits: int
     seconds: float
 
 
 def repeat_first(scenes: Scenes, config: Config, rays: RayBatch) -> Repeated:
-    """Ask for first hits until no ray hits anything more.
+    """Query first hits until no ray hits anything more; return the number of hits and the time.
 
-    Hits so near behind another that the next search begins beyond them are lost. That is the method's own fault, and
-    why it is not ours.
+    The method misses hits that are nearer to another hit than the offset of the next origin.
 
     Parameters
     ----------
     scenes : Scenes
     config : Config
-        Not of user geometry, whose hits count within the radius of where a search begins: the same one would be found
-        for ever.
+        A configuration without user geometry. There, rays hit segments within the radius of their origin, so the same
+        hit would be found forever.
     rays : RayBatch
     """
     now = clock(scenes.n_threads)
@@ -41,11 +40,11 @@ def repeat_first(scenes: Scenes, config: Config, rays: RayBatch) -> Repeated:
     at = np.zeros(len(rays), np.float64)
     n_hits, seconds = 0, 0.0
     while len(origins):
-        # From the same origin each search would begin at another t, which a batch can not say.
+        # Move the origins, because all rays of a batch have the same t_min.
         starts = (origins + at[:, None] * directions).astype(np.float32)
         batch = replace(rays, origins=starts, directions=directions)
         start = now()
-        t, prim = scenes.ask(config, "first", batch)
+        t, prim = scenes.query(config, "first", batch)
         seconds += now() - start
         hit = prim >= 0
         n_hits += int(hit.sum())

@@ -1,4 +1,4 @@
-"""To what length segments are cut for Embree: a small sweep for each scene, kept in the user's cache."""
+"""The tuned lengths to which segments are cut for Embree: a small sweep for each scene, cached for the user."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from ..harness.clock import clock
 from ..harness.rays import RayBatch
 from .embree import Build, Config, Scenes, load, widths
 
-#: What is tried, as shares of the box's diagonal; 0 = whole segments.
+#: The lengths of the sweep, as shares of the box's diagonal; 0 = whole segments.
 LENGTHS = (0.0, 1 / 8, 1 / 16, 1 / 32, 1 / 64, 1 / 128)
 
-#: The builds that are tuned: a geometry with a quality and max_spatial_split_replications.
+#: The builds that are tuned.
 VARIANTS = (
     Build("user"),
     Build("flat"),
@@ -32,12 +32,12 @@ VARIANTS = (
     Build("ribbon", replications=8.0),
 )
 
-#: A finer cut must have no more pieces than this.
+#: The maximum number of pieces, above which a length is skipped.
 MAX_PIECES = 1_500_000
 
 
 def cache_file() -> Path:
-    """Where tuned lengths are kept: a file in the folder that the system gives a user for what can be made again."""
+    """Return the path of the file with tuned lengths, in the user's cache folder."""
     if sys.platform == "win32":
         base = os.environ.get("LOCALAPPDATA") or str(Path.home() / "AppData" / "Local")
     elif sys.platform == "darwin":
@@ -57,22 +57,22 @@ def tuned_builds(
     retune: bool = False,
     progress: Callable[[str], None] = lambda what: None,
 ) -> dict[str, list[Build]]:
-    """Find the builds of each geometry that are best for a query.
+    """Return the fastest builds of each variant for each query; tune those that are not cached.
 
     Parameters
     ----------
     lines : Lines
     scenes : Scenes
-        Their scenes at the radius to tune for.
+        The scenes of the lines with the radius to tune for.
     batches : sequence of RayBatch
-        What to time; the best length has the best geometric mean over them.
+        The timed rays; the best length has the highest geometric mean rate over them.
     queries : sequence of str
-        Each has its own best length.
+        The queries, each of which has its own best length.
 
     Returns
     -------
     dict of str to list of Build
-        The best build of each variant for each query.
+        The best build of each variant, for each query.
     """
     key = _key(lines, scenes, batches, lengths)
     known = _read()
@@ -109,9 +109,9 @@ def tuned_builds(
 
 
 def usual_build(builds: dict[str, list[Build]], scenes: Scenes, batches: Sequence[RayBatch]) -> Build:
-    """Find the build that is best for all queries and rays together, of those that `tuned_builds` gave.
+    """Return the build of `tuned_builds` that is fastest for all queries and rays together.
 
-    Ribbons can not be asked all of them.
+    Ribbons are left out, because they do not support all queries.
     """
     every = dict.fromkeys(build for found in builds.values() for build in found if build.geometry != "ribbon")
     rates = {build: math.prod(_rate(scenes, build, query, batches) for query in builds) for build in every}
@@ -130,7 +130,7 @@ def _with_length(variant: Build, length: float) -> Build:
 
 
 def _rate(scenes: Scenes, build: Build, query: str, batches: Sequence[RayBatch]) -> float:
-    """Geometric mean of rays a second over the batches, each with the best width."""
+    """Return the geometric mean of rays per second over the batches, each with the fastest width."""
     now = clock(scenes.n_threads)
     logs = []
     for rays in batches:
@@ -140,14 +140,14 @@ def _rate(scenes: Scenes, build: Build, query: str, batches: Sequence[RayBatch])
         for width in widths(scenes, build)[:2]:
             for _ in range(2):
                 start = now()
-                scenes.ask(Config(build, width, coherent=rays.coherent and width > 1), query, rays)
+                scenes.query(Config(build, width, coherent=rays.coherent and width > 1), query, rays)
                 seconds.append(now() - start)
         logs.append(math.log(len(rays) / max(min(seconds), 1e-9)))
     return math.exp(sum(logs) / len(logs))
 
 
 def _key(lines: Lines, scenes: Scenes, batches: Sequence[RayBatch], lengths: Sequence[float]) -> str:
-    """What the best length depends on."""
+    """Return a hash of everything that the best length depends on."""
     digest = hashlib.sha256(np.ascontiguousarray(lines.segments).tobytes())
     digest.update(repr((load(), scenes.radius, tuple(lengths), [(b.kind, len(b)) for b in batches])).encode())
     return digest.hexdigest()[:32]
@@ -169,4 +169,4 @@ def _write(known: dict[str, Any]) -> None:
         partial.write_text(json.dumps(known, indent=1), encoding="utf-8")
         partial.replace(path)
     except OSError:
-        return  # the cache saves time, nothing else
+        return  # the cache only saves time

@@ -1,1 +1,1 @@
-"""``fastlines-bench study``: single questions about trees, each of which makes a table of the docs again."""
+"""``fastlines-bench study``: single questions about trees, each of which reproduces a table of the docs."""

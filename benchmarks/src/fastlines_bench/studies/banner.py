@@ -1,4 +1,4 @@
-"""The README's banner, put together from the pictures of a demo."""
+"""The README's banner, composed of the pictures of a demo."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ WIDTH, GAP = 1280, 6
 
 
 def row(paths: list[Path]) -> Image.Image:
-    """Scale pictures to one height so that together they are as wide as the banner."""
+    """Return pictures side by side, scaled to one height so that they fill the width of the banner."""
     pictures = [Image.open(path).convert("RGB") for path in paths]
     room = WIDTH - GAP * (len(pictures) - 1)
     height = round(room / sum(picture.width / picture.height for picture in pictures))

@@ -1,8 +1,8 @@
-"""How far trees are from a bound that no tree can undercut, on the thesis's five scenes.
+"""The costs of trees relative to a lower bound for all trees, on the thesis's five scenes.
 
-The trees go through three bad levels with 16 planes an axis (BVHs also divide sets of up to 8) and are pruned; c_trav
-is 2.0 for BVHs and 0.6 for KD trees. The bound is `optimum.lower_bound`, proved in docs/theory.md; "whole" is the one
-for trees that cut nothing, beside `bvh-cl`.
+The trees have three bad levels and 16 planes per axis (BVHs also object splits of up to 8 references), and are pruned.
+c_trav is 2.0 for BVHs and 0.6 for KD trees. The bound is `optimum.lower_bound`, proved in docs/theory.md. "whole"
+compares `bvh-cl` with the bound for trees that cut nothing.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ TREES: dict[str, tuple[fl.Settings, bool]] = {
 
 
 def compare_with_bounds(segments: int | None = None) -> list[dict[str, Any]]:
-    """Print the table, a line at a time, and return its rows; scenes may have another number of segments."""
+    """Print the table, line by line, and return its rows; `segments` replaces the size of all scenes."""
     rows: list[dict[str, Any]] = []
     print(f"{'scene':14} {'tree':5} {'cost':>9} {'bound':>9} {'cost/bound':>11} {'bound s':>8}")
     for name in fl.scenes.NAMES:

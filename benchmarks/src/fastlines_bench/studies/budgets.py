@@ -1,7 +1,7 @@
-"""What a bound on references or memory does to a build: its time, its memory, and what the tree costs.
+"""The effect of limits on references or memory on a build: its time, its memory, and the cost of the tree.
 
-Each build is in a process of its own. Memory is the most that it took above what lines and interpreter had before.
-Costs are those of c_trav = 2.
+Each build runs in its own process. Memory is the peak of the resident memory less that before the build. Costs have
+c_trav = 2.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ BUDGETS: list[dict[str, float]] = [
 
 
 def resident() -> int:
-    """Tell the memory of this process, in bytes."""
+    """Return the resident memory of this process in bytes."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
 
 
 def measure(scene: str, given: dict[str, float]) -> dict[str, Any]:
-    """Build within limits, and watch."""
+    """Build within limits, and return the time, the memory and the cost."""
     limits = {name: int(value) for name, value in given.items() if name != "c_trav"}
     cost = fl.Cost(given["c_trav"]) if "c_trav" in given else None
     name, _, n = scene.partition(":")
@@ -65,7 +65,7 @@ def measure(scene: str, given: dict[str, float]) -> dict[str, Any]:
 
 
 def read(text: str) -> dict[str, float]:
-    """Read name=number, several with commas between them."""
+    """Return the limits of a comma-separated list of name=number."""
     try:
         return {name: float(value) for name, _, value in (part.partition("=") for part in text.split(","))}
     except ValueError:

@@ -1,7 +1,6 @@
-"""What options of the builder bring and take: the tables of docs/builder.md.
+"""The gains and costs of options of the builder: the tables of docs/builder.md.
 
-Costs are those of c_trav = 2 and c_prim = 1. Times are those of one thread, as multiples of the build's without the
-option.
+Costs have c_trav = 2 and c_prim = 1. Times are on one thread, as multiples of that of the build without the option.
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ APART = (0, 512, 1024, 8192, REF_LIMIT)
 
 
 def timed(scene: str, **given: Any) -> tuple[fl.Tree, float]:
-    """Build a tree, quick ones several times; return it and the best time that the processor took."""
+    """Build a tree repeatedly for a second; return it and the least processor time of a build."""
     lines, now = fl.scenes.make(scene).lines, clock(1)
     times: list[float] = []
     while sum(times) < 1:
@@ -54,7 +53,7 @@ def timed(scene: str, **given: Any) -> tuple[fl.Tree, float]:
 
 
 def whole() -> Iterator[list[str]]:
-    """Yield the rows of `best` with whole splits in nodes of up to so many references."""
+    """Yield the rows of `best` with whole splits in nodes of up to `gap_refs` references."""
     yield ["scene", "gap_refs", "references a line", "time"]
     (octets,) = best_settings().splits
     assert isinstance(octets, fl.BinnedPlanes)
@@ -68,7 +67,7 @@ def whole() -> Iterator[list[str]]:
 
 
 def lanes() -> Iterator[list[str]]:
-    """Yield the rows of `best` with and without lanes: what leaves hold, and how many a random ray meets."""
+    """Yield the rows of `best` with and without lanes: references per leaf, and leaves that a random ray visits."""
     yield ["scene", "lanes", "references a leaf", "layout, MB", "leaves, all hits", "first hit"]
     for scene in ("bun-hair", "straight-hair", "spaghetti", "spaghetti-2", "photon-beams"):
         lines = fl.scenes.make(scene).lines
@@ -76,12 +75,12 @@ def lanes() -> Iterator[list[str]]:
         for n_lanes in LANES:
             tree = fl.build(lines, "best", lanes=n_lanes)
             in_leaf, size = tree.nodes["n_refs"][tree.is_leaf].mean(), tree.layout.n_bytes / 1e6
-            met = [count_steps(tree, query, rays, 0.001)[0]["leaves"] for query in ("all", "first")]
-            yield [scene, f"{n_lanes}", f"{in_leaf:.1f}", f"{size:.2f}", *(f"{n:.1f}" for n in met)]
+            visited = [count_steps(tree, query, rays, 0.001)[0]["leaves"] for query in ("all", "first")]
+            yield [scene, f"{n_lanes}", f"{in_leaf:.1f}", f"{size:.2f}", *(f"{n:.1f}" for n in visited)]
 
 
 def reinsertion() -> Iterator[list[str]]:
-    """Yield the rows of costs after some rounds."""
+    """Yield the rows of costs after rounds of reinsertion."""
     yield [
         "scene",
         "tree",
@@ -101,7 +100,7 @@ def reinsertion() -> Iterator[list[str]]:
 
 
 def presplit() -> Iterator[list[str]]:
-    """Yield the rows of costs after cuts."""
+    """Yield the rows of references and costs with presplits."""
     yield ["scene", "presplit", "references a line", "cost of bvh-cl", "time"]
     for scene in ("spaghetti", "bun-hair", "straight-hair"):
         _, seconds = timed(scene, method="bvh-cl")
@@ -111,7 +110,7 @@ def presplit() -> Iterator[list[str]]:
 
 
 def sbvh() -> Iterator[list[str]]:
-    """Yield the rows of object and spatial splits."""
+    """Yield the rows of trees with object and spatial splits."""
     yield ["scene", "min_overlap", "references a line", "cost", "time"]
     for scene in ("spaghetti", "bun-hair", "straight-hair"):
         first = None

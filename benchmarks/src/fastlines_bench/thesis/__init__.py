@@ -1,4 +1,4 @@
-"""``fastlines-bench thesis``: chapter 6 of the thesis made again, its own figures beside ours, its findings checked."""
+"""``fastlines-bench thesis``: chapter 6 of the thesis repeated, with its own figures next to ours and its findings."""
 
 from .preset import ThesisPreset
 from .run import make_thesis, missing_peer

@@ -1,8 +1,8 @@
-"""The table of thesis §4.3: what it brings to look further ahead, and what it takes.
+"""The table of thesis §4.3: the gain and the cost of lookahead.
 
 100 cylinders of length 1 in a cube of side 4; a KD tree with 16 planes on each axis, c_prim = 1 and c_trav = 1.2. The
-thesis says no more of the scene. Here each cylinder has a uniform place and an isotropic direction, and lies wholly
-inside the cube: those that stick out are drawn again.
+thesis does not specify the scene further. Here each cylinder has a uniform start and an isotropic direction, and lies
+wholly inside the cube: those that stick out are drawn again.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ THESIS_DEPTHS = {0: (100.0, 0.1), 1: (13.0, 2.0), 2: (12.7, 102.0), 3: (12.5, 89
 
 
 def cylinders(seed: int) -> npt.NDArray[np.float64]:
-    """Make the axes of the cylinders, (100, 2, 3)."""
+    """Return the axes of the cylinders, (100, 2, 3)."""
     rng = np.random.default_rng(seed)
     found = np.empty((0, 2, 3))
     while len(found) < N_CYLINDERS:
@@ -35,10 +35,10 @@ def cylinders(seed: int) -> npt.NDArray[np.float64]:
 
 
 def build_ahead(axes: npt.NDArray[np.float64], depth: int, c_trav: float = C_TRAV, search: str = "bounded") -> Tree:
-    """Build the tree that the table is about.
+    """Return the tree of a row of the table.
 
-    A search looks into candidates by branch and bound ("bounded"), into all of them ("exhaustive"), or counts planes
-    eight at a time ("octets").
+    The search uses branch and bound ("bounded"), evaluates all candidates ("exhaustive"), or counts planes eight at a
+    time ("octets").
     """
     splits = BinnedPlanes(16) if search == "octets" else PlaneGrid(16)
     everything = search == "exhaustive" and depth > 1
@@ -49,7 +49,7 @@ def build_ahead(axes: npt.NDArray[np.float64], depth: int, c_trav: float = C_TRA
 def time_depth(
     depth: int, seed: int = 0, c_trav: float = C_TRAV, repeats: int = 20, patience: float = 1.0
 ) -> dict[str, Any]:
-    """Build one row's trees in turn, again and again for a second; what counts is the best time of each."""
+    """Return a row of the table: alternate the builds of its trees for `patience` seconds, and take the least times."""
     axes = cylinders(seed)
     times: dict[str, list[float]] = {search: [] for search in ("bounded", "exhaustive", "octets")}
     trees: dict[str, Tree] = {}

@@ -1,4 +1,4 @@
-"""What the report says, before it is HTML or Markdown: sections of text, tables and pictures; and as HTML."""
+"""The report as sections of text, tables and pictures, and its conversion to HTML."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from ..package import page
 
 @dataclass(frozen=True)
 class Cell:
-    """A figure in a table.
+    """A cell of a table.
 
-    `value` is its key for sorting, and None sorts last. `other` is a second figure below it. `good` marks it as one
-    that holds, or does not.
+    `value` is its sort key; None sorts last. `other` is a second figure below the first. `good` marks a figure that
+    holds or does not hold.
     """
 
     text: str
@@ -27,7 +27,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under heads; the first column names the row."""
+    """A table with a row of heads; the first column names the rows."""
 
     heads: Sequence[str]
     rows: Sequence[Sequence[Cell]]
@@ -37,7 +37,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture in the folder of images, and what it shows."""
+    """A picture in the folder of images, with a caption and a description."""
 
     file: str
     caption: str
@@ -48,7 +48,7 @@ class Picture:
 class Gallery:
     """Pictures side by side, in up to `columns` columns, each at least `least` pixels wide.
 
-    `scale` is the colours, (r, g, b), in which the pictures show counts from 1 to its second part.
+    `scale` holds the colours, (r, g, b), of counts in the pictures, and the largest count; the least is 1.
     """
 
     pictures: Sequence[Picture]
@@ -71,7 +71,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Document:
-    """A whole page; its verdicts stand at the top, each a few words with an explanation."""
+    """A whole page. Its verdicts are at the top: a few words each, with an explanation."""
 
     title: str
     lead: str
@@ -81,7 +81,7 @@ class Document:
 
 
 def html(document: Document, images: Path) -> str:
-    """Return a document as a page of HTML, with its pictures from a folder embedded."""
+    """Return a document as an HTML page that embeds the pictures of a folder."""
     sections = [
         page.Section(
             section.name,
@@ -119,6 +119,6 @@ def _gallery(gallery: Gallery, images: Path) -> str:
 
 
 def _scale(colours: Sequence[Sequence[float]], most: int) -> str:
-    """Show the colours of the counts from 1 to `most`."""
+    """Return a legend of the colours of counts from 1 to `most`."""
     stops = ",".join(f"rgb({r:.0f},{g:.0f},{b:.0f})" for r, g, b in colours)
     return f'<span class="scale">1 <i style="background:linear-gradient(to right,{stops})"></i> {most:,}</span>'

@@ -1,8 +1,8 @@
-"""What the thesis found (§6), as inequalities that any tables in its form can be asked: its own, or ours.
+"""The findings of the thesis (§6), as inequalities that apply to its own tables and to ours.
 
-What "collapses" is not told by a number there. Here a tree does that costs more than three times as much as the D2 tree
-of its kind, whose constants are the same. Embree does if it costs three times as much as with segments cut, and takes
-three times as long for first hits.
+The thesis does not define "collapses" by a number. Here a tree collapses if it costs more than three times as much as
+the D2 tree of its kind, whose constants are the same. Embree collapses if it costs three times as much as with segments
+cut, and takes three times as long for first hits.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ ABOUT_HALF = 0.6
 #: SS is "a little better" than CL if it saves up to this share of the cost; D2 "changes little" if it is within LITTLE.
 A_LITTLE, LITTLE = 1 / 3, 0.05
 HAIR = ("bun-hair", "straight-hair")
-#: The tree that others of its kind are measured by.
+#: The D2 tree with which each other tree is compared.
 MEASURE = {"bvh-cl": "bvh-d2", "bvh-ss": "bvh-d2", "kd-cl": "kd-d2"}
 
-#: What each D2 tree is but for the second level of the search.
+#: The tree that differs from each D2 tree only by the lookahead.
 LEVEL_LESS = {"bvh-d2": "bvh-ss", "kd-d2": "kd-cl"}
 
 _SCENES = {name: make(name, 1).title for name in NAMES}
@@ -37,7 +37,7 @@ _COLUMNS = {"cost": "cost", "n_nodes": "nodes"} | {
 
 
 def findings_of(tables: Tables) -> list[Finding]:
-    """Check all that the thesis found; what scenes or rows are missing is not measured."""
+    """Return all findings for some tables; checks of missing scenes or rows are not measured."""
 
     def check(scene: str, column: str, of: str, to: str, least: float = 0.0, most: float = float("inf")) -> Check:
         what = f"{_SCENES[scene]}: {_COLUMNS[column]} of {TITLES[of]} / {TITLES[to]}"
@@ -99,6 +99,6 @@ def findings_of(tables: Tables) -> list[Finding]:
 
 
 def ratio(rows: Mapping[str, Row], column: str, of: str, to: str) -> float | None:
-    """Divide a figure of a row by that of another; None if one is missing, or the other did not finish."""
+    """Return a figure of row `of` divided by that of row `to`; None if one is missing or `to` did not finish."""
     a, b = (rows[name].figure(column) if name in rows else None for name in (of, to))
     return a / b if a is not None and b and b < float("inf") else None

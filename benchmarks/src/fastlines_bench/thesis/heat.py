@@ -1,4 +1,4 @@
-"""Pictures of work: how many nodes are visited, and primitives tested, for the ray of each pixel."""
+"""Heat maps: the numbers of nodes visited and of primitives tested for the ray of each pixel."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from ..harness.arrays import Float64Array
 from ..harness.rays import camera_rays
 from ..harness.visits import visits_of_rays
 
-#: The colour of a count, from 1 to MOST on a logarithmic scale; 0 is black.
+#: The colours of counts from 1 to MAX_COUNT on a logarithmic scale; 0 is black.
 COLOURS = np.array(
     [(22, 11, 57), (66, 10, 104), (147, 38, 103), (221, 81, 58), (252, 165, 10), (252, 255, 164)], np.float64
 )
-MOST = 10_000
-#: Rays are followed so many at a time, which bounds the memory.
+MAX_COUNT = 10_000
+#: The number of rays that are traced at a time, which limits the memory.
 BATCH = 1024
 
 
 def visit_maps(tree: Tree, camera: Camera, size: int, radius: float) -> tuple[Float64Array, Float64Array]:
-    """Count the nodes whose boxes the ray of each pixel meets, and the references in the leaves among them.
+    """Return the numbers of nodes whose boxes the ray of each pixel hits, and of references in the leaves among them.
 
-    These are the steps of a search for all hits in the tree as it was built.
+    These are the steps of a traversal of the binary tree for all hits.
 
     Returns
     -------
@@ -38,8 +38,8 @@ def visit_maps(tree: Tree, camera: Camera, size: int, radius: float) -> tuple[Fl
 
 
 def colour(counts: Float64Array) -> npt.NDArray[np.uint8]:
-    """Give counts (h, w) the colours of the scale: (h, w, 3)."""
-    place = np.log(np.clip(counts, 1, MOST)) / np.log(MOST)
+    """Return the colours of counts (h, w): (h, w, 3)."""
+    place = np.log(np.clip(counts, 1, MAX_COUNT)) / np.log(MAX_COUNT)
     stops = np.linspace(0, 1, len(COLOURS))
     picture = np.stack([np.interp(place, stops, COLOURS[:, k]) for k in range(3)], axis=-1)
     picture[counts < 1] = 0

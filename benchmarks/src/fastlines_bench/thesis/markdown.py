@@ -6,7 +6,7 @@ from .document import Cell, Document, Gallery, Section, Table
 
 
 def markdown(document: Document, folder: str) -> str:
-    """Write the whole report; pictures lie in this folder beside it."""
+    """Return the whole report as Markdown that links to the pictures in `folder`."""
     lines = [f"# {document.title}", "", document.lead]
     for section in document.sections:
         lines += _section(section, folder)

@@ -1,7 +1,7 @@
-"""Steps of the report: Embree as the thesis asked it, whole and with segments cut to the length that suits it.
+"""Steps of the report: Embree as in the thesis, with whole segments and with segments cut to the best length.
 
-The thesis gave Embree two triangles a segment that face the camera, asked ray by ray, and took all hits by repeated
-first hits. Here these are kept, and beside them all hits in one pass, by a filter.
+The thesis gave Embree two triangles per segment that face the camera, queried it ray by ray, and found all hits by
+repeated first hits. These steps do the same, and also find all hits in one pass by a filter.
 """
 
 from __future__ import annotations
@@ -15,24 +15,24 @@ from ..harness.compare import compare
 from ..harness.rays import RayBatch, camera_rays
 from ..harness.store import Found
 from ..harness.subjects import Subject
-from ..harness.turns import ask_tree
+from ..harness.turns import query_tree
 from ..package import num_threads
 from ..peers.embree import Build, Config, Scenes
 from ..peers.embree_tree import embree_tree
 from ..peers.repeat import repeat_first
 from ..peers.tuning import MAX_PIECES
-from .measure import Asked, measure, some, timed_by
+from .measure import TimedQuery, measure, some, timed_by
 from .preset import ThesisPreset
 from .trees import CHECKED
 
 
 def ribbons(length: float) -> Config:
-    """Two triangles a piece that face the camera, without spatial splits, which would report some twice; ray by ray."""
+    """Return the thesis's configuration: ribbons, ray by ray, without spatial splits, which report some hits twice."""
     return Config(Build("ribbon", length, high_quality=False), width=1)
 
 
 def sweep_step(subject: Subject, preset: ThesisPreset) -> Found:
-    """Cut segments to several lengths, and find the one with which first and all hits together are fastest."""
+    """Time first and all hits with segments cut to several lengths; return the times and the best length."""
     ends = subject.lines.segments.astype(np.float64)
     total = float(np.sqrt(((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1)).sum())
     rays = camera_rays(subject.camera, preset.size**2)
@@ -44,7 +44,7 @@ def sweep_step(subject: Subject, preset: ThesisPreset) -> Found:
         config = ribbons(length)
         scenes = Scenes(subject.lines, subject.by_letter["M"], subject.camera.origin, 1)
         first, every = (
-            measure(_asked(scenes, config, query), query, rays, preset.budget / 2) for query in ("first", "all")
+            measure(_timed(scenes, config, query), query, rays, preset.budget / 2) for query in ("first", "all")
         )
         scene = scenes.get(config.build)
         found.append(
@@ -63,20 +63,20 @@ def sweep_step(subject: Subject, preset: ThesisPreset) -> Found:
 
 
 def embree_step(subject: Subject, preset: ThesisPreset, length: float) -> Found:
-    """Build Embree's scenes, one for each radius, and ask them."""
+    """Build Embree's scenes, one for each radius, and time their queries."""
     config = ribbons(length)
     rays = camera_rays(subject.camera, preset.size**2)
     few = some(rays, CHECKED)
     found: Found = {"times": {}, "piece_length": length}
     for letter, radius in subject.by_letter.items():
         scenes = Scenes(subject.lines, radius, subject.camera.origin, 1)
-        asked = {
-            "first": _asked(scenes, config, "first"),
+        runs = {
+            "first": _timed(scenes, config, "first"),
             "all": _repeating(scenes, config),
-            "filter": _asked(scenes, config, "all"),
+            "filter": _timed(scenes, config, "all"),
         }
-        for name, ask in asked.items():
-            timed = measure(ask, "first" if name == "first" else "all", rays, preset.budget)
+        for name, run in runs.items():
+            timed = measure(run, "first" if name == "first" else "all", rays, preset.budget)
             found["times"][f"{name} {letter}"] = timed.to_json()
         if letter == "M":
             scene = scenes.get(config.build)
@@ -90,9 +90,9 @@ def embree_step(subject: Subject, preset: ThesisPreset, length: float) -> Found:
 
 
 def embree_tree_step(subject: Subject, length: float) -> Found:
-    """Build trees of the whole segments and of the pieces by Embree's builder interface, and tell their figures.
+    """Return the figures of the trees that Embree's builder interface builds over whole segments and over pieces.
 
-    Its callbacks are Python, so there are none of more pieces than the sweep allows.
+    Its callbacks are in Python, so scenes with more segments than the sweep allows pieces have no trees.
     """
     if len(subject.lines) > MAX_PIECES:
         return {"embree": {}, "embree-ps": {}}
@@ -100,30 +100,30 @@ def embree_tree_step(subject: Subject, length: float) -> Found:
     return {name: {"n_nodes": tree.n_nodes, "cost": tree.cost} for name, tree in trees.items()}
 
 
-def _asked(scenes: Scenes, config: Config, query: str) -> Asked:
+def _timed(scenes: Scenes, config: Config, query: str) -> TimedQuery:
     def count(answer: Any) -> int:
         return len(answer.unpack()[0]) if query == "all" else int((answer[1] >= 0).sum())
 
     scenes.get(config.build)
-    return timed_by(lambda rays: scenes.ask(config, query, rays), count)
+    return timed_by(lambda rays: scenes.query(config, query, rays), count)
 
 
-def _repeating(scenes: Scenes, config: Config) -> Asked:
+def _repeating(scenes: Scenes, config: Config) -> TimedQuery:
     scenes.get(config.build)
 
-    def ask(rays: RayBatch) -> tuple[int, float]:
+    def run(rays: RayBatch) -> tuple[int, float]:
         repeated = repeat_first(scenes, config, rays)
         return repeated.n_hits, repeated.seconds
 
-    return ask
+    return run
 
 
 def _differences(subject: Subject, scenes: Scenes, config: Config, rays: RayBatch) -> dict[str, float]:
-    """Which share of the rays gets another answer than ours, and how many hits repeating finds of those by filter."""
+    """Return the shares of rays whose answers differ from ours, and the number of repeated hits by the filter's."""
     shares = {}
     with num_threads(1):
         for query in ("first", "all"):
-            ours = ask_tree(subject.best, query, rays, scenes.radius)
-            shares[query] = compare(query, ours, scenes.ask(config, query, rays)).share
-    by_filter = len(scenes.ask(config, "all", rays).unpack()[0])
+            ours = query_tree(subject.best, query, rays, scenes.radius)
+            shares[query] = compare(query, ours, scenes.query(config, query, rays)).share
+    by_filter = len(scenes.query(config, "all", rays).unpack()[0])
     return {**shares, "repeated": repeat_first(scenes, config, rays).n_hits / max(1, by_filter)}

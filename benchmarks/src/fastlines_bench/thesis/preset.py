@@ -1,4 +1,4 @@
-"""How large the thesis's chapter is made again."""
+"""The size of the repeated chapter."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..harness.preset import Preset, sized
 from ..package import DEFAULT_METHOD, THESIS_METHODS
 from ..peers.tuning import LENGTHS
 
-#: Bun Hair has half of its segments: KD trees cost much less than BVHs only on dense hair.
+#: Bun Hair keeps half of its segments, because KD trees cost much less than BVHs only on dense hair.
 QUICK_SCENES = {
     "bun-hair": 40_000,
     "straight-hair": 8_000,
@@ -23,32 +23,32 @@ QUICK_SCENES = {
 
 @dataclass(frozen=True, kw_only=True)
 class ThesisPreset(Preset):
-    """What to build, ask and draw.
+    """What to build, time and draw.
 
     Parameters
     ----------
     name : str
-        What the page calls it.
+        The name of the preset on the page.
     scenes : mapping of str to int or None
-        The scenes and how many segments each has; None = as many as in the thesis.
+        The scenes and their numbers of segments; None = as in the thesis.
     methods : tuple of str
-        The trees.
+        The methods of the trees.
     peer : bool
         Measure Embree too, if it is installed.
     size : int
-        Times are for the size² rays of a square picture.
+        The width and height of the square picture whose rays are timed.
     budget : float
-        Seconds for the rays of one figure; where all would take longer, as many are asked as there is time for.
+        Seconds for the rays of one figure; fewer rays are traced if all would take longer.
     build_limit : float
-        Seconds; a build that takes longer is ended.
+        Seconds; a build that takes longer is aborted.
     lengths : tuple of float
-        To what shares of the box's diagonal segments are cut for Embree.
+        The piece lengths that are tried for Embree, as fractions of the box's diagonal.
     picture, samples : int
-        Width and height of a depth picture in pixels, and of the grid of samples in each.
+        The width and height of a depth picture in pixels, and of the grid of samples in each pixel.
     heat : int
-        Width and height of the pictures of visits.
+        The width and height of the heat maps.
     panel, levels : int
-        Width and height of a level's panel, and how many levels of a tree are drawn.
+        The width and height of a level's panel, and the number of levels that are drawn.
     drawn : tuple of str
         The trees whose levels are drawn.
     depths : tuple of int

@@ -1,4 +1,4 @@
-"""What the thesis itself measured (§6), to stand beside our figures. Its machine was one of 2013."""
+"""The figures of the thesis (§6), for comparison with ours. Its machine was from 2013."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Reference:
-    """A row of the thesis's tables: one of its trees, Embree, or Embree with segments cut before ("embree-ps").
+    """A row of the thesis's tables: one of its trees, Embree, or Embree with presplit segments ("embree-ps").
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""The rows of a table: seven configurations of the thesis, and what it did not have."""
+"""The rows of a table: seven configurations of the thesis, and rows that it does not have."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from .reference import Reference
 #: The queries, in the order of the thesis's tables.
 KINDS = ("first", "all")
 QUERIES = tuple((kind, letter) for kind in KINDS for letter in RADII)
-#: The columns of times, as the thesis has them.
+#: The columns of times, as in the thesis.
 TIMES = tuple(f"{query} {letter}" for query, letter in QUERIES)
-#: What the thesis calls its rows, in its order.
+#: The titles of the rows in the thesis, in its order.
 TITLES = {
     **{method: method.upper().replace("-", "::") for method in THESIS_METHODS},
     "embree": "Embree",
     "embree-ps": "Embree PS",
 }
-#: Those of its rows that are not ours.
+#: The rows of Embree.
 PEERS = ("embree", "embree-ps")
-#: Rows that the thesis did not have.
+#: The titles of rows that the thesis does not have.
 MORE_TITLES = {
     DEFAULT_METHOD: "best, fast engine",
     "embree-filter": "Embree, by filter",
@@ -42,11 +42,11 @@ class Row:
     name : str
         A method, "embree", "embree-ps", or one of these with "-filter".
     ms : dict of str to float
-        Of `TIMES`; inf = did not finish.
+        Milliseconds, by the columns `TIMES`; inf = did not finish.
     parts : dict of str to int
-        On how many rays a time was measured, if not on all.
+        The number of rays on which a time was measured, if not on all.
     over_s : float or None
-        The limit that the build did not end within.
+        The limit in seconds that the build exceeded, if it did.
     """
 
     name: str
@@ -60,16 +60,16 @@ class Row:
 
     @property
     def title(self) -> str:
-        """What the tables call it."""
+        """The title of the row in the tables."""
         return {**TITLES, **MORE_TITLES}[self.name]
 
     def figure(self, column: str) -> float | None:
-        """Look up a column: a time, or an attribute."""
+        """Return the value of a column: a time or an attribute."""
         return self.ms.get(column) if column in TIMES else getattr(self, column)
 
 
 def row_of(name: str, found: Found) -> Row:
-    """Make the row of what a step found."""
+    """Return the row of a step's result."""
     if "over_s" in found:
         return Row(name, {}, over_s=found["over_s"])
     filtered = name.endswith("-filter")
@@ -87,7 +87,7 @@ def row_of(name: str, found: Found) -> Row:
 
 
 def thesis_row(name: str, reference: Reference) -> Row:
-    """Make the row of what the thesis measured."""
+    """Return the row of the thesis's figures."""
     times: dict[str, Any] = {}
     for query, figures in (("first", reference.first_ms), ("all", reference.all_ms)):
         for letter, ms in zip("WMN", figures or (float("inf"),) * 3, strict=True):

@@ -1,4 +1,4 @@
-"""Making the chapter again: steps, then tables and findings, then the page, Markdown and JSON."""
+"""Repeat the chapter: run the steps, compile tables and findings, and write HTML, Markdown and JSON."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from .rows import Row, row_of, thesis_row
 from .sections import depths_section, findings_section, method_section, subject_section, why_section
 from .trees import picture_step, tree_step
 
-#: The folder of steps and pictures beside the page.
+#: The folder of steps and pictures next to the page.
 STEPS = "steps"
 TITLE = "The thesis, side by side"
 SWEEP, PEER, PEER_PS, PEER_TREES = "Embree’s lengths", "Embree", "Embree PS", "Embree’s trees"
 
-#: About how many seconds steps take on a large scene, of which only the ratios count.
+#: The approximate seconds of steps on a large scene; only their ratios matter.
 _WEIGHTS = {
     "pictures": 2.0,
     "bvh-cl": 14.0,
@@ -50,22 +50,22 @@ _WEIGHTS = {
 
 
 def make_thesis(directory: str | os.PathLike[str], preset: ThesisPreset, *, show_progress: bool = False) -> Path:
-    """Make chapter 6 of the thesis again, and write it up.
+    """Repeat chapter 6 of the thesis and write a report.
 
     Parameters
     ----------
     directory : str or path-like
-        Made if it does not exist. What is in its folder ``steps`` and was found by the same version with the same
-        settings is not made again.
+        Created if it does not exist. Results in its folder ``steps`` are reused if they are of the same version and
+        settings.
     preset : ThesisPreset
-        How large it is.
+        The size of the report.
     show_progress : bool
-        Name the step that is on, and the time left, on stderr.
+        Show the current step and the time left on stderr.
 
     Returns
     -------
     Path
-        Of ``index.html``, which holds everything. Beside it are ``report.md`` and ``report.json``.
+        The path of ``index.html``, which contains everything. Next to it are ``report.md`` and ``report.json``.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def make_thesis(directory: str | os.PathLike[str], preset: ThesisPreset, *, show
     where = machine.describe(threads=1, embree=None if missing else embree.load(1))
     subjects = [scene_subject(name, n_segments) for name, n_segments in preset.scenes.items()]
 
-    # Do the steps that are not done yet.
+    # Run the steps without a stored result.
     names = ("processor", "fastlines", "simd")
     key = [where[name] for name in names], asdict(preset), [each.digest for each in subjects]
     store = Store(Path(directory) / STEPS, key)
@@ -84,7 +84,7 @@ def make_thesis(directory: str | os.PathLike[str], preset: ThesisPreset, *, show
     steps = [step for subject in subjects for step in _steps(subject, preset, store, missing)] + depths
     results = run_steps(steps, store, show_progress)
 
-    # Put their tables together.
+    # Compile the tables.
     ours = {subject.name: _rows(subject, preset, results) for subject in subjects}
     theirs = {name: {row: thesis_row(row, THESIS[name][row]) for row in THESIS[name]} for name in ours}
     seconds = sum(found["seconds"] for found in results.values())
@@ -117,7 +117,7 @@ def make_thesis(directory: str | os.PathLike[str], preset: ThesisPreset, *, show
         "thesis": _to_json(theirs),
     }
 
-    # Write it up.
+    # Write the report.
     folder = store.folder.parent
     texts = {
         "report.json": json.dumps(_finite(figures), indent=1, allow_nan=False) + "\n",
@@ -133,7 +133,7 @@ def make_thesis(directory: str | os.PathLike[str], preset: ThesisPreset, *, show
 def _lead(preset: ThesisPreset, missing: str) -> str:
     lead = (
         "Chapter 6 of Ivan Kuckir’s thesis “Datové struktury pro zobrazování nepolygonální geometrie” (Prague 2013), "
-        "made again: its five scenes, five trees and Embree; its own figures beside ours."
+        "repeated: its five scenes, five trees and Embree, with its own figures next to ours."
     )
     if any(preset.scenes.values()):
         lead += " This is a quick report: some scenes are smaller than the thesis’s, and so are their costs and times."
@@ -148,7 +148,7 @@ def _foot(where: Mapping[str, Any], preset: ThesisPreset, seconds: float) -> str
 
 
 def missing_peer(preset: ThesisPreset) -> str:
-    """Say why Embree is not measured, and what to do about it; "" if it is."""
+    """Return why Embree is not measured and what to do about it; "" if it is measured."""
     if not preset.peer:
         return "It was left out"
     try:
@@ -159,7 +159,7 @@ def missing_peer(preset: ThesisPreset) -> str:
 
 
 def _steps(subject: Subject, preset: ThesisPreset, store: Store, missing: str) -> list[Step]:
-    """List the work on one subject; of what is missing there is none."""
+    """Return the steps of one subject, without those of Embree if it is missing."""
     title = subject.title
     steps = [Step(f"{title}: pictures", _WEIGHTS["pictures"], lambda results: picture_step(subject, preset, store))]
     steps += [
@@ -192,7 +192,7 @@ def _depth(depth: int) -> Callable[[Results], Found]:
 
 
 def _rows(subject: Subject, preset: ThesisPreset, results: Results) -> dict[str, Row]:
-    """Collect the rows of a table."""
+    """Return the rows of a table."""
     found: dict[str, Found] = {method: results[f"{subject.title}: {method}"] for method in preset.methods}
     for name, step in (("embree", PEER), ("embree-ps", PEER_PS)):
         measured = results.get(f"{subject.title}: {step}")
@@ -206,7 +206,7 @@ def _to_json(tables: Mapping[str, Mapping[str, Row]]) -> dict[str, Any]:
 
 
 def _finite(value: Any) -> Any:
-    """JSON has no infinity: what did not finish is "not finished"."""
+    """Return a value with "not finished" instead of infinity, which JSON lacks."""
     if isinstance(value, Mapping):
         return {key: _finite(each) for key, each in value.items()}
     if isinstance(value, list | tuple):

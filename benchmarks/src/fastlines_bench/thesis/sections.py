@@ -1,4 +1,4 @@
-"""The report's tables, in the thesis's form, and what stands around them."""
+"""The sections of the report: tables in the form of the thesis, text and pictures."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from ..package import DEFAULT_METHOD, METHOD_NOTES
 from .depths import C_TRAV, THESIS_DEPTHS
 from .document import Cell, Gallery, Picture, Section, Table
 from .findings import Tables, findings_of, ratio
-from .heat import COLOURS, MOST
+from .heat import COLOURS, MAX_COUNT
 from .preset import ThesisPreset
 from .rows import MORE_TITLES, PEERS, TIMES, TITLES, Row
 from .trees import CHECKED
 from .why import WHY
 
-#: What times are divided by: those of the first that both the thesis and we have.
+#: The rows by whose times others are divided: the first one that both the thesis and we have.
 BASES = ("bvh-cl", "embree", "embree-ps", "kd-d2")
 COLUMNS = {"n_prims": "primitives", "build_ms": "build, ms", "n_nodes": "nodes", "cost": "cost"} | {
     time: time[0].upper() + time[1:] for time in TIMES
 }
-#: What each scene is, in a line.
+#: A description of each scene.
 SCENE_NOTES = {
     "bun-hair": "hair with a bun, finely divided",
     "straight-hair": "long hair, segments a little longer",
@@ -37,13 +37,13 @@ SCENE_NOTES = {
 NOT_FINISHED = "not finished"
 NOTHING = "–"
 _COST_NOTE = (
-    "what a random line through the scene’s box is expected to take (§3): for each inner node that it meets {} in a "
-    "BVH and {} in a KD tree, and 1 for each primitive in a leaf that it meets"
+    "the expected cost of a random line through the scene’s box (§3): for each inner node that it hits {} in a BVH and "
+    "{} in a KD tree, and 1 for each primitive in a leaf that it hits"
 ).format(*(f"{cost.c_trav:g}" for cost in THESIS_COST.values()))
 
 
 def shown(figure: float | None, column: str) -> str:
-    """Write a figure as its column has it."""
+    """Return a figure in the format of its column."""
     if figure is None:
         return NOTHING
     if figure == float("inf"):
@@ -54,7 +54,7 @@ def shown(figure: float | None, column: str) -> str:
 
 
 def figures_table(name: str, rows: Mapping[str, Row], thesis: Mapping[str, Row], missing: str) -> Table:
-    """Write all figures of a subject, those of the thesis's table beside them."""
+    """Return the table of all figures of a subject, with those of the thesis below each."""
     body = []
     for tree, title in {**TITLES, **MORE_TITLES}.items():
         row, other = rows.get(tree), thesis.get(tree)
@@ -78,7 +78,7 @@ def figures_table(name: str, rows: Mapping[str, Row], thesis: Mapping[str, Row],
 
 
 def part_note(rows: Mapping[str, Row]) -> str:
-    """Say on how many rays the figures with a star were measured."""
+    """Return the note with the numbers of rays of the figures with a star."""
     said = []
     for row in rows.values():
         if row.parts:
@@ -88,8 +88,8 @@ def part_note(rows: Mapping[str, Row]) -> str:
 
 
 def ratios_table(rows: Mapping[str, Row], thesis: Mapping[str, Row]) -> Table | None:
-    """Write all figures as multiples of those of one row; None if no row can be that."""
-    base = next((name for name in BASES if all(_asked(name, side) for side in (rows, thesis) if side)), None)
+    """Return the table of figures as multiples of those of one row; None if no row qualifies."""
+    base = next((name for name in BASES if all(_has_times(name, side) for side in (rows, thesis) if side)), None)
     if base is None:
         return None
     bases = {column: base if column in TIMES else "bvh-cl" for column in COLUMNS if column != "n_prims"}
@@ -110,12 +110,12 @@ def ratios_table(rows: Mapping[str, Row], thesis: Mapping[str, Row]) -> Table | 
     return Table(heads, body, said + ("; the thesis’s below each" if thesis else ""))
 
 
-def _asked(name: str, rows: Mapping[str, Row]) -> bool:
+def _has_times(name: str, rows: Mapping[str, Row]) -> bool:
     return name in rows and rows[name].ms.get("first M", float("inf")) < float("inf")
 
 
 def sweep_table(found: Found) -> Table:
-    """Show how the length to which segments are cut for Embree was chosen."""
+    """Return the table of the lengths to which segments were cut for Embree."""
     rows = [
         [
             Cell("whole" if not each["share"] else f"1/{1 / each['share']:.0f}", each["share"]),
@@ -138,7 +138,7 @@ def subject_section(
     thesis: Mapping[str, Row],
     missing: str,
 ) -> Section:
-    """Write all about one scene or file."""
+    """Return the section of one scene."""
     radii = ", ".join(f"{letter} = {radius:.3g}" for letter, radius in subject.by_letter.items())
     n_thesis = thesis["bvh-cl"].n_prims if thesis else None
     size = f"{len(subject.lines):,} segments: {SCENE_NOTES[subject.name]}."
@@ -154,15 +154,15 @@ def subject_section(
     parts += [ratios] if ratios else []
     trees = {method: results[f"{subject.title}: {method}"] for method in preset.methods}
     titles = {**TITLES, **MORE_TITLES}
-    felt = [f"{titles[tree]}: {', '.join(found['limits'])}" for tree, found in trees.items() if found.get("limits")]
-    text += [f"Builds felt a limit. {'; '.join(felt)}."] if felt else []
+    limited = [f"{titles[tree]}: {', '.join(found['limits'])}" for tree, found in trees.items() if found.get("limits")]
+    text += [f"Some builds hit a limit. {'; '.join(limited)}."] if limited else []
     sweep, embree = (results.get(f"{subject.title}: {name}") for name in ("Embree’s lengths", "Embree"))
     if embree:
         differs = embree["differs"]
         text.append(
-            f"Of {min(CHECKED, preset.size**2):,} rays Embree names another first segment than we for "
-            f"{differs['first']:.2%}, and has another set of hits for {differs['all']:.2%}, for ribbons have no round "
-            f"ends; repeated first hits find {differs['repeated']:.2%} of the hits that a filter finds."
+            f"Of {min(CHECKED, preset.size**2):,} rays, Embree reports another first segment than we do for "
+            f"{differs['first']:.2%}, and another set of hits for {differs['all']:.2%}, because ribbons have no round "
+            f"ends. Repeated first hits find {differs['repeated']:.2%} of the hits that a filter finds."
         )
     parts += [sweep_table(sweep)] if sweep else []
     parts += tree_galleries(subject, trees)
@@ -170,7 +170,7 @@ def subject_section(
 
 
 def depth_gallery(subject: Subject, results: Results) -> Gallery:
-    """Show the subject with each radius."""
+    """Return the pictures of the subject with each radius."""
     images = results[f"{subject.title}: pictures"]["images"]
     return Gallery(
         [
@@ -183,7 +183,7 @@ def depth_gallery(subject: Subject, results: Results) -> Gallery:
 
 
 def tree_galleries(subject: Subject, trees: Mapping[str, Found]) -> list[Gallery]:
-    """Show what rays visit in each tree, and the levels of some."""
+    """Return the heat maps of each tree, and the levels of some."""
     galleries = []
     titles = {**TITLES, **MORE_TITLES}
     for what, words in (("nodes", "nodes visited"), ("tests", "primitives tested")):
@@ -197,7 +197,7 @@ def tree_galleries(subject: Subject, trees: Mapping[str, Found]) -> list[Gallery
             if "images" in found
         ]
         caption = f"{words.capitalize()} by the ray of each pixel, all hits, radius M; with the mean."
-        galleries.append(Gallery(pictures, 6, caption=caption, scale=(COLOURS.tolist(), MOST)))
+        galleries.append(Gallery(pictures, 6, caption=caption, scale=(COLOURS.tolist(), MAX_COUNT)))
     sheets = [
         Picture(
             found["images"]["levels"], titles[method], f"{subject.title}: boxes of the first levels of {titles[method]}"
@@ -209,7 +209,7 @@ def tree_galleries(subject: Subject, trees: Mapping[str, Found]) -> list[Gallery
 
 
 def findings_section(ours: Tables, thesis: Tables) -> Section:
-    """Write down what the thesis found, and whether it holds in our tables and in its own."""
+    """Return the section of the thesis's findings, and whether they hold in our tables and in its own."""
     mine, theirs = findings_of(ours), findings_of(thesis)
     verdicts = [
         [Cell(finding.text), _verdict(finding), _verdict(other)] for finding, other in zip(mine, theirs, strict=True)
@@ -236,12 +236,12 @@ def findings_section(ours: Tables, thesis: Tables) -> Section:
         "What the thesis found",
         [
             f"{n_held} of its {len(mine)} findings hold in our tables. A tree counts as collapsed if it costs more "
-            "than three times as much as the D2 tree of its kind; Embree, if its cost and the "
-            "time of its first hits are more than three times those with segments cut. About half is up to 0.6."
+            "than three times as much as the D2 tree of its kind; Embree counts as collapsed if its cost and the time "
+            "of its first hits are more than three times those with segments cut. About half means up to 0.6."
         ],
         [
             Table(["finding", "in our tables", "in the thesis’s"], verdicts),
-            Table(["figure", "ours", "the thesis’s", "expected"], figures, "The figures behind it"),
+            Table(["figure", "ours", "the thesis’s", "expected"], figures, "The figures of the findings"),
         ],
     )
 
@@ -252,7 +252,7 @@ def _verdict(finding: Finding) -> Cell:
 
 
 def depths_section(found: Sequence[Found]) -> Section:
-    """Write the table of thesis §4.3."""
+    """Return the section of the table of thesis §4.3."""
     rows = []
     for row in found:
         cost, ms = THESIS_DEPTHS[row["depth"]]
@@ -267,48 +267,51 @@ def depths_section(found: Sequence[Found]) -> Section:
         )
     text = (
         "100 thin cylinders of length 1 in a cube of side 4; a KD tree, 16 planes an axis, c_prim = 1, c_trav = "
-        f"{C_TRAV}. The thesis looked into all candidates; branch and bound finds the same tree."
+        f"{C_TRAV}. The thesis evaluated all candidates; branch and bound finds the same tree."
     )
     heads = ["depth", "cost", "nodes", "exhaustive, ms", "branch and bound, ms"]
-    return Section("depths", "How far to look ahead (§4.3)", [text], [Table(heads, rows, "The thesis’s below ours")])
+    return Section("depths", "Lookahead (§4.3)", [text], [Table(heads, rows, "The thesis’s below ours")])
 
 
 def why_section() -> Section:
-    """Say why figures differ."""
+    """Return the section of the reasons for differences."""
     return Section("why", "Where our figures differ, and why", points=WHY)
 
 
 def method_section(methods: Sequence[str], n_compared: int, embree: object) -> Section:
-    """Say how it was measured; `embree` is the version of Embree, or None."""
+    """Return the section of the method of measurement; `embree` is the version of Embree, or None."""
     text = [
-        "Everything is timed with one thread, by its processor time; the best of up to three rounds counts.",
-        f"All {n_compared:,} answers that were compared are those of “{DEFAULT_METHOD}” on its wide layout, bit for "
+        "Everything is timed on one thread, by its processor time; the fastest of up to three rounds counts.",
+        f"All {n_compared:,} compared answers are the same as those of “{DEFAULT_METHOD}” on its wide layout, bit for "
         "bit; all trees are valid.",
     ]
     if embree:
-        text[0] += f" Of Embree {embree} its calls alone are timed."
-        text[1] += " Embree’s build is one for one radius; our trees serve all three."
-    return Section("method", "How it was measured", text, points=method_points(methods))
+        text[0] += f" Of Embree {embree}, only the calls are timed."
+        text[1] += " Embree builds a scene for each radius; our trees serve all three."
+    return Section("method", "How the figures were measured", text, points=method_points(methods))
 
 
 def method_points(methods: Sequence[str]) -> tuple[tuple[str, str], ...]:
-    """Say what each row is, and what the columns are that do not say it themselves."""
+    """Return explanations of the rows and of some columns."""
     titles = {**TITLES, **MORE_TITLES}
     more = (
         (
             "Embree",
-            "two triangles a segment, facing the camera, built for each radius; all hits by repeated first hits",
+            "two triangles per segment, facing the camera, built for each radius; all hits by repeated first hits",
         ),
         ("Embree PS", "the same, with segments cut to the length at which it is best"),
-        ("by filter", "all hits of the same scenes in one pass: a filter notes each hit and lets the search go on"),
-        ("nodes", "of the binary tree, inner ones and leaves"),
+        (
+            "by filter",
+            "all hits of the same scenes in one pass: a filter records each hit and lets the traversal continue",
+        ),
+        ("nodes", "the inner nodes and leaves of the binary tree"),
         ("cost", _COST_NOTE),
     )
     return (*((titles[method], _titled(METHOD_NOTES[method])) for method in methods), *more)
 
 
 def _titled(note: str) -> str:
-    """Name trees as the tables do."""
+    """Return a note with the trees' names of the tables."""
     for name, title in TITLES.items():
         note = note.replace(f"as {name};", f"as {title};")
     return note

@@ -1,4 +1,4 @@
-"""A step of the report: one tree over one subject, built, checked, asked and drawn."""
+"""A step of the report: one tree over one subject is built, checked, timed and drawn."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from fastlines import FastlinesError, Tree
 from fastlines.render import depth_picture, level_sheet, write_picture
 
 from ..builders.names import THESIS_COST, kind_of
-from ..builders.trees import build_in_turn
+from ..builders.trees import alternate_builds
 from ..harness.compare import same
 from ..harness.rays import RayBatch, camera_rays
 from ..harness.store import Found, Store
 from ..harness.subjects import Subject
-from ..harness.turns import ask_tree, count_hits, way
+from ..harness.turns import count_hits, query_function, query_tree
 from ..package import DEFAULT_METHOD, limit_notes, num_threads
 from .heat import colour, visit_maps
 from .measure import measure, some, timed_by
 from .preset import ThesisPreset
 from .rows import KINDS
 
-#: The answers to so many rays are compared with those of another tree, bit for bit.
+#: The number of rays whose answers are compared with those of another tree, bit for bit.
 CHECKED = 1024
 #: The radius of the lines behind the boxes of a tree, as a fraction of the diagonal.
 BEHIND = 0.001
-#: A picture of levels has so many colours.
+#: The number of colours of a picture of levels.
 N_COLOURS = 128
 
 
 def picture_step(subject: Subject, preset: ThesisPreset, store: Store) -> Found:
-    """Draw the subject with each radius."""
+    """Draw the subject with each radius; return the names of the files."""
     images = {}
     for letter, radius in subject.by_letter.items():
         path = store.path(f"{subject.title} {letter}", ".png")
@@ -46,27 +46,27 @@ def picture_step(subject: Subject, preset: ThesisPreset, store: Store) -> Found:
 
 
 def tree_step(subject: Subject, method: str, preset: ThesisPreset, store: Store) -> Found:
-    """Build a tree with one thread, and ask it with one: a tree of the thesis as it was built, `best` as it may."""
+    """Build and time a tree on one thread: the binary tree of a thesis's method, or the wide layout of `best`."""
     kernel = "auto" if method == DEFAULT_METHOD else "binary"
     with num_threads(1):
-        grown = build_in_turn(subject.lines, [method], 1, preset.build_limit)[method]
-        if grown is None:
+        built = alternate_builds(subject.lines, [method], 1, preset.build_limit)[method]
+        if built is None:
             return {"over_s": preset.build_limit}
-        tree = grown.tree
+        tree = built.tree
         tree.validate()
-        # "best" has a cost model of its own: in the table all trees of a kind have one.
+        # Use one cost model for all trees of a kind; "best" has its own.
         stats = tree.stats() | {"cost": tree.cost(model=THESIS_COST[kind_of(tree.settings)])}
         rays = camera_rays(subject.camera, preset.size**2)
         n_compared = check_answers(tree, subject, rays, method, kernel)
         times = {}
         for query in KINDS:
             for letter, radius in subject.by_letter.items():
-                ask = timed_by(way(tree, query, radius, 1, kernel), partial(count_hits, query))
-                times[f"{query} {letter}"] = measure(ask, query, rays, preset.budget, stats["cost"]).to_json()
+                run = timed_by(query_function(tree, query, radius, 1, kernel), partial(count_hits, query))
+                times[f"{query} {letter}"] = measure(run, query, rays, preset.budget, stats["cost"]).to_json()
     return {
         **stats,
         "limits": limit_notes(stats["limits_hit"]),
-        "build_s": grown.build_s,
+        "build_s": built.build_s,
         "n_compared": n_compared,
         "times": times,
         **draw(tree, subject, method, preset, store),
@@ -74,11 +74,11 @@ def tree_step(subject: Subject, method: str, preset: ThesisPreset, store: Store)
 
 
 def check_answers(tree: Tree, subject: Subject, rays: RayBatch, method: str, kernel: str) -> int:
-    """Refuse a tree whose answers are not those of `best` on its wide layout, to the bit; count the answers."""
+    """Return the number of compared answers; raise an error if they differ from those of `best` on its layout."""
     few = some(rays, CHECKED)
     for query in KINDS:
         answers = [
-            ask_tree(each, query, few, subject.by_letter["M"], k)
+            query_tree(each, query, few, subject.by_letter["M"], k)
             for each, k in ((tree, kernel), (subject.best, "auto"))
         ]
         if not same(*answers):
@@ -90,7 +90,7 @@ def check_answers(tree: Tree, subject: Subject, rays: RayBatch, method: str, ker
 
 
 def draw(tree: Tree, subject: Subject, method: str, preset: ThesisPreset, store: Store) -> Mapping[str, Any]:
-    """Draw what rays visit, and the levels of some trees; give the means and the files' names."""
+    """Draw the heat maps, and the levels of some trees; return the mean visits and the names of the files."""
     nodes, tests = visit_maps(tree, subject.camera, preset.heat, subject.by_letter["M"])
     images = {}
 
@@ -109,7 +109,7 @@ def draw(tree: Tree, subject: Subject, method: str, preset: ThesisPreset, store:
 
 
 def fewer_colours(picture: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """Leave a picture so many colours that its file is small."""
+    """Return a picture with few colours, so that its file is small."""
     from PIL import Image
 
     image = Image.fromarray(picture).quantize(N_COLOURS, dither=Image.Dither.NONE)

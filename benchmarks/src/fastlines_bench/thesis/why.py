@@ -1,70 +1,71 @@
-"""Where our figures differ from the thesis's, and why: what is known and what is not."""
+"""The differences between our figures and the thesis's, and their reasons as far as they are known."""
 
 from __future__ import annotations
 
-#: What is said, and the reason.
+#: Each difference and its reason.
 WHY: tuple[tuple[str, str], ...] = (
     (
-        "Times are of another machine",
-        "The thesis’s is one of 2013, and its picture’s size is not told. So milliseconds do not compare; ratios "
-        "within a table do, as far as both machines like the same things. Ours are of one thread, for the number "
-        "of rays that is said above each table.",
+        "Times are from another machine",
+        "The thesis’s machine was from 2013, and the size of its picture is not given. So milliseconds are not "
+        "comparable. Ratios within a table are, as far as both machines have similar strengths. Our times are on one "
+        "thread, for the number of rays above each table.",
     ),
     (
-        "Hair and beams are scenes of our own",
-        "Bun Hair, Straight Hair and Photon Beams are made by generators after the thesis’s words and pictures, "
-        "with its numbers of segments. How long segments are and how they cross is ours, and costs and nodes with "
-        "it. Spaghetti is defined by its words, so there costs come within a few parts in a hundred.",
+        "Hair and beams are our own scenes",
+        "Bun Hair, Straight Hair and Photon Beams are generated after the thesis’s text and pictures, with its numbers "
+        "of segments. The lengths of segments and how they cross are our choice, and affect costs and nodes. The text "
+        "defines Spaghetti, so there costs agree within a few percent.",
     ),
     (
         "c_trav is fitted",
-        "The thesis does not tell c_p and c_t of its tables. With c_p = 1, c_t = 2 for BVHs and 0.6 for KD trees "
-        "its costs on spaghetti come out. So costs compare within a kind of tree, not between BVHs and KD trees.",
+        "The thesis does not give c_p and c_t of its tables. c_p = 1 and c_t = 2 for BVHs and 0.6 for KD trees "
+        "reproduce its costs on spaghetti. So costs are comparable within a kind of tree, not between BVHs and KD "
+        "trees.",
     ),
     (
-        "SPLITS are chosen by us",
-        "How fine the grids of planes are is not told either: ours have 8 planes an axis for BVHs, 12 for KD trees. "
-        "KD::CL and KD::D2 choose from the same planes, for in the thesis’s tables they hardly differ on hair; with "
-        "planes at the sides of boxes, where SAH has its extremes, KD::CL costs 5 to 7 % less on our hair and beams. "
-        "Where lines are long and cross, ours have several times as many nodes at about the same cost, and take longer "
-        "to build.",
+        "SPLITS are our choice",
+        "The thesis does not give the numbers of planes either. Ours are 8 per axis for BVHs and 12 for KD trees. "
+        "KD::CL and KD::D2 choose from the same planes, because they hardly differ on hair in the thesis’s tables. "
+        "With planes at the sides of boxes, where SAH has its extremes, KD::CL costs 5 to 7 % less on our hair and "
+        "beams. Where lines are long and cross, our trees have several times as many nodes at about the same cost, and "
+        "take longer to build.",
     ),
     (
         "The camera is unknown",
-        "The thesis shows pictures, not cameras. Ours fills a square picture with the lines; how much of it they "
-        "cover decides how many rays end early, and so how first hits compare with all hits.",
+        "The thesis shows pictures, but does not give cameras. Ours fills a square picture with the lines. The share "
+        "that they cover determines how many rays end early, and so how the times of first and all hits compare.",
     ),
     (
-        "The search of a tree is ours",
-        "The five trees are searched one ray at a time through the binary tree as it was built, as the thesis "
-        "did, but by code of our own: a BVH by boxes, a KD tree by planes. All hits come sorted, with their place on "
-        "the segment; where there are many, writing them takes its time.",
+        "The traversal is ours",
+        "The five binary trees are traversed one ray at a time, as in the thesis, but by our own code: a BVH by boxes, "
+        "a KD tree by planes. All hits are sorted and have their place on the segment; where there are many, writing "
+        "them takes time.",
     ),
     (
         "KD trees gain less than in the thesis",
         "In the thesis the time of KD trees follows their cost: both are about half of those of BVHs. On hair our KD "
         "trees cost 0.6 to 0.7 of our BVHs. On the other scenes they cost half, but the costs assume that a step "
-        "through a plane takes 0.3 of a step through two boxes; “fastlines-bench calibrate --quick” finds a half. "
-        "A plane’s step waits for the plane that the step before has chosen, while both boxes of a BVH’s step are "
-        "tested side by side.",
+        "through a plane takes 0.3 of a step through two boxes; “fastlines-bench calibrate --quick” finds a half. The "
+        "step of a plane depends on the step before it, while both boxes of a BVH’s step are tested in parallel.",
     ),
     (
         "Embree is another Embree",
-        "Today’s version instead of that of 2013, with triangles as then: two a segment, facing the camera, "
-        "without spatial splits, ray by ray. Which length the thesis cut to is not told, nor by which figure it "
-        "was best; here it is the geometric mean of first and all hits at the radius M. Embree answers faster in "
-        "packets and with user geometry: “fastlines-bench engine” measures it at its best.",
+        "Ours is a current version instead of that of 2013, with triangles as in the thesis: two per segment, facing "
+        "the camera, without spatial splits, ray by ray. The thesis does not give the length to which it cut segments, "
+        "nor the criterion. Ours is the least geometric mean of the times of first and all hits at the radius M. "
+        "Embree is faster in packets and with user geometry: “fastlines-bench engine” measures its fastest "
+        "configuration.",
     ),
     (
         "Nodes and cost of Embree",
-        "The thesis read both out of Embree’s tree. Embree 4 has no call that gives the tree of a scene. What "
-        "stands there is of the tree that its builder interface, rtcBuildBVH, makes of the boxes of the same "
-        "segments or pieces, with two children a node, c_trav = 2 and c_prim = 1. A scene’s tree has four or "
-        "eight children a node and is over triangles, as the thesis’s was, so its figures are lower.",
+        "The thesis read both from Embree’s tree. Embree 4 has no call that returns the tree of a scene. Our figures "
+        "are of the tree that its builder interface, rtcBuildBVH, builds over the boxes of the same segments or "
+        "pieces, with two children per node, c_trav = 2 and c_prim = 1. A scene’s tree has four or eight children per "
+        "node and is over triangles, as in the thesis, so its figures are lower.",
     ),
     (
         "What we do not know",
-        "Why BVH::CL has half the cost of ours on Photon Beams, and Embree’s tree there a tenth: the scene is "
+        "On Photon Beams, the thesis’s BVH::CL has half the cost of ours, and Embree’s tree a tenth. The scene is "
         "ours, and no parameter that we tried explains both.",
     ),
 )
