@@ -36,6 +36,11 @@ def test_a_name_that_never_was() -> None:
         fl.octrees  # noqa: B018
 
 
+def test_dir_lists_the_public_names() -> None:
+    assert {name for name in dir(fl) if not name.startswith("__")} == set(fl.__all__)
+    assert {"__version__", "__doc__"} <= set(dir(fl))
+
+
 @pytest.mark.parametrize(
     ("former", "now"),
     [

@@ -1,4 +1,4 @@
-"""Checks of arguments, and arrays of whatever the user has; each error says what was given and what was expected."""
+"""Checks of arguments, and their conversion to arrays; each error says what was given and what was expected."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ LEAST = math.ulp(0.0)
 
 
 def count(name: str, value: object, least: int, most: int | None = None) -> int:
-    """Check a whole number; NumPy's will do."""
+    """Check a whole number, which may be one of NumPy's."""
     given = value.item() if isinstance(value, np.integer) else value
     if isinstance(given, bool) or not isinstance(given, int) or not least <= given <= (most or LARGEST):
         too_many = isinstance(given, int) and given > LARGEST
@@ -77,7 +77,7 @@ def sequence(name: str, value: object, kind: type | tuple[type, ...], expected: 
 
 
 def choice(name: str, value: object, known: Iterable[str]) -> str:
-    """Check one of a few words."""
+    """Check that a value is one of a few words."""
     words = tuple(known)
     if not isinstance(value, str) or value not in words:
         raise InputError(f"{name}={value!r} is not a choice: use {' or '.join(map(repr, words))}")
@@ -114,8 +114,8 @@ def own_float32(values: npt.ArrayLike, name: str) -> FloatArray:
 
 
 def _float32(values: npt.ArrayLike, name: str) -> tuple[FloatArray, bool]:
-    """Convert to float32; tell whether the memory is new."""
-    # The usual cases at once: a small batch has no time for more.
+    """Convert to float32, and return whether the memory is new."""
+    # Return the usual cases at once: for a small batch the checks below would dominate.
     if type(values) is np.ndarray and values.dtype == np.float32 and values.flags.c_contiguous:
         return values, False
     if type(values) is float and (abs(values) < FLOAT32_MAX or abs(values) == np.inf):
@@ -145,13 +145,13 @@ def to_integers(values: npt.ArrayLike, name: str) -> IntArray:
 
 
 def refuse_masked(values: object, name: str) -> None:
-    """Refuse masked values, for which a tree has no place."""
+    """Refuse masked values, which a tree cannot represent."""
     if np.ma.is_masked(values):
         raise InputError(f"{name} hold masked values; fill them, with NaN for example, or leave their rows out")
 
 
 def column(values: npt.ArrayLike, name: str, n: int, of: str) -> npt.NDArray[Any]:
-    """Take an array of one row for each of n things."""
+    """Convert to an array, and check that it has one row for each of n things."""
     refuse_masked(values, name)
     try:
         array = np.asarray(values)
@@ -164,7 +164,7 @@ def column(values: npt.ArrayLike, name: str, n: int, of: str) -> npt.NDArray[Any
 
 def unusable(array: FloatArray) -> npt.NDArray[np.bool_]:
     """Return which rows of corners (n, k, 3) hold NaN, Inf or too large a coordinate."""
-    # The extremes tell whether all is well, as it mostly is; NaN comes through in both.
+    # Test the extremes first: mostly they show that all rows are valid. NaN propagates to both.
     if array.size and array.min() >= -COORDINATE_LIMIT and array.max() <= COORDINATE_LIMIT:
         return np.zeros(len(array), np.bool_)
     return ~np.asarray(np.abs(array).max(axis=(1, 2), initial=0) <= COORDINATE_LIMIT, np.bool_)
@@ -180,7 +180,7 @@ def refuse_rows(bad: npt.NDArray[np.bool_], name: str, advice: str = "") -> None
 
 
 def kind_of(values: object) -> str:
-    """Describe what was given, for an error message."""
+    """Describe a value that was given, for an error message."""
     if isinstance(values, np.ndarray):
         return f"an array of {values.dtype} of shape {values.shape}"
     return f"a {type(values).__name__}"
@@ -192,7 +192,7 @@ def is_far(points: npt.NDArray[np.float32]) -> bool:
     some = some[np.abs(some).max(axis=1) <= COORDINATE_LIMIT]
     size = float((some.max(axis=0) - some.min(axis=0)).max()) if len(some) else 0.0
     far = float(max(-points.min(), points.max())) if len(points) else 0.0
-    return not far * 2.0**-24 <= size * COARSE  # nor is NaN
+    return not far * 2.0**-24 <= size * COARSE  # true for NaN
 
 
 def warn_of_rounding(given: npt.ArrayLike, rounded: npt.NDArray[np.float32]) -> None:
@@ -211,8 +211,8 @@ def warn_of_rounding(given: npt.ArrayLike, rounded: npt.NDArray[np.float32]) -> 
     lost = float(np.abs(points - kept[good]).max())
     if lost > size * COARSE > 0:
         warnings.warn(
-            f"coordinates of up to {far:g}, of a scene of size {size:g}, are moved by up to {lost:.2g} as float32; "
-            "subtract the middle of the scene from them, and from the origins of rays",
+            f"float32 rounds coordinates of up to {far:g}, in a scene of size {size:g}, by up to {lost:.2g}; "
+            "subtract the middle of the scene from them and from the origins of rays",
             PrecisionWarning,
             stacklevel=3,
         )

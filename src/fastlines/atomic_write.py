@@ -1,8 +1,8 @@
 """Files that appear whole or not at all, even if the power fails.
 
-A file is written under a name of its own beside the real one, ``NAME.<12 hex digits>.partial``, and takes the real
-one's place when it is whole and on the disk. Its writer holds a lock on it (flock), which ends with the process: a
-partial file without a lock is left over from a process that was killed, and the next save to the same name removes it.
+A file is written beside the real one, as ``NAME.<12 hex digits>.partial``. When it is whole and on the disk, it
+replaces the real one. Its writer holds a lock on it (flock), which ends with the process. So a partial file without a
+lock is left over from a process that was killed, and the next save to the same name removes it.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from .errors import InputError
 
 try:
     import fcntl
-except ImportError:  # no such locks here: nothing is known about partial files, and none is removed
+except ImportError:  # without these locks no partial file is removed
     fcntl = None  # type: ignore[assignment]
 
-#: The characters of a file's name that its partial file keeps, whose name must not be too long for the file system.
+#: How many characters of a file's name its partial file keeps: file systems limit the length of names.
 _MAX_NAME = 50
 
-#: What cannot be written so, by the letter that ``ls -l`` shows.
+#: Kinds of files that cannot be replaced, by the letter that ``ls -l`` shows.
 _KINDS = {"p": "a pipe", "s": "a socket", "c": "a device", "b": "a device"}
 
 
 @contextmanager
 def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Return a new file beside the real one to write to; it takes the real one's place once it is whole.
+    """Return a new file beside the real one to write to; it replaces the real one once it is whole.
 
-    A symbolic link stays one: the file that it names is written. A file that is there keeps its mode and, where the
+    A symbolic link stays one: the file that it names is written. An existing file keeps its mode and, where the
     process may set them, its owner and group. Of several writers at a time the last to end wins.
 
     Raises
@@ -43,7 +43,7 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
     InputError
         If the path is a device, a pipe or a socket.
     OSError
-        If it is a folder, or cannot be written: no such folder, no permission, no space. It names `path`.
+        If it is a folder, or cannot be written: no such folder, no permission, no space. The error names `path`.
     """
     named = os.fspath(path)
     target = check_target(named)
@@ -96,7 +96,7 @@ def check_target(path: str | os.PathLike[str]) -> Path:
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(errno.EACCES, f"the folder {folder} cannot be written to", named)
     if kind and not os.access(named, os.W_OK):
-        raise PermissionError(errno.EACCES, "the file is there and cannot be written to", named)
+        raise PermissionError(errno.EACCES, "the file exists and cannot be written to", named)
     return target
 
 
@@ -108,7 +108,7 @@ def _create(target: Path, mode: int, named: str) -> tuple[int, Path]:
             lock = os.open(partial, os.O_RDWR | os.O_CREAT | os.O_EXCL, mode)
         except OSError as error:
             raise OSError(error.errno, error.strerror, named) from None
-        # Somebody who cleans up may have come before the lock: then take another name.
+        # Another process may have removed the file before the lock: then take another name.
         if _try_lock(lock) is not False and os.fstat(lock).st_nlink:
             return lock, partial
         os.close(lock)
@@ -123,7 +123,7 @@ def _remove_left_over(target: Path) -> None:
     for other in others:
         partial = target.with_name(other)
         if name.fullmatch(other) and partial.is_file() and not partial.is_symlink():
-            with contextlib.suppress(OSError), partial.open("r+b") as file:  # it may be somebody else's, or gone
+            with contextlib.suppress(OSError), partial.open("r+b") as file:  # another user's, or gone
                 if _try_lock(file.fileno()):
                     partial.unlink()
 
@@ -148,7 +148,7 @@ def _keep_owner_and_mode(partial: Path, before: os.stat_result) -> None:
         try:
             os.chown(partial, before.st_uid, before.st_gid)
         except (OSError, AttributeError):
-            mode &= 0o1777  # what runs as its owner must not run as another
+            mode &= 0o1777  # no setuid or setgid for another owner
     partial.chmod(mode)
 
 

@@ -1,4 +1,4 @@
-"""What answers queries: the engine module for an instruction set on the wide layout, or the core on a tree as built."""
+"""Backends: the engine module of an instruction set, on the wide layout, or the core, on a tree as it was built."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ import numpy.typing as npt
 
 from . import _core
 from .arrays import IntArray
-from .errors import InputError
-from .hits import HitColumns
+from .errors import FastlinesError, InputError
+from .hits import HitColumns, HitLists
 from .progress import ProgressCallback
 from .threads import get_num_threads
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from . import _engine
     from .rays import RayBatch
 
-#: The instruction sets that some machine has a module for, the widest first.
+#: The instruction sets that modules can be compiled for, the widest first.
 SIMD_NAMES = ("avx512", "avx2", "sse42", "neon", "portable")
 
 #: The number of each kernel in the engine modules; "binary" searches the tree as it was built.
@@ -33,12 +33,12 @@ KERNELS = {"auto": 0, "single": 1, "wave": 2, "bundle": 3, "binary": -1}
 
 _forced: str | None = None
 
-#: What `use_engine` has put in the place of the modules.
+#: The module that `use_engine` has put in the place of the others.
 _given: Any = None
 
 
 def set_simd(name: str | None) -> None:
-    """Force an instruction set for all later queries; None = the widest that the machine has.
+    """Force an instruction set for all later queries; None = the first of `available_simd`.
 
     The environment variable ``FASTLINES_SIMD`` does it for a whole program. Answers do not depend on it.
 
@@ -59,15 +59,30 @@ def simd() -> str:
     given = os.environ.get("FASTLINES_SIMD")
     if given:
         return _check(given, "FASTLINES_SIMD")
-    return _core.best_simd()
+    return _require_simd()[0]
 
 
+@functools.cache
 def available_simd() -> tuple[str, ...]:
     """List the instruction sets that this machine and this build have, the widest first."""
     at_most = SIMD_NAMES.index(_core.best_simd())
-    return tuple(
-        name for name in SIMD_NAMES[at_most:] if importlib.util.find_spec(f"{__package__}._engine_{name}") is not None
-    )
+    return tuple(name for name in SIMD_NAMES[at_most:] if _is_compiled(name))
+
+
+def _is_compiled(name: str) -> bool:
+    return importlib.util.find_spec(f"{__package__}._engine_{name}") is not None
+
+
+def _require_simd() -> tuple[str, ...]:
+    """Return the available instruction sets; raise an error if there are none."""
+    available = available_simd()
+    if not available:
+        best, compiled = _core.best_simd(), ", ".join(filter(_is_compiled, SIMD_NAMES)) or "no instruction set"
+        raise FastlinesError(
+            f"this build of fastlines is for {compiled}, and the widest set of this machine is {best}; install it "
+            f"again with -C cmake.define.FASTLINES_SIMD={best}, or without that option for all sets"
+        )
+    return available
 
 
 class _Engine:
@@ -89,8 +104,9 @@ def _module(name: str) -> Any:
 
 
 def _check(name: str, what: str) -> str:
-    if name not in available_simd():
-        raise InputError(f"{what}={name!r} is not available here; expected one of {', '.join(available_simd())}")
+    available = _require_simd()
+    if name not in available:
+        raise InputError(f"{what}={name!r} is not available here; expected one of {', '.join(available)}")
     return name
 
 
@@ -106,15 +122,15 @@ def use_engine(module: Any) -> Iterator[None]:
 
 
 def is_given() -> bool:
-    """Whether `use_engine` is in force."""
+    """Return whether `use_engine` is in force."""
     return _given is not None
 
 
 class Backend(Protocol):
-    """Answers checked rays about one set of lines, all bit for bit alike.
+    """Answers checked rays about one set of lines; the answers of all backends are the same, bit for bit.
 
     With `surface`, t is where the ray enters the capsule of its radius around a segment, and ``t_out`` where it leaves;
-    else t is at the closest approach. A long call reports its progress, the share that is done, and ends at Ctrl-C.
+    else t is at the closest approach. A long call reports the fraction that is done, and ends at Ctrl-C.
     """
 
     def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
@@ -126,58 +142,39 @@ class Backend(Protocol):
     def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """Count the segments that each ray hits."""
 
-    def list_hits(
-        self, rays: RayBatch, surface: bool, k: int | None, progress: ProgressCallback | None
-    ) -> tuple[IntArray, HitColumns]:
+    def list_hits(self, rays: RayBatch, surface: bool, k: int | None, progress: ProgressCallback | None) -> HitLists:
         """List all hits of each ray, or its k nearest: offsets (n_rays + 1), and columns sorted by ray, t and prim."""
 
 
 @dataclass(frozen=True)
-class WideBackend:
-    """The kernels of the engine module, on a wide layout."""
+class CompiledBackend:
+    """The functions of a compiled module: the engine on a wide layout, or the core on a binary tree or all segments."""
 
-    view: _core.LayoutView
-    kernel: int
-
-    def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
-        """See `Backend`."""
-        return engine.first_hit(self.view, rays.arrays(), surface, self.kernel, get_num_threads(), progress)
-
-    def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
-        """See `Backend`."""
-        return engine.any_hit(self.view, rays.arrays(), self.kernel, get_num_threads(), progress)
-
-    def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
-        """See `Backend`."""
-        return engine.count_hits(self.view, rays.arrays(), self.kernel, get_num_threads(), progress)
-
-    def list_hits(
-        self, rays: RayBatch, surface: bool, k: int | None, progress: ProgressCallback | None
-    ) -> tuple[IntArray, HitColumns]:
-        """See `Backend`."""
-        return engine.list_hits(self.view, rays.arrays(), surface, k, self.kernel, get_num_threads(), progress)
-
-
-@dataclass(frozen=True)
-class BinaryBackend:
-    """The core, on a tree as it was built (by its boxes, or a KD tree by its planes), or on every segment."""
-
-    view: _core.BinaryView
+    functions: Any
+    view: _core.LayoutView | _core.BinaryView
+    #: The number of the kernel, for a module that has kernels.
+    kernel: tuple[int, ...] = ()
 
     def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
         """See `Backend`."""
-        return _core.first_hit(self.view, rays.arrays(), surface, get_num_threads(), progress)
+        found: HitColumns = self.functions.first_hit(self.view, rays.arrays(), surface, *self._how(progress))
+        return found
 
     def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
         """See `Backend`."""
-        return _core.any_hit(self.view, rays.arrays(), get_num_threads(), progress)
+        found: npt.NDArray[np.bool_] = self.functions.any_hit(self.view, rays.arrays(), *self._how(progress))
+        return found
 
     def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
-        return _core.count_hits(self.view, rays.arrays(), get_num_threads(), progress)
+        counts: IntArray = self.functions.count_hits(self.view, rays.arrays(), *self._how(progress))
+        return counts
 
-    def list_hits(
-        self, rays: RayBatch, surface: bool, k: int | None, progress: ProgressCallback | None
-    ) -> tuple[IntArray, HitColumns]:
+    def list_hits(self, rays: RayBatch, surface: bool, k: int | None, progress: ProgressCallback | None) -> HitLists:
         """See `Backend`."""
-        return _core.list_hits(self.view, rays.arrays(), surface, k, get_num_threads(), progress)
+        lists: HitLists = self.functions.list_hits(self.view, rays.arrays(), surface, k, *self._how(progress))
+        return lists
+
+    def _how(self, progress: ProgressCallback | None) -> tuple[Any, ...]:
+        """Return the last arguments of every function of a module."""
+        return (*self.kernel, get_num_threads(), progress)

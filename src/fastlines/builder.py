@@ -1,4 +1,4 @@
-"""Building trees: the one general builder of thesis §4.1, by name or by settings."""
+"""Builds of trees, by name or by settings: the general builder of thesis §4.1."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from .threads import get_num_threads
 from .tree import Tree
 from .tree_data import NODE, REF
 
-#: "No limit", as the core counts.
+#: The core's number for "no limit".
 NO_LIMIT = 2**64 - 1
 
-#: Settings that the core has under the same name.
+#: Settings with the same name in the core.
 SAME = {"boxes", "lookahead", "exhaustive", "lanes", "prune", "radius_hint", "min_spread"}
 SAME |= {"bad_levels", "bad_refs", "bad_refines"}
 
-#: Arguments that describe a search of their own; with them, no method is the default.
+#: Arguments that describe a search; with one of them, "best" is not the default.
 SEARCH = {"splits", "lookahead", "beam", "exhaustive", "bad_levels", "bad_refs", "bad_refines", "prune"}
 
 
@@ -66,42 +66,32 @@ def build(
     geometry : Lines, Triangles, Boxes or (n, 2, 3) array
         The primitives; an array is taken for segments.
     method : {"best", "bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-d2"}
-        "best", the default, makes the tree that queries are fastest on; with a `cost`, or cut boxes, the tree of least
-        cost, except that it does not cut lines that run along each other (`min_spread`). The others are the trees of
-        the thesis. The other arguments change the settings of the method. Without a method, arguments of the
-        search (`splits`, `lookahead`, `beam`, `exhaustive`, `bad_levels`, `bad_refs`, `bad_refines` or `prune`) change
-        the settings of `Settings()`.
+        "best", the default, makes the tree that queries are fastest on. With a `cost`, or cut boxes, it makes the tree
+        of least cost, but does not cut lines that run along each other (`min_spread`). The others are the trees of the
+        thesis. The other arguments change the settings of the method. Without a method, arguments of the search
+        (`splits`, `lookahead`, `beam`, `exhaustive`, `bad_levels`, `bad_refs`, `bad_refines` or `prune`) change the
+        settings of `Settings()`.
     splits : SplitSet or sequence of SplitSet, optional
         The candidate splits at each node: `PlaneGrid`, `BinnedPlanes`, `ObjectSweep`, `PlaneEvents`, `Median`,
         `Midpoint`.
     boxes : {"tight", "cut"}, optional
         A BVH or a KD tree.
-    lookahead : int or sequence of int, optional
-        The number of levels to search; of several, each is tried where the one before finds a leaf.
-    beam, exhaustive : optional
-        How many candidates a deeper search looks into, and whether also those that cannot pay; see `Settings`.
+    lookahead, beam, exhaustive, bad_levels, bad_refs, bad_refines, prune, radius_hint : optional
+        How deep to search, and how to get past levels that look no better than a leaf; see `Settings`.
     cost : Cost, optional
         c_trav and c_prim.
     limits : Limits, optional
-        Depth, leaf size, number of references. What is left at its default stays as the method has it.
-    bad_levels, bad_refs, bad_refines, prune, radius_hint : optional
-        How to get past levels that look no better than a leaf; see `Settings`.
-    min_spread : float, optional
-        Lines that lie closer together are not cut from each other: a fraction of the scene's longest side, 0.0005 for
-        "best"; see `Settings`.
-    lanes : int, optional
-        How many references are tested at once: 1, 2, 4, … 64. Of "best" 16 for queries, or as many as fit into leaves
-        of `max_leaf_refs`; else 1. See `Settings`.
+        Depth, leaf size, number of references. Fields at their defaults stay as the method has them.
+    min_spread, lanes : optional
+        Which lines are not cut, and how many references are tested at once; see `Settings`. "best" has a `min_spread`
+        of 0.0005, and for queries 16 lanes, or as many as fit into leaves of `max_leaf_refs`.
     effort : float, optional
-        Of "best": from 0, the fastest build, to 1, the best tree. 0.5 unless given; for queries 0 from 262,144
-        primitives on, where more effort takes twice the time and memory and more for little (docs/builder.md).
-    presplit : Presplit, optional
-        Cut lines before the build.
-    reinsertion : int, optional
-        Move subtrees after the build, in at most this many rounds.
+        Of "best": from 0, the fastest build, to 1, the best tree; 0.5 by default. For queries the default is 0 from
+        262,144 primitives on, where more effort takes at least twice the time and memory (docs/builder.md).
+    presplit, reinsertion : optional
+        Cut lines before the build, and move subtrees after it; see `Presplit` and `Settings`.
     invalid : {"error", "skip"}
-        What to do with segments that hold NaN or Inf: raise, or leave them out; then hits name positions among those
-        that are left, and their ``row`` has the rows of the input. See `Lines.from_segments`.
+        Refuse segments that hold NaN or Inf, or leave them out; see `Lines.from_segments`.
     progress : bool or callable
         Show a bar, or call back with the fraction that is done.
 
@@ -133,7 +123,7 @@ def build(
     elif effort is None:
         base = Settings() if method is None else method_settings(method)
     else:
-        raise InputError(f"effort={effort!r} is a knob of method='best'; leave it out or ask for 'best'")
+        raise InputError(f"effort={effort!r} is a knob of method='best'; leave it out, or choose 'best'")
     if isinstance(limits, Limits):
         given["limits"] = limits.over(base.limits)
         if limits.max_leaf_refs is None and not given["limits"].hold(len(geometry)):
@@ -145,7 +135,7 @@ def build(
     limits, n_prims = settings.limits, len(geometry)
     most = limits.refs_for(n_prims, settings.boxes)
     if n_prims > REF_LIMIT:
-        raise InputError(f"{n_prims} primitives are more than a tree can name ({REF_LIMIT}); split them up")
+        raise InputError(f"{n_prims} primitives are more than a tree can index, {REF_LIMIT}; build several trees")
     if limits.max_refs is not None and limits.max_refs < n_prims:
         raise InputError(
             f"max_refs={limits.max_refs} is less than the {n_prims} primitives, which need a reference each"
@@ -158,14 +148,14 @@ def build(
     if not limits.hold(n_prims):
         raise InputError(
             f"max_leaf_refs={limits.max_leaf_refs} cannot be kept within max_depth={limits.max_depth} for "
-            f"{n_prims} primitives; allow more of either"
+            f"{n_prims} primitives; raise one of them"
         )
     if not isinstance(geometry, Lines) and (settings.presplit is not None or settings.reinsertion > 0):
         raise InputError(f"presplit and reinsertion are for lines, these are {type(geometry).__name__}; leave them out")
     wanted = first_refs(n_prims, settings)
     if wanted > most:
         raise InputError(
-            f"{settings.presplit} asks for {wanted} references, max_refs allows {most}; ask for fewer or allow more"
+            f"{settings.presplit} makes {wanted} references, but the limits allow {most}; lower refs or raise max_refs"
         )
     bounded = replace(base, limits=replace(base.limits, max_refs=limits.max_refs, max_bytes=limits.max_bytes))
     name = method if method is not None and settings == bounded and given.keys() <= {"limits"} else "custom"
@@ -176,7 +166,7 @@ def build(
 
 
 def first_refs(n_prims: int, settings: Settings) -> int:
-    """Return how many references a presplit to a number of them makes; 0 if it has another bound."""
+    """Return how many references a presplit with the bound `refs` makes; 0 without that bound."""
     presplit = settings.presplit
     return 0 if presplit is None or presplit.refs is None else max(n_prims, int(presplit.refs * n_prims))
 
@@ -196,19 +186,18 @@ def _cheapest_presplit(geometry: Geometry, settings: Settings, name: str, callba
 
 
 def _stage(callback: ProgressCallback | None, first: float, last: float) -> ProgressCallback | None:
-    """Map the progress of a stage to this part of the whole."""
+    """Return a callback for a stage, which reports its progress as the part from `first` to `last` of the whole."""
     return None if callback is None else lambda done: callback(first + (last - first) * done)
 
 
 def _most_first_refs(n_prims: int, settings: Settings) -> int:
-    """Return how many references there is room for before the build."""
+    """Return the most references that a build within the limits can start with."""
     limits = settings.limits
     most = limits.refs_for(n_prims, settings.boxes)
     return most if limits.max_leaf_refs is None else min(most, limits.max_leaf_refs * 2**limits.max_depth)
 
 
 def _build(geometry: Geometry, settings: Settings, name: str, callback: ProgressCallback | None) -> Tree:
-    kind, data = core_data(geometry)
     splits = settings.splits
     if not isinstance(geometry, Lines):
         splits = tuple(exact for split in splits for exact in split.for_any_primitive(settings.boxes))
@@ -234,7 +223,7 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
     )
     first = callback if settings.reinsertion == 0 else _stage(callback, 0.0, 0.5)
     builder = engine.build if isinstance(geometry, Lines) else _core.build
-    nodes, refs, hit, searched = builder(kind, data, core_settings, first)
+    nodes, refs, hit, searched = builder(*core_data(geometry), core_settings, first)
     limits_hit = {limit: n for limit, n in zip(("max_depth", "max_refs", "max_leaf_refs"), hit, strict=True) if n}
     if settings.reinsertion > 0:
         rounds, depth, hint = settings.reinsertion, limits.max_depth, settings.radius_hint
@@ -248,7 +237,7 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
 
 
 def _core_split_set(split: SplitSet) -> _core.SizedSplitSet:
-    """Make the core's split set of the same name and fields."""
+    """Return the core's split set with the same name and fields."""
     given = {field.name: getattr(split, field.name) for field in fields(split)}
     max_refs, min_overlap = given.pop("max_refs"), given.pop("min_overlap")
     kind = getattr(_core, type(split).__name__)

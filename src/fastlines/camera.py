@@ -32,18 +32,17 @@ class Camera:
     origin : (3,) numbers
         Where all rays start.
     target : (3,) numbers
-        What lies in the middle of the picture.
+        The point in the middle of the picture.
     up : (3,) numbers
-        What points upwards in the picture. If it is parallel to the view, the coordinate axis furthest from
-        the view takes its place.
+        The direction that points upwards in the picture. If it is parallel to the view, the coordinate axis furthest
+        from the view replaces it.
     fov_degrees : float
         The vertical field of view, in (0, 180).
 
     Raises
     ------
     InputError
-        If a number is not finite, the origin is the target, ``up`` is zero or the field of view is out of
-        range.
+        If a number is not finite, the origin is the target, ``up`` is zero or the field of view is out of range.
 
     Examples
     --------
@@ -73,12 +72,7 @@ class Camera:
         return _axes(np.subtract(self.target, self.origin), self.up)
 
     def rays(self, width: int, height: int) -> tuple[FloatArray, FloatArray]:
-        """Rays through the pixel centres, row by row from the top left.
-
-        Parameters
-        ----------
-        width, height : int
-            The size of the picture in pixels.
+        """Return rays through the pixel centres, row by row from the top left of a picture of this size.
 
         Returns
         -------
@@ -91,21 +85,21 @@ class Camera:
     def directions(
         self, width: int, height: int, rows: slice | None = None, at: tuple[float, float] = (0.5, 0.5)
     ) -> FloatArray:
-        """Directions through one point of each pixel.
+        """Return the directions of rays through one point of each pixel.
 
         Parameters
         ----------
         width, height : int
             The size of the whole picture in pixels.
         rows : slice, optional
-            Which rows, counted from the top; all if not given.
+            The rows, counted from the top; by default all.
         at : tuple of two floats
-            Where in the pixel: rightwards and downwards from its top left corner, from 0 to 1.
+            The point in the pixel: rightwards and downwards from its top left corner, from 0 to 1.
 
         Returns
         -------
         (n_rows, width, 3) float32
-            Of unit length.
+            Unit vectors.
         """
         tan_x, tan_y = self._tangents(width, height)
         right, up, forward = self.axes()
@@ -155,10 +149,10 @@ class Camera:
         Parameters
         ----------
         geometry : Lines, (2, 3) array or (..., 3) array
-            What to show: the ends of all segments, a box as its lowest and highest corner, or points. A box
-            with lowest > highest is empty, like no points at all: the camera looks at the coordinate origin.
+            What to show: the ends of all segments, a box as its lowest and highest corner, or points. Without any
+            points, and for an empty box (lowest > highest), the camera looks at the coordinate origin.
         direction, up : (3,) numbers
-            Where the camera looks, and what is upwards in the picture.
+            The direction of view, and the upward direction in the picture.
         fov_degrees : float
             The vertical field of view.
         aspect : float
@@ -176,7 +170,7 @@ class Camera:
         view, upwards = _vector(direction, "direction"), _vector(up, "up")
         _check_view(upwards, fov_degrees)
         if not any(view):
-            raise InputError("direction is zero; expected where the camera looks, such as (0, 0, -1)")
+            raise InputError("direction is zero; expected the direction of view, such as (0, 0, -1)")
         if not (0 < aspect < math.inf and 0 <= margin < 0.5):
             raise InputError(f"aspect={aspect!r}, margin={margin!r}; expected aspect > 0 and 0 <= margin < 0.5")
         points = _to_frame(geometry)
@@ -184,7 +178,7 @@ class Camera:
         # Work relative to the middle of the geometry: it may lie far from the coordinate origin.
         low, high = points.min(axis=0), points.max(axis=0)
         centre = low + (high - low) / 2
-        # What float32 cannot tell from a single point has no size of its own.
+        # Give a size to geometry that float32 cannot distinguish from a single point.
         size, away = float((high - low).max()), float(np.abs(centre).max())
         if size <= 1e-7 * away or size == 0:
             size = max(1.0, 1e-3 * away)
@@ -203,7 +197,7 @@ class Camera:
         return cls(_vector(apex, "origin"), _vector(target, "target"), upwards, fov_degrees)
 
     def _tangents(self, width: int, height: int) -> tuple[float, float]:
-        """Half the extent of the picture at depth 1."""
+        """Return half the extent of the picture at depth 1."""
         tan = math.tan(math.radians(self.fov_degrees) / 2)
         return tan * count("width", width, 1) / count("height", height, 1), tan
 
@@ -216,7 +210,7 @@ def _check_view(up: Vector, fov_degrees: float) -> None:
 
 
 def _axes(view: npt.ArrayLike, up: npt.ArrayLike) -> Float64Array:
-    """Right, up and forward; vectors are scaled first, so that their squares neither overflow nor vanish."""
+    """Return right, up and forward; vectors are scaled first, so that their squares do not over- or underflow."""
     forward = _unit(view)
     right = np.cross(forward, _unit(up))
     if np.abs(right).max() < 1e-6:
@@ -236,7 +230,7 @@ def _dot(vectors: Float64Array, axis: Float64Array) -> Float64Array:
 
 
 def _to_frame(geometry: Lines | npt.ArrayLike) -> Float64Array:
-    """Turn what is to be framed into points; never none."""
+    """Return the points that a picture must show, at least one."""
     if isinstance(geometry, Lines):
         geometry = geometry.segments.reshape(-1, 3)
     elif np.shape(geometry) == (2, 3):

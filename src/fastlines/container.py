@@ -1,12 +1,12 @@
 """The file that a tree is kept in: named arrays behind a JSON header, mapped into memory when read.
 
 The layout is that of safetensors: 8 bytes with the length of the header (little-endian), the header as JSON, then the
-bytes of the arrays without holes. The header names for each array its dtype, shape and first and last byte, and under
-``__metadata__`` whatever strings the writer wants to keep. It is padded with spaces so that the arrays start at a
-multiple of 64 bytes. What the header says is checked against the length of the file before it is used.
+bytes of the arrays without gaps. The header has the dtype, shape, first and last byte of each array, and strings of the
+writer under ``__metadata__``. It is padded with spaces so that the arrays start at a multiple of 64 bytes. The header
+is checked against the length of the file before it is used.
 
 The last section holds checksums (CRC-32), four bytes each: of the header with its length, then of each section before,
-in their order. So whatever bit of a file is flipped, a checksum differs. Files that were written without are read too.
+in their order. So whichever bit of a file is flipped, a checksum differs. Files without checksums are read too.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ NAMES = {dtype: name for name, dtype in DTYPES.items()}
 #: The section of checksums.
 CHECKSUMS = "crc32"
 
-#: Checksums of larger files are verified only on request: that takes up to a second a gigabyte.
+#: Checksums of larger files are verified only on request: verification takes up to a second a gigabyte.
 VERIFIED_BYTES = 1 << 30
 
-#: The bytes that a checksum takes at a time; Ctrl-C acts in between.
+#: How many bytes are checked at a time; Ctrl-C acts in between.
 BLOCK = 1 << 26
 
 
@@ -86,8 +86,8 @@ def read(
 ) -> tuple[dict[str, npt.NDArray[Any]], dict[str, str]]:
     """Map the arrays of a file into memory, read-only; its checksums are one of them.
 
-    They are verified by default if there are any and the file has at most `VERIFIED_BYTES`. A FileFormatError is raised
-    if the file is not what its header or its checksums say.
+    The checksums are verified by default if there are any and the file has at most `VERIFIED_BYTES`. A FileFormatError
+    is raised if the file contradicts its header or its checksums.
     """
     facts = Path(path).stat()
     size = facts.st_size
@@ -96,13 +96,13 @@ def read(
         return FileFormatError(f"{path} is not a whole tree file: {why}; build and save the tree again")
 
     if not (stat.S_ISREG(facts.st_mode) or stat.S_ISDIR(facts.st_mode)):
-        raise FileFormatError(f"{path} is no regular file; expected a tree file, which can be mapped into memory")
+        raise FileFormatError(f"{path} is not a regular file; expected a tree file, which can be mapped into memory")
     if size < 8:
         raise refuse(f"it has {size} bytes")
     raw = np.memmap(path, np.uint8, "r")
     length = int.from_bytes(raw[:8].tobytes(), "little")
     if length > min(MAX_HEADER, size - 8):
-        raise refuse("it does not begin as one (if it holds lines, fl.read reads it)")
+        raise refuse("it does not begin like one (if it holds lines, fl.read reads it)")
     if (8 + length) % ALIGNMENT:
         raise refuse(f"its sections start at byte {8 + length}, which is not a multiple of {ALIGNMENT}")
     try:

@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from typing import Any
 
 from .refit import RebuildPolicy
 from .splits import FORMER_FIELDS, BinnedPlanes, Midpoint
 
+#: Former names, and the classes that they refer to.
+FORMER: dict[str, type] = {"Middle": Midpoint, "PlaneOctets": BinnedPlanes, "RebuildRule": RebuildPolicy}
+
 
 def former(name: str) -> Any:
-    """Return what a former name of the package stands for, with a warning; None if there was no such name."""
-    made: dict[str, tuple[Callable[..., Any], type]] = {
-        "Middle": (Midpoint, Midpoint),
-        "PlaneOctets": (_plane_octets, BinnedPlanes),
-        "RebuildRule": (RebuildPolicy, RebuildPolicy),
-    }
-    if name not in made:
+    """Return the object that a former name of the package refers to, with a warning; None for other names."""
+    if name not in FORMER:
         return None
-    meant, now = made[name]
-    warnings.warn(f"fl.{name} is now fl.{now.__name__}", DeprecationWarning, stacklevel=3)
-    return meant
+    warnings.warn(f"fl.{name} is now fl.{FORMER[name].__name__}", DeprecationWarning, stacklevel=3)
+    return _plane_octets if name == "PlaneOctets" else FORMER[name]
 
 
 def _plane_octets(*values: Any, **fields: Any) -> BinnedPlanes:

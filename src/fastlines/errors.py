@@ -12,7 +12,7 @@ class InputError(FastlinesError, ValueError):
 
 
 class FileFormatError(FastlinesError, ValueError):
-    """A file whose content is not what its format promises."""
+    """A file whose content does not follow its format."""
 
 
 class MissingExtraError(FastlinesError, ImportError):
@@ -23,11 +23,11 @@ class MissingExtraError(FastlinesError, ImportError):
 
 
 class PrecisionWarning(UserWarning):
-    """Coordinates that float32 cannot tell apart as their scene needs it."""
+    """Coordinates that float32 rounds noticeably, because they are far from zero for the size of their scene."""
 
 
 class FileWarning(UserWarning):
-    """A file that was read although something about it is odd, or although it leaves out what had to be assumed."""
+    """A file that was read although it has an oddity, or although something missing in it had to be assumed."""
 
 
 class InvalidTreeError(FastlinesError):
@@ -36,9 +36,9 @@ class InvalidTreeError(FastlinesError):
     Attributes
     ----------
     node : int
-        Which node breaks it.
+        The index of the node.
     axiom : str
-        Which axiom: "axiom 1" to "axiom 5", "BVH axiom", "KD axiom" or "Theorem 4"; or "the bound on depth".
+        "axiom 1" to "axiom 5", "BVH axiom", "KD axiom" or "Theorem 4"; or "the bound on depth".
     """
 
     def __init__(self, node: int, axiom: str, detail: str) -> None:

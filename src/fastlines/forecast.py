@@ -1,9 +1,9 @@
-"""Whether lists of hits will fit into memory, by a sample of the rays while the query runs.
+"""A forecast of whether lists of hits will fit into memory, from a sample of the rays while the query runs.
 
-Each time a long query reports progress, the hits of some more rays are counted. Let n of them have a mean of m hits and
-a standard deviation of s. The query is refused if (m - 3 s / √n) / 2 hits for each remaining ray take more memory than
-there is. So a query that fits is not refused. Three standard errors cover a sample with too many of the rays with many
-hits. The half covers a sample of these alone, and changes in the meantime.
+Each time a long query reports progress, the hits of some more rays are counted. Let n rays have a mean of m hits and a
+standard deviation of s. The query is refused if (m - 3 s / √n) / 2 hits for each remaining ray take more memory than
+there is. The margins keep queries that fit from being refused. Three standard errors cover a sample with too many rays
+of many hits. The factor 1/2 covers a sample of such rays alone, and changes in the meantime.
 """
 
 from __future__ import annotations
@@ -23,17 +23,16 @@ try:
 except ImportError:  # not on Windows
     resource = None  # type: ignore[assignment]
 
-#: The rays counted at a time, the most in all, and the fraction of the rays, one of ONE_OF, that is the most too.
+#: How many rays are counted at a time; in all, at most MOST of them and at most one in ONE_OF of the batch.
 AT_ONCE, MOST, ONE_OF = 16, 256, 16
 
-#: Smaller answers, in bytes, are not refused: they fail soon if at all, and may reuse memory of earlier answers.
+#: Smaller answers, in bytes, are not refused: if they fail, they fail soon, and they may reuse freed memory.
 SMALL = 5e8
 
 #: The fraction of a query after which it is not refused: from then on the memory for all of its hits is allocated.
 LATEST = 0.25
 
-#: The fractional parts of multiples of the golden ratio spread any number of rays over a batch, in step with no pattern
-#: in it.
+#: The golden ratio: fractional parts of its multiples spread any number of rays over a batch, and match no pattern.
 GOLDEN = (math.sqrt(5) - 1) / 2
 
 ROOT = Path("/")
@@ -42,8 +41,7 @@ ROOT = Path("/")
 class Forecast:
     """The number of hits that a query will list.
 
-    `count_hits` returns the numbers of hits of the rays in the given rows. `refusal` says why the query was refused,
-    and is empty as long as it was not.
+    `count_hits` returns the numbers of hits of the rays in given rows. `refusal` is the reason of a refusal, or empty.
     """
 
     def __init__(self, n_rays: int, bytes_a_hit: int, count_hits: Callable[[IntArray], IntArray]) -> None:
@@ -71,7 +69,7 @@ class Forecast:
         rows = (np.arange(n_counted, n_counted + AT_ONCE) * GOLDEN % 1 * self._n_rays).astype(np.int64)
         try:
             self._counts = np.concatenate([self._counts, self._count_hits(rows)])
-        except MemoryError:  # too little for a sample: the query may fit all the same
+        except MemoryError:  # no memory for the sample; the query itself may still fit
             self._n_most = 0
             return
         mean = float(self._counts.mean())
@@ -94,9 +92,9 @@ def left_addresses() -> float:
 
 
 def left_memory(root: Path = ROOT) -> float:
-    """Return how many bytes are left, swap included; ∞ where the system does not say.
+    """Return how many bytes are free, swap included; ∞ where the system does not say.
 
-    That is the least of the machine's memory and of each control group's. Cached pages of files count as left.
+    The machine and each control group have a limit; the least counts. Cached pages of files count as free.
     """
     machine = _text(root / "proc/meminfo")
     swap = 1024 * _number(machine, "SwapFree")
@@ -107,7 +105,7 @@ def left_memory(root: Path = ROOT) -> float:
 
 
 def _group_limits(root: Path) -> Iterator[int]:
-    """Yield what each control group that this process is in leaves it, of either version."""
+    """Yield the free bytes of each control group that this process is in, of either version."""
     for controllers, path in re.findall(r"^\d+:(.*?):/(.*)$", _text(root / "proc/self/cgroup"), re.MULTILINE):
         if controllers == "":
             top, most, used, total = "", "memory.max", "memory.current", ""
@@ -115,7 +113,7 @@ def _group_limits(root: Path) -> Iterator[int]:
             top, most, used, total = "memory", "memory.limit_in_bytes", "memory.usage_in_bytes", "total_"
         else:
             continue
-        # A container may see its own group at the top, whatever the path says.
+        # A container may find its own group at the top, whatever the path says.
         group = PurePosixPath(path)
         for part in (group, *group.parents):
             folder = root / "sys/fs/cgroup" / top / part

@@ -1,4 +1,4 @@
-"""Answers of queries, as plain arrays."""
+"""Hits: the answers of queries, as plain arrays."""
 
 from __future__ import annotations
 
@@ -20,6 +20,9 @@ Self = TypeVar("Self")
 #: Hits as a backend returns them: t, prim, u, distance, and with ``at="surface"`` t_out.
 HitColumns: TypeAlias = tuple[FloatArray, IntArray, FloatArray, FloatArray, FloatArray | None]
 
+#: Lists of hits as a backend returns them: offsets (n_rays + 1,), and the columns of all hits.
+HitLists: TypeAlias = tuple[IntArray, HitColumns]
+
 
 class _OfLines:
     """The rows and strands of the segments that were hit, looked up on first use."""
@@ -34,7 +37,7 @@ class _OfLines:
         It differs from ``prim`` where rows of the input were skipped.
         """
         skipped = self._known_lines().skipped
-        # The rows skipped before a segment are those whose place among the rows kept is at or before its own.
+        # Count the skipped rows before each segment: those whose position among the kept rows is at or before its own.
         before = np.searchsorted(skipped - np.arange(len(skipped)), self.prim, side="right")
         return own(np.asarray(self.prim + before))
 
@@ -58,19 +61,18 @@ class _OfLines:
         return copied
 
     def __deepcopy__(self: Self, memo: dict[int, Any]) -> Self:
-        copied, shared = copy.copy(self), ("lines", "row", "strand")  # these cannot be changed
+        copied, shared = copy.copy(self), ("lines", "row", "strand")  # which are immutable
         copied.__dict__.update({k: copy.deepcopy(v, memo) for k, v in self.__dict__.items() if k not in shared})
         return copied
 
     def __getstate__(self) -> dict[str, Any]:
-        # A pickle has what is known of each hit instead of all lines.
+        # Pickle the row and the strand of each hit instead of all lines.
         known = {"row": self.row, "strand": self.strand} if self.lines is not None else {}
         return self.__dict__ | known | {"lines": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(
-            {name: own(value) if name in ("row", "strand") else value for name, value in state.items()}
-        )
+        frozen = {name: own(state[name]) for name in ("row", "strand") if name in state}
+        self.__dict__.update(state | frozen)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,18 +82,18 @@ class FirstHits(_OfLines):
     Attributes
     ----------
     t : float32
-        Where on the ray, in units of its direction; inf = miss.
+        The position on the ray, in units of its direction's length; inf = miss.
     prim : int64
-        Which segment, as a position in the input; -1 = miss. If segments were skipped, a position among those that are
-        left: `row` is that in the input.
+        The index of the segment; -1 = miss. If rows of the input were skipped, it counts only the rows that are left,
+        and `row` is the index in the input.
     u : float32
-        Where on the segment, from 0 to 1.
+        The position on the segment, from 0 to 1.
     distance : float32
         Least distance of the ray from the segment; inf = miss.
     t_out : float32 or None
-        With ``at="surface"``, where the ray leaves the capsule around the segment.
+        With ``at="surface"``, t where the ray leaves the capsule around the segment.
     skipped : (k,) int64
-        Rays that were invalid and left out, with ``invalid="skip"``.
+        With ``invalid="skip"``, the invalid rays, which count as misses.
     lines : Lines or None
         The lines of the query. A pickle of hits leaves them out and keeps `row` and `strand`.
 
@@ -126,7 +128,7 @@ class FirstHits(_OfLines):
 
     @property
     def hit(self) -> npt.NDArray[np.bool_]:
-        """Which rays hit anything."""
+        """Whether each ray hits anything, bool of the shape of the rays."""
         return self.prim >= 0
 
 
@@ -134,12 +136,12 @@ class FirstHits(_OfLines):
 class AllHits(_OfLines):
     """All hits of each ray, each once, sorted by (ray, t, prim).
 
-    Those of ray i are at positions ``offsets[i]`` to ``offsets[i + 1]`` of the other arrays (compressed sparse rows).
+    Those of ray i are entries ``offsets[i]`` to ``offsets[i + 1]`` of the other arrays (compressed sparse rows).
 
     Attributes
     ----------
     offsets : (n_rays + 1,) int64
-        Rays count in the order of the flattened input.
+        The first entry of each ray, in the order of the flattened input, and the end of the last.
     t, prim, u, distance, t_out, skipped, lines
         As in `FirstHits`, one entry a hit; so are `row` and `strand`.
     """
@@ -167,21 +169,21 @@ class AllHits(_OfLines):
 
     @property
     def counts(self) -> IntArray:
-        """How many hits each ray has, (n_rays,) int64."""
+        """The number of hits of each ray, (n_rays,) int64."""
         return np.diff(self.offsets)
 
     @property
     def ray(self) -> IntArray:
-        """The ray of each hit, (n_hits,) int64."""
+        """The index of the ray of each hit, (n_hits,) int64."""
         return np.repeat(np.arange(len(self.offsets) - 1), self.counts)
 
     def of(self, ray: int) -> slice:
-        """The slice of the hits of a ray: ``hits.t[hits.of(3)]``.
+        """Return the slice of the hits of a ray: ``hits.t[hits.of(3)]``.
 
         Raises
         ------
         InputError
-            There is no such ray; they count from 0.
+            If there is no such ray; rays count from 0.
         """
         n_rays = len(self.offsets) - 1
         if not 0 <= ray < n_rays:

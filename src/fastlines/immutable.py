@@ -54,7 +54,7 @@ def frozen(value: Any) -> Any:
 
 def own(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Make an array immutable without a copy; the caller must hold the only reference to it."""
-    if array.dtype.hasobject or array.dtype.itemsize == 0:  # NumPy shows no other type's bytes as these
+    if array.dtype.hasobject or array.dtype.itemsize == 0:  # NumPy cannot view bytes as these types
         array.flags.writeable = False
         return array
     array = array if array.flags.c_contiguous else array.copy()

@@ -1,4 +1,4 @@
-"""The wide layout: what queries run on. It is made from a tree, and loses nothing of it."""
+"""The wide layout, which queries run on. It is made from a tree, and keeps all references."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from .meshes import core_data
 from .progress import ProgressCallback, ProgressOption, reporting
 from .threads import get_num_threads
 
-#: Boxes are measured grown by this much of the scene's longest side, for queries come with a radius.
+#: Boxes are measured grown by this fraction of the scene's longest side, because queries have a radius.
 RADIUS_HINT = 0.001
 
-#: Blocks have as many bytes, and begin at multiples of it in memory.
+#: The size of a block in bytes, and its alignment in memory.
 BLOCK = 128
 
 
@@ -31,16 +31,16 @@ class Layout(Immutable):
     Attributes
     ----------
     lines : Lines
-        What the tree is over.
+        The lines that the tree is over.
     box : (2, 3) float32
-        Their bounds.
+        The bounds of the lines.
     nodes, leaves : (n, 128) uint8
         Blocks of 128 bytes.
     refs : (n, 2) uint32
-        Primitive, and s0 and s1 as multiples of 1/65536 (the low and the high half), of each reference, in the order of
-        the leaves. The last piece of a segment has an s1 of 65535.
+        Of each reference, in the order of the leaves, the primitive, and s0 and s1 as multiples of 1/65536 (the low and
+        the high half). The last piece of a segment has an s1 of 65535.
     mean_extent : float
-        Of the leaves, in the frame of the scene, which spans −1 to 1.
+        The mean extent of the leaves, in the frame of the scene, which spans −1 to 1.
     """
 
     lines: Lines
@@ -71,13 +71,13 @@ class Layout(Immutable):
 
     @cached_property
     def view(self) -> _core.LayoutView:
-        """The layout as queries read it."""
+        """The layout in the form that the engine reads."""
         corners = self.box.reshape(-1).tolist()
         return _core.LayoutView(*core_data(self.lines), self.nodes, self.leaves, self.refs, corners, self.mean_extent)
 
 
 def _aligned(blocks: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """Return blocks that begin at a multiple of their size, as the kernels take for granted; copy them if not."""
+    """Return blocks that begin at a multiple of their size, as the kernels require; copy them if they do not."""
     if blocks.ctypes.data % BLOCK == 0:
         return blocks
     room = np.empty(blocks.nbytes + BLOCK, np.uint8)

@@ -1,4 +1,4 @@
-"""Lines: the geometry that everything else works on, as plain arrays."""
+"""Lines: segments with their strands, radii and attributes, as plain arrays."""
 
 from __future__ import annotations
 
@@ -36,20 +36,21 @@ AXES = ("x", "y", "z")
 
 @dataclass(frozen=True, eq=False)
 class Lines(Immutable):
-    """Immutable line segments, with what is known about each; writeable arrays are copied.
+    """Immutable line segments, with strands, radii and other attributes; writeable arrays are copied.
 
-    Attributes of objects are the exception: an array of Python objects is only marked read-only.
+    The constructor takes arrays of exactly these types; `from_segments`, `from_strands` and `from_points` convert
+    others. An attribute that is an array of Python objects is not copied, only marked read-only.
 
     Attributes
     ----------
     segments : (n, 2, 3) float32
         Both ends of each segment, in the units of the file that they came from.
     strands : (n,) int64
-        The strand (hair, streamline, polyline) that each segment is part of; -1 where there is none.
+        The strand (hair, streamline, polyline) that each segment is part of; -1, the default, where there is none.
     radius : None, (n,) or (n, 2) float32
         Half the thickness, per segment or per end of a segment. Queries take their own radius and do not read it.
     attributes : mapping of str to array
-        Anything else, one row per segment.
+        Any other arrays, one row per segment.
     skipped : (k,) int64
         Rows of the input that were left out because of ``invalid="skip"``. Then `rows` differs from the positions in
         `segments`.
@@ -61,7 +62,7 @@ class Lines(Immutable):
     kind: ClassVar[str] = "segments"
 
     segments: FloatArray
-    strands: IntArray
+    strands: IntArray = None  # type: ignore[assignment]  # becomes an array of -1
     radius: FloatArray | None = None
     attributes: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
     skipped: IntArray = field(default_factory=lambda: np.empty(0, np.int64))
@@ -72,8 +73,10 @@ class Lines(Immutable):
         if not good or self.segments.dtype != np.float32 or self.segments.shape[1:] != (2, 3):
             raise InputError(
                 f"Lines take a contiguous float32 array of shape (n, 2, 3), not {kind_of(self.segments)}; "
-                "Lines.from_segments converts what it is given"
+                "Lines.from_segments converts other arrays and lists"
             )
+        if self.strands is None:
+            object.__setattr__(self, "strands", np.full(len(self.segments), -1, np.int64))
         self._check_columns()
         if self.up is not None:
             choice("up", self.up, AXES)
@@ -96,10 +99,10 @@ class Lines(Immutable):
             if not isinstance(values, np.ndarray) or values.dtype != dtype or values.shape not in shapes:
                 raise InputError(
                     f"{name}: {kind_of(values)}; Lines of {n} segments take {np.dtype(dtype)} of shape "
-                    f"{' or '.join(map(str, shapes))}, and Lines.from_segments converts what it is given"
+                    f"{' or '.join(map(str, shapes))}, and Lines.from_segments converts other arrays"
                 )
         if self.radius is not None and not ((self.radius >= 0) & (self.radius < np.inf)).all():
-            raise InputError("radius holds values that are not numbers from 0 up")
+            raise InputError("radius holds values that are not finite numbers from 0 up")
         skipped = self.skipped
         if len(skipped) and (skipped[0] < 0 or skipped[-1] >= n + len(skipped) or (np.diff(skipped) <= 0).any()):
             raise InputError(f"skipped are not rising rows of the {n + len(skipped)} that were given")
@@ -140,7 +143,7 @@ class Lines(Immutable):
 
     @cached_property
     def n_strands(self) -> int:
-        """How many different strands the segments belong to."""
+        """The number of different strands of the segments."""
         strands = self.strands[self.strands >= 0]
         if (strands[1:] >= strands[:-1]).all():
             return int(np.count_nonzero(strands[1:] > strands[:-1])) + (len(strands) > 0)
@@ -157,9 +160,8 @@ class Lines(Immutable):
         segments : (n, 2, 3) or (n, 6) array of numbers
             Both ends of each segment. Converted to float32.
         invalid : {"error", "skip"}
-            What to do with segments that hold NaN or Inf (or are too large for float32): raise, or leave them
-            out and record their rows in ``skipped``. Hits then name positions among the segments that are left,
-            and their ``row`` has the rows of the input.
+            Refuse segments that hold NaN, Inf or a coordinate beyond 1e30, or leave them out and record their rows in
+            ``skipped``. The ``prim`` of a hit then counts the segments that are left; its ``row``, those of the input.
         **more
             ``strands``, ``radius`` and ``attributes``, one row per segment.
 
@@ -206,7 +208,7 @@ class Lines(Immutable):
                 f"radius has shape {radius.shape}; expected ({n_given},) or ({n_given}, 2), one for each segment or end"
             )
 
-        # Leave out, or refuse, what no query could answer.
+        # Leave out, or refuse, segments with NaN, Inf or too large a coordinate.
         bad = unusable(array)
         if invalid == "error":
             how = "invalid='skip' where lines are read or a tree is built, --skip-invalid on the command line"
@@ -293,7 +295,7 @@ def _points(values: npt.ArrayLike, name: str) -> FloatArray:
 
 
 def as_lines(lines: Lines | npt.ArrayLike, *, invalid: str = "error") -> Lines:
-    """Pass lines through; check and wrap an array of segments."""
+    """Return lines as they are; check and wrap an array of segments."""
     choice("invalid", invalid, INVALID)
     if isinstance(lines, str | os.PathLike):
         raise InputError(f"segments: {str(lines)!r} is the name of a file, not an array; fl.read reads files of lines")

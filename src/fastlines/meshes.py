@@ -61,7 +61,7 @@ class Triangles(_Mesh):
 
 
 class Boxes(_Mesh):
-    """Primitives of which only a box each is known.
+    """Primitives that are known only by their boxes.
 
     Parameters
     ----------
@@ -90,11 +90,11 @@ Geometry: TypeAlias = Lines | Triangles | Boxes
 
 
 def as_geometry(geometry: Geometry | npt.ArrayLike, *, invalid: str = "error") -> Geometry:
-    """Pass geometry through; take an array for segments."""
+    """Return geometry as it is; take an array for segments."""
     choice("invalid", invalid, INVALID)
     return geometry if isinstance(geometry, Geometry) else as_lines(geometry, invalid=invalid)
 
 
 def core_data(geometry: Geometry) -> tuple[str, FloatArray]:
-    """What the core calls this kind of primitive, and its numbers: one row a primitive."""
+    """Return the core's name for this kind of primitive, and its numbers, one row a primitive."""
     return geometry.kind, geometry.core_rows

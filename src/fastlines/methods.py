@@ -1,4 +1,4 @@
-"""The named trees: settings with a name, and those of "best", which suit the input and what it is for."""
+"""The named trees: settings with a name, and those of "best", which suit the input and its use."""
 
 from __future__ import annotations
 
@@ -54,11 +54,9 @@ class Methods(Mapping[str, Settings]):
 #: c_trav of the thesis's trees, fitted to its tables.
 C_TRAV: dict[BoxRule, float] = {"tight": 2.0, "cut": 0.6}
 
-
-#: From this many primitives on, a tree for fast queries is built with the least effort by default: more effort takes
-#: at least twice the time and memory there, and gains little (docs/builder.md).
+#: From this many primitives on, a tree for fast queries is built with the least effort by default. More effort takes at
+#: least twice the time and memory there, and gains little (docs/builder.md).
 LARGE = 2**18
-
 
 #: `min_spread` of "best": half the radius that it measures boxes with. A ray that hits one line then hits nearly all.
 MIN_SPREAD = 0.0005
@@ -69,10 +67,10 @@ def best_settings(
 ) -> Settings:
     """Return the settings of "best" for an aim and an effort, over `n_prims` primitives.
 
-    With neither a cost nor cut boxes it aims at the speed of queries: leaves fill the 16 lanes that are tested at once,
-    and boxes are measured grown by a small radius. Else it aims at the tree of least cost; a step costs 2.0 (BVH) or
-    0.6 (KD tree) unless given. The effort goes from 0, the fastest build, to 1, the best tree: 8 planes an axis to 128
-    for a cost, to 32 for queries. It is 0.5 unless given; for queries 0 from 262,144 primitives on.
+    With neither a cost nor cut boxes the aim is the speed of queries. Leaves then fill the 16 lanes that are tested at
+    once, and boxes are measured grown by a small radius. Else the aim is the tree of least cost; a step costs 2.0 (BVH)
+    or 0.6 (KD tree) unless given. The effort, which `build` explains, sets the number of planes an axis: 8 to 128 for a
+    cost, to 32 for queries.
     """
     for_queries = cost is None and boxes == "tight"
     if effort is None:
@@ -121,9 +119,9 @@ DEFAULT_METHOD = "best"
 #: The named trees of the thesis.
 THESIS_METHODS = tuple(method for method in METHODS if method != "best")
 
-#: What each named tree is, in a line.
+#: A line of description for each named tree.
 METHOD_NOTES: dict[str, str] = {
-    "best": "a grid of planes, through up to 3 bad levels; for queries, or for the cost that is given",
+    "best": "a grid of planes, through up to 3 bad levels; for queries, or for a given cost",
     "bvh-cl": "whole primitives, SAH",
     "bvh-ss": "primitives cut by a grid of planes, SAH",
     "bvh-d2": "as bvh-ss; where SAH says leaf, look two levels ahead",
@@ -133,7 +131,7 @@ METHOD_NOTES: dict[str, str] = {
 
 
 def method_settings(method: str) -> Settings:
-    """Look up a named tree."""
+    """Return the settings of a named tree."""
     try:
         return METHODS[method]
     except (KeyError, TypeError):

@@ -9,13 +9,13 @@ from contextlib import contextmanager
 from typing import TypeAlias
 
 ProgressCallback: TypeAlias = Callable[[float], object]
-#: True shows a bar, a function is called with the share that is done (0 to 1), False does neither.
+#: True shows a bar; a function is called with the fraction that is done (0 to 1); False does neither.
 ProgressOption: TypeAlias = bool | ProgressCallback
 
 
 @contextmanager
 def reporting(progress: ProgressOption, what: str) -> Iterator[ProgressCallback | None]:
-    """Turn the option into what the core calls; the bar goes away when the work is done."""
+    """Turn the option into the callback of the core; the bar disappears when the work is done."""
     if callable(progress):
         yield progress
         progress(1.0)

@@ -1,4 +1,4 @@
-"""Queries: checked rays go to a backend, and what it finds becomes hits."""
+"""Queries: a backend answers checked rays, and its columns become hits."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from . import _core
 from .arrays import IntArray, choice, count
-from .backend import Backend, BinaryBackend, is_given
+from .backend import Backend, CompiledBackend, is_given
 from .errors import InputError
 from .forecast import Forecast
 from .hits import AllHits, FirstHits
@@ -20,12 +20,12 @@ from .rays import RayBatch, check_rays
 
 QueryName: TypeAlias = Literal["first_hit", "any_hit", "count_hits", "all_hits", "next_hits"]
 
-#: The kinds of query, by the name of their method.
+#: The queries, by the names of their methods.
 QUERIES: tuple[QueryName, ...] = ("first_hit", "any_hit", "count_hits", "all_hits", "next_hits")
 
 
 def is_surface(at: str) -> bool:
-    """Check where t is taken: at the surface of the capsule, or at the closest approach."""
+    """Check the option `at`, and return whether t is taken at the surface of the capsule."""
     return choice("at", at, ("closest", "surface")) == "surface"
 
 
@@ -60,7 +60,7 @@ def list_hits(
 
     forecast = Forecast(len(rays), 24 if surface else 20, count_some)
     with reporting(progress, "all hits" if k is None else "next hits") as callback:
-        # A module that counts steps must count those of this query alone, without those of the sample.
+        # Without a sample, a module that counts steps counts those of this query alone.
         watched = callback if is_given() else forecast.watch(callback)
         try:
             offsets, columns = backend.list_hits(rays, surface, k, watched)
@@ -88,7 +88,7 @@ def brute_force(
     invalid: str = "error",
     progress: ProgressOption = False,
 ) -> Any:
-    """Answer a query by testing every segment against every ray: what every tree's answer equals, bit for bit.
+    """Answer a query by testing every segment against every ray; the answer of every tree is the same, bit for bit.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def brute_force(
     lines = as_lines(lines)
     box = np.array(lines.bounds, np.float32) if len(lines) else np.zeros((2, 3), np.float32)
     rays = check_rays(origins, directions, radius, t_min, t_max, invalid, box)
-    backend = BinaryBackend(_core.BinaryView.of_primitives(*core_data(lines)))
+    backend = CompiledBackend(_core, _core.BinaryView.of_primitives(*core_data(lines)))
     if query == "first_hit":
         return first_hit(backend, rays, surface, progress, lines)
     if query == "any_hit":

@@ -1,4 +1,4 @@
-"""Rays as the core wants them: checked, flat, float32."""
+"""Checks of rays, and their conversion to the flat float32 arrays of the core."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ RAYS_LIMIT = 2**32 - 1
 
 @dataclass(frozen=True, eq=False)
 class RayBatch:
-    """A checked batch of n rays, of which those that were `skipped` miss; `shape` is that of the answer."""
+    """A checked batch of n rays. Those that were `skipped` miss; `shape` is the shape of the answer."""
 
     shape: tuple[int, ...]
     #: (n, 3) each; the next three are (n,) or (1,).
@@ -41,7 +41,7 @@ class RayBatch:
         return self.origins, self.directions, self.radius, self.t_min, self.t_max
 
     def some(self, rows: IntArray) -> RayBatch:
-        """Return the rays in these rows."""
+        """Return a batch of the rays in these rows."""
         scalars = (self.radius, self.t_min, self.t_max)
         radius, t_min, t_max = (values if len(values) == 1 else values[rows] for values in scalars)
         none = np.zeros(0, np.int64)
@@ -57,7 +57,7 @@ def check_rays(
     invalid: str,
     bounds: FloatArray,
 ) -> RayBatch:
-    """Check rays for a scene with these bounds; see `Tree.first_hit` for what they are."""
+    """Check rays for a scene with these bounds; `Tree.first_hit` explains the arguments."""
     choice("invalid", invalid, INVALID)
     origins, directions = _vectors(origins, "origins"), _vectors(directions, "directions")
     shape = origins.shape[:-1]
@@ -95,7 +95,7 @@ def check_rays(
     if engine.rays_are_valid((origins, directions, radii, starts, ends), largest, farthest, get_num_threads()):
         return RayBatch(shape, origins, directions, radii, starts, ends, np.zeros(0, np.int64))
 
-    # The core only says that some ray may be invalid: find out which, and why.
+    # The core only reports that some ray may be invalid: find out which, and why.
     n_rays = len(origins)
     faults = {
         "have an origin that is not finite": ~np.isfinite(origins).all(axis=1),
@@ -121,7 +121,7 @@ def check_rays(
     if found and invalid == "error":
         raise InputError(f"{'; '.join(found)}; mend them, or let them miss (in Python: invalid='skip')")
     if skipped.any():
-        # A ray that can hit nothing stands in for each.
+        # Replace each by a ray that can hit nothing.
         origins, directions = origins.copy(), directions.copy()
         origins[skipped], directions[skipped] = 3e38, (0, 0, 1)
         radii, starts, ends = (np.broadcast_to(values, n_rays).copy() for values in (radii, starts, ends))

@@ -1,4 +1,4 @@
-"""Refits of a tree whose lines have moved, and when a new build pays."""
+"""Refits of a tree whose lines have moved, and the policy that decides when a new build pays."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .tree_data import NODE, TreeData
 
 Tree = TypeVar("Tree", bound=TreeData)
 
-#: Trees of fewer references are refitted on one thread: a second would hardly have started.
+#: Trees of fewer references are refitted on one thread: starting more would take as long.
 SHORT_REFIT = 20_000
 
 SECONDS = "a time in seconds, 0 or more"
@@ -45,8 +45,8 @@ def moved_lines(tree: TreeData, lines: Lines | npt.ArrayLike) -> Lines:
 def refitted(tree: Tree, lines: Lines, cost: float, progress: ProgressOption) -> Tree:
     """Refit a tree, and its layout if it has one, to lines that have moved.
 
-    The result is a BVH, which measures its growth from this cost. It needs no check: the core has made its nodes, and
-    the rest is the tree's.
+    The result is a BVH, which measures its growth from `cost`. It needs no check: the core has made its nodes, and the
+    rest comes from the tree.
     """
     with reporting(progress, "refit") as callback:
         nodes = _refit_nodes(tree, lines, callback)
@@ -72,7 +72,7 @@ def _n_threads(tree: TreeData) -> int:
 
 
 def built_cost(tree: TreeData) -> float:
-    """Return what `TreeData.growth` is measured by: of a KD tree, the cost with boxes as tight as a refit's."""
+    """Return the cost that `TreeData.growth` is relative to: of a KD tree, the cost with tight boxes, as of a refit."""
     if tree.built_cost is not None:
         return tree.built_cost
     nodes = tree.words()[0]
@@ -86,17 +86,17 @@ def built_cost(tree: TreeData) -> float:
 class RebuildPolicy:
     """Build anew as soon as queries have lost, since the last build, the time that a build takes.
 
-    A query on a refitted tree takes about `Tree.growth` times as long as it would if the cost had not grown; so of the
-    time of queries the share 1 − 1/growth is lost. Waiting until the losses add up to one build, losses and builds
-    together take at most twice as long as with the best times to build in hindsight, but for the last frame's loss
-    (docs/refit.md).
+    A query on a refitted tree takes about `Tree.growth` times as long as it would if the cost had not grown. So the
+    fraction 1 − 1/growth of the time of queries is lost. The policy waits until the losses add up to one build. Losses
+    and builds together then take at most twice as long as with the best schedule in hindsight, apart from the last
+    frame's loss (docs/refit.md).
 
     Parameters
     ----------
     build_seconds : float
         How long a build takes, with the layout.
     lost_seconds : float
-        What has been lost since the last build.
+        The time that has been lost since the last build.
 
     Examples
     --------
@@ -115,14 +115,14 @@ class RebuildPolicy:
         self.lost_seconds = number("lost_seconds", self.lost_seconds, SECONDS, 0.0)
 
     def due(self, tree: TreeData, query_seconds: float) -> bool:
-        """Count what queries on a tree have lost, and tell whether to build anew now; if so, counting starts again.
+        """Add the time that queries on a tree have lost; return whether to build anew now, and if so, start from 0.
 
         Parameters
         ----------
         tree : Tree
-            As the queries found it.
+            The tree that the queries ran on.
         query_seconds : float
-            How long they took.
+            The time that the queries took.
         """
         query_seconds = number("query_seconds", query_seconds, SECONDS, 0.0)
         self.lost_seconds += query_seconds * max(0.0, 1 - 1 / tree.growth)

@@ -1,7 +1,7 @@
 """The settings of a build: SPLITS, the cost model, presplit and limits.
 
-The general builder is configurable in three places (thesis §4.3): the costs of a step and of a test, the set of
-candidate splits, and how many levels the search looks ahead.
+The general builder has three parameters (thesis §4.3): the costs of a step and of a test, the candidate splits, and the
+number of levels that the search looks ahead.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from .splits import BoxRule, PlaneGrid, SplitSet
 #: The most bytes that a build takes for a primitive, with room to spare; for a reference see `Limits.bytes_a_ref`.
 _BYTES_A_PRIM = 160
 
-#: The most references that the 32-bit indices of a tree can name.
+#: The most references that the 32-bit indices of a tree can address.
 REF_LIMIT = 2**32 - 16
 
-#: How a cost model is made, for error messages.
+#: The expected form of a cost model, for error messages.
 COST = "fl.Cost(c_trav=…, c_prim=…)"
 
 
 @dataclass(frozen=True)
 class Cost:
-    """The cost model: what a step to a node and what a test of a primitive cost. Only their ratio matters (Theorem 2).
+    """The cost model: the costs of a step to a node and of a test of a primitive. Only their ratio matters (Theorem 2).
 
     Parameters
     ----------
@@ -48,15 +48,15 @@ class Presplit:
     """Lines are cut before the build, in the middle of the longest side of their boxes, the largest box first.
 
     That is early split clipping (Ernst and Greiner 2007). With neither bound, trees with 1, 2, 4, … references a line
-    are built as long as the next is cheaper by one part in a hundred; the tree's settings tell where that ended.
+    are built as long as the next is cheaper by one part in a hundred. The tree's settings have the number of the best.
 
     Parameters
     ----------
     area : float, optional
-        No piece's box has a larger area, as a fraction of the scene's surface area, above 0 to 1: the paper's bound.
+        The largest area of a piece's box, as a fraction of the scene's surface area, above 0 to 1: the paper's bound.
         `Limits.max_refs` still holds.
     refs : float, optional
-        So many references for each line on average, at least 1.
+        The mean number of references for each line, at least 1.
     """
 
     area: float | None = None
@@ -65,7 +65,7 @@ class Presplit:
     def __post_init__(self) -> None:
         if self.area is not None and self.refs is not None:
             raise InputError(f"area={self.area!r} and refs={self.refs!r} are two bounds; give one of them, or none")
-        check_fields(self, ("area",), number, "a share of the area of the scene's box, above 0 to 1", LEAST, 1.0)
+        check_fields(self, ("area",), number, "a fraction of the scene's surface area, above 0 to 1", LEAST, 1.0)
         check_fields(self, ("refs",), number, f"references for each line, 1 to {REF_LIMIT}", 1.0, REF_LIMIT)
 
 
@@ -78,19 +78,17 @@ class Limits:
     max_depth : int
         Level of the deepest node; the root's level is 0.
     max_leaf_refs : int, optional
-        No leaf lists more: larger nodes are split though it looks dearer, but never so that all they list is on both
-        sides. Tight boxes only, for a KD tree cannot always part its references.
+        The most references of a leaf. Larger nodes are split even where that costs more, but never with all references
+        on both sides. Tight boxes only, because a KD tree cannot always separate its references.
     max_refs : int, optional
-        No tree has more references; a leaf without any counts as one. It cannot be less than the number of primitives.
-        By default 1,000 for each of them and 10,000 more: among lines that lie on each other there is always a split
-        that looks worth it.
+        The most references of a tree, at least the number of primitives; an empty leaf counts as one. The default is
+        1,000 for each primitive and 10,000 more: among lines that coincide, some split always looks worth its cost.
     max_bytes : int, optional
         The build of "best" takes at most this memory beside its input. That lowers `max_refs`: a primitive counts as
         160 bytes. A reference counts as 80 where leaves are large, as those of "best" for queries, else as 160, and as
-        300 with cut boxes.
-        Presplit, reinsertion and object sweeps over large nodes take more than that. So do trees of least cost whose
-        nodes pass most of their references on to one side, as where long lines cross: the list of each is kept until
-        it is known to be no leaf. They have taken up to 1.8 times as much.
+        300 with cut boxes. Presplit, reinsertion and object sweeps over large nodes take more than that. So do trees of
+        least cost where long lines cross, up to 1.8 times as much: a node's list of references is kept until the search
+        has split the node.
     leaf_refs : int
         A node of at most this many references is not split.
     leaf_size : float
@@ -114,8 +112,8 @@ class Limits:
     def bytes_a_ref(self, boxes: BoxRule) -> int:
         """Return the most bytes that a build takes for a reference: four times the tree's, while arrays grow and move.
 
-        A reference is 12 bytes, a node 36; trees have a fifth as many nodes as references where leaves are large, less
-        than one where they are small, and nearly two with cut boxes.
+        A reference is 12 bytes, a node 36. For each reference, trees have a fifth of a node where leaves are large,
+        less than one where leaves are small, and nearly two with cut boxes.
         """
         if boxes == "cut":
             return 300
@@ -130,7 +128,7 @@ class Limits:
         return self.max_leaf_refs is None or n_refs <= self.max_leaf_refs * 2**self.max_depth
 
     def over(self, base: Limits) -> Limits:
-        """Take from `base` what is at its default here."""
+        """Return these limits, with the fields that are at their defaults taken from `base`."""
         given = {field.name: getattr(self, field.name) for field in fields(self)}
         return replace(base, **{name: value for name, value in given.items() if value != getattr(Limits, name)})
 
@@ -150,11 +148,11 @@ class Settings:
     splits : SplitSet or sequence of SplitSet
         The candidate splits; of several sets, their union.
     boxes : {"tight", "cut"}
-        How a child's box is made: tight around its primitives makes a BVH, cut out of its parent's makes a KD tree.
+        The boxes of children: tight around their primitives, for a BVH, or cut out of the parent's, for a KD tree.
     lookahead : int or sequence of int
         The number of levels to search. Of several, each is tried where the one before finds a leaf.
     beam : int, optional
-        Search more than one level deep only below this many candidates, those that are cheapest at depth 1.
+        Search more than one level deep only below this many candidates, the cheapest at depth 1.
     exhaustive : bool
         Search below all candidates, also where a bound proves that it cannot pay. The tree is the same.
     cost : Cost
@@ -162,27 +160,27 @@ class Settings:
     limits : Limits
         Where to stop.
     bad_levels : int
-        How many levels in a row may be split though that looks no better than a leaf. Where long lines cross, the first
-        levels of a good tree look bad.
+        How many levels in a row may be split although that looks no better than a leaf. Where long lines cross, the
+        first levels of a good tree look bad.
     bad_refs : int
         Nodes of at most this many references are leaves where the best split looks no better, whatever `bad_levels`
-        is: there it hardly ever pays in the end.
+        is: such a split hardly ever pays.
     bad_refines : int
-        How many levels of a path may be cut in the middle of the longest side though the search says leaf (PBRT's bad
-        refines, thesis §2.4).
+        How many levels of a path may be cut in the middle of the longest side although the search finds a leaf (PBRT's
+        bad refines, thesis §2.4).
     prune : bool
-        Take back, from the bottom up, what bad levels did not pay for.
+        Remove, from the bottom up, splits of bad levels that did not pay.
     radius_hint : float
-        The search measures boxes grown by this fraction of the scene's longest side, as a query with a radius
-        tests boxes that are grown by it.
+        The search measures boxes grown by this fraction of the scene's longest side, because a query tests boxes grown
+        by its radius.
     min_spread : float
         Lines that run along each other, within this fraction of the scene's longest side (root mean square), are never
-        cut so that 0.3 (KD trees: 0.5) of a node are on both sides: a BVH splits them whole, a KD tree lists them in a
+        cut so that 0.3 (KD trees: 0.5) of a node are on both sides. A BVH splits them whole, a KD tree lists them in a
         leaf. 0 cuts all of them. Other primitives are cut as if it were 0.
     lanes : int
         The number of references tested at once: 1, 2, 4, 8, 16, 32 or 64, and at most `max_leaf_refs`. The search
         counts references as the mean of their number and the lanes they take, which makes fewer and fuller leaves.
-        `Tree.cost` counts them as they are.
+        `Tree.cost` uses the plain number.
     presplit : Presplit, optional
         Cut lines before the build. Tight boxes and lines only.
     reinsertion : int
@@ -224,7 +222,7 @@ class Settings:
             raise InputError(f"beam and exhaustive are for a lookahead of 2 or more, this is {self.lookahead}")
         check_fields(self, ("beam",), count, 1)
         check_fields(self, ("prune", "exhaustive"), instance, bool, "True or False")
-        what = "a share of the scene's longest side, 0 to 1"
+        what = "a fraction of the scene's longest side, 0 to 1"
         check_fields(self, ("radius_hint", "min_spread"), number, what, 0.0, 1.0)
         check_fields(self, ("lanes",), _lanes)
         check_fields(self, ("presplit",), instance, Presplit, "fl.Presplit(), fl.Presplit(refs=…) or None")
@@ -235,26 +233,23 @@ class Settings:
         most = self.limits.max_leaf_refs
         if most is not None and self.lanes > most:
             raise InputError(
-                f"lanes={self.lanes} cannot be filled by leaves of max_leaf_refs={most}; give fewer, or allow larger "
-                "leaves"
+                f"lanes={self.lanes} cannot be filled by leaves of max_leaf_refs={most}; lower lanes, or raise "
+                "max_leaf_refs"
             )
         if self.boxes == "cut":
-            tight_only = [split for split in self.splits if split.tight_only]
-            if tight_only:
-                raise InputError(
-                    f"{tight_only[0]} offers object splits, which need tight boxes; a KD tree (boxes='cut') takes "
-                    "planes, such as fl.PlaneGrid(16)"
-                )
-            if self.limits.max_leaf_refs is not None:
-                raise InputError("max_leaf_refs cannot be promised by a KD tree (boxes='cut'); leave it out")
-            if self.presplit is not None:
-                raise InputError(
-                    "presplit is for tight boxes: a KD tree (boxes='cut') cuts all lines itself; leave it out"
-                )
-            if self.reinsertion > 0:
-                raise InputError(
-                    "reinsertion is for tight boxes: those of a KD tree (boxes='cut') cannot move; leave it out"
-                )
+            for split in self.splits:
+                if split.tight_only:
+                    raise InputError(
+                        f"{split} offers object splits, which need tight boxes; a KD tree (boxes='cut') takes planes, "
+                        "such as fl.PlaneGrid(16)"
+                    )
+            for name, given, why in (
+                ("max_leaf_refs", most is not None, "cannot be promised by a KD tree"),
+                ("presplit", self.presplit is not None, "is for tight boxes: a KD tree cuts all lines itself"),
+                ("reinsertion", self.reinsertion > 0, "is for tight boxes: those of a KD tree cannot move"),
+            ):
+                if given:
+                    raise InputError(f"{name} {why}; leave it out, or build a BVH (boxes='tight')")
 
 
 def _lanes(name: str, lanes: object) -> int:
@@ -265,7 +260,7 @@ def _lanes(name: str, lanes: object) -> int:
 
 
 def limit_notes(limits_hit: Mapping[str, int]) -> list[str]:
-    """Describe what each limit that took effect did to a build.
+    """Describe the effect of each limit on a build.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Split sets: which candidates there are for a node, the SPLITS of the thesis."""
+"""Split sets: the candidate splits of a node, the SPLITS of the thesis."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class SplitSet:
     max_refs : int, optional
         Use this set only at nodes of at most this many references.
     min_overlap : float
-        Use this set only where the two boxes of the best object split of the sets before it overlap in a box of more
-        than this fraction of the scene's surface area. SBVH restricts spatial splits so, with 1e-5 (Stich et al. 2009).
+        Use this set only where the boxes of the best object split of the earlier sets overlap in a box of more than
+        this fraction of the scene's surface area. SBVH restricts spatial splits so, with 1e-5 (Stich et al. 2009).
     """
 
     name: ClassVar[str] = ""
@@ -33,10 +33,10 @@ class SplitSet:
         if not self.name:
             raise InputError("fl.SplitSet is what split sets have in common; use fl.PlaneGrid(16), fl.ObjectSweep(), …")
         check_fields(self, ("max_refs",), count, 1)
-        check_fields(self, ("min_overlap",), number, "a share of the area of the scene's box, 0 to 1", 0.0, 1.0)
+        check_fields(self, ("min_overlap",), number, "a fraction of the scene's surface area, 0 to 1", 0.0, 1.0)
 
     def for_any_primitive(self, boxes: BoxRule) -> tuple[SplitSet, ...]:
-        """Return the split sets with the same kinds of candidates for primitives that are not segments."""
+        """Return the sets of the same kinds of candidates for primitives that are not segments."""
         return (self,)
 
     @property
@@ -60,7 +60,7 @@ class PlaneGrid(SplitSet):
     Parameters
     ----------
     n_planes : int
-        How many on each axis, 1 to 4096.
+        How many planes on each axis, 1 to 4096.
     """
 
     name = "plane_grid"
@@ -75,9 +75,9 @@ class PlaneGrid(SplitSet):
 class BinnedPlanes(SplitSet):
     """The planes of a regular grid, by counts in bins; where it pays, also splits that cut no reference.
 
-    They find what `PlaneGrid` finds in less time: counts are exact, boxes are compared in float32. An uncut split puts
-    each reference whole on the side of its centre (tight boxes only). `BinnedPlanes` are for segments; for other
-    primitives `PlaneGrid` and, with `uncut_refs`, `ObjectSweep` take their place.
+    They find the splits of `PlaneGrid` in less time: counts are exact, boxes are compared in float32. An uncut split
+    puts each reference whole on the side of its centre (tight boxes only). `BinnedPlanes` are for segments; for other
+    primitives `PlaneGrid` and, with `uncut_refs`, `ObjectSweep` replace them.
 
     Parameters
     ----------
@@ -88,15 +88,15 @@ class BinnedPlanes(SplitSet):
     uncut_only_refs : int
         Nodes of at most this many references are offered only uncut splits, if there are any.
     max_overlap : float
-        So are nodes of up to `uncut_refs` references where the two boxes of the best uncut split overlap by at most
-        this fraction of the node's area; 0 for none.
+        Nodes of up to `uncut_refs` references are also offered only uncut splits where the boxes of the best one
+        overlap little: by at most this fraction of the node's area; 0 for none.
     sample : int
         Nodes of twice as many references or more choose their plane by about this many of them; 0 uses all. The cost of
-        an uncut split is always that of all references.
+        an uncut split is always computed from all references.
     gap_refs : int
-        Larger nodes, of up to this many references, are split uncut where their references lie apart (see `gap`).
+        Nodes of more than `uncut_refs` and up to this many references are split uncut across a gap (see `gap`).
     gap : float
-        References lie apart where an uncut split costs at most this fraction of a leaf; above 0 to 1.
+        A node has a gap where an uncut split costs at most this fraction of a leaf; above 0 to 1.
 
     Notes
     -----
@@ -130,7 +130,7 @@ class BinnedPlanes(SplitSet):
 
     @property
     def tight_only(self) -> bool:
-        """Whether `uncut_refs` or `gap_refs` asks for object splits, which need tight boxes."""
+        """Whether `uncut_refs` or `gap_refs` allows object splits, which need tight boxes."""
         return self.uncut_refs > 0 or self.gap_refs > 0
 
     def for_any_primitive(self, boxes: BoxRule) -> tuple[SplitSet, ...]:
@@ -144,14 +144,14 @@ class BinnedPlanes(SplitSet):
 
 @dataclass(frozen=True)
 class PlaneEvents(SplitSet):
-    """Planes at the sides of the references' boxes, among them those that cut off empty space: SAH for KD trees."""
+    """Planes at the sides of the references' boxes, including those that cut off empty space: SAH for KD trees."""
 
     name = "plane_events"
 
 
 @dataclass(frozen=True)
 class Median(SplitSet):
-    """One split at the median centre, on the axis where both areas add up to least."""
+    """One split at the median centre, on the axis with the least sum of both areas."""
 
     name = "median"
 
@@ -163,13 +163,13 @@ class Midpoint(SplitSet):
     name = "midpoint"
 
 
-#: What split sets and their fields were called in files of earlier versions.
+#: Names of split sets and their fields in files of earlier versions.
 FORMER_NAMES = {"plane_octets": "binned_planes", "middle": "midpoint"}
 FORMER_FIELDS = {"max_whole": "uncut_refs", "only_whole": "uncut_only_refs", "max_apart": "gap_refs", "apart": "gap"}
 
 
 def split_set_from(name: str, fields: Mapping[str, Any]) -> SplitSet:
-    """Make a split set of its name and fields, or of those that earlier versions gave them."""
+    """Make a split set from its name and fields, which may be those of earlier versions."""
     kinds = {kind.name: kind for kind in SplitSet.__subclasses__()}
     kind = kinds[FORMER_NAMES.get(name, name)]
     return kind(**{FORMER_FIELDS.get(field, field): value for field, value in fields.items()})

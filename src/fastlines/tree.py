@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from . import _core
 from .arrays import IntArray, choice, count
-from .backend import KERNELS, Backend, BinaryBackend, WideBackend
+from .backend import KERNELS, Backend, CompiledBackend, engine
 from .errors import InputError
 from .hits import AllHits, FirstHits
 from .layout import Layout, build_layout
@@ -29,8 +29,9 @@ from .tree_data import TreeData
 class Tree(TreeData):
     """An acceleration tree over primitives, as `build` makes it.
 
-    It is immutable. Its data are ``nodes``, ``refs``, ``cost()``, ``stats()``, ``levels()`` and ``validate()``. Its
-    queries are ``first_hit``, ``any_hit``, ``count_hits``, ``all_hits`` and ``next_hits``, each with its own radius.
+    It is immutable. ``nodes`` and ``refs`` are its data; ``cost()``, ``stats()``, ``levels()`` and ``validate()``
+    describe it. The queries are ``first_hit``, ``any_hit``, ``count_hits``, ``all_hits`` and ``next_hits``, each with
+    its own radius.
     """
 
     def first_hit(
@@ -56,9 +57,9 @@ class Tree(TreeData):
         origins, directions : (…, 3) array
             Converted to float32. t is in units of the direction's length, which need not be 1.
         radius : number or (…) array
-            How near the ray must come: one for all rays or one for each.
+            The largest distance of a hit: one for all rays or one for each.
         t_min, t_max : number or (…) array
-            Bounds on t, likewise.
+            Bounds on t: one for all rays or one for each.
         at : {"closest", "surface"}
             Take t at the closest approach (the thesis), or where the ray enters the capsule of this radius around the
             segment (t_min if it starts inside); ``t_out`` is then where it leaves.
@@ -110,7 +111,7 @@ class Tree(TreeData):
         Raises
         ------
         MemoryError
-            If the hits do not fit into memory; a sample of the rays often finds this out soon after the start.
+            If the hits do not fit into memory. A sample of the rays often shows this soon after the start.
 
         Examples
         --------
@@ -184,8 +185,8 @@ class Tree(TreeData):
     ) -> AllHits:
         """Find the k nearest hits of each ray, each once, sorted by t; `first_hit` explains the other parameters.
 
-        For later hits ask for a larger k: with t_min at the last one's t the ray would start there, where segments that
-        it has passed may still be within the radius.
+        For later hits use a larger k, not a t_min at the last hit's t: there, segments that the ray has passed may be
+        within the radius still.
         """
         backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid))
         return list_hits(backend, rays, is_surface(at), count("k", k, 0), progress, self._lines)
@@ -195,7 +196,7 @@ class Tree(TreeData):
 
     @property
     def _lines(self) -> Lines:
-        """The geometry of a tree over lines; queries are for these only."""
+        """The geometry of a tree over lines; queries are for lines only."""
         if not isinstance(self.geometry, Lines):
             raise InputError(f"queries are for lines; this tree is over {type(self.geometry).__name__}")
         return self.geometry
@@ -206,37 +207,38 @@ class Tree(TreeData):
         return build_layout(self._lines, *self.words(), self.nodes["box"][0])
 
     @cached_property
-    def _binary(self) -> BinaryBackend:
+    def _binary(self) -> Backend:
         kind, data = core_data(self._lines)
         if self.settings.boxes == "cut":
-            return BinaryBackend(_core.BinaryView.of_planes(kind, data, *self.planes))
-        return BinaryBackend(_core.BinaryView.of_boxes(kind, data, *self.words()))
+            return CompiledBackend(_core, _core.BinaryView.of_planes(kind, data, *self.planes))
+        return CompiledBackend(_core, _core.BinaryView.of_boxes(kind, data, *self.words()))
 
     def _checked(self, kernel: str, rays: tuple[Any, Any, Any, Any, Any, str]) -> tuple[Backend, RayBatch]:
         """Choose the backend, and check the rays, given as to `check_rays`."""
         if isinstance(self.geometry, Lines):
             choice("kernel", kernel, tuple(KERNELS))
-        backend = self._binary if kernel == "binary" else WideBackend(self.layout.view, KERNELS[kernel])
+        backend = self._binary if kernel == "binary" else CompiledBackend(engine, self.layout.view, (KERNELS[kernel],))
         return backend, check_rays(*rays, self.nodes["box"][0])
 
     def refit(self, lines: Lines | npt.ArrayLike, *, progress: ProgressOption = False) -> Tree:
         """Make the same tree over segments that have moved: same nodes and pieces, boxes fitted anew (docs/refit.md).
 
-        A refit takes a fraction of a build, and answers are exact; but boxes overlap more as neighbours part. `growth`
-        is the factor by which the cost has grown; `RebuildPolicy` decides when to rebuild. A `layout` is refitted too.
+        A refit is much faster than a build, and answers are exact, but boxes overlap more as neighbours move apart.
+        `growth` is the factor by which the cost has grown; `RebuildPolicy` decides when to rebuild. A `layout` is
+        refitted too.
 
         Parameters
         ----------
         lines : Lines or (n, 2, 3) array
-            As many segments as the tree has, in the same order. With an array, strands, radii and attributes stay. A
-            writeable array is copied.
+            As many segments as the tree has, in the same order. With an array, the tree's strands, radii and
+            attributes are kept. A writeable array is copied.
         progress : bool or callable
             Show a bar, or call back with the fraction that is done.
 
         Returns
         -------
         Tree
-            A BVH, of a KD tree too: where lines have moved, its boxes cannot cut space in two any more.
+            A BVH, also from a KD tree: after lines have moved, boxes no longer divide space.
 
         Raises
         ------

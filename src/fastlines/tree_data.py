@@ -23,17 +23,17 @@ from .settings import COST, Cost, Settings
 #: A node: its box, the index of its right child (0 = leaf; the left child is the next node), and the range of the
 #: references at or below it.
 NODE = np.dtype([("box", "<f4", (2, 3)), ("right", "<u4"), ("first_ref", "<u4"), ("n_refs", "<u4")])
-#: A reference: a primitive, and the piece [s0, s1) of it that it stands for; s1 = inf in the last piece.
+#: A reference: a primitive, and the piece [s0, s1) of it that the reference covers; s1 = inf in the last piece.
 REF = np.dtype([("prim", "<u4"), ("s0", "<f4"), ("s1", "<f4")])
 
-#: No node lies more levels below the root.
+#: The deepest level of a node.
 MAX_DEPTH = _core.MAX_DEPTH
 
 
 class Planes(NamedTuple):
     """A KD tree as the core searches it by its planes (cpp/fastlines/query/plane_tree.hpp).
 
-    `nodes` (n, 2) have an axis and a plane each, or a range of references; siblings stand side by side. `prims` has the
+    `nodes` (n, 2) have an axis and a plane each, or a range of references; siblings are adjacent. `prims` has the
     primitive of each reference. `depth` is the level of the deepest node, and `corners` the root's box.
     """
 
@@ -47,14 +47,14 @@ class Planes(NamedTuple):
 class TreeData(Immutable):
     """An acceleration tree over primitives, as plain immutable data.
 
-    What is made by hand is checked for all that queries rely on: axioms 1 to 4, a depth of at most `MAX_DEPTH`, that
-    the pieces of each primitive tile it and lie in their leaves' boxes, and the KD axiom where boxes are cut.
-    `validate` checks the rest.
+    The constructor checks all that queries rely on: axioms 1 to 4, a depth of at most `MAX_DEPTH`, and the KD axiom
+    where boxes are cut. The pieces of each primitive must tile it and lie in the boxes of their leaves. `validate`
+    checks the rest.
 
     Attributes
     ----------
     geometry : Lines, Triangles or Boxes
-        What the tree was built on.
+        The primitives that the tree is over.
     nodes : (n_nodes,) array of `NODE`
         In preorder.
     refs : (n_refs,) array of `REF`
@@ -64,18 +64,18 @@ class TreeData(Immutable):
     method : str
         The name of the settings; "custom" if they have none.
     limits_hit : mapping of str to int
-        The limits that took effect, and at how many nodes: where ``max_depth`` kept a node from a split, ``max_refs``
-        refused a split, or ``max_leaf_refs`` forced one.
+        The limits that took effect, and at how many nodes. ``max_depth`` kept a node from a split, ``max_refs`` refused
+        a split, or ``max_leaf_refs`` forced one.
     built_cost : float, optional
-        Of a tree that was refitted: what it cost before its segments moved.
+        The cost of a refitted tree before its segments moved.
     searched : mapping of str to int
-        Of a tree that was just built with a lookahead of 2 or more: how many ``candidates`` the search saw, and how
-        many of them were ``carried_out``. Files do not keep it.
+        After a build with a lookahead of 2 or more: how many ``candidates`` the search had, and how many of them were
+        ``carried_out``. Files do not keep it.
 
     Other Parameters
     ----------------
     made_by_core : bool
-        Whether the core has just made nodes and references, which then need no check. Queries on others could crash.
+        Whether the core has just made nodes and references, which need no check. Unchecked others could crash queries.
     """
 
     geometry: Geometry
@@ -98,14 +98,12 @@ class TreeData(Immutable):
                 raise InputError(f"{name} are not contiguous; pass np.ascontiguousarray({name})")
         for name in ("limits_hit", "searched"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
-        if not isinstance(self.settings, Settings):
-            raise InputError(f"settings are a {type(self.settings).__name__}; expected fl.Settings(…)")
+        instance("settings", self.settings, Settings, "fl.Settings(…)")
         if self.built_cost is not None and not 0 <= self.built_cost < np.inf:
-            raise InputError(f"built_cost={self.built_cost!r}; expected a cost, or None for a tree as it was built")
+            raise InputError(f"built_cost={self.built_cost!r}; expected a cost, or None without a refit")
         if made_by_core:
             return
-        kind, data = core_data(self.geometry)
-        found = _core.check(kind, data, *self.words(), self.settings.boxes)
+        found = _core.check(*core_data(self.geometry), *self.words(), self.settings.boxes)
         if found is not None:
             raise InvalidTreeError(*found)
 
@@ -117,36 +115,36 @@ class TreeData(Immutable):
 
     @property
     def n_prims(self) -> int:
-        """Number of primitives."""
+        """The number of primitives."""
         return len(self.geometry)
 
     @property
     def n_nodes(self) -> int:
-        """Number of nodes, inner ones and leaves."""
+        """The number of nodes, inner nodes and leaves."""
         return len(self.nodes)
 
     @property
     def n_refs(self) -> int:
-        """Number of references; one primitive can have many."""
+        """The number of references; one primitive can have many."""
         return len(self.refs)
 
     @property
     def is_leaf(self) -> npt.NDArray[np.bool_]:
-        """Which nodes are leaves, (n_nodes,) bool."""
+        """Whether each node is a leaf, (n_nodes,) bool."""
         return np.asarray(self.nodes["right"] == 0)
 
     @property
     def left(self) -> IntArray:
-        """Left child of each node, (n_nodes,) int64; -1 in a leaf."""
+        """The left child of each node, (n_nodes,) int64; -1 for a leaf."""
         return np.where(self.is_leaf, -1, np.arange(self.n_nodes) + 1)
 
     @property
     def right(self) -> IntArray:
-        """Right child of each node, (n_nodes,) int64; -1 in a leaf."""
+        """The right child of each node, (n_nodes,) int64; -1 for a leaf."""
         return np.where(self.is_leaf, -1, self.nodes["right"].astype(np.int64))
 
     def levels(self) -> list[IntArray]:
-        """The nodes of each level, the root's first.
+        """Return the nodes of each level, the root's first.
 
         Returns
         -------
@@ -174,20 +172,20 @@ class TreeData(Immutable):
 
     @cached_property
     def areas(self) -> npt.NDArray[np.float64]:
-        """Surface area of each node's box, (n_nodes,) float64."""
+        """The surface area of each node's box, (n_nodes,) float64."""
         box = self.nodes["box"].astype(np.float64)
         x, y, z = (box[:, 1] - box[:, 0]).T
         return np.asarray(2 * (x * y + x * z + y * z))
 
     def cost(self, *, by: Literal["f", "g"] = "f", model: Cost | None = None) -> float:
-        """The cost of the tree (thesis §3.3), in float64.
+        """Compute the cost of the tree (thesis §3.3), in float64.
 
         Parameters
         ----------
         by : {"f", "g"}
             By recursion from the leaves (f), or as a sum over all nodes (g); Theorem 1 says that they are equal.
         model : Cost, optional
-            c_trav and c_prim; those the tree was built with if not given.
+            c_trav and c_prim; by default those of the build.
 
         Notes
         -----
@@ -221,7 +219,7 @@ class TreeData(Immutable):
 
     @cached_property
     def growth(self) -> float:
-        """By how much the cost has grown since the tree was built, as a factor; 1 unless it was refitted.
+        """The factor by which the cost has grown since the tree was built; 1 unless it was refitted.
 
         Examples
         --------
@@ -236,7 +234,7 @@ class TreeData(Immutable):
         return _core.cost(self.words()[0], model.c_trav, model.c_prim) / self.built_cost
 
     def stats(self) -> dict[str, Any]:
-        """Counts, sizes and cost, ready for JSON.
+        """Return counts, sizes and cost, ready for JSON.
 
         Examples
         --------
@@ -266,26 +264,25 @@ class TreeData(Immutable):
     def validate(self) -> None:
         """Check the axioms 1 to 5 of thesis §3.2, the BVH or KD axiom, and Theorem 4.
 
-        A tree that was presplit, reinserted or refitted is one over pieces of lines, and is checked as one.
+        A tree that was presplit, reinserted or refitted is checked as a tree over pieces of lines.
 
         Raises
         ------
         InvalidTreeError
-            With the node and the axiom that fails.
+            If a node breaks an axiom; the error has both.
         """
-        kind, data = core_data(self.geometry)
         changed = self.settings.presplit is not None or self.settings.reinsertion > 0
         over_pieces = changed or self.built_cost is not None
-        found = _core.validate(kind, data, *self.words(), self.settings.boxes, over_pieces)
+        found = _core.validate(*core_data(self.geometry), *self.words(), self.settings.boxes, over_pieces)
         if found is not None:
             raise InvalidTreeError(*found)
 
     @cached_property
     def planes(self) -> Planes:
-        """A KD tree as ``kernel="binary"`` searches it; made on the first such query, and kept."""
+        """A KD tree in the form that ``kernel="binary"`` searches; made on the first such query, and kept."""
         nodes, prims, depth = _core.planes(*self.words())
         return Planes(own(nodes), own(prims), depth, tuple(self.nodes["box"][0].reshape(-1).tolist()))
 
     def words(self) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
-        """Nodes and references as rows of 32-bit words, the way the core and the file see them; no copy."""
+        """Return nodes and references as rows of 32-bit words, the form of the core and of files; no copy."""
         return self.nodes.view(np.uint32).reshape(-1, 9), self.refs.view(np.uint32).reshape(-1, 3)

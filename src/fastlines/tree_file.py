@@ -1,4 +1,4 @@
-"""Trees in files: what is kept, and how it is checked."""
+"""Trees in files: what a file keeps, and the checks of a file that is read."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Tree = TypeVar("Tree", bound=TreeData)
 
 FORMAT = "fastlines tree 2"
 
-#: What older versions wrote: the same without checksums.
+#: The format of older versions: the same without checksums.
 OLD_FORMAT = "fastlines tree 1"
 
 #: The geometry that files keep, by kind: classes of `Lines` whose constructor takes no more than that of `Lines`.
@@ -37,10 +37,10 @@ SECTIONS: dict[str, tuple[str, tuple[int, ...]]] = {
     "segments": ("<f4", (2, 3)),
 }
 
-#: What is raised where the parts of a file do not make a tree.
+#: The errors that are raised where the parts of a file do not make a tree.
 UNUSABLE = (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError, InvalidTreeError)
 
-#: What the names of the sections of attributes begin with.
+#: The prefix of the names of sections of attributes.
 ATTRIBUTE = "attributes/"
 
 
@@ -58,7 +58,7 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
         names = ", ".join(kind.__name__ for kind in KINDS.values())
         raise InputError(
             f"files keep trees over {names}, and this one is over {type(tree.geometry).__name__}; pickle keeps it, and "
-            "docs/extending.md tells how to add a class to fastlines.tree_file.KINDS"
+            "docs/extending.md explains how to add a class to fastlines.tree_file.KINDS"
         )
     nodes, refs = tree.words()
     lines = tree.geometry
@@ -80,14 +80,14 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
         "kind": None if lines.kind == Lines.kind else lines.kind,
         "up": lines.up,
     }
-    # Larger numbers come first, so that each section is aligned for its type.
+    # Write larger numbers first, so that each section is aligned for its type.
     kept = [(name, array) for name, array in arrays.items() if array is not None]
     kept.sort(key=lambda item: -item[1].dtype.itemsize)
     container.write(path, dict(kept), {name: text for name, text in metadata.items() if text is not None})
 
 
 def _attributes(lines: Lines, path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Name the sections of the attributes, and warn of those that a file cannot keep."""
+    """Return the sections of the attributes by name; warn of attributes that a file cannot keep."""
     little = {
         name: values.astype(values.dtype.newbyteorder("<"), copy=False) for name, values in lines.attributes.items()
     }
@@ -103,7 +103,7 @@ def _attributes(lines: Lines, path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def read(kind: type[Tree], path: str | os.PathLike[str], verify: bool | None) -> Tree:
-    """Map a file into memory and make a tree of it, which checks itself; see `fastlines.load`."""
+    """Map a file into memory and make a checked tree of it; see `fastlines.load`."""
     arrays, metadata = container.read(path, verify)
 
     def refuse(why: str) -> FileFormatError:
@@ -112,7 +112,7 @@ def read(kind: type[Tree], path: str | os.PathLike[str], verify: bool | None) ->
     if metadata.get("format") not in (FORMAT, OLD_FORMAT):
         raise refuse(f"its format is {metadata.get('format')!r}, expected {FORMAT!r} or {OLD_FORMAT!r}")
     if (container.CHECKSUMS in arrays) != (metadata["format"] == FORMAT):
-        raise refuse(f"files of format {FORMAT!r} have checksums, others have not")
+        raise refuse(f"files of format {FORMAT!r} have checksums, others have none")
     for name, (dtype, row) in SECTIONS.items():
         if name not in arrays or arrays[name].ndim == 0 or arrays[name].shape[1:] != row:
             raise refuse(f"the section {name!r} is missing or has another shape")

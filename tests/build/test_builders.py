@@ -66,7 +66,7 @@ def test_fewer_references_for_hardly_more_cost() -> None:
 
 @pytest.mark.parametrize("share", [-0.1, 1.1, np.nan, "all"])
 def test_wrong_overlap(share: Any) -> None:
-    with pytest.raises(fl.InputError, match="expected a share of the area of the scene's box"):
+    with pytest.raises(fl.InputError, match="expected a fraction of the scene's surface area"):
         fl.PlaneGrid(16, min_overlap=share)
 
 

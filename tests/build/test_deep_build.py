@@ -88,9 +88,9 @@ def test_best_is_a_valid_tree_of_small_leaves(name: str) -> None:
         ({"bad_levels": -1}, "bad_levels=-1; expected a whole number"),
         ({"bad_levels": 1.5}, "bad_levels=1.5"),
         ({"prune": 1}, "prune=1; expected True or False"),
-        ({"radius_hint": -0.1}, "share of the scene's longest side"),
-        ({"radius_hint": 2}, "share of the scene's longest side"),
-        ({"radius_hint": np.nan}, "share of the scene's longest side"),
+        ({"radius_hint": -0.1}, "fraction of the scene's longest side"),
+        ({"radius_hint": 2}, "fraction of the scene's longest side"),
+        ({"radius_hint": np.nan}, "fraction of the scene's longest side"),
     ],
 )
 def test_wrong_settings(given: dict[str, object], message: str) -> None:

@@ -107,7 +107,7 @@ ONE = [[[0, 0, 0], [1, 1, 1]]]
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        (lambda: fl.Presplit(area=0), "area=0; expected a share of the area of the scene's box"),
+        (lambda: fl.Presplit(area=0), "area=0; expected a fraction of the scene's surface area"),
         (lambda: fl.Presplit(area=np.nan), "area=nan"),
         (lambda: fl.Presplit(refs=0.5), "refs=0.5; expected references for each line"),
         (lambda: fl.Presplit(area=0.1, refs=2), "give one of them"),
@@ -116,7 +116,7 @@ ONE = [[[0, 0, 0], [1, 1, 1]]]
         (lambda: fl.build(fl.Boxes(ONE), "bvh-cl", presplit=fl.Presplit()), "these are Boxes"),
         (
             lambda: fl.build(ONE, presplit=fl.Presplit(refs=9), limits=fl.Limits(max_refs=8)),
-            "asks for 9 references, max_refs allows 8",
+            "makes 9 references, but the limits allow 8",
         ),
     ],
 )

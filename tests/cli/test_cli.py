@@ -19,6 +19,7 @@ from support.patience import HANGS
 import fastlines as fl
 from fastlines.cli.app import explain
 from fastlines.cli.info import count_duplicates
+from fastlines.cli.options import bytes_text
 from fastlines.cli.query import KINDS
 
 COMMANDS = ("demo", "scene", "info", "build", "validate", "query", "render", "report")
@@ -46,6 +47,14 @@ def test_the_package_runs_as_a_module():
     assert (ran.returncode, ran.stderr[:20]) == (1, "error: no.tfx: no su")
 
 
+@pytest.mark.parametrize(
+    ("n_bytes", "expected"),
+    [(48, "48 bytes"), (1000, "1.0 kB"), (999_949, "999.9 kB"), (999_950, "1.0 MB"), (10**9, "1,000.0 MB")],
+)
+def test_sizes(n_bytes, expected):
+    assert bytes_text(n_bytes) == expected
+
+
 def test_scene_info_build_validate_render(tmp_path):
     assert "bun-hair" in done("scene")
     assert "300 segments" in done("scene", "bun-hair", "-n", 300, "--seed", 5, "-o", "hair.npz")
@@ -56,7 +65,7 @@ def test_scene_info_build_validate_render(tmp_path):
 
     told = json.loads(done("info", "hair.npz", "--json"))["lines"]
     assert (told["n_segments"], told["n_strands"], told["n_zero_length"]) == (300, 6, 0)
-    assert "300" in done("info", "hair.npz")
+    assert "9.6 kB" in done("info", "hair.npz")  # 300 times 24 bytes of a segment and 8 of its strand
 
     assert "cost" in done("build", "hair.npz", "--method", "bvh-cl", "-o", "hair.flt")
     tree = fl.load("hair.flt")

@@ -17,8 +17,8 @@ NAMED = "datatype: Float32LE\n"
 ODD: list[tuple[str, bytes, str]] = [
     ("a.trk", trk(promised=2), "its header counts 2 streamlines, but the file holds 4; all are read"),
     ("a.trk", trk(promised=-1), "its header counts -1 streamlines, but the file holds 4"),
-    ("a.trk", trk(tail=b"\0\0"), "2 bytes behind the last of its 4 streamlines are not read"),
-    ("a.trk", trk(tail=b"\xfe\xff\xff\xff"), "4 bytes behind the last of its 4 streamlines"),
+    ("a.trk", trk(tail=b"\0\0"), "2 bytes after the last of its 4 streamlines are not read"),
+    ("a.trk", trk(tail=b"\xfe\xff\xff\xff"), "4 bytes after the last of its 4 streamlines"),
     ("a.trk", trk(version=3), "has version 3 of the format; it is read as version 2"),
     ("a.trk", trk(version=0), "has version 0 of the format; it is read as version 2"),
     ("a.tck", tck(head=f"count: 9\n{NAMED}count: 4\n"), "counts 9 and 4 streamlines; the 4 that it holds are read"),
@@ -27,7 +27,7 @@ ODD: list[tuple[str, bytes, str]] = [
     ("a.tck", tck(head=f"count: many\n{NAMED}"), "counts many streamlines; the 4"),
     ("a.tck", tck(head=f"count: {'9' * 500}\n{NAMED}"), "counts 9{20} streamlines; the 4"),
     ("a.tck", tck(head=f"count: \0\x1b[1m\n{NAMED}"), r"counts \?\?\[1m streamlines"),
-    ("a.tck", tck(head=NAMED, end="END\ncount: 0004\nEND\n"), "its header goes on behind END"),
+    ("a.tck", tck(head=NAMED, end="END\ncount: 0004\nEND\n"), "its header continues after END"),
     ("a.tck", tck(end=""), "its header has no line END; its data are read from byte"),
     ("a.tck", tck(end="end\n"), "its header has no line END; its data are read from byte"),
     (
@@ -49,8 +49,8 @@ ODD: list[tuple[str, bytes, str]] = [
     ),
     ("a.tck", tck(head=NAMED, marks=("last nan",)), "it holds 4 streamlines, and whether more should follow is not"),
     ("a.tck", tck(marks=("inf",)), "no NaN ends its last streamline; the end of the data does"),
-    ("a.tck", tck(tail=b"\n"), "1 bytes behind the three Inf that end its data are not read"),
-    ("a.tck.gz", gzip.compress(tck()) + b"more", "the bytes behind its packed part are not read"),
+    ("a.tck", tck(tail=b"\n"), "1 bytes after the three Inf that end its data are not read"),
+    ("a.tck.gz", gzip.compress(tck()) + b"more", "the bytes after its packed part are not read"),
 ]
 
 
@@ -71,7 +71,7 @@ def test_each_oddity_is_told(load):
         assert len(load(tck(file="file: . 7\n", tail=b"\n"), "a.tck")) == len(FIRST)
     assert [re.sub(r".*a\.tck: ", "", str(each.message)) for each in told] == [
         "where its data start ('file') is . 7; they are read from behind its header, byte 57",
-        "1 bytes behind the three Inf that end its data are not read",
+        "1 bytes after the three Inf that end its data are not read",
     ]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from support.answers import assert_same, options
 from support.slow import few_of
 
 import fastlines as fl
+from fastlines import backend
 from fastlines.backend import KERNELS
 from fastlines.queries import QUERIES
 
@@ -174,6 +175,51 @@ def test_wrong_names() -> None:
         check=False,
     )
     assert "FASTLINES_SIMD='mmx' is not available here" in said.stderr
+
+
+@pytest.fixture
+def build_for(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
+    """Pretend that fastlines was built for some instruction sets, on a machine with AVX-512."""
+
+    def pretend(*compiled: str) -> None:
+        fl.available_simd.cache_clear()
+        monkeypatch.setattr(backend._core, "best_simd", lambda: "avx512")
+        monkeypatch.setattr(backend, "_is_compiled", compiled.__contains__)
+
+    monkeypatch.delenv("FASTLINES_SIMD", raising=False)
+    yield pretend
+    monkeypatch.undo()
+    fl.available_simd.cache_clear()
+
+
+def test_the_default_is_the_widest_compiled_set(build_for: Callable[..., None]) -> None:
+    build_for("portable", "avx2", "sse42")
+    assert fl.available_simd() == ("avx2", "sse42", "portable")
+    assert fl.simd() == "avx2"
+    build_for("sse42", "neon")
+    assert fl.simd() == "sse42"
+    with pytest.raises(fl.InputError, match="simd='avx512' is not available here; expected one of sse42, neon"):
+        fl.set_simd("avx512")
+
+
+def test_a_build_without_a_usable_set(build_for: Callable[..., None], monkeypatch: pytest.MonkeyPatch) -> None:
+    build_for()
+    assert fl.available_simd() == ()
+    expected = "for no instruction set, and the widest set of this machine is avx512; install it again with -C"
+    with pytest.raises(fl.FastlinesError, match=expected):
+        fl.simd()
+    with pytest.raises(fl.FastlinesError, match=expected):
+        fl.build([[[0, 0, 0], [1, 1, 1]]])
+    monkeypatch.setenv("FASTLINES_SIMD", "avx2")
+    with pytest.raises(fl.FastlinesError, match=expected):
+        fl.simd()
+
+
+def test_the_sets_are_looked_up_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    tree = fl.build([[[0, 0, 0], [1, 1, 1]]])
+    tree.first_hit([0, 0, -5], [0, 0, 1], 0.1)
+    monkeypatch.setattr(backend.importlib.util, "find_spec", None)
+    assert tree.first_hit([0, 0, -5], [0, 0, 1], 0.1).prim == 0
 
 
 @pytest.mark.parametrize("simd", fl.available_simd())

@@ -103,3 +103,13 @@ def test_faults_of_rays_are_named_together() -> None:
     tree = fl.build([[[0, 0, 0], [1, 0, 0]]])
     with pytest.raises(fl.InputError, match=r"1 of 2 rays have an origin .* \(row 1\); 1 of 2 .* zero \(row 0\); mend"):
         tree.first_hit([[0, 0, 0], [np.nan, 0, 0]], [[0, 0, 0], [0, 0, 1]], 0.1)
+
+
+def test_lines_without_strands() -> None:
+    ends = np.zeros((3, 2, 3), np.float32)
+    lines = fl.Lines(ends)
+    assert lines.strands.tolist() == [-1, -1, -1]
+    assert (lines.strands.dtype, lines.n_strands) == (np.int64, 0)
+    assert not lines.strands.flags.writeable
+    with pytest.raises(fl.InputError, match=r"shape \(n, 2, 3\), not a list; Lines.from_segments converts"):
+        fl.Lines(ends.tolist())

@@ -14,9 +14,7 @@ WIRES = np.random.default_rng(5).uniform(0, 1000, (200, 2, 3))
 
 
 def test_a_scene_far_from_zero_is_told_what_it_lost() -> None:
-    with pytest.warns(
-        fl.PrecisionWarning, match=r"up to 5\.40?\d*e\+06, of a scene of size 99\d.*moved by up to 0\.25"
-    ):
+    with pytest.warns(fl.PrecisionWarning, match=r"up to 5\.40?\d*e\+06, in a scene of size 99\d.*by up to 0\.25"):
         tree = fl.build(WIRES + FAR)
     lost = np.abs(tree.geometry.segments - (WIRES + FAR)).max()
     assert 0.2 < lost <= 0.25
@@ -62,5 +60,5 @@ def test_the_command_line_warns_in_one_line(tmp_path: Path) -> None:
         warnings.simplefilter("default")
         ended = run("info", tmp_path / "far.npy")
     assert ended.exit_code == 0
-    assert ended.stderr.startswith("warning: coordinates of up to")
+    assert ended.stderr.startswith("warning: float32 rounds coordinates of up to")
     assert ended.stderr.count("\n") == 1

@@ -275,7 +275,7 @@ def test_a_tree_made_by_hand_leads_out_of_no_array(tree):
         ({"nodes": np.zeros((3, 9), np.uint32)}, "nodes are not a 1-d array"),
         ({"nodes": None}, "nodes are not a 1-d array"),
         ({"refs": np.zeros(3)}, "refs are not a 1-d array"),
-        ({"settings": "bvh-d2"}, "settings are a str"),
+        ({"settings": "bvh-d2"}, "settings='bvh-d2'; expected fl.Settings"),
     ],
 )
 def test_fields_that_do_not_go_together(tree, change, words):

@@ -359,5 +359,5 @@ def test_changed_bytes_are_refused_or_answer_right(tmp_path: Path, seed: int, me
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes")
 def test_a_pipe_is_no_tree(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.flt")
-    with pytest.raises(fl.FileFormatError, match="no regular file"):
+    with pytest.raises(fl.FileFormatError, match="not a regular file"):
         fl.load(tmp_path / "pipe.flt")

@@ -1,7 +1,7 @@
 """The application to which the commands belong, and its errors.
 
-A run that fails prints one sentence on stderr. The exit code is 0 for success, 1 if the work cannot be done, 2 for a
-wrong command line, 70 for a bug in fastlines, 130 after Ctrl-C, and 141 if the output was closed.
+A run that fails prints one sentence on stderr. The exit codes are 0 for success, 1 if the work cannot be done, and 2
+for a wrong command line. A bug in fastlines gives 70, Ctrl-C 130, and a closed output 141.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ DEBUG = "FASTLINES_DEBUG"
 
 
 class EndedError(Exception):
-    """Carries the error that ended a command past typer, which would replace it."""
+    """Wraps the error that ended a command, so that typer does not replace it."""
 
 
 class Group(TyperGroup):
-    """All commands; an error in one of them becomes a sentence and an exit code."""
+    """The group of all commands; an error in a command becomes a sentence and an exit code."""
 
     def invoke(self, ctx: Any) -> Any:
         """Run a command."""

@@ -15,7 +15,7 @@ import fastlines as fl
 from ..methods import method_settings
 from ..settings import limit_notes
 from .app import app
-from .options import Effort, Input, Json, Method, Skip, n_bytes
+from .options import Effort, Input, Json, Method, Skip, bytes_text, n_bytes
 
 
 @app.command(short_help="Make one of the five scenes of the thesis.")
@@ -125,5 +125,5 @@ def build(
     typer.echo(
         f"{output or opened.name}: {tree.method} over {tree.n_prims:,} segments: {tree.n_refs:,} references, "
         f"{tree.n_nodes:,} nodes, depth {stats['depth']}, cost {stats['cost']:.6g}, "
-        f"{stats['memory_bytes'] / 1e6:,.1f} MB, built in {seconds:.2f} s{limits}"
+        f"{bytes_text(stats['memory_bytes'])}, built in {seconds:.2f} s{limits}"
     )

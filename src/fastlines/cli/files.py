@@ -36,7 +36,7 @@ class Source:
     def camera(
         self, direction: Vector | None = None, up: Vector | None = None, fov: float | None = None, aspect: float = 1.0
     ) -> Camera:
-        """Return a camera that shows the lines: as given, or as the scene's, or else the default."""
+        """Return a camera that shows the lines: the given view, or the scene's, or else the default."""
         from ..render import default_camera
 
         if self.scene is not None and direction is None:
@@ -47,7 +47,7 @@ class Source:
 
 
 def open_lines(text: str, skip_invalid: bool = False) -> Source:
-    """Read an input, and refuse one without lines, which is most likely a mistake."""
+    """Read an input; refuse one without lines, which is most likely a mistake."""
     source = open_input(text, skip_invalid)
     if len(source.lines) == 0:
         raise InputError(f"{text}: holds no segments; expected at least one ('fastlines info' shows what is in a file)")

@@ -1,4 +1,4 @@
-"""A hint where hardly any ray hits: a radius with which more rays would."""
+"""A hint for queries in which hardly any ray hits: a radius with which more rays would."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .files import note
 FEW = 0.01
 #: A radius suits if at least this fraction of them hit.
 MANY = 0.25
-#: How many rays are tried, spread evenly over all. No hint is given if fewer than `LEAST` of them cross the box.
+#: How many rays are tried, spread evenly over all; there is no hint if fewer than `LEAST` of them cross the box.
 TRIED, LEAST = 4096, 100
 
 
@@ -74,7 +74,7 @@ def cross(
     low, high = box.astype(np.float64)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         sides = [(side - origins) / directions.astype(np.float64) for side in (low, high)]
-    # Along an axis on which a ray does not move, it is always or never between both sides.
+    # A ray parallel to two sides is always or never between them.
     still, between = directions == 0, (low <= origins) & (origins <= high)
     enter = np.where(still, np.where(between, -np.inf, np.inf), np.minimum(*sides))
     leave = np.where(still, np.inf, np.maximum(*sides))

@@ -1,4 +1,4 @@
-"""``fastlines info`` and ``fastlines validate``: what is in a file, and whether a tree is what the thesis defines."""
+"""``fastlines info`` and ``fastlines validate``: what a file holds, and whether a tree satisfies the axioms."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..errors import FastlinesError
 from ..lines import Lines
 from ..settings import limit_notes
 from .app import app
-from .options import Input, Json, Skip, TreeFile
+from .options import Input, Json, Skip, TreeFile, bytes_text
 
 
 @app.command(short_help="Describe a file of lines or a tree.")
@@ -45,7 +45,7 @@ def info(source: Input, as_json: Json = False, skip_invalid: Skip = False) -> No
             typer.echo(f"{part:>7}  {name:<18} {_text(key, value)}")
 
 
-@app.command(short_help="Check that a tree is what the thesis defines.")
+@app.command(short_help="Check that a tree satisfies the axioms of the thesis.")
 def validate(tree_file: TreeFile, as_json: Json = False) -> None:
     """Check a tree: axioms 1 to 5, the axiom of its kind, Theorem 4, and that f = g (Theorem 1).
 
@@ -111,11 +111,11 @@ def count_duplicates(lines: Lines) -> int:
 
 
 def _text(key: str, value: Any) -> str:
-    """Return a value as text for people."""
+    """Write a value of `describe` or of `Tree.stats`."""
     if key == "bounds" and value:
         return " to ".join(_text("", corner) for corner in value)
     if key == "memory_bytes":
-        return f"{value / 1e6:,.1f} MB"
+        return bytes_text(value)
     if isinstance(value, list):
         return "(" + ", ".join(_text("", item) for item in value) + ")" if value else "none"
     if isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""Arguments and options of several commands, and the readers of their texts."""
+"""Arguments and options of several commands, and the parsers of their texts."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ Fov = Annotated[float | None, Option(help="The camera's vertical field of view i
 
 
 def refuse_given(given: Mapping[str, object], why: str) -> None:
-    """Refuse options that were given and would be ignored."""
+    """Refuse given options that would be ignored."""
     names = [name for name, value in given.items() if value is not None]
     if names:
         raise InputError(f"{' and '.join(names)} {'does' if len(names) == 1 else 'do'} not apply: {why}")
@@ -82,3 +82,10 @@ def n_bytes(text: str, name: str) -> int:
         return int(number) * factor if number.isdigit() else int(float(number) * factor)
     except (ValueError, OverflowError):
         raise InputError(f"{name} {text!r} is not an amount of memory; expected bytes, or 500MB, 4GB, 4GiB") from None
+
+
+def bytes_text(number: int) -> str:
+    """Write an amount of memory, such as 48 bytes, 5.8 kB or 1,234.5 MB."""
+    if number < 1000:
+        return f"{number} bytes"
+    return f"{number / 1e3:.1f} kB" if number < 999_950 else f"{number / 1e6:,.1f} MB"

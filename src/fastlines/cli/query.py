@@ -20,8 +20,8 @@ from .options import Direction, Fov, Json, Radius, TreeFile, Up, refuse_given, s
 #: The choices of --kind, and the methods of a tree.
 KINDS = {"first": "first_hit", "any": "any_hit", "all": "all_hits", "next": "next_hits", "count": "count_hits"}
 
-#: The kinds whose answer has t, and those of them that list several hits of each ray.
-TELL_T, LISTS = ("first", "all", "next"), ("all", "next")
+#: The kinds whose answer has t, and the kinds that list several hits of each ray.
+WITH_T, LISTS = ("first", "all", "next"), ("all", "next")
 
 
 @app.command(short_help="Find what rays hit.")
@@ -87,8 +87,8 @@ def query(
     if (rays is None) == (camera is None):
         raise InputError("give the rays either as a file or by --camera, such as --camera 640x480")
     if (kind == "next") != (nearest is not None):
-        raise InputError("--kind next and --nearest go together: say how many hits of each ray, such as --nearest 4")
-    if kind not in TELL_T:
+        raise InputError("--kind next and --nearest go together: give the number of hits, such as --nearest 4")
+    if kind not in WITH_T:
         refuse_given({"--at": at}, f"--kind {kind} returns no t")
     if camera is None:
         looks = {"--direction": direction, "--up": up, "--fov": fov}

@@ -42,8 +42,7 @@ def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
     path : str or path-like
         A file with one of the extensions of `FORMATS`, packed by gzip if ``.gz`` follows.
     invalid : {"error", "skip"}
-        What to do with segments that hold NaN or Inf: raise, or leave them out and record their rows in
-        ``skipped``.
+        Refuse segments that hold NaN or Inf, or leave them out and record their rows in ``skipped``.
 
     Returns
     -------
@@ -62,8 +61,8 @@ def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
     Warns
     -----
     FileWarning
-        If the file has an oddity, or lacks what had to be assumed: a header with two counts, bytes behind the end, a
-        ``.trk`` without a transform. What could be read with certainty is returned.
+        If the file has an oddity (two counts in its header, bytes after its end), or lacks something that had to be
+        assumed (the transform of a ``.trk``). The lines that could be read with certainty are returned.
 
     Examples
     --------
@@ -83,12 +82,11 @@ def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
     packed = path.suffix.lower() == ".gz"
     extension = Path(path.stem if packed else path.name).suffix.lower()
     if extension not in _READERS:
-        known = ", ".join(_READERS)
         if extension == ".flt":
             raise FileFormatError(f"{path}: is a tree, not a file of lines; fl.load reads it")
         raise FileFormatError(
-            f"{path}: unknown extension {extension or '(none)'!r}; known: {known}, each also with .gz; "
-            "convert the file, or read it by other means and hand its points to Lines.from_strands"
+            f"{path}: unknown extension {extension or '(none)'!r}; known: {', '.join(_READERS)}, each also with .gz; "
+            "convert the file, or read it otherwise and pass its points to Lines.from_strands"
         )
     source = Source(_load(path), str(path))
     if packed:
@@ -104,7 +102,7 @@ def read(path: str | os.PathLike[str], *, invalid: str = "error") -> Lines:
 
 
 def _load(path: Path) -> bytes:
-    """Read all bytes of a regular file, or raise what is wrong with it."""
+    """Read all bytes of a regular file; raise an error that names the problem."""
     if path.exists() and not path.is_file() and not path.is_dir():
         raise InputError(f"{path}: is a device or a pipe; expected a regular file")
     try:
@@ -120,9 +118,9 @@ def _load(path: Path) -> bytes:
 
 
 def _unpack(source: Source) -> Source:
-    """Unpack gzip piece by piece, up to a limit."""
+    """Unpack gzip in pieces, up to a limit."""
     if not source.data.startswith(b"\x1f\x8b"):
-        raise source.error("is not packed by gzip, as .gz says; take .gz off its name, or get a fresh copy")
+        raise source.error("is not packed by gzip although its name ends with .gz; rename it, or get a fresh copy")
     unpacked = bytearray()
     try:
         with gzip.GzipFile(fileobj=BytesIO(source.data)) as stream:
@@ -131,10 +129,10 @@ def _unpack(source: Source) -> Source:
     except Exception as error:  # gzip's own errors, and any of zlib and struct
         if not (unpacked and str(error).startswith("Not a gzipped file")):
             raise source.error(f"not a whole gzip file ({reason(error)}); {BAD_COPY}") from None
-        source.warn("the bytes behind its packed part are not read")
+        source.warn("the bytes after its packed part are not read")
     if len(unpacked) > source.unpack_limit:
         raise source.error(
-            f"unpacks to more than {source.unpack_limit} bytes, far more than lines would; if it is sound, "
+            f"unpacks to more than {source.unpack_limit} bytes, far more than lines would; if it is valid, "
             "unpack it by gunzip first"
         )
     if not unpacked:

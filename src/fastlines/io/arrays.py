@@ -1,7 +1,7 @@
 """NumPy's own files: ``.npy`` with segments, ``.npz`` with segments or points and their columns.
 
-Format: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html. `numpy.load` would allocate whatever a
-header promises. Here the header is compared with the file first, and nothing is ever unpickled.
+Format: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html. `numpy.load` would allocate any size
+that a header has. Here the header is compared with the file first, and nothing is ever unpickled.
 """
 
 from __future__ import annotations
@@ -26,10 +26,7 @@ _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
 def parse_npy(source: Source, invalid: str) -> Lines:
-    """Read segments without strands from a ``.npy`` file: an array (n, 2, 3) or (n, 6) of any real numbers.
-
-    Raises FileFormatError if the file is not one whole array of numbers, and InputError for another shape.
-    """
+    """Read segments without strands from a ``.npy`` file: an array (n, 2, 3) or (n, 6) of any real numbers."""
     return Lines.from_segments(_read_array(source), invalid=invalid)
 
 
@@ -39,9 +36,6 @@ def parse_npz(source: Source, invalid: str) -> Lines:
     It holds ``segments`` (n, 2, 3) or (n, 6), with or without integer ``strands`` (n,) and ``radius`` (n,) or (n, 2).
     Or it holds ``points`` (m, 3) and integer ``counts`` (k,), the numbers of points of each strand, with or without
     ``radius`` (m,). Any other array has n or m rows and becomes one of the ``attributes``.
-
-    Raises FileFormatError if the file is not one of whole arrays of numbers that fit together, and InputError for
-    another shape of ``segments``.
     """
     arrays = _unzip(source)
     match sorted(arrays.keys() & {"segments", "points", "counts", "strands"}):
@@ -74,7 +68,7 @@ def parse_npz(source: Source, invalid: str) -> Lines:
 
 
 def _check(source: Source, name: str, array: AnyArray, shape: tuple[int, ...], *, integer: bool = False) -> None:
-    """Refuse an array of another shape, or one that must hold integers and does not, or not in int64."""
+    """Refuse an array of another shape, or one that must hold integers and is not convertible to int64."""
     if array.ndim == 0 or array.shape != shape:
         raise source.error(f"{name!r} has shape {array.shape}; expected {shape}, to go with the other arrays")
     if integer and not np.can_cast(array.dtype, np.int64):
@@ -95,7 +89,7 @@ def _unzip(source: Source) -> dict[str, AnyArray]:
             if sum(member.file_size for member in members) > source.unpack_limit:
                 raise source.error(
                     f"unpacks to more than {source.unpack_limit} bytes, far more than lines would; if it is "
-                    "sound, write it again with numpy.savez"
+                    "valid, write it again with numpy.savez"
                 )
             unpacked = {member.filename.removesuffix(".npy"): archive.read(member) for member in members}
     except FileFormatError:

@@ -4,7 +4,7 @@ Format: http://www.cemyuksel.com/research/hairmodels, all numbers little-endian.
 arrays whose bit is set, in this order: segments per strand, points, thickness, transparency, colours, and texture
 coordinates (an extension by LuxCoreRender). A strand has one point more than segments.
 
-The format defines neither units nor axes, nor what its *thickness* measures. We read it as the full width, so the
+The format defines neither units nor axes, nor the meaning of its *thickness*. It is read as the full width, so the
 radius is half of it; an importer for Unreal and a converter from Alembic's widths do the same.
 """
 
@@ -21,7 +21,7 @@ _HEADER = np.dtype(
         ("strands", "<u4"),
         ("points", "<u4"),
         ("bits", "<u4"),
-        ("segments", "<u4"),  # per strand, where there is no array of them; so are the next three per point
+        ("segments", "<u4"),  # per strand, without an array of them; the next three likewise per point
         ("thickness", "<f4"),
         ("transparency", "<f4"),
         ("color", "<f4", 3),
@@ -38,9 +38,6 @@ def parse(source: Source, invalid: str) -> Lines:
     ``radius`` (n, 2) is half the thickness of the array, or else half the header's default; None if that is 0. Arrays
     per point become ``attributes`` of the segment that starts there: ``transparency`` (n,), ``color`` (n, 3) and ``uv``
     (n, 2), float32. The header's default colour and transparency are not kept.
-
-    Raises FileFormatError if this is no such file, its length is not what its header promises, or it contradicts
-    itself.
     """
     header = source.record("header fields", _HEADER)
     if header["magic"].upper() != b"HAIR":
@@ -52,7 +49,7 @@ def parse(source: Source, invalid: str) -> Lines:
             "the header is damaged"
         )
 
-    # Read the arrays in the order of the file, which prove the numbers of the header before these are used.
+    # Read the arrays in the order of the file. That proves the numbers of the header before they are used.
     segments = source.array("segment counts", "<u2", (n_strands,)) if bits & _SEGMENTS else None
     points = source.array("points", "<f4", (n_points, 3))
     thickness = source.array("thicknesses", "<f4", (n_points,)) if bits & _THICKNESS else None
@@ -75,7 +72,7 @@ def parse(source: Source, invalid: str) -> Lines:
         )
     counts = np.full(n_strands, header["segments"] if segments is None else segments, np.int64) + 1
 
-    # Take the thickness per point, or one for all, where 0 is none.
+    # Take the thickness per point, or the default for all; 0 means none.
     radius = None
     if thickness is not None:
         radius = source.radius("thickness", thickness) / 2

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..arrays import FloatArray, list_rows
 from ..errors import FileFormatError
 
-#: A packed file may grow by this factor and this many bytes; one that grows more is refused as a trap.
+#: A packed file may grow by this factor and this many bytes; one that grows more is refused as a decompression bomb.
 UNPACK_FACTOR = 200
 UNPACK_BYTES = 16 << 20
 
@@ -19,7 +19,7 @@ BAD_COPY = "the file is cut short or damaged: get a fresh copy"
 
 
 def reason(error: Exception) -> str:
-    """Describe the error of another library in one short printable line."""
+    """Describe an error of another library in one short printable line."""
     words = " ".join(str(error).split()) or type(error).__name__
     return printable(words[:120])
 
@@ -32,8 +32,8 @@ def printable(text: str) -> str:
 class Source:
     """All bytes of one file, unpacked, and its name in errors.
 
-    No header is trusted: an array is made only if the file holds it. So a wrong header can neither take more memory
-    than the file has bytes nor lead out of the file.
+    No header is trusted: an array is made only if the file holds it. So a wrong header can neither allocate more memory
+    than the file has bytes nor read outside the file.
     """
 
     def __init__(self, data: bytes, name: str) -> None:
@@ -44,7 +44,7 @@ class Source:
         self._taken: list[tuple[int, int, str]] = []
 
     def error(self, message: str) -> FileFormatError:
-        """Return the error that says what is wrong with this file."""
+        """Return an error about this file."""
         return FileFormatError(f"{self.name}: {printable(message)}")
 
     def warn(self, message: str) -> None:
@@ -61,7 +61,7 @@ class Source:
     ) -> npt.NDArray[Any]:
         """Return a read-only view of an array in the file, which starts at byte `at`, or at the end of the last one.
 
-        `what` names its numbers in errors, in the plural. The shape is as a header promises it, so possibly nonsense. A
+        `what` names its numbers in errors, in the plural. The shape comes from a header and may be nonsense. A
         FileFormatError is raised if the array does not fit into the file, or shares bytes with an earlier array.
         """
         dtype = np.dtype(dtype)
@@ -76,7 +76,7 @@ class Source:
         for other_start, other_stop, other in self._taken:
             if max(start, other_start) < min(stop, other_stop):
                 raise self.error(
-                    f"{what} (bytes {start} to {stop}) lie over {other} "
+                    f"{what} (bytes {start} to {stop}) overlap {other} "
                     f"(bytes {other_start} to {other_stop}); its header is damaged or was written wrongly: mend it"
                 )
         self._taken.append((start, stop, what))

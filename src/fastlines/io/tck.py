@@ -4,8 +4,8 @@ Format: https://mrtrix.readthedocs.io/en/latest/getting_started/image_data.html#
 ``key: value`` lines is closed by END and names the type of the data and the byte at which they start. A triple of NaN
 ends each streamline, one of Inf the file.
 
-Headers in the wild repeat keys or END, and have wrong counts or offsets that an editor has moved. The triple of Inf
-proves that a file is whole, and the place and type of its data. What is proved is read, with a warning of each oddity.
+Headers in the wild repeat keys or END, and have wrong counts or outdated offsets. The triple of Inf proves that a file
+is whole, and the place and type of its data. Data that are proved are read, with a warning of each oddity.
 """
 
 from __future__ import annotations
@@ -27,10 +27,7 @@ _TEXT = re.compile(rb"[^\0-\x08\x0b\x0e-\x1f\x7f]*")
 
 
 def parse(source: Source, invalid: str) -> Lines:
-    """Read a ``.tck`` file, in RASMM and without attributes; streamlines without points count as strands.
-
-    Raises FileFormatError if this is no such file, it is cut short, or the start or type of its data is not certain.
-    """
+    """Read a ``.tck`` file, in RASMM and without attributes; streamlines without points count as strands."""
     if not source.data.startswith(MAGIC):
         raise source.error(f"starts with {source.data[:13]!r}, a .tck file with {MAGIC!r}; check the extension")
     fields, start, is_guess = _header(source)
@@ -71,7 +68,7 @@ def _header(source: Source) -> tuple[dict[str, list[str]], int, bool]:
     if elsewhere:
         raise source.error(f"its data are in another file, {elsewhere[0][:80]!r}; expected '.', the file itself")
 
-    # Trust a single start that lies in the file behind the header.
+    # Trust a single start that is in the file after the header.
     starts = {int(place[1]) for place in places if len(place) > 1 and re.fullmatch("[0-9]{1,18}", place[1])}
     start = starts.pop() if len(starts) == 1 else -1
     if end is None:
@@ -86,7 +83,7 @@ def _header(source: Source) -> tuple[dict[str, list[str]], int, bool]:
         source.warn(f"where its data start ('file') is {given}; they are read from behind its header, byte {stop}")
         return fields, stop, True
     if between:
-        source.warn("its header goes on behind END; what stands there is taken for a part of it")
+        source.warn("its header continues after END; that text is read as a part of it")
         _add_fields(fields, between)
     return fields, start, False
 
@@ -130,24 +127,24 @@ def _check_end(source: Source, start: int, type_name: str, *, is_guess: bool, is
 
 
 def _check_count(source: Source, texts: list[str], counts: list[int], *, is_whole: bool, n_left: int) -> None:
-    """Compare the header's counts with the streamlines that were found; 0 and none promise nothing."""
+    """Compare the header's counts with the streamlines that were found; a count of 0, or none, is unknown."""
     numbers = {int(text) if re.fullmatch("[0-9]{1,18}", text) else -1 for text in texts}
     promised = numbers - {0, -1}
     n_found = len(counts)
     agrees = not promised.isdisjoint({n_found, n_found - counts.count(0)})
-    told = " and ".join(text[:20] for text in texts)
+    given = " and ".join(text[:20] for text in texts)
     if not agrees and max(promised, default=0) > n_found:
         if not is_whole:
-            raise source.error(f"its header counts {told} streamlines, but it ends behind the {n_found}th; {BAD_COPY}")
+            raise source.error(f"its header counts {given} streamlines, but it ends after the {n_found}th; {BAD_COPY}")
         if n_left:
             raise source.error(
-                f"its header counts {told} streamlines, but three Inf end the data behind {n_found}, and {n_left} "
-                "bytes follow; mend the file, or set the count to 0 to read what stands before"
+                f"its header counts {given} streamlines, but three Inf end the data after {n_found}, and {n_left} "
+                "bytes follow; mend the file, or set the count to 0 to read the data before them"
             )
     if n_left:
-        source.warn(f"{n_left} bytes behind the three Inf that end its data are not read")
+        source.warn(f"{n_left} bytes after the three Inf that end its data are not read")
     if not is_whole:
         rest = "as its header counts" if agrees else "and whether more should follow is not known"
         source.warn(f"three Inf at the end are missing; it holds {n_found} streamlines, {rest}")
     if len(numbers) > 1 or -1 in numbers or (promised and not agrees):
-        source.warn(f"its header counts {told} streamlines; the {n_found} that it holds are read")
+        source.warn(f"its header counts {given} streamlines; the {n_found} that it holds are read")

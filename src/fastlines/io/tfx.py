@@ -2,8 +2,8 @@
 
 Format: ``TressFXFileFormat.h`` of TressFX 3.0 and 4.x, all numbers little-endian. A header gives the numbers of strands
 and of vertices per strand, and the byte at which each array starts; 0 means that there is none. The strands of a file
-are the *guides*. A renderer places random "follow hairs" around them, which no file holds (the files that AMD published
-end with the last guide). None are made here.
+are the *guides*. A renderer places random "follow hairs" around them. No file holds these (AMD's files end with the
+last guide), and none are made here.
 
 Thickness is one number per strand, read as the full width: the radius is half of it.
 """
@@ -20,7 +20,7 @@ _HEADERS = {
     3.0: np.dtype(
         [
             *_COUNTS,
-            ("follow_hairs", "<u4"),  # per guide, for a renderer to make up
+            ("follow_hairs", "<u4"),  # per guide, made by a renderer
             ("both_ends_fixed", "<i4"),  # for a simulation
             ("reserved", "<u4", 31),
             ("positions", "<u4"),
@@ -54,8 +54,6 @@ def parse(source: Source, invalid: str) -> Lines:
     ``radius`` (n, 2) is half the thickness; None if the file has none. The other arrays become ``attributes``, float32:
     ``uv`` (n, 2), ``color`` (n, 4) and in version 4 ``inverse_mass`` (n,) of a segment's first vertex, and
     ``strand_uv`` (n, 2) of its strand. Version 3's guide indices, and bytes to which no offset points, are not read.
-
-    Raises FileFormatError for another version, or if an array is not between the header and the end of the file.
     """
     version = float(source.array("version numbers", "<f4", (1,))[0])
     if version not in _HEADERS:

@@ -49,9 +49,6 @@ def parse(source: Source, invalid: str) -> Lines:
 
     Scalars per point and properties per streamline become ``attributes`` by their names, float32. A segment has those
     of its first point and of its streamline.
-
-    Raises FileFormatError if this is no such file, its header cannot be used, or it holds less than the header
-    promises.
     """
     byte_order: Literal["<", ">"] = ">" if source.data[996:1000] == b"\0\0\x03\xe8" else "<"
     header = source.record("header fields", _HEADER.newbyteorder(byte_order))
@@ -101,11 +98,11 @@ def _streamlines(
             raise source.error(f"its last {n_left} bytes are no whole streamline; {BAD_COPY}")
         raise source.error(f"streamline {len(counts)} announces {words[at]} points, which are not there; {BAD_COPY}")
     if n_left:
-        source.warn(f"{n_left} bytes behind the last of its {promised} streamlines are not read")
+        source.warn(f"{n_left} bytes after the last of its {promised} streamlines are not read")
     elif promised > len(counts):
         raise source.error(
             f"its header counts {promised} streamlines, but the file holds {len(counts)}; "
-            "get a whole copy, or set the count to 0 to read what there is"
+            "get a whole copy, or set the count to 0 to read them"
         )
     elif promised not in (0, len(counts)):
         source.warn(f"its header counts {promised} streamlines, but the file holds {len(counts)}; all are read")
@@ -147,7 +144,7 @@ def _transform(source: Source, header: dict[str, Any]) -> npt.NDArray[np.float64
         axes = f"along the image's axes ({order})" if sorted(known_order) == [0, 1, 2] else "along the image's axes"
         source.warn(
             "its header has no transform to the world (vox_to_ras): points are left in millimetres from the corner of "
-            f"the first voxel, {axes}; transform them yourself if they have to fit to others"
+            f"the first voxel, {axes}; transform them yourself if other data are in world coordinates"
         )
         return None
     if version != 2:
@@ -156,7 +153,7 @@ def _transform(source: Source, header: dict[str, Any]) -> npt.NDArray[np.float64
         source.warn(f"its voxel order is {order or 'missing'!r}; {_DEFAULT_ORDER} is assumed, as TrackVis does")
         order = _DEFAULT_ORDER
 
-    # Check what takes voxel millimetres to indices from the centre of the first voxel.
+    # Check the values that take voxel millimetres to indices from the centre of the first voxel.
     size, n_voxels = np.array(header["voxel_size"], np.float64), np.array(header["dimensions"])
     if not np.isfinite(size).all() or not size.all():
         raise source.error(
@@ -186,7 +183,7 @@ def _axis_of(letter: str) -> int:
 
 def _axis_directions(matrix: npt.NDArray[np.float64]) -> str:
     """Name the direction of each column of a matrix (3, 3): the nearest of R L, A P, S I, each axis once."""
-    # Take shear out by the nearest rotation; then let the clearest column choose first.
+    # Remove shear by the nearest rotation; then let the clearest column choose first.
     u, _, vt = np.linalg.svd(matrix / np.linalg.norm(matrix, axis=0))
     rotation = u @ vt
     directions = [""] * 3

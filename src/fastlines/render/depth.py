@@ -17,7 +17,7 @@ from ..tree import Tree
 MAX_PIXELS = 1 << 25
 #: The most rays traced at a time, which bounds the memory of a large picture.
 MAX_BATCH = 1 << 20
-#: What is expected of a radius.
+#: The expected value of a radius, for error messages.
 RADIUS = "a finite number that is not negative"
 
 
@@ -69,7 +69,7 @@ def depth_image(
 
 @dataclass(frozen=True)
 class View:
-    """What a picture shows."""
+    """A tree as a camera shows it in a picture of some size."""
 
     tree: Tree
     camera: Camera
@@ -82,7 +82,7 @@ class View:
         return np.asarray(self.camera.origin, np.float32), directions
 
     def depth(self, radius: float, rows: slice, at: tuple[float, float] = (0.5, 0.5)) -> FloatArray:
-        """Return how far these rays go until they hit."""
+        """Return the distance at which each of these rays hits; inf for a miss."""
         return self.tree.first_hit(*self.rays(rows, at), radius).t
 
 
@@ -96,4 +96,4 @@ def bands(width: int, height: int, max_rays: int = MAX_BATCH) -> Iterator[slice]
 def check_size(width: int, height: int) -> None:
     """Refuse a picture without pixels or with too many."""
     if count("width", width, 1, MAX_PIXELS) * count("height", height, 1, MAX_PIXELS) > MAX_PIXELS:
-        raise InputError(f"a picture of {width} × {height} pixels has more than {MAX_PIXELS:,}; ask for a smaller one")
+        raise InputError(f"a picture of {width} × {height} pixels has more than {MAX_PIXELS:,}; choose a smaller one")

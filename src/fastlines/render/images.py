@@ -14,7 +14,7 @@ from ..arrays import FloatArray
 from ..atomic_write import atomic_write
 from ..errors import InputError, MissingExtraError
 
-#: Extensions of pictures and what each holds.
+#: The extensions of pictures, and the content of each.
 IMAGE_FORMATS = {
     ".png": "the picture: lighter = nearer, 8 bits",
     ".exr": "the depths: channel Z, float32, inf where nothing is hit (needs fastlines[exr])",

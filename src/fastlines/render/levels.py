@@ -58,7 +58,7 @@ def level_sheet(
     Returns
     -------
     (h, w, 3) uint8
-        Boxes have colours by their order in the level. Leaves of earlier levels are grey. A tree with fewer levels has
+        Boxes are coloured by their order in the level. Leaves of earlier levels are grey. A tree with fewer levels has
         fewer panels.
     """
     from PIL import Image, ImageDraw, ImageFont

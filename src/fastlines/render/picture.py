@@ -1,13 +1,13 @@
-"""The depth picture: several samples a pixel, or the fraction of it that lines much thinner than a pixel cover.
+"""The depth picture: several samples a pixel, or the coverage of a pixel by lines much thinner than it.
 
 A line of radius r covers the fraction 2r·k(x) of a small spot around a ray. Here x is its distance from the ray, and k
 the kernel of Epanechnikov across the line, 3/(4R)·(1 − x²/R²), with the radius R of the spot. From the nearest on, each
-hit within R of the ray hides this fraction of what is behind. So one query for all hits gives the picture to which very
-many samples would converge.
+hit within R of the ray hides this fraction of the lines behind it. So one query for all hits gives the picture to which
+very many samples would converge.
 
-Lighter is nearer, as in the pictures of the thesis (§6). Half of the brightness falls with the depth itself, and half
-with its rank among the visible depths, which spends contrast where the picture has its content. Samples of a pixel are
-averaged as light, whose 2.2th root a picture stores.
+Lighter is nearer, as in the pictures of the thesis (§6). Half of the brightness falls with the depth itself. The other
+half falls with the rank among the visible depths, which gives contrast to the depths that occur most. Samples of a
+pixel are averaged as linear light, which the picture stores with a gamma of 2.2.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from ..progress import ProgressOption, reporting
 from ..tree import Tree
 from .depth import RADIUS, View, bands, check_size
 
-#: The fraction of a picture that is done, and the light of some of its rows, to be added.
+#: The fraction of a picture that is done, some of its rows, and the light to add to them.
 Part: TypeAlias = tuple[float, slice, Float64Array]
 
 #: Lines of a smaller radius, in pixels, are drawn by the fraction of a pixel that they cover.
@@ -149,13 +149,13 @@ class Tone:
     """
 
     def __init__(self, depths: npt.ArrayLike) -> None:
-        seen = np.asarray(depths, np.float64).ravel()
-        seen = np.sort(seen[np.isfinite(seen)])
-        if len(seen) == 0:
-            seen = np.zeros(1)
-        near, far = np.quantile(seen, [TAIL, 1 - TAIL])
+        visible = np.asarray(depths, np.float64).ravel()
+        visible = np.sort(visible[np.isfinite(visible)])
+        if len(visible) == 0:
+            visible = np.zeros(1)
+        near, far = np.quantile(visible, [TAIL, 1 - TAIL])
         self._depths = np.linspace(near, far, 256)
-        rank = np.searchsorted(seen, self._depths, "right") / len(seen)
+        rank = np.searchsorted(visible, self._depths, "right") / len(visible)
         rank = (rank - rank[0]) / max(rank[-1] - rank[0], 1e-9)
         fall = 0.5 * np.linspace(0, 1, 256) + 0.5 * rank
         self._brightness = 1 - (1 - DARKEST) * (fall if far > near else np.zeros(256))

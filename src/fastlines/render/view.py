@@ -22,7 +22,7 @@ TURN, TILT = 0.5, 0.22
 
 
 def default_view(lines: Lines) -> tuple[Vector, Vector]:
-    """Choose the direction of view and what is up, for `Camera.framing`.
+    """Choose the direction of view and the upward direction, for `Camera.framing`.
 
     Examples
     --------
@@ -55,7 +55,7 @@ def default_camera(
     fov_degrees: float = 30.0,
     aspect: float = 1.0,
 ) -> Camera:
-    """Frame lines; `default_view` chooses what is not given."""
+    """Return a camera that frames lines; `default_view` chooses the directions that are not given."""
     default_direction, default_up = default_view(lines)
     return Camera.framing(
         lines, direction or default_direction, up or default_up, fov_degrees=fov_degrees, aspect=aspect

@@ -1,7 +1,4 @@
-"""Figures of trees over the same lines: builds and queries are timed, and answers compared bit for bit.
-
-Figures depend on the machine, which `describe_machine` names.
-"""
+"""Figures of trees over the same lines: builds and queries are timed, and answers compared bit for bit."""
 
 from __future__ import annotations
 
@@ -78,7 +75,7 @@ def build_within(lines: fl.Lines, method: str, limit: float) -> tuple[fl.Tree | 
 
 
 def measure_tree(tree: fl.Tree, build_s: float, reference: fl.Tree, camera: fl.Camera, radius: float) -> TreeFigures:
-    """Return the figures of a tree but for those of its queries; refuse it if an answer differs from a reference."""
+    """Return the figures of a tree except those of its queries; refuse it if an answer differs from the reference's."""
     cost = tree.cost(model=COSTS[tree.settings.boxes])
     size = int(np.clip((TESTS / cost) ** 0.5, 4, COMPARED))
     n_compared = sum(compare(tree, reference, camera, radius, kernel, size) for kernel in ("auto", "binary"))
@@ -86,16 +83,16 @@ def measure_tree(tree: fl.Tree, build_s: float, reference: fl.Tree, camera: fl.C
     return TreeFigures(tree.method, build_s, tree.n_refs, tree.n_nodes, depth, cost, n_bytes, n_compared=n_compared)
 
 
-def ask(tree: fl.Tree, query: str, rays: tuple[Any, Any], radius: float, kernel: str) -> Any:
+def trace(tree: fl.Tree, query: str, rays: tuple[Any, Any], radius: float, kernel: str) -> Any:
     """Find first or all hits."""
     return (tree.first_hit if query == "first" else tree.all_hits)(*rays, radius, kernel=kernel)
 
 
 def compare(tree: fl.Tree, reference: fl.Tree, camera: fl.Camera, radius: float, kernel: str, size: int) -> int:
-    """Refuse a tree whose answers are not those of the reference, bit for bit; return how many were compared."""
+    """Refuse a tree whose answers differ from the reference's in any bit; return how many were compared."""
     rays = camera.rays(size, size)
     for query in ("first", "all"):
-        mine, expected = ask(tree, query, rays, radius, kernel), ask(reference, query, rays, radius, "auto")
+        mine, expected = trace(tree, query, rays, radius, kernel), trace(reference, query, rays, radius, "auto")
         for name in ("offsets", "t", "prim", "u", "distance"):
             if hasattr(mine, name) and not np.array_equal(getattr(mine, name), getattr(expected, name)):
                 raise fl.FastlinesError(
@@ -121,7 +118,7 @@ def time_in_turn(
         n_rounds += 1
         for name, tree in trees.items():
             start = time.perf_counter()
-            ask(tree, query, rays[pixels[name]], radius, kernel)
+            trace(tree, query, rays[pixels[name]], radius, kernel)
             best[name] = min(best[name], time.perf_counter() - start)
     return {name: pixels[name] ** 2 / max(seconds, 1e-9) / 1e6 for name, seconds in best.items()}
 
@@ -131,7 +128,7 @@ def _fitting(tree: fl.Tree, query: str, radius: float, kernel: str, camera: fl.C
     pixels = min(size, 8)
     while pixels < size:
         start = time.perf_counter()
-        found = ask(tree, query, camera.rays(pixels, pixels), radius, kernel)
+        found = trace(tree, query, camera.rays(pixels, pixels), radius, kernel)
         seconds, n_hits = time.perf_counter() - start, len(found) if query == "all" else 0
         if 4 * seconds > budget or 4 * n_hits > MAX_HITS:
             break

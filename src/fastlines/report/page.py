@@ -17,7 +17,7 @@ class Section(NamedTuple):
 
 
 def page(title: str, lead: str, sections: Sequence[Section], foot: str, verdicts: Iterable[tuple[str, str]]) -> str:
-    """Return a whole page; its verdicts stand at the top, each a few words with an explanation."""
+    """Return a whole page; the verdicts are at the top, each a few words with an explanation."""
     style, script = ((resources.files(__package__) / name).read_text("utf-8") for name in ("page.css", "page.js"))
     links = " · ".join(f'<a href="#{escape(name)}">{escape(text)}</a>' for name, text, _ in sections)
     listed = "".join(f"<li><strong>{escape(a)}</strong><span>{escape(b)}</span></li>" for a, b in verdicts)
@@ -73,16 +73,16 @@ def table(heads: Iterable[str], rows: Iterable[Iterable[str]], caption: str = ""
 
 
 def cell(text: str, value: float | None = None, bar: float | None = None, tag: str = "td") -> str:
-    """Return a cell, which sorts by its value or else last, with a bar behind it of a length from 0 to 1."""
+    """Return a cell, which sorts by its value or else last, with a bar of a length from 0 to 1 behind it."""
     key = "" if value is None else f' data-value="{value!r}"'
     behind = "" if bar is None else f' class="bar" style="--share:{100 * bar:.0f}%"'
     return f"<{tag}{key}{behind}>{escape(text)}</{tag}>"
 
 
 def gallery(pictures: Iterable[tuple[str, str, str]], columns: int = 0, least: int = 100) -> str:
-    """Return pictures, each a source, a caption and what it shows, in columns of at least so many pixels.
+    """Return pictures, each a source, a caption and an alternative text, in columns of at least `least` pixels.
 
-    Without columns the first picture is twice as large as the others, which stand beside it.
+    Without columns the first picture is twice as large as the others, which are beside it.
     """
     figures = "".join(
         f'<figure><img src="{escape(source)}" alt="{escape(alt)}"><figcaption>{escape(caption)}</figcaption></figure>'

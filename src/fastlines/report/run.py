@@ -33,13 +33,13 @@ BEHIND = 2.0
 
 @dataclass(frozen=True)
 class Preset:
-    """How large a page is."""
+    """The size of a page."""
 
     #: The scenes of the demo with their numbers of segments; None is the thesis's number.
     scenes: Mapping[str, int | None] = field(default_factory=lambda: dict.fromkeys(NAMES))
-    #: At most so many pixels a side of the square picture whose rays are timed.
+    #: The most pixels a side of the square picture whose rays are timed.
     size: int = 512
-    #: Seconds for one figure, and seconds after which a build is ended.
+    #: Seconds for one figure, and the seconds after which a build is cancelled.
     budget: float = 0.3
     build_limit: float = 120.0
     #: Pixels a side of the pictures, and samples a side of each pixel.
@@ -93,7 +93,7 @@ def report_page(
 ) -> Path:
     """Compare the trees over some lines, called `name`, with the rays of a camera; see `demo_page`.
 
-    With `answer` the page begins with which tree suits these lines.
+    With `answer` the page first says which tree suits these lines.
     """
     side = float(np.ptp(lines.bounds.astype(np.float64), axis=0).max()) or 1.0
     radii = {letter: share * side for letter, share in RADII.items()}
@@ -133,8 +133,8 @@ def _write(
             print_trees(scene.title, len(scene.lines), rows)
             if answer:
                 sections.append(Section("answer", "Which tree suits these lines", points(answer_points(rows))))
-            told = ", ".join(f"{letter} = {radius:.3g}" for letter, radius in radii.items())
-            text = f"<p>{len(scene.lines):,} segments. Lighter is nearer. One tree serves all radii: {told}.</p>"
+            listed = ", ".join(f"{letter} = {radius:.3g}" for letter, radius in radii.items())
+            text = f"<p>{len(scene.lines):,} segments. Lighter is nearer. One tree serves all radii: {listed}.</p>"
             lines_drawn, levels_drawn = _draw(scene, preset, radii, trees, folder / IMAGES)
             step()
             body = [text, lines_drawn, trees_table(rows), queries_table(rows), levels_drawn]
@@ -203,13 +203,13 @@ def _draw(
     pictures, sheets = [], []
     for letter in ("M", "W", "N"):
         drawn = depth_picture(best, scene.camera, preset.picture, preset.picture, radii[letter], preset.samples)
-        file, told = f"{scene.name}-{letter}.png", f"{radii[letter]:.3g}"
+        file, radius = f"{scene.name}-{letter}.png", f"{radii[letter]:.3g}"
         write_picture(folder / file, drawn)
-        pictures.append((f"{IMAGES}/{file}", f"radius {letter} = {told}", f"{scene.title} with the radius {told}"))
+        pictures.append((f"{IMAGES}/{file}", f"radius {letter} = {radius}", f"{scene.title} with the radius {radius}"))
     for method in (method for method in DRAWN if method in trees):
         behind = BEHIND * radii["M"]
         drawn = level_sheet(trees[method], scene.camera, behind, preset.levels, preset.panel, behind=best)
-        file, told = f"{scene.name}-{method}.png", f"first levels of {method}"
+        file, levels = f"{scene.name}-{method}.png", f"first levels of {method}"
         write_picture(folder / file, drawn)
-        sheets.append((f"{IMAGES}/{file}", f"The {told}", f"{scene.title}: boxes of the {told}"))
+        sheets.append((f"{IMAGES}/{file}", f"The {levels}", f"{scene.title}: boxes of the {levels}"))
     return gallery(pictures), '<p class="note">The first levels of the trees. </p>' + gallery(sheets, 3, 300)

@@ -51,7 +51,7 @@ class _Recipe:
     title: str
     n_segments: int  # as in the thesis
     generate: Callable[[int, np.random.Generator], Lines]
-    direction: Vector  # of the camera
+    direction: Vector  # of view
 
 
 _RECIPES = {

@@ -2,16 +2,14 @@
 
 A point light at `LIGHT` in the unit cube emits photons uniformly in all directions. Each flies a free path,
 exponential with the mean 1 / `EXTINCTION`. At its end it is scattered with the probability `ALBEDO`, or else absorbed
-(Russian roulette). The scattering angle follows Henyey and Greenstein (1941) with the mean cosine
-`G`; inverting their distribution at a uniform ξ gives (Witt 1977; Pharr, Jakob, Humphreys, "Physically Based
-Rendering", 4th ed., §11.3.1)
+(Russian roulette). The scattering angle follows Henyey and Greenstein (1941) with the mean cosine `G`. Inverting their
+distribution at a uniform ξ gives (Witt 1977; Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed., §11.3.1)
 
     cos θ = (1 + g² − ((1 − g²) / (1 − g + 2gξ))²) / 2g,     θ = 0 straight on.
 
-The walls are perfect mirrors (reflectance 1): only the medium ends a path, on average after 1 / (`EXTINCTION`
-· (1 − `ALBEDO`)) ≈ 8.3 units of length. Where a free path meets a wall, its rest goes on after the
-reflection. One segment per flight: from the light, a wall or a scattering to the next wall, scattering or
-absorption; a photon has about 20.
+The walls are perfect mirrors (reflectance 1). So only the medium ends a path, on average after 1 / (`EXTINCTION` · (1 −
+`ALBEDO`)) ≈ 8.3 units of length. Where a free path hits a wall, the rest of it continues after the reflection. Each
+flight, from the light, a wall or a scattering to the next wall, scattering or absorption, is a segment.
 
 Every photon has its own stream of random numbers (SplitMix64: Steele, Lea, Flood 2014), and takes only its key from the
 generator of the scene. So a photon's path does not depend on how many others are traced with it.

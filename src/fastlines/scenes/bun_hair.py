@@ -1,7 +1,7 @@
 """Bun hair: hair combed to the back of the head, twisted into a rope and wound into a bun (thesis §6).
 
-The strands run over the scalp to the tie, pass through it and go on as one rope, which climbs from the tie
-and coils around itself outwards and down to the head. A few stray hairs escape around the hairline.
+The strands run over the scalp to the tie, pass through it and continue as one rope. The rope climbs from the tie, and
+coils around itself outwards and down to the head. A few stray hairs escape around the hairline.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ HEAD = Head(centre=(0.5, 0.48, 0.56), radii=(0.29, 0.38, 0.36))
 
 #: Where the hair is tied, as a direction from the middle of the head.
 TIE = np.array([0.0, 0.55, -0.8352])
-#: The share of strands that escape.
+#: The fraction of strands that escape.
 STRAY = 0.04
 
 N_SCALP, N_COIL = 40, 160
@@ -27,9 +27,7 @@ TURNS = 1.75
 
 
 def generate(n_segments: int, rng: np.random.Generator) -> Lines:
-    """Grow strands of 50 segments.
-
-    Each strand takes sixteen uniform numbers.
+    """Grow strands of 50 segments, from sixteen uniform numbers each.
 
     Examples
     --------
@@ -59,7 +57,7 @@ def _wound(roots: Float64Array, uniform: Float64Array) -> Float64Array:
 
 def _over_scalp(roots: Float64Array, uniform: Float64Array) -> Float64Array:
     """Comb from each root to the tie, the shortest way along the head, in layers."""
-    # Stop short of the tie: there all ways meet.
+    # Stop before the tie, where all paths cross.
     t = np.linspace(0, 0.88, N_SCALP)
     ways = unit((1 - t)[:, None] * roots[:, None] + t[:, None] * TIE)
     height = (0.003 + 0.022 * uniform[:, 3, None]) * np.minimum(1, 6 * t)

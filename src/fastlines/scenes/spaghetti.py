@@ -12,9 +12,7 @@ from ..lines import Lines
 
 
 def generate(n_segments: int, rng: np.random.Generator) -> Lines:
-    """Draw segments that cross the unit cube from face to face.
-
-    Each segment is a strand of its own, from the face at 0 to the face at 1 of its axis. It takes five uniform numbers.
+    """Draw segments, each a strand, from the face at 0 to the face at 1 of its axis, from five uniform numbers each.
 
     Examples
     --------

@@ -19,9 +19,7 @@ HEAD = Head(centre=(0.5, 0.71, 0.52), radii=(0.2, 0.25, 0.24))
 
 
 def generate(n_segments: int, rng: np.random.Generator) -> Lines:
-    """Grow strands of 20 segments.
-
-    Each lock, then each strand, takes eight uniform numbers.
+    """Grow strands of 20 segments, from eight uniform numbers for each lock, then for each strand.
 
     Examples
     --------

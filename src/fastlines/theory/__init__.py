@@ -1,7 +1,7 @@
 """The thesis's chapters 3 and 4 as short, slow Python: what a tree is, what it costs, how to build it.
 
-The core does the same a thousand times faster and is tested against this text node for node. So what the core stores
-as float32 is rounded to float32 here too (`f32`). Its budgets, `max_refs` and `max_leaf_refs`, are its own affair.
+The core does the same a thousand times faster and is tested against this code node for node. So values that the core
+stores as float32 are rounded to float32 here too (`f32`). The limits `max_refs` and `max_leaf_refs` are left out.
 
 ======================  =====================================================================================
 thesis                  here

@@ -60,19 +60,11 @@ def build(
     Parameters
     ----------
     prims : sequence of Primitive
-        P.
+        The set P.
     splits : function of (prims, box)
         SPLITS, which yields ((left prims, left box), (right prims, right box)) for each candidate.
-    lookahead : int or sequence of int
-        The number of levels to search; of several, each is tried where the one before finds a leaf.
-    c_trav, c_prim : float
-        The costs of a step to a node and of a test of a primitive.
-    max_depth, leaf_refs, leaf_size
-        A node is a leaf at this depth, with this few primitives, or with sides this short.
-    bad_levels : int
-        The number of levels in a row that may be split though this looks no better than a leaf.
-    pruned : bool
-        Take back levels that did not pay.
+    lookahead, c_trav, c_prim, max_depth, leaf_refs, leaf_size, bad_levels, pruned
+        As in `fastlines.Settings`, its `Cost` and its `Limits`; `pruned` is ``prune`` there.
     """
     turns = [lookahead] if isinstance(lookahead, int) else lookahead
 

@@ -1,7 +1,7 @@
 """The definition of a hit in float64: slow, plain NumPy, to check the answers of the float32 core.
 
-Nothing here is a port of the core. The core works in a basis of the ray; here the closest approach is a small
-convex problem solved by its candidates, and the capsule is a union of two balls and a piece of a cylinder.
+Nothing here is a port of the core, which works in a basis of the ray. Here the closest approach is a small convex
+problem solved by its candidates, and the capsule is a union of two balls and a piece of a cylinder.
 
 Let Δ = P − o be the vector from the ray's origin to the segment's start, e the segment, d the direction and n = d × e.
 The two lines are nearest to each other at::
@@ -85,7 +85,7 @@ def closest_approach(
     chosen = np.where(distance <= distance.min(axis=0) + slack, t, np.inf).argmin(axis=0)[None]
     s, t, distance = (np.take_along_axis(values, chosen, 0)[0] for values in (s, t, distance))
 
-    # Take the point inside, where there is one.
+    # Take the point inside the rectangle, where there is one.
     safe = np.where(parallel, 1.0, nn)
     s_line, t_line = _dot(np.cross(delta, d), n) / safe, _dot(np.cross(delta, e), n) / safe
     inside = ~parallel & (s_line >= 0) & (s_line <= 1) & (t_line >= low) & (t_line <= high)
@@ -103,9 +103,8 @@ def capsule_interval(
 ) -> tuple[Array, Array]:
     """Find the part of each ray that lies within a radius of each segment.
 
-    The points within r of a segment are a capsule: the balls around both ends, and between the planes through
-    the ends the cylinder around its line. A capsule is convex, so the ray's part in it is one interval, from
-    the first entry into any of the three to the last exit.
+    The points within r of a segment are a capsule: two balls around the ends and a cylinder between them. A capsule is
+    convex, so the ray's part in it is one interval, from the first entry into any of the three to the last exit.
 
     Parameters
     ----------
@@ -161,19 +160,13 @@ def capsule_interval(
     return np.where(miss, np.nan, t_in), np.where(miss, np.nan, t_out)
 
 
-def _pairs(
-    segments: npt.ArrayLike,
-    origins: npt.ArrayLike,
-    directions: npt.ArrayLike,
-    t_min: npt.ArrayLike,
-    t_max: npt.ArrayLike,
-) -> tuple[Array, Array, Array, Array, Array]:
-    """Form Δ, e and d of every ray with every segment, (m, n, 3), and the bounds, (m or 1, 1)."""
-    ends = np.asarray(segments, np.float64).reshape(-1, 2, 3)
-    o, d = (np.asarray(values, np.float64).reshape(-1, 1, 3) for values in (origins, directions))
+def _pairs(segments: npt.ArrayLike, *rays: npt.ArrayLike) -> tuple[Array, Array, Array, Array, Array]:
+    """Form Δ, e and d of every ray with every segment, (m, n, 3), and the bounds on t, (m or 1, 1)."""
+    ends, origins, directions, t_min, t_max = (np.asarray(values, np.float64) for values in (segments, *rays))
+    ends, o, d = ends.reshape(-1, 2, 3), origins.reshape(-1, 1, 3), directions.reshape(-1, 1, 3)
     shape = np.broadcast_shapes(o.shape, d.shape, (1, len(ends), 3))
     p, e = ends[:, 0], ends[:, 1] - ends[:, 0]
-    low, high = (np.asarray(bound, np.float64).reshape(-1, 1) for bound in (t_min, t_max))
+    low, high = t_min.reshape(-1, 1), t_max.reshape(-1, 1)
     return p - o, np.broadcast_to(e, shape), np.broadcast_to(d, shape), low, high
 
 

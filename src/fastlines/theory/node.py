@@ -48,7 +48,7 @@ def g(tree: Node, c_trav: float = 2.0, c_prim: float = 1.0) -> float:
 
 
 def covered(part: Primitive | None, boxes: Sequence[Box], slack: float) -> bool:
-    """Return whether the union of some boxes holds a part: the others hold what lies beyond the first."""
+    """Return whether the union of some boxes holds a part: the others must hold the rest outside the first."""
     if part is None or not boxes:
         return part is None
     (lo, hi), space = boxes[0], Box((-math.inf,) * 3, (math.inf,) * 3)
@@ -70,7 +70,7 @@ def laws(node: Node, tree: Node, prims: Prims, rule: BoxRule | None) -> Iterator
     if rule is tight:
         yield "BVH axiom", "q = AABB(∪p ∩ q)", bool(parts) and node.box == hull(parts)
     if not children:
-        yield "Theorem 4", "a leaf's primitives meet its box", len(parts) == len(ids) or node.box.area() == 0
+        yield "Theorem 4", "a leaf's primitives intersect its box", len(parts) == len(ids) or node.box.area() == 0
         return
     boxes = [child.box for child in children]
     yield "axiom 4", "q₁ ∪ q₂ ⊆ q", hull([Block(0, box) for box in (node.box, *boxes)]) == node.box

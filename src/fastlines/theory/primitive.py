@@ -88,7 +88,7 @@ class Segment(NamedTuple):
         return Box(tuple(map(min, self.start, self.end)), tuple(map(max, self.start, self.end)))
 
     def clip(self, box: Box) -> Segment | None:
-        """Cut off what lies beyond each side of a box."""
+        """Cut off the parts beyond each side of a box."""
         part = self
         for axis in range(3):
             lo, hi = sorted((part.start[axis], part.end[axis]))
