@@ -95,6 +95,25 @@ void check_all(std::type_identity<std::variant<Set...>>) {
   (check_each(Set{}), ...);
 }
 
+/// Planes near x = 0 cut a line through x = 0 at the same s, so all pieces but two are empty. Their order is still
+/// total.
+void check_empty_pieces() {
+  const Segment line{{-1, 0, 0}, {1, 0, 0}};
+  const Segments prims{{&line, 1}};
+  Buffer<BuildRef> refs;
+  BuildRef* const data = refs.reset(64);
+  data[0] = {{0}, line.bounds()};
+  for (std::size_t i = 0; i + 1 < 64; ++i) {
+    data[i + 1] = data[i];
+    cut(prims, 0, float(i) * 1e-12f, data[i], data[i + 1]);
+  }
+  refs.set_size(64);
+  check(data[1].ref.s0 == data[62].ref.s1, "pieces are empty");
+  ObjectSweep{}.visit(prims, view_of(refs), line.bounds(), BoxRule::tight, [&](const Candidate& split) {
+    check_candidate(prims, view_of(refs), line.bounds(), BoxRule::tight, split, true);
+  });
+}
+
 /// Four points on the x axis: the thirds of their box are at x = 3 and 6.
 void check_thirds() {
   std::vector<Segment> points;
@@ -114,6 +133,7 @@ int main() {
     check_all(std::type_identity<SplitSet>());
     check_set(BinnedPlanes{.uncut_refs = 10'000});
     check_set(true, Thirds::kTightOnly, [](const auto&... node) { Thirds{}.visit(node...); });
+    check_empty_pieces();
     check_thirds();
   });
 }

@@ -23,7 +23,7 @@ struct BuildRef {
   Box box;
 
   /// Twice the centre of the box.
-  double centre(int axis) const { return double(box.lo[axis]) + double(box.hi[axis]); }
+  double twice_centre(int axis) const { return double(box.lo[axis]) + double(box.hi[axis]); }
 };
 
 }  // namespace fastlines

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "../primitives/segments.hpp"
@@ -25,8 +26,8 @@ namespace fastlines {
 
 struct Candidate {
   /// How references are assigned to the children:
-  ///   objects: the first n_left in the order of `ByCentre` go left,
-  ///   centres: those whose centre lies left of the plane go left,
+  ///   objects: the first n_left in the order of `ByCentre` go left.
+  ///   centres: those whose centre lies left of the plane go left.
   ///   plane: by `side_of`; those that straddle the plane are cut.
   enum class Kind { objects, centres, plane } kind;
   int axis;
@@ -61,14 +62,18 @@ inline Box hull(Refs refs) {
   return all.box();
 }
 
-/// The order of object splits: by centre, then by primitive and piece, so that the order is total.
+/// The order of object splits: by centre, then by primitive and piece, then by box. Rounding can leave a piece empty,
+/// and the next piece then has the same s0. References that still compare equal are the same, so any sort gives the
+/// same children.
 struct ByCentre {
   int axis;
   bool operator()(const BuildRef& a, const BuildRef& b) const {
-    const double ca = a.centre(axis), cb = b.centre(axis);
+    const double ca = a.twice_centre(axis), cb = b.twice_centre(axis);
     if (ca != cb) return ca < cb;
-    if (a.ref.prim != b.ref.prim) return a.ref.prim < b.ref.prim;
-    return a.ref.s0 < b.ref.s0;
+    const auto rest = [](const BuildRef& of) {
+      return std::tie(of.ref.prim, of.ref.s0, of.ref.s1, of.box.lo, of.box.hi);
+    };
+    return rest(a) < rest(b);
   }
 };
 

@@ -37,8 +37,8 @@ struct Median {
   template <Primitives P>
   static std::optional<Candidate> at_plane(const P& prims, Refs refs, const Box& box, int axis) {
     if (refs.empty()) return {};
-    std::vector<double> centres;
-    for (const BuildRef& ref : refs) centres.push_back(ref.centre(axis));
+    std::vector<double> centres;  // times two
+    for (const BuildRef& ref : refs) centres.push_back(ref.twice_centre(axis));
     const auto middle = centres.begin() + std::ptrdiff_t(centres.size() / 2);
     std::nth_element(centres.begin(), middle, centres.end());
     const float plane = float(*middle / 2);

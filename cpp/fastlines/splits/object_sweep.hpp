@@ -12,10 +12,10 @@ struct ObjectSweep {
   void visit(const P&, Refs refs, const Box&, BoxRule, Visitor&& visitor) const {
     const std::size_t n = refs.size();
     if (n < 2) return;
-    std::vector<std::pair<double, std::uint32_t>> order(n);  // centre, and index of the reference
+    std::vector<std::pair<double, std::uint32_t>> order(n);  // twice the centre, and index of the reference
     std::vector<Box> from(n);                                // from[i] bounds the references from i on
     for (int axis = 0; axis < 3; ++axis) {
-      for (std::size_t i = 0; i < n; ++i) order[i] = {refs[i].centre(axis), std::uint32_t(i)};
+      for (std::size_t i = 0; i < n; ++i) order[i] = {refs[i].twice_centre(axis), std::uint32_t(i)};
       std::sort(order.begin(), order.end(), [&](const auto& a, const auto& b) {
         return a.first != b.first ? a.first < b.first : ByCentre{axis}(refs[a.second], refs[b.second]);
       });

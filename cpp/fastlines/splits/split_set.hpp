@@ -70,8 +70,8 @@ void visit_splits(const Splits& splits, const P& prims, Refs refs, const Box& bo
   }
 }
 
-/// Pass object splits for a node of any size to `visitor`, from the split sets that offer only these, but for small
-/// nodes, and from those that have a member `visit_uncut`. The caller must ignore planes.
+/// Pass object splits for a node of any size to `visitor`. They come from split sets of object splits for which the
+/// node has too many references, and from those that have a member `visit_uncut`. The caller must ignore planes.
 template <Primitives P, class Visitor>
 void visit_uncut(const Splits& splits, const P& prims, Refs refs, const Box& box, const Measure& measure,
                  Visitor&& visitor) {
