@@ -1,7 +1,8 @@
-# The instruction sets that engines are compiled for (`simd_sets`) and the flags of each (`simd_NAME`).
+# The instruction sets that engines are compiled for (`simd_sets`) and the flags of each (`simd_NAME`). The portable code
+# is for other processors: NumPy too needs SSE4.2 or NEON. The C++ tests compile it everywhere.
 set(simd_portable -DFASTLINES_PORTABLE)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-  set(simd_sets portable sse42 avx2 avx512)
+  set(simd_sets sse42 avx2 avx512)
   set(simd_sse42 -msse4.2)
   # GCC's default tuning splits unaligned loads. Of six others tried with AVX-512, haswell was the fastest.
   set(simd_avx2 -mavx2 -mfma -mbmi -mbmi2 -mtune=haswell)
@@ -9,7 +10,7 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   set(simd_avx512 -mavx512f -mavx512dq -mavx512vl -mavx512bw -mavx512vbmi -mavx512vnni -mavx2 -mfma
                   -mbmi -mbmi2 -mtune=haswell -mprefer-vector-width=512)
 elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64|ARM64")
-  set(simd_sets portable neon)
+  set(simd_sets neon)
 else()
   set(simd_sets portable)
 endif()
