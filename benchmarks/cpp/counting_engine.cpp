@@ -20,7 +20,7 @@ nb::dict take_steps() {
                                                                                             {"pieces", now.pieces},
                                                                                             {"segments", now.segments},
                                                                                             {"lines", now.lines},
-                                                                                            {"packets", now.packs},
+                                                                                            {"packets", now.packets},
                                                                                             {"tests", now.tests}})
     found[name] = n;
   return found;

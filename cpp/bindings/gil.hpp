@@ -3,8 +3,8 @@
 // While Python shuts down, a daemon thread that acquires the GIL never returns. From Python 3.14 on, the thread sleeps
 // until the process ends. Older versions call pthread_exit. With glibc, pthread_exit unwinds the stack; since every
 // function of nanobind is noexcept, this aborts the process. Elsewhere the stack vanishes while a worker still uses it.
-// Here such a thread sleeps forever with every version, so that all it holds, such as the arrays of a query,
-// stays alive.
+// Here such a thread sleeps forever with every version, so that all it holds, such as the arrays of a query, stays
+// alive.
 #pragma once
 
 #include <nanobind/nanobind.h>

@@ -24,7 +24,7 @@ inline RayBatch batch_of(const RayArrays& rays) {
 using HitTuple =
     std::tuple<Output<float>, Output<std::int64_t>, Output<float>, Output<float>, std::optional<Output<float>>>;
 
-/// Lists of hits: offsets and columns. The hits of ray i are offsets[i] … offsets[i + 1].
+/// Lists of hits: offsets and columns. The hits of ray i are those from offsets[i] up to offsets[i + 1].
 using ListTuple = std::tuple<Output<std::int64_t>, HitTuple>;
 
 /// Allocates the columns of a HitTuple, one hit per ray, for queries that store hits in place.

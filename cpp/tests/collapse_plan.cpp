@@ -1,5 +1,5 @@
-// The plan that collapses a binary tree into a wide one has the cost that its definition gives, and so no other choice
-// of children is cheaper. fits_leaf agrees with merging the pieces.
+// The plan that collapses a binary tree into a wide one has the cost that its definition gives. So no other choice of
+// children is cheaper. fits_leaf agrees with merging the pieces.
 #include <map>
 #include <set>
 

@@ -30,7 +30,7 @@ struct Found {
            });
   }
   HitColumns columns() { return {t.data(), prim.data(), u.data(), distance.data(), t_out.data()}; }
-  void take(HitAssembler& lists) {
+  void add(HitAssembler& lists) {
     const auto offsets = lists.offsets();
     for (std::size_t i = 0; i < std::size_t(offsets.back()); ++i)
       all.push_back({lists.t[i], lists.prim[i], lists.u[i], lists.distance[i], lists.t_out[i]});
@@ -46,7 +46,7 @@ Found search_all(const Search& search, const RayBatch& rays, Progress& progress)
   count_hits(search, rays, 1, progress, found.count);
   HitAssembler lists(rays.size(), true);
   list_hits(search, rays, 1, progress, lists, [](const Ray& ray) { return AllSink(At::surface, ray); });
-  found.take(lists);
+  found.add(lists);
   return found;
 }
 
@@ -56,7 +56,7 @@ Found run_kernel(const WideBvhView<Tubes>& view, const RayBatch& rays, Kernel ke
   run_batch(view, rays, kernel, CountHitsQuery{found.count.data()}, 1, progress);
   HitAssembler lists(rays.size(), true);
   run_lists(view, rays, kernel, AllHitsQuery<Tubes, At::surface>(view), 1, progress, lists);
-  found.take(lists);
+  found.add(lists);
   return found;
 }
 
@@ -94,7 +94,7 @@ std::size_t check_scene(const Scene& scene, Random& random) {
                                     : random.direction());
     }
     for (const float radius : {0.0f, 0.01f}) {
-      const float t_min = 0.0f, t_max = std::numeric_limits<float>::infinity();
+      const float t_min = 0.0f, t_max = kInfinity;
       const RayBatch rays{origins, directions, {&radius, 1}, {&t_min, 1}, {&t_max, 1}};
       const Found expected = search_all(brute, rays, progress);
       n_hits += expected.all.size();

@@ -2,7 +2,6 @@
 // operations that round identically everywhere.
 #pragma once
 
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -106,7 +105,7 @@ inline std::vector<Scene> scenes() {
 struct Rays {
   std::string name;
   std::vector<Vec3> origins, directions;
-  std::vector<float> radius, t_min{0.0f}, t_max{std::numeric_limits<float>::infinity()};
+  std::vector<float> radius, t_min{0.0f}, t_max{kInfinity};
 
   RayBatch batch() const { return {origins, directions, radius, t_min, t_max}; }
 };

@@ -125,7 +125,7 @@ void check_tables(Random& random) {
     check(found[i] == doubles[index[i] % 16], "permute in doubles");
     check(of_bytes[i] == float(bytes[i]), "bytes");
   }
-  float smallest = std::numeric_limits<float>::infinity();
+  float smallest = kInfinity;
   for (float& x : table.x) x = random.uniform(-1, 1), smallest = std::min(smallest, x);
   check(reduce_min(table.vector()) == smallest, "reduce_min");
 }

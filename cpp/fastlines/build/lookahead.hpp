@@ -1,5 +1,5 @@
-// The search for the split of a node: the first split of the cheapest tree of a given depth over all candidates (thesis
-// §4.1), found by branch and bound (docs/theory.md, theorem 9).
+// The search for the split of a node (thesis §4.1): the first split of the cheapest tree of a given depth. Branch and
+// bound finds that tree (docs/theory.md, theorem 9).
 #pragma once
 
 #include <bit>
@@ -140,7 +140,7 @@ class Lookahead {
     auto& [left, right, branches, order, bounds] = levels_[std::size_t(lookahead - 1)];
     branches.clear();
     order.clear();
-    bounds.begin(box, measure_.margin);
+    bounds.reset(box, measure_.margin);
 
     // List the candidates.
     for_each_split(refs, box, true, [&](const Candidate& split) {
@@ -186,8 +186,8 @@ class Lookahead {
     return best;
   }
 
-  /// Whether `LookaheadBounds` bounds the children's costs. It needs parts that end where their curve ends or at the
-  /// plane. Its tables grow with the square of the number of planes, and count in float32.
+  /// Whether `LookaheadBounds` bounds the children's costs. The bounds need parts that end where their curve ends or at
+  /// the plane. Their tables grow with the square of the number of planes, and count in float32.
   bool has_bounds(std::size_t n_refs, double area) const {
     const int n_planes = n_kept_planes(settings_.splits);
     return Curves<P> && settings_.boxes == BoxRule::cut && 0 < n_planes && n_planes <= 256 && n_refs < (1 << 24) &&

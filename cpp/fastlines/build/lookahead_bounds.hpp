@@ -19,11 +19,11 @@
 namespace fastlines {
 
 /// The planes of a grid over a node, the counts of references for each pair of planes, and the bounds that follow.
-/// Call `begin`, `add` for each plane, `compute`, then `lower_bounds`.
+/// Call `reset`, `add` for each plane, `compute`, then `lower_bounds`.
 class LookaheadBounds {
  public:
   /// Start a new node. Boxes are measured with `margin` added on all sides.
-  void begin(const Box& box, double margin) {
+  void reset(const Box& box, double margin) {
     box_ = box;
     scale_ = float(std::min(1.0 / box.side(box.longest_axis()), 1e38));
     margin_ = float(2 * margin) * scale_;
@@ -43,11 +43,11 @@ class LookaheadBounds {
     n_refs_ = float(refs.size());
     two_cuts_ = two_cuts;
     step_ = float(step);
-    for (int axis = 0; axis < 3; ++axis) axes_[std::size_t(axis)].begin(box_, axis, scale_, margin_);
+    for (int axis = 0; axis < 3; ++axis) axes_[std::size_t(axis)].reset(box_, axis, scale_, margin_);
     const auto& [x, y, z] = axes_;
-    pairs_[0].begin(x, y);
-    pairs_[1].begin(y, z);
-    pairs_[2].begin(z, x);
+    pairs_[0].reset(x, y);
+    pairs_[1].reset(y, z);
+    pairs_[2].reset(z, x);
     for (const BuildRef& ref : refs) {
       for (int axis = 0; axis < 3; ++axis) axes_[std::size_t(axis)].add(ref.box, axis);
       pairs_[0].add(x, y);
@@ -101,7 +101,7 @@ class LookaheadBounds {
 
     std::size_t n_vectors() const { return at.size(); }
 
-    void begin(const Box& box, int axis, float scale, float margin) {
+    void reset(const Box& box, int axis, float scale, float margin) {
       const std::size_t n = (planes.size() + 7) / 8;
       const float lo = box.lo[axis], hi = box.hi[axis];
       at.assign(n, broadcast_x8(hi));
@@ -137,12 +137,12 @@ class LookaheadBounds {
     }
   };
 
-  /// Counts for all pairs of a plane across one axis (rows) and a plane across another (lanes): references on the left
-  /// or right of both planes, and references that straddle both.
+  /// Counts for all pairs of a plane across one axis (rows) and a plane across another (lanes). They count references
+  /// on the left or right of both planes, and references that straddle both.
   struct PairCounts {
     std::vector<FloatX8> left_left, left_right, right_left, right_right, both;
 
-    void begin(const Axis& rows, const Axis& lanes) {
+    void reset(const Axis& rows, const Axis& lanes) {
       const std::size_t n = (rows.planes.size() + 1) * lanes.n_vectors();
       for (auto* table : {&left_left, &left_right, &right_left, &right_right, &both}) table->assign(n, FloatX8{});
     }

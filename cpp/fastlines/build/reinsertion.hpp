@@ -10,10 +10,10 @@
 // where a are the ancestors of v's parent, and y those of x, both below the node where the two paths to the root meet.
 // If x is itself an ancestor of v, it is one of the a, and x ∪ v is its box.
 //
-// In each round, first the best move of every node is found, in parallel, by branch and bound: below a node that v
-// would grow, no move gains more than the gain so far less SA(v). Then the moves are made one by one, in order of
-// decreasing gain. Earlier moves have changed the tree, so each gain is computed again, and moves that no longer gain
-// are skipped. So no round increases the tree's cost, and the result does not depend on the number of threads.
+// A round first finds the best move of every node, in parallel, by branch and bound: below a node that v would grow, no
+// move gains more than the gain so far less SA(v). It then makes the moves one by one, in order of decreasing gain.
+// Earlier moves have changed the tree, so each gain is computed again, and moves that no longer gain are skipped. So no
+// round increases the tree's cost, and the result does not depend on the number of threads.
 #pragma once
 
 #include <array>

@@ -52,8 +52,8 @@ class Collapse {
     std::size_t node, leaf, ref;
   };
 
-  /// A subtree that is a task of its own: its root v, the index of the root's wide node, how many blocks lie below
-  /// that, and where they begin and end.
+  /// A subtree that is a task of its own: its root v, the index of the root's wide node, the number of blocks below
+  /// that node, and where these blocks begin and end.
   struct Subtree {
     std::uint32_t v;
     std::size_t index;

@@ -1,5 +1,10 @@
-// A bump allocator: it hands out parts of large blocks. A block is freed with the last of its parts.
+// A bump allocator: allocations are parts of large blocks. A block is freed with the last of its parts.
 #pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <memory>
 
 #include "page_pool.hpp"
 

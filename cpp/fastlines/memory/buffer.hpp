@@ -1,6 +1,7 @@
 // An uninitialised array of trivial types, for data that builds and queries write again and again.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <type_traits>
 #include <utility>

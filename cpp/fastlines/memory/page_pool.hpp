@@ -1,12 +1,9 @@
 // Memory for large answers, the lists of a build and the blocks of a layout: aligned, in huge pages, and reused.
 #pragma once
 
-#include <algorithm>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
-#include <memory>
 #include <mutex>
 #include <new>
 #include <utility>
@@ -25,7 +22,7 @@ class PagePool {
   /// saves page faults. Throws std::bad_alloc.
   static void* allocate(std::size_t n_bytes) {
     const std::size_t size = size_for(n_bytes);
-    if (void* const again = free_list().take(n_bytes, size)) return again;
+    if (void* const again = free_list().pop(n_bytes, size)) return again;
     auto* const begin = static_cast<std::byte*>(std::aligned_alloc(alignment_for(n_bytes), kHeaderBytes + size));
     if (!begin) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE
@@ -43,8 +40,8 @@ class PagePool {
     const auto begin = reinterpret_cast<std::uintptr_t>(data);
     const auto from = (begin + n_bytes + page - 1) / page * page, to = (begin + size_of(data)) / page * page;
     if (to <= from || to - from < min_bytes) return;
-    madvise(reinterpret_cast<void*>(from), to - from, MADV_DONTNEED);
-    header_of(data).n_used = from - begin;
+    // Fails where pages are larger than assumed: then the block stays as it is.
+    if (madvise(reinterpret_cast<void*>(from), to - from, MADV_DONTNEED) == 0) header_of(data).n_used = from - begin;
 #endif
   }
 
@@ -57,7 +54,7 @@ class PagePool {
   struct Header {
     std::size_t size, n_used;  // bytes of the data, and of its part that may occupy memory
   };
-  /// Bytes of a header, which is also the least alignment; and of a huge page.
+  /// Bytes of a header, which is as large as the smallest alignment, and of a huge page.
   static constexpr std::size_t kHeaderBytes = 128, kHugePage = std::size_t(1) << 21;
 
   static std::size_t alignment_for(std::size_t n_bytes) { return n_bytes >= 2 * kHugePage ? kHugePage : kHeaderBytes; }
@@ -73,11 +70,11 @@ class PagePool {
   static std::size_t size_of(void* data) { return header_of(data).size; }
 
   /// The blocks released last, for reuse: the page faults of new memory take longer than writing an answer to it.
-  /// Nothing ever waits for its lock: in a process forked while a thread held the lock, it would wait forever.
+  /// Nothing ever waits for the list's lock: in a process forked while a thread held the lock, that would take forever.
   class FreeList {
    public:
     /// The smallest block of at least n_bytes that is at most a third larger than a new one; null if there is none.
-    void* take(std::size_t n_bytes, std::size_t size_of_new) {
+    void* pop(std::size_t n_bytes, std::size_t size_of_new) {
       if (n_bytes < kMinBytes) return nullptr;
       const std::unique_lock lock(mutex_, std::try_to_lock);
       if (!lock) return nullptr;

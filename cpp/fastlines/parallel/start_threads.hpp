@@ -34,10 +34,10 @@ inline void move_off_this_core([[maybe_unused]] std::thread& thread) {
 #endif
 }
 
-/// Holds threads back until the number of them that work is known.
+/// Holds threads back until it is known how many of them will work.
 struct StartGate {
   static constexpr auto kUnknown = std::numeric_limits<std::size_t>::max();
-  std::atomic<std::size_t> n_kept{kUnknown}, n_missing{0};  // threads that work, and those of them not ready yet
+  std::atomic<std::size_t> n_kept{kUnknown}, n_missing{0};  // threads that will work, and those not ready yet
   std::mutex mutex;                                         // lets one thread at a time allocate
 };
 

@@ -36,10 +36,9 @@ using Fields = std::array<N, P::kFields>;
 /// A set of primitives for the fast path. The bindings construct it as P{std::span<const Item>}.
 ///
 /// Three members are templates, which a concept cannot name:
-/// - `P::fields(floats, frame)` returns the `Fields` in the frame: first the start of the axis and its end − start,
-/// then
-///   what else the test reads. `floats` is the item as an array of sizeof(Item) / 4 numbers, in the order of its
-///   members.
+/// - `P::fields(floats, frame)` returns the `Fields` in the frame. `floats` is the item as an array of sizeof(Item) / 4
+///   numbers, in the order of its members. The fields are the start of the axis, its end − start, and what else the
+///   test reads.
 /// - `P::frame_radius(fields)` returns the largest radius along the axis, in the frame.
 /// - `P::test<N>(ray, fields)` returns the exact test, an object with `closest`, `entry()` and `exit()`.
 template <class P>
@@ -60,7 +59,7 @@ concept RayPrimitive = Straight<P> && requires(const P& prims, const typename P:
   { P::axis(item) } -> std::same_as<const Segment&>;
   /// The largest radius along the axis, in units of the scene.
   { P::radius(item) } -> std::same_as<float>;
-  /// The largest radius of all primitives, in units of the scene. It is called for every ray, so it must not search.
+  /// The largest radius of all primitives, in units of the scene. Called for every ray, so it must not search.
   { prims.max_radius() } -> std::same_as<float>;
 };
 

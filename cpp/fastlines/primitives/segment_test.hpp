@@ -1,20 +1,24 @@
 // The exact test of a segment: does a ray come within its radius of the segment, and where? This test defines every
 // answer, brute force included. It is compiled without contraction, so its bits are the same everywhere.
 //
-// With p = P − o and e = Q − P in the ray's basis (u, v, r), the distance of the ray's point at t from P + s·e is
+// Let p = P − o and e = Q − P, in the ray's basis (u, v, r). The distance of the ray's point at t from P + s·e is
 //
 //     dist²(s, t) = (p_u + s·e_u)² + (p_v + s·e_v)² + (p_r + s·e_r − t)².
 //
-// It is convex. For an unbounded ray t = p_r + s·e_r, and s = −(p_u·e_u + p_v·e_v)/(e_u² + e_v²), clamped to [0, 1]. If
-// that t is outside [t_min, t_max], the best t is the bound, and s is the point of the segment nearest to the ray's
-// point there. Where e_u² + e_v² is rounding noise, the segment is parallel to the ray, or a point. Of equally near
-// points, the one with the smallest t counts.
+// This function is convex. For an unbounded ray t = p_r + s·e_r, and s = −(p_u·e_u + p_v·e_v)/(e_u² + e_v²), clamped to
+// [0, 1]. If that t is outside [t_min, t_max], the best t is the bound, and s is the point of the segment nearest to
+// the ray's point there. Where e_u² + e_v² is rounding noise, the segment is parallel to the ray, or a point. Of
+// equally near points, the one with the smallest t counts.
 //
 // One source serves one ray and one segment (N = float) and 16 of either (N = FloatX16): the same operations in the
 // same order, each rounded alike.
 #pragma once
 
 #include "ray_primitive.hpp"
+
+#if defined(__FAST_MATH__)
+#error "answers are defined to the bit: compile without -ffast-math"
+#endif
 
 namespace fastlines {
 

@@ -1,9 +1,9 @@
 // Traverses a KD tree by its planes (thesis §1.2.2, §1.3): an inner node is an axis and a plane, not two boxes.
 //
 // The ray carries the interval [t_enter, t_leave] in which it is inside the node's box grown by the radius. A plane
-// splits the interval. The part before the plane ends where the ray crosses the plane moved forward by the radius; the
-// part beyond begins where it crosses the plane moved back by the radius. So the intervals of two children overlap, and
-// each equals the result of testing the child's grown box.
+// splits the interval. The part before the plane ends where the ray crosses the plane moved forward by the radius. The
+// part beyond begins where the ray crosses the plane moved back by the radius. So the intervals of two children
+// overlap, and each equals the result of testing the child's grown box.
 //
 // The thesis counts a hit only inside the leaf that found it. Here a hit counts wherever it is found: with a radius,
 // the ray may be outside all leaves that list the segment. A visited set (a mailbox: Amanatides and Woo 1987) tests

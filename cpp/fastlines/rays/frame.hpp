@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "../primitives/segments.hpp"
+#include "../math/box.hpp"
 #include "../references/slack.hpp"
 
 namespace fastlines {

@@ -53,9 +53,9 @@ inline RayExtremes extremes_of(const RayBatch& rays, std::size_t begin, std::siz
   return extremes;
 }
 
-/// Whether all rays are valid: origins, directions and radii are finite, bounds in order, and directions are long
-/// enough for t to be a float32 in a scene whose coordinates go up to `farthest`. `false` means that each ray has to be
-/// checked by itself.
+/// Whether all rays are valid: origins, directions and radii are finite, and bounds are in order. Directions must also
+/// be long enough for t to be a float32 in a scene whose coordinates go up to `farthest`. `false` means that each ray
+/// has to be checked by itself.
 inline bool rays_are_valid(const RayBatch& rays, float largest_radius, float farthest, unsigned n_threads) {
   if (rays.size() == 0) return true;
   constexpr std::size_t chunk_size = 1 << 14;  // rays
@@ -64,7 +64,7 @@ inline bool rays_are_valid(const RayBatch& rays, float largest_radius, float far
   std::mutex mutex;
   Progress unwatched;
   // Starting a thread takes as long as checking some hundred thousand rays.
-  n_threads = std::clamp(unsigned(rays.size() >> 18), 1u, n_threads);
+  n_threads = std::clamp(unsigned(rays.size() >> 18), 1u, std::max(1u, n_threads));
   parallel_for_chunks(
       rays.size(), chunk_size, n_threads, unwatched, [] { return 0; },
       [&](int, std::size_t begin, std::size_t end) {

@@ -5,7 +5,6 @@
 #pragma once
 
 #include <span>
-#include <utility>
 
 #include "reference.hpp"
 

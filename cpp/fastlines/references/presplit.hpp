@@ -33,7 +33,7 @@ Buffer<BuildRef> whole_references(const P& prims, TaskGroup& tasks) {
 }
 
 /// The references that a build starts with: whole primitives, or the pieces of a presplit. Increments `n_refused` if
-/// max_refs ends the presplit before no box is larger than the bound, unless the bound is 0.
+/// max_refs ends the presplit while a box is larger than the bound, unless the bound is 0.
 template <Primitives P>
 Buffer<BuildRef> first_references(const P& prims, const Presplit& presplit, TaskGroup& tasks, Progress& progress,
                                   std::size_t& n_refused) {

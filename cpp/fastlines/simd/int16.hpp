@@ -12,6 +12,7 @@
 
 #include <immintrin.h>
 
+// The intrinsic of an operation for this width; only this file uses it.
 #if defined(__AVX2__)
 #define FASTLINES_MM(operation) _mm256_##operation
 #else
@@ -109,4 +110,5 @@ inline std::uint32_t bits_of(const Int16s (&x)[2]) {
 
 }  // namespace fastlines
 
+#undef FASTLINES_MM
 #endif

@@ -1,7 +1,7 @@
 // Transposes between records in memory (AoS) and vectors of one field each (SoA), in registers.
 //
-// Writing the fields to arrays one by one and loading vectors from these takes several times as long: a vector load
-// that spans several recent stores waits until they have left the store buffer.
+// Writing the fields to arrays one by one and loading vectors from these takes several times as long. A vector load
+// that spans several recent stores waits until these have left the store buffer.
 #pragma once
 
 #include <algorithm>

@@ -28,7 +28,7 @@ inline constexpr const char* kSimd = "neon";
 inline constexpr const char* kSimd = "portable";
 #endif
 
-/// The signs of four lanes, as a mask.
+/// A bit for each lane of a mask that is set.
 inline std::uint32_t bits_of(IntX4 mask) {
 #if defined(__SSE4_2__) && !defined(FASTLINES_PORTABLE)
   return std::uint32_t(_mm_movemask_ps(reinterpret_cast<__m128>(mask)));

@@ -23,8 +23,8 @@ struct Node {
 };
 static_assert(sizeof(Node) == 36);
 
-/// No node lies more than this many levels below the root. Nothing recurses on the depth, but traversal stacks have one
-/// entry per level.
+/// No node lies more than this many levels below the root. Only the builder recurses on the depth; traversal stacks
+/// have one entry per level.
 inline constexpr std::size_t kMaxDepth = 4096;
 
 /// The index of no node.

@@ -13,6 +13,7 @@
 #include <string>
 
 #include "../parallel/progress.hpp"
+#include "../primitives/segments.hpp"
 #include "../references/slack.hpp"
 #include "../splits/box_rule.hpp"
 #include "tree.hpp"

@@ -2,9 +2,9 @@
 // in double, with a tolerance of a few ulps of the scene where boxes were rounded, in time about linear in the tree,
 // however deep it is.
 //
-// Axiom 5, (∪p₁ ∩ q₁) ∪ (∪p₂ ∩ q₂) = ∪p ∩ q, is checked primitive by primitive: the part of a primitive in q must lie
-// in the boxes of the children that list it. For curves the parts are intervals of s; for other primitives the boxes of
-// the parts are compared. A tree over pieces is checked with the pieces as its primitives.
+// Axiom 5 is (∪p₁ ∩ q₁) ∪ (∪p₂ ∩ q₂) = ∪p ∩ q. It is checked primitive by primitive: the part of a primitive in q must
+// lie in the boxes of the children that list the primitive. For curves the parts are intervals of s; for other
+// primitives the boxes of the parts are compared. A tree over pieces is checked with the pieces as its primitives.
 //
 // Boxes are nested. Consider a path down the tree on which only one child of each node lists a primitive. Axiom 5 holds
 // at all its nodes if the part of the primitive in the first box lies in the last. So axiom 5 is checked only where
@@ -57,15 +57,13 @@ class Validator : Usable<P> {
   using Usable<P>::prims_, Usable<P>::nodes_, Usable<P>::refs_, Usable<P>::rule_, Usable<P>::progress_,
       Usable<P>::found_;
 
-  static constexpr std::uint32_t kNone = std::uint32_t(-1);
-
-  /// Check Theorem 4. Find the box of each leaf's content, the leaf of each reference, and the node where the paths to
-  /// a reference and to the previous reference to the same primitive part.
+  /// Check Theorem 4. Find the box of each leaf's content, and the leaf of each reference. Also find the node where the
+  /// path to a reference parts from that to the previous reference to the same primitive.
   bool check_contents_of_leaves() {
     contents_.assign(nodes_.size(), Box::empty());
     leaf_of_.resize(refs_.size());
-    parting_.assign(refs_.size(), kNone);
-    std::vector<std::uint32_t> last_leaf(prims_.size(), kNone);
+    parting_.assign(refs_.size(), kNoNode);
+    std::vector<std::uint32_t> last_leaf(prims_.size(), kNoNode);
     std::vector<std::uint32_t> path;  // the nodes above the current one
     std::vector<std::size_t> ends;    // where their subtrees end
     for (std::uint32_t i = 0; i < nodes_.size(); ++i) {
@@ -89,7 +87,7 @@ class Validator : Usable<P> {
         const std::uint32_t prim = refs_[ref].prim, previous = std::exchange(last_leaf[prim], i);
         leaf_of_[ref] = i;
         if (previous == i && !Curves<P>) return this->fail(i, "axiom 2", "it lists a primitive twice");
-        if (previous != kNone && previous != i)
+        if (previous != kNoNode && previous != i)
           parting_[ref] = *(std::upper_bound(path.begin(), path.end(), previous) - 1);
         const Box whole = prims_.bounds(prim), part = box.contains(whole) ? whole : prims_.clipped_bounds(prim, box);
         if (part.is_empty() && theorem_4)
@@ -120,7 +118,7 @@ class Validator : Usable<P> {
       for (const std::uint32_t ref : this->refs_to(prim)) {
         const std::uint32_t leaf = leaf_of_[ref], parting = parting_[ref];
         if (!open.empty() && open.back() == leaf) continue;
-        if (parting != kNone) {
+        if (parting != kNoNode) {
           if (!close(parting)) return false;
           if (const std::uint32_t below = open.back(); below > parting) {
             open.back() = parting;
@@ -242,7 +240,7 @@ class Validator : Usable<P> {
   double tolerance_ = 0.0;
   std::vector<Box> contents_;           // by node: the box of the primitives' parts in it
   std::vector<std::uint32_t> leaf_of_;  // by reference: its leaf
-  std::vector<std::uint32_t> parting_;  // by reference: where its path parts from the previous one's; kNone if nowhere
+  std::vector<std::uint32_t> parting_;  // by reference: where its path parts from the previous one's, or kNoNode
 };
 
 /// The first violation of a tree over whole or cut primitives, if there is one.

@@ -14,17 +14,17 @@ struct BundleStepCost {
   static constexpr std::uint64_t kLeaf = 65;     ///< cull 16 pieces
   static constexpr std::uint64_t kSegment = 45;  ///< set up the line test of a segment
   static constexpr std::uint64_t kLine = 12;     ///< the line test of a segment and 16 rays
-  static constexpr std::uint64_t kPack = 90;     ///< an exact test of 16 pairs
+  static constexpr std::uint64_t kPacket = 90;   ///< an exact test of 16 pairs
 };
 
 /// Cycles per step of a wavefront or a stream, measured as `BundleStepCost` is.
 struct SingleStepCost {
-  static constexpr std::uint64_t kRay = 190;   ///< a ray
-  static constexpr std::uint64_t kRoot = 35;   ///< cull the root for a ray
-  static constexpr std::uint64_t kNode = 65;   ///< cull 16 boxes
-  static constexpr std::uint64_t kLeaf = 45;   ///< cull 16 pieces
-  static constexpr std::uint64_t kTest = 50;   ///< a survivor: a pair of a ray and a segment
-  static constexpr std::uint64_t kPack = 225;  ///< an exact test of 16 pairs
+  static constexpr std::uint64_t kRay = 190;     ///< a ray
+  static constexpr std::uint64_t kRoot = 35;     ///< cull the root for a ray
+  static constexpr std::uint64_t kNode = 65;     ///< cull 16 boxes
+  static constexpr std::uint64_t kLeaf = 45;     ///< cull 16 pieces
+  static constexpr std::uint64_t kTest = 50;     ///< a survivor: a pair of a ray and a segment
+  static constexpr std::uint64_t kPacket = 225;  ///< an exact test of 16 pairs
 };
 
 /// What some rays have cost together, in cycles.

@@ -14,7 +14,7 @@ struct StepCounters {
   std::uint64_t pieces = 0;    ///< pieces that survived culling
   std::uint64_t segments = 0;  ///< segments set up for the line test of a bundle
   std::uint64_t lines = 0;     ///< line tests of a segment and 16 rays
-  std::uint64_t packs = 0;     ///< exact tests of 16 pairs
+  std::uint64_t packets = 0;   ///< exact tests of 16 pairs
   std::uint64_t tests = 0;     ///< exact tests of one ray and one segment
 };
 

@@ -63,7 +63,8 @@ class RayTiling {
   static std::size_t down(std::size_t y) { return (y & 3) + (y >> 3) * 4; }
   static std::size_t across(std::size_t y) { return y & 4; }
 
-  /// The difference of two rays, as a Euclidean distance: the ray directly below is closer than its neighbours.
+  /// The difference of two rays, as a Euclidean distance, so that the ray directly below is closer than the neighbours
+  /// of that ray.
   static float difference(const RayBatch& rays, std::size_t i, std::size_t j) {
     const Vec3 o = rays.origins[i] - rays.origins[j], d = rays.directions[i] - rays.directions[j];
     return std::sqrt(dot(o, o)) + std::sqrt(dot(d, d));

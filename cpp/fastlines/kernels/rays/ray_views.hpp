@@ -65,8 +65,8 @@ struct PacketView {
 };
 static_assert(RayView<LaneView, float> && RayView<PacketView, FloatX16>);
 
-/// 16 of N rays by index, repeats allowed; N is 16 or kGroupSize. F is FloatX16. It is a template parameter, so that a
-/// table of more than 16 floats is instantiated only where the instruction set can permute it.
+/// 16 of N rays by index, repeats allowed; N is 16 or kGroupSize. F is FloatX16, as a template parameter: a table of
+/// more than 16 floats is then instantiated only where the instruction set can permute it.
 template <class F, int N = kSimdWidth>
 struct PermutedRays {
   struct Scalar {
@@ -99,8 +99,8 @@ struct PermutedRays {
   }
 };
 
-/// What the exact test reads of a ray, and its tie tolerance, in groups of four floats for a 16×4 transpose: o and
-/// t_min, u and t_max, v and radius², r and tie_tolerance.
+/// What the exact test reads of a ray, and its tie tolerance. The order is o and t_min, u and t_max, v and radius², r
+/// and tie_tolerance: groups of four floats for a 16×4 transpose.
 struct alignas(64) RayRecord {
   float values[16];
 };

@@ -25,7 +25,7 @@ void run_batch(const WideBvhView<P>& tree, const RayBatch& rays, const RayTiling
                const Query& query, unsigned n_threads, Progress& progress, ChunkOrder&& chunk_order, Store&& store) {
   const std::size_t n_groups = tiling.n_groups();
   // Chunks are large, so that wavefronts are rarely drained, but small enough that threads finish together.
-  const std::size_t per_chunk = std::clamp<std::size_t>(n_groups / (8 * n_threads), 1, 16);
+  const std::size_t per_chunk = std::clamp<std::size_t>(n_groups / (8 * std::max(1u, n_threads)), 1, 16);
   const std::size_t n_chunks = (n_groups + per_chunk - 1) / per_chunk;
   parallel_for(
       n_chunks, n_threads, progress,

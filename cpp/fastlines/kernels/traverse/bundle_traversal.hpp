@@ -69,10 +69,11 @@ class BundleTraversal {
   static constexpr int kNodesAtOnce = BundleTraversalTuning::kNodesAtOnce;
   static constexpr int kMaxLeaves = kNodesAtOnce * kSimdWidth, kMaxPieces = (kMaxLeaves + 1) * kSimdWidth;
 
-  /// Results of a line test: the number of (packet, segment) pairs with a ray nearby; that of the rays nearby in all of
-  /// them, if order does not matter; and that of the exact tests of 16 (ray, segment) pairs.
+  /// Results of a line test.
   struct Counts {
-    int n_packets = 0, n_rays = 0, n_tests = 0;
+    int n_packets = 0;  // (packet, segment) pairs with a ray nearby
+    int n_rays = 0;     // rays nearby in all of these pairs; counted only if order does not matter
+    int n_tests = 0;    // exact tests of 16 (ray, segment) pairs
   };
 
   /// Take up to n nodes from the stack and cull their children with the axis. Inner ones go to the stack, leaves to
@@ -163,9 +164,9 @@ class BundleTraversal {
     const int n_tests = as_pairs ? counts.n_tests : counts.n_packets;
     count_step(&StepCounters::segments, std::uint64_t(n));
     count_step(&StepCounters::lines, std::uint64_t(n_lines));
-    count_step(&StepCounters::packs, std::uint64_t(n_tests));
+    count_step(&StepCounters::packets, std::uint64_t(n_tests));
     cost_ += BundleStepCost::kSegment * std::uint64_t(n) + BundleStepCost::kLine * std::uint64_t(n_lines) +
-             BundleStepCost::kPack * std::uint64_t(n_tests);
+             BundleStepCost::kPacket * std::uint64_t(n_tests);
   }
 
   /// Test one packet with one segment at a time.

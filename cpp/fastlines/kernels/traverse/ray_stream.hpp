@@ -1,9 +1,9 @@
 // Lists and counts all hits of up to 64 incoherent rays as a stream.
 //
-// Order does not matter, so rays need no stacks: one work list of (node, ray) pairs serves all of them, in long runs of
-// one test whose memory is prefetched ahead. Leaves collect in a second list, and surviving pieces in one list per
-// packet. Survivors are tested exactly, 16 at a time, each against its own ray. Rays pass the root in packets of 16
-// (root_cull.hpp).
+// Order does not matter, so rays need no stacks: one work list of (node, ray) pairs serves all of them. Runs of one
+// test are long, and their memory is prefetched ahead. Leaves collect in a second list, and surviving pieces in one
+// list per packet. Survivors are tested exactly, 16 at a time, each against its own ray. Rays pass the root in packets
+// of 16 (root_cull.hpp).
 #pragma once
 
 #include "../collect/collector.hpp"
@@ -131,8 +131,8 @@ class RayStream {
     survivors.pad();
     const std::uint32_t *const refs = survivors.item.data(), *const ray = survivors.ray.data();
     count_step(&StepCounters::pieces, n);
-    count_step(&StepCounters::packs, (n + kSimdWidth - 1) / kSimdWidth);
-    cost_ += SingleStepCost::kPack * ((n + kSimdWidth - 1) / kSimdWidth);
+    count_step(&StepCounters::packets, (n + kSimdWidth - 1) / kSimdWidth);
+    cost_ += SingleStepCost::kPacket * ((n + kSimdWidth - 1) / kSimdWidth);
     // Load and prefetch the references.
     pieces_.reserve(n + kSimdWidth);
     for (std::size_t j = 0; j < n; ++j) {

@@ -200,7 +200,7 @@ class Wavefront {
     const std::size_t n = survivors.size();
     cost_ += SingleStepCost::kTest * n;
     count_step(&StepCounters::pieces, n);
-    count_step(&StepCounters::packs, (n + kSimdWidth - 1) / kSimdWidth);
+    count_step(&StepCounters::packets, (n + kSimdWidth - 1) / kSimdWidth);
     if (n == 0) return;
     survivors.pad();
     const std::uint32_t *const refs = survivors.item.data(), *const ray = survivors.ray.data();

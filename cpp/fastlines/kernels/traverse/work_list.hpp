@@ -39,8 +39,8 @@ struct WorkList {
     item[n] = new_item;
     ray[n++] = new_ray;
   }
-  /// The end of a list while a loop appends to it. It stays in registers; a count in memory would be stored and
-  /// reloaded in each iteration.
+  /// The end of a list while a loop appends to the list. An appender stays in registers; a count in memory would be
+  /// stored and reloaded in each iteration.
   struct Appender {
     std::uint32_t *item, *ray;
 
