@@ -72,12 +72,13 @@ template <RayPrimitive P, class Frame>
 }
 
 /// The approach of an exact test, with t at the point that `at` names. Every answer comes from here.
+/// It is returned by value: a reference that escapes would keep the whole test and its rays in memory.
 template <At at, class Test>
-[[gnu::always_inline]] inline decltype(auto) approach_at(const Test& test) {
+[[gnu::always_inline]] inline auto approach_at(const Test& test) {
   if constexpr (at == At::surface)
     return test.entry();
   else
-    return (test.closest);
+    return test.closest;
 }
 
 }  // namespace fastlines

@@ -156,7 +156,7 @@ class RayStream {
       const auto owned = owns(FloatX16::load(s0), FloatX16::load(s1), test.closest.s);
       const std::uint32_t hit = (test.closest.hit & owned).bits() & lane_mask(n - j);
       if (!hit) continue;
-      const auto& approach = approach_at<Collector::kAt>(test);
+      const auto approach = approach_at<Collector::kAt>(test);
       collector.add_pairs(i_packet * kSimdWidth, hit, approach, ray + j, FloatX16::load(as_floats(prims)));
     }
     survivors.clear();

@@ -152,7 +152,7 @@ class SingleRay {
     const auto fields =
         load_fields(tree_, [&](int i) { return tree_.refs[refs[std::min(std::uint32_t(i), n - 1)]].prim; });
     const auto test = P::template test<FloatX16>(ray, fields);
-    const auto& approach = approach_at<Collector::kAt>(test);
+    const auto approach = approach_at<Collector::kAt>(test);
     float s[kSimdWidth], t[kSimdWidth], dist2[kSimdWidth];
     approach.s.store(s);
     approach.t.store(t);
