@@ -7,6 +7,7 @@
 #include "kernels/run/run_batch.hpp"
 #include "layout/collapse.hpp"
 #include "primitives/boxes.hpp"
+#include "primitives/round_cone_test.hpp"
 #include "primitives/segment_test.hpp"
 #include "primitives/triangles.hpp"
 #include "query/binary_traversal.hpp"

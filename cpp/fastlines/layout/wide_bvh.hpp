@@ -85,13 +85,16 @@ struct WideBvhView {
 
 /// The view of a layout. `box` is that of the scene's axes, in the frame; it is grown by the largest radius.
 template <RayPrimitive P>
-WideBvhView<P> view_of(const Frame& frame, Box box, float mean_extent, const WideNode* nodes, const WideLeaf* leaves,
+WideBvhView<P> view_of(Frame frame, Box box, float mean_extent, const WideNode* nodes, const WideLeaf* leaves,
                        const WideRef* refs, const P& prims) {
-  if constexpr (P::kHasRadius)
+  if constexpr (P::kHasRadius) {
+    const float max_radius = prims.max_radius() * frame.scale;
+    frame.overhang += max_radius * kRadiusRounding;
     for (int k = 0; k < 3; ++k) {
-      box.lo[k] -= prims.max_radius() * frame.scale;
-      box.hi[k] += prims.max_radius() * frame.scale;
+      box.lo[k] -= max_radius;
+      box.hi[k] += max_radius;
     }
+  }
   return {frame, box, mean_extent, nodes, leaves, refs, prims.items()};
 }
 

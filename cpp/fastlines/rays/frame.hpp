@@ -13,8 +13,10 @@ namespace fastlines {
 
 struct Frame {
   Vec3 centre{0, 0, 0};
-  float scale = 1.0f;     ///< a power of two
-  float overhang = 0.0f;  ///< how far a piece can extend beyond its leaf's box, in the frame: twice the slack
+  float scale = 1.0f;  ///< a power of two
+  /// How far a hit can lie outside the grown box of its leaf, in the frame: twice the slack, and the rounding that
+  /// grows with the radius of a primitive.
+  float overhang = 0.0f;
 
   /// A point in the frame.
   Vec3 operator()(const Vec3& point) const { return (point - centre) * scale; }
@@ -31,6 +33,16 @@ inline Frame frame_of(const Box& box) {
   }
   if (half > 0.0) frame.scale = float(std::ldexp(1.0, std::clamp(-std::ilogb(half) - 1, -120, 120)));
   frame.overhang = float(2.0 * slack_of(box) * frame.scale);
+  return frame;
+}
+
+/// A bound on the rounding in the exact test of a primitive, as a fraction of its radius.
+inline constexpr float kRadiusRounding = 0x1p-19f;
+
+/// The frame of a box around the axes of primitives with radii up to `max_radius`.
+inline Frame frame_of(const Box& box, float max_radius) {
+  Frame frame = frame_of(box);
+  frame.overhang += max_radius * frame.scale * kRadiusRounding;
   return frame;
 }
 

@@ -26,6 +26,7 @@ struct RayBundle {
   float resolution = 0.0f;  // rounding may change the moment m of a line by resolution · |e|
   bool from_apex = false;   // whether the lines of all rays pass through `centre`, up to `resolution`
   float depth = 0.0f;       // of `centre`, from the mean of the rays' origins
+  float max_abs_t = 0.0f;   // bounds on t are clamped to ± this, which lies outside the scene
 
   /// Rays in the basis U, V, c around the mean of their origins. At depth z a ray is at (x + z·dx, y + z·dy), and its
   /// moment is x·dy − y·dx. At t its depth is depth_at_0 + depth_per_t·t. No hit begins beyond max_depth.
@@ -55,6 +56,9 @@ struct RayBundle {
       middle += c[k] * (0.5f * (scene.lo[k] + scene.hi[k]) - centre[k]);
       half += std::abs(c[k]) * 0.5f * (scene.hi[k] - scene.lo[k]);
     }
+    float farthest = 1.0f;  // thick primitives reach beyond the frame
+    for (int k = 0; k < 3; ++k) farthest = std::max({farthest, std::abs(scene.lo[k]), std::abs(scene.hi[k])});
+    max_abs_t = 8.0f * farthest;
     FloatX16 largest = 0.0f;
     for (int i = first; i < end; i += kSimdWidth) largest = max(largest, FloatX16::load(rays.reach + i));
     reach = reduce_max(largest);
@@ -85,7 +89,7 @@ struct RayBundle {
       }
       slope2 = max(slope2, fma(x_step, x_step, y_step * y_step));
       min_cosine = min(min_cosine, step);
-      earliest = min(earliest, fma(step, max(at(rays.t_min), FloatX16(-8.0f)), at_depth));
+      earliest = min(earliest, fma(step, max(at(rays.t_min), FloatX16(-max_abs_t)), at_depth));
     }
     if (!(reduce_min(min_cosine) > 0.5f)) return false;
     divergence = std::sqrt(reduce_max(offset2));
@@ -104,7 +108,7 @@ struct RayBundle {
     FloatX16 deepest = -std::numeric_limits<float>::max();
     const FloatX16 more = reach + resolution;
     for (int i = first; i < end; i += kSimdWidth) {
-      const FloatX16 here = fma(FloatX16::load(depth_per_t + i), min(FloatX16::load(limit + i), FloatX16(8.0f)),
+      const FloatX16 here = fma(FloatX16::load(depth_per_t + i), min(FloatX16::load(limit + i), FloatX16(max_abs_t)),
                                 FloatX16::load(depth_at_0 + i));
       (here + more).store(max_depth + i);
       deepest = max(deepest, here);

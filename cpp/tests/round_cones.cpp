@@ -1,0 +1,175 @@
+// Compares the exact test of round cones with the definition of a hit in float64, found by a search for the minimum and
+// not by a formula: scales, offsets, near-parallel rays, radii from 0 to more than the scene, one ball inside the
+// other.
+#include <cmath>
+#include <cstdio>
+
+#include "check.hpp"
+#include "fastlines/primitives/round_cone_test.hpp"
+#include "fastlines/rays/ray.hpp"
+#include "random.hpp"
+
+using namespace fastlines;
+using test::check, test::Random;
+
+namespace {
+
+using Point = std::array<double, 3>;
+
+Point along(const Vec3& from, const Vec3& to, double s) {
+  Point at;
+  for (int k = 0; k < 3; ++k) at[k] = from[k] + s * (double(to[k]) - from[k]);
+  return at;
+}
+
+/// A ray and a round cone, in units of the caller's ray.
+struct Case {
+  RayQuery query;
+  RoundCone cone;
+
+  double reach(double s) const {
+    return double(cone.radius0) + s * (double(cone.radius1) - cone.radius0) + query.radius;
+  }
+  /// The t between the bounds at which the ray is nearest to a point, and the squared distance there.
+  std::pair<double, double> nearest_t(const Point& point) const {
+    double dd = 0, dp = 0;
+    for (int k = 0; k < 3; ++k) {
+      dd += double(query.direction[k]) * query.direction[k];
+      dp += query.direction[k] * (point[k] - query.origin[k]);
+    }
+    const double t = std::clamp(dp / dd, double(query.t_min), double(query.t_max));
+    return {t, dist2_at(point, t)};
+  }
+  double dist2_at(const Point& point, double t) const {
+    double dist2 = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double x = query.origin[k] + t * query.direction[k] - point[k];
+      dist2 += x * x;
+    }
+    return dist2;
+  }
+  /// D(s) − R(s).
+  double clearance(double s) const {
+    return std::sqrt(nearest_t(along(cone.axis.p, cone.axis.q, s)).second) - reach(s);
+  }
+  /// How far the point of the ray at t is from the surface: negative inside.
+  double depth_at(double t) const {
+    return minimum([&](double s) { return std::sqrt(dist2_at(along(cone.axis.p, cone.axis.q, s), t)) - reach(s); });
+  }
+  double least_clearance() const {
+    return minimum([&](double s) { return clearance(s); });
+  }
+
+ private:
+  /// The minimum of a convex function over [0, 1].
+  template <class F>
+  static double minimum(F&& f) {
+    double low = 0, high = 1;
+    for (int i = 0; i < 200; ++i) {
+      const double a = low + (high - low) / 3, b = high - (high - low) / 3;
+      (f(a) < f(b) ? high : low) = f(a) < f(b) ? b : a;
+    }
+    return std::min({f(0), f(1), f(0.5 * (low + high))});
+  }
+};
+
+/// The largest deviations, as a fraction of the size of the scene.
+struct Worst {
+  double decision = 0, entry = 0, exit = 0;
+  std::size_t n_hits = 0;
+};
+
+/// Check one case. `size` is that of the scene: its coordinates and radii, relative to its centre.
+void check_case(const Case& one, const Frame& frame, double size, Worst& worst) {
+  const Ray ray = prepare(one.query, frame);
+  const auto fields = fields_of<RoundCones>(one.cone, frame);
+  const auto test = RoundCones::test<float>(ray, fields);
+  const double clearance = one.least_clearance();
+  if (test.closest.hit != (clearance <= 0)) worst.decision = std::max(worst.decision, std::abs(clearance) / size);
+  if (!test.closest.hit) return;
+  ++worst.n_hits;
+  check(test.closest.s >= 0 && test.closest.s <= 1, "s is that of a point of the axis");
+  // The entry lies on the surface, or at a bound inside.
+  const double t_in = ray.t_ray(test.entry().t), t_out = ray.t_ray(test.exit());
+  check(t_in >= one.query.t_min && t_out <= one.query.t_max, "entry and exit lie within the bounds");
+  const auto off = [&](double t, bool at_bound) {
+    const double depth = one.depth_at(t);
+    return (at_bound ? std::max(depth, 0.0) : std::abs(depth)) / size;
+  };
+  worst.entry = std::max(worst.entry, off(t_in, t_in == one.query.t_min));
+  worst.exit = std::max(worst.exit, off(t_out, t_out == one.query.t_max));
+}
+
+/// What is special about a case.
+enum Kind {
+  general,
+  contained,
+  ball,
+  thin,
+  nearly_parallel,
+  parallel,
+  larger_than_scene,
+  segment,
+  nearly_ball,
+  n_kinds
+};
+constexpr const char* kNames[] = {
+    "general", "contained",    "ball", "thin", "nearly parallel", "parallel", "larger than the scene",
+    "segment", "nearly a ball"};
+
+/// Where a scene of size 2 lies: coordinates are multiplied by `scale`, and then moved by `offset` along each axis.
+struct Placement {
+  float scale, offset;
+
+  Vec3 operator()(const Vec3& at) const { return at * scale + Vec3{offset, offset, offset}; }
+};
+
+Case random_case(Random& random, Kind kind, const Placement& place) {
+  Case one;
+  Vec3 p = random.in_cube() * 2.0f - Vec3{1, 1, 1}, q = random.in_cube() * 2.0f - Vec3{1, 1, 1};
+  float radius0 = random.uniform() * 0.3f, radius1 = random.uniform() * 0.3f, radius = 0.1f * random.uniform();
+  Vec3 direction = random.direction();
+  if (kind == contained) q = p + (q - p) * 0.01f;
+  if (kind == ball) q = p;
+  if (kind == thin) radius0 *= 0.001f, radius1 *= 0.001f, radius *= 0.01f;
+  if (kind == nearly_parallel) direction = (q - p) + random.direction() * 0.01f;
+  if (kind == parallel) direction = q - p;
+  if (kind == larger_than_scene) radius0 *= 20.0f;
+  if (kind == segment) radius1 = radius0 = 0.0f;
+  if (kind == nearly_ball) radius1 = radius0 + std::sqrt(dot(q - p, q - p)) * 0.999999f;
+  const float aim = random.uniform(), reach = 1.2f * random.uniform() * (radius0 + radius1 + radius);
+  const Vec3 target = p * (1 - aim) + q * aim + random.direction() * reach;
+  const Vec3 origin = target - direction * (2.0f * random.uniform());
+  one.cone = {{place(p), place(q)}, radius0 * place.scale, radius1 * place.scale};
+  one.query = {place(origin), direction, 0.0f, kInfinity, radius * place.scale};
+  if (random.uniform() < 0.3f) one.query.t_max = 2.0f * place.scale * random.uniform();
+  // Let half of the rays graze the surface, where rounding decides.
+  const double touching = one.query.radius + one.least_clearance();
+  if (random.uniform() < 0.5f && touching >= 0.0) one.query.radius = float(touching);
+  return one;
+}
+
+}  // namespace
+
+int main() {
+  return test::run([] {
+    constexpr int n_cases = 3000;
+    // As fractions of the size of the scene.
+    constexpr double max_decision = 3e-7, max_entry = 2e-6;
+    Random random{43};
+    for (const Placement& place : {Placement{1.0f, 0.0f}, {1e-6f, 0.0f}, {1e6f, 0.0f}, {1.0f, 1e4f}})
+      for (int kind = 0; kind < n_kinds; ++kind) {
+        const Frame frame = frame_of(Box{place({-1, -1, -1}), place({1, 1, 1})}, 6.0f * place.scale);
+        const double size = place.scale * (kind == larger_than_scene ? 6.0 : 1.0);
+        Worst worst;
+        for (int i = 0; i < n_cases; ++i) check_case(random_case(random, Kind(kind), place), frame, size, worst);
+        std::printf(
+            "scale %g, offset %g, %s: %zu hits, wrong decisions up to %.2g, entries off by %.2g, exits by %.2g\n",
+            double(place.scale), double(place.offset), kNames[kind], worst.n_hits, worst.decision, worst.entry,
+            worst.exit);
+        check(worst.n_hits > n_cases / 10, "rays hit");
+        check(worst.decision <= max_decision, "decisions are right, but for rounding");
+        check(std::max(worst.entry, worst.exit) <= max_entry, "entries and exits lie on the surface");
+      }
+  });
+}
