@@ -57,10 +57,11 @@ void count_hits(const Search& search, const RayBatch& rays, unsigned n_threads, 
       [&](std::size_t i, const CountSink& sink) { counts[i] = sink.n_hits; });
 }
 
-/// Assemble the lists of hits of the sinks that make(ray) returns.
+/// Assemble the lists of hits of the sinks that make(ray) returns, sorted by t; or of each ray the `n_nearest` hits
+/// that are nearest to it, in order of their distance.
 template <class Search, class Make>
 void list_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress, HitAssembler& to,
-               Make&& make) {
+               Make&& make, std::optional<std::size_t> n_nearest = {}) {
   struct Worker {
     typename Search::Scratch scratch;
     HitBuffer lists;
@@ -76,7 +77,7 @@ void list_hits(const Search& search, const RayBatch& rays, unsigned n_threads, P
           const Ray ray = prepare(rays[i], search.frame);
           auto sink = make(ray);
           search(ray, sink, worker.scratch);
-          worker.lists.add(std::uint32_t(i), sink.hits);
+          worker.lists.add(std::uint32_t(i), sink.hits, n_nearest);
         }
         to.add(chunk, n_chunks, end, worker.lists);
       });

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "../math/vec.hpp"
 
@@ -32,6 +33,20 @@ struct Hit {
 
   bool operator<(const Hit& other) const { return precedes(t, prim, other.t, other.prim); }
 };
+
+/// The order of a ray's hits by their distance from the ray; of equal ones by t, and then by id.
+struct ByDistance {
+  bool operator()(const Hit& a, const Hit& b) const {
+    return a.distance != b.distance ? a.distance < b.distance : a < b;
+  }
+};
+
+/// Keep the k hits of a ray that are nearest to it, in the order `ByDistance`.
+inline void keep_nearest(std::vector<Hit>& hits, std::size_t k) {
+  const std::size_t n = std::min(hits.size(), k);
+  std::partial_sort(hits.begin(), hits.begin() + std::ptrdiff_t(n), hits.end(), ByDistance{});
+  hits.resize(n);
+}
 
 /// Hits as one array per property; t_out may be null.
 template <class Prim>

@@ -1,7 +1,9 @@
-// Lists all hits of each ray, sorted by t and then by id.
+// Lists all hits of each ray, sorted by t and then by id; or the k hits that are nearest to it, sorted by distance.
 #pragma once
 
 #include <bit>
+#include <optional>
+#include <vector>
 
 #include "../../query/hit_buffer.hpp"
 #include "collector.hpp"
@@ -64,13 +66,14 @@ struct AllHitsCollector {
   }
 };
 
-/// Sorts all hits of each ray into lists.
+/// Sorts all hits of each ray into lists, or keeps the `n_nearest` hits that are nearest to it.
 template <RayPrimitive P, At at>
 struct AllHitsQuery {
   using Collector = AllHitsCollector<at>;
   HitBuffer lists;
 
-  explicit AllHitsQuery(const WideBvhView<P>& tree) : tree_(tree) {}
+  explicit AllHitsQuery(const WideBvhView<P>& tree, std::optional<std::size_t> n_nearest = {})
+      : tree_(tree), n_nearest_(n_nearest) {}
   Collector collector() const { return {}; }
 
   void store(const RayGroup& rays, const Collector& found, int first, int end) {
@@ -81,6 +84,9 @@ struct AllHitsQuery {
 
  private:
   const WideBvhView<P>& tree_;
+  std::optional<std::size_t> n_nearest_;
+  HitBuffer ranked_;         // the hits of a packet by t, of which the nearest are kept
+  std::vector<Hit> of_ray_;  // those of one ray
   HitSorter sorter_;
   LargeVector<float> t_, dist2_;  // sorted, in the frame
 
@@ -106,7 +112,7 @@ struct AllHitsQuery {
     if (found.n > kMaxBlockHits) throw std::bad_alloc();
     const auto n = std::uint32_t(found.n);
     sorter_.sort(found.lane.data(), found.t.data(), found.prim.data(), n);
-    const ListColumns to = lists.begin(n);
+    const ListColumns to = (n_nearest_ ? ranked_ : lists).begin(n);
     if (const std::size_t room = found.n + kSimdWidth; t_.size() < room)
       for (auto* floats : {&t_, &dist2_}) floats->resize(2 * room);
     // Gather the hits in order.
@@ -119,13 +125,40 @@ struct AllHitsQuery {
     }
     store_t_and_distance(rays, first / kSimdWidth * kSimdWidth, found, to, n);
     sort_each_ray(to, n);
-    if constexpr (at == At::surface)
-      for (int i = first; i < end; ++i) {
-        const std::uint32_t begin = sorter_.begin(i % kSimdWidth);
-        store_exits_of_ray(tree_, rays, i, to.prim + begin, n_hits(i % kSimdWidth), to.t_out + begin);
-      }
-    for (int i = first; i < end; ++i) lists.add(rays.id[i], n_hits(i % kSimdWidth));
+    if (n_nearest_) return list_nearest(rays, first, end, to);
+    for (int i = first; i < end; ++i) {
+      store_exits(rays, i, to.from(sorter_.begin(i % kSimdWidth)), n_hits(i % kSimdWidth));
+      lists.add(rays.id[i], n_hits(i % kSimdWidth));
+    }
     lists.end(kHitColumns<at>);
+  }
+
+  /// Copy the nearest hits of each ray from the sorted ones of a packet.
+  void list_nearest(const RayGroup& rays, int first, int end, const ListColumns& sorted) {
+    std::uint32_t n = 0;
+    const auto n_kept = [&](int i) {
+      return std::uint32_t(std::min<std::size_t>(n_hits(i % kSimdWidth), *n_nearest_));
+    };
+    for (int i = first; i < end; ++i) n += n_kept(i);
+    ListColumns to = lists.begin(n);
+    for (int i = first; i < end; ++i) {
+      const ListColumns from = sorted.from(sorter_.begin(i % kSimdWidth));
+      of_ray_.resize(n_hits(i % kSimdWidth));
+      for (std::size_t j = 0; j < of_ray_.size(); ++j)
+        of_ray_[j] = {from.t[j], from.prim[j], from.u[j], from.distance[j]};
+      keep_nearest(of_ray_, *n_nearest_);
+      for (std::size_t j = 0; j < of_ray_.size(); ++j) to.set(j, of_ray_[j]);
+      store_exits(rays, i, to, n_kept(i));
+      lists.add(rays.id[i], n_kept(i));
+      to = to.from(n_kept(i));
+    }
+    lists.end(kHitColumns<at>);
+    ranked_.end(0);
+    ranked_.clear();
+  }
+
+  void store_exits(const RayGroup& rays, int i, const ListColumns& of_ray, std::uint32_t n) const {
+    if constexpr (at == At::surface) store_exits_of_ray(tree_, rays, i, of_ray.prim, n, of_ray.t_out);
   }
 
   /// How many hits the ray in this lane of the packet has.
