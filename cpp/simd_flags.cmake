@@ -21,9 +21,9 @@ set(FASTLINES_SIMD ${simd_sets} CACHE STRING "The instruction sets to compile fo
 # and changes no bit.
 set(simd_all $<$<NOT:$<CXX_COMPILER_ID:MSVC>>:-ffp-contract=off -fno-math-errno -fno-trapping-math>)
 
-# The sources of every engine; the one that takes longest comes first, so that the others compile beside it.
+# The sources of every engine; those that take longest come first, so that the others compile beside them.
 set(engine_sources)
-foreach(part query build layout)
+foreach(part query_segments query_round_cones query build layout)
   list(APPEND engine_sources ${CMAKE_CURRENT_LIST_DIR}/bindings/engine_${part}.cpp)
 endforeach()
 list(APPEND engine_sources ${CMAKE_CURRENT_LIST_DIR}/bindings/engine.cpp)

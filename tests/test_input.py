@@ -62,7 +62,7 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "Lines strands length": (lambda: fl.Lines(ONE, np.zeros(2, np.int64)), ["strands", "(2,)", "(1,)"]),
     "Lines strands type": (lambda: fl.Lines(ONE, np.zeros(1)), ["strands", "float64", "int64"]),
     "Lines strands list": (lambda: fl.Lines(ONE, [1]), ["strands", "list", "from_segments"]),
-    "Lines radius": (lambda: fl.Lines(ONE, np.zeros(1, int), np.float32([-1])), ["radius", "from 0 up"]),
+    "Lines radius": (lambda: fl.Lines(ONE, np.zeros(1, int), np.float32([-1])), ["radius", "from 0 to"]),
     "Lines attributes": (lambda: fl.Lines(ONE, np.zeros(1, int), None, {"a": np.zeros(3)}), ["a", "(3,)", "1 segm"]),
     "Lines skipped": (lambda: fl.Lines(ONE, np.zeros(1, int), skipped=np.array([5])), ["skipped", "rising", "2"]),
     "invalid of build of lines": (
@@ -174,7 +174,7 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "radius NaN": (lambda: ask(radius=NAN), ["radius", "from 0"]),
     "radius Inf": (lambda: ask(radius=INF), ["radius", "from 0 to"]),
     "radius huge": (lambda: ask(radius=1e13), ["radius", "scene's size"]),
-    "radius None": (lambda: ask(radius=None), ["radius", "numbers"]),
+    "radius None": (lambda: ask(radius=None), ["no radius of their own", "radius="]),
     "radius text": (lambda: ask(radius="0.1"), ["radius", "numbers"]),
     "radius shape": (lambda: ask(np.zeros((3, 3)), radius=[1, 2]), ["radius", "(2,)", "(3,)"]),
     "t_min above": (lambda: ask(t_min=2, t_max=1), ["t_min", "t_max", "row 0"]),

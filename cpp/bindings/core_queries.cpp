@@ -28,7 +28,7 @@ class BinaryView {
                              Input<std::uint32_t> refs) {
     const auto all = rows<Node>(nodes);
     const auto search = [&]<class P>(const P& prims) -> Search {
-      return BinaryTraversal<P>{all, rows<Reference>(refs), prims, frame_of(all[0].box)};
+      return BinaryTraversal<P>{all, rows<Reference>(refs), prims, frame_of(all[0].box, prims.max_radius())};
     };
     return {std::visit(search, ray_primitives(kind, data)), data, {nodes, refs}};
   }
@@ -37,7 +37,8 @@ class BinaryView {
                               Input<std::uint32_t> refs, std::uint32_t depth, const std::array<float, 6>& corners) {
     const Box box = box_of(corners);
     const auto search = [&]<class P>(const P& prims) -> Search {
-      return PlaneTraversal<P>{rows<PlaneNode>(nodes), rows<std::uint32_t>(refs), depth, prims, box, frame_of(box)};
+      return PlaneTraversal<P>{rows<PlaneNode>(nodes),           rows<std::uint32_t>(refs), depth, prims, box,
+                               frame_of(box, prims.max_radius())};
     };
     return {std::visit(search, ray_primitives(kind, data)), data, {nodes, refs}};
   }
@@ -46,7 +47,7 @@ class BinaryView {
   static BinaryView of_primitives(const std::string& kind, Input<float> data) {
     const auto search = []<class P>(const P& prims) -> Search {
       const Box box = bounds_of_all(prims);
-      return BruteForce<P>{prims, frame_of(box.is_empty() ? Box{{0, 0, 0}, {0, 0, 0}} : box)};
+      return BruteForce<P>{prims, frame_of(box.is_empty() ? Box{{0, 0, 0}, {0, 0, 0}} : box, prims.max_radius())};
     };
     return {std::visit(search, ray_primitives(kind, data)), data, {}};
   }
@@ -107,18 +108,20 @@ Output<std::int64_t> count(const BinaryView& tree, RayArrays rays, unsigned n_th
   return counts;
 }
 
-/// All hits of each ray, or its k nearest if k is given.
-ListTuple list(const BinaryView& tree, RayArrays rays, bool surface, std::optional<std::size_t> k, unsigned n_threads,
-               nb::object progress) {
+/// All hits of each ray, or its first k by t if k is given, or the k nearest to it with `by_distance`.
+ListTuple list(const BinaryView& tree, RayArrays rays, bool surface, std::optional<std::size_t> k, bool by_distance,
+               unsigned n_threads, nb::object progress) {
   std::optional<HitAssembler> lists;
   const At at = surface ? At::surface : At::closest;
   tree.with_search(n_rays(rays), progress, [&](const auto& search, Progress& watched) {
     lists.emplace(n_rays(rays), surface);
-    const auto run = [&](auto&& make) { list_hits(search, batch_of(rays), n_threads, watched, *lists, make); };
-    if (k)
-      run([&](const Ray& ray) { return KNearestSink(at, ray, *k); });
+    const auto run = [&](auto&& make, std::optional<std::size_t> n_nearest) {
+      list_hits(search, batch_of(rays), n_threads, watched, *lists, make, n_nearest);
+    };
+    if (k && !by_distance)
+      run([&](const Ray& ray) { return KNearestSink(at, ray, *k); }, {});
     else
-      run([&](const Ray& ray) { return AllSink(at, ray); });
+      run([&](const Ray& ray) { return AllSink(at, ray); }, k);
   });
   return arrays_of(*lists);
 }
@@ -135,7 +138,8 @@ void bind_binary_queries(nb::module_& m) {
   m.def("first_hit", &first, "tree"_a, "rays"_a, "surface"_a, "n_threads"_a, "progress"_a.none());
   m.def("any_hit", &any_of, "tree"_a, "rays"_a, "n_threads"_a, "progress"_a.none());
   m.def("count_hits", &count, "tree"_a, "rays"_a, "n_threads"_a, "progress"_a.none());
-  m.def("list_hits", &list, "tree"_a, "rays"_a, "surface"_a, "k"_a.none(), "n_threads"_a, "progress"_a.none());
+  m.def("list_hits", &list, "tree"_a, "rays"_a, "surface"_a, "k"_a.none(), "by_distance"_a, "n_threads"_a,
+        "progress"_a.none());
 }
 
 }  // namespace fastlines

@@ -3,7 +3,10 @@
 
 #include "engine.hpp"
 #include "fastlines/rays/ray_check.hpp"
-#include "query.hpp"
+#include "layout.hpp"
+#include "layout_queries.hpp"
+#include "rays.hpp"
+#include "watch.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -11,57 +14,71 @@ using namespace nb::literals;
 namespace fastlines {
 namespace {
 
+At at_of(bool surface) { return surface ? At::surface : At::closest; }
+
+/// Calls run(queries) with the LayoutQueries of a batch of rays. A short batch runs on one thread and is not watched
+/// for Ctrl-C.
+template <class Run>
+void run_queries(const LayoutView& layout, const RayBatch& rays, int kernel, unsigned n_threads,
+                 const nb::object& progress, Run&& run) {
+  const bool is_long = may_be_long(rays.size(), layout.refs.size());
+  layout.with_view([&]<class P>(const WideBvhView<P>& view) {
+    watch_if(is_long, progress, [&](Progress& watched) {
+      run(LayoutQueries<P>{view, rays, Kernel(kernel), is_long ? n_threads : 1, watched});
+    });
+  });
+}
+
 HitTuple first(const LayoutView& layout, RayArrays rays, bool surface, int kernel, unsigned n_threads,
                nb::object progress) {
-  const BatchQuery query(layout, rays, kernel, n_threads, progress);
-  HitArrays hits(query.rays.size(), surface);
-  const auto run_at = [&]<At at>() {
-    query.run([&]<class P>(const WideBvhView<P>& view) { return FirstHitQuery<P, at>{view, hits.columns()}; });
-  };
-  surface ? run_at.template operator()<At::surface>() : run_at.template operator()<At::closest>();
+  const RayBatch batch = batch_of(rays);
+  HitArrays hits(batch.size(), surface);
+  run_queries(layout, batch, kernel, n_threads, progress,
+              [&](const auto& queries) { queries.find_first(at_of(surface), hits.columns()); });
   return hits.tuple();
 }
 
 Output<bool> any_of(const LayoutView& layout, RayArrays rays, int kernel, unsigned n_threads, nb::object progress) {
-  const BatchQuery query(layout, rays, kernel, n_threads, progress);
-  auto found = make_array<bool>(query.rays.size());
-  query.run([&](const auto&) { return AnyHitQuery{found.data()}; });
+  const RayBatch batch = batch_of(rays);
+  auto found = make_array<bool>(batch.size());
+  run_queries(layout, batch, kernel, n_threads, progress, [&](const auto& queries) { queries.find_any(found.data()); });
   return found;
 }
 
 Output<std::int64_t> count(const LayoutView& layout, RayArrays rays, int kernel, unsigned n_threads,
                            nb::object progress) {
-  const BatchQuery query(layout, rays, kernel, n_threads, progress);
-  auto counts = make_array<std::int64_t>(query.rays.size());
-  query.run([&](const auto&) { return CountHitsQuery{counts.data()}; });
+  const RayBatch batch = batch_of(rays);
+  auto counts = make_array<std::int64_t>(batch.size());
+  run_queries(layout, batch, kernel, n_threads, progress, [&](const auto& queries) { queries.count(counts.data()); });
   return counts;
 }
 
-/// All hits of each ray, or its k nearest if k is given.
-ListTuple list(const LayoutView& layout, RayArrays rays, bool surface, std::optional<std::size_t> k, int kernel,
-               unsigned n_threads, nb::object progress) {
-  const BatchQuery query(layout, rays, kernel, n_threads, progress);
-  const auto list_at = [&]<At at>() {
-    if (k) return query.list<at>([&]<class P>(const WideBvhView<P>& view) { return KNearestQuery<P, at>(view, *k); });
-    return query.list<at>([&]<class P>(const WideBvhView<P>& view) { return AllHitsQuery<P, at>(view); });
-  };
-  return surface ? list_at.template operator()<At::surface>() : list_at.template operator()<At::closest>();
+/// All hits of each ray, or its first k by t if k is given, or the k nearest to it with `by_distance`.
+ListTuple list(const LayoutView& layout, RayArrays rays, bool surface, std::optional<std::size_t> k, bool by_distance,
+               int kernel, unsigned n_threads, nb::object progress) {
+  const RayBatch batch = batch_of(rays);
+  std::optional<HitAssembler> lists;
+  run_queries(layout, batch, kernel, n_threads, progress, [&](const auto& queries) {
+    queries.list(at_of(surface), k, by_distance, lists.emplace(batch.size(), surface));
+  });
+  return arrays_of(*lists);
 }
 
-/// A quick check of all rays. After `false`, Python has to find out which rays are invalid, if any.
-bool check_rays(RayArrays rays, float largest_radius, float farthest, unsigned n_threads) {
+/// A quick check of all rays, and a checksum. After `false`, Python has to find out which rays are invalid, if any.
+std::tuple<bool, std::uint64_t> check(RayArrays rays, float largest_radius, float farthest, unsigned n_threads) {
   const WithoutGil without_gil;
-  return rays_are_valid(batch_of(rays), largest_radius, farthest, n_threads);
+  const auto [valid, digest] = check_rays(batch_of(rays), largest_radius, farthest, n_threads);
+  return {valid, digest};
 }
 
 }  // namespace
 
 void bind_queries(nb::module_& m) {
-  m.def("rays_are_valid", &check_rays, "rays"_a, "largest_radius"_a, "farthest"_a, "n_threads"_a);
+  m.def("check_rays", &check, "rays"_a, "largest_radius"_a, "farthest"_a, "n_threads"_a);
   m.def("first_hit", &first, "layout"_a, "rays"_a, "surface"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
   m.def("any_hit", &any_of, "layout"_a, "rays"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
   m.def("count_hits", &count, "layout"_a, "rays"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
-  m.def("list_hits", &list, "layout"_a, "rays"_a, "surface"_a, "k"_a.none(), "kernel"_a, "n_threads"_a,
+  m.def("list_hits", &list, "layout"_a, "rays"_a, "surface"_a, "k"_a.none(), "by_distance"_a, "kernel"_a, "n_threads"_a,
         "progress"_a.none());
 }
 

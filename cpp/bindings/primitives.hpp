@@ -9,14 +9,15 @@
 
 #include "arrays.hpp"
 #include "fastlines/primitives/boxes.hpp"
+#include "fastlines/primitives/round_cone_test.hpp"
 #include "fastlines/primitives/segment_test.hpp"
 #include "fastlines/primitives/triangles.hpp"
 
 namespace fastlines {
 
-/// The primitives on the fast path, which the engines are compiled for. To add one, include its header and list it
-/// here.
-using RayPrimitives = std::variant<Segments>;
+/// The primitives on the fast path, which layouts and queries are compiled for. Trees over them are trees over their
+/// axes, as segments. To add one, include its header and list it here.
+using RayPrimitives = std::variant<Segments, RoundCones>;
 
 /// The primitives for builders only.
 using OtherPrimitives = std::variant<Triangles, Boxes>;
@@ -45,10 +46,10 @@ inline RayPrimitives ray_primitives(const std::string& kind, const Input<float>&
   throw std::invalid_argument("the engines are not compiled for this kind of primitive: " + kind);
 }
 
-/// Calls use(prims) with the set of primitives of any kind.
+/// Calls use(prims) with the set of primitives that a tree is over.
 template <class Use>
 auto with_primitives(const std::string& kind, const Input<float>& data, Use&& use) {
-  if (const auto found = find_primitives<RayPrimitives>(kind, data)) return std::visit(use, *found);
+  if (kind == Segments::kKind) return use(primitives_in<Segments>(data));
   if (const auto found = find_primitives<OtherPrimitives>(kind, data)) return std::visit(use, *found);
   throw std::invalid_argument("unknown kind of primitive: " + kind);
 }

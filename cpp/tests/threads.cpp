@@ -184,7 +184,7 @@ void run_threads() {
   for (const bool coherent : {true, false}) {
     const Rays rays(coherent);
     const RayBatch batch = rays.batch();
-    test::check(!!rays_are_valid(batch, 1.0f, 1.0f, kThreads), "the rays are valid");
+    test::check(!!check_rays(batch, 1.0f, 1.0f, kThreads).valid, "the rays are valid");
     for (const Kernel kernel : {Kernel::automatic, Kernel::single, Kernel::wave, Kernel::bundle}) {
       const Answer expected = answer(view, batch, kernel, 1, progress);
       expect_same(expected, answer(view, batch, kernel, kThreads, progress));

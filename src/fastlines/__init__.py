@@ -29,6 +29,7 @@ from .methods import METHODS
 from .queries import brute_force
 from .refit import RebuildPolicy
 from .settings import Cost, Limits, Presplit, Settings
+from .spheres import Spheres
 from .splits import BinnedPlanes, Median, Midpoint, ObjectSweep, PlaneEvents, PlaneGrid
 from .threads import get_num_threads, set_num_threads
 from .tree import Tree, load
@@ -65,6 +66,7 @@ __all__ = [
     "Presplit",
     "RebuildPolicy",
     "Settings",
+    "Spheres",
     "Tree",
     "Triangles",
     "analytic",

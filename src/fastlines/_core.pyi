@@ -189,6 +189,7 @@ def list_hits(
     ],
     surface: bool,
     k: int | None,
+    by_distance: bool,
     n_threads: int,
     progress: object | None,
 ) -> tuple[

@@ -8,11 +8,10 @@ import fastlines._core
 simd: str
 
 def build(
-    kind: str, data: NDArray[numpy.float32], settings: fastlines._core.Settings, progress: object | None
+    segments: NDArray[numpy.float32], settings: fastlines._core.Settings, progress: object | None
 ) -> tuple[NDArray[numpy.uint32], NDArray[numpy.uint32], tuple[int, int, int], tuple[int, int]]: ...
 def refit_tree(
-    kind: str,
-    data: NDArray[numpy.float32],
+    segments: NDArray[numpy.float32],
     nodes: NDArray[numpy.uint32],
     refs: NDArray[numpy.uint32],
     n_threads: int,
@@ -30,7 +29,7 @@ def build_layout(
 def refit_layout(
     layout: fastlines._core.LayoutView, n_threads: int, progress: object | None
 ) -> tuple[NDArray[numpy.uint8], NDArray[numpy.uint8], float]: ...
-def rays_are_valid(
+def check_rays(
     rays: tuple[
         NDArray[numpy.float32],
         NDArray[numpy.float32],
@@ -41,7 +40,7 @@ def rays_are_valid(
     largest_radius: float,
     farthest: float,
     n_threads: int,
-) -> bool: ...
+) -> tuple[bool, int]: ...
 def first_hit(
     layout: fastlines._core.LayoutView,
     rays: tuple[
@@ -99,6 +98,7 @@ def list_hits(
     ],
     surface: bool,
     k: int | None,
+    by_distance: bool,
     kernel: int,
     n_threads: int,
     progress: object | None,

@@ -9,21 +9,26 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arrays import IntArray
+from .arrays import FloatArray, IntArray
 from .errors import FastlinesError, InputError
-from .hits import HitColumns, HitLists
 from .progress import ProgressCallback
 from .threads import get_num_threads
 
 if TYPE_CHECKING:
     from . import _engine
     from .rays import RayBatch
+
+#: Hits: t, prim, u, distance, and with ``at="surface"`` t_out.
+HitColumns: TypeAlias = tuple[FloatArray, IntArray, FloatArray, FloatArray, FloatArray | None]
+
+#: Lists of hits: offsets (n_rays + 1,), and the columns of all hits.
+HitLists: TypeAlias = tuple[IntArray, HitColumns]
 
 #: The instruction sets that modules can be compiled for, the widest first.
 SIMD_NAMES = ("avx512", "avx2", "sse42", "neon", "portable")
@@ -142,8 +147,10 @@ class Backend(Protocol):
     def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """Count the segments that each ray hits."""
 
-    def list_hits(self, rays: RayBatch, surface: bool, k: int | None, progress: ProgressCallback | None) -> HitLists:
-        """List all hits of each ray, or its k nearest: offsets (n_rays + 1), and columns sorted by ray, t and prim."""
+    def list_hits(
+        self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
+    ) -> HitLists:
+        """List all hits of each ray by t and prim; or the first k of them; or the k nearest to the ray by distance."""
 
 
 @dataclass(frozen=True)
@@ -170,9 +177,12 @@ class CompiledBackend:
         counts: IntArray = self.functions.count_hits(self.view, rays.arrays(), *self._how(progress))
         return counts
 
-    def list_hits(self, rays: RayBatch, surface: bool, k: int | None, progress: ProgressCallback | None) -> HitLists:
+    def list_hits(
+        self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
+    ) -> HitLists:
         """See `Backend`."""
-        lists: HitLists = self.functions.list_hits(self.view, rays.arrays(), surface, k, *self._how(progress))
+        how = self._how(progress)
+        lists: HitLists = self.functions.list_hits(self.view, rays.arrays(), surface, k, by_distance, *how)
         return lists
 
     def _how(self, progress: ProgressCallback | None) -> tuple[Any, ...]:

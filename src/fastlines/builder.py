@@ -11,6 +11,7 @@ from typing import Any
 import numpy.typing as npt
 
 from . import _core
+from .arrays import instance
 from .backend import engine
 from .errors import InputError
 from .immutable import own
@@ -56,6 +57,7 @@ def build(
     effort: float | None = None,
     presplit: Presplit | None = None,
     reinsertion: int | None = None,
+    own_radius: bool = True,
     invalid: str = "error",
     progress: ProgressOption = False,
 ) -> Tree:
@@ -64,7 +66,7 @@ def build(
     Parameters
     ----------
     geometry : Lines, Triangles, Boxes or (n, 2, 3) array
-        The primitives; an array is taken for segments.
+        The primitives; an array is taken for segments. Lines with a `radius` of their own are round cones to queries.
     method : {"best", "bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-d2"}
         "best", the default, makes the tree that queries are fastest on. With a `cost`, or cut boxes, it makes the tree
         of least cost, but does not cut lines that run along each other (`min_spread`). The others are the trees of the
@@ -90,6 +92,9 @@ def build(
         262,144 primitives on, where more effort takes at least twice the time and memory (docs/builder.md).
     presplit, reinsertion : optional
         Cut lines before the build, and move subtrees after it; see `Presplit` and `Settings`.
+    own_radius : bool
+        Whether the radius of the lines counts. If not, the tree is over the same lines without a radius; a refit to
+        lines with one has it again.
     invalid : {"error", "skip"}
         Refuse segments that hold NaN or Inf, or leave them out; see `Lines.from_segments`.
     progress : bool or callable
@@ -115,6 +120,9 @@ def build(
         field.name: arguments[field.name] for field in fields(Settings) if arguments[field.name] is not None
     }
     geometry = as_geometry(geometry, invalid=invalid)
+    instance("own_radius", own_radius, bool, "True or False")
+    if not own_radius and isinstance(geometry, Lines):
+        geometry = geometry.without_radius()
     if method is None and not SEARCH & given.keys():
         method = DEFAULT_METHOD
     if method == DEFAULT_METHOD:
@@ -222,8 +230,10 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
         **{name: getattr(settings, name) for name in SAME},
     )
     first = callback if settings.reinsertion == 0 else _stage(callback, 0.0, 0.5)
-    builder = engine.build if isinstance(geometry, Lines) else _core.build
-    nodes, refs, hit, searched = builder(*core_data(geometry), core_settings, first)
+    if isinstance(geometry, Lines):
+        nodes, refs, hit, searched = engine.build(geometry.axes, core_settings, first)
+    else:
+        nodes, refs, hit, searched = _core.build(*core_data(geometry), core_settings, first)
     limits_hit = {limit: n for limit, n in zip(("max_depth", "max_refs", "max_leaf_refs"), hit, strict=True) if n}
     if settings.reinsertion > 0:
         rounds, depth, hint = settings.reinsertion, limits.max_depth, settings.radius_hint

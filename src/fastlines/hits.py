@@ -5,30 +5,24 @@ from __future__ import annotations
 import copy
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from .arrays import FloatArray, IntArray
+from .backend import HitColumns
 from .errors import InputError
+from .hit_geometry import HitGeometry
 from .immutable import own
 from .lines import Lines
+from .rays import RayBatch
 
 Self = TypeVar("Self")
 
-#: Hits as a backend returns them: t, prim, u, distance, and with ``at="surface"`` t_out.
-HitColumns: TypeAlias = tuple[FloatArray, IntArray, FloatArray, FloatArray, FloatArray | None]
 
-#: Lists of hits as a backend returns them: offsets (n_rays + 1,), and the columns of all hits.
-HitLists: TypeAlias = tuple[IntArray, HitColumns]
-
-
-class _OfLines:
+class _OfLines(HitGeometry):
     """The rows and strands of the segments that were hit, looked up on first use."""
-
-    prim: IntArray
-    lines: Lines | None
 
     @cached_property
     def row(self) -> IntArray:
@@ -50,25 +44,20 @@ class _OfLines:
         found[hit] = np.maximum(strands[self.prim[hit]], -1)
         return own(found)
 
-    def _known_lines(self) -> Lines:
-        if self.lines is None:
-            raise InputError("these hits do not know their lines; expected the answer of a query, or a pickle of one")
-        return self.lines
-
     def __copy__(self: Self) -> Self:
         copied = object.__new__(type(self))
         copied.__dict__.update(self.__dict__)
         return copied
 
     def __deepcopy__(self: Self, memo: dict[int, Any]) -> Self:
-        copied, shared = copy.copy(self), ("lines", "row", "strand")  # which are immutable
+        copied, shared = copy.copy(self), ("lines", "rays", "row", "strand")  # which no hit changes
         copied.__dict__.update({k: copy.deepcopy(v, memo) for k, v in self.__dict__.items() if k not in shared})
         return copied
 
     def __getstate__(self) -> dict[str, Any]:
         # Pickle the row and the strand of each hit instead of all lines.
         known = {"row": self.row, "strand": self.strand} if self.lines is not None else {}
-        return self.__dict__ | known | {"lines": None}
+        return self.__dict__ | known | {"lines": None, "rays": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         frozen = {name: own(state[name]) for name in ("row", "strand") if name in state}
@@ -89,13 +78,16 @@ class FirstHits(_OfLines):
     u : float32
         The position on the segment, from 0 to 1.
     distance : float32
-        Least distance of the ray from the segment; inf = miss.
+        The distance of the ray from the segment at `u`, its axis if it is thick; inf = miss. It is the least distance,
+        unless the segment tapers: then `u` is where the ray lies deepest in it (docs/answers.md).
     t_out : float32 or None
         With ``at="surface"``, t where the ray leaves the capsule around the segment.
     skipped : (k,) int64
         With ``invalid="skip"``, the invalid rays, which count as misses.
     lines : Lines or None
-        The lines of the query. A pickle of hits leaves them out and keeps `row` and `strand`.
+        The lines of the query. A pickle of hits leaves out the lines and the rays, and keeps `row` and `strand`.
+    rays : RayBatch or None
+        The rays of the query, for `points` and `normals`.
 
     Examples
     --------
@@ -113,15 +105,20 @@ class FirstHits(_OfLines):
     t_out: FloatArray | None
     skipped: IntArray
     lines: Lines | None = None
+    rays: RayBatch | None = None
 
     @classmethod
-    def from_columns(cls, columns: HitColumns, shape: tuple[int, ...], skipped: IntArray, lines: Lines) -> FirstHits:
+    def from_columns(cls, columns: HitColumns, rays: RayBatch, lines: Lines) -> FirstHits:
         """Return the columns of a backend in the shape of the rays."""
         t, prim, u, distance, t_out = columns
+        shape = rays.shape
         # NumPy prints C's name of a 64-bit integer, but not its own.
         prim = prim.reshape(shape).view(np.int64)
         t_out = None if t_out is None else t_out.reshape(shape)
-        return cls(t.reshape(shape), prim, u.reshape(shape), distance.reshape(shape), t_out, skipped, lines)
+        return cls(t.reshape(shape), prim, u.reshape(shape), distance.reshape(shape), t_out, rays.skipped, lines, rays)
+
+    def _ray_of_hits(self) -> IntArray:
+        return np.flatnonzero(self.hit)
 
     def __repr__(self) -> str:
         return f"<FirstHits: {self.prim.size:,} rays, {int(self.hit.sum()):,} hit>"
@@ -134,7 +131,7 @@ class FirstHits(_OfLines):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AllHits(_OfLines):
-    """All hits of each ray, each once, sorted by (ray, t, prim).
+    """All hits of each ray, each once, sorted by (ray, t, prim); with ``rank="distance"`` by (ray, distance, t, prim).
 
     Those of ray i are entries ``offsets[i]`` to ``offsets[i + 1]`` of the other arrays (compressed sparse rows).
 
@@ -154,12 +151,17 @@ class AllHits(_OfLines):
     t_out: FloatArray | None
     skipped: IntArray
     lines: Lines | None = None
+    rays: RayBatch | None = None
 
     @classmethod
-    def from_columns(cls, offsets: IntArray, columns: HitColumns, skipped: IntArray, lines: Lines) -> AllHits:
+    def from_columns(cls, offsets: IntArray, columns: HitColumns, rays: RayBatch, lines: Lines) -> AllHits:
         """Wrap the lists of a backend."""
         t, prim, u, distance, t_out = columns
-        return cls(offsets.view(np.int64), t, prim.view(np.int64), u, distance, t_out, skipped, lines)
+        offsets, prim = offsets.view(np.int64), prim.view(np.int64)
+        return cls(offsets, t, prim, u, distance, t_out, rays.skipped, lines, rays)
+
+    def _ray_of_hits(self) -> IntArray:
+        return self.ray
 
     def __len__(self) -> int:
         return len(self.prim)

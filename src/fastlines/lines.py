@@ -6,12 +6,13 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .arrays import (
+    COORDINATE_LIMIT,
     INVALID,
     FloatArray,
     IntArray,
@@ -19,6 +20,7 @@ from .arrays import (
     column,
     is_far,
     kind_of,
+    list_rows,
     own_float32,
     refuse_masked,
     refuse_rows,
@@ -48,9 +50,13 @@ class Lines(Immutable):
     strands : (n,) int64
         The strand (hair, streamline, polyline) that each segment is part of; -1, the default, where there is none.
     radius : None, (n,) or (n, 2) float32
-        Half the thickness, per segment or per end of a segment. Queries take their own radius and do not read it.
+        Half the thickness, per segment or per end of a segment. Queries test capsules or round cones of this radius;
+        ``fl.build(lines, own_radius=False)`` leaves it out.
     attributes : mapping of str to array
         Any other arrays, one row per segment.
+    end_attributes : mapping of str to array
+        What is known at both ends of each segment, (n, 2, …), as `from_points` makes it of values per point.
+        `attributes` has the value of the first end, by the same name.
     skipped : (k,) int64
         Rows of the input that were left out because of ``invalid="skip"``. Then `rows` differs from the positions in
         `segments`.
@@ -58,15 +64,13 @@ class Lines(Immutable):
         The axis that points upwards, where the format of their file says so. Pictures are drawn with it.
     """
 
-    #: What the core calls these primitives: the `kKind` of a set of them in C++ (docs/extending.md).
-    kind: ClassVar[str] = "segments"
-
     segments: FloatArray
     strands: IntArray = None  # type: ignore[assignment]  # becomes an array of -1
     radius: FloatArray | None = None
     attributes: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
     skipped: IntArray = field(default_factory=lambda: np.empty(0, np.int64))
     up: str | None = None
+    end_attributes: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         good = isinstance(self.segments, np.ndarray) and self.segments.flags.c_contiguous
@@ -80,9 +84,12 @@ class Lines(Immutable):
         self._check_columns()
         if self.up is not None:
             choice("up", self.up, AXES)
-        for name in ("segments", "strands", "radius", "skipped", "attributes"):
-            refuse_masked(getattr(self, name), name)
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        for name in ("segments", "strands", "radius", "skipped", "end_attributes", "attributes"):
+            value = getattr(self, name)
+            if name == "attributes":
+                value = {**value, **{end: values[:, 0] for end, values in self.end_attributes.items()}}
+            refuse_masked(value, name)
+            object.__setattr__(self, name, frozen(value))
         refuse_rows(unusable(self.segments), "segments", "; Lines.from_segments(…, invalid='skip') leaves them out")
 
     def _check_columns(self) -> None:
@@ -101,18 +108,19 @@ class Lines(Immutable):
                     f"{name}: {kind_of(values)}; Lines of {n} segments take {np.dtype(dtype)} of shape "
                     f"{' or '.join(map(str, shapes))}, and Lines.from_segments converts other arrays"
                 )
-        if self.radius is not None and not ((self.radius >= 0) & (self.radius < np.inf)).all():
-            raise InputError("radius holds values that are not finite numbers from 0 up")
+        if self.radius is not None and not ((self.radius >= 0) & (self.radius <= COORDINATE_LIMIT)).all():
+            raise InputError(f"radius holds values that are not numbers from 0 to {COORDINATE_LIMIT:g}")
         skipped = self.skipped
         if len(skipped) and (skipped[0] < 0 or skipped[-1] >= n + len(skipped) or (np.diff(skipped) <= 0).any()):
             raise InputError(f"skipped are not rising rows of the {n + len(skipped)} that were given")
-        if not isinstance(self.attributes, Mapping):
-            raise InputError(
-                f"attributes are a {type(self.attributes).__name__}; expected a mapping of names to arrays"
-            )
-        for name, values in self.attributes.items():
+        for name, values in _mapping("attributes", self.attributes).items():
             if not isinstance(values, np.ndarray) or values.ndim == 0 or len(values) != n:
                 raise InputError(f"{name}: {kind_of(values)}; expected an array with one row for each of {n} segments")
+        for name, values in _mapping("end_attributes", self.end_attributes).items():
+            if not isinstance(values, np.ndarray) or values.shape[:2] != (n, 2):
+                raise InputError(
+                    f"{name}: {kind_of(values)}; expected an array of shape ({n}, 2, …), a value for each end"
+                )
 
     def __len__(self) -> int:
         return len(self.segments)
@@ -124,14 +132,44 @@ class Lines(Immutable):
         return f"<{type(self).__name__}: {', '.join([f'{len(self):,} segments', *has])}>"
 
     @property
+    def kind(self) -> str:
+        """What the core calls the primitives that queries test: the `kKind` of a set of them in C++."""
+        return "segments" if self.radius is None else "round cones"
+
+    @cached_property
     def core_rows(self) -> FloatArray:
-        """One row of numbers for each segment, as the core reads them: (n, 6) float32, both ends."""
+        """One row of numbers for each primitive, as queries read them: both ends, and the radius at each, if any.
+
+        (n, 6) or (n, 8) float32.
+        """
+        if self.radius is None:
+            return self.axes
+        return np.asarray(own(np.concatenate([self.axes, self.end_radii], axis=1)))
+
+    @property
+    def axes(self) -> FloatArray:
+        """Both ends of each segment, (n, 6) float32: what trees are built over, whatever the radius."""
         return self.segments.reshape(-1, 6)
 
     @property
     def rows(self) -> IntArray:
         """The row of the input that each segment was, (n,) int64; `FirstHits.row` has it for hits."""
         return np.delete(np.arange(len(self) + len(self.skipped)), self.skipped)
+
+    @property
+    def end_radii(self) -> FloatArray:
+        """The radius at both ends of each segment, (n, 2) float32; 0 if there is none."""
+        radius = np.zeros(1, np.float32) if self.radius is None else self.radius
+        return np.broadcast_to(radius if radius.ndim == 2 else radius[:, None], (len(self), 2))
+
+    @cached_property
+    def max_radius(self) -> float:
+        """The largest radius; 0 if there is none."""
+        return 0.0 if self.radius is None else float(self.radius.max(initial=0))
+
+    def without_radius(self) -> Lines:
+        """Return the same lines without their radius."""
+        return Lines(self.segments, self.strands, None, self.attributes, self.skipped, self.up, self.end_attributes)
 
     @property
     def bounds(self) -> FloatArray:
@@ -163,7 +201,7 @@ class Lines(Immutable):
             Refuse segments that hold NaN, Inf or a coordinate beyond 1e30, or leave them out and record their rows in
             ``skipped``. The ``prim`` of a hit then counts the segments that are left; its ``row``, those of the input.
         **more
-            ``strands``, ``radius`` and ``attributes``, one row per segment.
+            ``strands``, ``radius``, ``attributes`` and ``end_attributes``, one row per segment; or one radius for all.
 
         Raises
         ------
@@ -195,12 +233,21 @@ class Lines(Immutable):
         strands = to_integers(more.pop("strands", np.broadcast_to(-1, n_given)), "strands")
         radius = more.pop("radius", None)
         radius = None if radius is None else own_float32(radius, "radius")
-        attributes = more.pop("attributes", {})
-        if not isinstance(attributes, Mapping):
-            raise InputError(f"attributes are a {type(attributes).__name__}; expected a mapping of names to arrays")
-        attributes = {name: column(values, name, n_given, "segments") for name, values in attributes.items()}
+        if radius is not None and radius.ndim == 0:
+            radius = own(np.full(n_given, radius))
+        attributes, end_attributes = (
+            {
+                name: column(values, name, n_given, "segments")
+                for name, values in _mapping(kind, more.pop(kind, {})).items()
+            }
+            for kind in ("attributes", "end_attributes")
+        )
+        if both := attributes.keys() & end_attributes.keys():
+            raise InputError(f"{min(both)!r} is in attributes and in end_attributes; give it once")
         if more:
-            raise InputError(f"unknown argument {next(iter(more))!r}; known: strands, radius, attributes")
+            raise InputError(
+                f"unknown argument {next(iter(more))!r}; known: strands, radius, attributes, end_attributes"
+            )
         if strands.shape != (n_given,):
             raise InputError(f"strands have shape {strands.shape}; expected ({n_given},), one for each segment")
         if radius is not None and radius.shape not in ((n_given,), (n_given, 2)):
@@ -208,8 +255,17 @@ class Lines(Immutable):
                 f"radius has shape {radius.shape}; expected ({n_given},) or ({n_given}, 2), one for each segment or end"
             )
 
-        # Leave out, or refuse, segments with NaN, Inf or too large a coordinate.
+        # Leave out, or refuse, segments with NaN, Inf or too large a coordinate or radius.
         bad = unusable(array)
+        if radius is not None:
+            good = (radius >= 0) & (radius <= COORDINATE_LIMIT)
+            bad_radius = ~(good.all(axis=1) if radius.ndim == 2 else good)
+            if invalid == "error" and bad_radius.any():
+                raise InputError(
+                    f"radius: {int(bad_radius.sum())} of {n_given} are not numbers from 0 to {COORDINATE_LIMIT:g} "
+                    f"({list_rows(bad_radius)}); mend them, or leave them out with invalid='skip'"
+                )
+            bad = bad | bad_radius
         if invalid == "error":
             how = "invalid='skip' where lines are read or a tree is built, --skip-invalid on the command line"
             refuse_rows(bad, "segments", f"; mend them, or leave them out: {how}")
@@ -217,7 +273,8 @@ class Lines(Immutable):
             array, strands = own(array[~bad]), own(strands[~bad])
             radius = None if radius is None else own(radius[~bad])
             attributes = {name: own(values[~bad]) for name, values in attributes.items()}
-        return cls(array, strands, radius, attributes, np.flatnonzero(bad))
+            end_attributes = {name: own(values[~bad]) for name, values in end_attributes.items()}
+        return cls(array, strands, radius, attributes, np.flatnonzero(bad), end_attributes=end_attributes)
 
     @classmethod
     def from_points(
@@ -241,7 +298,7 @@ class Lines(Immutable):
         radius : (m,) array, optional
             Half the thickness at each point; becomes one value per end of a segment.
         attributes : mapping of str to array of m rows, optional
-            Per point; each segment takes the value of its first point.
+            Per point; each segment has the values at both ends (`end_attributes`).
         invalid : {"error", "skip"}
             See `from_segments`.
         """
@@ -270,7 +327,7 @@ class Lines(Immutable):
             own(points[at_ends]),
             strands=own(strands),
             radius=None if radii is None else own(radii[at_ends]),
-            attributes={name: own(values[first]) for name, values in per_point.items()},
+            end_attributes={name: own(values[at_ends]) for name, values in per_point.items()},
             invalid=invalid,
         )
 
@@ -283,6 +340,12 @@ class Lines(Immutable):
         if is_far(points):
             warn_of_rounding(np.concatenate([np.reshape(strand, (-1, 3)) for strand in given]), points)
         return cls.from_points(points, [len(part) for part in parts], invalid=invalid)
+
+
+def _mapping(name: str, values: object) -> Mapping[str, Any]:
+    if not isinstance(values, Mapping):
+        raise InputError(f"{name} are a {type(values).__name__}; expected a mapping of names to arrays")
+    return values
 
 
 def _points(values: npt.ArrayLike, name: str) -> FloatArray:

@@ -96,5 +96,10 @@ def as_geometry(geometry: Geometry | npt.ArrayLike, *, invalid: str = "error") -
 
 
 def core_data(geometry: Geometry) -> tuple[str, FloatArray]:
-    """Return the core's name for this kind of primitive, and its numbers, one row a primitive."""
+    """Return what the core calls the primitives that queries test, and their numbers: one row a primitive."""
     return geometry.kind, geometry.core_rows
+
+
+def build_data(geometry: Geometry) -> tuple[str, FloatArray]:
+    """Return what the core calls the primitives that a tree bounds, and their numbers: the axes of lines."""
+    return ("segments", geometry.axes) if isinstance(geometry, Lines) else core_data(geometry)

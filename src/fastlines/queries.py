@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arrays import IntArray, choice, count
+from .arrays import FloatArray, IntArray, choice, count
 from .backend import Backend, CompiledBackend, is_given
 from .errors import InputError
 from .forecast import Forecast
@@ -16,7 +16,10 @@ from .hits import AllHits, FirstHits
 from .lines import Lines, as_lines
 from .meshes import core_data
 from .progress import ProgressOption, reporting
-from .rays import RayBatch, check_rays
+from .rays import RADIUS_LIMIT, RayBatch, check_rays
+
+#: What the hits of a ray can be ranked by.
+RANKS = ("t", "distance")
 
 QueryName: TypeAlias = Literal["first_hit", "any_hit", "count_hits", "all_hits", "next_hits"]
 
@@ -29,11 +32,47 @@ def is_surface(at: str) -> bool:
     return choice("at", at, ("closest", "surface")) == "surface"
 
 
+def is_by_distance(rank: str) -> bool:
+    """Check the option `rank`, and return whether hits are ranked by their distance from the ray."""
+    return choice("rank", rank, RANKS) == "distance"
+
+
+def require_radius(lines: Lines, radius: npt.ArrayLike | None) -> None:
+    """Refuse a query without a radius on lines without one."""
+    if radius is None and lines.radius is None:
+        raise InputError(
+            "these lines have no radius of their own, so a query needs one: pass radius=, or --radius on the command "
+            "line, in the unit of the coordinates"
+        )
+
+
+def check_query(
+    lines: Lines,
+    box: FloatArray,
+    origins: npt.ArrayLike,
+    directions: npt.ArrayLike,
+    radius: npt.ArrayLike | None,
+    t_min: npt.ArrayLike,
+    t_max: npt.ArrayLike,
+    invalid: str,
+) -> RayBatch:
+    """Check rays for lines whose axes lie in this box."""
+    require_radius(lines, radius)
+    margin = lines.max_radius
+    if margin > 0 and margin > RADIUS_LIMIT * (size := float(np.ptp(box, axis=0).max()) or 1.0):
+        raise InputError(
+            f"the largest radius of the lines, {margin:g}, is more than {RADIUS_LIMIT:g} times the size of their axes "
+            f"together, {size:g}; leave such lines out"
+        )
+    margins = np.array([[-margin], [margin]], np.float32)
+    return check_rays(origins, directions, 0.0 if radius is None else radius, t_min, t_max, invalid, box + margins)
+
+
 def first_hit(backend: Backend, rays: RayBatch, surface: bool, progress: ProgressOption, lines: Lines) -> FirstHits:
     """Find the nearest hit of each ray."""
     with reporting(progress, "first hit") as callback:
         columns = backend.first_hit(rays, surface, callback)
-    return FirstHits.from_columns(columns, rays.shape, rays.skipped, lines)
+    return FirstHits.from_columns(columns, rays, lines)
 
 
 def any_hit(backend: Backend, rays: RayBatch, progress: ProgressOption) -> npt.NDArray[np.bool_]:
@@ -50,9 +89,15 @@ def count_hits(backend: Backend, rays: RayBatch, progress: ProgressOption) -> In
 
 
 def list_hits(
-    backend: Backend, rays: RayBatch, surface: bool, k: int | None, progress: ProgressOption, lines: Lines
+    backend: Backend,
+    rays: RayBatch,
+    surface: bool,
+    k: int | None,
+    progress: ProgressOption,
+    lines: Lines,
+    by_distance: bool = False,
 ) -> AllHits:
-    """List all hits of each ray, or its k nearest, unless a sample says that they will not fit in memory."""
+    """List all hits of each ray, or the first k, unless a sample says that they will not fit in memory."""
 
     def count_some(rows: IntArray) -> IntArray:
         counts = backend.count_hits(rays.some(rows), None)
@@ -63,7 +108,7 @@ def list_hits(
         # Without a sample, a module that counts steps counts those of this query alone.
         watched = callback if is_given() else forecast.watch(callback)
         try:
-            offsets, columns = backend.list_hits(rays, surface, k, watched)
+            offsets, columns = backend.list_hits(rays, surface, k, by_distance, watched)
         except MemoryError as error:
             why = f": {forecast.refusal}" if forecast.refusal else ""
             fewer = "next_hits for the nearest" if k is None else "a smaller k"
@@ -71,20 +116,21 @@ def list_hits(
                 f"the hits of {len(rays)} rays do not fit into memory{why}; trace fewer rays or use a smaller radius, "
                 f"{fewer}, or count_hits for how many there are"
             ) from error
-    return AllHits.from_columns(offsets, columns, rays.skipped, lines)
+    return AllHits.from_columns(offsets, columns, rays, lines)
 
 
 def brute_force(
     lines: Lines | npt.ArrayLike,
     origins: npt.ArrayLike,
     directions: npt.ArrayLike,
-    radius: npt.ArrayLike,
+    radius: npt.ArrayLike | None = None,
     *,
     query: QueryName = "all_hits",
     t_min: npt.ArrayLike = 0.0,
     t_max: npt.ArrayLike = np.inf,
     at: str = "closest",
     k: int | None = None,
+    rank: str = "t",
     invalid: str = "error",
     progress: ProgressOption = False,
 ) -> Any:
@@ -96,7 +142,7 @@ def brute_force(
     query : {"all_hits", "first_hit", "any_hit", "count_hits", "next_hits"}
     origins, directions, radius, t_min, t_max, at, invalid, progress
         As in `Tree.first_hit`.
-    k : int
+    k, rank
         As in `Tree.next_hits`; for no other query.
 
     Returns
@@ -113,10 +159,15 @@ def brute_force(
     surface = is_surface(at)
     if query != "next_hits" and k is not None:
         raise InputError(f"k={k!r} is for query='next_hits', this is {query!r}; leave it out")
+    if query == "next_hits" and k is None:
+        raise InputError("query='next_hits' needs k=, the number of hits of each ray")
     k = count("k", k, 0) if query == "next_hits" else None
+    by_distance = is_by_distance(rank)
+    if query != "next_hits" and by_distance:
+        raise InputError(f"rank={rank!r} is for query='next_hits', this is {query!r}; leave it out")
     lines = as_lines(lines)
     box = np.array(lines.bounds, np.float32) if len(lines) else np.zeros((2, 3), np.float32)
-    rays = check_rays(origins, directions, radius, t_min, t_max, invalid, box)
+    rays = check_query(lines, box, origins, directions, radius, t_min, t_max, invalid)
     backend = CompiledBackend(_core, _core.BinaryView.of_primitives(*core_data(lines)))
     if query == "first_hit":
         return first_hit(backend, rays, surface, progress, lines)
@@ -124,4 +175,4 @@ def brute_force(
         return any_hit(backend, rays, progress)
     if query == "count_hits":
         return count_hits(backend, rays, progress)
-    return list_hits(backend, rays, surface, k, progress, lines)
+    return list_hits(backend, rays, surface, k, progress, lines, by_distance)

@@ -32,6 +32,8 @@ class RayBatch:
     t_min: FloatArray
     t_max: FloatArray
     skipped: IntArray
+    #: A checksum of the arrays, by which hits notice that the caller has changed them.
+    digest: int = 0
 
     def __len__(self) -> int:
         return len(self.origins)
@@ -40,12 +42,32 @@ class RayBatch:
         """Return the arrays in the order of the core: origins, directions, radius, t_min, t_max."""
         return self.origins, self.directions, self.radius, self.t_min, self.t_max
 
+    @staticmethod
+    def scalar(values: FloatArray, rows: IntArray) -> FloatArray:
+        """Return the values of these rays, of which there may be one for all."""
+        return np.broadcast_to(values, len(rows)) if len(values) == 1 else values[rows]
+
     def some(self, rows: IntArray) -> RayBatch:
         """Return a batch of the rays in these rows."""
         scalars = (self.radius, self.t_min, self.t_max)
         radius, t_min, t_max = (values if len(values) == 1 else values[rows] for values in scalars)
         none = np.zeros(0, np.int64)
         return RayBatch(rows.shape, self.origins[rows], self.directions[rows], radius, t_min, t_max, none)
+
+    def unchanged(self) -> RayBatch:
+        """Return this batch, whose arrays may be the caller's.
+
+        Raises
+        ------
+        InputError
+            If the arrays have changed since the query.
+        """
+        if engine.check_rays(self.arrays(), 0.0, 0.0, get_num_threads())[1] != self.digest:
+            raise InputError(
+                "the arrays of rays have changed since the query, and hits do not keep copies; ask for points before "
+                "you change them, or pass copies to the query"
+            )
+        return self
 
 
 def check_rays(
@@ -92,8 +114,10 @@ def check_rays(
         low = high = [0.0, 0.0, 0.0]
     largest = min(RADIUS_LIMIT * (max(b - a for a, b in zip(low, high, strict=True)) or 1.0), FLOAT32_MAX)
     farthest = max(map(abs, (*low, *high)))
-    if engine.rays_are_valid((origins, directions, radii, starts, ends), largest, farthest, get_num_threads()):
-        return RayBatch(shape, origins, directions, radii, starts, ends, np.zeros(0, np.int64))
+    arrays = origins, directions, radii, starts, ends
+    valid, digest = engine.check_rays(arrays, largest, farthest, get_num_threads())
+    if valid:
+        return RayBatch(shape, *arrays, np.zeros(0, np.int64), digest)
 
     # The core only reports that some ray may be invalid: find out which, and why.
     n_rays = len(origins)
@@ -126,7 +150,9 @@ def check_rays(
         origins[skipped], directions[skipped] = 3e38, (0, 0, 1)
         radii, starts, ends = (np.broadcast_to(values, n_rays).copy() for values in (radii, starts, ends))
         radii[skipped] = starts[skipped] = ends[skipped] = 0
-    return RayBatch(shape, origins, directions, radii, starts, ends, np.flatnonzero(skipped))
+    arrays = origins, directions, radii, starts, ends
+    digest = engine.check_rays(arrays, largest, farthest, get_num_threads())[1]
+    return RayBatch(shape, *arrays, np.flatnonzero(skipped), digest)
 
 
 def _too_short(

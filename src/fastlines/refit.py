@@ -15,7 +15,6 @@ from .errors import InputError
 from .immutable import own
 from .layout import refit_layout
 from .lines import Lines, as_lines
-from .meshes import core_data
 from .progress import ProgressCallback, ProgressOption, reporting
 from .threads import get_num_threads
 from .tree_data import NODE, TreeData
@@ -63,7 +62,7 @@ def refitted(tree: Tree, lines: Lines, cost: float, progress: ProgressOption) ->
 
 def _refit_nodes(tree: TreeData, lines: Lines, progress: ProgressCallback | None) -> npt.NDArray[Any]:
     """Return the tree's nodes with boxes tight around lines that have moved."""
-    words = engine.refit_tree(*core_data(lines), *tree.words(), _n_threads(tree), progress)
+    words = engine.refit_tree(lines.axes, *tree.words(), _n_threads(tree), progress)
     return own(words).reshape(-1).view(NODE)
 
 

@@ -19,8 +19,8 @@ from .layout import Layout, build_layout
 from .lines import Lines
 from .meshes import core_data
 from .progress import ProgressOption
-from .queries import any_hit, count_hits, first_hit, is_surface, list_hits
-from .rays import RayBatch, check_rays
+from .queries import any_hit, check_query, count_hits, first_hit, is_by_distance, is_surface, list_hits
+from .rays import RayBatch
 from .refit import built_cost, moved_lines, refitted
 from .tree_data import TreeData
 
@@ -38,7 +38,7 @@ class Tree(TreeData):
         self,
         origins: npt.ArrayLike,
         directions: npt.ArrayLike,
-        radius: npt.ArrayLike,
+        radius: npt.ArrayLike | None = None,
         *,
         t_min: npt.ArrayLike = 0.0,
         t_max: npt.ArrayLike = np.inf,
@@ -49,20 +49,22 @@ class Tree(TreeData):
     ) -> FirstHits:
         """Find the nearest hit of each ray o + t·d.
 
-        A ray hits a segment if their least distance, for t in [t_min, t_max], is at most the radius. Of hits with equal
-        t the lowest id comes first. All queries take these parameters.
+        A ray hits a segment if it comes within the radius of it, for t in [t_min, t_max]: the radius of the query, plus
+        that of the lines if they have one (docs/answers.md). Of hits with equal t the lowest id comes first. All
+        queries take these parameters.
 
         Parameters
         ----------
         origins, directions : (…, 3) array
             Converted to float32. t is in units of the direction's length, which need not be 1.
-        radius : number or (…) array
-            The largest distance of a hit: one for all rays or one for each.
+        radius : number or (…) array, optional
+            The largest distance of a hit, in units of the coordinates: one for all rays or one for each. The radius of
+            the lines is added to it; if they have one, the default is 0, else this argument is required.
         t_min, t_max : number or (…) array
             Bounds on t: one for all rays or one for each.
         at : {"closest", "surface"}
-            Take t at the closest approach (the thesis), or where the ray enters the capsule of this radius around the
-            segment (t_min if it starts inside); ``t_out`` is then where it leaves.
+            Take t at the closest approach (the thesis), or where the ray enters the capsule or round cone of this
+            radius around the segment (t_min if it starts inside); ``t_out`` is then where it leaves.
         invalid : {"error", "skip"}
             Refuse invalid rays (NaN, a direction of length zero, …), or let them miss and list them in ``skipped``.
         progress : bool or callable
@@ -79,7 +81,7 @@ class Tree(TreeData):
         Raises
         ------
         InputError
-            If a ray is invalid; the message lists the rows.
+            If a ray is invalid, and the message lists the rows; or if there is no radius.
 
         Examples
         --------
@@ -95,7 +97,7 @@ class Tree(TreeData):
         self,
         origins: npt.ArrayLike,
         directions: npt.ArrayLike,
-        radius: npt.ArrayLike,
+        radius: npt.ArrayLike | None = None,
         *,
         t_min: npt.ArrayLike = 0.0,
         t_max: npt.ArrayLike = np.inf,
@@ -128,7 +130,7 @@ class Tree(TreeData):
         self,
         origins: npt.ArrayLike,
         directions: npt.ArrayLike,
-        radius: npt.ArrayLike,
+        radius: npt.ArrayLike | None = None,
         *,
         t_min: npt.ArrayLike = 0.0,
         t_max: npt.ArrayLike = np.inf,
@@ -150,7 +152,7 @@ class Tree(TreeData):
         self,
         origins: npt.ArrayLike,
         directions: npt.ArrayLike,
-        radius: npt.ArrayLike,
+        radius: npt.ArrayLike | None = None,
         *,
         t_min: npt.ArrayLike = 0.0,
         t_max: npt.ArrayLike = np.inf,
@@ -173,9 +175,10 @@ class Tree(TreeData):
         self,
         origins: npt.ArrayLike,
         directions: npt.ArrayLike,
-        radius: npt.ArrayLike,
-        k: int,
+        radius: npt.ArrayLike | None = None,
+        k: int | None = None,
         *,
+        rank: str = "t",
         t_min: npt.ArrayLike = 0.0,
         t_max: npt.ArrayLike = np.inf,
         at: str = "closest",
@@ -183,13 +186,33 @@ class Tree(TreeData):
         progress: ProgressOption = False,
         kernel: str = "auto",
     ) -> AllHits:
-        """Find the k nearest hits of each ray, each once, sorted by t; `first_hit` explains the other parameters.
+        """Find the k best hits of each ray, each once, by t or by distance; `first_hit` explains the other parameters.
 
-        For later hits use a larger k, not a t_min at the last hit's t: there, segments that the ray has passed may be
-        within the radius still.
+        Parameters
+        ----------
+        k : int
+        rank : {"t", "distance"}
+            Which hits come first, and the order of the answer: those with the least t, or those with the least
+            ``distance`` from the ray (of thick lines: of their axes). Ties go by t, then by id.
+
+        Notes
+        -----
+        For later hits ask for a larger k. With t_min at the last t, the ray would start there and find again segments
+        that are still within the radius.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> tree = fl.build([[[-1, 0.4, 0], [1, 0.4, 0]], [[-1, 0.1, 1], [1, 0.1, 1]]])
+        >>> ray = [0, 0, -5], [0, 0, 1], 0.5
+        >>> print(tree.next_hits(*ray, k=1).prim, tree.next_hits(*ray, k=1, rank="distance").prim)
+        [0] [1]
         """
+        if k is None:
+            raise InputError("next_hits needs k=, the number of hits of each ray; radius= comes before it")
+        by_distance = is_by_distance(rank)
         backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid))
-        return list_hits(backend, rays, is_surface(at), count("k", k, 0), progress, self._lines)
+        return list_hits(backend, rays, is_surface(at), count("k", k, 0), progress, self._lines, by_distance)
 
     def __getstate__(self) -> dict[str, Any]:
         return super().__getstate__() | ({"layout": self.layout} if "layout" in self.__dict__ else {})
@@ -214,11 +237,11 @@ class Tree(TreeData):
         return CompiledBackend(_core, _core.BinaryView.of_boxes(kind, data, *self.words()))
 
     def _checked(self, kernel: str, rays: tuple[Any, Any, Any, Any, Any, str]) -> tuple[Backend, RayBatch]:
-        """Choose the backend, and check the rays, given as to `check_rays`."""
+        """Choose the backend, and check the rays, given as to `check_query`."""
         if isinstance(self.geometry, Lines):
             choice("kernel", kernel, tuple(KERNELS))
         backend = self._binary if kernel == "binary" else CompiledBackend(engine, self.layout.view, (KERNELS[kernel],))
-        return backend, check_rays(*rays, self.nodes["box"][0])
+        return backend, check_query(self._lines, self.nodes["box"][0], *rays)
 
     def refit(self, lines: Lines | npt.ArrayLike, *, progress: ProgressOption = False) -> Tree:
         """Make the same tree over segments that have moved: same nodes and pieces, boxes fitted anew (docs/refit.md).

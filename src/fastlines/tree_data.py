@@ -17,7 +17,7 @@ from . import _core
 from .arrays import IntArray, choice, instance
 from .errors import InputError, InvalidTreeError
 from .immutable import Immutable, frozen, own
-from .meshes import Geometry, core_data
+from .meshes import Geometry, build_data
 from .settings import COST, Cost, Settings
 
 #: A node: its box, the index of its right child (0 = leaf; the left child is the next node), and the range of the
@@ -103,7 +103,7 @@ class TreeData(Immutable):
             raise InputError(f"built_cost={self.built_cost!r}; expected a cost, or None without a refit")
         if made_by_core:
             return
-        found = _core.check(*core_data(self.geometry), *self.words(), self.settings.boxes)
+        found = _core.check(*build_data(self.geometry), *self.words(), self.settings.boxes)
         if found is not None:
             raise InvalidTreeError(*found)
 
@@ -273,7 +273,7 @@ class TreeData(Immutable):
         """
         changed = self.settings.presplit is not None or self.settings.reinsertion > 0
         over_pieces = changed or self.built_cost is not None
-        found = _core.validate(*core_data(self.geometry), *self.words(), self.settings.boxes, over_pieces)
+        found = _core.validate(*build_data(self.geometry), *self.words(), self.settings.boxes, over_pieces)
         if found is not None:
             raise InvalidTreeError(*found)
 

@@ -16,6 +16,7 @@ from .errors import FileFormatError, InputError, InvalidTreeError
 from .io import FORMATS
 from .lines import Lines
 from .settings import Cost, Limits, Presplit, Settings
+from .spheres import Spheres
 from .splits import split_set_from
 from .tree_data import NODE, REF, TreeData
 
@@ -26,8 +27,8 @@ FORMAT = "fastlines tree 2"
 #: The format of older versions: the same without checksums.
 OLD_FORMAT = "fastlines tree 1"
 
-#: The geometry that files keep, by kind: classes of `Lines` whose constructor takes no more than that of `Lines`.
-KINDS: dict[str, type[Lines]] = {kind.kind: kind for kind in (Lines,)}
+#: The geometry that files keep, by name: classes of `Lines` whose constructor takes no more than that of `Lines`.
+KINDS: dict[str, type[Lines]] = {kind.__name__: kind for kind in (Lines, Spheres)}
 
 #: The sections of a file: dtype and the shape of a row.
 SECTIONS: dict[str, tuple[str, tuple[int, ...]]] = {
@@ -40,8 +41,8 @@ SECTIONS: dict[str, tuple[str, tuple[int, ...]]] = {
 #: The errors that are raised where the parts of a file do not make a tree.
 UNUSABLE = (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError, InvalidTreeError)
 
-#: The prefix of the names of sections of attributes.
-ATTRIBUTE = "attributes/"
+#: The prefixes of the names of sections of attributes: of one value a segment, and of one for each end.
+ATTRIBUTE, END_ATTRIBUTE = "attributes/", "end_attributes/"
 
 
 def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
@@ -54,11 +55,10 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
         raise InputError(f"{path}: trees are not compressed, so that they can be mapped into memory; save it as .flt")
     if not isinstance(tree.geometry, Lines):
         raise InputError(f"only trees over lines can be saved; this one is over {type(tree.geometry).__name__}")
-    if KINDS.get(tree.geometry.kind) is not type(tree.geometry):
-        names = ", ".join(kind.__name__ for kind in KINDS.values())
+    if type(tree.geometry) not in KINDS.values():
         raise InputError(
-            f"files keep trees over {names}, and this one is over {type(tree.geometry).__name__}; pickle keeps it, and "
-            "docs/extending.md explains how to add a class to fastlines.tree_file.KINDS"
+            f"files keep trees over {', '.join(KINDS)}, and this one is over {type(tree.geometry).__name__}; pickle "
+            "keeps it, and docs/extending.md explains how to add a class to fastlines.tree_file.KINDS"
         )
     nodes, refs = tree.words()
     lines = tree.geometry
@@ -77,7 +77,7 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
         "settings": json.dumps(_settings_to_json(tree.settings)),
         "limits_hit": json.dumps(dict(tree.limits_hit)),
         "built_cost": None if tree.built_cost is None else repr(tree.built_cost),
-        "kind": None if lines.kind == Lines.kind else lines.kind,
+        "kind": None if type(lines) is Lines else type(lines).__name__,
         "up": lines.up,
     }
     # Write larger numbers first, so that each section is aligned for its type.
@@ -87,19 +87,25 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
 
 
 def _attributes(lines: Lines, path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return the sections of the attributes by name; warn of attributes that a file cannot keep."""
-    little = {
-        name: values.astype(values.dtype.newbyteorder("<"), copy=False) for name, values in lines.attributes.items()
+    """Name the sections of the attributes, and warn of those that a file cannot keep."""
+    arrays = {f"{END_ATTRIBUTE}{name}": values for name, values in lines.end_attributes.items()}
+    arrays |= {
+        f"{ATTRIBUTE}{name}": values for name, values in lines.attributes.items() if name not in lines.end_attributes
     }
+    little = {name: values.astype(values.dtype.newbyteorder("<"), copy=False) for name, values in arrays.items()}
     kept = {name: values for name, values in little.items() if values.dtype in container.NAMES and values.ndim <= 3}
-    lost = [f"{name!r} ({values.dtype}, {values.ndim}-d)" for name, values in little.items() if name not in kept]
+    lost = [
+        f"{name.partition('/')[2]!r} ({values.dtype}, {values.ndim}-d)"
+        for name, values in little.items()
+        if name not in kept
+    ]
     if lost:
         warnings.warn(
             f"{path} does not keep the attributes {', '.join(lost)}: it takes booleans, whole numbers and floats of up "
             "to 8 bytes, in up to 3 dimensions; convert them, or save them beside it",
             stacklevel=4,
         )
-    return {f"{ATTRIBUTE}{name}": values for name, values in kept.items()}
+    return kept
 
 
 def read(kind: type[Tree], path: str | os.PathLike[str], verify: bool | None) -> Tree:
@@ -118,19 +124,20 @@ def read(kind: type[Tree], path: str | os.PathLike[str], verify: bool | None) ->
             raise refuse(f"the section {name!r} is missing or has another shape")
         if arrays[name].dtype != dtype:
             raise refuse(f"the section {name!r} has another type")
-    kind_of_lines = KINDS.get(metadata.get("kind", Lines.kind))
+    kind_of_lines = KINDS.get(metadata.get("kind", Lines.__name__))
     if kind_of_lines is None:
         raise refuse(f"it is over {metadata['kind']!r}, expected one of {', '.join(KINDS)}")
     try:
         settings = _settings_from_json(json.loads(metadata["settings"]))
         limits_hit = {str(name): int(n) for name, n in json.loads(metadata["limits_hit"]).items()}
         built_cost = float(metadata["built_cost"]) if "built_cost" in metadata else None
-        attributes = {
-            name.removeprefix(ATTRIBUTE): array for name, array in arrays.items() if name.startswith(ATTRIBUTE)
-        }
+        attributes, end_attributes = (
+            {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
+            for prefix in (ATTRIBUTE, END_ATTRIBUTE)
+        )
         skipped = arrays.get("skipped", np.empty(0, np.int64))
         segments, strands, radius, up = arrays["segments"], arrays["strands"], arrays.get("radius"), metadata.get("up")
-        lines = kind_of_lines(segments, strands, radius, attributes, skipped, up)
+        lines = kind_of_lines(segments, strands, radius, attributes, skipped, up, end_attributes)
         nodes, refs = arrays["nodes"].reshape(-1).view(NODE), arrays["refs"].reshape(-1).view(REF)
         return kind(lines, nodes, refs, settings, metadata["method"], limits_hit, built_cost)
     except UNUSABLE as error:

@@ -133,7 +133,7 @@ def test_an_empty_array_can_be_looked_at_but_not_built():
         (("render", "s.flt", "-r", "inf", "-o", "a.png"), 2, "inf"),
         (("render", "s.flt", "-r", "1e300", "-o", "a.png"), 1, "radius"),
         (("render", "s.flt", "-r", "abc", "-o", "a.png"), 2, "--radius"),
-        (("render", "s.flt", "-o", "a.png"), 2, "--radius"),
+        (("render", "s.flt", "-o", "a.png"), 1, "--radius"),
         (("render", "s.flt", "-r", "1"), 2, "--output"),
         (("render", "s.flt", "-r", "1", "-o", "a.jpg"), 1, "known: .png, .exr"),
         (("render", "s.flt", "-r", "1", "-o", "a"), 1, "known: .png, .exr"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import product
+from typing import Any
 
 import pytest
 from support import nasty
@@ -13,12 +14,17 @@ from support.slow import few_of
 
 import fastlines as fl
 from fastlines.backend import KERNELS
-from fastlines.queries import QUERIES
+from fastlines.queries import QUERIES, QueryName
 
 SEEDS = range(8)
 N_THREADS = (1, 3)
-#: Queries, and the kinds of t to ask them for.
-QUESTIONS = [(query, at) for query in QUERIES for at in (("closest", "surface") if query in WITH_AT else (None,))]
+#: Queries, and their arguments.
+QUESTIONS: list[tuple[QueryName, dict[str, Any]]] = [
+    (query, ({} if at is None else {"at": at}) | how)
+    for query in QUERIES
+    for at in (("closest", "surface") if query in WITH_AT else (None,))
+    for how in ([options(query), {"k": 2, "rank": "distance"}] if query == "next_hits" else [{}])
+]
 #: Kernels and instruction sets; the binary tree has one text for all.
 WAYS = [*product([kernel for kernel in KERNELS if kernel != "binary"], fl.available_simd()), ("binary", None)]
 #: The builds that are no method of their own.
@@ -55,8 +61,7 @@ def test_answers_are_those_of_brute_force(seed: int, name: str, kind: str) -> No
         assert stats["depth"] <= limits.max_depth
         assert limits.max_leaf_refs is None or stats["largest_leaf_refs"] <= limits.max_leaf_refs
     turn = seed
-    for query, at in QUESTIONS:
-        how = ({} if at is None else {"at": at}) | options(query)
+    for query, how in QUESTIONS:
         expected = fl.brute_force(geometry, **asked, query=query, **how)
         for i, (build_name, tree) in enumerate(trees.items()):
             turn += 1
@@ -66,4 +71,4 @@ def test_answers_are_those_of_brute_force(seed: int, name: str, kind: str) -> No
                 fl.set_simd(simd)
                 fl.set_num_threads(n_threads)
                 got = getattr(tree, query)(**asked, **how, kernel=kernel)
-                assert_same(got, expected, f"{build_name}: {query}, {at=}, {kernel=}, {simd=}, {n_threads=}, {seed=}")
+                assert_same(got, expected, f"{build_name}: {query}, {how}, {kernel=}, {simd=}, {n_threads=}, {seed=}")

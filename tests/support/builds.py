@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 import fastlines as fl
 
 #: Keeps trees over copies of long lines small, so that the tests are quick; enough for most others.
@@ -48,7 +50,22 @@ TO_REINSERT: dict[str, dict[str, Any]] = {
 PRESPLITS = [fl.Presplit(area=1e-3), fl.Presplit(area=1.0), fl.Presplit(refs=1), fl.Presplit(refs=7.5), fl.Presplit()]
 
 #: The kinds of primitive that queries run on: what makes each of an array of segments, the same every time.
-KINDS: dict[str, Callable[[Any], fl.Lines]] = {"segments": fl.Lines.from_segments}
+KINDS: dict[str, Callable[[Any], fl.Lines]] = {
+    "segments": fl.Lines.from_segments,
+    "round cones": lambda segments: fl.Lines.from_segments(segments, radius=_radii(segments)),
+    "spheres": lambda segments: fl.Spheres.from_centres(np.reshape(segments, (-1, 2, 3))[:, 0], _radii(segments)[:, 0]),
+}
+
+
+def _radii(segments: Any) -> Any:
+    """Return a radius for each end: from none to larger than the lines, and some that let one ball hold the other."""
+    ends = np.asarray(segments, np.float64).reshape(-1, 6)
+    size = float(np.ptp(ends)) if ends.size else 0.0
+    radii = np.random.default_rng(7).random((len(ends), 2)) ** 8 * 0.3 * size
+    radii[::7] = 0
+    radii[1::7, 1] = radii[1::7, 0]
+    return radii.astype(np.float32)
+
 
 METHODS: dict[str, dict[str, Any]] = {method: {"method": method} for method in fl.METHODS}
 

@@ -29,7 +29,7 @@ def test_what_a_tree_was_built_on_can_be_changed_afterwards():
     ends = crossing()
     lines = fl.Lines(ends, np.arange(24), np.ones(24, np.float32), {"a": np.arange(24)})
     flat = ends.reshape(-1, 6)
-    trees = [fl.build(given) for given in (lines, ends, ends[::1], flat)]
+    trees = [fl.build(lines, own_radius=False), *(fl.build(given) for given in (ends, ends[::1], flat))]
     boxes, triangles = fl.Boxes(ends[:1] * 0), fl.Triangles(np.repeat(ends, 2, axis=1)[:, :3])
     expected = trees[0].all_hits(*RAYS, 0.2)
     before = ends.copy()

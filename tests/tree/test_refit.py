@@ -87,7 +87,7 @@ def assert_equal(answer, expected) -> None:
     if isinstance(answer, np.ndarray):
         np.testing.assert_array_equal(answer, expected)
         return
-    for name in {field.name for field in dataclasses.fields(answer)} - {"lines"} | {"row", "strand"}:
+    for name in {field.name for field in dataclasses.fields(answer)} - {"lines", "rays"} | {"row", "strand"}:
         ours, theirs = getattr(answer, name), getattr(expected, name)
         if ours is not None:
             np.testing.assert_array_equal(ours, theirs, err_msg=name)
@@ -242,7 +242,7 @@ def test_keeps_what_lines_know() -> None:
     after = tree.refit(lines.segments + np.float32(1)).geometry
     assert after.strands is lines.strands
     assert after.radius is lines.radius
-    assert after.attributes["k"] is lines.attributes["k"]
+    assert after.end_attributes["k"] is lines.end_attributes["k"]
     other = fl.Lines.from_segments(lines.segments)
     assert tree.refit(other).geometry is other
 

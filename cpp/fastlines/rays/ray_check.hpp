@@ -18,6 +18,8 @@ struct RayExtremes {
   std::int32_t far_origin = 0, longest = 0, shortest = std::numeric_limits<std::int32_t>::max();
   float max_radius = 0.0f;
   bool valid = true;  ///< whether radii and bounds are valid
+  /// A checksum of all numbers, which depends on their places. Those of parts add up to that of the whole.
+  std::uint64_t digest = 0;
 
   void add(const RayExtremes& other) {
     far_origin = std::max(far_origin, other.far_origin);
@@ -25,8 +27,17 @@ struct RayExtremes {
     shortest = std::min(shortest, other.shortest);
     max_radius = max(max_radius, other.max_radius);
     valid &= other.valid;
+    digest += other.digest;
   }
 };
+
+/// The checksum of some numbers, the first of which is in place `first` of an array.
+inline std::uint64_t digest_of(const float* numbers, std::size_t n, std::size_t first) {
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < n; ++i)
+    sum += std::uint64_t(std::bit_cast<std::uint32_t>(numbers[i])) * std::uint32_t(2 * (first + i) + 1);
+  return sum;
+}
 
 /// The extremes of rays [begin, end).
 inline RayExtremes extremes_of(const RayBatch& rays, std::size_t begin, std::size_t end, float largest_radius) {
@@ -50,14 +61,24 @@ inline RayExtremes extremes_of(const RayBatch& rays, std::size_t begin, std::siz
     const float start = RayBatch::value_of(starts, i);
     extremes.valid &= (start <= RayBatch::value_of(ends, i)) & (start <= std::numeric_limits<float>::max());
   }
+  for (const auto& points : {rays.origins, rays.directions})
+    extremes.digest += digest_of(points[begin].data(), 3 * (end - begin), 3 * begin);
+  for (const auto& values : {rays.radius, rays.t_min, rays.t_max})
+    if (values.size() > 1) extremes.digest += digest_of(&values[begin], end - begin, begin);
   return extremes;
 }
 
+/// Whether all rays are valid, and their checksum.
+struct CheckedRays {
+  bool valid;
+  std::uint64_t digest;
+};
+
 /// Whether all rays are valid: origins, directions and radii are finite, and bounds are in order. Directions must also
 /// be long enough for t to be a float32 in a scene whose coordinates go up to `farthest`. `false` means that each ray
-/// has to be checked by itself.
-inline bool rays_are_valid(const RayBatch& rays, float largest_radius, float farthest, unsigned n_threads) {
-  if (rays.size() == 0) return true;
+/// has to be checked by itself. The checksum tells later whether the caller has changed the arrays.
+inline CheckedRays check_rays(const RayBatch& rays, float largest_radius, float farthest, unsigned n_threads) {
+  if (rays.size() == 0) return {true, 0};
   constexpr std::size_t chunk_size = 1 << 14;  // rays
   constexpr double largest = std::numeric_limits<float>::max();
   RayExtremes all;
@@ -75,8 +96,9 @@ inline bool rays_are_valid(const RayBatch& rays, float largest_radius, float far
   const auto to_float = [](std::int32_t bits) { return std::bit_cast<float>(std::min(bits, 0x7f80'0000)); };
   const double far_origin = to_float(all.far_origin), shortest = to_float(all.shortest);
   const double far = 2.0 * (far_origin + farthest) + all.max_radius;
-  return all.valid && far_origin <= largest && to_float(all.longest) <= largest && shortest > 0.0 &&
-         far <= shortest * largest;
+  const bool valid = all.valid && far_origin <= largest && to_float(all.longest) <= largest && shortest > 0.0 &&
+                     far <= shortest * largest;
+  return {valid, all.digest};
 }
 
 }  // namespace fastlines

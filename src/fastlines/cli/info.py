@@ -79,7 +79,8 @@ def describe(lines: Lines) -> dict[str, Any]:
     """Return counts and sizes of lines, ready for JSON."""
     ends = lines.segments
     lengths = np.sqrt((np.diff(ends.astype(np.float64), axis=1)[:, 0] ** 2).sum(axis=1))
-    n_bytes = ends.nbytes + lines.strands.nbytes + sum(values.nbytes for values in lines.attributes.values())
+    arrays = [values for name, values in lines.attributes.items() if name not in lines.end_attributes]
+    arrays += [ends, lines.strands, *lines.end_attributes.values()]
     some = len(lines) > 0
     return {
         "n_segments": len(lines),
@@ -94,7 +95,7 @@ def describe(lines: Lines) -> dict[str, Any]:
         "attributes": sorted(lines.attributes),
         "up": lines.up,
         "n_skipped": len(lines.skipped),
-        "memory_bytes": n_bytes + (0 if lines.radius is None else lines.radius.nbytes),
+        "memory_bytes": sum(values.nbytes for values in arrays) + (0 if lines.radius is None else lines.radius.nbytes),
     }
 
 

@@ -35,7 +35,15 @@ Effort = Annotated[
     ),
 ]
 Radius = Annotated[
-    float, Option("--radius", "-r", callback=_finite, help="Half the thickness of the lines, in their units.")
+    float | None,
+    Option(
+        "--radius",
+        "-r",
+        callback=_finite,
+        help="How near a ray must come, in the unit of the coordinates. It is added to the radius of the lines, and is "
+        "needed if they have none.",
+        show_default=False,
+    ),
 ]
 Json = Annotated[bool, Option("--json", help="Print JSON.")]
 Skip = Annotated[bool, Option("--skip-invalid", help="Leave out segments that hold NaN or Inf.")]

@@ -27,13 +27,13 @@ WITH_T, LISTS = ("first", "all", "next"), ("all", "next")
 @app.command(short_help="Find what rays hit.")
 def query(
     tree_file: TreeFile,
-    radius: Radius,
     rays: Annotated[
         str | None,
         typer.Argument(
             metavar="[RAYS]", help="An array (n, 6) in a .npy file, or origins and directions (n, 3) in a .npz file."
         ),
     ] = None,
+    radius: Radius = None,
     kind: Annotated[str, Option("--kind", "-k", metavar="KIND", help="first, any, all, next or count.")] = "first",
     nearest: Annotated[int | None, Option(metavar="N", help="The number of hits of each ray, for --kind next.")] = None,
     output: Annotated[
@@ -77,6 +77,7 @@ def query(
 
     [cyan]fastlines query hair.flt --camera 640x480 --radius 0.001 --kind count[/]
     """
+    from ..queries import require_radius
     from ..render.depth import check_size
     from .files import Source, check_output, open_tree, show_progress, write_npz
     from .hint import hint_at_radius
@@ -94,6 +95,8 @@ def query(
         looks = {"--direction": direction, "--up": up, "--fov": fov}
         refuse_given(looks, "the rays come from a file, not from a camera")
     tree = open_tree(tree_file)
+    require_radius(tree.geometry, radius)  # type: ignore[arg-type]
+    radius = radius or 0.0
     if camera is not None:
         width, height = size(camera, "--camera")
         check_size(width, height)

@@ -18,10 +18,10 @@ from .options import Direction, Fov, Input, Radius, Skip, Up, refuse_given, vect
 @app.command(short_help="Draw lines by depth, or the levels of a tree.")
 def render(
     source: Input,
-    radius: Radius,
     output: Annotated[
         str, Option("--output", "-o", metavar="FILE", help="The picture: a .png for the eye, or an .exr of depths.")
     ],
+    radius: Radius = None,
     width: Annotated[int | None, Option(min=1, help="The picture's width in pixels; 800 by default.")] = None,
     height: Annotated[int | None, Option(min=1, help="The picture's height in pixels; 800 by default.")] = None,
     direction: Direction = None,
@@ -46,12 +46,15 @@ def render(
 
     [cyan]fastlines render hair.flt --radius 0.0005 -o hair.png[/]
 
+    [cyan]fastlines render thick.hair -o thick.png[/]
+
     [cyan]fastlines render hair.tfx --radius 0.0005 --width 1920 --height 1080 -o hair.exr[/]
 
     [cyan]fastlines render scene:spaghetti --radius 0.001 --direction 0,-1,0 --up 0,0,1 -o top.png[/]
 
     [cyan]fastlines render hair.flt --radius 0.0005 --levels 6 -o levels.png[/]
     """
+    from ..queries import require_radius
     from ..render import check_image_path, depth_image, depth_picture, level_sheet, write_depth, write_picture
     from ..render.depth import check_size
     from .files import check_output, open_lines, show_progress
@@ -74,6 +77,8 @@ def render(
     opened = open_lines(source, skip_invalid)
     if opened.tree is not None:
         refuse_given({"--method": method}, f"{source} is a tree already; 'fastlines build' makes another")
+    require_radius(opened.lines, radius)
+    radius = radius or 0.0
     camera = opened.camera(look, upwards, fov, 1.0 if levels else width / height)
     progress = show_progress()
     tree = opened.tree or fl.build(opened.lines, method or DEFAULT_METHOD, progress=progress)
@@ -85,4 +90,5 @@ def render(
         write_depth(output, depth_image(tree, camera, width, height, radius, progress))
         hint_at_radius(tree, *camera.rays(*small(width, height)), radius)
     what = f"{levels} levels" if levels else f"{width} × {height} pixels"
-    typer.echo(f"{output}: {what}, {len(opened.lines):,} segments, radius {radius:g}")
+    own = "" if opened.lines.radius is None else ", and their own"
+    typer.echo(f"{output}: {what}, {len(opened.lines):,} segments, radius {radius:g}{own}")

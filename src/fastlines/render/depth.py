@@ -10,7 +10,9 @@ import numpy as np
 from ..arrays import FloatArray, count, number
 from ..camera import Camera
 from ..errors import InputError
+from ..lines import Lines
 from ..progress import ProgressOption, reporting
+from ..queries import require_radius
 from ..tree import Tree
 
 #: The most pixels of a picture: an 8K screen has fewer.
@@ -22,7 +24,7 @@ RADIUS = "a finite number that is not negative"
 
 
 def depth_image(
-    tree: Tree, camera: Camera, width: int, height: int, radius: float, progress: ProgressOption = False
+    tree: Tree, camera: Camera, width: int, height: int, radius: float | None = None, progress: ProgressOption = False
 ) -> FloatArray:
     """Find the depth of the nearest line through the centre of each pixel.
 
@@ -33,8 +35,9 @@ def depth_image(
     camera : Camera
     width, height : int
         The size of the image in pixels; at most `MAX_PIXELS` in all.
-    radius : float
-        Half the thickness of the lines, in their units.
+    radius : float, optional
+        Half the thickness of the lines, in the unit of the coordinates. It is added to the radius of the lines, and is
+        needed if they have none.
     progress : bool or callable
         Show a bar, or call back with the fraction that is done.
 
@@ -57,7 +60,7 @@ def depth_image(
     """
     check_size(width, height)
     view = View(tree, camera, width, height)
-    number("radius", radius, RADIUS, 0.0)
+    radius = check_radius(tree, radius)
     depth = np.empty((height, width), np.float32)
     with reporting(progress, "render") as callback:
         for rows in bands(width, height):
@@ -65,6 +68,13 @@ def depth_image(
             if callback is not None:
                 callback(rows.stop / height)
     return depth
+
+
+def check_radius(tree: Tree, radius: float | None) -> float:
+    """Check the radius of a picture."""
+    if isinstance(tree.geometry, Lines):
+        require_radius(tree.geometry, radius)
+    return number("radius", 0.0 if radius is None else radius, RADIUS, 0.0)
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ BACKGROUND, INK, FAINT = (0, 0, 0), (235, 235, 235), (150, 150, 150, 90)
 def level_sheet(
     tree: Tree,
     camera: Camera,
-    radius: float,
+    radius: float | None = None,
     levels: int | Sequence[int] = 6,
     panel: int = 320,
     columns: int = 3,

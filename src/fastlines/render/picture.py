@@ -20,12 +20,12 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray, number
+from ..arrays import FloatArray
 from ..camera import Camera, Float64Array
 from ..lines import Lines
 from ..progress import ProgressOption, reporting
 from ..tree import Tree
-from .depth import RADIUS, View, bands, check_size
+from .depth import View, bands, check_radius, check_size
 
 #: The fraction of a picture that is done, some of its rows, and the light to add to them.
 Part: TypeAlias = tuple[float, slice, Float64Array]
@@ -51,7 +51,7 @@ def depth_picture(
     camera: Camera,
     width: int,
     height: int,
-    radius: float,
+    radius: float | None = None,
     samples: int = 3,
     progress: ProgressOption = False,
 ) -> npt.NDArray[np.uint8]:
@@ -77,11 +77,11 @@ def depth_picture(
     True
     """
     check_size(width, height)
-    number("radius", radius, RADIUS, 0.0)
+    radius = check_radius(tree, radius)
     view = View(tree, camera, width, height)
     lines = tree.geometry
     pixel = pixel_size(lines, camera, height) if isinstance(lines, Lines) else 0.0
-    thin = radius < THIN * pixel
+    thin = radius + (lines.max_radius if isinstance(lines, Lines) else 0.0) < THIN * pixel
     reach = SPOT * pixel if thin else radius
     tone = Tone(_probe(view, reach))
     light = np.zeros((height, width))
@@ -129,7 +129,9 @@ def _gather(view: View, radius: float, reach: float, tone: Tone) -> Iterator[Par
     max_rays = int(MAX_HITS / max(4.0, counts.mean()))
     for rows in bands(view.width, view.height, max_rays):
         hits = view.tree.all_hits(*view.rays(rows), reach)
-        share = 2 * radius * 0.75 / reach * (1 - (hits.distance.astype(np.float64) / reach) ** 2)
+        own = hits.sample("radius") if hits.lines is not None and hits.lines.radius is not None else 0.0
+        spot = reach + own
+        share = 2 * (radius + own) * 0.75 / spot * (1 - (hits.distance.astype(np.float64) / spot) ** 2)
         hidden = np.cumsum(np.log1p(-np.clip(share, 0, 0.999)))
         before = np.concatenate([[0.0], hidden])
         left_over = np.exp(before[:-1] - before[hits.offsets[hits.ray]])

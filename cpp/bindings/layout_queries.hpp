@@ -1,0 +1,60 @@
+// The queries on a wide layout of one kind of primitive. The kernels take long to compile, so each kind has a source
+// file of its own, engine_query_*.cpp. A kind without one is compiled in engine_query.cpp.
+#pragma once
+
+#include <optional>
+
+#include "fastlines/kernels/run/run_batch.hpp"
+#include "fastlines/primitives/round_cone_test.hpp"
+
+namespace fastlines {
+
+/// A batch of rays on a layout.
+template <RayPrimitive P>
+struct LayoutQueries {
+  const WideBvhView<P>& tree;
+  const RayBatch& rays;
+  Kernel kernel;
+  unsigned n_threads;
+  Progress& progress;
+
+  void find_first(At at, const HitColumns& to) const;
+  void find_any(bool* to) const;
+  void count(std::int64_t* to) const;
+  /// List all hits of each ray, or its first k by t if k is given, or the k nearest to it with `by_distance`.
+  void list(At at, std::optional<std::size_t> k, bool by_distance, HitAssembler& to) const;
+};
+
+template <RayPrimitive P>
+void LayoutQueries<P>::find_first(At at, const HitColumns& to) const {
+  const auto run_at = [&]<At which>() {
+    run_batch(tree, rays, kernel, FirstHitQuery<P, which>{tree, to}, n_threads, progress);
+  };
+  at == At::surface ? run_at.template operator()<At::surface>() : run_at.template operator()<At::closest>();
+}
+
+template <RayPrimitive P>
+void LayoutQueries<P>::find_any(bool* to) const {
+  run_batch(tree, rays, kernel, AnyHitQuery{to}, n_threads, progress);
+}
+
+template <RayPrimitive P>
+void LayoutQueries<P>::count(std::int64_t* to) const {
+  run_batch(tree, rays, kernel, CountHitsQuery{to}, n_threads, progress);
+}
+
+template <RayPrimitive P>
+void LayoutQueries<P>::list(At at, std::optional<std::size_t> k, bool by_distance, HitAssembler& to) const {
+  const auto run_at = [&]<At which>() {
+    if (k && !by_distance)
+      run_lists(tree, rays, kernel, KNearestQuery<P, which>(tree, *k), n_threads, progress, to);
+    else
+      run_lists(tree, rays, kernel, AllHitsQuery<P, which>(tree, k), n_threads, progress, to);
+  };
+  at == At::surface ? run_at.template operator()<At::surface>() : run_at.template operator()<At::closest>();
+}
+
+extern template struct LayoutQueries<Segments>;
+extern template struct LayoutQueries<RoundCones>;
+
+}  // namespace fastlines
