@@ -55,13 +55,13 @@ Kind kind_named(const std::string& name) {
   throw std::invalid_argument("unknown kind of geometry: " + name);
 }
 
-void make_scene(Scene* self, Input<float> segments, const std::string& kind, float radius, float piece_length,
-                bool high_quality, const std::string& device, std::tuple<float, float, float> eye) {
+void make_scene(Scene* self, Input<float> segments, Input<float> radii, const std::string& kind, float radius,
+                float piece_length, bool high_quality, const std::string& device, std::tuple<float, float, float> eye) {
   const SceneSettings settings{kind_named(kind), radius,
                                piece_length,     high_quality ? Quality::high : Quality::medium,
                                device,           {std::get<0>(eye), std::get<1>(eye), std::get<2>(eye)}};
   const WithoutGil without_gil;
-  new (self) Scene(rows<SegmentEnds>(segments), settings, best_callbacks());
+  new (self) Scene(rows<SegmentEnds>(segments), rows<float>(radii), settings, best_callbacks());
 }
 
 Rays batch(const Input<float>& origins, const Input<float>& directions, float t_min, float t_max) {
@@ -136,8 +136,8 @@ NB_MODULE(_embree, m) {
               "coherent"_a, "n_threads"_a);
   };
   nb::class_<Scene> scene(m, "Scene");
-  scene.def("__init__", &make_scene, "segments"_a.noconvert(), "kind"_a, "radius"_a, "piece_length"_a, "high_quality"_a,
-            "device"_a, "eye"_a);
+  scene.def("__init__", &make_scene, "segments"_a.noconvert(), "radii"_a.noconvert(), "kind"_a, "radius"_a,
+            "piece_length"_a, "high_quality"_a, "device"_a, "eye"_a);
   query(scene, "first_hit", &first_hit);
   query(scene, "any_hit", &any_hit);
   query(scene, "all_hits", &all_hit);

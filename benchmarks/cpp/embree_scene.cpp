@@ -60,7 +60,8 @@ GeometryType type_of(Kind kind) {
 
 }  // namespace
 
-Scene::Scene(std::span<const SegmentEnds> segments, const SceneSettings& settings, const Callbacks& callbacks)
+Scene::Scene(std::span<const SegmentEnds> segments, std::span<const float> radii, const SceneSettings& settings,
+             const Callbacks& callbacks)
     : radius(settings.radius), settings_(settings) {
   const Api& rtc = api();
   try {
@@ -79,7 +80,7 @@ Scene::Scene(std::span<const SegmentEnds> segments, const SceneSettings& setting
     else if (settings.kind == Kind::ribbon)
       add_ribbons(geometry, segments);
     else
-      add_curves(geometry, segments);
+      add_curves(geometry, segments, radii);
     if (settings.kind != Kind::user) rtc.SetGeometryEnableFilterFunctionFromArguments(geometry, true);
     rtc.CommitGeometry(geometry);
     rtc.AttachGeometry(scene_, geometry);
@@ -158,7 +159,7 @@ void Scene::add_user(Geometry geometry, const Callbacks& callbacks) {
 }
 
 /// Consecutive pieces of a segment share the point between them.
-void Scene::add_curves(Geometry geometry, std::span<const SegmentEnds> segments) {
+void Scene::add_curves(Geometry geometry, std::span<const SegmentEnds> segments, std::span<const float> radii) {
   const Api& rtc = api();
   const std::size_t n_points = owners_.size() + segments.size();
   auto* points = static_cast<float*>(
@@ -169,8 +170,9 @@ void Scene::add_curves(Geometry geometry, std::span<const SegmentEnds> segments)
   std::uint32_t at = 0;
   for (std::size_t i = 0; i < segments.size(); ++i)
     for (std::uint32_t j = 0; j <= n_cuts_[i]; ++j, ++at) {
-      for (int k = 0; k < 3; ++k) *points++ = point(segments[i], k, float(j) / n_cuts_[i]);
-      *points++ = settings_.radius;
+      const float s = float(j) / n_cuts_[i];
+      for (int k = 0; k < 3; ++k) *points++ = point(segments[i], k, s);
+      *points++ = settings_.radius + (radii.empty() ? 0.0f : (1 - s) * radii[2 * i] + s * radii[2 * i + 1]);
       if (j < n_cuts_[i]) *index++ = at;
     }
 }

@@ -30,7 +30,9 @@ struct SceneSettings {
 /// it.
 class Scene {
  public:
-  Scene(std::span<const SegmentEnds> segments, const SceneSettings& settings, const Callbacks& callbacks);
+  /// `radii` are empty, or two for each segment, which are added to the radius of the settings: for curves only.
+  Scene(std::span<const SegmentEnds> segments, std::span<const float> radii, const SceneSettings& settings,
+        const Callbacks& callbacks);
   ~Scene();
   Scene(const Scene&) = delete;
 
@@ -52,7 +54,7 @@ class Scene {
  private:
   void cut(std::span<const SegmentEnds> segments);
   void add_user(Geometry geometry, const Callbacks& callbacks);
-  void add_curves(Geometry geometry, std::span<const SegmentEnds> segments);
+  void add_curves(Geometry geometry, std::span<const SegmentEnds> segments, std::span<const float> radii);
   void add_ribbons(Geometry geometry, std::span<const SegmentEnds> segments);
   void release();
 

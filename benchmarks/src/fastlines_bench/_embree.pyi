@@ -16,6 +16,7 @@ class Scene:
     def __init__(
         self,
         segments: _Floats,
+        radii: _Floats,
         kind: str,
         radius: float,
         piece_length: float,

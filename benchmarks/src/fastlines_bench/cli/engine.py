@@ -83,6 +83,14 @@ def engine(
             show_default=False,
         ),
     ] = None,
+    shapes: Annotated[
+        bool,
+        typer.Option(
+            "--shapes",
+            help="Query thick lines at their surface, which taper to a fifth of the radius along each strand, with a "
+            "query radius of 0. Embree has round curves.",
+        ),
+    ] = False,
     quick: Quick = False,
     json_file: JsonFile = None,
     plot: PlotFile = None,
@@ -106,6 +114,8 @@ def engine(
     [cyan]fastlines-bench engine --one-by-one --rays camera,random[/]
 
     [cyan]fastlines-bench engine --radius 0.0005,0.005 --built-for 0.005[/]  one tree for both
+
+    [cyan]fastlines-bench engine --shapes --rays camera,random[/]  tapered lines
     """
     check_files(json_file, plot)
     if method is not None:
@@ -123,9 +133,12 @@ def engine(
         retune=retune,
         one_by_one=one_by_one,
         built_for=built_for,
+        shapes=shapes,
     )
     subjects = list(subjects_of(scene or [], file or [], radius, quick))
     largest = max(radius for subject in subjects for radius in subject.radii)
+    if shapes and built_for is not None:
+        raise InputError("--shapes and --built-for do not go together: Embree's curves are built for their radius")
     if built_for is not None and (peer == "none" or not largest <= built_for < float("inf")):
         raise InputError(
             f"--built-for {built_for:g}: expected --peer embree, and a radius no less than the largest of the queries, "

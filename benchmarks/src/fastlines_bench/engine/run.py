@@ -17,7 +17,7 @@ from ..harness.clock import clock
 from ..harness.compare import Difference, compare
 from ..harness.preset import TimedPreset, sized
 from ..harness.rays import KINDS, RayBatch, tiled_rays
-from ..harness.subjects import Subject
+from ..harness.subjects import Subject, tapered
 from ..harness.turns import MAX_HITS, count_hits, query_tree
 from ..package import num_threads
 from ..peers import embree, tuning
@@ -55,6 +55,9 @@ class EnginePreset(TimedPreset):
         Trace each ray alone: with our kernel "single", and with Embree's rtcIntersect1.
     built_for : float, optional
         Use only user geometry for Embree, built for this radius and queried with radii no larger.
+    shapes : bool
+        Query round cones at the surface: lines that taper from the radius to a fifth of it along each strand, with a
+        radius of 0 in the query. Embree has round linear curves.
     """
 
     n_rays: int = sized(1 << 20, 1 << 17)
@@ -71,6 +74,7 @@ class EnginePreset(TimedPreset):
     retune: bool = False
     one_by_one: bool = False
     built_for: float | None = None
+    shapes: bool = False
 
 
 def run_engine(
@@ -123,16 +127,24 @@ class _Runner:
         }
         builds = self._tune(fixed) if preset.peer else {}
         for radius in subject.radii:
+            if preset.shapes:
+                self.tree = self.tree.refit(tapered(subject.lines, radius))
             scenes = self._scenes(radius) if preset.peer else None
             for kind in preset.kinds:
-                rays = subject.occlusion_rays(self.tree, radius, preset.n_rays) if kind == "ao" else fixed[kind]
+                rays = (
+                    subject.occlusion_rays(self.tree, radius, preset.n_rays, 0.0 if preset.shapes else radius)
+                    if kind == "ao"
+                    else fixed[kind]
+                )
                 for query in KINDS[kind]:
                     self.say(f"{subject.name}, radius {radius:g}: {kind} rays, {query}")
                     yield self._cell(radius, rays, query, scenes, builds.get("all" if query == "all" else "first", []))
 
     def _scenes(self, radius: float) -> embree.Scenes:
-        preset = self.preset
-        return embree.Scenes(self.subject.lines, radius, self.subject.camera.origin, preset.n_threads, preset.built_for)
+        preset, lines, eye = self.preset, self.subject.lines, self.subject.camera.origin
+        if preset.shapes:
+            return embree.Scenes(tapered(lines, radius), 0.0, eye, preset.n_threads)
+        return embree.Scenes(lines, radius, eye, preset.n_threads, preset.built_for)
 
     def _tune(self, fixed: dict[str, RayBatch]) -> dict[str, list[embree.Build]]:
         """Find the fastest builds of Embree for these lines, with the median radius."""
@@ -140,15 +152,16 @@ class _Runner:
         scenes = self._scenes(preset.built_for or subject.middle_radius)
         batches = [fixed[kind].part(preset.trial) for kind in ("camera", "random")]
         found = tuning.tuned_builds(
-            subject.lines,
+            tapered(subject.lines, subject.middle_radius) if preset.shapes else subject.lines,
             scenes,
             batches,
             ("first", "all"),
             lengths=preset.lengths,
+            variants=[embree.Build("round")] if preset.shapes else tuning.VARIANTS,
             retune=preset.retune,
             progress=lambda what: self.say(f"{subject.name}: {what}"),
         )
-        whole = embree.Build("user")
+        whole = embree.Build("round" if preset.shapes else "user")
         return {query: list(dict.fromkeys([*builds, whole])) for query, builds in found.items()}
 
     def _cell(
@@ -222,7 +235,10 @@ class _Runner:
         return EngineCell(self.subject.name, radius, rays.kind, query, len(many), n_hits, rate, sides)
 
     def _query(self, radius: float, query: str, rays: RayBatch) -> Any:
-        return query_tree(self.tree, query, rays, radius, "single" if self.preset.one_by_one else "auto")
+        kernel = "single" if self.preset.one_by_one else "auto"
+        if self.preset.shapes:
+            return query_tree(self.tree, query, rays, 0.0, kernel, "surface")
+        return query_tree(self.tree, query, rays, radius, kernel)
 
     def _time(self, answer_to: Callable[[RayBatch], Any], rays: RayBatch) -> tuple[float, Any]:
         start = self.now()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -72,11 +72,21 @@ class Subject:
         """Return camera or random rays."""
         return camera_rays(self.camera, n_rays) if kind == "camera" else random_rays(self.lines, n_rays)
 
-    def occlusion_rays(self, tree: Tree, radius: float, n_rays: int) -> RayBatch:
-        """Return ambient-occlusion rays from the first hits of camera rays."""
+    def occlusion_rays(self, tree: Tree, radius: float, n_rays: int, query_radius: float | None = None) -> RayBatch:
+        """Return ambient-occlusion rays from the first hits of camera rays, with `query_radius` if lines are thick."""
         small = camera_rays(self.camera, min(n_rays, 1 << 16))
-        t = tree.first_hit(small.origins, small.directions, radius).t
+        t = tree.first_hit(small.origins, small.directions, radius if query_radius is None else query_radius).t
         return ao_rays(self.lines, small, t, radius, n_rays)
+
+
+def tapered(lines: Lines, radius: float, ratio: float = 0.2) -> Lines:
+    """Return lines that are thick: of this radius where a strand begins, and of `ratio` times as much where it ends."""
+    strands = np.where(lines.strands < 0, -1 - np.arange(len(lines)), lines.strands)
+    starts = np.flatnonzero(np.diff(strands, prepend=strands[:1] - 1)) if len(lines) else np.zeros(0, np.int64)
+    counts = np.diff(starts, append=len(lines))
+    position = np.arange(len(lines)) - np.repeat(starts, counts)
+    share = (position[:, None] + np.arange(2)) / np.repeat(counts, counts)[:, None]
+    return replace(lines, radius=(radius * (1 - (1 - ratio) * share)).astype(np.float32))
 
 
 def scene_subject(name: str, n_segments: int | None = None) -> Subject:

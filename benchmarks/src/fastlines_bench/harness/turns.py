@@ -115,10 +115,11 @@ def query_function(
     return answer
 
 
-def query_tree(tree: Tree, query: str, rays: RayBatch, radius: float, kernel: str = "auto") -> Any:
+def query_tree(tree: Tree, query: str, rays: RayBatch, radius: float, kernel: str = "auto", at: str = "closest") -> Any:
     """Return the answer of our tree to a query: "first", "any" or "all"."""
     method: Any = {"first": tree.first_hit, "any": tree.any_hit, "all": tree.all_hits}[query]
-    return method(rays.origins, rays.directions, radius, t_min=rays.t_min, t_max=rays.t_max, kernel=kernel)
+    more = {} if query == "any" else {"at": at}
+    return method(rays.origins, rays.directions, radius, t_min=rays.t_min, t_max=rays.t_max, kernel=kernel, **more)
 
 
 def count_hits(query: str, answer: Any) -> int:

@@ -157,7 +157,8 @@ def load(n_threads: int = 1) -> str:
 class Scenes:
     """Embree scenes of some lines with one radius, which are built on first use and cached.
 
-    With `built_for`, the scenes are user geometry that is built for that larger radius.
+    Curves have the radii of the lines too, if these have any. With `built_for`, the scenes are user geometry that is
+    built for that larger radius.
     """
 
     def __init__(
@@ -166,6 +167,8 @@ class Scenes:
         load(n_threads)
         self.radius, self.n_threads, self.built_for = radius, n_threads, built_for
         self._segments = np.ascontiguousarray(lines.segments, np.float32)
+        thick = lines.radius is not None
+        self._radii = np.ascontiguousarray(lines.end_radii if thick else np.empty((0, 2)), np.float32)
         x, y, z = map(float, eye)
         self._eye = (x, y, z)
         self._scenes: dict[Build, _embree.Scene] = {}
@@ -185,6 +188,7 @@ class Scenes:
             start = now()
             self._scenes[build] = _embree.Scene(
                 self._segments,
+                self._radii,
                 build.geometry,
                 self.built_for or self.radius,
                 build.piece_length,

@@ -54,6 +54,7 @@ def tuned_builds(
     queries: Sequence[str],
     *,
     lengths: Sequence[float] = LENGTHS,
+    variants: Sequence[Build] = VARIANTS,
     retune: bool = False,
     progress: Callable[[str], None] = lambda what: None,
 ) -> dict[str, list[Build]]:
@@ -68,6 +69,8 @@ def tuned_builds(
         The timed rays; the best length has the highest geometric mean rate over them.
     queries : sequence of str
         The queries, each of which has its own best length.
+    variants : sequence of Build
+        The builds to tune.
 
     Returns
     -------
@@ -83,7 +86,7 @@ def tuned_builds(
     tried = [share * diagonal for share in lengths]
     tried = [length for length in tried if length == 0 or len(lines) + total / length <= MAX_PIECES]
 
-    for variant in VARIANTS:
+    for variant in variants:
         wanted = [query for query in queries if _applies(variant, query, batches)]
         if all(query in entry.get(str(variant), {}) for query in wanted):
             continue
@@ -101,7 +104,7 @@ def tuned_builds(
     return {
         query: [
             _with_length(variant, entry[str(variant)][query])
-            for variant in VARIANTS
+            for variant in variants
             if query in entry.get(str(variant), {}) and _applies(variant, query, batches)
         ]
         for query in queries
@@ -149,6 +152,8 @@ def _rate(scenes: Scenes, build: Build, query: str, batches: Sequence[RayBatch])
 def _key(lines: Lines, scenes: Scenes, batches: Sequence[RayBatch], lengths: Sequence[float]) -> str:
     """Return a hash of everything that the best length depends on."""
     digest = hashlib.sha256(np.ascontiguousarray(lines.segments).tobytes())
+    if lines.radius is not None:
+        digest.update(lines.radius.tobytes())
     digest.update(repr((load(), scenes.radius, tuple(lengths), [(b.kind, len(b)) for b in batches])).encode())
     return digest.hexdigest()[:32]
 
