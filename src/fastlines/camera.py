@@ -173,10 +173,10 @@ class Camera:
             raise InputError("direction is zero; expected the direction of view, such as (0, 0, -1)")
         if not (0 < aspect < math.inf and 0 <= margin < 0.5):
             raise InputError(f"aspect={aspect!r}, margin={margin!r}; expected aspect > 0 and 0 <= margin < 0.5")
-        points = _to_frame(geometry)
+        points, radius = _to_frame(geometry)
 
         # Work relative to the middle of the geometry: it may lie far from the coordinate origin.
-        low, high = points.min(axis=0), points.max(axis=0)
+        low, high = (points - radius[:, None]).min(axis=0), (points + radius[:, None]).max(axis=0)
         centre = low + (high - low) / 2
         # Give a size to geometry that float32 cannot distinguish from a single point.
         size, away = float((high - low).max()), float(np.abs(centre).max())
@@ -185,11 +185,12 @@ class Camera:
         axes = _axes(view, upwards)
         x, y, depth = (_dot(points - centre, axis) for axis in axes)
 
-        # Put the apex of the frame's pyramid where two opposite sides touch the points, never among them.
+        # Put the apex of the frame's pyramid where two opposite sides touch the balls around the points.
         tan = math.tan(math.radians(fov_degrees) / 2) * (1 - 2 * margin)
-        middle, nearest = [], [depth.min() - 0.01 * size]
+        middle, nearest = [], [(depth - radius).min() - 0.01 * size]
         for across, slope in ((x, tan * aspect), (y, tan)):
-            upper, lower = (across - slope * depth).max(), (across + slope * depth).min()
+            reach = radius * math.sqrt(1 + slope**2)
+            upper, lower = (across - slope * depth + reach).max(), (across + slope * depth - reach).min()
             middle.append((lower + upper) / 2)
             nearest.append((lower - upper) / (2 * slope))
         apex = centre + _dot(axes.T, np.array([*middle, min(nearest)]))
@@ -229,15 +230,18 @@ def _dot(vectors: Float64Array, axis: Float64Array) -> Float64Array:
     return np.asarray((vectors * axis).sum(axis=-1))
 
 
-def _to_frame(geometry: Lines | npt.ArrayLike) -> Float64Array:
-    """Return the points that a picture must show, at least one."""
+def _to_frame(geometry: Lines | npt.ArrayLike) -> tuple[Float64Array, Float64Array]:
+    """Return the points that a picture must show, at least one, and the radius around each."""
+    if isinstance(geometry, Lines) and len(geometry):
+        return geometry.segments.reshape(-1, 3).astype(np.float64), geometry.end_radii.reshape(-1).astype(np.float64)
     if isinstance(geometry, Lines):
-        geometry = geometry.segments.reshape(-1, 3)
+        geometry = []
     elif np.shape(geometry) == (2, 3):
         low, high = np.asarray(geometry, np.float64)
         geometry = [] if (low > high).all() else list(itertools.product(*zip(low, high, strict=True)))
     points = _points(geometry)
-    return points if len(points) else np.zeros((1, 3))
+    points = points if len(points) else np.zeros((1, 3))
+    return points, np.zeros(len(points))
 
 
 def _points(values: npt.ArrayLike) -> Float64Array:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import fastlines as fl
 from fastlines.camera import Camera
 from fastlines.errors import InputError
 from fastlines.lines import Lines
@@ -155,3 +156,16 @@ def test_sizes_that_can_not_be(size):
 def test_frames_that_can_not_be(arguments, message):
     with pytest.raises(InputError, match=message):
         Camera.framing(**{"geometry": [[0, 0, 0], [1, 1, 1]], **arguments})
+
+
+def test_framing_shows_the_thickness_of_lines() -> None:
+    rng = np.random.default_rng(4)
+    spheres = fl.Spheres.from_centres(rng.normal(size=(50, 3)), rng.uniform(0.1, 1, 50))
+    camera = Camera.framing(spheres)
+    tree = fl.build(spheres)
+    size = 200
+    seen = tree.any_hit(*camera.rays(size, size)).reshape(size, size)
+    border = np.concatenate([seen[0], seen[-1], seen[:, 0], seen[:, -1]])
+    assert not border.any()
+    # Without their radii, spheres are cut off.
+    assert tree.any_hit(*Camera.framing(spheres.centres).rays(size, size)).reshape(size, size)[[0, -1]].any()
