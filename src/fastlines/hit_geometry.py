@@ -130,9 +130,8 @@ class HitGeometry:
         prim, u = self.prim[hit], self.u[hit].astype(np.float64)
         at_ends = dict(lines.end_attributes) | ({} if lines.radius is None else {"radius": lines.end_radii})
         if name not in at_ends and name not in lines.attributes:
-            raise InputError(
-                f"name={name!r} is no attribute of these lines{did_you_mean(name, [*at_ends, *lines.attributes])}"
-            )
+            known = dict.fromkeys([*at_ends, *lines.attributes])
+            raise InputError(f"name={name!r} is no attribute of these lines{did_you_mean(name, known)}")
         values = at_ends[name] if name in at_ends else lines.attributes[name]
         if values.dtype.kind not in "fiub":
             raise InputError(
@@ -148,7 +147,9 @@ class HitGeometry:
 
     def _known_lines(self) -> Lines:
         if self.lines is None:
-            raise InputError("these hits do not know their lines: a pickle keeps `row` and `strand` only; query again")
+            raise InputError(
+                "these hits do not know their lines: a pickle has `row` and `strand` in their place; query again"
+            )
         return self.lines
 
     def _ray_of_hits(self) -> IntArray:

@@ -78,8 +78,8 @@ class FirstHits(_OfLines):
     u : float32
         The position on the segment, from 0 to 1.
     distance : float32
-        The distance of the ray from the segment at `u`, its axis if it is thick; inf = miss. It is the least distance,
-        unless the segment tapers: then `u` is where the ray lies deepest in it (docs/answers.md).
+        The distance of the ray from the segment at the closest approach, from its axis if it is thick; inf = miss. It
+        is the least distance, unless the segment tapers: then it is where the ray lies deepest in it (docs/answers.md).
     t_out : float32 or None
         With ``at="surface"``, t where the ray leaves the capsule around the segment.
     skipped : (k,) int64

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -167,6 +167,23 @@ class Lines(Immutable):
         """The largest radius; 0 if there is none."""
         return 0.0 if self.radius is None else float(self.radius.max(initial=0))
 
+    def with_radius(self, radius: npt.ArrayLike) -> Lines:
+        """Return the same lines with another radius.
+
+        Parameters
+        ----------
+        radius : number, (n,) or (n, 2) array
+            One for all, one for each segment, or one for each end.
+
+        Examples
+        --------
+        >>> lines = Lines.from_segments([[[0, 0, 0], [1, 0, 0]]])
+        >>> lines.with_radius(0.5).radius
+        array([0.5], dtype=float32)
+        """
+        array = own_float32(radius, "radius")
+        return replace(self, radius=own(np.full(len(self), array)) if array.ndim == 0 else array)
+
     def without_radius(self) -> Lines:
         """Return the same lines without their radius."""
         return Lines(self.segments, self.strands, None, self.attributes, self.skipped, self.up, self.end_attributes)
@@ -295,8 +312,8 @@ class Lines(Immutable):
         counts : (k,) array of int
             How many points each strand has; they add up to m. A strand of one point becomes a segment of length
             zero, so that nothing is lost.
-        radius : (m,) array, optional
-            Half the thickness at each point; becomes one value per end of a segment.
+        radius : number or (m,) array, optional
+            Half the thickness, everywhere or at each point; becomes one value per end of a segment.
         attributes : mapping of str to array of m rows, optional
             Per point; each segment has the values at both ends (`end_attributes`).
         invalid : {"error", "skip"}
@@ -312,7 +329,9 @@ class Lines(Immutable):
             )
         n = len(points)
         per_point = {name: column(values, name, n, "points") for name, values in (attributes or {}).items()}
-        radii = None if radius is None else column(to_float32(radius, "radius"), "radius", n, "points")
+        radii = None if radius is None else to_float32(radius, "radius")
+        radii = np.full(n, radii) if radii is not None and radii.ndim == 0 else radii
+        radii = None if radii is None else column(radii, "radius", n, "points")
 
         # The first point of each segment: all but the last of its strand; a lone point joins itself.
         counts_used = counts[counts > 0]

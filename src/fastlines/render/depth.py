@@ -92,8 +92,9 @@ class View:
         return np.asarray(self.camera.origin, np.float32), directions
 
     def depth(self, radius: float, rows: slice, at: tuple[float, float] = (0.5, 0.5)) -> FloatArray:
-        """Return the distance at which each of these rays hits; inf for a miss."""
-        return self.tree.first_hit(*self.rays(rows, at), radius).t
+        """Return the distance at which each of these rays hits, at the surface of thick lines; inf for a miss."""
+        thick = isinstance(self.tree.geometry, Lines) and self.tree.geometry.radius is not None
+        return self.tree.first_hit(*self.rays(rows, at), radius, at="surface" if thick else "closest").t
 
 
 def bands(width: int, height: int, max_rays: int = MAX_BATCH) -> Iterator[slice]:
