@@ -191,3 +191,44 @@ class AllHits(_OfLines):
         if not 0 <= ray < n_rays:
             raise InputError(f"ray={ray}: there are {n_rays:,} rays, which count from 0")
         return slice(int(self.offsets[ray]), int(self.offsets[ray + 1]))
+
+    def merged_by_strand(self) -> AllHits:
+        """Merge hits of the same ray and strand whose intervals from `t` to `t_out` overlap into one.
+
+        A merged hit begins with its first segment and has its `prim`, `u` and `distance`; it ends where the last one
+        does. Segments without a strand stay alone.
+
+        Raises
+        ------
+        InputError
+            If the hits are not those ``at="surface"``, which have intervals.
+        """
+        if self.t_out is None:
+            raise InputError("only hits at='surface' have intervals, from t to t_out, that can be merged")
+        if not len(self):
+            return self
+        # Sort by ray, strand, t and segment.
+        ray, strand = self.ray, np.where(self.strand >= 0, self.strand, self.strand.max(initial=0) + 1 + self.prim)
+        order = np.lexsort((self.prim, self.t, strand, ray))
+        ray, strand, t, t_out = ray[order], strand[order], self.t[order], self.t_out[order]
+        is_first = np.ones(len(order), bool)
+        is_first[1:] = (ray[1:] != ray[:-1]) | (strand[1:] != strand[:-1])
+        # Find the largest t_out up to each hit of its ray and strand, by ranks; those of later groups are larger.
+        by_end = np.argsort(t_out, kind="stable")
+        rank = np.empty_like(by_end)
+        rank[by_end] = np.arange(len(by_end))
+        group = np.cumsum(is_first) - 1
+        latest = t_out[by_end[np.maximum.accumulate(group * len(order) + rank) % len(order)]]
+        # A hit that begins behind all hits before it begins a new one.
+        begins = is_first.copy()
+        begins[1:] |= t[1:] > latest[:-1]
+        starts = np.flatnonzero(begins)
+        ends = latest[np.append(starts[1:], len(order)) - 1]
+        # Restore the order of lists: by ray, t and segment.
+        kept = order[starts]
+        again = np.lexsort((self.prim[kept], self.t[kept], ray[starts]))
+        kept, ends = kept[again], ends[again]
+        counts = np.bincount(ray[starts], minlength=len(self.offsets) - 1)
+        offsets = np.concatenate([[0], np.cumsum(counts)])
+        columns = self.t[kept], self.prim[kept], self.u[kept], self.distance[kept], ends
+        return AllHits(offsets, *columns, self.skipped, self.lines, self.rays)

@@ -37,6 +37,16 @@ def is_by_distance(rank: str) -> bool:
     return choice("rank", rank, RANKS) == "distance"
 
 
+def is_merge(merge: str | None, at: str) -> bool:
+    """Check the option `merge`, and return whether the hits of a strand are merged."""
+    if merge is None:
+        return False
+    choice("merge", merge, ("strand",))
+    if at != "surface":
+        raise InputError(f"merge={merge!r} merges intervals in which rays are inside; it needs at='surface'")
+    return True
+
+
 def require_radius(lines: Lines, radius: npt.ArrayLike | None) -> None:
     """Refuse a query without a radius on lines without one."""
     if radius is None and lines.radius is None:
@@ -131,6 +141,7 @@ def brute_force(
     at: str = "closest",
     k: int | None = None,
     rank: str = "t",
+    merge: str | None = None,
     invalid: str = "error",
     progress: ProgressOption = False,
 ) -> Any:
@@ -144,6 +155,8 @@ def brute_force(
         As in `Tree.first_hit`.
     k, rank
         As in `Tree.next_hits`; for no other query.
+    merge
+        As in `Tree.all_hits`; for no other query.
 
     Returns
     -------
@@ -165,6 +178,9 @@ def brute_force(
     by_distance = is_by_distance(rank)
     if query != "next_hits" and by_distance:
         raise InputError(f"rank={rank!r} is for query='next_hits', this is {query!r}; leave it out")
+    merges = is_merge(merge, at)
+    if query != "all_hits" and merges:
+        raise InputError(f"merge={merge!r} is for query='all_hits', this is {query!r}; leave it out")
     lines = as_lines(lines)
     box = np.array(lines.bounds, np.float32) if len(lines) else np.zeros((2, 3), np.float32)
     rays = check_query(lines, box, origins, directions, radius, t_min, t_max, invalid)
@@ -175,4 +191,5 @@ def brute_force(
         return any_hit(backend, rays, progress)
     if query == "count_hits":
         return count_hits(backend, rays, progress)
-    return list_hits(backend, rays, surface, k, progress, lines, by_distance)
+    hits = list_hits(backend, rays, surface, k, progress, lines, by_distance)
+    return hits.merged_by_strand() if merges else hits

@@ -19,7 +19,7 @@ from .layout import Layout, build_layout
 from .lines import Lines
 from .meshes import core_data
 from .progress import ProgressOption
-from .queries import any_hit, check_query, count_hits, first_hit, is_by_distance, is_surface, list_hits
+from .queries import any_hit, check_query, count_hits, first_hit, is_by_distance, is_merge, is_surface, list_hits
 from .rays import RayBatch
 from .refit import built_cost, moved_lines, refitted
 from .tree_data import TreeData
@@ -102,12 +102,21 @@ class Tree(TreeData):
         t_min: npt.ArrayLike = 0.0,
         t_max: npt.ArrayLike = np.inf,
         at: str = "closest",
+        merge: str | None = None,
         invalid: str = "error",
         progress: ProgressOption = False,
         kernel: str = "auto",
     ) -> AllHits:
-        """Find every hit of each ray, each once, sorted by t; `first_hit` explains the parameters.
+        """Find every hit of each ray, each once, sorted by t; `first_hit` explains the other parameters.
 
+        Parameters
+        ----------
+        merge : {None, "strand"}
+            Make one hit of those of a strand whose intervals from t to ``t_out`` overlap, so that a strand that the ray
+            crosses counts once per crossing; needs ``at="surface"``. See `AllHits.merged_by_strand`.
+
+        Notes
+        -----
         A hit takes 20 bytes (24 with ``at="surface"``), and 20 more during the query; `count_hits` counts them.
 
         Raises
@@ -124,7 +133,9 @@ class Tree(TreeData):
         [0 2 2] [0 1] [5. 6.]
         """
         backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid))
-        return list_hits(backend, rays, is_surface(at), None, progress, self._lines)
+        surface, merges = is_surface(at), is_merge(merge, at)
+        hits = list_hits(backend, rays, surface, None, progress, self._lines)
+        return hits.merged_by_strand() if merges else hits
 
     def any_hit(
         self,

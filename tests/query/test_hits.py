@@ -142,3 +142,54 @@ def test_the_nearest_in_distance_is_not_always_among_the_next():
     assert hits.distance[picked].tolist() == least
     by_t = fl.build(lines).next_hits(origins, directions, 0.3, 2)
     assert any(by_t.distance[by_t.of(ray)].min() > d for ray, d in zip(np.flatnonzero(some), least, strict=True))
+
+
+def merge_one_by_one(hits):
+    """Merge intervals of each ray and strand in plain Python."""
+    found = []
+    for ray in range(len(hits.offsets) - 1):
+        of_strand = {}
+        for i in range(hits.offsets[ray], hits.offsets[ray + 1]):
+            key = hits.strand[i] if hits.strand[i] >= 0 else ("alone", hits.prim[i])
+            of_strand.setdefault(key, []).append(i)
+        for indices in of_strand.values():
+            for i in indices:  # by t
+                if indices[0] != i and hits.t[i] <= found[-1][2]:
+                    found[-1][2] = max(found[-1][2], hits.t_out[i])
+                else:
+                    found.append([ray, i, hits.t_out[i]])
+    return sorted(found, key=lambda one: (one[0], hits.t[one[1]], hits.prim[one[1]]))
+
+
+@pytest.mark.parametrize("ask", ["tree", "brute force"])
+def test_hits_of_a_strand_merge_where_they_overlap(ask):
+    rng = np.random.default_rng(6)
+    walks = np.cumsum(rng.normal(size=(12, 20, 3)) * 0.1, axis=1)
+    lines = fl.Lines.from_strands(list(walks))
+    strands = np.where(lines.strands == 3, -1, lines.strands)
+    lines = fl.Lines.from_segments(lines.segments, strands=strands)
+    origins, directions = rng.normal(size=(400, 3)) * 0.2 - [0, 0, 5], np.array([0, 0, 2.0])
+    query = fl.build(lines).all_hits if ask == "tree" else lambda *rays, **how: fl.brute_force(lines, *rays, **how)
+    every = query(origins, directions, 0.1, at="surface")
+    merged = query(origins, directions, 0.1, at="surface", merge="strand")
+    expected = merge_one_by_one(every)
+    assert 200 < len(merged) < 0.7 * len(every)
+    assert merged.ray.tolist() == [ray for ray, _, _ in expected]
+    indices = [i for _, i, _ in expected]
+    for column in ("prim", "t", "u", "distance", "strand"):
+        assert getattr(merged, column).tolist() == getattr(every, column)[indices].tolist()
+    assert merged.t_out.tolist() == [t_out for _, _, t_out in expected]
+    assert (np.abs(merged.normals()).max(axis=1) <= 1).all()
+    assert len(query([9, 9, 9], [0, 0, 1], 0.1, at="surface", merge="strand")) == 0
+
+
+def test_merging_needs_intervals():
+    tree = fl.build(skipped_lines())
+    with pytest.raises(fl.InputError, match="it needs at='surface'"):
+        tree.all_hits(*rays(), 0.1, merge="strand")
+    with pytest.raises(fl.InputError, match="merge='segment' is not a choice"):
+        tree.all_hits(*rays(), 0.1, at="surface", merge="segment")
+    with pytest.raises(fl.InputError, match="is for query='all_hits'"):
+        fl.brute_force(skipped_lines(), *rays(), 0.1, query="first_hit", at="surface", merge="strand")
+    with pytest.raises(fl.InputError, match="only hits at='surface' have intervals"):
+        tree.all_hits(*rays(), 0.1).merged_by_strand()
