@@ -1,5 +1,7 @@
 """The definition of a hit in float64: slow, plain NumPy, to check the answers of the float32 core.
 
+`closest_approach` and `capsule_interval` are for lines, `deepest_approach` is for lines with a thickness of their own.
+
 Nothing here is a port of the core, which works in a basis of the ray. Here the closest approach is a small convex
 problem solved by its candidates, and the capsule is a union of two balls and a piece of a cylinder.
 
@@ -158,6 +160,66 @@ def capsule_interval(
     t_in, t_out = np.maximum(t_in, low), np.minimum(t_out, high)
     miss = ~(t_in <= t_out)
     return np.where(miss, np.nan, t_in), np.where(miss, np.nan, t_out)
+
+
+def deepest_approach(
+    segments: npt.ArrayLike,
+    radii: npt.ArrayLike,
+    origins: npt.ArrayLike,
+    directions: npt.ArrayLike,
+    radius: npt.ArrayLike = 0.0,
+    t_min: npt.ArrayLike = 0.0,
+    t_max: npt.ArrayLike = np.inf,
+    n_steps: int = 100,
+) -> tuple[Array, Array, Array]:
+    """Find where each ray lies deepest in each round cone: where D(s) − R(s) is least (docs/answers.md).
+
+    D is the distance of the axis at s from the ray, R the radius there and that of the query. The ray hits if the least
+    value is 0 or less. D − R is convex, so a search by thirds finds the minimum, without a formula.
+
+    Parameters
+    ----------
+    segments, origins, directions, t_min, t_max
+        As in `closest_approach`.
+    radii : (n, 2) array
+        The radius at both ends of each segment.
+    radius : number or (m,) array
+        The radius of the query, for all rays or for each.
+    n_steps : int
+        Each step leaves two thirds of the interval.
+
+    Returns
+    -------
+    clearance, t, s : (m, n) float64
+        The least D − R, negative inside; and its places on the ray and on the axis.
+
+    Examples
+    --------
+    >>> clearance, t, s = deepest_approach([[[0, 0, 0], [4, 0, 0]]], [[0.5, 1.5]], [[2, 0, -5]], [[0, 0, 1]])
+    >>> print(clearance.round(4), t, s.round(4))
+    [[-1.]] [[5.]] [[0.5]]
+    """
+    delta, e, d, t_low, t_high = _pairs(segments, origins, directions, t_min, t_max)
+    dd, ends = _dot(d, d), np.asarray(radii, np.float64).reshape(-1, 2)
+    extra = np.asarray(radius, np.float64).reshape(-1, 1)
+
+    def approach(s: Array) -> tuple[Array, Array]:
+        t = np.clip(_dot(delta + s[..., None] * e, d) / dd, t_low, t_high)
+        reach = ends[:, 0] + s * (ends[:, 1] - ends[:, 0]) + extra
+        return _distance(delta, e, d, s, t) - reach, t
+
+    low, high = np.zeros(dd.shape), np.ones(dd.shape)
+    for _ in range(n_steps):
+        a, b = low + (high - low) / 3, high - (high - low) / 3
+        is_left = approach(a)[0] < approach(b)[0]
+        low, high = np.where(is_left, low, a), np.where(is_left, b, high)
+    places = np.stack([np.zeros(dd.shape), np.ones(dd.shape), (low + high) / 2])
+    found = [approach(s) for s in places]
+    clearance = np.stack([one[0] for one in found])
+    best = clearance.argmin(axis=0)[None]
+    t = np.stack([one[1] for one in found])
+    clearance, t, s = (np.take_along_axis(values, best, 0)[0] for values in (clearance, t, places))
+    return clearance, t, s
 
 
 def _pairs(segments: npt.ArrayLike, *rays: npt.ArrayLike) -> tuple[Array, Array, Array, Array, Array]:
