@@ -26,7 +26,7 @@ def ask(origins: Any = (0, 0, -5), directions: Any = (0, 0, 1), radius: Any = 0.
     return TREE.first_hit(origins, directions, radius, **more)
 
 
-#: What is asked, and words that the message must have: what was given and what to do.
+#: A call, and words that its error must have: what was given and what to do.
 BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     # Segments.
     "segments 1d": (lambda: fl.build([1, 2, 3]), ["segments", "(3,)", "(n, 2, 3)"]),

@@ -15,7 +15,7 @@ ONE_LEAF: dict[str, Any] = {"lookahead": 0, "limits": fl.Limits(max_refs=100_000
 
 
 def areas_of_pieces(tree: fl.Tree) -> Any:
-    """The area of the box of each reference, in parts of the scene's, but for the rounding of cuts."""
+    """The area of the box of each reference, as a fraction of the area of the scene, up to the rounding of cuts."""
     p, q = tree.geometry.segments.astype(float)[tree.refs["prim"]].swapaxes(0, 1)
     s0, s1 = (np.minimum(tree.refs[s], 1)[:, None] for s in ("s0", "s1"))
     grain = np.spacing(np.abs(tree.geometry.segments).max())

@@ -1,4 +1,4 @@
-"""Files that somebody else's programs have left odd: what is certain is read, and what is odd is told once."""
+"""Files that other programs have left odd: what is certain is read, with one warning for what is odd."""
 
 from __future__ import annotations
 
