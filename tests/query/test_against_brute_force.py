@@ -10,13 +10,13 @@ import pytest
 from support import nasty
 from support.answers import WITH_AT, assert_same, cases, options, question
 from support.builds import BUILDS, KINDS, METHODS, build
-from support.slow import few_of
 
 import fastlines as fl
 from fastlines.backend import KERNELS
 from fastlines.queries import QUERIES, QueryName
 
-SEEDS = range(8)
+#: How many seeds there are for each kind of primitive; all but the first are slow.
+N_SEEDS = {"segments": 8, "round cones": 4, "spheres": 2}
 N_THREADS = (1, 3)
 #: Queries, and their arguments.
 QUESTIONS: list[tuple[QueryName, dict[str, Any]]] = [
@@ -45,9 +45,15 @@ def chosen(seed: int, name: str) -> list[str]:
     return [*methods, *(OTHERS[(3 * i + j) % len(OTHERS)] for j in range(3))]
 
 
-@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", nasty.NAMES)
-@pytest.mark.parametrize("seed", few_of(SEEDS, n=1))
+@pytest.mark.parametrize(
+    ("kind", "seed"),
+    [
+        pytest.param(kind, seed, marks=pytest.mark.slow if seed else ())
+        for kind in KINDS
+        for seed in range(N_SEEDS.get(kind, 2))
+    ],
+)
 def test_answers_are_those_of_brute_force(seed: int, name: str, kind: str) -> None:
     case = cases(seed, n_rays=60)[name]
     asked, _ = question(case)
