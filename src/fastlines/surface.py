@@ -34,9 +34,9 @@ def enter_round_cones(
 
     Examples
     --------
-    >>> one = np.ones(1)
-    >>> t, s = enter_round_cones(0 * one[:, None] * [1, 1, 1], [[4.0, 0, 0]] * one, one, 0 * one, [[2.0, 0, -5]] * one,
-    ...                          [[0, 0, 2.0]] * one)
+    >>> start, edge = np.array([[0.0, 0, 0]]), np.array([[4.0, 0, 0]])
+    >>> origins, directions = np.array([[2.0, 0, -5]]), np.array([[0.0, 0, 2]])
+    >>> t, s = enter_round_cones(start, edge, np.ones(1), np.zeros(1), origins, directions)
     >>> print(t, s)
     [2.] [0.5]
     """

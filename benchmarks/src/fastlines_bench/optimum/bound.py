@@ -136,7 +136,7 @@ def most_cells(areas: Array, margin: int, sides: Array) -> Array:
 
 
 def neighbourhoods(ends: Array, sides: Array, n_cells: int) -> Iterator[tuple[float, int, int]]:
-    """Yield the number of marked cells for ever coarser grids and each reach: (cell's side, reach, number)."""
+    """Yield the number of marked cells for each grid, finest first, and each reach: (cell's side, reach, number)."""
     c, b, a = np.sort(sides)
     cell = max((a * b * c / n_cells) ** (1 / 3), (a * b / n_cells) ** (1 / 2), a / n_cells)
     marked = touched(ends, cell, sides)
