@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from .backend import available_simd, set_simd, simd
 from .builder import build
 from .camera import Camera
+from .curves import Curves
 from .errors import (
     FastlinesError,
     FileFormatError,
@@ -48,6 +49,7 @@ __all__ = [
     "Boxes",
     "Camera",
     "Cost",
+    "Curves",
     "FastlinesError",
     "FileFormatError",
     "FileWarning",

@@ -23,7 +23,11 @@ class MissingExtraError(FastlinesError, ImportError):
 
 
 class PrecisionWarning(UserWarning):
-    """Coordinates that float32 rounds noticeably, because they are far from zero for the size of their scene."""
+    """Geometry that is noticeably less exact than what was given.
+
+    Either float32 rounds coordinates that are far from zero for the size of their scene, or curves are cut into as many
+    pieces as they may have and are still off by more than their tolerance.
+    """
 
 
 class FileWarning(UserWarning):
