@@ -187,15 +187,6 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "at None": (lambda: ask(at=None), ["None", "'closest'"]),
     "invalid": (lambda: ask(invalid="drop"), ["'drop'", "'error'", "'skip'"]),
     "query": (lambda: fl.brute_force(ONE, [0, 0, 0], [0, 0, 1], 1, query="hits"), ["'hits'", "first_hit", "all_hits"]),
-    "query on triangles": (
-        lambda: fl.build(fl.Triangles(np.zeros((1, 3, 3)))).first_hit([0, 0, 0], [0, 0, 1], 1),
-        ["lines", "Triangles"],
-    ),
-    "brute force on triangles": (
-        lambda: fl.brute_force(fl.Triangles(np.zeros((1, 3, 3))), [0, 0, 0], [0, 0, 1], 1),
-        ["Triangles"],
-    ),
-    "save of boxes": (lambda: fl.build(fl.Boxes(ONE)).save("never"), ["lines", "Boxes"]),
     "cost by": (lambda: TREE.cost(by="h"), ["'h'", "'f'", "'g'"]),
     "cost model": (lambda: TREE.cost(model=3), ["model=3", "fl.Cost"]),
     "scene list": (lambda: fl.scenes.make(["a"]), ["['a']", "spaghetti-2"]),
@@ -391,7 +382,7 @@ def test_answers_are_shown_in_a_line():
     rays = np.tile([0.5, 0.5, -5], (1000, 1)), [0, 0, 1]
     assert repr(tree.first_hit(*rays, 0.1)) == "<FirstHits: 1,000 rays, 1,000 hit>"
     assert repr(tree.all_hits(*rays, 0.1)) == "<AllHits: 1,000 rays, 1,000 hits>"
-    assert re.fullmatch(r"<Layout: 1 nodes, 1 leaves, \d+ references, [\d,]+ bytes with segments>", repr(tree.layout))
+    assert re.fullmatch(r"<Layout: 1 nodes, 1 leaves, \d+ references, [\d,]+ bytes with primitives>", repr(tree.layout))
 
 
 def test_a_direction_of_length_zero_is_refused_where_all_else_is_zero_too():

@@ -28,7 +28,7 @@ class BinaryView {
                              Input<std::uint32_t> refs) {
     const auto all = rows<Node>(nodes);
     const auto search = [&]<class P>(const P& prims) -> Search {
-      return BinaryTraversal<P>{all, rows<Reference>(refs), prims, frame_of(all[0].box, prims.max_radius())};
+      return BinaryTraversal<P>{all, rows<Reference>(refs), prims, frame_of(all[0].box, max_radius_of(prims))};
     };
     return {std::visit(search, ray_primitives(kind, data)), data, {nodes, refs}};
   }
@@ -37,8 +37,8 @@ class BinaryView {
                               Input<std::uint32_t> refs, std::uint32_t depth, const std::array<float, 6>& corners) {
     const Box box = box_of(corners);
     const auto search = [&]<class P>(const P& prims) -> Search {
-      return PlaneTraversal<P>{rows<PlaneNode>(nodes),           rows<std::uint32_t>(refs), depth, prims, box,
-                               frame_of(box, prims.max_radius())};
+      return PlaneTraversal<P>{
+          rows<PlaneNode>(nodes), rows<std::uint32_t>(refs), depth, prims, box, frame_of(box, max_radius_of(prims))};
     };
     return {std::visit(search, ray_primitives(kind, data)), data, {nodes, refs}};
   }
@@ -47,7 +47,7 @@ class BinaryView {
   static BinaryView of_primitives(const std::string& kind, Input<float> data) {
     const auto search = []<class P>(const P& prims) -> Search {
       const Box box = bounds_of_all(prims);
-      return BruteForce<P>{prims, frame_of(box.is_empty() ? Box{{0, 0, 0}, {0, 0, 0}} : box, prims.max_radius())};
+      return BruteForce<P>{prims, frame_of(box.is_empty() ? Box{{0, 0, 0}, {0, 0, 0}} : box, max_radius_of(prims))};
     };
     return {std::visit(search, ray_primitives(kind, data)), data, {}};
   }

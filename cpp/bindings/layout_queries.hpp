@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "fastlines/kernels/run/run_batch.hpp"
-#include "fastlines/primitives/round_cone_test.hpp"
+#include "fastlines/primitives/shapes.hpp"
 
 namespace fastlines {
 
@@ -56,5 +56,6 @@ void LayoutQueries<P>::list(At at, std::optional<std::size_t> k, bool by_distanc
 
 extern template struct LayoutQueries<Segments>;
 extern template struct LayoutQueries<RoundCones>;
+extern template struct LayoutQueries<Shapes>;
 
 }  // namespace fastlines

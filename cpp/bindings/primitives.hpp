@@ -8,19 +8,16 @@
 #include <variant>
 
 #include "arrays.hpp"
-#include "fastlines/primitives/boxes.hpp"
-#include "fastlines/primitives/round_cone_test.hpp"
-#include "fastlines/primitives/segment_test.hpp"
-#include "fastlines/primitives/triangles.hpp"
+#include "fastlines/primitives/shapes.hpp"
 
 namespace fastlines {
 
-/// The primitives on the fast path, which layouts and queries are compiled for. Trees over them are trees over their
-/// axes, as segments. To add one, include its header and list it here.
-using RayPrimitives = std::variant<Segments, RoundCones>;
+/// The primitives that layouts and queries are compiled for. To add one, include its header and list it here. Trees
+/// over primitives around axes are trees over these axes, as segments.
+using RayPrimitives = std::variant<Segments, RoundCones, Shapes>;
 
-/// The primitives for builders only.
-using OtherPrimitives = std::variant<Triangles, Boxes>;
+/// The primitives that trees are over, besides segments.
+using OtherPrimitives = std::variant<Shapes>;
 
 /// A set that points into `data`, which has one row of numbers for each primitive.
 template <class P>

@@ -3,9 +3,7 @@
 #include "fastlines/references/cut.hpp"
 
 #include "check.hpp"
-#include "fastlines/primitives/boxes.hpp"
-#include "fastlines/primitives/segments.hpp"
-#include "fastlines/primitives/triangles.hpp"
+#include "fastlines/primitives/shapes.hpp"
 #include "random.hpp"
 
 using namespace fastlines;
@@ -117,12 +115,10 @@ int main() {
     for (int round = 0; round < 2000; ++round) {
       check_segment(random, round);
       const Triangle triangle{random.in_cube(), random.in_cube(), random.in_cube()};
-      const Triangles triangles{{&triangle, 1}};
       const Box box = any_segment(random, round).bounds();
-      const Boxes boxes{{&box, 1}};
-      for (int axis = 0; axis < 3; ++axis) {
-        check_bins(triangles, axis, planes_across(random, triangles.bounds(0), axis));
-        check_bins(boxes, axis, planes_across(random, box, axis));
+      for (const Shape& shape : {shape_of(Shape::triangle, triangle), shape_of(Shape::box, box)}) {
+        const Shapes shapes{{&shape, 1}};
+        for (int axis = 0; axis < 3; ++axis) check_bins(shapes, axis, planes_across(random, shapes.bounds(0), axis));
       }
     }
   });

@@ -75,6 +75,6 @@ class Tubes {
   std::span<const Tube> tubes_;
   float max_radius_ = 0.0f;
 };
-static_assert(RayPrimitive<Tubes>);
+static_assert(AxisPrimitive<Tubes>);
 
 }  // namespace fastlines

@@ -14,6 +14,7 @@ from .backend import available_simd, set_simd, simd
 from .builder import build
 from .camera import Camera
 from .curves import Curves
+from .custom import Primitives
 from .errors import (
     FastlinesError,
     FileFormatError,
@@ -23,6 +24,7 @@ from .errors import (
     MissingExtraError,
     PrecisionWarning,
 )
+from .geometry import Geometry
 from .hits import AllHits, FirstHits
 from .lines import Lines
 from .meshes import Boxes, Triangles
@@ -54,6 +56,7 @@ __all__ = [
     "FileFormatError",
     "FileWarning",
     "FirstHits",
+    "Geometry",
     "InputError",
     "InvalidTreeError",
     "Limits",
@@ -66,6 +69,7 @@ __all__ = [
     "PlaneGrid",
     "PrecisionWarning",
     "Presplit",
+    "Primitives",
     "RebuildPolicy",
     "Settings",
     "Spheres",

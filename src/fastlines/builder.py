@@ -13,10 +13,11 @@ import numpy.typing as npt
 from . import _core
 from .arrays import instance
 from .backend import engine
+from .custom import Primitives
 from .errors import InputError
+from .geometry import AnyGeometry, as_geometry, build_data
 from .immutable import own
 from .lines import Lines
-from .meshes import Geometry, as_geometry, core_data
 from .methods import DEFAULT_METHOD, best_settings, method_settings
 from .progress import ProgressCallback, ProgressOption, reporting
 from .settings import REF_LIMIT, Cost, Limits, Presplit, Settings
@@ -37,7 +38,7 @@ SEARCH = {"splits", "lookahead", "beam", "exhaustive", "bad_levels", "bad_refs",
 
 
 def build(
-    geometry: Geometry | npt.ArrayLike,
+    geometry: AnyGeometry | Primitives | npt.ArrayLike,
     method: str | None = None,
     *,
     splits: SplitSet | Sequence[SplitSet] | None = None,
@@ -65,8 +66,9 @@ def build(
 
     Parameters
     ----------
-    geometry : Lines, Triangles, Boxes or (n, 2, 3) array
+    geometry : Lines, Spheres, Curves, Triangles, Boxes, Geometry, Primitives or (n, 2, 3) array
         The primitives; an array is taken for segments. Lines with a `radius` of their own are round cones to queries.
+        `Geometry` holds several kinds, and `Primitives` is a class of your own (docs/shapes.md).
     method : {"best", "bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-d2"}
         "best", the default, makes the tree that queries are fastest on. With a `cost`, or cut boxes, it makes the tree
         of least cost, but does not cut lines that run along each other (`min_spread`). The others are the trees of the
@@ -121,26 +123,30 @@ def build(
     }
     geometry = as_geometry(geometry, invalid=invalid)
     instance("own_radius", own_radius, bool, "True or False")
-    if not own_radius and isinstance(geometry, Lines):
+    if not own_radius:
+        if not isinstance(geometry, Lines):
+            raise InputError(f"own_radius=False is for lines, these are {type(geometry).__name__}; leave it out")
         geometry = geometry.without_radius()
+    kind, rows = build_data(geometry)
+    n_prims = len(rows)
     if method is None and not SEARCH & given.keys():
         method = DEFAULT_METHOD
     if method == DEFAULT_METHOD:
         aims = {name: given.pop(name) for name in ("boxes", "cost") if name in given}
-        base = best_settings(effort, n_prims=len(geometry), **aims)
+        base = best_settings(effort, n_prims=n_prims, **aims)
     elif effort is None:
         base = Settings() if method is None else method_settings(method)
     else:
         raise InputError(f"effort={effort!r} is a knob of method='best'; leave it out, or choose 'best'")
     if isinstance(limits, Limits):
         given["limits"] = limits.over(base.limits)
-        if limits.max_leaf_refs is None and not given["limits"].hold(len(geometry)):
+        if limits.max_leaf_refs is None and not given["limits"].hold(n_prims):
             given["limits"] = replace(given["limits"], max_leaf_refs=None)
         leaf = given["limits"].max_leaf_refs
         if lanes is None and leaf is not None and leaf < base.lanes:
             given["lanes"] = 2 ** (leaf.bit_length() - 1)
     settings = replace(base, **given)
-    limits, n_prims = settings.limits, len(geometry)
+    limits = settings.limits
     most = limits.refs_for(n_prims, settings.boxes)
     if n_prims > REF_LIMIT:
         raise InputError(f"{n_prims} primitives are more than a tree can index, {REF_LIMIT}; build several trees")
@@ -158,7 +164,7 @@ def build(
             f"max_leaf_refs={limits.max_leaf_refs} cannot be kept within max_depth={limits.max_depth} for "
             f"{n_prims} primitives; raise one of them"
         )
-    if not isinstance(geometry, Lines) and (settings.presplit is not None or settings.reinsertion > 0):
+    if kind != "segments" and (settings.presplit is not None or settings.reinsertion > 0):
         raise InputError(f"presplit and reinsertion are for lines, these are {type(geometry).__name__}; leave them out")
     wanted = first_refs(n_prims, settings)
     if wanted > most:
@@ -179,12 +185,13 @@ def first_refs(n_prims: int, settings: Settings) -> int:
     return 0 if presplit is None or presplit.refs is None else max(n_prims, int(presplit.refs * n_prims))
 
 
-def _cheapest_presplit(geometry: Geometry, settings: Settings, name: str, callback: ProgressCallback | None) -> Tree:
+def _cheapest_presplit(geometry: AnyGeometry, settings: Settings, name: str, callback: ProgressCallback | None) -> Tree:
     """Build with 1, 2, 4, … references a line as long as the next tree is cheaper by one part in a hundred."""
+    n_prims = len(build_data(geometry)[1])
     best: Tree | None = None
     for doubling in count():
         more = replace(settings, presplit=Presplit(refs=2.0**doubling))
-        if best is not None and first_refs(len(geometry), more) > _most_first_refs(len(geometry), settings):
+        if best is not None and first_refs(n_prims, more) > _most_first_refs(n_prims, settings):
             return best
         tree = _build(geometry, more, name, _stage(callback, 1 - 2.0**-doubling, 1 - 2.0 ** -(doubling + 1)))
         if best is not None and not tree.cost() < 0.99 * best.cost():
@@ -205,9 +212,10 @@ def _most_first_refs(n_prims: int, settings: Settings) -> int:
     return most if limits.max_leaf_refs is None else min(most, limits.max_leaf_refs * 2**limits.max_depth)
 
 
-def _build(geometry: Geometry, settings: Settings, name: str, callback: ProgressCallback | None) -> Tree:
+def _build(geometry: AnyGeometry, settings: Settings, name: str, callback: ProgressCallback | None) -> Tree:
     splits = settings.splits
-    if not isinstance(geometry, Lines):
+    kind, rows = build_data(geometry)
+    if kind != "segments":
         splits = tuple(exact for split in splits for exact in split.for_any_primitive(settings.boxes))
     limits, presplit = settings.limits, settings.presplit
     core_settings = _core.Settings(
@@ -218,22 +226,22 @@ def _build(geometry: Geometry, settings: Settings, name: str, callback: Progress
         limits=_core.Limits(
             max_depth=limits.max_depth,
             max_leaf_refs=limits.max_leaf_refs or NO_LIMIT,
-            max_refs=limits.refs_for(len(geometry), settings.boxes),
+            max_refs=limits.refs_for(len(rows), settings.boxes),
             leaf_refs=limits.leaf_refs,
             leaf_size=limits.leaf_size,
         ),
         presplit=_core.Presplit(
             area=math.inf if presplit is None else presplit.area or 0.0,
-            max_refs=first_refs(len(geometry), settings) or _most_first_refs(len(geometry), settings),
+            max_refs=first_refs(len(rows), settings) or _most_first_refs(len(rows), settings),
         ),
         n_threads=get_num_threads(),
         **{name: getattr(settings, name) for name in SAME},
     )
     first = callback if settings.reinsertion == 0 else _stage(callback, 0.0, 0.5)
-    if isinstance(geometry, Lines):
-        nodes, refs, hit, searched = engine.build(geometry.axes, core_settings, first)
+    if kind == "segments":
+        nodes, refs, hit, searched = engine.build(rows, core_settings, first)
     else:
-        nodes, refs, hit, searched = _core.build(*core_data(geometry), core_settings, first)
+        nodes, refs, hit, searched = _core.build(kind, rows, core_settings, first)
     limits_hit = {limit: n for limit, n in zip(("max_depth", "max_refs", "max_leaf_refs"), hit, strict=True) if n}
     if settings.reinsertion > 0:
         rounds, depth, hint = settings.reinsertion, limits.max_depth, settings.radius_hint

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from .arrays import FloatArray, count
 from .errors import InputError
-from .lines import Lines
+from .geometry import AnyGeometry, points_of
 
 Vector: TypeAlias = tuple[float, float, float]
 Float64Array: TypeAlias = npt.NDArray[np.float64]
@@ -137,7 +137,7 @@ class Camera:
     @classmethod
     def framing(
         cls,
-        geometry: Lines | npt.ArrayLike,
+        geometry: AnyGeometry | npt.ArrayLike,
         direction: npt.ArrayLike = (0.0, 0.0, -1.0),
         up: npt.ArrayLike = (0.0, 1.0, 0.0),
         fov_degrees: float = 30.0,
@@ -148,8 +148,8 @@ class Camera:
 
         Parameters
         ----------
-        geometry : Lines, (2, 3) array or (..., 3) array
-            What to show: the ends of all segments, a box as its lowest and highest corner, or points. Without any
+        geometry : Lines, Geometry or another container, (2, 3) array or (..., 3) array
+            What to show: all primitives, a box as its lowest and highest corner, or points. Without any
             points, and for an empty box (lowest > highest), the camera looks at the coordinate origin.
         direction, up : (3,) numbers
             The direction of view, and the upward direction in the picture.
@@ -230,11 +230,12 @@ def _dot(vectors: Float64Array, axis: Float64Array) -> Float64Array:
     return np.asarray((vectors * axis).sum(axis=-1))
 
 
-def _to_frame(geometry: Lines | npt.ArrayLike) -> tuple[Float64Array, Float64Array]:
+def _to_frame(geometry: AnyGeometry | npt.ArrayLike) -> tuple[Float64Array, Float64Array]:
     """Return the points that a picture must show, at least one, and the radius around each."""
-    if isinstance(geometry, Lines) and len(geometry):
-        return geometry.segments.reshape(-1, 3).astype(np.float64), geometry.end_radii.reshape(-1).astype(np.float64)
-    if isinstance(geometry, Lines):
+    if isinstance(geometry, AnyGeometry):
+        known, radii = points_of(geometry)
+        if len(known):
+            return known.astype(np.float64), radii.astype(np.float64)
         geometry = []
     elif np.shape(geometry) == (2, 3):
         low, high = np.asarray(geometry, np.float64)

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .arrays import FloatArray, IntArray, did_you_mean
+from . import places
+from .arrays import FloatArray, IntArray
 from .errors import InputError
-from .lines import Lines
+from .geometry import AnyGeometry
 from .rays import RayBatch
-from .surface import enter_round_cones
 
 Float64Array = npt.NDArray[np.float64]
 
@@ -27,7 +27,7 @@ class HitGeometry:
     prim: IntArray
     u: FloatArray
     t_out: FloatArray | None
-    lines: Lines | None
+    geometry: AnyGeometry | None
     rays: RayBatch | None
 
     def points(self, *, outside: bool = False) -> Float64Array:
@@ -53,13 +53,14 @@ class HitGeometry:
         >>> tree.any_hit(hits.points(outside=True)[0], [1, 0, -1])
         array(False)
         """
-        points, s = self._points()
+        geometry, hits = self._places()
+        points = places.points(geometry, hits)
         if outside:
-            lines, rays = self._known_lines(), self._known_rays()
-            size = float(np.ptp(lines.bounds, axis=0).max() + np.abs(lines.bounds).max()) if len(lines) else 0.0
-            reach = lines.end_radii[self.prim[self.prim >= 0]].max(axis=1, initial=0.0)
-            distance = OUTSIDE * (size + reach + rays.scalar(rays.radius, self._ray_of_hits()))
-            points = points + distance[:, None] * self._outwards(points, s)
+            self._require_surface()
+            bounds = np.asarray(geometry.bounds, np.float64)
+            size = float(np.ptp(bounds, axis=0).max() + np.abs(bounds).max()) if len(geometry) else 0.0
+            distance = OUTSIDE * (size + places.own_radius(geometry, hits.prim) + hits.radius)
+            points = points + distance[:, None] * places.outwards(geometry, hits)
         return self._filled(points)
 
     def normals(self) -> Float64Array:
@@ -80,20 +81,17 @@ class HitGeometry:
         >>> print(tree.first_hit([0, 0, -5], [0, 0, 1], 0.5, at="surface").normals())
         [ 0.  0. -1.]
         """
-        return self._filled(self._outwards(*self._points()))
+        geometry, hits = self._places()
+        self._require_surface()
+        return self._filled(places.outwards(geometry, hits))
 
-    def _outwards(self, points: Float64Array, s: Float64Array) -> Float64Array:
-        """Return the unit normals at the points of all hits but misses; `s` is their place on the axis."""
-        if self.t_out is None:
+    def _require_surface(self) -> None:
+        """Refuse hits at the closest approach, unless nothing that was hit has an axis to approach."""
+        if self.t_out is None and places.has_axes(self._known()):
             raise InputError(
                 "normals are those of a surface, and these hits are at the closest approach; query again with "
                 "at='surface'"
             )
-        start, edge = self._axes()
-        outwards = points - (start + s[:, None] * edge)
-        centred = ~outwards.any(axis=1)
-        outwards[centred] = -self._known_rays().directions[self._ray_of_hits()[centred]]
-        return _unit(outwards)
 
     def tangents(self) -> Float64Array:
         """Return the unit vector from start to end of each segment that was hit, (…, 3) float64.
@@ -106,7 +104,7 @@ class HitGeometry:
         >>> print(fl.build([[[-1, 0, 0], [1, 0, 0]]]).first_hit([0, 0, -5], [0, 0, 1], 0.5).tangents())
         [1. 0. 0.]
         """
-        return self._filled(_unit(self._axes()[1]))
+        return self._filled(places.tangents(*self._places()))
 
     def sample(self, name: str) -> npt.NDArray[Any]:
         """Return an attribute of the lines, or their radius, at each hit; NaN for a miss.
@@ -126,31 +124,15 @@ class HitGeometry:
         >>> fl.build(lines).first_hit([[0.25, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5).sample("fa")
         array([0.25,  nan])
         """
-        lines, hit = self._known_lines(), self.prim >= 0
-        prim, u = self.prim[hit], self.u[hit].astype(np.float64)
-        at_ends = dict(lines.end_attributes) | ({} if lines.radius is None else {"radius": lines.end_radii})
-        if name not in at_ends and name not in lines.attributes:
-            known = dict.fromkeys([*at_ends, *lines.attributes])
-            raise InputError(f"name={name!r} is no attribute of these lines{did_you_mean(name, known)}")
-        values = at_ends[name] if name in at_ends else lines.attributes[name]
-        if values.dtype.kind not in "fiub":
-            raise InputError(
-                f"{name!r} holds {values.dtype}, expected numbers; index the attribute with hits.prim[hits.hit]"
-            )
-        if name not in at_ends:
-            return self._filled(values[prim])
-        first, last = np.moveaxis(values[prim], 1, 0)
-        weight = u.reshape(-1, *[1] * (first.ndim - 1))
-        if values.dtype.kind != "f":
-            return self._filled(np.where(weight < 0.5, first, last))
-        return self._filled((1 - weight) * first + weight * last)
+        geometry, hits = self._places()
+        return self._filled(places.sample(geometry, name, hits))
 
-    def _known_lines(self) -> Lines:
-        if self.lines is None:
+    def _known(self) -> AnyGeometry:
+        if self.geometry is None:
             raise InputError(
-                "these hits do not know their lines: a pickle has `row` and `strand` in their place; query again"
+                "these hits do not know their geometry: a pickle has `row` and `strand` in its place; query again"
             )
-        return self.lines
+        return self.geometry
 
     def _ray_of_hits(self) -> IntArray:
         """Return the row of the ray of each hit that is no miss."""
@@ -162,37 +144,29 @@ class HitGeometry:
         filled[self.prim >= 0] = values
         return filled
 
-    def _axes(self) -> tuple[Float64Array, Float64Array]:
-        """Return the start of each segment that was hit, and its end − start."""
-        ends = self._known_lines().segments[self.prim[self.prim >= 0]].astype(np.float64)
-        return ends[:, 0], ends[:, 1] - ends[:, 0]
+    @property
+    def numbers(self) -> IntArray:
+        """The primitive of each hit, counted over all parts of the geometry; -1 for a miss."""
+        raise NotImplementedError
 
-    def _points(self) -> tuple[Float64Array, Float64Array]:
-        """Return the point of each hit that is no miss, and its place on the axis."""
-        lines, hit = self._known_lines(), self.prim >= 0
+    def _places(self) -> tuple[AnyGeometry, places.Places]:
+        """Return the geometry, and the place of each hit that is no miss."""
+        geometry, hit = self._known(), self.prim >= 0
         rays = self._known_rays()
         row = self._ray_of_hits()
-        origins, directions = (part[row].astype(np.float64) for part in (rays.origins, rays.directions))
-        t, s = self.t[hit].astype(np.float64), self.u[hit].astype(np.float64)
-        if self.t_out is not None:
-            # Intersect the surface in float64, except where a bound of the ray cut it off.
-            start, edge = self._axes()
-            radii = (
-                np.zeros((len(s), 2)) if lines.radius is None else lines.end_radii[self.prim[hit]].astype(np.float64)
-            )
-            radii += rays.scalar(rays.radius, row)[:, None]
-            exact, at = enter_round_cones(start, edge, radii[:, 0], radii[:, 1] - radii[:, 0], origins, directions)
-            free = (self.t[hit] != rays.scalar(rays.t_min, row)) & (self.t[hit] != rays.scalar(rays.t_max, row))
-            use = free & np.isfinite(exact)
-            t, s = np.where(use, exact, t), np.where(use, at, s)
-        return origins + t[:, None] * directions, s
+        t, t_min, t_max = self.t[hit], rays.scalar(rays.t_min, row), rays.scalar(rays.t_max, row)
+        inside = (t != t_min) & (t != t_max)
+        return geometry, places.Places(
+            self.numbers[hit],
+            self.u[hit].astype(np.float64),
+            t.astype(np.float64),
+            rays.origins[row].astype(np.float64),
+            rays.directions[row].astype(np.float64),
+            rays.scalar(rays.radius, row).astype(np.float64),
+            inside if self.t_out is not None else np.zeros(len(t), bool),
+        )
 
     def _known_rays(self) -> RayBatch:
         if self.rays is None:
             raise InputError("these hits do not know their rays: a pickle leaves them out; query again")
         return self.rays.unchanged()
-
-
-def _unit(vectors: Float64Array) -> Float64Array:
-    with np.errstate(invalid="ignore"):
-        return np.asarray(vectors / np.sqrt((vectors**2).sum(axis=-1, keepdims=True)))

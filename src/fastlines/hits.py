@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar
@@ -12,17 +13,22 @@ import numpy.typing as npt
 
 from .arrays import FloatArray, IntArray
 from .backend import HitColumns
+from .curves import Curves
 from .errors import InputError
+from .geometry import AnyGeometry, Geometry, in_parts, parts_of
 from .hit_geometry import HitGeometry
 from .immutable import own
 from .lines import Lines
+from .merge import crossings, first_hits_of, offsets_of
 from .rays import RayBatch
 
 Self = TypeVar("Self")
 
 
-class _OfLines(HitGeometry):
-    """The rows and strands of the segments that were hit, looked up on first use."""
+class _OfGeometry(HitGeometry):
+    """The rows and strands of the primitives that were hit, looked up on first use."""
+
+    part: IntArray | None
 
     @cached_property
     def row(self) -> IntArray:
@@ -30,19 +36,44 @@ class _OfLines(HitGeometry):
 
         It differs from ``prim`` where rows of the input were skipped.
         """
-        skipped = self._known_lines().skipped
-        # Count the skipped rows before each segment: those whose position among the kept rows is at or before its own.
-        before = np.searchsorted(skipped - np.arange(len(skipped)), self.prim, side="right")
-        return own(np.asarray(self.prim + before))
+        row = self.prim.copy()
+        for of, here in self._parts():
+            if isinstance(of, Lines):
+                # Count the skipped rows before each segment: those whose position among the kept rows is at or before
+                # its own.
+                before = np.searchsorted(of.skipped - np.arange(len(of.skipped)), self.prim[here], side="right")
+                row[here] += before
+        return own(np.asarray(row))
 
     @cached_property
     def strand(self) -> IntArray:
-        """The strand of each segment, int64 of the shape of ``prim``; -1 = miss, or without a strand. Read-only."""
-        strands = self._known_lines().strands
-        hit = self.prim >= 0
+        """The strand of each segment or curve, int64 of the shape of ``prim``; -1 = miss, or none. Read-only.
+
+        Each part of a `Geometry` counts its own strands.
+        """
         found = np.full(self.prim.shape, -1)
-        found[hit] = np.maximum(strands[self.prim[hit]], -1)
+        for of, here in self._parts():
+            if isinstance(of, Lines | Curves):
+                found[here] = np.maximum(of.strands[self.prim[here]], -1)
         return own(found)
+
+    def _parts(self) -> Iterator[tuple[AnyGeometry, npt.NDArray[np.bool_]]]:
+        """Yield each part of the geometry, and which hits are of it."""
+        for i, of in enumerate(parts_of(self._known())):
+            yield of, (self.prim >= 0 if self.part is None else self.part == i)
+
+    @property
+    def numbers(self) -> IntArray:
+        """The primitive of each hit, counted over all parts of a `Geometry`; -1 for a miss. Else it is `prim`."""
+        geometry = self._known()
+        if self.part is None or not isinstance(geometry, Geometry):
+            return self.prim
+        return np.asarray(np.where(self.prim < 0, -1, geometry.first[self.part] + self.prim))
+
+    @property
+    def lines(self) -> AnyGeometry | None:
+        """The geometry, by its name when there were only lines."""
+        return self.geometry
 
     def __copy__(self: Self) -> Self:
         copied = object.__new__(type(self))
@@ -50,14 +81,15 @@ class _OfLines(HitGeometry):
         return copied
 
     def __deepcopy__(self: Self, memo: dict[int, Any]) -> Self:
-        copied, shared = copy.copy(self), ("lines", "rays", "row", "strand")  # which no hit changes
+        copied, shared = copy.copy(self), ("geometry", "rays", "row", "strand")  # which no hit changes
         copied.__dict__.update({k: copy.deepcopy(v, memo) for k, v in self.__dict__.items() if k not in shared})
         return copied
 
     def __getstate__(self) -> dict[str, Any]:
-        # Pickle the row and the strand of each hit instead of all lines.
-        known = {"row": self.row, "strand": self.strand} if self.lines is not None else {}
-        return self.__dict__ | known | {"lines": None, "rays": None}
+        # Pickle the row and the strand of each hit instead of the geometry.
+        state = {name: value for name, value in self.__dict__.items() if not name.startswith("_")}
+        known = {"row": self.row, "strand": self.strand} if self.geometry is not None else {}
+        return state | known | {"geometry": None, "rays": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         frozen = {name: own(state[name]) for name in ("row", "strand") if name in state}
@@ -65,7 +97,7 @@ class _OfLines(HitGeometry):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FirstHits(_OfLines):
+class FirstHits(_OfGeometry):
     """The nearest hit of each ray; every array has the shape of the rays.
 
     Attributes
@@ -84,10 +116,12 @@ class FirstHits(_OfLines):
         With ``at="surface"``, t where the ray leaves the capsule around the segment.
     skipped : (k,) int64
         With ``invalid="skip"``, the invalid rays, which count as misses.
-    lines : Lines or None
-        The lines of the query. A pickle of hits leaves out the lines and the rays, and keeps `row` and `strand`.
+    geometry : Lines, Geometry or another container, or None
+        What the tree is over. A pickle of hits leaves out the geometry and the rays, and keeps `row` and `strand`.
     rays : RayBatch or None
         The rays of the query, for `points` and `normals`.
+    part : int64 or None
+        The part of a `Geometry` that was hit, -1 = miss; `prim` counts within it. None for a single container.
 
     Examples
     --------
@@ -104,18 +138,20 @@ class FirstHits(_OfLines):
     distance: FloatArray
     t_out: FloatArray | None
     skipped: IntArray
-    lines: Lines | None = None
+    geometry: AnyGeometry | None = None
     rays: RayBatch | None = None
+    part: IntArray | None = None
 
     @classmethod
-    def from_columns(cls, columns: HitColumns, rays: RayBatch, lines: Lines) -> FirstHits:
+    def from_columns(cls, columns: HitColumns, rays: RayBatch, geometry: AnyGeometry) -> FirstHits:
         """Return the columns of a backend in the shape of the rays."""
         t, prim, u, distance, t_out = columns
         shape = rays.shape
         # NumPy prints C's name of a 64-bit integer, but not its own.
-        prim = prim.reshape(shape).view(np.int64)
+        part, prim = _parts_of_hits(geometry, prim.reshape(shape).view(np.int64))
         t_out = None if t_out is None else t_out.reshape(shape)
-        return cls(t.reshape(shape), prim, u.reshape(shape), distance.reshape(shape), t_out, rays.skipped, lines, rays)
+        arrays = t.reshape(shape), prim, u.reshape(shape), distance.reshape(shape), t_out
+        return cls(*arrays, rays.skipped, geometry, rays, part)
 
     def _ray_of_hits(self) -> IntArray:
         return np.flatnonzero(self.hit)
@@ -130,7 +166,7 @@ class FirstHits(_OfLines):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class AllHits(_OfLines):
+class AllHits(_OfGeometry):
     """All hits of each ray, each once, sorted by (ray, t, prim); with ``rank="distance"`` by (ray, distance, t, prim).
 
     Those of ray i are entries ``offsets[i]`` to ``offsets[i + 1]`` of the other arrays (compressed sparse rows).
@@ -139,7 +175,7 @@ class AllHits(_OfLines):
     ----------
     offsets : (n_rays + 1,) int64
         The first entry of each ray, in the order of the flattened input, and the end of the last.
-    t, prim, u, distance, t_out, skipped, lines
+    t, prim, u, distance, t_out, skipped, geometry, part
         As in `FirstHits`, one entry a hit; so are `row` and `strand`.
     """
 
@@ -150,15 +186,16 @@ class AllHits(_OfLines):
     distance: FloatArray
     t_out: FloatArray | None
     skipped: IntArray
-    lines: Lines | None = None
+    geometry: AnyGeometry | None = None
     rays: RayBatch | None = None
+    part: IntArray | None = None
 
     @classmethod
-    def from_columns(cls, offsets: IntArray, columns: HitColumns, rays: RayBatch, lines: Lines) -> AllHits:
+    def from_columns(cls, offsets: IntArray, columns: HitColumns, rays: RayBatch, geometry: AnyGeometry) -> AllHits:
         """Wrap the lists of a backend."""
         t, prim, u, distance, t_out = columns
-        offsets, prim = offsets.view(np.int64), prim.view(np.int64)
-        return cls(offsets, t, prim, u, distance, t_out, rays.skipped, lines, rays)
+        part, prim = _parts_of_hits(geometry, prim.view(np.int64))
+        return cls(offsets.view(np.int64), t, prim, u, distance, t_out, rays.skipped, geometry, rays, part)
 
     def _ray_of_hits(self) -> IntArray:
         return self.ray
@@ -207,28 +244,22 @@ class AllHits(_OfLines):
             raise InputError("only hits at='surface' have intervals, from t to t_out, that can be merged")
         if not len(self):
             return self
-        # Sort by ray, strand, t and segment.
-        ray, strand = self.ray, np.where(self.strand >= 0, self.strand, self.strand.max(initial=0) + 1 + self.prim)
-        order = np.lexsort((self.prim, self.t, strand, ray))
-        ray, strand, t, t_out = ray[order], strand[order], self.t[order], self.t_out[order]
-        is_first = np.ones(len(order), bool)
-        is_first[1:] = (ray[1:] != ray[:-1]) | (strand[1:] != strand[:-1])
-        # Find the largest t_out up to each hit of its ray and strand, by ranks; those of later groups are larger.
-        by_end = np.argsort(t_out, kind="stable")
-        rank = np.empty_like(by_end)
-        rank[by_end] = np.arange(len(by_end))
-        group = np.cumsum(is_first) - 1
-        latest = t_out[by_end[np.maximum.accumulate(group * len(order) + rank) % len(order)]]
-        # A hit that begins behind all hits before it begins a new one.
-        begins = is_first.copy()
-        begins[1:] |= t[1:] > latest[:-1]
-        starts = np.flatnonzero(begins)
-        ends = latest[np.append(starts[1:], len(order)) - 1]
-        # Restore the order of lists: by ray, t and segment.
-        kept = order[starts]
-        again = np.lexsort((self.prim[kept], self.t[kept], ray[starts]))
-        kept, ends = kept[again], ends[again]
-        counts = np.bincount(ray[starts], minlength=len(self.offsets) - 1)
-        offsets = np.concatenate([[0], np.cumsum(counts)])
-        columns = self.t[kept], self.prim[kept], self.u[kept], self.distance[kept], ends
-        return AllHits(offsets, *columns, self.skipped, self.lines, self.rays)
+        # What has no strand is a group of its own, as are strands of different parts.
+        alone = self.strand.max(initial=0) + 1 + self.prim
+        part = np.zeros(len(self), np.int64) if self.part is None else self.part
+        groups = np.stack([part, np.where(self.strand >= 0, self.strand, alone)])
+        group = np.unique(groups, axis=1, return_inverse=True)[1].reshape(-1)
+        return self._merged(crossings(self.ray, group, self.t, self.t_out))
+
+    def _merged(self, crossing: IntArray) -> AllHits:
+        """Make one hit of those of each crossing."""
+        first, ends = first_hits_of(crossing, self.t_out)
+        offsets = offsets_of(self.ray[first], len(self.offsets) - 1)
+        columns = self.t[first], self.prim[first], self.u[first], self.distance[first], ends
+        part = None if self.part is None else self.part[first]
+        return AllHits(offsets, *columns, self.skipped, self.geometry, self.rays, part)
+
+
+def _parts_of_hits(geometry: AnyGeometry, prim: IntArray) -> tuple[IntArray | None, IntArray]:
+    """Return the part of a `Geometry` that each primitive is of, and its number there."""
+    return in_parts(geometry, prim) if isinstance(geometry, Geometry) else (None, prim)

@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from . import _core
 from .backend import engine
+from .geometry import AnyGeometry, core_data
 from .immutable import Immutable, frozen, own
 from .lines import Lines
-from .meshes import core_data
 from .progress import ProgressCallback, ProgressOption, reporting
 from .threads import get_num_threads
 
@@ -30,10 +30,10 @@ class Layout(Immutable):
 
     Attributes
     ----------
-    lines : Lines
-        The lines that the tree is over.
+    geometry : Lines, Geometry or another container
+        What the tree is over.
     box : (2, 3) float32
-        The bounds of the lines.
+        The box of the tree's root.
     nodes, leaves : (n, 128) uint8
         Blocks of 128 bytes.
     refs : (n, 2) uint32
@@ -43,7 +43,7 @@ class Layout(Immutable):
         The mean extent of the leaves, in the frame of the scene, which spans −1 to 1.
     """
 
-    lines: Lines
+    geometry: AnyGeometry
     box: npt.NDArray[np.float32]
     nodes: npt.NDArray[np.uint8]
     leaves: npt.NDArray[np.uint8]
@@ -62,18 +62,19 @@ class Layout(Immutable):
 
     def __repr__(self) -> str:
         what = f"{len(self.nodes):,} nodes, {len(self.leaves):,} leaves, {len(self.refs):,} references"
-        return f"<Layout: {what}, {self.n_bytes:,} bytes with segments>"
+        return f"<Layout: {what}, {self.n_bytes:,} bytes with primitives>"
 
     @property
     def n_bytes(self) -> int:
         """The memory of the layout and of the primitives."""
-        return self.nodes.nbytes + self.leaves.nbytes + self.refs.nbytes + self.lines.core_rows.nbytes
+        return self.nodes.nbytes + self.leaves.nbytes + self.refs.nbytes + core_data(self.geometry)[1].nbytes
 
     @cached_property
     def view(self) -> _core.LayoutView:
         """The layout in the form that the engine reads."""
+        kind, rows = core_data(self.geometry)
         corners = self.box.reshape(-1).tolist()
-        return _core.LayoutView(*core_data(self.lines), self.nodes, self.leaves, self.refs, corners, self.mean_extent)
+        return _core.LayoutView(kind, rows, self.nodes, self.leaves, self.refs, corners, self.mean_extent)
 
 
 def _aligned(blocks: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
@@ -88,7 +89,7 @@ def _aligned(blocks: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
 
 
 def build_layout(
-    lines: Lines,
+    geometry: AnyGeometry,
     nodes: npt.NDArray[np.uint32],
     refs: npt.NDArray[np.uint32],
     box: npt.NDArray[np.float32],
@@ -96,15 +97,15 @@ def build_layout(
 ) -> Layout:
     """Lay out a tree, given as rows of 32-bit words."""
     with reporting(progress, "layout") as callback:
-        made = engine.build_layout(*core_data(lines), nodes, refs, RADIUS_HINT, get_num_threads(), callback)
+        made = engine.build_layout(*core_data(geometry), nodes, refs, RADIUS_HINT, get_num_threads(), callback)
     wide_nodes, leaves, wide_refs, mean_extent = made
-    return Layout(lines, box, own(wide_nodes), own(leaves), own(wide_refs), mean_extent)
+    return Layout(geometry, box, own(wide_nodes), own(leaves), own(wide_refs), mean_extent)
 
 
 def refit_layout(
     layout: Layout, lines: Lines, box: npt.NDArray[np.float32], n_threads: int, progress: ProgressCallback | None
 ) -> Layout:
     """Fit a layout to segments that have moved: the same children and pieces, other boxes (`BlockEncoder`)."""
-    moved = replace(layout, lines=lines, box=box)
+    moved = replace(layout, geometry=lines, box=box)
     nodes, leaves, mean_extent = engine.refit_layout(moved.view, n_threads, progress)
     return Layout(lines, box, own(nodes), own(leaves), layout.refs, mean_extent)

@@ -10,11 +10,12 @@ import numpy.typing as npt
 from . import _core
 from .arrays import FloatArray, IntArray, choice, count
 from .backend import Backend, CompiledBackend, is_given
+from .backends import backend_of
+from .custom import Custom, Primitives
 from .errors import InputError
 from .forecast import Forecast
+from .geometry import AnyGeometry, as_geometry, core_data, needs_radius, radius_beyond
 from .hits import AllHits, FirstHits
-from .lines import Lines, as_lines
-from .meshes import core_data
 from .progress import ProgressOption, reporting
 from .rays import RADIUS_LIMIT, RayBatch, check_rays
 
@@ -47,9 +48,9 @@ def is_merge(merge: str | None, at: str) -> bool:
     return True
 
 
-def require_radius(lines: Lines, radius: npt.ArrayLike | None) -> None:
+def require_radius(geometry: AnyGeometry, radius: npt.ArrayLike | None) -> None:
     """Refuse a query without a radius on lines without one."""
-    if radius is None and lines.radius is None:
+    if radius is None and needs_radius(geometry):
         raise InputError(
             "these lines have no radius of their own, so a query needs one: pass radius=, or --radius on the command "
             "line, in the unit of the coordinates"
@@ -57,7 +58,7 @@ def require_radius(lines: Lines, radius: npt.ArrayLike | None) -> None:
 
 
 def check_query(
-    lines: Lines,
+    geometry: AnyGeometry,
     box: FloatArray,
     origins: npt.ArrayLike,
     directions: npt.ArrayLike,
@@ -66,9 +67,9 @@ def check_query(
     t_max: npt.ArrayLike,
     invalid: str,
 ) -> RayBatch:
-    """Check rays for lines whose axes lie in this box."""
-    require_radius(lines, radius)
-    margin = lines.max_radius
+    """Check rays for geometry in this box; of lines it holds the axes."""
+    require_radius(geometry, radius)
+    margin = radius_beyond(geometry)
     if margin > 0 and margin > RADIUS_LIMIT * (size := float(np.ptp(box, axis=0).max()) or 1.0):
         raise InputError(
             f"the largest radius of the lines, {margin:g}, is more than {RADIUS_LIMIT:g} times the size of their axes "
@@ -78,11 +79,13 @@ def check_query(
     return check_rays(origins, directions, 0.0 if radius is None else radius, t_min, t_max, invalid, box + margins)
 
 
-def first_hit(backend: Backend, rays: RayBatch, surface: bool, progress: ProgressOption, lines: Lines) -> FirstHits:
+def first_hit(
+    backend: Backend, rays: RayBatch, surface: bool, progress: ProgressOption, geometry: AnyGeometry
+) -> FirstHits:
     """Find the nearest hit of each ray."""
     with reporting(progress, "first hit") as callback:
         columns = backend.first_hit(rays, surface, callback)
-    return FirstHits.from_columns(columns, rays, lines)
+    return FirstHits.from_columns(columns, rays, geometry)
 
 
 def any_hit(backend: Backend, rays: RayBatch, progress: ProgressOption) -> npt.NDArray[np.bool_]:
@@ -92,7 +95,7 @@ def any_hit(backend: Backend, rays: RayBatch, progress: ProgressOption) -> npt.N
 
 
 def count_hits(backend: Backend, rays: RayBatch, progress: ProgressOption) -> IntArray:
-    """Count the segments that each ray hits."""
+    """Count the primitives that each ray hits."""
     with reporting(progress, "count hits") as callback:
         counts = backend.count_hits(rays, callback)
     return counts.reshape(rays.shape).view(np.int64)  # NumPy prints C's name of the type, but not its own
@@ -104,7 +107,7 @@ def list_hits(
     surface: bool,
     k: int | None,
     progress: ProgressOption,
-    lines: Lines,
+    geometry: AnyGeometry,
     by_distance: bool = False,
 ) -> AllHits:
     """List all hits of each ray, or the first k, unless a sample says that they will not fit in memory."""
@@ -126,11 +129,11 @@ def list_hits(
                 f"the hits of {len(rays)} rays do not fit into memory{why}; trace fewer rays or use a smaller radius, "
                 f"{fewer}, or count_hits for how many there are"
             ) from error
-    return AllHits.from_columns(offsets, columns, rays, lines)
+    return AllHits.from_columns(offsets, columns, rays, geometry)
 
 
 def brute_force(
-    lines: Lines | npt.ArrayLike,
+    geometry: AnyGeometry | Primitives | npt.ArrayLike,
     origins: npt.ArrayLike,
     directions: npt.ArrayLike,
     radius: npt.ArrayLike | None = None,
@@ -145,11 +148,12 @@ def brute_force(
     invalid: str = "error",
     progress: ProgressOption = False,
 ) -> Any:
-    """Answer a query by testing every segment against every ray; the answer of every tree is the same, bit for bit.
+    """Answer a query by testing every primitive against every ray; the answer of every tree is the same, bit for bit.
 
     Parameters
     ----------
-    lines : Lines or (n, 2, 3) array
+    geometry : Lines, Geometry, another container, or (n, 2, 3) array
+        As in `build`.
     query : {"all_hits", "first_hit", "any_hit", "count_hits", "next_hits"}
     origins, directions, radius, t_min, t_max, at, invalid, progress
         As in `Tree.first_hit`.
@@ -181,15 +185,17 @@ def brute_force(
     merges = is_merge(merge, at)
     if query != "all_hits" and merges:
         raise InputError(f"merge={merge!r} is for query='all_hits', this is {query!r}; leave it out")
-    lines = as_lines(lines)
-    box = np.array(lines.bounds, np.float32) if len(lines) else np.zeros((2, 3), np.float32)
-    rays = check_query(lines, box, origins, directions, radius, t_min, t_max, invalid)
-    backend = CompiledBackend(_core, _core.BinaryView.of_primitives(*core_data(lines)))
+    geometry = as_geometry(geometry)
+    box = np.array(geometry.bounds, np.float32) if len(geometry) else np.zeros((2, 3), np.float32)
+    rays = check_query(geometry, box, origins, directions, radius, t_min, t_max, invalid)
+    own = isinstance(geometry, Custom)
+    core = None if own else CompiledBackend(_core, _core.BinaryView.of_primitives(*core_data(geometry)))
+    backend = backend_of(geometry, core)
     if query == "first_hit":
-        return first_hit(backend, rays, surface, progress, lines)
+        return first_hit(backend, rays, surface, progress, geometry)
     if query == "any_hit":
         return any_hit(backend, rays, progress)
     if query == "count_hits":
         return count_hits(backend, rays, progress)
-    hits = list_hits(backend, rays, surface, k, progress, lines, by_distance)
+    hits = list_hits(backend, rays, surface, k, progress, geometry, by_distance)
     return hits.merged_by_strand() if merges else hits

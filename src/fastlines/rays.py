@@ -11,6 +11,7 @@ import numpy.typing as npt
 from .arrays import FLOAT32_MAX, INVALID, FloatArray, IntArray, choice, list_rows, to_float32
 from .backend import engine
 from .errors import InputError
+from .ignore import Ignored
 from .threads import get_num_threads
 
 #: The largest radius, in units of the scene's size; beyond it squares would overflow.
@@ -34,6 +35,8 @@ class RayBatch:
     skipped: IntArray
     #: A checksum of the arrays, by which hits notice that the caller has changed them.
     digest: int = 0
+    #: What the rays leave out.
+    ignored: tuple[Ignored, ...] = ()
 
     def __len__(self) -> int:
         return len(self.origins)
@@ -52,7 +55,8 @@ class RayBatch:
         scalars = (self.radius, self.t_min, self.t_max)
         radius, t_min, t_max = (values if len(values) == 1 else values[rows] for values in scalars)
         none = np.zeros(0, np.int64)
-        return RayBatch(rows.shape, self.origins[rows], self.directions[rows], radius, t_min, t_max, none)
+        arrays = self.origins[rows], self.directions[rows], radius, t_min, t_max
+        return RayBatch(rows.shape, *arrays, none, ignored=tuple(ignored.some(rows) for ignored in self.ignored))
 
     def unchanged(self) -> RayBatch:
         """Return this batch, whose arrays may be the caller's.

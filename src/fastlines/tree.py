@@ -13,11 +13,12 @@ import numpy.typing as npt
 from . import _core
 from .arrays import IntArray, choice, count
 from .backend import KERNELS, Backend, CompiledBackend, engine
+from .backends import backend_of
 from .errors import InputError
+from .geometry import core_data
 from .hits import AllHits, FirstHits
 from .layout import Layout, build_layout
 from .lines import Lines
-from .meshes import core_data
 from .progress import ProgressOption
 from .queries import any_hit, check_query, count_hits, first_hit, is_by_distance, is_merge, is_surface, list_hits
 from .rays import RayBatch
@@ -91,7 +92,7 @@ class Tree(TreeData):
         array(5., dtype=float32)
         """
         backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid))
-        return first_hit(backend, rays, is_surface(at), progress, self._lines)
+        return first_hit(backend, rays, is_surface(at), progress, self.geometry)
 
     def all_hits(
         self,
@@ -134,7 +135,7 @@ class Tree(TreeData):
         """
         backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid))
         surface, merges = is_surface(at), is_merge(merge, at)
-        hits = list_hits(backend, rays, surface, None, progress, self._lines)
+        hits = list_hits(backend, rays, surface, None, progress, self.geometry)
         return hits.merged_by_strand() if merges else hits
 
     def any_hit(
@@ -223,36 +224,28 @@ class Tree(TreeData):
             raise InputError("next_hits needs k=, the number of hits of each ray; radius= comes before it")
         by_distance = is_by_distance(rank)
         backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid))
-        return list_hits(backend, rays, is_surface(at), count("k", k, 0), progress, self._lines, by_distance)
+        return list_hits(backend, rays, is_surface(at), count("k", k, 0), progress, self.geometry, by_distance)
 
     def __getstate__(self) -> dict[str, Any]:
         return super().__getstate__() | ({"layout": self.layout} if "layout" in self.__dict__ else {})
 
-    @property
-    def _lines(self) -> Lines:
-        """The geometry of a tree over lines; queries are for lines only."""
-        if not isinstance(self.geometry, Lines):
-            raise InputError(f"queries are for lines; this tree is over {type(self.geometry).__name__}")
-        return self.geometry
-
     @cached_property
     def layout(self) -> Layout:
         """The wide layout, which queries run on; built on the first query, and kept."""
-        return build_layout(self._lines, *self.words(), self.nodes["box"][0])
+        return build_layout(self.geometry, *self.words(), self.nodes["box"][0])
 
     @cached_property
     def _binary(self) -> Backend:
-        kind, data = core_data(self._lines)
+        kind, data = core_data(self.geometry)
         if self.settings.boxes == "cut":
             return CompiledBackend(_core, _core.BinaryView.of_planes(kind, data, *self.planes))
         return CompiledBackend(_core, _core.BinaryView.of_boxes(kind, data, *self.words()))
 
     def _checked(self, kernel: str, rays: tuple[Any, Any, Any, Any, Any, str]) -> tuple[Backend, RayBatch]:
         """Choose the backend, and check the rays, given as to `check_query`."""
-        if isinstance(self.geometry, Lines):
-            choice("kernel", kernel, tuple(KERNELS))
-        backend = self._binary if kernel == "binary" else CompiledBackend(engine, self.layout.view, (KERNELS[kernel],))
-        return backend, check_query(self._lines, self.nodes["box"][0], *rays)
+        choice("kernel", kernel, tuple(KERNELS))
+        core = self._binary if kernel == "binary" else CompiledBackend(engine, self.layout.view, (KERNELS[kernel],))
+        return backend_of(self.geometry, core), check_query(self.geometry, self.nodes["box"][0], *rays)
 
     def refit(self, lines: Lines | npt.ArrayLike, *, progress: ProgressOption = False) -> Tree:
         """Make the same tree over segments that have moved: same nodes and pieces, boxes fitted anew (docs/refit.md).

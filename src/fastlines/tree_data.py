@@ -16,8 +16,8 @@ import numpy.typing as npt
 from . import _core
 from .arrays import IntArray, choice, instance
 from .errors import InputError, InvalidTreeError
+from .geometry import AnyGeometry, build_data
 from .immutable import Immutable, frozen, own
-from .meshes import Geometry, build_data
 from .settings import COST, Cost, Settings
 
 #: A node: its box, the index of its right child (0 = leaf; the left child is the next node), and the range of the
@@ -53,7 +53,7 @@ class TreeData(Immutable):
 
     Attributes
     ----------
-    geometry : Lines, Triangles or Boxes
+    geometry : Lines, Spheres, Curves, Triangles, Boxes, Geometry or Custom
         The primitives that the tree is over.
     nodes : (n_nodes,) array of `NODE`
         In preorder.
@@ -78,7 +78,7 @@ class TreeData(Immutable):
         Whether the core has just made nodes and references, which need no check. Unchecked others could crash queries.
     """
 
-    geometry: Geometry
+    geometry: AnyGeometry
     nodes: npt.NDArray[Any]
     refs: npt.NDArray[Any]
     settings: Settings
@@ -115,8 +115,8 @@ class TreeData(Immutable):
 
     @property
     def n_prims(self) -> int:
-        """The number of primitives."""
-        return len(self.geometry)
+        """The number of primitives that references name: of curves, the pieces."""
+        return len(build_data(self.geometry)[1])
 
     @property
     def n_nodes(self) -> int:

@@ -181,7 +181,7 @@ def test_pickles_are_as_immutable(immutables, kind, protocol):
         assert np.array_equal(array, arrays_of(back)[name]), name
     if isinstance(kept, fl.Tree):
         assert "layout" in vars(back), "the layout is not made twice"
-        assert back.layout.lines is back.geometry
+        assert back.layout.geometry is back.geometry
         assert back.all_hits(*RAYS, 0.2).prim.tolist() == kept.all_hits(*RAYS, 0.2).prim.tolist()
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from fastlines import InputError, Tree, build, simd
+from fastlines.geometry import core_data
 
 from .harness import machine
 from .harness.clock import best_of
@@ -142,7 +143,7 @@ def _time_steps(tree: Tree, rays: RayBatch, radius: float, known: dict[str, floa
     """Time each step alone with the current instruction set; return the least nanoseconds so far, by name."""
     layout = tree.layout
     now: dict[str, float] = compiled(f"_step_timings_{simd()}").time_steps(
-        layout.lines.segments.reshape(-1, 6),
+        core_data(layout.geometry)[1],
         layout.nodes,
         layout.leaves,
         layout.refs,

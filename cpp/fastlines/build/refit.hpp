@@ -24,7 +24,7 @@ struct RefitTuning {
 };
 
 /// Writes the fitted nodes to `to`, which must have room for as many nodes as the tree has.
-template <RayPrimitive P>
+template <AxisPrimitive P>
 class Refit {
  public:
   Refit(std::span<const Node> nodes, std::span<const Reference> refs, const P& prims, Node* to)

@@ -3,7 +3,7 @@
 //
 // The topology is given. The encoder writes the pieces of each leaf, computes boxes from the last node to the first,
 // and writes the planes of each node. The arithmetic is float32: relative to the origin of a block, its error is 1e-4
-// quanta. Both kinds of blocks have a slack that covers it: 0.02 quanta in a node, the reach in a leaf
+// quanta. Both kinds of blocks have a slack that covers it: 0.02 quanta around boxes, the reach in a leaf of axes
 // (docs/culling.md).
 #pragma once
 
@@ -22,9 +22,11 @@ namespace fastlines {
 template <RayPrimitive P>
 class BlockEncoder {
  public:
-  /// `to_nodes` and `to_leaves` may be the input blocks themselves.
+  /// `to_nodes` and `to_leaves` may be the input blocks themselves. `piece_boxes` are those of all references; pieces
+  /// of axes need none.
   BlockEncoder(const Frame& frame, std::span<const WideNode> nodes, std::span<const WideLeaf> leaves,
-               std::span<const WideRef> refs, const P& prims, WideNode* to_nodes, WideLeaf* to_leaves)
+               std::span<const WideRef> refs, const P& prims, WideNode* to_nodes, WideLeaf* to_leaves,
+               std::span<const Box> piece_boxes = {})
       : centre_{frame.centre[0], frame.centre[1], frame.centre[2], 0.0f},
         scale_(broadcast_x4(frame.scale)),
         nodes_(nodes),
@@ -33,6 +35,7 @@ class BlockEncoder {
         prims_(prims),
         to_nodes_(to_nodes),
         to_leaves_(to_leaves),
+        piece_boxes_(piece_boxes),
         node_boxes_(std::make_unique_for_overwrite<BoxX4[]>(nodes.size())),
         leaf_boxes_(std::make_unique_for_overwrite<BoxX4[]>(leaves.size())) {}
 
@@ -84,6 +87,52 @@ class BlockEncoder {
   }
 
   void encode_leaf(std::size_t index) const {
+    if constexpr (AxisPrimitive<P>) {
+      encode_axes(index);
+      return;
+    }
+    if constexpr (MixedPrimitive<P>) {
+      const WideLeaf& leaf = leaves_[index];
+      const auto has_axis = [this](const WideRef& ref) { return P::has_axis(prims_.item(ref.prim)); };
+      if (std::ranges::all_of(refs_.subspan(leaf.first_ref, leaf.n_refs), has_axis)) {
+        encode_axes(index);
+        leaf_boxes_[index] = hull_of_pieces(index);
+        return;
+      }
+    }
+    if constexpr (!AxisPrimitive<P>) encode_boxes(index);
+  }
+
+  /// The box of a reference, in the frame.
+  BoxX4 piece_box(std::size_t ref) const {
+    const auto [lo, hi] = piece_boxes_[ref];
+    return {(FloatX4{lo[0], lo[1], lo[2], 0.0f} - centre_) * scale_,
+            (FloatX4{hi[0], hi[1], hi[2], 0.0f} - centre_) * scale_};
+  }
+
+  BoxX4 hull_of_pieces(std::size_t index) const {
+    BoxX4 box = BoxX4::empty();
+    for (std::uint32_t i = 0; i < leaves_[index].n_refs; ++i) box.grow(piece_box(leaves_[index].first_ref + i));
+    return box;
+  }
+
+  /// Encode the boxes of the pieces.
+  void encode_boxes(std::size_t index) const {
+    const std::uint32_t first_ref = leaves_[index].first_ref;
+    const std::uint16_t n_refs = leaves_[index].n_refs;
+    WideLeaf& leaf = to_leaves_[index];
+    leaf_boxes_[index] = hull_of_pieces(index);
+    leaf.first_ref = first_ref;
+    leaf.n_refs = n_refs;
+    leaf.shape = LeafShape::boxes;
+    leaf.radius = 0.0f;
+    encode_planes(
+        leaf_boxes_[index], n_refs, [&](int i) { return piece_box(first_ref + std::uint32_t(i)); }, leaf, leaf.ends);
+    leaf.inv_scale = 1.0f / leaf.scale;
+  }
+
+  /// Encode the axes of the pieces.
+  void encode_axes(std::size_t index) const {
     const std::uint32_t first_ref = leaves_[index].first_ref, n_refs = leaves_[index].n_refs;
     const WideRef* const refs = refs_.data() + first_ref;
     const std::size_t last = refs_.size() - first_ref - 1;
@@ -96,13 +145,13 @@ class BlockEncoder {
       ends[i] = {(at.a - centre_) * scale_, (at.c - centre_) * scale_};
       const BoxX4 piece = fastlines::box_of(ends[i]);
       box.grow(piece);
-      if constexpr (P::kHasRadius) {
+      if constexpr (kHasRadius<P>) {
         const float prim_radius = P::radius(prims_.item(refs[i].prim)) * scale_[0];
         reach.grow({piece.lo - broadcast_x4(prim_radius), piece.hi + broadcast_x4(prim_radius)});
         radius = std::max(radius, prim_radius);
       }
     }
-    leaf_boxes_[index] = P::kHasRadius ? reach : box;
+    leaf_boxes_[index] = kHasRadius<P> ? reach : box;
 
     // Choose the grid: its origin is the low corner, the longest side takes 255 quanta.
     const FloatX4 org = n_refs ? box.lo : FloatX4{};
@@ -112,7 +161,8 @@ class BlockEncoder {
     leaf.scale = longest_of(box) * float((1 + 1e-6) / 255);
     leaf.inv_scale = 1.0f / leaf.scale;
     leaf.first_ref = first_ref;
-    leaf.n_refs = n_refs;
+    leaf.n_refs = std::uint16_t(n_refs);
+    leaf.shape = LeafShape::axes;
     leaf.radius = radius * leaf.inv_scale;
     const FloatX4 inv_scale = broadcast_x4(leaf.inv_scale);
     // Round ends to the nearest byte: add a half, because the conversion truncates.
@@ -129,26 +179,31 @@ class BlockEncoder {
 
   void encode_node(std::size_t index) const {
     const WideNode& from = nodes_[index];
-    const int n_children = from.n_children;
-    const BoxX4& box = node_boxes_[index];
-    const float longest = longest_of(box);
-    // Empty children, and lanes without a child, become a point.
-    const FloatX4 point = box.is_empty() ? FloatX4{} : box.lo;
-    BoxX4 boxes[kSimdWidth];
-    for (int i = 0; i < kSimdWidth; ++i) {
-      boxes[i] = i < n_children ? box_of(from, i) : BoxX4::empty();
-      if (boxes[i].is_empty()) boxes[i] = {point, point};
-    }
     WideNode& node = to_nodes_[index];
     node.first_inner = from.first_inner;
     node.first_leaf = from.first_leaf;
     node.n_inner = from.n_inner;
     node.n_children = from.n_children;
     std::memset(node.unused, 0, sizeof node.unused);
+    encode_planes(node_boxes_[index], node.n_children, [&](int i) { return box_of(node, i); }, node, node.planes);
+  }
+
+  /// Write n boxes into the planes of a block, and its grid. `all` bounds them.
+  template <class BoxOf, class Block>
+  [[gnu::always_inline]] static void encode_planes(const BoxX4& all, int n, const BoxOf& box_of, Block& block,
+                                                   std::uint8_t* planes) {
+    const float longest = longest_of(all);
+    // Empty boxes, and lanes without a box, become a point.
+    const FloatX4 point = all.is_empty() ? FloatX4{} : all.lo;
+    BoxX4 boxes[kSimdWidth];
+    for (int i = 0; i < kSimdWidth; ++i) {
+      boxes[i] = i < n ? box_of(i) : BoxX4::empty();
+      if (boxes[i].is_empty()) boxes[i] = {point, point};
+    }
     const FloatX4 org = point - broadcast_x4(2e-4f * longest);
-    std::memcpy(node.org, &org, sizeof node.org);
-    node.scale = longest * float(1.0004 / 254);
-    const FloatX4 inv_scale = broadcast_x4(1.0f / node.scale);
+    std::memcpy(block.org, &org, sizeof block.org);
+    block.scale = longest * float(1.0004 / 254);
+    const FloatX4 inv_scale = broadcast_x4(1.0f / block.scale);
     // Round outwards, by 0.02 quanta at least. Rounding q ≤ 254 adds errors of 6e-5 quanta in all, and rounding
     // org + q·scale, as the test of a node computes it, half as much.
     const auto below = [&](const FloatX4& x) { return max((x - org) * inv_scale - broadcast_x4(0.02f), FloatX4{}); };
@@ -157,7 +212,7 @@ class BlockEncoder {
       const FloatX4 whole = __builtin_convertvector(__builtin_convertvector(y, IntX4), FloatX4);
       return min(whole < y ? whole + broadcast_x4(1.0f) : whole, broadcast_x4(255.0f));
     };
-    auto* const rows = reinterpret_cast<std::uint8_t (*)[kSimdWidth]>(node.planes);
+    auto* const rows = reinterpret_cast<std::uint8_t (*)[kSimdWidth]>(planes);
     for (int i = 0; i < kSimdWidth; i += 4) {
       FloatX4 low[4], high[4];
       for (int j = 0; j < 4; ++j) {
@@ -167,11 +222,11 @@ class BlockEncoder {
       put_bytes(low, rows, i);
       put_bytes(high, rows + 3, i);
     }
-    // Invert the boxes of lanes without a child, so that no ray enters them.
-    for (int i = n_children; i < kSimdWidth; ++i)
+    // Invert the boxes of lanes without a box, so that no ray enters them.
+    for (int i = n; i < kSimdWidth; ++i)
       for (int k = 0; k < 3; ++k) {
-        node.planes[k * kSimdWidth + i] = 255;
-        node.planes[(k + 3) * kSimdWidth + i] = 0;
+        planes[k * kSimdWidth + i] = 255;
+        planes[(k + 3) * kSimdWidth + i] = 0;
       }
   }
 
@@ -208,6 +263,7 @@ class BlockEncoder {
   P prims_;
   WideNode* to_nodes_;
   WideLeaf* to_leaves_;
+  std::span<const Box> piece_boxes_;
   std::unique_ptr<BoxX4[]> node_boxes_, leaf_boxes_;
 };
 

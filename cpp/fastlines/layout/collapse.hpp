@@ -8,6 +8,7 @@
 #include "block_encoder.hpp"
 #include "collapse_plan.hpp"
 #include "leaf_splitter.hpp"
+#include "piece_box.hpp"
 
 namespace fastlines {
 
@@ -42,7 +43,7 @@ class Collapse {
     wide_.frame = frame_of(nodes_[0].box);
     wide_.box = {wide_.frame(nodes_[0].box.lo), wide_.frame(nodes_[0].box.hi)};
     wide_.mean_extent = BlockEncoder(wide_.frame, wide_.nodes, wide_.leaves, wide_.refs, prims_, wide_.nodes.data(),
-                                     wide_.leaves.data())(n_threads, progress, {0.7, 1.0});
+                                     wide_.leaves.data(), piece_boxes_)(n_threads, progress, {0.7, 1.0});
     return std::move(wide_);
   }
 
@@ -86,6 +87,7 @@ class Collapse {
     wide_.nodes.reset(end.node);
     wide_.leaves.reset(end.leaf);
     wide_.refs.reset(end.ref);
+    if (!AxisPrimitive<P>) piece_boxes_.resize(end.ref);
     wide_.nodes.set_size(end.node);
     wide_.leaves.set_size(end.leaf);
   }
@@ -198,8 +200,22 @@ class Collapse {
     const std::size_t n = merge_pieces(refs_.subspan(nodes_[v].first_ref, nodes_[v].n_refs), pieces);
     for (std::size_t i = 0; i < n; ++i) wide_.refs.data()[at.ref + i] = WideRef(pieces[i]);
     wide_.leaves[index].first_ref = std::uint32_t(at.ref);
-    wide_.leaves[index].n_refs = std::uint32_t(n);
+    wide_.leaves[index].n_refs = std::uint16_t(n);
+    if constexpr (!AxisPrimitive<P>) set_piece_boxes(v, {pieces, n}, piece_boxes_.data() + at.ref);
     at.ref += n;
+  }
+
+  /// Write the boxes of the pieces below v. The references to a primitive make one piece.
+  void set_piece_boxes(std::uint32_t v, std::span<const Reference> pieces, Box* boxes) const {
+    std::fill_n(boxes, pieces.size(), Box::empty());
+    const std::size_t end = nodes_[v].first_ref + std::size_t(nodes_[v].n_refs);
+    for (std::size_t ref = nodes_[v].first_ref; ref < end; ++v) {
+      if (!nodes_[v].is_leaf()) continue;
+      for (const std::size_t last = ref + nodes_[v].n_refs; ref < last; ++ref) {
+        const auto piece = std::ranges::lower_bound(pieces, refs_[ref].prim, {}, &Reference::prim);
+        boxes[piece - pieces.begin()].grow(box_of_piece(prims_, refs_[ref], nodes_[v].box));
+      }
+    }
   }
 
   /// Close the gaps that merging has left between the references of subtrees. Those of the nodes above end at `end`.
@@ -210,6 +226,10 @@ class Collapse {
       if (gap == 0) continue;
       WideRef* const refs = wide_.refs.data();
       std::copy(refs + subtree.begin.ref, refs + subtree.end.ref, refs + subtree.begin.ref - gap);
+      if (!piece_boxes_.empty())
+        std::copy(piece_boxes_.begin() + std::ptrdiff_t(subtree.begin.ref),
+                  piece_boxes_.begin() + std::ptrdiff_t(subtree.end.ref),
+                  piece_boxes_.begin() + std::ptrdiff_t(subtree.begin.ref - gap));
       for (std::size_t i = subtree.begin.leaf; i < subtree.end.leaf; ++i)
         wide_.leaves[i].first_ref -= std::uint32_t(gap);
     }
@@ -223,6 +243,7 @@ class Collapse {
   Buffer<CollapsePlan> plans_;
   std::vector<Subtree> subtrees_;
   WideBvh wide_;
+  std::vector<Box> piece_boxes_;  // of each reference, unless pieces are those of axes
 };
 
 /// The wide BVH of a binary tree. Leaves with more references than a block holds are split first.

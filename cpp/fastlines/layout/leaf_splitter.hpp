@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "../parallel/progress.hpp"
-#include "../primitives/ray_primitive.hpp"
 #include "../splits/candidate.hpp"
 #include "../tree/tree.hpp"
+#include "piece_box.hpp"
 
 namespace fastlines {
 
@@ -51,10 +51,8 @@ class LeafSplitter {
   /// Split a leaf recursively at the median centre along the longest axis.
   void split(const Node& leaf) {
     std::vector<BuildRef> all;
-    for (const Reference& ref : refs_.subspan(leaf.first_ref, leaf.n_refs)) {
-      const Segment& segment = P::axis(prims_.item(ref.prim));
-      all.push_back({ref, Segment{segment.point(ref.s0), segment.point(std::min(ref.s1, 1.0f))}.bounds()});
-    }
+    for (const Reference& ref : refs_.subspan(leaf.first_ref, leaf.n_refs))
+      all.push_back({ref, box_of_piece(prims_, ref, leaf.box)});
     std::vector<Subtree> stack{{all, leaf.box}};
     while (!stack.empty()) {
       const auto [below, box, parent] = stack.back();

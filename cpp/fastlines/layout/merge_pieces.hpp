@@ -1,4 +1,5 @@
-// Merges adjacent pieces of one segment among the references below a node, for a leaf of the layout.
+// Merges adjacent pieces of one segment among the references below a node, for a leaf of the layout. Of primitives
+// without pieces, several references become one.
 #pragma once
 
 #include <algorithm>
@@ -20,8 +21,8 @@ inline std::size_t merge_pieces(std::span<const Reference> below, Reference* to)
             [](const Reference& a, const Reference& b) { return a.prim != b.prim ? a.prim < b.prim : a.s0 < b.s0; });
   std::size_t n = 0;
   for (std::size_t i = 0; i < below.size(); ++i)
-    if (n > 0 && to[n - 1].prim == to[i].prim && to[n - 1].s1 == to[i].s0)
-      to[n - 1].s1 = to[i].s1;
+    if (n > 0 && to[n - 1].prim == to[i].prim && to[n - 1].s1 >= to[i].s0)
+      to[n - 1].s1 = std::max(to[n - 1].s1, to[i].s1);
     else
       to[n++] = to[i];
   return n;

@@ -28,12 +28,18 @@ struct alignas(128) WideNode {
 };
 static_assert(sizeof(WideNode) == 128);
 
+/// What a leaf stores of each piece: its axis, or its box.
+enum class LeafShape : std::uint16_t { axes, boxes };
+
 struct alignas(128) WideLeaf {
   float org[3], scale;  ///< the grid, in the frame
   float inv_scale;      ///< 1/scale
-  std::uint32_t first_ref, n_refs;
-  float radius;                       ///< the largest radius of its primitives, in quanta
-  std::uint8_t ends[6 * kSimdWidth];  ///< ends of pieces, rounded to the nearest byte, in the order of `end_byte`
+  std::uint32_t first_ref;
+  std::uint16_t n_refs;
+  LeafShape shape;
+  float radius;  ///< the largest radius of its primitives, in quanta
+  /// Axes: the ends of pieces, rounded to the nearest byte, in the order of `end_byte`. Boxes: as `WideNode::planes`.
+  std::uint8_t ends[6 * kSimdWidth];
 };
 static_assert(sizeof(WideLeaf) == 128);
 
@@ -83,12 +89,12 @@ struct WideBvhView {
   const typename P::Item* items;
 };
 
-/// The view of a layout. `box` is that of the scene's axes, in the frame; it is grown by the largest radius.
+/// The view of a layout. `box` is that of the tree, in the frame; it is grown by what the tree's boxes leave out.
 template <RayPrimitive P>
 WideBvhView<P> view_of(Frame frame, Box box, float mean_extent, const WideNode* nodes, const WideLeaf* leaves,
                        const WideRef* refs, const P& prims) {
-  if constexpr (P::kHasRadius) {
-    const float max_radius = prims.max_radius() * frame.scale;
+  if constexpr (kHasRadius<P>) {
+    const float max_radius = max_radius_of(prims) * frame.scale;
     frame.overhang += max_radius * kRadiusRounding;
     for (int k = 0; k < 3; ++k) {
       box.lo[k] -= max_radius;

@@ -59,6 +59,16 @@ struct Box {
   friend bool operator==(const Box&, const Box&) = default;
 };
 
+/// What two boxes share; empty if that is nothing.
+inline Box intersection(const Box& a, const Box& b) {
+  Box both;
+  for (int k = 0; k < 3; ++k) {
+    both.lo[k] = std::max(a.lo[k], b.lo[k]);
+    both.hi[k] = std::min(a.hi[k], b.hi[k]);
+  }
+  return both.is_empty() ? Box::empty() : both;
+}
+
 /// Both parts of a box that is cut at a plane inside it.
 inline std::pair<Box, Box> halves(const Box& box, int axis, float plane) {
   Box left = box, right = box;

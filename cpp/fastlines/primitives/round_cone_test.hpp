@@ -136,6 +136,6 @@ class RoundConeTest {
   ClosestApproach<N> closest;
 };
 
-static_assert(RayPrimitive<RoundCones>);
+static_assert(AxisPrimitive<RoundCones>);
 
 }  // namespace fastlines

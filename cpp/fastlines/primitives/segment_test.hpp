@@ -160,6 +160,6 @@ struct GrownRay {
   }
 };
 
-static_assert(RayPrimitive<Segments>);
+static_assert(AxisPrimitive<Segments>);
 
 }  // namespace fastlines

@@ -7,6 +7,7 @@
 #include "../tree/tree.hpp"
 #include "sinks.hpp"
 #include "slabs.hpp"
+#include "visited_set.hpp"
 
 namespace fastlines {
 
@@ -22,6 +23,7 @@ struct BinaryTraversal {
       float enter;
     };
     std::vector<Entry> stack;
+    VisitedSet visited;  // used unless pieces own hits
   };
 
   std::span<const Node> nodes;
@@ -32,9 +34,10 @@ struct BinaryTraversal {
   template <class Sink>
   void operator()(const Ray& ray, Sink& sink, Scratch& scratch) const {
     constexpr float miss = kInfinity;
-    const Slabs slabs(ray, frame, prims.max_radius());
+    const Slabs slabs(ray, frame, max_radius_of(prims));
     auto& stack = scratch.stack;
     stack.clear();
+    if constexpr (!AxisPrimitive<P>) scratch.visited.clear();
     stack.push_back({0, slabs.enter(nodes[0].box, sink.limit)});
     while (!stack.empty()) {
       auto [index, enter] = stack.back();
@@ -58,7 +61,10 @@ struct BinaryTraversal {
 
       // Test the references of the leaf.
       const Node& leaf = nodes[index];
+      if constexpr (!AxisPrimitive<P>) scratch.visited.reserve(leaf.n_refs);
       for (const Reference& ref : refs.subspan(leaf.first_ref, leaf.n_refs)) {
+        if constexpr (!AxisPrimitive<P>)
+          if (!scratch.visited.insert(ref.prim)) continue;
         test_primitive(prims, ray, frame, ref, sink);
         if (sink.done()) return;
       }

@@ -40,7 +40,7 @@ struct PlaneTraversal {
   template <class Sink>
   void operator()(const Ray& ray, Sink& sink, Scratch& scratch) const {
     using Entry = typename Scratch::Entry;
-    const Slabs slabs(ray, frame, prims.max_radius());
+    const Slabs slabs(ray, frame, max_radius_of(prims));
     // Each level pushes at most one node.
     if (scratch.stack.size() <= depth) scratch.stack.resize(depth + 1);
     scratch.visited.clear();

@@ -95,7 +95,7 @@ def query(
         looks = {"--direction": direction, "--up": up, "--fov": fov}
         refuse_given(looks, "the rays come from a file, not from a camera")
     tree = open_tree(tree_file)
-    require_radius(tree.geometry, radius)  # type: ignore[arg-type]
+    require_radius(tree.geometry, radius)
     radius = radius or 0.0
     if camera is not None:
         width, height = size(camera, "--camera")

@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import FloatArray, count, number
 from ..camera import Camera
 from ..errors import InputError
-from ..lines import Lines
+from ..geometry import needs_radius
 from ..progress import ProgressOption, reporting
 from ..queries import require_radius
 from ..tree import Tree
@@ -72,8 +72,7 @@ def depth_image(
 
 def check_radius(tree: Tree, radius: float | None) -> float:
     """Check the radius of a picture."""
-    if isinstance(tree.geometry, Lines):
-        require_radius(tree.geometry, radius)
+    require_radius(tree.geometry, radius)
     return number("radius", 0.0 if radius is None else radius, RADIUS, 0.0)
 
 
@@ -92,8 +91,8 @@ class View:
         return np.asarray(self.camera.origin, np.float32), directions
 
     def depth(self, radius: float, rows: slice, at: tuple[float, float] = (0.5, 0.5)) -> FloatArray:
-        """Return the distance at which each of these rays hits, at the surface of thick lines; inf for a miss."""
-        thick = isinstance(self.tree.geometry, Lines) and self.tree.geometry.radius is not None
+        """Return the distance at which each of these rays hits, at the surface if there is one; inf for a miss."""
+        thick = not needs_radius(self.tree.geometry)
         return self.tree.first_hit(*self.rays(rows, at), radius, at="surface" if thick else "closest").t
 
 

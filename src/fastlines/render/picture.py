@@ -22,6 +22,8 @@ import numpy.typing as npt
 
 from ..arrays import FloatArray
 from ..camera import Camera, Float64Array
+from ..curves import Curves
+from ..geometry import AnyGeometry, points_of, radius_beyond
 from ..lines import Lines
 from ..progress import ProgressOption, reporting
 from ..tree import Tree
@@ -79,9 +81,9 @@ def depth_picture(
     check_size(width, height)
     radius = check_radius(tree, radius)
     view = View(tree, camera, width, height)
-    lines = tree.geometry
-    pixel = pixel_size(lines, camera, height) if isinstance(lines, Lines) else 0.0
-    thin = radius + (lines.max_radius if isinstance(lines, Lines) else 0.0) < THIN * pixel
+    geometry = tree.geometry
+    pixel = pixel_size(geometry, camera, height)
+    thin = isinstance(geometry, Lines | Curves) and radius + geometry.max_radius < THIN * pixel
     reach = SPOT * pixel if thin else radius
     tone = Tone(_probe(view, reach))
     light = np.zeros((height, width))
@@ -94,11 +96,11 @@ def depth_picture(
     return encode(light if thin else light / samples**2)
 
 
-def pixel_size(lines: Lines, camera: Camera, height: int) -> float:
-    """Return the side of a pixel at the distance of the middle of the lines, in their units."""
-    if len(lines) == 0:
+def pixel_size(geometry: AnyGeometry, camera: Camera, height: int) -> float:
+    """Return the side of a pixel at the distance of the middle of a geometry, in its units."""
+    if len(geometry) == 0:
         return 0.0
-    middle = lines.bounds.astype(np.float64).mean(axis=0)
+    middle = geometry.bounds.astype(np.float64).mean(axis=0)
     distance = float(np.sqrt(((middle - camera.origin) ** 2).sum()))
     return 2 * math.tan(math.radians(camera.fov_degrees) / 2) / height * distance
 
@@ -108,8 +110,8 @@ def _probe(view: View, radius: float) -> FloatArray:
     shrink = max(1.0, max(view.width, view.height) / PROBE)
     small = replace(view, width=max(1, round(view.width / shrink)), height=max(1, round(view.height / shrink)))
     depth = small.depth(radius, slice(0, small.height))
-    if np.isfinite(depth).sum() < 64 and isinstance(view.tree.geometry, Lines):
-        offsets = view.tree.geometry.segments.reshape(-1, 3).astype(np.float64) - view.camera.origin
+    if np.isfinite(depth).sum() < 64:
+        offsets = points_of(view.tree.geometry)[0].astype(np.float64) - view.camera.origin
         depth = np.sqrt((offsets**2).sum(axis=1)).astype(np.float32)
     return depth
 
@@ -129,7 +131,7 @@ def _gather(view: View, radius: float, reach: float, tone: Tone) -> Iterator[Par
     max_rays = int(MAX_HITS / max(4.0, counts.mean()))
     for rows in bands(view.width, view.height, max_rays):
         hits = view.tree.all_hits(*view.rays(rows), reach)
-        own = hits.sample("radius") if hits.lines is not None and hits.lines.radius is not None else 0.0
+        own = hits.sample("radius") if radius_beyond(view.tree.geometry) > 0 else 0.0
         spot = reach + own
         share = 2 * (radius + own) * 0.75 / spot * (1 - (hits.distance.astype(np.float64) / spot) ** 2)
         hidden = np.cumsum(np.log1p(-np.clip(share, 0, 0.999)))

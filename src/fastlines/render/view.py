@@ -13,7 +13,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..camera import Camera, Vector
-from ..lines import AXES, Lines
+from ..geometry import AnyGeometry, points_of, up_of
+from ..lines import AXES
 
 #: Lines are flat if an extent is at most this fraction of the largest.
 FLAT = 1e-3
@@ -21,44 +22,46 @@ FLAT = 1e-3
 TURN, TILT = 0.5, 0.22
 
 
-def default_view(lines: Lines) -> tuple[Vector, Vector]:
+def default_view(geometry: AnyGeometry) -> tuple[Vector, Vector]:
     """Choose the direction of view and the upward direction, for `Camera.framing`.
 
     Examples
     --------
-    >>> default_view(Lines.from_segments([[[0, 0, 0], [3, 2, 0]]]))  # flat: from above
+    >>> import fastlines as fl
+    >>> default_view(fl.Lines.from_segments([[[0, 0, 0], [3, 2, 0]]]))  # flat: from above
     ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
     """
     axes = np.eye(3)
-    if len(lines) == 0:
+    points, _ = points_of(geometry)
+    if len(points) == 0:
         return _tuple(-axes[2]), _tuple(axes[1])
-    low, high = lines.bounds.astype(np.float64)
+    low, high = points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
     extent = high - low
     flat = 2 - int(extent[::-1].argmin())
     if extent[flat] <= FLAT * extent.max():
         return _tuple(-axes[flat]), _tuple(axes[2 if flat == 1 else 1])
 
     stands = low[1] >= -0.1 * extent[1]
-    up = AXES.index(lines.up or ("y" if stands else "z"))
+    up = AXES.index(up_of(geometry) or ("y" if stands else "z"))
     # Of two equal sides look along z, as in most pictures.
     short, long = sorted((axis for axis in (2, 1, 0) if axis != up), key=lambda axis: extent[axis])
-    lean = lines.segments.mean(axis=(0, 1), dtype=np.float64)[long] - (low + high)[long] / 2
+    lean = points.mean(axis=0, dtype=np.float64)[long] - (low + high)[long] / 2
     front = -1.0 if lean > 0 else 1.0
     return _tuple(-axes[short] - TURN * front * axes[long] - TILT * axes[up]), _tuple(axes[up])
 
 
 def default_camera(
-    lines: Lines,
+    geometry: AnyGeometry,
     *,
     direction: Vector | None = None,
     up: Vector | None = None,
     fov_degrees: float = 30.0,
     aspect: float = 1.0,
 ) -> Camera:
-    """Return a camera that frames lines; `default_view` chooses the directions that are not given."""
-    default_direction, default_up = default_view(lines)
+    """Return a camera that frames a geometry; `default_view` chooses the directions that are not given."""
+    default_direction, default_up = default_view(geometry)
     return Camera.framing(
-        lines, direction or default_direction, up or default_up, fov_degrees=fov_degrees, aspect=aspect
+        geometry, direction or default_direction, up or default_up, fov_degrees=fov_degrees, aspect=aspect
     )
 
 

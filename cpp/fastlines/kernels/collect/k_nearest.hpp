@@ -1,6 +1,7 @@
 // Finds the k nearest hits of each ray, sorted by t and then by id.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <numeric>
 #include <vector>
@@ -35,6 +36,9 @@ struct KNearest {
     prim[at] = prim_;
   }
 
+  /// Whether a primitive is among the hits.
+  bool holds(std::uint32_t prim_) const { return std::find(prim.begin(), prim.begin() + n, prim_) != prim.begin() + n; }
+
   /// Find the last hit, of at least one. Reads 16 at a time; the vectors always have room for that.
   void find_worst() {
     FloatX16 largest = -kInfinity;
@@ -53,8 +57,9 @@ struct KNearest {
   }
 };
 
-/// Records up to k hits per ray; the limit falls once there are k.
-template <At at_>
+/// Records up to k hits per ray; the limit falls once there are k. With `has_repeats`, a hit may be reported again: it
+/// is then among the hits, or farther than all of them.
+template <At at_, bool has_repeats>
 struct KNearestCollector {
   static constexpr QueryTraits kTraits{.shrinks_limit = true};
   static constexpr At kAt = at_;
@@ -95,6 +100,7 @@ struct KNearestCollector {
  private:
   void add(const RayGroup& rays, int i, const ClosestApproach<float>& approach, std::uint32_t prim) {
     KNearest& nearest = hits[i];
+    if (has_repeats && nearest.holds(prim)) return;
     const float t_ray = rays.t_ray(i, approach.t);
     const bool is_full = nearest.n == k;
     if (is_full && !nearest.precedes(t_ray, prim, nearest.worst)) return;
@@ -109,7 +115,7 @@ struct KNearestCollector {
 /// Sorts the k nearest hits of each ray into lists.
 template <RayPrimitive P, At at>
 struct KNearestQuery {
-  using Collector = KNearestCollector<at>;
+  using Collector = KNearestCollector<at, !AxisPrimitive<P>>;
   HitBuffer lists;
 
   KNearestQuery(const WideBvhView<P>& tree, std::size_t k) : tree_(tree), k_(k) {}

@@ -1,5 +1,5 @@
-// A ray prepared for culling, and the test of a ray against the 16 boxes of a node. The test against the 16 pieces of a
-// leaf is in leaf_cull.hpp.
+// A ray prepared for culling, and the test of a ray against the 16 boxes of a node or of a leaf. The test against the
+// 16 axes of a leaf is in leaf_cull.hpp.
 //
 // Rounding may differ between instruction sets; both tests are conservative on all of them.
 #pragma once
@@ -82,31 +82,52 @@ inline CullRay cull_ray(const Vec3& o, const Vec3& r, const Vec3& u, const Vec3&
 /// Prepare the 16 rays from lane `first` on, one by one in `to`.
 inline void cull_rays(const RayGroup& rays, int first, CullRay* to) { transpose(cull_packet(rays, first), to); }
 
-/// A node's origin; lane 3 holds its scale, which callers ignore.
-inline FloatX4 origin_of(const WideNode& node) {
+/// A block's origin; lane 3 holds its scale, which callers ignore.
+template <class Block>
+FloatX4 origin_of(const Block& block) {
   FloatX4 origin;
-  std::memcpy(&origin, &node, sizeof origin);
+  std::memcpy(&origin, &block, sizeof origin);
   return origin;
 }
 
-/// A mask of the children whose boxes, grown by the reach, the ray may hit before `limit`. Sets `enter` to where it
-/// enters each box: t in the frame.
-[[gnu::always_inline]] inline std::uint32_t cull_node(const CullRay& ray, const WideNode& node, float limit,
-                                                      FloatX16& enter) {
+/// A mask of the first n boxes of a block that the ray may hit before `limit`, each grown by the reach. Sets `enter` to
+/// where it enters each box: t in the frame.
+template <class Block>
+[[gnu::always_inline]] inline std::uint32_t cull_boxes(const CullRay& ray, const Block& block,
+                                                       const std::uint8_t* planes, unsigned n, float limit,
+                                                       FloatX16& enter) {
   using F = FloatX16;
-  const FloatX4 inverse = load_x4(ray.inverse), origin = origin_of(node), step = inverse * broadcast_x4(node.scale);
+  const FloatX4 inverse = load_x4(ray.inverse), origin = origin_of(block), step = inverse * broadcast_x4(block.scale);
   const FloatX4 to_near = fma(inverse, origin, load_x4(ray.near)), to_far = fma(inverse, origin, load_x4(ray.far));
   F near = ray.t_min, far = limit;
   const auto clip = [&](auto k) __attribute__((always_inline)) {
     const F a_step = F::broadcast<k>(step);
-    near = max(fma(F::bytes(node.planes + CullRay::row(ray.near_rows, k)), a_step, F::broadcast<k>(to_near)), near);
-    far = min(fma(F::bytes(node.planes + CullRay::row(ray.far_rows, k)), a_step, F::broadcast<k>(to_far)), far);
+    near = max(fma(F::bytes(planes + CullRay::row(ray.near_rows, k)), a_step, F::broadcast<k>(to_near)), near);
+    far = min(fma(F::bytes(planes + CullRay::row(ray.far_rows, k)), a_step, F::broadcast<k>(to_far)), far);
   };
   clip(std::integral_constant<int, 0>());
   clip(std::integral_constant<int, 1>());
   clip(std::integral_constant<int, 2>());
   enter = near;
-  return (near <= far).bits() & ((1u << node.n_children) - 1);
+  return (near <= far).bits() & ((1u << n) - 1);
+}
+
+/// A mask of the children whose boxes the ray may hit before `limit`.
+[[gnu::always_inline]] inline std::uint32_t cull_node(const CullRay& ray, const WideNode& node, float limit,
+                                                      FloatX16& enter) {
+  return cull_boxes(ray, node, node.planes, node.n_children, limit, enter);
+}
+
+/// A mask of the pieces of a leaf that may come within reach of the ray, or of its line. `offset` is that of axes.
+template <RayPrimitive P>
+[[gnu::always_inline]] inline std::uint32_t cull_pieces(const CullRay& ray, const WideLeaf& leaf,
+                                                        const LeafOffset& offset) {
+  if constexpr (!AxisPrimitive<P>) {
+    FloatX16 enter;
+    if (!MixedPrimitive<P> || leaf.shape == LeafShape::boxes)
+      return cull_boxes(ray, leaf, leaf.ends, leaf.n_refs, kInfinity, enter);
+  }
+  return cull_leaf(ray.projected, leaf, offset);
 }
 
 }  // namespace fastlines

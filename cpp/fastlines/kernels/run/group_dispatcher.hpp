@@ -1,10 +1,13 @@
 // Hands each group of up to 64 rays to a kernel: coherent rays to one bundle or to bundles of 16, incoherent rays to a
 // wavefront or a stream. The caller may also force a kernel, for example one ray at a time.
 //
+// Bundles test lines, so only primitives around axes are traced as bundles; the rays of others count as incoherent.
+//
 // A query (kernels/collect/collector.hpp) gives the kernels a collector and stores what the collector has found.
 #pragma once
 
 #include <limits>
+#include <variant>
 
 #include "../traverse/bundle_traversal.hpp"
 #include "../traverse/ray_stream.hpp"
@@ -26,6 +29,15 @@ auto make_incoherent_tracer(const WideBvhView<P>& tree, const Query& query) {
     return Wavefront<P, Query>(tree, query);
 }
 
+/// The search with bundles; nothing for primitives without axes.
+template <RayPrimitive P>
+auto make_bundle_traversal(const WideBvhView<P>& tree) {
+  if constexpr (AxisPrimitive<P>)
+    return BundleTraversal<P>(tree);
+  else
+    return std::monostate();
+}
+
 /// Traces groups of rays for one query; one per thread.
 template <RayPrimitive P, class Query>
 class GroupDispatcher {
@@ -36,6 +48,25 @@ class GroupDispatcher {
   /// Trace the rays with these ids, 1 to 64 of them. A wavefront may keep some unanswered until `flush`.
   void trace(const std::uint32_t* ids, int n) {
     rays_.fill(batch_, tree_.frame, n, ids);
+    if constexpr (AxisPrimitive<P>)
+      trace_coherent(n);
+    else
+      trace_incoherent(0, n);
+  }
+
+  /// Answer all rays that are still in the wavefront.
+  void flush() {
+    if constexpr (!Query::Collector::kTraits.order_independent) {
+      incoherent_.flush(query);
+      heuristic_.record_incoherent(incoherent_.take_sample());
+    }
+  }
+
+  Query query;
+
+ private:
+  /// Trace lanes [0, n) as bundles where they are coherent.
+  void trace_coherent(int n) {
     if (kernel_ == Kernel::single || kernel_ == Kernel::wave) return trace_incoherent(0, n);
     if (kernel_ == Kernel::automatic) {
       heuristic_.begin_group();
@@ -51,17 +82,6 @@ class GroupDispatcher {
         trace_incoherent(first, std::min(first + kSimdWidth, n));
   }
 
-  /// Answer all rays that are still in the wavefront.
-  void flush() {
-    if constexpr (!Query::Collector::kTraits.order_independent) {
-      incoherent_.flush(query);
-      heuristic_.record_incoherent(incoherent_.take_sample());
-    }
-  }
-
-  Query query;
-
- private:
   /// Whether lanes [first, end) are traced as a bundle; `bundle_` is then fitted to them.
   bool fits_bundle(int first, int end) {
     if (!bundle_.try_fit(rays_, first, end, tree_.box)) return false;
@@ -118,7 +138,7 @@ class GroupDispatcher {
   RayBundle bundle_;
   CullRay cull_[kSimdWidth];  // the packet that `trace_single` is in
   SingleRay<P> single_{tree_};
-  BundleTraversal<P> bundle_traversal_{tree_};
+  decltype(make_bundle_traversal<P>(tree_)) bundle_traversal_ = make_bundle_traversal<P>(tree_);
   typename Query::Collector collector_;
   decltype(make_incoherent_tracer<Query>(tree_, query)) incoherent_ = make_incoherent_tracer<Query>(tree_, query);
 };

@@ -35,7 +35,7 @@ struct BundleRays {
 ///     m = (p_y·e_x − p_x·e_y) + x'·(p_z·e_y − p_y·e_z) + y'·(p_x·e_z − p_z·e_x) + x·e_y − y·e_x − (x·y' − y·x')·e_z
 ///
 /// is their distance times |(x', y', 1) × e|, which is at most |c × e| + |(x', y')|·|e|.
-template <RayPrimitive P>
+template <AxisPrimitive P>
 struct BundleLineTest {
   alignas(64) float fields[P::kFields][kSimdWidth];  // what the exact test reads, in the frame
   /// The coefficients of m in x, y, x', y' and the moment of a ray, and its constant term.
@@ -69,7 +69,7 @@ struct BundleLineTest {
     // does not.
     const F e_perp2 = fma(ex, ex, fma(ey, ey, F(1e-36f))), length = sqrt(fma(ez, ez, e_perp2));
     F reach = 1.0001f * bundle.reach, depth = bundle.depth;
-    if constexpr (P::kHasRadius) {
+    if constexpr (kHasRadius<P>) {
       reach = reach + F(1.0001f) * P::frame_radius(segments);
       depth = depth - P::frame_radius(segments);
     }

@@ -32,7 +32,7 @@ struct BundleTraversalTuning {
   static constexpr int kMaxPairsPerPacket = 13;
 };
 
-template <RayPrimitive P>
+template <AxisPrimitive P>
 class BundleTraversal {
  public:
   explicit BundleTraversal(const WideBvhView<P>& tree) : tree_(tree) {}
@@ -110,12 +110,12 @@ class BundleTraversal {
     // Compute the offset of a leaf while the one before it is tested. The last leaf is followed by the first one. The
     // references of most leaves will be needed, so prefetch all.
     leaves_[n_leaves_] = leaves_[0];
-    LeafOffset next = leaf_offset<P::kHasRadius>(tree_.leaves[leaves_[0]], axis);
+    LeafOffset next = leaf_offset<kHasRadius<P>>(tree_.leaves[leaves_[0]], axis);
     int n_pieces = 0;
     const WideBvhView<P> tree = tree_;  // a copy, so that no store can alias it
     for (int i = 0, n = n_leaves_; i < n; ++i) {
       const WideLeaf& leaf = tree.leaves[leaves_[i]];
-      const LeafOffset offset = std::exchange(next, leaf_offset<P::kHasRadius>(tree.leaves[leaves_[i + 1]], axis));
+      const LeafOffset offset = std::exchange(next, leaf_offset<kHasRadius<P>>(tree.leaves[leaves_[i + 1]], axis));
       prefetch_refs(tree, leaf);
       const std::uint32_t lanes = cull_leaf(axis, leaf, offset);
       compress_indices(lanes, leaf.first_ref, pieces_ + n_pieces);

@@ -43,10 +43,10 @@ class LeafSurvivors {
       for (std::size_t begin = 0; begin < batch_size; begin += kPrefetchDistance) {
         const std::size_t end = std::min(begin + kPrefetchDistance, batch_size);
         for (std::size_t j = begin; j < end; ++j)
-          offsets_[j - begin] = leaf_offset<P::kHasRadius>(leaves[leaf_ids[j]], rays[ray[j]].projected);
+          offsets_[j - begin] = leaf_offset<kHasRadius<P>>(leaves[leaf_ids[j]], rays[ray[j]].projected);
         for (std::size_t j = begin; j < end; ++j) {
           prefetch(leaves + leaf_ids[j + kPrefetchDistance]);
-          survivor_masks_[j] = cull_leaf(rays[ray[j]].projected, leaves[leaf_ids[j]], offsets_[j - begin]);
+          survivor_masks_[j] = cull_pieces<P>(rays[ray[j]], leaves[leaf_ids[j]], offsets_[j - begin]);
         }
       }
       // List the survivors.

@@ -4,8 +4,12 @@
 // test are long, and their memory is prefetched ahead. Leaves collect in a second list, and surviving pieces in one
 // list per packet. Survivors are tested exactly, 16 at a time, each against its own ray. Rays pass the root in packets
 // of 16 (root_cull.hpp).
+//
+// Each hit is reported once: that of an axis by the piece that owns it, that of another primitive when it is first
+// found.
 #pragma once
 
+#include "../../query/visited_set.hpp"
 #include "../collect/collector.hpp"
 #include "../cost/step_cost.hpp"
 #include "../cost/step_counters.hpp"
@@ -43,14 +47,14 @@ class RayStream {
     }
   }
 
-  /// Report the hits of the rays in lanes [first, end) to the collector, each once, from the piece that owns it.
-  /// Returns the cost in cycles.
+  /// Report the hits of the rays in lanes [first, end) to the collector. Returns the cost in cycles.
   template <class Collector>
   std::uint64_t search(const RayGroup& rays, int first, int end, Collector& collector) {
     cost_ = SingleStepCost::kRay * std::uint64_t(end - first);
     nodes_.clear();
     leaves_.clear();
     survivors_.clear();
+    if constexpr (!AxisPrimitive<P>) reported_.clear();
     begin_rays(first, end);
     while (!nodes_.empty()) {
       test_nodes(rays);
@@ -154,12 +158,25 @@ class RayStream {
         s1[i] = WideRef::end(pieces_.s1[j + i]);
       }
       const auto owned = owns(FloatX16::load(s0), FloatX16::load(s1), test.closest.s);
-      const std::uint32_t hit = (test.closest.hit & owned).bits() & lane_mask(n - j);
+      std::uint32_t hit = (test.closest.hit & owned).bits() & lane_mask(n - j);
+      if constexpr (!AxisPrimitive<P>) hit = new_hits(hit, i_packet, ray + j, prims);
       if (!hit) continue;
       const auto approach = approach_at<Collector::kAt>(test);
       collector.add_pairs(i_packet * kSimdWidth, hit, approach, ray + j, FloatX16::load(as_floats(prims)));
     }
     survivors.clear();
+  }
+
+  /// Those of 16 hits that are not reported yet.
+  std::uint32_t new_hits(std::uint32_t hit, int i_packet, const std::uint32_t* ray, const std::uint32_t* prims) {
+    reported_.reserve(kSimdWidth);
+    std::uint32_t is_new = 0;
+    for (; hit; hit &= hit - 1) {
+      const int i = std::countr_zero(hit);
+      const std::uint64_t lane = std::uint64_t(i_packet * kSimdWidth) + ray[i];
+      is_new |= std::uint32_t(reported_.insert(lane << 32 | prims[i])) << i;
+    }
+    return is_new;
   }
 
   /// References as columns.
@@ -189,6 +206,7 @@ class RayStream {
   WorkList nodes_, batch_, leaves_;
   LeafSurvivors<kSimdWidth> survivors_;
   RefColumns pieces_;
+  VisitedSetOf<std::uint64_t> reported_;  // pairs of a lane and a primitive; unused for axes
 };
 
 }  // namespace fastlines

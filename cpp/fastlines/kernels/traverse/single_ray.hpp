@@ -45,7 +45,7 @@ class SingleRay {
       next = find_next(node, inner, enter, depth);
       prefetch(tree.nodes + next.node);
       // Cull its leaves, and test what survives.
-      if (const std::uint32_t n = cull_leaves(tree, cull.projected, node, lanes >> node.n_inner)) {
+      if (const std::uint32_t n = cull_leaves(tree, cull, node, lanes >> node.n_inner)) {
         test_survivors(rays, lane, n, collector);
         if (limit == kNoMoreHits) return;
       }
@@ -109,13 +109,13 @@ class SingleRay {
   }
 
   /// List the surviving pieces of these leaves of a node, and return their number.
-  [[gnu::always_inline]] std::uint32_t cull_leaves(const WideBvhView<P>& tree, const ProjectedRay& ray,
-                                                   const WideNode& node, std::uint32_t leaves) {
+  [[gnu::always_inline]] std::uint32_t cull_leaves(const WideBvhView<P>& tree, const CullRay& ray, const WideNode& node,
+                                                   std::uint32_t leaves) {
     std::uint32_t n = 0;
     for (; leaves; leaves &= leaves - 1) {
       count_step(&StepCounters::leaves);
       const WideLeaf& leaf = tree.leaves[node.first_leaf + std::uint32_t(std::countr_zero(leaves))];
-      const std::uint32_t near = cull_leaf(ray, leaf, leaf_offset<P::kHasRadius>(leaf, ray));
+      const std::uint32_t near = cull_pieces<P>(ray, leaf, leaf_offset<kHasRadius<P>>(leaf, ray.projected));
       __builtin_prefetch(tree.refs + leaf.first_ref + std::countr_zero(near | 1u << (kSimdWidth - 1)));
       compress_indices(near, leaf.first_ref, survivors_ + n);
       n += std::uint32_t(std::popcount(near));

@@ -1,40 +1,30 @@
-// Triangles, clipped to a box by cutting the polygon at the box's six planes (Sutherland, Hodgman 1974).
+// A triangle, and its part in a box, by cutting the polygon at the box's six planes (Sutherland, Hodgman 1974).
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
-#include <span>
 
-#include "primitive.hpp"
+#include "../math/box.hpp"
 
 namespace fastlines {
 
 struct Triangle {
   std::array<Vec3, 3> corner;
-};
-static_assert(sizeof(Triangle) == 36);
 
-/// Triangles as a set of primitives.
-struct Triangles {
-  using Item = Triangle;
-  static constexpr const char* kKind = "triangles";
-
-  std::span<const Triangle> data;
-
-  std::size_t size() const { return data.size(); }
-
-  Box bounds(std::uint32_t prim) const {
+  Box bounds() const {
     Box box = Box::empty();
-    for (const Vec3& corner : data[prim].corner) box.grow(corner);
+    for (const Vec3& point : corner) box.grow(point);
     return box;
   }
 
-  /// The box of the part of a triangle in `box`; empty if there is none.
-  Box clipped_bounds(std::uint32_t prim, const Box& box) const {
+  /// The box of the part in `box`; empty if there is none.
+  Box clipped_bounds(const Box& box) const {
     using Point = std::array<double, 3>;
     std::array<Point, 9> polygon{}, kept{};
     int n = 3;
     for (int i = 0; i < 3; ++i)
-      for (int k = 0; k < 3; ++k) polygon[i][k] = data[prim].corner[i][k];
+      for (int k = 0; k < 3; ++k) polygon[i][k] = corner[i][k];
 
     // Keep the part on the inner side of each plane.
     for (int k = 0; k < 3; ++k)
@@ -68,6 +58,6 @@ struct Triangles {
     return clipped;
   }
 };
-static_assert(Primitives<Triangles>);
+static_assert(sizeof(Triangle) == 36);
 
 }  // namespace fastlines

@@ -1,0 +1,96 @@
+"""Queries on curves: the core answers for their pieces, and here a hit gets the curve and its parameter.
+
+A ray may meet several pieces of a curve where it crosses the curve once. Hits of one curve whose intervals at the
+surface overlap are one crossing; its first piece is the hit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from .arrays import IntArray
+from .backend import Backend, HitColumns, HitLists
+from .curves import Curves
+from .geometry import AnyGeometry, Geometry, core_of, parts_of
+from .merge import crossings, first_hits_of, first_of_each, offsets_of
+from .progress import ProgressCallback
+from .rays import RayBatch
+
+#: Rays whose hits are listed at a time to be counted.
+CHUNK_RAYS = 1 << 16
+
+
+def has_curves(geometry: AnyGeometry) -> bool:
+    """Return whether geometry has curves, for which this backend is needed."""
+    return any(isinstance(part, Curves) for part in parts_of(geometry))
+
+
+@dataclass(frozen=True)
+class CurveBackend:
+    """Answers rays about curves, alone or with other geometry; see `Backend`."""
+
+    pieces: Backend
+    geometry: Curves | Geometry
+
+    def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
+        """See `Backend`."""
+        return self._named(self.pieces.first_hit(rays, surface, progress))
+
+    def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
+        """See `Backend`."""
+        return self.pieces.any_hit(rays, progress)
+
+    def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+        """See `Backend`."""
+        counts = [np.zeros(0, np.int64)]
+        for begin in range(0, len(rays), CHUNK_RAYS):
+            rows = np.arange(begin, min(begin + CHUNK_RAYS, len(rays)))
+            counts.append(np.diff(self.list_hits(rays.some(rows), True, None, False, None)[0]))
+            if progress is not None:
+                progress((rows[-1] + 1) / len(rays))
+        return np.concatenate(counts)
+
+    def list_hits(
+        self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
+    ) -> HitLists:
+        """See `Backend`."""
+        offsets, (t, piece, u, distance, t_out) = self.pieces.list_hits(rays, surface, None, False, progress)
+        ray = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+        if t_out is not None:
+            crossing = crossings(ray, self._owner[piece], t, t_out)
+        else:
+            # The same pieces are hit at their surface, in another order.
+            entry, other, _, _, leave = self.pieces.list_hits(rays, True, None, False, progress)[1]
+            assert leave is not None
+            crossing = np.empty(len(ray), np.int64)
+            at_surface = crossings(ray, self._owner[other], entry, leave)
+            crossing[np.lexsort((piece, ray))] = at_surface[np.lexsort((other, ray))]
+        first, ends = first_hits_of(crossing, t_out)
+        columns = self._named((t[first], piece[first], u[first], distance[first], ends))
+        return first_of_each(offsets_of(ray[first], len(rays)), columns, k, by_distance)
+
+    @cached_property
+    def _owner(self) -> IntArray:
+        """The primitive that each row of the core belongs to, counted over all parts."""
+        rows, n_prims = [np.zeros(0, np.int64)], 0
+        for part in parts_of(self.geometry):
+            rows.append(n_prims + (part.pieces.curve if isinstance(part, Curves) else np.arange(len(part))))
+            n_prims += len(part)
+        return np.concatenate(rows)
+
+    def _named(self, columns: HitColumns) -> HitColumns:
+        """Replace pieces by their curves, and u on a piece by the parameter of the curve."""
+        t, piece, u, distance, t_out = columns
+        prim, u = np.where(piece < 0, -1, self._owner[piece] if len(self._owner) else -1), u.copy()
+        begin = 0
+        for part in parts_of(self.geometry):
+            end = begin + len(core_of(part))
+            if isinstance(part, Curves):
+                here = (begin <= piece) & (piece < end)
+                u[here] = part.parameter(piece[here] - begin, u[here])[1]
+            begin = end
+        return t, prim, u, distance, t_out

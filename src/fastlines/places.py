@@ -1,0 +1,223 @@
+"""The place of each hit on its primitive: points, outward normals, tangents, attributes; one hit a row, in float64."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .arrays import IntArray, did_you_mean
+from .curves import Curves
+from .custom import Custom
+from .errors import InputError
+from .geometry import AnyGeometry, Geometry, in_parts, parts_of
+from .lines import Lines
+from .meshes import Boxes, Triangles, triangle_weights
+from .surface import enter_round_cones
+
+Float64Array = npt.NDArray[np.float64]
+
+
+class Places(NamedTuple):
+    """Hits that are no misses, and their rays."""
+
+    prim: IntArray
+    u: Float64Array
+    t: Float64Array
+    origins: Float64Array
+    directions: Float64Array
+    radius: Float64Array
+    #: Whether t is that of an entry into the surface, which no bound of the ray has cut off.
+    enters: npt.NDArray[np.bool_]
+
+    def some(self, rows: Any) -> Places:
+        """Return the hits in some rows."""
+        return Places(*(column[rows] for column in self))
+
+    def on_rays(self) -> Float64Array:
+        """Return the points on the rays."""
+        return np.asarray(self.origins + self.t[:, None] * self.directions)
+
+
+def _of_parts(
+    geometry: Geometry, hits: Places, ask: Callable[[Any, Places], npt.NDArray[Any]]
+) -> npt.NDArray[np.float64]:
+    """Ask each part of a geometry for its hits; NaN where a part has no answer."""
+    part, prim = in_parts(geometry, hits.prim)
+    asked = [(rows, ask(geometry.parts[i], hits._replace(prim=prim).some(rows))) for i, rows in _rows_of(part)]
+    shape = asked[0][1].shape[1:] if asked else (3,)
+    found = np.full((len(part), *shape), np.nan)
+    for rows, values in asked:
+        found[rows] = values
+    return found
+
+
+def _rows_of(part: IntArray) -> list[tuple[int, IntArray]]:
+    return [(int(i), np.flatnonzero(part == i)) for i in np.unique(part)]
+
+
+def has_axes(geometry: AnyGeometry) -> bool:
+    """Return whether hits may be at a closest approach to an axis, not at a surface."""
+    return any(isinstance(part, Lines | Curves) for part in parts_of(geometry))
+
+
+def points(geometry: AnyGeometry, hits: Places) -> Float64Array:
+    """Return the point of each hit on its ray; the surface of lines is met in float64."""
+    if isinstance(geometry, Geometry):
+        return _of_parts(geometry, hits, points)
+    if isinstance(geometry, Curves):
+        return points(geometry.pieces.lines, _on_pieces(geometry, hits))
+    return _on_axes(geometry, hits)[0] if isinstance(geometry, Lines) else hits.on_rays()
+
+
+def outwards(geometry: AnyGeometry, hits: Places) -> Float64Array:
+    """Return the outward unit normal at each hit."""
+    if isinstance(geometry, Geometry):
+        return _of_parts(geometry, hits, outwards)
+    if isinstance(geometry, Curves):
+        return outwards(geometry.pieces.lines, _on_pieces(geometry, hits))
+    if isinstance(geometry, Custom):
+        if not callable(normals := getattr(geometry.source, "normals", None)):
+            raise InputError(f"{type(geometry.source).__name__} has no method normals(ids, points); add it for normals")
+        return np.asarray(normals(hits.prim, hits.on_rays()), np.float64)
+    if isinstance(geometry, Lines):
+        at, s = _on_axes(geometry, hits)
+        start, edge = _axes(geometry, hits.prim)
+        away = at - (start + s[:, None] * edge)
+    elif isinstance(geometry, Triangles):
+        corners = geometry.corners[hits.prim].astype(np.float64)
+        away = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        away[(away * hits.directions).sum(axis=1) > 0] *= -1
+    else:
+        low, high = np.moveaxis(geometry.corners[hits.prim].astype(np.float64), 1, 0)
+        # The face that is nearest, as a fraction of the box.
+        at, side = hits.on_rays(), np.where(high > low, high - low, 1)
+        beyond = np.stack([at - low, high - at]) / side
+        away = np.zeros((len(at), 3))
+        face = np.moveaxis(np.abs(beyond), 1, 0).reshape(len(at), 6).argmin(axis=1)
+        away[np.arange(len(at)), face % 3] = np.where(face < 3, -1.0, 1.0)
+    centred = ~away.any(axis=1)
+    away[centred] = -hits.directions[centred]
+    return unit(away)
+
+
+def tangents(geometry: AnyGeometry, hits: Places) -> Float64Array:
+    """Return the unit vector along the line or curve at each hit; NaN for what has none."""
+    if isinstance(geometry, Geometry):
+        return _of_parts(geometry, hits, tangents)
+    if isinstance(geometry, Curves):
+        return unit(geometry.evaluate(hits.prim, hits.u).tangents)
+    if isinstance(geometry, Lines):
+        return unit(_axes(geometry, hits.prim)[1])
+    return np.full((len(hits.prim), 3), np.nan)
+
+
+def own_radius(geometry: AnyGeometry, prim: IntArray) -> Float64Array:
+    """Return the largest radius of each primitive; 0 for those without."""
+    if isinstance(geometry, Geometry):
+        part, prim = in_parts(geometry, prim)
+        found = np.zeros(len(prim))
+        for i, rows in _rows_of(part):
+            found[rows] = own_radius(geometry.parts[i], prim[rows])
+        return found
+    if isinstance(geometry, Curves) and geometry.radius is not None:
+        return np.asarray(geometry.radius[prim].max(axis=1, initial=0.0), np.float64)
+    if isinstance(geometry, Lines):
+        return np.asarray(geometry.end_radii[prim].max(axis=1, initial=0.0), np.float64)
+    return np.zeros(len(prim))
+
+
+def sample(geometry: AnyGeometry, name: str, hits: Places) -> npt.NDArray[Any]:
+    """Return an attribute at each hit, interpolated where there are values for ends or corners."""
+    if not isinstance(geometry, Geometry):
+        known = names(geometry)
+        if name not in known:
+            raise InputError(f"name={name!r} is no attribute of {geometry!r}{did_you_mean(name, known)}")
+        return _sample(geometry, name, hits)
+    if not any(name in names(part) for part in geometry.parts):
+        known = dict.fromkeys(known for part in geometry.parts for known in names(part))
+        raise InputError(f"name={name!r} is no attribute of any part{did_you_mean(name, known)}")
+    part, prim = in_parts(geometry, hits.prim)
+    hits = hits._replace(prim=prim)
+    asked = [
+        (rows, _sample(geometry.parts[i], name, hits.some(rows)))
+        for i, rows in _rows_of(part)
+        if name in names(geometry.parts[i])
+    ]
+    shapes = {values.shape[1:] for _, values in asked}
+    if len(shapes) > 1:
+        raise InputError(f"{name!r} has different shapes in the parts, {', '.join(map(str, sorted(shapes)))}")
+    found = np.full((len(part), *(shapes.pop() if shapes else ())), np.nan)
+    for rows, values in asked:
+        found[rows] = values
+    return found
+
+
+def names(geometry: AnyGeometry) -> Mapping[str, None]:
+    """Return the names of what `sample` knows."""
+    if isinstance(geometry, Triangles | Boxes):
+        return dict.fromkeys([*geometry.corner_attributes, *geometry.attributes])
+    if isinstance(geometry, Lines | Curves):
+        radius = ["radius"] if geometry.radius is not None else []
+        return dict.fromkeys([*geometry.end_attributes, *radius, *geometry.attributes])
+    return {}
+
+
+def _sample(geometry: AnyGeometry, name: str, hits: Places) -> npt.NDArray[Any]:
+    if isinstance(geometry, Triangles | Boxes):
+        if name not in geometry.corner_attributes:
+            return _numbers(name, geometry.attributes[name])[hits.prim]
+        values = _numbers(name, geometry.corner_attributes[name])[hits.prim]
+        weights = triangle_weights(geometry.corners[hits.prim].astype(np.float64), hits.on_rays())
+    else:
+        assert isinstance(geometry, Lines | Curves)
+        if name == "radius" and name not in geometry.end_attributes and geometry.radius is not None:
+            if isinstance(geometry, Curves):
+                return geometry.evaluate(hits.prim, hits.u).radius
+            ends = geometry.end_radii
+        elif name not in geometry.end_attributes:
+            return _numbers(name, geometry.attributes[name])[hits.prim]
+        else:
+            ends = _numbers(name, geometry.end_attributes[name])
+        values, weights = ends[hits.prim], np.stack([1 - hits.u, hits.u], axis=1)
+    if values.dtype.kind != "f":
+        last = weights.shape[1] - 1
+        return np.asarray(values[np.arange(len(values)), last - weights[:, ::-1].argmax(axis=1)])
+    return np.asarray((weights.reshape(*weights.shape, *[1] * (values.ndim - 2)) * values).sum(axis=1))
+
+
+def _numbers(name: str, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    if values.dtype.kind not in "fiub":
+        raise InputError(
+            f"{name!r} holds {values.dtype}, expected numbers; index the attribute with hits.prim[hits.hit]"
+        )
+    return values
+
+
+def _on_pieces(curves: Curves, hits: Places) -> Places:
+    piece, s = curves.locate(hits.prim, hits.u)
+    return hits._replace(prim=piece, u=s)
+
+
+def _axes(lines: Lines, prim: IntArray) -> tuple[Float64Array, Float64Array]:
+    """Return the start of each segment that was hit, and its end − start."""
+    ends = lines.segments[prim].astype(np.float64)
+    return ends[:, 0], ends[:, 1] - ends[:, 0]
+
+
+def _on_axes(lines: Lines, hits: Places) -> tuple[Float64Array, Float64Array]:
+    """Return the point of each hit on a line, and its place on the axis."""
+    # Intersect the surface in float64, except where a bound of the ray cut it off.
+    start, edge = _axes(lines, hits.prim)
+    radii = lines.end_radii[hits.prim].astype(np.float64) + hits.radius[:, None]
+    exact, at = enter_round_cones(start, edge, radii[:, 0], radii[:, 1] - radii[:, 0], hits.origins, hits.directions)
+    use = hits.enters & np.isfinite(exact)
+    return hits._replace(t=np.where(use, exact, hits.t)).on_rays(), np.where(use, at, hits.u)
+
+
+def unit(vectors: Float64Array) -> Float64Array:
+    """Return unit vectors; NaN for those of length zero."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray(vectors / np.sqrt((vectors**2).sum(axis=-1, keepdims=True)) + 0.0)  # no negative zeros
