@@ -30,7 +30,7 @@ struct BinaryTraversal {
   Frame frame;
 
   template <class Sink>
-  void operator()(const Ray& ray, Sink& sink, Scratch& scratch) const {
+  void operator()(const RayOf<P>& ray, Sink& sink, Scratch& scratch) const {
     constexpr float miss = kInfinity;
     const Slabs slabs(ray, frame, prims.max_radius());
     auto& stack = scratch.stack;

@@ -1,5 +1,6 @@
 // Hands each group of up to 64 rays to a kernel: coherent rays to one bundle or to bundles of 16, incoherent rays to a
-// wavefront or a stream. The caller may also force a kernel, for example one ray at a time.
+// wavefront or a stream. The caller may also force a kernel, for example one ray at a time. Rays with a spread are
+// never traced as bundles.
 //
 // A query (kernels/collect/collector.hpp) gives the kernels a collector and stores what the collector has found.
 #pragma once
@@ -37,6 +38,31 @@ class GroupDispatcher {
   void trace(const std::uint32_t* ids, int n) {
     rays_.fill(batch_, tree_.frame, n, ids);
     if (kernel_ == Kernel::single || kernel_ == Kernel::wave) return trace_incoherent(0, n);
+    trace_by_coherence(n);
+  }
+
+  /// Answer all rays that are still in the wavefront.
+  void flush() {
+    if constexpr (!Query::Collector::kTraits.order_independent) {
+      incoherent_.flush(query);
+      heuristic_.record_incoherent(incoherent_.take_sample());
+    }
+  }
+
+  Query query;
+
+ private:
+  static constexpr bool kHasBundles = !kHasSpread<P>;
+  /// In the place of the bundles that there are not.
+  struct NoBundles {
+    explicit NoBundles(const WideBvhView<P>&) {}
+  };
+
+  /// Trace the group as bundles where its rays are coherent.
+  void trace_by_coherence(int n) { trace_incoherent(0, n); }
+  void trace_by_coherence(int n)
+    requires(kHasBundles)
+  {
     if (kernel_ == Kernel::automatic) {
       heuristic_.begin_group();
       if (heuristic_.should_probe()) return trace_incoherent(0, n);
@@ -51,17 +77,6 @@ class GroupDispatcher {
         trace_incoherent(first, std::min(first + kSimdWidth, n));
   }
 
-  /// Answer all rays that are still in the wavefront.
-  void flush() {
-    if constexpr (!Query::Collector::kTraits.order_independent) {
-      incoherent_.flush(query);
-      heuristic_.record_incoherent(incoherent_.take_sample());
-    }
-  }
-
-  Query query;
-
- private:
   /// Whether lanes [first, end) are traced as a bundle; `bundle_` is then fitted to them.
   bool fits_bundle(int first, int end) {
     if (!bundle_.try_fit(rays_, first, end, tree_.box)) return false;
@@ -114,11 +129,11 @@ class GroupDispatcher {
   const RayBatch& batch_;
   Kernel kernel_;
   BundleHeuristic heuristic_{tree_.mean_extent};
-  RayGroup rays_;
+  RayGroupOf<P> rays_;
   RayBundle bundle_;
   CullRay cull_[kSimdWidth];  // the packet that `trace_single` is in
   SingleRay<P> single_{tree_};
-  BundleTraversal<P> bundle_traversal_{tree_};
+  std::conditional_t<kHasBundles, BundleTraversal<P>, NoBundles> bundle_traversal_{tree_};
   typename Query::Collector collector_;
   decltype(make_incoherent_tracer<Query>(tree_, query)) incoherent_ = make_incoherent_tracer<Query>(tree_, query);
 };
