@@ -39,10 +39,13 @@ std::tuple<BlockRows, BlockRows, float> refit_layout(const LayoutView& layout, u
   float extent = 0.0f;
   watch_if(layout.refs.size() > kLongPass, progress, [&](Progress& watched) {
     extent = std::visit(
-        [&](const auto& prims) {
-          return BlockEncoder(layout.frame, layout.nodes, layout.leaves, layout.refs, prims,
-                              reinterpret_cast<WideNode*>(nodes.data()),
-                              reinterpret_cast<WideLeaf*>(leaves.data()))(n_threads, watched);
+        [&]<class P>(const P& prims) -> float {
+          if constexpr (kHasSpread<P>)
+            throw std::invalid_argument("a refit needs the layout of the lines themselves");
+          else
+            return BlockEncoder(layout.frame, layout.nodes, layout.leaves, layout.refs, prims,
+                                reinterpret_cast<WideNode*>(nodes.data()),
+                                reinterpret_cast<WideLeaf*>(leaves.data()))(n_threads, watched);
         },
         layout.prims);
   });

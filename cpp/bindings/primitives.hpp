@@ -5,12 +5,14 @@
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <variant>
 
 #include "arrays.hpp"
 #include "fastlines/primitives/boxes.hpp"
 #include "fastlines/primitives/round_cone_test.hpp"
 #include "fastlines/primitives/segment_test.hpp"
+#include "fastlines/primitives/spread_cones.hpp"
 #include "fastlines/primitives/triangles.hpp"
 
 namespace fastlines {
@@ -18,6 +20,11 @@ namespace fastlines {
 /// The primitives on the fast path, which layouts and queries are compiled for. Trees over them are trees over their
 /// axes, as segments. To add one, include its header and list it here.
 using RayPrimitives = std::variant<Segments, RoundCones>;
+
+/// What queries are compiled for: the same, and what rays with a spread see of lines.
+template <class... P>
+std::variant<P..., SpreadCones> and_spread_cones(std::variant<P...>);
+using QueryPrimitives = decltype(and_spread_cones(std::declval<RayPrimitives>()));
 
 /// The primitives for builders only.
 using OtherPrimitives = std::variant<Triangles, Boxes>;
@@ -41,8 +48,9 @@ std::optional<Variant> find_primitives(const std::string& kind, const Input<floa
   return found;
 }
 
-inline RayPrimitives ray_primitives(const std::string& kind, const Input<float>& data) {
-  if (const auto found = find_primitives<RayPrimitives>(kind, data)) return *found;
+template <class Variant = RayPrimitives>
+Variant ray_primitives(const std::string& kind, const Input<float>& data) {
+  if (const auto found = find_primitives<Variant>(kind, data)) return *found;
   throw std::invalid_argument("the engines are not compiled for this kind of primitive: " + kind);
 }
 
