@@ -100,6 +100,13 @@ def core_data(geometry: Geometry) -> tuple[str, FloatArray]:
     return geometry.kind, geometry.core_rows
 
 
+def spread_data(geometry: Geometry) -> tuple[str, FloatArray]:
+    """Return the same for rays with a spread, for which lines without a radius are round cones of radius 0."""
+    if not isinstance(geometry, Lines) or geometry.kind not in ("segments", "round cones"):
+        raise InputError(f"a spread is for lines, and this tree is over {type(geometry).__name__}; leave out spread=")
+    return "spread cones", geometry.cone_rows
+
+
 def build_data(geometry: Geometry) -> tuple[str, FloatArray]:
     """Return what the core calls the primitives that a tree bounds, and their numbers: the axes of lines."""
     return ("segments", geometry.axes) if isinstance(geometry, Lines) else core_data(geometry)

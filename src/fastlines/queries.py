@@ -14,7 +14,7 @@ from .errors import InputError
 from .forecast import Forecast
 from .hits import AllHits, FirstHits
 from .lines import Lines, as_lines
-from .meshes import core_data
+from .meshes import core_data, spread_data
 from .progress import ProgressOption, reporting
 from .rays import RADIUS_LIMIT, RayBatch, check_rays
 
@@ -47,12 +47,12 @@ def is_merge(merge: str | None, at: str) -> bool:
     return True
 
 
-def require_radius(lines: Lines, radius: npt.ArrayLike | None) -> None:
-    """Refuse a query without a radius on lines without one."""
-    if radius is None and lines.radius is None:
+def require_radius(lines: Lines, radius: npt.ArrayLike | None, spread: npt.ArrayLike = 0.0) -> None:
+    """Refuse a query without a radius and a spread on lines without a radius."""
+    if radius is None and lines.radius is None and np.ndim(spread) == 0 and spread == 0:
         raise InputError(
             "these lines have no radius of their own, so a query needs one: pass radius=, or --radius on the command "
-            "line, in the unit of the coordinates"
+            "line, in the unit of the coordinates, or spread="
         )
 
 
@@ -64,10 +64,11 @@ def check_query(
     radius: npt.ArrayLike | None,
     t_min: npt.ArrayLike,
     t_max: npt.ArrayLike,
+    spread: npt.ArrayLike,
     invalid: str,
 ) -> RayBatch:
     """Check rays for lines whose axes lie in this box."""
-    require_radius(lines, radius)
+    require_radius(lines, radius, spread)
     margin = lines.max_radius
     if margin > 0 and margin > RADIUS_LIMIT * (size := float(np.ptp(box, axis=0).max()) or 1.0):
         raise InputError(
@@ -75,11 +76,23 @@ def check_query(
             f"together, {size:g}; leave such lines out"
         )
     margins = np.array([[-margin], [margin]], np.float32)
-    return check_rays(origins, directions, 0.0 if radius is None else radius, t_min, t_max, invalid, box + margins)
+    radius = 0.0 if radius is None else radius
+    return check_rays(origins, directions, radius, t_min, t_max, spread, invalid, box + margins)
+
+
+def _refuse_surface(rays: RayBatch) -> None:
+    if rays.has_spread:
+        raise InputError(
+            "at='surface' has no meaning with a spread: the reach then grows with the depth of each point of a line, "
+            "and no capsule or round cone of one radius has a surface that the ray could enter; leave out at= or "
+            "spread="
+        )
 
 
 def first_hit(backend: Backend, rays: RayBatch, surface: bool, progress: ProgressOption, lines: Lines) -> FirstHits:
     """Find the nearest hit of each ray."""
+    if surface:
+        _refuse_surface(rays)
     with reporting(progress, "first hit") as callback:
         columns = backend.first_hit(rays, surface, callback)
     return FirstHits.from_columns(columns, rays, lines)
@@ -108,6 +121,8 @@ def list_hits(
     by_distance: bool = False,
 ) -> AllHits:
     """List all hits of each ray, or the first k, unless a sample says that they will not fit in memory."""
+    if surface:
+        _refuse_surface(rays)
 
     def count_some(rows: IntArray) -> IntArray:
         counts = backend.count_hits(rays.some(rows), None)
@@ -136,6 +151,7 @@ def brute_force(
     radius: npt.ArrayLike | None = None,
     *,
     query: QueryName = "all_hits",
+    spread: npt.ArrayLike = 0.0,
     t_min: npt.ArrayLike = 0.0,
     t_max: npt.ArrayLike = np.inf,
     at: str = "closest",
@@ -151,7 +167,7 @@ def brute_force(
     ----------
     lines : Lines or (n, 2, 3) array
     query : {"all_hits", "first_hit", "any_hit", "count_hits", "next_hits"}
-    origins, directions, radius, t_min, t_max, at, invalid, progress
+    origins, directions, radius, spread, t_min, t_max, at, invalid, progress
         As in `Tree.first_hit`.
     k, rank
         As in `Tree.next_hits`; for no other query.
@@ -183,8 +199,9 @@ def brute_force(
         raise InputError(f"merge={merge!r} is for query='all_hits', this is {query!r}; leave it out")
     lines = as_lines(lines)
     box = np.array(lines.bounds, np.float32) if len(lines) else np.zeros((2, 3), np.float32)
-    rays = check_query(lines, box, origins, directions, radius, t_min, t_max, invalid)
-    backend = CompiledBackend(_core, _core.BinaryView.of_primitives(*core_data(lines)))
+    rays = check_query(lines, box, origins, directions, radius, t_min, t_max, spread, invalid)
+    data = spread_data(lines) if rays.has_spread else core_data(lines)
+    backend = CompiledBackend(_core, _core.BinaryView.of_primitives(*data))
     if query == "first_hit":
         return first_hit(backend, rays, surface, progress, lines)
     if query == "any_hit":
