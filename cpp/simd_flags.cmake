@@ -23,7 +23,7 @@ set(simd_all $<$<NOT:$<CXX_COMPILER_ID:MSVC>>:-ffp-contract=off -fno-math-errno 
 
 # The sources of every engine; those that take longest come first, so that the others compile beside them.
 set(engine_sources)
-foreach(part query_segments query_round_cones query_shapes query build layout)
+foreach(part query_segments query_round_cones query_shapes query_spread_cones query build layout)
   list(APPEND engine_sources ${CMAKE_CURRENT_LIST_DIR}/bindings/engine_${part}.cpp)
 endforeach()
 list(APPEND engine_sources ${CMAKE_CURRENT_LIST_DIR}/bindings/engine.cpp)

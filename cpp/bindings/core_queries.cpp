@@ -30,7 +30,7 @@ class BinaryView {
     const auto search = [&]<class P>(const P& prims) -> Search {
       return BinaryTraversal<P>{all, rows<Reference>(refs), prims, frame_of(all[0].box, max_radius_of(prims))};
     };
-    return {std::visit(search, ray_primitives(kind, data)), data, {nodes, refs}};
+    return {std::visit(search, ray_primitives<QueryPrimitives>(kind, data)), data, {nodes, refs}};
   }
 
   static BinaryView of_planes(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes,
@@ -40,7 +40,7 @@ class BinaryView {
       return PlaneTraversal<P>{
           rows<PlaneNode>(nodes), rows<std::uint32_t>(refs), depth, prims, box, frame_of(box, max_radius_of(prims))};
     };
-    return {std::visit(search, ray_primitives(kind, data)), data, {nodes, refs}};
+    return {std::visit(search, ray_primitives<QueryPrimitives>(kind, data)), data, {nodes, refs}};
   }
 
   /// Brute force: tests every primitive.
@@ -49,7 +49,7 @@ class BinaryView {
       const Box box = bounds_of_all(prims);
       return BruteForce<P>{prims, frame_of(box.is_empty() ? Box{{0, 0, 0}, {0, 0, 0}} : box, max_radius_of(prims))};
     };
-    return {std::visit(search, ray_primitives(kind, data)), data, {}};
+    return {std::visit(search, ray_primitives<QueryPrimitives>(kind, data)), data, {}};
   }
 
   /// Calls run(search, progress); watches for Ctrl-C if n_rays may take long.
@@ -64,14 +64,14 @@ class BinaryView {
   }
 
  private:
-  /// The variant of the three searches for each kind of RayPrimitives.
+  /// The variant of the three searches for each kind of QueryPrimitives.
   template <class>
   struct Searches;
   template <class... P>
   struct Searches<std::variant<P...>> {
     using Any = std::variant<BinaryTraversal<P>..., PlaneTraversal<P>..., BruteForce<P>...>;
   };
-  using Search = Searches<RayPrimitives>::Any;
+  using Search = Searches<QueryPrimitives>::Any;
 
   BinaryView(Search search, Input<float> data, std::vector<Input<std::uint32_t>> tree)
       : search_(std::move(search)), data_(std::move(data)), tree_(std::move(tree)) {}

@@ -40,7 +40,7 @@ std::tuple<BlockRows, BlockRows, float> refit_layout(const LayoutView& layout, u
   watch_if(layout.refs.size() > kLongPass, progress, [&](Progress& watched) {
     extent = std::visit(
         [&]<class P>(const P& prims) -> float {
-          if constexpr (AxisPrimitive<P>)
+          if constexpr (AxisPrimitive<P> && !kHasSpread<P>)
             return BlockEncoder(layout.frame, layout.nodes, layout.leaves, layout.refs, prims,
                                 reinterpret_cast<WideNode*>(nodes.data()),
                                 reinterpret_cast<WideLeaf*>(leaves.data()))(n_threads, watched);

@@ -25,7 +25,7 @@ class LayoutView {
       : nodes(rows<WideNode>(nodes_)),
         leaves(rows<WideLeaf>(leaves_)),
         refs(rows<WideRef>(refs_)),
-        prims(ray_primitives(kind, data)),
+        prims(ray_primitives<QueryPrimitives>(kind, data)),
         frame(frame_of(box_of(corners))),
         box_{frame(box_of(corners).lo), frame(box_of(corners).hi)},
         mean_extent_(mean_extent),
@@ -45,7 +45,7 @@ class LayoutView {
   std::span<const WideNode> nodes;
   std::span<const WideLeaf> leaves;
   std::span<const WideRef> refs;
-  RayPrimitives prims;
+  QueryPrimitives prims;
   Frame frame;
 
  private:

@@ -6,10 +6,11 @@
 
 #include "fastlines/kernels/run/run_batch.hpp"
 #include "fastlines/primitives/shapes.hpp"
+#include "fastlines/primitives/spread_cones.hpp"
 
 namespace fastlines {
 
-/// A batch of rays on a layout.
+/// A batch of rays on a layout. With a spread, `at` is always `At::closest`.
 template <RayPrimitive P>
 struct LayoutQueries {
   const WideBvhView<P>& tree;
@@ -23,6 +24,15 @@ struct LayoutQueries {
   void count(std::int64_t* to) const;
   /// List all hits of each ray, or its first k by t if k is given, or the k nearest to it with `by_distance`.
   void list(At at, std::optional<std::size_t> k, bool by_distance, HitAssembler& to) const;
+
+ private:
+  /// Calls run_at<at>().
+  template <class RunAt>
+  static void dispatch(At at, const RunAt& run_at) {
+    if constexpr (!kHasSpread<P>)
+      if (at == At::surface) return run_at.template operator()<At::surface>();
+    run_at.template operator()<At::closest>();
+  }
 };
 
 template <RayPrimitive P>
@@ -30,7 +40,7 @@ void LayoutQueries<P>::find_first(At at, const HitColumns& to) const {
   const auto run_at = [&]<At which>() {
     run_batch(tree, rays, kernel, FirstHitQuery<P, which>{tree, to}, n_threads, progress);
   };
-  at == At::surface ? run_at.template operator()<At::surface>() : run_at.template operator()<At::closest>();
+  dispatch(at, run_at);
 }
 
 template <RayPrimitive P>
@@ -51,11 +61,12 @@ void LayoutQueries<P>::list(At at, std::optional<std::size_t> k, bool by_distanc
     else
       run_lists(tree, rays, kernel, AllHitsQuery<P, which>(tree, k), n_threads, progress, to);
   };
-  at == At::surface ? run_at.template operator()<At::surface>() : run_at.template operator()<At::closest>();
+  dispatch(at, run_at);
 }
 
 extern template struct LayoutQueries<Segments>;
 extern template struct LayoutQueries<RoundCones>;
+extern template struct LayoutQueries<SpreadCones>;
 extern template struct LayoutQueries<Shapes>;
 
 }  // namespace fastlines

@@ -5,16 +5,23 @@
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <variant>
 
 #include "arrays.hpp"
 #include "fastlines/primitives/shapes.hpp"
+#include "fastlines/primitives/spread_cones.hpp"
 
 namespace fastlines {
 
 /// The primitives that layouts and queries are compiled for. To add one, include its header and list it here. Trees
 /// over primitives around axes are trees over these axes, as segments.
 using RayPrimitives = std::variant<Segments, RoundCones, Shapes>;
+
+/// What queries are compiled for: the same, and what rays with a spread see of lines.
+template <class... P>
+std::variant<P..., SpreadCones> and_spread_cones(std::variant<P...>);
+using QueryPrimitives = decltype(and_spread_cones(std::declval<RayPrimitives>()));
 
 /// The primitives that trees are over, besides segments.
 using OtherPrimitives = std::variant<Shapes>;
@@ -38,8 +45,9 @@ std::optional<Variant> find_primitives(const std::string& kind, const Input<floa
   return found;
 }
 
-inline RayPrimitives ray_primitives(const std::string& kind, const Input<float>& data) {
-  if (const auto found = find_primitives<RayPrimitives>(kind, data)) return *found;
+template <class Variant = RayPrimitives>
+Variant ray_primitives(const std::string& kind, const Input<float>& data) {
+  if (const auto found = find_primitives<Variant>(kind, data)) return *found;
   throw std::invalid_argument("the engines are not compiled for this kind of primitive: " + kind);
 }
 

@@ -1,12 +1,12 @@
 // Compares the exact test of round cones with the definition of a hit in float64, found by a search for the minimum and
 // not by a formula: scales, offsets, near-parallel rays, radii from 0 to more than the scene, one ball inside the
-// other.
+// other; rays with and without a spread.
 #include <cmath>
 #include <cstdio>
 
 #include "check.hpp"
-#include "fastlines/primitives/round_cone_test.hpp"
-#include "fastlines/rays/ray.hpp"
+#include "fastlines/primitives/spread_cones.hpp"
+#include "fastlines/rays/spread_ray.hpp"
 #include "random.hpp"
 
 using namespace fastlines;
@@ -28,7 +28,14 @@ struct Case {
   RoundCone cone;
 
   double reach(double s) const {
-    return double(cone.radius0) + s * (double(cone.radius1) - cone.radius0) + query.radius;
+    const double own = double(cone.radius0) + s * (double(cone.radius1) - cone.radius0);
+    return own + query.radius + query.spread * depth_of(along(cone.axis.p, cone.axis.q, s));
+  }
+  /// The depth of a point along the ray, in lengths.
+  double depth_of(const Point& point) const {
+    double dp = 0;
+    for (int k = 0; k < 3; ++k) dp += query.direction[k] * (point[k] - query.origin[k]);
+    return dp / length_of(query.direction);
   }
   /// The t between the bounds at which the ray is nearest to a point, and the squared distance there.
   std::pair<double, double> nearest_t(const Point& point) const {
@@ -100,6 +107,20 @@ void check_case(const Case& one, const Frame& frame, double size, Worst& worst) 
   worst.exit = std::max(worst.exit, off(t_out, t_out == one.query.t_max));
 }
 
+/// Check one case with a spread, which has no surface.
+void check_spread(const Case& one, const Frame& frame, double size, Worst& worst) {
+  const SpreadRay ray = prepare_for<SpreadCones>(one.query, frame);
+  const auto closest = SpreadCones::test<float>(ray, fields_of<SpreadCones>(one.cone, frame)).closest;
+  const double clearance = one.least_clearance();
+  size = size * (1.0 + one.query.spread) + std::max({one.reach(0), one.reach(1), 0.0});
+  if (closest.hit != (clearance <= 0)) worst.decision = std::max(worst.decision, std::abs(clearance) / size);
+  if (!closest.hit) return;
+  ++worst.n_hits;
+  // What culling allows for.
+  const float radius = SpreadCones::radius(one.cone) * frame.scale;
+  check(std::sqrt(closest.dist2) <= ray.radius + radius + ray.eps, "culling reaches each hit");
+}
+
 /// What is special about a case.
 enum Kind {
   general,
@@ -124,7 +145,7 @@ struct Placement {
   Vec3 operator()(const Vec3& at) const { return at * scale + Vec3{offset, offset, offset}; }
 };
 
-Case random_case(Random& random, Kind kind, const Placement& place) {
+Case random_case(Random& random, Kind kind, const Placement& place, bool has_spread) {
   Case one;
   Vec3 p = random.in_cube() * 2.0f - Vec3{1, 1, 1}, q = random.in_cube() * 2.0f - Vec3{1, 1, 1};
   float radius0 = random.uniform() * 0.3f, radius1 = random.uniform() * 0.3f, radius = 0.1f * random.uniform();
@@ -139,10 +160,14 @@ Case random_case(Random& random, Kind kind, const Placement& place) {
   if (kind == nearly_ball) radius1 = radius0 + std::sqrt(dot(q - p, q - p)) * 0.999999f;
   const float aim = random.uniform(), reach = 1.2f * random.uniform() * (radius0 + radius1 + radius);
   const Vec3 target = p * (1 - aim) + q * aim + random.direction() * reach;
-  const Vec3 origin = target - direction * (2.0f * random.uniform());
+  const Vec3 origin = target - direction * (has_spread ? random.uniform(-1.0f, 4.0f) : 2.0f * random.uniform());
   one.cone = {{place(p), place(q)}, radius0 * place.scale, radius1 * place.scale};
   one.query = {place(origin), direction, 0.0f, kInfinity, radius * place.scale};
   if (random.uniform() < 0.3f) one.query.t_max = 2.0f * place.scale * random.uniform();
+  if (has_spread) {
+    one.query.spread = std::pow(10.0f, random.uniform(-4.0f, 1.0f));
+    if (random.uniform() < 0.5f) one.query.t_min = -kInfinity;
+  }
   // Let half of the rays graze the surface, where rounding decides.
   const double touching = one.query.radius + one.least_clearance();
   if (random.uniform() < 0.5f && touching >= 0.0) one.query.radius = float(touching);
@@ -157,19 +182,24 @@ int main() {
     // As fractions of the size of the scene.
     constexpr double max_decision = 3e-7, max_entry = 2e-6;
     Random random{43};
-    for (const Placement& place : {Placement{1.0f, 0.0f}, {1e-6f, 0.0f}, {1e6f, 0.0f}, {1.0f, 1e4f}})
-      for (int kind = 0; kind < n_kinds; ++kind) {
-        const Frame frame = frame_of(Box{place({-1, -1, -1}), place({1, 1, 1})}, 6.0f * place.scale);
-        const double size = place.scale * (kind == larger_than_scene ? 6.0 : 1.0);
-        Worst worst;
-        for (int i = 0; i < n_cases; ++i) check_case(random_case(random, Kind(kind), place), frame, size, worst);
-        std::printf(
-            "scale %g, offset %g, %s: %zu hits, wrong decisions up to %.2g, entries off by %.2g, exits by %.2g\n",
-            double(place.scale), double(place.offset), kNames[kind], worst.n_hits, worst.decision, worst.entry,
-            worst.exit);
-        check(worst.n_hits > n_cases / 10, "rays hit");
-        check(worst.decision <= max_decision, "decisions are right, but for rounding");
-        check(std::max(worst.entry, worst.exit) <= max_entry, "entries and exits lie on the surface");
+    const auto check_kind = [&](Kind kind, const Placement& place, bool has_spread) {
+      const Frame frame = frame_of(Box{place({-1, -1, -1}), place({1, 1, 1})}, 6.0f * place.scale);
+      const double size = place.scale * (kind == larger_than_scene ? 6.0 : 1.0);
+      Worst worst;
+      for (int i = 0; i < n_cases; ++i) {
+        const Case one = random_case(random, kind, place, has_spread);
+        has_spread ? check_spread(one, frame, size, worst) : check_case(one, frame, size, worst);
       }
+      std::printf(
+          "scale %g, offset %g, %s%s: %zu hits, wrong decisions up to %.2g, entries off by %.2g, exits by %.2g\n",
+          double(place.scale), double(place.offset), kNames[kind], has_spread ? " with a spread" : "", worst.n_hits,
+          worst.decision, worst.entry, worst.exit);
+      check(worst.n_hits > n_cases / 10, "rays hit");
+      check(worst.decision <= max_decision, "decisions are right, but for rounding");
+      check(std::max(worst.entry, worst.exit) <= max_entry, "entries and exits lie on the surface");
+    };
+    for (const bool has_spread : {false, true})
+      for (const Placement& place : {Placement{1.0f, 0.0f}, {1e-6f, 0.0f}, {1e6f, 0.0f}, {1.0f, 1e4f}})
+        for (int kind = 0; kind < n_kinds; ++kind) check_kind(Kind(kind), place, has_spread);
   });
 }

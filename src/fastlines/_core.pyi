@@ -143,6 +143,7 @@ def first_hit(
         NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
+        NDArray[numpy.float32],
     ],
     surface: bool,
     n_threads: int,
@@ -162,6 +163,7 @@ def any_hit(
         NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
+        NDArray[numpy.float32],
     ],
     n_threads: int,
     progress: object | None,
@@ -174,6 +176,7 @@ def count_hits(
         NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
+        NDArray[numpy.float32],
     ],
     n_threads: int,
     progress: object | None,
@@ -181,6 +184,7 @@ def count_hits(
 def list_hits(
     tree: BinaryView,
     rays: tuple[
+        NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],

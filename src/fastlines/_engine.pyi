@@ -36,6 +36,7 @@ def check_rays(
         NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
+        NDArray[numpy.float32],
     ],
     largest_radius: float,
     farthest: float,
@@ -44,6 +45,7 @@ def check_rays(
 def first_hit(
     layout: fastlines._core.LayoutView,
     rays: tuple[
+        NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
@@ -69,6 +71,7 @@ def any_hit(
         NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
+        NDArray[numpy.float32],
     ],
     kernel: int,
     n_threads: int,
@@ -82,6 +85,7 @@ def count_hits(
         NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
+        NDArray[numpy.float32],
     ],
     kernel: int,
     n_threads: int,
@@ -90,6 +94,7 @@ def count_hits(
 def list_hits(
     layout: fastlines._core.LayoutView,
     rays: tuple[
+        NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],

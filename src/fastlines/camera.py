@@ -109,6 +109,61 @@ class Camera:
         directions /= np.sqrt((directions**2).sum(axis=2, keepdims=True))
         return np.asarray(directions, np.float32)
 
+    def spread(self, height: int) -> float:
+        """Return half a pixel's width at distance 1, for a picture of this height: tan(fov / 2) / height.
+
+        As the `spread` of a query it makes hits of what lies within half a pixel of a ray; n times this is a cone of n
+        pixels across. It is exact for the ray in the middle of the picture. A pixel at an angle θ from there is
+        narrower as its ray sees it, by cos θ to cos² θ, so that the cone of this spread covers a little more.
+
+        Examples
+        --------
+        >>> round(Camera(origin=(0, 0, 4), target=(0, 0, 0), fov_degrees=90).spread(height=100), 9)
+        0.01
+        """
+        return self._tangents(1, height)[1] / height
+
+    def ray(self, x: npt.ArrayLike, y: npt.ArrayLike, width: int, height: int) -> tuple[FloatArray, FloatArray, float]:
+        """Return the ray through a point of the picture, or through several, for picking.
+
+        Parameters
+        ----------
+        x, y : number or array
+            In pixels, as `project` returns them: rightwards and downwards from the top left corner. The centre of the
+            pixel in column i and row j is (i + 0.5, j + 0.5). Points outside the picture have rays too.
+        width, height : int
+            The size of the picture in pixels.
+
+        Returns
+        -------
+        origin, direction : (3,) or (…, 3) float32
+            The direction is of unit length.
+        spread : float
+            That of half a pixel, ``self.spread(height)``.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> camera = Camera(origin=(0, 0, 4), target=(0, 0, 0))
+        >>> origin, direction, spread = camera.ray(320, 200, width=640, height=480)
+        >>> tree = fl.build([[[-1, 0.19, 0], [1, 0.19, 0]]])
+        >>> tree.any_hit(origin, direction, spread=6 * spread)       # within three pixels
+        array(True)
+        """
+        try:
+            x, y = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
+        except (TypeError, ValueError) as error:
+            raise InputError(f"x and y are not numbers, or arrays of one shape: {error}") from None
+        if not (np.isfinite(x).all() and np.isfinite(y).all()):
+            raise InputError("x and y hold values that are not finite; expected pixels from the top left corner")
+        tan_x, tan_y = self._tangents(width, height)
+        right, up, forward = self.axes()
+        across, upwards = (x * (2 / width) - 1) * tan_x, (1 - y * (2 / height)) * tan_y
+        directions = forward + upwards[..., None] * up + across[..., None] * right
+        directions /= np.sqrt((directions**2).sum(axis=-1, keepdims=True))
+        directions = np.asarray(directions, np.float32)
+        return np.full(directions.shape, self.origin, np.float32), directions, self.spread(height)
+
     def project(self, points: npt.ArrayLike, width: int, height: int) -> tuple[Float64Array, Float64Array]:
         """Find where points appear in the picture.
 

@@ -1,7 +1,8 @@
 """Queries on curves: the core answers for their pieces, and here a hit gets the curve and its parameter.
 
 A ray may meet several pieces of a curve where it crosses the curve once. Hits of one curve whose intervals at the
-surface overlap are one crossing; its first piece is the hit.
+surface overlap are one crossing; its first piece is the hit. Rays with a spread have no such intervals: there,
+neighbouring pieces are one crossing.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy.typing as npt
 from .arrays import IntArray
 from .backend import Backend, HitColumns, HitLists
 from .curves import Curves
-from .geometry import AnyGeometry, Geometry, core_of, parts_of
+from .geometry import AnyGeometry, core_of, parts_of
 from .merge import crossings, first_hits_of, first_of_each, offsets_of
 from .progress import ProgressCallback
 from .rays import RayBatch
@@ -34,7 +35,7 @@ class CurveBackend:
     """Answers rays about curves, alone or with other geometry; see `Backend`."""
 
     pieces: Backend
-    geometry: Curves | Geometry
+    geometry: AnyGeometry
 
     def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
         """See `Backend`."""
@@ -49,7 +50,8 @@ class CurveBackend:
         counts = [np.zeros(0, np.int64)]
         for begin in range(0, len(rays), CHUNK_RAYS):
             rows = np.arange(begin, min(begin + CHUNK_RAYS, len(rays)))
-            counts.append(np.diff(self.list_hits(rays.some(rows), True, None, False, None)[0]))
+            some = rays.some(rows)
+            counts.append(np.diff(self.list_hits(some, not some.has_spread, None, False, None)[0]))
             if progress is not None:
                 progress((rows[-1] + 1) / len(rays))
         return np.concatenate(counts)
@@ -62,6 +64,8 @@ class CurveBackend:
         ray = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
         if t_out is not None:
             crossing = crossings(ray, self._owner[piece], t, t_out)
+        elif rays.has_spread:
+            crossing = self._runs(ray, piece)
         else:
             # The same pieces are hit at their surface, in another order.
             entry, other, _, _, leave = self.pieces.list_hits(rays, True, None, False, progress)[1]
@@ -72,6 +76,16 @@ class CurveBackend:
         first, ends = first_hits_of(crossing, t_out)
         columns = self._named((t[first], piece[first], u[first], distance[first], ends))
         return first_of_each(offsets_of(ray[first], len(rays)), columns, k, by_distance)
+
+    def _runs(self, ray: IntArray, piece: IntArray) -> IntArray:
+        """Number runs of neighbouring pieces of a curve: the crossings of rays with a spread, which meet no surface."""
+        order = np.lexsort((piece, ray))
+        ray, piece, owner = ray[order], piece[order], self._owner[piece[order]]
+        begins = np.ones(len(order), bool)
+        begins[1:] = (ray[1:] != ray[:-1]) | (owner[1:] != owner[:-1]) | (piece[1:] != piece[:-1] + 1)
+        crossing = np.empty(len(order), np.int64)
+        crossing[order] = np.cumsum(begins) - 1
+        return crossing
 
     @cached_property
     def _owner(self) -> IntArray:

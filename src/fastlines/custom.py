@@ -20,8 +20,9 @@ Float64Array = npt.NDArray[np.float64]
 #: rounding of a ray and a box.
 MARGIN = 2.0**-18
 
-#: How often the boxes of primitives are halved, if there is `clipped_bounds`.
-HALVINGS = 3
+#: How often the boxes of primitives are halved, if there is `clipped_bounds`, and how much less surface the parts must
+#: have, as a fraction of the whole, to take its place.
+HALVINGS, LESS = 3, 0.9
 
 
 class Rays(NamedTuple):
@@ -117,23 +118,24 @@ class Custom(Immutable):
         if not callable(clip := getattr(self.source, "clipped_bounds", None)):
             return boxes, owner
         name = f"{type(self.source).__name__}.clipped_bounds()"
-        rows = np.arange(len(boxes))
         for _ in range(HALVINGS):
-            axis = (boxes[:, 1] - boxes[:, 0]).argmax(axis=1)
+            rows, axis = np.arange(len(boxes)), (boxes[:, 1] - boxes[:, 0]).argmax(axis=1)
             halves = np.stack([boxes, boxes])
             halves[0, rows, 1, axis] = halves[1, rows, 0, axis] = boxes.mean(axis=1)[rows, axis]
-            parts = []
-            for half in halves:
-                part = _checked_boxes(clip(owner, half), name, len(owner))
-                # A part may reach no farther than its half.
-                parts.append(np.stack([np.maximum(part[:, 0], half[:, 0]), np.minimum(part[:, 1], half[:, 1])], axis=1))
-            # Keep the cuts that leave less surface.
-            areas = [_area(part) for part in parts]
-            good = areas[0] + areas[1] < _area(boxes)
-            kept = [~good, *(good & (part[:, 0] <= part[:, 1]).all(axis=1) for part in parts)]
-            boxes = np.concatenate([source[keep] for source, keep in zip((boxes, *parts), kept, strict=True)])
-            owner = np.concatenate([owner[keep] for keep in kept])
-            rows = np.arange(len(boxes))
+            parts = [_checked_boxes(clip(owner, half), name, len(owner)) for half in halves]
+            # A part reaches no farther than its half.
+            low = np.concatenate([np.maximum(part[:, 0], half[:, 0]) for part, half in zip(parts, halves, strict=True)])
+            high = np.concatenate(
+                [np.minimum(part[:, 1], half[:, 1]) for part, half in zip(parts, halves, strict=True)]
+            )
+            is_part = (low <= high).all(axis=1)
+            boxes, owner = np.stack([low, high], axis=1)[is_part], np.concatenate([owner, owner])[is_part]
+        # Keep whole what has no less surface in parts.
+        whole = _area(self._boxes)
+        better = np.bincount(owner, _area(boxes), minlength=len(whole)) < LESS * whole
+        better &= np.bincount(owner, minlength=len(whole)) > 0
+        boxes = np.concatenate([boxes[better[owner]], self._boxes[~better]])
+        owner = np.concatenate([owner[better[owner]], np.flatnonzero(~better)])
         order = np.argsort(owner, kind="stable")
         return boxes[order], owner[order]
 

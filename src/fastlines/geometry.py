@@ -111,6 +111,14 @@ def core_data(geometry: AnyGeometry) -> tuple[str, FloatArray]:
     return core.kind, core.core_rows
 
 
+def spread_data(geometry: AnyGeometry) -> tuple[str, FloatArray]:
+    """Return the same for rays with a spread, for which lines without a radius are round cones of radius 0."""
+    core = core_of(geometry)
+    if not isinstance(core, Lines) or core.kind not in ("segments", "round cones"):
+        raise InputError(f"a spread is for lines, and this tree is over {type(geometry).__name__}; leave out spread=")
+    return "spread cones", core.cone_rows
+
+
 def build_data(geometry: AnyGeometry) -> tuple[str, FloatArray]:
     """Return what the core calls the primitives that a tree bounds, and their numbers: the axes of lines."""
     core = core_of(geometry)

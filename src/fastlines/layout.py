@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from . import _core
 from .backend import engine
-from .geometry import AnyGeometry, core_data
+from .geometry import AnyGeometry, core_data, spread_data
 from .immutable import Immutable, frozen, own
 from .lines import Lines
 from .progress import ProgressCallback, ProgressOption, reporting
@@ -72,9 +72,16 @@ class Layout(Immutable):
     @cached_property
     def view(self) -> _core.LayoutView:
         """The layout in the form that the engine reads."""
-        kind, rows = core_data(self.geometry)
+        return self._view_over(*core_data(self.geometry))
+
+    @cached_property
+    def spread_view(self) -> _core.LayoutView:
+        """The same for rays with a spread. Lines without a radius are copied for it, 32 bytes a segment."""
+        return self._view_over(*spread_data(self.geometry))
+
+    def _view_over(self, kind: str, data: npt.NDArray[np.float32]) -> _core.LayoutView:
         corners = self.box.reshape(-1).tolist()
-        return _core.LayoutView(kind, rows, self.nodes, self.leaves, self.refs, corners, self.mean_extent)
+        return _core.LayoutView(kind, data, self.nodes, self.leaves, self.refs, corners, self.mean_extent)
 
 
 def _aligned(blocks: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:

@@ -144,6 +144,11 @@ class Lines(Immutable):
         """
         if self.radius is None:
             return self.axes
+        return self.cone_rows
+
+    @cached_property
+    def cone_rows(self) -> FloatArray:
+        """Both ends of each segment and the radius at each, 0 if there is none: (n, 8) float32."""
         return np.asarray(own(np.concatenate([self.axes, self.end_radii], axis=1)))
 
     @property

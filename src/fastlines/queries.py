@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -14,8 +15,9 @@ from .backends import backend_of
 from .custom import Custom, Primitives
 from .errors import InputError
 from .forecast import Forecast
-from .geometry import AnyGeometry, as_geometry, core_data, needs_radius, radius_beyond
+from .geometry import AnyGeometry, as_geometry, core_data, needs_radius, radius_beyond, spread_data
 from .hits import AllHits, FirstHits
+from .ignore import ignored_of
 from .progress import ProgressOption, reporting
 from .rays import RADIUS_LIMIT, RayBatch, check_rays
 
@@ -48,12 +50,12 @@ def is_merge(merge: str | None, at: str) -> bool:
     return True
 
 
-def require_radius(geometry: AnyGeometry, radius: npt.ArrayLike | None) -> None:
-    """Refuse a query without a radius on lines without one."""
-    if radius is None and needs_radius(geometry):
+def require_radius(geometry: AnyGeometry, radius: npt.ArrayLike | None, spread: npt.ArrayLike = 0.0) -> None:
+    """Refuse a query without a radius and a spread on lines without a radius."""
+    if radius is None and needs_radius(geometry) and np.ndim(spread) == 0 and spread == 0:
         raise InputError(
             "these lines have no radius of their own, so a query needs one: pass radius=, or --radius on the command "
-            "line, in the unit of the coordinates"
+            "line, in the unit of the coordinates, or spread="
         )
 
 
@@ -65,10 +67,13 @@ def check_query(
     radius: npt.ArrayLike | None,
     t_min: npt.ArrayLike,
     t_max: npt.ArrayLike,
+    spread: npt.ArrayLike,
     invalid: str,
+    ignore: Any = None,
+    ignore_strands: Any = None,
 ) -> RayBatch:
     """Check rays for geometry in this box; of lines it holds the axes."""
-    require_radius(geometry, radius)
+    require_radius(geometry, radius, spread)
     margin = radius_beyond(geometry)
     if margin > 0 and margin > RADIUS_LIMIT * (size := float(np.ptp(box, axis=0).max()) or 1.0):
         raise InputError(
@@ -76,13 +81,26 @@ def check_query(
             f"together, {size:g}; leave such lines out"
         )
     margins = np.array([[-margin], [margin]], np.float32)
-    return check_rays(origins, directions, 0.0 if radius is None else radius, t_min, t_max, invalid, box + margins)
+    radius = 0.0 if radius is None else radius
+    rays = check_rays(origins, directions, radius, t_min, t_max, spread, invalid, box + margins)
+    return replace(rays, ignored=ignored_of(geometry, rays.shape, ignore, ignore_strands))
+
+
+def _refuse_surface(rays: RayBatch) -> None:
+    if rays.has_spread:
+        raise InputError(
+            "at='surface' has no meaning with a spread: the reach then grows with the depth of each point of a line, "
+            "and no capsule or round cone of one radius has a surface that the ray could enter; leave out at= or "
+            "spread="
+        )
 
 
 def first_hit(
     backend: Backend, rays: RayBatch, surface: bool, progress: ProgressOption, geometry: AnyGeometry
 ) -> FirstHits:
     """Find the nearest hit of each ray."""
+    if surface:
+        _refuse_surface(rays)
     with reporting(progress, "first hit") as callback:
         columns = backend.first_hit(rays, surface, callback)
     return FirstHits.from_columns(columns, rays, geometry)
@@ -111,6 +129,8 @@ def list_hits(
     by_distance: bool = False,
 ) -> AllHits:
     """List all hits of each ray, or the first k, unless a sample says that they will not fit in memory."""
+    if surface:
+        _refuse_surface(rays)
 
     def count_some(rows: IntArray) -> IntArray:
         counts = backend.count_hits(rays.some(rows), None)
@@ -139,6 +159,9 @@ def brute_force(
     radius: npt.ArrayLike | None = None,
     *,
     query: QueryName = "all_hits",
+    spread: npt.ArrayLike = 0.0,
+    ignore: Any = None,
+    ignore_strands: Any = None,
     t_min: npt.ArrayLike = 0.0,
     t_max: npt.ArrayLike = np.inf,
     at: str = "closest",
@@ -155,7 +178,7 @@ def brute_force(
     geometry : Lines, Geometry, another container, or (n, 2, 3) array
         As in `build`.
     query : {"all_hits", "first_hit", "any_hit", "count_hits", "next_hits"}
-    origins, directions, radius, t_min, t_max, at, invalid, progress
+    origins, directions, radius, spread, ignore, ignore_strands, t_min, t_max, at, invalid, progress
         As in `Tree.first_hit`.
     k, rank
         As in `Tree.next_hits`; for no other query.
@@ -187,10 +210,13 @@ def brute_force(
         raise InputError(f"merge={merge!r} is for query='all_hits', this is {query!r}; leave it out")
     geometry = as_geometry(geometry)
     box = np.array(geometry.bounds, np.float32) if len(geometry) else np.zeros((2, 3), np.float32)
-    rays = check_query(geometry, box, origins, directions, radius, t_min, t_max, invalid)
+    rays = check_query(
+        geometry, box, origins, directions, radius, t_min, t_max, spread, invalid, ignore, ignore_strands
+    )
     own = isinstance(geometry, Custom)
-    core = None if own else CompiledBackend(_core, _core.BinaryView.of_primitives(*core_data(geometry)))
-    backend = backend_of(geometry, core)
+    data = spread_data(geometry) if rays.has_spread else core_data(geometry)
+    core = None if own else CompiledBackend(_core, _core.BinaryView.of_primitives(*data))
+    backend = backend_of(geometry, core, rays)
     if query == "first_hit":
         return first_hit(backend, rays, surface, progress, geometry)
     if query == "any_hit":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -17,8 +18,15 @@ from .threads import get_num_threads
 #: The largest radius, in units of the scene's size; beyond it squares would overflow.
 RADIUS_LIMIT = 1e12
 
+#: The largest spread; with it, the cone around a ray is all that lies before its origin.
+SPREAD_LIMIT = 1e12
+
 #: The most rays of one call: the core numbers them in 32 bits.
 RAYS_LIMIT = 2**32 - 1
+
+
+#: Origins, directions, radius, t_min, t_max, spread.
+RayArrays: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,12 +34,13 @@ class RayBatch:
     """A checked batch of n rays. Those that were `skipped` miss; `shape` is the shape of the answer."""
 
     shape: tuple[int, ...]
-    #: (n, 3) each; the next three are (n,) or (1,).
+    #: (n, 3) each; the next four are (n,) or (1,).
     origins: FloatArray
     directions: FloatArray
     radius: FloatArray
     t_min: FloatArray
     t_max: FloatArray
+    spread: FloatArray
     skipped: IntArray
     #: A checksum of the arrays, by which hits notice that the caller has changed them.
     digest: int = 0
@@ -41,9 +50,14 @@ class RayBatch:
     def __len__(self) -> int:
         return len(self.origins)
 
-    def arrays(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return the arrays in the order of the core: origins, directions, radius, t_min, t_max."""
-        return self.origins, self.directions, self.radius, self.t_min, self.t_max
+    def arrays(self) -> RayArrays:
+        """Return the arrays in the order of the core: origins, directions, radius, t_min, t_max, spread."""
+        return self.origins, self.directions, self.radius, self.t_min, self.t_max, self.spread
+
+    @property
+    def has_spread(self) -> bool:
+        """Whether the reach of any ray grows along it."""
+        return bool(self.spread.any())
 
     @staticmethod
     def scalar(values: FloatArray, rows: IntArray) -> FloatArray:
@@ -52,10 +66,10 @@ class RayBatch:
 
     def some(self, rows: IntArray) -> RayBatch:
         """Return a batch of the rays in these rows."""
-        scalars = (self.radius, self.t_min, self.t_max)
-        radius, t_min, t_max = (values if len(values) == 1 else values[rows] for values in scalars)
+        scalars = (self.radius, self.t_min, self.t_max, self.spread)
+        radius, t_min, t_max, spread = (values if len(values) == 1 else values[rows] for values in scalars)
         none = np.zeros(0, np.int64)
-        arrays = self.origins[rows], self.directions[rows], radius, t_min, t_max
+        arrays = self.origins[rows], self.directions[rows], radius, t_min, t_max, spread
         return RayBatch(rows.shape, *arrays, none, ignored=tuple(ignored.some(rows) for ignored in self.ignored))
 
     def unchanged(self) -> RayBatch:
@@ -80,6 +94,7 @@ def check_rays(
     radius: npt.ArrayLike,
     t_min: npt.ArrayLike,
     t_max: npt.ArrayLike,
+    spread: npt.ArrayLike,
     invalid: str,
     bounds: FloatArray,
 ) -> RayBatch:
@@ -102,7 +117,7 @@ def check_rays(
         )
     origins, directions = (np.ascontiguousarray(array).reshape(-1, 3) for array in (origins, directions))
     scalars: dict[str, FloatArray] = {}
-    for name, value in (("radius", radius), ("t_min", t_min), ("t_max", t_max)):
+    for name, value in (("radius", radius), ("t_min", t_min), ("t_max", t_max), ("spread", spread)):
         array = to_float32(value, name)
         if array.ndim:
             try:
@@ -112,30 +127,34 @@ def check_rays(
                     f"{name} has shape {array.shape}; expected a number, or one for each of the rays {shape}"
                 ) from None
         scalars[name] = array.reshape(-1)
-    radii, starts, ends = scalars["radius"], scalars["t_min"], scalars["t_max"]
+    radii, starts, ends, spreads = scalars.values()
     low, high = bounds.tolist()
     if not all(map(math.isfinite, (*low, *high))):
         low = high = [0.0, 0.0, 0.0]
     largest = min(RADIUS_LIMIT * (max(b - a for a, b in zip(low, high, strict=True)) or 1.0), FLOAT32_MAX)
     farthest = max(map(abs, (*low, *high)))
-    arrays = origins, directions, radii, starts, ends
+    arrays = origins, directions, radii, starts, ends, spreads
     valid, digest = engine.check_rays(arrays, largest, farthest, get_num_threads())
     if valid:
         return RayBatch(shape, *arrays, np.zeros(0, np.int64), digest)
 
     # The core only reports that some ray may be invalid: find out which, and why.
     n_rays = len(origins)
+    length, to_corner = _extents(origins, directions, np.array((low, high)))
+    with np.errstate(invalid="ignore", over="ignore"):
+        reach = radii + np.where(spreads > 0, spreads.astype(np.float64), 0.0) * to_corner
+        too_short = to_corner + radii > length * FLOAT32_MAX
+    limit = f"{largest:g} ({RADIUS_LIMIT:g} times the scene's size)"
     faults = {
         "have an origin that is not finite": ~np.isfinite(origins).all(axis=1),
         "have a direction that is not finite": ~np.isfinite(directions).all(axis=1),
         "have a direction of length zero": ~directions.any(axis=1),
-        f"have a radius that is not a number from 0 to {largest:g} ({RADIUS_LIMIT:g} times the scene's size)": ~(
-            (radii >= 0) & (radii <= largest)
-        ),
+        f"have a radius that is not a number from 0 to {limit}": ~((radii >= 0) & (radii <= largest)),
+        f"have a spread that is not a number from 0 to {SPREAD_LIMIT:g}": ~((spreads >= 0) & (spreads <= SPREAD_LIMIT)),
+        f"have a radius that their spread makes larger than {limit} somewhere in the scene": (spreads > 0)
+        & ~(reach <= largest),
         "have bounds that are not numbers with t_min <= t_max": ~(starts <= ends) | (starts == np.inf),
-        "have a direction so short that t in the scene is more than float32 can hold": _too_short(
-            origins, directions, radii, np.array((low, high))
-        ),
+        "have a direction so short that t in the scene is more than float32 can hold": too_short,
     }
     skipped = np.zeros(n_rays, bool)
     found = []
@@ -152,23 +171,22 @@ def check_rays(
         # Replace each by a ray that can hit nothing.
         origins, directions = origins.copy(), directions.copy()
         origins[skipped], directions[skipped] = 3e38, (0, 0, 1)
-        radii, starts, ends = (np.broadcast_to(values, n_rays).copy() for values in (radii, starts, ends))
-        radii[skipped] = starts[skipped] = ends[skipped] = 0
-    arrays = origins, directions, radii, starts, ends
+        radii, starts, ends, spreads = (np.broadcast_to(values, n_rays).copy() for values in scalars.values())
+        radii[skipped] = starts[skipped] = ends[skipped] = spreads[skipped] = 0
+    arrays = origins, directions, radii, starts, ends, spreads
     digest = engine.check_rays(arrays, largest, farthest, get_num_threads())[1]
     return RayBatch(shape, *arrays, np.flatnonzero(skipped), digest)
 
 
-def _too_short(
-    origins: FloatArray, directions: FloatArray, radii: FloatArray, corners: npt.NDArray[np.float64]
-) -> npt.NDArray[np.bool_]:
-    """Find the rays whose t is more than a float32 can hold somewhere in the scene."""
+def _extents(
+    origins: FloatArray, directions: FloatArray, corners: npt.NDArray[np.float64]
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return the length of each direction, and the distance from each origin to the farthest corner of the scene."""
     with np.errstate(invalid="ignore", over="ignore"):
         from_origin = origins.astype(np.float64)
         farthest_corner = np.maximum(np.abs(corners[0] - from_origin), np.abs(corners[1] - from_origin))
-        reach = np.sqrt((farthest_corner**2).sum(axis=1))
-        length = np.sqrt((directions.astype(np.float64) ** 2).sum(axis=1))
-        return np.asarray(reach + radii > length * FLOAT32_MAX)
+        to_corner = np.sqrt((farthest_corner**2).sum(axis=1))
+        return np.sqrt((directions.astype(np.float64) ** 2).sum(axis=1)), np.asarray(to_corner)
 
 
 def _vectors(values: npt.ArrayLike, name: str) -> FloatArray:

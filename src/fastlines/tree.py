@@ -11,11 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arrays import IntArray, choice, count
+from .arrays import FloatArray, IntArray, choice, count
 from .backend import KERNELS, Backend, CompiledBackend, engine
 from .backends import backend_of
 from .errors import InputError
-from .geometry import core_data
+from .geometry import core_data, spread_data
 from .hits import AllHits, FirstHits
 from .layout import Layout, build_layout
 from .lines import Lines
@@ -41,6 +41,9 @@ class Tree(TreeData):
         directions: npt.ArrayLike,
         radius: npt.ArrayLike | None = None,
         *,
+        spread: npt.ArrayLike = 0.0,
+        ignore: Any = None,
+        ignore_strands: Any = None,
         t_min: npt.ArrayLike = 0.0,
         t_max: npt.ArrayLike = np.inf,
         at: str = "closest",
@@ -60,7 +63,13 @@ class Tree(TreeData):
             Converted to float32. t is in units of the direction's length, which need not be 1.
         radius : number or (…) array, optional
             The largest distance of a hit, in units of the coordinates: one for all rays or one for each. The radius of
-            the lines is added to it; if they have one, the default is 0, else this argument is required.
+            the lines is added to it. The default is 0 if they have one or there is a spread, else it is required.
+        spread : number or (…) array
+            By how much the radius grows for each unit of length along the ray, from its origin on: one for all rays or
+            one for each. `Camera.spread` is that of half a pixel. Needs ``at="closest"``.
+        ignore, ignore_strands : int array or hits, optional
+            Primitives and strands to leave out, as if they were not there: (k,) for all rays, or (…, m) with m numbers
+            for each ray, of which -1 is none. Hits of the shape of the rays stand for what each of them has hit.
         t_min, t_max : number or (…) array
             Bounds on t: one for all rays or one for each.
         at : {"closest", "surface"}
@@ -72,7 +81,7 @@ class Tree(TreeData):
             Show a bar, or call back with the fraction that is done.
         kernel : {"auto", "single", "wave", "bundle", "binary"}
             Choose the kernel for each group of rays by their coherence, or force one (docs/engine.md); "binary"
-            searches the tree as it was built. The answer is the same.
+            searches the tree as it was built. Rays with a spread are never bundled. The answer is the same.
 
         Returns
         -------
@@ -82,7 +91,8 @@ class Tree(TreeData):
         Raises
         ------
         InputError
-            If a ray is invalid, and the message lists the rows; or if there is no radius.
+            If a ray is invalid, and the message lists the rows; if there is no radius; or if there is a spread with
+            ``at="surface"``.
 
         Examples
         --------
@@ -91,7 +101,9 @@ class Tree(TreeData):
         >>> tree.first_hit([0, 0, -5], [0, 0, 1], 0.5).t
         array(5., dtype=float32)
         """
-        backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid))
+        backend, rays = self._checked(
+            kernel, (origins, directions, radius, t_min, t_max, spread, invalid, ignore, ignore_strands)
+        )
         return first_hit(backend, rays, is_surface(at), progress, self.geometry)
 
     def all_hits(
@@ -100,6 +112,9 @@ class Tree(TreeData):
         directions: npt.ArrayLike,
         radius: npt.ArrayLike | None = None,
         *,
+        spread: npt.ArrayLike = 0.0,
+        ignore: Any = None,
+        ignore_strands: Any = None,
         t_min: npt.ArrayLike = 0.0,
         t_max: npt.ArrayLike = np.inf,
         at: str = "closest",
@@ -133,7 +148,9 @@ class Tree(TreeData):
         >>> print(hits.offsets, hits.prim, hits.t)
         [0 2 2] [0 1] [5. 6.]
         """
-        backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid))
+        backend, rays = self._checked(
+            kernel, (origins, directions, radius, t_min, t_max, spread, invalid, ignore, ignore_strands)
+        )
         surface, merges = is_surface(at), is_merge(merge, at)
         hits = list_hits(backend, rays, surface, None, progress, self.geometry)
         return hits.merged_by_strand() if merges else hits
@@ -144,6 +161,9 @@ class Tree(TreeData):
         directions: npt.ArrayLike,
         radius: npt.ArrayLike | None = None,
         *,
+        spread: npt.ArrayLike = 0.0,
+        ignore: Any = None,
+        ignore_strands: Any = None,
         t_min: npt.ArrayLike = 0.0,
         t_max: npt.ArrayLike = np.inf,
         invalid: str = "error",
@@ -158,7 +178,12 @@ class Tree(TreeData):
         >>> fl.build([[[-1, 0, 0], [1, 0, 0]]]).any_hit([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
         array([ True, False])
         """
-        return any_hit(*self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid)), progress)
+        return any_hit(
+            *self._checked(
+                kernel, (origins, directions, radius, t_min, t_max, spread, invalid, ignore, ignore_strands)
+            ),
+            progress,
+        )
 
     def count_hits(
         self,
@@ -166,6 +191,9 @@ class Tree(TreeData):
         directions: npt.ArrayLike,
         radius: npt.ArrayLike | None = None,
         *,
+        spread: npt.ArrayLike = 0.0,
+        ignore: Any = None,
+        ignore_strands: Any = None,
         t_min: npt.ArrayLike = 0.0,
         t_max: npt.ArrayLike = np.inf,
         invalid: str = "error",
@@ -181,7 +209,10 @@ class Tree(TreeData):
         >>> tree.count_hits([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
         array([2, 0])
         """
-        return count_hits(*self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid)), progress)
+        backend, rays = self._checked(
+            kernel, (origins, directions, radius, t_min, t_max, spread, invalid, ignore, ignore_strands)
+        )
+        return count_hits(backend, rays, progress)
 
     def next_hits(
         self,
@@ -191,6 +222,9 @@ class Tree(TreeData):
         k: int | None = None,
         *,
         rank: str = "t",
+        spread: npt.ArrayLike = 0.0,
+        ignore: Any = None,
+        ignore_strands: Any = None,
         t_min: npt.ArrayLike = 0.0,
         t_max: npt.ArrayLike = np.inf,
         at: str = "closest",
@@ -223,7 +257,9 @@ class Tree(TreeData):
         if k is None:
             raise InputError("next_hits needs k=, the number of hits of each ray; radius= comes before it")
         by_distance = is_by_distance(rank)
-        backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid))
+        backend, rays = self._checked(
+            kernel, (origins, directions, radius, t_min, t_max, spread, invalid, ignore, ignore_strands)
+        )
         return list_hits(backend, rays, is_surface(at), count("k", k, 0), progress, self.geometry, by_distance)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -236,16 +272,27 @@ class Tree(TreeData):
 
     @cached_property
     def _binary(self) -> Backend:
-        kind, data = core_data(self.geometry)
+        return self._binary_over(*core_data(self.geometry))
+
+    @cached_property
+    def _spread_binary(self) -> Backend:
+        return self._binary_over(*spread_data(self.geometry))
+
+    def _binary_over(self, kind: str, data: FloatArray) -> Backend:
         if self.settings.boxes == "cut":
             return CompiledBackend(_core, _core.BinaryView.of_planes(kind, data, *self.planes))
         return CompiledBackend(_core, _core.BinaryView.of_boxes(kind, data, *self.words()))
 
-    def _checked(self, kernel: str, rays: tuple[Any, Any, Any, Any, Any, str]) -> tuple[Backend, RayBatch]:
-        """Choose the backend, and check the rays, given as to `check_query`."""
+    def _checked(self, kernel: str, rays: tuple[Any, ...]) -> tuple[Backend, RayBatch]:
+        """Check the rays, given as to `check_query`, and choose the backend."""
         choice("kernel", kernel, tuple(KERNELS))
-        core = self._binary if kernel == "binary" else CompiledBackend(engine, self.layout.view, (KERNELS[kernel],))
-        return backend_of(self.geometry, core), check_query(self.geometry, self.nodes["box"][0], *rays)
+        checked = check_query(self.geometry, self.nodes["box"][0], *rays)
+        if kernel == "binary":
+            core = self._spread_binary if checked.has_spread else self._binary
+        else:
+            view = self.layout.spread_view if checked.has_spread else self.layout.view
+            core = CompiledBackend(engine, view, (KERNELS[kernel],))
+        return backend_of(self.geometry, core, checked), checked
 
     def refit(self, lines: Lines | npt.ArrayLike, *, progress: ProgressOption = False) -> Tree:
         """Make the same tree over segments that have moved: same nodes and pieces, boxes fitted anew (docs/refit.md).

@@ -169,3 +169,41 @@ def test_framing_shows_the_thickness_of_lines() -> None:
     assert not border.any()
     # Without their radii, spheres are cut off.
     assert tree.any_hit(*Camera.framing(spheres.centres).rays(size, size)).reshape(size, size)[[0, -1]].any()
+
+
+def test_the_ray_of_a_pixel_is_that_of_the_picture() -> None:
+    camera = fl.Camera(origin=(1, 2, 3), target=(-1, 0.5, 0), fov_degrees=50)
+    origins, directions = camera.rays(7, 5)
+    y, x = np.mgrid[:5, :7]
+    origin, direction, spread = camera.ray(x.ravel() + 0.5, y.ravel() + 0.5, 7, 5)
+    assert np.array_equal(origin, origins)
+    assert np.array_equal(direction, directions)
+    one = camera.ray(2.5, 1.5, 7, 5)
+    assert np.array_equal(one[1], directions[1 * 7 + 2])
+    assert one[0].dtype == one[1].dtype == np.float32
+    assert one[2] == spread == camera.spread(5) == pytest.approx(np.tan(np.radians(25)) / 5)
+
+
+def test_the_ray_through_a_point_of_the_picture_passes_what_is_seen_there() -> None:
+    camera = fl.Camera(origin=(1, 2, 3), target=(-1, 0.5, 0), fov_degrees=50)
+    points = np.random.default_rng(0).uniform(-1, 1, (50, 3))
+    pixels, _ = camera.project(points, 640, 480)
+    origin, direction, _ = camera.ray(*pixels.T, 640, 480)
+    away = np.cross(points - origin, direction)
+    assert np.linalg.norm(away, axis=1).max() < 1e-6
+
+
+def test_a_spread_is_half_a_pixel_in_the_middle_and_little_more_at_the_side() -> None:
+    camera = fl.Camera(origin=(0, 0, 0), target=(0, 0, -1), fov_degrees=90)
+    for x, y in ((50, 50), (50, 0), (0, 0)):
+        _, direction, spread = camera.ray(x, y, 100, 100)
+        _, beside, _ = camera.ray(x + 0.5, y, 100, 100)
+        half_pixel = np.tan(np.arccos(np.dot(direction.astype(float), beside) / 1.0))
+        cosine = -direction[2]
+        assert 0.99 * spread * cosine**2 < half_pixel < 1.01 * spread * cosine
+
+
+@pytest.mark.parametrize(("x", "y"), [(np.nan, 0), (0, np.inf), ("left", 0), ([1, 2], [1, 2, 3])])
+def test_points_of_no_picture_have_no_ray(x, y) -> None:
+    with pytest.raises(fl.InputError, match="x and y"):
+        fl.Camera(origin=(0, 0, 0), target=(0, 0, -1)).ray(x, y, 100, 100)

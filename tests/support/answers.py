@@ -9,7 +9,7 @@ import numpy as np
 from support import nasty
 
 #: The columns of an answer that is not a plain array.
-COLUMNS = ("offsets", "t", "prim", "u", "distance", "t_out", "skipped")
+COLUMNS = ("offsets", "t", "prim", "u", "distance", "t_out", "part", "skipped")
 #: The kinds of query that can be asked for either t.
 WITH_AT = ("first_hit", "all_hits", "next_hits")
 

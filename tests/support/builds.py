@@ -6,8 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from support.nasty import boxes_of, triangles_on
 
 import fastlines as fl
+from fastlines.geometry import as_geometry, build_data
 
 #: Keeps trees over copies of long lines small, so that the tests are quick; enough for most others.
 BUDGET = 3000
@@ -57,6 +59,56 @@ KINDS: dict[str, Callable[[Any], fl.Lines]] = {
 }
 
 
+def _curves(segments: Any) -> fl.Curves:
+    """Bend each segment, and give it a radius that tapers; few pieces a curve."""
+    ends = np.asarray(segments, np.float64).reshape(-1, 2, 3)
+    size = float(np.ptp(ends)) if ends.size else 0.0
+    weights = np.array([[1, 0], [2 / 3, 1 / 3], [1 / 3, 2 / 3], [0, 1]])
+    control = np.einsum("ij,njk->nik", weights, ends)
+    control[:, 1:3] += np.random.default_rng(3).normal(0, 0.02 * size, (len(ends), 2, 3))
+    return fl.Curves.from_bezier(control, _radii(segments) * 0.2, tolerance=0.01 * size or None)
+
+
+class Balls:
+    """Balls as a class of one's own would have them: solid, and larger by the radius of a query."""
+
+    def __init__(self, segments: Any) -> None:
+        ends = np.asarray(segments, np.float64).reshape(-1, 2, 3)
+        self.centre, self.own = ends.mean(axis=1), _radii(segments)[:, 0] * 0.5
+
+    def bounds(self) -> Any:
+        """See `fl.Primitives`."""
+        return np.stack([self.centre - self.own[:, None], self.centre + self.own[:, None]], axis=1)
+
+    def hit(self, ids: Any, rays: Any, radius: Any) -> Any:
+        """See `fl.Primitives`."""
+        d2 = (rays.directions**2).sum(axis=1)
+        from_centre = rays.origins - self.centre[ids]
+        middle = -(from_centre * rays.directions).sum(axis=1) / d2
+        nearest = from_centre + middle[:, None] * rays.directions
+        half2 = ((self.own[ids] + radius) ** 2 - (nearest**2).sum(axis=1)) / d2
+        half = np.sqrt(np.maximum(half2, 0))
+        t, t_out = np.maximum(middle - half, rays.t_min), np.minimum(middle + half, rays.t_max)
+        return {"t": np.where((half2 >= 0) & (t <= t_out), t, np.inf), "t_out": t_out}
+
+
+def _mixture(segments: Any) -> fl.Geometry:
+    ends = np.asarray(segments, np.float32).reshape(-1, 2, 3)
+    thirds = [ends[i::3] for i in range(3)]
+    lines = fl.Lines.from_segments(thirds[0], radius=_radii(thirds[0]))
+    return fl.Geometry([triangles_on(thirds[1]), lines, boxes_of(thirds[2]), _curves(thirds[1])])
+
+
+#: Shapes that queries run on, besides lines: what makes each of an array of segments, the same every time.
+SHAPES: dict[str, Callable[[Any], Any]] = {
+    "triangles": triangles_on,
+    "boxes": boxes_of,
+    "curves": _curves,
+    "a mixture": _mixture,
+    "one's own": Balls,
+}
+
+
 def _radii(segments: Any) -> Any:
     """Return a radius for each end: from none to larger than the lines, and some that let one ball hold the other."""
     ends = np.asarray(segments, np.float64).reshape(-1, 6)
@@ -66,6 +118,9 @@ def _radii(segments: Any) -> Any:
     radii[1::7, 1] = radii[1::7, 0]
     return radii.astype(np.float32)
 
+
+#: All kinds of primitive.
+ALL_KINDS: dict[str, Callable[[Any], Any]] = {**KINDS, **SHAPES}
 
 METHODS: dict[str, dict[str, Any]] = {method: {"method": method} for method in fl.METHODS}
 
@@ -83,5 +138,5 @@ BUILDS: dict[str, dict[str, Any]] = {
 
 def build(segments: Any, **given: Any) -> fl.Tree:
     """Build a tree that is small enough to be asked much."""
-    limits = fl.Limits(max_refs=max(BUDGET, len(segments)))
+    limits = fl.Limits(max_refs=max(BUDGET, len(build_data(as_geometry(segments))[1])))
     return fl.build(segments, **{"limits": limits, **given})

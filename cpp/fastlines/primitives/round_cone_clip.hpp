@@ -97,9 +97,10 @@ class RoundConeClip {
         at_d = value(d = a + golden * (b - a));
       }
     }
-    const double middle = 0.5 * (a + b), at_middle = value(middle);
-    if (value(first) <= at_middle) return first;
-    return value(last) <= at_middle ? last : middle;
+    // Keep one of the two points: on a plateau, what lies between them and the ends may be off it.
+    const double best = at_c < at_d ? c : d, least = std::min(at_c, at_d);
+    if (value(first) <= least) return first;
+    return value(last) <= least ? last : best;
   }
 
   /// The s between `out`, where the ball does not meet the box, and `in`, where it does.

@@ -10,6 +10,10 @@
 // If t there is outside [t_min, t_max], the same formula holds in three dimensions, with the ray's point at the bound
 // for o. With m = 0 all operations give the bits of the test of a segment.
 //
+// A ray with a spread κ has the reach R(s) = r(s) + ρ + κ·z(s), with z(s) the depth of the axis at s along the ray,
+// from the caller's origin (rays/spread_ray.hpp). R stays linear, so all of the above holds. But it may be negative,
+// for what lies behind the origin: there the ray does not hit.
+//
 // The ray enters the round cone at the least t of the balls B(P + s·e, R(s)): the least z(s) − √Q(s), with z the depth
 // along the ray and Q(s) = R(s)² − |a + s·b|². Let s* be the closest approach, σ = s − s*, and
 // Q = c₀ + 2·c₁·σ + c₂·σ². A stationary point has
@@ -24,6 +28,13 @@
 #include "segment_test.hpp"
 
 namespace fastlines {
+
+/// A ray, or 16, with a spread: `spread` is κ, and `spread_at_0` is κ times the depth of t = 0 of the frame.
+template <class R>
+concept HasSpread = requires(const R& ray) {
+  ray.spread;
+  ray.spread_at_0;
+};
 
 /// The test of one ray and one round cone, or of 16 of either. It must not outlive the ray.
 template <class N, class R>
@@ -76,7 +87,11 @@ class RoundConeTest {
                    larger_end(N(0.0f)));
   }
 
-  [[gnu::always_inline]] ClosestApproach<N> find_closest() const {
+  [[gnu::always_inline]] ClosestApproach<N> find_closest() {
+    if constexpr (HasSpread<R>) {
+      reach_ = reach_ + (N(ray_.spread_at_0) + N(ray_.spread) * g_.pr);
+      slope_ = slope_ + N(ray_.spread) * g_.er;
+    }
     // Take the closest approach of the whole line of the ray.
     const N zero = 0.0f, one = 1.0f;
     const N end = larger_end(blend(g_.er < zero, one, zero));
@@ -94,7 +109,10 @@ class RoundConeTest {
     }
     const N x = g_.pu + s * g_.eu, y = g_.pv + s * g_.ev;
     const N dist2 = x * x + y * y + axial * axial, reach = reach_ + s * slope_;
-    return {s, t, dist2, dist2 <= reach * reach};
+    if constexpr (HasSpread<R>)
+      return {s, t, dist2, MaskOf<N>((dist2 <= reach * reach) & (zero <= reach))};
+    else
+      return {s, t, dist2, dist2 <= reach * reach};
   }
 
   /// Where the ray's line enters (sign −1) or leaves (sign +1) the round cone. If the ray does not hit, the result is

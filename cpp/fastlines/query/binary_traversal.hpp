@@ -32,7 +32,7 @@ struct BinaryTraversal {
   Frame frame;
 
   template <class Sink>
-  void operator()(const Ray& ray, Sink& sink, Scratch& scratch) const {
+  void operator()(const RayOf<P>& ray, Sink& sink, Scratch& scratch) const {
     constexpr float miss = kInfinity;
     const Slabs slabs(ray, frame, max_radius_of(prims));
     auto& stack = scratch.stack;

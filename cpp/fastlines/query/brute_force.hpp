@@ -18,7 +18,7 @@ struct BruteForce {
   Frame frame;
 
   template <class Sink>
-  void operator()(const Ray& ray, Sink& sink, Scratch&) const {
+  void operator()(const RayOf<P>& ray, Sink& sink, Scratch&) const {
     for (std::size_t prim = 0; prim < prims.size(); ++prim) {
       test_primitive(prims, ray, frame, Reference{std::uint32_t(prim)}, sink);
       if (sink.done()) return;

@@ -9,6 +9,12 @@
 
 namespace fastlines {
 
+/// Prepare a ray for a search.
+template <class Search>
+auto prepare_for_search(const RayQuery& query, const Search& search) {
+  return prepare_for<std::remove_cvref_t<decltype(search.prims)>>(query, search.frame);
+}
+
 /// Rays that a thread takes at a time.
 inline constexpr std::size_t kRaysPerChunk = 256;
 
@@ -22,7 +28,7 @@ void for_each_ray(const Search& search, const RayBatch& rays, unsigned n_threads
       [&](Scratch& scratch, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
           progress.check();
-          const Ray ray = prepare(rays[i], search.frame);
+          const auto ray = prepare_for_search(rays[i], search);
           auto sink = make(ray);
           search(ray, sink, scratch);
           store(i, sink);
@@ -74,7 +80,7 @@ void list_hits(const Search& search, const RayBatch& rays, unsigned n_threads, P
         const std::size_t end = std::min(rays.size(), (chunk + 1) * kRaysPerChunk);
         for (std::size_t i = chunk * kRaysPerChunk; i < end; ++i) {
           progress.check();
-          const Ray ray = prepare(rays[i], search.frame);
+          const auto ray = prepare_for_search(rays[i], search);
           auto sink = make(ray);
           search(ray, sink, worker.scratch);
           worker.lists.add(std::uint32_t(i), sink.hits, n_nearest);

@@ -38,7 +38,7 @@ struct PlaneTraversal {
   Frame frame;
 
   template <class Sink>
-  void operator()(const Ray& ray, Sink& sink, Scratch& scratch) const {
+  void operator()(const RayOf<P>& ray, Sink& sink, Scratch& scratch) const {
     using Entry = typename Scratch::Entry;
     const Slabs slabs(ray, frame, max_radius_of(prims));
     // Each level pushes at most one node.

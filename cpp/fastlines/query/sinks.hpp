@@ -12,7 +12,7 @@
 
 #include "../primitives/segment_test.hpp"
 #include "../rays/hit.hpp"
-#include "../rays/ray.hpp"
+#include "../rays/spread_ray.hpp"
 #include "../references/reference.hpp"
 
 namespace fastlines {
@@ -20,7 +20,8 @@ namespace fastlines {
 /// A hit as a search reports it: the ray, the exact test, and the reference whose piece led to it.
 template <RayPrimitive P>
 struct HitContext {
-  using Test = decltype(P::template test<float>(std::declval<const Ray&>(), std::declval<const Fields<P, float>&>()));
+  using Test =
+      decltype(P::template test<float>(std::declval<const RayOf<P>&>(), std::declval<const Fields<P, float>&>()));
   const Ray& ray;
   const Test& test;
   const Reference& ref;
@@ -128,7 +129,7 @@ struct KNearestSink {
 
 /// Test a ray and a primitive exactly, and report a hit to the sink.
 template <RayPrimitive P, class Sink>
-void test_primitive(const P& prims, const Ray& ray, const Frame& frame, const Reference& ref, Sink& sink) {
+void test_primitive(const P& prims, const RayOf<P>& ray, const Frame& frame, const Reference& ref, Sink& sink) {
   const auto test = P::template test<float>(ray, fields_of<P>(prims.item(ref.prim), frame));
   if (test.closest.hit) sink.add(HitContext<P>{ray, test, ref});
 }

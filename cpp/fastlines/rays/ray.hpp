@@ -18,6 +18,7 @@ namespace fastlines {
 struct RayQuery {
   Vec3 origin, direction;
   float t_min, t_max, radius;
+  float spread = 0.0f;  ///< only `prepare_for` of primitives with a spread reads it
 };
 
 /// Convert t from the frame to units of the caller's ray. Bounds map to bounds exactly.

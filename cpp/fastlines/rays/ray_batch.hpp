@@ -7,15 +7,18 @@
 
 namespace fastlines {
 
-/// Rays as arrays. Radius and bounds have one entry per ray, or one for all.
+inline constexpr float kNoSpread[] = {0.0f};
+
+/// Rays as arrays. Radius, bounds and spread have one entry per ray, or one for all.
 struct RayBatch {
   std::span<const Vec3> origins, directions;
-  std::span<const float> radius, t_min, t_max;
+  std::span<const float> radius, t_min, t_max, spread = kNoSpread;
 
   std::size_t size() const { return origins.size(); }
 
   RayQuery operator[](std::size_t i) const {
-    return {origins[i], directions[i], value_of(t_min, i), value_of(t_max, i), value_of(radius, i)};
+    return {origins[i],         directions[i],       value_of(t_min, i),
+            value_of(t_max, i), value_of(radius, i), value_of(spread, i)};
   }
 
   /// Prefetch the rays with these ids. Skipping those that share a cache line is slower.

@@ -12,12 +12,15 @@
 
 namespace fastlines {
 
+/// The largest spread of a ray: its square is finite, with room to spare.
+inline constexpr float kMaxSpread = 1e12f;
+
 /// Extremes of some rays. The size of a vector is its largest coordinate.
 struct RayExtremes {
   /// The bits of the largest origin, and of the largest and the smallest direction.
   std::int32_t far_origin = 0, longest = 0, shortest = std::numeric_limits<std::int32_t>::max();
-  float max_radius = 0.0f;
-  bool valid = true;  ///< whether radii and bounds are valid
+  float max_radius = 0.0f, max_spread = 0.0f;
+  bool valid = true;  ///< whether radii, spreads and bounds are valid
   /// A checksum of all numbers, which depends on their places. Those of parts add up to that of the whole.
   std::uint64_t digest = 0;
 
@@ -26,6 +29,7 @@ struct RayExtremes {
     longest = std::max(longest, other.longest);
     shortest = std::min(shortest, other.shortest);
     max_radius = max(max_radius, other.max_radius);
+    max_spread = max(max_spread, other.max_spread);
     valid &= other.valid;
     digest += other.digest;
   }
@@ -56,6 +60,10 @@ inline RayExtremes extremes_of(const RayBatch& rays, std::size_t begin, std::siz
     extremes.valid &= (x >= 0.0f) & (x <= largest_radius);
     extremes.max_radius = max(extremes.max_radius, x);
   }
+  for (const float x : part(rays.spread)) {
+    extremes.valid &= (x >= 0.0f) & (x <= kMaxSpread);
+    extremes.max_spread = max(extremes.max_spread, x);
+  }
   const std::span starts = part(rays.t_min), ends = part(rays.t_max);
   for (std::size_t i = 0; i < std::max(starts.size(), ends.size()); ++i) {
     const float start = RayBatch::value_of(starts, i);
@@ -63,7 +71,7 @@ inline RayExtremes extremes_of(const RayBatch& rays, std::size_t begin, std::siz
   }
   for (const auto& points : {rays.origins, rays.directions})
     extremes.digest += digest_of(points[begin].data(), 3 * (end - begin), 3 * begin);
-  for (const auto& values : {rays.radius, rays.t_min, rays.t_max})
+  for (const auto& values : {rays.radius, rays.t_min, rays.t_max, rays.spread})
     if (values.size() > 1) extremes.digest += digest_of(&values[begin], end - begin, begin);
   return extremes;
 }
@@ -75,8 +83,9 @@ struct CheckedRays {
 };
 
 /// Whether all rays are valid: origins, directions and radii are finite, and bounds are in order. Directions must also
-/// be long enough for t to be a float32 in a scene whose coordinates go up to `farthest`. `false` means that each ray
-/// has to be checked by itself. The checksum tells later whether the caller has changed the arrays.
+/// be long enough for t to be a float32 in a scene whose coordinates go up to `farthest`, and the radius and the spread
+/// together must not reach farther there than `largest_radius`. `false` means that each ray has to be checked by
+/// itself. The checksum tells later whether the caller has changed the arrays.
 inline CheckedRays check_rays(const RayBatch& rays, float largest_radius, float farthest, unsigned n_threads) {
   if (rays.size() == 0) return {true, 0};
   constexpr std::size_t chunk_size = 1 << 14;  // rays
@@ -95,9 +104,10 @@ inline CheckedRays check_rays(const RayBatch& rays, float largest_radius, float 
       });
   const auto to_float = [](std::int32_t bits) { return std::bit_cast<float>(std::min(bits, 0x7f80'0000)); };
   const double far_origin = to_float(all.far_origin), shortest = to_float(all.shortest);
-  const double far = 2.0 * (far_origin + farthest) + all.max_radius;
+  const double distance = 2.0 * (far_origin + farthest), far = distance + all.max_radius;
   const bool valid = all.valid && far_origin <= largest && to_float(all.longest) <= largest && shortest > 0.0 &&
-                     far <= shortest * largest;
+                     far <= shortest * largest &&
+                     (all.max_spread == 0.0f || all.max_radius + all.max_spread * distance <= largest_radius);
   return {valid, all.digest};
 }
 

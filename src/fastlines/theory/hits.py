@@ -171,11 +171,14 @@ def deepest_approach(
     t_min: npt.ArrayLike = 0.0,
     t_max: npt.ArrayLike = np.inf,
     n_steps: int = 100,
+    *,
+    spread: npt.ArrayLike = 0.0,
 ) -> tuple[Array, Array, Array]:
     """Find where each ray lies deepest in each round cone: where D(s) − R(s) is least (docs/answers.md).
 
-    D is the distance of the axis at s from the ray, R the radius there and that of the query. The ray hits if the least
-    value is 0 or less. D − R is convex, so a search by thirds finds the minimum, without a formula.
+    D is the distance of the axis at s from the ray; R is the radius there, that of the query, and the spread times the
+    depth of that point of the axis along the ray, from its origin. The ray hits if the least value is 0 or less. D − R
+    is convex, so a search by thirds finds the minimum, without a formula.
 
     Parameters
     ----------
@@ -187,6 +190,8 @@ def deepest_approach(
         The radius of the query, for all rays or for each.
     n_steps : int
         Each step leaves two thirds of the interval.
+    spread : number or (m,) array
+        By how much the reach grows for each unit of length along the ray.
 
     Returns
     -------
@@ -201,11 +206,12 @@ def deepest_approach(
     """
     delta, e, d, t_low, t_high = _pairs(segments, origins, directions, t_min, t_max)
     dd, ends = _dot(d, d), np.asarray(radii, np.float64).reshape(-1, 2)
-    extra = np.asarray(radius, np.float64).reshape(-1, 1)
+    extra, growth = (np.asarray(values, np.float64).reshape(-1, 1) for values in (radius, spread))
 
     def approach(s: Array) -> tuple[Array, Array]:
-        t = np.clip(_dot(delta + s[..., None] * e, d) / dd, t_low, t_high)
-        reach = ends[:, 0] + s * (ends[:, 1] - ends[:, 0]) + extra
+        along = _dot(delta + s[..., None] * e, d)
+        t = np.clip(along / dd, t_low, t_high)
+        reach = ends[:, 0] + s * (ends[:, 1] - ends[:, 0]) + extra + growth * along / np.sqrt(dd)
         return _distance(delta, e, d, s, t) - reach, t
 
     low, high = np.zeros(dd.shape), np.ones(dd.shape)

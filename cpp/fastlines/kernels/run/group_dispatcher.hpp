@@ -1,13 +1,13 @@
 // Hands each group of up to 64 rays to a kernel: coherent rays to one bundle or to bundles of 16, incoherent rays to a
 // wavefront or a stream. The caller may also force a kernel, for example one ray at a time.
 //
-// Bundles test lines, so only primitives around axes are traced as bundles; the rays of others count as incoherent.
+// Bundles test lines, so only primitives around axes are traced as bundles. The rays of others, and rays with a spread,
+// count as incoherent.
 //
 // A query (kernels/collect/collector.hpp) gives the kernels a collector and stores what the collector has found.
 #pragma once
 
 #include <limits>
-#include <variant>
 
 #include "../traverse/bundle_traversal.hpp"
 #include "../traverse/ray_stream.hpp"
@@ -29,15 +29,6 @@ auto make_incoherent_tracer(const WideBvhView<P>& tree, const Query& query) {
     return Wavefront<P, Query>(tree, query);
 }
 
-/// The search with bundles; nothing for primitives without axes.
-template <RayPrimitive P>
-auto make_bundle_traversal(const WideBvhView<P>& tree) {
-  if constexpr (AxisPrimitive<P>)
-    return BundleTraversal<P>(tree);
-  else
-    return std::monostate();
-}
-
 /// Traces groups of rays for one query; one per thread.
 template <RayPrimitive P, class Query>
 class GroupDispatcher {
@@ -48,10 +39,8 @@ class GroupDispatcher {
   /// Trace the rays with these ids, 1 to 64 of them. A wavefront may keep some unanswered until `flush`.
   void trace(const std::uint32_t* ids, int n) {
     rays_.fill(batch_, tree_.frame, n, ids);
-    if constexpr (AxisPrimitive<P>)
-      trace_coherent(n);
-    else
-      trace_incoherent(0, n);
+    if (kernel_ == Kernel::single || kernel_ == Kernel::wave) return trace_incoherent(0, n);
+    trace_by_coherence(n);
   }
 
   /// Answer all rays that are still in the wavefront.
@@ -65,9 +54,17 @@ class GroupDispatcher {
   Query query;
 
  private:
-  /// Trace lanes [0, n) as bundles where they are coherent.
-  void trace_coherent(int n) {
-    if (kernel_ == Kernel::single || kernel_ == Kernel::wave) return trace_incoherent(0, n);
+  static constexpr bool kHasBundles = AxisPrimitive<P> && !kHasSpread<P>;
+  /// In the place of the bundles that there are not.
+  struct NoBundles {
+    explicit NoBundles(const WideBvhView<P>&) {}
+  };
+
+  /// Trace the group as bundles where its rays are coherent.
+  void trace_by_coherence(int n) { trace_incoherent(0, n); }
+  void trace_by_coherence(int n)
+    requires(kHasBundles)
+  {
     if (kernel_ == Kernel::automatic) {
       heuristic_.begin_group();
       if (heuristic_.should_probe()) return trace_incoherent(0, n);
@@ -134,11 +131,11 @@ class GroupDispatcher {
   const RayBatch& batch_;
   Kernel kernel_;
   BundleHeuristic heuristic_{tree_.mean_extent};
-  RayGroup rays_;
+  RayGroupOf<P> rays_;
   RayBundle bundle_;
   CullRay cull_[kSimdWidth];  // the packet that `trace_single` is in
   SingleRay<P> single_{tree_};
-  decltype(make_bundle_traversal<P>(tree_)) bundle_traversal_ = make_bundle_traversal<P>(tree_);
+  std::conditional_t<kHasBundles, BundleTraversal<P>, NoBundles> bundle_traversal_{tree_};
   typename Query::Collector collector_;
   decltype(make_incoherent_tracer<Query>(tree_, query)) incoherent_ = make_incoherent_tracer<Query>(tree_, query);
 };

@@ -32,7 +32,7 @@ struct BundleTraversalTuning {
   static constexpr int kMaxPairsPerPacket = 13;
 };
 
-template <AxisPrimitive P>
+template <RayPrimitive P>
 class BundleTraversal {
  public:
   explicit BundleTraversal(const WideBvhView<P>& tree) : tree_(tree) {}

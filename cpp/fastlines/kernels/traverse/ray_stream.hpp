@@ -15,7 +15,7 @@
 #include "../cost/step_counters.hpp"
 #include "../intersect/load_fields.hpp"
 #include "../intersect/root_cull.hpp"
-#include "../rays/ray_gather.hpp"
+#include "../rays/spread_rays.hpp"
 #include "leaf_survivors.hpp"
 
 namespace fastlines {
@@ -38,7 +38,7 @@ class RayStream {
   explicit RayStream(const WideBvhView<P>& tree) : tree_(tree), root_(tree) {}
 
   /// Prepare the rays in lanes [first, end); `first` begins a packet.
-  void prepare(const RayGroup& rays, int first, int end) {
+  void prepare(const RayGroupOf<P>& rays, int first, int end) {
     for (int i = first; i < end; i += kSimdWidth) {
       const CullRayOf<FloatX16> cull = cull_packet(rays, i);
       transpose(cull, cull_ + i);
@@ -49,7 +49,7 @@ class RayStream {
 
   /// Report the hits of the rays in lanes [first, end) to the collector. Returns the cost in cycles.
   template <class Collector>
-  std::uint64_t search(const RayGroup& rays, int first, int end, Collector& collector) {
+  std::uint64_t search(const RayGroupOf<P>& rays, int first, int end, Collector& collector) {
     cost_ = SingleStepCost::kRay * std::uint64_t(end - first);
     nodes_.clear();
     leaves_.clear();
@@ -70,7 +70,7 @@ class RayStream {
   static constexpr int kPackets = kGroupSize / kSimdWidth;
 
   /// Find which of the root's children a packet hits.
-  void pass_root(const CullRayOf<FloatX16>& cull, const RayGroup& rays, int first) {
+  void pass_root(const CullRayOf<FloatX16>& cull, const RayGroupOf<P>& rays, int first) {
     RootCull::Hits root_hits;
     root_.template cull<false>(cull, FloatX16::load(rays.t_max + first), root_hits);
     for (int i = 0; i < kSimdWidth; ++i) root_children_[first + i] = root_hits.children_of(i);
@@ -91,7 +91,7 @@ class RayStream {
   }
 
   /// Take a batch of nodes from the end of the list, so that the list stays short, and cull them.
-  void test_nodes(const RayGroup& rays) {
+  void test_nodes(const RayGroupOf<P>& rays) {
     const std::size_t n = std::min(nodes_.size(), Tuning::kNodeBatch), begin = nodes_.size() - n;
     // Copy the batch, because the list grows while the batch is culled.
     batch_.item.assign(nodes_.item.begin() + std::ptrdiff_t(begin), nodes_.item.begin() + std::ptrdiff_t(begin + n));
@@ -116,7 +116,7 @@ class RayStream {
   }
 
   template <class Collector>
-  void test_leaves(const RayGroup& rays, Collector& collector) {
+  void test_leaves(const RayGroupOf<P>& rays, Collector& collector) {
     const std::size_t n = leaves_.size();
     count_step(&StepCounters::leaves, n);
     cost_ += SingleStepCost::kLeaf * n;
@@ -128,7 +128,7 @@ class RayStream {
 
   /// Test the survivors of one packet of rays.
   template <class Collector>
-  void test_survivors(const RayGroup& rays, int i_packet, Collector& collector) {
+  void test_survivors(const RayGroupOf<P>& rays, int i_packet, Collector& collector) {
     WorkList& survivors = survivors_.lists[i_packet];
     const std::size_t n = survivors.size();
     if (n == 0) return;
@@ -149,7 +149,7 @@ class RayStream {
     for (std::size_t j = 0; j < n; j += kSimdWidth) {
       const std::uint32_t* const prims = pieces_.prim.data() + j;
       const auto fields = load_fields(tree_, [&](int i) { return prims[i]; });
-      const auto gathered = gather_.gather<FloatX16, kSimdWidth>(rays, i_packet * kSimdWidth, ray + j);
+      const auto gathered = gather_.template gather<FloatX16, kSimdWidth>(rays, i_packet * kSimdWidth, ray + j);
       const auto test = P::template test<FloatX16>(gathered, fields);
       // Keep the hits that the piece owns.
       float s0[kSimdWidth], s1[kSimdWidth];
@@ -202,7 +202,7 @@ class RayStream {
   RootCull root_;
   CullRay cull_[kGroupSize];
   std::uint32_t root_children_[kGroupSize];  // a mask of the root's children that each ray hits
-  RayGather gather_;
+  RayGatherOf<P> gather_;
   WorkList nodes_, batch_, leaves_;
   LeafSurvivors<kSimdWidth> survivors_;
   RefColumns pieces_;

@@ -15,7 +15,7 @@
 #include "../intersect/load_fields.hpp"
 #include "../intersect/node_cull.hpp"
 #include "../intersect/prefetch.hpp"
-#include "../rays/ray_views.hpp"
+#include "../rays/spread_rays.hpp"
 
 namespace fastlines {
 
@@ -31,7 +31,7 @@ class SingleRay {
 
   /// Report the hits of the ray in this lane to the collector.
   template <class Collector>
-  void search(const RayGroup& rays, int lane, const CullRay& cull, Collector& collector) {
+  void search(const RayGroupOf<P>& rays, int lane, const CullRay& cull, Collector& collector) {
     const WideBvhView<P> tree = tree_;  // a copy, so that no store can alias it
     const float& limit = collector.limit[lane];
     std::size_t depth = 0;  // frames in use
@@ -125,7 +125,7 @@ class SingleRay {
 
   /// Test the n survivors, 16 at a time unless they are few.
   template <class Collector>
-  void test_survivors(const RayGroup& rays, int lane, std::uint32_t n, Collector& collector) {
+  void test_survivors(const RayGroupOf<P>& rays, int lane, std::uint32_t n, Collector& collector) {
     count_step(&StepCounters::tests, n);
     if (FloatX16::kMaxPermuteTable > 0 && n > SingleRayTuning::kMaxScalarTests) {
       for (std::uint32_t j = 0; j < n; j += kSimdWidth)
@@ -139,16 +139,18 @@ class SingleRay {
   }
 
   template <class Collector>
-  [[gnu::always_inline]] void test_one(const RayGroup& rays, int lane, const Reference& ref, Collector& collector) {
-    const LaneView ray(rays, lane);
+  [[gnu::always_inline]] void test_one(const RayGroupOf<P>& rays, int lane, const Reference& ref,
+                                       Collector& collector) {
+    const LaneViewOf<P> ray(rays, lane);
     const auto test = P::template test<float>(ray, fields_of<P>(tree_.items[ref.prim], tree_.frame));
     if (test.closest.hit) collector.add_hit(rays, lane, approach_at<Collector::kAt>(test), ref);
   }
 
   /// Test n survivors, at most 16, with one ray.
   template <class Collector>
-  void test_packet(const RayGroup& rays, int lane, const std::uint32_t* refs, std::uint32_t n, Collector& collector) {
-    const LaneView ray(rays, lane);
+  void test_packet(const RayGroupOf<P>& rays, int lane, const std::uint32_t* refs, std::uint32_t n,
+                   Collector& collector) {
+    const LaneViewOf<P> ray(rays, lane);
     const auto fields =
         load_fields(tree_, [&](int i) { return tree_.refs[refs[std::min(std::uint32_t(i), n - 1)]].prim; });
     const auto test = P::template test<FloatX16>(ray, fields);

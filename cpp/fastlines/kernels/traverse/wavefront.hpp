@@ -28,7 +28,7 @@
 #include "../intersect/node_cull.hpp"
 #include "../intersect/prefetch.hpp"
 #include "../intersect/root_cull.hpp"
-#include "../rays/ray_gather.hpp"
+#include "../rays/spread_rays.hpp"
 #include "lane_set.hpp"
 #include "leaf_survivors.hpp"
 #include "pending_hits.hpp"
@@ -44,7 +44,7 @@ class Wavefront {
 
   /// Enter the rays in lanes [first, end) of the packet that begins at `first`. Takes steps until a packet is free; the
   /// query stores the answers of packets that end.
-  void add(const RayGroup& rays, int first, int end, Query& query) {
+  void add(const RayGroupOf<P>& rays, int first, int end, Query& query) {
     // Find a free packet.
     int packet = 0;
     while (n_left_[packet] > 0)
@@ -277,10 +277,10 @@ class Wavefront {
 
   const WideBvhView<P>& tree_;
   RootCull root_;
-  RayGroup rays_;
+  RayGroupOf<P> rays_;
   Collector collector_;
   CullRay cull_[kGroupSize];
-  RayGather gather_;
+  RayGatherOf<P> gather_;
   std::uint64_t active_ = 0;                         // the lanes of rays that have not ended
   std::uint32_t node_[kGroupSize];                   // the next node of each ray
   alignas(64) std::int32_t top_[kGroupSize] = {};    // the index of the uppermost entry of each stack
