@@ -64,8 +64,8 @@ def check_query(
     radius: npt.ArrayLike | None,
     t_min: npt.ArrayLike,
     t_max: npt.ArrayLike,
-    spread: npt.ArrayLike,
     invalid: str,
+    spread: npt.ArrayLike = 0.0,
 ) -> RayBatch:
     """Check rays for lines whose axes lie in this box."""
     require_radius(lines, radius, spread)
@@ -77,7 +77,7 @@ def check_query(
         )
     margins = np.array([[-margin], [margin]], np.float32)
     radius = 0.0 if radius is None else radius
-    return check_rays(origins, directions, radius, t_min, t_max, spread, invalid, box + margins)
+    return check_rays(origins, directions, radius, t_min, t_max, invalid, box + margins, spread)
 
 
 def _refuse_surface(rays: RayBatch) -> None:
@@ -199,7 +199,7 @@ def brute_force(
         raise InputError(f"merge={merge!r} is for query='all_hits', this is {query!r}; leave it out")
     lines = as_lines(lines)
     box = np.array(lines.bounds, np.float32) if len(lines) else np.zeros((2, 3), np.float32)
-    rays = check_query(lines, box, origins, directions, radius, t_min, t_max, spread, invalid)
+    rays = check_query(lines, box, origins, directions, radius, t_min, t_max, invalid, spread)
     data = spread_data(lines) if rays.has_spread else core_data(lines)
     backend = CompiledBackend(_core, _core.BinaryView.of_primitives(*data))
     if query == "first_hit":

@@ -95,7 +95,7 @@ class Tree(TreeData):
         >>> tree.first_hit([0, 0, -5], [0, 0, 1], 0.5).t
         array(5., dtype=float32)
         """
-        backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, spread, invalid))
+        backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid, spread))
         return first_hit(backend, rays, is_surface(at), progress, self._lines)
 
     def all_hits(
@@ -138,7 +138,7 @@ class Tree(TreeData):
         >>> print(hits.offsets, hits.prim, hits.t)
         [0 2 2] [0 1] [5. 6.]
         """
-        backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, spread, invalid))
+        backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid, spread))
         surface, merges = is_surface(at), is_merge(merge, at)
         hits = list_hits(backend, rays, surface, None, progress, self._lines)
         return hits.merged_by_strand() if merges else hits
@@ -164,7 +164,7 @@ class Tree(TreeData):
         >>> fl.build([[[-1, 0, 0], [1, 0, 0]]]).any_hit([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
         array([ True, False])
         """
-        return any_hit(*self._checked(kernel, (origins, directions, radius, t_min, t_max, spread, invalid)), progress)
+        return any_hit(*self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid, spread)), progress)
 
     def count_hits(
         self,
@@ -188,7 +188,7 @@ class Tree(TreeData):
         >>> tree.count_hits([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
         array([2, 0])
         """
-        backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, spread, invalid))
+        backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid, spread))
         return count_hits(backend, rays, progress)
 
     def next_hits(
@@ -232,7 +232,7 @@ class Tree(TreeData):
         if k is None:
             raise InputError("next_hits needs k=, the number of hits of each ray; radius= comes before it")
         by_distance = is_by_distance(rank)
-        backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, spread, invalid))
+        backend, rays = self._checked(kernel, (origins, directions, radius, t_min, t_max, invalid, spread))
         return list_hits(backend, rays, is_surface(at), count("k", k, 0), progress, self._lines, by_distance)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -263,7 +263,7 @@ class Tree(TreeData):
             return CompiledBackend(_core, _core.BinaryView.of_planes(kind, data, *self.planes))
         return CompiledBackend(_core, _core.BinaryView.of_boxes(kind, data, *self.words()))
 
-    def _checked(self, kernel: str, rays: tuple[Any, Any, Any, Any, Any, Any, str]) -> tuple[Backend, RayBatch]:
+    def _checked(self, kernel: str, rays: tuple[Any, Any, Any, Any, Any, str, Any]) -> tuple[Backend, RayBatch]:
         """Check the rays, given as to `check_query`, and choose the backend."""
         if isinstance(self.geometry, Lines):
             choice("kernel", kernel, tuple(KERNELS))
