@@ -67,8 +67,8 @@ def check_query(
     radius: npt.ArrayLike | None,
     t_min: npt.ArrayLike,
     t_max: npt.ArrayLike,
-    spread: npt.ArrayLike,
     invalid: str,
+    spread: npt.ArrayLike = 0.0,
     ignore: Any = None,
     ignore_strands: Any = None,
 ) -> RayBatch:
@@ -82,7 +82,9 @@ def check_query(
         )
     margins = np.array([[-margin], [margin]], np.float32)
     radius = 0.0 if radius is None else radius
-    rays = check_rays(origins, directions, radius, t_min, t_max, spread, invalid, box + margins)
+    rays = check_rays(origins, directions, radius, t_min, t_max, invalid, box + margins, spread)
+    if ignore is None and ignore_strands is None:
+        return rays
     return replace(rays, ignored=ignored_of(geometry, rays.shape, ignore, ignore_strands))
 
 
@@ -211,7 +213,7 @@ def brute_force(
     geometry = as_geometry(geometry)
     box = np.array(geometry.bounds, np.float32) if len(geometry) else np.zeros((2, 3), np.float32)
     rays = check_query(
-        geometry, box, origins, directions, radius, t_min, t_max, spread, invalid, ignore, ignore_strands
+        geometry, box, origins, directions, radius, t_min, t_max, invalid, spread, ignore, ignore_strands
     )
     own = isinstance(geometry, Custom)
     data = spread_data(geometry) if rays.has_spread else core_data(geometry)

@@ -21,6 +21,9 @@ RADIUS_LIMIT = 1e12
 #: The largest spread; with it, the cone around a ray is all that lies before its origin.
 SPREAD_LIMIT = 1e12
 
+#: No spread, for all rays.
+NO_SPREAD = np.zeros(1, np.float32)
+
 #: The most rays of one call: the core numbers them in 32 bits.
 RAYS_LIMIT = 2**32 - 1
 
@@ -57,7 +60,7 @@ class RayBatch:
     @property
     def has_spread(self) -> bool:
         """Whether the reach of any ray grows along it."""
-        return bool(self.spread.any())
+        return self.spread is not NO_SPREAD and bool(self.spread.any())
 
     @staticmethod
     def scalar(values: FloatArray, rows: IntArray) -> FloatArray:
@@ -94,9 +97,9 @@ def check_rays(
     radius: npt.ArrayLike,
     t_min: npt.ArrayLike,
     t_max: npt.ArrayLike,
-    spread: npt.ArrayLike,
     invalid: str,
     bounds: FloatArray,
+    spread: npt.ArrayLike = 0.0,
 ) -> RayBatch:
     """Check rays for a scene with these bounds; `Tree.first_hit` explains the arguments."""
     choice("invalid", invalid, INVALID)
@@ -118,6 +121,9 @@ def check_rays(
     origins, directions = (np.ascontiguousarray(array).reshape(-1, 3) for array in (origins, directions))
     scalars: dict[str, FloatArray] = {}
     for name, value in (("radius", radius), ("t_min", t_min), ("t_max", t_max), ("spread", spread)):
+        if name == "spread" and isinstance(value, float) and value == 0:  # the default, and single rays are in a hurry
+            scalars[name] = NO_SPREAD
+            continue
         array = to_float32(value, name)
         if array.ndim:
             try:

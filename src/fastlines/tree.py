@@ -102,7 +102,7 @@ class Tree(TreeData):
         array(5., dtype=float32)
         """
         backend, rays = self._checked(
-            kernel, (origins, directions, radius, t_min, t_max, spread, invalid, ignore, ignore_strands)
+            kernel, (origins, directions, radius, t_min, t_max, invalid, spread, ignore, ignore_strands)
         )
         return first_hit(backend, rays, is_surface(at), progress, self.geometry)
 
@@ -149,7 +149,7 @@ class Tree(TreeData):
         [0 2 2] [0 1] [5. 6.]
         """
         backend, rays = self._checked(
-            kernel, (origins, directions, radius, t_min, t_max, spread, invalid, ignore, ignore_strands)
+            kernel, (origins, directions, radius, t_min, t_max, invalid, spread, ignore, ignore_strands)
         )
         surface, merges = is_surface(at), is_merge(merge, at)
         hits = list_hits(backend, rays, surface, None, progress, self.geometry)
@@ -180,7 +180,7 @@ class Tree(TreeData):
         """
         return any_hit(
             *self._checked(
-                kernel, (origins, directions, radius, t_min, t_max, spread, invalid, ignore, ignore_strands)
+                kernel, (origins, directions, radius, t_min, t_max, invalid, spread, ignore, ignore_strands)
             ),
             progress,
         )
@@ -210,7 +210,7 @@ class Tree(TreeData):
         array([2, 0])
         """
         backend, rays = self._checked(
-            kernel, (origins, directions, radius, t_min, t_max, spread, invalid, ignore, ignore_strands)
+            kernel, (origins, directions, radius, t_min, t_max, invalid, spread, ignore, ignore_strands)
         )
         return count_hits(backend, rays, progress)
 
@@ -258,7 +258,7 @@ class Tree(TreeData):
             raise InputError("next_hits needs k=, the number of hits of each ray; radius= comes before it")
         by_distance = is_by_distance(rank)
         backend, rays = self._checked(
-            kernel, (origins, directions, radius, t_min, t_max, spread, invalid, ignore, ignore_strands)
+            kernel, (origins, directions, radius, t_min, t_max, invalid, spread, ignore, ignore_strands)
         )
         return list_hits(backend, rays, is_surface(at), count("k", k, 0), progress, self.geometry, by_distance)
 
