@@ -52,16 +52,29 @@ Kind kind_named(const std::string& name) {
   if (name == "flat") return Kind::flat;
   if (name == "round") return Kind::round;
   if (name == "ribbon") return Kind::ribbon;
+  if (name == "bezier") return Kind::bezier;
+  if (name == "sphere") return Kind::sphere;
+  if (name == "triangle") return Kind::triangle;
   throw std::invalid_argument("unknown kind of geometry: " + name);
 }
 
-void make_scene(Scene* self, Input<float> segments, Input<float> radii, const std::string& kind, float radius,
-                float piece_length, bool high_quality, const std::string& device, std::tuple<float, float, float> eye) {
-  const SceneSettings settings{kind_named(kind), radius,
-                               piece_length,     high_quality ? Quality::high : Quality::medium,
-                               device,           {std::get<0>(eye), std::get<1>(eye), std::get<2>(eye)}};
+void make_scene(Scene* self, Input<float> segments, Input<float> radii, Input<float> vertices,
+                Input<std::uint32_t> index, const std::string& kind, float radius, float piece_length,
+                unsigned halvings, bool high_quality, bool compact, const std::string& device,
+                std::tuple<float, float, float> eye) {
+  SceneSettings settings;
+  settings.kind = kind_named(kind);
+  settings.radius = radius;
+  settings.piece_length = piece_length;
+  settings.halvings = halvings;
+  settings.quality = high_quality ? Quality::high : Quality::medium;
+  settings.compact = compact;
+  settings.device = device;
+  std::tie(settings.eye[0], settings.eye[1], settings.eye[2]) = eye;
+  const SceneInput input{rows<SegmentEnds>(segments), rows<float>(radii), rows<float>(vertices),
+                         rows<std::uint32_t>(index)};
   const WithoutGil without_gil;
-  new (self) Scene(rows<SegmentEnds>(segments), rows<float>(radii), settings, best_callbacks());
+  new (self) Scene(input, settings, best_callbacks());
 }
 
 Rays batch(const Input<float>& origins, const Input<float>& directions, float t_min, float t_max) {
@@ -136,8 +149,9 @@ NB_MODULE(_embree, m) {
               "coherent"_a, "n_threads"_a);
   };
   nb::class_<Scene> scene(m, "Scene");
-  scene.def("__init__", &make_scene, "segments"_a.noconvert(), "radii"_a.noconvert(), "kind"_a, "radius"_a,
-            "piece_length"_a, "high_quality"_a, "device"_a, "eye"_a);
+  scene.def("__init__", &make_scene, "segments"_a.noconvert(), "radii"_a.noconvert(), "vertices"_a.noconvert(),
+            "index"_a.noconvert(), "kind"_a, "radius"_a, "piece_length"_a, "halvings"_a, "high_quality"_a, "compact"_a,
+            "device"_a, "eye"_a);
   query(scene, "first_hit", &first_hit);
   query(scene, "any_hit", &any_hit);
   query(scene, "all_hits", &all_hit);

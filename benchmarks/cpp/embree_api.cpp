@@ -51,6 +51,7 @@ const Api& load_api(const std::string& tbb, const std::string& embree) {
   resolve(library, api->NewScene, "rtcNewScene");
   resolve(library, api->ReleaseScene, "rtcReleaseScene");
   resolve(library, api->SetSceneBuildQuality, "rtcSetSceneBuildQuality");
+  resolve(library, api->SetSceneFlags, "rtcSetSceneFlags");
   resolve(library, api->AttachGeometry, "rtcAttachGeometry");
   resolve(library, api->CommitScene, "rtcCommitScene");
   resolve(library, api->Intersect1, "rtcIntersect1");

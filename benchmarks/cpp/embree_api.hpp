@@ -14,10 +14,18 @@ namespace fastlines::peers {
 
 inline constexpr std::uint32_t kInvalid = ~0u;  // RTC_INVALID_GEOMETRY_ID
 
-enum class GeometryType : int { triangle = 0, round_linear_curve = 16, flat_linear_curve = 17, user = 120 };
+enum class GeometryType : int {
+  triangle = 0,
+  round_linear_curve = 16,
+  flat_linear_curve = 17,
+  round_bezier_curve = 24,
+  sphere_point = 50,
+  user = 120
+};
 enum class BufferType : int { index = 0, vertex = 1 };
 enum class Format : int { uint1 = 0x5001, uint3 = 0x5003, float3 = 0x9003, float4 = 0x9004 };
 enum class Quality : int { low = 0, medium = 1, high = 2 };
+inline constexpr int kCompact = 1 << 1;             // RTC_SCENE_FLAG_COMPACT
 inline constexpr int kInvokeFilter = 1 << 1;        // RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER
 inline constexpr int kCoherent = 1 << 16;           // RTC_RAY_QUERY_FLAG_COHERENT
 inline constexpr std::uint32_t kAllFeatures = ~0u;  // RTC_FEATURE_FLAG_ALL
@@ -113,6 +121,7 @@ struct Api {
   SceneHandle (*NewScene)(Device);
   void (*ReleaseScene)(SceneHandle);
   void (*SetSceneBuildQuality)(SceneHandle, Quality);
+  void (*SetSceneFlags)(SceneHandle, int);
   unsigned (*AttachGeometry)(SceneHandle, Geometry);
   void (*CommitScene)(SceneHandle);
   void (*Intersect1)(SceneHandle, void*, QueryArguments*);

@@ -53,6 +53,10 @@ GeometryType type_of(Kind kind) {
       return GeometryType::flat_linear_curve;
     case Kind::round:
       return GeometryType::round_linear_curve;
+    case Kind::bezier:
+      return GeometryType::round_bezier_curve;
+    case Kind::sphere:
+      return GeometryType::sphere_point;
     default:
       return GeometryType::triangle;
   }
@@ -60,8 +64,7 @@ GeometryType type_of(Kind kind) {
 
 }  // namespace
 
-Scene::Scene(std::span<const SegmentEnds> segments, std::span<const float> radii, const SceneSettings& settings,
-             const Callbacks& callbacks)
+Scene::Scene(const SceneInput& input, const SceneSettings& settings, const Callbacks& callbacks)
     : radius(settings.radius), settings_(settings) {
   const Api& rtc = api();
   try {
@@ -71,16 +74,11 @@ Scene::Scene(std::span<const SegmentEnds> segments, std::span<const float> radii
     rtc.SetDeviceMemoryMonitorFunction(device_, count_bytes, &allocated_);
     scene_ = rtc.NewScene(device_);
     rtc.SetSceneBuildQuality(scene_, settings.quality);
+    if (settings.compact) rtc.SetSceneFlags(scene_, kCompact);
 
-    cut(segments);
     const Geometry geometry = rtc.NewGeometry(device_, type_of(settings.kind));
     rtc.SetGeometryBuildQuality(geometry, settings.quality);
-    if (settings.kind == Kind::user)
-      add_user(geometry, callbacks);
-    else if (settings.kind == Kind::ribbon)
-      add_ribbons(geometry, segments);
-    else
-      add_curves(geometry, segments, radii);
+    add(geometry, input, callbacks);
     if (settings.kind != Kind::user) rtc.SetGeometryEnableFilterFunctionFromArguments(geometry, true);
     rtc.CommitGeometry(geometry);
     rtc.AttachGeometry(scene_, geometry);
@@ -111,6 +109,25 @@ bool Scene::is_native(int width) const {
   return width == 1 || api().GetDeviceProperty(device_, width == 8 ? kNative8 : kNative16) != 0;
 }
 
+void Scene::add(Geometry geometry, const SceneInput& input, const Callbacks& callbacks) {
+  if (is_of_segments(settings_.kind)) cut(input.segments);
+  switch (settings_.kind) {
+    case Kind::user:
+      return add_user(geometry, callbacks);
+    case Kind::flat:
+    case Kind::round:
+      return add_curves(geometry, input.segments, input.radii);
+    case Kind::ribbon:
+      return add_ribbons(geometry, input.segments);
+    case Kind::bezier:
+      return add_cubics(geometry, input.vertices);
+    case Kind::sphere:
+      return add_spheres(geometry, input.vertices);
+    case Kind::triangle:
+      return add_triangles(geometry, input.vertices, input.index);
+  }
+}
+
 /// Chooses the number of pieces of each segment and stores the owner of each piece.
 void Scene::cut(std::span<const SegmentEnds> segments) {
   constexpr float inf = std::numeric_limits<float>::infinity();
@@ -130,6 +147,7 @@ void Scene::cut(std::span<const SegmentEnds> segments) {
     }
   }
   if (n_pieces > std::numeric_limits<std::uint32_t>::max() / 4) throw std::runtime_error("too many pieces for Embree");
+  n_pieces_ = n_pieces;
   const bool user = settings_.kind == Kind::user;
   user ? pieces_.reserve(n_pieces) : owners_.reserve(n_pieces);
   for (std::size_t i = 0; i < segments.size(); ++i)

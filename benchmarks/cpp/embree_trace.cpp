@@ -44,11 +44,17 @@ void parallel_for(std::size_t n_rays, unsigned n_threads, Work&& work) {
   run(0);
 }
 
+bool is_user(const Scene& scene) { return scene.settings().kind == Kind::user; }
+
 /// What the callbacks need for a batch.
 Batch batch_of(const Scene& scene, const Rays& rays) {
   Batch batch;
   batch.pieces = scene.pieces().data();
   batch.owners = scene.owners().data();
+  batch.halvings = scene.settings().halvings;
+  batch.t_max = rays.t_max;
+  batch.bounded = rays.t_max < kInf;
+  if (!is_user(scene)) return batch;
   batch.radius2 = scene.radius * scene.radius;
   // The distance of two lines has an error of about 2⁻²¹ of the distance from the origins to the segments. The slack is
   // 2⁻¹⁸ of it.
@@ -64,8 +70,6 @@ Batch batch_of(const Scene& scene, const Rays& rays) {
   }
   batch.loose2 = 1.001f * batch.radius2;
   batch.slack2 = std::ldexp(far2, -36);
-  batch.t_max = rays.t_max;
-  batch.bounded = rays.t_max < kInf;
   return batch;
 }
 
@@ -121,12 +125,11 @@ void with_width(int width, Use&& use) {
   return use(std::integral_constant<int, 16>{});
 }
 
-bool is_user(const Scene& scene) { return scene.settings().kind == Kind::user; }
+/// Whether a filter sees the points where a ray enters a surface and where it leaves.
+constexpr bool is_round(Kind kind) { return kind == Kind::round || kind == Kind::bezier || kind == Kind::sphere; }
 
-/// The index of the piece, and of its owner, to which Embree's curve or triangle `prim` belongs.
-std::uint32_t piece_of(Kind kind, std::uint32_t prim) { return kind == Kind::ribbon ? prim / 2 : prim; }
-
-/// Stores each hit once per segment and rejects all of them, so that the traversal continues.
+/// Stores each hit once per segment and rejects all of them, so that the traversal continues. A cubic curve is stored
+/// as often as the ray enters it.
 template <Kind kKind>
 void collect(const FilterArguments* args) {
   const auto& batch = static_cast<const Batch&>(*args->context);
@@ -136,11 +139,16 @@ void collect(const FilterArguments* args) {
   for (unsigned i = 0; i < n; ++i) {
     if (args->valid[i] != -1) continue;
     args->valid[i] = 0;
-    const Owner owner = batch.owners[piece_of(kKind, prims[i])];
-    const float u = args->hits[kU * n + i];
-    // A hit at an end of a piece counts only at the ends of the segment, so that no hit is stored for two pieces.
-    if (kKind != Kind::ribbon && ((u <= 0.0f && !owner.is_first()) || (u >= 1.0f && !owner.is_last()))) continue;
-    if constexpr (kKind == Kind::round) {
+    std::uint32_t prim = prims[i];
+    if constexpr (is_of_segments(kKind)) {
+      const Owner owner = batch.owners[kKind == Kind::ribbon ? prim / 2 : prim];
+      const float u = args->hits[kU * n + i];
+      // A hit at an end of a piece counts only at the ends of the segment, so that no hit is stored for two pieces.
+      if (kKind != Kind::ribbon && ((u <= 0.0f && !owner.is_first()) || (u >= 1.0f && !owner.is_last()))) continue;
+      prim = owner.prim;
+    }
+    if constexpr (kKind == Kind::bezier) prim >>= batch.halvings;
+    if constexpr (is_round(kKind)) {
       // Keep the point where the ray enters, not the one where it leaves.
       float facing = 0.0f;
       for (unsigned k = 0; k < 3; ++k)
@@ -149,12 +157,25 @@ void collect(const FilterArguments* args) {
     }
     HitBuffer& hits = *batch.hits;
     if (hits.at == hits.end) hits.grow();
-    *hits.at++ = {ids[i], owner.prim, args->rays[kFar * n + i]};
+    *hits.at++ = {ids[i], prim, args->rays[kFar * n + i]};
   }
 }
 
 Filter collector(Kind kind) {
-  return kind == Kind::flat ? collect<Kind::flat> : kind == Kind::round ? collect<Kind::round> : collect<Kind::ribbon>;
+  switch (kind) {
+    case Kind::flat:
+      return collect<Kind::flat>;
+    case Kind::round:
+      return collect<Kind::round>;
+    case Kind::ribbon:
+      return collect<Kind::ribbon>;
+    case Kind::bezier:
+      return collect<Kind::bezier>;
+    case Kind::sphere:
+      return collect<Kind::sphere>;
+    default:
+      return collect<Kind::triangle>;
+  }
 }
 
 }  // namespace
@@ -177,7 +198,6 @@ void HitBuffer::grow() {
 
 void first_hits(const Scene& scene, const Rays& rays, const TraceOptions& options, float* t, std::int32_t* prim) {
   const Batch shared = batch_of(scene, rays);
-  const Kind kind = scene.settings().kind;
   parallel_for(rays.origins.size(), options.n_threads, [&](unsigned, std::size_t begin, std::size_t end) {
     Batch batch = shared;
     QueryArguments args;
@@ -187,8 +207,7 @@ void first_hits(const Scene& scene, const Rays& rays, const TraceOptions& option
       trace<width(), false>(scene, rays, args, begin, end, [&](const auto& packet, int lane, std::size_t i) {
         const bool hit = packet.geom[lane] != kInvalid;
         t[i] = hit ? packet.tfar[lane] : kInf;
-        const std::uint32_t found = packet.prim[lane];
-        prim[i] = !hit ? -1 : std::int32_t(is_user(scene) ? found : scene.owners()[piece_of(kind, found)].prim);
+        prim[i] = hit ? std::int32_t(scene.prim_of(packet.prim[lane])) : -1;
       });
     });
   });

@@ -41,7 +41,8 @@ struct HitBuffer {
 /// What the rays of a batch share, and the buffer for their hits. Embree passes it to the callbacks.
 struct Batch : QueryContext {
   const Piece* pieces = nullptr;       // user geometry
-  const Owner* owners = nullptr;       // curves and ribbons
+  const Owner* owners = nullptr;       // linear curves and ribbons
+  unsigned halvings = 0;               // of cubic curves
   float radius2 = 0.0f;                // a hit is at most this far away, squared
   float loose2 = 0.0f, slack2 = 0.0f;  // early exit: (p·n)² > loose2·n² + slack2·|e|² is no hit
   float t_max = 0.0f;                  // of the query; tfar falls with hits

@@ -117,8 +117,13 @@ def tiled_rays(camera: Camera, n_rays: int) -> RayBatch:
 
 def random_rays(lines: Lines, n_rays: int, seed: int = 0) -> RayBatch:
     """Return rays that start outside the box of the lines: through uniform points of it, in isotropic directions."""
+    return rays_through(lines.bounds, n_rays, seed)
+
+
+def rays_through(bounds: FloatArray, n_rays: int, seed: int = 0) -> RayBatch:
+    """Return rays that start outside a box, (2, 3), as `random_rays` does."""
     rng = np.random.default_rng([seed, 1])
-    low, high = lines.bounds.astype(np.float64)
+    low, high = bounds.astype(np.float64)
     target = low + rng.random((n_rays, 3)) * (high - low)
     directions = _sphere(rng, n_rays)
     diagonal = float(np.sqrt(((high - low) ** 2).sum())) or 1.0

@@ -15,21 +15,29 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from fastlines import FastlinesError, Lines
 
+from ..harness.arrays import FloatArray
 from ..harness.rays import RayBatch
 
 if TYPE_CHECKING:
     from fastlines_bench import _embree
 
-#: The geometries for segments in Embree.
+#: The geometries in Embree: those for segments, then those for other shapes.
 GEOMETRIES = {
     "user": "user geometry: boxes around capsules, and callbacks with our definition of a hit",
     "flat": "flat linear curves",
     "round": "round linear curves, with t at the entry",
     "ribbon": "two triangles a segment, facing the camera",
+    "bezier": "round cubic Bezier curves, with t at the entry",
+    "sphere": "spheres, with t at the entry",
+    "triangle": "triangles",
 }
+
+#: The geometries to which spatial splits apply. With them, Embree reports a hit of a triangle more than once.
+OF_TRIANGLES = ("ribbon", "triangle")
 
 
 @dataclass(frozen=True)
@@ -42,23 +50,39 @@ class Build:
         One of `GEOMETRIES`.
     piece_length : float
         Segments are cut into equal pieces of at most this length; 0 = whole.
+    halvings : int
+        Cubic curves are cut into 2**halvings parts.
     high_quality : bool
         RTC_BUILD_QUALITY_HIGH, which gives triangles spatial splits, instead of MEDIUM.
     replications : float
         The device's max_spatial_split_replications; 0 = its default.
+    compact : bool
+        RTC_SCENE_FLAG_COMPACT.
     """
 
     geometry: str
     piece_length: float = 0.0
     high_quality: bool = True
     replications: float = 0.0
+    halvings: int = 0
+    compact: bool = False
 
     def __str__(self) -> str:
         words = [self.geometry]
-        if self.geometry == "ribbon" and self.high_quality:
+        if self.splits_space:
             words.append("spatial splits" + (f" ×{self.replications:g}" if self.replications else ""))
-        words.append(f"pieces ≤ {self.piece_length:.3g}" if self.piece_length else "whole")
+        if self.compact:
+            words.append("compact")
+        if self.geometry == "bezier" and self.halvings:
+            words.append(f"{2**self.halvings} parts")
+        elif self.geometry not in ("sphere", "triangle"):
+            words.append(f"pieces ≤ {self.piece_length:.3g}" if self.piece_length else "whole")
         return ", ".join(words)
+
+    @property
+    def splits_space(self) -> bool:
+        """Whether the builder makes spatial splits."""
+        return self.geometry in OF_TRIANGLES and self.high_quality
 
 
 @dataclass(frozen=True)
@@ -82,6 +106,8 @@ class Config:
             "piece_length": build.piece_length,
             "high_quality": build.high_quality,
             "max_spatial_split_replications": build.replications or None,
+            "parts": 2**build.halvings,
+            "compact": build.compact,
             "packet_width": self.width,
             "coherent": self.coherent,
         }
@@ -169,10 +195,28 @@ class Scenes:
         self._segments = np.ascontiguousarray(lines.segments, np.float32)
         thick = lines.radius is not None
         self._radii = np.ascontiguousarray(lines.end_radii if thick else np.empty((0, 2)), np.float32)
+        self._vertices, self._index = np.empty(0, np.float32), np.empty(0, np.uint32)
         x, y, z = map(float, eye)
         self._eye = (x, y, z)
         self._scenes: dict[Build, _embree.Scene] = {}
         self._seconds: dict[Build, float] = {}
+
+    @classmethod
+    def of_shapes(cls, vertices: FloatArray, n_threads: int, index: npt.ArrayLike = ()) -> Scenes:
+        """Return scenes of cubic curves, spheres or triangles.
+
+        Parameters
+        ----------
+        vertices : (n, 4, 4), (n, 4) or (n, 3) float32
+            x, y, z and radius of the control points of each curve or of each sphere; x, y, z of corners of triangles.
+        n_threads : int
+        index : (m, 3) array of int
+            The corners of each triangle.
+        """
+        scenes = cls(Lines.from_segments(np.empty((0, 2, 3))), 0.0, (0.0, 0.0, 0.0), n_threads)
+        scenes._vertices = np.ascontiguousarray(vertices, np.float32)
+        scenes._index = np.ascontiguousarray(index, np.uint32)
+        return scenes
 
     def get(self, build: Build) -> _embree.Scene:
         """Return the scene of a build."""
@@ -189,10 +233,14 @@ class Scenes:
             self._scenes[build] = _embree.Scene(
                 self._segments,
                 self._radii,
+                self._vertices,
+                self._index,
                 build.geometry,
                 self.built_for or self.radius,
                 build.piece_length,
+                build.halvings,
                 build.high_quality,
+                build.compact,
                 device,
                 self._eye,
             )
@@ -232,7 +280,7 @@ def configs(
         if scenes.built_for is not None and build.geometry != "user":
             continue
         # Ribbons face the camera; and spatial splits make Embree report a hit of a triangle more than once.
-        if build.geometry == "ribbon" and (not rays.coherent or (query == "all" and build.high_quality)):
+        if (build.geometry == "ribbon" and not rays.coherent) or (query == "all" and build.splits_space):
             continue
         for width in [1] if one_by_one else widths(scenes, build):
             found.append(Config(build, width))

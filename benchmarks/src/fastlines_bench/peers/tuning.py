@@ -8,6 +8,7 @@ import math
 import os
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -129,7 +130,7 @@ def _applies(variant: Build, query: str, batches: Sequence[RayBatch]) -> bool:
 
 
 def _with_length(variant: Build, length: float) -> Build:
-    return Build(variant.geometry, length, variant.high_quality, variant.replications)
+    return replace(variant, piece_length=length)
 
 
 def _rate(scenes: Scenes, build: Build, query: str, batches: Sequence[RayBatch]) -> float:
