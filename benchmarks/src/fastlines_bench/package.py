@@ -11,6 +11,7 @@ from fastlines.cli.options import Effort
 from fastlines.errors import FastlinesError
 from fastlines.immutable import own
 from fastlines.layout import Layout
+from fastlines.meshes import Geometry
 from fastlines.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, best_settings, method_settings
 from fastlines.report import page
 from fastlines.report.measure import describe_machine
@@ -27,6 +28,7 @@ __all__ = [
     "THESIS_METHODS",
     "Effort",
     "FastlinesError",
+    "Geometry",
     "Group",
     "Layout",
     "atomic_write",

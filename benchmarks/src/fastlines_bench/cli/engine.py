@@ -12,6 +12,8 @@ from ..engine import EnginePreset, draw, print_tables, run_engine
 from ..harness.rays import KINDS
 from ..harness.subjects import subjects_of
 from ..package import Effort, method_settings
+from ..shapes import SHAPES, run_shapes, shape_subjects
+from ..shapes import print_tables as print_shapes
 from .app import app
 from .options import (
     Files,
@@ -26,11 +28,15 @@ from .options import (
     Threads,
     check_files,
     check_kinds,
+    check_names,
     check_peer,
     progress_bar,
     write_json,
     write_plot,
 )
+
+#: The kinds of rays for shapes.
+SHAPE_KINDS = ("camera", "tiled", "random")
 
 
 @app.command(short_help="Queries of our trees against Embree's.")
@@ -49,8 +55,15 @@ def engine(
         ),
     ] = None,
     rays: Annotated[
-        str, typer.Option("--rays", metavar="KIND,…", help="The kinds of rays: camera, tiled, random, ao.")
-    ] = "camera,random,ao",
+        str | None,
+        typer.Option(
+            "--rays",
+            metavar="KIND,…",
+            help="The kinds of rays: camera, tiled, random, ao. The default is camera,random,ao, and camera,random for "
+            "shapes, which have no ao.",
+            show_default=False,
+        ),
+    ] = None,
     n_rays: NRays = None,
     threads: Threads = 1,
     method: Annotated[
@@ -87,10 +100,20 @@ def engine(
         bool,
         typer.Option(
             "--shapes",
-            help="Query thick lines at their surface, which taper to a fifth of the radius along each strand, with a "
-            "query radius of 0. Embree has round curves.",
+            help="Query shapes with a surface beside Embree's: cones (lines that taper to a fifth of the radius along "
+            "each strand), cubic hair, spheres and triangles.",
         ),
     ] = False,
+    shape: Annotated[
+        str | None,
+        typer.Option(
+            "--shape",
+            metavar="NAME,…",
+            help="Only these of the shapes: cones, hair, spheres, triangles. Each has scenes of its own, which --scene "
+            "chooses from; --radius is for cones and hair.",
+            show_default=False,
+        ),
+    ] = None,
     quick: Quick = False,
     json_file: JsonFile = None,
     plot: PlotFile = None,
@@ -115,14 +138,23 @@ def engine(
 
     [cyan]fastlines-bench engine --radius 0.0005,0.005 --built-for 0.005[/]  one tree for both
 
-    [cyan]fastlines-bench engine --shapes --rays camera,random[/]  tapered lines
+    [cyan]fastlines-bench engine --shapes[/]  cones, cubic hair, spheres and triangles
+
+    [cyan]fastlines-bench engine --shape hair,triangles --scene bun-hair:1000000 --scene knot[/]
     """
     check_files(json_file, plot)
+    chosen = check_names("--shape", "shape", [shape] if shape is not None else None, SHAPES) or ()
+    if shapes and not chosen:
+        chosen = tuple(SHAPES)
+    if chosen and built_for is not None:
+        raise InputError("--shapes and --built-for do not go together: Embree's shapes are built for their radius")
+    if chosen and plot is not None:
+        raise InputError("--plot draws no shapes; leave it out, --json has their figures")
     if method is not None:
         method_settings(method)
     preset = EnginePreset.of(
         quick,
-        kinds=check_kinds(rays, KINDS),
+        kinds=check_kinds(rays or "camera,random" + ("" if chosen else ",ao"), SHAPE_KINDS if chosen else KINDS),
         n_rays=n_rays,
         n_threads=threads,
         method=method,
@@ -133,12 +165,19 @@ def engine(
         retune=retune,
         one_by_one=one_by_one,
         built_for=built_for,
-        shapes=shapes,
+        shapes=chosen,
     )
+    if chosen:
+        of_shapes = shape_subjects(chosen, scene or [], file or [], radius, quick)
+        with progress_bar() as progress:
+            found = run_shapes(of_shapes, preset, progress)
+        print_shapes(found)
+        write_json(json_file, found.to_json())
+        if found.missing:
+            raise typer.Exit(1)
+        return
     subjects = list(subjects_of(scene or [], file or [], radius, quick))
     largest = max(radius for subject in subjects for radius in subject.radii)
-    if shapes and built_for is not None:
-        raise InputError("--shapes and --built-for do not go together: Embree's curves are built for their radius")
     if built_for is not None and (peer == "none" or not largest <= built_for < float("inf")):
         raise InputError(
             f"--built-for {built_for:g}: expected --peer embree, and a radius no less than the largest of the queries, "

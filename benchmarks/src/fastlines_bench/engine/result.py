@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from ..harness.compare import Difference
@@ -51,6 +51,8 @@ class EngineCell:
     n_hits: int
     mrays: float
     sides: list[Side]
+    #: Millions of rays per second of other queries of ours, which took turns with it.
+    others: dict[str, float] = field(default_factory=dict)
 
     @property
     def best(self) -> Side | None:
@@ -83,6 +85,7 @@ class EngineCell:
             "best": str(best.config) if best else None,
             "exact_ratio": self.exact_ratio if exact else None,
             "best_exact": str(exact.config) if exact else None,
+            **({"others": self.others} if self.others else {}),
             "peers": [side.to_json() for side in self.sides],
         }
 

@@ -34,11 +34,6 @@ def print_tables(result: Result) -> None:
     said = f"Millions of rays per second, {threads} thread{plural}, best of {result.preset['rounds']}. "
     if result.preset["one_by_one"]:
         said += "Each ray is traced alone. "
-    if result.preset["shapes"]:
-        said += (
-            "Lines taper from the radius to a fifth of it along each strand, and are queried at the surface with a "
-            "radius of 0. Embree's round curves remove hits inside a neighbour, so answers differ at joints. "
-        )
     if result.preset["built_for"] is not None:
         said += f"Embree's trees are built for the radius {result.preset['built_for']:g} and queried with those shown. "
     if peer:

@@ -13,6 +13,7 @@ from fastlines import Camera, InputError, Lines, Tree, build
 from fastlines.scenes import NAMES, RADII, make
 
 from ..package import SCENE, open_lines
+from .arrays import IntArray
 from .rays import RayBatch, ao_rays, camera_rays, random_rays
 
 #: The scenes and radii of a quick run.
@@ -72,18 +73,23 @@ class Subject:
         """Return camera or random rays."""
         return camera_rays(self.camera, n_rays) if kind == "camera" else random_rays(self.lines, n_rays)
 
-    def occlusion_rays(self, tree: Tree, radius: float, n_rays: int, query_radius: float | None = None) -> RayBatch:
-        """Return ambient-occlusion rays from the first hits of camera rays, with `query_radius` if lines are thick."""
+    def occlusion_rays(self, tree: Tree, radius: float, n_rays: int) -> RayBatch:
+        """Return ambient-occlusion rays from the first hits of camera rays."""
         small = camera_rays(self.camera, min(n_rays, 1 << 16))
-        t = tree.first_hit(small.origins, small.directions, radius if query_radius is None else query_radius).t
+        t = tree.first_hit(small.origins, small.directions, radius).t
         return ao_rays(self.lines, small, t, radius, n_rays)
+
+
+def strands_of(lines: Lines) -> tuple[IntArray, IntArray]:
+    """Return the first segment of each strand, and the number of its segments."""
+    strands = np.where(lines.strands < 0, -1 - np.arange(len(lines)), lines.strands)
+    starts = np.flatnonzero(np.diff(strands, prepend=strands[:1] - 1)) if len(lines) else np.zeros(0, np.int64)
+    return starts, np.diff(starts, append=len(lines))
 
 
 def tapered(lines: Lines, radius: float, ratio: float = 0.2) -> Lines:
     """Return lines that are thick: of this radius where a strand begins, and of `ratio` times as much where it ends."""
-    strands = np.where(lines.strands < 0, -1 - np.arange(len(lines)), lines.strands)
-    starts = np.flatnonzero(np.diff(strands, prepend=strands[:1] - 1)) if len(lines) else np.zeros(0, np.int64)
-    counts = np.diff(starts, append=len(lines))
+    starts, counts = strands_of(lines)
     position = np.arange(len(lines)) - np.repeat(starts, counts)
     share = (position[:, None] + np.arange(2)) / np.repeat(counts, counts)[:, None]
     return replace(lines, radius=(radius * (1 - (1 - ratio) * share)).astype(np.float32))
