@@ -119,7 +119,7 @@ def _detail_cells(of_shape: ShapeCell) -> list[str]:
 
 
 def _building(result: Result) -> Table:
-    """Return the table of our builds, and of Embree's that is best for the first hits of random rays."""
+    """Return the table of our builds, and of Embree's best for the last rays and query."""
     peer = result.preset["peer"]
     heads = ["radius", "shapes", "primitives", "tree s", "layout s", "ours MB"]
     heads += ["Embree s", "Embree MB"] if peer else []
@@ -128,9 +128,8 @@ def _building(result: Result) -> Table:
         row = [built.shape, built.scene, _radius(built.radius), f"{built.n_shapes:,}", f"{built.n_prims:,}"]
         row += [format_3_digits(figure) for figure in (built.build_s, built.layout_s, built.bytes / 1e6)]
         if peer:
-            place = (built.scene, built.radius)
-            best = [cell.cell.best for cell in result.of(built.shape) if (cell.cell.scene, cell.cell.radius) == place]
-            side = best[-1] if best else None
+            cells = _places(result, built.shape).get((built.scene, built.radius), {})
+            side = next((cell.cell.best for cell in reversed(cells.values())), None)
             row += ["–"] * 2 if side is None else [format_3_digits(side.build_s), format_3_digits(side.bytes / 1e6)]
         table.add_row(*row, built.note)
     return table
