@@ -38,7 +38,7 @@ def _floors(camera_first: float, random_first: float, random_all: float) -> dict
 SHAPES = {
     "cones": Shape(
         "round cones beside Embree's round linear curves",
-        "Embree's segments share no vertices, so each has both its balls, as ours have; pieces of one segment do share.",
+        "Embree's segments share no vertices, so each has both its balls, as ours have; pieces of a segment share.",
         ("bun-hair", "straight-hair", "spaghetti", "spaghetti-2", "photon-beams"),
         ("spaghetti:1000", "straight-hair:10000"),
         _floors(1.8, 1.8, 3.0),
