@@ -66,7 +66,7 @@ def _curves(segments: Any) -> fl.Curves:
     weights = np.array([[1, 0], [2 / 3, 1 / 3], [1 / 3, 2 / 3], [0, 1]])
     control = np.einsum("ij,njk->nik", weights, ends)
     control[:, 1:3] += np.random.default_rng(3).normal(0, 0.02 * size, (len(ends), 2, 3))
-    return fl.Curves.from_bezier(control, _radii(segments) * 0.2, tolerance=0.01 * size or None)
+    return fl.Curves.from_bezier(control.astype(np.float32), _radii(segments) * 0.2, tolerance=0.01 * size or None)
 
 
 class Balls:

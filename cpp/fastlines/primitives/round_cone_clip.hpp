@@ -7,7 +7,8 @@
 //     h(s) = p_k + √(r² − the squared distance of p from the box along the other two axes),
 //
 // but no farther than the box. The round cone and the box are convex, so h is concave, and its maximum is found by
-// golden-section search. Both searches run in float64; the result is rounded outwards.
+// golden-section search. Both searches run in float64; the result is rounded outwards. Balls that miss the box by no
+// more than the rounding of its float32 corners count as meeting it: a builder may have cut the box there.
 #pragma once
 
 #include <algorithm>
@@ -33,14 +34,21 @@ inline Box bounds_of(const RoundCone& cone) {
 /// Finds the box of the part of a round cone in another box.
 class RoundConeClip {
  public:
-  RoundConeClip(const RoundCone& cone, const Box& box) : cone_(cone), box_(box) {}
+  RoundConeClip(const RoundCone& cone, const Box& box) : cone_(cone), box_(box) {
+    double largest = 0.0;
+    for (int k = 0; k < 3; ++k) largest = std::max({largest, std::abs(double(box.lo[k])), std::abs(double(box.hi[k]))});
+    rounding_ = std::ldexp(largest, -23);
+  }
 
   /// The box; empty if there is no part.
   Box operator()() const {
     const double nearest = minimum(0.0, 1.0, [this](double s) { return excess(s); });
-    if (excess(nearest) > 0.0) return Box::empty();
-    const double s0 = excess(0.0) <= 0.0 ? 0.0 : boundary(0.0, nearest);
-    const double s1 = excess(1.0) <= 0.0 ? 1.0 : boundary(1.0, nearest);
+    double s0 = nearest, s1 = nearest;
+    if (excess(nearest) > rounding_) return Box::empty();
+    if (excess(nearest) <= 0.0) {
+      s0 = excess(0.0) <= 0.0 ? 0.0 : boundary(0.0, nearest);
+      s1 = excess(1.0) <= 0.0 ? 1.0 : boundary(1.0, nearest);
+    }
     const Box whole = bounds_of(cone_);
     Box part;
     for (int k = 0; k < 3; ++k) {
@@ -114,6 +122,7 @@ class RoundConeClip {
 
   const RoundCone& cone_;
   const Box& box_;
+  double rounding_;
 };
 
 /// The box of the part of a round cone in `box`; empty if there is none.

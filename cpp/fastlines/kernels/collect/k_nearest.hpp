@@ -59,7 +59,7 @@ struct KNearest {
 
 /// Records up to k hits per ray; the limit falls once there are k. With `has_repeats`, a hit may be reported again: it
 /// is then among the hits, or farther than all of them.
-template <At at_, bool has_repeats>
+template <At at_, bool has_repeats = false>
 struct KNearestCollector {
   static constexpr QueryTraits kTraits{.shrinks_limit = true};
   static constexpr At kAt = at_;
