@@ -9,9 +9,9 @@ from fastlines.cli.app import Group
 from fastlines.cli.files import SCENE, check_output, note, open_lines, show_progress
 from fastlines.cli.options import Effort
 from fastlines.errors import FastlinesError
+from fastlines.geometry import core_data
 from fastlines.immutable import own
 from fastlines.layout import Layout
-from fastlines.meshes import Geometry
 from fastlines.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, best_settings, method_settings
 from fastlines.report import page
 from fastlines.report.measure import describe_machine
@@ -28,12 +28,12 @@ __all__ = [
     "THESIS_METHODS",
     "Effort",
     "FastlinesError",
-    "Geometry",
     "Group",
     "Layout",
     "atomic_write",
     "best_settings",
     "check_output",
+    "core_data",
     "describe_machine",
     "did_you_mean",
     "format_3_digits",

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from fastlines import InputError, Tree, build, simd
-from fastlines.geometry import core_data
 
 from .harness import machine
 from .harness.clock import best_of
@@ -20,7 +19,7 @@ from .harness.rays import KINDS, RayBatch
 from .harness.subjects import Subject
 from .harness.tables import format_3_digits, new_table, print_table, wide_console
 from .harness.turns import query_tree
-from .package import num_threads, use_engine
+from .package import core_data, num_threads, use_engine
 
 #: The steps that are counted (kernels/cost/step_counters.hpp) and timed (benchmarks/cpp/step_timings.hpp).
 STEPS = {

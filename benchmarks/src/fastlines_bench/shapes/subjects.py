@@ -19,7 +19,7 @@ from ..harness.arrays import FloatArray, IntArray
 from ..harness.rays import RayBatch, camera_rays, rays_through, tiled_rays
 from ..harness.subjects import Subject, subjects_of, tapered
 from ..harness.turns import query_tree
-from ..package import Geometry, did_you_mean
+from ..package import did_you_mean
 from ..peers import embree, tuning
 from ..peers.embree import Build
 from .cubics import hair_curves
@@ -170,15 +170,9 @@ class _Hair(ShapeSubject):
     tolerance_of_radius = 0.1
 
     def build(self, preset: EnginePreset) -> Ours:
-        if not hasattr(fl, "Curves"):
-            raise InputError("this fastlines has no Curves; install one that has")
-        curves: Any = fl.Curves.from_bezier(self.control, radius=self.radii)
-        if isinstance(curves, Geometry):
-            tree = build(curves, preset.method, effort=preset.effort)
-            return Ours(tree, {OURS: _surface(tree, preset)})
-        tree = build(curves.pieces.lines, preset.method, effort=preset.effort)
-        note = "over the pieces of curves: this fastlines builds no tree over curves"
-        return Ours(tree, {OURS: _surface(tree, preset)}, curves.pieces.curve, note)
+        curves = fl.Curves.from_bezier(self.control, radius=self.radii)
+        tree = build(curves, preset.method, effort=preset.effort)
+        return Ours(tree, {OURS: _surface(tree, preset)})
 
     def scenes(self, n_threads: int) -> embree.Scenes:
         return embree.Scenes.of_shapes(np.concatenate([self.control, self.radii[..., None]], axis=2), n_threads)
