@@ -130,6 +130,15 @@ def parts_of(geometry: AnyGeometry) -> tuple[AnyGeometry, ...]:
     return geometry.parts if isinstance(geometry, Geometry) else (geometry,)
 
 
+def count_text(geometry: AnyGeometry) -> str:
+    """Return how many primitives of which kind there are, in words."""
+    kinds: dict[str, int] = {}
+    for part in parts_of(geometry):
+        kind = "segments" if type(part) is Lines else type(part).__name__.lower()
+        kinds[kind] = kinds.get(kind, 0) + len(part)
+    return ", ".join(f"{n:,} {kind}" for kind, n in kinds.items()) or "nothing"
+
+
 def needs_radius(geometry: AnyGeometry) -> bool:
     """Return whether a query needs a radius: some lines or curves have none of their own."""
     return any(isinstance(part, Lines | Curves) and part.radius is None for part in parts_of(geometry))

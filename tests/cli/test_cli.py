@@ -308,3 +308,23 @@ def test_a_folder_that_can_not_be_written_to(tree_file):
     os.mkdir("locked", 0o500)
     assert "locked" in refused("render", tree_file, "-r", 1, "-o", "locked/a.png")[1]
     assert "locked" in refused("demo", "-o", "locked/demo")[1]
+
+
+@pytest.mark.parametrize("kind", ["triangles", "curves", "both"])
+def test_commands_take_trees_over_other_shapes(kind: str, tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    triangles = fl.Triangles((rng.random((30, 1, 3)) + 0.1 * rng.normal(size=(30, 3, 3))).astype(np.float32))
+    curves = fl.Curves.from_bezier(rng.random((9, 4, 3)), 0.02)
+    geometry = {"triangles": triangles, "curves": curves, "both": fl.Geometry([triangles, curves])}[kind]
+    fl.build(geometry).save(tmp_path / "a.flt")
+    source = str(tmp_path / "a.flt")
+    told = done("info", source)
+    assert ("30" in told) == (kind != "curves")
+    facts = json.loads(done("info", source, "--json"))["shapes"]
+    assert facts.get("n_curves") == (9 if kind != "triangles" else None)
+    assert "valid" in done("validate", source)
+    done("render", source, "-o", str(tmp_path / "a.png"), "--width", "40", "--height", "40")
+    done("query", source, "--camera", "20x20", "--kind", "all", "-o", str(tmp_path / "hits.npz"))
+    with np.load(tmp_path / "hits.npz") as hits:
+        assert ("part" in hits) == (kind == "both")
+        assert len(hits["prim"]) > 0

@@ -16,6 +16,7 @@ from .. import scenes
 from ..atomic_write import atomic_write, check_target
 from ..camera import Camera, Vector
 from ..errors import InputError
+from ..geometry import AnyGeometry
 from ..io import FORMATS, read
 from ..lines import Lines
 from ..tree import Tree, load
@@ -26,30 +27,37 @@ SCENE = "scene:"
 
 @dataclass(frozen=True)
 class Source:
-    """Lines, with the tree or the scene that they came from."""
+    """Lines, or what else a tree is over, with the tree or the scene that they came from."""
 
     name: str
-    lines: Lines
+    geometry: AnyGeometry
     tree: Tree | None = None
     scene: scenes.Scene | None = None
+
+    @property
+    def lines(self) -> Lines:
+        """The lines, for what works with nothing else."""
+        if not isinstance(self.geometry, Lines):
+            raise InputError(f"{self.name}: expected lines; this tree is over {type(self.geometry).__name__}")
+        return self.geometry
 
     def camera(
         self, direction: Vector | None = None, up: Vector | None = None, fov: float | None = None, aspect: float = 1.0
     ) -> Camera:
-        """Return a camera that shows the lines: the given view, or the scene's, or else the default."""
+        """Return a camera that shows the geometry: the given view, or the scene's, or else the default."""
         from ..render import default_camera
 
         if self.scene is not None and direction is None:
             direction = tuple(self.scene.camera.axes()[2].tolist())
             up = up or self.scene.camera.up
         degrees = 30.0 if fov is None else fov
-        return default_camera(self.lines, direction=direction, up=up, fov_degrees=degrees, aspect=aspect)
+        return default_camera(self.geometry, direction=direction, up=up, fov_degrees=degrees, aspect=aspect)
 
 
 def open_lines(text: str, skip_invalid: bool = False) -> Source:
     """Read an input; refuse one without lines, which is most likely a mistake."""
     source = open_input(text, skip_invalid)
-    if len(source.lines) == 0:
+    if len(source.geometry) == 0:
         raise InputError(f"{text}: holds no segments; expected at least one ('fastlines info' shows what is in a file)")
     return source
 
@@ -64,7 +72,6 @@ def open_input(text: str, skip_invalid: bool = False) -> Source:
     path = Path(text)
     if path.suffix.lower() == TREE:
         tree = open_tree(text)
-        assert isinstance(tree.geometry, Lines)
         return Source(text, tree.geometry, tree)
     packed = path.suffix.lower() == ".gz"
     extension = Path(path.stem if packed else path.name).suffix.lower()

@@ -9,7 +9,9 @@ import numpy as np
 import typer
 
 from ..errors import FastlinesError
+from ..geometry import AnyGeometry, core_data, parts_of, points_of, up_of
 from ..lines import Lines
+from ..places import names
 from ..settings import limit_notes
 from .app import app
 from .options import Input, Json, Skip, TreeFile, bytes_text
@@ -31,7 +33,9 @@ def info(source: Input, as_json: Json = False, skip_invalid: Skip = False) -> No
     from .files import open_input
 
     opened = open_input(source, skip_invalid)
-    facts: dict[str, Any] = {"name": opened.name, "lines": describe(opened.lines)}
+    is_lines = isinstance(opened.geometry, Lines)
+    facts: dict[str, Any] = {"name": opened.name}
+    facts["lines" if is_lines else "shapes"] = describe(opened.geometry)
     if opened.tree is not None:
         checksums = "one for each section" if has_checksums(source) else "none (an older version wrote this file)"
         facts["tree"] = {**opened.tree.stats(), "checksums": checksums}
@@ -39,7 +43,7 @@ def info(source: Input, as_json: Json = False, skip_invalid: Skip = False) -> No
         typer.echo(json.dumps(facts, indent=2))
         return
     typer.echo(opened.name)
-    for part in ("lines", "tree"):
+    for part in ("lines", "shapes", "tree"):
         for key, value in facts.get(part, {}).items():
             name = key.removeprefix("n_").removesuffix("_bytes").replace("_", " ")
             typer.echo(f"{part:>7}  {name:<18} {_text(key, value)}")
@@ -75,8 +79,28 @@ def validate(tree_file: TreeFile, as_json: Json = False) -> None:
     )
 
 
-def describe(lines: Lines) -> dict[str, Any]:
-    """Return counts and sizes of lines, ready for JSON."""
+def describe(geometry: AnyGeometry) -> dict[str, Any]:
+    """Return counts and sizes of lines, or of what else a tree is over, ready for JSON."""
+    if isinstance(geometry, Lines):
+        return _describe_lines(geometry)
+    points, radii = points_of(geometry)
+    facts: dict[str, Any] = {f"n_{type(part).__name__.lower()}": 0 for part in parts_of(geometry)}
+    for part in parts_of(geometry):
+        facts[f"n_{type(part).__name__.lower()}"] += len(part)
+    some = len(points) > 0
+    bounds = np.stack([points.min(axis=0), points.max(axis=0)]) if some else None
+    return {
+        **facts,
+        "bounds": None if bounds is None else bounds.tolist(),
+        "size": None if bounds is None else (bounds[1] - bounds[0]).tolist(),
+        "radius": [float(radii.min()), float(radii.max())] if radii.any() else None,
+        "attributes": sorted({name for part in parts_of(geometry) for name in names(part)}),
+        "up": up_of(geometry),
+        "memory_bytes": core_data(geometry)[1].nbytes,
+    }
+
+
+def _describe_lines(lines: Lines) -> dict[str, Any]:
     ends = lines.segments
     lengths = np.sqrt((np.diff(ends.astype(np.float64), axis=1)[:, 0] ** 2).sum(axis=1))
     arrays = [values for name, values in lines.attributes.items() if name not in lines.end_attributes]

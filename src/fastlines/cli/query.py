@@ -13,7 +13,10 @@ import numpy.typing as npt
 import typer
 from typer import Option
 
+from ..curves import Curves
 from ..errors import InputError
+from ..geometry import AnyGeometry, parts_of
+from ..lines import Lines
 from .app import app
 from .options import Direction, Fov, Json, Radius, TreeFile, Up, refuse_given, size, vector
 
@@ -100,7 +103,7 @@ def query(
     if camera is not None:
         width, height = size(camera, "--camera")
         check_size(width, height)
-        view = Source(tree_file, tree.geometry, tree=tree).camera(  # type: ignore[arg-type]
+        view = Source(tree_file, tree.geometry, tree=tree).camera(
             vector(direction, "--direction"), vector(up, "--up"), fov, width / height
         )
         origins, directions = view.rays(width, height)
@@ -151,13 +154,16 @@ def read_rays(path: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     return np.asarray(loaded[:, :3]), np.asarray(loaded[:, 3:])
 
 
-def _arrays(kind: str, answer: Any, lines: Any) -> dict[str, Any]:
+def _arrays(kind: str, answer: Any, geometry: AnyGeometry) -> dict[str, Any]:
     """Return the arrays of an answer by their names in the file."""
     if kind in ("any", "count"):
         return {"hit" if kind == "any" else "count": answer}
     names = ["t", "prim", "u", "distance"]
     names += ["offsets"] * (kind in LISTS) + ["t_out"] * (answer.t_out is not None)
-    names += ["row"] * (len(lines.skipped) > 0) + ["strand"] * (lines.n_strands > 0)
+    parts = [part for part in parts_of(geometry) if isinstance(part, Lines | Curves)]
+    names += ["part"] * (answer.part is not None)
+    names += ["row"] * any(len(part.skipped) > 0 for part in parts)
+    names += ["strand"] * any(part.n_strands > 0 for part in parts)
     return {name: getattr(answer, name) for name in names}
 
 

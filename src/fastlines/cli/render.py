@@ -54,6 +54,8 @@ def render(
 
     [cyan]fastlines render hair.flt --radius 0.0005 --levels 6 -o levels.png[/]
     """
+    from ..geometry import count_text, parts_of
+    from ..places import names
     from ..queries import require_radius
     from ..render import check_image_path, depth_image, depth_picture, level_sheet, write_depth, write_picture
     from ..render.depth import check_size
@@ -77,11 +79,11 @@ def render(
     opened = open_lines(source, skip_invalid)
     if opened.tree is not None:
         refuse_given({"--method": method}, f"{source} is a tree already; 'fastlines build' makes another")
-    require_radius(opened.lines, radius)
+    require_radius(opened.geometry, radius)
     radius = radius or 0.0
     camera = opened.camera(look, upwards, fov, 1.0 if levels else width / height)
     progress = show_progress()
-    tree = opened.tree or fl.build(opened.lines, method or DEFAULT_METHOD, progress=progress)
+    tree = opened.tree or fl.build(opened.geometry, method or DEFAULT_METHOD, progress=progress)
     if levels:
         write_picture(output, level_sheet(tree, camera, radius, levels, progress=progress))
     elif extension == ".png":
@@ -90,5 +92,6 @@ def render(
         write_depth(output, depth_image(tree, camera, width, height, radius, progress))
         hint_at_radius(tree, *camera.rays(*small(width, height)), radius)
     what = f"{levels} levels" if levels else f"{width} × {height} pixels"
-    own = "" if opened.lines.radius is None else ", and their own"
-    typer.echo(f"{output}: {what}, {len(opened.lines):,} segments, radius {radius:g}{own}")
+    is_thick = any("radius" in names(part) for part in parts_of(opened.geometry))
+    own = ", and their own" if is_thick else ""
+    typer.echo(f"{output}: {what}, {count_text(opened.geometry)}, radius {radius:g}{own}")
