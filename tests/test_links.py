@@ -51,5 +51,5 @@ def test_links_lead_somewhere(page: Path) -> None:
 
 
 def test_links_are_found() -> None:
-    assert {"docs/guide.md#large-coordinates", "cpp/examples/first_hit.cpp"} <= set(links(ROOT / "README.md"))
+    assert {"docs/guide.md#large-coordinates", "examples/first_hit.cpp"} <= set(links(ROOT / "README.md"))
     assert "theorem-5-pruning" in anchors(ROOT / "docs/theory.md")

@@ -38,7 +38,7 @@ class _OfGeometry(HitGeometry):
         """
         row = self.prim.copy()
         for of, here in self._parts():
-            if isinstance(of, Lines):
+            if isinstance(of, Lines | Curves):
                 # Count the skipped rows before each segment: those whose position among the kept rows is at or before
                 # its own.
                 before = np.searchsorted(of.skipped - np.arange(len(of.skipped)), self.prim[here], side="right")

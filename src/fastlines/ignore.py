@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .arrays import IntArray, to_integers
 from .curves import Curves
 from .errors import InputError
-from .geometry import AnyGeometry, Geometry, parts_of
+from .geometry import AnyGeometry, parts_of
 from .lines import Lines
 
 
@@ -46,12 +46,14 @@ def ignored_of(geometry: AnyGeometry, shape: tuple[int, ...], ignore: Any, ignor
     """Check the arguments `ignore` and `ignore_strands` for rays of some shape."""
     found = []
     if ignore is not None:
-        numbers = _numbers(geometry, "ignore", ignore, shape)
+        numbers = _numbers("ignore", ignore, shape)
         _check_range("ignore", numbers, sum(map(len, parts_of(geometry))), "primitives")
         found.append(Ignored(numbers))
     if ignore_strands is not None:
         of_prim = _strand_of_prims(geometry)
-        numbers = _numbers(geometry, "ignore_strands", ignore_strands, shape)
+        numbers = _numbers("ignore_strands", ignore_strands, shape)
+        if not _is_hits(ignore_strands):
+            _check_range("ignore_strands", numbers, int(of_prim.max(initial=-1)) + 1, "strands")
         if _is_hits(ignore_strands):
             numbers = np.where(numbers < 0, -1, of_prim[numbers] if len(of_prim) else -1)
         found.append(Ignored(numbers, of_prim))
@@ -62,15 +64,16 @@ def _is_hits(given: Any) -> bool:
     return hasattr(given, "prim") and hasattr(given, "part")
 
 
-def _numbers(geometry: AnyGeometry, name: str, given: Any, shape: tuple[int, ...]) -> IntArray:
+def _numbers(name: str, given: Any, shape: tuple[int, ...]) -> IntArray:
     """Return what was given as (k,), or as (n_rays, m) if it is per ray."""
     if _is_hits(given):
         if given.prim.shape != shape:
-            raise InputError(f"{name} are hits of shape {given.prim.shape}; expected one for each of the rays {shape}")
+            raise InputError(
+                f"{name} are hits of shape {given.prim.shape}; expected first hits, one for each of the rays {shape}; "
+                "for some of them pass hits.numbers[…]"
+            )
         return np.asarray(given.numbers.reshape(-1, 1))
     numbers = to_integers(given, name)
-    if isinstance(geometry, Geometry):
-        raise InputError(f"{name} are numbers, which do not say which part they count in; pass the hits to leave out")
     if numbers.ndim == 0:
         numbers = numbers.reshape(1)
     if numbers.ndim == 1:

@@ -135,11 +135,10 @@ class BinnedPlanes(SplitSet):
 
     def for_any_primitive(self, boxes: BoxRule) -> tuple[SplitSet, ...]:
         """See `SplitSet`."""
-        grid = PlaneGrid(self.n_planes, max_refs=self.max_refs, min_overlap=self.min_overlap)
         if boxes == "cut" or self.uncut_refs == 0:
-            return (grid,)
-        n_refs = min(self.uncut_refs, self.max_refs or self.uncut_refs)
-        return grid, ObjectSweep(max_refs=n_refs, min_overlap=self.min_overlap)
+            return (PlaneGrid(self.n_planes, max_refs=self.max_refs, min_overlap=self.min_overlap),)
+        # Clipping takes long for other shapes, and does not make the tree cheaper.
+        return (ObjectSweep(max_refs=self.max_refs, min_overlap=self.min_overlap),)
 
 
 @dataclass(frozen=True)

@@ -69,7 +69,8 @@ class Tree(TreeData):
             one for each. `Camera.spread` is that of half a pixel. Needs ``at="closest"``.
         ignore, ignore_strands : int array or hits, optional
             Primitives and strands to leave out, as if they were not there: (k,) for all rays, or (…, m) with m numbers
-            for each ray, of which -1 is none. Hits of the shape of the rays stand for what each of them has hit.
+            for each ray, of which -1 is none. First hits of the shape of the rays stand for what each of them has hit.
+            In a `Geometry`, primitives have their ``hits.numbers``, and strands count on from part to part.
         t_min, t_max : number or (…) array
             Bounds on t: one for all rays or one for each.
         at : {"closest", "surface"}
@@ -341,7 +342,8 @@ class Tree(TreeData):
         Raises
         ------
         InputError
-            If the tree is not over lines, or the path is a device, a pipe or a socket, or has the extension of lines.
+            If the tree is over a class of your own, or the path is a device, a pipe or a socket, or has the extension
+            of lines.
         OSError
             If the path is a folder, or cannot be written.
         """

@@ -199,13 +199,6 @@ def test_what_is_ignored_is_as_if_it_were_not_there(kind: str, query: str) -> No
     kept = np.setdiff1d(np.arange(n), dropped)
     tree, without = fl.build(make(np.arange(n))), fl.build(make(kept))
     expected = getattr(without, query)(**rays, **more)
-    ignore = dropped if kind != "geometry" else tree.first_hit(origins[:1], [0, 0, 1], 9.0)
-    if kind == "geometry":
-        with pytest.raises(fl.InputError, match="do not say which part"):
-            getattr(tree, query)(**rays, **more, ignore=dropped)
-        with pytest.raises(fl.InputError, match="are hits of shape"):
-            getattr(tree, query)(**rays, **more, ignore=ignore)
-        return
     for per_ray in (dropped, np.broadcast_to(dropped, (80, 25))):
         got = getattr(tree, query)(**rays, **more, ignore=per_ray)
         if isinstance(got, np.ndarray):
@@ -233,9 +226,28 @@ def test_rays_ignore_what_they_have_hit() -> None:
     assert lines.all_hits(*ray, ignore_strands=[0]).prim.tolist() == [2]
     assert lines.all_hits(*ray, ignore=0).prim.tolist() == [1, 2]
     assert lines.any_hit(*ray, ignore=[[0, 1, 2]]).tolist() == [False]
-    for wrong, words in ((3, "names 3; there are 3 primitives"), ([[0], [1]], "has shape"), ([0.5], "whole numbers")):
+    for wrong, words in (
+        (3, "names 3; there are 3 primitives"),
+        (lines.all_hits(*ray), "expected first hits"),
+        ([[0], [1]], "has shape"),
+        ([0.5], "whole numbers"),
+    ):
         with pytest.raises(fl.InputError, match=words):
             lines.any_hit(*ray, ignore=wrong)
+    with pytest.raises(fl.InputError, match="ignore_strands names 2; there are 2 strands"):
+        lines.any_hit(*ray, ignore_strands=[2])
+    some = first.numbers[:2, None]
+    again = tree.first_hit(origins[:2], DOWN, ignore=some)
+    assert (again.numbers == second.numbers[:2]).all()
+
+
+def test_rows_of_curves_count_what_was_skipped() -> None:
+    control = np.zeros((3, 4, 3)) + np.arange(3)[:, None, None] + np.linspace(0, 0.5, 4)[:, None] * [1, 0, 0]
+    control[0, 0, 0] = np.nan
+    curves = fl.Curves.from_bezier(control, 0.1, invalid="skip")
+    hits = fl.build(curves).first_hit([[1.25, 1, 9], [2.25, 2, 9], [9, 9, 9]], DOWN)
+    assert hits.prim.tolist() == [0, 1, -1]
+    assert hits.row.tolist() == [1, 2, -1]
 
 
 class Wrong:

@@ -1,6 +1,6 @@
 // The example of the thesis (§5.4.3): one segment and one ray; a BVH and a KD tree both report the hit.
 //
-//     g++ -std=c++20 -O2 -ffp-contract=off -I cpp cpp/examples/first_hit.cpp -o first_hit && ./first_hit
+//     g++ -std=c++20 -O2 -ffp-contract=off -I cpp examples/first_hit.cpp -o first_hit && ./first_hit
 #include <cstdio>
 
 #include "fastlines/fastlines.hpp"
