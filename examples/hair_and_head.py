@@ -67,7 +67,7 @@ def main(path: str = "head.png", size: str = "600", n_strands: str = "12000") ->
         hit = hits.hit
         normals, tangents = hits.normals()[hit], hits.tangents()[hit]
         points = hits.points(outside=True)[hit]
-        lit = ~tree.any_hit(points, light, ignore=hits.numbers[hit, None])
+        lit = ~tree.any_hit(points, light, ignore=hits.prim_number[hit, None])
         # Diffuse and specular light on surfaces; on hair, that of a thin cylinder (Kajiya and Kay 1989).
         half = light - directions[hit] / np.linalg.norm(directions[hit], axis=1)[:, None]
         half /= np.linalg.norm(half, axis=1)[:, None]

@@ -145,7 +145,7 @@ class HitGeometry:
         return filled
 
     @property
-    def numbers(self) -> IntArray:
+    def prim_number(self) -> IntArray:
         """The primitive of each hit, counted over all parts of the geometry; -1 for a miss."""
         raise NotImplementedError
 
@@ -157,7 +157,7 @@ class HitGeometry:
         t, t_min, t_max = self.t[hit], rays.scalar(rays.t_min, row), rays.scalar(rays.t_max, row)
         inside = (t != t_min) & (t != t_max)
         return geometry, places.Places(
-            self.numbers[hit],
+            self.prim_number[hit],
             self.u[hit].astype(np.float64),
             t.astype(np.float64),
             rays.origins[row].astype(np.float64),

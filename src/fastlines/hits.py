@@ -63,7 +63,7 @@ class _OfGeometry(HitGeometry):
             yield of, (self.prim >= 0 if self.part is None else self.part == i)
 
     @property
-    def numbers(self) -> IntArray:
+    def prim_number(self) -> IntArray:
         """The primitive of each hit, counted over all parts of a `Geometry`; -1 for a miss. Else it is `prim`."""
         geometry = self._known()
         if self.part is None or not isinstance(geometry, Geometry):

@@ -70,9 +70,9 @@ def _numbers(name: str, given: Any, shape: tuple[int, ...]) -> IntArray:
         if given.prim.shape != shape:
             raise InputError(
                 f"{name} are hits of shape {given.prim.shape}; expected first hits, one for each of the rays {shape}; "
-                "for some of them pass hits.numbers[…]"
+                "for some of them pass hits.prim_number[…]"
             )
-        return np.asarray(given.numbers.reshape(-1, 1))
+        return np.asarray(given.prim_number.reshape(-1, 1))
     numbers = to_integers(given, name)
     if numbers.ndim == 0:
         numbers = numbers.reshape(1)

@@ -70,7 +70,7 @@ class Tree(TreeData):
         ignore, ignore_strands : int array or hits, optional
             Primitives and strands to leave out, as if they were not there: (k,) for all rays, or (…, m) with m numbers
             for each ray, of which -1 is none. First hits of the shape of the rays stand for what each of them has hit.
-            In a `Geometry`, primitives have their ``hits.numbers``, and strands count on from part to part.
+            In a `Geometry`, primitives have their ``hits.prim_number``, and strands count on from part to part.
         t_min, t_max : number or (…) array
             Bounds on t: one for all rays or one for each.
         at : {"closest", "surface"}

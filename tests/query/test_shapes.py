@@ -98,7 +98,7 @@ def test_hits_say_which_part_and_which_primitive() -> None:
     assert hits.prim.tolist() == [0, 1, 1, 0, -1]
     assert hits.row.tolist() == hits.prim.tolist()
     assert hits.strand.tolist() == [-1, 0, -1, -1, -1]
-    assert hits.numbers.tolist() == [4, 3, 1, 5, -1]
+    assert hits.prim_number.tolist() == [4, 3, 1, 5, -1]
     np.testing.assert_allclose(hits.points()[:4, 2], [3.25, 1 + 0.18 / np.sqrt(0.96), 0, 1], atol=0.01)
     np.testing.assert_allclose(hits.normals()[[0, 2, 3]], [[0, 0, 1]] * 3, atol=1e-6)
     tangents = hits.tangents()
@@ -236,9 +236,9 @@ def test_rays_ignore_what_they_have_hit() -> None:
             lines.any_hit(*ray, ignore=wrong)
     with pytest.raises(fl.InputError, match="ignore_strands names 2; there are 2 strands"):
         lines.any_hit(*ray, ignore_strands=[2])
-    some = first.numbers[:2, None]
+    some = first.prim_number[:2, None]
     again = tree.first_hit(origins[:2], DOWN, ignore=some)
-    assert (again.numbers == second.numbers[:2]).all()
+    assert (again.prim_number == second.prim_number[:2]).all()
 
 
 def test_rows_of_curves_count_what_was_skipped() -> None:
