@@ -34,6 +34,15 @@ def test_an_example_makes_a_picture(name: str, size: tuple[str, str], tmp_path: 
     assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 100
 
 
+def test_taper_draws_near_and_far(tmp_path: Path) -> None:
+    load("taper").main(str(tmp_path / "a.png"), 120, 300)
+    picture = np.asarray(Image.open(tmp_path / "a.png")).astype(float)
+    assert picture.shape == (60, 240, 3)
+    # With a spread, neighbouring pixels of the far blades differ less.
+    without, with_spread = (np.abs(np.diff(half[:25], axis=1)).mean() for half in (picture[:, :120], picture[:, 120:]))
+    assert with_spread < 0.7 * without
+
+
 def test_tori_are_hit_where_they_are() -> None:
     torus, rng = load("torus"), np.random.default_rng(3)
     tori = torus.Tori(
