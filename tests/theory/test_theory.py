@@ -67,11 +67,15 @@ def a_setting(draw) -> Setting:
     seed, name = draw(st.integers(0, 999)), draw(st.sampled_from(SCENE_NAMES))
     rng = np.random.default_rng(seed)
     n = draw(st.integers(1, 7))
-    kind = draw(st.sampled_from(["segments", "balls", "blocks"]))
+    kind = draw(st.sampled_from(["segments", "balls", "blocks", "cones"]))
     if kind == "balls":
         prims = [Ball(i, tuple(rng.uniform(-1, 1, 3).tolist()), rng.uniform(0, 0.7)) for i in range(n)]
     elif kind == "blocks":
         prims = [th.Block(i, a_box(ends)) for i, ends in enumerate(scene(name, seed, n).tolist())]
+    elif kind == "cones":
+        n = min(n, 4)  # slow to clip
+        ends = scene(name, seed, n)
+        prims = th.cones(ends, rng.choice([0, 0.1, 1], (n, 2)) * rng.random((n, 2)) * np.ptp(ends))
     else:
         prims = th.segments(scene(name, seed, n))
     rule = draw(st.sampled_from([th.tight, th.cut]))

@@ -6,7 +6,7 @@ stores as float32 are rounded to float32 here too (`f32`). The limits `max_refs`
 ======================  =====================================================================================
 thesis                  here
 ======================  =====================================================================================
-§3.1 primitive          `Primitive`: anything with an id, `bounds` and `clip`; `Segment`, `Block`, or your own
+§3.1 primitive          `Primitive`: anything with an id, `bounds` and `clip`; `Segment`, `Block`, `Cone`, your own
 §3.1 box, SA, AABB      `Box`, `Box.area`, `hull`
 §3.2 acceleration tree  `Node`; axioms 1 to 5, BVH and KD axiom, and Theorem 4: `check`
 §3.3 cost f₀ and g      `f`, `g`; Theorem 1: f = g; Theorem 3: neither reads the primitives of an inner node
@@ -30,6 +30,7 @@ The diagonals of a cube in a KD tree, whose planes cut boxes in the middle. SAH 
 """
 
 from .builder import Best, best_split, build, prune
+from .cone import Cone, cones
 from .node import Node, chance, check, covered, f, g, laws
 from .primitive import Block, Box, Point, Primitive, Prims, Segment, f32, hull, put, segments
 from .splits import (
@@ -55,6 +56,7 @@ __all__ = [
     "Block",
     "Box",
     "BoxRule",
+    "Cone",
     "Node",
     "Point",
     "Primitive",
@@ -69,6 +71,7 @@ __all__ = [
     "by_centre",
     "chance",
     "check",
+    "cones",
     "covered",
     "cut",
     "divide",
