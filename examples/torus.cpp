@@ -226,7 +226,7 @@ int main() {
     run_batch(view, rays, kernel, FirstHitQuery<Tori, At::surface>{view, found.columns()}, 1, progress);
     n_equal += found == expected;
   }
-  std::printf("%d of %d rays hit one of %d tori; %d kernels agree with brute force\n", int(n_hits), side * side,
+  std::printf("%d of %d rays hit one of %d tori, and %d kernels agree with brute force\n", int(n_hits), side * side,
               int(data.size()), n_equal);
   return n_equal == 4 && n_hits > 0 ? 0 : 1;
 }

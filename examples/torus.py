@@ -64,21 +64,16 @@ def bisect(holds: Any, low: Any, high: Any) -> Any:
     return high
 
 
-def main(path: str = "torus.png", size: str = "600", n: str = "1000") -> None:
-    """Write a picture of n tori that is size pixels wide and high."""
+def main(path: str = "torus.png", width: int = 600, n: int = 1000) -> None:
+    """Write a picture of n tori, width pixels wide and high."""
     rng = np.random.default_rng(1)
-    centre, axis, ring = (
-        rng.uniform(-4, 4, (int(n), 3)),
-        unit(rng.normal(size=(int(n), 3))),
-        rng.uniform(0.2, 0.7, int(n)),
-    )
-    tree = fl.build(Tori(centre, axis, ring, tube=ring * rng.uniform(0.1, 0.4, int(n))))
-    camera = fl.Camera.framing(tree.geometry, direction=(-1, -0.6, -2))
-    hits = tree.first_hit(*camera.rays(int(size), int(size)))
+    centre, axis, ring = rng.uniform(-4, 4, (n, 3)), unit(rng.normal(size=(n, 3))), rng.uniform(0.2, 0.7, n)
+    tree = fl.build(Tori(centre, axis, ring, tube=ring * rng.uniform(0.1, 0.4, n)))
+    hits = tree.first_hit(*fl.Camera.framing(tree.geometry, direction=(-1, -0.6, -2)).rays(width, width))
     colours = np.where(hits.hit[:, None], 0.5 + 0.5 * hits.normals(), 1)
-    Image.fromarray(np.uint8(255 * colours).reshape(int(size), int(size), 3)).save(path)
-    print(f"{path}: {hits.hit.mean():.0%} of {hits.hit.size:,} rays hit one of {n} tori")
+    Image.fromarray(np.uint8(255 * colours).reshape(width, width, 3)).save(path)
+    print(f"{path}: {hits.hit.mean():.0%} of {hits.hit.size:,} rays hit one of {n:,} tori")
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    main(*sys.argv[1:2], *map(int, sys.argv[2:]))

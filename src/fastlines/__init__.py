@@ -14,7 +14,7 @@ from .backend import available_simd, set_simd, simd
 from .builder import build
 from .camera import Camera
 from .curves import Curves
-from .custom import Primitives
+from .custom import Primitives, Rays
 from .errors import (
     FastlinesError,
     FileFormatError,
@@ -70,6 +70,7 @@ __all__ = [
     "PrecisionWarning",
     "Presplit",
     "Primitives",
+    "Rays",
     "RebuildPolicy",
     "Settings",
     "Spheres",
