@@ -29,7 +29,7 @@ Span: TypeAlias = tuple[float, float, list[Linear]]
 
 
 class Cone(NamedTuple):
-    """What of a round cone lies in `box`, the smallest box around it.
+    """What of a round cone lies in `part`, the smallest box around it.
 
     A part of a part is computed from the whole cone, in float64. A box that cuts nothing off leaves every bit as it is.
     """
@@ -38,23 +38,23 @@ class Cone(NamedTuple):
     p: Point
     q: Point
     radii: tuple[float, float]
-    box: Box
+    part: Box
 
     def bounds(self) -> Box:
         """Return the box."""
-        return self.box
+        return self.part
 
     def clip(self, box: Box) -> Cone | None:
         """Return what of it lies in another box, too; None if nothing does."""
-        both = Block(self.id, self.box).clip(box)
-        if both is None or both.box == self.box:
+        both = Block(self.id, self.part).clip(box)
+        if both is None or both.box == self.part:
             return both and self
         spans = [*self._spans(both.box)]
         if not spans:
             return None
         lo = tuple(-max(self._reaches(both.box, axis, -1, spans)) for axis in range(3))
         hi = tuple(max(self._reaches(both.box, axis, 1, spans)) for axis in range(3))
-        return self._replace(box=Box(lo, hi))
+        return self._replace(part=Box(lo, hi))
 
     def _spans(self, box: Box) -> Iterator[Span]:
         """Yield the intervals of s in which balls meet a box."""
