@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -67,7 +68,7 @@ def _is_hits(given: Any) -> bool:
 def _numbers(name: str, given: Any, shape: tuple[int, ...]) -> IntArray:
     """Return what was given as (k,), or as (n_rays, m) if it is per ray."""
     if _is_hits(given):
-        if given.prim.shape != shape:
+        if given.prim.shape != shape or hasattr(given, "offsets"):
             raise InputError(
                 f"{name} are hits of shape {given.prim.shape}; expected first hits, one for each of the rays {shape}; "
                 "for some of them pass hits.prim_number[…]"
@@ -83,7 +84,7 @@ def _numbers(name: str, given: Any, shape: tuple[int, ...]) -> IntArray:
         raise InputError(
             f"{name} has shape {numbers.shape}; expected (k,) for all rays, or {expected} with m numbers for each ray"
         )
-    return numbers.reshape(-1, numbers.shape[-1])
+    return numbers.reshape(math.prod(shape), numbers.shape[-1])
 
 
 def _check_range(name: str, numbers: IntArray, n: int, what: str) -> None:

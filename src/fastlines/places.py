@@ -146,13 +146,25 @@ def sample(geometry: AnyGeometry, name: str, hits: Places) -> npt.NDArray[Any]:
         for i, rows in _rows_of(part)
         if name in names(geometry.parts[i])
     ]
-    shapes = {values.shape[1:] for _, values in asked}
+    shapes = {_row_shape(part, name) for part in geometry.parts if name in names(part)}
     if len(shapes) > 1:
         raise InputError(f"{name!r} has different shapes in the parts, {', '.join(map(str, sorted(shapes)))}")
-    found = np.full((len(part), *(shapes.pop() if shapes else ())), np.nan)
+    found = np.full((len(part), *shapes.pop()), np.nan)
     for rows, values in asked:
         found[rows] = values
     return found
+
+
+def _row_shape(part: AnyGeometry, name: str) -> tuple[int, ...]:
+    """Return the shape of one value of an attribute."""
+    if isinstance(part, Triangles | Boxes):
+        at_places: Mapping[str, npt.NDArray[Any]] = part.corner_attributes
+    else:
+        assert isinstance(part, Lines | Curves)
+        at_places = part.end_attributes
+        if name == "radius" and name not in at_places and part.radius is not None:
+            return ()
+    return at_places[name].shape[2:] if name in at_places else part.attributes[name].shape[1:]
 
 
 def names(geometry: AnyGeometry) -> Mapping[str, None]:

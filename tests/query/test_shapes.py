@@ -88,6 +88,19 @@ def test_boxes_are_solid() -> None:
     assert hits.sample("id").tolist() == [5, 5, 5]
 
 
+@pytest.mark.parametrize("far", [[[1, 1, 1], [1, 1, 1]], [[5, 5, 5], [6, 6, 6]]])
+def test_a_box_holds_its_faces(far: Any) -> None:
+    """A ray in the plane of a face is inside, whatever else is in the scene."""
+    tree = fl.build(fl.Boxes([[[0, 0, 0], [1, 1, 1]], far]))
+    hits = tree.first_hit([[0, 0.5, -5], [1, 0.5, -5], [0, 0, -5]], [0, 0, 1], at="surface")
+    assert hits.prim.tolist() == [0, 0, 0]
+    assert hits.t_out is not None
+    np.testing.assert_allclose(hits.t, 5, rtol=1e-6)
+    np.testing.assert_allclose(hits.t_out, 6, rtol=1e-6)
+    plates = fl.build(fl.Boxes([[[0, 0, 0], [1, 0, 1]], [[0, 0, 4], [1, 0, 5]]]))
+    assert plates.all_hits([0.5, 0, -5], [0, 0, 1]).prim.tolist() == [0, 1]
+
+
 def test_hits_say_which_part_and_which_primitive() -> None:
     geometry = scene()
     tree = fl.build(geometry)
@@ -110,6 +123,7 @@ def test_hits_say_which_part_and_which_primitive() -> None:
     assert hits.sample("radius")[0] == 0.25
     with pytest.raises(fl.InputError, match="no attribute of any part"):
         hits.sample("colour")
+    assert tree.first_hit([[9, 9, 9]], DOWN, at="surface").sample("uv").shape == (1, 2)
     everything = tree.all_hits(origins, DOWN, at="surface")
     assert everything.part is not None
     assert everything.part[everything.of(0)].tolist() == [2, 1, 1, 0, 0]
@@ -234,6 +248,11 @@ def test_rays_ignore_what_they_have_hit() -> None:
     ):
         with pytest.raises(fl.InputError, match=words):
             lines.any_hit(*ray, ignore=wrong)
+    both = lines.all_hits([[0.5, 0, 5], [9, 9, 9], [9, 9, 9]], DOWN, 0.6)
+    assert len(both) == 3
+    with pytest.raises(fl.InputError, match="expected first hits"):
+        lines.any_hit([[0.5, 0, 5], [9, 9, 9], [9, 9, 9]], DOWN, 0.6, ignore=both)
+    assert lines.first_hit(*ray, ignore=[[]]).prim.tolist() == [0]
     with pytest.raises(fl.InputError, match="ignore_strands names 2; there are 2 strands"):
         lines.any_hit(*ray, ignore_strands=[2])
     some = first.prim_number[:2, None]
