@@ -69,7 +69,16 @@ def points(geometry: AnyGeometry, hits: Places) -> Float64Array:
         return _of_parts(geometry, hits, points)
     if isinstance(geometry, Curves):
         return points(geometry.pieces.lines, _on_pieces(geometry, hits))
-    return _on_axes(geometry, hits)[0] if isinstance(geometry, Lines) else hits.on_rays()
+    if isinstance(geometry, Lines):
+        return _on_axes(geometry, hits)[0]
+    if isinstance(geometry, Custom):
+        return hits.on_rays()
+    t = (
+        _cross_triangles(geometry, hits)
+        if isinstance(geometry, Triangles)
+        else _enter_boxes(geometry, hits).max(axis=1)
+    )
+    return hits._replace(t=np.where(hits.enters & np.isfinite(t), t, hits.t)).on_rays()
 
 
 def outwards(geometry: AnyGeometry, hits: Places) -> Float64Array:
@@ -91,13 +100,10 @@ def outwards(geometry: AnyGeometry, hits: Places) -> Float64Array:
         away = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         away[(away * hits.directions).sum(axis=1) > 0] *= -1
     else:
-        low, high = np.moveaxis(geometry.corners[hits.prim].astype(np.float64), 1, 0)
-        # The face that is nearest, as a fraction of the box.
-        at, side = hits.on_rays(), np.where(high > low, high - low, 1)
-        beyond = np.stack([at - low, high - at]) / side
-        away = np.zeros((len(at), 3))
-        face = np.moveaxis(np.abs(beyond), 1, 0).reshape(len(at), 6).argmin(axis=1)
-        away[np.arange(len(at)), face % 3] = np.where(face < 3, -1.0, 1.0)
+        # The face through which the ray comes in last.
+        rows, axis = np.arange(len(hits.prim)), _enter_boxes(geometry, hits).argmax(axis=1)
+        away = np.zeros((len(rows), 3))
+        away[rows, axis] = -np.sign(hits.directions[rows, axis])
     centred = ~away.any(axis=1)
     away[centred] = -hits.directions[centred]
     return unit(away)
@@ -206,6 +212,28 @@ def _numbers(name: str, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
             f"{name!r} holds {values.dtype}, expected numbers; index the attribute with hits.prim[hits.hit]"
         )
     return values
+
+
+def _cross_triangles(triangles: Triangles, hits: Places) -> Float64Array:
+    """Return the t at which rays cross the planes of triangles; not finite where they are parallel."""
+    corners = triangles.corners[hits.prim].astype(np.float64)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        above, facing = ((normal * x).sum(axis=1) for x in (corners[:, 0] - hits.origins, hits.directions))
+        t = above / facing
+    # Where a triangle is seen edge-on, its plane says little.
+    length = np.sqrt((normal**2).sum(axis=1) * (hits.directions**2).sum(axis=1))
+    return np.where(np.abs(facing) > 1e-3 * length, t, np.nan)
+
+
+def _enter_boxes(boxes: Boxes, hits: Places) -> Float64Array:
+    """Return the t at which rays come in between each pair of planes of boxes, (n, 3); −inf where they are parallel."""
+    low, high = np.moveaxis(boxes.corners[hits.prim].astype(np.float64), 1, 0)
+    plane = np.where(hits.directions > 0, low, high)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = (plane - hits.origins) / hits.directions
+    parallel = np.abs(hits.directions) < 1e-6 * np.sqrt((hits.directions**2).sum(axis=1, keepdims=True))
+    return np.where(parallel, -np.inf, t)
 
 
 def _on_pieces(curves: Curves, hits: Places) -> Places:

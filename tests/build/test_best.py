@@ -248,13 +248,12 @@ def test_a_build_side_by_side_can_be_stopped() -> None:
         fl.build(lines, cost=COST, effort=1, progress=stop)
 
 
-def test_other_primitives_are_counted_exactly() -> None:
+def test_other_primitives_take_object_splits() -> None:
     ends = named_scene("random", 80)
     for geometry in (triangles_on(ends), boxes_of(ends)):
         tree = fl.build(geometry, cost=fl.Cost(0.5))
         tree.validate()
-        grid = (fl.PlaneGrid(32), fl.ObjectSweep(max_refs=16))
-        by_hand = fl.build(geometry, splits=grid, bad_levels=3, cost=fl.Cost(0.5))
+        by_hand = fl.build(geometry, splits=fl.ObjectSweep(), bad_levels=3, cost=fl.Cost(0.5))
         assert same(tree, by_hand)
 
 

@@ -16,7 +16,7 @@ from fastlines.backend import KERNELS
 from fastlines.queries import QUERIES, QueryName
 
 #: How many seeds there are for each kind of primitive; all but the first are slow.
-N_SEEDS = {"segments": 6, "round cones": 3, "triangles": 2, "a mixture": 2}
+N_SEEDS = {"segments": 4, "round cones": 2, "a mixture": 2}
 N_THREADS = (1, 3)
 #: Queries, and their arguments.
 QUESTIONS: list[tuple[QueryName, dict[str, Any]]] = [

@@ -88,6 +88,21 @@ def test_boxes_are_solid() -> None:
     assert hits.sample("id").tolist() == [5, 5, 5]
 
 
+@pytest.mark.parametrize("kind", ["plate", "square"])
+def test_points_and_normals_are_those_of_float64(kind: str) -> None:
+    """Rays that come from a thousand times the size of what they hit."""
+    rng = np.random.default_rng(0)
+    shapes = {"plate": fl.Boxes([[[0, 0, -1e-3], [1, 1, 0]]]), "square": mesh()}
+    tree = fl.build(shapes[kind])
+    target = np.column_stack([rng.uniform(0.1, 0.9, (2000, 2)), np.zeros(2000)])
+    origins = (target + np.array([3.0, 2.0, 1000.0])).astype(np.float32)
+    hits = tree.first_hit(origins, (target - origins).astype(np.float32) / 1000, at="surface")
+    assert hits.hit.all()
+    assert (hits.normals() == [0, 0, 1]).all()
+    assert np.abs(hits.points()[:, 2]).max() < 1e-9
+    assert not tree.any_hit(hits.points(outside=True), [0, 0, 1]).any()
+
+
 @pytest.mark.parametrize("far", [[[1, 1, 1], [1, 1, 1]], [[5, 5, 5], [6, 6, 6]]])
 def test_a_box_holds_its_faces(far: Any) -> None:
     """A ray in the plane of a face is inside, whatever else is in the scene."""
