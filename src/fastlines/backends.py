@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from .backend import Backend
 from .curve_backend import CurveBackend, has_curves
+from .curves import Curves
 from .custom import Custom
 from .custom_backend import CustomBackend
-from .geometry import AnyGeometry
+from .geometry import AnyGeometry, Geometry
 from .ignore_backend import IgnoringBackend
 from .rays import RayBatch
 
@@ -18,5 +19,8 @@ def backend_of(geometry: AnyGeometry, core: Backend | None, rays: RayBatch) -> B
         found = CustomBackend(geometry, core)
     else:
         assert core is not None
-        found = CurveBackend(core, geometry) if has_curves(geometry) else core
+        found = core
+        if has_curves(geometry):
+            assert isinstance(geometry, Curves | Geometry)
+            found = CurveBackend(core, geometry)
     return IgnoringBackend(found) if rays.ignored else found

@@ -8,7 +8,6 @@ neighbouring pieces are one crossing.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -16,13 +15,11 @@ import numpy.typing as npt
 from .arrays import IntArray
 from .backend import Backend, HitColumns, HitLists
 from .curves import Curves
-from .geometry import AnyGeometry, core_of, parts_of
-from .merge import crossings, first_hits_of, first_of_each, offsets_of
+from .geometry import AnyGeometry, Geometry, core_of, parts_of
+from .hit_lists import count_by_listing, first_of_each, offsets_of
+from .merge import crossings, first_hits_of
 from .progress import ProgressCallback
 from .rays import RayBatch
-
-#: Rays whose hits are listed at a time to be counted.
-CHUNK_RAYS = 1 << 16
 
 
 def has_curves(geometry: AnyGeometry) -> bool:
@@ -35,7 +32,12 @@ class CurveBackend:
     """Answers rays about curves, alone or with other geometry; see `Backend`."""
 
     pieces: Backend
-    geometry: AnyGeometry
+    geometry: Curves | Geometry
+
+    @property
+    def _owner(self) -> IntArray:
+        """The primitive of each row of the core, counted over all parts."""
+        return self.geometry.pieces.curve if isinstance(self.geometry, Curves) else self.geometry.owner
 
     def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
         """See `Backend`."""
@@ -47,14 +49,9 @@ class CurveBackend:
 
     def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
-        counts = [np.zeros(0, np.int64)]
-        for begin in range(0, len(rays), CHUNK_RAYS):
-            rows = np.arange(begin, min(begin + CHUNK_RAYS, len(rays)))
-            some = rays.some(rows)
-            counts.append(np.diff(self.list_hits(some, not some.has_spread, None, False, None)[0]))
-            if progress is not None:
-                progress((rows[-1] + 1) / len(rays))
-        return np.concatenate(counts)
+        # A list at the surface needs one search of the pieces, one at the closest approach needs two.
+        surface = not rays.has_spread
+        return count_by_listing(rays, lambda some: self.list_hits(some, surface, None, False, None), progress)
 
     def list_hits(
         self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
@@ -87,19 +84,11 @@ class CurveBackend:
         crossing[order] = np.cumsum(begins) - 1
         return crossing
 
-    @cached_property
-    def _owner(self) -> IntArray:
-        """The primitive that each row of the core belongs to, counted over all parts."""
-        rows, n_prims = [np.zeros(0, np.int64)], 0
-        for part in parts_of(self.geometry):
-            rows.append(n_prims + (part.pieces.curve if isinstance(part, Curves) else np.arange(len(part))))
-            n_prims += len(part)
-        return np.concatenate(rows)
-
     def _named(self, columns: HitColumns) -> HitColumns:
         """Replace pieces by their curves, and u on a piece by the parameter of the curve."""
         t, piece, u, distance, t_out = columns
-        prim, u = np.where(piece < 0, -1, self._owner[piece] if len(self._owner) else -1), u.copy()
+        prim, u = np.full(len(piece), -1), u.copy()
+        prim[piece >= 0] = self._owner[piece[piece >= 0]]
         begin = 0
         for part in parts_of(self.geometry):
             end = begin + len(core_of(part))

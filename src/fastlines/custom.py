@@ -124,10 +124,8 @@ class Custom(Immutable):
             halves[0, rows, 1, axis] = halves[1, rows, 0, axis] = boxes.mean(axis=1)[rows, axis]
             parts = [_checked_boxes(clip(owner, half), name, len(owner)) for half in halves]
             # A part reaches no farther than its half.
-            low = np.concatenate([np.maximum(part[:, 0], half[:, 0]) for part, half in zip(parts, halves, strict=True)])
-            high = np.concatenate(
-                [np.minimum(part[:, 1], half[:, 1]) for part, half in zip(parts, halves, strict=True)]
-            )
+            found, limits = np.concatenate(parts), np.concatenate(halves)
+            low, high = np.maximum(found[:, 0], limits[:, 0]), np.minimum(found[:, 1], limits[:, 1])
             is_part = (low <= high).all(axis=1)
             boxes, owner = np.stack([low, high], axis=1)[is_part], np.concatenate([owner, owner])[is_part]
         # Keep whole what has no less surface in parts.

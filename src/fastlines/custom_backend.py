@@ -15,6 +15,7 @@ import numpy.typing as npt
 from .arrays import IntArray
 from .backend import Backend, HitColumns, HitLists
 from .custom import Custom, CustomHits, Rays
+from .hit_lists import first_of_each, offsets_of
 from .progress import ProgressCallback
 from .rays import RayBatch
 
@@ -89,14 +90,14 @@ class CustomBackend:
         )
         for rows in _chunks(len(rays), self._chunk_rays(), progress):
             ray, ids, found = self._hits(rays, rows)
-            order = np.lexsort((ids, found.t, *((found.distance,) if by_distance else ()), ray))
-            count = np.bincount(ray, minlength=rows.stop - rows.start)
-            if k is not None:
-                rank = np.arange(len(order)) - np.repeat(np.cumsum(count) - count, count)
-                order, count = order[rank < k], np.minimum(count, k)
-            counts.append(count)
-            prims.append(ids[order])
-            columns.append(CustomHits(*(column[order] for column in found)))
+            order = np.lexsort((ids, found.t, ray))
+            t, u, distance, t_out = (column[order] for column in found)
+            offsets = offsets_of(ray, rows.stop - rows.start)
+            offsets, kept = first_of_each(offsets, (t, ids[order], u, distance, t_out), k, by_distance)
+            assert kept[4] is not None
+            counts.append(np.diff(offsets))
+            prims.append(kept[1])
+            columns.append(CustomHits(kept[0], kept[2], kept[3], kept[4]))
         t, u, distance, t_out = (np.concatenate(parts) for parts in zip(*columns, strict=True))
         offsets = np.concatenate([[0], np.cumsum(np.concatenate(counts), dtype=np.int64)])
         return offsets, (t, np.concatenate(prims), u, distance, t_out if surface else None)

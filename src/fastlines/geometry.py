@@ -75,6 +75,15 @@ class Geometry(Immutable):
         return np.asarray(own(np.concatenate([[0], np.cumsum(counts, dtype=np.int64)])))
 
     @cached_property
+    def owner(self) -> IntArray:
+        """The primitive of each row of `core_rows`, counted over all parts, (n_rows,) int64."""
+        rows = [
+            first + (part.pieces.curve if isinstance(part, Curves) else np.arange(len(part)))
+            for first, part in zip(self.first, self.parts, strict=False)
+        ]
+        return np.asarray(own(np.concatenate([np.zeros(0, np.int64), *rows])))
+
+    @cached_property
     def core_rows(self) -> FloatArray:
         """One row of numbers for each primitive, as the core reads them: (n, 10) float32."""
         rows = [_shapes(part) for part in self.parts]

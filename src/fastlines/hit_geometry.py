@@ -104,18 +104,19 @@ class HitGeometry:
         >>> print(fl.build([[[-1, 0, 0], [1, 0, 0]]]).first_hit([0, 0, -5], [0, 0, 1], 0.5).tangents())
         [1. 0. 0.]
         """
-        return self._filled(places.tangents(*self._places()))
+        return self._filled(places.tangents(*self._places(with_rays=False)))
 
     def sample(self, name: str) -> npt.NDArray[Any]:
-        """Return an attribute of the lines, or their radius, at each hit; NaN for a miss.
+        """Return an attribute of what was hit, or its radius, at each hit; NaN for a miss.
 
-        What is known at both ends of a segment is interpolated at `u`; whole numbers and booleans are those of the
-        nearer end. What is known for the whole segment is constant. Numbers become float64.
+        Values at both ends of a segment or curve are interpolated at `u`, and those at the corners of a triangle at
+        the point. Whole numbers and booleans are those of the nearest end or corner. A value for the whole primitive
+        is constant. Numbers become float64.
 
         Parameters
         ----------
         name : str
-            A key of `Lines.attributes` or `Lines.end_attributes`, or "radius".
+            A key of `attributes`, `end_attributes` or `corner_attributes` of the container, or "radius".
 
         Examples
         --------
@@ -124,7 +125,8 @@ class HitGeometry:
         >>> fl.build(lines).first_hit([[0.25, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5).sample("fa")
         array([0.25,  nan])
         """
-        geometry, hits = self._places()
+        geometry = self._known()
+        _, hits = self._places(with_rays=places.has_corner_values(geometry, name))
         return self._filled(places.sample(geometry, name, hits))
 
     def _known(self) -> AnyGeometry:
@@ -149,9 +151,11 @@ class HitGeometry:
         """The primitive of each hit, counted over all parts of the geometry; -1 for a miss."""
         raise NotImplementedError
 
-    def _places(self) -> tuple[AnyGeometry, places.Places]:
-        """Return the geometry, and the place of each hit that is no miss."""
+    def _places(self, *, with_rays: bool = True) -> tuple[AnyGeometry, places.Places]:
+        """Return the geometry, and the place of each hit that is no miss; without its ray if that is not needed."""
         geometry, hit = self._known(), self.prim >= 0
+        if not with_rays:
+            return geometry, places.Places.without_rays(self.prim_number[hit], self.u[hit].astype(np.float64))
         rays = self._known_rays()
         row = self._ray_of_hits()
         t, t_min, t_max = self.t[hit], rays.scalar(rays.t_min, row), rays.scalar(rays.t_max, row)

@@ -17,9 +17,10 @@ from .curves import Curves
 from .errors import InputError
 from .geometry import AnyGeometry, Geometry, in_parts, parts_of
 from .hit_geometry import HitGeometry
+from .hit_lists import offsets_of
 from .immutable import own
 from .lines import Lines
-from .merge import crossings, first_hits_of, offsets_of
+from .merge import crossings, first_hits_of
 from .rays import RayBatch
 
 Self = TypeVar("Self")
@@ -87,9 +88,8 @@ class _OfGeometry(HitGeometry):
 
     def __getstate__(self) -> dict[str, Any]:
         # Pickle the row and the strand of each hit instead of the geometry.
-        state = {name: value for name, value in self.__dict__.items() if not name.startswith("_")}
         known = {"row": self.row, "strand": self.strand} if self.geometry is not None else {}
-        return state | known | {"geometry": None, "rays": None}
+        return self.__dict__ | known | {"geometry": None, "rays": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         frozen = {name: own(state[name]) for name in ("row", "strand") if name in state}
@@ -105,15 +105,15 @@ class FirstHits(_OfGeometry):
     t : float32
         The position on the ray, in units of its direction's length; inf = miss.
     prim : int64
-        The index of the segment; -1 = miss. If rows of the input were skipped, it counts only the rows that are left,
-        and `row` is the index in the input.
+        The index of the segment, curve, triangle or other primitive; -1 = miss. If rows of the input were skipped, it
+        counts only the rows that are left, and `row` is the index in the input.
     u : float32
-        The position on the segment, from 0 to 1.
+        The position on the segment or curve, from 0 to 1; 0 for what has no axis.
     distance : float32
         The distance of the ray from the segment at the closest approach, from its axis if it is thick; inf = miss. It
         is the least distance, unless the segment tapers: then it is where the ray lies deepest in it (docs/answers.md).
     t_out : float32 or None
-        With ``at="surface"``, t where the ray leaves the capsule around the segment.
+        With ``at="surface"``, t where the ray leaves the capsule around the segment, or the shape.
     skipped : (k,) int64
         With ``invalid="skip"``, the invalid rays, which count as misses.
     geometry : Lines, Geometry or another container, or None
@@ -249,15 +249,11 @@ class AllHits(_OfGeometry):
         part = np.zeros(len(self), np.int64) if self.part is None else self.part
         groups = np.stack([part, np.where(self.strand >= 0, self.strand, alone)])
         group = np.unique(groups, axis=1, return_inverse=True)[1].reshape(-1)
-        return self._merged(crossings(self.ray, group, self.t, self.t_out))
-
-    def _merged(self, crossing: IntArray) -> AllHits:
-        """Make one hit of those of each crossing."""
-        first, ends = first_hits_of(crossing, self.t_out)
+        first, ends = first_hits_of(crossings(self.ray, group, self.t, self.t_out), self.t_out)
         offsets = offsets_of(self.ray[first], len(self.offsets) - 1)
         columns = self.t[first], self.prim[first], self.u[first], self.distance[first], ends
-        part = None if self.part is None else self.part[first]
-        return AllHits(offsets, *columns, self.skipped, self.geometry, self.rays, part)
+        kept = None if self.part is None else part[first]
+        return AllHits(offsets, *columns, self.skipped, self.geometry, self.rays, kept)
 
 
 def _parts_of_hits(geometry: AnyGeometry, prim: IntArray) -> tuple[IntArray | None, IntArray]:

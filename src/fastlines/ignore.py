@@ -53,10 +53,13 @@ def ignored_of(geometry: AnyGeometry, shape: tuple[int, ...], ignore: Any, ignor
     if ignore_strands is not None:
         of_prim = _strand_of_prims(geometry)
         numbers = _numbers("ignore_strands", ignore_strands, shape)
-        if not _is_hits(ignore_strands):
-            _check_range("ignore_strands", numbers, int(of_prim.max(initial=-1)) + 1, "strands")
         if _is_hits(ignore_strands):
-            numbers = np.where(numbers < 0, -1, of_prim[numbers] if len(of_prim) else -1)
+            _check_range("ignore_strands", numbers, len(of_prim), "primitives")
+            strands = np.full(numbers.shape, -1)
+            strands[numbers >= 0] = of_prim[numbers[numbers >= 0]]
+            numbers = strands
+        else:
+            _check_range("ignore_strands", numbers, int(of_prim.max(initial=-1)) + 1, "strands")
         found.append(Ignored(numbers, of_prim))
     return tuple(found)
 

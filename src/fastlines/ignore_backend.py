@@ -10,12 +10,9 @@ import numpy.typing as npt
 
 from .arrays import IntArray
 from .backend import Backend, HitColumns, HitLists
-from .merge import first_of_each, offsets_of
+from .hit_lists import count_by_listing, first_of_each, offsets_of
 from .progress import ProgressCallback
 from .rays import RayBatch
-
-#: Rays whose hits are listed at a time to be counted.
-CHUNK_RAYS = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -54,13 +51,7 @@ class IgnoringBackend:
 
     def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
-        counts = [np.zeros(0, np.int64)]
-        for begin in range(0, len(rays), CHUNK_RAYS):
-            rows = np.arange(begin, min(begin + CHUNK_RAYS, len(rays)))
-            counts.append(np.diff(self.list_hits(rays.some(rows), False, None, False, None)[0]))
-            if progress is not None:
-                progress((rows[-1] + 1) / len(rays))
-        return np.concatenate(counts)
+        return count_by_listing(rays, lambda some: self.list_hits(some, False, None, False, None), progress)
 
     def list_hits(
         self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None

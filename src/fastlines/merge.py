@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from .arrays import FloatArray, IntArray
-from .backend import HitColumns, HitLists
 
 
 def crossings(ray: IntArray, group: IntArray, t: FloatArray, t_out: FloatArray) -> IntArray:
@@ -44,21 +43,3 @@ def first_hits_of(crossing: IntArray, t_out: FloatArray | None) -> tuple[IntArra
     ends = np.full(int(crossing.max(initial=-1)) + 1, -np.inf, np.float32)
     np.maximum.at(ends, crossing, t_out)
     return first, ends[crossing[first]]
-
-
-def offsets_of(ray: IntArray, n_rays: int) -> IntArray:
-    """Return where the hits of each ray begin in a list of hits of rising rays, and the end of the last."""
-    return np.concatenate([[0], np.cumsum(np.bincount(ray, minlength=n_rays), dtype=np.int64)])
-
-
-def first_of_each(offsets: IntArray, columns: HitColumns, k: int | None, by_distance: bool) -> HitLists:
-    """Keep the first k hits of each ray, by t or by distance."""
-    if k is None:
-        return offsets, columns
-    counts = np.diff(offsets)
-    ray = np.repeat(np.arange(len(counts)), counts)
-    t, prim, u, distance, t_out = columns
-    order = np.lexsort((prim, t, distance, ray)) if by_distance else np.arange(len(ray))
-    kept = order[np.arange(len(ray)) - offsets[ray] < k]
-    to = np.concatenate([[0], np.cumsum(np.minimum(counts, k), dtype=np.int64)])
-    return to, (t[kept], prim[kept], u[kept], distance[kept], None if t_out is None else t_out[kept])

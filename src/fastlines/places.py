@@ -32,6 +32,13 @@ class Places(NamedTuple):
     #: Whether t is that of an entry into the surface, which no bound of the ray has cut off.
     enters: npt.NDArray[np.bool_]
 
+    @classmethod
+    def without_rays(cls, prim: IntArray, u: Float64Array) -> Places:
+        """Return places whose rays are not asked for."""
+        unknown = np.full(len(prim), np.nan)
+        vectors = np.full((len(prim), 3), np.nan)
+        return cls(prim, u, unknown, vectors, vectors, unknown, np.zeros(len(prim), bool))
+
     def some(self, rows: Any) -> Places:
         """Return the hits in some rows."""
         return Places(*(column[rows] for column in self))
@@ -64,7 +71,7 @@ def has_axes(geometry: AnyGeometry) -> bool:
 
 
 def points(geometry: AnyGeometry, hits: Places) -> Float64Array:
-    """Return the point of each hit on its ray; the surface of lines is met in float64."""
+    """Return the point of each hit on its ray. Where the ray enters a surface, float64 computes it anew."""
     if isinstance(geometry, Geometry):
         return _of_parts(geometry, hits, points)
     if isinstance(geometry, Curves):
@@ -73,11 +80,10 @@ def points(geometry: AnyGeometry, hits: Places) -> Float64Array:
         return _on_axes(geometry, hits)[0]
     if isinstance(geometry, Custom):
         return hits.on_rays()
-    t = (
-        _cross_triangles(geometry, hits)
-        if isinstance(geometry, Triangles)
-        else _enter_boxes(geometry, hits).max(axis=1)
-    )
+    if isinstance(geometry, Triangles):
+        t = _cross_triangles(geometry, hits)
+    else:
+        t = _enter_boxes(geometry, hits).max(axis=1)
     return hits._replace(t=np.where(hits.enters & np.isfinite(t), t, hits.t)).on_rays()
 
 
@@ -159,6 +165,12 @@ def sample(geometry: AnyGeometry, name: str, hits: Places) -> npt.NDArray[Any]:
     for rows, values in asked:
         found[rows] = values
     return found
+
+
+def has_corner_values(geometry: AnyGeometry, name: str) -> bool:
+    """Return whether an attribute has values at corners, which are interpolated at the point of a hit."""
+    meshes = [part for part in parts_of(geometry) if isinstance(part, Triangles | Boxes)]
+    return any(name in mesh.corner_attributes for mesh in meshes)
 
 
 def _row_shape(part: AnyGeometry, name: str) -> tuple[int, ...]:

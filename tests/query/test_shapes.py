@@ -77,6 +77,21 @@ def test_shadow_rays_leave_a_mesh(offset: float) -> None:
     assert not tree.any_hit(points[good], away).any()
 
 
+def test_only_what_needs_rays_asks_for_them() -> None:
+    """Hits share the arrays of rays; tangents and values of whole primitives do not read them."""
+    tree = fl.build(fl.Geometry([mesh(), fl.Lines.from_segments([[[0, 0, 1], [1, 0, 1]]], radius=[0.1])]))
+    origins = np.array([[0.5, 0, 5], [0.5, 0.5, 5]], np.float32)
+    hits = tree.first_hit(origins, DOWN, at="surface")
+    origins[:] = 7
+    assert hits.tangents()[0].tolist() == [1, 0, 0]
+    assert np.isnan(hits.sample("face")[0])
+    assert hits.sample("face")[1] in (7, 8)
+    with pytest.raises(fl.InputError, match="have changed"):
+        hits.sample("uv")
+    with pytest.raises(fl.InputError, match="have changed"):
+        hits.points()
+
+
 def test_boxes_are_solid() -> None:
     tree = fl.build(fl.Boxes([[[0, 0, 0], [1, 1, 2]]], attributes={"id": [5]}))
     origins, directions = [[0.5, 0.5, 5], [-1, 0.5, 0.5], [0.5, 0.5, 1]], [DOWN, [1, 0, 0], [0, 1, 0]]
@@ -270,6 +285,9 @@ def test_rays_ignore_what_they_have_hit() -> None:
     assert lines.first_hit(*ray, ignore=[[]]).prim.tolist() == [0]
     with pytest.raises(fl.InputError, match="ignore_strands names 2; there are 2 strands"):
         lines.any_hit(*ray, ignore_strands=[2])
+    larger = fl.build(fl.Lines.from_segments(np.arange(60).reshape(10, 2, 3), radius=np.ones(10)))
+    with pytest.raises(fl.InputError, match="ignore_strands names 9; there are 3 primitives"):
+        lines.any_hit(*ray, ignore_strands=larger.first_hit([[57, 58, 50]], [0, 0, 1]))
     some = first.prim_number[:2, None]
     again = tree.first_hit(origins[:2], DOWN, ignore=some)
     assert (again.prim_number == second.prim_number[:2]).all()

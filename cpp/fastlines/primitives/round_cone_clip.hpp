@@ -7,8 +7,10 @@
 //     h(s) = p_k + √(r² − the squared distance of p from the box along the other two axes),
 //
 // but no farther than the box. The round cone and the box are convex, so h is concave, and its maximum is found by
-// golden-section search. Both searches run in float64; the result is rounded outwards. Balls that miss the box by no
-// more than the rounding of its float32 corners count as meeting it: a builder may have cut the box there.
+// golden-section search. Both searches run in float64; the result is rounded outwards.
+//
+// If all balls miss the box, but the nearest one by no more than the rounding of the box's float32 corners, that one
+// counts as meeting it. A builder may have cut the box there.
 #pragma once
 
 #include <algorithm>

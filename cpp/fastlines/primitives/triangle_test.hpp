@@ -35,7 +35,7 @@ inline TriangleHit<float> meet_triangle_in_double(const float (&x)[9]) {
   return {float(t), some_below != some_above};
 }
 
-/// Test 16 triangles, or one, at once, and those in float64 that `unsure` names.
+/// Replace the results of the lanes in `unsure` by those of float64.
 inline void meet_triangles_in_double(const float (&x)[9], TriangleHit<float>& to, bool) {
   to = meet_triangle_in_double(x);
 }
