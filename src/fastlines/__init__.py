@@ -39,7 +39,7 @@ from .tree import Tree, load
 
 if TYPE_CHECKING:
     from . import analytic, scenes, theory
-    from .io import read
+    from .io import read, write
 
     __version__: str
 
@@ -88,6 +88,7 @@ __all__ = [
     "set_simd",
     "simd",
     "theory",
+    "write",
 ]
 
 
@@ -101,8 +102,8 @@ def __getattr__(name: str) -> Any:
         return version("fastlines")
     if name in ("analytic", "io", "render", "scenes", "theory"):
         return import_module(f".{name}", __name__)
-    if name == "read":
-        return import_module(".io", __name__).read
+    if name in ("read", "write"):
+        return getattr(import_module(".io", __name__), name)
     from .deprecated import former
 
     if (found := former(name)) is not None:

@@ -25,7 +25,7 @@ from .bezier import Float64Array, evaluate, largest
 from .curve_input import check_attributes, check_columns, convert_bezier, convert_strands, valid
 from .errors import InputError
 from .immutable import Immutable, frozen
-from .lines import AXES
+from .lines import AXES, check_unit
 from .pieces import Pieces, as_places, cut_curves
 
 
@@ -61,6 +61,8 @@ class Curves(Immutable):
         Rows of the input that were left out because of ``invalid="skip"``.
     up : {"x", "y", "z"}, optional
         The axis that points upwards.
+    unit : str, optional
+        The unit of the coordinates, such as ``"mm"``.
     tolerance : float, optional
         How far the pieces may be from the curves at most, as a length; see `pieces`. By default it is 1 % of the local
         radius, and at most 1e-4 of the curve's box. The local radius is at least a tenth of the curve's largest.
@@ -85,6 +87,7 @@ class Curves(Immutable):
     skipped: IntArray = field(default_factory=lambda: np.empty(0, np.int64))
     up: str | None = None
     tolerance: float | None = None
+    unit: str | None = None
 
     def __post_init__(self) -> None:
         good = isinstance(self.control, np.ndarray) and self.control.flags.c_contiguous
@@ -99,6 +102,7 @@ class Curves(Immutable):
         check_attributes(self.attributes, self.end_attributes, len(self))
         if self.up is not None:
             choice("up", self.up, AXES)
+        check_unit(self.unit)
         if self.tolerance is not None:
             tolerance = number("tolerance", self.tolerance, "a length above 0, or None for the default", LEAST)
             object.__setattr__(self, "tolerance", tolerance)

@@ -79,7 +79,7 @@ def to_sections(geometry: AnyGeometry) -> tuple[Arrays, dict[str, Any], list[str
     arrays = {key: getattr(geometry, key) for key in SECTIONS[name] if getattr(geometry, key) is not None}
     if not len(arrays.get("skipped", ())):
         arrays.pop("skipped", None)
-    facts = {key: getattr(geometry, key, None) for key in ("up", "tolerance")}
+    facts = {key: getattr(geometry, key, None) for key in ("up", "unit", "tolerance")}
     kept, lost = _attributes(geometry)
     return arrays | kept, {"kind": name, **facts}, lost
 
@@ -132,6 +132,6 @@ def from_sections(arrays: Arrays, facts: Mapping[str, Any], refuse: Refuse) -> A
         if found:
             given[mapping] = found
     corners = (given.pop("corners"),) if "corners" in given else ()
-    given |= {key: facts[key] for key in ("up", "tolerance") if facts.get(key) is not None}
+    given |= {key: facts[key] for key in ("up", "unit", "tolerance") if facts.get(key) is not None}
     geometry: AnyGeometry = KINDS[kind](*corners, **given)
     return geometry

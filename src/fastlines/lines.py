@@ -62,6 +62,8 @@ class Lines(Immutable):
         `segments`.
     up : {"x", "y", "z"}, optional
         The axis that points upwards, where the format of their file says so. Pictures are drawn with it.
+    unit : str, optional
+        The unit of the coordinates, such as ``"mm"``, where the format of their file says so.
     """
 
     segments: FloatArray
@@ -71,6 +73,7 @@ class Lines(Immutable):
     skipped: IntArray = field(default_factory=lambda: np.empty(0, np.int64))
     up: str | None = None
     end_attributes: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
+    unit: str | None = None
 
     def __post_init__(self) -> None:
         good = isinstance(self.segments, np.ndarray) and self.segments.flags.c_contiguous
@@ -84,6 +87,7 @@ class Lines(Immutable):
         self._check_columns()
         if self.up is not None:
             choice("up", self.up, AXES)
+        check_unit(self.unit)
         for name in ("segments", "strands", "radius", "skipped", "end_attributes", "attributes"):
             value = getattr(self, name)
             if name == "attributes":
@@ -191,7 +195,7 @@ class Lines(Immutable):
 
     def without_radius(self) -> Lines:
         """Return the same lines without their radius."""
-        return Lines(self.segments, self.strands, None, self.attributes, self.skipped, self.up, self.end_attributes)
+        return Lines(**{name: getattr(self, name) for name in Lines.__dataclass_fields__} | {"radius": None})
 
     @property
     def bounds(self) -> FloatArray:
@@ -364,6 +368,12 @@ class Lines(Immutable):
         if is_far(points):
             warn_of_rounding(np.concatenate([np.reshape(strand, (-1, 3)) for strand in given]), points)
         return cls.from_points(points, [len(part) for part in parts], invalid=invalid)
+
+
+def check_unit(unit: object) -> None:
+    """Refuse a unit that is no text of one line."""
+    if unit is not None and not (isinstance(unit, str) and unit and unit.isprintable()):
+        raise InputError(f"unit {unit!r} is not the name of a unit, such as 'mm'")
 
 
 def _mapping(name: str, values: object) -> Mapping[str, Any]:

@@ -58,6 +58,7 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
         "built_cost": None if tree.built_cost is None else repr(tree.built_cost),
         "kind": None if facts["kind"] == "Lines" else facts["kind"],
         "up": facts.get("up"),
+        "unit": facts.get("unit"),
         "tolerance": None if facts.get("tolerance") is None else repr(facts["tolerance"]),
         "parts": json.dumps(facts["parts"]) if "parts" in facts else None,
     }
@@ -86,7 +87,7 @@ def read(kind: type[Tree], path: str | os.PathLike[str], verify: bool | None) ->
         settings = _settings_from_json(json.loads(metadata["settings"]))
         limits_hit = {str(name): int(n) for name, n in json.loads(metadata["limits_hit"]).items()}
         built_cost = float(metadata["built_cost"]) if "built_cost" in metadata else None
-        facts: dict[str, Any] = {"kind": metadata.get("kind"), "up": metadata.get("up")}
+        facts: dict[str, Any] = {name: metadata.get(name) for name in ("kind", "up", "unit")}
         facts |= {name: json.loads(metadata[name]) for name in ("tolerance", "parts") if name in metadata}
         geometry = from_sections(arrays, facts, refuse)
         nodes, refs = arrays["nodes"].reshape(-1).view(NODE), arrays["refs"].reshape(-1).view(REF)

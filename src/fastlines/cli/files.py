@@ -79,7 +79,7 @@ def open_input(text: str, skip_invalid: bool = False) -> Source:
         raise InputError(f"{text}: is a directory; expected a file")
     if extension == TREE:
         raise InputError(f"{text}: trees are not compressed, so that they can be mapped into memory; unpack it first")
-    if extension not in FORMATS:
+    if extension not in FORMATS and not path.exists():
         if text in scenes.NAMES and not path.exists():
             raise InputError(f"{text}: no such file; the scene of that name is {SCENE}{text}")
         raise InputError(

@@ -32,7 +32,7 @@ _SEGMENTS, _POINTS, _THICKNESS, _TRANSPARENCY, _COLORS, _UV = (1 << bit for bit 
 _ALL_BITS = _SEGMENTS | _POINTS | _THICKNESS | _TRANSPARENCY | _COLORS | _UV
 
 
-def parse(source: Source, invalid: str) -> Lines:
+def read(source: Source, invalid: str) -> Lines:
     """Read a ``.hair`` file.
 
     ``radius`` (n, 2) is half the thickness of the array, or else half the header's default; None if that is 0. Arrays

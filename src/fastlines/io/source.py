@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import math
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,15 +34,16 @@ def printable(text: str) -> str:
 
 
 class Source:
-    """All bytes of one file, unpacked, and its name in errors.
+    """All bytes of one file, unpacked, and its name in errors; `path` is where they are as they stand, if anywhere.
 
     No header is trusted: an array is made only if the file holds it. So a wrong header can neither allocate more memory
     than the file has bytes nor read outside the file.
     """
 
-    def __init__(self, data: bytes, name: str) -> None:
+    def __init__(self, data: bytes, name: str, path: Path | None = None) -> None:
         self.data = data
         self.name = name
+        self.path = path
         self.position = 0
         self.oddities: list[str] = []
         self._taken: list[tuple[int, int, str]] = []
@@ -50,6 +55,24 @@ class Source:
     def warn(self, message: str) -> None:
         """Record an oddity, of which `read` warns once the file is read."""
         self.oddities.append(f"{self.name}: {printable(message)}")
+
+    def text(self) -> str:
+        """Return the file as text: UTF-8, or else Latin-1; with or without a byte order mark."""
+        try:
+            return self.data.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            return self.data.decode("latin-1")
+
+    @contextmanager
+    def file(self, extension: str) -> Iterator[Path]:
+        """Return a file with this extension that holds these bytes, for libraries that open files themselves."""
+        if self.path is not None and self.path.suffix.lower() == extension:
+            yield self.path
+            return
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / f"lines{extension}"
+            path.write_bytes(self.data)
+            yield path
 
     @property
     def unpack_limit(self) -> int:

@@ -26,7 +26,7 @@ _END = re.compile(rb"\n[ \t\r]*END[ \t\r]*\n")
 _TEXT = re.compile(rb"[^\0-\x08\x0b\x0e-\x1f\x7f]*")
 
 
-def parse(source: Source, invalid: str) -> Lines:
+def read(source: Source, invalid: str) -> Lines:
     """Read a ``.tck`` file, in RASMM and without attributes; streamlines without points count as strands."""
     if not source.data.startswith(MAGIC):
         raise source.error(f"starts with {source.data[:13]!r}, a .tck file with {MAGIC!r}; check the extension")

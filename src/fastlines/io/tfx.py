@@ -48,7 +48,7 @@ _HEADERS = {
 _N_COORDINATES = {3.0: 3, 4.0: 4}
 
 
-def parse(source: Source, invalid: str) -> Lines:
+def read(source: Source, invalid: str) -> Lines:
     """Read the guides of a ``.tfx`` file of version 3 or 4.
 
     ``radius`` (n, 2) is half the thickness; None if the file has none. The other arrays become ``attributes``, float32:

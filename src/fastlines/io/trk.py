@@ -44,7 +44,7 @@ _DIRECTIONS = ("RL", "AP", "SI")
 _DEFAULT_ORDER = "LPS"
 
 
-def parse(source: Source, invalid: str) -> Lines:
+def read(source: Source, invalid: str) -> Lines:
     """Read a ``.trk`` file, in RASMM, or in voxel millimetres if the header has no transform.
 
     Scalars per point and properties per streamline become ``attributes`` by their names, float32. A segment has those

@@ -1,36 +1,22 @@
-"""NumPy's own files: ``.npy`` with segments, ``.npz`` with segments or points and their columns.
-
-Format: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html. `numpy.load` would allocate any size
-that a header has. Here the header is compared with the file first, and nothing is ever unpickled.
-"""
+"""Several NumPy arrays in one file (``.npz``): segments or points, and their columns."""
 
 from __future__ import annotations
 
-import warnings
 import zipfile
 from io import BytesIO
-from typing import Any, TypeAlias
+from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
-from numpy.lib import format as npy
 
 from ..errors import FileFormatError
 from ..lines import Lines
+from .npy import AnyArray, read_array
 from .source import Source, reason
 
-AnyArray: TypeAlias = npt.NDArray[Any]
-
-_HEADER_READERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
-def parse_npy(source: Source, invalid: str) -> Lines:
-    """Read segments without strands from a ``.npy`` file: an array (n, 2, 3) or (n, 6) of any real numbers."""
-    return Lines.from_segments(_read_array(source), invalid=invalid)
-
-
-def parse_npz(source: Source, invalid: str) -> Lines:
+def read(source: Source, invalid: str) -> Lines:
     """Read lines from a ``.npz`` file.
 
     It holds ``segments`` (n, 2, 3) or (n, 6), with or without integer ``strands`` (n,) and ``radius`` (n,) or (n, 2).
@@ -67,6 +53,24 @@ def parse_npz(source: Source, invalid: str) -> Lines:
     return Lines.from_points(given, counts, radius=radius, attributes=arrays, invalid=invalid)
 
 
+def write(lines: Lines, path: Path) -> list[str]:
+    """Write ``segments``, ``strands`` and ``radius``, and attributes by their names.
+
+    Values at both ends of segments, (n, 2, …), keep that shape, and become attributes of that shape when read.
+    """
+    arrays = {"segments": lines.segments, "strands": lines.strands}
+    if lines.radius is not None:
+        arrays["radius"] = lines.radius
+    kept = {
+        name: values
+        for name, values in {**lines.attributes, **lines.end_attributes}.items()
+        if values.dtype.kind in "fiub"
+    }
+    with path.open("wb") as file:
+        np.savez(file, **arrays, **kept)
+    return [f"{name!r} ({values.dtype})" for name, values in lines.attributes.items() if name not in kept]
+
+
 def _check(source: Source, name: str, array: AnyArray, shape: tuple[int, ...], *, integer: bool = False) -> None:
     """Refuse an array of another shape, or one that must hold integers and is not convertible to int64."""
     if array.ndim == 0 or array.shape != shape:
@@ -96,27 +100,4 @@ def _unzip(source: Source) -> dict[str, AnyArray]:
         raise
     except Exception as error:  # zipfile's own errors, and any of zlib and struct
         raise source.error(f"not a whole .npz file ({reason(error)}); check the extension, or write it again") from None
-    return {name: _read_array(Source(data, f"{source.name}, array {name!r}")) for name, data in unpacked.items()}
-
-
-def _read_array(source: Source) -> AnyArray:
-    """Read all bytes of a ``.npy`` file without trusting its header."""
-    stream = BytesIO(source.data)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about headers that Python 2 wrote
-            version = npy.read_magic(stream)
-            if version not in _HEADER_READERS:
-                raise source.error(f"has version {version} of the .npy format; plain numbers have (1, 0) or (2, 0)")
-            shape, in_columns, dtype = _HEADER_READERS[version](stream)
-    except FileFormatError:
-        raise
-    except Exception as error:  # parsing the header, a Python literal, may raise anything
-        raise source.error(
-            f"does not start with the header of an array ({reason(error)}); check the extension, or write it again"
-        ) from None
-    if dtype.kind not in "fiub":
-        raise source.error(f"holds {dtype}; expected real numbers")
-    array = source.array("numbers", dtype, shape[::-1] if in_columns else shape, at=stream.tell())
-    source.finish()
-    return array.T if in_columns else array
+    return {name: read_array(Source(data, f"{source.name}, array {name!r}")) for name, data in unpacked.items()}

@@ -1,0 +1,81 @@
+"""What a file format is: one row of the table `formats.FORMATS`."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from ..curves import Curves
+from ..errors import InputError
+from ..geometry import Geometry
+from ..lines import Lines
+
+#: What a file of lines holds.
+AnyLines = Lines | Curves | Geometry
+
+
+@dataclass(frozen=True)
+class Format:
+    """A file format, and the module that reads and writes it.
+
+    Attributes
+    ----------
+    module : str
+        The name of a module of this package. It has ``read(source, invalid, **options)``, which returns lines, curves
+        or several of them; and, if files are written, ``write(geometry, path)``, which returns what the format could
+        not hold, as short texts.
+    extensions : tuple of str
+        In lower case and with the dot. The first is the usual one.
+    description : str
+        Half a line.
+    magic : tuple of bytes
+        What each file of the format may begin with, if nothing else begins so.
+    writes : tuple of type
+        What ``write`` takes: `Lines`, `Curves` and `Geometry`. What it does not take is converted first.
+    up : {"x", "y", "z"}, optional
+        The axis that points upwards by the format's convention.
+    unit : str, optional
+        The unit of length by the format's convention, such as ``"mm"``.
+    """
+
+    module: str
+    extensions: tuple[str, ...]
+    description: str
+    magic: tuple[bytes, ...] = ()
+    writes: tuple[type[Any], ...] = ()
+    up: str | None = None
+    unit: str | None = None
+
+    @property
+    def name(self) -> str:
+        """What ``format=`` calls it."""
+        return self.module
+
+    @property
+    def code(self) -> ModuleType:
+        """The module, imported on first use."""
+        return import_module(f".{self.module}", __package__)
+
+    def options(self) -> tuple[str, ...]:
+        """Return the names of the options that its reader takes."""
+        parameters: Sequence[inspect.Parameter] = list(inspect.signature(self.code.read).parameters.values())
+        return tuple(option.name for option in parameters if option.kind is inspect.Parameter.KEYWORD_ONLY)
+
+    def check_options(self, path: str, options: dict[str, Any]) -> None:
+        """Refuse options that the reader does not have."""
+        known = self.options()
+        for name in options:
+            if name not in known:
+                has = f"its options are {', '.join(known)}" if known else "it has no options"
+                raise InputError(f"{path}: {self.description}: there is no option {name!r}; {has}")
+
+    @property
+    def write(self) -> Callable[[Any, Path], list[str]]:
+        """The writer."""
+        writer: Callable[[Any, Path], list[str]] = self.code.write
+        return writer

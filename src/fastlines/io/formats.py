@@ -1,0 +1,75 @@
+"""The table of file formats, and how the format of a file is found."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..errors import FileFormatError, InputError
+from ..lines import Lines
+from .format import Format
+
+#: One row for each format; `docs/formats.md` says what is read and what is dropped.
+TABLE: tuple[Format, ...] = (
+    Format("hair", (".hair",), "hair, Cem Yuksel's HAIR files", magic=(b"HAIR", b"hair")),
+    Format("npy", (".npy",), "NumPy array of segments, (n, 2, 3) or (n, 6)", magic=(b"\x93NUMPY",), writes=(Lines,)),
+    Format(
+        "npz",
+        (".npz",),
+        "NumPy arrays: 'segments', or 'points' and 'counts'; optionally 'radius' and others",
+        writes=(Lines,),
+    ),
+    Format("tck", (".tck",), "streamlines, MRtrix", magic=(b"mrtrix tracks",), up="z", unit="mm"),
+    Format("tfx", (".tfx",), "hair, AMD TressFX versions 3 and 4", up="y"),
+    Format("trk", (".trk",), "streamlines, TrackVis", magic=(b"TRACK",), up="z", unit="mm"),
+)
+
+#: The formats by extension. Each file may be packed by gzip, as in ``.trk.gz``.
+FORMATS: dict[str, Format] = {extension: row for row in TABLE for extension in row.extensions}
+#: The formats by name.
+NAMES: dict[str, Format] = {row.name: row for row in TABLE}
+
+#: Formats that are known by name only, and what to do with them.
+NOT_READ = {
+    ".flt": "is a tree, not a file of lines; fl.load reads it",
+}
+
+
+def extension_of(path: Path) -> tuple[str, bool]:
+    """Return the extension that names the format, in lower case, and whether ``.gz`` follows it."""
+    packed = path.suffix.lower() == ".gz"
+    return Path(path.stem if packed else path.name).suffix.lower(), packed
+
+
+def named(name: str) -> Format:
+    """Return the format of a name or an extension."""
+    found = NAMES.get(name.lower()) or FORMATS.get(name.lower() if name.startswith(".") else f".{name.lower()}")
+    if found is None:
+        raise InputError(f"format {name!r} is unknown; known: {', '.join(NAMES)}")
+    return found
+
+
+def find(path: Path, start: bytes) -> Format:
+    """Return the format of a file by its extension, or else by its first bytes."""
+    extension, _ = extension_of(path)
+    if extension in FORMATS:
+        return FORMATS[extension]
+    if extension in NOT_READ:
+        raise FileFormatError(f"{path}: {NOT_READ[extension]}")
+    for row in TABLE:
+        if row.magic and start.startswith(row.magic):
+            return row
+    raise FileFormatError(
+        f"{path}: unknown extension {extension or '(none)'!r}; known: {', '.join(FORMATS)}, each also with .gz; "
+        "name the format with format=, convert the file, or read it otherwise and pass its points to Lines.from_strands"
+    )
+
+
+def to_write(path: Path) -> Format:
+    """Return the format in which a file of this name is written."""
+    extension, _ = extension_of(path)
+    known = {name: row for name, row in FORMATS.items() if row.writes}
+    if extension not in known:
+        raise InputError(
+            f"{path}: files of extension {extension or '(none)'!r} are not written; known: {', '.join(known)}"
+        )
+    return known[extension]

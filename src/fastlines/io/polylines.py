@@ -1,0 +1,95 @@
+"""Lines as polylines, as writers need them: segments that follow each other along a strand share a point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import FloatArray, IntArray
+from ..lines import Lines
+
+AnyArray = npt.NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Polylines:
+    """Points of polylines, one polyline after the other, with what is known of each point and of each polyline.
+
+    Attributes
+    ----------
+    points : (m, 3) float32
+    counts : (k,) int64
+        How many points each polyline has: 2 or more.
+    strand : (k,) int64
+        The strand of each polyline; -1 if it is of none. A strand that forks or has gaps is several polylines.
+    radius : (m,) float32 or None
+    point_attributes : dict of str to (m, …) array
+    attributes : dict of str to (k, …) array
+        Attributes that are the same all along each polyline.
+    lost : list of str
+        What differs on both sides of a point, or along a polyline, in words.
+    """
+
+    points: FloatArray
+    counts: IntArray
+    strand: IntArray
+    radius: FloatArray | None
+    point_attributes: dict[str, AnyArray]
+    attributes: dict[str, AnyArray]
+    lost: list[str]
+
+    @property
+    def offsets(self) -> IntArray:
+        """The first point of each polyline, and the number of points, (k + 1,) int64."""
+        return np.concatenate([np.zeros(1, np.int64), np.cumsum(self.counts)])
+
+
+def polylines_of(lines: Lines) -> Polylines:
+    """Join segments to polylines where the next one of a strand begins at the very point at which one ends.
+
+    Examples
+    --------
+    >>> from fastlines.io.polylines import polylines_of
+    >>> lines = Lines.from_strands([[[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[5, 5, 5], [6, 6, 6]]])
+    >>> polylines_of(lines).counts
+    array([3, 2])
+    """
+    n = len(lines)
+    begins = np.ones(n, np.bool_)
+    if n:
+        same = (lines.strands[1:] == lines.strands[:-1]) & (lines.strands[1:] >= 0)
+        begins[1:] = ~(same & (lines.segments[1:, 0] == lines.segments[:-1, 1]).all(axis=1))
+    first = np.flatnonzero(begins)
+    counts = np.diff(np.append(first, n)) + 1
+    # A polyline has the first end of each of its segments, and the last end of the last.
+    row = np.insert(np.arange(n), np.append(first[1:], n) if n else [], (np.append(first[1:], n) - 1) if n else [])
+    end = np.zeros(len(row), np.int64)
+    end[np.cumsum(counts) - 1] = 1
+    lost: list[str] = []
+
+    def at_points(name: str, values: AnyArray) -> AnyArray:
+        """Take the values at both ends of each segment to points; where they differ, that of the next segment."""
+        before, after = values[:-1][~begins[1:], 1], values[1:][~begins[1:], 0]
+        if not _equal(before, after):
+            lost.append(f"{name} on both sides of a point, where segments of a strand differ")
+        return np.asarray(values[row, end])
+
+    radius = None if lines.radius is None else at_points("radius", lines.end_radii)
+    points = {name: at_points(repr(name), values) for name, values in lines.end_attributes.items()}
+    attributes = {}
+    owner = np.cumsum(begins) - 1
+    for name, values in lines.attributes.items():
+        if name in points:
+            continue
+        if _equal(values, values[first][owner]):
+            attributes[name] = values[first]
+        else:
+            lost.append(f"{name!r}, which differs from segment to segment")
+    return Polylines(lines.segments[row, end], counts, lines.strands[first], radius, points, attributes, lost)
+
+
+def _equal(left: AnyArray, right: AnyArray) -> bool:
+    return np.array_equal(left, right, equal_nan=left.dtype.kind in "fc")

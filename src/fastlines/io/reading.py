@@ -1,0 +1,161 @@
+"""Reads files of lines."""
+
+from __future__ import annotations
+
+import gzip
+import os
+import warnings
+from dataclasses import replace
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+from ..arrays import INVALID, choice
+from ..curves import Curves
+from ..errors import FileFormatError, FileWarning, InputError
+from ..geometry import Geometry
+from ..lines import Lines
+from . import formats
+from .format import AnyLines, Format
+from .source import BAD_COPY, Source, reason
+
+#: So many of the first bytes of a file tell its format, if its extension does not.
+N_START = 64
+
+
+def read(
+    path: str | os.PathLike[str], *, invalid: str = "error", format: str | None = None, **options: Any
+) -> Lines | Curves | Geometry:
+    """Read a file of lines; its extension, in either case, names the format.
+
+    Parameters
+    ----------
+    path : str or path-like
+        A file with one of the extensions of `FORMATS`, packed by gzip if ``.gz`` follows. A file of another extension
+        is recognised by its first bytes, where its format has some of its own.
+    invalid : {"error", "skip"}
+        Refuse segments that hold NaN or Inf, or leave them out and record their rows in ``skipped``.
+    format : str, optional
+        The name or the extension of the format, where the file's own extension does not say it.
+    **options
+        Options of the format; `docs/formats.md` lists them.
+
+    Returns
+    -------
+    Lines
+        In the file's own units and axes. Segments of zero length are kept, and a strand of one point becomes one.
+        Formats with cubic curves return `Curves`, or a `Geometry` of both.
+
+    Raises
+    ------
+    FileNotFoundError, or another OSError
+        If there is no such file, or it cannot be read.
+    InputError
+        If segments hold NaN or Inf, or the format has no such option.
+    FileFormatError
+        If the extension is unknown, or the file is empty, cut short, damaged, or contradicts itself.
+    MissingExtraError
+        If the format needs a library that is not there.
+
+    Warns
+    -----
+    FileWarning
+        If the file has an oddity (two counts in its header, bytes after its end), or lacks something that had to be
+        assumed (the transform of a ``.trk``). The lines that could be read with certainty are returned.
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> import numpy as np
+    >>> path = os.path.join(tempfile.mkdtemp(), "cross.npy")
+    >>> np.save(path, [[[-1, 0, 0], [1, 0, 0]], [[0, -1, 0], [0, 1, 0]]])
+    >>> len(read(path))
+    2
+    """
+    choice("invalid", invalid, INVALID)
+    try:
+        path = Path(path)
+    except TypeError:
+        raise InputError(f"path is a {type(path).__name__}; expected a str or a path") from None
+    if format is not None and not isinstance(format, str):
+        raise InputError(f"format is a {type(format).__name__}; expected the name of one, such as 'trk'")
+
+    row = None if format is None else formats.named(format)
+    if row is None and formats.extension_of(path)[0] not in formats.FORMATS:
+        row = formats.find(path, _start_of(path))
+    row = row or formats.find(path, b"")
+    row.check_options(str(path), options)
+    packed = path.suffix.lower() == ".gz"
+    source = Source(_load(path), str(path), None if packed else path)
+    if packed:
+        source = _unpack(source)
+    lines = _parse(row, source, invalid, options)
+    for oddity in source.oddities:
+        warnings.warn(oddity, FileWarning, stacklevel=2)
+    return lines
+
+
+def _parse(row: Format, source: Source, invalid: str, options: dict[str, Any]) -> AnyLines:
+    try:
+        lines: AnyLines = row.code.read(source, invalid, **options)
+    except InputError as error:
+        raise InputError(f"{source.name}: {error}") from None
+    parts = [_with_conventions(part, row) for part in (lines.parts if isinstance(lines, Geometry) else [lines])]
+    return Geometry(parts) if isinstance(lines, Geometry) else parts[0]
+
+
+def _with_conventions(part: Any, row: Format) -> Any:
+    """Set the axis and the unit by the format's convention, where the file does not say."""
+    known = {"up": row.up, "unit": row.unit}
+    missing = {name: value for name, value in known.items() if value and getattr(part, name, None) is None}
+    return replace(part, **missing) if missing else part
+
+
+def _start_of(path: Path) -> bytes:
+    """Return the first bytes of a file, unpacked; none if it cannot be read, of which `_load` tells."""
+    try:
+        with (gzip.open if path.suffix.lower() == ".gz" else open)(path, "rb") as file:
+            return bytes(file.read(N_START))
+    except (OSError, EOFError, ValueError):
+        return b""
+
+
+def _load(path: Path) -> bytes:
+    """Read all bytes of a regular file; raise an error that names the problem."""
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise InputError(f"{path}: is a device or a pipe; expected a regular file")
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError as error:
+        why = f"no such file; check the path (the working directory is {Path.cwd()})"
+        raise FileNotFoundError(error.errno, why, str(path)) from None
+    except ValueError as error:  # a NUL in the path
+        raise InputError(f"{path}: cannot be read: {error}") from None
+    if not data:
+        raise FileFormatError(f"{path}: is empty; {BAD_COPY}")
+    return data
+
+
+def _unpack(source: Source) -> Source:
+    """Unpack gzip in pieces, up to a limit."""
+    if not source.data.startswith(b"\x1f\x8b"):
+        raise source.error("is not packed by gzip although its name ends with .gz; rename it, or get a fresh copy")
+    unpacked = bytearray()
+    try:
+        with gzip.GzipFile(fileobj=BytesIO(source.data)) as stream:
+            while len(unpacked) <= source.unpack_limit and (piece := stream.read1(1 << 20)):
+                unpacked += piece
+    except Exception as error:  # gzip's own errors, and any of zlib and struct
+        if not (unpacked and str(error).startswith("Not a gzipped file")):
+            raise source.error(f"not a whole gzip file ({reason(error)}); {BAD_COPY}") from None
+        source.warn("the bytes after its packed part are not read")
+    if len(unpacked) > source.unpack_limit:
+        raise source.error(
+            f"unpacks to more than {source.unpack_limit} bytes, far more than lines would; if it is valid, "
+            "unpack it by gunzip first"
+        )
+    if not unpacked:
+        raise source.error(f"is empty once unpacked; {BAD_COPY}")
+    whole = Source(bytes(unpacked), source.name)
+    whole.oddities += source.oddities
+    return whole

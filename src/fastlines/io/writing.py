@@ -1,0 +1,87 @@
+"""Writes lines to files."""
+
+from __future__ import annotations
+
+import gzip
+import os
+import shutil
+import tempfile
+import warnings
+from pathlib import Path
+from typing import Any
+
+from ..atomic_write import atomic_write
+from ..curves import Curves
+from ..errors import FileWarning, InputError
+from ..geometry import Geometry
+from ..lines import Lines, as_lines
+from .formats import extension_of, to_write
+
+
+def write(path: str | os.PathLike[str], lines: Any) -> None:
+    """Write lines or curves to a file; its extension, in either case, names the format.
+
+    The file appears whole or not at all. Points keep their bits where the format stores float32.
+
+    Parameters
+    ----------
+    path : str or path-like
+        A file with one of the extensions that `docs/formats.md` lists as written, packed by gzip if ``.gz`` follows.
+    lines : Lines, Curves, or what `Lines.from_segments` takes
+        Curves are cut into the pieces that queries test, where the format has no curves.
+
+    Raises
+    ------
+    InputError
+        If no format has this extension, or `lines` are not lines.
+    MissingExtraError
+        If the format needs a library that is not there.
+    OSError
+        If the file cannot be written.
+
+    Warns
+    -----
+    FileWarning
+        Of everything that the format cannot hold.
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> path = os.path.join(tempfile.mkdtemp(), "cross.npz")
+    >>> write(path, [[[-1, 0, 0], [1, 0, 0]], [[0, -1, 0], [0, 1, 0]]])
+    >>> from fastlines.io import read
+    >>> len(read(path))
+    2
+    """
+    try:
+        target = Path(path)
+    except TypeError:
+        raise InputError(f"path is a {type(path).__name__}; expected a str or a path") from None
+    row = to_write(target)
+    geometry, lost = _to_written(lines, row.writes)
+    with atomic_write(target) as partial:
+        # Libraries want the usual extension, and gzip a whole file.
+        with tempfile.TemporaryDirectory(dir=partial.parent) as folder:
+            plain = Path(folder) / f"lines{extension_of(target)[0]}"
+            lost += row.write(geometry, plain)
+            if extension_of(target)[1]:
+                with plain.open("rb") as file, gzip.open(partial, "wb") as packed:
+                    shutil.copyfileobj(file, packed)
+            else:
+                shutil.copyfile(plain, partial)
+    if lost:
+        warnings.warn(
+            f"{target}: not kept, as the format has no place for it: {'; '.join(lost)}", FileWarning, stacklevel=2
+        )
+
+
+def _to_written(lines: Any, known: tuple[type[Any], ...]) -> tuple[Any, list[str]]:
+    """Return what a writer takes, and what was lost on the way."""
+    geometry = lines if isinstance(lines, Lines | Curves | Geometry) else as_lines(lines)
+    if type(geometry) in known:
+        return geometry, []
+    if isinstance(geometry, Curves):
+        return geometry.pieces.lines, ["curves, which are written as their pieces, and their attributes"]
+    if isinstance(geometry, Lines) and type(geometry) is Lines:
+        return geometry, []
+    raise InputError(f"files keep lines and curves; this is {type(geometry).__name__}; write its parts, each to a file")
