@@ -15,8 +15,9 @@ import typer
 from .. import scenes
 from ..atomic_write import atomic_write, check_target
 from ..camera import Camera, Vector
+from ..curves import Curves
 from ..errors import InputError
-from ..geometry import AnyGeometry
+from ..geometry import AnyGeometry, parts_of
 from ..io import FORMATS, read
 from ..lines import Lines
 from ..tree import Tree, load
@@ -87,8 +88,9 @@ def open_input(text: str, skip_invalid: bool = False) -> Source:
             f"{TREE} for trees, and {SCENE}NAME for scenes"
         )
     lines = read(path, invalid="skip" if skip_invalid else "error")
-    if len(lines.skipped):
-        note(f"{text}: {len(lines.skipped):,} segments that hold NaN or Inf were left out")
+    n_skipped = sum(len(part.skipped) for part in parts_of(lines) if isinstance(part, Lines | Curves))
+    if n_skipped:
+        note(f"{text}: {n_skipped:,} segments that hold NaN or Inf were left out")
     return Source(text, lines)
 
 

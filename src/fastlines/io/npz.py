@@ -5,6 +5,7 @@ from __future__ import annotations
 import zipfile
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -58,7 +59,7 @@ def write(lines: Lines, path: Path) -> list[str]:
 
     Values at both ends of segments, (n, 2, …), keep that shape, and become attributes of that shape when read.
     """
-    arrays = {"segments": lines.segments, "strands": lines.strands}
+    arrays: dict[str, Any] = {"segments": lines.segments, "strands": lines.strands}
     if lines.radius is not None:
         arrays["radius"] = lines.radius
     kept = {
@@ -67,7 +68,7 @@ def write(lines: Lines, path: Path) -> list[str]:
         if values.dtype.kind in "fiub"
     }
     with path.open("wb") as file:
-        np.savez(file, **arrays, **kept)
+        np.savez(file, **(arrays | kept))
     return [f"{name!r} ({values.dtype})" for name, values in lines.attributes.items() if name not in kept]
 
 

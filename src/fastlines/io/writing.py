@@ -59,20 +59,16 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
         raise InputError(f"path is a {type(path).__name__}; expected a str or a path") from None
     row = to_write(target)
     geometry, lost = _to_written(lines, row.writes)
-    with atomic_write(target) as partial:
-        # Libraries want the usual extension, and gzip a whole file.
-        with tempfile.TemporaryDirectory(dir=partial.parent) as folder:
-            plain = Path(folder) / f"lines{extension_of(target)[0]}"
-            lost += row.write(geometry, plain)
-            if extension_of(target)[1]:
-                with plain.open("rb") as file, gzip.open(partial, "wb") as packed:
-                    shutil.copyfileobj(file, packed)
-            else:
-                shutil.copyfile(plain, partial)
+    extension, packed = extension_of(target)
+    # Libraries want the usual extension, and gzip a whole file.
+    with atomic_write(target) as partial, tempfile.TemporaryDirectory(dir=partial.parent) as folder:
+        plain = Path(folder) / f"lines{extension}"
+        lost += row.write(geometry, plain)
+        with plain.open("rb") as file, gzip.open(partial, "wb") if packed else partial.open("wb") as out:
+            shutil.copyfileobj(file, out)
     if lost:
-        warnings.warn(
-            f"{target}: not kept, as the format has no place for it: {'; '.join(lost)}", FileWarning, stacklevel=2
-        )
+        why = "not kept, as the format has no place for it"
+        warnings.warn(f"{target}: {why}: {'; '.join(lost)}", FileWarning, stacklevel=2)
 
 
 def _to_written(lines: Any, known: tuple[type[Any], ...]) -> tuple[Any, list[str]]:
