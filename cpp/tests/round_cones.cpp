@@ -3,6 +3,8 @@
 // other; rays with and without a spread.
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <utility>
 
 #include "check.hpp"
 #include "fastlines/primitives/spread_cones.hpp"
@@ -68,15 +70,23 @@ struct Case {
   }
 
  private:
-  /// The minimum of a convex function over [0, 1].
+  /// The minimum of a convex function over [0, 1], by golden-section search.
   template <class F>
   static double minimum(F&& f) {
-    double low = 0, high = 1;
-    for (int i = 0; i < 200; ++i) {
-      const double a = low + (high - low) / 3, b = high - (high - low) / 3;
-      (f(a) < f(b) ? high : low) = f(a) < f(b) ? b : a;
+    constexpr double kGolden = 0.6180339887498949;
+    double low = 0, high = 1, a = 1 - kGolden, b = kGolden, at_a = f(a), at_b = f(b);
+    for (int i = 0; i < 80; ++i) {
+      if (at_a < at_b) {
+        high = std::exchange(b, a);
+        at_b = at_a;
+        at_a = f(a = high - kGolden * (high - low));
+      } else {
+        low = std::exchange(a, b);
+        at_a = at_b;
+        at_b = f(b = low + kGolden * (high - low));
+      }
     }
-    return std::min({f(0), f(1), f(0.5 * (low + high))});
+    return std::min({f(0), f(1), at_a, at_b});
   }
 };
 
@@ -177,8 +187,9 @@ Case random_case(Random& random, Kind kind, const Placement& place, bool has_spr
 }  // namespace
 
 int main() {
-  return test::run([] {
-    constexpr int n_cases = 3000;
+  const char* const given = std::getenv("FASTLINES_TEST_CASES");
+  const std::size_t n_cases = given ? std::strtoull(given, nullptr, 10) : 5000;  // of each kind
+  return test::run([=] {
     // As fractions of the size of the scene.
     constexpr double max_decision = 3e-7, max_entry = 2e-6;
     Random random{43};
@@ -186,7 +197,7 @@ int main() {
       const Frame frame = frame_of(Box{place({-1, -1, -1}), place({1, 1, 1})}, 6.0f * place.scale);
       const double size = place.scale * (kind == larger_than_scene ? 6.0 : 1.0);
       Worst worst;
-      for (int i = 0; i < n_cases; ++i) {
+      for (std::size_t i = 0; i < n_cases; ++i) {
         const Case one = random_case(random, kind, place, has_spread);
         has_spread ? check_spread(one, frame, size, worst) : check_case(one, frame, size, worst);
       }

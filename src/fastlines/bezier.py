@@ -14,7 +14,9 @@ equal t. So it also says how far the point of the chord is from that of the curv
 and r₃ have different signs, this adds at most |r₀|·|r₃| / (|r₀| + |r₃|): the chord's radius where the line from r₀ to
 r₃ is 0.
 
-**Cutting.** A curve that is off by more than allowed is halved (de Casteljau), which divides its bound by about four.
+**Cutting.** The bound falls with the square of the length, so n parts of equal length are allowed for n² ≥ bound /
+allowed. Where one half needs longer parts than the other, both are cut on their own: a curve is cut into equal parts or
+into its halves (de Casteljau), whichever makes fewer pieces. Where the radius may pass zero, there are only halves.
 """
 
 from __future__ import annotations
@@ -34,6 +36,9 @@ MAX_LEVEL = 12
 
 #: A curve has at most so many pieces.
 MAX_PIECES = 2**MAX_LEVEL
+
+#: Pieces begin and end at multiples of 1/UNITS, which float32 holds.
+UNITS = 2**20
 
 #: A derivative that is smaller than this fraction of the control polygon's longest side counts as zero.
 NO_DERIVATIVE = 2.0**-40
@@ -105,7 +110,7 @@ class Chords(NamedTuple):
     curve : (p,) int64
         The curve of each chord.
     begin, end : (p,) int64
-        The parameter at both ends, in units of 1/`MAX_PIECES`.
+        The parameter at both ends, in units of 1/`UNITS`.
     ends : (p, 2, 4) float64
         Both ends of each chord. Chords that follow one another have the same end, bit for bit.
     off : (p,) float64
@@ -132,21 +137,89 @@ def cut(control: Float64Array, allowed: Callable[[IntArray, Float64Array], Float
     allowed : function
         Takes the number and the coefficients of parts of curves, and returns how far each may be from its chord.
     """
-    curve, begin = np.arange(len(control)), np.zeros(len(control), np.int64)
-    parts = []
-    for level in range(MAX_LEVEL + 1):
-        off = deviation(control)
-        reached = off <= allowed(curve, control)
-        done = reached | (level == MAX_LEVEL)
-        length = MAX_PIECES >> level
-        parts.append(
-            (curve[done], begin[done], begin[done] + length, control[done][:, [0, 3]], off[done], reached[done])
-        )
-        if done.all():
-            break
-        curve, control = np.repeat(curve[~done], 2), halves(control[~done])
-        begin = np.repeat(begin[~done], 2)
-        begin[1::2] += length // 2
-    curve, begin, end, ends, off, reached = (np.concatenate(columns) for columns in zip(*parts, strict=True))
-    order = np.argsort(curve * MAX_PIECES + begin, kind="stable")
+    parts = _halve(control, allowed)
+    parts[-1] = parts[-1]._replace(n=np.ones_like(parts[-1].n))
+    least = parts[-1].n
+    for part in reversed(parts[:-1]):
+        # Compare equal parts with the best cuts of both halves.
+        of_halves = np.full(len(part.n), np.inf)
+        of_halves[part.n > 1] = least.reshape(-1, 2).sum(axis=1)
+        part.halved[:] = of_halves < part.n
+        least = np.minimum(of_halves, part.n)
+
+    chords = []
+    used = np.ones(len(control), np.bool_)
+    for level, part in enumerate(parts):
+        chords.append(_equal_parts(part.some(used & ~part.halved), UNITS >> level))
+        used = np.repeat((used & part.halved)[part.n > 1], 2)
+    curve, begin, end, ends, off, reached = (np.concatenate(columns) for columns in zip(*chords, strict=True))
+    order = np.argsort(curve * UNITS + begin, kind="stable")
     return Chords(curve[order], begin[order], end[order], ends[order], off[order], reached[order])
+
+
+class _Parts(NamedTuple):
+    """Parts of curves, all of the same length.
+
+    Attributes
+    ----------
+    curve, begin : (n,) int64
+        As in `Chords`.
+    control : (n, 4, 4) float64
+    off, allowed : (n,) float64
+        How far a chord of the whole part is off at most, and may be.
+    n : (n,) float64
+        How many equal parts are allowed; infinite where there are only halves.
+    halved : (n,) bool
+        Whether its halves make fewer pieces.
+    """
+
+    curve: IntArray
+    begin: IntArray
+    control: Float64Array
+    off: Float64Array
+    allowed: Float64Array
+    n: Float64Array
+    halved: npt.NDArray[np.bool_]
+
+    def some(self, which: npt.NDArray[np.bool_]) -> _Parts:
+        """Return those that are chosen."""
+        curve, begin, control, off, allowed, n, halved = self
+        columns = (curve[which], begin[which], control[which], off[which], allowed[which], n[which], halved[which])
+        return _Parts(*columns)
+
+
+def _halve(control: Float64Array, allowed: Callable[[IntArray, Float64Array], Float64Array]) -> list[_Parts]:
+    """Halve curves, and again what is off by more than allowed; return the parts of each length."""
+    curve, begin = np.arange(len(control)), np.zeros(len(control), np.int64)
+    found = []
+    for level in range(MAX_LEVEL + 1):
+        off, most = deviation(control), allowed(curve, control)
+        with np.errstate(divide="ignore"):
+            # The ends of equal parts are rounded to units, which makes some longer by 1 in 2^8 at most.
+            n = np.ceil(np.sqrt(off / np.where(most > 0, most, np.where(off > 0, 0, 1))) * (1 + 2.0**-8))
+        passes = (control[:, :, 3].min(axis=1) < 0) & (control[:, :, 3].max(axis=1) > 0)
+        n = np.where(off <= most, 1, np.where(passes, np.inf, np.maximum(n, 2)))
+        found.append(_Parts(curve, begin, control, off, most, n, np.zeros(len(n), np.bool_)))
+        again = n > 1
+        if not again.any():
+            break
+        curve, control = np.repeat(curve[again], 2), halves(control[again])
+        begin = np.repeat(begin[again], 2)
+        begin[1::2] += UNITS >> (level + 1)
+    return found
+
+
+def _equal_parts(part: _Parts, length: int) -> Chords:
+    """Cut parts of some length into n chords each."""
+    n = part.n.astype(np.int64)
+    row = np.repeat(np.arange(len(n)), n)
+    i = np.arange(len(row)) - np.repeat(np.cumsum(n) - n, n)
+    ends = np.empty((len(row), 2, 4))
+    at = [(i + k) * length // n[row] for k in (0, 1)]
+    for k in (0, 1):
+        inner = (at[k] > 0) & (at[k] < length)
+        ends[:, k] = part.control[row, np.where(at[k] > 0, 3, 0)]
+        ends[inner, k] = evaluate(part.control[row[inner]], at[k][inner] / length)[0]
+    off = part.off[row] * ((at[1] - at[0]) / length) ** 2
+    begin = part.begin[row]
+    return Chords(part.curve[row], begin + at[0], begin + at[1], ends, off, off <= part.allowed[row])

@@ -74,7 +74,7 @@ class Curves(Immutable):
     >>> quarter
     <Curves: 1 curve, radius>
     >>> len(quarter.pieces)
-    64
+    54
     >>> print(quarter.evaluate(0, 0.5).points.round(3))
     [0.707 0.707 0.   ]
     """

@@ -26,7 +26,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .arrays import FloatArray, IntArray, kind_of, list_rows
-from .bezier import MAX_PIECES, Chords, Float64Array, cut, largest
+from .bezier import MAX_PIECES, UNITS, Chords, Float64Array, cut, largest
 from .errors import InputError, PrecisionWarning
 from .immutable import Immutable, frozen, own
 from .lines import Lines
@@ -83,16 +83,16 @@ class Pieces(Immutable):
         """Return the piece that a place on a curve is on, and the place on that piece; see `Curves.locate`."""
         number, at = np.broadcast_arrays(*as_places("curve", curve, len(self.first) - 1, "u", u))
         # Find the last piece that begins at or before the unit. The last unit of a curve includes its end.
-        unit = np.minimum((at * MAX_PIECES).astype(np.int64), MAX_PIECES - 1)
-        piece = np.searchsorted(self._begins, number * MAX_PIECES + unit, side="right") - 1
+        unit = np.minimum((at * UNITS).astype(np.int64), UNITS - 1)
+        piece = np.searchsorted(self._begins, number * UNITS + unit, side="right") - 1
         begin, end = self.begin[piece].astype(np.float64), self.end[piece].astype(np.float64)
         return piece, np.asarray((at - begin) / (end - begin))
 
     @cached_property
     def _begins(self) -> IntArray:
-        """Where each piece begins, in units of 1/MAX_PIECES, counted over all curves."""
-        units = (self.begin.astype(np.float64) * MAX_PIECES).astype(np.int64)
-        return np.asarray(self.curve * MAX_PIECES + units)
+        """Where each piece begins, in units of 1/UNITS, counted over all curves."""
+        units = (self.begin.astype(np.float64) * UNITS).astype(np.int64)
+        return np.asarray(self.curve * UNITS + units)
 
     def parameter(self, piece: npt.ArrayLike, s: npt.ArrayLike) -> tuple[IntArray, FloatArray]:
         """Return the curve of a piece, and the parameter of a place on that piece; see `Curves.parameter`."""
@@ -157,7 +157,7 @@ def cut_curves(
         up=up,
     )
     first = np.concatenate([[0], np.cumsum(np.bincount(curve, minlength=n))])
-    units = [(column / MAX_PIECES).astype(np.float32) for column in (begin, end)]
+    units = [(column / UNITS).astype(np.float32) for column in (begin, end)]
     return Pieces(lines, own(curve), own(first), own(units[0]), own(units[1]), own(off))
 
 

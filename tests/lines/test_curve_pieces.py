@@ -75,8 +75,8 @@ def test_pieces_are_as_many_as_needed() -> None:
         return np.diff(curves_of(shape, tolerance=tolerance).pieces.first).tolist()
 
     assert count("straight") == count("straight, tapered") == count("a point") == [1]
-    assert count("a quarter") == [64]  # a chord of 1/64 is off by (π/2/64)²/8 = 7.5e-5, and 1 % of .01 are 1e-4
-    assert count("a quarter", 1e-3) == [32]  # 18 chords of any length would do
+    assert count("a quarter") == [58]  # a chord of 1/56 is off by (π/2/56)²/8 = 9.8e-5, and 1 % of .01 are 1e-4
+    assert count("a quarter", 1e-3) == [19]  # a chord of 1/18 is off by 9.5e-4
     assert count("a quarter", 1.0) == [1]
     # The straight part of a curve takes fewer pieces than the bend.
     bent = fl.Curves.from_bezier([[[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 1, 0]]], tolerance=1e-3).pieces
