@@ -1,8 +1,9 @@
 """Binary Curve Collections (``.bcc``): the yarns of knitted cloth.
 
-Format: http://www.cemyuksel.com/research/yarnmodels/ and http://www.cemyuksel.com/cyCodeBase/soln/using_bcc_files.html,
-all numbers little-endian. A header of 64 bytes names the type of the curves and the axis that points upwards. Then comes
-for each curve its int32 number of control points, negative for a closed one, and their float32 coordinates.
+Format: http://www.cemyuksel.com/research/yarnmodels/ and http://www.cemyuksel.com/cyCodeBase/soln/using_bcc_files.html
+
+All numbers little-endian. A header of 64 bytes names the type of the curves and the axis that points upwards. Then each
+curve has an int32 number of control points, negative for a closed one, and their float32 coordinates.
 
 The type of the published files is ``C0``: Catmull-Rom splines with uniform knots, which are read as such. ``PL`` is a
 polyline in files of the YarnBall simulator. Where an open spline ends is not defined; here it begins at its first point
@@ -57,8 +58,8 @@ def read(source: Source, invalid: str, *, basis: str | None = None) -> Lines | C
         )
     if basis is None and header["type"] not in _BASES:
         raise source.error(
-            f"holds curves of type {header['type']!r}; expected b'C0', uniform Catmull-Rom splines, or b'PL', polylines; "
-            "read it with basis='linear' to join the control points by segments"
+            f"holds curves of type {header['type']!r}; expected b'C0', uniform Catmull-Rom splines, or b'PL', "
+            "polylines; read it with basis='linear' to join the control points by segments"
         )
     basis = basis or _BASES[header["type"]]
     points, counts = counted_points(source, header["curves"], negative=True)

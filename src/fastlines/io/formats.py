@@ -20,6 +20,8 @@ TABLE: tuple[Format, ...] = (
         "NumPy arrays: 'segments', or 'points' and 'counts'; optionally 'radius' and others",
         writes=(Lines,),
     ),
+    Format("obj", (".obj",), "lines of Wavefront OBJ", writes=(Lines,)),
+    Format("swc", (".swc",), "neurons, SWC", writes=(Lines,), unit="µm"),
     Format("tck", (".tck",), "streamlines, MRtrix", magic=(b"mrtrix tracks",), up="z", unit="mm"),
     Format("tfx", (".tfx",), "hair, AMD TressFX versions 3 and 4", up="y"),
     Format("usc", (".data",), "hair of the USC-HairSalon database", up="y"),

@@ -98,7 +98,7 @@ def write(lines: Lines, path: Path) -> list[str]:
     """Write a strand for each polyline, with twice the radius as the thickness.
 
     The attributes ``transparency`` (m,), ``color`` (m, 3) and ``uv`` (m, 2) are written as float32, if they are known
-    at both ends of segments. A polyline of more than 65,535 segments is written as several strands, which share a point.
+    at both ends of segments. A polyline of more than 65,535 segments is written as several strands that share a point.
     """
     polylines = polylines_of(lines)
     # Cut polylines that have too many segments.

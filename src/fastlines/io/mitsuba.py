@@ -1,8 +1,8 @@
 """Curves of the renderer Mitsuba 3 (``.txt``, ``.curves``): what its shapes *linearcurve* and *bsplinecurve* load.
 
 Format: https://mitsuba.readthedocs.io/en/stable/src/generated/plugins_shapes.html#linear-curve-linearcurve. A line has
-the position and the radius of a control point, ``x y z radius``. An empty line ends a curve. The file does not say which
-of the two shapes it is for. Mitsuba refuses curves of too few points; here a lone point of a linear curve is read as a
+the position and the radius of a control point, ``x y z radius``. An empty line ends a curve. The file does not say for
+which of the two shapes it is. Mitsuba refuses curves of too few points; here a lone point of a linear curve is read as a
 segment of zero length, with a warning. Numbers after the fourth of a line are not read, with a warning.
 """
 
@@ -51,8 +51,8 @@ def read(source: Source, invalid: str, *, basis: str = "linear") -> Lines | Curv
     few = np.flatnonzero(counts < 4)
     if len(few):
         raise source.error(
-            f"the curve at line {int(where[begins[few[0]]]) + 1} has {counts[few[0]]} points; a B-spline has 4 or more; "
-            "mend the file, or read it with basis='linear'"
+            f"the curve at line {int(where[begins[few[0]]]) + 1} has {counts[few[0]]} points; a B-spline has 4 or "
+            "more; mend the file, or read it with basis='linear'"
         )
     return Curves.from_strands(points, counts, basis=basis, radius=radius, invalid=invalid)
 

@@ -93,7 +93,9 @@ def parse_numbers(text: bytes) -> Float64Array | None:
     return numbers if len(numbers) == n_words else None
 
 
-def check_columns(source: Source, lines: NumberLines, least: int, expected: str, line_of: IntArray | None = None) -> None:
+def check_columns(
+    source: Source, lines: NumberLines, least: int, expected: str, line_of: IntArray | None = None
+) -> None:
     """Refuse lines that have some numbers, but fewer than `least`."""
     bad = np.flatnonzero((lines.counts > 0) & (lines.counts < least))
     if len(bad):
