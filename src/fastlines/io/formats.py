@@ -21,6 +21,8 @@ TABLE: tuple[Format, ...] = (
         writes=(Lines,),
     ),
     Format("obj", (".obj",), "lines of Wavefront OBJ", writes=(Lines,)),
+    Format("pbrt", (".pbrt",), "curves of pbrt scenes, versions 3 and 4"),
+    Format("ply", (".ply",), "edges of PLY", magic=(b"ply\n", b"ply\r"), writes=(Lines,)),
     Format("swc", (".swc",), "neurons, SWC", writes=(Lines,), unit="µm"),
     Format("tck", (".tck",), "streamlines, MRtrix", magic=(b"mrtrix tracks",), up="z", unit="mm"),
     Format("tfx", (".tfx",), "hair, AMD TressFX versions 3 and 4", up="y"),

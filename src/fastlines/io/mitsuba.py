@@ -2,8 +2,10 @@
 
 Format: https://mitsuba.readthedocs.io/en/stable/src/generated/plugins_shapes.html#linear-curve-linearcurve. A line has
 the position and the radius of a control point, ``x y z radius``. An empty line ends a curve. The file does not say for
-which of the two shapes it is. Mitsuba refuses curves of too few points; here a lone point of a linear curve is read as a
-segment of zero length, with a warning. Numbers after the fourth of a line are not read, with a warning.
+which of the two shapes it is.
+
+Mitsuba refuses curves of too few points. Here a lone point of a linear curve is read as a segment of zero length, with
+a warning. Numbers after the fourth of a line are not read, with a warning.
 """
 
 from __future__ import annotations

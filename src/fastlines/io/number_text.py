@@ -43,7 +43,7 @@ def unify(data: bytes) -> bytes:
     return data.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in data else data
 
 
-def number_lines(source: Source, text: bytes, line_of: IntArray | None = None) -> NumberLines:
+def number_lines(source: Source, text: bytes, line_of: IntArray | None = None, what: str = "line") -> NumberLines:
     """Parse lines of numbers that white space separates.
 
     Parameters
@@ -54,6 +54,8 @@ def number_lines(source: Source, text: bytes, line_of: IntArray | None = None) -
         As `unify` returns it. A last line without a line end is one.
     line_of : (n,) array, optional
         The number of each line in the file, from 0, where the text holds only some of them.
+    what : str
+        What a line is called in the error.
     """
     numbers, counts = [np.empty(0)], [np.empty(0, np.int64)]
     n_before = 0
@@ -65,8 +67,8 @@ def number_lines(source: Source, text: bytes, line_of: IntArray | None = None) -
             row, line = _bad_line(piece)
             row += n_before
             raise source.error(
-                f"line {(row if line_of is None else int(line_of[row])) + 1}: {_shown(line)} is not numbers; "
-                "mend the line, or check the extension"
+                f"{what} {(row if line_of is None else int(line_of[row])) + 1}: {_shown(line)} is not numbers; "
+                "mend it, or check the extension"
             )
         if len(ends) == 0 or ends[-1] + 1 < len(raw):
             ends = np.append(ends, len(raw))

@@ -4,8 +4,8 @@ Format: https://paulbourke.net/dataformats/obj/. ``v x y z`` is a vertex, and ``
 their numbers from 1, or from -1 backwards from the line itself. Each ``l`` is a strand. A backslash continues a line.
 
 Colours of vertices, ``v x y z r g b``, become an attribute. Faces, points, curves and surfaces are not read, with a
-warning that counts them. Texture coordinates, groups, objects, materials, and vertices of no ``l`` are dropped. The format
-defines no unit, no axes and no radius.
+warning that counts them. Texture coordinates, groups, objects, materials, and vertices of no ``l`` are dropped. The
+format defines no unit, no axes and no radius.
 """
 
 from __future__ import annotations
@@ -27,6 +27,9 @@ from .written import not_held
 _OTHERS = {b"f": "faces", b"fo": "faces", b"p": "points", b"curv": "curves", b"curv2": "curves", b"surf": "surfaces"}
 _INDENT = re.compile(rb"^[ \t]+", re.MULTILINE)
 _TEXTURE = re.compile(rb"/[^\s]*")
+#: White space that stands for the line end in a continued line.
+_CONTINUED = b"\x0b"
+_KNOWN = re.compile(rb"^(?:[vfplogs]|v[nt]|fo|curv2?|surf|mtllib|usemtl|#.*)(?:\s|$)", re.MULTILINE)
 _SPACE = (ord(" "), ord("\t"), ord("\n"))
 
 
@@ -34,17 +37,20 @@ def read(source: Source, invalid: str) -> Lines:
     """Read the ``l`` elements of a ``.obj`` file; colours become the attribute ``color`` (n, 3)."""
     text = unify(source.data)
     if b"\\" in text:
-        text = text.replace(b"\\\n", b"  ")  # lines after it are numbered without the continuation
+        text = text.replace(b"\\\n", b" " + _CONTINUED)
     if text[:1] in b" \t" or b"\n " in text or b"\n\t" in text:
         text = _INDENT.sub(b"", text)
     raw = np.frombuffer(text, np.uint8)
     starts = np.append(0, np.flatnonzero(raw == ord("\n")) + 1)
+    numbers = np.arange(len(starts)) + np.searchsorted(np.flatnonzero(raw == ord(_CONTINUED)), starts)
+    if not _KNOWN.search(text):
+        raise source.error("has no line that begins as one of an OBJ file does; check the extension")
     _warn_of_others(source, text, raw, starts)
 
     is_vertex, is_line = _keyword(raw, starts, "v"), _keyword(raw, starts, "l")
-    points, color = _vertices(source, _values(text, starts, is_vertex), np.flatnonzero(is_vertex))
+    points, color = _vertices(source, _values(text, starts, is_vertex), numbers[is_vertex])
     rows = np.flatnonzero(is_line)
-    elements = number_lines(source, _TEXTURE.sub(b"", _values(text, starts, is_line)), rows)
+    elements = number_lines(source, _TEXTURE.sub(b"", _values(text, starts, is_line)), numbers[rows])
     counts = elements.counts[: len(rows)]
 
     # Turn the numbers of vertices into rows.
@@ -54,10 +60,10 @@ def read(source: Source, invalid: str) -> Lines:
     index = np.where(given < 0, n_before + given, given - 1)
     bad = np.flatnonzero((given != np.round(given)) | (given == 0) | (index < 0) | (index >= len(points)))
     if len(bad):
-        line = int(np.repeat(rows, counts)[bad[0]]) + 1
+        line = int(np.repeat(numbers[rows], counts)[bad[0]]) + 1
         raise source.error(
-            f"line {line}: the vertex {elements.numbers[bad[0]]:g} is not there; expected 1 to {len(points)}, or negative "
-            "numbers back from this line; mend the file"
+            f"line {line}: the vertex {elements.numbers[bad[0]]:g} is not there; expected 1 to {len(points)}, or "
+            "negative numbers back from this line; mend the file"
         )
     if n_lone := int((counts < 2).sum()):
         source.warn(f"{n_lone} of its elements l have less than two vertices; one becomes a segment of zero length")
@@ -67,7 +73,7 @@ def read(source: Source, invalid: str) -> Lines:
 
 
 def write(lines: Lines, path: Path) -> list[str]:
-    """Write an ``l`` for each polyline, with vertices of its own, and the attribute ``color`` (m, 3) if there is one."""
+    """Write an ``l`` for each polyline, with vertices of its own, and the attribute ``color`` (m, 3), if float32."""
     polylines = polylines_of(lines)
     table: npt.NDArray[np.generic] = polylines.points
     color = polylines.point_attributes.get("color")

@@ -124,7 +124,8 @@ def _find_parents(source: Source, ids: IntArray, parents: IntArray, table: Float
     place = np.searchsorted(sorted_ids, parents)
     there = (place < len(ids)) & (parents >= 0)
     there[there] = sorted_ids[place[there]] == parents[there]
-    parent = np.where(there, order[np.minimum(place, max(len(ids) - 1, 0))], -1) if len(ids) else np.zeros(0, np.int64)
+    parent = np.full(len(ids), -1)
+    parent[there] = order[place[there]]
 
     # An id that repeats is a parent only if all its nodes are in the same place.
     again = np.flatnonzero(sorted_ids[1:] == sorted_ids[:-1]) + 1
@@ -134,8 +135,8 @@ def _find_parents(source: Source, ids: IntArray, parents: IntArray, table: Float
         if len(unclear):
             lines = line_of[order[unclear[0] - 1 : unclear[0] + 1]]
             raise source.error(
-                f"the id {sorted_ids[unclear[0]]} stands on lines {lines[0]} and {lines[1]} for different nodes, and is "
-                "a parent; which one is not known: mend the file"
+                f"the id {sorted_ids[unclear[0]]} stands on lines {lines[0]} and {lines[1]} for different nodes, and "
+                "is a parent; which one is not known: mend the file"
             )
         source.warn(f"{len(again)} of its nodes have the id of an earlier one; all are read")
     is_self = parent == np.arange(len(ids))
@@ -165,8 +166,8 @@ def _nodes_by_id(
         types = np.zeros_like(ends)
     flat = ends.reshape(-1).astype(np.int64)
     ids, first, node = np.unique(flat, return_index=True, return_inverse=True)
-    columns = (lines.segments.reshape(-1, 3), lines.end_radii.reshape(-1), types.reshape(-1).astype(np.int64))
-    if not all(np.array_equal(values, values[first][node]) for values in columns):
+    points, radius, kinds = lines.segments.reshape(-1, 3), lines.end_radii.reshape(-1), types.reshape(-1)
+    if not all(np.array_equal(values, values[first][node]) for values in (points, radius, kinds)):
         return None
     parents = np.full(len(ids), -1)
     is_root = ends[:, 0] == ends[:, 1]
@@ -174,5 +175,4 @@ def _nodes_by_id(
     if len(np.unique(children)) < len(children) or is_root[np.isin(ends[:, 0], ends[~is_root])].any():
         return None
     parents[children] = ends[~is_root, 0]
-    points, radius, kinds = (np.asarray(values[first]) for values in columns)
-    return ids, parents, points, radius, kinds
+    return np.asarray(ids), parents, points[first], radius[first], kinds[first].astype(np.int64)

@@ -1,7 +1,7 @@
 """Hair of the USC-HairSalon database (``.data``).
 
-Format: http://www-scf.usc.edu/~liwenhu/SHM/database.html, all numbers little-endian: an int32 number of strands; then each
-strand's int32 number of points and their float32 coordinates. In the database each strand has 1 or 100 points. A
+Format: http://www-scf.usc.edu/~liwenhu/SHM/database.html, all numbers little-endian: an int32 number of strands; then
+each strand's int32 number of points and their float32 coordinates. In the database each strand has 1 or 100 points. A
 strand of one point says that no hair grows from this root, so it becomes no segment. It keeps its number: the strands
 of the lines count all roots. Heads are upright along y. The format defines no unit and no thickness.
 """
