@@ -74,9 +74,8 @@ def read_elements(source: Source, wanted: Collection[str]) -> Elements:
             columns[element.name] = found
             for prop in element.properties:
                 if prop.name in found and found[prop.name].dtype != prop.type:
-                    source.warn(
-                        f"its numbers {prop.name!r} of element {element.name!r} are not of their type; read as float64"
-                    )
+                    what = f"{prop.name!r} of element {element.name!r}"
+                    source.warn(f"some of its numbers {what} are not of their type; all are read as float64")
     if at < store.stop:
         source.warn(f"{store.stop - at} {store.unit} after its last element are not read")
     return Elements({element.name: element.n_rows for element in elements}, columns)
