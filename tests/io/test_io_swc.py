@@ -171,6 +171,19 @@ def test_other_lines_are_written_as_trees_of_their_own(tmp_path):
     assert len(fl.read(tmp_path / "a.swc")) == 0
 
 
+def test_types_are_kept_only_at_ends_and_as_whole_numbers(load, tmp_path):
+    lines = load(NEURON, "a.swc")
+    for types in (lines.end_attributes["type"] + 0.5, np.ones((7, 2, 2), int)):
+        more = {"id": lines.end_attributes["id"], "type": types}
+        with pytest.warns(fl.FileWarning, match="no place for it: 'type'$"):
+            fl.write(tmp_path / "b.swc", fl.Lines(lines.segments, lines.strands, lines.radius, end_attributes=more))
+        back = fl.read(tmp_path / "b.swc")
+        assert ids(back) == ids(lines)
+        assert not back.attributes["type"].any()
+    with pytest.warns(fl.FileWarning, match="no place for it: 'type'$"):
+        fl.write(tmp_path / "b.swc", fl.Lines(lines.segments, lines.strands, lines.radius, {"type": np.ones(7, int)}))
+
+
 def test_ids_that_make_no_trees_are_not_kept(tmp_path):
     lines = fl.Lines.from_points(
         np.random.default_rng(3).random((4, 3)), [2, 2], radius=1, attributes={"id": [1, 2, 1, 2]}

@@ -13,8 +13,10 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..arrays import FloatArray, IntArray
 from ..lines import Lines
@@ -78,32 +80,27 @@ def write(lines: Lines, path: Path) -> list[str]:
     Where all ends of segments have an ``id``, as lines from a ``.swc`` file do, nodes are these ids, and so the trees
     stay whole. The type is that of the attribute ``type``, or 0. The radius is 0 where the lines have none.
     """
-    nodes = _nodes_by_id(lines)
-    kept = ["id", "type"]
     polylines = polylines_of(lines)
+    types = polylines.point_attributes.get("type")
+    has_types = types is not None and types.ndim == 1 and types.dtype.kind in "iu"
+    nodes = _nodes_by_id(lines, lines.end_attributes["type"] if has_types else None)
+    kept = ["type"] * has_types + ["id"] * (nodes is not None)
     if nodes is None:
-        kept = ["type"]
         m = len(polylines.points)
-        ids = np.arange(1, m + 1)
-        parents = ids - 1
+        parents = np.arange(m)
         parents[polylines.offsets[:-1]] = -1
         radius = np.zeros(m, np.float32) if polylines.radius is None else polylines.radius
-        nodes = ids, parents, polylines.points, radius, polylines.point_attributes.get("type", np.zeros(m, np.int64))
-    ids, parents, points, radius, types = nodes
-    if types.ndim != 1 or types.dtype.kind not in "iu":
-        types = np.zeros(len(ids), np.int64)
-        kept.remove("type")
+        kinds = np.zeros(m, np.int64) if types is None or not has_types else types
+        nodes = np.arange(1, m + 1), parents, polylines.points, radius, kinds
+    ids, parents, points, radius, kinds = nodes
     table = np.concatenate([points, radius[:, None]], axis=1)
-    numbers = (one_each(np.asarray(values)) for values in (ids, types, parents))
+    numbers = (one_each(np.asarray(values)) for values in (ids, kinds, parents))
     with path.open("wb") as file:
         file.write(b"# id type x y z radius parent\n")
         rows = (row for rows in words_of(table) for row in rows)
         for node, kind, parent, row in zip(*numbers, rows, strict=True):
             file.write(b" ".join([node, kind, *row, parent]) + b"\n")
-    lost = not_held(lines, polylines, radius=True, needs_radius=True, attributes=kept, unit=UNIT)
-    if "id" in kept:  # what polylines lose where sections meet, and their numbers, come back with the tree
-        lost = [text for text in lost if "on both sides of a point" not in text and "numbers of strands" not in text]
-    return lost
+    return not_held(lines, polylines, radius=True, needs_radius=True, attributes=kept, unit=UNIT)
 
 
 def _whole(source: Source, values: Float64Array, name: str, line_of: IntArray) -> IntArray:
@@ -149,21 +146,15 @@ def _find_parents(source: Source, ids: IntArray, parents: IntArray, table: Float
 
 
 def _nodes_by_id(
-    lines: Lines,
+    lines: Lines, given_types: npt.NDArray[Any] | None
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray, IntArray] | None:
     """Return ids, parents, points, radii and types of nodes, if the ends of segments have ids that make trees."""
     ends = lines.end_attributes.get("id")
-    if (
-        ends is None
-        or ends.shape != (len(lines), 2)
-        or ends.dtype.kind not in "iu"
-        or not len(lines)
-        or (ends < 0).any()
-    ):
+    if ends is None or ends.shape != (len(lines), 2) or ends.dtype.kind not in "iu":
         return None
-    types = lines.end_attributes.get("type", np.zeros_like(ends))
-    if types.shape != ends.shape or types.dtype.kind not in "iu":
-        types = np.zeros_like(ends)
+    if not len(lines) or (ends < 0).any() or (ends > _LARGEST_ID).any():
+        return None
+    types = np.zeros_like(ends) if given_types is None else given_types
     flat = ends.reshape(-1).astype(np.int64)
     ids, first, node = np.unique(flat, return_index=True, return_inverse=True)
     points, radius, kinds = lines.segments.reshape(-1, 3), lines.end_radii.reshape(-1), types.reshape(-1)
