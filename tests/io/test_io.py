@@ -8,7 +8,24 @@ import os
 
 import numpy as np
 import pytest
-from support.line_files import COUNTS, FIRST, LAST, POINTS, SAMPLES, STRANDS, hair, message_of, npy, npz, tck, tfx, trk
+from support.line_files import (
+    COUNTS,
+    FIRST,
+    LAST,
+    POINTS,
+    SAMPLES,
+    STRANDS,
+    bcc,
+    hair,
+    message_of,
+    npy,
+    npz,
+    ply,
+    tck,
+    tfx,
+    trk,
+    usc,
+)
 
 import fastlines.io
 from fastlines.errors import InputError
@@ -60,6 +77,12 @@ EMPTY = {
     "a.npy": npy(np.empty((0, 2, 3))),
     "a.npz": npz(points=np.empty((0, 3)), counts=np.empty(0, int)),
     "b.npz": npz(segments=np.empty((0, 6))),
+    "a.data": usc(counts=[]),
+    "a.bcc": bcc(counts=[], kind=b"PL"),
+    "a.ply": ply(edges=()),
+    "a.obj": b"# nothing",
+    "a.swc": b"# nothing",
+    "a.txt": b"\n",
 }
 
 
@@ -107,7 +130,7 @@ def test_paths_that_are_no_file(tmp_path, load):
         assert "is empty" in message_of(load, b"", "a" + name)
 
 
-@pytest.mark.parametrize("name", ["a.obj", "a", "a.gz", ".hair", "a.hair.bz2"])
+@pytest.mark.parametrize("name", ["a.xyz", "a", "a.gz", ".hair", "a.hair.bz2"])
 def test_unknown_extension_lists_the_known_ones(load, name):
     text = message_of(load, b"what?", name)
     assert "unknown extension" in text

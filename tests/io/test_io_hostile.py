@@ -11,7 +11,23 @@ import zipfile
 
 import numpy as np
 import pytest
-from support.line_files import COUNTS, POINTS, SAMPLES, hair, message_of, npy, npy_of, npz, tck, tfx, trk
+from support.line_files import (
+    COUNTS,
+    PLY_HEADER,
+    POINTS,
+    SAMPLES,
+    bcc,
+    hair,
+    message_of,
+    npy,
+    npy_of,
+    npz,
+    ply,
+    tck,
+    tfx,
+    trk,
+    usc,
+)
 from support.slow import few_of
 
 from fastlines.errors import FastlinesError, InputError
@@ -92,6 +108,40 @@ LIES: list[tuple[str, bytes, str]] = [
         tck(head="count: 5\ndatatype: Float32LE\n", tail=b"more"),
         "three Inf end the data after 4, and 4 bytes",
     ),
+    ("a.data", b"\1\0", "counts of strands .* do not fit"),
+    ("a.data", usc(promised=-1), "announces -1 strands; expected 0 or more"),
+    ("a.data", usc(promised=2**31 - 1), "announces 2147483647 strands, but ends after 4"),
+    ("a.data", usc(promised=3), "16 bytes are left over"),
+    ("a.data", usc(tail=b"\0\0"), "2 bytes are left over"),
+    ("a.data", usc(counts=[3, -1]), "strand 1 announces -1 points, which are not there"),
+    ("a.data", usc(counts=[3])[:4] + struct.pack("<i", 2**31 - 1), "strand 0 announces 2147483647 points"),
+    ("a.bcc", b"BCC", "header fields .* do not fit"),
+    ("a.bcc", bcc(magic=b"CCB\x44"), "starts with b'CCB', a .bcc file with b'BCC'"),
+    ("a.bcc", bcc(magic=b"BCC\x48"), "has numbers of 4 and 8 bytes and 3 dimensions; expected 4 and 4"),
+    ("a.bcc", bcc(dimensions=2), "4 bytes and 2 dimensions"),
+    ("a.bcc", bcc(kind=b"C1"), "curves of type b'C1'; expected b'C0'.* basis='linear'"),
+    ("a.bcc", bcc(promised=2**64 - 1), "announces 18446744073709551615 strands, but ends after 2"),
+    ("a.bcc", bcc(promised=1), "40 bytes are left over"),
+    ("a.bcc", bcc(counts=[4])[:64] + struct.pack("<i", -(2**31)), "strand 0 announces -2147483648 points"),
+    ("a.ply", b"plx\n", "starts with b'plx.n', a .ply file with b'ply' on a line"),
+    ("a.ply", b"ply\nformat ascii 1.0\n", "header has no line end_header"),
+    ("a.ply", b"ply\nend_header\n", "header has no line format"),
+    ("a.ply", ply(header=PLY_HEADER.replace("property float x", "property float32x x")), "has the type 'float32x'"),
+    ("a.ply", ply(header=PLY_HEADER.replace("property float y", "property float x")), "has the property 'x' again"),
+    ("a.ply", ply(header=PLY_HEADER.replace("comment", "remark")), "line 3 of its header is 'remark by hand'; mend"),
+    ("a.ply", ply(header=PLY_HEADER.replace("element edge", "element vertex")), "several elements of one name"),
+    ("a.ply", ply(header=PLY_HEADER.replace(" x", " a")), "'vertex' has no number 'x' .it has a, y, z"),
+    (
+        "a.ply",
+        ply(header=PLY_HEADER.replace("element vertex", "element point")),
+        "'vertex' has no number 'x' .it has none",
+    ),
+    ("a.ply", ply(promised=10**17), "100000000000000000 rows of element 'edge', 10 bytes each, do not fit into the 40"),
+    ("a.ply", ply("", promised=5), "5 rows of element 'edge', 3 numbers each, do not fit into the 12 numbers"),
+    ("a.ply", ply(edges=((0, 7),)), "edge 0 joins the vertices 0 and 7; expected 0 to 6"),
+    ("a.ply", ply(edges=((0, 1), (-1, 2))), "edge 1 joins the vertices -1 and 2"),
+    ("a.ply", ply("", tail=b"x"), "line 34: 'x' is not numbers; mend it"),
+    ("a.ply", ply("", others=((1, 2),)).replace(b"\n9 2 ", b"\n9 2.5 "), "no number of 'vertex_indices' that can be"),
     ("a.npy", b"\x93NUMPX" + bytes(100), "does not start with the header of an array .*; check the extension"),
     ("a.npy", npy_of("'<f4'", "(4611686018427387904, 2, 3)"), "numbers .* do not fit"),
     ("a.npy", npy_of("'<f4'", "(4611686018427387904, 0, 3)"), "numbers .* do not fit"),
@@ -153,6 +203,8 @@ def test_lies_are_told_in_one_sentence(load, name, data, said):
         ("a.tfx", tfx(3, points=NAN_POINTS[:6]), "row"),
         ("a.npy", npy(NAN_POINTS[:6].reshape(3, 2, 3)), "row 2"),
         ("a.npz", npz(points=NAN_POINTS, counts=COUNTS), "row 3"),
+        ("a.data", usc(counts=[7], promised=1)[:8] + NAN_POINTS.astype("<f4").tobytes(), "rows 3"),
+        ("a.bcc", bcc(kind=b"PL", points=NAN_POINTS), "rows 3"),
     ],
 )
 def test_nan_names_its_rows_or_is_skipped(load, name, data, rows):

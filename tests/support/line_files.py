@@ -175,6 +175,85 @@ def npz(*, compressed: bool = False, **arrays) -> bytes:
     return stream.getvalue()
 
 
+def counted(counts: list[int], points: np.ndarray = POINTS) -> bytes:
+    """Write strands, each as its count and its points; a count below 0 marks a strand."""
+    body, at = b"", 0
+    for count in counts:
+        body += struct.pack("<i", count) + points[at : at + abs(count)].astype("<f4").tobytes()
+        at += abs(count)
+    return body
+
+
+def usc(*, counts: list[int] | None = None, promised: int | None = None, tail: bytes = b"") -> bytes:
+    counts = COUNTS if counts is None else counts
+    return struct.pack("<i", len(counts) if promised is None else promised) + counted(counts) + tail
+
+
+def bcc(
+    *,
+    counts: list[int] | None = None,
+    promised: int | None = None,
+    n_points: int | None = None,
+    magic: bytes = b"BCC\x44",
+    kind: bytes = b"C0",
+    dimensions: int = 3,
+    up: int = 1,
+    points: np.ndarray = POINTS,
+    tail: bytes = b"",
+) -> bytes:
+    counts = [4, -3] if counts is None else counts
+    promised = len(counts) if promised is None else promised
+    n_points = sum(map(abs, counts)) if n_points is None else n_points
+    header = struct.pack("<4s2sBBQQ40s", magic, kind, dimensions, up, promised, n_points, b"test")
+    return header + counted(counts, points) + tail
+
+
+PLY_HEADER = """ply
+format {format} 1.0
+comment by hand
+element vertex {vertices}
+property float x
+property float y
+property float z
+property float radius
+property uchar red
+property float uv_0
+property float uv_1
+element {other} {others}
+property uchar flags
+property list uchar int vertex_indices
+element edge {edges}
+property int vertex1
+property int vertex2
+property short age
+end_header
+"""
+
+
+def ply(
+    order: str = "<",
+    *,
+    edges: tuple[tuple[int, int], ...] = ((0, 1), (1, 2), (3, 4), (5, 6)),
+    others: tuple[tuple[int, ...], ...] = ((0, 1, 2), (0, 1, 2, 3)),
+    other: str = "patch",
+    promised: int | None = None,
+    header: str = PLY_HEADER,
+    tail: bytes = b"",
+) -> bytes:
+    """Write POINTS as vertices, an element with lists, and edges; `order` is a byte order, or none for text."""
+    kind = {"": "ascii", "<": "binary_little_endian", ">": "binary_big_endian"}[order]
+    promised = len(edges) if promised is None else promised
+    data = header.format(format=kind, vertices=7, other=other, others=len(others), edges=promised).encode()
+    rows: list[tuple[str, tuple[float, ...]]] = [
+        ("4fB2f", (*map(float, point), i / 2, 200 + i, i, i / 4)) for i, point in enumerate(POINTS)
+    ]
+    rows += [(f"BB{len(row)}i", (9, len(row), *row)) for row in others]
+    rows += [("2ih", (*edge, -i)) for i, edge in enumerate(edges)]
+    for form, row in rows:
+        data += struct.pack(order + form, *row) if order else " ".join(map(str, row)).encode() + b"\n"
+    return data + tail
+
+
 #: One small, whole file per format, with everything optional in it.
 SAMPLES: dict[str, bytes] = {
     "full.hair": hair(bits=63),
@@ -183,6 +262,10 @@ SAMPLES: dict[str, bytes] = {
     "v4.tfx": tfx(4, optional=("thickness", "strand_uv", "uv", "color")),
     "some.trk": trk(n_scalars=1, n_properties=1),
     "some.tck": tck(),
+    "some.data": usc(),
+    "some.bcc": bcc(kind=b"PL"),
+    "little.ply": ply("<"),
+    "big.ply": ply(">", others=((0, 1, 2), (3, 4, 5))),
     "some.npy": npy(POINTS[:6].reshape(3, 6)),
     "segments.npz": npz(segments=POINTS[:6].reshape(3, 2, 3), strands=[0, 0, 1], radius=np.ones(3), age=[1, 2, 3]),
     "points.npz": npz(points=POINTS, counts=COUNTS, radius=np.ones(7), compressed=True),

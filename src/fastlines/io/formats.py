@@ -10,7 +10,9 @@ from .format import Format
 
 #: One row for each format; `docs/formats.md` says what is read and what is dropped.
 TABLE: tuple[Format, ...] = (
-    Format("hair", (".hair",), "hair, Cem Yuksel's HAIR files", magic=(b"HAIR", b"hair")),
+    Format("bcc", (".bcc",), "yarns, Cem Yuksel's Binary Curve Collections", magic=(b"BCC\x44",)),
+    Format("hair", (".hair",), "hair, Cem Yuksel's HAIR files", magic=(b"HAIR", b"hair"), writes=(Lines,)),
+    Format("mitsuba", (".txt", ".curves"), "curves of Mitsuba 3, linearcurve and bsplinecurve", writes=(Lines,)),
     Format("npy", (".npy",), "NumPy array of segments, (n, 2, 3) or (n, 6)", magic=(b"\x93NUMPY",), writes=(Lines,)),
     Format(
         "npz",
@@ -18,8 +20,13 @@ TABLE: tuple[Format, ...] = (
         "NumPy arrays: 'segments', or 'points' and 'counts'; optionally 'radius' and others",
         writes=(Lines,),
     ),
+    Format("obj", (".obj",), "lines of Wavefront OBJ", writes=(Lines,)),
+    Format("pbrt", (".pbrt",), "curves of pbrt scenes, versions 3 and 4"),
+    Format("ply", (".ply",), "edges of PLY", magic=(b"ply\n", b"ply\r"), writes=(Lines,)),
+    Format("swc", (".swc",), "neurons, SWC", writes=(Lines,), unit="µm"),
     Format("tck", (".tck",), "streamlines, MRtrix", magic=(b"mrtrix tracks",), up="z", unit="mm"),
     Format("tfx", (".tfx",), "hair, AMD TressFX versions 3 and 4", up="y"),
+    Format("usc", (".data",), "hair of the USC-HairSalon database", up="y"),
     Format("trk", (".trk",), "streamlines, TrackVis", magic=(b"TRACK",), up="z", unit="mm"),
 )
 

@@ -10,10 +10,14 @@ radius is half of it; an importer for Unreal and a converter from Alembic's widt
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from ..lines import Lines
+from .polylines import polylines_of
 from .source import Source
+from .written import not_held
 
 _HEADER = np.dtype(
     [
@@ -29,6 +33,14 @@ _HEADER = np.dtype(
     ]
 )
 _SEGMENTS, _POINTS, _THICKNESS, _TRANSPARENCY, _COLORS, _UV = (1 << bit for bit in range(6))
+#: The arrays per point that become attributes: their bits, and the shape of each value.
+_ATTRIBUTES: dict[str, tuple[int, tuple[int, ...]]] = {
+    "transparency": (_TRANSPARENCY, ()),
+    "color": (_COLORS, (3,)),
+    "uv": (_UV, (2,)),
+}
+#: The most segments that a strand can have.
+_MOST = 65535
 _ALL_BITS = _SEGMENTS | _POINTS | _THICKNESS | _TRANSPARENCY | _COLORS | _UV
 
 
@@ -55,7 +67,7 @@ def read(source: Source, invalid: str) -> Lines:
     thickness = source.array("thicknesses", "<f4", (n_points,)) if bits & _THICKNESS else None
     attributes = {
         name: source.array(name + " values", "<f4", (n_points, *per_point))
-        for name, bit, per_point in (("transparency", _TRANSPARENCY, ()), ("color", _COLORS, (3,)), ("uv", _UV, (2,)))
+        for name, (bit, per_point) in _ATTRIBUTES.items()
         if bits & bit
     }
     source.finish()
@@ -80,3 +92,47 @@ def read(source: Source, invalid: str) -> Lines:
         default = source.radius("default thickness", np.array([header["thickness"]])) / 2
         radius = np.repeat(default, n_points)
     return Lines.from_points(points, counts, radius=radius, attributes=attributes, invalid=invalid)
+
+
+def write(lines: Lines, path: Path) -> list[str]:
+    """Write a strand for each polyline, with twice the radius as the thickness.
+
+    The attributes ``transparency`` (m,), ``color`` (m, 3) and ``uv`` (m, 2) are written as float32, if they are known
+    at both ends of segments. A polyline of more than 65,535 segments is written as several strands that share a point.
+    """
+    polylines = polylines_of(lines)
+    # Cut polylines that have too many segments.
+    n_segments = polylines.counts - 1
+    n_parts = (n_segments + _MOST - 1) // _MOST
+    counts = np.full(int(n_parts.sum()), _MOST + 1, np.int64)
+    last = np.cumsum(n_parts) - 1
+    counts[last] = n_segments - (n_parts - 1) * _MOST + 1
+    rows = np.arange(len(polylines.points))
+    if len(counts) > len(n_parts):
+        cuts = np.delete(np.cumsum(counts - 1) + np.repeat(np.arange(len(n_parts)), n_parts), last)
+        rows = np.insert(rows, cuts, cuts)
+
+    # Add the arrays in the order of their bits.
+    bits = _SEGMENTS | _POINTS
+    arrays = [(counts - 1).astype("<u2"), polylines.points[rows].astype("<f4")]
+    if polylines.radius is not None:
+        bits |= _THICKNESS
+        arrays.append((2 * polylines.radius[rows]).astype("<f4"))
+    lost = []
+    for name, (bit, per_point) in _ATTRIBUTES.items():
+        values = polylines.point_attributes.get(name)
+        if values is not None and values.shape[1:] == per_point and values.dtype.kind in "fiub":
+            bits |= bit
+            with np.errstate(over="ignore"):
+                arrays.append(values[rows].astype("<f4"))
+            if not np.array_equal(arrays[-1], values[rows], equal_nan=values.dtype.kind == "f"):
+                lost.append(f"digits of {name!r} ({values.dtype}) beyond float32")
+    header = np.zeros((), _HEADER)
+    header["magic"], header["strands"], header["points"], header["bits"] = b"HAIR", len(counts), len(rows), bits
+    header["color"] = 1
+    with path.open("wb") as file:
+        file.writelines(array.tobytes() for array in (header, *arrays))
+    if len(counts) > len(n_parts):
+        lost.append(f"strands of more than {_MOST:,} segments, each of which is written as several strands")
+    kept = [name for name, (bit, _) in _ATTRIBUTES.items() if bits & bit]
+    return lost + not_held(lines, polylines, radius=True, attributes=kept)

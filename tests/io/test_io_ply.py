@@ -1,0 +1,137 @@
+"""Edges of PLY files."""
+
+from __future__ import annotations
+
+import struct
+import warnings
+
+import numpy as np
+import pytest
+from support.line_files import PLY_HEADER, POINTS, ply
+from support.mutations import mutate
+
+import fastlines as fl
+
+EDGES = np.array([[0, 1], [1, 2], [3, 4], [5, 6]])
+
+
+@pytest.mark.parametrize("order", ["", "<", ">"])
+@pytest.mark.parametrize("others", [(), ((0, 1, 2), (3, 4, 5)), ((0, 1), (), (1, 2, 3))])
+def test_edges(load, order, others):
+    lines = load(ply(order, others=others), "a.ply")
+    np.testing.assert_array_equal(lines.segments, POINTS.astype("f4")[EDGES])
+    np.testing.assert_array_equal(lines.strands, [0, 0, 1, 2])
+    np.testing.assert_array_equal(lines.radius, EDGES / 2)
+    assert set(lines.attributes) == {"age", "red", "uv"}
+    np.testing.assert_array_equal(lines.attributes["age"], [0, -1, -2, -3])
+    np.testing.assert_array_equal(lines.end_attributes["red"], 200 + EDGES)
+    np.testing.assert_array_equal(lines.end_attributes["uv"], np.stack([EDGES, EDGES / 4], axis=2))
+    assert [lines.attributes[name].dtype for name in ("age", "red", "uv")] == [np.int16, np.uint8, np.float32]
+
+
+@pytest.mark.parametrize("end", [b"\r\n", b"\r"])
+def test_line_ends_of_the_header(load, end):
+    header, body = ply("<").split(b"end_header\n")
+    lines = load(header.replace(b"\n", end) + b"end_header" + end + body, "a.ply")
+    assert len(lines) == 4
+    assert len(load(ply("").replace(b"\n", end), "a.ply")) == 4
+
+
+def test_faces_are_counted(load):
+    with pytest.warns(fl.FileWarning, match="its 2 faces are not read; only its edges are lines"):
+        assert len(load(ply(other="face"), "a.ply")) == 4
+    with pytest.warns(fl.FileWarning, match="its 2 faces are not read"):
+        assert len(load(ply(other="face", edges=()), "a.ply")) == 0
+
+
+@pytest.mark.parametrize(("order", "unit"), [("<", "3 bytes"), ("", "1 numbers")])
+def test_what_follows_is_told(load, order, unit):
+    with pytest.warns(fl.FileWarning, match=f"{unit} after its last element are not read"):
+        assert len(load(ply(order, tail=b" 7\n"), "a.ply")) == 4
+
+
+def test_numbers_that_are_not_of_their_type(load):
+    with pytest.warns(fl.FileWarning, match="some of its numbers 'red' of element 'vertex' are not of their type"):
+        lines = load(ply("").replace(b" 203 ", b" 0.5 "), "a.ply")
+    np.testing.assert_array_equal(lines.attributes["red"], [200, 201, 0.5, 205])
+
+
+@pytest.mark.parametrize("order", ["", "<"])
+def test_lists_of_vertices_and_edges_are_skipped(load, order):
+    header = (
+        "ply\nformat {} 1.0\nelement vertex 2\nproperty list uchar short tags\nproperty float x\nproperty float y\n"
+        "property float z\nelement edge 1\nproperty int vertex1\nproperty list char float more\nproperty int vertex2\n"
+        "end_header\n"
+    )
+    rows = [("Bhh3f", (2, 5, 6, 1, 2, 3)), ("B3f", (0, 4, 5, 6)), ("ibfi", (1, 1, 0.5, 0))]
+    if order:
+        data = header.format("binary_little_endian").encode() + b"".join(struct.pack("<" + f, *row) for f, row in rows)
+    else:
+        data = header.format("ascii").encode() + "\n".join(" ".join(map(str, row)) for _, row in rows).encode()
+    lines = load(data, "a.ply")
+    np.testing.assert_array_equal(lines.segments, [[[4, 5, 6], [1, 2, 3]]])
+    assert not lines.attributes
+
+
+def test_strands_of_a_property_and_names_that_meet(load):
+    header = PLY_HEADER.replace("short age", "short strand")
+    np.testing.assert_array_equal(load(ply("", header=header), "a.ply").strands, [0, -1, -2, -3])
+    lines = load(ply("<", header=PLY_HEADER.replace("short age", "short red")), "a.ply")
+    np.testing.assert_array_equal(lines.attributes["red of edge"], [0, -1, -2, -3])
+    lines = load(ply("", header=PLY_HEADER.replace("short age", "float strand")), "a.ply")
+    np.testing.assert_array_equal(lines.strands, [0, 0, 1, 2])
+    np.testing.assert_array_equal(lines.attributes["strand"], [0, -1, -2, -3])
+
+
+def test_known_by_its_first_bytes(tmp_path):
+    (tmp_path / "a.unknown").write_bytes(ply())
+    assert len(fl.read(tmp_path / "a.unknown")) == 4
+
+
+def test_lines_come_back_as_they_were_written(tmp_path):
+    rng = np.random.default_rng(2)
+    made = fl.Lines.from_points(
+        rng.random((9, 3)),
+        [4, 3, 2],
+        radius=rng.random(9),
+        attributes={"color": rng.random((9, 3)), "kind": np.arange(9), "half": np.arange(9, dtype="f2")},
+    )
+    lines = fl.Lines(
+        made.segments, np.array([7, 7, 7, 2, 2, -1]), made.radius, {"age": np.arange(6), "is": np.arange(6) > 2},
+        end_attributes=made.end_attributes,
+    )  # fmt: skip
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        fl.write(tmp_path / "a.ply", lines)
+    back = fl.read(tmp_path / "a.ply")
+    for name in ("segments", "radius", "strands"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(lines, name))
+    assert set(back.attributes) == set(lines.attributes)
+    for name, values in lines.attributes.items():
+        np.testing.assert_array_equal(back.attributes[name], values)
+    assert back.end_attributes["color"].dtype == np.float64
+    fl.write(tmp_path / "a.ply", made)
+    assert b"strand" not in (tmp_path / "a.ply").read_bytes()
+    np.testing.assert_array_equal(fl.read(tmp_path / "a.ply").strands, made.strands)
+
+
+def test_what_ply_cannot_hold_is_told(tmp_path):
+    attributes = {
+        "name": np.array(["a", "b"]),
+        "large": np.array([1, 2**40]),
+        "a b": np.ones(2),
+        "vertex1": np.ones(2),
+        "box": np.ones((2, 2, 2)),
+    }
+    lines = fl.Lines.from_segments(np.eye(6).reshape(6, 2, 3)[:2], strands=[1, 2**40], attributes=attributes)
+    with pytest.warns(fl.FileWarning) as told:
+        fl.write(tmp_path / "a.ply", lines)
+    text = str(told[0].message)
+    for name in ("'strand'", "'name'", "'large'", "'a b'", "'vertex1', whose name another property has", "'box'"):
+        assert name in text
+    assert not fl.read(tmp_path / "a.ply").attributes
+
+
+@pytest.mark.filterwarnings("ignore::fastlines.FileWarning", "ignore::fastlines.PrecisionWarning")
+def test_damage_raises_nothing_else(load):
+    assert 20 < mutate(load, ply(""), "a.ply", text=True) < 290
