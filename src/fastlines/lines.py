@@ -21,6 +21,7 @@ from .arrays import (
     is_far,
     kind_of,
     list_rows,
+    neighbours,
     own_float32,
     refuse_masked,
     refuse_rows,
@@ -342,20 +343,23 @@ class Lines(Immutable):
         radii = np.full(n, radii) if radii is not None and radii.ndim == 0 else radii
         radii = None if radii is None else column(radii, "radius", n, "points")
 
-        # The first point of each segment: all but the last of its strand; a lone point joins itself.
+        # Repeat lone points, each of which joins itself.
+        is_alone = counts == 1
+        if is_alone.any():
+            times = np.repeat(is_alone + 1, counts)
+            points, counts = np.repeat(points, times, axis=0), counts + is_alone
+            radii = None if radii is None else np.repeat(radii, times)
+            per_point = {name: np.repeat(values, times, axis=0) for name, values in per_point.items()}
+
+        # Join each point and the next one, but for the last of each strand.
         counts_used = counts[counts > 0]
-        n_segments = np.maximum(counts_used - 1, 1)
-        strands = np.repeat(np.flatnonzero(counts > 0), n_segments)
-        strand_start = np.repeat(np.cumsum(counts_used) - counts_used, n_segments)
-        segment_start = np.repeat(np.cumsum(n_segments) - n_segments, n_segments)
-        first = strand_start + np.arange(len(strands)) - segment_start
-        last = first + np.repeat(counts_used > 1, n_segments)
-        at_ends = np.stack([first, last], axis=1)
+        is_joined = np.ones(max(len(points) - 1, 0), np.bool_)
+        is_joined[np.cumsum(counts_used)[:-1] - 1] = False
         return cls.from_segments(
-            own(points[at_ends]),
-            strands=own(strands),
-            radius=None if radii is None else own(radii[at_ends]),
-            end_attributes={name: own(values[at_ends]) for name, values in per_point.items()},
+            own(neighbours(points, is_joined)),
+            strands=own(np.repeat(np.flatnonzero(counts), counts_used - 1)),
+            radius=None if radii is None else own(neighbours(radii, is_joined)),
+            end_attributes={name: own(neighbours(values, is_joined)) for name, values in per_point.items()},
             invalid=invalid,
         )
 

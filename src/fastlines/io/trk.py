@@ -18,7 +18,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, is_far, warn_of_rounding
 from ..lines import Lines
 from .source import BAD_COPY, Source
 
@@ -42,6 +42,8 @@ _HEADER = np.dtype(
 _DIRECTIONS = ("RL", "AP", "SI")
 #: The voxel order that TrackVis assumes if it is missing.
 _DEFAULT_ORDER = "LPS"
+#: So many points are transformed at once.
+_PART = 1 << 15
 
 
 def read(source: Source, invalid: str) -> Lines:
@@ -63,8 +65,7 @@ def read(source: Source, invalid: str) -> Lines:
         )
     transform = _transform(source, header)
     rows, properties, counts = _streamlines(source, header, byte_order)
-    with np.errstate(invalid="ignore", over="ignore"):  # NaN and Inf are reported with their rows
-        points = rows[:, :3] if transform is None else rows[:, :3] @ transform[:, :3].T + transform[:, 3]
+    points = _apply(transform, rows[:, :3])
     attributes = _columns(header["scalar_names"], rows[:, 3:], "scalars")
     for name, values in _columns(header["property_names"], properties, "properties").items():
         attributes[f"{name} of streamline" if name in attributes else name] = np.repeat(values, counts, axis=0)
@@ -78,16 +79,15 @@ def _streamlines(
     # Walk the streamlines. Each is its number of points, points with scalars, and properties, in words of 4 bytes.
     start = source.position
     words = source.array("words", byte_order + "i4", ((len(source.data) - start) // 4,))
+    numbers: memoryview[int] = words.astype("=i4", copy=False).data
     per_point, n_properties, promised = 3 + header["n_scalars"], header["n_properties"], header["n_streamlines"]
     counts: list[int] = []
-    begins: list[int] = []
-    at = 0
-    while at < len(words):
-        count = int(words[at])
+    at, n_words = 0, len(words)
+    while at < n_words:
+        count = numbers[at]
         end = at + 1 + count * per_point + n_properties
-        if count < 0 or end > len(words):
+        if count < 0 or end > n_words:
             break
-        begins.append(at)
         counts.append(count)
         at = end
 
@@ -107,15 +107,36 @@ def _streamlines(
     elif promised not in (0, len(counts)):
         source.warn(f"its header counts {promised} streamlines, but the file holds {len(counts)}; all are read")
 
-    # Separate the counts and the properties from the points.
-    numbers = words.view(byte_order + "f4")[:at].astype(np.float32, copy=False)
-    first = np.array(begins, np.int64)
+    # Separate the counts and the properties from the points. The file's bytes are needed no longer.
     n_points = np.array(counts, np.int64)
+    size = 1 + n_points * per_point + n_properties
+    first = np.cumsum(size) - size
     is_point = np.ones(at, np.bool_)
     is_point[first] = False
     where = (first + 1 + n_points * per_point)[:, None] + np.arange(n_properties)
     is_point[where] = False
-    return numbers[is_point].reshape(-1, per_point), numbers[where], n_points
+    values = words.view(byte_order + "f4")[:at]
+    source.data = b""
+    rows = values[is_point].astype(np.float32, copy=False).reshape(-1, per_point)
+    return rows, values[where].astype(np.float32, copy=False), n_points
+
+
+def _apply(transform: npt.NDArray[np.float64] | None, points: FloatArray) -> FloatArray:
+    """Transform points in float64, part by part, and warn if float32 rounds them noticeably."""
+    if transform is None or np.array_equal(transform, np.eye(3, 4)):
+        return points  # bit for bit, signs of zeros included
+
+    def transformed(part: FloatArray) -> npt.NDArray[np.float64]:
+        with np.errstate(invalid="ignore", over="ignore"):  # NaN and Inf are reported with their rows
+            return np.asarray(part @ transform[:, :3].T + transform[:, 3])
+
+    rounded = np.empty(points.shape, np.float32)
+    for at in range(0, len(points), _PART):
+        with np.errstate(over="ignore"):
+            rounded[at : at + _PART] = transformed(points[at : at + _PART])
+    if is_far(rounded):
+        warn_of_rounding(transformed(points), rounded)
+    return rounded
 
 
 def _columns(names: Sequence[bytes], values: FloatArray, rest: str) -> dict[str, FloatArray]:
