@@ -344,20 +344,20 @@ class Lines(Immutable):
         radii = None if radii is None else column(radii, "radius", n, "points")
 
         # Repeat lone points, each of which joins itself.
-        is_alone = counts == 1
+        sizes = counts[counts > 0]
+        is_alone = sizes == 1
         if is_alone.any():
-            times = np.repeat(is_alone + 1, counts)
-            points, counts = np.repeat(points, times, axis=0), counts + is_alone
+            times = np.repeat(is_alone + 1, sizes)
+            points, sizes = np.repeat(points, times, axis=0), sizes + is_alone
             radii = None if radii is None else np.repeat(radii, times)
             per_point = {name: np.repeat(values, times, axis=0) for name, values in per_point.items()}
 
         # Join each point and the next one, but for the last of each strand.
-        counts_used = counts[counts > 0]
         is_joined = np.ones(max(len(points) - 1, 0), np.bool_)
-        is_joined[np.cumsum(counts_used)[:-1] - 1] = False
+        is_joined[np.cumsum(sizes)[:-1] - 1] = False
         return cls.from_segments(
             own(neighbours(points, is_joined)),
-            strands=own(np.repeat(np.flatnonzero(counts), counts_used - 1)),
+            strands=own(np.repeat(np.flatnonzero(counts > 0), sizes - 1)),
             radius=None if radii is None else own(neighbours(radii, is_joined)),
             end_attributes={name: own(neighbours(values, is_joined)) for name, values in per_point.items()},
             invalid=invalid,

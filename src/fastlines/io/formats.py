@@ -18,9 +18,10 @@ TABLE: tuple[Format, ...] = (
         "NumPy arrays: 'segments', or 'points' and 'counts'; optionally 'radius' and others",
         writes=(Lines,),
     ),
-    Format("tck", (".tck",), "streamlines, MRtrix", magic=(b"mrtrix tracks",), up="z", unit="mm"),
+    Format("tck", (".tck",), "streamlines, MRtrix", magic=(b"mrtrix tracks",), writes=(Lines,), up="z", unit="mm"),
     Format("tfx", (".tfx",), "hair, AMD TressFX versions 3 and 4", up="y"),
-    Format("trk", (".trk",), "streamlines, TrackVis", magic=(b"TRACK",), up="z", unit="mm"),
+    Format("trk", (".trk",), "streamlines, TrackVis", magic=(b"TRACK",), writes=(Lines,), up="z", unit="mm"),
+    Format("trx", (".trx",), "streamlines, TRX", writes=(Lines,), up="z", unit="mm"),
 )
 
 #: The formats by extension. Each file may be packed by gzip, as in ``.trk.gz``.

@@ -6,16 +6,21 @@ ends each streamline, one of Inf the file.
 
 Headers in the wild repeat keys or END, and have wrong counts or outdated offsets. The triple of Inf proves that a file
 is whole, and the place and type of its data. Data that are proved are read, with a warning of each oddity.
+
+Files are written as Float32LE. The format holds nothing but points.
 """
 
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 
 from ..lines import Lines
+from .polylines import polylines_of
 from .source import BAD_COPY, Source
+from .streamlines import foreign
 
 MAGIC = b"mrtrix tracks"
 _TYPES = {"float32le": "<f4", "float32be": ">f4", "float64le": "<f8", "float64be": ">f8"}
@@ -61,6 +66,23 @@ def read(source: Source, invalid: str) -> Lines:
     del triples
     source.data = b""
     return Lines.from_points(points, counts, invalid=invalid)
+
+
+def write(lines: Lines, path: Path) -> list[str]:
+    """Write the points to a ``.tck`` file, in Float32LE."""
+    parts = polylines_of(lines)
+    head = f"mrtrix tracks\ncount: {len(parts.counts)}\ndatatype: Float32LE\nfile: . {{}}\nEND\n"
+    start = -(-len(head.format("0" * 4)) // 4) * 4  # data of 4 bytes each start at a multiple of 4
+    is_point = np.ones(len(parts.points) + len(parts.counts) + 1, np.bool_)
+    ends = parts.offsets[1:] + np.arange(len(parts.counts))
+    is_point[ends] = is_point[-1] = False
+    triples = np.empty((len(is_point), 3), "<f4")
+    triples[is_point], triples[ends], triples[-1] = parts.points, np.nan, np.inf
+    with path.open("wb") as file:
+        file.write(head.format(start).encode().ljust(start, b"\0"))
+        file.write(triples.data)
+    names = ["radius"] * (lines.radius is not None) + [repr(name) for name in lines.attributes]
+    return names + foreign(lines, parts.strand)
 
 
 def _header(source: Source) -> tuple[dict[str, list[str]], int, bool]:
