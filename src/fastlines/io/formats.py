@@ -22,6 +22,8 @@ TABLE: tuple[Format, ...] = (
     Format("tfx", (".tfx",), "hair, AMD TressFX versions 3 and 4", up="y"),
     Format("trk", (".trk",), "streamlines, TrackVis", magic=(b"TRACK",), writes=(Lines,), up="z", unit="mm"),
     Format("trx", (".trx",), "streamlines, TRX", writes=(Lines,), up="z", unit="mm"),
+    Format("vtk", (".vtk", ".vtu"), "polylines, VTK legacy files and unstructured grids", magic=(b"# vtk DataFile",)),
+    Format("vtp", (".vtp",), "polylines, VTK polydata", writes=(Lines,)),
 )
 
 #: The formats by extension. Each file may be packed by gzip, as in ``.trk.gz``.

@@ -20,11 +20,11 @@ UNIT = "mm"
 UP = "z"
 
 
-def with_values(lines: Lines, values: Mapping[str, AnyArray]) -> Lines:
-    """Return lines with attributes of which the rows belong to strands, by the numbers of the strands."""
+def with_values(lines: Lines, values: Mapping[str, AnyArray], of: str = "streamline") -> Lines:
+    """Return lines with attributes that have a row for each strand; `of` is appended to a name that is taken."""
     if not values:
         return lines
-    named = {f"{name} of streamline" if name in lines.attributes else name: part for name, part in values.items()}
+    named = {f"{name} of {of}" if name in lines.attributes else name: part for name, part in values.items()}
     return replace(lines, attributes={**lines.attributes, **{name: own(v[lines.strands]) for name, v in named.items()}})
 
 

@@ -211,8 +211,8 @@ def _counts(source: Source, offsets: AnyArray, n_streamlines: int, n_points: int
         )
     if offsets[0] != 0 or offsets[-1] != n_points or (offsets[1:] < offsets[:-1]).any():
         raise source.error(
-            f"its {len(offsets)} offsets, from {offsets[0]} to {offsets[-1]}, do not rise from 0 to the {n_points} points "
-            f"of its {n_streamlines} streamlines; the counts of its header or the offsets are wrong: write it again"
+            f"its {len(offsets)} offsets, from {offsets[0]} to {offsets[-1]}, do not rise from 0 to the {n_points} "
+            f"points of its {n_streamlines} streamlines; its header or its offsets are wrong: write it again"
         )
     return np.asarray(np.diff(offsets.astype(np.int64)), np.int64)
 
