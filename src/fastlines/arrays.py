@@ -162,8 +162,10 @@ def column(values: npt.ArrayLike, name: str, n: int, of: str) -> npt.NDArray[Any
     return array
 
 
-def neighbours(values: npt.NDArray[Any], is_joined: npt.NDArray[np.bool_]) -> npt.NDArray[Any]:
-    """Return rows i and i + 1 of an array (m, …) for each i where a mask (m - 1,) is true: a new array (n, 2, …)."""
+def neighbours(values: npt.NDArray[Any], sizes: IntArray) -> npt.NDArray[Any]:
+    """Return both rows of each two that follow each other in runs of these sizes, as a new array (n, 2, …)."""
+    is_joined = np.ones(max(len(values), 1) - 1, np.bool_)
+    is_joined[np.cumsum(sizes)[:-1] - 1] = False
     per_row = values.shape[1:]
     n_bytes = math.prod(per_row, start=values.dtype.itemsize)
     if values.dtype.hasobject or not n_bytes or not len(is_joined):

@@ -337,29 +337,25 @@ class Lines(Immutable):
                 f"the counts of the strands do not add up to the {len(points)} points that were given; expected one "
                 "count, 0 or more, for each strand"
             )
-        n = len(points)
-        per_point = {name: column(values, name, n, "points") for name, values in (attributes or {}).items()}
+        per_point = {name: column(values, name, len(points), "points") for name, values in (attributes or {}).items()}
         radii = None if radius is None else to_float32(radius, "radius")
-        radii = np.full(n, radii) if radii is not None and radii.ndim == 0 else radii
-        radii = None if radii is None else column(radii, "radius", n, "points")
+        if radii is not None:
+            radii = column(radii if radii.ndim else np.full(len(points), radii), "radius", len(points), "points")
 
         # Repeat lone points, each of which joins itself.
         sizes = counts[counts > 0]
-        is_alone = sizes == 1
-        if is_alone.any():
+        if (is_alone := sizes == 1).any():
             times = np.repeat(is_alone + 1, sizes)
             points, sizes = np.repeat(points, times, axis=0), sizes + is_alone
             radii = None if radii is None else np.repeat(radii, times)
             per_point = {name: np.repeat(values, times, axis=0) for name, values in per_point.items()}
 
         # Join each point and the next one, but for the last of each strand.
-        is_joined = np.ones(max(len(points) - 1, 0), np.bool_)
-        is_joined[np.cumsum(sizes)[:-1] - 1] = False
         return cls.from_segments(
-            own(neighbours(points, is_joined)),
+            own(neighbours(points, sizes)),
             strands=own(np.repeat(np.flatnonzero(counts > 0), sizes - 1)),
-            radius=None if radii is None else own(neighbours(radii, is_joined)),
-            end_attributes={name: own(neighbours(values, is_joined)) for name, values in per_point.items()},
+            radius=None if radii is None else own(neighbours(radii, sizes)),
+            end_attributes={name: own(neighbours(values, sizes)) for name, values in per_point.items()},
             invalid=invalid,
         )
 

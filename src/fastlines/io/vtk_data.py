@@ -66,6 +66,8 @@ def lines_of(source: Source, data: DataSet, invalid: str) -> Lines:
     left_out = [f"{n} {what}" for what, n in others.items() if n]
     if left_out:
         source.warn(f"{', '.join(left_out)} left out: only lines and polylines are read")
+    elif len(data.points) and not len(cells.counts):
+        source.warn(f"its {len(data.points)} points are left out, as no line joins them")
     n_cells = len(cells.counts) + sum(others.values())
     ids, n_points = cells.points, len(data.points)
     if len(ids) and (ids.min() < 0 or ids.max() >= n_points):
@@ -93,6 +95,24 @@ def cells_of(source: Source, what: str, points: AnyArray, offsets: AnyArray) -> 
             "the file is damaged"
         )
     return Cells(points.astype(np.int64), np.asarray(np.diff(offsets), np.int64))
+
+
+def cells_in_rows(rows: AnyArray) -> Cells | None:
+    """Return cells, given the number of points of each and then its points; None if there are fewer points."""
+    rows = np.ascontiguousarray(rows, np.int64)
+    numbers: memoryview[int] = rows.data
+    begins: list[int] = []
+    at = 0
+    while at < len(rows):
+        begins.append(at)
+        if numbers[at] < 0:
+            return None
+        at += 1 + numbers[at]
+    if at != len(rows):
+        return None
+    is_point = np.ones(len(rows), np.bool_)
+    is_point[begins] = False
+    return Cells(rows[is_point], rows[begins] if begins else _NO_INTS)
 
 
 def _line_cells(source: Source, data: DataSet) -> tuple[Cells, IntArray, dict[str, int]]:

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..errors import FileFormatError
 from .source import BAD_COPY, Source
-from .vtk_data import AnyArray, Cells, DataSet, cells_of
+from .vtk_data import AnyArray, Cells, DataSet, cells_in_rows, cells_of
 
 _TYPES = {
     "bit": "u1", "unsigned_char": "u1", "char": "i1", "signed_char": "i1", "unsigned_short": "u2", "short": "i2",
@@ -185,19 +185,12 @@ class Legacy:
                 found.append(self.numbers(words[1], size, f"{expected} of {keyword}"))
             return cells_of(self.source, keyword, found[1], found[0] if n else np.zeros(1, np.int64))
         rows = self.numbers("int", n_numbers, keyword)
-        numbers: memoryview[int] = np.ascontiguousarray(rows, np.int32).data
-        begins: list[int] = []
-        at = 0
-        while at < n_numbers and len(begins) < n and numbers[at] >= 0:
-            begins.append(at)
-            at += 1 + numbers[at]
-        if at != n_numbers or len(begins) != n:
+        cells = cells_in_rows(rows)
+        if cells is None or len(cells.counts) != n:
             raise self.source.error(
                 f"{keyword} announces {n} cells in {n_numbers} numbers, which are no cells; {BAD_COPY}"
             )
-        is_point = np.ones(n_numbers, np.bool_)
-        is_point[begins] = False
-        return Cells(rows[is_point].astype(np.int64), rows[begins].astype(np.int64) if n else np.empty(0, np.int64))
+        return cells
 
     def values(self, keyword: str, rest: list[str]) -> None:
         """Read an array of points or cells that has a section of its own."""
