@@ -14,7 +14,9 @@ from __future__ import annotations
 
 import json
 import re
+import struct
 import zipfile
+import zlib
 from io import BytesIO
 from pathlib import Path
 
@@ -48,8 +50,7 @@ def read(source: Source, invalid: str, *, bundle: str | None = None) -> Lines:
         Read only the streamlines of the group of this name. They are the strands 0, 1, … in the group's order.
     """
     members = _unzip(source)
-    source.data = b""
-    n_streamlines, n_points = _header(source, members.pop("header.json", b"{}"))
+    n_streamlines, n_points = _header(source, members.pop("header.json", memoryview(b"{}")))
     arrays: dict[str, AnyArray] = {}
     for member in list(members):
         _array(source, arrays, member, members.pop(member))
@@ -149,7 +150,7 @@ def _safe(name: str, lost: list[str]) -> str:
     return safe
 
 
-def _unzip(source: Source) -> dict[str, bytes]:
+def _unzip(source: Source) -> dict[str, memoryview]:
     """Return the members of the archive, which must not unpack to more than `Source.unpack_limit`."""
     try:
         with zipfile.ZipFile(BytesIO(source.data)) as archive:
@@ -162,17 +163,30 @@ def _unzip(source: Source) -> dict[str, bytes]:
                     f"unpacks to more than {source.unpack_limit} bytes, far more than lines would; if it is valid, "
                     "write it again without compression"
                 )
-            return {member.filename: archive.read(member) for member in members}
+            return {member.filename: _member(source.data, archive, member) for member in members}
     except FileFormatError:
         raise
     except Exception as error:  # zipfile's own errors, and any of zlib and struct
         raise source.error(f"not a whole .trx file ({reason(error)}); check the extension, or {BAD_COPY}") from None
 
 
-def _header(source: Source, data: bytes) -> tuple[int, int]:
+def _member(data: bytes, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> memoryview:
+    """Return the bytes of a member: a part of the file if it is not compressed."""
+    if member.compress_type != zipfile.ZIP_STORED:
+        return memoryview(archive.read(member))
+    # Names and extra fields, of sizes that its own header tells, stand before the bytes.
+    name_size, extra_size = struct.unpack_from("<HH", data, member.header_offset + 26)
+    start = member.header_offset + 30 + name_size + extra_size
+    part = memoryview(data)[start : start + member.file_size]
+    if len(part) != member.file_size or zlib.crc32(part) != member.CRC:
+        raise zipfile.BadZipFile(f"Bad CRC-32 for file {member.filename!r}")
+    return part
+
+
+def _header(source: Source, data: memoryview) -> tuple[int, int]:
     """Return the numbers of streamlines and of points."""
     try:
-        header = json.loads(data)
+        header = json.loads(bytes(data))
         numbers = [header["NB_STREAMLINES"], header["NB_VERTICES"]]
     except (ValueError, LookupError, TypeError, RecursionError) as error:
         raise source.error(
@@ -183,7 +197,7 @@ def _header(source: Source, data: bytes) -> tuple[int, int]:
     return numbers[0], numbers[1]
 
 
-def _array(source: Source, arrays: dict[str, AnyArray], path: str, data: bytes) -> None:
+def _array(source: Source, arrays: dict[str, AnyArray], path: str, data: memoryview) -> None:
     """Add a member as an array, (n,) or (n, columns), by its path without columns and type."""
     folder, slash, last = path.rpartition("/")
     words = last.split(".")
