@@ -162,6 +162,20 @@ def column(values: npt.ArrayLike, name: str, n: int, of: str) -> npt.NDArray[Any
     return array
 
 
+def neighbours(values: npt.NDArray[Any], sizes: IntArray) -> npt.NDArray[Any]:
+    """Return both rows of each two that follow each other in runs of these sizes, as a new array (n, 2, …)."""
+    is_joined = np.ones(max(len(values), 1) - 1, np.bool_)
+    is_joined[np.cumsum(sizes)[:-1] - 1] = False
+    per_row = values.shape[1:]
+    n_bytes = math.prod(per_row, start=values.dtype.itemsize)
+    if values.dtype.hasobject or not n_bytes or not len(is_joined):
+        return np.stack([values[:-1][is_joined], values[1:][is_joined]], axis=1)
+    # View both rows as one item of bytes: NumPy copies a run of items that a mask selects at once.
+    raw = np.ascontiguousarray(values).reshape(-1).view(np.uint8)
+    pairs: npt.NDArray[Any] = np.ndarray((len(is_joined),), f"V{2 * n_bytes}", buffer=raw.data, strides=(n_bytes,))
+    return pairs[is_joined].view(values.dtype).reshape(-1, 2, *per_row)
+
+
 def unusable(array: FloatArray) -> npt.NDArray[np.bool_]:
     """Return which rows of corners (n, k, 3) hold NaN, Inf or too large a coordinate."""
     # Test the extremes first: mostly they show that all rows are valid. NaN propagates to both.

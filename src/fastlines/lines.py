@@ -21,6 +21,7 @@ from .arrays import (
     is_far,
     kind_of,
     list_rows,
+    neighbours,
     own_float32,
     refuse_masked,
     refuse_rows,
@@ -336,26 +337,25 @@ class Lines(Immutable):
                 f"the counts of the strands do not add up to the {len(points)} points that were given; expected one "
                 "count, 0 or more, for each strand"
             )
-        n = len(points)
-        per_point = {name: column(values, name, n, "points") for name, values in (attributes or {}).items()}
+        per_point = {name: column(values, name, len(points), "points") for name, values in (attributes or {}).items()}
         radii = None if radius is None else to_float32(radius, "radius")
-        radii = np.full(n, radii) if radii is not None and radii.ndim == 0 else radii
-        radii = None if radii is None else column(radii, "radius", n, "points")
+        if radii is not None:
+            radii = column(radii if radii.ndim else np.full(len(points), radii), "radius", len(points), "points")
 
-        # The first point of each segment: all but the last of its strand; a lone point joins itself.
-        counts_used = counts[counts > 0]
-        n_segments = np.maximum(counts_used - 1, 1)
-        strands = np.repeat(np.flatnonzero(counts > 0), n_segments)
-        strand_start = np.repeat(np.cumsum(counts_used) - counts_used, n_segments)
-        segment_start = np.repeat(np.cumsum(n_segments) - n_segments, n_segments)
-        first = strand_start + np.arange(len(strands)) - segment_start
-        last = first + np.repeat(counts_used > 1, n_segments)
-        at_ends = np.stack([first, last], axis=1)
+        # Repeat lone points, each of which joins itself.
+        sizes = counts[counts > 0]
+        if (is_alone := sizes == 1).any():
+            times = np.repeat(is_alone + 1, sizes)
+            points, sizes = np.repeat(points, times, axis=0), sizes + is_alone
+            radii = None if radii is None else np.repeat(radii, times)
+            per_point = {name: np.repeat(values, times, axis=0) for name, values in per_point.items()}
+
+        # Join each point and the next one, but for the last of each strand.
         return cls.from_segments(
-            own(points[at_ends]),
-            strands=own(strands),
-            radius=None if radii is None else own(radii[at_ends]),
-            end_attributes={name: own(values[at_ends]) for name, values in per_point.items()},
+            own(neighbours(points, sizes)),
+            strands=own(np.repeat(np.flatnonzero(counts > 0), sizes - 1)),
+            radius=None if radii is None else own(neighbours(radii, sizes)),
+            end_attributes={name: own(neighbours(values, sizes)) for name, values in per_point.items()},
             invalid=invalid,
         )
 

@@ -24,10 +24,13 @@ TABLE: tuple[Format, ...] = (
     Format("pbrt", (".pbrt",), "curves of pbrt scenes, versions 3 and 4"),
     Format("ply", (".ply",), "edges of PLY", magic=(b"ply\n", b"ply\r"), writes=(Lines,)),
     Format("swc", (".swc",), "neurons, SWC", writes=(Lines,), unit="µm"),
-    Format("tck", (".tck",), "streamlines, MRtrix", magic=(b"mrtrix tracks",), up="z", unit="mm"),
+    Format("tck", (".tck",), "streamlines, MRtrix", magic=(b"mrtrix tracks",), writes=(Lines,), up="z", unit="mm"),
     Format("tfx", (".tfx",), "hair, AMD TressFX versions 3 and 4", up="y"),
+    Format("trk", (".trk",), "streamlines, TrackVis", magic=(b"TRACK",), writes=(Lines,), up="z", unit="mm"),
+    Format("trx", (".trx",), "streamlines, TRX", writes=(Lines,), up="z", unit="mm"),
     Format("usc", (".data",), "hair of the USC-HairSalon database", up="y"),
-    Format("trk", (".trk",), "streamlines, TrackVis", magic=(b"TRACK",), up="z", unit="mm"),
+    Format("vtk", (".vtk", ".vtu"), "polylines, VTK legacy files and unstructured grids", magic=(b"# vtk DataFile",)),
+    Format("vtp", (".vtp",), "polylines, VTK polydata", writes=(Lines,)),
 )
 
 #: The formats by extension. Each file may be packed by gzip, as in ``.trk.gz``.

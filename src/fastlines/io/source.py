@@ -108,7 +108,7 @@ class Source:
 
     def record(self, what: str, dtype: npt.DTypeLike) -> dict[str, Any]:
         """Return one record of named fields, such as a header, as plain Python numbers and bytes."""
-        record = self.array(what, dtype, (1,))[0]
+        record = self.array(what, dtype, (1,)).copy()[0]  # a copy, as it may outlive the bytes
         return dict(zip(record.dtype.names, record.tolist(), strict=True))
 
     def finish(self) -> None:

@@ -6,16 +6,21 @@ ends each streamline, one of Inf the file.
 
 Headers in the wild repeat keys or END, and have wrong counts or outdated offsets. The triple of Inf proves that a file
 is whole, and the place and type of its data. Data that are proved are read, with a warning of each oddity.
+
+Files are written as Float32LE. The format holds nothing but points.
 """
 
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 
 from ..lines import Lines
+from .polylines import polylines_of
 from .source import BAD_COPY, Source
+from .streamlines import foreign
 
 MAGIC = b"mrtrix tracks"
 _TYPES = {"float32le": "<f4", "float32be": ">f4", "float64le": "<f8", "float64be": ">f8"}
@@ -38,22 +43,46 @@ def read(source: Source, invalid: str) -> Lines:
     # Find the three Inf that end the file, and the three NaN that end each streamline.
     n_triples = (len(source.data) - start) // (3 * dtype.itemsize)
     triples = source.array("triples", dtype, (n_triples, 3), at=start)
-    marks = np.flatnonzero(np.isinf(triples).all(axis=1))
+    odd = np.flatnonzero(~np.isfinite(triples[:, 0]))
+    marks = odd[np.isinf(triples[odd]).all(axis=1)]
     is_whole = len(marks) > 0
-    triples = triples[: marks[0]] if is_whole else triples
-    is_end = np.isnan(triples).all(axis=1)
-    ends = np.flatnonzero(is_end)
-    n_open = len(triples) - int(ends[-1] + 1 if len(ends) else 0)
-    n_left = len(source.data) - start - (len(triples) + is_whole) * 3 * dtype.itemsize
+    n_read = int(marks[0]) if is_whole else n_triples
+    ends = odd[(odd < n_read) & np.isnan(triples[odd]).all(axis=1)]
+    n_open = n_read - int(ends[-1] + 1 if len(ends) else 0)
+    n_left = len(source.data) - start - (n_read + is_whole) * 3 * dtype.itemsize
 
     if not is_whole:
         _check_end(source, start, type_name, is_guess=is_guess, is_open=n_open + n_left > 0)
     elif n_open:
         source.warn("no NaN ends its last streamline; the end of the data does")
-        ends = np.append(ends, len(triples))
+        ends = np.append(ends, n_read)
     counts = np.diff(np.append(-1, ends)) - 1
     _check_count(source, fields.get("count", []), counts.tolist(), is_whole=is_whole, n_left=n_left)
-    return Lines.from_points(triples[~is_end], counts, invalid=invalid)
+
+    # Copy the points, each as one item, and drop the file's bytes.
+    is_point = np.ones(n_read, np.bool_)
+    is_point[ends[ends < n_read]] = False
+    points = triples.view(f"V{3 * dtype.itemsize}")[:n_read, 0][is_point].view(dtype).reshape(-1, 3)
+    del triples
+    source.data = b""
+    return Lines.from_points(points, counts, invalid=invalid)
+
+
+def write(lines: Lines, path: Path) -> list[str]:
+    """Write the points to a ``.tck`` file, in Float32LE."""
+    parts = polylines_of(lines)
+    head = f"mrtrix tracks\ncount: {len(parts.counts)}\ndatatype: Float32LE\nfile: . {{}}\nEND\n"
+    start = -(-len(head.format("0" * 4)) // 4) * 4  # data of 4 bytes each start at a multiple of 4
+    is_point = np.ones(len(parts.points) + len(parts.counts) + 1, np.bool_)
+    ends = parts.offsets[1:] + np.arange(len(parts.counts))
+    is_point[ends] = is_point[-1] = False
+    triples = np.empty((len(is_point), 3), "<f4")
+    triples[is_point], triples[ends], triples[-1] = parts.points, np.nan, np.inf
+    with path.open("wb") as file:
+        file.write(head.format(start).encode().ljust(start, b"\0"))
+        file.write(triples.data)
+    names = ["radius"] * (lines.radius is not None) + [repr(name) for name in lines.attributes]
+    return names + foreign(lines, parts.strand)
 
 
 def _header(source: Source) -> tuple[dict[str, list[str]], int, bool]:

@@ -8,19 +8,25 @@ world millimetres, axes to the Right, Anterior and Superior ("RASMM"). ``voxel_o
 points' axes. Where it differs from that of ``vox_to_ras``, axes are swapped and mirrored first.
 
 Without a transform in the header, points stay in voxel millimetres, with a warning.
+
+Files are written with voxels of 1 mm, axes to R, A and S, and a transform that undoes the half voxel between a voxel's
+corner and its centre. The whole transform is the identity then, so points keep their bits.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, is_far, warn_of_rounding
 from ..lines import Lines
+from .polylines import polylines_of
 from .source import BAD_COPY, Source
+from .streamlines import AnyArray, dimensions, foreign, split_values, with_values
 
 HEADER_SIZE = 1000
 _HEADER = np.dtype(
@@ -42,6 +48,10 @@ _HEADER = np.dtype(
 _DIRECTIONS = ("RL", "AP", "SI")
 #: The voxel order that TrackVis assumes if it is missing.
 _DEFAULT_ORDER = "LPS"
+#: The most names of scalars, and of properties, and the bytes of each.
+_MAX_NAMES, _NAME_SIZE = 10, 20
+#: So many points are transformed at once.
+_PART = 1 << 15
 
 
 def read(source: Source, invalid: str) -> Lines:
@@ -63,12 +73,48 @@ def read(source: Source, invalid: str) -> Lines:
         )
     transform = _transform(source, header)
     rows, properties, counts = _streamlines(source, header, byte_order)
-    with np.errstate(invalid="ignore", over="ignore"):  # NaN and Inf are reported with their rows
-        points = rows[:, :3] if transform is None else rows[:, :3] @ transform[:, :3].T + transform[:, 3]
+    points = _apply(transform, rows[:, :3])
     attributes = _columns(header["scalar_names"], rows[:, 3:], "scalars")
-    for name, values in _columns(header["property_names"], properties, "properties").items():
-        attributes[f"{name} of streamline" if name in attributes else name] = np.repeat(values, counts, axis=0)
-    return Lines.from_points(points, counts, attributes=attributes, invalid=invalid)
+    lines = Lines.from_points(points, counts, attributes=attributes, invalid=invalid)
+    return with_values(lines, _columns(header["property_names"], properties, "properties"))
+
+
+def write(lines: Lines, path: Path) -> list[str]:
+    """Write a ``.trk`` file of version 2, in RASMM.
+
+    Attributes become scalars or properties in float32: 10 of each, with names of up to 20 bytes.
+    """
+    parts = polylines_of(lines)
+    per_point, per_strand, lost = split_values(parts)
+    scalars, scalar_names = _named_columns(per_point, len(parts.points), "scalars per point", lost)
+    properties, property_names = _named_columns(per_strand, len(parts.counts), "properties of a streamline", lost)
+    header = np.zeros(1, _HEADER)[0]
+    header["magic"], header["version"], header["header_size"] = b"TRACK", 2, HEADER_SIZE
+    header["dimensions"], header["voxel_size"], header["voxel_order"] = dimensions(parts.points), 1, b"RAS"
+    header["vox_to_ras"] = np.eye(4)
+    header["vox_to_ras"][:3, 3] = 0.5
+    header["n_scalars"], header["n_properties"] = scalars.shape[1], properties.shape[1]
+    header["scalar_names"][: len(scalar_names)] = scalar_names
+    header["property_names"][: len(property_names)] = property_names
+    n = len(parts.counts)
+    header["n_streamlines"] = n if n <= np.iinfo(np.int32).max else 0
+
+    # Mix counts, points with their scalars, and properties.
+    per_point_words = 3 + scalars.shape[1]
+    size = 1 + parts.counts * per_point_words + properties.shape[1]
+    first = np.cumsum(size) - size
+    is_point = np.ones(int(size.sum()), np.bool_)
+    is_point[first] = False
+    where = (first + 1 + parts.counts * per_point_words)[:, None] + np.arange(properties.shape[1])
+    is_point[where] = False
+    numbers = np.empty(len(is_point), "<f4")
+    numbers[is_point] = np.hstack([parts.points, scalars]).reshape(-1)
+    numbers[where] = properties
+    numbers.view("<i4")[first] = parts.counts
+    with path.open("wb") as file:
+        file.write(header.tobytes())
+        file.write(numbers.data)
+    return lost + foreign(lines, parts.strand)
 
 
 def _streamlines(
@@ -78,16 +124,15 @@ def _streamlines(
     # Walk the streamlines. Each is its number of points, points with scalars, and properties, in words of 4 bytes.
     start = source.position
     words = source.array("words", byte_order + "i4", ((len(source.data) - start) // 4,))
+    numbers: memoryview[int] = words.astype("=i4", copy=False).data
     per_point, n_properties, promised = 3 + header["n_scalars"], header["n_properties"], header["n_streamlines"]
     counts: list[int] = []
-    begins: list[int] = []
-    at = 0
-    while at < len(words):
-        count = int(words[at])
+    at, n_words = 0, len(words)
+    while at < n_words:
+        count = numbers[at]
         end = at + 1 + count * per_point + n_properties
-        if count < 0 or end > len(words):
+        if count < 0 or end > n_words:
             break
-        begins.append(at)
         counts.append(count)
         at = end
 
@@ -107,15 +152,36 @@ def _streamlines(
     elif promised not in (0, len(counts)):
         source.warn(f"its header counts {promised} streamlines, but the file holds {len(counts)}; all are read")
 
-    # Separate the counts and the properties from the points.
-    numbers = words.view(byte_order + "f4")[:at].astype(np.float32, copy=False)
-    first = np.array(begins, np.int64)
+    # Separate the counts and the properties from the points. The file's bytes are needed no longer.
     n_points = np.array(counts, np.int64)
+    size = 1 + n_points * per_point + n_properties
+    first = np.cumsum(size) - size
     is_point = np.ones(at, np.bool_)
     is_point[first] = False
     where = (first + 1 + n_points * per_point)[:, None] + np.arange(n_properties)
     is_point[where] = False
-    return numbers[is_point].reshape(-1, per_point), numbers[where], n_points
+    values = words.view(byte_order + "f4")[:at]
+    source.data = b""
+    rows = values[is_point].astype(np.float32, copy=False).reshape(-1, per_point)
+    return rows, values[where].astype(np.float32, copy=False), n_points
+
+
+def _apply(transform: npt.NDArray[np.float64] | None, points: FloatArray) -> FloatArray:
+    """Transform points in float64, part by part, and warn if float32 rounds them noticeably."""
+    if transform is None or np.array_equal(transform, np.eye(3, 4)):
+        return points  # bit for bit, signs of zeros included
+
+    def transformed(part: FloatArray) -> npt.NDArray[np.float64]:
+        with np.errstate(invalid="ignore", over="ignore"):  # NaN and Inf are reported with their rows
+            return np.asarray(part @ transform[:, :3].T + transform[:, 3])
+
+    rounded = np.empty(points.shape, np.float32)
+    for at in range(0, len(points), _PART):
+        with np.errstate(over="ignore"):
+            rounded[at : at + _PART] = transformed(points[at : at + _PART])
+    if is_far(rounded):
+        warn_of_rounding(transformed(points), rounded)
+    return rounded
 
 
 def _columns(names: Sequence[bytes], values: FloatArray, rest: str) -> dict[str, FloatArray]:
@@ -131,6 +197,35 @@ def _columns(names: Sequence[bytes], values: FloatArray, rest: str) -> dict[str,
         columns[f"{name} {at}" if name in columns else name] = part[:, 0] if part.shape[1] == 1 else part
         at += part.shape[1]
     return columns
+
+
+def _named_columns(
+    values: Mapping[str, AnyArray], n: int, what: str, lost: list[str]
+) -> tuple[FloatArray, list[bytes]]:
+    """Return values as columns of float32 (n, c), and their names in the header; add to `lost` what does not fit."""
+    columns: list[FloatArray] = [np.empty((n, 0), np.float32)]
+    names: list[bytes] = []
+    for name, array in values.items():
+        width = array.shape[1] if array.ndim == 2 else 1
+        if array.dtype.kind not in "fiub" or array.ndim > 2 or not width or not name.strip():
+            lost.append(f"{name!r}, {array.dtype} of shape {array.shape}")
+            continue
+        n_columns = sum(part.shape[1] for part in columns)
+        if len(names) == _MAX_NAMES or n_columns + width > np.iinfo(np.int16).max:
+            lost.append(f"{name!r}, as there is room for {_MAX_NAMES} {what}")
+            continue
+        # The name, and NUL and the number of columns if there are several.
+        number = b"\0%d" % width if width > 1 else b""
+        short = name.encode("latin-1", "replace").split(b"\0")[0].strip()[: _NAME_SIZE - len(number)]
+        if short.decode("latin-1") != name:
+            lost.append(f"the whole name {name!r} ({short.decode('latin-1')!r} is written)")
+        with np.errstate(over="ignore"):
+            column = array.astype(np.float32)
+        if array.dtype.kind != "b" and not np.array_equal(column, array, equal_nan=array.dtype.kind == "f"):
+            lost.append(f"digits of {name!r} ({array.dtype}) beyond those of float32")
+        columns.append(column.reshape(n, width))
+        names.append(short + number)
+    return np.hstack(columns), names
 
 
 def _transform(source: Source, header: dict[str, Any]) -> npt.NDArray[np.float64] | None:
