@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ..curves import Curves
 from ..errors import FileFormatError, InputError
 from ..lines import Lines
 from .format import Format
@@ -15,8 +16,14 @@ TABLE: tuple[Format, ...] = (
     Format(
         "npz",
         (".npz",),
-        "NumPy arrays: 'segments', or 'points' and 'counts'; optionally 'radius' and others",
-        writes=(Lines,),
+        "NumPy arrays: 'segments', 'points' and 'counts', or 'control'; optionally 'radius' and others",
+        writes=(Lines, Curves),
+    ),
+    Format(
+        "safetensors",
+        (".safetensors",),
+        "tensors: the same arrays as in .npz",
+        writes=(Lines, Curves),
     ),
     Format("tck", (".tck",), "streamlines, MRtrix", magic=(b"mrtrix tracks",), up="z", unit="mm"),
     Format("tfx", (".tfx",), "hair, AMD TressFX versions 3 and 4", up="y"),
