@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ..curves import Curves
 from ..errors import FileFormatError, InputError
+from ..geometry import Geometry
 from ..lines import Lines
 from .format import Format
 
@@ -28,6 +29,14 @@ TABLE: tuple[Format, ...] = (
     Format("tck", (".tck",), "streamlines, MRtrix", magic=(b"mrtrix tracks",), up="z", unit="mm"),
     Format("tfx", (".tfx",), "hair, AMD TressFX versions 3 and 4", up="y"),
     Format("trk", (".trk",), "streamlines, TrackVis", magic=(b"TRACK",), up="z", unit="mm"),
+    Format(
+        "usd",
+        (".usd", ".usda", ".usdc", ".usdz"),
+        "scenes, USD BasisCurves and HermiteCurves (needs fastlines[usd])",
+        magic=(b"#usda", b"PXR-USDC"),
+        writes=(Lines, Curves, Geometry),
+        up="y",
+    ),
 )
 
 #: The formats by extension. Each file may be packed by gzip, as in ``.trk.gz``.
