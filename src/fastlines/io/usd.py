@@ -14,6 +14,8 @@ The library usd-core opens the files, and with them whatever they refer to.
 - Invisible prims, inactive ones, NurbsCurves, other shapes, normals and velocities are not read. Prims for guides and
   proxies are read, with a warning.
 - The unit is metersPerUnit, if the file has it; USD's default of centimetres is not assumed.
+
+The library does not check all of a binary file before it uses it: a damaged ``.usdc`` may end the program.
 """
 
 from __future__ import annotations
@@ -68,7 +70,7 @@ def read(source: Source, invalid: str, *, time: float | None = None, prim: str |
     with _told(source), source.file(_extension(source)) as path:
         try:
             return _read(source, path, invalid, time, prim)
-        except (Tf.ErrorException, RuntimeError, UnicodeDecodeError) as error:
+        except (Tf.ErrorException, RuntimeError, UnicodeDecodeError, MemoryError) as error:
             why = _reason(error).replace(str(path.absolute()), "")
             raise source.error(f"USD cannot read it ({why}); mend it, or get a fresh copy") from None
 

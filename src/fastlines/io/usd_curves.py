@@ -27,7 +27,7 @@ class Strokes:
     ----------
     control : (n, 2, 3) or (n, 4, 3) array
         Both ends of each linear segment, or Bezier control points.
-    radius : (n, 2) or (n, 4) float64, or None
+    radius : (n, 2) or (n, 4) array, or None
     strands : (n,) int64
     n_strands : int
     prim : (n,) int64
@@ -38,7 +38,7 @@ class Strokes:
     """
 
     control: AnyArray
-    radius: Float64Array | None
+    radius: AnyArray | None
     strands: IntArray
     n_strands: int
     prim: IntArray
@@ -150,7 +150,7 @@ def _layout(
     return layout
 
 
-def _radius(prim: Any, curves: Any, time: Any, layout: Layout, remarks: Remarks) -> Float64Array | None:
+def _radius(prim: Any, curves: Any, time: Any, layout: Layout, remarks: Remarks) -> AnyArray | None:
     """Return half the widths along each segment; None if there are none."""
     from pxr import UsdGeom
 
@@ -168,7 +168,7 @@ def _radius(prim: Any, curves: Any, time: Any, layout: Layout, remarks: Remarks)
         return None
     if interpolation != stated:
         remarks.add(f"its widths are {interpolation} by their number, though called {stated}", path)
-    radius = layout.coefficients(values.astype(np.float64) / 2, interpolation)
+    radius = layout.coefficients(values / np.float32(2), interpolation)
     bad = bad_radius(radius) if radius.shape[1] == 4 else outside(radius)
     if bad.any():
         what = f"the widths of {path} must be finite and not negative (see {list_rows(bad)} of its segments)"

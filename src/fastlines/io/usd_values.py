@@ -83,14 +83,14 @@ class Layout:
             points = points.astype(np.float64)
         return np.asarray(self.spans.bezier(points, None if tangents is None else tangents.astype(np.float64)))
 
-    def coefficients(self, values: Float64Array, interpolation: str) -> Float64Array:
+    def coefficients(self, values: AnyArray, interpolation: str) -> AnyArray:
         """Return scalars as `control` does: (n, 2) of linear segments, or (n, 4)."""
         if self.spans is not None and interpolation == "vertex":
-            return self.spans.bezier(values)
-        at_ends = np.asarray(self.at_ends(values, interpolation), np.float64)
+            return np.asarray(self.spans.bezier(values if self.spans.basis == "bezier" else values.astype(np.float64)))
+        at_ends = self.at_ends(values, interpolation)
         if self.spans is None:
             return at_ends
-        first, last = at_ends.T
+        first, last = at_ends.astype(np.float64).T
         return np.stack([first, (2 * first + last) / 3, (first + 2 * last) / 3, last], axis=1)
 
     def at_ends(self, values: AnyArray, interpolation: str) -> AnyArray:
