@@ -87,6 +87,21 @@ class Spans:
         return values[self.points[:, [0, 3] if self.basis == "bezier" else [1, 2]]]
 
 
+def smallest(basis: str, wrap: str) -> tuple[int, int]:
+    """Return how many points the shortest strand has, and how many each further curve takes."""
+    choice("basis", basis, BASES)
+    choice("wrap", wrap, WRAPS)
+    step = 3 if basis == "bezier" else 1
+    if wrap == "periodic":
+        return step, step
+    return (2 if basis == "hermite" or _moves(basis, wrap) else 4), step
+
+
+def _moves(basis: str, wrap: str) -> bool:
+    """Return whether pinning adds phantom points; other curves begin and end at their points anyway."""
+    return wrap == "pinned" and basis in ("bspline", "catmull-rom")
+
+
 def find_spans(counts: IntArray, basis: str, wrap: str) -> Spans:
     """Return the points of each curve of strands that have so many points each; a strand of no points has no curve.
 
@@ -95,15 +110,11 @@ def find_spans(counts: IntArray, basis: str, wrap: str) -> Spans:
     InputError
         If a strand has a number of points that its basis and wrap cannot use.
     """
-    choice("basis", basis, BASES)
-    choice("wrap", wrap, WRAPS)
-    step = 3 if basis == "bezier" else 1
+    fewest, step = smallest(basis, wrap)
     offsets = np.array([0, 0, 1, 1] if basis == "hermite" else [0, 1, 2, 3])
-    # Pinning moves nothing where curves begin and end at their points anyway.
-    pinned = wrap == "pinned" and basis in ("bspline", "catmull-rom")
+    pinned = _moves(basis, wrap)
     if pinned:
         offsets = offsets - 1
-    fewest = 2 if pinned else step if wrap == "periodic" else int(offsets[-1]) + 1
     bad = (counts > 0) & ((counts < fewest) | ((counts - fewest) % step != 0))
     if bad.any():
         numbers = f"{fewest}, {fewest + 3}, {fewest + 6}, …" if step == 3 else f"{fewest} or more"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import io
+import json
 import struct
 
 import numpy as np
@@ -252,6 +253,20 @@ def ply(
     for form, row in rows:
         data += struct.pack(order + form, *row) if order else " ".join(map(str, row)).encode() + b"\n"
     return data + tail
+def safetensors(
+    metadata: dict[str, str] | None = None, *, header: bytes | None = None, tail: bytes = b"", **arrays
+) -> bytes:
+    """Write a .safetensors file; `header` is what its header says instead of the truth."""
+    names = {"i8": "I64", "f4": "F32", "f8": "F64", "u1": "U8", "i4": "I32", "f2": "F16"}
+    entries, body = {} if metadata is None else {"__metadata__": metadata}, b""
+    for name, given in arrays.items():
+        data = np.asarray(given).tobytes()
+        offsets = [len(body), len(body) + len(data)]
+        kind = names[np.asarray(given).dtype.str[1:]]
+        entries[name] = {"dtype": kind, "shape": np.shape(given), "data_offsets": offsets}
+        body += data
+    text = json.dumps(entries).encode() if header is None else header
+    return struct.pack("<Q", len(text)) + text + body + tail
 
 
 #: One small, whole file per format, with everything optional in it.
@@ -269,5 +284,12 @@ SAMPLES: dict[str, bytes] = {
     "some.npy": npy(POINTS[:6].reshape(3, 6)),
     "segments.npz": npz(segments=POINTS[:6].reshape(3, 2, 3), strands=[0, 0, 1], radius=np.ones(3), age=[1, 2, 3]),
     "points.npz": npz(points=POINTS, counts=COUNTS, radius=np.ones(7), compressed=True),
+    "segments.safetensors": safetensors(
+        {"unit": "mm", "up": "z"},
+        segments=POINTS[:6].reshape(3, 2, 3),
+        strands=[0, 0, 1],
+        radius=np.ones(3, "<f4"),
+        **{"end_attributes/age": np.arange(6).reshape(3, 2)},
+    ),
     "some.npy.gz": gzip.compress(npy(POINTS[:6].reshape(3, 2, 3)), mtime=0),
 }

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ..curves import Curves
 from ..errors import FileFormatError, InputError
+from ..geometry import Geometry
 from ..lines import Lines
 from .format import Format
 
@@ -17,18 +19,32 @@ TABLE: tuple[Format, ...] = (
     Format(
         "npz",
         (".npz",),
-        "NumPy arrays: 'segments', or 'points' and 'counts'; optionally 'radius' and others",
-        writes=(Lines,),
+        "NumPy arrays: 'segments', 'points' and 'counts', or 'control'; optionally 'radius' and others",
+        writes=(Lines, Curves),
     ),
     Format("obj", (".obj",), "lines of Wavefront OBJ", writes=(Lines,)),
     Format("pbrt", (".pbrt",), "curves of pbrt scenes, versions 3 and 4"),
     Format("ply", (".ply",), "edges of PLY", magic=(b"ply\n", b"ply\r"), writes=(Lines,)),
+    Format(
+        "safetensors",
+        (".safetensors",),
+        "tensors: the same arrays as in .npz",
+        writes=(Lines, Curves),
+    ),
     Format("swc", (".swc",), "neurons, SWC", writes=(Lines,), unit="µm"),
     Format("tck", (".tck",), "streamlines, MRtrix", magic=(b"mrtrix tracks",), writes=(Lines,), up="z", unit="mm"),
     Format("tfx", (".tfx",), "hair, AMD TressFX versions 3 and 4", up="y"),
     Format("trk", (".trk",), "streamlines, TrackVis", magic=(b"TRACK",), writes=(Lines,), up="z", unit="mm"),
     Format("trx", (".trx",), "streamlines, TRX", writes=(Lines,), up="z", unit="mm"),
     Format("usc", (".data",), "hair of the USC-HairSalon database", up="y"),
+    Format(
+        "usd",
+        (".usd", ".usda", ".usdc", ".usdz"),
+        "scenes, USD BasisCurves and HermiteCurves (needs fastlines[usd])",
+        magic=(b"#usda", b"PXR-USDC"),
+        writes=(Lines, Curves, Geometry),
+        up="y",
+    ),
     Format("vtk", (".vtk", ".vtu"), "polylines, VTK legacy files and unstructured grids", magic=(b"# vtk DataFile",)),
     Format("vtp", (".vtp",), "polylines, VTK polydata", writes=(Lines,)),
 )

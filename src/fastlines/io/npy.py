@@ -33,12 +33,17 @@ def write(lines: Lines, path: Path) -> list[str]:
     """Write the ends of segments, (n, 2, 3) float32, and nothing else."""
     with path.open("wb") as file:
         np.save(file, lines.segments)
-    has = {"strands": lines.n_strands > 0, "radius": lines.radius is not None}
+    has = {
+        "strands": lines.n_strands > 0,
+        "radius": lines.radius is not None,
+        "the axis that points upwards": lines.up is not None,
+        "the unit": lines.unit is not None,
+    }
     return [*(name for name, there in has.items() if there), *map(repr, lines.attributes)]
 
 
-def read_array(source: Source) -> AnyArray:
-    """Read all bytes of a ``.npy`` file without trusting its header."""
+def read_array(source: Source, *, text: bool = False) -> AnyArray:
+    """Read all bytes of a ``.npy`` file without trusting its header; with `text`, also a lone text."""
     stream = BytesIO(source.data)
     try:
         with warnings.catch_warnings():
@@ -53,8 +58,19 @@ def read_array(source: Source) -> AnyArray:
         raise source.error(
             f"does not start with the header of an array ({reason(error)}); check the extension, or write it again"
         ) from None
+    if text and dtype.kind == "U" and shape == ():
+        return _text(source, dtype, stream.tell())
     if dtype.kind not in "fiub":
         raise source.error(f"holds {dtype}; expected real numbers")
     array = source.array("numbers", dtype, shape[::-1] if in_columns else shape, at=stream.tell())
     source.finish()
     return array.T if in_columns else array
+
+
+def _text(source: Source, dtype: np.dtype[Any], at: int) -> AnyArray:
+    array = source.array("characters", dtype, (1,), at=at)
+    source.finish()
+    try:
+        return np.array(str(array[0]))
+    except ValueError:  # a code point that does not exist
+        raise source.error("holds no text; mend it") from None

@@ -1,83 +1,53 @@
-"""Several NumPy arrays in one file (``.npz``): segments or points, and their columns."""
+"""Several NumPy arrays in one file (``.npz``): segments, points or curves, and their columns.
+
+Format: https://numpy.org/doc/stable/reference/generated/numpy.savez.html; `named_arrays.py` lists the names. The facts
+``up``, ``unit`` and ``tolerance`` are arrays of one text, without dimensions.
+"""
 
 from __future__ import annotations
 
 import zipfile
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from numpy.lib import format as npy_format
 
+from ..curves import Curves
 from ..errors import FileFormatError
 from ..lines import Lines
-from .npy import AnyArray, read_array
+from .named_arrays import FACTS, AnyArray, from_arrays, to_arrays
+from .npy import read_array
 from .source import Source, reason
 
 _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
-def read(source: Source, invalid: str) -> Lines:
-    """Read lines from a ``.npz`` file.
+def read(source: Source, invalid: str) -> Lines | Curves:
+    """Read lines or curves from a ``.npz`` file.
 
     It holds ``segments`` (n, 2, 3) or (n, 6), with or without integer ``strands`` (n,) and ``radius`` (n,) or (n, 2).
     Or it holds ``points`` (m, 3) and integer ``counts`` (k,), the numbers of points of each strand, with or without
-    ``radius`` (m,). Any other array has n or m rows and becomes one of the ``attributes``.
+    ``radius`` (m,). Or it holds ``control`` (n, 4, 3), the Bezier control points of curves.
+
+    Any other array has a row for each segment, point or curve and becomes one of the ``attributes``. An array
+    ``end_attributes/NAME`` (n, 2, …) becomes one of the ``end_attributes``.
     """
     arrays = _unzip(source)
-    match sorted(arrays.keys() & {"segments", "points", "counts", "strands"}):
-        case ["segments"] | ["segments", "strands"]:
-            name = "segments"
-        case ["counts", "points"]:
-            name = "points"
-        case _:
-            raise source.error(
-                f"holds the arrays {', '.join(arrays) or '(none)'}; expected 'segments', with or without 'strands', "
-                "or 'points' and 'counts'"
-            )
-    given, radius = arrays.pop(name), arrays.pop("radius", None)
-    n_rows = len(given) if given.ndim else 0
-    strands, counts = arrays.pop("strands", np.full(n_rows, -1)), arrays.pop("counts", np.zeros(0, np.int64))
-    _check(source, "strands", strands, (n_rows,), integer=True)
-    if name == "points":
-        _check(source, "points", given, (n_rows, 3))
-    _check(source, "counts", counts, counts.shape[:1], integer=True)
-    if np.any(counts < 0) or np.any(counts > n_rows):  # before they are added: the sum could wrap around
-        raise source.error(f"'counts' are from {counts.min()} to {counts.max()}; there are {n_rows} points")
-    if radius is not None:
-        _check(source, "radius", radius, (n_rows, 2) if radius.ndim == 2 and name == "segments" else (n_rows,))
-        radius = source.radius("radius", radius)
-    for column, values in arrays.items():
-        _check(source, column, values, (n_rows, *values.shape[1:]))
-    if name == "segments":
-        return Lines.from_segments(given, strands=strands, radius=radius, attributes=arrays, invalid=invalid)
-    return Lines.from_points(given, counts, radius=radius, attributes=arrays, invalid=invalid)
+    facts = {name: str(arrays.pop(name)) for name in FACTS if name in arrays and arrays[name].dtype.kind == "U"}
+    return from_arrays(source, arrays, facts, invalid)
 
 
-def write(lines: Lines, path: Path) -> list[str]:
-    """Write ``segments``, ``strands`` and ``radius``, and attributes by their names.
-
-    Values at both ends of segments, (n, 2, …), keep that shape, and become attributes of that shape when read.
-    """
-    arrays: dict[str, Any] = {"segments": lines.segments, "strands": lines.strands}
-    if lines.radius is not None:
-        arrays["radius"] = lines.radius
-    kept = {
-        name: values
-        for name, values in {**lines.attributes, **lines.end_attributes}.items()
-        if values.dtype.kind in "fiub"
-    }
-    with path.open("wb") as file:
-        np.savez(file, **(arrays | kept))
-    return [f"{name!r} ({values.dtype})" for name, values in lines.attributes.items() if name not in kept]
-
-
-def _check(source: Source, name: str, array: AnyArray, shape: tuple[int, ...], *, integer: bool = False) -> None:
-    """Refuse an array of another shape, or one that must hold integers and is not convertible to int64."""
-    if array.ndim == 0 or array.shape != shape:
-        raise source.error(f"{name!r} has shape {array.shape}; expected {shape}, to go with the other arrays")
-    if integer and not np.can_cast(array.dtype, np.int64):
-        raise source.error(f"{name!r} is of type {array.dtype}; expected integers, int64 or smaller")
+def write(geometry: Lines | Curves, path: Path) -> list[str]:
+    """Write all arrays by their names in `named_arrays.py`, without compression."""
+    arrays, facts, lost = to_arrays(geometry)
+    texts = {name: np.array(text) for name, text in facts.items()}
+    # numpy.savez has no place for arrays that are called like its own arguments.
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
+        for name, array in {**arrays, **texts}.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+                npy_format.write_array(file, array, allow_pickle=False)
+    return lost
 
 
 def _unzip(source: Source) -> dict[str, AnyArray]:
@@ -101,4 +71,7 @@ def _unzip(source: Source) -> dict[str, AnyArray]:
         raise
     except Exception as error:  # zipfile's own errors, and any of zlib and struct
         raise source.error(f"not a whole .npz file ({reason(error)}); check the extension, or write it again") from None
-    return {name: read_array(Source(data, f"{source.name}, array {name!r}")) for name, data in unpacked.items()}
+    return {
+        name: read_array(Source(data, f"{source.name}, array {name!r}"), text=name in FACTS)
+        for name, data in unpacked.items()
+    }
