@@ -21,6 +21,7 @@ TABLE: tuple[Format, ...] = (
     Format("tck", (".tck",), "streamlines, MRtrix", magic=(b"mrtrix tracks",), up="z", unit="mm"),
     Format("tfx", (".tfx",), "hair, AMD TressFX versions 3 and 4", up="y"),
     Format("trk", (".trk",), "streamlines, TrackVis", magic=(b"TRACK",), up="z", unit="mm"),
+    Format("wkt", (".csv", ".tsv", ".wkt"), "well-known text, alone or in a column of a table", up="z"),
 )
 
 #: The formats by extension. Each file may be packed by gzip, as in ``.trk.gz``.
