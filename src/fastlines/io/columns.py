@@ -129,8 +129,8 @@ def with_strand_attributes(
 ) -> Lines:
     """Return the lines with values per strand, repeated for its segments; each strand is a row of the arrays."""
     repeated = {name: values[lines.strands] for name, values in per_strand.items()}
-    more = {} if radius is None else {"radius": radius[lines.strands]}
-    return replace(lines, attributes={**repeated, **lines.end_attributes}, unit=unit, **more)
+    lines = replace(lines, attributes=repeated, unit=unit)
+    return lines if radius is None else lines.with_radius(radius[lines.strands])
 
 
 def radius_of(source: Source, per_strand: dict[str, AnyArray], name: str | None, what: str) -> AnyArray | None:

@@ -10,6 +10,13 @@ from .format import Format
 
 #: One row for each format; `docs/formats.md` says what is read and what is dropped.
 TABLE: tuple[Format, ...] = (
+    Format(
+        "geojson",
+        (".geojson", ".geojsonl", ".ndjson", ".json"),
+        "maps, GeoJSON, also one feature a line",
+        writes=(Lines,),
+        up="z",
+    ),
     Format("hair", (".hair",), "hair, Cem Yuksel's HAIR files", magic=(b"HAIR", b"hair")),
     Format("npy", (".npy",), "NumPy array of segments, (n, 2, 3) or (n, 6)", magic=(b"\x93NUMPY",), writes=(Lines,)),
     Format(

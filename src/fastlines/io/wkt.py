@@ -18,7 +18,7 @@ from collections.abc import Iterator
 
 from ..lines import Lines
 from .columns import column_of, counted, numeric, radius_of, with_strand_attributes
-from .source import Source, reason
+from .source import Source, printable, reason
 from .wkt_text import STARTS, Wkt
 
 #: Names of a column of geometries, in lower case, the usual ones first.
@@ -148,7 +148,7 @@ def _table(source: Source, text: str) -> tuple[list[str], list[tuple[int, list[s
         return names, rows
     names = []
     for i, word in enumerate(rows[0][1], start=1):
-        name = "".join(char if char.isprintable() else "?" for char in word.strip()) or f"column {i}"
+        name = printable(word.strip()) or f"column {i}"
         names.append(f"{name} {i}" if name in names else name)
     return names, rows[1:]
 
