@@ -56,7 +56,7 @@ def test_everything(load):
     assert (lines.unit, lines.up) == ("degree", "z")
     texts = [str(warning.message) for warning in told]
     assert "without a line are not read: 2 Polygon, 1 without a geometry" in texts[0]
-    assert "properties that do not hold numbers are not kept: 'name', 'tags', 'area'" in texts[1]
+    assert "properties that do not hold numbers are not kept: 'name', 'tags'" in texts[1]
     assert len(texts) == 2
 
 

@@ -19,6 +19,8 @@ AnyArray = npt.NDArray[Any]
 MISSING = frozenset(("", "na", "n/a", "nan", "none", "null"))
 #: Truth values in text, in lower case.
 TRUTH = {"true": True, "false": False}
+#: Columns take at most so many times the bytes of their file, and so many more.
+BUDGET_FACTOR, BUDGET_BYTES = 4, 1 << 20
 #: How many dropped columns a warning names.
 SHOWN = 12
 
@@ -91,13 +93,33 @@ def _float(value: Any) -> float:
         return math.copysign(math.inf, value)
 
 
-def numeric(source: Source, columns: Mapping[str, Sequence[object]], what: str) -> dict[str, AnyArray]:
-    """Return the columns of numbers, and warn once of the others."""
-    arrays = {name: array_of(values) for name, values in columns.items()}
-    dropped = [name for name, array in arrays.items() if array is None]
+def numeric(
+    source: Source, columns: Mapping[str, tuple[Sequence[int], Sequence[object]]], n_rows: int, what: str
+) -> dict[str, AnyArray]:
+    """Return the columns of numbers as arrays of n rows, and warn once of the others.
+
+    Each column is given as some rows and their values. The fullest ones are kept, as many as go well with the size of
+    the file: columns with few values could take far more memory than their file.
+    """
+    arrays: dict[str, AnyArray] = {}
+    dropped, sparse = [], []
+    budget = BUDGET_FACTOR * len(source.data) + BUDGET_BYTES
+    for name, (rows, values) in sorted(columns.items(), key=lambda column: -len(column[1][0])):
+        found = array_of(values)
+        if found is None:
+            dropped.append(name)
+        elif (budget := budget - 8 * n_rows) < 0:
+            sparse.append(name)
+        elif np.array_equal(rows, np.arange(n_rows)):
+            arrays[name] = found
+        else:
+            arrays[name] = np.full(n_rows, np.nan)
+            arrays[name][rows] = found
     if dropped:
-        source.warn(f"{what} that do not hold numbers are not kept: {listed(dropped)}")
-    return {name: array for name, array in arrays.items() if array is not None}
+        source.warn(f"{what} that do not hold numbers are not kept: {listed(sorted(dropped))}")
+    if sparse:
+        source.warn(f"{len(sparse)} {what} with few values are not kept: {listed(sorted(sparse))}")
+    return {name: arrays[name] for name in columns if name in arrays}
 
 
 def listed(names: Iterable[str]) -> str:

@@ -17,6 +17,7 @@ TABLE: tuple[Format, ...] = (
         writes=(Lines,),
         up="z",
     ),
+    Format("gpx", (".gpx",), "tracks and routes, GPX", up="z", unit="degree"),
     Format("hair", (".hair",), "hair, Cem Yuksel's HAIR files", magic=(b"HAIR", b"hair")),
     Format("npy", (".npy",), "NumPy array of segments, (n, 2, 3) or (n, 6)", magic=(b"\x93NUMPY",), writes=(Lines,)),
     Format(

@@ -62,10 +62,16 @@ def read(source: Source, invalid: str, *, radius: str | None = None) -> Lines:
     if found.n_long:
         source.warn(f"{found.n_long} lines have more than 3 numbers a point; only 3 are read")
 
-    # Spread the properties of features over their strands.
-    names = dict.fromkeys(name for row in found.properties for name in row)
-    table = {name: [found.properties[row].get(name) for row in found.owner] for name in names if found.owner}
-    per_strand = numeric(source, {printable(name): values for name, values in table.items()}, "properties")
+    # Spread the properties of features with lines over their strands.
+    columns: dict[str, tuple[list[int], list[Any]]] = {}
+    features, owner = np.unique(np.array(found.owner, np.int64), return_inverse=True)
+    for row, feature in enumerate(features):
+        for name, value in found.properties[feature].items():
+            rows, values = columns.setdefault(printable(name), ([], []))
+            rows.append(row)
+            values.append(value)
+    per_feature = numeric(source, columns, len(features), "properties")
+    per_strand = {name: values[owner] for name, values in per_feature.items()}
     radii = radius_of(source, per_strand, radius, "property")
     points = np.concatenate([np.empty((0, 3)), *found.points])
     lines = Lines.from_points(points, [len(part) for part in found.points], invalid=invalid)

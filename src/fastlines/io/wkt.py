@@ -92,11 +92,11 @@ def _lines(
     row_of = dict(rows)
     owners = [row_of[line] for line in wkt.rows]
     table = {
-        name: column_of([row[i] if i < len(row) else "" for row in owners])
+        name: (range(len(owners)), column_of([row[i] if i < len(row) else "" for row in owners]))
         for i, name in enumerate(names)
         if i != at and owners
     }
-    per_strand = numeric(source, table, "columns")
+    per_strand = numeric(source, table, len(owners), "columns")
     radii = radius_of(source, per_strand, radius, "column")
     attributes = {} if m is None else {"m": m}
     lines = Lines.from_points(points, counts, attributes=attributes, invalid=invalid)
