@@ -113,7 +113,7 @@ def test_lines_of_one_point_and_tables_without_lines(load):
 
 def test_columns_are_chosen(load):
     text = 'road,ways,geometry,width\n"LINESTRING (0 0, 1 1)","LINESTRING (2 2, 3 3)","LINESTRING (4 4, 5 5)",0.5\n'
-    with pytest.warns(FileWarning, match="'ways', 'geometry'"):
+    with pytest.warns(FileWarning, match="'geometry', 'ways'"):
         assert load(text.encode(), "a.csv", column="ROAD").segments[0, 0, 0] == 0
     with pytest.warns(FileWarning, match="'road', 'ways'"):
         lines = load(text.encode(), "a.csv", radius="width")

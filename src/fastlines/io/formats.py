@@ -10,6 +10,7 @@ from .format import Format
 
 #: One row for each format; `docs/formats.md` says what is read and what is dropped.
 TABLE: tuple[Format, ...] = (
+    Format("dxf", (".dxf",), "drawings, DXF", magic=(b"AutoCAD Binary DXF",), up="z"),
     Format(
         "geojson",
         (".geojson", ".geojsonl", ".ndjson", ".json"),
@@ -19,6 +20,7 @@ TABLE: tuple[Format, ...] = (
     ),
     Format("gpx", (".gpx",), "tracks and routes, GPX", up="z", unit="degree"),
     Format("hair", (".hair",), "hair, Cem Yuksel's HAIR files", magic=(b"HAIR", b"hair")),
+    Format("molecules", (".pdb", ".ent", ".cif", ".mmcif"), "bonds of molecules, PDB and mmCIF", unit="Å"),
     Format("npy", (".npy",), "NumPy array of segments, (n, 2, 3) or (n, 6)", magic=(b"\x93NUMPY",), writes=(Lines,)),
     Format(
         "npz",
