@@ -73,7 +73,7 @@ def read(source: Source, invalid: str, *, model: int = 1, tolerance: float = 0.4
 
 def _structure(source: Source, gemmi: Any) -> Any:
     """Parse the file, in the format that it is in."""
-    text = source.text()
+    text = source.text().encode("ascii", "replace").decode("ascii")  # names may hold anything
     is_cif = _CIF.match(text) is not None
     try:
         if not is_cif:
