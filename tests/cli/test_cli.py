@@ -22,7 +22,7 @@ from fastlines.cli.info import count_duplicates
 from fastlines.cli.options import bytes_text
 from fastlines.cli.query import KINDS
 
-COMMANDS = ("demo", "scene", "info", "build", "validate", "query", "render", "report")
+COMMANDS = ("demo", "scene", "info", "convert", "build", "validate", "query", "render", "report")
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 
@@ -134,7 +134,7 @@ def test_info_counts_what_is_odd():
     assert count_duplicates(empty) == 0
     segments[2] = np.nan
     np.save("b.npy", segments)
-    result = run("info", "b.npy", "--json", "--skip-invalid")
+    result = run("info", "b.npy", "--json")
     assert json.loads(result.stdout)["lines"]["n_skipped"] == 1
     assert "1 segments" in result.stderr
 

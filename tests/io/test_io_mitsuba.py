@@ -113,5 +113,5 @@ def test_curves_come_back_as_they_were_written(tmp_path):
 
 @pytest.mark.filterwarnings("ignore::fastlines.FileWarning", "ignore::fastlines.PrecisionWarning")
 def test_damage_raises_nothing_else(load):
-    assert 20 < mutate(load, TEXT, "a.txt", text=True) < 290
-    mutate(load, TEXT.replace(b"\n\n", b"\n"), "a.txt", text=True, basis="bspline")
+    assert 20 < mutate(load, TEXT, "a.txt") < 290
+    mutate(load, TEXT.replace(b"\n\n", b"\n"), "a.txt", basis="bspline")

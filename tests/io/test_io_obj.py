@@ -119,4 +119,4 @@ def test_lines_come_back_as_they_were_written(tmp_path):
 
 @pytest.mark.filterwarnings("ignore::fastlines.FileWarning", "ignore::fastlines.PrecisionWarning")
 def test_damage_raises_nothing_else(load):
-    assert 20 < mutate(load, TEXT, "a.obj", text=True) < 290
+    assert 20 < mutate(load, TEXT, "a.obj") < 290

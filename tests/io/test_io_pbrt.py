@@ -286,4 +286,4 @@ def test_matrices_of_directions_that_are_none():
 @pytest.mark.filterwarnings("ignore::fastlines.FileWarning", "ignore::fastlines.PrecisionWarning")
 def test_damage_raises_nothing_else(load):
     text = SCENE + b'ObjectBegin "a"' + CURVE + b' ObjectEnd ObjectInstance "a" Rotate 3 1 1 1 ObjectInstance "a"'
-    assert 20 < mutate(load, text, "a.pbrt", text=True) < 290
+    assert 20 < mutate(load, text, "a.pbrt") < 290

@@ -134,4 +134,4 @@ def test_what_ply_cannot_hold_is_told(tmp_path):
 
 @pytest.mark.filterwarnings("ignore::fastlines.FileWarning", "ignore::fastlines.PrecisionWarning")
 def test_damage_raises_nothing_else(load):
-    assert 20 < mutate(load, ply(""), "a.ply", text=True) < 290
+    assert 20 < mutate(load, ply(""), "a.ply") < 290

@@ -195,4 +195,4 @@ def test_ids_that_make_no_trees_are_not_kept(tmp_path):
 
 @pytest.mark.filterwarnings("ignore::fastlines.FileWarning", "ignore::fastlines.PrecisionWarning")
 def test_damage_raises_nothing_else(load):
-    assert 20 < mutate(load, NEURON, "a.swc", text=True) < 290
+    assert 20 < mutate(load, NEURON, "a.swc") < 290

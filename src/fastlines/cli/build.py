@@ -15,7 +15,7 @@ import fastlines as fl
 from ..methods import method_settings
 from ..settings import limit_notes
 from .app import app
-from .options import Effort, Input, Json, Method, Skip, bytes_text, n_bytes
+from .options import Effort, FormatName, FormatOptions, Input, Json, Method, Skip, bytes_text, n_bytes
 
 
 @app.command(short_help="Make one of the five scenes of the thesis.")
@@ -80,6 +80,8 @@ def build(
     ] = None,
     max_leaf_refs: Annotated[int | None, Option(help="No leaf has more references (BVHs only).")] = None,
     skip_invalid: Skip = False,
+    format: FormatName = None,
+    option: FormatOptions = None,
     as_json: Json = False,
 ) -> None:
     """Build a tree over lines and save it in a file.
@@ -104,7 +106,7 @@ def build(
     memory = None if max_bytes is None else n_bytes(max_bytes, "--max-bytes")
     bounds = {"max_depth": max_depth, "max_refs": max_refs, "max_bytes": memory, "max_leaf_refs": max_leaf_refs}
     given: dict[str, Any] = {name: value for name, value in bounds.items() if value is not None}
-    opened = open_lines(source, skip_invalid)
+    opened = open_lines(source, skip_invalid, format, option)
     start = time.perf_counter()
     tree = fl.build(
         opened.lines,

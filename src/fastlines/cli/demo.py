@@ -9,7 +9,7 @@ from typer import Option
 
 from ..errors import InputError
 from .app import app
-from .options import Input, Skip
+from .options import FormatName, FormatOptions, Input, Skip, refuse_given
 
 
 @app.command(short_help="Compare trees over five scenes, or your lines, in a page of figures and pictures.")
@@ -26,6 +26,8 @@ def demo(
         str, Option("--output", "-o", metavar="FOLDER", help="Write the page and its pictures to this folder.")
     ] = "fastlines-demo",
     skip_invalid: Skip = False,
+    format: FormatName = None,
+    option: FormatOptions = None,
 ) -> None:
     """Build the five trees of the thesis and the default tree, query and draw them, and write a page of the results.
 
@@ -39,7 +41,7 @@ def demo(
 
     [cyan]fastlines demo hair.tfx -o hair[/]  compares trees over your lines
     """
-    _write_page(source, output, quick, skip_invalid, answer=False)
+    _write_page(source, output, quick, skip_invalid, format, option, answer=False)
 
 
 @app.command(short_help="Find which tree suits your lines.")
@@ -50,6 +52,8 @@ def report(
     ] = "fastlines-report",
     quick: Annotated[bool, Option("--quick", help="Use fewer rays and smaller pictures.")] = False,
     skip_invalid: Skip = False,
+    format: FormatName = None,
+    option: FormatOptions = None,
 ) -> None:
     """Build the five trees of the thesis and the default tree over your lines, and report which one suits them.
 
@@ -64,19 +68,29 @@ def report(
             "another command makes the thesis's chapter 6: in a checkout of the repository, run  "
             "pip install ./benchmarks  and then  fastlines-bench thesis"
         )
-    _write_page(source, output, quick, skip_invalid, answer=True)
+    _write_page(source, output, quick, skip_invalid, format, option, answer=True)
 
 
-def _write_page(source: str | None, output: str, quick: bool, skip_invalid: bool, answer: bool) -> None:
+def _write_page(
+    source: str | None,
+    output: str,
+    quick: bool,
+    skip_invalid: bool,
+    format: str | None,
+    option: list[str] | None,
+    *,
+    answer: bool,
+) -> None:
     """Compare trees over an input, or over the five scenes without one."""
     from ..report import FULL, QUICK, demo_page, report_page
     from .files import open_lines, show_progress
 
     preset, bar = QUICK if quick else FULL, show_progress()
     if source is None:
+        refuse_given({"--format": format, "--option": option or None}, "the five scenes are no files")
         page = demo_page(output, preset, show_progress=bar)
     else:
-        opened = open_lines(source, skip_invalid)
+        opened = open_lines(source, skip_invalid, format, option)
         lines, camera = opened.lines, opened.camera()
         page = report_page(output, preset, opened.name, lines, camera, answer=answer, show_progress=bar)
     typer.echo(f"the page is {page}")

@@ -18,9 +18,10 @@ from ..camera import Camera, Vector
 from ..curves import Curves
 from ..errors import InputError
 from ..geometry import AnyGeometry, parts_of
-from ..io import FORMATS, read
+from ..io import FORMATS, Format, extension_of, format_of, read
 from ..lines import Lines
 from ..tree import Tree, load
+from .options import format_options, refuse_given
 
 TREE = ".flt"
 SCENE = "scene:"
@@ -28,12 +29,13 @@ SCENE = "scene:"
 
 @dataclass(frozen=True)
 class Source:
-    """Lines, or what else a tree is over, with the tree or the scene that they came from."""
+    """Lines, or what else a tree is over, with the tree, the scene or the format of the file that they came from."""
 
     name: str
     geometry: AnyGeometry
     tree: Tree | None = None
     scene: scenes.Scene | None = None
+    format: Format | None = None
 
     @property
     def lines(self) -> Lines:
@@ -55,43 +57,51 @@ class Source:
         return default_camera(self.geometry, direction=direction, up=up, fov_degrees=degrees, aspect=aspect)
 
 
-def open_lines(text: str, skip_invalid: bool = False) -> Source:
+def open_lines(
+    text: str, skip_invalid: bool = False, format: str | None = None, options: Sequence[str] | None = None
+) -> Source:
     """Read an input; refuse one without lines, which is most likely a mistake."""
-    source = open_input(text, skip_invalid)
+    source = open_input(text, skip_invalid, format, options)
     if len(source.geometry) == 0:
         raise InputError(f"{text}: holds no segments; expected at least one ('fastlines info' shows what is in a file)")
     return source
 
 
-def open_input(text: str, skip_invalid: bool = False) -> Source:
+def open_input(
+    text: str, skip_invalid: bool = False, format: str | None = None, options: Sequence[str] | None = None
+) -> Source:
     """Read a file of lines, a tree or a scene, as the argument INPUT names it."""
+    path = Path(text)
+    given = {"--format": format, "--option": options or None}
     if text.startswith(SCENE):
+        refuse_given(given, f"{text} is a scene")
         scene = make_scene(text.removeprefix(SCENE))
         return Source(text, scene.lines, scene=scene)
     if not text:
         raise InputError("the name of a file is empty; expected a file of lines, a tree or a scene")
-    path = Path(text)
     if path.suffix.lower() == TREE:
+        refuse_given(given, f"{text} is a tree")
         tree = open_tree(text)
         return Source(text, tree.geometry, tree)
-    packed = path.suffix.lower() == ".gz"
-    extension = Path(path.stem if packed else path.name).suffix.lower()
+    extension, _ = extension_of(path)
     if path.is_dir():
         raise InputError(f"{text}: is a directory; expected a file")
     if extension == TREE:
         raise InputError(f"{text}: trees are not compressed, so that they can be mapped into memory; unpack it first")
     if extension not in FORMATS and not path.exists():
-        if text in scenes.NAMES and not path.exists():
+        if text in scenes.NAMES:
             raise InputError(f"{text}: no such file; the scene of that name is {SCENE}{text}")
-        raise InputError(
-            f"{text}: unknown extension {extension or '(none)'!r}; known: {', '.join(FORMATS)} (each also with .gz), "
-            f"{TREE} for trees, and {SCENE}NAME for scenes"
-        )
-    lines = read(path, invalid="skip" if skip_invalid else "error")
+        if format is None:
+            raise InputError(
+                f"{text}: unknown extension {extension or '(none)'!r}; known: {', '.join(FORMATS)} (each also with "
+                f".gz), {TREE} for trees, and {SCENE}NAME for scenes"
+            )
+    invalid = "skip" if skip_invalid else "error"
+    lines = read(path, invalid=invalid, format=format, **format_options(options))
     n_skipped = sum(len(part.skipped) for part in parts_of(lines) if isinstance(part, Lines | Curves))
     if n_skipped:
         note(f"{text}: {n_skipped:,} segments that hold NaN or Inf were left out")
-    return Source(text, lines)
+    return Source(text, lines, format=format_of(path, format))
 
 
 def open_tree(text: str) -> Tree:

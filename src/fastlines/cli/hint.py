@@ -21,32 +21,46 @@ TRIED, LEAST = 4096, 100
 
 def hint_at_radius(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike, radius: float, **bounds: Any) -> None:
     """Note a radius that suits if hardly any of the rays that cross the box of the lines hit with this one."""
+    rays = _some_rays(tree, origins, directions, **bounds)
+    if rays is None:
+        return
+    found = float(tree.any_hit(rays[0], rays[1], radius, **bounds).mean())
+    if found >= FEW:
+        return
+    larger, suits = _suitable(tree, rays, radius, **bounds)
+    if larger is not None:
+        note(
+            f"hardly any ray hits: {found:.1%} of those that cross the box of the lines, with the radius "
+            f"{radius:g}; with {larger:g} it would be {suits:.0%}"
+        )
+
+
+def suitable_radius(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike) -> float | None:
+    """Return the least of the radii 1, 2, 5, 10 … with which enough rays hit; None if too few cross the box."""
+    rays = _some_rays(tree, origins, directions)
+    return None if rays is None else _suitable(tree, rays, 0.0)[0]
+
+
+def _some_rays(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike, **bounds: Any) -> Any:
+    """Return some of the rays that cross the box of the lines; None if they are too few."""
     origins, directions = (np.reshape(a, (-1, 3)) for a in np.broadcast_arrays(origins, directions))
     if len(origins) < LEAST or tree.n_prims == 0:
-        return
+        return None
     # Spread the tried rays evenly, also over the rows and columns of a picture, by multiples of the golden ratio.
     tried = np.unique((np.arange(TRIED) * ((5**0.5 - 1) / 2) % 1 * len(origins)).astype(np.int64))
     origins, directions = origins[tried], directions[tried]
     crossing = cross(tree.nodes["box"][0], origins, directions, **bounds)
-    origins, directions = origins[crossing], directions[crossing]
-    if len(origins) < LEAST:
-        return
+    return (origins[crossing], directions[crossing]) if crossing.sum() >= LEAST else None
 
-    def share(radius: float) -> float:
-        return float(tree.any_hit(origins, directions, radius, **bounds).mean())
 
-    found = share(radius)
-    if found >= FEW:
-        return
+def _suitable(tree: Tree, rays: Any, radius: float, **bounds: Any) -> tuple[float | None, float]:
+    """Return the least round radius above a given one with which enough of the rays hit, and which share does."""
     size = float(np.ptp(tree.nodes["box"][0], axis=0).max())
     for larger in round_numbers(max(radius, 1e-6 * size), size):
-        suits = share(larger)
+        suits = float(tree.any_hit(rays[0], rays[1], larger, **bounds).mean())
         if suits >= MANY:
-            note(
-                f"hardly any ray hits: {found:.1%} of those that cross the box of the lines, with the radius "
-                f"{radius:g}; with {larger:g} it would be {suits:.0%}"
-            )
-            return
+            return larger, suits
+    return None, 0.0
 
 
 def small(width: int, height: int) -> tuple[int, int]:

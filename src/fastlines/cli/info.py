@@ -3,23 +3,43 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+import shutil
+from typing import Annotated, Any
 
 import numpy as np
+import numpy.typing as npt
 import typer
+from typer import Option
 
-from ..errors import FastlinesError
-from ..geometry import AnyGeometry, core_data, parts_of, points_of, up_of
+import fastlines as fl
+
+from ..curves import Curves
+from ..errors import FastlinesError, InputError
+from ..geometry import AnyGeometry, core_data, needs_radius, parts_of, points_of, up_of
 from ..lines import Lines
 from ..places import names
 from ..settings import limit_notes
+from ..tree import Tree
 from .app import app
-from .options import Input, Json, Skip, TreeFile, bytes_text
+from .files import Source
+from .options import FormatName, FormatOptions, Input, Json, TreeFile, bytes_text
+
+#: The most characters a line of a picture.
+COLUMNS = 80
 
 
 @app.command(short_help="Describe a file of lines or a tree.")
-def info(source: Input, as_json: Json = False, skip_invalid: Skip = False) -> None:
-    """Describe a file: the number and size of its lines, and their oddities.
+def info(
+    source: Input,
+    picture: Annotated[bool, Option("--picture", "-p", help="Draw it, small, in the terminal.")] = False,
+    format: FormatName = None,
+    option: FormatOptions = None,
+    as_json: Json = False,
+) -> None:
+    """Describe a file: the number and size of its lines, their attributes, and their oddities.
+
+    Segments that hold NaN or Inf are left out and counted. The radius for pictures is the least of 1, 2, 5, 10 … with
+    which a quarter of the rays that cross the box of the lines hit.
 
     [bold]Examples[/]
 
@@ -27,26 +47,60 @@ def info(source: Input, as_json: Json = False, skip_invalid: Skip = False) -> No
 
     [cyan]fastlines info hair.flt --json[/]
 
+    [cyan]fastlines info tracts.trk.gz --picture[/]
+
+    [cyan]fastlines info protein.pdb --option model=2[/]
+
     [cyan]fastlines info scene:photon-beams:10000[/]
     """
     from ..tree_file import has_checksums
     from .files import open_input
 
-    opened = open_input(source, skip_invalid)
+    if picture and as_json:
+        raise InputError("--picture does not apply to --json; give one of them")
+    opened = open_input(source, True, format, option)
     is_lines = isinstance(opened.geometry, Lines)
-    facts: dict[str, Any] = {"name": opened.name}
-    facts["lines" if is_lines else "shapes"] = describe(opened.geometry)
+    tree = opened.tree
+    if tree is None and len(opened.geometry) and (picture or needs_radius(opened.geometry)):
+        tree = fl.build(opened.geometry, effort=0)
+    suits = _suitable(opened, tree)
+    facts: dict[str, Any] = {"name": opened.name, "format": opened.format and opened.format.description}
+    facts["lines" if is_lines else "shapes"] = {**describe(opened.geometry), "radius_for_pictures": suits}
     if opened.tree is not None:
         checksums = "one for each section" if has_checksums(source) else "none (an older version wrote this file)"
         facts["tree"] = {**opened.tree.stats(), "checksums": checksums}
     if as_json:
         typer.echo(json.dumps(facts, indent=2))
         return
-    typer.echo(opened.name)
+    typer.echo(opened.name + (f": {opened.format.description}" if opened.format else ""))
     for part in ("lines", "shapes", "tree"):
         for key, value in facts.get(part, {}).items():
             name = key.removeprefix("n_").removesuffix("_bytes").replace("_", " ")
-            typer.echo(f"{part:>7}  {name:<18} {_text(key, value)}")
+            typer.echo(f"{part:>7}  {name:<19} {_text(key, value)}")
+    if picture and tree is not None:
+        typer.echo(draw(opened, tree, suits or 0.0))
+
+
+def _suitable(opened: Source, tree: Tree | None) -> float | None:
+    """Return a radius with which a picture of the lines is not almost empty, if they have none."""
+    from .hint import TRIED, suitable_radius
+
+    if tree is None or not needs_radius(opened.geometry) or not len(opened.geometry):
+        return None
+    side = round(TRIED**0.5)
+    return suitable_radius(tree, *opened.camera().rays(side, side))
+
+
+def draw(opened: Source, tree: Tree, radius: float) -> str:
+    """Draw lines as text that fits the terminal, by the default camera."""
+    from ..render import depth_picture
+    from .terminal import has_colours, picture_text
+
+    columns = max(16, min(COLUMNS, shutil.get_terminal_size((COLUMNS, 24)).columns))
+    rows = columns // 2
+    image = depth_picture(tree, opened.camera(), columns, 2 * rows, radius, 2)
+    lit = np.flatnonzero(image.any(axis=1)) // 2
+    return picture_text(image[2 * lit.min(initial=rows) : 2 * lit.max(initial=0) + 2], has_colours())
 
 
 @app.command(short_help="Check that a tree satisfies the axioms of the thesis.")
@@ -96,6 +150,10 @@ def describe(geometry: AnyGeometry) -> dict[str, Any]:
         "radius": [float(radii.min()), float(radii.max())] if radii.any() else None,
         "attributes": sorted({name for part in parts_of(geometry) for name in names(part)}),
         "up": up_of(geometry),
+        "unit": next(
+            (part.unit for part in parts_of(geometry) if isinstance(part, Lines | Curves) and part.unit), None
+        ),
+        "n_skipped": sum(len(part.skipped) for part in parts_of(geometry) if isinstance(part, Lines | Curves)),
         "memory_bytes": core_data(geometry)[1].nbytes,
     }
 
@@ -113,14 +171,34 @@ def _describe_lines(lines: Lines) -> dict[str, Any]:
         "size": (lines.bounds[1] - lines.bounds[0]).tolist() if some else None,
         "total_length": float(lengths.sum()),
         "median_length": float(np.median(lengths)) if some else None,
+        "strand_lengths": strand_lengths(lines, lengths),
         "n_zero_length": int((ends[:, 0] == ends[:, 1]).all(axis=1).sum()),
         "n_duplicates": count_duplicates(lines),
         "radius": None if lines.radius is None or not some else [float(lines.radius.min()), float(lines.radius.max())],
-        "attributes": sorted(lines.attributes),
+        "attributes": {
+            name: f"{lines.attributes[name].dtype}{_shape(lines.attributes[name])} per "
+            + ("point" if name in lines.end_attributes else "segment")
+            for name in sorted(lines.attributes)
+        },
         "up": lines.up,
+        "unit": lines.unit,
         "n_skipped": len(lines.skipped),
         "memory_bytes": sum(values.nbytes for values in arrays) + (0 if lines.radius is None else lines.radius.nbytes),
     }
+
+
+def strand_lengths(lines: Lines, lengths: npt.NDArray[np.float64]) -> list[float] | None:
+    """Return the least, the median and the greatest length of a strand, of the lengths of segments."""
+    has = lines.strands >= 0
+    if not has.any():
+        return None
+    _, strand = np.unique(lines.strands[has], return_inverse=True)
+    sums = np.bincount(strand, lengths[has])
+    return [float(sums.min()), float(np.median(sums)), float(sums.max())]
+
+
+def _shape(values: npt.NDArray[Any]) -> str:
+    return "" if values.ndim == 1 else " × ".join(["", *map(str, values.shape[1:])])
 
 
 def count_duplicates(lines: Lines) -> int:
@@ -139,6 +217,8 @@ def _text(key: str, value: Any) -> str:
     """Write a value of `describe` or of `Tree.stats`."""
     if key == "bounds" and value:
         return " to ".join(_text("", corner) for corner in value)
+    if key == "attributes" and isinstance(value, dict):
+        return ", ".join(f"{name} ({kind})" for name, kind in value.items()) or "none"
     if key == "memory_bytes":
         return bytes_text(value)
     if isinstance(value, list):

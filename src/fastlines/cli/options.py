@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated
 
 import typer
@@ -47,6 +47,13 @@ Radius = Annotated[
 ]
 Json = Annotated[bool, Option("--json", help="Print JSON.")]
 Skip = Annotated[bool, Option("--skip-invalid", help="Leave out segments that hold NaN or Inf.")]
+FormatName = Annotated[
+    str | None, Option("--format", metavar="NAME", help="The format of the file, where its extension does not say it.")
+]
+FormatOptions = Annotated[
+    list[str] | None,
+    Option("--option", metavar="NAME=VALUE", help="An option of the file's format, such as model=2; may be repeated."),
+]
 Direction = Annotated[str | None, Option(metavar="X,Y,Z", help="The direction of view; chosen by default.")]
 Up = Annotated[str | None, Option(metavar="X,Y,Z", help="The upward direction; chosen by default.")]
 Fov = Annotated[float | None, Option(help="The camera's vertical field of view in degrees; 30 by default.")]
@@ -79,6 +86,25 @@ def size(text: str, name: str) -> tuple[int, int]:
         return int(width), int(height)
     except ValueError:
         raise InputError(f"{name} {text!r} is not a width and a height, such as 640x480") from None
+
+
+def format_options(texts: Sequence[str] | None) -> dict[str, bool | int | float | str]:
+    """Read options of a format, such as model=2: numbers as numbers, true and false as such, all else as text."""
+    options: dict[str, bool | int | float | str] = {}
+    for text in texts or ():
+        name, equals, value = text.partition("=")
+        if not name or not equals:
+            raise InputError(f"--option {text!r} is not a name and a value, such as model=2")
+        if name in options:
+            raise InputError(f"--option {name} is given twice; give it once")
+        options[name] = {"true": True, "false": False}.get(value.lower(), value)
+        for kind in (int, float):
+            try:
+                options[name] = kind(value)
+                break
+            except ValueError:
+                continue
+    return options
 
 
 def n_bytes(text: str, name: str) -> int:

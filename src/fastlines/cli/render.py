@@ -12,7 +12,7 @@ import fastlines as fl
 from ..errors import InputError
 from ..methods import DEFAULT_METHOD, method_settings
 from .app import app
-from .options import Direction, Fov, Input, Radius, Skip, Up, refuse_given, vector
+from .options import Direction, FormatName, FormatOptions, Fov, Input, Radius, Skip, Up, refuse_given, vector
 
 
 @app.command(short_help="Draw lines by depth, or the levels of a tree.")
@@ -35,6 +35,8 @@ def render(
         str | None, Option("--method", "-m", metavar="NAME", help="The kind of tree to build; best by default.")
     ] = None,
     skip_invalid: Skip = False,
+    format: FormatName = None,
+    option: FormatOptions = None,
 ) -> None:
     """Draw lines by depth: lighter is nearer. For a file of lines or a scene, build a tree first.
 
@@ -76,7 +78,7 @@ def render(
     look, upwards = vector(direction, "--direction"), vector(up, "--up")
     if levels and extension != ".png":
         raise InputError(f"{output}: levels are drawn as .png")
-    opened = open_lines(source, skip_invalid)
+    opened = open_lines(source, skip_invalid, format, option)
     if opened.tree is not None:
         refuse_given({"--method": method}, f"{source} is a tree already; 'fastlines build' makes another")
     require_radius(opened.geometry, radius)

@@ -13,8 +13,18 @@ from .format import Format
 #: One row for each format; `docs/formats.md` says what is read and what is dropped.
 TABLE: tuple[Format, ...] = (
     Format("bcc", (".bcc",), "yarns, Cem Yuksel's Binary Curve Collections", magic=(b"BCC\x44",)),
+    Format("dxf", (".dxf",), "drawings, DXF", magic=(b"AutoCAD Binary DXF",), up="z"),
+    Format(
+        "geojson",
+        (".geojson", ".geojsonl", ".ndjson", ".json"),
+        "maps, GeoJSON, also one feature a line",
+        writes=(Lines,),
+        up="z",
+    ),
+    Format("gpx", (".gpx",), "tracks and routes, GPX", up="z", unit="degree"),
     Format("hair", (".hair",), "hair, Cem Yuksel's HAIR files", magic=(b"HAIR", b"hair"), writes=(Lines,)),
     Format("mitsuba", (".txt", ".curves"), "curves of Mitsuba 3, linearcurve and bsplinecurve", writes=(Lines,)),
+    Format("molecules", (".pdb", ".ent", ".cif", ".mmcif"), "bonds of molecules, PDB and mmCIF", unit="Å"),
     Format("npy", (".npy",), "NumPy array of segments, (n, 2, 3) or (n, 6)", magic=(b"\x93NUMPY",), writes=(Lines,)),
     Format(
         "npz",
@@ -47,6 +57,7 @@ TABLE: tuple[Format, ...] = (
     ),
     Format("vtk", (".vtk", ".vtu"), "polylines, VTK legacy files and unstructured grids", magic=(b"# vtk DataFile",)),
     Format("vtp", (".vtp",), "polylines, VTK polydata", writes=(Lines,)),
+    Format("wkt", (".csv", ".tsv", ".wkt"), "well-known text, alone or in a column of a table", up="z"),
 )
 
 #: The formats by extension. Each file may be packed by gzip, as in ``.trk.gz``.

@@ -80,10 +80,7 @@ def read(
     if format is not None and not isinstance(format, str):
         raise InputError(f"format is a {type(format).__name__}; expected the name of one, such as 'trk'")
 
-    row = None if format is None else formats.named(format)
-    if row is None and formats.extension_of(path)[0] not in formats.FORMATS:
-        row = formats.find(path, _start_of(path))
-    row = row or formats.find(path, b"")
+    row = format_of(path, format)
     row.check_options(str(path), options)
     packed = path.suffix.lower() == ".gz"
     source = Source(_load(path), str(path), None if packed else path)
@@ -93,6 +90,14 @@ def read(
     for oddity in source.oddities:
         warnings.warn(oddity, FileWarning, stacklevel=2)
     return lines
+
+
+def format_of(path: Path, name: str | None = None) -> Format:
+    """Return the format of a file: the named one, or that of its extension, or else that of its first bytes."""
+    if name is not None:
+        return formats.named(name)
+    known = formats.extension_of(path)[0] in formats.FORMATS
+    return formats.find(path, b"" if known else _start_of(path))
 
 
 def _parse(row: Format, source: Source, invalid: str, options: dict[str, Any]) -> AnyLines:

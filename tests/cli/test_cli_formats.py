@@ -1,0 +1,221 @@
+"""The command line with files of many formats: info, convert, options of formats, and pictures in the terminal."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.command_line import done, refused, run
+
+import fastlines as fl
+from fastlines.cli.options import format_options
+from fastlines.cli.terminal import has_colours, picture_text
+
+pytestmark = [
+    pytest.mark.usefixtures("in_own_folder"),
+    pytest.mark.filterwarnings("always::fastlines.FileWarning"),  # which the command line prints
+]
+
+TABLE = (
+    'id,name,way,geometry\n1,oak,"LINESTRING (0 0, 9 9)","LINESTRING (0 0, 3 0, 3 4)"\n2,,,"LINESTRING (0 1, 1 1)"\n'
+)
+
+
+@pytest.fixture
+def table():
+    Path("roads.csv").write_text(TABLE)
+    return "roads.csv"
+
+
+@pytest.fixture
+def tracts():
+    data = (resources.files("nibabel") / "tests" / "data" / "complex.trk").read_bytes()
+    Path("a.trk").write_bytes(data)
+    return "a.trk"
+
+
+# --- info ---
+
+
+def test_info_describes_lines(table):
+    result = run("info", table, "--json")
+    assert result.exit_code == 0
+    assert re.fullmatch(
+        r"note: roads.csv: columns that do not hold numbers are not kept: 'name', 'way'\n", result.stderr
+    )
+    told = json.loads(result.stdout)
+    assert told["format"] == "well-known text, alone or in a column of a table"
+    lines = told["lines"]
+    assert lines["strand_lengths"] == [1, 4, 7]
+    assert lines["attributes"] == {"id": "int64 per segment"}
+    assert (lines["unit"], lines["up"], lines["n_strands"], lines["n_segments"]) == (None, "z", 2, 3)
+    assert 0 < lines["radius_for_pictures"] < 3
+    text = run("info", table).stdout
+    assert text.startswith("roads.csv: well-known text")
+    assert re.search(r"lines  attributes +id \(int64 per segment\)\n", text)
+
+
+def test_info_of_points_units_and_radii(tracts):
+    lines = json.loads(done("info", tracts, "--json"))["lines"]
+    assert "float32 × 3 per point" in lines["attributes"].values()
+    assert lines["unit"] == "mm"
+    np.savez("a.npz", segments=np.eye(6).reshape(6, 2, 3), radius=np.linspace(1, 2, 6))
+    lines = json.loads(done("info", "a.npz", "--json"))["lines"]
+    assert lines["radius"] == [1, 2]
+    assert lines["radius_for_pictures"] is None
+
+
+def test_info_reads_whatever_can_be_read():
+    np.save("a.npy", np.where(np.arange(18).reshape(3, 2, 3) == 7, np.nan, 1.0))
+    result = run("info", "a.npy", "--json")
+    assert json.loads(result.stdout)["lines"]["n_skipped"] == 1
+    assert result.stderr == "note: a.npy: 1 segments that hold NaN or Inf were left out\n"
+    np.save("b.npy", np.full((3, 2, 3), np.nan))
+    lines = json.loads(run("info", "b.npy", "--json").stdout)["lines"]
+    assert (lines["n_skipped"], lines["n_segments"], lines["radius_for_pictures"]) == (3, 0, None)
+    assert "no such option" in refused("info", "a.npy", "--skip-invalid")[1].lower()
+
+
+@pytest.mark.parametrize("what", ["lines", "tree", "scene", "thick", "empty", "curves"])
+def test_a_picture_in_the_terminal(what, tree_file):
+    np.savez("thick.npz", segments=np.eye(6).reshape(6, 2, 3), radius=np.full(6, 0.05))
+    np.save("empty.npy", np.empty((0, 2, 3)))
+    np.save("lines.npy", np.random.default_rng(0).random((50, 2, 3)))
+    fl.build(fl.Curves.from_bezier(np.random.default_rng(0).random((9, 4, 3)))).save("curves.flt")
+    source = {"tree": tree_file, "scene": "scene:bun-hair:500", "thick": "thick.npz", "empty": "empty.npy",
+              "curves": "curves.flt"}.get(what, "lines.npy")  # fmt: skip
+    plain, drawn = done("info", source), done("info", source, "--picture")
+    assert drawn.startswith(plain)
+    rows = drawn[len(plain) :].splitlines()
+    assert (len(rows) > 5) == (what != "empty")
+    assert max(map(len, rows), default=1) <= 80
+    assert set("".join(rows)) <= set(" .:-=+*#%@")
+    assert "--picture does not apply to --json" in refused("info", source, "--picture", "--json")[1]
+
+
+class Stream(io.StringIO):
+    def __init__(self, terminal, encoding):
+        super().__init__()
+        self.terminal, self.name = terminal, encoding
+
+    @property
+    def encoding(self):
+        return self.name
+
+    def isatty(self):
+        return self.terminal
+
+
+def test_colours_are_for_terminals_that_have_them(monkeypatch):
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    assert has_colours(Stream(True, "utf-8"))
+    assert not has_colours(Stream(False, "utf-8"))
+    assert not has_colours(Stream(True, "ascii"))
+    monkeypatch.setenv("TERM", "dumb")
+    assert not has_colours(Stream(True, "utf-8"))
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert not has_colours(Stream(True, "utf-8"))
+
+
+def test_two_pixels_a_character():
+    picture = np.array([[0, 0, 255], [0, 0, 0]], np.uint8)
+    dark, light = ("\x1b[38;2;0;0;0m\x1b[48;2;0;0;0m▀▀", "\x1b[38;2;255;255;255m\x1b[48;2;0;0;0m▀")
+    assert picture_text(picture, colours=True) == f"{dark}{light}\x1b[0m"
+    assert picture_text(picture, colours=False) == "  ="
+
+
+# --- convert ---
+
+
+def test_convert(table):
+    result = run("convert", table, "roads.geojson")
+    assert result.exit_code == 0
+    assert result.stdout == "roads.geojson: maps, GeoJSON, also one feature a line: 3 segments, 2 strands, with id\n"
+    assert result.stderr.startswith("note: roads.csv: columns that do not hold numbers")
+    lines = fl.read("roads.geojson")
+    assert lines.attributes["id"].tolist() == [1, 1, 2]
+    assert "with id" in done("convert", "roads.geojson", "roads.npz.gz")
+    assert (fl.read("roads.npz.gz").segments == lines.segments).all()
+    result = run("convert", "roads.geojson", "roads.npy")
+    assert result.exit_code == 0
+    assert "800 segments" in done("convert", "scene:bun-hair:800", "hair.npz")
+    fl.build(lines).save("roads.flt")
+    done("convert", "roads.flt", "again.npz")
+
+
+def test_convert_notes_what_is_lost(tracts):
+    result = run("convert", tracts, "a.geojson")
+    assert result.exit_code == 0
+    assert re.search("note: a.geojson: not kept, as the format has no place for it: .*'mm'", result.stderr)
+
+
+def test_convert_refuses(table):
+    before = Path(table).read_bytes()
+    np.save("nan.npy", np.full((1, 2, 3), np.nan))
+    for args, said in (
+        ((table, "./roads.csv"), "files of extension '.csv' are not written"),
+        ((table, "a.flt"), "files of extension '.flt' are not written"),
+        ((table, "no/a.npz"), "there is no folder no"),
+        (("nan.npy", "./nan.npy"), "is read from; write to another file"),
+        (("nan.npy", "a.npz"), "hold NaN"),
+        (("none.csv", "a.npz"), "none.csv: no such file"),
+    ):
+        assert said in refused("convert", *args)[1]
+    assert Path(table).read_bytes() == before
+    assert not Path("a.npz").exists()
+    assert "0 segments" in run("convert", "nan.npy", "a.npz", "--skip-invalid").stdout
+
+
+# --- Options of formats ---
+
+
+def test_options_are_parsed():
+    texts = ["a=1", "b=-1.5", "c=true", "d=False", "e=oak=1", "f=", "g=1e3"]
+    assert format_options(texts) == {"a": 1, "b": -1.5, "c": True, "d": False, "e": "oak=1", "f": "", "g": 1000.0}
+    for texts, said in ((["a"], "'a' is not a name and a value"), (["=1"], "is not a name"), (["a=1", "a=2"], "twice")):
+        with pytest.raises(fl.InputError, match=said):
+            format_options(texts)
+
+
+@pytest.mark.parametrize("command", ["info", "convert", "build", "render"])
+def test_options_and_formats(table, command):
+    Path("roads.txt").write_text(TABLE)
+    more = {"convert": ("a.npz",), "render": ("-o", "a.png", "--width", 8, "--height", 8, "-r", 1)}.get(command, ())
+    for args in (("roads.txt", "--format", "wkt"), (table, "--format", ".csv", "--option", "column=way")):
+        result = run(command, args[0], *more, *args[1:])
+        assert result.exit_code == 0, result.output
+    assert "1 segments" in result.stdout or "segments            1\n" in result.stdout
+    for args, said in (
+        ((table, "--option", "oak=1"), "there is no option 'oak'; its options are column, radius"),
+        ((table, "--option", "oak"), "is not a name and a value"),
+        ((table, "--format", "oak"), "format 'oak' is unknown"),
+        (("scene:spaghetti", "--format", "wkt"), "--format does not apply: scene:spaghetti is a scene"),
+    ):
+        assert said in refused(command, args[0], *more, *args[1:])[1]
+
+
+def test_trees_take_no_options(tree_file):
+    assert "--option does not apply: s.flt is a tree" in refused("info", tree_file, "--option", "a=1")[1]
+    assert "does not apply: the five scenes are no files" in refused("demo", "--format", "trk")[1]
+
+
+# --- Files and their trees ---
+
+
+def test_a_file_and_its_tree_look_the_same(tracts):
+    done("build", tracts, "-o", "a.flt")
+    tree, lines = fl.load("a.flt"), fl.read(tracts)
+    assert (tree.geometry.up, tree.geometry.unit) == (lines.up, lines.unit) == ("z", "mm")
+    for source, picture in ((tracts, "lines.png"), ("a.flt", "tree.png")):
+        done("render", source, "-r", 0.2, "-o", picture, "--width", 60, "--height", 60)
+    assert Path("lines.png").read_bytes() == Path("tree.png").read_bytes()
+    told = [json.loads(done("info", source, "--json"))["lines"] for source in (tracts, "a.flt")]
+    assert told[0] == told[1]
+    assert told[0]["radius_for_pictures"] > 0
