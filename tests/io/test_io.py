@@ -8,7 +8,22 @@ import os
 
 import numpy as np
 import pytest
-from support.line_files import COUNTS, FIRST, LAST, POINTS, SAMPLES, STRANDS, hair, message_of, npy, npz, tck, tfx, trk
+from support.line_files import (
+    COUNTS,
+    FIRST,
+    LAST,
+    POINTS,
+    SAMPLES,
+    STRANDS,
+    hair,
+    message_of,
+    npy,
+    npz,
+    tck,
+    tfx,
+    trk,
+    trx,
+)
 
 import fastlines.io
 from fastlines.errors import InputError
@@ -57,6 +72,10 @@ EMPTY = {
     "v3.tfx": tfx(3, strands=0, vertices=3, points=POINTS[:0]),
     "a.trk": trk(counts=[]),
     "a.tck": tck(counts=[]),
+    "a.trx": trx(counts=[], points=POINTS[:0]),
+    "b.trx": trx(header='{"NB_STREAMLINES": 0, "NB_VERTICES": 0}', without="o", points=POINTS[:0]),
+    "a.vtk": b"# vtk DataFile Version 3.0\nnone\nASCII\nDATASET POLYDATA\n",
+    "a.vtp": b'<VTKFile type="PolyData"><PolyData/></VTKFile>',
     "a.npy": npy(np.empty((0, 2, 3))),
     "a.npz": npz(points=np.empty((0, 3)), counts=np.empty(0, int)),
     "b.npz": npz(segments=np.empty((0, 6))),
