@@ -116,7 +116,11 @@ def test_points_without_lines(load):
         ("a.vtk", legacy().replace(b"POINTS 7", b"POINTS 8"), "points, from byte .* expected 24 numbers, found 21"),
         ("a.vtk", legacy().replace(b"POINTS 7", b"POINTS 99999999"), "'99999999' is no number of values that its"),
         ("a.vtk", legacy(binary=True).replace(b"POINTS 7", b"POINTS 99"), "points .*do not fit"),
-        ("a.vtk", legacy().replace(b"POINTS 7 float", b"POINTS 7 flout"), "points are of type 'flout'; known are bit,"),
+        (
+            "a.vtk",
+            legacy().replace(b"POINTS 7 float", b"POINTS 7 flout"),
+            "points are of the unknown type 'flout'",
+        ),
         ("a.vtk", legacy().replace(b"POINTS 7 float", b"POINTS 7"), "its section 'POINTS' before byte .* lacks sizes"),
         ("a.vtk", legacy().replace(b"LINES 4", b"LINES 3"), "LINES announces 3 cells in 10 numbers"),
         ("a.vtk", legacy().replace(b"LINES 4 10\n3 0 1 2", b"LINES 4 10\n3 0 1 7"), "lines are of points 0 to 7"),
