@@ -119,7 +119,7 @@ def test_points_without_lines(load):
         (
             "a.vtk",
             legacy().replace(b"POINTS 7 float", b"POINTS 7 flout"),
-            "points are of the unknown type 'flout'",
+            "points are of type 'flout', which",
         ),
         ("a.vtk", legacy().replace(b"POINTS 7 float", b"POINTS 7"), "its section 'POINTS' before byte .* lacks sizes"),
         ("a.vtk", legacy().replace(b"LINES 4", b"LINES 3"), "LINES announces 3 cells in 10 numbers"),
