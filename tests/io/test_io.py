@@ -25,6 +25,10 @@ from support.line_files import (
     tfx,
     trk,
     usc,
+    tck,
+    tfx,
+    trk,
+    trx,
 )
 
 import fastlines.io
@@ -74,6 +78,10 @@ EMPTY = {
     "v3.tfx": tfx(3, strands=0, vertices=3, points=POINTS[:0]),
     "a.trk": trk(counts=[]),
     "a.tck": tck(counts=[]),
+    "a.trx": trx(counts=[], points=POINTS[:0]),
+    "b.trx": trx(header='{"NB_STREAMLINES": 0, "NB_VERTICES": 0}', without="o", points=POINTS[:0]),
+    "a.vtk": b"# vtk DataFile Version 3.0\nnone\nASCII\nDATASET POLYDATA\n",
+    "a.vtp": b'<VTKFile type="PolyData"><PolyData/></VTKFile>',
     "a.npy": npy(np.empty((0, 2, 3))),
     "a.npz": npz(points=np.empty((0, 3)), counts=np.empty(0, int)),
     "b.npz": npz(segments=np.empty((0, 6))),

@@ -6,6 +6,7 @@ import gzip
 import io
 import json
 import struct
+import zipfile
 
 import numpy as np
 import pytest
@@ -267,6 +268,40 @@ def safetensors(
         body += data
     text = json.dumps(entries).encode() if header is None else header
     return struct.pack("<Q", len(text)) + text + body + tail
+def trx(
+    *,
+    counts: list[int] | None = None,
+    points: np.ndarray = POINTS,
+    last_offset: bool = True,
+    header: str | None = None,
+    extra: dict[str, bytes] | None = None,
+    method: int = zipfile.ZIP_STORED,
+    without: str = "",
+) -> bytes:
+    counts = COUNTS if counts is None else counts
+    offsets = np.cumsum([0, *counts])[: None if last_offset else -1]
+    if header is None:
+        header = json.dumps({"NB_STREAMLINES": len(counts), "NB_VERTICES": len(points)})
+    members = {
+        "header.json": header.encode(),
+        f"positions.3.{points.dtype.name}": points.tobytes(),
+        "offsets.uint32": offsets.astype("<u4").tobytes(),
+        **(extra or {}),
+    }
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", method) as archive:
+        for name, data in members.items():
+            if not (without and name.startswith(without)):
+                archive.writestr(zipfile.ZipInfo(name), data, method)
+    return stream.getvalue()
+
+
+#: Members of a .trx beside those that it must have.
+TRX_EXTRA = {
+    "dpv/fa.float32": np.arange(7, dtype="<f4").tobytes(),
+    "dps/colour.3.uint8": bytes(range(12)),
+    "groups/left.uint32": np.array([0, 3], "<u4").tobytes(),
+}
 
 
 #: One small, whole file per format, with everything optional in it.
@@ -281,6 +316,7 @@ SAMPLES: dict[str, bytes] = {
     "some.bcc": bcc(kind=b"PL"),
     "little.ply": ply("<"),
     "big.ply": ply(">", others=((0, 1, 2), (3, 4, 5))),
+    "some.trx": trx(extra=TRX_EXTRA),
     "some.npy": npy(POINTS[:6].reshape(3, 6)),
     "segments.npz": npz(segments=POINTS[:6].reshape(3, 2, 3), strands=[0, 0, 1], radius=np.ones(3), age=[1, 2, 3]),
     "points.npz": npz(points=POINTS, counts=COUNTS, radius=np.ones(7), compressed=True),

@@ -216,7 +216,7 @@ def _named_columns(
             continue
         # The name, and NUL and the number of columns if there are several.
         number = b"\0%d" % width if width > 1 else b""
-        short = name.encode("latin-1", "replace").split(b"\0")[0].strip()[: _NAME_SIZE - len(number)]
+        short = name.encode("latin-1", "replace").split(b"\0")[0].strip()[: _NAME_SIZE - len(number)].strip()
         if short.decode("latin-1") != name:
             lost.append(f"the whole name {name!r} ({short.decode('latin-1')!r} is written)")
         with np.errstate(over="ignore"):

@@ -87,7 +87,9 @@ class Legacy:
         if name in ("string", "utf8_string"):
             return self.strings(n)
         if name not in _TYPES:
-            raise self.source.error(f"{what[:60]} are of type {type_name[:20]!r}; known are {', '.join(_TYPES)}")
+            raise self.source.error(
+                f"{what[:60]} are of type {type_name[:20]!r}, which the format does not have; {BAD_COPY}"
+            )
         dtype = np.dtype(_TYPES[name])
         if not self.is_text:
             n_read = -(-n // 8) if name == "bit" else n

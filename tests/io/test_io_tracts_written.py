@@ -1,0 +1,105 @@
+"""Written .trk and .tck files: points bit for bit, also by nibabel; and what is lost."""
+
+from __future__ import annotations
+
+import tracemalloc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.line_files import POINTS, trk
+
+import fastlines as fl
+
+nibabel = pytest.importorskip("nibabel")
+
+#: Coordinates of which many bits would be lost by adding half a voxel and subtracting it.
+NASTY = np.array([[1e-30, -0.0, 0.1], [1e7 / 3, -1e-12, 5.5], [0.0, 1 / 3, -2e5], [1, 2, 3]], np.float32)
+
+
+@pytest.mark.parametrize("name", ["a.trk", "a.tck", "a.trk.gz", "A.TCK"])
+@pytest.mark.filterwarnings("ignore::fastlines.PrecisionWarning")
+def test_points_keep_their_bits(tmp_path, name):
+    lines = fl.Lines.from_points(NASTY[[0, 1, 2, 3, 3, 0, 1]], [4, 1, 2])
+    fl.write(tmp_path / name, lines)
+    again = fl.read(tmp_path / name)
+    np.testing.assert_array_equal(again.segments.view(np.int32), lines.segments.view(np.int32))
+    np.testing.assert_array_equal(again.strands, lines.strands)
+    assert (again.unit, again.up) == ("mm", "z")
+    if not name.endswith(".gz"):
+        streamlines = nibabel.streamlines.load(str(tmp_path / name)).streamlines
+        for streamline, points in zip(streamlines, [NASTY, NASTY[[3, 3]], NASTY[:2]], strict=True):
+            np.testing.assert_array_equal(streamline, points)
+
+
+@pytest.mark.parametrize("extension", [".trk", ".tck"])
+def test_nothing(tmp_path, extension):
+    fl.write(tmp_path / f"a{extension}", np.empty((0, 2, 3)))
+    assert len(fl.read(tmp_path / f"a{extension}")) == 0
+    assert len(nibabel.streamlines.load(str(tmp_path / f"a{extension}")).streamlines) == 0
+
+
+def test_values_of_trk_come_back(tmp_path, load):
+    names = (b"a\0" + b"2", b"b")
+    lines = load(trk(n_scalars=3, n_properties=3, names=names), "a.trk")
+    fl.write(tmp_path / "b.trk", lines)
+    again = fl.read(tmp_path / "b.trk")
+    assert list(again.attributes) == ["a", "b", "a of streamline", "b of streamline"]
+    for name, values in lines.attributes.items():
+        np.testing.assert_array_equal(again.attributes[name], values)
+    assert set(again.end_attributes) == {"a", "b"}
+    tractogram = nibabel.streamlines.load(str(tmp_path / "b.trk")).tractogram
+    assert {name: values.get_data().shape[1] for name, values in tractogram.data_per_point.items()} == {"a": 2, "b": 1}
+    np.testing.assert_array_equal(tractogram.data_per_streamline["b of streamline"][:, 0], range(4))
+
+
+def test_what_is_lost_is_told(tmp_path):
+    values = {f"value {i}": np.zeros(7) for i in range(11)}
+    lines = fl.Lines.from_points(POINTS, [3, 1, 2, 1], attributes={"words": ["a"] * 7, **values})
+    with pytest.warns(fl.FileWarning, match=r"a.trk: not kept.*'words', <U1.*'value 10', as there is room for 10 scal"):
+        fl.write(tmp_path / "a.trk", lines)
+    assert list(fl.read(tmp_path / "a.trk").attributes) == [f"value {i}" for i in range(10)]
+    long = "a name of more than 20 bytes"
+    strange = {long: np.full(7, 1 / 3), "x" * 18: np.ones((7, 12)), "cube": np.ones((7, 2, 2))}
+    lines = replace(fl.Lines.from_points(POINTS, [7], radius=2, attributes=strange), unit="m", up="y")
+    with pytest.warns(fl.FileWarning) as told:
+        fl.write(tmp_path / "a.trk", lines)
+    for said in (
+        f"whole name '{long}' ('a name of more than' is written)",
+        f"digits of '{long}' (float64) beyond those of float32",
+        f"whole name '{'x' * 18}' ('{'x' * 17}' is written)",
+        "'cube', float64 of shape (7, 2, 2)",
+        "that 'radius' is the radius",
+        "the unit 'm'",
+        "the upward axis 'y'",
+    ):
+        assert said in str(told[0].message)
+    again = fl.read(tmp_path / "a.trk")
+    assert again.attributes["x" * 17].shape == (6, 12)
+    np.testing.assert_array_equal(again.attributes["radius"], 2)
+    with pytest.warns(fl.FileWarning, match="radius; 'a name of more than 20 bytes'; .*'cube'; the unit 'm'"):
+        fl.write(tmp_path / "a.tck", lines)
+
+
+def test_strands_that_fork_or_are_none(tmp_path):
+    segments = POINTS[:6].reshape(3, 2, 3)
+    fl.write(tmp_path / "a.tck", segments)
+    np.testing.assert_array_equal(fl.read(tmp_path / "a.tck").strands, [0, 1, 2])
+    with pytest.warns(fl.FileWarning, match="numbers of strands"):
+        fl.write(tmp_path / "a.tck", fl.Lines.from_segments(segments, strands=[4, 4, 4]))
+    np.testing.assert_array_equal(fl.read(tmp_path / "a.tck").segments, segments)
+
+
+@pytest.mark.parametrize("extension", [".trk", ".tck", ".trx"])
+def test_memory_of_reading(tmp_path, extension):
+    """Each point takes 12 bytes in the file, 12 when copied and 32 in lines; the file's are freed before the last."""
+    points = np.random.default_rng(0).random((200_000, 3), np.float32)
+    path = tmp_path / f"a{extension}"
+    fl.write(path, fl.Lines.from_points(points, [100] * 2000))
+    fl.read(path)
+    tracemalloc.start()
+    try:
+        fl.read(path)
+        assert tracemalloc.get_traced_memory()[1] < 52 * len(points)
+    finally:
+        tracemalloc.stop()

@@ -1,0 +1,179 @@
+"""Streamlines in TRX files, from hand-written archives."""
+
+from __future__ import annotations
+
+import io
+import re
+import warnings
+import zipfile
+
+import numpy as np
+import pytest
+from support.line_files import FIRST, LAST, POINTS, STRANDS, TRX_EXTRA, message_of, trx
+
+import fastlines as fl
+from fastlines.errors import FastlinesError
+
+SEGMENTS = POINTS[np.stack([FIRST, LAST], axis=1)]
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED])
+def test_all_parts(load, method):
+    lines = load(trx(extra=TRX_EXTRA, method=method), "a.trx")
+    np.testing.assert_array_equal(lines.segments, SEGMENTS)
+    np.testing.assert_array_equal(lines.strands, STRANDS)
+    np.testing.assert_array_equal(lines.end_attributes["fa"], np.stack([FIRST, LAST], axis=1))
+    np.testing.assert_array_equal(lines.attributes["colour"], np.arange(12).reshape(4, 3)[STRANDS])
+    np.testing.assert_array_equal(lines.attributes["group left"], [True, True, False, False, True])
+    assert (lines.unit, lines.up) == ("mm", "z")
+
+
+@pytest.mark.parametrize("dtype", ["float16", "float32", "float64"])
+def test_types_of_positions(load, dtype):
+    points = POINTS.astype(dtype)
+    expected = points.astype(np.float32)[np.stack([FIRST, LAST], axis=1)]
+    np.testing.assert_array_equal(load(trx(points=points), "a.trx").segments, expected)
+
+
+def test_bundle(load):
+    data = trx(extra={**TRX_EXTRA, "groups/none.uint32": b"", "groups/back.int64": np.array([2, 0]).tobytes()})
+    lines = load(data, "a.trx", bundle="back")
+    np.testing.assert_array_equal(lines.segments, SEGMENTS[[3, 0, 1]])
+    np.testing.assert_array_equal(lines.strands, [0, 1, 1])
+    np.testing.assert_array_equal(lines.attributes["fa"], [4, 0, 1])
+    np.testing.assert_array_equal(lines.attributes["colour"][:, 0], [6, 0, 0])
+    assert len(load(data, "a.trx", bundle="none")) == 0
+    for wrong in ("front", 3, ["left"]):
+        with pytest.raises(fl.InputError, match=r"there is no bundle .*; its groups are left, none, back"):
+            load(data, "a.trx", bundle=wrong)
+
+
+def test_many_groups_are_named_in_a_warning(load):
+    groups = {f"groups/g{i}.uint8": b"\1" for i in range(65)}
+    with pytest.warns(fl.FileWarning, match=r"its 65 groups \(g0, g1, g2, g3, g4, …\) are left out.*bundle="):
+        assert not load(trx(extra=groups), "a.trx").attributes
+    assert load(trx(extra=groups), "a.trx", bundle="g7").n_strands == 1
+    del groups["groups/g7.uint8"]
+    assert len(load(trx(extra=groups), "a.trx").attributes) == 64
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"last_offset": False}, "its offsets lack the end of the last streamline"),
+        ({"extra": {"dps/id.int16": bytes(10)}}, r"'dps/id' in it has 5 values for 4 streamlines, and is left out"),
+        ({"extra": {"dpv/id.2.int16": bytes(4)}}, r"'dpv/id' in it has 1 values for 7 points, and is left out"),
+        ({"extra": {"dpv/id.complex64": bytes(56)}}, r"'dpv/id.complex64' in it \(56 bytes\) is left out"),
+        ({"extra": {"dpv/id.float32": bytes(27)}}, r"'dpv/id.float32' in it \(27 bytes\) is left out"),
+        ({"extra": {"dpg/left/mean.float32": bytes(4)}}, "'dpg/left/mean' in it is left out, as it is no value"),
+        ({"extra": {"groups/a.uint8": b"\4"}}, "'groups/a' in it does not hold numbers of its 4 streamlines"),
+        ({"extra": {"groups/a.float32": bytes(4)}}, "'groups/a' in it does not hold numbers"),
+        (
+            {"extra": {"dpv/a.uint8": bytes(7), "dpv/a .uint8": bytes(7)}},
+            "'dpv/a .uint8' in it is left out",
+        ),
+    ],
+)
+def test_oddities_are_told(load, options, said):
+    with pytest.warns(fl.FileWarning, match=said) as told:
+        lines = load(trx(**options), "a.trx")
+    assert len(told) == 1
+    np.testing.assert_array_equal(lines.segments, SEGMENTS)
+    np.testing.assert_array_equal(lines.strands, STRANDS)
+
+
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        (b"PK" + bytes(99), "not a whole .trx file"),
+        (trx(header="[]"), "'header.json' does not count streamlines and vertices"),
+        (trx(header="{"), "'header.json' does not count"),
+        (trx(header="[" * 9999), "'header.json' does not count"),
+        (trx(without="header"), "'header.json' does not count"),
+        (trx(header='{"NB_STREAMLINES": 4.0, "NB_VERTICES": 7}'), "are not whole numbers"),
+        (trx(header='{"NB_STREAMLINES": 4, "NB_VERTICES": -7}'), "are not whole numbers"),
+        (trx(header='{"NB_STREAMLINES": 4, "NB_VERTICES": 8}'), r"positions are float32 of shape \(7, 3\); .*\(8, 3\)"),
+        (trx(header='{"NB_STREAMLINES": 9, "NB_VERTICES": 7}'), r"offsets are .* shape \(5,\); .*\(10,\)"),
+        (trx(without="pos"), r"positions are float32 of shape \(0, 3\)"),
+        (trx(without="off"), r"offsets are int64 of shape \(1,\)"),
+        (trx(points=POINTS.astype("<i4")), "positions are int32"),
+        (trx(counts=[3, 1, 2]), "its 4 offsets, from 0 to 6, do not rise from 0 to the 7 points of its 3 streamlines"),
+        (trx(counts=[3, -1, 5]), "do not rise"),
+        (trx(method=zipfile.ZIP_BZIP2), "packed by an unknown method"),
+        (trx(extra={"a": bytes(60_000_000)}, method=zipfile.ZIP_DEFLATED), "unpacks to more than"),
+        (trx().replace(POINTS.tobytes()[:20], bytes(20)), "Bad CRC-32"),
+    ],
+)
+def test_lies_are_told_in_one_sentence(load, data, said):
+    assert re.search(said, message_of(load, data, "a.trx"))
+
+
+@pytest.mark.filterwarnings("ignore::fastlines.FileWarning", "ignore::fastlines.PrecisionWarning")
+def test_damaged_members(load):
+    """Members are damaged before they are packed, as a checksum finds all damage after it."""
+    with zipfile.ZipFile(io.BytesIO(trx(extra=TRX_EXTRA))) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    rng = np.random.default_rng(7)
+    n_refused = 0
+    for trial in range(300):
+        name = list(members)[trial % len(members)]
+        stream = io.BytesIO()
+        with zipfile.ZipFile(stream, "w") as archive:
+            for other, data in members.items():
+                damaged = bytearray(data)
+                if other == name and trial % 3:
+                    damaged[rng.integers(len(damaged))] = rng.integers(256)
+                elif other == name:
+                    damaged = damaged[: rng.integers(len(damaged))]
+                archive.writestr(other, bytes(damaged))
+        try:
+            lines = load(stream.getvalue(), "a.trx", invalid=("error", "skip")[trial % 2])
+            assert len(lines.segments) == len(lines.strands)
+        except FastlinesError:
+            n_refused += 1
+    assert 30 < n_refused < 270
+
+
+# --- Written files ---
+
+
+def test_round_trip(tmp_path, load):
+    lines = load(trx(extra=TRX_EXTRA), "a.trx")
+    fl.write(tmp_path / "b.trx", lines)
+    again = fl.read(tmp_path / "b.trx")
+    np.testing.assert_array_equal(again.segments, lines.segments)
+    np.testing.assert_array_equal(again.strands, lines.strands)
+    assert {name: values.dtype for name, values in again.attributes.items()} == {
+        name: values.dtype for name, values in lines.attributes.items()
+    }
+    for name, values in lines.attributes.items():
+        np.testing.assert_array_equal(again.attributes[name], values)
+
+
+def test_what_is_lost_is_told(tmp_path):
+    lines = fl.Lines.from_segments(
+        SEGMENTS,
+        strands=[0, 0, 1, 2, 7],
+        radius=1,
+        attributes={"a/b": np.arange(5) // 2 * 0, "yes": np.ones(5, np.bool_), "word": np.array(["a"] * 5)},
+    )
+    said = r"'radius' is the radius.*'a/b' \('a_b' is written\).*'yes' is boolean.*'word', <U1.*numbers of strands"
+    with pytest.warns(fl.FileWarning, match=said):
+        fl.write(tmp_path / "a.trx", lines)
+    again = fl.read(tmp_path / "a.trx")
+    np.testing.assert_array_equal(again.segments, lines.segments)
+    assert set(again.attributes) == {"radius", "a_b", "yes"}
+
+
+def test_trx_python_reads_it(tmp_path, load):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        library = pytest.importorskip("trx.trx_file_memmap")
+    fl.write(tmp_path / "b.trx", load(trx(extra=TRX_EXTRA), "a.trx"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        file = library.load(str(tmp_path / "b.trx"))
+    np.testing.assert_array_equal(file.streamlines[2], POINTS[4:6])
+    np.testing.assert_array_equal(file.groups["left"], [0, 3])
+    np.testing.assert_array_equal(file.data_per_streamline["colour"], np.arange(12).reshape(4, 3))
+    file.close()

@@ -1,0 +1,132 @@
+"""Readers and queries for PyVista. Tests with meshes need PyVista."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tomllib
+from importlib import import_module, metadata
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.line_files import POINTS, SAMPLES, STRANDS
+
+import fastlines as fl
+from fastlines.io import FORMATS
+
+ENTRIES = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"][
+    "entry-points"
+]
+#: Extensions that PyVista reads itself, or that files without lines have too.
+NOT_OURS = {".npy", ".npz", ".vtk", ".vtp", ".vtu"}
+
+
+@pytest.fixture
+def pyvista():
+    return pytest.importorskip("pyvista", minversion="0.48")
+
+
+@pytest.fixture
+def mesh(pyvista, tmp_path):
+    from fastlines.pyvista_plugin.readers import read
+
+    (tmp_path / "a.trk").write_bytes(SAMPLES["some.trk"])
+    return read(tmp_path / "a.trk")
+
+
+def test_entry_points_name_every_format_and_exist():
+    readers = ENTRIES["pyvista.readers"]
+    ours = {extension for extension in FORMATS if extension not in NOT_OURS}
+    assert set(readers) == ours | {f"{extension}.gz" for extension in ours}
+    for target in readers.values():
+        module, _, name = target.partition(":")
+        assert callable(getattr(import_module(module), name))
+    assert ENTRIES["pyvista.accessors"] == {"fastlines": "fastlines.pyvista_plugin.accessor"}
+
+
+def test_pyvista_is_imported_only_if_used():
+    check = "import sys, fastlines, fastlines.pyvista_plugin.readers; sys.exit('pyvista' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", check], check=False).returncode == 0
+
+
+def test_missing_pyvista_names_the_extra(monkeypatch):
+    from fastlines.pyvista_plugin.readers import to_polydata
+
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    with pytest.raises(fl.MissingExtraError, match=r"fastlines\[pyvista\]"):
+        to_polydata(fl.Lines.from_points(POINTS, [7]))
+
+
+def test_polydata(mesh):
+    assert mesh.n_lines == 4
+    np.testing.assert_array_equal(mesh.points, POINTS[[0, 1, 2, 3, 3, 4, 5, 6, 6]])
+    np.testing.assert_array_equal(mesh.point_data["fa"], np.zeros(9))
+    np.testing.assert_array_equal(mesh.cell_data["fa of streamline"], range(4))
+    assert (list(mesh.field_data["unit"]), list(mesh.field_data["up"])) == (["mm"], ["z"])
+
+
+def test_radius_and_what_is_lost(pyvista):
+    from fastlines.pyvista_plugin.readers import to_polydata
+
+    lines = fl.Lines.from_points(POINTS, [3, 4], radius=np.arange(7), attributes={"cube": np.ones((7, 2, 2))})
+    with pytest.warns(fl.FileWarning, match=r"not kept in PolyData: 'cube'"):
+        mesh = to_polydata(lines)
+    np.testing.assert_array_equal(mesh.point_data["radius"], range(7))
+    assert to_polydata(fl.Lines.from_segments(np.empty((0, 2, 3)))).n_points == 0
+
+
+def test_curves_and_several_parts(pyvista, tmp_path, monkeypatch):
+    from fastlines.pyvista_plugin import readers
+
+    curves = fl.Curves.from_strands(POINTS[:4], [4], basis="bezier", radius=0.1)
+    mesh = readers.to_polydata(curves)
+    assert mesh.n_lines >= 1
+    monkeypatch.setattr(readers, "read_lines", lambda path: fl.Geometry([fl.Lines.from_points(POINTS, [7]), curves]))
+    assert [part.n_lines for part in readers.read("a.usda")] == [1, mesh.n_lines]
+
+
+def test_accessor_answers_as_a_tree_does(mesh):
+    accessor = mesh.fastlines
+    lines = accessor.lines
+    np.testing.assert_array_equal(lines.strands, STRANDS)
+    np.testing.assert_array_equal(lines.attributes["fa of streamline"], STRANDS)
+    assert (lines.unit, lines.up) == ("mm", "z")
+    tree = fl.build(lines)
+    rays = lines.segments.mean(axis=1) - (0, 0, 9), [[0, 0, 1.0]] * 5
+    np.testing.assert_array_equal(accessor.first_hit(*rays, radius=0.5).prim, tree.first_hit(*rays, 0.5).prim)
+    np.testing.assert_array_equal(accessor.all_hits(*rays, radius=0.5).t, tree.all_hits(*rays, 0.5).t)
+    np.testing.assert_array_equal(accessor.next_hits(*rays, 0.5, 1).prim, tree.next_hits(*rays, 0.5, 1).prim)
+    np.testing.assert_array_equal(accessor.any_hit(*rays, 0.5, t_max=9), tree.any_hit(*rays, 0.5, t_max=9))
+    np.testing.assert_array_equal(accessor.count_hits(*rays, 0.5), tree.count_hits(*rays, 0.5))
+    assert accessor.any_hit(*rays, 0.5).all()
+
+
+def test_tree_is_kept_until_the_mesh_changes(mesh):
+    tree = mesh.fastlines.tree
+    assert mesh.fastlines.tree is tree
+    mesh.points[:, 0] += 100
+    assert mesh.fastlines.tree is not tree
+    assert mesh.fastlines.lines.bounds[0, 0] == 100
+    mesh.point_data["radius"] = np.full(9, 2.0)
+    assert mesh.fastlines.lines.radius.shape == (5, 2)
+
+
+def test_meshes_that_are_not_only_lines(pyvista):
+    from fastlines.pyvista_plugin import accessor  # noqa: F401
+
+    assert len(pyvista.Sphere().fastlines.lines) == 0
+    both = pyvista.PolyData(POINTS, lines=[3, 0, 1, 2, 2, 5, 6], verts=[1, 0], faces=[3, 0, 1, 2])
+    both.cell_data["number"] = [10, 20, 30, 40]
+    np.testing.assert_array_equal(both.fastlines.lines.attributes["number"], [20, 20, 30])
+
+
+def test_installed_entry_points(pyvista, tmp_path):
+    """PyVista finds both by themselves, where this package is installed with its entry points."""
+    if not any(entry.name == "fastlines" for entry in metadata.entry_points(group="pyvista.accessors")):
+        pytest.skip("installed without entry points")
+    (tmp_path / "a.trk").write_bytes(SAMPLES["some.trk"])
+    meshes = "pyvista.read(sys.argv[1]), pyvista.Line()"
+    check = f"import sys, pyvista; print(*[len(mesh.fastlines.lines) for mesh in ({meshes})])"
+    command = [sys.executable, "-c", check, str(tmp_path / "a.trk")]
+    assert subprocess.run(command, capture_output=True, text=True, check=True).stdout.split() == ["5", "1"]
