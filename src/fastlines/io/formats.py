@@ -12,6 +12,13 @@ from .format import Format
 
 #: One row for each format; `docs/formats.md` says what is read and what is dropped.
 TABLE: tuple[Format, ...] = (
+    Format(
+        "arrow",
+        (".parquet", ".feather", ".arrow"),
+        "tables of Parquet and Arrow: a row a segment, or a row a point (needs fastlines[arrow])",
+        magic=(b"PAR1", b"ARROW1"),
+        writes=(Lines,),
+    ),
     Format("hair", (".hair",), "hair, Cem Yuksel's HAIR files", magic=(b"HAIR", b"hair")),
     Format("npy", (".npy",), "NumPy array of segments, (n, 2, 3) or (n, 6)", magic=(b"\x93NUMPY",), writes=(Lines,)),
     Format(
