@@ -53,6 +53,10 @@ NAMES: dict[str, Format] = {row.name: row for row in TABLE}
 
 #: Formats that are known by name only, and what to do with them.
 NOT_READ = {
+    ".abc": (
+        "is Alembic, which is not read; import it in Blender or Houdini, and export its curves as USD (.usdc), or read "
+        "it with Alembic's own library and pass its points to Curves.from_strands or Lines.from_points"
+    ),
     ".flt": "is a tree, not a file of lines; fl.load reads it",
 }
 
