@@ -29,6 +29,7 @@ from .hits import AllHits, FirstHits
 from .lines import Lines
 from .meshes import Boxes, Triangles
 from .methods import METHODS
+from .objects import lines
 from .queries import brute_force
 from .refit import RebuildPolicy
 from .settings import Cost, Limits, Presplit, Settings
@@ -81,6 +82,7 @@ __all__ = [
     "brute_force",
     "build",
     "get_num_threads",
+    "lines",
     "load",
     "read",
     "scenes",

@@ -66,9 +66,10 @@ def build(
 
     Parameters
     ----------
-    geometry : Lines, Spheres, Curves, Triangles, Boxes, Geometry, Primitives or (n, 2, 3) array
-        The primitives; an array is taken for segments. Lines with a `radius` of their own are round cones to queries.
-        `Geometry` holds several kinds, and `Primitives` is a class of your own (docs/shapes.md).
+    geometry : Lines, Spheres, Curves, Triangles, Boxes, Geometry, Primitives, (n, 2, 3) array, or what `lines` takes
+        The primitives; an array is taken for segments, and a list of (m, 3) arrays for polylines. Lines with a `radius`
+        of their own are round cones to queries. `Geometry` holds several kinds, and `Primitives` is a class of your own
+        (docs/shapes.md).
     method : {"best", "bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-d2"}
         "best", the default, makes the tree that queries are fastest on. With a `cost`, or cut boxes, it makes the tree
         of least cost, but does not cut lines that run along each other (`min_spread`). The others are the trees of the

@@ -31,7 +31,10 @@ class PrecisionWarning(UserWarning):
 
 
 class FileWarning(UserWarning):
-    """A file that was read although it has an oddity, or although something missing in it had to be assumed."""
+    """A file, or an object of another library, that was read although it has an oddity.
+
+    Something missing in it had to be assumed, or something in it is left out.
+    """
 
 
 class InvalidTreeError(FastlinesError):

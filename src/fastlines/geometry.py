@@ -14,8 +14,9 @@ from .curves import Curves
 from .custom import Custom, is_custom
 from .errors import InputError
 from .immutable import Immutable, own
-from .lines import Lines, as_lines
+from .lines import Lines
 from .meshes import ROUND_CONE, Boxes, Triangles, shape_rows
+from .objects import lines
 
 #: The containers that can be parts of a `Geometry`.
 Part: TypeAlias = Lines | Curves | Triangles | Boxes
@@ -102,11 +103,11 @@ AnyGeometry: TypeAlias = Lines | Curves | Triangles | Boxes | Geometry | Custom
 
 
 def as_geometry(geometry: Any, *, invalid: str = "error") -> AnyGeometry:
-    """Return geometry as it is; take an array for segments, and an object with `bounds` and `hit` for your own."""
+    """Return geometry as it is; take what `lines` takes, and an object with `bounds` and `hit` for your own."""
     choice("invalid", invalid, INVALID)
     if isinstance(geometry, AnyGeometry):
         return geometry
-    return Custom(geometry) if is_custom(geometry) else as_lines(geometry, invalid=invalid)
+    return Custom(geometry) if is_custom(geometry) else lines(geometry, invalid=invalid)
 
 
 def core_of(geometry: AnyGeometry) -> Lines | Triangles | Boxes | Geometry | Custom:

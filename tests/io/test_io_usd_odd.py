@@ -163,3 +163,7 @@ def test_damaged_text(load):
             messages.append(str(error))
     assert len(messages) > 50
     assert not any("\n" in message for message in messages)
+
+
+def test_alembic_is_told_how_to_get_there(load):
+    assert "is Alembic, which is not read; import it in Blender or Houdini, and" in message_of(load, b"Ogawa", "a.abc")

@@ -77,7 +77,7 @@ def test_numpy_numbers_are_numbers() -> None:
     fl.set_num_threads(None)
 
 
-@pytest.mark.parametrize("given", [[np.zeros((3, 3)), np.zeros((5, 3))], np.zeros((50, 3)), None])
+@pytest.mark.parametrize("given", [np.zeros((50, 3)), np.zeros((5, 4, 3)), None])
 def test_who_has_polylines_is_told_where_they_go(given: Any) -> None:
     with pytest.raises(fl.InputError, match=r"expected \(n, 2, 3\).* Lines.from_strands takes polylines"):
         fl.build(given)

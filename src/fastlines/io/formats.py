@@ -12,6 +12,13 @@ from .format import Format
 
 #: One row for each format; `docs/formats.md` says what is read and what is dropped.
 TABLE: tuple[Format, ...] = (
+    Format(
+        "arrow",
+        (".parquet", ".feather", ".arrow"),
+        "tables of Parquet and Arrow: a row a segment, or a row a point (needs fastlines[arrow])",
+        magic=(b"PAR1", b"ARROW1"),
+        writes=(Lines,),
+    ),
     Format("bcc", (".bcc",), "yarns, Cem Yuksel's Binary Curve Collections", magic=(b"BCC\x44",)),
     Format("dxf", (".dxf",), "drawings, DXF", magic=(b"AutoCAD Binary DXF",), up="z"),
     Format(
@@ -67,6 +74,10 @@ NAMES: dict[str, Format] = {row.name: row for row in TABLE}
 
 #: Formats that are known by name only, and what to do with them.
 NOT_READ = {
+    ".abc": (
+        "is Alembic, which is not read; import it in Blender or Houdini, and export its curves as USD (.usdc), or read "
+        "it with Alembic's own library and pass its points to Curves.from_strands or Lines.from_points"
+    ),
     ".flt": "is a tree, not a file of lines; fl.load reads it",
 }
 

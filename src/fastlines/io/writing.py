@@ -14,7 +14,8 @@ from ..atomic_write import atomic_write
 from ..curves import Curves
 from ..errors import FileWarning, InputError
 from ..geometry import Geometry
-from ..lines import Lines, as_lines
+from ..lines import Lines
+from ..objects import lines as as_lines
 from .formats import extension_of, to_write
 
 
@@ -27,7 +28,7 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
     ----------
     path : str or path-like
         A file with one of the extensions that `docs/formats.md` lists as written, packed by gzip if ``.gz`` follows.
-    lines : Lines, Curves, or what `Lines.from_segments` takes
+    lines : Lines, Curves, or what `fastlines.lines` takes
         Curves are cut into the pieces that queries test, where the format has no curves.
 
     Raises

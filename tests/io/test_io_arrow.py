@@ -1,0 +1,277 @@
+"""Tables of Parquet and Arrow."""
+
+from __future__ import annotations
+
+import io
+import re
+import sys
+import warnings
+
+import numpy as np
+import pytest
+from support.line_files import POINTS, message_of
+
+import fastlines as fl
+from fastlines.errors import FastlinesError, FileWarning, InputError, MissingExtraError
+
+pa = pytest.importorskip("pyarrow")
+parquet = pytest.importorskip("pyarrow.parquet")
+
+EXTENSIONS = (".parquet", ".feather", ".arrow")
+STRAND = [7, 7, 7, 2, 2, 9, 9]
+SEGMENTS = POINTS[:6].reshape(3, 6)
+
+
+def file_of(table, extension: str = ".parquet") -> bytes:
+    stream = io.BytesIO()
+    if extension == ".parquet":
+        parquet.write_table(table, stream)
+    else:
+        kind = pa.ipc.new_file if extension == ".arrow" else pa.ipc.new_stream
+        with kind(stream, table.schema) as writer:
+            writer.write_table(table)
+    return stream.getvalue()
+
+
+def points(**more):
+    return pa.table({"x": POINTS[:, 0], "y": POINTS[:, 1], "z": POINTS[:, 2], "strand": STRAND} | more)
+
+
+def segments(**more):
+    return pa.table(dict(zip(("x0", "y0", "z0", "x1", "y1", "z1"), SEGMENTS.T, strict=True)) | more)
+
+
+def lists(values):
+    """Make a column of nested lists of fixed size."""
+    array = pa.array(np.asarray(values).reshape(-1))
+    for size in np.shape(values)[:0:-1]:
+        array = pa.FixedSizeListArray.from_arrays(array, size)
+    return array
+
+
+def warned(load, data: bytes, name: str = "a.parquet"):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        made = load(data, name)
+    return made, "\n".join(str(one.message) for one in caught)
+
+
+# --- Reading ---
+
+
+@pytest.mark.parametrize("extension", EXTENSIONS)
+def test_a_row_a_segment(load, extension):
+    table = segments(
+        radius=[1.0, 2, 3], strand=pa.array([4, 4, -1], pa.int16()), id=[1, 2, 3], tint=lists(np.ones((3, 4)))
+    )
+    lines = load(file_of(table, extension), f"a{extension}")
+    np.testing.assert_array_equal(lines.segments.reshape(-1, 3), POINTS[:6])
+    np.testing.assert_array_equal(lines.strands, [4, 4, -1])
+    np.testing.assert_array_equal(lines.radius, [1, 2, 3])
+    np.testing.assert_array_equal(lines.attributes["id"], [1, 2, 3])
+    np.testing.assert_array_equal(lines.attributes["tint"], np.ones((3, 4)))
+    lines = load(file_of(segments(radius0=[1.0, 2, 3], radius1=[2.0, 3, 4]), extension), f"a{extension}")
+    np.testing.assert_array_equal(lines.radius, [[1, 2], [2, 3], [3, 4]])
+    assert lines.n_strands == 0
+
+
+@pytest.mark.parametrize("shape", [(3, 6), (3, 2, 3)])
+def test_segments_as_lists(load, shape):
+    lines = load(file_of(pa.table({"segment": lists(SEGMENTS.reshape(shape))})), "a.parquet")
+    np.testing.assert_array_equal(lines.segments.reshape(-1, 3), POINTS[:6])
+
+
+@pytest.mark.parametrize("extension", EXTENSIONS)
+def test_a_row_a_point(load, extension):
+    lines = load(file_of(points(radius=np.arange(7), id=np.arange(7)), extension), f"a{extension}")
+    # Strands are in the order of their numbers, and points in that of rows.
+    ends = [[3, 4], [0, 1], [1, 2], [5, 6]]
+    np.testing.assert_array_equal(lines.segments, POINTS[ends])
+    np.testing.assert_array_equal(lines.strands, [2, 7, 7, 9])
+    np.testing.assert_array_equal(lines.radius, ends)
+    np.testing.assert_array_equal(lines.end_attributes["id"], ends)
+    table = pa.table({"point": lists(POINTS), "strand": [0, 1, 0, 1, 1, 0, 2]})
+    lines = load(file_of(table, extension), f"a{extension}")
+    np.testing.assert_array_equal(lines.segments, POINTS[[[0, 2], [2, 5], [1, 3], [3, 4], [6, 6]]])
+
+
+@pytest.mark.parametrize("kind", [pa.string(), pa.large_string(), pa.dictionary(pa.int8(), pa.string())])
+def test_strands_of_texts(load, kind):
+    names = pa.array(["b", "b", "a", "a", "b", "c", "c"], pa.string()).cast(kind)
+    lines = load(file_of(points(strand=names), ".arrow"), "a.arrow")
+    np.testing.assert_array_equal(lines.segments, POINTS[[[0, 1], [1, 4], [2, 3], [5, 6]]])
+    np.testing.assert_array_equal(lines.strands, [0, 0, 1, 2])
+
+
+def test_several_chunks_and_types(load):
+    table = pa.concat_tables([points(id=pa.array(range(7), pa.uint8())), points(id=pa.array(range(7), pa.uint8()))])
+    table = table.set_column(0, "x", table.column("x").cast(pa.float64()))
+    lines = load(file_of(table, ".feather"), "a.feather")
+    assert len(lines) == 11
+    assert lines.attributes["id"].dtype == np.uint8
+
+
+def test_empty_cells(load):
+    table = points(age=[1, None, 3, 4, 5, 6, 7], flag=[True, None, True, False, True, True, True])
+    lines, text = warned(load, file_of(table))
+    assert np.isnan(lines.end_attributes["age"]).sum() == 2
+    assert "the column 'age' has 1 empty rows, which are NaN; so it is of type float64" in text
+    assert lines.attributes["flag"].dtype == np.float64
+    table = points().set_column(0, "x", pa.array([1.0, None, 3, 4, 5, 6, 7]))
+    assert "rows 1, 2" in message_of(load, file_of(table), "a.parquet", InputError)
+
+
+def test_columns_that_are_no_numbers(load):
+    lines, text = warned(load, file_of(segments(name=["a", "b", "c"], when=pa.array([1, 2, 3], pa.timestamp("s")))))
+    assert not lines.attributes
+    assert re.search(r"columns that are not numbers are not read: name \(string\), when \(timestamp\[.*\]\)", text)
+
+
+def test_no_rows(load):
+    for table in (segments().slice(0, 0), points().slice(0, 0), pa.table({"segment": lists(SEGMENTS).slice(0, 0)})):
+        for extension in EXTENSIONS:
+            assert len(load(file_of(table, extension), f"a{extension}")) == 0
+
+
+def test_first_bytes_say_what_it_is(load):
+    assert len(load(file_of(segments()), "a.arrow")) == 3
+    assert len(load(file_of(segments(), ".arrow"), "a.parquet")) == 3
+    assert len(load(file_of(segments()), "a.table")) == 3
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        (
+            pa.table({"a": [1]}),
+            r"has the columns \['a'\]; expected x0 y0 z0 x1 y1 z1 for a row a segment, or x y z and",
+        ),
+        (pa.table({"geometry": [b"1"]}).replace_schema_metadata({"geo": "{}"}), r"it is GeoParquet: convert it to"),
+        (points().drop(["strand"]), "has points without a column 'strand'"),
+        (points(x0=POINTS[:, 0], segment=lists(np.ones((7, 6)))), "has columns of segments and of points; expected"),
+        (points(strand=[0, 1, 2, 3, 4, 5, -1]), "the column 'strand' has negative numbers"),
+        (points(strand=[0, 1, 2, 3, 4, 5, None]), "the column 'strand' has 1 empty rows"),
+        (points(strand=np.arange(7.0)), "the column 'strand' is of type double; expected whole numbers, or texts"),
+        (points(strand=np.full(7, 2**63, "u8")), "has numbers from 9223372036854775808"),
+        (points(radius=-np.ones(7)), "radius must be finite and not negative"),
+        (pa.table({"segment": pa.array([[1.0] * 6, None], pa.list_(pa.float32(), 6))}), "'segment' has 1 empty rows"),
+        (pa.table([pa.array([1]), pa.array([2])], names=["x", "x"]), "several columns of one name"),
+        (
+            pa.Table.from_arrays(
+                segments(t=[1, 2, 3]).columns,
+                schema=pa.schema(
+                    [*segments().schema, pa.field("t", pa.int64(), metadata={"fastlines": "end_attributes"})]
+                ),
+            ),
+            "a column of values at both ends of segments is no list of 2",
+        ),
+    ],
+)
+def test_tables_that_are_no_lines(load, table, said):
+    for extension in (".parquet", ".arrow"):
+        text = message_of(load, file_of(table, extension), f"a{extension}")
+        assert re.search(said, text), text
+
+
+@pytest.mark.parametrize(
+    "data", [b"hello", b"PAR1" + bytes(50), b"ARROW1" + bytes(50), b"\xff\xff\xff\xff" + bytes(50)]
+)
+@pytest.mark.parametrize("extension", EXTENSIONS)
+def test_what_is_no_table(load, data, extension):
+    assert "not a whole table (" in message_of(load, data, f"a{extension}")
+
+
+def test_old_feather_and_odd_metadata(load):
+    assert "is Feather of version 1" in message_of(load, b"FEA1" + bytes(50), "a.feather")
+    table = segments().replace_schema_metadata({"up": "w", "unit": "\n"})
+    lines, text = warned(load, file_of(table))
+    assert (lines.up, lines.unit) == (None, None)
+    assert "its 'up' is 'w', no axis, and is not used" in text
+    assert "its 'unit' is no text, and is not used" in text
+
+
+def test_tables_that_grow_beyond_measure(load):
+    n = 10_000_000
+    zeros = pa.DictionaryArray.from_arrays(pa.array(np.zeros(n, "i1")), pa.array([0.0]))
+    table = pa.table(dict.fromkeys(("x0", "y0", "z0", "x1", "y1", "z1"), zeros))
+    assert "announces 10000000 rows of 6 columns" in message_of(load, file_of(table), "a.parquet")
+
+
+def test_without_the_library(load, tmp_path, monkeypatch):
+    data = file_of(segments())
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(MissingExtraError, match=r"reading .parquet, .*'fastlines\[arrow\]'"):
+        load(data, "a.parquet")
+    with pytest.raises(MissingExtraError, match=r"writing .parquet, .*'fastlines\[arrow\]'"):
+        fl.write(tmp_path / "b.arrow", [[[0, 0, 0], [1, 1, 1]]])
+
+
+# --- Writing ---
+
+
+@pytest.mark.parametrize("extension", [*EXTENSIONS, ".parquet.gz"])
+def test_round_trip(tmp_path, extension):
+    rng = np.random.default_rng(0)
+    n = 5
+    columns = {
+        name: (rng.random((n, *shape)) * 100).astype(dtype)
+        for name, dtype, shape in [
+            ("b", "?", ()),
+            ("i1", "i1", ()),
+            ("u8", "u8", (2,)),
+            ("f2", "f2", ()),
+            ("m", "f4", (2, 2)),
+        ]
+    }
+    ends = {"t": rng.random((n, 2)), "color": rng.random((n, 2, 3), np.float32)}
+    for radius in (None, rng.random(n, np.float32), rng.random((n, 2), np.float32)):
+        lines = fl.Lines(
+            rng.random((n, 2, 3), np.float32),
+            np.array([3, 3, 5, 5, -1]),
+            radius,
+            columns,
+            up="x",
+            unit="Å",
+            end_attributes=ends,
+        )
+        fl.write(tmp_path / f"a{extension}", lines)
+        back = fl.read(tmp_path / f"a{extension}")
+        assert back.segments.tobytes() == lines.segments.tobytes()
+        np.testing.assert_array_equal(back.strands, lines.strands)
+        assert (back.up, back.unit) == ("x", "Å")
+        assert (radius is None) == (back.radius is None)
+        assert radius is None or back.radius.tobytes() == radius.tobytes()
+        assert sorted(back.attributes) == sorted(lines.attributes)
+        assert sorted(back.end_attributes) == sorted(lines.end_attributes)
+        for name, values in {**lines.attributes, **lines.end_attributes}.items():
+            other = back.end_attributes.get(name, back.attributes[name]) if name in ends else back.attributes[name]
+            expected = lines.end_attributes.get(name, values)
+            assert other.dtype == expected.dtype
+            np.testing.assert_array_equal(other, expected)
+
+
+def test_what_tables_have_no_place_for(tmp_path):
+    lines = fl.Lines(
+        np.zeros((1, 2, 3), "f4"), attributes={"x": np.ones(1), "name": np.array(["a"]), "radius": np.ones(1)}
+    )
+    with pytest.warns(FileWarning, match=r"'x' \(its name is taken\); 'name' \(<U1\); 'radius' \(its name is taken\)"):
+        fl.write(tmp_path / "a.parquet", lines)
+    assert not fl.read(tmp_path / "a.parquet").attributes
+
+
+@pytest.mark.filterwarnings("ignore::fastlines.FileWarning", "ignore::fastlines.PrecisionWarning")
+@pytest.mark.parametrize("extension", EXTENSIONS)
+def test_damaged_tables(load, extension):
+    data = file_of(points(radius=np.arange(7), tint=lists(np.ones((7, 4)))), extension)
+    rng = np.random.default_rng(8)
+    messages = []
+    for trial in range(300):
+        damaged = bytearray(data)
+        for at in rng.integers(len(data), size=1 + trial % 3):
+            damaged[at] = rng.integers(256)
+        try:
+            load(bytes(damaged[: rng.integers(len(data))] if trial % 5 == 0 else damaged), f"a{extension}")
+        except FastlinesError as error:
+            messages.append(str(error))
+    assert len(messages) > 50
+    assert not any("\n" in message for message in messages)
