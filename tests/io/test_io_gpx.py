@@ -42,7 +42,8 @@ def test_everything(load):
     nan = np.nan
     np.testing.assert_array_equal(lines.end_attributes["hr"], [[nan, nan], [90, nan], [nan, nan], [nan, nan]])
     np.testing.assert_array_equal(lines.end_attributes["speed"], [[nan, nan], [nan, 2], [2, nan], [nan, nan]])
-    np.testing.assert_array_equal(lines.end_attributes["time"][1:3], [[7, 11.25], [11.25, nan]])
+    np.testing.assert_array_equal(lines.end_attributes["time"][1:3], [[10, 11.25], [11.25, nan]])
+    assert lines.attributes["time of extension"][1] == 7
     assert (lines.unit, lines.up) == ("degree", "z")
     texts = "\n".join(str(warning.message) for warning in told)
     for part in ("1 waypoints are not read", "texts of points are not kept: 'fix'", "1 times of points are no dates",

@@ -73,8 +73,8 @@ class _Reader:
         self.n_waypoints = self.n_bad_times = 0
         self._track = -1
         self._path: list[str] = []
-        #: How deep the current point is; 0 outside of points.
-        self._depth = 0
+        #: The elements that are open inside of the current point; -1 outside of points.
+        self._inside = -1
         self._text: list[str] = []
         self._parser = expat.ParserCreate()
         self._parser.buffer_text = True
@@ -99,15 +99,16 @@ class _Reader:
         raise self.source.error("has a document type (DOCTYPE), which GPX does not need; remove it")
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        if self._inside >= 0:
+            self._inside += 1
+            self._text = []
+            return
         name = tag.rpartition(":")[2]
         if not self._path and name != "gpx":
             raise self.source.error(f"its root is <{name[:40]}>; expected <gpx>")
         self._path.append(name)
-        self._text = []
-        if self._depth:
-            return
         if name in _POINTS and self._path[-2] == _POINTS[name] and self.counts:
-            self._depth = len(self._path)
+            self._inside = 0
             self._add(attributes)
             self._parser.CharacterDataHandler = self._text_handler
         elif name == "trk" and len(self._path) == 2:
@@ -132,22 +133,23 @@ class _Reader:
     def _text_handler(self, text: str) -> None:
         self._text.append(text)
 
-    def _end(self, _: str) -> None:
-        name = self._path.pop()
-        if not self._depth:
-            return
-        if len(self._path) + 1 == self._depth:
-            self._depth = 0
+    def _end(self, tag: str) -> None:
+        if self._inside <= 0:
+            self._path.pop()
+            self._inside = -1
             self._parser.CharacterDataHandler = None
             return
+        self._inside -= 1
         text = "".join(self._text).strip()
         self._text = []
         if text:
-            self._keep(name, text)
+            self._keep(tag.rpartition(":")[2], text, self._inside == 0)
 
-    def _keep(self, name: str, text: str) -> None:
-        """Keep the text of an element of the current point, if it is a number or a time."""
-        is_time = name == "time" and len(self._path) == self._depth
+    def _keep(self, name: str, text: str, is_own: bool) -> None:
+        """Keep the text of an element of the current point, if it is a number, or the time of the point itself."""
+        if not is_own and name in ("ele", "time"):
+            name = f"{name} of extension"
+        is_time = name == "time"
         try:
             value = _seconds(text) if is_time else float(text)
         except (ValueError, OverflowError):
@@ -156,7 +158,7 @@ class _Reader:
             else:
                 self.texts.add(name)
             return
-        rows, values = self.columns.setdefault(name, (array("q"), array("d")))
+        rows, values = self.columns.get(name) or self.columns.setdefault(name, (array("q"), array("d")))
         rows.append(len(self.longitudes) - 1)
         values.append(value)
 

@@ -45,6 +45,8 @@ class Source:
         self.name = name
         self.path = path
         self.position = 0
+        #: The encoding that `text` has found.
+        self.encoding = "utf-8-sig"
         self.oddities: list[str] = []
         self._taken: list[tuple[int, int, str]] = []
 
@@ -61,6 +63,7 @@ class Source:
         try:
             return self.data.decode("utf-8-sig")
         except UnicodeDecodeError:
+            self.encoding = "latin-1"
             return self.data.decode("latin-1")
 
     @contextmanager

@@ -49,9 +49,14 @@ def read(source: Source, invalid: str, *, column: str | None = None, radius: str
     """
     text = source.text()
     start = _COMMENTS.match(text).end()  # type: ignore[union-attr]  # it matches everywhere
-    if column is None and STARTS.match(text, start) and not _is_table(text[start:]):
+    if column is None and STARTS.match(text, start) and not _is_table(text, start):
         return _plain(source, text, invalid, radius)
-    names, rows = _table(source, text)
+    quoted = _QUOTED_START.search(text)
+    quote = (quoted and quoted[1]) or '"'
+    head = text[: 1 << 16].lstrip()
+    delimiter = max(DELIMITERS, key=lambda mark: _score(head, mark, quote))
+    del text, quoted  # which hold a copy of the file
+    names, rows = _table(source, delimiter, quote)
     at = _geometry_column(source, names, rows, column)
 
     # Find the line strings of each row.
@@ -69,6 +74,7 @@ def read(source: Source, invalid: str, *, column: str | None = None, radius: str
         wrong = wkt.add(found, line)
         if wrong is not None:
             raise source.error(f"line {line}: {wrong}; expected a LINESTRING or another geometry, in quotes")
+        row[at] = ""  # it is no longer needed
     if long:
         source.warn(f"{long} rows have more fields than the {len(names)} of the header; the last are not read")
     return _lines(source, wkt, names, at, rows, empty, invalid, radius)
@@ -88,7 +94,7 @@ def _lines(
     without = {"without a geometry": n_empty} if n_empty else {}
     if without or wkt.others:
         source.warn(f"rows and geometries without a line are not read: {counted({**without, **wkt.others})}")
-    points, counts, m = wkt.numbers(source, "line")
+    points, counts, m = wkt.numbers(source)
     row_of = dict(rows)
     owners = [row_of[line] for line in wkt.rows]
     table = {
@@ -104,9 +110,9 @@ def _lines(
     return with_strand_attributes(lines, per_strand, unit, radii)
 
 
-def _is_table(text: str) -> bool:
+def _is_table(text: str, start: int) -> bool:
     """Return whether text that begins with a line has other columns too."""
-    first = text.lstrip().partition("\n")[0]
+    first = text[start : start + (1 << 16)].lstrip().partition("\n")[0]
     return first.count("(") == first.count(")") and not re.search(r"\)\s*(?:;\s*)?$", first)
 
 
@@ -126,17 +132,13 @@ def _plain(source: Source, text: str, invalid: str, radius: str | None) -> Lines
 # --- Tables ---
 
 
-def _table(source: Source, text: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
+def _table(source: Source, delimiter: str, quote: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
     """Return the names of the columns, and the rows with the number of the line that each ends at."""
-    quoted = _QUOTED_START.search(text)
-    quote = (quoted and quoted[1]) or '"'
-    head = text[: 1 << 16].lstrip()
-    delimiter = max(DELIMITERS, key=lambda mark: _score(head, mark, quote))
     try:
         with _LOCK:
-            limit = csv.field_size_limit(min(len(text) + 1, sys.maxsize))
+            limit = csv.field_size_limit(min(len(source.data) + 1, sys.maxsize))
             try:
-                rows = list(_rows(text, delimiter, quote))
+                rows = list(_rows(source, delimiter, quote))
             finally:
                 csv.field_size_limit(limit)
     except csv.Error as error:
@@ -153,8 +155,9 @@ def _table(source: Source, text: str) -> tuple[list[str], list[tuple[int, list[s
     return names, rows[1:]
 
 
-def _rows(text: str, delimiter: str, quote: str) -> Iterator[tuple[int, list[str]]]:
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, quotechar=quote, skipinitialspace=True)
+def _rows(source: Source, delimiter: str, quote: str) -> Iterator[tuple[int, list[str]]]:
+    text = io.TextIOWrapper(io.BytesIO(source.data), source.encoding, newline="")
+    reader = csv.reader(text, delimiter=delimiter, quotechar=quote, skipinitialspace=True)
     for row in reader:
         if any(word.strip() for word in row):
             yield reader.line_num, row

@@ -22,6 +22,8 @@ Float64Array = npt.NDArray[np.float64]
 
 #: Types of geometry that hold lines, the parts of collections too.
 LINES = ("LINESTRING", "MULTILINESTRING")
+#: About how many characters are converted together.
+_BATCH = 1 << 20
 #: One line string alone, which most texts are.
 _SIMPLE = re.compile(r"\s*(?:SRID=(\d+)\s*;\s*)?LINESTRING\s*(?:(ZM|Z|M)\s*)?\(([^()]*)\)\s*(?:;\s*)?", re.IGNORECASE)
 #: The start of a geometry, of any type.
@@ -113,52 +115,63 @@ class Wkt:
             return f"{text[at : at + 40]!r} is no geometry"
         return None
 
-    def numbers(self, source: Source, row_name: str) -> tuple[Float64Array, IntArray, Float64Array | None]:
-        """Return the points (m, 3), the number of points of each line string, and m of each point, if any has it."""
-        text = ",".join(self.parts).encode("utf-8")
-        if not text:
-            return np.empty((0, 3)), np.empty(0, np.int64), None
-        counts = np.array([part.count(",") + 1 for part in self.parts], np.int64)
+    def numbers(self, source: Source) -> tuple[Float64Array, IntArray, Float64Array | None]:
+        """Return the points (m, 3), the number of points of each line string, and m of each point, if any has it.
+
+        The texts are converted in batches, and forgotten.
+        """
+        found = []
+        first = n_letters = 0
+        for i, text in enumerate(self.parts):
+            n_letters += len(text)
+            if n_letters > _BATCH or i == len(self.parts) - 1:
+                found.append(self._batch(source, first, i + 1))
+                self.parts[first : i + 1] = [""] * (i + 1 - first)
+                first, n_letters = i + 1, 0
+        points = np.concatenate([np.empty((0, 3)), *(batch[0] for batch in found)])
+        counts = np.concatenate([np.empty(0, np.int64), *(batch[1] for batch in found)])
+        m = np.concatenate([np.empty(0), *(batch[2] for batch in found)])
+        return points, counts, None if np.isnan(m).all() else m
+
+    def _batch(self, source: Source, first_part: int, end: int) -> tuple[Float64Array, IntArray, Float64Array]:
+        """Convert some of the line strings; m is NaN where there is none."""
+        parts = self.parts[first_part:end]
+        text = ",".join(parts).encode("utf-8")
+        counts = np.array([part.count(",") + 1 for part in parts], np.int64)
 
         # Count the numbers of each point: words start where a blank or a comma ends.
         letters = np.frombuffer(b"," + text + b",", np.uint8)
         is_comma = letters == ord(",")
         is_gap = is_comma | (letters <= ord(" "))
         starts = np.flatnonzero(is_gap[:-1] & ~is_gap[1:])
-        commas = np.flatnonzero(is_comma)
-        first = np.searchsorted(starts, commas)
+        first = np.searchsorted(starts, np.flatnonzero(is_comma))
         n_numbers = np.diff(first)
         first = first[:-1]
-        del letters, is_comma, is_gap, commas
         part = np.repeat(np.arange(len(counts)), counts)
         expected = n_numbers[np.cumsum(counts) - counts][part]
         bad = np.flatnonzero((n_numbers != expected) | (n_numbers < 2) | (n_numbers > 4))
         values = parse_numbers(text)
         if len(bad) or values is None or len(values) != len(starts):
-            raise source.error(self._what_is_wrong(part[bad[0]] if len(bad) else None, row_name))
+            wrong = part[bad[0]] if len(bad) else next((i for i, text in enumerate(parts) if _is_wrong(text)), 0)
+            raise source.error(
+                f"line {self.rows[first_part + wrong]}: {parts[wrong][:60]!r} is not a list of points; expected 2, 3 "
+                "or 4 numbers each, equally many, and commas between points; mend it"
+            )
 
         # Take z and m where they are.
-        dims = np.array(["ZM" if kind == "" else kind for kind in self.dims])[part]
+        only_m = np.array([kind == "M" for kind in self.dims[first_part:end]])[part]
         points = np.zeros((len(part), 3))
         points[:, 0], points[:, 1] = values[first], values[first + 1]
-        has_z = (n_numbers > 2) & (dims != "M")
+        has_z = (n_numbers > 2) & ~only_m
         points[has_z, 2] = values[first[has_z] + 2]
-        has_m = ((n_numbers == 3) & (dims == "M")) | (n_numbers == 4)
-        if not has_m.any():
-            return points, counts, None
+        has_m = ((n_numbers == 3) & only_m) | (n_numbers == 4)
         m = np.full(len(part), np.nan)
         m[has_m] = values[(first + n_numbers)[has_m] - 1]
         return points, counts, m
 
-    def _what_is_wrong(self, part: int | None, row_name: str) -> str:
-        """Describe the first bad line string: the given one, or the first with a word that is no number."""
-        if part is None:
-            part = next((i for i, text in enumerate(self.parts) if parse_numbers(text.encode()) is None), 0)
-        shown = self.parts[part][:60]
-        return (
-            f"{row_name} {self.rows[part]}: {shown!r} is not a list of points; expected 2, 3 or 4 numbers each, "
-            "equally many, and commas between points; mend the row"
-        )
+
+def _is_wrong(text: str) -> bool:
+    return parse_numbers(text.encode()) is None
 
 
 def parse_numbers(text: bytes) -> Float64Array | None:
