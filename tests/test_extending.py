@@ -50,7 +50,7 @@ def test_headers_are_those_of_the_cpp_tests(name: str) -> None:
 
 @pytest.mark.parametrize("end", [b"\n", b"\r\n"])
 def test_xyzl(module: Any, end: bytes) -> None:
-    parse = module("io.xyzl", "xyzl").read
+    parse = module("io.formats.xyzl", "xyzl").read
     lines = parse(Source(end.join([b"", b"0 0 0", b" 1\t0 0 ", b" ", b"", b"5 5 5", b"6 6 6"]), "a.xyzl"), "error")
     np.testing.assert_array_equal(lines.segments, [[[0, 0, 0], [1, 0, 0]], [[5, 5, 5], [6, 6, 6]]])
     assert lines.strands.tolist() == [0, 1]

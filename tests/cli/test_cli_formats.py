@@ -46,7 +46,7 @@ def test_info_describes_lines(table):
     result = run("info", table, "--json")
     assert result.exit_code == 0
     assert re.fullmatch(
-        r"note: roads.csv: columns that do not hold numbers are not kept: 'name', 'way'\n", result.stderr
+        r"warning: roads.csv: columns that do not hold numbers are not kept: 'name', 'way'\n", result.stderr
     )
     told = json.loads(result.stdout)
     assert told["format"] == "well-known text, alone or in a column of a table"
@@ -138,7 +138,7 @@ def test_convert(table):
     result = run("convert", table, "roads.geojson")
     assert result.exit_code == 0
     assert result.stdout == "roads.geojson: maps, GeoJSON, also one feature a line: 3 segments, 2 strands, with id\n"
-    assert result.stderr.startswith("note: roads.csv: columns that do not hold numbers")
+    assert result.stderr.startswith("warning: roads.csv: columns that do not hold numbers")
     lines = fl.read("roads.geojson")
     assert lines.attributes["id"].tolist() == [1, 1, 2]
     assert "with id" in done("convert", "roads.geojson", "roads.npz.gz")
@@ -153,7 +153,7 @@ def test_convert(table):
 def test_convert_notes_what_is_lost(tracts):
     result = run("convert", tracts, "a.geojson")
     assert result.exit_code == 0
-    assert re.search("note: a.geojson: not kept, as the format has no place for it: .*'mm'", result.stderr)
+    assert re.search("warning: a.geojson: not kept, as the format has no place for it: .*'mm'", result.stderr)
 
 
 def test_convert_refuses(table):

@@ -24,11 +24,8 @@ from support.line_files import (
     tck,
     tfx,
     trk,
-    usc,
-    tck,
-    tfx,
-    trk,
     trx,
+    usc,
 )
 
 import fastlines.io

@@ -113,7 +113,7 @@ def test_blocks_in_themselves_and_blocks_without_number(load, monkeypatch):
                 document.blocks.get(f"b{i + 1}").add_blockref(f"b{i}", (0, 0))
         space.add_blockref("b9", (0, 0))
 
-    monkeypatch.setattr("fastlines.io.dxf._MAX_ENTITIES", -30_000)
+    monkeypatch.setattr("fastlines.io.formats.dxf._MAX_ENTITIES", -30_000)
     assert "far more entities than a drawing has" in message_of(load, drawing(bomb), "a.dxf")
 
 

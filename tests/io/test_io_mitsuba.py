@@ -68,7 +68,7 @@ def test_what_is_wrong_is_refused(load, text, said, options):
 
 
 def test_bad_line_far_behind_is_numbered(load, monkeypatch):
-    monkeypatch.setattr("fastlines.io.number_text.PIECE", 64)
+    monkeypatch.setattr("fastlines.io.formats.number_text.PIECE", 64)
     text = b"1 2 3 4\n" * 1000 + b"1 2 3 four\n"
     assert "line 1001:" in message_of(load, text, "a.txt")
     assert len(load(text[:-11], "a.txt")) == 999

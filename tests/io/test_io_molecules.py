@@ -13,7 +13,7 @@ from support.mutations import mutations
 
 import fastlines as fl
 from fastlines.errors import FastlinesError, MissingExtraError
-from fastlines.io.bonds import CrowdedError, bonded
+from fastlines.io.formats.bonds import CrowdedError, bonded
 
 pytest.importorskip("gemmi")
 

@@ -92,4 +92,4 @@ def test_the_command_line_tells_what_is_odd_in_one_line(in_own_folder, tmp_path)
     (tmp_path / "a.tck").write_bytes(tck(marks=("inf",)))
     result = run("info", "a.tck")
     assert result.exit_code == 0
-    assert result.stderr.splitlines() == ["note: a.tck: no NaN ends its last streamline; the end of the data does"]
+    assert result.stderr.splitlines() == ["warning: a.tck: no NaN ends its last streamline; the end of the data does"]

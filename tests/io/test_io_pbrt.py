@@ -12,7 +12,7 @@ from support.line_files import message_of
 from support.mutations import mutate
 
 import fastlines as fl
-from fastlines.io import pbrt_transform
+from fastlines.io.formats import pbrt_transform
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [2, 1, 0], [3, 0, 0]], "f4")
 P = b' "point3 P" [ 0 0 0  1 0 0  2 1 0  3 0 0 ]'

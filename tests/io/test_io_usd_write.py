@@ -8,7 +8,7 @@ from support.usd_files import warned
 
 import fastlines as fl
 from fastlines.errors import FileWarning, InputError
-from fastlines.io.usd_write import splines_of
+from fastlines.io.formats.usd_write import splines_of
 
 pytest.importorskip("pxr")
 

@@ -254,6 +254,8 @@ def ply(
     for form, row in rows:
         data += struct.pack(order + form, *row) if order else " ".join(map(str, row)).encode() + b"\n"
     return data + tail
+
+
 def safetensors(
     metadata: dict[str, str] | None = None, *, header: bytes | None = None, tail: bytes = b"", **arrays
 ) -> bytes:
@@ -268,6 +270,8 @@ def safetensors(
         body += data
     text = json.dumps(entries).encode() if header is None else header
     return struct.pack("<Q", len(text)) + text + body + tail
+
+
 def trx(
     *,
     counts: list[int] | None = None,

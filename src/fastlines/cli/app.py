@@ -16,7 +16,7 @@ import typer
 from typer import Option
 from typer.core import TyperGroup
 
-from ..errors import FastlinesError, FileWarning
+from ..errors import FastlinesError
 
 #: The environment variable that makes errors show their traceback.
 DEBUG = "FASTLINES_DEBUG"
@@ -56,9 +56,8 @@ class Group(TyperGroup):
 
 
 def warn(message: Warning | str, *_: Any, **__: Any) -> None:
-    """Print a warning as one line on stderr; what is said of a file is a note."""
-    kind = "note" if isinstance(message, FileWarning) else "warning"
-    typer.echo(f"{kind}: {' '.join(str(message).split())}", err=True)
+    """Print a warning as one line on stderr."""
+    typer.echo(f"warning: {' '.join(str(message).split())}", err=True)
 
 
 def explain(error: BaseException) -> tuple[int, str]:

@@ -15,7 +15,7 @@ import fastlines as fl
 
 from ..curves import Curves
 from ..errors import FastlinesError, InputError
-from ..geometry import AnyGeometry, core_data, needs_radius, parts_of, points_of, up_of
+from ..geometry import AnyGeometry, core_data, core_of, needs_radius, parts_of, points_of, up_of
 from ..lines import Lines
 from ..places import names
 from ..settings import limit_notes
@@ -138,29 +138,54 @@ def describe(geometry: AnyGeometry) -> dict[str, Any]:
     if isinstance(geometry, Lines):
         return _describe_lines(geometry)
     points, radii = points_of(geometry)
-    facts: dict[str, Any] = {f"n_{type(part).__name__.lower()}": 0 for part in parts_of(geometry)}
-    for part in parts_of(geometry):
+    parts = parts_of(geometry)
+    lines = [core_of(part) if isinstance(part, Curves) else part for part in parts if isinstance(part, Lines | Curves)]
+    facts: dict[str, Any] = {f"n_{type(part).__name__.lower()}": 0 for part in parts}
+    for part in parts:
         facts[f"n_{type(part).__name__.lower()}"] += len(part)
     some = len(points) > 0
     bounds = np.stack([points.min(axis=0), points.max(axis=0)]) if some else None
+    sums = np.concatenate([np.empty(0), *(strand_sums(part) for part in lines if isinstance(part, Lines))])
     return {
         **facts,
+        "n_strands": sum(part.n_strands for part in parts if isinstance(part, Lines | Curves)),
         "bounds": None if bounds is None else bounds.tolist(),
         "size": None if bounds is None else (bounds[1] - bounds[0]).tolist(),
+        "strand_lengths": extremes(sums),
+        "n_zero_length": sum(_n_points(part) for part in parts),
+        "n_duplicates": sum(map(_n_repeats, parts)),
         "radius": [float(radii.min()), float(radii.max())] if radii.any() else None,
-        "attributes": sorted({name for part in parts_of(geometry) for name in names(part)}),
+        "attributes": sorted({name for part in parts for name in names(part)}),
         "up": up_of(geometry),
-        "unit": next(
-            (part.unit for part in parts_of(geometry) if isinstance(part, Lines | Curves) and part.unit), None
-        ),
-        "n_skipped": sum(len(part.skipped) for part in parts_of(geometry) if isinstance(part, Lines | Curves)),
+        "unit": next((part.unit for part in parts if isinstance(part, Lines | Curves) and part.unit), None),
+        "n_skipped": sum(len(part.skipped) for part in parts if isinstance(part, Lines | Curves)),
         "memory_bytes": core_data(geometry)[1].nbytes,
     }
 
 
+def _n_points(part: AnyGeometry) -> int:
+    """Count the segments and the curves that are one point."""
+    if not isinstance(part, Lines | Curves):
+        return 0
+    points = part.control if isinstance(part, Curves) else part.segments
+    return int((points == points[:, :1]).all(axis=(1, 2)).sum())
+
+
+def _n_repeats(part: AnyGeometry) -> int:
+    """Count the segments, or the curves, that are the same as an earlier one, in either direction."""
+    if isinstance(part, Curves):
+        points = part.control.reshape(-1, 12) + np.float32(0)
+        backwards = part.control[:, ::-1].reshape(-1, 12) + np.float32(0)
+        first = (points != backwards).argmax(axis=1)
+        rows = np.arange(len(points))
+        turned = points[rows, first] > backwards[rows, first]
+        return len(points) - len(np.unique(np.where(turned[:, None], backwards, points), axis=0))
+    return count_duplicates(part) if isinstance(part, Lines) else 0
+
+
 def _describe_lines(lines: Lines) -> dict[str, Any]:
     ends = lines.segments
-    lengths = np.sqrt((np.diff(ends.astype(np.float64), axis=1)[:, 0] ** 2).sum(axis=1))
+    lengths = segment_lengths(lines)
     arrays = [values for name, values in lines.attributes.items() if name not in lines.end_attributes]
     arrays += [ends, lines.strands, *lines.end_attributes.values()]
     some = len(lines) > 0
@@ -171,7 +196,7 @@ def _describe_lines(lines: Lines) -> dict[str, Any]:
         "size": (lines.bounds[1] - lines.bounds[0]).tolist() if some else None,
         "total_length": float(lengths.sum()),
         "median_length": float(np.median(lengths)) if some else None,
-        "strand_lengths": strand_lengths(lines, lengths),
+        "strand_lengths": extremes(strand_sums(lines)),
         "n_zero_length": int((ends[:, 0] == ends[:, 1]).all(axis=1).sum()),
         "n_duplicates": count_duplicates(lines),
         "radius": None if lines.radius is None or not some else [float(lines.radius.min()), float(lines.radius.max())],
@@ -187,14 +212,23 @@ def _describe_lines(lines: Lines) -> dict[str, Any]:
     }
 
 
-def strand_lengths(lines: Lines, lengths: npt.NDArray[np.float64]) -> list[float] | None:
-    """Return the least, the median and the greatest length of a strand, of the lengths of segments."""
+def segment_lengths(lines: Lines) -> npt.NDArray[np.float64]:
+    """Return the length of each segment, (n,)."""
+    return np.asarray(np.sqrt((np.diff(lines.segments.astype(np.float64), axis=1)[:, 0] ** 2).sum(axis=1)))
+
+
+def strand_sums(lines: Lines) -> npt.NDArray[np.float64]:
+    """Return the length of each strand."""
     has = lines.strands >= 0
-    if not has.any():
+    strand = np.unique(lines.strands[has], return_inverse=True)[1]
+    return np.asarray(np.bincount(strand, segment_lengths(lines)[has]))
+
+
+def extremes(lengths: npt.NDArray[np.float64]) -> list[float] | None:
+    """Return the least, the median and the greatest length; None if there are none."""
+    if not len(lengths):
         return None
-    _, strand = np.unique(lines.strands[has], return_inverse=True)
-    sums = np.bincount(strand, lengths[has])
-    return [float(sums.min()), float(np.median(sums)), float(sums.max())]
+    return [float(lengths.min()), float(np.median(lengths)), float(lengths.max())]
 
 
 def _shape(values: npt.NDArray[Any]) -> str:

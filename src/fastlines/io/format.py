@@ -1,4 +1,4 @@
-"""What a file format is: one row of the table `formats.FORMATS`."""
+"""What a file format is: one row of the table `table.FORMATS`."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Format:
     @property
     def code(self) -> ModuleType:
         """The module, imported on first use."""
-        return import_module(f".{self.module}", __package__)
+        return import_module(f".formats.{self.module}", __package__)
 
     def options(self) -> tuple[str, ...]:
         """Return the names of the options that its reader takes."""

@@ -15,7 +15,7 @@ from ..curves import Curves
 from ..errors import FileFormatError, FileWarning, InputError
 from ..geometry import Geometry
 from ..lines import Lines
-from . import formats
+from . import table
 from .format import AnyLines, Format
 from .source import BAD_COPY, Source, reason
 
@@ -95,9 +95,9 @@ def read(
 def format_of(path: Path, name: str | None = None) -> Format:
     """Return the format of a file: the named one, or that of its extension, or else that of its first bytes."""
     if name is not None:
-        return formats.named(name)
-    known = formats.extension_of(path)[0] in formats.FORMATS
-    return formats.find(path, b"" if known else _start_of(path))
+        return table.named(name)
+    known = table.extension_of(path)[0] in table.FORMATS
+    return table.find(path, b"" if known else _start_of(path))
 
 
 def _parse(row: Format, source: Source, invalid: str, options: dict[str, Any]) -> AnyLines:

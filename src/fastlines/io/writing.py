@@ -16,7 +16,7 @@ from ..errors import FileWarning, InputError
 from ..geometry import Geometry
 from ..lines import Lines
 from ..objects import lines as as_lines
-from .formats import extension_of, to_write
+from .table import extension_of, to_write
 
 
 def write(path: str | os.PathLike[str], lines: Any) -> None:

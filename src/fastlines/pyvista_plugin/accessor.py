@@ -9,8 +9,8 @@ import numpy as np
 
 from ..builder import build
 from ..errors import MissingExtraError
+from ..io.formats.vtk_data import Cells, DataSet, cells_in_rows, lines_of
 from ..io.source import Source
-from ..io.vtk_data import Cells, DataSet, cells_in_rows, lines_of
 from ..lines import Lines
 from ..tree import Tree
 from .readers import pyvista

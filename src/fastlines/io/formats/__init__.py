@@ -1,0 +1,1 @@
+"""The readers and writers: a module for each format, and what several of them share."""

@@ -1,0 +1,271 @@
+"""Tables of Parquet and Apache Arrow (``.parquet``, ``.feather``, ``.arrow``): a row for each segment or each point.
+
+Formats: https://parquet.apache.org/docs/file-format/ and https://arrow.apache.org/docs/format/Columnar.html; Feather of
+version 2 is the latter in a file. The library pyarrow reads and writes them.
+
+| a row is  | columns                                                                                   |
+|-----------|-------------------------------------------------------------------------------------------|
+| a segment | ``x0 y0 z0 x1 y1 z1``, or ``segment``, a list of 6 or of 2 × 3; optionally ``strand``      |
+| a point   | ``x y z``, or ``point``, a list of 3; and ``strand``, whose points are in the order of rows |
+
+``strand`` holds whole numbers, which are kept, or texts, which are numbered in the order in which they come first.
+``radius``, or ``radius0`` and ``radius1`` of segments, is the radius. Other columns of numbers, or of lists of numbers
+of fixed size, become attributes. Columns of other types are not read, with a warning. Geometries of GeoParquet, which
+are bytes, are none of these.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...arrays import IntArray
+from ...errors import FastlinesError, MissingExtraError
+from ...lines import AXES, Lines
+from ..source import Source, reason
+from .named_arrays import AnyArray
+
+_SEGMENT = ("x0", "y0", "z0", "x1", "y1", "z1")
+_POINT = ("x", "y", "z")
+#: What marks a column of values at both ends of segments, in the metadata of its field.
+_KEY, _ENDS = b"fastlines", b"end_attributes"
+_GEO = b"geo"
+
+
+def read(source: Source, invalid: str) -> Lines:
+    """Read a table; a row is a segment, or a point with its strand."""
+    pa = _pyarrow("reading .parquet, .feather and .arrow")
+    try:
+        table = _table(source)
+        table.validate(full=True)
+    except FastlinesError:
+        raise
+    except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
+        raise source.error(f"not a whole table ({reason(error)}); check the extension, or write it again") from None
+    names = table.column_names
+    if len(set(names)) < len(names):
+        raise source.error("has several columns of one name; rename them")
+    facts = table.schema.metadata or {}
+    columns: dict[str, AnyArray] = {}
+    ends: set[str] = set()
+    left_out = []
+    for name in names:
+        if name == "strand":
+            continue
+        values = _values(source, name, table.column(name))
+        if values is None:
+            left_out.append(f"{name} ({table.schema.field(name).type})")
+            continue
+        columns[name] = values
+        if (table.schema.field(name).metadata or {}).get(_KEY) == _ENDS:
+            ends.add(name)
+    strand = _strands(source, table.column("strand")) if "strand" in names else None
+    made = _lines(source, columns, ends, strand, table, invalid)
+    if left_out:
+        source.warn(f"columns that are not numbers are not read: {', '.join(left_out)}")
+    return _with_facts(source, made, facts)
+
+
+def write(lines: Lines, path: Path) -> list[str]:
+    """Write a row for each segment: ``x0`` … ``z1``, ``strand`` and radii, and attributes by their names."""
+    pa = _pyarrow("writing .parquet, .feather and .arrow")
+    given: dict[str, AnyArray] = dict(zip(_SEGMENT, lines.axes.T, strict=True))
+    if (lines.strands >= 0).any():
+        given["strand"] = lines.strands
+    if lines.radius is not None:
+        radii = lines.radius
+        given |= {"radius": radii} if radii.ndim == 1 else {"radius0": radii[:, 0], "radius1": radii[:, 1]}
+    columns = {name: _column(values) for name, values in given.items()}
+    fields = [pa.field(name, column.type) for name, column in columns.items()]
+    lost = []
+    for name, values in lines.attributes.items():
+        at_ends = name in lines.end_attributes
+        column = _column(lines.end_attributes[name] if at_ends else values)
+        taken = name in (*_SEGMENT, *_POINT, "segment", "point", "strand", "radius", "radius0", "radius1")
+        if column is None or taken:
+            lost.append(f"{name!r} ({'its name is taken' if taken else values.dtype})")
+            continue
+        columns[name] = column
+        fields.append(pa.field(name, column.type, metadata={_KEY: _ENDS} if at_ends else None))
+    facts = {name: value for name in ("up", "unit") if (value := getattr(lines, name))}
+    table = pa.Table.from_arrays(list(columns.values()), schema=pa.schema(fields, metadata=facts or None))
+    if path.suffix == ".parquet":
+        from pyarrow import parquet
+
+        parquet.write_table(table, str(path))
+    else:
+        with pa.OSFile(str(path), "wb") as sink, pa.ipc.new_file(sink, table.schema) as writer:
+            writer.write_table(table)
+    return lost
+
+
+def _pyarrow(what: str) -> Any:
+    try:
+        import pyarrow
+        import pyarrow.ipc
+    except ImportError:
+        raise MissingExtraError(what, "arrow") from None
+    return pyarrow
+
+
+def _table(source: Source) -> Any:
+    """Return the table of a file, by its first bytes."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    start = source.data[:6]
+    if start[:4] == b"FEA1":
+        raise source.error("is Feather of version 1; write it again as version 2, or as Parquet")
+    buffer = pa.py_buffer(source.data)
+    if start[:4] == b"PAR1":
+        file = parquet.ParquetFile(pa.BufferReader(buffer))
+        facts = file.metadata
+        if 8 * facts.num_rows * facts.num_columns > source.unpack_limit:
+            raise source.error(
+                f"announces {facts.num_rows} rows of {facts.num_columns} columns, far more than a file of its size "
+                "holds; if it is valid, write it again without compression"
+            )
+        return file.read()
+    if start == b"ARROW1":
+        return pa.ipc.open_file(buffer).read_all()
+    return pa.ipc.open_stream(buffer).read_all()
+
+
+def _values(source: Source, name: str, column: Any) -> AnyArray | None:
+    """Return a column as an array, (n,) or (n, k); None if it is not made of numbers."""
+    import pyarrow as pa
+
+    kind = column.type
+    if pa.types.is_dictionary(kind):
+        column, kind = column.cast(kind.value_type), kind.value_type
+    shape: list[int] = []
+    while pa.types.is_fixed_size_list(kind):
+        shape.append(kind.list_size)
+        kind = kind.value_type
+    if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind)):
+        return None
+    n = len(column)
+    whole = column.combine_chunks() if column.num_chunks != 1 else column.chunk(0)
+    for _ in shape:
+        if whole.null_count:
+            raise source.error(f"the column {name!r} has {whole.null_count} empty rows; fill them, or leave them out")
+        whole = whole.flatten()
+    if whole.null_count and not pa.types.is_floating(kind):
+        source.warn(f"the column {name!r} has {whole.null_count} empty rows, which are NaN; so it is of type float64")
+        whole = whole.cast(pa.int8()) if pa.types.is_boolean(kind) else whole
+        whole = whole.cast(pa.float64(), safe=False)
+    flat = np.asarray(whole.to_numpy(zero_copy_only=False))
+    return flat.reshape(n, *shape) if shape else flat
+
+
+def _strands(source: Source, column: Any) -> IntArray:
+    """Return a number for the strand of each row."""
+    import pyarrow as pa
+
+    if column.null_count:
+        raise source.error(f"the column 'strand' has {column.null_count} empty rows; fill them, or leave them out")
+    kind = column.type
+    if pa.types.is_dictionary(kind):
+        column, kind = column.cast(kind.value_type), kind.value_type
+    if pa.types.is_string(kind) or pa.types.is_large_string(kind):
+        coded = column.combine_chunks().dictionary_encode()
+        coded = coded.combine_chunks() if isinstance(coded, pa.ChunkedArray) else coded
+        return np.asarray(coded.indices.to_numpy(zero_copy_only=False), np.int64)
+    if not pa.types.is_integer(kind):
+        raise source.error(f"the column 'strand' is of type {kind}; expected whole numbers, or texts")
+    numbers = np.asarray(column.to_numpy())
+    if len(numbers) and (numbers.max() > np.iinfo(np.int64).max or numbers.min() < -1):
+        raise source.error(
+            f"the column 'strand' has numbers from {numbers.min()} to {numbers.max()}; expected 0 or more"
+        )
+    return numbers.astype(np.int64)
+
+
+def _lines(
+    source: Source, columns: dict[str, AnyArray], ends: set[str], strand: IntArray | None, table: Any, invalid: str
+) -> Lines:
+    """Make lines of the columns of a table."""
+    n = table.num_rows
+    segments, points = _take(columns, _SEGMENT, "segment", 6), _take(columns, _POINT, "point", 3)
+    if (segments is None) == (points is None):
+        what = "columns of segments and of points" if segments is not None else f"the columns {table.column_names}"
+        geo = (
+            " (it is GeoParquet: convert it to .gpkg, .geojson or .shp)"
+            if _GEO in (table.schema.metadata or {})
+            else ""
+        )
+        raise source.error(
+            f"has {what}{geo}; expected x0 y0 z0 x1 y1 z1 for a row a segment, or x y z and strand for a row a point"
+        )
+    if segments is not None:
+        radius = columns.pop("radius", None)
+        if radius is None and {"radius0", "radius1"} <= columns.keys():
+            radius = np.stack([columns.pop("radius0"), columns.pop("radius1")], axis=1)
+        at_ends = {name: columns.pop(name) for name in sorted(ends & columns.keys())}
+        if any(values.shape[:2] != (n, 2) for values in at_ends.values()):
+            raise source.error(
+                f"a column of values at both ends of segments is no list of 2: one of {', '.join(at_ends)}"
+            )
+        return Lines.from_segments(
+            segments.reshape(n, 2, 3),
+            strands=np.full(n, -1) if strand is None else strand,
+            radius=None if radius is None else source.radius("radius", radius),
+            attributes=columns,
+            end_attributes=at_ends,
+            invalid=invalid,
+        )
+    assert points is not None
+    if strand is None:
+        raise source.error("has points without a column 'strand' that says to which strand each belongs; add one")
+    if len(strand) and strand.min() < 0:
+        raise source.error("the column 'strand' has negative numbers; leave out points that are of no strand")
+
+    # Bring the points of each strand together, in their order.
+    if (strand[1:] < strand[:-1]).any():
+        order = np.argsort(strand, kind="stable")
+        strand, points = strand[order], points[order]
+        columns = {name: values[order] for name, values in columns.items()}
+    first = np.flatnonzero(np.append(True, strand[1:] != strand[:-1])[: len(strand)])
+    counts = np.diff(np.append(first, len(strand)))
+    radius = columns.pop("radius", None)
+    radius = None if radius is None else source.radius("radius", radius)
+    made = Lines.from_points(points, counts, radius=radius, attributes=columns, invalid=invalid)
+    return replace(made, strands=strand[first][made.strands])
+
+
+def _take(columns: dict[str, AnyArray], names: tuple[str, ...], name: str, width: int) -> AnyArray | None:
+    """Take coordinates out of the columns, (n, width), from columns of one each or from one of lists."""
+    if all(part in columns and columns[part].ndim == 1 for part in names):
+        return np.stack([columns.pop(part) for part in names], axis=1)
+    whole = columns.get(name)
+    if whole is None or whole.ndim == 1 or whole[:1].size not in (0, width) or np.prod(whole.shape[1:]) != width:
+        return None
+    return columns.pop(name).reshape(-1, width)
+
+
+def _column(values: AnyArray) -> Any:
+    """Return an array (n, …) as a column of Arrow: numbers, or lists of fixed size; None if it has no such type."""
+    import pyarrow as pa
+
+    if values.dtype.kind not in "fiub" or values.dtype.itemsize > 8 or 0 in values.shape[1:]:
+        return None
+    column = pa.array(np.ascontiguousarray(values, values.dtype.newbyteorder("=")).reshape(-1))
+    for size in values.shape[:0:-1]:
+        column = pa.FixedSizeListArray.from_arrays(column, size)
+    return column
+
+
+def _with_facts(source: Source, lines: Lines, metadata: dict[bytes, bytes]) -> Lines:
+    """Set the axis that points upwards and the unit, if the table has them and they are such."""
+    texts = {name: metadata.get(name.encode(), b"").decode("utf-8", "replace") for name in ("up", "unit")}
+    if texts["up"] and texts["up"] not in AXES:
+        source.warn(f"its 'up' is {texts['up']!r}, no axis, and is not used")
+        texts["up"] = ""
+    if not texts["unit"].isprintable():
+        source.warn("its 'unit' is no text, and is not used")
+        texts["unit"] = ""
+    facts: dict[str, Any] = {name: text for name, text in texts.items() if text}
+    return replace(lines, **facts) if facts else lines

@@ -1,0 +1,152 @@
+"""DXF (``.dxf``): the lines of drawings, text or binary, by the library ezdxf (``fastlines[cad]``).
+
+Format: https://help.autodesk.com/view/OARX/2024/ENU/?guid=GUID-235B22E0-A567-4CF6-92D3-38A2306D73F3.
+
+Of the model space are read LINE, LWPOLYLINE and POLYLINE (2D and 3D) with their bulges, ARC, CIRCLE, ELLIPSE, SPLINE
+and HELIX, also in blocks, as each INSERT places them. Each entity is a strand. Curves, splines too, become polylines
+within a tolerance; the arcs of polylines are off by up to 3e-4 of their radius besides. The attribute ``layer`` counts
+the layers in the order of the file's table; their names, colours and line weights are dropped. Other entities are
+dropped with a warning, and so are layouts. The unit is that of ``$INSUNITS``.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...arrays import LEAST, number
+from ...errors import FileFormatError
+from ...lines import Lines
+from ..source import BAD_COPY, Source, reason
+from .columns import counted, with_strand_attributes
+from .optional import optional
+
+Float64Array = npt.NDArray[np.float64]
+
+_LINES = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "HELIX")
+#: The units of $INSUNITS, by number.
+_UNITS = {
+    1: "in", 2: "ft", 3: "mi", 4: "mm", 5: "cm", 6: "m", 7: "km", 8: "µin", 9: "mil", 10: "yd", 11: "Å", 12: "nm",
+    13: "µm", 14: "dm", 15: "dam", 16: "hm", 17: "Gm", 18: "au", 19: "ly", 20: "pc",
+}  # fmt: skip
+#: What may follow the end.
+_BLANK = b" \t\r\n\0\x1a"
+#: The default tolerance, as a fraction of the size of each curve.
+_TOLERANCE = 1e-3
+#: Blocks in blocks, at most.
+_MAX_DEPTH = 64
+#: A drawing may have this many entities, those in blocks counted each time, and one more for each byte.
+_MAX_ENTITIES = 100_000
+
+
+def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lines:
+    """Read the lines of a drawing.
+
+    Parameters
+    ----------
+    tolerance : float, optional
+        How far polylines may be from their curves, in the unit of the drawing; a thousandth of the size of each curve
+        by default.
+    """
+    if tolerance is not None:
+        tolerance = number("tolerance", tolerance, "a length above 0", LEAST)
+    if b"ENTITIES" not in source.data:
+        raise source.error("is no DXF drawing: it has no section ENTITIES; check the extension, or save it again")
+    if not source.data[-1024:].rstrip(_BLANK).endswith(b"EOF"):
+        raise source.error(f"does not end with EOF; {BAD_COPY}")
+    ezdxf = optional("ezdxf", "reading .dxf", "cad")
+    path = optional("ezdxf.path", "reading .dxf", "cad")
+    drawing = _open(source, ezdxf)
+    layers = {str(layer.dxf.name).lower(): i for i, layer in enumerate(drawing.layers)}
+    others: dict[str, int] = {}
+    strands: list[Float64Array] = []
+    numbers: list[int] = []
+    n_points = 0
+    try:
+        for entity, matrices in _exploded(source, drawing.modelspace(), others, [_MAX_ENTITIES + len(source.data)]):
+            points = _points(entity, path.make_path(entity), matrices, tolerance)
+            n_points += len(points)
+            if 12 * n_points > source.unpack_limit:
+                raise source.error("its curves become far more points than a drawing has; raise tolerance=")
+            strands.append(points)
+            numbers.append(layers.setdefault(str(entity.dxf.layer).lower(), len(layers)))
+    except FileFormatError:
+        raise
+    except Exception as error:  # whatever the library raises for values that make no sense
+        raise source.error(f"an entity cannot be read: {reason(error)}; audit the drawing, and save it again") from None
+
+    n_elsewhere = sum(entity.dxftype() in _LINES for name in drawing.layouts.names() if name != "Model"
+                      for entity in drawing.layouts.get(name))  # fmt: skip
+    if n_elsewhere:
+        others["lines of layouts"] = n_elsewhere
+    if others:
+        source.warn(f"entities that are no lines of the model space are not read: {counted(others)}")
+    points = np.concatenate([np.empty((0, 3)), *strands])
+    lines = Lines.from_points(points, [len(part) for part in strands], invalid=invalid)
+    unit = _UNITS.get(drawing.header.get("$INSUNITS", 0))
+    return with_strand_attributes(lines, {"layer": np.array(numbers, np.int64)}, unit)
+
+
+def _open(source: Source, ezdxf: Any) -> Any:
+    """Open the drawing; one that breaks the rules of the format is mended as far as the library can."""
+    logging.getLogger("ezdxf").addHandler(logging.NullHandler())  # or the library prints to stderr
+    recover = optional("ezdxf.recover", "reading .dxf", "cad")
+    with source.file(".dxf") as file:
+        try:
+            return ezdxf.readfile(file)
+        except Exception as error:  # the library raises many types for damaged files
+            why = reason(error).rstrip(".")
+        try:
+            drawing, audit = recover.readfile(file)
+        except Exception:
+            raise source.error(f"is no DXF drawing: {why}; check the extension, or save it again") from None
+    source.warn(f"breaks the rules of the format ({why}); {len(audit.fixes)} mistakes were mended to read it")
+    return drawing
+
+
+def _exploded(
+    source: Source, entities: Iterable[Any], others: dict[str, int], n_left: list[int], matrices: tuple[Any, ...] = ()
+) -> Iterator[tuple[Any, tuple[Any, ...]]]:
+    """Yield the entities that are lines, with the matrices of the blocks around them, and count the others."""
+    if len(matrices) > _MAX_DEPTH:
+        raise source.error(f"its blocks are nested more than {_MAX_DEPTH} deep, perhaps in themselves; mend them")
+    for entity in entities:
+        n_left[0] -= 1
+        if n_left[0] < 0:
+            raise source.error("its blocks are inserted so often that they hold far more entities than a drawing has")
+        kind = entity.dxftype()
+        block = entity.block() if kind == "INSERT" else None
+        if block is not None:
+            for insert in entity.multi_insert() if entity.mcount > 1 else [entity]:
+                yield from _exploded(source, block, others, n_left, (insert.matrix44(), *matrices))
+        elif kind in _LINES and not (kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline)):
+            yield entity, matrices
+        else:
+            others[kind] = others.get(kind, 0) + 1
+
+
+def _points(entity: Any, path: Any, matrices: Sequence[Any], tolerance: float | None) -> Float64Array:
+    """Return an entity as a polyline, in the world."""
+    points = list(path.control_vertices())
+    if path.has_curves:
+        size = float(np.ptp(_array(points), axis=0).max())
+        within = _TOLERANCE * size
+        if tolerance is not None:
+            # The tolerance is in the world, and the polyline is in its block.
+            linear = [np.array(matrix).reshape(4, 4)[:3, :3] for matrix in matrices]
+            within = tolerance / max(float(np.prod([np.linalg.norm(part, 2) for part in linear])), LEAST)
+        within = min(within, size / 4)
+        # Bezier curves of circles are off by 3e-4 of the radius: take the circles themselves.
+        exact = entity if entity.dxftype() in ("ARC", "CIRCLE", "ELLIPSE") else path
+        points = list(exact.flattening(within)) if within > 0 else points[:1]
+    for matrix in matrices:
+        points = list(matrix.transform_vertices(points))
+    return _array(points)
+
+
+def _array(points: Iterable[Any]) -> Float64Array:
+    return np.array([tuple(point) for point in points], np.float64).reshape(-1, 3)

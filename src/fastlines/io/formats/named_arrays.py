@@ -1,0 +1,164 @@
+"""Lines and curves as named arrays, which is what ``.npz`` and ``.safetensors`` files hold.
+
+| names                                     | what they are                                                |
+|-------------------------------------------|--------------------------------------------------------------|
+| ``segments`` (n, 2, 3) or (n, 6)          | lines; with or without integer ``strands`` (n,)              |
+| ``points`` (m, 3) and ``counts`` (k,)     | lines: the points of k strands, and how many each has        |
+| ``control`` (n, 4, 3)                     | cubic Bezier curves; with or without integer ``strands`` (n,) |
+| ``radius``                                | (n,) or (n, 2) of segments; (m,) of points; also (n, 4) of curves |
+| ``end_attributes/NAME`` (n, 2, …)         | values at both ends of each segment or curve                 |
+| ``attributes/NAME``, or any other name    | attributes: one row for each segment, point or curve         |
+
+Facts are texts beside the arrays: ``up`` ("x", "y" or "z"), ``unit`` ("mm" or another) and, of curves, ``tolerance``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ...arrays import list_rows
+from ...curve_input import bad_radius
+from ...curves import Curves
+from ...lines import AXES, Lines
+from ..source import Source
+
+AnyArray: TypeAlias = npt.NDArray[Any]
+
+#: What begins the name of an attribute that could be taken for something else.
+ENDS, ATTRIBUTES = "end_attributes/", "attributes/"
+#: The texts beside the arrays.
+FACTS = ("up", "unit", "tolerance")
+_RESERVED = {"segments", "points", "counts", "control", "strands", "radius", *FACTS}
+
+
+def from_arrays(source: Source, arrays: dict[str, AnyArray], facts: Mapping[str, str], invalid: str) -> Lines | Curves:
+    """Return what the arrays of a file hold."""
+    arrays = dict(arrays)
+    name: str
+    match sorted(arrays.keys() & {"segments", "points", "counts", "control", "strands"}):
+        case [("segments" | "control") as found] | [("segments" | "control") as found, "strands"]:
+            name = found
+        case ["counts", "points"]:
+            name = "points"
+        case _:
+            raise source.error(
+                f"holds the arrays {', '.join(arrays) or '(none)'}; expected 'segments' or 'control', with or without "
+                "'strands', or 'points' and 'counts'"
+            )
+    given, radius = arrays.pop(name), arrays.pop("radius", None)
+    n_rows = len(given) if given.ndim else 0
+    strands, counts = arrays.pop("strands", np.full(n_rows, -1)), arrays.pop("counts", np.zeros(0, np.int64))
+    _check(source, "strands", strands, (n_rows,), integer=True)
+    if name != "segments":
+        _check(source, name, given, (n_rows, 3) if name == "points" else (n_rows, 4, 3))
+    _check(source, "counts", counts, counts.shape[:1], integer=True)
+    if np.any(counts < 0) or np.any(counts > n_rows):  # before they are added: the sum could wrap around
+        raise source.error(f"'counts' are from {counts.min()} to {counts.max()}; there are {n_rows} points")
+    if radius is not None:
+        widest = {"segments": (2,), "points": (), "control": (2, 4)}[name]
+        per_row = radius.shape[1:] if radius.ndim == 2 and radius.shape[1] in widest else ()
+        _check(source, "radius", radius, (n_rows, *per_row))
+    attributes, end_attributes = _attributes(source, arrays, n_rows, ends=name != "points")
+    made: Lines | Curves
+    if name == "control":
+        more: dict[str, Any] = {"attributes": attributes, "end_attributes": end_attributes, "invalid": invalid}
+        made = _curves(source, given, radius, strands=strands, **more)
+    else:
+        radius = None if radius is None else source.radius("radius", radius)
+        made = (
+            Lines.from_points(given, counts, radius=radius, attributes=attributes, invalid=invalid)
+            if name == "points"
+            else Lines.from_segments(
+                given,
+                strands=strands,
+                radius=radius,
+                attributes=attributes,
+                end_attributes=end_attributes,
+                invalid=invalid,
+            )
+        )
+    known = _facts(source, facts, is_curves=name == "control")
+    return replace(made, **known) if known else made
+
+
+def to_arrays(geometry: Lines | Curves) -> tuple[dict[str, AnyArray], dict[str, str], list[str]]:
+    """Return the arrays and the facts of lines or curves, and what has no place in them."""
+    name = "control" if isinstance(geometry, Curves) else "segments"
+    arrays: dict[str, AnyArray] = {name: getattr(geometry, name), "strands": geometry.strands}
+    if geometry.radius is not None:
+        arrays["radius"] = geometry.radius
+    lost = []
+    per_row = {name: values for name, values in geometry.attributes.items() if name not in geometry.end_attributes}
+    for prefix, columns in ((ATTRIBUTES, per_row), (ENDS, geometry.end_attributes)):
+        for column, values in columns.items():
+            if values.dtype.kind not in "fiub" or not column.isprintable():
+                lost.append(f"{column!r} ({values.dtype})")
+                continue
+            plain = prefix == ATTRIBUTES and column not in _RESERVED and not column.startswith((ENDS, ATTRIBUTES))
+            arrays[column if plain else prefix + column] = values
+    facts = {fact: getattr(geometry, fact, None) for fact in FACTS}
+    texts = {fact: repr(value) if fact == "tolerance" else value for fact, value in facts.items() if value is not None}
+    return arrays, texts, lost
+
+
+def _curves(source: Source, control: AnyArray, radius: AnyArray | None, **more: Any) -> Curves:
+    """Make curves; Bezier coefficients of the radius may be negative inside."""
+    if radius is None or radius.ndim == 1 or radius.shape[1] == 2:
+        return Curves.from_bezier(control, None if radius is None else source.radius("radius", radius), **more)
+    with np.errstate(over="ignore"):
+        coefficients = radius.astype(np.float32)
+    bad = bad_radius(coefficients)
+    if bad.any():
+        raise source.error(
+            f"the radius must be finite, and not negative at both ends of a curve (see {list_rows(bad)}); mend the file"
+        )
+    curves = Curves.from_bezier(control, **more)
+    return replace(curves, radius=coefficients[curves.rows] if len(curves.skipped) else coefficients)
+
+
+def _attributes(
+    source: Source, arrays: dict[str, AnyArray], n_rows: int, *, ends: bool
+) -> tuple[dict[str, AnyArray], dict[str, AnyArray]]:
+    """Separate the attributes per row from those at both ends, and check their shapes."""
+    per_row: dict[str, AnyArray] = {}
+    per_end: dict[str, AnyArray] = {}
+    for name, values in arrays.items():
+        if ends and name.startswith(ENDS):
+            _check(source, name, values, (n_rows, 2, *values.shape[2:]))
+            per_end[name.removeprefix(ENDS)] = values
+            continue
+        _check(source, name, values, (n_rows, *values.shape[1:]))
+        if (column := name.removeprefix(ATTRIBUTES)) in per_row:
+            raise source.error(f"the attribute {column!r} is in it twice; write one of them by another name")
+        per_row[column] = values
+    return per_row, per_end
+
+
+def _facts(source: Source, given: Mapping[str, str], *, is_curves: bool) -> dict[str, Any]:
+    """Return the facts, checked."""
+    facts: dict[str, Any] = {name: given[name] for name in FACTS if name in given}
+    if "up" in facts and facts["up"] not in AXES:
+        raise source.error(f"'up' is {facts['up']!r}; expected 'x', 'y' or 'z'")
+    if "unit" in facts and not (facts["unit"] and facts["unit"].isprintable()):
+        raise source.error(f"'unit' is {facts['unit']!r}; expected the name of a unit, such as 'mm'")
+    if "tolerance" in facts:
+        try:
+            facts["tolerance"] = float(facts["tolerance"])
+        except ValueError:
+            facts["tolerance"] = np.nan
+        if not is_curves or not 0 < facts["tolerance"] < np.inf:
+            raise source.error(f"'tolerance' is {given['tolerance']!r}; expected a length above 0, and of curves only")
+    return facts
+
+
+def _check(source: Source, name: str, array: AnyArray, shape: tuple[int, ...], *, integer: bool = False) -> None:
+    """Refuse an array of another shape, or one that must hold integers and is not convertible to int64."""
+    if array.ndim == 0 or array.shape != shape:
+        raise source.error(f"{name!r} has shape {array.shape}; expected {shape}, to go with the other arrays")
+    if integer and not np.can_cast(array.dtype, np.int64):
+        raise source.error(f"{name!r} is of type {array.dtype}; expected integers, int64 or smaller")

@@ -1,0 +1,149 @@
+"""Numbers in text, a line for each point: parsed in bulk, and written with as few digits as float32 needs."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...arrays import FloatArray, IntArray
+from ..source import Source
+
+Float64Array = npt.NDArray[np.float64]
+
+#: So many bytes of text are parsed at once, and so many rows are written at once.
+PIECE = 1 << 23
+_ROWS = 1 << 16
+
+_NUMBER = re.compile(rb"[+-]?(?:(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?|nan(?:\(\w*\))?|inf|infinity)", re.IGNORECASE)
+
+
+class NumberLines(NamedTuple):
+    """The numbers of a text, float64, and how many of them each line has, int64."""
+
+    numbers: Float64Array
+    counts: IntArray
+
+    def columns(self, n_columns: int) -> Float64Array:
+        """Return the first numbers of each line that has any, (k, n_columns); none of these lines may have fewer."""
+        counts = self.counts[self.counts > 0]
+        if (counts == n_columns).all():
+            return self.numbers.reshape(-1, n_columns)
+        first = np.cumsum(counts) - counts
+        return np.asarray(self.numbers[first[:, None] + np.arange(n_columns)])
+
+
+def unify(data: bytes) -> bytes:
+    """Return text without a byte order mark, and with line ends of one kind."""
+    data = data.removeprefix(b"\xef\xbb\xbf")
+    return data.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in data else data
+
+
+def number_lines(source: Source, text: bytes, line_of: IntArray | None = None, what: str = "line") -> NumberLines:
+    """Parse lines of numbers that white space separates.
+
+    Parameters
+    ----------
+    source : Source
+        Raises the error about a line that holds something else.
+    text : bytes
+        As `unify` returns it. A last line without a line end is one.
+    line_of : (n,) array, optional
+        The number of each line in the file, from 0, where the text holds only some of them.
+    what : str
+        What a line is called in the error.
+    """
+    numbers, counts = [np.empty(0)], [np.empty(0, np.int64)]
+    n_before = 0
+    for piece in _pieces(text):
+        parsed = parse_numbers(piece)
+        raw = np.frombuffer(piece, np.uint8)
+        ends = np.flatnonzero(raw == ord("\n"))
+        if parsed is None:
+            row, line = _bad_line(piece)
+            row += n_before
+            raise source.error(
+                f"{what} {(row if line_of is None else int(line_of[row])) + 1}: {_shown(line)} is not numbers; "
+                "mend it, or check the extension"
+            )
+        if len(ends) == 0 or ends[-1] + 1 < len(raw):
+            ends = np.append(ends, len(raw))
+        numbers.append(parsed)
+        counts.append(np.diff(np.searchsorted(_word_starts(raw), ends), prepend=0))
+        n_before += len(ends)
+    return NumberLines(np.concatenate(numbers), np.concatenate(counts))
+
+
+def parse_numbers(text: bytes) -> Float64Array | None:
+    """Return the numbers of a text, or None if any of its words is not one."""
+    n_words = len(_word_starts(np.frombuffer(text, np.uint8)))
+    if not n_words:
+        return np.empty(0)
+    if b"\0" in text:
+        return None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # NumPy warns of, or refuses, what it cannot parse
+            numbers = np.fromstring(text, np.float64, sep=" ")
+    except (DeprecationWarning, ValueError):
+        return None
+    # Each word is at least one number, so equal counts show that each is just one.
+    return numbers if len(numbers) == n_words else None
+
+
+def check_columns(
+    source: Source, lines: NumberLines, least: int, expected: str, line_of: IntArray | None = None
+) -> None:
+    """Refuse lines that have some numbers, but fewer than `least`."""
+    bad = np.flatnonzero((lines.counts > 0) & (lines.counts < least))
+    if len(bad):
+        row = int(bad[0])
+        raise source.error(
+            f"line {(row if line_of is None else int(line_of[row])) + 1} has {lines.counts[row]} numbers; expected "
+            f"{expected}; mend the line, or check the extension"
+        )
+
+
+def words_of(values: npt.NDArray[np.generic]) -> Iterator[list[list[bytes]]]:
+    """Yield rows of numbers, (n, k), as words; float32 with as few digits as give the same number back."""
+    for start in range(0, len(values), _ROWS):
+        rows: list[list[bytes]] = values[start : start + _ROWS].astype("S").tolist()
+        yield rows
+
+
+def one_each(values: FloatArray | IntArray) -> list[bytes]:
+    """Return each number of an array, (n,), as a word."""
+    return [row[0] for rows in words_of(values[:, None]) for row in rows]
+
+
+def _word_starts(raw: npt.NDArray[np.uint8]) -> IntArray:
+    """Return where words begin."""
+    is_word = (raw != ord(" ")) & ((raw < ord("\t")) | (raw > ord("\r")))
+    starts = is_word.copy()
+    starts[1:] &= ~is_word[:-1]
+    return np.flatnonzero(starts)
+
+
+def _pieces(text: bytes) -> Iterator[bytes]:
+    """Cut a text between two lines into pieces of moderate size."""
+    start = 0
+    while start < len(text):
+        stop = text.find(b"\n", start + PIECE) + 1 or len(text)
+        yield text if stop - start == len(text) else text[start:stop]
+        start = stop
+
+
+def _bad_line(text: bytes) -> tuple[int, bytes]:
+    """Return the number, from 0, and the text of the first line that is not numbers."""
+    for row, line in enumerate(text.split(b"\n")):
+        if not all(_NUMBER.fullmatch(word) for word in line.split()):
+            return row, line
+    return 0, text.partition(b"\n")[0]
+
+
+def _shown(line: bytes) -> str:
+    return repr(line.strip()[:60].decode("latin-1"))

@@ -1,0 +1,169 @@
+"""Neurons (``.swc``): trees of points, each with its radius and its parent.
+
+Format: http://www.neuronland.org/NLMorphologyConverter/MorphologyFormats/SWC/Spec.html. A line is a node,
+``id type x y z radius parent``, in micrometres; ``#`` begins a comment. A segment joins a node to its parent, with the
+radius at both ends. A strand is an unbranched section. A root without children is a segment of zero length.
+
+Segments are as the file has them: those between a soma's point and the dendrites at it too, and in the three-point
+soma those from node 1 to the other two. Files in the wild have nodes in any order, several roots, parents that are not
+there, cycles, and ids that repeat. What has one meaning is read, and what is odd gives a warning.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...arrays import FloatArray, IntArray
+from ...lines import Lines
+from ..polylines import polylines_of
+from ..source import Source
+from ..written import not_held
+from .number_text import Float64Array, check_columns, number_lines, one_each, unify, words_of
+from .sections import count_rootless, find_sections
+
+UNIT = "µm"
+_COMMENT = re.compile(rb"#[^\n]*")
+_SCALE = re.compile(rb"^#\s*SCALE\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE | re.MULTILINE)
+#: The largest whole number up to which float64 holds all of them.
+_LARGEST_ID = 2**53
+
+
+def read(source: Source, invalid: str) -> Lines:
+    """Read a ``.swc`` file; ``id`` and ``type`` of both ends of each segment become ``end_attributes``.
+
+    The first end of a segment is the parent. Sections are numbered in the order in which the file begins them.
+    """
+    text = unify(source.data)
+    scales = [words for words in _SCALE.findall(text) if any(word.strip(b"0.") != b"1" for word in words)]
+    if scales:
+        given = b" ".join(scales[0])[:60].decode("latin-1")
+        source.warn(f"its comment SCALE is {given}; coordinates are not scaled by it")
+    lines = number_lines(source, _COMMENT.sub(b"", text) if b"#" in text else text)
+    check_columns(source, lines, 7, "7, id type x y z radius parent")
+    n_long = int((lines.counts > 7).sum())
+    if n_long:
+        source.warn(f"{n_long} of its lines have more than 7 numbers; the others are not read")
+    table = lines.columns(7)
+    line_of = np.flatnonzero(lines.counts) + 1
+    ids, types, parents = (
+        _whole(source, table[:, column], name, line_of) for column, name in ((0, "id"), (1, "type"), (6, "parent"))
+    )
+    radius = source.radius("radii", table[:, 5])
+    parent = _find_parents(source, ids, parents, table, line_of)
+
+    # Make one segment for each node with a parent, and for each root without children.
+    has_children = np.zeros(len(ids), np.bool_)
+    has_children[parent[parent >= 0]] = True
+    child = np.flatnonzero((parent >= 0) | ~has_children)
+    parent = np.where(parent < 0, np.arange(len(ids)), parent)
+    if n_rootless := count_rootless(parent):
+        source.warn(f"{n_rootless} of its nodes descend from no root, but from a cycle; all segments are read")
+    first, sections, order = find_sections(parent, child)
+    ends = np.stack([first, child], axis=1)[order]
+    return Lines.from_segments(
+        table[:, 2:5][ends],
+        strands=sections,
+        radius=radius[ends],
+        end_attributes={"id": ids[ends], "type": types[ends]},
+        invalid=invalid,
+    )
+
+
+def write(lines: Lines, path: Path) -> list[str]:
+    """Write a node for each point of each polyline; each polyline is a tree of its own.
+
+    Where all ends of segments have an ``id``, as lines from a ``.swc`` file do, nodes are these ids, and so the trees
+    stay whole. The type is that of the attribute ``type``, or 0. The radius is 0 where the lines have none.
+    """
+    polylines = polylines_of(lines)
+    types = polylines.point_attributes.get("type")
+    has_types = types is not None and types.ndim == 1 and types.dtype.kind in "iu"
+    nodes = _nodes_by_id(lines, lines.end_attributes["type"] if has_types else None)
+    kept = ["type"] * has_types + ["id"] * (nodes is not None)
+    if nodes is None:
+        m = len(polylines.points)
+        parents = np.arange(m)
+        parents[polylines.offsets[:-1]] = -1
+        radius = np.zeros(m, np.float32) if polylines.radius is None else polylines.radius
+        kinds = np.zeros(m, np.int64) if types is None or not has_types else types
+        nodes = np.arange(1, m + 1), parents, polylines.points, radius, kinds
+    ids, parents, points, radius, kinds = nodes
+    table = np.concatenate([points, radius[:, None]], axis=1)
+    numbers = (one_each(np.asarray(values)) for values in (ids, kinds, parents))
+    with path.open("wb") as file:
+        file.write(b"# id type x y z radius parent\n")
+        rows = (row for rows in words_of(table) for row in rows)
+        for node, kind, parent, row in zip(*numbers, rows, strict=True):
+            file.write(b" ".join([node, kind, *row, parent]) + b"\n")
+    return not_held(lines, polylines, radius=True, needs_radius=True, attributes=kept, unit=UNIT)
+
+
+def _whole(source: Source, values: Float64Array, name: str, line_of: IntArray) -> IntArray:
+    """Return a column of whole numbers."""
+    with np.errstate(invalid="ignore"):
+        bad = np.flatnonzero(~((np.abs(values) <= _LARGEST_ID) & (values == np.round(values))))
+    if len(bad):
+        raise source.error(
+            f"line {line_of[bad[0]]}: the {name} is {values[bad[0]]:g}; expected a whole number; mend the line"
+        )
+    return values.astype(np.int64)
+
+
+def _find_parents(source: Source, ids: IntArray, parents: IntArray, table: Float64Array, line_of: IntArray) -> IntArray:
+    """Return the row of each node's parent; -1 for a root."""
+    order = np.argsort(ids, kind="stable")
+    sorted_ids = ids[order]
+    place = np.searchsorted(sorted_ids, parents)
+    there = (place < len(ids)) & (parents >= 0)
+    there[there] = sorted_ids[place[there]] == parents[there]
+    parent = np.full(len(ids), -1)
+    parent[there] = order[place[there]]
+
+    # An id that repeats is a parent only if all its nodes are in the same place.
+    again = np.flatnonzero(sorted_ids[1:] == sorted_ids[:-1]) + 1
+    if len(again):
+        same = (table[order[again], 2:6] == table[order[again - 1], 2:6]).all(axis=1)
+        unclear = again[~same & np.isin(sorted_ids[again], parents[there])]
+        if len(unclear):
+            lines = line_of[order[unclear[0] - 1 : unclear[0] + 1]]
+            raise source.error(
+                f"the id {sorted_ids[unclear[0]]} stands on lines {lines[0]} and {lines[1]} for different nodes, and "
+                "is a parent; which one is not known: mend the file"
+            )
+        source.warn(f"{len(again)} of its nodes have the id of an earlier one; all are read")
+    is_self = parent == np.arange(len(ids))
+    if is_self.any():
+        source.warn(f"{int(is_self.sum())} of its nodes are their own parents; they are read as roots")
+    n_missing = int((~there & (parents >= 0)).sum())
+    if n_missing:
+        source.warn(f"the parents of {n_missing} of its nodes are not there; these nodes are read as roots")
+    return np.where(is_self, -1, parent)
+
+
+def _nodes_by_id(
+    lines: Lines, given_types: npt.NDArray[Any] | None
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray, IntArray] | None:
+    """Return ids, parents, points, radii and types of nodes, if the ends of segments have ids that make trees."""
+    ends = lines.end_attributes.get("id")
+    if ends is None or ends.shape != (len(lines), 2) or ends.dtype.kind not in "iu":
+        return None
+    if not len(lines) or (ends < 0).any() or (ends > _LARGEST_ID).any():
+        return None
+    types = np.zeros_like(ends) if given_types is None else given_types
+    flat = ends.reshape(-1).astype(np.int64)
+    ids, first, node = np.unique(flat, return_index=True, return_inverse=True)
+    points, radius, kinds = lines.segments.reshape(-1, 3), lines.end_radii.reshape(-1), types.reshape(-1)
+    if not all(np.array_equal(values, values[first][node]) for values in (points, radius, kinds)):
+        return None
+    parents = np.full(len(ids), -1)
+    is_root = ends[:, 0] == ends[:, 1]
+    children = node.reshape(-1, 2)[~is_root, 1]
+    if len(np.unique(children)) < len(children) or is_root[np.isin(ends[:, 0], ends[~is_root])].any():
+        return None
+    parents[children] = ends[~is_root, 0]
+    return np.asarray(ids), parents, points[first], radius[first], kinds[first].astype(np.int64)

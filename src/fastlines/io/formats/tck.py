@@ -1,0 +1,179 @@
+"""MRtrix track files (``.tck``): streamlines as triples of floats, in world millimetres (RASMM).
+
+Format: https://mrtrix.readthedocs.io/en/latest/getting_started/image_data.html#tracks-file-format-tck. A header of
+``key: value`` lines is closed by END and names the type of the data and the byte at which they start. A triple of NaN
+ends each streamline, one of Inf the file.
+
+Headers in the wild repeat keys or END, and have wrong counts or outdated offsets. The triple of Inf proves that a file
+is whole, and the place and type of its data. Data that are proved are read, with a warning of each oddity.
+
+Files are written as Float32LE. The format holds nothing but points.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ...lines import Lines
+from ..polylines import polylines_of
+from ..source import BAD_COPY, Source
+from .streamlines import foreign
+
+MAGIC = b"mrtrix tracks"
+_TYPES = {"float32le": "<f4", "float32be": ">f4", "float64le": "<f8", "float64be": ">f8"}
+_TYPE_NAMES = "Float32LE, Float32BE, Float64LE or Float64BE"
+
+_END = re.compile(rb"\n[ \t\r]*END[ \t\r]*\n")
+#: The longest beginning that can be text: it ends at a control character.
+_TEXT = re.compile(rb"[^\0-\x08\x0b\x0e-\x1f\x7f]*")
+
+
+def read(source: Source, invalid: str) -> Lines:
+    """Read a ``.tck`` file, in RASMM and without attributes; streamlines without points count as strands."""
+    if not source.data.startswith(MAGIC):
+        raise source.error(f"starts with {source.data[:13]!r}, a .tck file with {MAGIC!r}; check the extension")
+    fields, start, is_guess = _header(source)
+    type_name = _type(source, fields)
+    is_guess |= "datatype" not in fields
+    dtype = np.dtype(_TYPES[type_name.lower()])
+
+    # Find the three Inf that end the file, and the three NaN that end each streamline.
+    n_triples = (len(source.data) - start) // (3 * dtype.itemsize)
+    triples = source.array("triples", dtype, (n_triples, 3), at=start)
+    odd = np.flatnonzero(~np.isfinite(triples[:, 0]))
+    marks = odd[np.isinf(triples[odd]).all(axis=1)]
+    is_whole = len(marks) > 0
+    n_read = int(marks[0]) if is_whole else n_triples
+    ends = odd[(odd < n_read) & np.isnan(triples[odd]).all(axis=1)]
+    n_open = n_read - int(ends[-1] + 1 if len(ends) else 0)
+    n_left = len(source.data) - start - (n_read + is_whole) * 3 * dtype.itemsize
+
+    if not is_whole:
+        _check_end(source, start, type_name, is_guess=is_guess, is_open=n_open + n_left > 0)
+    elif n_open:
+        source.warn("no NaN ends its last streamline; the end of the data does")
+        ends = np.append(ends, n_read)
+    counts = np.diff(np.append(-1, ends)) - 1
+    _check_count(source, fields.get("count", []), counts.tolist(), is_whole=is_whole, n_left=n_left)
+
+    # Copy the points, each as one item, and drop the file's bytes.
+    is_point = np.ones(n_read, np.bool_)
+    is_point[ends[ends < n_read]] = False
+    points = triples.view(f"V{3 * dtype.itemsize}")[:n_read, 0][is_point].view(dtype).reshape(-1, 3)
+    del triples
+    source.data = b""
+    return Lines.from_points(points, counts, invalid=invalid)
+
+
+def write(lines: Lines, path: Path) -> list[str]:
+    """Write the points to a ``.tck`` file, in Float32LE."""
+    parts = polylines_of(lines)
+    head = f"mrtrix tracks\ncount: {len(parts.counts)}\ndatatype: Float32LE\nfile: . {{}}\nEND\n"
+    start = -(-len(head.format("0" * 4)) // 4) * 4  # data of 4 bytes each start at a multiple of 4
+    is_point = np.ones(len(parts.points) + len(parts.counts) + 1, np.bool_)
+    ends = parts.offsets[1:] + np.arange(len(parts.counts))
+    is_point[ends] = is_point[-1] = False
+    triples = np.empty((len(is_point), 3), "<f4")
+    triples[is_point], triples[ends], triples[-1] = parts.points, np.nan, np.inf
+    with path.open("wb") as file:
+        file.write(head.format(start).encode().ljust(start, b"\0"))
+        file.write(triples.data)
+    names = ["radius"] * (lines.radius is not None) + [repr(name) for name in lines.attributes]
+    return names + foreign(lines, parts.strand)
+
+
+def _header(source: Source) -> tuple[dict[str, list[str]], int, bool]:
+    """Return the header's fields, where the data start, and whether that is a guess."""
+    # Find the end of the header: END, or else the end of the text.
+    end = _END.search(source.data)
+    stop = end.end() if end else _text_end(source.data)
+    fields: dict[str, list[str]] = {}
+    _add_fields(fields, source.data[:stop])
+    places = [place.split() for place in fields.get("file", [])]
+    elsewhere = [place[0] for place in places if place and place[0] != "."]
+    if elsewhere:
+        raise source.error(f"its data are in another file, {elsewhere[0][:80]!r}; expected '.', the file itself")
+
+    # Trust a single start that is in the file after the header.
+    starts = {int(place[1]) for place in places if len(place) > 1 and re.fullmatch("[0-9]{1,18}", place[1])}
+    start = starts.pop() if len(starts) == 1 else -1
+    if end is None:
+        if not 0 < start <= stop:
+            raise source.error(f"its header has no line END; {BAD_COPY}")
+        source.warn(f"its header has no line END; its data are read from byte {start} on, as it says")
+        return fields, start, True
+    # Accept only padding, and more of a header, between the header and the data.
+    between = source.data[stop:start].strip(b"\0\t\r\n ") if start >= stop else b""
+    if not stop <= start <= len(source.data) or _text_end(between) < len(between):
+        given = ", ".join(" ".join(place)[:40] for place in places) or "missing"
+        source.warn(f"where its data start ('file') is {given}; they are read from behind its header, byte {stop}")
+        return fields, stop, True
+    if between:
+        source.warn("its header continues after END; that text is read as a part of it")
+        _add_fields(fields, between)
+    return fields, start, False
+
+
+def _add_fields(fields: dict[str, list[str]], text: bytes) -> None:
+    """Add the ``key: value`` lines of a text by their keys in lower case; skip comments and other lines."""
+    for line in text.decode("utf-8", "replace").split("\n"):
+        key, colon, value = line.partition("#")[0].partition(":")
+        if colon:
+            fields.setdefault(key.strip().lower(), []).append(value.strip())
+
+
+def _text_end(data: bytes) -> int:
+    match = _TEXT.match(data)
+    return match.end() if match else 0
+
+
+def _type(source: Source, fields: dict[str, list[str]]) -> str:
+    """Return the type that the header names; Float32LE, with a warning, if it names none."""
+    names = fields.get("datatype", [])
+    if not names:
+        source.warn("its header names no type ('datatype'); its data are read as Float32LE")
+        return "Float32LE"
+    if names[0].lower() not in _TYPES or len({name.lower() for name in names}) > 1:
+        raise source.error(f"its type ('datatype') is {', '.join(names)[:80]!r}; expected {_TYPE_NAMES}; convert it")
+    return names[0]
+
+
+def _check_end(source: Source, start: int, type_name: str, *, is_guess: bool, is_open: bool) -> None:
+    """Refuse a file without three Inf at its end, unless nothing else can be missing."""
+    for name, dtype in _TYPES.items():
+        if source.data.endswith(np.full(3, np.inf, dtype).tobytes()):
+            raise source.error(
+                f"it ends as a whole file of type {name} does, but data of type {type_name.lower()} that start at byte "
+                f"{start} do not; mend the type ('datatype') or the start ('file') in its header"
+            )
+    if is_open:
+        raise source.error(f"its last streamline does not end, neither with NaN nor with Inf; {BAD_COPY}")
+    if is_guess:
+        raise source.error(f"three Inf at the end are missing, which would prove where its data are; {BAD_COPY}")
+
+
+def _check_count(source: Source, texts: list[str], counts: list[int], *, is_whole: bool, n_left: int) -> None:
+    """Compare the header's counts with the streamlines that were found; a count of 0, or none, is unknown."""
+    numbers = {int(text) if re.fullmatch("[0-9]{1,18}", text) else -1 for text in texts}
+    promised = numbers - {0, -1}
+    n_found = len(counts)
+    agrees = not promised.isdisjoint({n_found, n_found - counts.count(0)})
+    given = " and ".join(text[:20] for text in texts)
+    if not agrees and max(promised, default=0) > n_found:
+        if not is_whole:
+            raise source.error(f"its header counts {given} streamlines, but it ends after the {n_found}th; {BAD_COPY}")
+        if n_left:
+            raise source.error(
+                f"its header counts {given} streamlines, but three Inf end the data after {n_found}, and {n_left} "
+                "bytes follow; mend the file, or set the count to 0 to read the data before them"
+            )
+    if n_left:
+        source.warn(f"{n_left} bytes after the three Inf that end its data are not read")
+    if not is_whole:
+        rest = "as its header counts" if agrees else "and whether more should follow is not known"
+        source.warn(f"three Inf at the end are missing; it holds {n_found} streamlines, {rest}")
+    if len(numbers) > 1 or -1 in numbers or (promised and not agrees):
+        source.warn(f"its header counts {given} streamlines; the {n_found} that it holds are read")

@@ -1,0 +1,236 @@
+"""TRX files (``.trx``): streamlines in world millimetres (RASMM) as plain arrays in a zip archive.
+
+Format: https://github.com/tee-ar-ex/trx-spec/blob/master/specifications.md. ``header.json`` counts streamlines and
+vertices. Each array is a member of the archive, and its name tells its columns and type: ``positions.3.float16``,
+``offsets.uint32`` (the first vertex of each streamline, and the number of vertices), ``dpv/NAME.float32`` (a value per
+vertex), ``dps/NAME.3.uint8`` (three values per streamline), ``groups/NAME.uint32`` (numbers of streamlines).
+
+A group becomes a boolean attribute ``group NAME``. Of its values (``dpg``) and of members that the format does not
+define, a warning tells. Arrays are little-endian. They are read here, and not with trx-python, which extracts the
+archive to the disk and refuses a whole file for one array of a wrong length.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import struct
+import zipfile
+import zlib
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+
+from ...arrays import IntArray
+from ...errors import FileFormatError, InputError
+from ...lines import Lines
+from ..polylines import polylines_of
+from ..source import BAD_COPY, Source, reason
+from .streamlines import AnyArray, dimensions, foreign, split_values, with_values
+
+_TYPES = {
+    f"{kind}{bits}": np.dtype(f"{kind}{bits}").newbyteorder("<")
+    for kind, sizes in {"float": (16, 32, 64), "int": (8, 16, 32, 64), "uint": (8, 16, 32, 64)}.items()
+    for bits in sizes
+}
+#: More groups than these do not become attributes.
+MAX_GROUPS = 64
+#: What the name of an attribute begins with that is a group.
+GROUP = "group "
+_COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+
+
+def read(source: Source, invalid: str, *, bundle: str | None = None) -> Lines:
+    """Read a ``.trx`` file, in RASMM.
+
+    Parameters
+    ----------
+    bundle : str, optional
+        Read only the streamlines of the group of this name. They are the strands 0, 1, … in the group's order.
+    """
+    members = _unzip(source)
+    n_streamlines, n_points = _header(source, members.pop("header.json", memoryview(b"{}")))
+    arrays: dict[str, AnyArray] = {}
+    for member in list(members):
+        _array(source, arrays, member, members.pop(member))
+    points = arrays.pop("positions", np.empty((0, 3), np.float32))
+    if points.shape != (n_points, 3) or points.dtype.kind != "f":
+        raise source.error(
+            f"its positions are {points.dtype} of shape {points.shape}; by its header, expected floats of shape "
+            f"({n_points}, 3); {BAD_COPY}"
+        )
+    counts = _counts(source, arrays.pop("offsets", np.zeros(1, np.int64)), n_streamlines, n_points)
+
+    # Sort the other arrays into values per point, values per streamline and groups.
+    kinds: dict[str, dict[str, AnyArray]] = {"dpv": {}, "dps": {}, "groups": {}}
+    for path, array in arrays.items():
+        kind, _, name = path.partition("/")
+        n = {"dpv": n_points, "dps": n_streamlines}.get(kind, len(array))
+        if kind not in kinds:
+            source.warn(f"{path!r} in it is left out, as it is no value of a point or of a streamline")
+        elif len(array) != n:
+            what = "points" if kind == "dpv" else "streamlines"
+            source.warn(f"{path!r} in it has {len(array)} values for {n} {what}, and is left out")
+        elif kind == "groups" and not _is_rows(array, n_streamlines):
+            source.warn(f"{path!r} in it does not hold numbers of its {n_streamlines} streamlines, and is left out")
+        else:
+            kinds[kind][name] = array
+    per_strand, groups = kinds["dps"], {name: array.astype(np.int64) for name, array in kinds["groups"].items()}
+
+    if bundle is not None:
+        if not isinstance(bundle, str) or bundle not in groups:
+            raise InputError(f"there is no bundle {bundle!r}; its groups are {', '.join(groups) or '(none)'}")
+        chosen = groups.pop(bundle)
+        first = np.cumsum(counts) - counts
+        sizes = counts[chosen]
+        rows = np.repeat(first[chosen] - np.cumsum(sizes) + sizes, sizes) + np.arange(int(sizes.sum()))
+        points, counts = points[rows], sizes
+        kinds["dpv"] = {name: values[rows] for name, values in kinds["dpv"].items()}
+        per_strand = {name: values[chosen] for name, values in per_strand.items()}
+    elif len(groups) > MAX_GROUPS:
+        some = ", ".join(list(groups)[:5])
+        source.warn(
+            f"its {len(groups)} groups ({some}, …) are left out, as they are more than {MAX_GROUPS}; "
+            "bundle= reads the streamlines of one"
+        )
+    else:
+        for name, chosen in groups.items():
+            per_strand[GROUP + name] = np.bincount(chosen, minlength=n_streamlines) > 0
+    lines = Lines.from_points(points, counts, attributes=kinds["dpv"], invalid=invalid)
+    return with_values(lines, per_strand)
+
+
+def write(lines: Lines, path: Path) -> list[str]:
+    """Write positions in float32, attributes in their own type, and boolean attributes ``group NAME`` as groups."""
+    parts = polylines_of(lines)
+    per_point, per_strand, lost = split_values(parts)
+    arrays: dict[str, AnyArray] = {
+        "positions.3.float32": parts.points,
+        "offsets.uint32" if len(parts.points) < 2**32 else "offsets.uint64": parts.offsets,
+    }
+    for name, values in list(per_strand.items()):
+        if name.startswith(GROUP) and values.dtype == np.bool_ and values.ndim == 1:
+            arrays[f"groups/{_safe(name.removeprefix(GROUP), lost)}.uint32"] = np.flatnonzero(per_strand.pop(name))
+    for folder, several in (("dpv", per_point), ("dps", per_strand)):
+        for name, values in several.items():
+            _add(arrays, folder, name, values, lost)
+    header = {
+        "DIMENSIONS": dimensions(parts.points),
+        "VOXEL_TO_RASMM": np.eye(4).tolist(),
+        "NB_VERTICES": len(parts.points),
+        "NB_STREAMLINES": len(parts.counts),
+    }
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr(zipfile.ZipInfo("header.json"), json.dumps(header))
+        for name, values in arrays.items():
+            dtype = _TYPES[name.rpartition(".")[2]]
+            with archive.open(zipfile.ZipInfo(name), "w", force_zip64=values.nbytes > 1 << 30) as member:
+                member.write(np.ascontiguousarray(values, dtype).reshape(-1).view(np.uint8).data)
+    return lost + foreign(lines, parts.strand)
+
+
+def _add(arrays: dict[str, AnyArray], folder: str, name: str, values: AnyArray, lost: list[str]) -> None:
+    """Add an attribute by the name of its member; or to `lost`, if the format has no such type or shape."""
+    if values.dtype == np.bool_:
+        lost.append(f"that {name!r} is boolean (0 and 1 are written)")
+        values = values.view(np.uint8)
+    if values.dtype.name not in _TYPES or values.ndim > 2 or 0 in values.shape[1:]:
+        lost.append(f"{name!r}, {values.dtype} of shape {values.shape}")
+        return
+    columns = f".{values.shape[1]}" if values.ndim == 2 else ""
+    arrays[f"{folder}/{_safe(name, lost)}{columns}.{values.dtype.name}"] = values
+
+
+def _safe(name: str, lost: list[str]) -> str:
+    """Return a name without what separates the parts of members' names."""
+    safe = re.sub(r"[^\w +()=,-]", "_", name).strip() or "_"
+    if safe != name:
+        lost.append(f"the whole name {name!r} ({safe!r} is written)")
+    return safe
+
+
+def _unzip(source: Source) -> dict[str, memoryview]:
+    """Return the members of the archive, which must not unpack to more than `Source.unpack_limit`."""
+    try:
+        with zipfile.ZipFile(BytesIO(source.data)) as archive:
+            members = [member for member in archive.infolist() if not member.is_dir()]
+            for member in members:
+                if member.compress_type not in _COMPRESSIONS or member.flag_bits & 1:
+                    raise source.error(f"{member.filename!r} in it is packed by an unknown method; write it again")
+            if sum(member.file_size for member in members) > source.unpack_limit:
+                raise source.error(
+                    f"unpacks to more than {source.unpack_limit} bytes, far more than lines would; if it is valid, "
+                    "write it again without compression"
+                )
+            return {member.filename: _member(source.data, archive, member) for member in members}
+    except FileFormatError:
+        raise
+    except Exception as error:  # zipfile's own errors, and any of zlib and struct
+        raise source.error(f"not a whole .trx file ({reason(error)}); check the extension, or {BAD_COPY}") from None
+
+
+def _member(data: bytes, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> memoryview:
+    """Return the bytes of a member: a part of the file if it is not compressed."""
+    if member.compress_type != zipfile.ZIP_STORED:
+        return memoryview(archive.read(member))
+    # Names and extra fields, of sizes that its own header tells, stand before the bytes.
+    name_size, extra_size = struct.unpack_from("<HH", data, member.header_offset + 26)
+    start = member.header_offset + 30 + name_size + extra_size
+    part = memoryview(data)[start : start + member.file_size]
+    if len(part) != member.file_size or zlib.crc32(part) != member.CRC:
+        raise zipfile.BadZipFile(f"Bad CRC-32 for file {member.filename!r}")
+    return part
+
+
+def _header(source: Source, data: memoryview) -> tuple[int, int]:
+    """Return the numbers of streamlines and of points."""
+    try:
+        header = json.loads(bytes(data))
+        numbers = [header["NB_STREAMLINES"], header["NB_VERTICES"]]
+    except (ValueError, LookupError, TypeError, RecursionError) as error:
+        raise source.error(
+            f"its 'header.json' does not count streamlines and vertices ({reason(error)}); {BAD_COPY}"
+        ) from None
+    if not all(type(number) is int and number >= 0 for number in numbers):
+        raise source.error("NB_STREAMLINES and NB_VERTICES in its 'header.json' are not whole numbers; mend them")
+    return numbers[0], numbers[1]
+
+
+def _array(source: Source, arrays: dict[str, AnyArray], path: str, data: memoryview) -> None:
+    """Add a member as an array, (n,) or (n, columns), by its path without columns and type."""
+    folder, slash, last = path.rpartition("/")
+    words = last.split(".")
+    dtype = _TYPES.get(words.pop())
+    columns = int(words.pop()) if len(words) > 1 and re.fullmatch("[0-9]{1,9}", words[-1]) else 1
+    name = f"{folder}{slash}{'.'.join(words).strip()}"
+    if dtype is None or not columns or len(data) % (columns * dtype.itemsize):
+        source.warn(f"{path!r} in it ({len(data)} bytes) is left out, as its name is not that of an array of this size")
+    elif name in arrays:
+        source.warn(f"{path!r} in it is left out, as another array has its name")
+    else:
+        array = np.frombuffer(data, dtype)
+        arrays[name] = array.reshape(-1, columns) if columns > 1 else array
+
+
+def _counts(source: Source, offsets: AnyArray, n_streamlines: int, n_points: int) -> IntArray:
+    """Return the number of points of each streamline."""
+    if offsets.ndim == 1 and len(offsets) == n_streamlines and n_streamlines:
+        source.warn("its offsets lack the end of the last streamline, as in an older version of the format")
+        offsets = np.append(offsets, np.array(n_points, offsets.dtype))
+    if offsets.dtype.kind not in "iu" or offsets.shape != (n_streamlines + 1,):
+        raise source.error(
+            f"its offsets are {offsets.dtype} of shape {offsets.shape}; by its header, expected whole numbers of shape "
+            f"({n_streamlines + 1},); {BAD_COPY}"
+        )
+    if offsets[0] != 0 or offsets[-1] != n_points or (offsets[1:] < offsets[:-1]).any():
+        raise source.error(
+            f"its {len(offsets)} offsets, from {offsets[0]} to {offsets[-1]}, do not rise from 0 to the {n_points} "
+            f"points of its {n_streamlines} streamlines; its header or its offsets are wrong: write it again"
+        )
+    return np.asarray(np.diff(offsets.astype(np.int64)), np.int64)
+
+
+def _is_rows(array: AnyArray, n: int) -> bool:
+    """Return whether an array holds rows of another one, which has n of them."""
+    return array.ndim == 1 and array.dtype.kind in "iu" and (not len(array) or (array.min() >= 0 and array.max() < n))

@@ -1,0 +1,216 @@
+"""Writes lines and curves as USD BasisCurves."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...arrays import IntArray
+from ...curves import Curves
+from ...errors import InputError, MissingExtraError
+from ...geometry import Geometry
+from ...lines import Lines
+from ..polylines import Polylines, polylines_of
+from .usd_values import AnyArray
+
+#: Metres in each unit that has a name.
+_UNITS = {
+    "km": 1000.0, "m": 1.0, "cm": 0.01, "mm": 0.001, "µm": 1e-6, "nm": 1e-9, "Å": 1e-10, "in": 0.0254, "ft": 0.3048,
+}  # fmt: skip
+#: USD's types of arrays by NumPy's, and whether there are vectors of them.
+_TYPES: dict[str, tuple[str, bool]] = {
+    "f2": ("Half", True),
+    "f4": ("Float", True),
+    "f8": ("Double", True),
+    "i4": ("Int", True),
+    "i8": ("Int64", False),
+    "u1": ("UChar", False),
+    "u4": ("UInt", False),
+    "u8": ("UInt64", False),
+    "b1": ("Bool", False),
+}
+#: What is converted to a wider type, as USD has none of its own.
+_WIDER = {"i1": "i4", "i2": "i4", "u2": "i4"}
+
+
+def unit_of(meters: float) -> str:
+    """Return the name of a unit of so many metres."""
+    for name, size in _UNITS.items():
+        if math.isclose(meters, size, rel_tol=1e-6):
+            return name
+    return f"{meters:g} m"
+
+
+def write(geometry: Lines | Curves | Geometry, path: Path) -> list[str]:
+    """Write a prim of BasisCurves for lines and one for curves; return what they cannot hold.
+
+    Lines are linear curves, and curves cubic Bezier ones; segments that follow each other along a strand share a
+    point. Widths are diameters. Attributes are primvars: vertex or varying, if they are at both ends of segments, or
+    else uniform.
+    """
+    try:
+        from pxr import Sdf, Tf, Usd, UsdGeom, UsdUtils
+    except ImportError:
+        raise MissingExtraError("writing USD files", "usd") from None
+    parts = list(geometry.parts) if isinstance(geometry, Geometry) else [geometry]
+    kept = [part for part in parts if isinstance(part, Lines | Curves) and type(part) in (Lines, Curves)]
+    lost = [f"part {i}, {type(part).__name__}" for i, part in enumerate(parts) if type(part) not in (Lines, Curves)]
+    if not kept:
+        raise InputError("USD curves hold lines and curves, and there are none; write something else")
+    plain = path.with_suffix(".usdc") if path.suffix == ".usdz" else path
+    try:
+        layer = Sdf.Layer.CreateNew(str(plain.absolute()))
+        stage = Usd.Stage.Open(layer)
+        lost += _facts(stage, kept)
+        root = "" if len(kept) == 1 else "/geometry"
+        if root:
+            UsdGeom.Xform.Define(stage, root)
+        for i, part in enumerate(kept):
+            name = "curves" if isinstance(part, Curves) else "lines"
+            lost += _curves(stage, f"{root}/{name}{i if root else ''}", part)
+        stage.SetDefaultPrim(stage.GetPrimAtPath(root or f"/{name}"))
+        layer.Save()
+        del stage, layer
+        if plain != path and not UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(plain)), str(path)):
+            raise OSError(f"{path}: USD could not write the package")
+    except Tf.ErrorException as error:
+        raise OSError(f"{path}: USD could not write it: {' '.join(str(error).split())}") from None
+    return lost
+
+
+def _facts(stage: Any, parts: list[Any]) -> list[str]:
+    """Write the axis that points upwards and the unit, of the first part that has them."""
+    from pxr import UsdGeom
+
+    lost = []
+    ups, units = ([value for part in parts if (value := getattr(part, name))] for name in ("up", "unit"))
+    if ups and ups[0] == "x":
+        lost.append("the axis that points upwards, which is neither y nor z")
+    elif ups:
+        UsdGeom.SetStageUpAxis(stage, ups[0].upper())
+    if units:
+        number = re.fullmatch(r"([0-9.e+-]+) m", units[0])
+        meters = _UNITS.get(units[0].replace("μ", "µ")) or (float(number[1]) if number else None)
+        if meters is None:
+            lost.append(f"the unit {units[0]!r}, which is no length that is known")
+        else:
+            UsdGeom.SetStageMetersPerUnit(stage, meters)
+    lost += [f"that parts have different {what}" for what, of in (("axes", ups), ("units", units)) if len({*of}) > 1]
+    return lost
+
+
+def _curves(stage: Any, path: str, part: Lines | Curves) -> list[str]:
+    """Write one prim."""
+    from pxr import Sdf, UsdGeom, Vt
+
+    is_cubic = isinstance(part, Curves)
+    strips = splines_of(part) if isinstance(part, Curves) else polylines_of(part)
+    prim = UsdGeom.BasisCurves.Define(stage, path)
+    prim.CreateTypeAttr("cubic" if is_cubic else "linear")
+    if is_cubic:
+        prim.CreateBasisAttr("bezier")
+    prim.CreateWrapAttr("nonperiodic")
+    prim.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(strips.points)))
+    prim.CreateCurveVertexCountsAttr(Vt.IntArray.FromNumpy(strips.counts.astype(np.int32)))
+    if strips.radius is not None:
+        prim.CreateWidthsAttr(Vt.FloatArray.FromNumpy(np.ascontiguousarray(2 * strips.radius)))
+        prim.SetWidthsInterpolation("vertex")
+    if len(part):
+        reach = part.bounds + np.array([[-1], [1]]) * part.max_radius
+        prim.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(reach.astype(np.float32)))
+
+    lost = list(strips.lost)
+    if not np.array_equal(strips.strand, np.arange(len(strips.strand))):
+        lost.append("the numbers of strands, as a strand is a curve")
+    if isinstance(part, Curves) and part.tolerance is not None:
+        lost.append("the tolerance")
+    api = UsdGeom.PrimvarsAPI(prim)
+    names: set[str] = set()
+    at_points = "varying" if is_cubic else "vertex"
+    for interpolation, columns in ((at_points, strips.point_attributes), ("uniform", strips.attributes)):
+        for given, values in columns.items():
+            made = _value(values)
+            if made is None:
+                lost.append(f"{given!r} ({values.dtype}, {values.ndim}-d)")
+                continue
+            name = _name(given, names)
+            if name != given:
+                lost.append(f"the name {given!r}, which is written as {name!r}")
+            type_name, array, size = made
+            primvar = api.CreatePrimvar(name, getattr(Sdf.ValueTypeNames, type_name), interpolation, size)
+            primvar.Set(array)
+    return lost
+
+
+def _value(values: AnyArray) -> tuple[str, Any, int] | None:
+    """Return the name of USD's type, the array, and how many numbers of it are one value; None if there is no type."""
+    from pxr import Vt
+
+    wider = _WIDER.get(values.dtype.str[1:], values.dtype.str[1:])
+    if values.ndim > 2 or values.shape[1:] in ((0,), (1,)) or wider not in _TYPES:
+        return None
+    array = np.ascontiguousarray(values, np.dtype(wider))
+    name, has_vectors = _TYPES[wider]
+    width = 1 if array.ndim == 1 else array.shape[1]
+    if has_vectors and width in (2, 3, 4):
+        kind = getattr(Vt, f"Vec{width}{name[0].lower()}Array")
+        return f"{name}{width}Array", kind.FromNumpy(array), 1
+    return f"{name}Array", getattr(Vt, f"{name}Array").FromNumpy(array.reshape(-1)), width
+
+
+def _name(given: str, taken: set[str]) -> str:
+    """Return a name that USD takes, and that no other primvar of the prim has."""
+    from pxr import Sdf, Tf
+
+    name = given
+    if name in ("widths", "indices") or name.endswith(":indices") or not Sdf.Path.IsValidNamespacedIdentifier(name):
+        name = Tf.MakeValidIdentifier(name) + ("_" if name in ("widths", "indices") else "")
+    while name in taken:
+        name += "_"
+    taken.add(name)
+    return name
+
+
+def splines_of(curves: Curves) -> Polylines:
+    """Join Bezier curves to splines where the next one of a strand begins as the last one ended.
+
+    The splines have 4, 7, 10, … points. Values at the ends of curves are one more than a spline has curves.
+    """
+    n = len(curves)
+    begins = np.ones(n, np.bool_)
+    if n:
+        same = (curves.strands[1:] == curves.strands[:-1]) & (curves.strands[1:] >= 0)
+        same &= (curves.control[1:, 0] == curves.control[:-1, 3]).all(axis=1)
+        if curves.radius is not None:
+            same &= curves.radius[1:, 0] == curves.radius[:-1, 3]
+        begins[1:] = ~same
+    first: IntArray = np.flatnonzero(begins)
+    ends = np.append(begins[1:], True)[:n]
+    is_point, is_end = np.ones((n, 4), np.bool_), np.ones((n, 2), np.bool_)
+    is_point[:, 3] = is_end[:, 1] = ends
+    lost: list[str] = []
+    at_points = {}
+    for name, values in curves.end_attributes.items():
+        if not _equal(values[1:, 0][~begins[1:]], values[:-1, 1][~begins[1:]]):
+            lost.append(f"{name!r} on both sides of a point, where curves of a strand differ")
+        at_points[name] = values[is_end]
+    attributes = {}
+    owner = np.cumsum(begins) - 1
+    for name, values in curves.attributes.items():
+        if name in at_points:
+            continue
+        if _equal(values, values[first][owner]):
+            attributes[name] = values[first]
+        else:
+            lost.append(f"{name!r}, which differs from curve to curve")
+    radius = None if curves.radius is None else curves.radius[is_point]
+    counts = 3 * np.diff(np.append(first, n)) + 1
+    return Polylines(curves.control[is_point], counts, curves.strands[first], radius, at_points, attributes, lost)
+
+
+def _equal(left: AnyArray, right: AnyArray) -> bool:
+    return np.array_equal(left, right, equal_nan=left.dtype.kind in "fc")

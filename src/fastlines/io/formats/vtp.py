@@ -1,0 +1,94 @@
+"""VTK's polydata (``.vtp``): polylines, a radius and arrays of points and cells.
+
+Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html. `vtk_data` says what is read. Files
+are written with raw appended arrays, which are not packed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from ...lines import Lines
+from ..polylines import polylines_of
+from .vtk import read as read
+from .vtk_data import RADIUS, AnyArray
+
+_TYPES = {"f": "Float", "i": "Int", "u": "UInt"}
+
+
+def write(lines: Lines, path: Path) -> list[str]:
+    """Write strands as polylines, with the radius as the array ``radius`` of points."""
+    parts = polylines_of(lines)
+    lost = list(parts.lost)
+    radius = {} if parts.radius is None else {RADIUS: parts.radius}
+    arrays: list[AnyArray] = []
+    at = 0
+
+    def declared(name: str, values: AnyArray) -> str:
+        """Return the element of an array, which will be appended."""
+        nonlocal at
+        values = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
+        columns = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
+        kind = f"{_TYPES[values.dtype.kind]}{8 * values.dtype.itemsize}"
+        arrays.append(values)
+        offset, at = at, at + 8 + values.nbytes
+        return f'<DataArray type="{kind}" Name={quoteattr(name)}{columns} format="appended" offset="{offset}"/>'
+
+    def section(tag: str, several: Mapping[str, AnyArray]) -> list[str]:
+        return [f"<{tag}>", *(declared(name, values) for name, values in several.items()), f"</{tag}>"]
+
+    texts = [
+        f'<Array type="String" Name="{name}" NumberOfTuples="1" format="ascii">{" ".join(map(str, text.encode()))} 0'
+        "</Array>"
+        for name, text in (("unit", lines.unit), ("up", lines.up))
+        if text is not None
+    ]
+    head = [
+        '<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">',
+        "<PolyData>",
+        *(["<FieldData>", *texts, "</FieldData>"] if texts else []),
+        f'<Piece NumberOfPoints="{len(parts.points)}" NumberOfVerts="0" NumberOfLines="{len(parts.counts)}" '
+        'NumberOfStrips="0" NumberOfPolys="0">',
+        *section("PointData", radius | _kept(parts.point_attributes, lost)),
+        *section("CellData", _kept(parts.attributes, lost)),
+        *section("Points", {"Points": parts.points}),
+        *section("Lines", {"connectivity": np.arange(len(parts.points)), "offsets": parts.offsets[1:]}),
+        "</Piece>",
+        "</PolyData>",
+        '<AppendedData encoding="raw">',
+    ]
+    with path.open("wb") as file:
+        file.write("\n".join(head).encode() + b"\n_")
+        for values in arrays:
+            file.write(np.array(values.nbytes, "<u8").tobytes())
+            file.write(values.reshape(-1).view(np.uint8).data)
+        file.write(b"\n</AppendedData>\n</VTKFile>\n")
+    strand = parts.strand
+    if (strand >= 0).any() and not np.array_equal(strand, np.arange(len(strand))):
+        lost.append("numbers of strands (polylines are counted from 0)")
+    return lost
+
+
+def _kept(several: Mapping[str, AnyArray], lost: list[str]) -> dict[str, AnyArray]:
+    """Return the attributes in types that VTK has; add the others to `lost`."""
+    kept = {}
+    for name, values in several.items():
+        if values.dtype.kind not in "fiub" or values.dtype.itemsize > 8 or values.ndim > 2 or 0 in values.shape[1:]:
+            lost.append(f"{name!r}, {values.dtype} of shape {values.shape}")
+            continue
+        if values.dtype.kind == "b":
+            lost.append(f"that {name!r} is boolean (0 and 1 are written)")
+            values = values.astype(np.uint8)
+        if values.dtype == np.float16:
+            values = values.astype(np.float32)
+        written = "".join(char if char.isprintable() else "?" for char in name) or "?"
+        if name.casefold() == RADIUS:
+            written = f"{name} of lines"
+        if written != name:
+            lost.append(f"the name {name!r} ({written!r} is written)")
+        kept[written] = values
+    return kept

@@ -1,0 +1,195 @@
+"""Tables with a column of well-known text (``.csv``, ``.tsv``), and well-known text alone (``.wkt``).
+
+Formats: RFC 4180 for tables, and OGC 06-103r4 for well-known text; `wkt_text` reads the latter.
+
+LINESTRING and MULTILINESTRING are read, in collections too, with z and m. Each line string is a strand; m is an
+attribute of each point. Columns of numbers or of truth values become attributes of strands. Other geometries and other
+columns are dropped, each with a warning.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import sys
+import threading
+from collections.abc import Iterator
+
+from ...lines import Lines
+from ..source import Source, printable, reason
+from .columns import column_of, counted, numeric, radius_of, with_strand_attributes
+from .wkt_text import STARTS, Wkt
+
+#: Names of a column of geometries, in lower case, the usual ones first.
+NAMES = ("geometry", "wkt", "geom", "the_geom", "wkt_geom", "shape", "geography", "linestring")
+DELIMITERS = ",;\t|"
+#: Reference systems whose unit is the degree: WGS 84 and those of North America and Europe like it.
+DEGREES = frozenset(("4326", "4269", "4258", "4979"))
+#: The limit of the csv module is global: one reader at a time changes it.
+_LOCK = threading.Lock()
+
+_COMMENTS = re.compile(r"(?:\s*#[^\n]*\n)*")
+_QUOTED_START = re.compile(r"(['\"])\s*(?:SRID=\d+\s*;\s*)?(?:MULTI)?LINESTRING|GEOMETRYCOLLECTION", re.IGNORECASE)
+_BINARY = re.compile(r"\s*(?:\\x)?0[01](?:[0-9A-F]{2}){8,}\s*", re.IGNORECASE)
+
+
+def read(source: Source, invalid: str, *, column: str | None = None, radius: str | None = None) -> Lines:
+    """Read the lines of a table, or of plain text.
+
+    The unit is ``"degree"`` if the texts name a reference system of longitudes and latitudes (``SRID=4326;``).
+
+    Parameters
+    ----------
+    column : str, optional
+        The column of the lines. By default it is named geometry, wkt, geom, the_geom, shape or alike, in either case,
+        or is the first that begins with a line.
+    radius : str, optional
+        The column of the radius, in the unit of the coordinates.
+    """
+    text = source.text()
+    start = _COMMENTS.match(text).end()  # type: ignore[union-attr]  # it matches everywhere
+    if column is None and STARTS.match(text, start) and not _is_table(text, start):
+        return _plain(source, text, invalid, radius)
+    quoted = _QUOTED_START.search(text)
+    quote = (quoted and quoted[1]) or '"'
+    head = text[: 1 << 16].lstrip()
+    delimiter = max(DELIMITERS, key=lambda mark: _score(head, mark, quote))
+    del text, quoted  # which hold a copy of the file
+    names, rows = _table(source, delimiter, quote)
+    at = _geometry_column(source, names, rows, column)
+
+    # Find the line strings of each row.
+    wkt, empty, long = Wkt(), 0, 0
+    for line, row in rows:
+        found = row[at] if at < len(row) else ""
+        long += len(row) > len(names)
+        if not found.strip():
+            empty += 1
+            continue
+        if _BINARY.fullmatch(found):
+            raise source.error(
+                f"line {line}: the column {names[at]!r} holds binary geometries (WKB); write them as text, by ST_AsText"
+            )
+        wrong = wkt.add(found, line)
+        if wrong is not None:
+            raise source.error(f"line {line}: {wrong}; expected a LINESTRING or another geometry, in quotes")
+        row[at] = ""  # it is no longer needed
+    if long:
+        source.warn(f"{long} rows have more fields than the {len(names)} of the header; the last are not read")
+    return _lines(source, wkt, names, at, rows, empty, invalid, radius)
+
+
+def _lines(
+    source: Source,
+    wkt: Wkt,
+    names: list[str],
+    at: int,
+    rows: list[tuple[int, list[str]]],
+    n_empty: int,
+    invalid: str,
+    radius: str | None,
+) -> Lines:
+    """Convert the line strings, and the columns beside them."""
+    without = {"without a geometry": n_empty} if n_empty else {}
+    if without or wkt.others:
+        source.warn(f"rows and geometries without a line are not read: {counted({**without, **wkt.others})}")
+    points, counts, m = wkt.numbers(source)
+    row_of = dict(rows)
+    owners = [row_of[line] for line in wkt.rows]
+    table = {
+        name: (range(len(owners)), column_of([row[i] if i < len(row) else "" for row in owners]))
+        for i, name in enumerate(names)
+        if i != at and owners
+    }
+    per_strand = numeric(source, table, len(owners), "columns")
+    radii = radius_of(source, per_strand, radius, "column")
+    attributes = {} if m is None else {"m": m}
+    lines = Lines.from_points(points, counts, attributes=attributes, invalid=invalid)
+    unit = "degree" if wkt.srids and wkt.srids <= DEGREES else None
+    return with_strand_attributes(lines, per_strand, unit, radii)
+
+
+def _is_table(text: str, start: int) -> bool:
+    """Return whether text that begins with a line has other columns too."""
+    first = text[start : start + (1 << 16)].lstrip().partition("\n")[0]
+    return first.count("(") == first.count(")") and not re.search(r"\)\s*(?:;\s*)?$", first)
+
+
+def _plain(source: Source, text: str, invalid: str, radius: str | None) -> Lines:
+    """Read geometries one after the other: one a line, or over several lines."""
+    lines = [(i, line) for i, line in enumerate(text.splitlines(), start=1) if line.strip() and line[0] != "#"]
+    if any(line.count("(") != line.count(")") for _, line in lines):
+        lines = [(1, text)]
+    wkt = Wkt()
+    for number, line in lines:
+        wrong = wkt.add(line, number)
+        if wrong is not None:
+            raise source.error(f"line {number}: {wrong}; expected a LINESTRING or another geometry")
+    return _lines(source, wkt, [], -1, [(number, []) for number, _ in lines], 0, invalid, radius)
+
+
+# --- Tables ---
+
+
+def _table(source: Source, delimiter: str, quote: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Return the names of the columns, and the rows with the number of the line that each ends at."""
+    try:
+        with _LOCK:
+            limit = csv.field_size_limit(min(len(source.data) + 1, sys.maxsize))
+            try:
+                rows = list(_rows(source, delimiter, quote))
+            finally:
+                csv.field_size_limit(limit)
+    except csv.Error as error:
+        raise source.error(f"is no table that can be read ({reason(error)}); write it again as CSV") from None
+    if not rows:
+        raise source.error("holds only blank lines; expected a row of names, and a row for each line")
+    if any(STARTS.match(word) for word in rows[0][1]):  # without a row of names
+        names = [f"column {i}" for i in range(1, len(rows[0][1]) + 1)]
+        return names, rows
+    names = []
+    for i, word in enumerate(rows[0][1], start=1):
+        name = printable(word.strip()) or f"column {i}"
+        names.append(f"{name} {i}" if name in names else name)
+    return names, rows[1:]
+
+
+def _rows(source: Source, delimiter: str, quote: str) -> Iterator[tuple[int, list[str]]]:
+    text = io.TextIOWrapper(io.BytesIO(source.data), source.encoding, newline="")
+    reader = csv.reader(text, delimiter=delimiter, quotechar=quote, skipinitialspace=True)
+    for row in reader:
+        if any(word.strip() for word in row):
+            yield reader.line_num, row
+
+
+def _score(head: str, delimiter: str, quote: str) -> tuple[bool, int]:
+    """Rate a delimiter by the first row: whether it sets a known name apart, and how many fields there are."""
+    try:
+        row = next(csv.reader(io.StringIO(head, newline=""), delimiter=delimiter, quotechar=quote), [])
+    except csv.Error:
+        return False, 0
+    return any(word.strip().lower() in NAMES or STARTS.match(word) for word in row), len(row)
+
+
+def _geometry_column(source: Source, names: list[str], rows: list[tuple[int, list[str]]], column: str | None) -> int:
+    """Return which column holds the lines."""
+    lower = [name.lower() for name in names]
+    if column is not None:
+        if column in names:
+            return names.index(column)
+        if str(column).lower() in lower:
+            return lower.index(str(column).lower())
+        raise source.error(f"has no column {column!r}; its columns are {', '.join(map(repr, names))}")
+    for name in NAMES:
+        if name in lower:
+            return lower.index(name)
+    for _, row in rows[:100]:
+        for i, word in enumerate(row[: len(names)]):
+            if STARTS.match(word):
+                return i
+    raise source.error(
+        f"has no column of lines (named {', '.join(NAMES[:4])} …, or with LINESTRING in it); its columns are "
+        f"{', '.join(map(repr, names[:20]))}; name it with column=, or read columns of x, y and z by NumPy and pass "
+        "them to Lines.from_points"
+    )
