@@ -41,11 +41,12 @@ def read(source: Source, invalid: str) -> Lines:
     try:
         table = _table(source)
         table.validate(full=True)
+        names = table.column_names
+        str(table.schema)  # decodes all other names
     except FastlinesError:
         raise
     except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
         raise source.error(f"not a whole table ({reason(error)}); check the extension, or write it again") from None
-    names = table.column_names
     if len(set(names)) < len(names):
         raise source.error("has several columns of one name; rename them")
     facts = table.schema.metadata or {}
