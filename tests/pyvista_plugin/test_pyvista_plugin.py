@@ -29,6 +29,7 @@ def pyvista():
 
 @pytest.fixture
 def mesh(pyvista, tmp_path):
+    from fastlines.pyvista_plugin import accessor  # noqa: F401
     from fastlines.pyvista_plugin.readers import read
 
     (tmp_path / "a.trk").write_bytes(SAMPLES["some.trk"])
