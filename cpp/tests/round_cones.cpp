@@ -191,7 +191,7 @@ int main() {
   const std::size_t n_cases = given ? std::strtoull(given, nullptr, 10) : 5000;  // of each kind
   return test::run([=] {
     // As fractions of the size of the scene.
-    constexpr double max_decision = 3e-7, max_entry = 2e-6;
+    constexpr double max_decision = 3e-7, max_entry = 5e-6;
     Random random{43};
     const auto check_kind = [&](Kind kind, const Placement& place, bool has_spread) {
       const Frame frame = frame_of(Box{place({-1, -1, -1}), place({1, 1, 1})}, 6.0f * place.scale);
