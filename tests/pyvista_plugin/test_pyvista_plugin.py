@@ -122,6 +122,39 @@ def test_meshes_that_are_not_only_lines(pyvista):
     np.testing.assert_array_equal(both.fastlines.lines.attributes["number"], [20, 20, 30])
 
 
+def test_lines_of_a_mesh_are_the_same_everywhere(pyvista, tmp_path):
+    """The accessor, `fl.lines`, `fl.write` and files follow one rule."""
+    from fastlines.pyvista_plugin import accessor  # noqa: F401
+
+    mesh = pyvista.PolyData(POINTS, lines=[3, 0, 1, 2, 2, 3, 4, 2, 5, 6])
+    mesh.point_data["Radius"] = np.arange(7) / 8
+    mesh.point_data["fa"] = np.arange(7)
+    mesh.cell_data["radius"] = [5.0, 6, 7]
+    mesh.cell_data["fa"] = [1, 2, 3]
+    mesh.field_data["unit"], mesh.field_data["up"] = ["mm"], "z"
+    fl.write(tmp_path / "a.vtp", mesh)
+    mesh.save(tmp_path / "b.vtp")
+    for lines in (fl.lines(mesh), mesh.fastlines.lines, fl.read(tmp_path / "a.vtp"), fl.read(tmp_path / "b.vtp")):
+        assert (lines.unit, lines.up) == ("mm", "z")
+        np.testing.assert_array_equal(lines.strands, [0, 0, 1, 2])
+        np.testing.assert_array_equal(lines.radius, np.array([[0, 1], [1, 2], [3, 4], [5, 6]]) / 8)
+        np.testing.assert_array_equal(lines.end_attributes["fa"], [[0, 1], [1, 2], [3, 4], [5, 6]])
+        assert set(lines.attributes) == {"fa", "fa of cell", "radius of cell"}
+        np.testing.assert_array_equal(lines.attributes["fa of cell"], [1, 1, 2, 3])
+        np.testing.assert_array_equal(lines.attributes["radius of cell"], [5, 5, 6, 7])
+
+
+def test_radius_of_cells_and_other_field_data(pyvista):
+    mesh = pyvista.PolyData(POINTS, lines=[3, 0, 1, 2, 2, 3, 4])
+    mesh.cell_data["RADIUS"] = [5.0, 6]
+    mesh.field_data["year"] = [2024]
+    with pytest.warns(fl.FileWarning, match="PolyData: its field data 'year' are left out"):
+        lines = fl.lines(mesh)
+    np.testing.assert_array_equal(lines.radius, [[5, 5], [5, 5], [6, 6]])
+    np.testing.assert_array_equal(mesh.fastlines.lines.radius, lines.radius)
+    assert not lines.attributes
+
+
 def test_installed_entry_points(pyvista, tmp_path):
     """PyVista finds both by themselves, where this package is installed with its entry points."""
     if not any(entry.name == "fastlines" for entry in metadata.entry_points(group="pyvista.accessors")):
