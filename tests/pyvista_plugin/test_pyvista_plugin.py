@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from importlib import import_module, metadata
 from pathlib import Path
 
@@ -80,11 +81,32 @@ def test_radius_and_what_is_lost(pyvista):
 def test_curves_and_several_parts(pyvista, tmp_path, monkeypatch):
     from fastlines.pyvista_plugin import readers
 
-    curves = fl.Curves.from_strands(POINTS[:4], [4], basis="bezier", radius=0.1)
-    mesh = readers.to_polydata(curves)
+    curves = fl.Curves.from_strands(POINTS[:4], [4], basis="bezier", radius=0.1, attributes={"age": [1, 2, 3, 4]})
+    curves = replace(curves, unit="mm", up="z")
+    with pytest.warns(fl.FileWarning, match="curves, which are written as their pieces, and their attributes"):
+        mesh = readers.to_polydata(curves)
     assert mesh.n_lines >= 1
+    assert (list(mesh.field_data["unit"]), list(mesh.field_data["up"])) == (["mm"], ["z"])
+    np.testing.assert_array_equal(fl.lines(mesh).segments, curves.pieces.lines.segments)
     monkeypatch.setattr(readers, "read_lines", lambda path: fl.Geometry([fl.Lines.from_points(POINTS, [7]), curves]))
-    assert [part.n_lines for part in readers.read("a.usda")] == [1, mesh.n_lines]
+    with pytest.warns(fl.FileWarning, match="curves, which"):
+        assert [part.n_lines for part in readers.read("a.usda")] == [1, mesh.n_lines]
+
+
+def test_what_polydata_cannot_hold(pyvista):
+    from fastlines.pyvista_plugin.readers import to_polydata
+
+    columns = {"none": np.empty((2, 0)), "half": np.array([1, 2], "f2"), "yes": np.array([True, False])}
+    lines = fl.Lines.from_segments(POINTS[:4].reshape(2, 2, 3), strands=[7, 3], attributes=columns)
+    with pytest.warns(fl.FileWarning) as told:
+        mesh = to_polydata(lines)
+    assert "'none', float64 of shape (2, 0); numbers of strands (lines are counted from 0)" in str(told[0].message)
+    np.testing.assert_array_equal(mesh.cell_data["half"], [1, 2])
+    np.testing.assert_array_equal(mesh.cell_data["yes"], [True, False])
+    assert to_polydata([POINTS[:3], POINTS[3:]]).n_lines == 2
+    assert to_polydata(fl.Lines.from_segments(POINTS[:4].reshape(2, 2, 3))).n_lines == 2
+    with pytest.raises(fl.InputError, match="meshes keep lines and curves; this is Geometry; give each part by itself"):
+        to_polydata(fl.Geometry([lines]))
 
 
 def test_accessor_answers_as_a_tree_does(mesh):
