@@ -105,6 +105,9 @@ def test_what_polydata_cannot_hold(pyvista):
     np.testing.assert_array_equal(mesh.cell_data["yes"], [True, False])
     assert to_polydata([POINTS[:3], POINTS[3:]]).n_lines == 2
     assert to_polydata(fl.Lines.from_segments(POINTS[:4].reshape(2, 2, 3))).n_lines == 2
+    nothing = fl.Lines.from_segments(np.empty((0, 2, 3)), attributes={"a": np.empty(0), "b": np.empty((0, 3))})
+    with pytest.warns(fl.FileWarning, match=r"not kept in PolyData: 'b', float64 of shape \(0, 3\)"):
+        assert to_polydata(nothing).n_lines == 0
     with pytest.raises(fl.InputError, match="meshes keep lines and curves; this is Geometry; give each part by itself"):
         to_polydata(fl.Geometry([lines]))
 

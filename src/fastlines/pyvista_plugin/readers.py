@@ -96,4 +96,6 @@ def to_polydata(lines: Any) -> Any:
 def _is_held(name: str, values: AnyArray) -> bool:
     """Return whether PolyData holds an attribute; by the name ``radius``, it would be read as the radius."""
     is_number = values.dtype.kind in "fiub" and values.dtype.itemsize <= 8
-    return is_number and values.ndim <= 2 and 0 not in values.shape[1:] and name.casefold() != RADIUS
+    # PyVista refuses empty arrays of vectors.
+    is_held = values.ndim == 1 or (values.ndim == 2 and values.size > 0)
+    return is_number and is_held and name.casefold() != RADIUS
