@@ -15,7 +15,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
 
@@ -25,6 +25,7 @@ import numpy.typing as npt
 from .arrays import INVALID, IntArray, choice, kind_of, to_integers
 from .errors import FileWarning, InputError
 from .lines import Lines, as_lines
+from .vtk_cells import cells_in_rows, lines_of_cells
 
 AnyArray: TypeAlias = npt.NDArray[Any]
 
@@ -41,7 +42,8 @@ def lines(obj: Any, *, invalid: str = "error") -> Lines:
         - A tractogram of nibabel, or a ``TrxFile`` of trx. Values per point become ``end_attributes``, those per
           streamline ``attributes``. A tractogram's ``affine_to_rasmm`` is applied.
         - An ``ArraySequence`` or ``Streamlines``.
-        - A ``PolyData`` of PyVista: its lines, with the arrays of their points and of their cells.
+        - A ``PolyData`` of PyVista: its lines, with the arrays of their points and of their cells; the array
+          ``radius``, in either case, and the texts ``unit`` and ``up`` of its field data mean the same as in a file.
         - A ``Path3D`` of trimesh: each entity as a polyline.
         - A tuple of points, (m, 3), and offsets, (k + 1,) integers from 0 to m: strand i has the points from
           ``offsets[i]`` to ``offsets[i + 1]``. A pair of arrays that are both (m, 3) is two polylines.
@@ -86,7 +88,7 @@ def lines(obj: Any, *, invalid: str = "error") -> Lines:
     if _is_sequence(obj):
         return Lines.from_points(*_points_and_counts(obj), invalid=invalid)
     if _has(obj, "lines", "points", "point_data", "cell_data"):
-        return _of_polydata(obj, invalid)
+        return of_polydata(obj, invalid, _warn)
     if _has(obj, "entities", "vertices"):
         return _of_path(obj, invalid)
     if isinstance(obj, Iterator):
@@ -179,32 +181,26 @@ def _of_tractogram(obj: Any, invalid: str) -> Lines:
     return replace(made, unit="mm", up="z") if is_trx or affine is not None else made
 
 
-def _of_polydata(obj: Any, invalid: str) -> Lines:
-    """Make lines of the lines of a PolyData."""
-    cells = np.asarray(obj.lines).astype(np.int64, copy=False)
+def of_polydata(obj: Any, invalid: str, warn: Callable[[str], None]) -> Lines:
+    """Make lines of the lines of a PolyData; `warn` takes what is left out, in words."""
     points = np.asarray(obj.points)
-    # Walk the lines: each is its number of points, and then the points.
-    begins = []
-    at = 0
-    while at < len(cells):
-        begins.append(at)
-        at += 1 + max(int(cells[at]), 0)
-    first = np.array(begins, np.int64)
-    counts = cells[first]
-    is_point = np.ones(len(cells), np.bool_)
-    is_point[first] = False
-    row = cells[is_point]
-    if at != len(cells) or (counts < 0).any() or ((row < 0) | (row >= len(points))).any():
+    cells = cells_in_rows(np.asarray(obj.lines))
+    if cells is None or ((cells.points < 0) | (cells.points >= len(points))).any():
         raise InputError(f"{kind_of(obj)}: its lines name points beyond its {len(points)} points, or are cut short")
-    per_point = {name: _column(np.asarray(values)[row]) for name, values in _items(obj.point_data)}
     # Cells are vertices, lines, faces and strips, in this order.
-    n_before, n_lines, n_cells = int(obj.n_verts), len(counts), int(obj.n_cells)
-    per_strand = {
-        name: _column(np.asarray(values)[n_before : n_before + n_lines]) for name, values in _items(obj.cell_data)
-    }
+    first, n_lines, n_cells = int(obj.n_verts), len(cells.counts), int(obj.n_cells)
+    per_cell = {name: np.asarray(values)[first : first + n_lines] for name, values in _items(obj.cell_data)}
     if n_cells > n_lines:
-        _warn(f"{n_cells - n_lines} cells of {kind_of(obj)} are vertices, faces or strips, and are not read")
-    return _made(points[row], counts, per_point, per_strand, invalid, of="line")
+        warn(f"{n_cells - n_lines} cells of {kind_of(obj)} are vertices, faces or strips, and are not read")
+    return lines_of_cells(
+        points[cells.points],
+        cells.counts,
+        {name: _column(np.asarray(values)[cells.points]) for name, values in _items(obj.point_data)},
+        {name: _column(values) for name, values in per_cell.items()},
+        {name: np.asarray(values) for name, values in _items(getattr(obj, "field_data", {}))},
+        invalid=invalid,
+        warn=lambda text: warn(f"{kind_of(obj)}: {text}"),
+    )
 
 
 def _of_path(obj: Any, invalid: str) -> Lines:

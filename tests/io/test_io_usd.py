@@ -185,10 +185,10 @@ def test_primvars_of_several_prims(load):
     np.testing.assert_array_equal(lines.end_attributes["u"], [[1, 1]] * 3 + [[0, 1], [1, 2], [2, 3]])
     np.testing.assert_array_equal(lines.attributes["n"], [1] * 3 + [np.nan] * 3)
     np.testing.assert_array_equal(lines.attributes["displayColor"], [[1, 2, 3]] * 6)
-    np.testing.assert_array_equal(lines.attributes["prim"], [0] * 3 + [1] * 3)
+    np.testing.assert_array_equal(lines.attributes["prim"], [np.nan] * 3 + [5] * 3)
     assert "primvar 'n' is NaN on the prims that do not have it: 1" in text
     assert "primvar 'v' is not read: its values have different shapes on different prims" in text
-    assert "primvar 'prim' is not read: the attribute 'prim' counts prims" in text
+    assert "primvar 'prim' is NaN on the prims that do not have it: 1" in text
 
 
 def test_prims_without_widths_beside_others(load):

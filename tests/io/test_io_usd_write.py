@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.usd_files import warned
@@ -89,6 +91,29 @@ def test_geometry(tmp_path, extension):
     assert [type(part) for part in made.parts] == [fl.Lines, fl.Curves]
     np.testing.assert_array_equal(made.parts[0].segments, hair().segments)
     np.testing.assert_array_equal(made.parts[1].control, splines().control)
+
+
+def test_prims_and_strands_of_several_parts_come_back(tmp_path, recwarn):
+    """A file of three prims, two of them lines, is written as two prims, whose attribute prim has all three numbers."""
+    steps, same_facts = np.arange(12, dtype="f4").reshape(4, 3), {"up": "z", "unit": "mm"}
+    lines = fl.Lines.from_points(np.tile(steps, (2, 1)), [4, 4])
+    lines = replace(lines, attributes={"prim": np.repeat([0, 2], 3)}, **same_facts)
+    curves = fl.Curves(steps.reshape(1, 4, 3), None, np.array([2]), {"prim": np.array([1])}, **same_facts)
+    given = fl.Geometry([lines, curves])
+    for name in ("a.usda", "b.usdc"):
+        fl.write(tmp_path / name, given)
+        made = fl.read(tmp_path / name)
+        for left, right in zip(given.parts, made.parts, strict=True):
+            same(left, right)
+        given = made
+    assert [str(warning.message) for warning in recwarn] == []
+
+
+def test_numbers_of_strands_that_change_are_told(tmp_path):
+    lines = fl.Lines.from_points(np.arange(12.0).reshape(4, 3), [2, 2])
+    with pytest.warns(FileWarning, match="the numbers of strands, as a strand is a curve"):
+        fl.write(tmp_path / "a.usda", fl.Geometry([lines, lines]))
+    np.testing.assert_array_equal(fl.read(tmp_path / "a.usda").strands, range(4))
 
 
 def test_other_parts_of_a_geometry(tmp_path):

@@ -286,7 +286,7 @@ def test_polydata_of_pyvista() -> None:
     np.testing.assert_array_equal(lines.end_attributes["fa"], ENDS)
     np.testing.assert_allclose(lines.radius, np.array(ENDS) / 10)
     np.testing.assert_array_equal(lines.attributes["id"], [5, 5, 6, 7])
-    np.testing.assert_array_equal(lines.attributes["fa of line"], [1, 1, 2, 3])
+    np.testing.assert_array_equal(lines.attributes["fa of cell"], [1, 1, 2, 3])
     assert len(fl.build(mesh).geometry) == 4
 
 

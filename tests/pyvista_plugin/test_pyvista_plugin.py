@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from importlib import import_module, metadata
 from pathlib import Path
 
@@ -80,11 +81,35 @@ def test_radius_and_what_is_lost(pyvista):
 def test_curves_and_several_parts(pyvista, tmp_path, monkeypatch):
     from fastlines.pyvista_plugin import readers
 
-    curves = fl.Curves.from_strands(POINTS[:4], [4], basis="bezier", radius=0.1)
-    mesh = readers.to_polydata(curves)
+    curves = fl.Curves.from_strands(POINTS[:4], [4], basis="bezier", radius=0.1, attributes={"age": [1, 2, 3, 4]})
+    curves = replace(curves, unit="mm", up="z")
+    with pytest.warns(fl.FileWarning, match="curves, which are written as their pieces, and their attributes"):
+        mesh = readers.to_polydata(curves)
     assert mesh.n_lines >= 1
+    assert (list(mesh.field_data["unit"]), list(mesh.field_data["up"])) == (["mm"], ["z"])
+    np.testing.assert_array_equal(fl.lines(mesh).segments, curves.pieces.lines.segments)
     monkeypatch.setattr(readers, "read_lines", lambda path: fl.Geometry([fl.Lines.from_points(POINTS, [7]), curves]))
-    assert [part.n_lines for part in readers.read("a.usda")] == [1, mesh.n_lines]
+    with pytest.warns(fl.FileWarning, match="curves, which"):
+        assert [part.n_lines for part in readers.read("a.usda")] == [1, mesh.n_lines]
+
+
+def test_what_polydata_cannot_hold(pyvista):
+    from fastlines.pyvista_plugin.readers import to_polydata
+
+    columns = {"none": np.empty((2, 0)), "half": np.array([1, 2], "f2"), "yes": np.array([True, False])}
+    lines = fl.Lines.from_segments(POINTS[:4].reshape(2, 2, 3), strands=[7, 3], attributes=columns)
+    with pytest.warns(fl.FileWarning) as told:
+        mesh = to_polydata(lines)
+    assert "'none', float64 of shape (2, 0); numbers of strands (lines are counted from 0)" in str(told[0].message)
+    np.testing.assert_array_equal(mesh.cell_data["half"], [1, 2])
+    np.testing.assert_array_equal(mesh.cell_data["yes"], [True, False])
+    assert to_polydata([POINTS[:3], POINTS[3:]]).n_lines == 2
+    assert to_polydata(fl.Lines.from_segments(POINTS[:4].reshape(2, 2, 3))).n_lines == 2
+    nothing = fl.Lines.from_segments(np.empty((0, 2, 3)), attributes={"a": np.empty(0), "b": np.empty((0, 3))})
+    with pytest.warns(fl.FileWarning, match=r"not kept in PolyData: 'b', float64 of shape \(0, 3\)"):
+        assert to_polydata(nothing).n_lines == 0
+    with pytest.raises(fl.InputError, match="meshes keep lines and curves; this is Geometry; give each part by itself"):
+        to_polydata(fl.Geometry([lines]))
 
 
 def test_accessor_answers_as_a_tree_does(mesh):
@@ -120,6 +145,39 @@ def test_meshes_that_are_not_only_lines(pyvista):
     both = pyvista.PolyData(POINTS, lines=[3, 0, 1, 2, 2, 5, 6], verts=[1, 0], faces=[3, 0, 1, 2])
     both.cell_data["number"] = [10, 20, 30, 40]
     np.testing.assert_array_equal(both.fastlines.lines.attributes["number"], [20, 20, 30])
+
+
+def test_lines_of_a_mesh_are_the_same_everywhere(pyvista, tmp_path):
+    """The accessor, `fl.lines`, `fl.write` and files follow one rule."""
+    from fastlines.pyvista_plugin import accessor  # noqa: F401
+
+    mesh = pyvista.PolyData(POINTS, lines=[3, 0, 1, 2, 2, 3, 4, 2, 5, 6])
+    mesh.point_data["Radius"] = np.arange(7) / 8
+    mesh.point_data["fa"] = np.arange(7)
+    mesh.cell_data["radius"] = [5.0, 6, 7]
+    mesh.cell_data["fa"] = [1, 2, 3]
+    mesh.field_data["unit"], mesh.field_data["up"] = ["mm"], "z"
+    fl.write(tmp_path / "a.vtp", mesh)
+    mesh.save(tmp_path / "b.vtp")
+    for lines in (fl.lines(mesh), mesh.fastlines.lines, fl.read(tmp_path / "a.vtp"), fl.read(tmp_path / "b.vtp")):
+        assert (lines.unit, lines.up) == ("mm", "z")
+        np.testing.assert_array_equal(lines.strands, [0, 0, 1, 2])
+        np.testing.assert_array_equal(lines.radius, np.array([[0, 1], [1, 2], [3, 4], [5, 6]]) / 8)
+        np.testing.assert_array_equal(lines.end_attributes["fa"], [[0, 1], [1, 2], [3, 4], [5, 6]])
+        assert set(lines.attributes) == {"fa", "fa of cell", "radius of cell"}
+        np.testing.assert_array_equal(lines.attributes["fa of cell"], [1, 1, 2, 3])
+        np.testing.assert_array_equal(lines.attributes["radius of cell"], [5, 5, 6, 7])
+
+
+def test_radius_of_cells_and_other_field_data(pyvista):
+    mesh = pyvista.PolyData(POINTS, lines=[3, 0, 1, 2, 2, 3, 4])
+    mesh.cell_data["RADIUS"] = [5.0, 6]
+    mesh.field_data["year"] = [2024]
+    with pytest.warns(fl.FileWarning, match="PolyData: its field data 'year' are left out"):
+        lines = fl.lines(mesh)
+    np.testing.assert_array_equal(lines.radius, [[5, 5], [5, 5], [6, 6]])
+    np.testing.assert_array_equal(mesh.fastlines.lines.radius, lines.radius)
+    assert not lines.attributes
 
 
 def test_installed_entry_points(pyvista, tmp_path):

@@ -7,6 +7,7 @@ import os
 import shutil
 import tempfile
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +60,7 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
     except TypeError:
         raise InputError(f"path is a {type(path).__name__}; expected a str or a path") from None
     row = to_write(target)
-    geometry, lost = _to_written(lines, row.writes)
+    geometry, lost = to_written(lines, row.writes)
     extension, packed = extension_of(target)
     # Libraries want the usual extension, and gzip a whole file.
     with atomic_write(target) as partial, tempfile.TemporaryDirectory(dir=partial.parent) as folder:
@@ -72,13 +73,14 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
         warnings.warn(f"{target}: {why}: {'; '.join(lost)}", FileWarning, stacklevel=2)
 
 
-def _to_written(lines: Any, known: tuple[type[Any], ...]) -> tuple[Any, list[str]]:
-    """Return what a writer takes, and what was lost on the way."""
+def to_written(lines: Any, known: tuple[type[Any], ...], keeper: str = "files") -> tuple[Any, list[str]]:
+    """Return what a writer takes, and what was lost on the way; `keeper` is what keeps it, in errors."""
     geometry = lines if isinstance(lines, Lines | Curves | Geometry) else as_lines(lines)
     if type(geometry) in known:
         return geometry, []
     if isinstance(geometry, Curves):
-        return geometry.pieces.lines, ["curves, which are written as their pieces, and their attributes"]
+        pieces = replace(geometry.pieces.lines, unit=geometry.unit, up=geometry.up)
+        return pieces, ["curves, which are written as their pieces, and their attributes"]
     if isinstance(geometry, Lines) and type(geometry) is Lines:
         return geometry, []
-    raise InputError(f"files keep lines and curves; this is {type(geometry).__name__}; write its parts, each to a file")
+    raise InputError(f"{keeper} keep lines and curves; this is {type(geometry).__name__}; give each part by itself")

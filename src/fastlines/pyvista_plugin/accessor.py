@@ -5,25 +5,19 @@ from __future__ import annotations
 import contextlib
 from typing import Any
 
-import numpy as np
-
 from ..builder import build
 from ..errors import MissingExtraError
-from ..io.formats.vtk_data import Cells, DataSet, cells_in_rows, lines_of
-from ..io.source import Source
 from ..lines import Lines
+from ..objects import of_polydata
 from ..tree import Tree
 from .readers import pyvista
-
-#: What `DataSet` and PyVista call cells.
-_CELLS = {"verts": "verts", "lines": "lines", "polys": "faces", "strips": "strips"}
 
 
 class FastlinesAccessor:
     """The lines of a mesh, a tree over them, and its queries.
 
-    An array of points or cells named ``radius`` is the radius of the lines. Vertices and polygons are not tested. The
-    tree is built on the first query, and again if the mesh has changed since (by ``mesh.GetMTime()``).
+    The lines are those of `fastlines.lines`. Vertices and polygons are not tested. The tree is built on the first
+    query, and again if the mesh has changed since (by ``mesh.GetMTime()``).
 
     Parameters
     ----------
@@ -53,19 +47,8 @@ class FastlinesAccessor:
         """The lines of the mesh; `Lines.strands` are the numbers of the line cells."""
         self._refresh()
         if self._lines is None:
-            mesh = self._mesh
-            self._lines = lines_of(
-                # Oddities of a mesh, such as its polygons, are no news to who has it.
-                Source(b"", "the mesh"),
-                DataSet(
-                    points=np.asarray(mesh.points),
-                    cells={kind: _cells(getattr(mesh, name)) for kind, name in _CELLS.items()},
-                    point_data={name: np.asarray(values) for name, values in mesh.point_data.items()},
-                    cell_data={name: np.asarray(values) for name, values in mesh.cell_data.items()},
-                    field_data={name: np.asarray(mesh.field_data[name]) for name in mesh.field_data},
-                ),
-                "error",
-            )
+            # Oddities of a mesh, such as its polygons, are no news to who has it.
+            self._lines = of_polydata(self._mesh, "error", lambda text: None)
         return self._lines
 
     @property
@@ -95,10 +78,6 @@ class FastlinesAccessor:
     def count_hits(self, origins: Any, directions: Any, radius: Any = None, **more: Any) -> Any:
         """Return the number of hits of each ray; see `Tree.count_hits`."""
         return self.tree.count_hits(origins, directions, radius, **more)
-
-
-def _cells(rows: Any) -> Cells:
-    return cells_in_rows(np.asarray(rows)) or Cells()
 
 
 # PyVista imports this module to have the class registered.

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from ..curves import Curves
 from ..errors import FileWarning, MissingExtraError
 from ..geometry import Geometry
 from ..io import read as read_lines
-from ..io.polylines import polylines_of
+from ..io.polylines import AnyArray, polylines_of
+from ..io.writing import to_written
 from ..lines import Lines
+from ..vtk_cells import RADIUS
 
 
 def pyvista() -> Any:
@@ -51,34 +52,50 @@ def to_polydata(lines: Any) -> Any:
 
     The radius is the array ``radius`` of points, so ``mesh.tube(scalars="radius", absolute=True)`` draws it. Attributes
     are arrays of points or of cells. ``field_data`` has the ``unit`` and the axis ``up``, if known. Curves are cut into
-    the pieces that queries test.
+    the pieces that queries test, and their attributes are left out.
 
     Parameters
     ----------
-    lines : Lines or Curves
+    lines : Lines, Curves, or what `fastlines.lines` takes
+
+    Raises
+    ------
+    InputError
+        If `lines` are something else, such as a `Geometry`: convert its parts one by one.
 
     Warns
     -----
     FileWarning
-        Of attributes that differ within a strand but belong to no point.
+        Of everything that PolyData cannot hold, such as attributes that differ within a strand but belong to no point.
     """
-    straight: Lines = lines.pieces.lines if isinstance(lines, Curves) else lines
+    straight, lost = to_written(lines, (Lines,), "meshes")
     parts = polylines_of(straight)
     # VTK wants the number of points of each cell before them.
     cells = np.insert(np.arange(len(parts.points)), parts.offsets[:-1], parts.counts)
     mesh = pyvista().PolyData(parts.points, lines=cells) if len(cells) else pyvista().PolyData()
     if parts.radius is not None:
-        mesh.point_data["radius"] = parts.radius
-    lost = list(parts.lost)
+        mesh.point_data[RADIUS] = parts.radius
+    lost += parts.lost
     for target, arrays in ((mesh.point_data, parts.point_attributes), (mesh.cell_data, parts.attributes)):
         for name, values in arrays.items():
-            if values.ndim > 2 or values.dtype.kind not in "fiub" or name.casefold() == "radius":
-                lost.append(f"{name!r}, {values.dtype} of shape {values.shape}")
+            if _is_held(name, values):
+                target[name] = values.astype(np.float32) if values.dtype == np.float16 else values
             else:
-                target[name] = values
+                lost.append(f"{name!r}, {values.dtype} of shape {values.shape}")
+    strand = parts.strand
+    if (strand >= 0).any() and not np.array_equal(strand, np.arange(len(strand))):
+        lost.append("numbers of strands (lines are counted from 0)")
     for name, text in (("unit", straight.unit), ("up", straight.up)):
         if text is not None:
             mesh.field_data[name] = [text]
     if lost:
         warnings.warn(f"not kept in PolyData: {'; '.join(lost)}", FileWarning, stacklevel=3)
     return mesh
+
+
+def _is_held(name: str, values: AnyArray) -> bool:
+    """Return whether PolyData holds an attribute; by the name ``radius``, it would be read as the radius."""
+    is_number = values.dtype.kind in "fiub" and values.dtype.itemsize <= 8
+    # PyVista refuses empty arrays of vectors.
+    is_held = values.ndim == 1 or (values.ndim == 2 and values.size > 0)
+    return is_number and is_held and name.casefold() != RADIUS

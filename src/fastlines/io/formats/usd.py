@@ -10,7 +10,8 @@ The library usd-core opens the files, and with them whatever they refer to.
   scaled by their geometric mean, with a warning.
 - Numeric primvars become attributes by their names. Vertex and varying ones have values at both ends of segments;
   uniform and constant ones are repeated. They are not transformed.
-- A strand is a curve of the file, also a copy. With several prims, the attribute ``prim`` counts them and their copies.
+- A strand is a curve of the file, also a copy. With several prims, the attribute ``prim`` counts them and their copies,
+  unless the prims have a primvar of this name: files that are written from several prims have one.
 - Invisible prims, inactive ones, NurbsCurves, other shapes, normals and velocities are not read. Prims for guides and
   proxies are read, with a warning.
 - The unit is metersPerUnit, if the file has it; USD's default of centimetres is not assumed.

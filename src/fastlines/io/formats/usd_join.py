@@ -25,10 +25,7 @@ def joined(parts: Sequence[Strokes], remarks: Remarks, invalid: str, *, number_p
         radii = [np.zeros(part.control.shape[:2]) if part.radius is None else part.radius for part in parts]
         radius = np.concatenate(radii)
     attributes, end_attributes = _attributes(parts, remarks)
-    if number_prims:
-        if "prim" in (*attributes, *end_attributes):
-            remarks.source.warn("its primvar 'prim' is not read: the attribute 'prim' counts prims")
-            end_attributes.pop("prim", None)
+    if number_prims and "prim" not in (*attributes, *end_attributes):
         attributes["prim"] = np.concatenate([part.prim for part in parts])
     if control.shape[1] == 2:
         return Lines.from_segments(

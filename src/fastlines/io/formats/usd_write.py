@@ -69,9 +69,12 @@ def write(geometry: Lines | Curves | Geometry, path: Path) -> list[str]:
         root = "" if len(kept) == 1 else "/geometry"
         if root:
             UsdGeom.Xform.Define(stage, root)
+        n_strands = 0
         for i, part in enumerate(kept):
             name = "curves" if isinstance(part, Curves) else "lines"
-            lost += _curves(stage, f"{root}/{name}{i if root else ''}", part)
+            strips = splines_of(part) if isinstance(part, Curves) else polylines_of(part)
+            lost += _curves(stage, f"{root}/{name}{i if root else ''}", part, strips, n_strands)
+            n_strands += len(strips.counts)
         stage.SetDefaultPrim(stage.GetPrimAtPath(root or f"/{name}"))
         layer.Save()
         del stage, layer
@@ -103,12 +106,11 @@ def _facts(stage: Any, parts: list[Any]) -> list[str]:
     return lost
 
 
-def _curves(stage: Any, path: str, part: Lines | Curves) -> list[str]:
-    """Write one prim."""
+def _curves(stage: Any, path: str, part: Lines | Curves, strips: Polylines, first: int) -> list[str]:
+    """Write one prim, whose first strand will be read as the number `first`."""
     from pxr import Sdf, UsdGeom, Vt
 
     is_cubic = isinstance(part, Curves)
-    strips = splines_of(part) if isinstance(part, Curves) else polylines_of(part)
     prim = UsdGeom.BasisCurves.Define(stage, path)
     prim.CreateTypeAttr("cubic" if is_cubic else "linear")
     if is_cubic:
@@ -124,7 +126,8 @@ def _curves(stage: Any, path: str, part: Lines | Curves) -> list[str]:
         prim.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(reach.astype(np.float32)))
 
     lost = list(strips.lost)
-    if not np.array_equal(strips.strand, np.arange(len(strips.strand))):
+    strand = strips.strand
+    if (strand >= 0).any() and not np.array_equal(strand, first + np.arange(len(strand))):
         lost.append("the numbers of strands, as a strand is a curve")
     if isinstance(part, Curves) and part.tolerance is not None:
         lost.append("the tolerance")

@@ -1,47 +1,29 @@
 """Data sets of VTK as lines, whichever file they are from: `vtk_legacy` and `vtk_xml` read them.
 
-Cells of the types line and polyline become strands, by their number among these cells; other cells are left out. An
-array of points or cells whose name is ``radius``, in upper or lower case, is the radius. The texts ``unit`` and ``up``
-in the field data of a data set are the unit and the upward axis, as `vtp` writes them.
+Cells of the types line and polyline are read, and other cells are left out. `vtk_cells` says what becomes of their
+arrays and of the field data, the same as for meshes of PyVista.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ...arrays import IntArray
-from ...lines import AXES, Lines
+from ...lines import Lines
+from ...vtk_cells import Cells, lines_of_cells
 from ..source import Source
-from .streamlines import with_values
 
 AnyArray = npt.NDArray[Any]
 
-RADIUS = "radius"
 #: The types of cells that are read, and what some others are called in warnings.
 LINE, POLYLINE = 3, 4
 _CURVES = {21: "quadratic edges", 35: "cubic lines", 68: "Lagrange curves", 75: "Bezier curves"}
 _NO_INTS = np.empty(0, np.int64)
-
-
-@dataclass
-class Cells:
-    """Cells of one kind, or of all kinds.
-
-    Attributes
-    ----------
-    points : (m,) int64
-        The points of all cells, one cell after the other.
-    counts : (n,) int64
-        How many points each cell has.
-    """
-
-    points: IntArray = field(default_factory=lambda: _NO_INTS)
-    counts: IntArray = field(default_factory=lambda: _NO_INTS)
 
 
 @dataclass
@@ -75,15 +57,19 @@ def lines_of(source: Source, data: DataSet, invalid: str) -> Lines:
             f"its lines are of points {ids.min()} to {ids.max()}, but it has {n_points} points; the file is damaged"
         )
 
-    # Take the values of the points and cells that are read; one array may be the radius.
+    # Take the values of the points and cells that are read.
     per_point = {name: values[ids] for name, values in _checked(source, data.point_data, n_points, "points").items()}
     per_cell = {name: values[rows] for name, values in _checked(source, data.cell_data, n_cells, "cells").items()}
-    radius = _take_radius(source, per_point)
-    if radius is None and (of_cells := _take_radius(source, per_cell)) is not None:
-        radius = np.repeat(of_cells, cells.counts)
-    texts = _texts(source, data.field_data)
-    lines = Lines.from_points(data.points[ids], cells.counts, radius=radius, attributes=per_point, invalid=invalid)
-    return replace(with_values(lines, per_cell, "cell"), unit=texts.get("unit"), up=texts.get("up"))
+    return lines_of_cells(
+        data.points[ids],
+        cells.counts,
+        per_point,
+        per_cell,
+        data.field_data,
+        invalid=invalid,
+        warn=source.warn,
+        check=source.radius,
+    )
 
 
 def cells_of(source: Source, what: str, points: AnyArray, offsets: AnyArray) -> Cells:
@@ -95,24 +81,6 @@ def cells_of(source: Source, what: str, points: AnyArray, offsets: AnyArray) -> 
             "the file is damaged"
         )
     return Cells(points.astype(np.int64), np.asarray(np.diff(offsets), np.int64))
-
-
-def cells_in_rows(rows: AnyArray) -> Cells | None:
-    """Return cells, given the number of points of each and then its points; None if there are fewer points."""
-    rows = np.ascontiguousarray(rows, np.int64)
-    numbers: memoryview[int] = rows.data
-    begins: list[int] = []
-    at = 0
-    while at < len(rows):
-        begins.append(at)
-        if numbers[at] < 0:
-            return None
-        at += 1 + numbers[at]
-    if at != len(rows):
-        return None
-    is_point = np.ones(len(rows), np.bool_)
-    is_point[begins] = False
-    return Cells(rows[is_point], rows[begins] if begins else _NO_INTS)
 
 
 def _line_cells(source: Source, data: DataSet) -> tuple[Cells, IntArray, dict[str, int]]:
@@ -142,25 +110,4 @@ def _checked(source: Source, arrays: Mapping[str, AnyArray], n: int, what: str) 
             source.warn(f"its array {name!r} has {len(values)} rows for {n} {what}, and is left out")
         else:
             found[name] = values
-    return found
-
-
-def _take_radius(source: Source, arrays: dict[str, AnyArray]) -> AnyArray | None:
-    """Remove the radius from arrays, and return it if there is one."""
-    name = next((name for name, values in arrays.items() if name.casefold() == RADIUS and values.ndim == 1), None)
-    return None if name is None else source.radius(f"values of {name!r}", arrays.pop(name))
-
-
-def _texts(source: Source, arrays: Mapping[str, AnyArray]) -> dict[str, str]:
-    """Return the unit and the upward axis; warn of all else that belongs to no point and no cell."""
-    found: dict[str, str] = {}
-    other = []
-    for name, values in arrays.items():
-        text = str(values[0]) if values.dtype.kind == "U" and values.shape == (1,) else ""
-        if (name == "up" and text in AXES) or (name == "unit" and text and text.isprintable()):
-            found[name] = text
-        else:
-            other.append(repr(name))
-    if other:
-        source.warn(f"its field data {', '.join(other)} are left out: they belong to no point and no cell")
     return found

@@ -16,8 +16,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from ...vtk_cells import Cells
 from ..source import BAD_COPY, Source, reason
-from .vtk_data import KINDS, AnyArray, Cells, DataSet, cells_of
+from .vtk_data import KINDS, AnyArray, DataSet, cells_of
 from .vtk_legacy import parse_numbers
 
 _TYPES = {

@@ -13,9 +13,9 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from ...lines import Lines
+from ...vtk_cells import RADIUS, AnyArray
 from ..polylines import polylines_of
 from .vtk import read as read
-from .vtk_data import RADIUS, AnyArray
 
 _TYPES = {"f": "Float", "i": "Int", "u": "UInt"}
 
