@@ -137,7 +137,7 @@ def test_what_usd_has_no_place_for(tmp_path):
         "the name 'my name', which is written as 'my_name'",
         "the name 'my_name', which is written as 'my_name_'",
         "the name 'widths', which is written as 'widths_'",
-        "the numbers of strands, as a strand is a curve",
+        "the numbers of strands, which are counted from 0",
     ):
         assert part in text
     made = fl.read(tmp_path / "a.usda")

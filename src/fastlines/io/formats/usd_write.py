@@ -15,6 +15,7 @@ from ...errors import InputError, MissingExtraError
 from ...geometry import Geometry
 from ...lines import Lines
 from ..polylines import Polylines, polylines_of
+from ..written import strand_numbers
 from .usd_values import AnyArray
 
 #: Metres in each unit that has a name.
@@ -123,9 +124,7 @@ def _curves(stage: Any, path: str, part: Lines | Curves) -> list[str]:
         reach = part.bounds + np.array([[-1], [1]]) * part.max_radius
         prim.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(reach.astype(np.float32)))
 
-    lost = list(strips.lost)
-    if not np.array_equal(strips.strand, np.arange(len(strips.strand))):
-        lost.append("the numbers of strands, as a strand is a curve")
+    lost = strips.lost + strand_numbers(strips.strand)
     if isinstance(part, Curves) and part.tolerance is not None:
         lost.append("the tolerance")
     api = UsdGeom.PrimvarsAPI(prim)
