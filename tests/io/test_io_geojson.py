@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import gzip
 import json
 import re
 
 import numpy as np
 import pytest
-from support.line_files import message_of
+from support.line_files import lost_by, message_of
 from support.mutations import mutations
 
 import fastlines as fl
@@ -197,3 +198,45 @@ def test_what_has_no_place_is_told(tmp_path):
         assert read(tmp_path / "a.geojson", radius="radius").radius.tolist() == [0.5, 0.5]
     with pytest.warns(FileWarning, match="the radius, which differs along the lines"):
         write(tmp_path / "a.geojson", fl.Lines.from_points([[0, 0, 0], [1, 0, 0]], [2], radius=[1, 2]))
+
+
+@pytest.mark.parametrize(("up", "said"), [(None, []), ("z", []), ("y", ["the upward axis 'y' (z will be up)"])])
+def test_other_axes_are_told(tmp_path, up, said):
+    lines = fl.Lines(np.ones((1, 2, 3), np.float32), np.zeros(1, int), up=up, unit="degree")
+    assert lost_by(tmp_path / "a.geojson", lines) == said
+    assert read(tmp_path / "a.geojson").up == "z"
+
+
+def test_strands_that_fork_are_told(tmp_path):
+    segments = np.float32([[[0, 0, 0], [1, 0, 0]], [[1, 0, 0], [2, 0, 0]], [[1, 0, 0], [1, 1, 0]]])
+    lost = lost_by(tmp_path / "a.geojson", fl.Lines(segments, np.zeros(3, int)))
+    assert lost == ["the numbers of strands, which are counted from 0"]
+    assert read(tmp_path / "a.geojson").strands.tolist() == [0, 0, 1]
+
+
+def test_names_that_change_are_told_and_kept_apart(tmp_path):
+    names = {"a\nb": np.array([1]), "a?b": np.array([2])}
+    lines = fl.Lines(np.ones((1, 2, 3), np.float32), np.zeros(1, int), attributes=names)
+    assert lost_by(tmp_path / "a.geojson", lines) == [r"the name 'a\nb' ('a?b_' is written)"]
+    assert read(tmp_path / "a.geojson").attributes == {"a?b_": 1, "a?b": 2}
+
+
+@pytest.mark.parametrize("name", ["a.geojsonl", "a.ndjson", "A.NDJSON.gz"])
+def test_a_feature_a_line(tmp_path, name):
+    points = np.arange(12.0).reshape(4, 3)
+    lines = fl.Lines.from_points(points, [2, 2])
+    lines = fl.Lines(lines.segments, lines.strands, attributes={"id": np.array([7, 8])}, unit="degree")
+    assert lost_by(tmp_path / name, lines) == []
+    data = (tmp_path / name).read_bytes()
+    rows = (gzip.decompress(data) if name.endswith(".gz") else data).decode().splitlines()
+    assert [json.loads(row)["properties"] for row in rows] == [{"id": 7}, {"id": 8}]
+    again = read(tmp_path / name)
+    np.testing.assert_array_equal(again.segments, lines.segments)
+    assert (again.strands.tolist(), again.attributes["id"].tolist(), again.unit) == ([0, 1], [7, 8], "degree")
+    for unit, said in (("mm", "the unit 'mm'"), (None, "that the unit is not known (coordinates will be read as deg")):
+        lost = lost_by(tmp_path / name, fl.Lines(lines.segments, lines.strands, unit=unit))
+        assert len(lost) == 1
+        assert lost[0].startswith(said)
+        assert read(tmp_path / name).unit == "degree"
+    fl.write(tmp_path / name, np.empty((0, 2, 3)))
+    assert len(read(tmp_path / name)) == 0

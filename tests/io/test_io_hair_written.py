@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.line_files import COUNTS, POINTS, bcc, usc
+from support.line_files import COUNTS, POINTS, bcc, lost_by, usc
 from support.mutations import mutate
 
 import fastlines as fl
@@ -124,8 +124,17 @@ def test_hair_of_too_many_segments_is_cut(tmp_path):
     np.testing.assert_array_equal(np.bincount(back.strands), [2, 65535, 65535, 1, 65535, 65535, 1, 1])
 
 
+def test_hair_says_that_the_largest_whole_numbers_are_rounded(tmp_path):
+    for number, is_kept in ((2**63 - 1, False), (2**53 + 1, False), (2**60, True)):
+        color = np.full((7, 3), number)
+        lines = fl.Lines.from_points(POINTS, COUNTS, attributes={"color": color})
+        lost = [] if is_kept else ["digits of 'color' (int64) beyond float32"]
+        assert lost_by(tmp_path / "a.hair", lines) == lost
+
+
 def test_no_hair(tmp_path):
     fl.write(tmp_path / "a.hair", np.empty((0, 2, 3)))
     assert len(fl.read(tmp_path / "a.hair")) == 0
-    fl.write(tmp_path / "a.hair", [[[0, 0, 0], [1, 1, 1]], [[1, 1, 1], [2, 2, 2]]])
+    with pytest.warns(fl.FileWarning, match="no place for it: that segments are of no strand$"):
+        fl.write(tmp_path / "a.hair", np.array([[[0, 0, 0], [1, 1, 1]], [[1, 1, 1], [2, 2, 2]]]))
     np.testing.assert_array_equal(fl.read(tmp_path / "a.hair").strands, [0, 1])

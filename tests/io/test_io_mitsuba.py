@@ -106,9 +106,12 @@ def test_curves_come_back_as_they_were_written(tmp_path):
         back = fl.read(tmp_path / name)
         for part in ("segments", "radius", "strands"):
             np.testing.assert_array_equal(getattr(back, part), getattr(lines, part))
-    with pytest.warns(fl.FileWarning, match="that there is no radius, which is written as 0; the unit, 'mm'"):
+    with pytest.warns(fl.FileWarning, match="radius, which is written as 0; that segments are of no strand; the unit"):
         fl.write(tmp_path / "a.txt", fl.Lines(lines.segments, unit="mm"))
     assert not fl.read(tmp_path / "a.txt").radius.any()
+    for basis in ("linear", "bspline"):
+        fl.write(tmp_path / "a.txt", fl.Lines.from_segments(np.empty((0, 2, 3)), radius=1))
+        assert len(fl.read(tmp_path / "a.txt", basis=basis)) == 0
 
 
 @pytest.mark.filterwarnings("ignore::fastlines.FileWarning", "ignore::fastlines.PrecisionWarning")

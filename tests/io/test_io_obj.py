@@ -109,12 +109,17 @@ def test_lines_come_back_as_they_were_written(tmp_path):
         np.testing.assert_array_equal(back.segments, lines.segments)
         np.testing.assert_array_equal(back.strands, lines.strands)
         np.testing.assert_array_equal(back.end_attributes["color"], lines.end_attributes["color"])
-    with pytest.warns(fl.FileWarning, match="radius; the numbers of strands, which are counted anew; 'color'"):
+    with pytest.warns(fl.FileWarning, match="radius; the numbers of strands, which are counted from 0; 'color'"):
         fl.write(
             tmp_path / "a.obj",
             fl.Lines.from_segments(rng.random((2, 2, 3)), strands=[3, 3], radius=1, attributes={"color": [1, 1]}),
         )
     assert (tmp_path / "a.obj").read_text().splitlines()[-1] == "l 3 4"
+
+
+def test_no_lines_come_back(tmp_path):
+    fl.write(tmp_path / "a.obj", np.empty((0, 2, 3)))
+    assert len(fl.read(tmp_path / "a.obj")) == 0
 
 
 @pytest.mark.filterwarnings("ignore::fastlines.FileWarning", "ignore::fastlines.PrecisionWarning")

@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
-from support.line_files import PLY_HEADER, POINTS, ply
+from support.line_files import PLY_HEADER, POINTS, lost_by, ply
 from support.mutations import mutate
 
 import fastlines as fl
@@ -127,9 +127,56 @@ def test_what_ply_cannot_hold_is_told(tmp_path):
     with pytest.warns(fl.FileWarning) as told:
         fl.write(tmp_path / "a.ply", lines)
     text = str(told[0].message)
-    for name in ("'strand'", "'name'", "'large'", "'a b'", "'vertex1', whose name another property has", "'box'"):
+    for name in (
+        "the numbers of strands",
+        "'name'",
+        "'large'",
+        "'a b'",
+        "'vertex1', whose name stands for another property",
+        "'box'",
+    ):
         assert name in text
     assert not fl.read(tmp_path / "a.ply").attributes
+
+
+@pytest.mark.parametrize("name", ["strand", "vertex1", "vertex2"])
+def test_names_of_edges_that_ply_reads_otherwise(tmp_path, name):
+    made = fl.Lines.from_points(POINTS, [3, 1, 2, 1])
+    lines = fl.Lines(made.segments, made.strands, attributes={name: np.full(len(made), 5)})
+    assert lost_by(tmp_path / "a.ply", lines) == [f"{name!r}, whose name stands for another property"]
+    back = fl.read(tmp_path / "a.ply")
+    np.testing.assert_array_equal(back.strands, made.strands)
+    assert not back.attributes
+
+
+@pytest.mark.parametrize("name", ["radius", "x", "y", "z"])
+def test_names_of_vertices_that_ply_reads_otherwise(tmp_path, name):
+    lines = fl.Lines.from_points(POINTS, [3, 1, 2, 1], attributes={name: np.arange(7)})
+    assert lost_by(tmp_path / "a.ply", lines) == [f"{name!r}, whose name stands for another property"]
+    back = fl.read(tmp_path / "a.ply")
+    np.testing.assert_array_equal(back.segments, lines.segments)
+    assert (back.radius, dict(back.attributes)) == (None, {})
+
+
+def test_shapes_and_names_that_do_not_come_back_are_told_once(tmp_path):
+    values = {"v": np.ones((7, 1)), "none": np.ones((7, 0)), "c_0": np.zeros(7), "c_1": np.ones(7), "w_1": np.ones(7)}
+    lines = fl.Lines.from_points(POINTS, [7], attributes={**values, "word": np.array([*"abcdefg"])})
+    assert lost_by(tmp_path / "a.ply", lines) == [
+        "the shape (7, 1) of 'v', which is written as one column",
+        "'none' (float64 of shape (7, 0))",
+        "'word' (<U1 of shape (7,))",
+        "that 'c_0' is an attribute, as names with _0, _1, … are of columns of one",
+        "that 'c_1' is an attribute, as names with _0, _1, … are of columns of one",
+    ]
+    back = fl.read(tmp_path / "a.ply")
+    assert {name: v.shape for name, v in back.attributes.items()} == {"v": (6,), "c": (6, 2), "w_1": (6,)}
+    np.testing.assert_array_equal(back.attributes["c"], [[0, 1]] * 6)
+
+
+def test_an_attribute_that_is_not_written_is_told_once(tmp_path):
+    segments = np.float32([[[0, 0, 0], [1, 0, 0]], [[1, 0, 0], [2, 0, 0]]])
+    lines = fl.Lines(segments, np.zeros(2, int), end_attributes={"word": np.array([["a", "b"], ["c", "d"]])})
+    assert lost_by(tmp_path / "a.ply", lines) == ["'word' (<U1 of shape (3,))"]
 
 
 @pytest.mark.filterwarnings("ignore::fastlines.FileWarning", "ignore::fastlines.PrecisionWarning")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -171,6 +172,24 @@ def test_other_lines_are_written_as_trees_of_their_own(tmp_path):
     assert len(fl.read(tmp_path / "a.swc")) == 0
 
 
+def test_other_order_of_segments_is_told(load, tmp_path):
+    lines = load(NEURON, "a.swc")
+    ends = {name: values[::-1].copy() for name, values in lines.end_attributes.items()}
+    turned = fl.Lines.from_segments(
+        lines.segments[::-1], strands=lines.strands[::-1], radius=lines.radius[::-1], end_attributes=ends
+    )
+    with pytest.warns(fl.FileWarning, match="no place for it: the order of segments$"):
+        fl.write(tmp_path / "b.swc", turned)
+    np.testing.assert_array_equal(fl.read(tmp_path / "b.swc").segments, lines.segments)
+    for strands, said in (
+        (lines.strands + 1, "the numbers of strands, which are those of sections$"),
+        (np.where(lines.strands == 1, -1, lines.strands), "no place for it: that segments are of no strand$"),
+    ):
+        given = replace(lines, strands=strands)
+        with pytest.warns(fl.FileWarning, match=said):
+            fl.write(tmp_path / "b.swc", given)
+
+
 def test_types_are_kept_only_at_ends_and_as_whole_numbers(load, tmp_path):
     lines = load(NEURON, "a.swc")
     for types in (lines.end_attributes["type"] + 0.5, np.ones((7, 2, 2), int)):
@@ -191,6 +210,15 @@ def test_ids_that_make_no_trees_are_not_kept(tmp_path):
     with pytest.warns(fl.FileWarning, match="'id'"):
         fl.write(tmp_path / "a.swc", lines)
     np.testing.assert_array_equal(fl.read(tmp_path / "a.swc").segments, lines.segments)
+
+
+def test_lone_node_that_repeats_is_written_each_time(tmp_path):
+    lines = fl.Lines.from_segments(
+        np.ones((2, 2, 3)), strands=[0, 1], radius=1, end_attributes={"id": np.full((2, 2), 5)}
+    )
+    with pytest.warns(fl.FileWarning, match="no place for it: 'id'$"):
+        fl.write(tmp_path / "a.swc", lines)
+    assert len(fl.read(tmp_path / "a.swc")) == 2
 
 
 @pytest.mark.filterwarnings("ignore::fastlines.FileWarning", "ignore::fastlines.PrecisionWarning")

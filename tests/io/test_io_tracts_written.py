@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.line_files import POINTS, trk
+from support.line_files import POINTS, lost_by, trk
 
 import fastlines as fl
 
@@ -83,11 +83,45 @@ def test_what_is_lost_is_told(tmp_path):
 
 def test_strands_that_fork_or_are_none(tmp_path):
     segments = POINTS[:6].reshape(3, 2, 3)
-    fl.write(tmp_path / "a.tck", segments)
+    with pytest.warns(fl.FileWarning, match="no place for it: that segments are of no strand$"):
+        fl.write(tmp_path / "a.tck", segments)
     np.testing.assert_array_equal(fl.read(tmp_path / "a.tck").strands, [0, 1, 2])
     with pytest.warns(fl.FileWarning, match="numbers of strands"):
         fl.write(tmp_path / "a.tck", fl.Lines.from_segments(segments, strands=[4, 4, 4]))
     np.testing.assert_array_equal(fl.read(tmp_path / "a.tck").segments, segments)
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        (np.full(7, 2**53 + 1), "digits of 'v' (int64) beyond those of float32"),
+        (np.full(7, 2**63 - 1), "digits of 'v' (int64) beyond those of float32"),
+        (np.full(7, 2**64 - 1, np.uint64), "digits of 'v' (uint64) beyond those of float32"),
+        (np.full(7, -(2**63)), None),
+        (np.full(7, 2**63, np.uint64), None),
+        (np.ones(7, np.bool_), "that 'v' is boolean (0 and 1 are written)"),
+    ],
+)
+def test_values_that_float32_does_not_keep_are_told(tmp_path, values, said):
+    lines = fl.Lines.from_points(POINTS, [7], attributes={"v": values})
+    assert lost_by(tmp_path / "a.trk", lines) == ([said] if said else [])
+    np.testing.assert_array_equal(fl.read(tmp_path / "a.trk").attributes["v"], values[:6].astype("f4"))
+
+
+@pytest.mark.parametrize("name", ["a.trk", "a.tck", "a.trx", "a.vtp", "a.hair", "a.swc", "a.txt", "a.obj", "a.geojson"])
+def test_segments_of_no_strand_are_told_once(tmp_path, name):
+    segments = POINTS[:6].reshape(3, 2, 3).astype("f4")
+    for strands, said in (
+        ([0, -1, 2], ["that segments are of no strand"]),
+        ([-1, 7, -1], ["that segments are of no strand", "the numbers of strands, which are counted from 0"]),
+        ([0, 1, 1], ["the numbers of strands, which are counted from 0"]),
+    ):
+        radius = None if name.endswith(("tck", "obj")) else 0
+        lines = fl.Lines.from_segments(segments, strands=strands, radius=radius)
+        assert [text for text in lost_by(tmp_path / name, lines) if "strand" in text] == said
+        back = fl.read(tmp_path / name)
+        np.testing.assert_array_equal(back.segments, segments)
+        np.testing.assert_array_equal(back.strands, [0, 1, 2])
 
 
 @pytest.mark.parametrize("extension", [".trk", ".tck", ".trx"])

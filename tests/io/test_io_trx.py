@@ -165,6 +165,18 @@ def test_what_is_lost_is_told(tmp_path):
     assert set(again.attributes) == {"radius", "a_b", "yes"}
 
 
+def test_names_that_become_the_same_are_kept_apart(tmp_path):
+    values = {"a/b": 1, "a_b": 2, "a.b": 3.5, "group a/b": True, "group a_b": False}
+    per_segment = {name: np.full(5, value) for name, value in values.items()}
+    lines = fl.Lines.from_segments(SEGMENTS, strands=[0, 0, 1, 2, 3], attributes=per_segment)
+    with pytest.warns(fl.FileWarning) as told:
+        fl.write(tmp_path / "a.trx", lines)
+    for said in ("'a/b' ('a_b_' is", "'a.b' ('a_b__' is", "'group a/b' ('group a_b_' is"):
+        assert said in str(told[0].message)
+    expected = {"a_b_": 1, "a_b": 2, "a_b__": 3.5, "group a_b_": True, "group a_b": False}
+    assert {name: v[0] for name, v in fl.read(tmp_path / "a.trx").attributes.items()} == expected
+
+
 def test_trx_python_reads_it(tmp_path, load):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

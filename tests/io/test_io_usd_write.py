@@ -111,7 +111,7 @@ def test_prims_and_strands_of_several_parts_come_back(tmp_path, recwarn):
 
 def test_numbers_of_strands_that_change_are_told(tmp_path):
     lines = fl.Lines.from_points(np.arange(12.0).reshape(4, 3), [2, 2])
-    with pytest.warns(FileWarning, match="the numbers of strands, as a strand is a curve"):
+    with pytest.warns(FileWarning, match="the numbers of strands, which are counted from 0"):
         fl.write(tmp_path / "a.usda", fl.Geometry([lines, lines]))
     np.testing.assert_array_equal(fl.read(tmp_path / "a.usda").strands, range(4))
 
@@ -162,7 +162,7 @@ def test_what_usd_has_no_place_for(tmp_path):
         "the name 'my name', which is written as 'my_name'",
         "the name 'my_name', which is written as 'my_name_'",
         "the name 'widths', which is written as 'widths_'",
-        "the numbers of strands, as a strand is a curve",
+        "the numbers of strands, which are counted from 0",
     ):
         assert part in text
     made = fl.read(tmp_path / "a.usda")

@@ -215,6 +215,18 @@ def test_what_is_lost_is_told(tmp_path):
     assert len(fl.read(tmp_path / "b.vtp")) == 0
 
 
+def test_names_that_become_the_same_are_kept_apart(tmp_path):
+    of_points = {"a\nb": np.full(7, 1), "a?b": np.full(7, 2)}
+    made = fl.Lines.from_points(POINTS, [3, 1, 2, 1], attributes=of_points)
+    of_lines = {"a\tb": np.full(len(made), 3)}
+    lines = fl.Lines(made.segments, made.strands, attributes=of_lines, end_attributes=made.end_attributes)
+    with pytest.warns(fl.FileWarning) as told:
+        fl.write(tmp_path / "a.vtp", lines)
+    assert all(said in str(told[0].message) for said in (r"'a\nb' ('a?b_' is", r"'a\tb' ('a?b__' is"))
+    read = {name: values[0] for name, values in fl.read(tmp_path / "a.vtp").attributes.items()}
+    assert read == {"a?b_": 1, "a?b": 2, "a?b__": 3}
+
+
 # --- The library vtk ---
 
 

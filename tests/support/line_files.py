@@ -6,11 +6,14 @@ import gzip
 import io
 import json
 import struct
+import warnings
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import fastlines as fl
 from fastlines.errors import FileFormatError
 
 POINTS = np.arange(21, dtype="<f4").reshape(7, 3) ** 1.5
@@ -28,6 +31,15 @@ def message_of(load, data: bytes, name: str, error: type[Exception] = FileFormat
     assert name in text
     assert "\n" not in text
     return text
+
+
+def lost_by(path: Path, lines: fl.Lines) -> list[str]:
+    """Write lines to a file, and return what the one warning lists as lost; nothing if there is no warning."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        fl.write(path, lines)
+    assert len(told) < 2
+    return str(told[0].message).partition("no place for it: ")[2].split("; ") if told else []
 
 
 # --- Writers ---

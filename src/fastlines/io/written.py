@@ -6,8 +6,9 @@ from collections.abc import Container
 
 import numpy as np
 
+from ..arrays import IntArray
 from ..lines import Lines
-from .polylines import Polylines
+from .polylines import AnyArray, Polylines
 
 
 def not_held(
@@ -17,6 +18,7 @@ def not_held(
     radius: bool = False,
     needs_radius: bool = False,
     attributes: Container[str] = (),
+    strands: bool = False,
     unit: str | None = None,
 ) -> list[str]:
     """Return what is lost when lines are written as polylines.
@@ -29,6 +31,8 @@ def not_held(
         Whether it has one in any case, so that 0 stands for none.
     attributes : container of str
         The attributes that are written.
+    strands : bool
+        Whether the numbers of strands are written.
     unit : str, optional
         The unit by the format's convention.
     """
@@ -37,14 +41,62 @@ def not_held(
         lost.append("radius")
     if lines.radius is None and needs_radius:
         lost.append("that there is no radius, which is written as 0")
-    known = polylines.strand[polylines.strand >= 0]
-    if len(known) and not np.array_equal(polylines.strand, np.arange(len(polylines.strand))):
-        lost.append("the numbers of strands, which are counted anew")
-    names = [*polylines.point_attributes, *polylines.attributes]
-    lost += [repr(name) for name in names if name not in attributes]
-    lost += [text for text in polylines.lost if radius or not text.startswith("radius ")]
+    if not strands:
+        lost += strand_numbers(polylines.strand)
+    names = [repr(name) for name in (*polylines.point_attributes, *polylines.attributes) if name not in attributes]
+    lost += names
+    said = tuple(f"{name} on " for name in ("radius",) * (not radius) + tuple(names))
+    lost += [text for text in polylines.lost if not text.startswith(said)]
     if lines.unit is not None and lines.unit != unit:
         lost.append(f"the unit, {lines.unit!r}")
     if lines.up is not None:
         lost.append(f"the axis that points upwards, {lines.up!r}")
     return lost
+
+
+def strand_numbers(strand: IntArray, first: int = 0) -> list[str]:
+    """Return what is lost of the strands of polylines when these are counted first, first + 1, … in the file.
+
+    Examples
+    --------
+    >>> strand_numbers(np.array([0, 1, -1])), strand_numbers(np.array([0, 0]))
+    (['that segments are of no strand'], ['the numbers of strands, which are counted from 0'])
+    """
+    lost = []
+    if (strand < 0).any():
+        lost.append("that segments are of no strand")
+    if ((strand >= 0) & (strand != first + np.arange(len(strand)))).any():
+        lost.append("the numbers of strands, which are counted from 0")
+    return lost
+
+
+def free_name(name: str, clean: str, taken: set[str], lost: list[str]) -> str:
+    """Return the name that is written: `clean`, with ``_`` appended while another attribute has that name.
+
+    Parameters
+    ----------
+    clean : str
+        The name as the format can hold it.
+    taken : set of str
+        The names of all attributes, and those written so far; the name is added.
+    lost : list of str
+        Where it is recorded that the name is another one.
+    """
+    written = clean
+    if written != name:
+        while written in taken:
+            written += "_"
+        lost.append(f"the name {name!r} ({written!r} is written)")
+    taken.add(written)
+    return written
+
+
+def keeps_values(values: AnyArray, written: AnyArray) -> bool:
+    """Return whether numbers that are written as floats can be converted back exactly."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        back = written.astype(values.dtype)
+    if values.dtype.kind == "f":
+        return np.array_equal(back, values, equal_nan=True)
+    # The largest whole numbers may be rounded to one that their type does not have.
+    n_bits = 8 * values.dtype.itemsize - (values.dtype.kind == "i")
+    return bool((written < 2.0**n_bits).all()) and np.array_equal(back, values)

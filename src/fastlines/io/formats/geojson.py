@@ -22,6 +22,7 @@ import numpy.typing as npt
 from ...lines import Lines
 from ..polylines import Polylines, polylines_of
 from ..source import Source, printable, reason
+from ..written import free_name, strand_numbers
 from .columns import counted, numeric, radius_of, with_strand_attributes
 
 Float64Array = npt.NDArray[np.float64]
@@ -29,6 +30,8 @@ Float64Array = npt.NDArray[np.float64]
 _LINES = ("LineString", "MultiLineString")
 _OTHERS = ("Point", "MultiPoint", "Polygon", "MultiPolygon")
 _COLLECTIONS = ("Feature", "FeatureCollection", "GeometryCollection")
+#: The extensions of files that have a feature a line.
+_ONE_A_LINE = (".geojsonl", ".ndjson")
 #: Parts of the names of reference systems whose unit is the degree.
 _DEGREES = (
     "CRS84",
@@ -220,28 +223,40 @@ def write(lines: Lines, path: Path) -> list[str]:
     """Write a feature for each polyline, whose properties are its attributes; NaN is null.
 
     Coordinates have as few digits as give the same float32 again, and no z where it is 0 everywhere. Without the unit
-    degree, ``"crs": null`` says that they are no longitudes and latitudes.
+    degree, ``"crs": null`` says that they are no longitudes and latitudes. ``.geojsonl`` and ``.ndjson`` have a feature
+    a line, and no place for ``crs``.
     """
+    one_a_line = path.suffix in _ONE_A_LINE
     joined = polylines_of(lines)
     columns, lost = _columns(joined)
     lost += [f"{name!r} of each point" for name in joined.point_attributes]
+    lost += strand_numbers(joined.strand)
     if lines.unit not in (None, "degree"):
         lost.append(f"the unit {lines.unit!r}")
+    elif lines.unit is None and one_a_line and len(lines):
+        lost.append("that the unit is not known (coordinates will be read as degrees)")
+    if lines.up not in (None, "z"):
+        lost.append(f"the upward axis {lines.up!r} (z will be up)")
     with path.open("w", encoding="utf-8", newline="\n") as file:
+        if one_a_line and len(lines):
+            file.writelines(f"{line}\n" for line in _features(joined, columns))
+            return lost
+        # An empty file would not be read, so a collection stands for no lines.
         crs = "" if lines.unit == "degree" else '"crs": null, '
         file.write(f'{{"type": "FeatureCollection", {crs}"features": [')
         for i, line in enumerate(_features(joined, columns)):
             file.write(f"{',' if i else ''}\n{line}")
-        file.write("\n]}\n")
+        file.write("]}\n" if one_a_line else "\n]}\n")
     return lost
 
 
 def _columns(joined: Polylines) -> tuple[dict[str, list[str]], list[str]]:
     """Return the properties of polylines as JSON, and what has no place."""
     columns, lost = {}, list(joined.lost)
+    taken = {*joined.attributes}
     for name, values in joined.attributes.items():
         if values.ndim == 1 and values.dtype.kind in "fiub":
-            columns[name] = _texts(values)
+            columns[free_name(name, printable(name), taken, lost)] = _texts(values)
             if values.dtype.kind == "f" and np.isinf(values).any():
                 lost.append(f"infinite values of {name!r}")
         else:

@@ -17,7 +17,7 @@ import numpy as np
 from ...lines import Lines
 from ..polylines import polylines_of
 from ..source import Source
-from ..written import not_held
+from ..written import keeps_values, not_held
 
 _HEADER = np.dtype(
     [
@@ -125,7 +125,7 @@ def write(lines: Lines, path: Path) -> list[str]:
             bits |= bit
             with np.errstate(over="ignore"):
                 arrays.append(values[rows].astype("<f4"))
-            if not np.array_equal(arrays[-1], values[rows], equal_nan=values.dtype.kind == "f"):
+            if not keeps_values(values[rows], arrays[-1]):
                 lost.append(f"digits of {name!r} ({values.dtype}) beyond float32")
     header = np.zeros((), _HEADER)
     header["magic"], header["strands"], header["points"], header["bits"] = b"HAIR", len(counts), len(rows), bits

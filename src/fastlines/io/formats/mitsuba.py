@@ -74,4 +74,6 @@ def write(lines: Lines, path: Path) -> list[str]:
                 if n_written == end and n_written < len(table):
                     file.write(b"\n")
                     end = next(ends)
+        if not len(table):
+            file.write(b"\n")
     return not_held(lines, polylines, radius=True, needs_radius=True)

@@ -88,6 +88,8 @@ def write(lines: Lines, path: Path) -> list[str]:
         for count in polylines.counts.tolist():
             file.write(b"l " + " ".join(map(str, range(start, start + count))).encode() + b"\n")
             start += count
+        if not len(lines):
+            file.write(b"# no lines\n")
     return not_held(lines, polylines, attributes=kept)
 
 

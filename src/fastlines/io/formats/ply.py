@@ -12,6 +12,7 @@ edges overrides that. The format defines no unit and no axes.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from ...arrays import IntArray
 from ...lines import Lines
 from ..polylines import polylines_of
 from ..source import Source
-from ..written import not_held
+from ..written import not_held, strand_numbers
 from .ply_elements import TYPES, Columns, read_elements
 
 #: The types that are written for those that PLY does not have.
@@ -31,6 +32,8 @@ _WRITTEN = {"b1": "u1", "f2": "f4", "i8": "i4", "u8": "u4"}
 _PLY_NAMES = {code: name for name, code in reversed(TYPES.items()) if not name[-1].isdigit()}
 _VERTEX: tuple[str, ...] = ("x", "y", "z")
 _EDGE: tuple[str, ...] = ("vertex1", "vertex2")
+#: The columns that are no attributes.
+_VERTEX_USED, _EDGE_USED = (*_VERTEX, "radius"), (*_EDGE, "strand")
 
 
 def read(source: Source, invalid: str) -> Lines:
@@ -53,13 +56,13 @@ def read(source: Source, invalid: str) -> Lines:
 
     # Gather what is known of vertices at both ends.
     radius = source.radius("radii", vertices["radius"])[ends] if "radius" in vertices else None
-    at_ends = {name: values[ends] for name, values in _grouped(vertices, (*_VERTEX, "radius")).items()}
+    at_ends = {name: values[ends] for name, values in _grouped(vertices, _VERTEX_USED).items()}
     strands = edges.get("strand")
     if strands is None or strands.dtype.kind not in "iu" or (strands > np.iinfo(np.int64).max).any():
         strands = _runs(ends)
         used = _EDGE
     else:
-        used = (*_EDGE, "strand")
+        used = _EDGE_USED
     attributes = {
         f"{name} of edge" if name in at_ends else name: values for name, values in _grouped(edges, used).items()
     }
@@ -79,20 +82,21 @@ def write(lines: Lines, path: Path) -> list[str]:
     Whole numbers of 64 bits are written as 32 bits. Strands are written if they are not the runs of edges.
     """
     polylines = polylines_of(replace(lines, attributes={}))
-    lost: list[str] = []
     vertices: Columns = {name: polylines.points[:, i] for i, name in enumerate(_VERTEX)}
     if polylines.radius is not None:
         vertices["radius"] = polylines.radius
-    kept = [name for name, values in polylines.point_attributes.items() if _add_columns(vertices, name, values, lost)]
+    kept, lost = _add_attributes(vertices, _VERTEX_USED, polylines.point_attributes)
     last = np.zeros(len(polylines.points), np.bool_)
     last[polylines.offsets[1:] - 1] = True
     first = np.flatnonzero(~last)
     edges: Columns = {"vertex1": first, "vertex2": first + 1}
-    if not np.array_equal(polylines.strand, np.arange(len(polylines.strand))):
-        _add_columns(edges, "strand", lines.strands, lost)
-    for name, values in lines.attributes.items():
-        if name not in lines.end_attributes:
-            _add_columns(edges, name, values, lost)
+    if unlike := strand_numbers(polylines.strand):
+        if lines.strands.max() <= np.iinfo(np.int32).max:
+            edges["strand"] = lines.strands
+        else:
+            lost += unlike
+    others = {name: values for name, values in lines.attributes.items() if name not in lines.end_attributes}
+    lost += _add_attributes(edges, _EDGE_USED, others)[1]
     with path.open("wb") as file:
         header = ["ply", "format binary_little_endian 1.0"]
         bodies = []
@@ -103,8 +107,9 @@ def write(lines: Lines, path: Path) -> list[str]:
             bodies.append(table.tobytes())
         file.write("\n".join([*header, "end_header\n"]).encode())
         file.writelines(bodies)
-    held = not_held(lines, polylines, radius=True, attributes=kept)
-    return lost + [text for text in held if "numbers of strands" not in text and text not in lost]
+    # Of attributes that are not written, `lost` has more than the names.
+    held = not_held(lines, polylines, radius=True, attributes=kept, strands=True)
+    return lost + [text for text in held if text not in map(repr, polylines.point_attributes)]
 
 
 def _ends(source: Source, edges: Columns, n_vertices: int) -> IntArray:
@@ -144,22 +149,37 @@ def _grouped(columns: Columns, used: tuple[str, ...]) -> Columns:
     return grouped
 
 
-def _add_columns(columns: Columns, name: str, values: npt.NDArray[Any], lost: list[str]) -> bool:
-    """Add the columns of an attribute, if PLY can hold it; else say so."""
-    code = values.dtype.str[1:]
-    code = _WRITTEN.get(code, code)
-    is_name = re.fullmatch(r"[!-~]+", name) is not None
-    with np.errstate(over="ignore", invalid="ignore"):
-        kept = values.astype(code) if code in _PLY_NAMES and values.ndim <= 2 and is_name else None
-    if kept is None or (code[0] in "iu" and not np.array_equal(kept, values)):
-        lost.append(f"{name!r} ({values.dtype} of shape {values.shape})")
-        return False
-    parts = {name: kept} if kept.ndim == 1 else {f"{name}_{i}": kept[:, i] for i in range(kept.shape[1])}
-    if parts.keys() & columns.keys():
-        lost.append(f"{name!r}, whose name another property has")
-        return False
-    columns.update(parts)
-    return True
+def _add_attributes(
+    columns: Columns, used: tuple[str, ...], attributes: Mapping[str, npt.NDArray[Any]]
+) -> tuple[set[str], list[str]]:
+    """Add the columns of attributes to those of an element; return the names of these attributes, and what is lost."""
+    lost: list[str] = []
+    shapes: dict[str, tuple[int, ...]] = {}
+    for name, values in attributes.items():
+        code = values.dtype.str[1:]
+        code = _WRITTEN.get(code, code)
+        fits = code in _PLY_NAMES and values.ndim <= 2 and 0 not in values.shape[1:] and re.fullmatch(r"[!-~]+", name)
+        if not fits:
+            lost.append(f"{name!r} ({values.dtype} of shape {values.shape})")
+            continue
+        with np.errstate(over="ignore", invalid="ignore"):
+            written = values.astype(code)
+        if code[0] in "iu" and not np.array_equal(written, values):
+            lost.append(f"{name!r} ({values.dtype} of shape {values.shape})")
+            continue
+        if written.shape[1:] == (1,):
+            lost.append(f"the shape {values.shape} of {name!r}, which is written as one column")
+            written = written[:, 0]
+        parts = {name: written} if written.ndim == 1 else {f"{name}_{i}": part for i, part in enumerate(written.T)}
+        if any(part in columns or part in used for part in parts):
+            lost.append(f"{name!r}, whose name stands for another property")
+            continue
+        columns |= parts
+        shapes[name] = written.shape
+    read = _grouped(columns, used)
+    joined = [name for name, shape in shapes.items() if name not in read or read[name].shape != shape]
+    lost += [f"that {name!r} is an attribute, as names with _0, _1, … are of columns of one" for name in joined]
+    return set(shapes), lost
 
 
 def _table(columns: Columns) -> npt.NDArray[Any]:

@@ -13,6 +13,7 @@ from ...arrays import FloatArray
 from ...immutable import own
 from ...lines import Lines
 from ..polylines import Polylines
+from ..written import strand_numbers
 
 AnyArray = npt.NDArray[Any]
 
@@ -30,13 +31,11 @@ def with_values(lines: Lines, values: Mapping[str, AnyArray], of: str = "streaml
 
 def foreign(lines: Lines, strand: npt.NDArray[np.int64]) -> list[str]:
     """Describe what of lines no format of streamlines keeps: another unit or axis, and other numbers of strands."""
-    lost = []
+    lost = strand_numbers(strand)
     if lines.unit not in (None, UNIT):
         lost.append(f"the unit {lines.unit!r} (coordinates are written as they are, and will be read as {UNIT})")
     if lines.up not in (None, UP):
         lost.append(f"the upward axis {lines.up!r} (coordinates are written as they are, and {UP} will be up)")
-    if (strand >= 0).any() and not np.array_equal(strand, np.arange(len(strand))):
-        lost.append("numbers of strands (streamlines are counted from 0)")
     return lost
 
 

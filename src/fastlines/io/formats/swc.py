@@ -22,7 +22,7 @@ from ...arrays import FloatArray, IntArray
 from ...lines import Lines
 from ..polylines import polylines_of
 from ..source import Source
-from ..written import not_held
+from ..written import not_held, strand_numbers
 from .number_text import Float64Array, check_columns, number_lines, one_each, unify, words_of
 from .sections import count_rootless, find_sections
 
@@ -84,7 +84,7 @@ def write(lines: Lines, path: Path) -> list[str]:
     types = polylines.point_attributes.get("type")
     has_types = types is not None and types.ndim == 1 and types.dtype.kind in "iu"
     nodes = _nodes_by_id(lines, lines.end_attributes["type"] if has_types else None)
-    kept = ["type"] * has_types + ["id"] * (nodes is not None)
+    kept, lost = ["type"] * has_types, strand_numbers(polylines.strand)
     if nodes is None:
         m = len(polylines.points)
         parents = np.arange(m)
@@ -92,6 +92,9 @@ def write(lines: Lines, path: Path) -> list[str]:
         radius = np.zeros(m, np.float32) if polylines.radius is None else polylines.radius
         kinds = np.zeros(m, np.int64) if types is None or not has_types else types
         nodes = np.arange(1, m + 1), parents, polylines.points, radius, kinds
+    else:
+        kept.append("id")
+        lost = _reordered(lines, nodes[0], nodes[1])
     ids, parents, points, radius, kinds = nodes
     table = np.concatenate([points, radius[:, None]], axis=1)
     numbers = (one_each(np.asarray(values)) for values in (ids, kinds, parents))
@@ -100,7 +103,8 @@ def write(lines: Lines, path: Path) -> list[str]:
         rows = (row for rows in words_of(table) for row in rows)
         for node, kind, parent, row in zip(*numbers, rows, strict=True):
             file.write(b" ".join([node, kind, *row, parent]) + b"\n")
-    return not_held(lines, polylines, radius=True, needs_radius=True, attributes=kept, unit=UNIT)
+    held = not_held(lines, polylines, radius=True, needs_radius=True, attributes=kept, strands=True, unit=UNIT)
+    return lost + held
 
 
 def _whole(source: Source, values: Float64Array, name: str, line_of: IntArray) -> IntArray:
@@ -163,7 +167,25 @@ def _nodes_by_id(
     parents = np.full(len(ids), -1)
     is_root = ends[:, 0] == ends[:, 1]
     children = node.reshape(-1, 2)[~is_root, 1]
-    if len(np.unique(children)) < len(children) or is_root[np.isin(ends[:, 0], ends[~is_root])].any():
+    if len(np.unique(ends[:, 1])) < len(ends) or is_root[np.isin(ends[:, 0], ends[~is_root])].any():
         return None
     parents[children] = ends[~is_root, 0]
     return np.asarray(ids), parents, points[first], radius[first], kinds[first].astype(np.int64)
+
+
+def _reordered(lines: Lines, ids: IntArray, parents: IntArray) -> list[str]:
+    """Return what is lost as sections of nodes, whose ids rise, are read in another order or as other strands."""
+    is_root = parents < 0
+    parent = np.where(is_root, np.arange(len(ids)), np.searchsorted(ids, parents))
+    has_children = np.isin(np.arange(len(ids)), parent[~is_root])
+    child = np.flatnonzero(~is_root | ~has_children)
+    _, sections, order = find_sections(parent, child)
+    # Each segment is the only one that ends at its node.
+    given, read = lines.end_attributes["id"][:, 1], ids[child[order]]
+    lost = [] if np.array_equal(given, read) else ["the order of segments"]
+    strands = lines.strands[np.argsort(given)]
+    if (strands < 0).any():
+        lost.append("that segments are of no strand")
+    if ((strands >= 0) & (strands != sections[np.argsort(read)])).any():
+        lost.append("the numbers of strands, which are those of sections")
+    return lost

@@ -26,6 +26,7 @@ from ...arrays import FloatArray, IntArray, is_far, warn_of_rounding
 from ...lines import Lines
 from ..polylines import polylines_of
 from ..source import BAD_COPY, Source
+from ..written import keeps_values
 from .streamlines import AnyArray, dimensions, foreign, split_values, with_values
 
 HEADER_SIZE = 1000
@@ -221,7 +222,9 @@ def _named_columns(
             lost.append(f"the whole name {name!r} ({short.decode('latin-1')!r} is written)")
         with np.errstate(over="ignore"):
             column = array.astype(np.float32)
-        if array.dtype.kind != "b" and not np.array_equal(column, array, equal_nan=array.dtype.kind == "f"):
+        if array.dtype.kind == "b":
+            lost.append(f"that {name!r} is boolean (0 and 1 are written)")
+        elif not keeps_values(array, column):
             lost.append(f"digits of {name!r} ({array.dtype}) beyond those of float32")
         columns.append(column.reshape(n, width))
         names.append(short + number)

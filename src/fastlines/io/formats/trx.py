@@ -27,6 +27,7 @@ from ...errors import FileFormatError, InputError
 from ...lines import Lines
 from ..polylines import polylines_of
 from ..source import BAD_COPY, Source, reason
+from ..written import free_name
 from .streamlines import AnyArray, dimensions, foreign, split_values, with_values
 
 _TYPES = {
@@ -109,12 +110,14 @@ def write(lines: Lines, path: Path) -> list[str]:
         "positions.3.float32": parts.points,
         "offsets.uint32" if len(parts.points) < 2**32 else "offsets.uint64": parts.offsets,
     }
+    taken = {*per_point, *per_strand}
     for name, values in list(per_strand.items()):
         if name.startswith(GROUP) and values.dtype == np.bool_ and values.ndim == 1:
-            arrays[f"groups/{_safe(name.removeprefix(GROUP), lost)}.uint32"] = np.flatnonzero(per_strand.pop(name))
+            group = free_name(name, GROUP + _safe(name.removeprefix(GROUP)), taken, lost).removeprefix(GROUP)
+            arrays[f"groups/{group}.uint32"] = np.flatnonzero(per_strand.pop(name))
     for folder, several in (("dpv", per_point), ("dps", per_strand)):
         for name, values in several.items():
-            _add(arrays, folder, name, values, lost)
+            _add(arrays, folder, name, values, taken, lost)
     header = {
         "DIMENSIONS": dimensions(parts.points),
         "VOXEL_TO_RASMM": np.eye(4).tolist(),
@@ -130,7 +133,9 @@ def write(lines: Lines, path: Path) -> list[str]:
     return lost + foreign(lines, parts.strand)
 
 
-def _add(arrays: dict[str, AnyArray], folder: str, name: str, values: AnyArray, lost: list[str]) -> None:
+def _add(
+    arrays: dict[str, AnyArray], folder: str, name: str, values: AnyArray, taken: set[str], lost: list[str]
+) -> None:
     """Add an attribute by the name of its member; or to `lost`, if the format has no such type or shape."""
     if values.dtype == np.bool_:
         lost.append(f"that {name!r} is boolean (0 and 1 are written)")
@@ -139,15 +144,12 @@ def _add(arrays: dict[str, AnyArray], folder: str, name: str, values: AnyArray, 
         lost.append(f"{name!r}, {values.dtype} of shape {values.shape}")
         return
     columns = f".{values.shape[1]}" if values.ndim == 2 else ""
-    arrays[f"{folder}/{_safe(name, lost)}{columns}.{values.dtype.name}"] = values
+    arrays[f"{folder}/{free_name(name, _safe(name), taken, lost)}{columns}.{values.dtype.name}"] = values
 
 
-def _safe(name: str, lost: list[str]) -> str:
+def _safe(name: str) -> str:
     """Return a name without what separates the parts of members' names."""
-    safe = re.sub(r"[^\w +()=,-]", "_", name).strip() or "_"
-    if safe != name:
-        lost.append(f"the whole name {name!r} ({safe!r} is written)")
-    return safe
+    return re.sub(r"[^\w +()=,-]", "_", name).strip() or "_"
 
 
 def _unzip(source: Source) -> dict[str, memoryview]:

@@ -15,6 +15,7 @@ from ...errors import InputError, MissingExtraError
 from ...geometry import Geometry
 from ...lines import Lines
 from ..polylines import Polylines, polylines_of
+from ..written import strand_numbers
 from .usd_values import AnyArray
 
 #: Metres in each unit that has a name.
@@ -125,10 +126,7 @@ def _curves(stage: Any, path: str, part: Lines | Curves, strips: Polylines, firs
         reach = part.bounds + np.array([[-1], [1]]) * part.max_radius
         prim.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(reach.astype(np.float32)))
 
-    lost = list(strips.lost)
-    strand = strips.strand
-    if (strand >= 0).any() and not np.array_equal(strand, first + np.arange(len(strand))):
-        lost.append("the numbers of strands, as a strand is a curve")
+    lost = strips.lost + strand_numbers(strips.strand, first)
     if isinstance(part, Curves) and part.tolerance is not None:
         lost.append("the tolerance")
     api = UsdGeom.PrimvarsAPI(prim)

@@ -15,6 +15,8 @@ import numpy as np
 from ...lines import Lines
 from ...vtk_cells import RADIUS, AnyArray
 from ..polylines import polylines_of
+from ..source import printable
+from ..written import free_name, strand_numbers
 from .vtk import read as read
 
 _TYPES = {"f": "Float", "i": "Int", "u": "UInt"}
@@ -25,6 +27,7 @@ def write(lines: Lines, path: Path) -> list[str]:
     parts = polylines_of(lines)
     lost = list(parts.lost)
     radius = {} if parts.radius is None else {RADIUS: parts.radius}
+    taken = {RADIUS, *lines.attributes}
     arrays: list[AnyArray] = []
     at = 0
 
@@ -53,8 +56,8 @@ def write(lines: Lines, path: Path) -> list[str]:
         *(["<FieldData>", *texts, "</FieldData>"] if texts else []),
         f'<Piece NumberOfPoints="{len(parts.points)}" NumberOfVerts="0" NumberOfLines="{len(parts.counts)}" '
         'NumberOfStrips="0" NumberOfPolys="0">',
-        *section("PointData", radius | _kept(parts.point_attributes, lost)),
-        *section("CellData", _kept(parts.attributes, lost)),
+        *section("PointData", radius | _kept(parts.point_attributes, taken, lost)),
+        *section("CellData", _kept(parts.attributes, taken, lost)),
         *section("Points", {"Points": parts.points}),
         *section("Lines", {"connectivity": np.arange(len(parts.points)), "offsets": parts.offsets[1:]}),
         "</Piece>",
@@ -67,13 +70,10 @@ def write(lines: Lines, path: Path) -> list[str]:
             file.write(np.array(values.nbytes, "<u8").tobytes())
             file.write(values.reshape(-1).view(np.uint8).data)
         file.write(b"\n</AppendedData>\n</VTKFile>\n")
-    strand = parts.strand
-    if (strand >= 0).any() and not np.array_equal(strand, np.arange(len(strand))):
-        lost.append("numbers of strands (polylines are counted from 0)")
-    return lost
+    return lost + strand_numbers(parts.strand)
 
 
-def _kept(several: Mapping[str, AnyArray], lost: list[str]) -> dict[str, AnyArray]:
+def _kept(several: Mapping[str, AnyArray], taken: set[str], lost: list[str]) -> dict[str, AnyArray]:
     """Return the attributes in types that VTK has; add the others to `lost`."""
     kept = {}
     for name, values in several.items():
@@ -85,10 +85,6 @@ def _kept(several: Mapping[str, AnyArray], lost: list[str]) -> dict[str, AnyArra
             values = values.astype(np.uint8)
         if values.dtype == np.float16:
             values = values.astype(np.float32)
-        written = "".join(char if char.isprintable() else "?" for char in name) or "?"
-        if name.casefold() == RADIUS:
-            written = f"{name} of lines"
-        if written != name:
-            lost.append(f"the name {name!r} ({written!r} is written)")
-        kept[written] = values
+        clean = f"{name} of lines" if name.casefold() == RADIUS else printable(name) or "?"
+        kept[free_name(name, clean, taken, lost)] = values
     return kept
