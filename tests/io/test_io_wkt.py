@@ -186,6 +186,12 @@ def test_bad_rows_are_named(load, name, text, said):
     assert re.search(said, message), message
 
 
+@pytest.mark.parametrize("text", ["1,'{}'\n", "'{}',1\n", "id,geometry\n1,'{}'\n", 'id,geometry\n1,"{}"\n'])
+@pytest.mark.parametrize("kind", ["LINESTRING (0 0, 1 1)", "GEOMETRYCOLLECTION (LINESTRING (0 0, 1 1))"])
+def test_quotes_of_either_kind(load, text, kind):
+    np.testing.assert_array_equal(load(text.format(kind).encode(), "a.csv").segments, [[[0, 0, 0], [1, 1, 0]]])
+
+
 def test_options_that_do_not_fit(load):
     for options, said in (
         ({"column": "road"}, "no column 'road'; its columns are 'wkt', 'a'"),
