@@ -90,11 +90,12 @@ def open_input(
     if extension_of(path)[0] == TREE:
         raise InputError(f"{text}: trees are not compressed, so that they can be mapped into memory; unpack it first")
     invalid = "skip" if skip_invalid else "error"
-    lines = read(path, invalid=invalid, format=format, **format_options(options))
+    row = format_of(path, format)
+    lines = read(path, invalid=invalid, format=format, **format_options(options, row.options() if options else {}))
     n_skipped = sum(len(part.skipped) for part in parts_of(lines) if isinstance(part, Lines | Curves))
     if n_skipped:
         note(f"{text}: {n_skipped:,} segments that hold NaN or Inf were left out")
-    return Source(text, lines, format=format_of(path, format))
+    return Source(text, lines, format=row)
 
 
 def open_tree(text: str) -> Tree:
