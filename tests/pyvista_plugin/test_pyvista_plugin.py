@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from importlib import import_module, metadata
 from pathlib import Path
 
@@ -80,9 +81,10 @@ def test_radius_and_what_is_lost(pyvista):
 def test_curves_and_several_parts(pyvista, tmp_path, monkeypatch):
     from fastlines.pyvista_plugin import readers
 
-    curves = fl.Curves.from_strands(POINTS[:4], [4], basis="bezier", radius=0.1)
+    curves = replace(fl.Curves.from_strands(POINTS[:4], [4], basis="bezier", radius=0.1), unit="cm", up="y")
     mesh = readers.to_polydata(curves)
     assert mesh.n_lines >= 1
+    assert (list(mesh.field_data["unit"]), list(mesh.field_data["up"])) == (["cm"], ["y"])
     monkeypatch.setattr(readers, "read_lines", lambda path: fl.Geometry([fl.Lines.from_points(POINTS, [7]), curves]))
     assert [part.n_lines for part in readers.read("a.usda")] == [1, mesh.n_lines]
 

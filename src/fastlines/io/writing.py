@@ -13,10 +13,10 @@ from typing import Any
 from ..atomic_write import atomic_write
 from ..curves import Curves
 from ..errors import FileWarning, InputError
-from ..geometry import Geometry
+from ..geometry import AnyGeometry, Geometry
 from ..lines import Lines
 from ..objects import lines as as_lines
-from .table import extension_of, to_write
+from .table import FORMATS, extension_of, to_write
 
 
 def write(path: str | os.PathLike[str], lines: Any) -> None:
@@ -74,11 +74,20 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
 
 def _to_written(lines: Any, known: tuple[type[Any], ...]) -> tuple[Any, list[str]]:
     """Return what a writer takes, and what was lost on the way."""
-    geometry = lines if isinstance(lines, Lines | Curves | Geometry) else as_lines(lines)
+    geometry = lines if isinstance(lines, AnyGeometry) else as_lines(lines)
     if type(geometry) in known:
         return geometry, []
     if isinstance(geometry, Curves):
         return geometry.pieces.lines, ["curves, which are written as their pieces, and their attributes"]
-    if isinstance(geometry, Lines) and type(geometry) is Lines:
+    if type(geometry) is Lines:
         return geometry, []
-    raise InputError(f"files keep lines and curves; this is {type(geometry).__name__}; write its parts, each to a file")
+    if isinstance(geometry, Geometry):
+        several = ", ".join(extension for extension, row in FORMATS.items() if Geometry in row.writes)
+        raise InputError(
+            "this is a Geometry, and files of this extension hold one part; write each of geometry.parts to a file of "
+            f"its own, or all of them to one of {several}"
+        )
+    raise InputError(
+        f"this is {type(geometry).__name__}; files hold Lines or Curves: write those, or save a tree over it, which "
+        "keeps it (tree.save)"
+    )
