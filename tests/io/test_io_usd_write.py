@@ -112,6 +112,13 @@ def test_only_lines_and_curves_are_written(tmp_path, name):
     assert not list(tmp_path.iterdir())
 
 
+def test_names_that_are_not_unicode(tmp_path):
+    lines = fl.Lines(np.zeros((1, 2, 3), "f4"), attributes={"sur\udc80": np.ones(1), "good": np.ones(1)})
+    with pytest.warns(FileWarning, match=r"no place for it.*; 'sur\\udc80' \(float64, 1-d\)$"):
+        fl.write(tmp_path / "a.usda", lines)
+    assert list(fl.read(tmp_path / "a.usda").attributes) == ["good"]
+
+
 @pytest.mark.parametrize("extension", EXTENSIONS)
 def test_nothing(tmp_path, extension):
     fl.write(tmp_path / f"a{extension}", np.empty((0, 2, 3)))
