@@ -135,7 +135,7 @@ def _with_conventions(part: Any, row: Format) -> Any:
 
 
 def _start_of(path: Path) -> bytes:
-    """Return the first bytes of a file, unpacked; none if it cannot be read, of which `_load` tells."""
+    """Return the first bytes of a file, unpacked; none if it cannot be read, which `read` reports."""
     if not path.is_file():
         return b""
     try:
