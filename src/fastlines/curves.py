@@ -165,7 +165,7 @@ class Curves(Immutable):
 
         A curve whose control points are all equal is one piece of length zero, with its largest radius.
         """
-        return cut_curves(self.control, self.radius, self.strands, self.up, self.tolerance)
+        return cut_curves(self.control, self.radius, self.strands, self.tolerance, up=self.up, unit=self.unit)
 
     def locate(self, curve: npt.ArrayLike, u: npt.ArrayLike) -> tuple[IntArray, Float64Array]:
         """Return the piece that a place on a curve is on, and the place on that piece, from 0 to 1.

@@ -129,7 +129,13 @@ def _extremes(values: npt.NDArray[Any]) -> str:
 
 
 def cut_curves(
-    control: FloatArray, radius: FloatArray | None, strands: IntArray, up: str | None, tolerance: float | None
+    control: FloatArray,
+    radius: FloatArray | None,
+    strands: IntArray,
+    tolerance: float | None,
+    *,
+    up: str | None,
+    unit: str | None,
 ) -> Pieces:
     """Cut curves into round cones: (n, 4, 3) control points and (n, 4) radii of Bezier curves."""
     n = len(control)
@@ -155,6 +161,7 @@ def cut_curves(
         own(strands[curve]),
         None if radius is None else own(np.maximum(ends[..., 3], 0).astype(np.float32)),
         up=up,
+        unit=unit,
     )
     first = np.concatenate([[0], np.cumsum(np.bincount(curve, minlength=n))])
     units = [(column / UNITS).astype(np.float32) for column in (begin, end)]

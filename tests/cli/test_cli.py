@@ -248,6 +248,7 @@ def test_errors_become_sentences(error, code, words, monkeypatch):
 
 
 def test_packed_trees_are_refused_with_the_reason():
+    Path("hair.flt.gz").write_bytes(b"packed")
     assert "trees are not compressed" in refused("info", "hair.flt.gz")[1]
 
 

@@ -15,20 +15,21 @@ from support.command_line import done, refused, run
 import fastlines as fl
 from fastlines.cli.options import format_options
 from fastlines.cli.terminal import has_colours, picture_text
+from fastlines.io.table import TABLE
 
 pytestmark = [
     pytest.mark.usefixtures("in_own_folder"),
     pytest.mark.filterwarnings("always::fastlines.FileWarning"),  # which the command line prints
 ]
 
-TABLE = (
+ROADS = (
     'id,name,way,geometry\n1,oak,"LINESTRING (0 0, 9 9)","LINESTRING (0 0, 3 0, 3 4)"\n2,,,"LINESTRING (0 1, 1 1)"\n'
 )
 
 
 @pytest.fixture
 def table():
-    Path("roads.csv").write_text(TABLE)
+    Path("roads.csv").write_text(ROADS)
     return "roads.csv"
 
 
@@ -137,11 +138,11 @@ def test_two_pixels_a_character():
 def test_convert(table):
     result = run("convert", table, "roads.geojson")
     assert result.exit_code == 0
-    assert result.stdout == "roads.geojson: maps, GeoJSON, also one feature a line: 3 segments, 2 strands, with id\n"
+    assert result.stdout == "roads.geojson: maps, GeoJSON, also one feature a line: 3 segments, 2 strands\n"
     assert result.stderr.startswith("warning: roads.csv: columns that do not hold numbers")
     lines = fl.read("roads.geojson")
     assert lines.attributes["id"].tolist() == [1, 1, 2]
-    assert "with id" in done("convert", "roads.geojson", "roads.npz.gz")
+    assert done("convert", "roads.geojson", "roads.npz.gz").endswith(": 3 segments, 2 strands\n")
     assert (fl.read("roads.npz.gz").segments == lines.segments).all()
     result = run("convert", "roads.geojson", "roads.npy")
     assert result.exit_code == 0
@@ -176,24 +177,49 @@ def test_convert_refuses(table):
 # --- Options of formats ---
 
 
-def test_options_are_parsed():
-    texts = ["a=1", "b=-1.5", "c=true", "d=False", "e=oak=1", "f=", "g=1e3"]
-    assert format_options(texts) == {"a": 1, "b": -1.5, "c": True, "d": False, "e": "oak=1", "f": "", "g": 1000.0}
-    for texts, said in ((["a"], "'a' is not a name and a value"), (["=1"], "is not a name"), (["a=1", "a=2"], "twice")):
+def test_options_are_parsed_by_their_types():
+    types = {"a": int, "b": float, "c": bool, "d": bool, "e": str, "f": str, "g": str}
+    texts = ["a=1", "b=-1e3", "c=true", "d=False", "e=oak=1", "f=", "g=42", "h=42"]
+    options = {"a": 1, "b": -1000.0, "c": True, "d": False, "e": "oak=1", "f": "", "g": "42", "h": "42"}
+    assert format_options(texts, types) == options
+    for texts, said in (
+        (["a"], "'a' is not a name and a value"),
+        (["=1"], "is not a name"),
+        (["a=1", "a=2"], "twice"),
+        (["a=1.5"], "--option a is '1.5'; expected a whole number"),
+        (["b=wide"], "--option b is 'wide'; expected a number"),
+        (["c=1"], "--option c is '1'; expected true or false"),
+    ):
         with pytest.raises(fl.InputError, match=said):
-            format_options(texts)
+            format_options(texts, types)
+
+
+def test_every_option_has_a_type_that_is_read():
+    types = {(row.name, name): kind for row in TABLE for name, kind in row.options().items()}
+    assert set(types.values()) == {str, bool, int, float}
+    assert types["trx", "bundle"] is str
+    assert types["usd", "time"] is float
+    assert types["molecules", "model"] is int
+    assert types["gpx", "elevation"] is bool
+
+
+def test_a_column_may_be_called_by_a_number():
+    Path("a.csv").write_text('42,geometry\n"LINESTRING (0 0, 1 1, 2 2)","LINESTRING (0 0, 9 9)"\n')
+    for column, n_segments in (("42", 2), ("geometry", 1)):
+        told = run("info", "a.csv", "--option", f"column={column}", "--json")
+        assert json.loads(told.stdout)["lines"]["n_segments"] == n_segments
 
 
 @pytest.mark.parametrize("command", ["info", "convert", "build", "render"])
 def test_options_and_formats(table, command):
-    Path("roads.txt").write_text(TABLE)
+    Path("roads.txt").write_text(ROADS)
     more = {"convert": ("a.npz",), "render": ("-o", "a.png", "--width", 8, "--height", 8, "-r", 1)}.get(command, ())
     for args in (("roads.txt", "--format", "wkt"), (table, "--format", ".csv", "--option", "column=way")):
         result = run(command, args[0], *more, *args[1:])
         assert result.exit_code == 0, result.output
     assert "1 segments" in result.stdout or "segments            1\n" in result.stdout
     for args, said in (
-        ((table, "--option", "oak=1"), "there is no option 'oak'; its options are column, radius"),
+        ((table, "--option", "oak=1"), "the format 'wkt' has no option 'oak'; its options are column, radius"),
         ((table, "--option", "oak"), "is not a name and a value"),
         ((table, "--format", "oak"), "format 'oak' is unknown"),
         (("scene:spaghetti", "--format", "wkt"), "--format does not apply: scene:spaghetti is a scene"),

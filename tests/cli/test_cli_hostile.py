@@ -98,6 +98,9 @@ def test_an_empty_array_can_be_looked_at_but_not_built():
     ("args", "code", "words"),
     [
         (("info", "missing.tfx"), 1, "missing.tfx: no such file"),
+        (("info", "missing"), 1, "missing: no such file"),
+        (("info", "missing.xyz"), 1, "missing.xyz: no such file"),
+        (("info", "missing.flt.gz"), 1, "missing.flt.gz: no such file"),
         (("validate", "missing.flt"), 1, "missing.flt"),
         (("info", "spaghetti"), 1, "scene:spaghetti"),
         (("info", "."), 1, "directory"),

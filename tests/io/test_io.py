@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import doctest
+import errno
 import gzip
 import os
 
@@ -113,16 +114,20 @@ def test_packed_by_gzip_and_in_capitals(load, name):
 
 
 def test_paths_that_are_no_file(tmp_path, load):
-    for missing in (tmp_path / "gone.hair", str(tmp_path / "gone" / "gone.trk.gz")):
+    names = ("gone.hair", "gone.xyz", "gone", "gone.gz", "gone.abc", "gone.flt")
+    for missing in (*(tmp_path / name for name in names), str(tmp_path / "gone" / "gone.trk.gz")):
         with pytest.raises(FileNotFoundError, match="no such file; check the path") as caught:
             read(missing)
         assert caught.value.filename == str(missing)
-    (tmp_path / "folder.hair").mkdir()
-    with pytest.raises(IsADirectoryError):
-        read(str(tmp_path / "folder.hair"))
-    os.mkfifo(tmp_path / "pipe.hair")
-    with pytest.raises(InputError, match="is a device or a pipe; expected a regular file"):
-        read(tmp_path / "pipe.hair")
+    for name in ("folder.hair", "folder", "folder.gz"):
+        (tmp_path / name).mkdir()
+        with pytest.raises(IsADirectoryError, match="is a directory; expected a file of lines") as is_folder:
+            read(str(tmp_path / name))
+        assert (is_folder.value.errno, is_folder.value.filename) == (errno.EISDIR, str(tmp_path / name))
+    for name in ("pipe.hair", "pipe.xyz", "pipe.gz"):  # opening one would block
+        os.mkfifo(tmp_path / name)
+        with pytest.raises(InputError, match="is a device or a pipe; expected a regular file"):
+            read(tmp_path / name)
     with pytest.raises(InputError, match="cannot be read"):
         read("nul\0.hair")
     with pytest.raises(OSError, match="too long"):

@@ -200,6 +200,54 @@ def test_tables_that_grow_beyond_measure(load):
     assert "announces 10000000 rows of 6 columns" in message_of(load, file_of(table), "a.parquet")
 
 
+def test_batches_that_grow_beyond_measure(load):
+    batch = pa.record_batch({name: np.zeros(10**5) for name in ("x0", "y0", "z0", "x1", "y1", "z1")})
+    for kind in (pa.ipc.new_file, pa.ipc.new_stream):
+        stream = io.BytesIO()
+        with kind(stream, batch.schema, options=pa.ipc.IpcWriteOptions(compression="zstd")) as writer:
+            for _ in range(20):
+                writer.write_batch(batch)
+        assert "unpacks to more than" in message_of(load, stream.getvalue(), "a.arrow")
+
+
+@pytest.mark.parametrize("extension", EXTENSIONS)
+def test_columns_that_are_not_used_are_not_unpacked(load, extension):
+    n = 10**6
+    table = points(**{"a.b": np.arange(7.0), "x.y": [[{"z": 1}]] * 7, "text": ["a" * n] * 7, "z.t": [b"a"] * 7})
+    stream = io.BytesIO()
+    if extension == ".parquet":
+        parquet.write_table(table, stream, compression="zstd")
+    else:
+        kind = pa.ipc.new_file if extension == ".arrow" else pa.ipc.new_stream
+        with kind(stream, table.schema, options=pa.ipc.IpcWriteOptions(compression="zstd")) as writer:
+            for _ in range(5):  # 35 MB of text
+                writer.write_table(table)
+    assert len(stream.getvalue()) < 40_000
+    lines, text = warned(load, stream.getvalue(), f"a{extension}")
+    assert list(lines.attributes) == ["a.b"]
+    assert re.search(r"not read: x.y \(list.*, text \(string\), z.t \(binary\)", text)
+
+
+@pytest.mark.parametrize("extension", EXTENSIONS)
+def test_long_names_of_strands_are_not_repeated(load, extension):
+    n = 2000
+    name = pa.DictionaryArray.from_arrays(pa.array([1] * n + [0] * n + [2] * n, pa.int16()), ["b" * 10**5, "a", "a"])
+    table = pa.table(dict.fromkeys("xyz", np.arange(3 * n) % 99) | {"strand": name})
+    if extension == ".parquet":
+        table = table.set_column(3, "strand", table["strand"].cast(pa.string()))
+    data = file_of(table, extension)
+    usual = pa.default_memory_pool()
+    pool = pa.proxy_memory_pool(usual)
+    pa.set_memory_pool(pool)
+    try:
+        lines = load(data, f"a{extension}")
+    finally:
+        pa.set_memory_pool(usual)
+    assert 0 < pool.max_memory() < 2e7  # 200 MB, if each row had its own letters
+    assert np.unique(lines.strands, return_counts=True)[1].tolist() == [2 * n - 1, n - 1]
+    assert lines.strands[0] == 0
+
+
 def test_without_the_library(load, tmp_path, monkeypatch):
     data = file_of(segments())
     monkeypatch.setitem(sys.modules, "pyarrow", None)
@@ -260,6 +308,14 @@ def test_what_tables_have_no_place_for(tmp_path):
     with pytest.warns(FileWarning, match=r"'x' \(its name is taken\); 'name' \(<U1\); 'radius' \(its name is taken\)"):
         fl.write(tmp_path / "a.parquet", lines)
     assert not fl.read(tmp_path / "a.parquet").attributes
+
+
+@pytest.mark.parametrize("extension", EXTENSIONS)
+def test_names_that_are_not_unicode(tmp_path, extension):
+    lines = fl.Lines(np.zeros((1, 2, 3), "f4"), attributes={"sur\udc80": np.ones(1), "line\nbreak": np.ones(1)})
+    with pytest.warns(FileWarning, match=r"no place for it: 'sur\\udc80' \(float64\)$"):
+        fl.write(tmp_path / f"a{extension}", lines)
+    assert list(fl.read(tmp_path / f"a{extension}").attributes) == ["line\nbreak"]
 
 
 @pytest.mark.filterwarnings("ignore::fastlines.FileWarning", "ignore::fastlines.PrecisionWarning")

@@ -52,6 +52,13 @@ def test_everything(load):
     assert len(told) == 4
 
 
+def test_an_element_called_track_does_not_replace_the_counter(load):
+    text = f'{ROOT}<trk><trkseg><trkpt lat="1" lon="2"><track>7</track></trkpt></trkseg></trk></gpx>'
+    lines = load(text.encode(), "a.gpx")
+    assert lines.attributes["track"].tolist() == [0]
+    assert lines.attributes["track of points"].tolist() == [7]
+
+
 def test_without_elevation(load):
     text = f'{ROOT}<rte><rtept lat="1" lon="2"><ele>3</ele></rtept><rtept lat="2" lon="2"></rtept></rte></gpx>'
     lines = load(text.encode(), "a.gpx", elevation=False)

@@ -234,6 +234,14 @@ def test_zip_that_is_no_npz_or_a_bomb(load):
     assert "'notes.txt' in it is not an array" in message_of(load, stream.getvalue(), "a.npz")
 
 
+@pytest.mark.filterwarnings("ignore:Duplicate name:UserWarning")
+def test_arrays_of_one_name(load):
+    with zipfile.ZipFile(stream := io.BytesIO(), "w") as archive:
+        for value in (0, 1):
+            archive.writestr("segments.npy", npy(np.full((1, 2, 3), value)))
+    assert "holds several arrays named 'segments.npy'" in message_of(load, stream.getvalue(), "a.npz")
+
+
 # --- Cut short and damaged ---
 
 

@@ -137,3 +137,13 @@ def test_memory_of_reading(tmp_path, extension):
         assert tracemalloc.get_traced_memory()[1] < 52 * len(points)
     finally:
         tracemalloc.stop()
+
+
+def test_the_unit_of_curves_is_not_lost_in_silence(tmp_path):
+    curves = replace(fl.Curves.from_strands(POINTS[:4], [4], basis="bezier"), unit="cm")
+    assert curves.pieces.lines.unit == "cm"
+    with pytest.warns(fl.FileWarning, match="curves, which are written as their pieces.*the unit 'cm'"):
+        fl.write(tmp_path / "a.trk", curves)
+    with pytest.warns(fl.FileWarning, match="written as their pieces"):
+        fl.write(tmp_path / "a.vtp", curves)
+    assert fl.read(tmp_path / "a.vtp").unit == "cm"

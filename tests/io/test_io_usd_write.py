@@ -126,6 +126,24 @@ def test_other_parts_of_a_geometry(tmp_path):
     assert not (tmp_path / "b.usda").exists()
 
 
+@pytest.mark.parametrize("name", ["a.npz", "a.usda"])
+def test_only_lines_and_curves_are_written(tmp_path, name):
+    triangles = fl.Triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]])
+    for given in (fl.Spheres.from_centres([[0, 0, 0]], radius=1), triangles, fl.Boxes([[[0, 0, 0], [1, 1, 1]]])):
+        with pytest.raises(InputError, match=f"this is {type(given).__name__}; files hold Lines or Curves"):
+            fl.write(tmp_path / name, given)
+    with pytest.raises(InputError, match=r"geometry.parts to a file of its own, or all of them to one of .usd, .usda"):
+        fl.write(tmp_path / "a.npz", fl.Geometry([triangles, hair()]))
+    assert not list(tmp_path.iterdir())
+
+
+def test_names_that_are_not_unicode(tmp_path):
+    lines = fl.Lines(np.zeros((1, 2, 3), "f4"), attributes={"sur\udc80": np.ones(1), "good": np.ones(1)})
+    with pytest.warns(FileWarning, match=r"no place for it.*; 'sur\\udc80' \(float64, 1-d\)$"):
+        fl.write(tmp_path / "a.usda", lines)
+    assert list(fl.read(tmp_path / "a.usda").attributes) == ["good"]
+
+
 @pytest.mark.parametrize("extension", EXTENSIONS)
 def test_nothing(tmp_path, extension):
     fl.write(tmp_path / f"a{extension}", np.empty((0, 2, 3)))

@@ -186,6 +186,18 @@ def test_bad_rows_are_named(load, name, text, said):
     assert re.search(said, message), message
 
 
+@pytest.mark.parametrize("text", ["1,'{}'\n", "'{}',1\n", "id,geometry\n1,'{}'\n", 'id,geometry\n1,"{}"\n'])
+@pytest.mark.parametrize("kind", ["LINESTRING (0 0, 1 1)", "GEOMETRYCOLLECTION (LINESTRING (0 0, 1 1))"])
+def test_quotes_of_either_kind(load, text, kind):
+    np.testing.assert_array_equal(load(text.format(kind).encode(), "a.csv").segments, [[[0, 0, 0], [1, 1, 0]]])
+
+
+def test_a_column_called_as_the_values_of_points(load):
+    lines = load(b'm,wkt\n7,"LINESTRING M (0 0 1, 1 1 2)"\n', "a.csv")
+    assert lines.end_attributes["m"].tolist() == [[1, 2]]
+    assert lines.attributes["m of strand"].tolist() == [7]
+
+
 def test_options_that_do_not_fit(load):
     for options, said in (
         ({"column": "road"}, "no column 'road'; its columns are 'wkt', 'a'"),

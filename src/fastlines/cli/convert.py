@@ -10,7 +10,6 @@ import typer
 import fastlines as fl
 
 from ..geometry import count_text, parts_of
-from ..places import names
 from .app import app
 from .options import FormatName, FormatOptions, Input, Skip
 
@@ -42,7 +41,5 @@ def convert(
     geometry = opened.geometry
     fl.write(output, geometry)
     n_strands = sum(getattr(part, "n_strands", 0) for part in parts_of(geometry))
-    attributes = sorted({name for part in parts_of(geometry) for name in names(part)})
     strands = f", {n_strands:,} strands" if n_strands else ""
-    with_attributes = f", with {', '.join(attributes)}" if attributes else ""
-    typer.echo(f"{output}: {row.description}: {count_text(geometry)}{strands}{with_attributes}")
+    typer.echo(f"{output}: {row.description}: {count_text(geometry)}{strands}")

@@ -18,7 +18,8 @@ from ..camera import Camera, Vector
 from ..curves import Curves
 from ..errors import InputError
 from ..geometry import AnyGeometry, parts_of
-from ..io import FORMATS, Format, extension_of, format_of, read
+from ..io import Format, extension_of, format_of, read
+from ..io.reading import check_path
 from ..lines import Lines
 from ..tree import Tree, load
 from .options import format_options, refuse_given
@@ -83,25 +84,18 @@ def open_input(
         refuse_given(given, f"{text} is a tree")
         tree = open_tree(text)
         return Source(text, tree.geometry, tree)
-    extension, _ = extension_of(path)
-    if path.is_dir():
-        raise InputError(f"{text}: is a directory; expected a file")
-    if extension == TREE:
+    if text in scenes.NAMES and not path.exists():
+        raise InputError(f"{text}: no such file; the scene of that name is {SCENE}{text}")
+    check_path(path)
+    if extension_of(path)[0] == TREE:
         raise InputError(f"{text}: trees are not compressed, so that they can be mapped into memory; unpack it first")
-    if extension not in FORMATS and not path.exists():
-        if text in scenes.NAMES:
-            raise InputError(f"{text}: no such file; the scene of that name is {SCENE}{text}")
-        if format is None:
-            raise InputError(
-                f"{text}: unknown extension {extension or '(none)'!r}; known: {', '.join(FORMATS)} (each also with "
-                f".gz), {TREE} for trees, and {SCENE}NAME for scenes"
-            )
     invalid = "skip" if skip_invalid else "error"
-    lines = read(path, invalid=invalid, format=format, **format_options(options))
+    row = format_of(path, format)
+    lines = read(path, invalid=invalid, format=format, **format_options(options, row.options() if options else {}))
     n_skipped = sum(len(part.skipped) for part in parts_of(lines) if isinstance(part, Lines | Curves))
     if n_skipped:
         note(f"{text}: {n_skipped:,} segments that hold NaN or Inf were left out")
-    return Source(text, lines, format=format_of(path, format))
+    return Source(text, lines, format=row)
 
 
 def open_tree(text: str) -> Tree:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from typer import Option
@@ -88,22 +88,24 @@ def size(text: str, name: str) -> tuple[int, int]:
         raise InputError(f"{name} {text!r} is not a width and a height, such as 640x480") from None
 
 
-def format_options(texts: Sequence[str] | None) -> dict[str, bool | int | float | str]:
-    """Read options of a format, such as model=2: numbers as numbers, true and false as such, all else as text."""
-    options: dict[str, bool | int | float | str] = {}
+#: What an option of a type is, in errors.
+_EXPECTED: dict[type[Any], str] = {bool: "true or false", int: "a whole number", float: "a number"}
+
+
+def format_options(texts: Sequence[str] | None, types: Mapping[str, type[Any]]) -> dict[str, Any]:
+    """Read options of a format, such as model=2, each by its type; those that the format does not have stay texts."""
+    options: dict[str, Any] = {}
     for text in texts or ():
         name, equals, value = text.partition("=")
         if not name or not equals:
             raise InputError(f"--option {text!r} is not a name and a value, such as model=2")
         if name in options:
             raise InputError(f"--option {name} is given twice; give it once")
-        options[name] = {"true": True, "false": False}.get(value.lower(), value)
-        for kind in (int, float):
-            try:
-                options[name] = kind(value)
-                break
-            except ValueError:
-                continue
+        kind = types.get(name, str)
+        try:
+            options[name] = {"true": True, "false": False}[value.lower()] if kind is bool else kind(value)
+        except (ValueError, KeyError):
+            raise InputError(f"--option {name} is {value!r}; expected {_EXPECTED[kind]}") from None
     return options
 
 

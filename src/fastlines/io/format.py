@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, get_args
 
 from ..curves import Curves
 from ..errors import InputError
@@ -61,18 +61,19 @@ class Format:
         """The module, imported on first use."""
         return import_module(f".formats.{self.module}", __package__)
 
-    def options(self) -> tuple[str, ...]:
-        """Return the names of the options that its reader takes."""
-        parameters: Sequence[inspect.Parameter] = list(inspect.signature(self.code.read).parameters.values())
-        return tuple(option.name for option in parameters if option.kind is inspect.Parameter.KEYWORD_ONLY)
+    def options(self) -> dict[str, type[Any]]:
+        """Return the options that its reader takes, and the type of each: str, bool, int or float."""
+        parameters = inspect.signature(self.code.read, eval_str=True).parameters.values()
+        named = (option for option in parameters if option.kind is inspect.Parameter.KEYWORD_ONLY)
+        return {option.name: (get_args(option.annotation) or (option.annotation,))[0] for option in named}
 
-    def check_options(self, path: str, options: dict[str, Any]) -> None:
+    def check_options(self, path: str, options: Iterable[str]) -> None:
         """Refuse options that the reader does not have."""
         known = self.options()
         for name in options:
             if name not in known:
                 has = f"its options are {', '.join(known)}" if known else "it has no options"
-                raise InputError(f"{path}: {self.description}: there is no option {name!r}; {has}")
+                raise InputError(f"{path}: the format {self.name!r} has no option {name!r}; {has}")
 
     @property
     def write(self) -> Callable[[Any, Path], list[str]]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import gzip
 import os
+import stat
 import warnings
 from dataclasses import replace
 from io import BytesIO
@@ -48,8 +50,8 @@ def read(
 
     Raises
     ------
-    FileNotFoundError, or another OSError
-        If there is no such file, or it cannot be read.
+    FileNotFoundError, IsADirectoryError, or another OSError
+        If there is no such file, or it is a directory, or it cannot be read.
     InputError
         If segments hold NaN or Inf, or the format has no such option.
     FileFormatError
@@ -80,6 +82,7 @@ def read(
     if format is not None and not isinstance(format, str):
         raise InputError(f"format is a {type(format).__name__}; expected the name of one, such as 'trk'")
 
+    check_path(path)
     row = format_of(path, format)
     row.check_options(str(path), options)
     packed = path.suffix.lower() == ".gz"
@@ -100,6 +103,21 @@ def format_of(path: Path, name: str | None = None) -> Format:
     return table.find(path, b"" if known else _start_of(path))
 
 
+def check_path(path: Path) -> None:
+    """Refuse what is no regular file, before it is opened: a pipe would block."""
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError as error:
+        why = f"no such file; check the path (the working directory is {Path.cwd()})"
+        raise FileNotFoundError(error.errno, why, str(path)) from None
+    except ValueError as error:  # a NUL in the path
+        raise InputError(f"{path}: cannot be read: {error}") from None
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, "is a directory; expected a file of lines", str(path))
+    if not stat.S_ISREG(mode):
+        raise InputError(f"{path}: is a device or a pipe; expected a regular file")
+
+
 def _parse(row: Format, source: Source, invalid: str, options: dict[str, Any]) -> AnyLines:
     try:
         lines: AnyLines = row.code.read(source, invalid, **options)
@@ -117,7 +135,9 @@ def _with_conventions(part: Any, row: Format) -> Any:
 
 
 def _start_of(path: Path) -> bytes:
-    """Return the first bytes of a file, unpacked; none if it cannot be read, of which `_load` tells."""
+    """Return the first bytes of a file, unpacked; none if it cannot be read, which `read` reports."""
+    if not path.is_file():
+        return b""
     try:
         with (gzip.open if path.suffix.lower() == ".gz" else open)(path, "rb") as file:
             return bytes(file.read(N_START))
@@ -126,16 +146,8 @@ def _start_of(path: Path) -> bytes:
 
 
 def _load(path: Path) -> bytes:
-    """Read all bytes of a regular file; raise an error that names the problem."""
-    if path.exists() and not path.is_file() and not path.is_dir():
-        raise InputError(f"{path}: is a device or a pipe; expected a regular file")
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError as error:
-        why = f"no such file; check the path (the working directory is {Path.cwd()})"
-        raise FileNotFoundError(error.errno, why, str(path)) from None
-    except ValueError as error:  # a NUL in the path
-        raise InputError(f"{path}: cannot be read: {error}") from None
+    """Read all bytes of a file."""
+    data = path.read_bytes()
     if not data:
         raise FileFormatError(f"{path}: is empty; {BAD_COPY}")
     return data

@@ -7,17 +7,16 @@ import os
 import shutil
 import tempfile
 import warnings
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from ..atomic_write import atomic_write
 from ..curves import Curves
 from ..errors import FileWarning, InputError
-from ..geometry import Geometry
+from ..geometry import AnyGeometry, Geometry
 from ..lines import Lines
 from ..objects import lines as as_lines
-from .table import extension_of, to_write
+from .table import FORMATS, extension_of, to_write
 
 
 def write(path: str | os.PathLike[str], lines: Any) -> None:
@@ -75,12 +74,20 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
 
 def to_written(lines: Any, known: tuple[type[Any], ...], keeper: str = "files") -> tuple[Any, list[str]]:
     """Return what a writer takes, and what was lost on the way; `keeper` is what keeps it, in errors."""
-    geometry = lines if isinstance(lines, Lines | Curves | Geometry) else as_lines(lines)
+    geometry = lines if isinstance(lines, AnyGeometry) else as_lines(lines)
     if type(geometry) in known:
         return geometry, []
     if isinstance(geometry, Curves):
-        pieces = replace(geometry.pieces.lines, unit=geometry.unit, up=geometry.up)
-        return pieces, ["curves, which are written as their pieces, and their attributes"]
-    if isinstance(geometry, Lines) and type(geometry) is Lines:
+        return geometry.pieces.lines, ["curves, which are written as their pieces, and their attributes"]
+    if type(geometry) is Lines:
         return geometry, []
-    raise InputError(f"{keeper} keep lines and curves; this is {type(geometry).__name__}; give each part by itself")
+    if isinstance(geometry, Geometry):
+        several = ", ".join(extension for extension, row in FORMATS.items() if Geometry in row.writes)
+        raise InputError(
+            f"this is a Geometry, and these {keeper} hold one part; give each of geometry.parts by itself, or write "
+            f"all of them to one of {several}"
+        )
+    raise InputError(
+        f"this is {type(geometry).__name__}; {keeper} hold Lines or Curves: give those, or save a tree over it, which "
+        "keeps it (tree.save)"
+    )

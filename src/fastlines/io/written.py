@@ -11,6 +11,15 @@ from ..lines import Lines
 from .polylines import AnyArray, Polylines
 
 
+def is_encodable(name: str) -> bool:
+    """Return whether a name can be written as UTF-8, which halves of surrogate pairs cannot."""
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
 def not_held(
     lines: Lines,
     polylines: Polylines,

@@ -26,6 +26,7 @@ from ...arrays import IntArray
 from ...errors import FastlinesError, MissingExtraError
 from ...lines import AXES, Lines
 from ..source import Source, reason
+from ..written import is_encodable
 from .named_arrays import AnyArray
 
 _SEGMENT = ("x0", "y0", "z0", "x1", "y1", "z1")
@@ -38,36 +39,23 @@ _GEO = b"geo"
 def read(source: Source, invalid: str) -> Lines:
     """Read a table; a row is a segment, or a point with its strand."""
     pa = _pyarrow("reading .parquet, .feather and .arrow")
+    from .arrow_table import read_table
+
     try:
-        table = _table(source)
-        table.validate(full=True)
-        names = table.column_names
-        str(table.schema)  # decodes all other names
+        table, schema = read_table(source)
     except FastlinesError:
         raise
     except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
         raise source.error(f"not a whole table ({reason(error)}); check the extension, or write it again") from None
-    if len(set(names)) < len(names):
-        raise source.error("has several columns of one name; rename them")
-    facts = table.schema.metadata or {}
-    columns: dict[str, AnyArray] = {}
-    ends: set[str] = set()
-    left_out = []
-    for name in names:
-        if name == "strand":
-            continue
-        values = _values(source, name, table.column(name))
-        if values is None:
-            left_out.append(f"{name} ({table.schema.field(name).type})")
-            continue
-        columns[name] = values
-        if (table.schema.field(name).metadata or {}).get(_KEY) == _ENDS:
-            ends.add(name)
-    strand = _strands(source, table.column("strand")) if "strand" in names else None
-    made = _lines(source, columns, ends, strand, table, invalid)
+    used = table.column_names
+    left_out = [f"{field.name} ({field.type})" for field in schema if field.name not in used]
+    columns = {name: _values(source, name, table.column(name)) for name in used if name != "strand"}
+    ends = {name for name in columns if (schema.field(name).metadata or {}).get(_KEY) == _ENDS}
+    strand = _strands(source, table.column("strand")) if "strand" in used else None
+    made = _lines(source, columns, ends, strand, table.num_rows, schema, invalid)
     if left_out:
         source.warn(f"columns that are not numbers are not read: {', '.join(left_out)}")
-    return _with_facts(source, made, facts)
+    return _with_facts(source, made, schema.metadata or {})
 
 
 def write(lines: Lines, path: Path) -> list[str]:
@@ -86,7 +74,7 @@ def write(lines: Lines, path: Path) -> list[str]:
         at_ends = name in lines.end_attributes
         column = _column(lines.end_attributes[name] if at_ends else values)
         taken = name in (*_SEGMENT, *_POINT, "segment", "point", "strand", "radius", "radius0", "radius1")
-        if column is None or taken:
+        if column is None or taken or not is_encodable(name):
             lost.append(f"{name!r} ({'its name is taken' if taken else values.dtype})")
             continue
         columns[name] = column
@@ -112,42 +100,15 @@ def _pyarrow(what: str) -> Any:
     return pyarrow
 
 
-def _table(source: Source) -> Any:
-    """Return the table of a file, by its first bytes."""
-    import pyarrow as pa
-    from pyarrow import parquet
-
-    start = source.data[:6]
-    if start[:4] == b"FEA1":
-        raise source.error("is Feather of version 1; write it again as version 2, or as Parquet")
-    buffer = pa.py_buffer(source.data)
-    if start[:4] == b"PAR1":
-        file = parquet.ParquetFile(pa.BufferReader(buffer))
-        facts = file.metadata
-        if 8 * facts.num_rows * facts.num_columns > source.unpack_limit:
-            raise source.error(
-                f"announces {facts.num_rows} rows of {facts.num_columns} columns, far more than a file of its size "
-                "holds; if it is valid, write it again without compression"
-            )
-        return file.read()
-    if start == b"ARROW1":
-        return pa.ipc.open_file(buffer).read_all()
-    return pa.ipc.open_stream(buffer).read_all()
-
-
-def _values(source: Source, name: str, column: Any) -> AnyArray | None:
-    """Return a column as an array, (n,) or (n, k); None if it is not made of numbers."""
+def _values(source: Source, name: str, column: Any) -> AnyArray:
+    """Return a column of numbers as an array, (n,) or (n, k)."""
     import pyarrow as pa
 
-    kind = column.type
-    if pa.types.is_dictionary(kind):
-        column, kind = column.cast(kind.value_type), kind.value_type
-    shape: list[int] = []
-    while pa.types.is_fixed_size_list(kind):
-        shape.append(kind.list_size)
-        kind = kind.value_type
-    if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind)):
-        return None
+    from .arrow_table import numbers_of
+
+    kind, shape = numbers_of(column.type) or (column.type, [])
+    if pa.types.is_dictionary(column.type):
+        column = column.cast(kind)
     n = len(column)
     whole = column.combine_chunks() if column.num_chunks != 1 else column.chunk(0)
     for _ in shape:
@@ -166,17 +127,26 @@ def _strands(source: Source, column: Any) -> IntArray:
     """Return a number for the strand of each row."""
     import pyarrow as pa
 
-    if column.null_count:
-        raise source.error(f"the column 'strand' has {column.null_count} empty rows; fill them, or leave them out")
-    kind = column.type
-    if pa.types.is_dictionary(kind):
-        column, kind = column.cast(kind.value_type), kind.value_type
-    if pa.types.is_string(kind) or pa.types.is_large_string(kind):
-        coded = column.combine_chunks().dictionary_encode()
-        coded = coded.combine_chunks() if isinstance(coded, pa.ChunkedArray) else coded
-        return np.asarray(coded.indices.to_numpy(zero_copy_only=False), np.int64)
-    if not pa.types.is_integer(kind):
-        raise source.error(f"the column 'strand' is of type {kind}; expected whole numbers, or texts")
+    from .arrow_table import is_text
+
+    is_coded = pa.types.is_dictionary(column.type)
+    if is_coded and not is_text(column.type.value_type):
+        column, is_coded = column.cast(column.type.value_type), False
+    elif is_text(column.type):
+        column, is_coded = column.dictionary_encode(), True
+    column = column.unify_dictionaries() if is_coded else column
+    texts = column.chunk(0).dictionary if is_coded and column.num_chunks else None
+    n_empty = column.null_count + (texts.null_count if texts is not None else 0)
+    if n_empty:
+        raise source.error(f"the column 'strand' has {n_empty} empty rows; fill them, or leave them out")
+    if is_coded:
+        if texts is None:
+            return np.empty(0, np.int64)
+        # Number the texts in the order in which they come first; a dictionary may hold a text twice.
+        same = texts.dictionary_encode().indices.to_numpy(zero_copy_only=False)
+        codes = same[np.concatenate([chunk.indices.to_numpy(zero_copy_only=False) for chunk in column.chunks])]
+        _, first, number = np.unique(codes, return_index=True, return_inverse=True)
+        return np.asarray(np.argsort(np.argsort(first))[number], np.int64)
     numbers = np.asarray(column.to_numpy())
     if len(numbers) and (numbers.max() > np.iinfo(np.int64).max or numbers.min() < -1):
         raise source.error(
@@ -186,18 +156,19 @@ def _strands(source: Source, column: Any) -> IntArray:
 
 
 def _lines(
-    source: Source, columns: dict[str, AnyArray], ends: set[str], strand: IntArray | None, table: Any, invalid: str
+    source: Source,
+    columns: dict[str, AnyArray],
+    ends: set[str],
+    strand: IntArray | None,
+    n: int,
+    schema: Any,
+    invalid: str,
 ) -> Lines:
-    """Make lines of the columns of a table."""
-    n = table.num_rows
+    """Make lines of the columns of a table of n rows."""
     segments, points = _take(columns, _SEGMENT, "segment", 6), _take(columns, _POINT, "point", 3)
     if (segments is None) == (points is None):
-        what = "columns of segments and of points" if segments is not None else f"the columns {table.column_names}"
-        geo = (
-            " (it is GeoParquet: convert it to .gpkg, .geojson or .shp)"
-            if _GEO in (table.schema.metadata or {})
-            else ""
-        )
+        what = "columns of segments and of points" if segments is not None else f"the columns {schema.names}"
+        geo = " (it is GeoParquet: convert it to .gpkg, .geojson or .shp)" if _GEO in (schema.metadata or {}) else ""
         raise source.error(
             f"has {what}{geo}; expected x0 y0 z0 x1 y1 z1 for a row a segment, or x y z and strand for a row a point"
         )

@@ -149,8 +149,12 @@ def counted(kinds: Mapping[str, int]) -> str:
 def with_strand_attributes(
     lines: Lines, per_strand: Mapping[str, AnyArray], unit: str | None = None, radius: AnyArray | None = None
 ) -> Lines:
-    """Return the lines with values per strand, repeated for its segments; each strand is a row of the arrays."""
-    repeated = {name: values[lines.strands] for name, values in per_strand.items()}
+    """Return the lines with values per strand, repeated for its segments; each strand is a row of the arrays.
+
+    Values by the name of values per point become ``NAME of strand``.
+    """
+    names = {name: f"{name} of strand" if name in lines.end_attributes else name for name in per_strand}
+    repeated = {names[name]: values[lines.strands] for name, values in per_strand.items()}
     lines = replace(lines, attributes=repeated, unit=unit)
     return lines if radius is None else lines.with_radius(radius[lines.strands])
 

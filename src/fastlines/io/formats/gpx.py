@@ -5,7 +5,8 @@ Format: https://www.topografix.com/GPX/1/1/, versions 1.0 and 1.1.
 Each segment of a track, and each route, is a strand. x is the longitude and y the latitude, in degrees of WGS 84; z is
 the elevation in **metres**, 0 where there is none. Attributes of points are ``time``, in seconds since 1970-01-01 UTC,
 and every other element of a point that holds a number, those of extensions too, such as ``hr``; NaN where missing. The
-attribute ``track`` counts the tracks of the file, -1 for routes. Waypoints and texts are dropped, each with a warning.
+attribute ``track`` counts the tracks of the file, -1 for routes; an element of that name becomes ``track of points``.
+Waypoints and texts are dropped, each with a warning.
 
 Files with a document type are refused, for entities could make them grow without limit.
 """
@@ -149,6 +150,8 @@ class _Reader:
         """Keep the text of an element of the current point, if it is a number, or the time of the point itself."""
         if not is_own and name in ("ele", "time"):
             name = f"{name} of extension"
+        elif name == "track":  # which counts tracks
+            name = "track of points"
         is_time = name == "time"
         try:
             value = _seconds(text) if is_time else float(text)

@@ -61,6 +61,10 @@ def _unzip(source: Source) -> dict[str, AnyArray]:
                         f"{member.filename!r} in it is not an array that numpy.savez wrote; "
                         "write the file again with numpy.savez"
                     )
+            names = [member.filename for member in members]
+            if len({*names}) < len(names):
+                twice = next(name for name in names if names.count(name) > 1)
+                raise source.error(f"holds several arrays named {twice!r}; write it again with each name once")
             if sum(member.file_size for member in members) > source.unpack_limit:
                 raise source.error(
                     f"unpacks to more than {source.unpack_limit} bytes, far more than lines would; if it is "

@@ -15,7 +15,7 @@ from ...errors import InputError, MissingExtraError
 from ...geometry import Geometry
 from ...lines import Lines
 from ..polylines import Polylines, polylines_of
-from ..written import strand_numbers
+from ..written import is_encodable, strand_numbers
 from .usd_values import AnyArray
 
 #: Metres in each unit that has a name.
@@ -134,7 +134,7 @@ def _curves(stage: Any, path: str, part: Lines | Curves, strips: Polylines, firs
     at_points = "varying" if is_cubic else "vertex"
     for interpolation, columns in ((at_points, strips.point_attributes), ("uniform", strips.attributes)):
         for given, values in columns.items():
-            made = _value(values)
+            made = _value(values) if is_encodable(given) else None
             if made is None:
                 lost.append(f"{given!r} ({values.dtype}, {values.ndim}-d)")
                 continue

@@ -30,7 +30,7 @@ DEGREES = frozenset(("4326", "4269", "4258", "4979"))
 _LOCK = threading.Lock()
 
 _COMMENTS = re.compile(r"(?:\s*#[^\n]*\n)*")
-_QUOTED_START = re.compile(r"(['\"])\s*(?:SRID=\d+\s*;\s*)?(?:MULTI)?LINESTRING|GEOMETRYCOLLECTION", re.IGNORECASE)
+_QUOTED_START = re.compile(r"(['\"])\s*(?:SRID=\d+\s*;\s*)?(?:(?:MULTI)?LINESTRING|GEOMETRYCOLLECTION)", re.IGNORECASE)
 _BINARY = re.compile(r"\s*(?:\\x)?0[01](?:[0-9A-F]{2}){8,}\s*", re.IGNORECASE)
 
 
