@@ -12,6 +12,8 @@ version 2 is the latter in a file. The library pyarrow reads and writes them.
 ``radius``, or ``radius0`` and ``radius1`` of segments, is the radius. Other columns of numbers, or of lists of numbers
 of fixed size, become attributes. Columns of other types are not read, with a warning. Geometries of GeoParquet, which
 are bytes, are none of these.
+
+pyarrow does not check all of a file before it uses it: a damaged one may end the program.
 """
 
 from __future__ import annotations
