@@ -172,7 +172,9 @@ class _Hair(ShapeSubject):
     def build(self, preset: EnginePreset) -> Ours:
         curves = fl.Curves.from_bezier(self.control, radius=self.radii)
         tree = build(curves, preset.method, effort=preset.effort)
-        return Ours(tree, {OURS: _surface(tree, preset)})
+        return Ours(
+            tree, {OURS: _surface(tree, preset)}, note=f"{len(curves.pieces) / max(len(curves), 1):.0f} pieces a curve"
+        )
 
     def scenes(self, n_threads: int) -> embree.Scenes:
         return embree.Scenes.of_shapes(np.concatenate([self.control, self.radii[..., None]], axis=2), n_threads)
