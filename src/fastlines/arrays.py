@@ -14,6 +14,7 @@ import numpy.typing as npt
 from .errors import InputError, PrecisionWarning
 from .immutable import frozen, own
 
+AnyArray: TypeAlias = npt.NDArray[Any]
 FloatArray: TypeAlias = npt.NDArray[np.float32]
 IntArray: TypeAlias = npt.NDArray[np.int64]
 

@@ -17,17 +17,15 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from .arrays import INVALID, IntArray, choice, kind_of, to_integers
+from .arrays import INVALID, AnyArray, IntArray, choice, kind_of, to_integers
 from .errors import FileWarning, InputError
 from .lines import Lines, as_lines
+from .strand_values import with_strand_values
 from .vtk_cells import cells_in_rows, lines_of_cells
-
-AnyArray: TypeAlias = npt.NDArray[Any]
 
 
 def lines(obj: Any, *, invalid: str = "error") -> Lines:
@@ -177,7 +175,18 @@ def _of_tractogram(obj: Any, invalid: str) -> Lines:
     }
     if left_out := [name for name in ("groups", "data_per_group") if len(getattr(obj, name, None) or ())]:
         _warn(f"{' and '.join(left_out)} of {kind_of(obj)} are not read")
-    made = _made(points, counts, per_point, per_strand, invalid, of="streamline")
+    for name, values in per_strand.items():
+        if len(values) != len(counts):
+            raise InputError(f"{name!r} has {len(values)} values; expected one for each streamline, {len(counts)}")
+    radius = per_point.pop("radius", None)
+    made = Lines.from_points(points, counts, radius=radius, attributes=per_point, invalid=invalid)
+    if "radius" in per_strand:
+        of_strands = per_strand.pop("radius")
+        if radius is None and of_strands.ndim == 1:
+            made = made.with_radius(of_strands[made.strands])
+        else:
+            per_strand["radius of streamline"] = of_strands
+    made = with_strand_values(made, per_strand, "streamline")
     return replace(made, unit="mm", up="z") if is_trx or affine is not None else made
 
 
@@ -246,32 +255,6 @@ def _of_offsets(points: Any, offsets: AnyArray, invalid: str) -> Lines:
             "of numbers of points, Lines.from_points makes lines"
         )
     return Lines.from_points(points, np.diff(places), invalid=invalid)
-
-
-def _made(
-    points: AnyArray,
-    counts: IntArray,
-    per_point: dict[str, AnyArray],
-    per_strand: dict[str, AnyArray],
-    invalid: str,
-    of: str,
-) -> Lines:
-    """Make lines of points, with values per point and per strand."""
-    n_strands = len(counts)
-    for name, values in per_strand.items():
-        if len(values) != n_strands:
-            raise InputError(f"{name!r} has {len(values)} values; expected one for each {of}, {n_strands}")
-    radius = per_point.pop("radius", None)
-    made = Lines.from_points(points, counts, radius=radius, attributes=per_point, invalid=invalid)
-    if radius is None and "radius" in per_strand and per_strand["radius"].ndim == 1:
-        made = made.with_radius(per_strand.pop("radius")[made.strands])
-    attributes = {
-        f"{name} of {of}" if name in per_point or (name == "radius" and radius is not None) else name: values[
-            made.strands
-        ]
-        for name, values in per_strand.items()
-    }
-    return replace(made, attributes=attributes)
 
 
 def _column(values: AnyArray) -> AnyArray:

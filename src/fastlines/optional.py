@@ -1,11 +1,11 @@
-"""Libraries that only some formats need."""
+"""Libraries that only some functions need, and that an extra adds."""
 
 from __future__ import annotations
 
 import importlib
 from typing import Any
 
-from ...errors import MissingExtraError
+from .errors import MissingExtraError
 
 
 def optional(library: str, what: str, extra: str) -> Any:

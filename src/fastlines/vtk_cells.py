@@ -10,16 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from .arrays import IntArray
-from .immutable import own
+from .arrays import AnyArray, IntArray
 from .lines import AXES, Lines
-
-AnyArray = npt.NDArray[Any]
+from .strand_values import with_strand_values
 
 RADIUS = "radius"
 _NO_INTS = np.empty(0, np.int64)
@@ -96,15 +92,12 @@ def lines_of_cells(
     texts = _texts(field_data, warn)
     made = Lines.from_points(points, counts, radius=radius, attributes=per_point, invalid=invalid)
 
-    # Spread the values of cells, under names that are free.
-    attributes = dict(made.attributes)
-    for name, values in per_cell.items():
-        is_second_radius = radius is not None and _is_radius(name, values)
-        free = f"{name} of cell" if is_second_radius else name
-        while free in attributes:
-            free += " of cell"
-        attributes[free] = own(values[made.strands])
-    return replace(made, attributes=attributes, unit=texts.get("unit"), up=texts.get("up"))
+    # A second radius is an attribute of cells.
+    second = {
+        name: f"{name} of cell" for name, values in per_cell.items() if radius is not None and _is_radius(name, values)
+    }
+    made = with_strand_values(made, {second.get(name, name): values for name, values in per_cell.items()}, "cell")
+    return replace(made, unit=texts.get("unit"), up=texts.get("up"))
 
 
 def _is_radius(name: str, values: AnyArray) -> bool:

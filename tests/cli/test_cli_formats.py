@@ -40,6 +40,17 @@ def tracts():
     return "a.trk"
 
 
+# --- Curves ---
+
+
+def test_a_tree_over_curves_is_built_from_their_file():
+    curves = fl.Curves.from_strands(np.arange(24.0).reshape(8, 3) ** 1.5, [8], basis="bspline", radius=0.5)
+    fl.write("a.npz", curves)
+    assert "over 5 curves" in done("build", "a.npz", "-o", "a.flt")
+    np.testing.assert_array_equal(fl.load("a.flt").geometry.control, curves.control)
+    assert "holds Curves; this command takes lines only" in refused("report", "a.npz")[1]
+
+
 # --- info ---
 
 

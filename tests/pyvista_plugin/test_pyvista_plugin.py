@@ -100,7 +100,7 @@ def test_what_polydata_cannot_hold(pyvista):
     lines = fl.Lines.from_segments(POINTS[:4].reshape(2, 2, 3), strands=[7, 3], attributes=columns)
     with pytest.warns(fl.FileWarning) as told:
         mesh = to_polydata(lines)
-    assert "'none', float64 of shape (2, 0); numbers of strands (lines are counted from 0)" in str(told[0].message)
+    assert "'none', float64 of shape (2, 0); the numbers of strands, which are counted from 0" in str(told[0].message)
     np.testing.assert_array_equal(mesh.cell_data["half"], [1, 2])
     np.testing.assert_array_equal(mesh.cell_data["yes"], [True, False])
     assert to_polydata([POINTS[:3], POINTS[3:]]).n_lines == 2

@@ -12,6 +12,7 @@ from typer import Option
 
 import fastlines as fl
 
+from ..geometry import count_text
 from ..methods import method_settings
 from ..settings import limit_notes
 from .app import app
@@ -92,6 +93,8 @@ def build(
 
     [cyan]fastlines build tracts.trk.gz --method kd-d2 -o tracts.flt[/]
 
+    [cyan]fastlines build groom.usd -o groom.flt[/]  keeps cubic curves as curves
+
     [cyan]fastlines build scene:spaghetti --method bvh-cl[/]  prints the figures only
 
     [cyan]fastlines build scene:spaghetti --c-trav 2 --effort 1[/]  builds the cheapest tree for this cost
@@ -109,7 +112,7 @@ def build(
     opened = open_lines(source, skip_invalid, format, option)
     start = time.perf_counter()
     tree = fl.build(
-        opened.lines,
+        opened.geometry,
         method,
         cost=replace(settings.cost, **costs) if costs else None,
         limits=fl.Limits(**given) if given else None,
@@ -125,7 +128,7 @@ def build(
         return
     limits = "".join(f"; {said}" for said in limit_notes(tree.limits_hit))
     typer.echo(
-        f"{output or opened.name}: {tree.method} over {tree.n_prims:,} segments: {tree.n_refs:,} references, "
+        f"{output or opened.name}: {tree.method} over {count_text(opened.geometry)}: {tree.n_refs:,} references, "
         f"{tree.n_nodes:,} nodes, depth {stats['depth']}, cost {stats['cost']:.6g}, "
         f"{bytes_text(stats['memory_bytes'])}, built in {seconds:.2f} s{limits}"
     )

@@ -42,7 +42,8 @@ class Source:
     def lines(self) -> Lines:
         """The lines, for what works with nothing else."""
         if not isinstance(self.geometry, Lines):
-            raise InputError(f"{self.name}: expected lines; this tree is over {type(self.geometry).__name__}")
+            kind = type(self.geometry).__name__
+            raise InputError(f"{self.name}: holds {kind}; this command takes lines only, 'fastlines build' all kinds")
         return self.geometry
 
     def camera(

@@ -15,7 +15,7 @@ TABLE: tuple[Format, ...] = (
     Format(
         "arrow",
         (".parquet", ".feather", ".arrow"),
-        "tables of Parquet and Arrow: a row a segment, or a row a point (needs fastlines[arrow])",
+        "tables of Parquet and Arrow: a row a segment, or a row a point",
         magic=(b"PAR1", b"ARROW1"),
         writes=(Lines,),
     ),
@@ -57,7 +57,7 @@ TABLE: tuple[Format, ...] = (
     Format(
         "usd",
         (".usd", ".usda", ".usdc", ".usdz"),
-        "scenes, USD BasisCurves and HermiteCurves (needs fastlines[usd])",
+        "scenes, USD BasisCurves and HermiteCurves",
         magic=(b"#usda", b"PXR-USDC"),
         writes=(Lines, Curves, Geometry),
         up="y",

@@ -6,9 +6,9 @@ from collections.abc import Container
 
 import numpy as np
 
-from ..arrays import IntArray
+from ..arrays import AnyArray, IntArray
 from ..lines import Lines
-from .polylines import AnyArray, Polylines
+from .polylines import Polylines
 
 
 def is_encodable(name: str) -> bool:
@@ -56,10 +56,23 @@ def not_held(
     lost += names
     said = tuple(f"{name} on " for name in ("radius",) * (not radius) + tuple(names))
     lost += [text for text in polylines.lost if not text.startswith(said)]
-    if lines.unit is not None and lines.unit != unit:
-        lost.append(f"the unit, {lines.unit!r}")
-    if lines.up is not None:
-        lost.append(f"the axis that points upwards, {lines.up!r}")
+    return lost + conventions(lines, unit)
+
+
+def conventions(lines: Lines, unit: str | None = None, up: str | None = None) -> list[str]:
+    """Return what is lost of the unit and the upward axis in a format that has these by convention, or none.
+
+    Examples
+    --------
+    >>> conventions(Lines.from_segments([[[0, 0, 0], [1, 0, 0]]]), "mm", "z")
+    []
+    """
+    lost = []
+    if lines.unit not in (None, unit):
+        instead = f" (coordinates are written as they are, and will be read as {unit})" if unit else ""
+        lost.append(f"the unit {lines.unit!r}{instead}")
+    if lines.up not in (None, up):
+        lost.append(f"the upward axis {lines.up!r}" + (f" ({up} will be up)" if up else ""))
     return lost
 
 

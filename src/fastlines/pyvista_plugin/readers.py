@@ -2,28 +2,27 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 import warnings
 from typing import Any
 
 import numpy as np
 
-from ..errors import FileWarning, MissingExtraError
+from ..arrays import AnyArray
+from ..errors import FileWarning
 from ..geometry import Geometry
 from ..io import read as read_lines
-from ..io.polylines import AnyArray, polylines_of
+from ..io.polylines import polylines_of
 from ..io.writing import to_written
+from ..io.written import strand_numbers
 from ..lines import Lines
+from ..optional import optional
 from ..vtk_cells import RADIUS
 
 
 def pyvista() -> Any:
     """Import PyVista, which is optional."""
-    try:
-        return importlib.import_module("pyvista")
-    except ImportError:
-        raise MissingExtraError("exchange of lines with PyVista", "pyvista") from None
+    return optional("pyvista", "exchange of lines with PyVista", "pyvista")
 
 
 def read(path: str | os.PathLike[str], **options: Any) -> Any:
@@ -82,9 +81,7 @@ def to_polydata(lines: Any) -> Any:
                 target[name] = values.astype(np.float32) if values.dtype == np.float16 else values
             else:
                 lost.append(f"{name!r}, {values.dtype} of shape {values.shape}")
-    strand = parts.strand
-    if (strand >= 0).any() and not np.array_equal(strand, np.arange(len(strand))):
-        lost.append("numbers of strands (lines are counted from 0)")
+    lost += strand_numbers(parts.strand)
     for name, text in (("unit", straight.unit), ("up", straight.up)):
         if text is not None:
             mesh.field_data[name] = [text]

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arrays import FloatArray
 from ..atomic_write import atomic_write
-from ..errors import InputError, MissingExtraError
+from ..errors import InputError
+from ..optional import optional
 
 #: The extensions of pictures, and the content of each.
 IMAGE_FORMATS = {
@@ -28,7 +27,7 @@ def check_image_path(path: str | os.PathLike[str]) -> str:
         known = ", ".join(IMAGE_FORMATS)
         raise InputError(f"{path}: unknown extension {extension or '(none)'!r} for a picture; known: {known}")
     if extension == ".exr":
-        _import_openexr()
+        optional("OpenEXR", "writing .exr", "exr")
     return extension
 
 
@@ -52,16 +51,8 @@ def write_depth(path: str | os.PathLike[str], depth: FloatArray) -> None:
     """
     if check_image_path(path) != ".exr":
         raise InputError(f"{path}: depths are written as .exr")
-    exr = _import_openexr()
+    exr = optional("OpenEXR", "writing .exr", "exr")
     header = {"compression": exr.ZIP_COMPRESSION, "type": exr.scanlineimage}
     channels = {"Z": np.ascontiguousarray(depth, np.float32)}
     with atomic_write(path) as partial:
         exr.File(header, channels).write(str(partial))
-
-
-def _import_openexr() -> Any:
-    """Import OpenEXR, which is optional."""
-    try:
-        return importlib.import_module("OpenEXR")
-    except ImportError:
-        raise MissingExtraError("writing .exr", "exr") from None

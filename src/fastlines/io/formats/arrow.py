@@ -24,12 +24,12 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import IntArray
-from ...errors import FastlinesError, MissingExtraError
+from ...arrays import AnyArray, IntArray
+from ...errors import FastlinesError
 from ...lines import AXES, Lines
+from ...optional import optional
 from ..source import Source, reason
 from ..written import is_encodable
-from .named_arrays import AnyArray
 
 _SEGMENT = ("x0", "y0", "z0", "x1", "y1", "z1")
 _POINT = ("x", "y", "z")
@@ -94,12 +94,8 @@ def write(lines: Lines, path: Path) -> list[str]:
 
 
 def _pyarrow(what: str) -> Any:
-    try:
-        import pyarrow
-        import pyarrow.ipc
-    except ImportError:
-        raise MissingExtraError(what, "arrow") from None
-    return pyarrow
+    optional("pyarrow.ipc", what, "arrow")
+    return optional("pyarrow", what, "arrow")
 
 
 def _values(source: Source, name: str, column: Any) -> AnyArray:

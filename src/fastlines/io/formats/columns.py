@@ -8,12 +8,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ...arrays import AnyArray
 from ...lines import Lines
+from ...strand_values import with_strand_values
 from ..source import Source
-
-AnyArray = npt.NDArray[Any]
 
 #: What stands for a missing value in text, in lower case.
 MISSING = frozenset(("", "na", "n/a", "nan", "none", "null"))
@@ -149,13 +148,8 @@ def counted(kinds: Mapping[str, int]) -> str:
 def with_strand_attributes(
     lines: Lines, per_strand: Mapping[str, AnyArray], unit: str | None = None, radius: AnyArray | None = None
 ) -> Lines:
-    """Return the lines with values per strand, repeated for its segments; each strand is a row of the arrays.
-
-    Values by the name of values per point become ``NAME of strand``.
-    """
-    names = {name: f"{name} of strand" if name in lines.end_attributes else name for name in per_strand}
-    repeated = {names[name]: values[lines.strands] for name, values in per_strand.items()}
-    lines = replace(lines, attributes=repeated, unit=unit)
+    """Return the lines with a unit, and with values and the radius of strands, which are rows of the arrays."""
+    lines = replace(with_strand_values(lines, per_strand), unit=unit)
     return lines if radius is None else lines.with_radius(radius[lines.strands])
 
 

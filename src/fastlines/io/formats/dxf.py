@@ -21,9 +21,9 @@ import numpy.typing as npt
 from ...arrays import LEAST, number
 from ...errors import FileFormatError
 from ...lines import Lines
+from ...optional import optional
 from ..source import BAD_COPY, Source, reason
 from .columns import counted, with_strand_attributes
-from .optional import optional
 
 Float64Array = npt.NDArray[np.float64]
 

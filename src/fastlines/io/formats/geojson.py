@@ -22,7 +22,7 @@ import numpy.typing as npt
 from ...lines import Lines
 from ..polylines import Polylines, polylines_of
 from ..source import Source, printable, reason
-from ..written import free_name, strand_numbers
+from ..written import conventions, free_name, strand_numbers
 from .columns import counted, numeric, radius_of, with_strand_attributes
 
 Float64Array = npt.NDArray[np.float64]
@@ -235,8 +235,7 @@ def write(lines: Lines, path: Path) -> list[str]:
         lost.append(f"the unit {lines.unit!r}")
     elif lines.unit is None and one_a_line and len(lines):
         lost.append("that the unit is not known (coordinates will be read as degrees)")
-    if lines.up not in (None, "z"):
-        lost.append(f"the upward axis {lines.up!r} (z will be up)")
+    lost += conventions(lines, lines.unit, "z")
     with path.open("w", encoding="utf-8", newline="\n") as file:
         if one_a_line and len(lines):
             file.writelines(f"{line}\n" for line in _features(joined, columns))

@@ -24,9 +24,9 @@ import numpy.typing as npt
 from ...arrays import IntArray, count, number
 from ...errors import FileFormatError
 from ...lines import Lines
+from ...optional import optional
 from ..source import Source, reason
 from .bonds import CrowdedError, bonded
-from .optional import optional
 
 _CIF = re.compile(r"(?:\s|#[^\n]*\n)*(?:data_|global_|loop_)", re.IGNORECASE)
 #: Types of listed connections that are bonds.

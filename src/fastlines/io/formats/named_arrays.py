@@ -16,18 +16,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ...arrays import list_rows
+from ...arrays import AnyArray, list_rows
 from ...curve_input import bad_radius
 from ...curves import Curves
 from ...lines import AXES, Lines
 from ..source import Source
-
-AnyArray: TypeAlias = npt.NDArray[Any]
 
 #: What begins the name of an attribute that could be taken for something else.
 ENDS, ATTRIBUTES = "end_attributes/", "attributes/"

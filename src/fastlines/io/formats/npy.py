@@ -9,17 +9,15 @@ from __future__ import annotations
 import warnings
 from io import BytesIO
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from numpy.lib import format as npy_format
 
+from ...arrays import AnyArray
 from ...errors import FileFormatError
 from ...lines import Lines
 from ..source import Source, reason
-
-AnyArray: TypeAlias = npt.NDArray[Any]
 
 _HEADER_READERS = {(1, 0): npy_format.read_array_header_1_0, (2, 0): npy_format.read_array_header_2_0}
 

@@ -13,11 +13,12 @@ from pathlib import Path
 import numpy as np
 from numpy.lib import format as npy_format
 
+from ...arrays import AnyArray
 from ...curves import Curves
 from ...errors import FileFormatError
 from ...lines import Lines
 from ..source import Source, reason
-from .named_arrays import FACTS, AnyArray, from_arrays, to_arrays
+from .named_arrays import FACTS, from_arrays, to_arrays
 from .npy import read_array
 
 _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)

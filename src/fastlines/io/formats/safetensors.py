@@ -14,11 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from ...arrays import AnyArray
 from ...container import ALIGNMENT, DTYPES, MAX_HEADER, NAMES
 from ...curves import Curves
 from ...lines import Lines
 from ..source import BAD_COPY, Source
-from .named_arrays import AnyArray, from_arrays, to_arrays
+from .named_arrays import from_arrays, to_arrays
 
 #: More dimensions than NumPy has, in each version, do not fit; no attribute has so many.
 MAX_DIMENSIONS = 32

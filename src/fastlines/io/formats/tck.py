@@ -20,7 +20,8 @@ import numpy as np
 from ...lines import Lines
 from ..polylines import polylines_of
 from ..source import BAD_COPY, Source
-from .streamlines import foreign
+from ..written import conventions, strand_numbers
+from .streamlines import UNIT, UP
 
 MAGIC = b"mrtrix tracks"
 _TYPES = {"float32le": "<f4", "float32be": ">f4", "float64le": "<f8", "float64be": ">f8"}
@@ -82,7 +83,7 @@ def write(lines: Lines, path: Path) -> list[str]:
         file.write(head.format(start).encode().ljust(start, b"\0"))
         file.write(triples.data)
     names = ["radius"] * (lines.radius is not None) + [repr(name) for name in lines.attributes]
-    return names + foreign(lines, parts.strand)
+    return names + strand_numbers(parts.strand) + conventions(lines, UNIT, UP)
 
 
 def _header(source: Source) -> tuple[dict[str, list[str]], int, bool]:

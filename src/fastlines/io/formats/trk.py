@@ -22,12 +22,13 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ...arrays import FloatArray, IntArray, is_far, warn_of_rounding
+from ...arrays import AnyArray, FloatArray, IntArray, is_far, warn_of_rounding
 from ...lines import Lines
+from ...strand_values import with_strand_values
 from ..polylines import polylines_of
 from ..source import BAD_COPY, Source
-from ..written import keeps_values
-from .streamlines import AnyArray, dimensions, foreign, split_values, with_values
+from ..written import conventions, keeps_values, strand_numbers
+from .streamlines import UNIT, UP, dimensions, split_values
 
 HEADER_SIZE = 1000
 _HEADER = np.dtype(
@@ -77,7 +78,7 @@ def read(source: Source, invalid: str) -> Lines:
     points = _apply(transform, rows[:, :3])
     attributes = _columns(header["scalar_names"], rows[:, 3:], "scalars")
     lines = Lines.from_points(points, counts, attributes=attributes, invalid=invalid)
-    return with_values(lines, _columns(header["property_names"], properties, "properties"))
+    return with_strand_values(lines, _columns(header["property_names"], properties, "properties"), "streamline")
 
 
 def write(lines: Lines, path: Path) -> list[str]:
@@ -115,7 +116,7 @@ def write(lines: Lines, path: Path) -> list[str]:
     with path.open("wb") as file:
         file.write(header.tobytes())
         file.write(numbers.data)
-    return lost + foreign(lines, parts.strand)
+    return lost + strand_numbers(parts.strand) + conventions(lines, UNIT, UP)
 
 
 def _streamlines(

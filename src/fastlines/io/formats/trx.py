@@ -22,13 +22,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ...arrays import IntArray
+from ...arrays import AnyArray, IntArray
 from ...errors import FileFormatError, InputError
 from ...lines import Lines
+from ...strand_values import with_strand_values
 from ..polylines import polylines_of
 from ..source import BAD_COPY, Source, reason
-from ..written import free_name
-from .streamlines import AnyArray, dimensions, foreign, split_values, with_values
+from ..written import conventions, free_name, strand_numbers
+from .streamlines import UNIT, UP, dimensions, split_values
 
 _TYPES = {
     f"{kind}{bits}": np.dtype(f"{kind}{bits}").newbyteorder("<")
@@ -99,7 +100,7 @@ def read(source: Source, invalid: str, *, bundle: str | None = None) -> Lines:
         for name, chosen in groups.items():
             per_strand[GROUP + name] = np.bincount(chosen, minlength=n_streamlines) > 0
     lines = Lines.from_points(points, counts, attributes=kinds["dpv"], invalid=invalid)
-    return with_values(lines, per_strand)
+    return with_strand_values(lines, per_strand, "streamline")
 
 
 def write(lines: Lines, path: Path) -> list[str]:
@@ -130,7 +131,7 @@ def write(lines: Lines, path: Path) -> list[str]:
             dtype = _TYPES[name.rpartition(".")[2]]
             with archive.open(zipfile.ZipInfo(name), "w", force_zip64=values.nbytes > 1 << 30) as member:
                 member.write(np.ascontiguousarray(values, dtype).reshape(-1).view(np.uint8).data)
-    return lost + foreign(lines, parts.strand)
+    return lost + strand_numbers(parts.strand) + conventions(lines, UNIT, UP)
 
 
 def _add(

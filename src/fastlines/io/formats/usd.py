@@ -31,9 +31,10 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError, MissingExtraError
+from ...errors import InputError
 from ...geometry import Geometry
 from ...lines import Lines
+from ...optional import optional
 from ..format import AnyLines
 from ..source import UNPACK_BYTES, UNPACK_FACTOR, Source
 from .usd_curves import Strokes, placed, strokes_of
@@ -64,10 +65,9 @@ def read(source: Source, invalid: str, *, time: float | None = None, prim: str |
         raise InputError(f"time={time!r}; expected a time code of the file, a number, or None for the earliest")
     if prim is not None and not isinstance(prim, str):
         raise InputError(f"prim={prim!r}; expected the path of a prim, such as '/World/Hair'")
-    try:
-        from pxr import Tf
-    except ImportError:
-        raise MissingExtraError("reading USD files", "usd") from None
+    optional("pxr", "reading USD files", "usd")
+    from pxr import Tf
+
     with _told(source), source.file(_extension(source)) as path:
         try:
             return _read(source, path, invalid, time, prim)

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import IntArray, list_rows
+from ...arrays import AnyArray, IntArray, list_rows
 from ...curve_input import bad_radius, outside
-from .usd_values import AnyArray, Float64Array, Layout, Remarks, cubic_layout, linear_layout, numbers
+from .usd_values import Float64Array, Layout, Remarks, cubic_layout, linear_layout, numbers
 
 _BASES = {"bezier": "bezier", "bspline": "bspline", "catmullRom": "catmull-rom"}
 _WRAPS = ("nonperiodic", "periodic", "pinned")

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...arrays import AnyArray
 from ...curve_input import Converted, valid
 from ...curves import Curves
 from ...lines import Lines
 from .usd_curves import Strokes
-from .usd_values import AnyArray, Remarks
+from .usd_values import Remarks
 
 
 def joined(parts: Sequence[Strokes], remarks: Remarks, invalid: str, *, number_prims: bool) -> Lines | Curves:

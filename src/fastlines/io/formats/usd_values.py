@@ -8,11 +8,10 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ...arrays import IntArray
+from ...arrays import AnyArray, IntArray
 from ...bases import Spans, find_spans, smallest
 from ..source import Source
 
-AnyArray: TypeAlias = npt.NDArray[Any]
 Float64Array: TypeAlias = npt.NDArray[np.float64]
 
 #: Where values of curves are: one for all, for each curve, for each end of a segment, for each point.

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import IntArray
+from ...arrays import AnyArray, IntArray
 from ...curves import Curves
-from ...errors import InputError, MissingExtraError
+from ...errors import InputError
 from ...geometry import Geometry
 from ...lines import Lines
+from ...optional import optional
 from ..polylines import Polylines, polylines_of
 from ..written import is_encodable, strand_numbers
-from .usd_values import AnyArray
 
 #: Metres in each unit that has a name.
 _UNITS = {
@@ -53,10 +53,9 @@ def write(geometry: Lines | Curves | Geometry, path: Path) -> list[str]:
     point. Widths are diameters. Attributes are primvars: vertex or varying, if they are at both ends of segments, or
     else uniform.
     """
-    try:
-        from pxr import Sdf, Tf, Usd, UsdGeom, UsdUtils
-    except ImportError:
-        raise MissingExtraError("writing USD files", "usd") from None
+    optional("pxr", "writing USD files", "usd")
+    from pxr import Sdf, Tf, Usd, UsdGeom, UsdUtils
+
     parts = list(geometry.parts) if isinstance(geometry, Geometry) else [geometry]
     kept = [part for part in parts if isinstance(part, Lines | Curves) and type(part) in (Lines, Curves)]
     lost = [f"part {i}, {type(part).__name__}" for i, part in enumerate(parts) if type(part) not in (Lines, Curves)]

@@ -8,17 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ...arrays import IntArray
+from ...arrays import AnyArray, IntArray
 from ...lines import Lines
 from ...vtk_cells import Cells, lines_of_cells
 from ..source import Source
-
-AnyArray = npt.NDArray[Any]
 
 #: The types of cells that are read, and what some others are called in warnings.
 LINE, POLYLINE = 3, 4

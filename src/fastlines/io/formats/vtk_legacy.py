@@ -15,10 +15,11 @@ from urllib.parse import unquote
 
 import numpy as np
 
+from ...arrays import AnyArray
 from ...errors import FileFormatError
 from ...vtk_cells import Cells, cells_in_rows
 from ..source import BAD_COPY, Source
-from .vtk_data import AnyArray, DataSet, cells_of
+from .vtk_data import DataSet, cells_of
 
 _TYPES = {
     "bit": "u1", "unsigned_char": "u1", "char": "i1", "signed_char": "i1", "unsigned_short": "u2", "short": "i2",

@@ -12,8 +12,9 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from ...arrays import AnyArray
 from ...lines import Lines
-from ...vtk_cells import RADIUS, AnyArray
+from ...vtk_cells import RADIUS
 from ..polylines import polylines_of
 from ..source import printable
 from ..written import free_name, strand_numbers
