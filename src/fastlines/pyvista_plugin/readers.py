@@ -81,7 +81,8 @@ def to_polydata(lines: Any) -> Any:
                 target[name] = values.astype(np.float32) if values.dtype == np.float16 else values
             else:
                 lost.append(f"{name!r}, {values.dtype} of shape {values.shape}")
-    lost += strand_numbers(parts.strand)
+    if (parts.strand >= 0).any():
+        lost += strand_numbers(parts.strand)
     for name, text in (("unit", straight.unit), ("up", straight.up)):
         if text is not None:
             mesh.field_data[name] = [text]
