@@ -12,7 +12,7 @@ import pytest
 from support.command_line import done, refused
 
 import fastlines as fl
-from fastlines.render import default_camera
+from fastlines.rendering import default_camera
 from fastlines.report import FULL, QUICK, Preset, demo_page, measure, report_page
 from fastlines.report.tables import answer_points
 from fastlines.scenes import NAMES, RADII

@@ -102,7 +102,7 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("fastlines")
-    if name in ("analytic", "io", "render", "scenes", "theory"):
+    if name in ("analytic", "io", "rendering", "scenes", "theory"):
         return import_module(f".{name}", __name__)
     if name in ("read", "write"):
         return getattr(import_module(".io", __name__), name)

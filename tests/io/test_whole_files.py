@@ -18,7 +18,7 @@ from support.patience import HANGS
 
 import fastlines as fl
 from fastlines.atomic_write import atomic_write
-from fastlines.render.images import write_depth, write_picture
+from fastlines.rendering.images import write_depth, write_picture
 
 TREE = fl.build([[[0, 0, 0], [1, 1, 1]]])
 LEFT_OVER = "a.flt.0123456789ab.partial"

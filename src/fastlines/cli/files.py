@@ -50,7 +50,7 @@ class Source:
         self, direction: Vector | None = None, up: Vector | None = None, fov: float | None = None, aspect: float = 1.0
     ) -> Camera:
         """Return a camera that shows the geometry: the given view, or the scene's, or else the default."""
-        from ..render import default_camera
+        from ..rendering import default_camera
 
         if self.scene is not None and direction is None:
             direction = tuple(self.scene.camera.axes()[2].tolist())

@@ -93,7 +93,7 @@ def _suitable(opened: Source, tree: Tree | None) -> float | None:
 
 def draw(opened: Source, tree: Tree, radius: float) -> str:
     """Draw lines as text that fits the terminal, by the default camera."""
-    from ..render import depth_picture
+    from ..rendering import depth_picture
     from .terminal import has_colours, picture_text
 
     columns = max(16, min(COLUMNS, shutil.get_terminal_size((COLUMNS, 24)).columns))

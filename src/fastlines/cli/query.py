@@ -81,7 +81,7 @@ def query(
     [cyan]fastlines query hair.flt --camera 640x480 --radius 0.001 --kind count[/]
     """
     from ..queries import require_radius
-    from ..render.depth import check_size
+    from ..rendering.depth import check_size
     from .files import Source, check_output, open_tree, show_progress, write_npz
     from .hint import hint_at_radius
 

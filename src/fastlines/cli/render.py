@@ -59,8 +59,8 @@ def render(
     from ..geometry import count_text, parts_of
     from ..places import names
     from ..queries import require_radius
-    from ..render import check_image_path, depth_image, depth_picture, level_sheet, write_depth, write_picture
-    from ..render.depth import check_size
+    from ..rendering import check_image_path, depth_image, depth_picture, level_sheet, write_depth, write_picture
+    from ..rendering.depth import check_size
     from .files import check_output, open_lines, show_progress
     from .hint import hint_at_radius, small
 

@@ -17,7 +17,7 @@ import fastlines as fl
 from ..atomic_write import atomic_write
 from ..methods import METHOD_NOTES
 from ..progress import reporting
-from ..render import depth_picture, level_sheet, write_picture
+from ..rendering import depth_picture, level_sheet, write_picture
 from ..scenes import NAMES, RADII, Scene, make
 from .measure import QUERIES, TreeFigures, build_within, describe_machine, measure_tree, time_in_turn
 from .page import Section, gallery, page, points

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fastlines import FastlinesError, Tree
-from fastlines.render import depth_picture, level_sheet, write_picture
+from fastlines.rendering import depth_picture, level_sheet, write_picture
 
 from ..builders.names import THESIS_COST, kind_of
 from ..builders.trees import alternate_builds

@@ -14,7 +14,7 @@ from support.slow import few_of
 
 import fastlines as fl
 from fastlines.atomic_write import atomic_write
-from fastlines.render import (
+from fastlines.rendering import (
     default_camera,
     default_view,
     depth_image,
@@ -24,8 +24,8 @@ from fastlines.render import (
     write_depth,
     write_picture,
 )
-from fastlines.render.depth import MAX_BATCH, MAX_PIXELS, View, bands
-from fastlines.render.picture import DARKEST, GAMMA, Tone, encode
+from fastlines.rendering.depth import MAX_BATCH, MAX_PIXELS, View, bands
+from fastlines.rendering.picture import DARKEST, GAMMA, Tone, encode
 
 CAMERA = fl.Camera(origin=(0, 0, 4), target=(0, 0, 0))
 #: Across the view at the depths 4 (upper half), 6 (lower half).
