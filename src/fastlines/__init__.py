@@ -41,6 +41,7 @@ from .tree import Tree, load
 if TYPE_CHECKING:
     from . import analytic, scenes, theory
     from .io import read, write
+    from .rendering import render
 
     __version__: str
 
@@ -85,6 +86,7 @@ __all__ = [
     "lines",
     "load",
     "read",
+    "render",
     "scenes",
     "set_num_threads",
     "set_simd",
@@ -104,8 +106,9 @@ def __getattr__(name: str) -> Any:
         return version("fastlines")
     if name in ("analytic", "io", "rendering", "scenes", "theory"):
         return import_module(f".{name}", __name__)
-    if name in ("read", "write"):
-        return getattr(import_module(".io", __name__), name)
+    for module, names in {"io": ("read", "write"), "rendering": ("render",)}.items():
+        if name in names:
+            return getattr(import_module(f".{module}", __name__), name)
     from .deprecated import former
 
     if (found := former(name)) is not None:

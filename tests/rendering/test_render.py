@@ -25,7 +25,7 @@ from fastlines.rendering import (
     write_picture,
 )
 from fastlines.rendering.depth import MAX_BATCH, MAX_PIXELS, View, bands
-from fastlines.rendering.picture import DARKEST, GAMMA, Tone, encode
+from fastlines.rendering.depth_picture import DARKEST, GAMMA, Tone, encode
 
 CAMERA = fl.Camera(origin=(0, 0, 4), target=(0, 0, 0))
 #: Across the view at the depths 4 (upper half), 6 (lower half).

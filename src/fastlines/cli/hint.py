@@ -2,94 +2,29 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-import numpy as np
 import numpy.typing as npt
 
+from ..rendering.radius import least_radius, some_rays
 from ..tree import Tree
 from .files import note
 
 #: The radius may be too small if less than this fraction of the rays that cross the box of the lines hit.
 FEW = 0.01
-#: A radius suits if at least this fraction of them hit.
-MANY = 0.25
-#: How many rays are tried, spread evenly over all; there is no hint if fewer than `LEAST` of them cross the box.
-TRIED, LEAST = 4096, 100
 
 
 def hint_at_radius(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike, radius: float, **bounds: Any) -> None:
     """Note a radius that suits if hardly any of the rays that cross the box of the lines hit with this one."""
-    rays = _some_rays(tree, origins, directions, **bounds)
+    rays = some_rays(tree, origins, directions, **bounds)
     if rays is None:
         return
     found = float(tree.any_hit(rays[0], rays[1], radius, **bounds).mean())
     if found >= FEW:
         return
-    larger, suits = _suitable(tree, rays, radius, **bounds)
+    larger, suits = least_radius(tree, rays, radius, **bounds)
     if larger is not None:
         note(
             f"hardly any ray hits: {found:.1%} of those that cross the box of the lines, with the radius "
             f"{radius:g}; with {larger:g} it would be {suits:.0%}"
         )
-
-
-def suitable_radius(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike) -> float | None:
-    """Return the least of the radii 1, 2, 5, 10 … with which enough rays hit; None if too few cross the box."""
-    rays = _some_rays(tree, origins, directions)
-    return None if rays is None else _suitable(tree, rays, 0.0)[0]
-
-
-def _some_rays(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike, **bounds: Any) -> Any:
-    """Return some of the rays that cross the box of the lines; None if they are too few."""
-    origins, directions = (np.reshape(a, (-1, 3)) for a in np.broadcast_arrays(origins, directions))
-    if len(origins) < LEAST or tree.n_prims == 0:
-        return None
-    # Spread the tried rays evenly, also over the rows and columns of a picture, by multiples of the golden ratio.
-    tried = np.unique((np.arange(TRIED) * ((5**0.5 - 1) / 2) % 1 * len(origins)).astype(np.int64))
-    origins, directions = origins[tried], directions[tried]
-    crossing = cross(tree.nodes["box"][0], origins, directions, **bounds)
-    return (origins[crossing], directions[crossing]) if crossing.sum() >= LEAST else None
-
-
-def _suitable(tree: Tree, rays: Any, radius: float, **bounds: Any) -> tuple[float | None, float]:
-    """Return the least round radius above a given one with which enough of the rays hit, and which share does."""
-    size = float(np.ptp(tree.nodes["box"][0], axis=0).max())
-    for larger in round_numbers(max(radius, 1e-6 * size), size):
-        suits = float(tree.any_hit(rays[0], rays[1], larger, **bounds).mean())
-        if suits >= MANY:
-            return larger, suits
-    return None, 0.0
-
-
-def small(width: int, height: int) -> tuple[int, int]:
-    """Return the size of a picture of the same shape with about `TRIED` pixels."""
-    shrink = max(1.0, (width * height / TRIED) ** 0.5)
-    return max(1, round(width / shrink)), max(1, round(height / shrink))
-
-
-def round_numbers(low: float, high: float) -> list[float]:
-    """Return the numbers 1, 2 and 5 times a power of ten that are above `low` and up to `high`."""
-    if not 0 < low < high:
-        return []
-    tens = range(math.floor(math.log10(low)), math.floor(math.log10(high)) + 1)
-    return [number for ten in tens for digit in (1, 2, 5) if low < (number := float(f"{digit}e{ten}")) <= high]
-
-
-def cross(
-    box: npt.NDArray[np.float32],
-    origins: npt.NDArray[Any],
-    directions: npt.NDArray[Any],
-    t_min: float = 0.0,
-    t_max: float = float("inf"),
-) -> npt.NDArray[np.bool_]:
-    """Return which rays cross a box."""
-    low, high = box.astype(np.float64)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        sides = [(side - origins) / directions.astype(np.float64) for side in (low, high)]
-    # A ray parallel to two sides is always or never between them.
-    still, between = directions == 0, (low <= origins) & (origins <= high)
-    enter = np.where(still, np.where(between, -np.inf, np.inf), np.minimum(*sides))
-    leave = np.where(still, np.inf, np.maximum(*sides))
-    return np.asarray(enter.max(axis=1, initial=t_min) <= leave.min(axis=1, initial=t_max))

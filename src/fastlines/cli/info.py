@@ -83,12 +83,11 @@ def info(
 
 def _suitable(opened: Source, tree: Tree | None) -> float | None:
     """Return a radius with which a picture of the lines is not almost empty, if they have none."""
-    from .hint import TRIED, suitable_radius
+    from ..rendering.radius import suitable_radius
 
     if tree is None or not needs_radius(opened.geometry) or not len(opened.geometry):
         return None
-    side = round(TRIED**0.5)
-    return suitable_radius(tree, *opened.camera().rays(side, side))
+    return suitable_radius(tree, opened.camera())
 
 
 def draw(opened: Source, tree: Tree, radius: float) -> str:

@@ -61,8 +61,9 @@ def render(
     from ..queries import require_radius
     from ..rendering import check_image_path, depth_image, depth_picture, level_sheet, write_depth, write_picture
     from ..rendering.depth import check_size
+    from ..rendering.radius import small
     from .files import check_output, open_lines, show_progress
-    from .hint import hint_at_radius, small
+    from .hint import hint_at_radius
 
     extension = check_image_path(output)
     check_output(output)

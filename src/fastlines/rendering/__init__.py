@@ -1,20 +1,25 @@
 """Pictures of lines and of trees, by queries of a tree: depth images as in the thesis, and levels of trees."""
 
 from .depth import MAX_PIXELS, depth_image
+from .depth_picture import depth_picture
 from .images import IMAGE_FORMATS, check_image_path, write_depth, write_picture
 from .levels import level_sheet
-from .picture import depth_picture
+from .picture import Picture
+from .renderer import Renderer, render
 from .view import default_camera, default_view
 
 __all__ = [
     "IMAGE_FORMATS",
     "MAX_PIXELS",
+    "Picture",
+    "Renderer",
     "check_image_path",
     "default_camera",
     "default_view",
     "depth_image",
     "depth_picture",
     "level_sheet",
+    "render",
     "write_depth",
     "write_picture",
 ]

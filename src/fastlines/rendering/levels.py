@@ -13,7 +13,7 @@ from ..arrays import IntArray
 from ..camera import Camera
 from ..progress import ProgressOption
 from ..tree import Tree
-from .picture import depth_picture
+from .depth_picture import depth_picture
 
 if TYPE_CHECKING:
     from PIL import Image

@@ -1,0 +1,85 @@
+"""What gives lines their colours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...arrays import FloatArray, did_you_mean
+from ...curves import Curves
+from ...errors import InputError
+from ...geometry import AnyGeometry, parts_of
+from ...lines import Lines
+from ...places import names
+from ..colours import mapped, of_directions, of_numbers
+from ..fragments import Fragments
+from ..stage import Stage
+
+#: The attribute that holds the colour of lines in USD.
+DISPLAY_COLOR = "displayColor"
+
+
+@dataclass(frozen=True)
+class Color:
+    """Colours of fragments.
+
+    Parameters
+    ----------
+    by : {"direction", "strand", "plain"} or str
+        What colours depend on; any other name is that of an attribute.
+    map : str
+        The colour map for the numbers of an attribute.
+    plain : (3,) numbers
+        The colour of all lines, linear.
+    range : pair of numbers, optional
+        The values at both ends of the map; by default those of all lines, without the outer hundredths.
+    """
+
+    by: str = "direction"
+    map: str = "viridis"
+    plain: tuple[float, float, float] = (0.72, 0.64, 0.52)
+    range: tuple[float, float] | None = None
+
+    def of(self, fragments: Fragments, stage: Stage) -> FloatArray:
+        """Return the colour of each fragment, (n, 3) linear."""
+        if self.by == "plain":
+            return np.broadcast_to(np.asarray(self.plain, np.float32), (len(fragments), 3))
+        if self.by == "direction":
+            return of_directions(fragments.tangents)
+        if self.by == "strand":
+            return of_numbers(fragments.strand)
+        values = fragments.hits.sample(self.by)
+        if values.ndim == 2 and values.shape[1] == 3:
+            return np.asarray(np.clip(np.nan_to_num(values), 0, 1), np.float32)
+        if values.ndim != 1:
+            raise InputError(
+                f"attribute {self.by!r} has {values.shape[1:]} numbers a line; a colour needs one or three"
+            )
+        low, high = self.range or value_range(stage.tree.geometry, self.by)
+        return mapped((values - low) / max(high - low, 1e-30), self.map)
+
+
+def check_color(color: Color, geometry: AnyGeometry) -> None:
+    """Refuse an attribute that no part of the geometry has."""
+    known = {name: None for part in parts_of(geometry) for name in names(part)}
+    if color.by not in ("direction", "strand", "plain") and color.by not in known:
+        choices = ("direction", "strand", "plain", *known)
+        raise InputError(f"lines have no attribute {color.by!r} to be coloured by{did_you_mean(color.by, choices)}")
+
+
+def value_range(geometry: AnyGeometry, name: str) -> tuple[float, float]:
+    """Return the range of an attribute, without the outer hundredths of its values."""
+    found = []
+    for part in parts_of(geometry):
+        for columns in ("attributes", "end_attributes"):
+            values = getattr(part, columns, {}).get(name, np.zeros(0))
+            found.append(np.asarray(values, np.float64).ravel() if values.dtype.kind in "biuf" else np.zeros(0))
+        if name == "radius" and isinstance(part, Lines | Curves) and part.radius is not None:
+            found.append(np.asarray(part.radius, np.float64).ravel())
+    values = np.concatenate([np.zeros(0), *found])
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return 0.0, 1.0
+    low, high = np.quantile(values, [0.01, 0.99])
+    return float(low), float(high)

@@ -1,0 +1,64 @@
+"""Hair: the far field of Chiang et al. (2016), with light that has passed through other hairs.
+
+Light that crosses n hairs on its way is weakened to a_f^n, and by a_f's colour it is tinted. Here a_f is the fraction
+that a hair scatters forwards. Light that comes back from the hairs around is spread evenly. This is the dual scattering
+of Zinke et al. (2008), with one count of hairs in the place of its two passes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from ...arrays import FloatArray
+from ..fragments import Fragments
+from ..hair import AveragedHair, HairMaterial
+from ..lighting import STUDIO, Rig, sphere
+from ..stage import Draws, Stage
+from ..vectors import across, dot
+from .look import Backdrop
+
+#: The fraction of light that misses the hairs around, or that they let pass; figures of Zinke et al., §4.1.
+DENSITY = 0.7
+
+
+@dataclass(frozen=True)
+class Hair:
+    """Shades hairs that are thinner than a pixel."""
+
+    material: HairMaterial
+    backdrop: Backdrop
+    rig: Rig = STUDIO
+    is_light: bool = field(default=True, init=False)
+
+    @cached_property
+    def _averaged(self) -> AveragedHair:
+        return AveragedHair(self.material)
+
+    def shade(self, fragments: Fragments, stage: Stage, draws: Draws) -> FloatArray:
+        """Return the light of each fragment towards the eye, (n, 3) float32 linear."""
+        light = np.zeros((len(fragments), 3), np.float32)
+        for lamp in stage.rig.lights:
+            towards = lamp.sample(stage.camera, *draws.pair())
+            light += np.asarray(lamp.color, np.float32) * self._scattered(fragments, towards, stage)
+        towards = sphere(*draws.pair())
+        sky = stage.rig.sky.radiance(towards @ stage.up) * np.float32(4 * np.pi)
+        return light + sky * self._scattered(fragments, towards, stage)
+
+    def _scattered(self, fragments: Fragments, towards: FloatArray, stage: Stage) -> FloatArray:
+        """Return the fraction of the light from a direction that goes to the eye, (n, 3)."""
+        hair, tangents = self._averaged, fragments.tangents
+        sin_i, cos_i, across_i = across(tangents, towards)
+        sin_o, _, across_o = across(tangents, fragments.to_eye)
+        cos_phi = np.clip(dot(across_i, across_o), -1, 1)
+        once = hair.evaluate(sin_o, sin_i, np.arccos(cos_phi))
+        # Weaken and tint the light by the hairs that it crosses.
+        crossed = stage.crossed(fragments.points, towards)[:, None]
+        passed = hair.forward(sin_i) ** crossed
+        # Add what the hairs around scatter back.
+        back, forth = hair.backward(sin_i), hair.forward(sin_i) ** 2
+        around = back * forth / np.maximum(1 - forth, 0.05) * (1 + back**2 / np.maximum(1 - forth, 0.2) ** 2)
+        even = ((1 + cos_phi) * cos_i / np.float32(np.pi**2))[:, None]
+        return np.asarray(passed * (once + DENSITY * around * even), np.float32)

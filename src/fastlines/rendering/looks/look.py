@@ -1,0 +1,48 @@
+"""What a look is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from ...arrays import FloatArray
+from ...camera import Vector
+from ..fragments import Fragments
+from ..lighting import Rig
+from ..stage import Draws, Stage
+from ..tone import linear
+
+
+@dataclass(frozen=True)
+class Backdrop:
+    """What is behind a picture: two colours, at the top and at the bottom, as sRGB from 0 to 1."""
+
+    top: Vector
+    bottom: Vector
+
+    def light(self, width: int, height: int) -> FloatArray:
+        """Return the backdrop of a picture in linear light, (height, width, 3)."""
+        place = ((np.arange(height) + 0.5) / height)[:, None]
+        rows = linear(np.asarray(self.top) + place * (np.asarray(self.bottom) - self.top))
+        return np.broadcast_to(rows[:, None], (height, width, 3))
+
+
+class Look(Protocol):
+    """How the fragments of a picture are shaded."""
+
+    @property
+    def backdrop(self) -> Backdrop:
+        """What is behind."""
+
+    @property
+    def rig(self) -> Rig:
+        """The lights, unless others are given."""
+
+    @property
+    def is_light(self) -> bool:
+        """Whether colours are light, which the filmic curve brings to the screen; else they are what it shows."""
+
+    def shade(self, fragments: Fragments, stage: Stage, draws: Draws) -> FloatArray:
+        """Return the light of each fragment towards the eye, (n, 3) float32 linear."""

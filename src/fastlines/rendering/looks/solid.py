@@ -1,0 +1,99 @@
+"""Solid lines: fibres and tubes, in the colours of their directions, strands or attributes.
+
+Surfaces scatter light evenly, and have a highlight. Lines thinner than a pixel scatter it evenly around their axis, as
+cylinders do: of the light that meets them, the fraction (1 + cos φ)·cos θ / π² goes in each direction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...arrays import AnyArray, FloatArray
+from ..fragments import Fragments
+from ..lighting import STUDIO, Rig, hemisphere, sphere
+from ..stage import Draws, Stage
+from ..vectors import across, dot, unit
+from .color import Color
+from .look import Backdrop
+
+#: Occlusion counts up to this fraction of the size of the scene.
+NEAR = 0.06
+#: The exponent and the strength of the highlight.
+SHARP, GLOSS = 40.0, 0.12
+
+
+@dataclass(frozen=True)
+class Solid:
+    """Shades surfaces, or lines thinner than a pixel.
+
+    Attributes
+    ----------
+    color : Color
+        What gives lines their colour.
+    backdrop : Backdrop
+    rig : Rig
+    haze : float
+        How much the farthest lines fade into the backdrop, from 0 to 1.
+    gloss : float
+        The strength of the highlight.
+    """
+
+    color: Color
+    backdrop: Backdrop
+    rig: Rig = STUDIO
+    haze: float = 0.0
+    gloss: float = GLOSS
+    is_light: bool = True
+
+    def shade(self, fragments: Fragments, stage: Stage, draws: Draws) -> FloatArray:
+        """Return the light of each fragment towards the eye, (n, 3) float32 linear."""
+        base = self.color.of(fragments, stage)
+        light = np.zeros((len(fragments), 3), np.float32)
+        for lamp in stage.rig.lights:
+            towards = lamp.sample(stage.camera, *draws.pair())
+            diffuse, shine = self._reflected(fragments, towards)
+            lit = np.flatnonzero(diffuse + shine > 0)
+            lit = lit[stage.open(fragments.points[lit], towards[lit])]
+            color = np.asarray(lamp.color, np.float32)
+            light[lit] += color * (base[lit] * diffuse[lit, None] + self.gloss * shine[lit, None])
+        light += base * self._ambient(fragments, stage, draws)
+        return self._hazed(light, fragments, stage)
+
+    def _reflected(self, fragments: Fragments, towards: FloatArray) -> tuple[AnyArray, AnyArray]:
+        """Return the parts of a distant light that are scattered evenly, and that are in the highlight."""
+        half = unit(towards + fragments.to_eye)
+        if fragments.normals is not None:
+            facing = dot(fragments.normals, towards)
+            shine = np.maximum(dot(fragments.normals, half), 0) ** SHARP * (facing > 0)
+            return np.maximum(facing, 0) / np.float32(np.pi), shine
+        tangents = fragments.tangents
+        _, cos_i, across_i = across(tangents, towards)
+        _, _, across_o = across(tangents, fragments.to_eye)
+        even = (1 + dot(across_i, across_o)) * cos_i / np.float32(np.pi**2)
+        shine = np.maximum(1 - dot(tangents, half) ** 2, 0) ** (SHARP / 2) * even
+        return even, shine
+
+    def _ambient(self, fragments: Fragments, stage: Stage, draws: Draws) -> FloatArray:
+        """Return the light of the sky that arrives and is scattered evenly, by one ray."""
+        if fragments.normals is not None:
+            towards = hemisphere(fragments.normals, *draws.pair())
+            share = np.ones(len(fragments), np.float32)
+        else:
+            towards = sphere(*draws.pair())
+            _, cos_i, across_i = across(fragments.tangents, towards)
+            _, _, across_o = across(fragments.tangents, fragments.to_eye)
+            share = (1 + dot(across_i, across_o)) * cos_i * np.float32(4 / np.pi)
+        is_open = stage.open(fragments.points, towards, NEAR * stage.size)
+        return stage.rig.sky.radiance(towards @ stage.up) * (share * is_open)[:, None]
+
+    def _hazed(self, light: FloatArray, fragments: Fragments, stage: Stage) -> FloatArray:
+        if not self.haze:
+            return light
+        box = stage.tree.nodes["box"][0].astype(np.float64)
+        middle = float(np.sqrt(((box.mean(axis=0) - stage.camera.origin) ** 2).sum()))
+        place = np.clip((fragments.hits.t - middle) / stage.size + 0.5, 0, 1)
+        fade = np.asarray(self.haze * place, np.float32)[:, None]
+        behind = self.backdrop.light(1, 1)[0]
+        return np.asarray(light + fade * (behind - light), np.float32)

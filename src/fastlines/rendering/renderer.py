@@ -1,0 +1,174 @@
+"""The progressive renderer: samples of all pixels, one after another, each in bands of rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..arrays import FloatArray, count
+from ..builder import build
+from ..camera import Camera
+from ..curves import Curves
+from ..geometry import needs_radius, radius_beyond
+from ..lines import Lines
+from ..progress import ProgressOption, reporting
+from ..tree import Tree
+from .colours import GOLDEN
+from .depth import check_radius, check_size
+from .depth_picture import THIN, pixel_size
+from .fragments import Cones, Fragments, Surfaces
+from .lighting import Rig
+from .looks import Look, make_look
+from .picture import Picture
+from .sampling import filter_offset, hashed, uniforms
+from .stage import Draws, Stage
+from .view import default_camera
+
+#: The most rays traced at a time.
+MAX_RAYS = 1 << 18
+#: The samples of a pixel if lines are thinner than one, and if not.
+THIN_SAMPLES, SAMPLES = 4, 16
+
+
+class Renderer:
+    """Renders a picture sample by sample; `picture` returns what is there at any time."""
+
+    def __init__(
+        self,
+        tree: Tree,
+        camera: Camera,
+        width: int,
+        height: int,
+        radius: float,
+        look: Look,
+        rig: Rig,
+        samples: int | None,
+    ) -> None:
+        check_size(width, height)
+        geometry = tree.geometry
+        self.width, self.height, self.look = width, height, look
+        pixel = pixel_size(geometry, camera, height)
+        largest = radius + radius_beyond(geometry)
+        thin = isinstance(geometry, Lines | Curves) and largest < THIN * pixel
+        self.samples = samples or (THIN_SAMPLES if thin else SAMPLES)
+        self.stage = Stage(tree, radius, camera, rig, pixel, thin)
+        spread = camera.spread(height)
+        self._finder = Cones(tree, radius, spread, largest / max(pixel, 1e-30)) if thin else Surfaces(tree, radius)
+        self._light = np.zeros((height * width, 3), np.float64)
+        self._alpha = np.zeros(height * width, np.float64)
+        self._counts = np.zeros(height, np.int64)
+
+    def passes(self, progress: Callable[[float], object] | None = None) -> Iterator[int]:
+        """Add one sample to each pixel at a time, and yield how many there are."""
+        for index in range(int(self._counts.min()), self.samples):
+            for rows in self._bands():
+                if self._counts[rows.start] <= index:
+                    self._add(index, rows)
+                if progress is not None:
+                    progress((index + rows.stop / self.height) / self.samples)
+            yield index + 1
+
+    def picture(self) -> Picture:
+        """Return the picture of all samples so far."""
+        shape = self.height, self.width
+        counts = np.maximum(self._counts, 1)[:, None]
+        light = self._light.reshape(*shape, 3) / counts[..., None]
+        alpha = self._alpha.reshape(shape) / counts
+        backdrop = self.look.backdrop.light(self.width, self.height)
+        samples = int(self._counts.min())
+        return Picture(
+            light.astype(np.float32), alpha.astype(np.float32), backdrop, samples, is_light=self.look.is_light
+        )
+
+    def _bands(self) -> Iterator[slice]:
+        step = max(1, MAX_RAYS // self.width)
+        for top in range(0, self.height, step):
+            yield slice(top, min(top + step, self.height))
+
+    def _add(self, index: int, rows: slice) -> None:
+        """Add a sample to each pixel of some rows."""
+        pixels = np.arange(rows.start * self.width, rows.stop * self.width)
+        seeds = hashed(pixels.astype(np.uint32))
+        x = pixels % self.width + 0.5 + filter_offset(uniforms(index, seeds, 0))
+        y = pixels // self.width + 0.5 + filter_offset(uniforms(index, seeds, 1))
+        origins, directions, _ = self.stage.camera.ray(x, y, self.width, self.height)
+        fragments = self._finder.find(origins, directions, (index + rows.start / self.height) * GOLDEN % 1.0)
+        if len(fragments):
+            light = self.look.shade(fragments, self.stage, Draws.of_fragments(index, seeds, fragments.ray))
+            own = slice(pixels[0], pixels[-1] + 1)
+            self._light[own] += _summed(fragments, light, len(pixels))
+            self._alpha[own] += fragments.opacity
+        self._counts[rows] = index + 1
+
+
+def render(
+    tree: Any,
+    camera: Camera | None = None,
+    *,
+    width: int = 1024,
+    height: int = 1024,
+    look: str | Look | None = None,
+    radius: float | None = None,
+    samples: int | None = None,
+    color: str | None = None,
+    rig: Rig | None = None,
+    exposure: float = 0.0,
+    progress: ProgressOption = False,
+) -> Picture:
+    """Render a picture of lines.
+
+    Parameters
+    ----------
+    tree : Tree, or what `build` takes
+    camera : Camera, optional
+        By default one that frames the geometry.
+    width, height : int
+    look : str or Look, optional
+        One of `LOOKS`; by default the one that suits the geometry.
+    radius : float, optional
+        Half the thickness of the lines, which is added to their own. By default one that suits if they have none.
+    samples : int, optional
+        How many samples of a pixel are averaged.
+    color : str, optional
+        What colours depend on: "direction", "strand", "plain" or an attribute.
+    rig : Rig, optional
+        The lights.
+    exposure : float
+        Multiply the light by 2 to this power.
+    progress : bool or callable
+
+    Returns
+    -------
+    Picture
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> picture = fl.render(fl.scenes.make("spaghetti", 100).lines, width=32, height=32)
+    >>> picture
+    <Picture: 32 × 32 pixels, 4 samples>
+    """
+    if not isinstance(tree, Tree):
+        tree = build(tree)
+    count("width", width, 1), count("height", height, 1)
+    if camera is None:
+        camera = default_camera(tree.geometry, aspect=width / height)
+    if radius is None and needs_radius(tree.geometry):
+        from .radius import suitable_radius
+
+        radius = suitable_radius(tree, camera)
+    made = make_look(look, tree.geometry, color) if look is None or isinstance(look, str) else look
+    renderer = Renderer(tree, camera, width, height, check_radius(tree, radius), made, rig or made.rig, samples)
+    with reporting(progress, "render") as callback:
+        for _ in renderer.passes(callback):
+            pass
+    return replace(renderer.picture(), exposure=exposure)
+
+
+def _summed(fragments: Fragments, light: FloatArray, n_rays: int) -> FloatArray:
+    """Sum the light of the fragments of each ray."""
+    weighted = light * fragments.weight[:, None]
+    return np.stack([np.bincount(fragments.ray, weighted[:, axis], minlength=n_rays) for axis in range(3)], axis=1)

@@ -1,0 +1,99 @@
+"""The stage of a picture: the tree, the camera, the lights, and what can be seen from a point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import FloatArray
+from ..camera import Camera
+from ..tree import Tree
+from .depth import View
+from .depth_picture import PROBE, SPOT, Tone, probe
+from .lighting import Rig
+from .sampling import Words, hashed, uniforms
+
+#: Hairs within so many times their radius of a shadow ray are counted, each for that much less.
+WIDE = 2.0
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What the fragments of a picture are shaded with.
+
+    Attributes
+    ----------
+    tree : Tree
+    radius : float
+        Added to the radius of the lines.
+    camera : Camera
+    rig : Rig
+    pixel : float
+        The side of a pixel at the middle of the geometry.
+    thin : bool
+        Whether lines are thinner than a pixel, so that they have no surfaces to see.
+    """
+
+    tree: Tree
+    radius: float
+    camera: Camera
+    rig: Rig
+    pixel: float
+    thin: bool
+
+    @cached_property
+    def size(self) -> float:
+        """The diagonal of the box of the geometry."""
+        box = self.tree.nodes["box"][0].astype(np.float64)
+        return float(np.sqrt(((box[1] - box[0]) ** 2).sum()))
+
+    @cached_property
+    def up(self) -> FloatArray:
+        """The upward direction, a unit vector."""
+        up = np.asarray(self.camera.up, np.float64)
+        return np.asarray(up / np.sqrt((up**2).sum()), np.float32)
+
+    @cached_property
+    def depth_tone(self) -> Tone:
+        """The brightness of depths, as in `depth_picture`."""
+        view = View(self.tree, self.camera, PROBE, PROBE)
+        return Tone(probe(view, SPOT * self.pixel if self.thin else self.radius))
+
+    @cached_property
+    def _start(self) -> float:
+        """How far from a line its rays start: beyond itself, if it has no surface to start from."""
+        return max(2 * self.pixel, 4 * self.radius) if self.thin else 0.0
+
+    def crossed(self, points: FloatArray, directions: FloatArray) -> FloatArray:
+        """Return how many lines hide the light from a direction: of thin lines some fraction, from the mean."""
+        radius = WIDE * self.radius
+        counts = self.tree.count_hits(points, directions, radius, t_min=self._start)
+        return np.asarray(counts / WIDE, np.float32)
+
+    def open(self, points: FloatArray, directions: FloatArray, distance: float = np.inf) -> npt.NDArray[np.bool_]:
+        """Return from which points nothing is hit in some direction, up to a distance."""
+        start = min(self._start, 0.25 * distance)
+        return ~self.tree.any_hit(points, directions, self.radius, t_min=start, t_max=distance)
+
+
+class Draws:
+    """Uniform random numbers for the fragments of one sample: a pair of them at a time."""
+
+    def __init__(self, index: int, seeds: Words) -> None:
+        self.index, self.seeds, self._dimension = index, seeds, 0
+
+    def pair(self) -> tuple[FloatArray, FloatArray]:
+        """Return the next pair of uniform numbers, (n,) each, in [0, 1)."""
+        first = self._dimension
+        self._dimension += 2
+        return uniforms(self.index, self.seeds, first), uniforms(self.index, self.seeds, first + 1)
+
+    @classmethod
+    def of_fragments(cls, index: int, pixels: Words, ray: npt.NDArray[np.int64]) -> Draws:
+        """Seed by the pixel of each fragment's ray and the fragment's place behind it."""
+        first = np.flatnonzero(np.concatenate([[True], ray[1:] != ray[:-1]]))
+        rank = np.arange(len(ray)) - np.repeat(first, np.diff(np.append(first, len(ray)))) if len(ray) else ray
+        return cls(index, hashed(pixels[ray] + hashed(rank.astype(np.uint32), 1), 2))

@@ -1,0 +1,99 @@
+"""Rendered pictures: looks, lights, tone, and that they do not depend on how they were cut into batches."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import fastlines as fl
+from fastlines.rendering import renderer
+from fastlines.rendering.looks import LOOKS, look_for
+from fastlines.rendering.tone import filmic, linear, srgb
+
+LINES = fl.Lines.from_strands([[[-1, y, 0], [0, y, 0.3], [1, y + 0.2, 0]] for y in np.linspace(-1, 1, 40)])
+TREE = fl.build(LINES)
+
+
+@pytest.mark.parametrize("look", LOOKS)
+@pytest.mark.parametrize("radius", [0.002, 0.03])
+def test_each_look_draws_thin_and_thick_lines(look, radius):
+    picture = fl.render(TREE, width=48, height=40, look=look, radius=radius, samples=2)
+    assert picture.light.shape == (40, 48, 3)
+    assert np.isfinite(picture.light).all()
+    assert picture.light.min() >= 0
+    assert 0.02 < picture.alpha.mean() < 0.9
+    assert picture.alpha.max() <= 1 + 1e-5
+    shown = picture.to_bytes()
+    assert shown.shape == (40, 48, 3)
+    assert np.unique(shown.reshape(-1, 3), axis=0).shape[0] > 5
+
+
+def test_a_picture_does_not_depend_on_its_bands(monkeypatch):
+    whole = fl.render(TREE, width=32, height=32, look="tube", radius=0.05, samples=2)
+    monkeypatch.setattr(renderer, "MAX_RAYS", 100)
+    assert (fl.render(TREE, width=32, height=32, look="tube", radius=0.05, samples=2).light == whole.light).all()
+
+
+def test_more_samples_converge():
+    few, many, most = (
+        fl.render(TREE, width=24, height=24, look="tube", radius=0.05, samples=n).light for n in (1, 16, 64)
+    )
+    assert np.abs(many - most).mean() < 0.5 * np.abs(few - most).mean()
+
+
+def test_thin_lines_keep_their_light_at_any_size():
+    camera = fl.Camera(origin=(0, 0, 8), target=(0, 0, 0))
+    options = {"look": "id", "radius": 0.002, "samples": 4}
+    means = [fl.render(TREE, camera, width=n, height=n, **options).alpha.mean() for n in (32, 64, 96)]
+    assert means == pytest.approx([means[0]] * 3, rel=0.05)
+
+
+def test_colours_come_from_attributes():
+    lines = fl.Lines.from_segments([[[-1, y, 0], [1, y, 0]] for y in (-0.5, 0.5)], attributes={"fa": [0.0, 1.0]})
+    picture = fl.render(lines, width=32, height=32, look="fibre", color="fa", radius=0.2, samples=2)
+    upper, lower = picture.light[4:14].sum(axis=(0, 1)), picture.light[-14:-4].sum(axis=(0, 1))
+    assert upper[0] > upper[2]  # yellow
+    assert lower[2] > lower[1]  # violet
+    with pytest.raises(fl.InputError, match="did you mean 'fa'"):
+        fl.render(lines, look="fibre", color="faa", radius=0.2)
+
+
+def test_a_transparent_picture_has_alpha():
+    picture = fl.render(TREE, width=24, height=24, radius=0.05, samples=1)
+    pixels = picture.to_bytes(transparent=True)
+    assert pixels.shape == (24, 24, 4)
+    assert pixels[..., 3].min() == 0
+    assert pixels[..., 3].max() == 255
+    shown = Image.open(io.BytesIO(picture._repr_png_()))
+    assert shown.size == (24, 24)
+
+
+def test_the_tone_curve_rises_and_srgb_is_undone():
+    light = np.geomspace(1e-4, 8, 100).astype(np.float32)
+    assert (np.diff(filmic(light)) > 0).all()
+    assert filmic(np.float32(1e6)) <= 1
+    values = np.linspace(0, 1, 50, dtype=np.float32)
+    assert linear(srgb(values)) == pytest.approx(values, abs=1e-5)
+
+
+def test_the_look_suits_the_lines():
+    assert {name: look_for(fl.scenes.make(name, 4000).lines) for name in ("spaghetti", "photon-beams")} == {
+        "spaghetti": "fibre",
+        "photon-beams": "fibre",
+    }
+    assert look_for(fl.scenes.make("straight-hair").lines) == "hair"
+    assert look_for(LINES.with_radius(0.1)) == "tube"
+    assert look_for(fl.Triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]])) == "tube"
+
+
+def test_unknown_looks_are_refused():
+    with pytest.raises(fl.InputError, match="did you mean 'hair'"):
+        fl.render(TREE, look="hairs")
+
+
+def test_an_empty_tree_is_an_empty_picture():
+    picture = fl.render(fl.Lines.from_segments(np.zeros((0, 2, 3))), width=8, height=8, radius=0.1)
+    assert not picture.alpha.any()
