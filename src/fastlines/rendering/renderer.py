@@ -21,7 +21,7 @@ from .depth import check_radius, check_size
 from .depth_picture import THIN, pixel_size
 from .fragments import Cones, Fragments, Surfaces
 from .lighting import Rig
-from .looks import Look, make_look
+from .looks import Backdrop, Look, make_look
 from .picture import Picture
 from .sampling import filter_offset, hashed, uniforms
 from .stage import Draws, Stage
@@ -114,6 +114,8 @@ def render(
     radius: float | None = None,
     samples: int | None = None,
     color: str | None = None,
+    color_map: str = "viridis",
+    background: str | None = None,
     rig: Rig | None = None,
     exposure: float = 0.0,
     progress: ProgressOption = False,
@@ -133,7 +135,12 @@ def render(
     samples : int, optional
         How many samples of a pixel are averaged.
     color : str, optional
-        What colours depend on: "direction", "strand", "plain" or an attribute.
+        Of hair: "blond", "brown" and others, or "#rrggbb". Of fibres and tubes: "direction", "strand", the name of an
+        attribute, or "#rrggbb".
+    color_map : str
+        For an attribute: "viridis", "magma", "inferno", "coolwarm" or "gray".
+    background : str, optional
+        One colour, or those at the top and at the bottom: "#fff" or "#fff:#ccc".
     rig : Rig, optional
         The lights.
     exposure : float
@@ -160,12 +167,13 @@ def render(
         from .radius import suitable_radius
 
         radius = suitable_radius(tree, camera)
-    made = make_look(look, tree.geometry, color) if look is None or isinstance(look, str) else look
+    made = look if look is not None and not isinstance(look, str) else make_look(look, tree.geometry, color, color_map)
+    backdrop = made.backdrop if background is None else Backdrop.of(background)
     renderer = Renderer(tree, camera, width, height, check_radius(tree, radius), made, rig or made.rig, samples)
     with reporting(progress, "render") as callback:
         for _ in renderer.passes(callback):
             pass
-    return replace(renderer.picture(), exposure=exposure)
+    return replace(renderer.picture(), exposure=exposure, backdrop=backdrop.light(width, height))
 
 
 def _summed(fragments: Fragments, light: FloatArray, n_rays: int) -> FloatArray:

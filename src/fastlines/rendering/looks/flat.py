@@ -15,7 +15,7 @@ from ..lighting import SOFT, Rig
 from ..stage import Draws, Stage
 from .look import Backdrop
 
-BLACK = Backdrop((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+BLACK = Backdrop("#000", "#000")
 
 
 def depth(fragments: Fragments, stage: Stage) -> FloatArray:

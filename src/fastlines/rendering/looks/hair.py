@@ -56,9 +56,10 @@ class Hair:
         once = hair.evaluate(sin_o, sin_i, np.arccos(cos_phi))
         # Weaken and tint the light by the hairs that it crosses.
         crossed = stage.crossed(fragments.points, towards)[:, None]
-        passed = hair.forward(sin_i) ** crossed
+        forward = hair.forward(sin_i)
+        passed = forward**crossed
         # Add what the hairs around scatter back.
-        back, forth = hair.backward(sin_i), hair.forward(sin_i) ** 2
+        back, forth = hair.backward(sin_i), forward**2
         around = back * forth / np.maximum(1 - forth, 0.05) * (1 + back**2 / np.maximum(1 - forth, 0.2) ** 2)
         even = ((1 + cos_phi) * cos_i / np.float32(np.pi**2))[:, None]
         return np.asarray(passed * (once + DENSITY * around * even), np.float32)
