@@ -171,9 +171,14 @@ def test_convert_notes_what_is_lost(tracts):
 def test_convert_refuses(table):
     before = Path(table).read_bytes()
     np.save("nan.npy", np.full((1, 2, 3), np.nan))
+    Path("roads").write_text("what")
     for args, said in (
         ((table, "./roads.csv"), "files of extension '.csv' are not written"),
-        ((table, "a.flt"), "files of extension '.flt' are not written"),
+        ((table, "a.flt"), "a.flt: is the name of a tree, not of a file of lines; fl.build(lines).save(path) builds"),
+        ((table, "a.npzz"), "files of extension '.npzz' are not written; did you mean '.npz'?"),
+        ((table, "."), ".: is a directory; expected the name of a file to write"),
+        (("none.flt", "a.npz"), "none.flt: no such file; check the path (the working directory is"),
+        (("roads", "a.npz"), "name the format by format= (--format on the command line)"),
         ((table, "no/a.npz"), "there is no folder no"),
         (("nan.npy", "./nan.npy"), "is read from; write to another file"),
         (("nan.npy", "a.npz"), "hold NaN"),
@@ -228,11 +233,13 @@ def test_options_and_formats(table, command):
     for args in (("roads.txt", "--format", "wkt"), (table, "--format", ".csv", "--option", "column=way")):
         result = run(command, args[0], *more, *args[1:])
         assert result.exit_code == 0, result.output
-    assert "1 segments" in result.stdout or "segments            1\n" in result.stdout
+    assert "1 segment" in result.stdout or "segments            1\n" in result.stdout
     for args, said in (
-        ((table, "--option", "oak=1"), "the format 'wkt' has no option 'oak'; its options are column, radius"),
+        ((table, "--option", "oak=1"), "the format 'wkt' has no option 'oak'; known: column, radius"),
+        ((table, "--option", "colum=way"), "no option 'colum'; did you mean 'column'?"),
         ((table, "--option", "oak"), "is not a name and a value"),
-        ((table, "--format", "oak"), "format 'oak' is unknown"),
+        ((table, "--format", "oak"), "format 'oak' is unknown; known: arrow, bcc, dxf,"),
+        ((table, "--format", ".safetensor"), "format '.safetensor' is unknown; did you mean 'safetensors'?"),
         (("scene:spaghetti", "--format", "wkt"), "--format does not apply: scene:spaghetti is a scene"),
     ):
         assert said in refused(command, args[0], *more, *args[1:])[1]

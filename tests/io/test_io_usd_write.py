@@ -132,7 +132,11 @@ def test_only_lines_and_curves_are_written(tmp_path, name):
     for given in (fl.Spheres.from_centres([[0, 0, 0]], radius=1), triangles, fl.Boxes([[[0, 0, 0], [1, 1, 1]]])):
         with pytest.raises(InputError, match=f"this is {type(given).__name__}; files hold Lines or Curves"):
             fl.write(tmp_path / name, given)
-    with pytest.raises(InputError, match=r"geometry.parts by itself, or write all of them to one of .usd, .usda"):
+    with pytest.raises(
+        InputError,
+        match=r"a\.npz: this is a Geometry of part 0 \(1 triangle\), part 1 \(7 .*"
+        r"all parts to one of \.usd, \.usda, .*, or one by itself, as in fl\.write\(path, geometry\.parts\[1\]\)",
+    ):
         fl.write(tmp_path / "a.npz", fl.Geometry([triangles, hair()]))
     assert not list(tmp_path.iterdir())
 

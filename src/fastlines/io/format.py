@@ -10,6 +10,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, get_args
 
+from ..arrays import did_you_mean
 from ..curves import Curves
 from ..errors import InputError
 from ..geometry import Geometry
@@ -72,8 +73,8 @@ class Format:
         known = self.options()
         for name in options:
             if name not in known:
-                has = f"its options are {', '.join(known)}" if known else "it has no options"
-                raise InputError(f"{path}: the format {self.name!r} has no option {name!r}; {has}")
+                has = did_you_mean(name, known) if known else "; it has no options"
+                raise InputError(f"{path}: the format {self.name!r} has no option {name!r}{has}")
 
     @property
     def write(self) -> Callable[[Any, Path], list[str]]:
