@@ -1,14 +1,17 @@
-"""Writing: which objects and paths are refused, with what to do instead."""
+"""Writing: what is refused, with what to do instead; units; and rows that were skipped."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.line_files import lost_by
 
 import fastlines as fl
 from fastlines.errors import InputError
+from fastlines.io.units import METERS, meters_of, unit_of
 
 LINES = fl.Lines.from_strands(np.arange(12.0).reshape(2, 2, 3))
 
@@ -61,3 +64,53 @@ def test_a_missing_tree_is_told_as_other_missing_files_are(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"no such file; check the path \(the working directory is") as caught:
         fl.load(tmp_path / "gone.flt")
     assert Path(caught.value.filename) == tmp_path / "gone.flt"
+
+
+# --- Units ---
+
+
+@pytest.mark.parametrize("name", ["a.swc", "a.trk", "a.tck", "a.trx"])
+def test_units_that_a_format_does_not_have_are_told(tmp_path, name):
+    own, per_metre = ("µm", "1e+06") if name == "a.swc" else ("mm", "1000")
+    as_they_are = f"(coordinates are written as they are, and will be read as {own}"
+    for unit, said in (
+        (None, f"that the unit is not known (coordinates will be read as {own})"),
+        ("m", f"the unit 'm' {as_they_are}: to keep lengths, multiply them and the radius by {per_metre} first)"),
+        ("degree", f"the unit 'degree' {as_they_are})"),
+        (own, None),
+    ):
+        lines = replace(LINES.with_radius(1), unit=unit, up="z")
+        told = [text for text in lost_by(tmp_path / name, lines) if "unit" in text]
+        assert told == ([said] if said else [])
+        back = fl.read(tmp_path / name)
+        assert back.unit == own
+        np.testing.assert_array_equal(back.segments, LINES.segments)  # never scaled
+
+
+def test_both_micro_signs_are_one_unit(tmp_path):
+    for sign in ("\N{MICRO SIGN}", "\N{GREEK SMALL LETTER MU}"):
+        assert lost_by(tmp_path / "a.swc", replace(LINES.with_radius(1), unit=f"{sign}m")) == []
+
+
+def test_names_of_units():
+    for name, meters in METERS.items():
+        assert unit_of(meters) == name
+        assert meters_of(name) == meters
+    assert meters_of(unit_of(0.3)) == 0.3
+    for other in ("degree", "", " m", "0 m", "-1 m", "1e m", "1.2.3 m", "."):
+        assert meters_of(other) is None
+
+
+# --- Rows that were skipped ---
+
+
+@pytest.mark.parametrize("name", ["a.npz", "a.npy", "a.obj", "a.ply"])
+def test_rows_that_were_skipped_are_told(tmp_path, name):
+    rows = np.arange(24.0).reshape(4, 2, 3)
+    rows[1:3, 0] = np.nan
+    lines = fl.Lines.from_segments(rows, strands=[0, 1, 2, 3], invalid="skip")
+    said = "2 rows of the input, skipped for NaN or Inf"
+    assert said in lost_by(tmp_path / name, lines)
+    assert said not in lost_by(tmp_path / name, replace(lines, skipped=np.empty(0, np.int64)))
+    curves = fl.Curves.from_bezier(np.where(np.arange(24).reshape(2, 4, 3) < 1, np.nan, 1), invalid="skip")
+    assert "1 row of the input, skipped for NaN or Inf" in lost_by(tmp_path / name, curves)

@@ -13,7 +13,7 @@ from typing import Any
 from ..atomic_write import atomic_write
 from ..curves import Curves
 from ..errors import FileWarning, InputError
-from ..geometry import AnyGeometry, Geometry, count_text
+from ..geometry import AnyGeometry, Geometry, count_text, counted, parts_of
 from ..lines import Lines
 from ..objects import lines as as_lines
 from .table import FORMATS, extension_of, to_write
@@ -72,7 +72,11 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
         lost += row.write(geometry, plain)
         with plain.open("rb") as file, gzip.open(partial, "wb") if packed else partial.open("wb") as out:
             shutil.copyfileobj(file, out)
+    n_skipped = sum(len(part.skipped) for part in parts_of(lines) if isinstance(part, Lines | Curves))
+    if n_skipped:
+        lost.append(f"{counted(n_skipped, 'rows')} of the input, skipped for NaN or Inf")
     if lost:
+        lost = list(dict.fromkeys(lost))
         why = "not kept, as the format has no place for it"
         warnings.warn(f"{target}: {why}: {'; '.join(lost)}", FileWarning, stacklevel=2)
 
