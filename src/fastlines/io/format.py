@@ -38,6 +38,8 @@ class Format:
         What each file of the format may begin with, if nothing else begins so.
     writes : tuple of type
         What ``write`` takes: `Lines`, `Curves` and `Geometry`. What it does not take is converted first.
+    strands : bool
+        Whether files hold strands.
     up : {"x", "y", "z"}, optional
         The axis that points upwards by the format's convention.
     unit : str, optional
@@ -49,6 +51,7 @@ class Format:
     description: str
     magic: tuple[bytes, ...] = ()
     writes: tuple[type[Any], ...] = ()
+    strands: bool = True
     up: str | None = None
     unit: str | None = None
 

@@ -34,7 +34,14 @@ TABLE: tuple[Format, ...] = (
     Format("hair", (".hair",), "hair, Cem Yuksel's HAIR files", magic=(b"HAIR", b"hair"), writes=(Lines,)),
     Format("mitsuba", (".txt", ".curves"), "curves of Mitsuba 3, linearcurve and bsplinecurve", writes=(Lines,)),
     Format("molecules", (".pdb", ".ent", ".cif", ".mmcif"), "bonds of molecules, PDB and mmCIF", unit="Å"),
-    Format("npy", (".npy",), "NumPy array of segments, (n, 2, 3) or (n, 6)", magic=(b"\x93NUMPY",), writes=(Lines,)),
+    Format(
+        "npy",
+        (".npy",),
+        "NumPy array of segments, (n, 2, 3) or (n, 6)",
+        magic=(b"\x93NUMPY",),
+        writes=(Lines,),
+        strands=False,
+    ),
     Format(
         "npz",
         (".npz",),

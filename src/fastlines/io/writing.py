@@ -16,6 +16,7 @@ from ..errors import FileWarning, InputError
 from ..geometry import AnyGeometry, Geometry, count_text, counted, parts_of
 from ..lines import Lines
 from ..objects import lines as as_lines
+from .format import Format
 from .table import FORMATS, extension_of, to_write
 
 
@@ -79,6 +80,11 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
         lost = list(dict.fromkeys(lost))
         why = "not kept, as the format has no place for it"
         warnings.warn(f"{target}: {why}: {'; '.join(lost)}", FileWarning, stacklevel=2)
+
+
+def parts_to_write(lines: Any, row: Format) -> list[Lines | Curves]:
+    """Return the lines and curves that a file of a format holds once they are written."""
+    return [part for part in parts_of(to_written(lines, row.writes)[0]) if isinstance(part, Lines | Curves)]
 
 
 def to_written(
