@@ -6,6 +6,8 @@ import doctest
 import errno
 import gzip
 import os
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -146,6 +148,12 @@ def test_unknown_extension_lists_the_known_ones(load, name):
     assert "unknown extension" in text
     assert all(extension in text for extension in FORMATS)
     assert "name the format by format= (--format on the command line)" in text
+
+
+def test_the_docs_name_every_format():
+    page = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
+    named = page.partition("`format=` takes")[2].partition("\n\n")[0]
+    assert {row.name for row in FORMATS.values()} <= set(re.findall(r"`(\w+)`", named))
 
 
 def test_unknown_extensions_and_formats_name_the_nearest_known_ones(load):

@@ -11,6 +11,7 @@ from support.line_files import lost_by
 
 import fastlines as fl
 from fastlines.errors import InputError
+from fastlines.io.straight import straightened
 from fastlines.io.units import METERS, meters_of, unit_of
 
 LINES = fl.Lines.from_strands(np.arange(12.0).reshape(2, 2, 3))
@@ -114,3 +115,37 @@ def test_rows_that_were_skipped_are_told(tmp_path, name):
     assert said not in lost_by(tmp_path / name, replace(lines, skipped=np.empty(0, np.int64)))
     curves = fl.Curves.from_bezier(np.where(np.arange(24).reshape(2, 4, 3) < 1, np.nan, 1), invalid="skip")
     assert "1 row of the input, skipped for NaN or Inf" in lost_by(tmp_path / name, curves)
+
+
+# --- Curves in formats without curves ---
+
+
+def test_pieces_keep_the_attributes_of_curves(tmp_path):
+    at_points = {"heat": np.linspace(0, 1, 9), "id": np.arange(9), "colour": np.eye(9, 3, dtype="f4")}
+    points = np.random.default_rng(0).random((9, 3))
+    curves = fl.Curves.from_strands(points, [5, 4], basis="catmull-rom", attributes=at_points)
+    curves = replace(curves, attributes={"age": np.array([3, 3, 8])})
+    pieces = curves.pieces
+    assert lost_by(tmp_path / "a.vtp", curves) == ["curves, which are written as their pieces"]
+    back = fl.read(tmp_path / "a.vtp")
+    np.testing.assert_array_equal(back.segments, pieces.lines.segments)
+    np.testing.assert_array_equal(back.attributes["age"], np.array([3, 3, 8])[pieces.curve])
+    u = np.stack([pieces.begin, pieces.end], axis=1)
+    heat = curves.end_attributes["heat"][pieces.curve]
+    np.testing.assert_allclose(back.end_attributes["heat"], heat[:, :1] * (1 - u) + heat[:, 1:] * u, atol=1e-7)
+    first = pieces.first[:-1]
+    for name, values in curves.end_attributes.items():
+        np.testing.assert_array_equal(back.end_attributes[name][first, 0], values[:, 0])
+    assert set(np.unique(back.end_attributes["id"])) <= set(range(9))
+    assert pieces.lines.attributes == {}
+
+
+def test_values_of_pieces_that_are_not_finite():
+    ends = {"a": np.array([[np.inf, 1.0]]), "b": np.array([[np.nan, 2.0]]), "c": np.array([[True, False]])}
+    curves = fl.Curves.from_bezier(np.random.default_rng(0).random((1, 4, 3)), end_attributes=ends)
+    straight = straightened(curves)
+    assert straight.end_attributes["a"][0, 0] == np.inf
+    assert straight.end_attributes["a"][-1, 1] == 1
+    assert np.isnan(straight.end_attributes["b"][0, 0])
+    assert straight.end_attributes["b"][-1, 1] == 2
+    assert straight.end_attributes["c"].dtype == np.bool_

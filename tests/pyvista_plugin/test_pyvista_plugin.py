@@ -83,7 +83,7 @@ def test_curves_and_several_parts(pyvista, tmp_path, monkeypatch):
 
     curves = fl.Curves.from_strands(POINTS[:4], [4], basis="bezier", radius=0.1, attributes={"age": [1, 2, 3, 4]})
     curves = replace(curves, unit="mm", up="z")
-    with pytest.warns(fl.FileWarning, match="curves, which are written as their pieces, and their attributes"):
+    with pytest.warns(fl.FileWarning, match="curves, which are written as their pieces"):
         mesh = readers.to_polydata(curves)
     assert mesh.n_lines >= 1
     assert (list(mesh.field_data["unit"]), list(mesh.field_data["up"])) == (["mm"], ["z"])

@@ -17,6 +17,7 @@ from ..geometry import AnyGeometry, Geometry, count_text, counted, parts_of
 from ..lines import Lines
 from ..objects import lines as as_lines
 from .format import Format
+from .straight import straightened
 from .table import FORMATS, extension_of, to_write
 
 
@@ -30,7 +31,7 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
     path : str or path-like
         A file with one of the extensions that `docs/formats.md` lists as written, packed by gzip if ``.gz`` follows.
     lines : Lines, Curves, or what `fastlines.lines` takes
-        Curves are cut into the pieces that queries test, where the format has no curves.
+        Where the format has no curves, they are cut into the pieces that queries test, which keep their attributes.
 
     Raises
     ------
@@ -95,7 +96,7 @@ def to_written(
     if type(geometry) in known:
         return geometry, []
     if isinstance(geometry, Curves):
-        return geometry.pieces.lines, ["curves, which are written as their pieces, and their attributes"]
+        return straightened(geometry), ["curves, which are written as their pieces"]
     if type(geometry) is Lines:
         return geometry, []
     if isinstance(geometry, Geometry):

@@ -51,7 +51,7 @@ def to_polydata(lines: Any) -> Any:
 
     The radius is the array ``radius`` of points, so ``mesh.tube(scalars="radius", absolute=True)`` draws it. Attributes
     are arrays of points or of cells. ``field_data`` has the ``unit`` and the axis ``up``, if known. Curves are cut into
-    the pieces that queries test, and their attributes are left out.
+    the pieces that queries test, which keep their attributes.
 
     Parameters
     ----------
