@@ -17,7 +17,7 @@ from ..atomic_write import atomic_write, check_target
 from ..camera import Camera, Vector
 from ..curves import Curves
 from ..errors import InputError
-from ..geometry import AnyGeometry, parts_of
+from ..geometry import AnyGeometry, counted, parts_of
 from ..io import Format, extension_of, format_of, read
 from ..io.reading import check_path
 from ..lines import Lines
@@ -95,7 +95,9 @@ def open_input(
     lines = read(path, invalid=invalid, format=format, **format_options(options, row.options() if options else {}))
     n_skipped = sum(len(part.skipped) for part in parts_of(lines) if isinstance(part, Lines | Curves))
     if n_skipped:
-        note(f"{text}: {n_skipped:,} segments that hold NaN or Inf were left out")
+        kind = "segments" if isinstance(lines, Lines) else "curves" if isinstance(lines, Curves) else "rows"
+        were = "was" if n_skipped == 1 else "were"
+        note(f"{text}: {counted(n_skipped, kind)} with NaN or Inf {were} left out")
     return Source(text, lines, format=row)
 
 

@@ -37,11 +37,12 @@ from ...lines import Lines
 from ...optional import optional
 from ..format import AnyLines
 from ..source import UNPACK_BYTES, UNPACK_FACTOR, Source
+from ..units import unit_of
 from .usd_curves import Strokes, placed, strokes_of
 from .usd_join import joined
 from .usd_values import Remarks
 from .usd_walk import Walk
-from .usd_write import unit_of, write
+from .usd_write import write
 
 __all__ = ["read", "write"]
 
