@@ -1,39 +1,30 @@
-"""The scattering of hair beside Mitsuba's: the same directions, and the relative error of each value.
-
-Mitsuba 3's BSDF ``hair`` has the y axis of its frame along the fibre and z along the normal at the hit, and its ``wi``
-is our ``wo``. It computes in float32, with approximations of the Bessel function I0 that are off by up to half a
-percent (as pbrt's): ten terms of its series up to 12, and above it x - ½ ln(2πx) + 1/(16x) for ln I0(x), where the
-asymptotic series has 1/(8x). So it is compared twice: with our model as it is, and with our model on Mitsuba's I0.
-"""
+"""Our scattering of hair beside Mitsuba's, in the same directions, and the tables of averaged hair beside sums."""
 
 from __future__ import annotations
 
-import importlib
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from fastlines.rendering.hair import HairMaterial, evaluate, pdf, sample
+from fastlines.rendering.hair import AveragedHair, HairMaterial, evaluate, evaluate_angles, pdf, sample
 
-from .harness import machine
-from .harness.preset import Preset, sized
-from .harness.tables import new_table, print_table, wide_console
-from .package import FastlinesError, longitudinal
+from ..harness import machine
+from ..harness.preset import Preset, sized
+from .oracle import Float64Array, bessel_of, load_mitsuba, mitsuba_values
 
-Float64Array = npt.NDArray[np.float64]
+#: Concentrations of eumelanin and pheomelanin, which Mitsuba is given instead of the absorption.
+PIGMENTS = {"brown": (1.3, 0.2), "black": (8.0, 0.0)}
 
-#: The materials, by name. Each has the parameters of Mitsuba's ``hair``; ``sigma_a`` replaces the pigments.
+#: The materials, by name.
 MATERIALS: dict[str, HairMaterial] = {
-    "brown": HairMaterial.from_pigments(1.3, 0.2),
+    "brown": HairMaterial.from_pigments(*PIGMENTS["brown"]),
     "smooth, dyed": HairMaterial((0.2, 0.5, 1.3), 0.1, 0.15, scale_tilt=0.0),
     "very smooth": HairMaterial.from_pigments(0.3, 0.1, longitudinal_roughness=0.05, azimuthal_roughness=0.08),
     "rough, red": HairMaterial((0.05, 0.9, 2.5), 0.8, 0.9, scale_tilt=5.0),
-    "black": HairMaterial.from_pigments(8.0, longitudinal_roughness=0.2, azimuthal_roughness=0.3, scale_tilt=3.0),
+    "black": HairMaterial.from_pigments(*PIGMENTS["black"], longitudinal_roughness=0.2, scale_tilt=3.0),
     "no absorption": HairMaterial((0.0, 0.0, 0.0), 0.25, 0.4, eta=1.4, scale_tilt=5.0),
 }
 
@@ -56,10 +47,16 @@ class HairPreset(Preset):
         The number of pairs of directions for each material. Half of the incident directions are even on the sphere, and
         half are drawn by `sample`, where the value is large.
     seed : int
+    n_averages : int
+        The number of values of averaged hair that are compared with sums over all offsets.
+    n_timed : int
+        The number of values that are timed.
     """
 
     n_pairs: int = sized(100_000, 2_000)
     seed: int = 0
+    n_averages: int = sized(2_000, 100)
+    n_timed: int = sized(1 << 20, 1 << 14)
 
 
 @dataclass(frozen=True)
@@ -87,6 +84,29 @@ class HairCell:
 
 
 @dataclass(frozen=True)
+class AverageCell:
+    """Averaged hair of one material.
+
+    Attributes
+    ----------
+    build_ms : float
+        Milliseconds to make the tables.
+    averaged_ns, single_ns : float
+        Nanoseconds for a value in float32: of averaged hair, and of one offset; the best of three rounds.
+    max, p99, median : float
+        The errors of averaged hair, relative to sums over all offsets.
+    """
+
+    material: str
+    build_ms: float
+    averaged_ns: float
+    single_ns: float
+    max: float
+    p99: float
+    median: float
+
+
+@dataclass(frozen=True)
 class HairResult:
     """All errors, and some of Mitsuba's values."""
 
@@ -95,64 +115,12 @@ class HairResult:
     preset: HairPreset
     seconds: float
     cells: list[HairCell]
+    averages: list[AverageCell]
     examples: list[dict[str, Any]]
 
     def to_json(self) -> dict[str, Any]:
         """Return all figures, ready for JSON."""
         return {"format": "fastlines-bench hair 1", **asdict(self)}
-
-
-def load_mitsuba() -> Any:
-    """Import Mitsuba in its scalar variant, or say how to install it."""
-    try:
-        mitsuba = importlib.import_module("mitsuba")
-    except ImportError:
-        raise FastlinesError("fastlines-bench hair compares with Mitsuba 3: run  pip install mitsuba") from None
-    mitsuba.set_variant("scalar_rgb")
-    return mitsuba
-
-
-def mitsuba_values(mitsuba: Any, material: HairMaterial, wo: Float64Array, wi: Float64Array) -> Float64Array:
-    """Return Mitsuba's values and densities, as (n, 4), for directions in its frame."""
-    bsdf = mitsuba.load_dict(
-        {
-            "type": "hair",
-            "int_ior": material.eta,
-            "ext_ior": 1.0,
-            "sigma_a": {"type": "rgb", "value": list(material.sigma_a)},
-            "longitudinal_roughness": material.longitudinal_roughness,
-            "azimuthal_roughness": material.azimuthal_roughness,
-            "scale_tilt": material.scale_tilt,
-        }
-    )
-    context, at = mitsuba.BSDFContext(), mitsuba.SurfaceInteraction3f()
-    found = np.empty((len(wo), 4))
-    for i, (towards, away) in enumerate(zip(wo.tolist(), wi.tolist(), strict=True)):
-        at.wi = towards
-        found[i, :3], found[i, 3] = bsdf.eval_pdf(context, at, away)
-    return found
-
-
-def mitsuba_scaled_i0(x: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return exp(-x) I0(x) by Mitsuba's approximations."""
-    low, high = np.minimum(x, 12.0), np.maximum(x, 12.0)
-    term, total = np.ones_like(x), np.ones_like(x)
-    for k in range(1, 11):
-        term = term * (low / (2 * k)) ** 2
-        total = total + term
-    above = np.exp(1 / (16 * high)) / np.sqrt(2 * np.pi * high)
-    return np.asarray(np.where(x > 12.0, above, total * np.exp(-low)))
-
-
-@contextmanager
-def _bessel(function: Callable[[npt.NDArray[Any]], npt.NDArray[Any]]) -> Iterator[None]:
-    """Let our model use another approximation of exp(-x) I0(x)."""
-    ours = longitudinal.scaled_i0
-    longitudinal.scaled_i0 = function  # type: ignore[assignment]
-    try:
-        yield
-    finally:
-        longitudinal.scaled_i0 = ours
 
 
 def run_hair(preset: HairPreset, progress: Callable[[str, float], None] = lambda what, share: None) -> HairResult:
@@ -167,19 +135,21 @@ def run_hair(preset: HairPreset, progress: Callable[[str, float], None] = lambda
     mitsuba = load_mitsuba()
     began = time.perf_counter()
     cells: list[HairCell] = []
+    averages: list[AverageCell] = []
     examples: list[dict[str, Any]] = []
     for i, (name, material) in enumerate(MATERIALS.items()):
         progress(name, i / len(MATERIALS))
         wo, wi, h = _directions(material, preset)
-        theirs = mitsuba_values(mitsuba, material, wo, wi)
-        for bessel, function in (("ours", longitudinal.scaled_i0), ("Mitsuba's", mitsuba_scaled_i0)):
-            with _bessel(function):
+        theirs = mitsuba_values(mitsuba, material, wo, wi, PIGMENTS.get(name))
+        for bessel in ("ours", "Mitsuba's"):
+            with bessel_of(bessel):
                 ours = evaluate(material, wo, wi, (0, 1, 0), h), pdf(material, wo, wi, (0, 1, 0), h)
             for quantity, our, their in zip(("value", "pdf"), ours, (theirs[:, :3], theirs[:, 3]), strict=True):
                 error = np.abs(our - their) / np.maximum(np.abs(their), FLOOR)
                 off_axis = error[np.abs(h) >= OFF_AXIS].max()
                 figures = (error.max(), off_axis, np.quantile(error, 0.999), np.median(error))
                 cells.append(HairCell(name, bessel, quantity, *(float(each) for each in figures)))
+        averages.append(_averaged(name, material, preset))
         some = [0, 1, len(wo) // 2, len(wo) // 2 + 1]
         examples += [
             {
@@ -193,7 +163,7 @@ def run_hair(preset: HairPreset, progress: Callable[[str, float], None] = lambda
             for o, w, at, value in zip(wo[some], wi[some], h[some], theirs[some], strict=True)
         ]
     seconds = time.perf_counter() - began
-    return HairResult(machine.describe(), mitsuba.__version__, preset, seconds, cells, examples)
+    return HairResult(machine.describe(), mitsuba.__version__, preset, seconds, cells, averages, examples)
 
 
 def _directions(material: HairMaterial, preset: HairPreset) -> tuple[Float64Array, Float64Array, Float64Array]:
@@ -211,18 +181,37 @@ def _directions(material: HairMaterial, preset: HairPreset) -> tuple[Float64Arra
     return wo, wi, wo[:, 0] / np.hypot(wo[:, 0], wo[:, 2])
 
 
-def print_hair(result: HairResult) -> None:
-    """Print a row for each material and quantity."""
-    console = wide_console()
-    title = f"relative error beside Mitsuba {result.mitsuba}: {result.preset.n_pairs:,} pairs of directions each"
-    table = new_table(title, ["material", "I0", "of"], ["max", "max off axis", "99.9 %", "median"])
-    for cell in result.cells:
-        figures = (f"{each:.1e}" for each in (cell.max, cell.max_off_axis, cell.p999, cell.median))
-        table.add_row(cell.material, cell.bessel, cell.quantity, *figures)
-    print_table(console, table)
-    console.print(
-        f"Relative to Mitsuba's value, or to {FLOOR:g} per steradian where it is less. Mitsuba computes in float32, we "
-        "in float64. I0: whose approximation of the Bessel function our model uses. "
-        f"Off axis: offsets of at least {OFF_AXIS:g}. The comparison took {result.seconds:.0f} s.",
-        highlight=False,
-    )
+def _averaged(name: str, material: HairMaterial, preset: HairPreset) -> AverageCell:
+    """Compare averaged hair with sums over offsets, and time both."""
+    began = time.perf_counter()
+    hair = AveragedHair(material)
+    build = time.perf_counter() - began
+
+    # Sum over the offsets h = sin γ, in steps of γ.
+    rng = np.random.default_rng(preset.seed)
+    angles = rng.uniform(-1, 1, (3, preset.n_averages)) * np.array([[1], [1], [np.pi]])
+    gamma = (np.arange(2000) + 0.5) * (np.pi / 2000) - np.pi / 2
+    sums = []
+    for sin_o, sin_i, phi in np.array_split(angles[:, :, None], max(1, preset.n_averages // 100), axis=1):
+        value = evaluate_angles(material, sin_o, sin_i, phi, np.sin(gamma))
+        sums.append(np.einsum("abc,b->ac", value, np.cos(gamma)) * (np.pi / 4000))
+    expected = np.concatenate(sums)
+    error = np.abs(hair.evaluate(angles[0], angles[1], angles[2]) - expected) / np.maximum(expected, FLOOR)
+
+    # Time both in float32.
+    sin_o, sin_i, phi = (rng.uniform(-1, 1, (3, preset.n_timed)) * np.array([[1], [1], [np.pi]])).astype(np.float32)
+    h = rng.uniform(-1, 1, preset.n_timed).astype(np.float32)
+    averaged = _best(lambda: hair.evaluate(sin_o, sin_i, phi)) / preset.n_timed
+    single = _best(lambda: evaluate_angles(material, sin_o, sin_i, phi, h)) / preset.n_timed
+    figures = (build * 1e3, averaged * 1e9, single * 1e9, error.max(), np.quantile(error, 0.99), np.median(error))
+    return AverageCell(name, *(float(figure) for figure in figures))
+
+
+def _best(work: Callable[[], object]) -> float:
+    """Return the least seconds of three rounds."""
+    seconds = []
+    for _ in range(3):
+        began = time.perf_counter()
+        work()
+        seconds.append(time.perf_counter() - began)
+    return min(seconds)
