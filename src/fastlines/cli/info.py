@@ -41,7 +41,7 @@ def info(
     """Describe a file: the number and size of its lines, their attributes, and their oddities.
 
     Segments that hold NaN or Inf are left out and counted. The radius for pictures is the least of 1, 2, 5, 10 … with
-    which a quarter of the rays that cross the box of the lines hit; lines with a radius of their own need none.
+    which dense lines look closed; lines with a radius of their own need none.
 
     [bold]Examples[/]
 
