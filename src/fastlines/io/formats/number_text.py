@@ -75,6 +75,7 @@ def number_lines(source: Source, text: bytes, line_of: IntArray | None = None, w
         numbers.append(parsed)
         counts.append(np.diff(np.searchsorted(_word_starts(raw), ends), prepend=0))
         n_before += len(ends)
+        source.advance(len(piece))
     return NumberLines(np.concatenate(numbers), np.concatenate(counts))
 
 

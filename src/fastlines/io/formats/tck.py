@@ -65,7 +65,7 @@ def read(source: Source, invalid: str) -> Lines:
     is_point[ends[ends < n_read]] = False
     points = triples.view(f"V{3 * dtype.itemsize}")[:n_read, 0][is_point].view(dtype).reshape(-1, 3)
     del triples
-    source.data = b""
+    source.drop()
     return Lines.from_points(points, counts, invalid=invalid)
 
 

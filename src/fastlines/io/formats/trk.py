@@ -163,7 +163,7 @@ def _streamlines(
     where = (first + 1 + n_points * per_point)[:, None] + np.arange(n_properties)
     is_point[where] = False
     values = words.view(byte_order + "f4")[:at]
-    source.data = b""
+    source.drop()
     rows = values[is_point].astype(np.float32, copy=False).reshape(-1, per_point)
     return rows, values[where].astype(np.float32, copy=False), n_points
 

@@ -94,7 +94,7 @@ def _read(source: Source, path: Path, invalid: str, time: float | None, prim: st
             raise InputError(f"there is no prim {prim!r}; at the top of the file there is {top}")
     layers = [Path(layer.realPath) for layer in stage.GetUsedLayers() if layer.realPath]
     n_bytes = sum(layer.stat().st_size for layer in layers if layer.is_file())
-    limit = UNPACK_FACTOR * max(n_bytes, len(source.data)) + UNPACK_BYTES
+    limit = UNPACK_FACTOR * max(n_bytes, source.size) + UNPACK_BYTES
 
     # Read each prim once, and copy it to its places.
     remarks = Remarks(source)
@@ -110,6 +110,7 @@ def _read(source: Source, path: Path, invalid: str, time: float | None, prim: st
             continue
         if strokes is None:
             continue
+        source.advance(strokes.control.nbytes)  # about twice what the file has of them: read, and parsed
         values = [*strokes.attributes.values(), *strokes.end_attributes.values()]
         walk.spend((strokes.control.nbytes + sum(array.nbytes for array in values)) * len(places))
         made = placed(strokes, places, curves.GetPath(), remarks)
