@@ -164,7 +164,12 @@ def column(values: npt.ArrayLike, name: str, n: int, of: str) -> npt.NDArray[Any
 
 
 def neighbours(values: npt.NDArray[Any], sizes: IntArray) -> npt.NDArray[Any]:
-    """Return both rows of each two that follow each other in runs of these sizes, as a new array (n, 2, …)."""
+    """Return both rows of each two that follow each other in runs of these sizes, as a new array (n, 2, …).
+
+    No run is empty. A lone row is joined with itself.
+    """
+    if (is_alone := sizes == 1).any():
+        values, sizes = np.repeat(values, np.repeat(is_alone + 1, sizes), axis=0), sizes + is_alone
     is_joined = np.ones(max(len(values), 1) - 1, np.bool_)
     is_joined[np.cumsum(sizes)[:-1] - 1] = False
     per_row = values.shape[1:]

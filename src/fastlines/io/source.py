@@ -19,7 +19,7 @@ from ..errors import FileFormatError
 from ..progress import ProgressCallback
 
 #: So many bytes are read at once.
-PIECE = 1 << 22
+PIECE = 1 << 20
 #: Progress is reported when so much more of the work is done, as a fraction.
 _STEP = 1e-3
 
@@ -90,19 +90,23 @@ class Source:
             self.size = len(self._data)
         return self._data
 
-    def drop(self) -> None:
-        """Free the bytes, once they are needed no longer."""
-        self._data = b""
+    def start(self, n_bytes: int) -> bytes:
+        """Return the first bytes; fewer if there are no more."""
+        if self._file is None or self._data is not None:
+            return self.data[:n_bytes]
+        self._file.seek(0)
+        return self._file.read(n_bytes)
 
-    def pieces(self) -> Iterator[bytes]:
-        """Yield all bytes, piece by piece; the last piece may be shorter."""
+    def pieces(self, at: int = 0) -> Iterator[bytes]:
+        """Yield the bytes from a place on, piece by piece."""
         if self._file is None or self._data is not None:
             data = self.data
-            yield from (data[start : start + PIECE] for start in range(0, len(data), PIECE))
+            yield from (data[start : start + PIECE] for start in range(at, len(data), PIECE))
             return
         try:
-            self._file.seek(0)
-            while piece := self._file.read(PIECE):
+            self._file.seek(at)
+            while piece := self._file.read(min(PIECE, self.size - at)):
+                at += len(piece)
                 self.advance(len(piece))
                 yield piece
         except OSError as error:
