@@ -18,6 +18,7 @@ from .arrays import (
     IntArray,
     choice,
     column,
+    extremes,
     is_far,
     kind_of,
     list_rows,
@@ -201,10 +202,7 @@ class Lines(Immutable):
     @property
     def bounds(self) -> FloatArray:
         """The box of all segments as (2, 3): lowest and highest corner; lowest > highest if there are none."""
-        if len(self) == 0:
-            return np.array([[np.inf] * 3, [-np.inf] * 3], np.float32)
-        points = self.segments.reshape(-1, 3)
-        return np.stack([points.min(axis=0), points.max(axis=0)])
+        return extremes(self.segments.reshape(-1, 3))
 
     @cached_property
     def n_strands(self) -> int:

@@ -114,7 +114,9 @@ def _read(source: Source, path: Path, invalid: str, time: float | None, prim: st
         values = [*strokes.attributes.values(), *strokes.end_attributes.values()]
         walk.spend((strokes.control.nbytes + sum(array.nbytes for array in values)) * len(places))
         made = placed(strokes, places, curves.GetPath(), remarks)
-        parts[made.control.shape[1]].append(replace(made, strands=made.strands + n_strands, prim=made.prim + n_prims))
+        if n_prims:
+            made = replace(made, strands=made.strands + n_strands, prim=made.prim + n_prims)
+        parts[made.control.shape[1]].append(made)
         n_strands += made.n_strands
         n_prims += made.n_prims
     _tell_of_others(walk, remarks)
