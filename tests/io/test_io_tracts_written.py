@@ -124,7 +124,7 @@ def test_segments_of_no_strand_are_told_once(tmp_path, name):
         np.testing.assert_array_equal(back.strands, [0, 1, 2])
 
 
-@pytest.mark.parametrize(("extension", "n_bytes"), [(".trk", 40), (".tck", 40), (".trx", 52)])
+@pytest.mark.parametrize(("extension", "n_bytes"), [(".trk", 40), (".tck", 40), (".trx", 50)])
 def test_memory_of_reading(tmp_path, extension, n_bytes):
     """Each point takes 12 bytes in the file and 32 in lines; pieces of a file are freed before the next one is read."""
     points = np.random.default_rng(0).random((1_000_000, 3), np.float32)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +11,9 @@ import numpy.typing as npt
 from ..arrays import AnyArray, IntArray, is_far, neighbours, warn_of_rounding
 from ..immutable import own
 from ..lines import Lines
+
+#: About so many points are joined at a time.
+_PART = 1 << 16
 
 
 class Joined:
@@ -43,6 +47,14 @@ class Joined:
             self._values[name][start:stop] = neighbours(array, sizes)
         self._counts.append(counts)
         self._n_segments = stop
+
+    def add_in_parts(self, points: npt.NDArray[np.floating], counts: IntArray, values: Mapping[str, AnyArray]) -> None:
+        """Add strands as `add` does, some at a time, so that what is made on the way stays small."""
+        offsets = np.append(0, np.cumsum(counts))
+        cuts = np.unique(np.append(np.searchsorted(offsets, np.arange(0, len(points), _PART)), len(counts)))
+        for first, last in pairwise(cuts):
+            part = slice(offsets[first], offsets[last])
+            self.add(points[part], counts[first:last], {name: array[part] for name, array in values.items()})
 
     @property
     def may_be_coarse(self) -> bool:

@@ -90,12 +90,16 @@ class Source:
             self.size = len(self._data)
         return self._data
 
+    def open(self) -> BinaryIO:
+        """Return the bytes as a file to read from; the caller does not close it."""
+        if self._file is None or self._data is not None:
+            return BytesIO(self.data)
+        self._file.seek(0)
+        return self._file
+
     def start(self, n_bytes: int) -> bytes:
         """Return the first bytes; fewer if there are no more."""
-        if self._file is None or self._data is not None:
-            return self.data[:n_bytes]
-        self._file.seek(0)
-        return self._file.read(n_bytes)
+        return self.open().read(n_bytes)
 
     def pieces(self, at: int = 0) -> Iterator[bytes]:
         """Yield the bytes from a place on, piece by piece."""
