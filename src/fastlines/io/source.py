@@ -90,6 +90,10 @@ class Source:
             self.size = len(self._data)
         return self._data
 
+    def drop(self) -> None:
+        """Free the bytes, once they are needed no longer."""
+        self._data = b""
+
     def open(self) -> BinaryIO:
         """Return the bytes as a file to read from; the caller does not close it."""
         if self._file is None or self._data is not None:
