@@ -92,7 +92,8 @@ def open_input(
         raise InputError(f"{text}: trees are not compressed, so that they can be mapped into memory; unpack it first")
     invalid = "skip" if skip_invalid else "error"
     row = format_of(path, format)
-    lines = read(path, invalid=invalid, format=format, **format_options(options, row.options() if options else {}))
+    given_options = format_options(options, row.options() if options else {})
+    lines = read(path, invalid=invalid, format=format, progress=show_progress(), **given_options)
     n_skipped = sum(len(part.skipped) for part in parts_of(lines) if isinstance(part, Lines | Curves))
     if n_skipped:
         kind = "segments" if isinstance(lines, Lines) else "curves" if isinstance(lines, Curves) else "rows"

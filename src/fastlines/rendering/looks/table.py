@@ -37,6 +37,8 @@ SMOOTH = 0.8
 PAPER = Backdrop("#eeeef0", "#c6c6cb")
 NIGHT = Backdrop("#16181d", "#08080a")
 CLAY = "#cbb994"
+#: The tilt of the scales of hair, whose strands run from the root to the tip.
+TILT = -2.0
 #: The melanin and the redness of the colours of hair.
 HAIR_COLORS = {
     "white": (0.0, 0.0),
@@ -119,8 +121,8 @@ def _hair(color: str) -> Look:
     from .hair import Hair
 
     if color.startswith("#"):
-        return Hair(HairMaterial.from_reflectance(hexadecimal(color)), PAPER)
+        return Hair(HairMaterial.from_reflectance(hexadecimal(color), scale_tilt=TILT), PAPER)
     if color not in HAIR_COLORS:
         raise InputError(f"there is no hair colour {color!r}{did_you_mean(color, (*HAIR_COLORS, '#rrggbb'))}")
     melanin, redness = HAIR_COLORS[color]
-    return Hair(HairMaterial.from_melanin(melanin, redness), PAPER)
+    return Hair(HairMaterial.from_melanin(melanin, redness, scale_tilt=TILT), PAPER)
