@@ -57,6 +57,7 @@ class Flat:
     backdrop: Backdrop = BLACK
     rig: Rig = SOFT
     is_light: bool = field(default=False, init=False)
+    has_ground: bool = field(default=False, init=False)
 
     def shade(self, fragments: Fragments, stage: Stage, draws: Draws) -> FloatArray:
         """Return the colour of each fragment, (n, 3) float32 linear."""

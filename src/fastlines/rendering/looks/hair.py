@@ -15,7 +15,7 @@ import numpy as np
 from ...arrays import FloatArray
 from ..fragments import Fragments
 from ..hair import AveragedHair, HairMaterial
-from ..lighting import STUDIO, Rig, sphere
+from ..lighting import SALON, Rig, sphere
 from ..stage import Draws, Stage
 from ..vectors import across, dot
 from .look import Backdrop
@@ -30,8 +30,9 @@ class Hair:
 
     material: HairMaterial
     backdrop: Backdrop
-    rig: Rig = STUDIO
+    rig: Rig = SALON
     is_light: bool = field(default=True, init=False)
+    has_ground: bool = False
 
     @cached_property
     def _averaged(self) -> AveragedHair:

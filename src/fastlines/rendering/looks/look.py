@@ -59,5 +59,9 @@ class Look(Protocol):
     def is_light(self) -> bool:
         """Whether colours are light, which the filmic curve brings to the screen; else they are what it shows."""
 
+    @property
+    def has_ground(self) -> bool:
+        """Whether the lines cast a shadow on the ground."""
+
     def shade(self, fragments: Fragments, stage: Stage, draws: Draws) -> FloatArray:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""

@@ -36,7 +36,8 @@ SMOOTH = 0.8
 
 PAPER = Backdrop("#eeeef0", "#c6c6cb")
 NIGHT = Backdrop("#16181d", "#08080a")
-CLAY = "#cbb994"
+CLAY = "#c4a878"
+AMBER = "#ffb45c"
 #: The tilt of the scales of hair, whose strands run from the root to the tip.
 TILT = -2.0
 #: The melanin and the redness of the colours of hair.
@@ -64,14 +65,11 @@ def look_for(geometry: AnyGeometry) -> str:
     parts = parts_of(geometry)
     if radius_beyond(geometry) > 0 or not all(isinstance(part, Lines | Curves) for part in parts):
         return "tube"
-    lines = [part for part in parts if isinstance(part, Lines | Curves)]
-    strands = sum(part.n_strands for part in lines)
-    units = [part.unit for part in lines if part.unit]
-    unit = units[0] if units else None
+    unit = _unit_of(geometry)
     if unit == "Å":
         return "tube"
-    is_flat = len(geometry) == 0 or bool((geometry.bounds[1] == geometry.bounds[0]).any())
-    is_hair = strands >= HAIRS and not is_flat and unit in (None, "m", "cm") and all(map(_is_smooth, parts))
+    strands = sum(part.n_strands for part in parts if isinstance(part, Lines | Curves))
+    is_hair = strands >= HAIRS and not _is_flat(geometry) and unit in (None, "m", "cm") and all(map(_is_smooth, parts))
     return "hair" if is_hair else "fibre"
 
 
@@ -106,13 +104,31 @@ def make_look(name: str | None, geometry: AnyGeometry, color: str | None = None,
         return _hair(color or "brown")
     if name in ("fibre", "tube"):
         known = {attribute for part in parts_of(geometry) for attribute in names(part)}
-        usual = DISPLAY_COLOR if DISPLAY_COLOR in known else "direction" if name == "fibre" else CLAY
+        usual = DISPLAY_COLOR if DISPLAY_COLOR in known else _usual_color(name, geometry)
         chosen = make_color(color or usual, color_map, geometry)
-        return Solid(chosen, NIGHT, SOFT, haze=0.5) if name == "fibre" else Solid(chosen, PAPER)
+        return Solid(chosen, NIGHT, SOFT, haze=0.5) if name == "fibre" else Solid(chosen, PAPER, has_ground=True)
     if color is not None:
         raise InputError(f"color={color!r} does not apply to the look {name!r}; it is for hair, fibre and tube")
     shown = {"depth": flat.depth, "id": flat.ids, "normal": flat.normals, "tangent": flat.tangents}
     return flat.Flat(shown[name])
+
+
+def _usual_color(look: str, geometry: AnyGeometry) -> str:
+    """Return the colour of fibres or tubes: by direction, or by chains of molecules, or one for all."""
+    if look == "fibre":
+        return AMBER if _is_flat(geometry) else "direction"
+    return "strand" if _unit_of(geometry) == "Å" else CLAY
+
+
+def _is_flat(geometry: AnyGeometry) -> bool:
+    """Return whether an extent is zero, as that of a map."""
+    return len(geometry) == 0 or bool((geometry.bounds[1] == geometry.bounds[0]).any())
+
+
+def _unit_of(geometry: AnyGeometry) -> str | None:
+    """Return the unit of the first lines that know one."""
+    units = [part.unit for part in parts_of(geometry) if isinstance(part, Lines | Curves) and part.unit]
+    return units[0] if units else None
 
 
 def _hair(color: str) -> Look:
