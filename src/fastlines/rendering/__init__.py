@@ -1,5 +1,6 @@
 """Pictures of lines and of trees, by queries of a tree: depth images as in the thesis, and levels of trees."""
 
+from .aovs import AOVS, find_aovs
 from .depth import MAX_PIXELS, depth_image
 from .depth_picture import depth_picture
 from .images import IMAGE_FORMATS, check_image_path, write_depth, write_picture
@@ -9,6 +10,7 @@ from .renderer import Renderer, render
 from .view import default_camera, default_view
 
 __all__ = [
+    "AOVS",
     "IMAGE_FORMATS",
     "MAX_PIXELS",
     "Picture",
@@ -18,6 +20,7 @@ __all__ = [
     "default_view",
     "depth_image",
     "depth_picture",
+    "find_aovs",
     "level_sheet",
     "render",
     "write_depth",

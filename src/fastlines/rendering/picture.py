@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import AnyArray, FloatArray
-from .images import write_picture
+from ..errors import InputError
+from .images import check_image_path, write_light, write_picture
 from .tone import bleed, filmic, srgb, to_bytes
 
 
@@ -32,6 +33,8 @@ class Picture:
         The light is multiplied by 2 to this power.
     is_light : bool
         Whether a filmic curve brings the light to the screen.
+    aovs : dict of str to array
+        What one ray through the centre of each pixel hits; `AOVS` describes them. Empty unless they were asked for.
     """
 
     light: FloatArray
@@ -40,7 +43,7 @@ class Picture:
     samples: int
     exposure: float = 0.0
     is_light: bool = True
-    aovs: dict[str, FloatArray] = field(default_factory=dict)
+    aovs: dict[str, AnyArray] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         height, width = self.alpha.shape
@@ -66,5 +69,23 @@ class Picture:
         return to_bytes(srgb(own * alpha + (1 - alpha) * self.backdrop))
 
     def save(self, path: str | os.PathLike[str], transparent: bool = False) -> None:
-        """Write the picture as a PNG."""
-        write_picture(path, self.to_bytes(transparent))
+        """Write the picture as a .png for the eye, or its numbers as an .exr.
+
+        An .exr has the channels R, G and B: linear light, multiplied by alpha and by the exposure, without backdrop and
+        filmic curve. A is alpha. AOVs follow: Z is the depth, N.X to N.Z the normal, P.X to P.Z the position. The
+        others keep their names.
+
+        Raises
+        ------
+        InputError
+            If the extension is unknown, or a transparent picture is not written as .png.
+        MissingExtraError
+            If an .exr is to be written, and OpenEXR is not installed.
+        """
+        if check_image_path(path) == ".exr":
+            if transparent:
+                raise InputError(f"{path}: an .exr is always transparent; leave out transparent=")
+            exposure = np.float32(2.0**self.exposure if self.is_light else 1.0)
+            write_light(path, self.light * exposure, self.alpha, self.aovs)
+        else:
+            write_picture(path, self.to_bytes(transparent))

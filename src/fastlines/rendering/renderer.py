@@ -16,6 +16,7 @@ from ..geometry import needs_radius, radius_beyond
 from ..lines import Lines
 from ..progress import ProgressOption, reporting
 from ..tree import Tree
+from .aovs import find_aovs
 from .colours import GOLDEN
 from .depth import check_radius, check_size
 from .depth_picture import THIN, pixel_size
@@ -116,6 +117,7 @@ def render(
     color: str | None = None,
     rig: Rig | None = None,
     exposure: float = 0.0,
+    aovs: bool = False,
     progress: ProgressOption = False,
 ) -> Picture:
     """Render a picture of lines.
@@ -138,6 +140,8 @@ def render(
         The lights.
     exposure : float
         Multiply the light by 2 to this power.
+    aovs : bool
+        Find depths, positions, normals, tangents and ids too: `Picture.aovs`.
     progress : bool or callable
 
     Returns
@@ -165,7 +169,8 @@ def render(
     with reporting(progress, "render") as callback:
         for _ in renderer.passes(callback):
             pass
-    return replace(renderer.picture(), exposure=exposure)
+    found = find_aovs(renderer.stage, width, height) if aovs else {}
+    return replace(renderer.picture(), exposure=exposure, aovs=found)
 
 
 def _summed(fragments: Fragments, light: FloatArray, n_rays: int) -> FloatArray:
