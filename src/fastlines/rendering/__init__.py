@@ -5,14 +5,18 @@ from .depth import MAX_PIXELS, depth_image
 from .depth_picture import depth_picture
 from .images import IMAGE_FORMATS, check_image_path, write_depth, write_picture
 from .levels import level_sheet
+from .measures import MEASURES, Measure
 from .picture import Picture
 from .renderer import Renderer, render
 from .view import default_camera, default_view
+from .work import visited_nodes
 
 __all__ = [
     "AOVS",
     "IMAGE_FORMATS",
     "MAX_PIXELS",
+    "MEASURES",
+    "Measure",
     "Picture",
     "Renderer",
     "check_image_path",
@@ -23,6 +27,7 @@ __all__ = [
     "find_aovs",
     "level_sheet",
     "render",
+    "visited_nodes",
     "write_depth",
     "write_picture",
 ]
