@@ -13,6 +13,7 @@ from ..progress import ProgressOption, reporting
 from ..tree import Tree
 from .colours import mapped
 from .depth import bands, check_size
+from .legend import ColorBar
 from .looks.look import Backdrop
 from .looks.table import NIGHT
 from .picture import Picture
@@ -59,8 +60,8 @@ def _hits(tree: Tree, origins: FloatArray, directions: FloatArray, radius: float
 
 #: The measures by name.
 MEASURES = {
-    "hits": Measure("hits", "hits a ray", _hits, "viridis"),
-    "work": Measure("work", "nodes visited a ray", visited_nodes, "inferno"),
+    "hits": Measure("hits", "hits per ray", _hits, "viridis"),
+    "work": Measure("work", "nodes visited per ray", visited_nodes, "inferno"),
 }
 
 
@@ -118,7 +119,8 @@ def measured_picture(
     light = (mapped(place, measure.map) * alpha[:, None]).reshape(height, width, 3)
     aovs = {measure.name: (total / samples).astype(np.float32).reshape(height, width)}
     backdrop = measure.backdrop.light(width, height)
-    return Picture(light, alpha.reshape(height, width), backdrop, samples, is_light=False, aovs=aovs)
+    legend = ColorBar(measure.title, low, high, measure.map)
+    return Picture(light, alpha.reshape(height, width), backdrop, samples, is_light=False, aovs=aovs, legend=legend)
 
 
 def _range(values: AnyArray) -> tuple[float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ..arrays import AnyArray, FloatArray
 from ..errors import InputError
 from .images import check_image_path, write_light, write_picture
+from .legend import Legend, draw_legend
 from .tone import bleed, filmic, srgb, to_bytes
 
 
@@ -35,6 +36,10 @@ class Picture:
         Whether a filmic curve brings the light to the screen.
     aovs : dict of str to array
         What one ray through the centre of each pixel hits; `AOVS` describes them. Empty unless they were asked for.
+    legend : ColorBar or Triad, optional
+        What the colours mean.
+    shows_legend : bool
+        Whether the legend is drawn.
     """
 
     light: FloatArray
@@ -44,6 +49,8 @@ class Picture:
     exposure: float = 0.0
     is_light: bool = True
     aovs: dict[str, AnyArray] = field(default_factory=dict)
+    legend: Legend | None = None
+    shows_legend: bool = False
 
     def __repr__(self) -> str:
         height, width = self.alpha.shape
@@ -65,8 +72,26 @@ class Picture:
         own: AnyArray = self.light / np.maximum(alpha, 1e-6)
         own = filmic(bleed(own * np.float32(2.0**self.exposure))) if self.is_light else np.clip(own, 0, 1)
         if transparent:
-            return to_bytes(np.concatenate([srgb(own), alpha], axis=2))
-        return to_bytes(srgb(own * alpha + (1 - alpha) * self.backdrop))
+            pixels = to_bytes(np.concatenate([srgb(own), alpha], axis=2))
+        else:
+            pixels = to_bytes(srgb(own * alpha + (1 - alpha) * self.backdrop))
+        return draw_legend(pixels, self.legend) if self.shows_legend and self.legend else pixels
+
+    def with_legend(self) -> Picture:
+        """Return the picture with its legend drawn in the lower left corner.
+
+        That is a colour bar for the numbers of an attribute, hits or nodes, and three axes for directions. Other
+        pictures have no legend, and stay the same.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> lines = fl.Lines.from_segments([[[0, 0, 0], [1, 1, 1]]], attributes={"fa": [0.5]})
+        >>> picture = fl.render(lines, width=64, height=64, radius=0.1, samples=1, look="tube", color="fa")
+        >>> picture.with_legend().legend
+        ColorBar(title='fa', low=0.5, high=0.5, map='viridis')
+        """
+        return replace(self, shows_legend=True)
 
     def save(self, path: str | os.PathLike[str], transparent: bool = False) -> None:
         """Write the picture as a .png for the eye, or its numbers as an .exr.

@@ -21,6 +21,7 @@ from .depth import check_radius, check_size
 from .fragments import Cones, Fragments, Surfaces
 from .lighting import STUDIO, Rig
 from .looks import Look, make_look
+from .looks.solid import Solid
 from .measures import MEASURES, Measure, measured_picture
 from .picture import Picture
 from .sampling import hashed, points_in_pixels
@@ -76,8 +77,14 @@ class Renderer:
         alpha = self._alpha.reshape(shape) / counts
         backdrop = self.look.backdrop.light(self.width, self.height)
         samples = int(self._counts.min())
+        legend = self.look.color.legend(self.stage) if isinstance(self.look, Solid) else None
         return Picture(
-            light.astype(np.float32), alpha.astype(np.float32), backdrop, samples, is_light=self.look.is_light
+            light.astype(np.float32),
+            alpha.astype(np.float32),
+            backdrop,
+            samples,
+            is_light=self.look.is_light,
+            legend=legend,
         )
 
     def _bands(self) -> Iterator[slice]:
@@ -113,6 +120,7 @@ def render(
     rig: Rig | None = None,
     exposure: float = 0.0,
     aovs: bool = False,
+    legend: bool = False,
     progress: ProgressOption = False,
 ) -> Picture:
     """Render a picture of lines.
@@ -138,6 +146,8 @@ def render(
         Multiply the light by 2 to this power.
     aovs : bool
         Find depths, positions, normals, tangents and ids too: `Picture.aovs`.
+    legend : bool
+        Draw what the colours mean: `Picture.with_legend`.
     progress : bool or callable
 
     Returns
@@ -175,7 +185,7 @@ def render(
                 pass
         picture, stage = renderer.picture(), renderer.stage
     found = find_aovs(stage, width, height) if aovs else {}
-    return replace(picture, exposure=exposure, aovs=found | picture.aovs)
+    return replace(picture, exposure=exposure, aovs=found | picture.aovs, shows_legend=legend)
 
 
 def _summed(fragments: Fragments, light: FloatArray, n_rays: int) -> FloatArray:
