@@ -14,10 +14,13 @@ from ...lines import Lines
 from ...places import names
 from ..colours import check_map, hexadecimal, mapped, of_directions, of_numbers
 from ..fragments import Fragments
+from ..legend import ColorBar, Legend, Triad
 from ..stage import Stage
 
 #: The attribute that holds the colour of lines in USD.
 DISPLAY_COLOR = "displayColor"
+#: Where containers keep attributes, and how many dimensions the arrays have of one number at each place.
+COLUMNS = {"attributes": 1, "end_attributes": 2, "corner_attributes": 2}
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,15 @@ class Color:
         low, high = self.range or value_range(stage.tree.geometry, self.by)
         return mapped((values - low) / max(high - low, 1e-30), self.map)
 
+    def legend(self, stage: Stage) -> Legend | None:
+        """Return what the colours mean; None if they say no number and no direction."""
+        geometry = stage.tree.geometry
+        if self.by == "direction":
+            return Triad(stage.camera.axes())
+        if self.by in ("strand", "plain") or not is_number(geometry, self.by):
+            return None
+        return ColorBar(self.by, *(self.range or value_range(geometry, self.by)), self.map)
+
 
 def make_color(by: str, color_map: str, geometry: AnyGeometry) -> Color:
     """Return the colour that a name describes; refuse an attribute that no part of the geometry has."""
@@ -72,11 +84,21 @@ def make_color(by: str, color_map: str, geometry: AnyGeometry) -> Color:
     return Color(by, color_map)
 
 
+def is_number(geometry: AnyGeometry, name: str) -> bool:
+    """Return whether an attribute is one number at each place, not a colour or a vector."""
+    return any(name in names(part) for part in parts_of(geometry)) and all(
+        getattr(part, columns, {})[name].ndim == ndim
+        for part in parts_of(geometry)
+        for columns, ndim in COLUMNS.items()
+        if name in getattr(part, columns, {})
+    )
+
+
 def value_range(geometry: AnyGeometry, name: str) -> tuple[float, float]:
     """Return the range of an attribute, without the outer hundredths of its values."""
     found = []
     for part in parts_of(geometry):
-        for columns in ("attributes", "end_attributes"):
+        for columns in COLUMNS:
             values = getattr(part, columns, {}).get(name, np.zeros(0))
             found.append(np.asarray(values, np.float64).ravel() if values.dtype.kind in "biuf" else np.zeros(0))
         if name == "radius" and isinstance(part, Lines | Curves) and part.radius is not None:

@@ -28,6 +28,8 @@ LOOKS = {
     "normal": "the normals as the camera sees them",
     "tangent": "the directions of the lines as the camera sees them",
 }
+#: The looks that show a number of each ray, not lines (`rendering.measures`), and half a line about each.
+NUMBERS = {"hits": "how many lines the ray of each pixel hits", "work": "how many nodes of the tree it visits"}
 #: At least so many strands look like hair, if nothing says otherwise.
 HAIRS = 1000
 
@@ -99,7 +101,7 @@ def make_look(name: str | None, geometry: AnyGeometry, color: str | None = None,
     """
     name = name or look_for(geometry)
     if name not in LOOKS:
-        raise InputError(f"there is no look {name!r}{did_you_mean(name, tuple(LOOKS))}")
+        raise InputError(f"there is no look {name!r}{did_you_mean(name, (*LOOKS, *NUMBERS))}")
     if name == "hair":
         return _hair(color or "brown")
     if name in ("fibre", "tube"):
