@@ -177,6 +177,14 @@ def neighbours(values: npt.NDArray[Any], sizes: IntArray) -> npt.NDArray[Any]:
     return pairs[is_joined].view(values.dtype).reshape(-1, 2, *per_row)
 
 
+def box_of(points: FloatArray) -> FloatArray:
+    """Return the box of points (n, 3) as (2, 3): lowest and highest corner; lowest > highest if there are none."""
+    # Reduce one axis after the other: NumPy is many times slower along the long axis of a narrow array.
+    axes = [points[:, axis] for axis in range(3)]
+    low, high = [axis.min(initial=np.inf) for axis in axes], [axis.max(initial=-np.inf) for axis in axes]
+    return np.array([low, high], np.float32)
+
+
 def unusable(array: FloatArray) -> npt.NDArray[np.bool_]:
     """Return which rows of corners (n, k, 3) hold NaN, Inf or too large a coordinate."""
     # Test the extremes first: mostly they show that all rows are valid. NaN propagates to both.

@@ -16,6 +16,7 @@ from .arrays import (
     INVALID,
     FloatArray,
     IntArray,
+    box_of,
     choice,
     column,
     is_far,
@@ -30,15 +31,16 @@ from .arrays import (
     unusable,
     warn_of_rounding,
 )
+from .display import Shown
 from .errors import InputError
-from .immutable import Immutable, frozen, own
+from .immutable import frozen, own
 
 #: What the axes are called.
 AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True, eq=False)
-class Lines(Immutable):
+class Lines(Shown):
     """Immutable line segments, with strands, radii and other attributes; writeable arrays are copied.
 
     The constructor takes arrays of exactly these types; `from_segments`, `from_strands` and `from_points` convert
@@ -201,10 +203,7 @@ class Lines(Immutable):
     @property
     def bounds(self) -> FloatArray:
         """The box of all segments as (2, 3): lowest and highest corner; lowest > highest if there are none."""
-        if len(self) == 0:
-            return np.array([[np.inf] * 3, [-np.inf] * 3], np.float32)
-        points = self.segments.reshape(-1, 3)
-        return np.stack([points.min(axis=0), points.max(axis=0)])
+        return box_of(self.segments.reshape(-1, 3))
 
     @cached_property
     def n_strands(self) -> int:

@@ -15,9 +15,10 @@ import numpy.typing as npt
 
 from . import _core
 from .arrays import IntArray, choice, instance
+from .display import Shown
 from .errors import InputError, InvalidTreeError
 from .geometry import AnyGeometry, build_data
-from .immutable import Immutable, frozen, own
+from .immutable import frozen, own
 from .settings import COST, Cost, Settings
 
 #: A node: its box, the index of its right child (0 = leaf; the left child is the next node), and the range of the
@@ -44,7 +45,7 @@ class Planes(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class TreeData(Immutable):
+class TreeData(Shown):
     """An acceleration tree over primitives, as plain immutable data.
 
     The constructor checks all that queries rely on: axioms 1 to 4, a depth of at most `MAX_DEPTH`, and the KD axiom

@@ -19,10 +19,11 @@ from ..geometry import AnyGeometry, core_data, core_of, needs_radius, parts_of, 
 from ..lines import Lines
 from ..places import names
 from ..settings import limit_notes
+from ..texts import bytes_text
 from ..tree import Tree
 from .app import app
 from .files import Source
-from .options import FormatName, FormatOptions, Input, Json, TreeFile, bytes_text
+from .options import FormatName, FormatOptions, Input, Json, TreeFile
 
 #: The most characters a line of a picture.
 COLUMNS = 80
