@@ -29,6 +29,9 @@ COORDINATE_LIMIT = 1e30
 #: The rounding error of a coordinate that is worth a warning, as a fraction of the scene's longest side.
 COARSE = 2.0**-18
 
+#: So many points make a long row, see `extremes`.
+_LONG_ROW = 256
+
 #: The largest count that the core can take.
 LARGEST = 2**63 - 1
 
@@ -164,7 +167,12 @@ def column(values: npt.ArrayLike, name: str, n: int, of: str) -> npt.NDArray[Any
 
 
 def neighbours(values: npt.NDArray[Any], sizes: IntArray) -> npt.NDArray[Any]:
-    """Return both rows of each two that follow each other in runs of these sizes, as a new array (n, 2, …)."""
+    """Return both rows of each two that follow each other in runs of these sizes, as a new array (n, 2, …).
+
+    No run is empty. A lone row is joined with itself.
+    """
+    if (is_alone := sizes == 1).any():
+        values, sizes = np.repeat(values, np.repeat(is_alone + 1, sizes), axis=0), sizes + is_alone
     is_joined = np.ones(max(len(values), 1) - 1, np.bool_)
     is_joined[np.cumsum(sizes)[:-1] - 1] = False
     per_row = values.shape[1:]
@@ -175,6 +183,16 @@ def neighbours(values: npt.NDArray[Any], sizes: IntArray) -> npt.NDArray[Any]:
     raw = np.ascontiguousarray(values).reshape(-1).view(np.uint8)
     pairs: npt.NDArray[Any] = np.ndarray((len(is_joined),), f"V{2 * n_bytes}", buffer=raw.data, strides=(n_bytes,))
     return pairs[is_joined].view(values.dtype).reshape(-1, 2, *per_row)
+
+
+def extremes(points: FloatArray) -> FloatArray:
+    """Return the least and the largest number of each column of (n, 3) points, as (2, 3): Inf and -Inf if n is 0."""
+    # Reduce long rows first, as NumPy is slow along short ones.
+    n_long = len(points) // _LONG_ROW
+    rows, rest = points[: n_long * _LONG_ROW].reshape(n_long, 3 * _LONG_ROW), points[n_long * _LONG_ROW :]
+    if n_long:
+        rest = np.concatenate([rows.min(axis=0).reshape(-1, 3), rows.max(axis=0).reshape(-1, 3), rest])
+    return np.stack([rest.min(axis=0, initial=np.inf), rest.max(axis=0, initial=-np.inf)])
 
 
 def unusable(array: FloatArray) -> npt.NDArray[np.bool_]:

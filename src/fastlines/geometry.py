@@ -146,7 +146,19 @@ def count_text(geometry: AnyGeometry) -> str:
     for part in parts_of(geometry):
         kind = "segments" if type(part) is Lines else type(part).__name__.lower()
         kinds[kind] = kinds.get(kind, 0) + len(part)
-    return ", ".join(f"{n:,} {kind}" for kind, n in kinds.items()) or "nothing"
+    return ", ".join(counted(n, kind) for kind, n in kinds.items()) or "nothing"
+
+
+def counted(n: int, kind: str) -> str:
+    """Return a number and what it counts, which is given in the plural.
+
+    Examples
+    --------
+    >>> counted(1, "segments"), counted(2000, "boxes"), counted(1, "boxes")
+    ('1 segment', '2,000 boxes', '1 box')
+    """
+    one = "box" if kind == "boxes" else kind.removesuffix("s")
+    return f"{n:,} {one if n == 1 else kind}"
 
 
 def needs_radius(geometry: AnyGeometry) -> bool:

@@ -13,6 +13,7 @@ from fastlines.geometry import core_data
 from fastlines.immutable import own
 from fastlines.layout import Layout
 from fastlines.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, best_settings, method_settings
+from fastlines.rendering.hair import longitudinal
 from fastlines.report import page
 from fastlines.report.measure import describe_machine
 from fastlines.report.tables import format_3_digits
@@ -38,6 +39,7 @@ __all__ = [
     "did_you_mean",
     "format_3_digits",
     "limit_notes",
+    "longitudinal",
     "method_settings",
     "note",
     "num_threads",

@@ -20,7 +20,7 @@ from .colours import GOLDEN
 from .depth import check_radius, check_size
 from .fragments import Cones, Fragments, Surfaces
 from .lighting import STUDIO, Rig
-from .looks import Look, make_look
+from .looks import Backdrop, Look, make_look
 from .looks.solid import Solid
 from .measures import MEASURES, Measure, measured_picture
 from .picture import Picture
@@ -117,6 +117,8 @@ def render(
     radius: float | None = None,
     samples: int | None = None,
     color: str | None = None,
+    color_map: str = "viridis",
+    background: str | None = None,
     rig: Rig | None = None,
     exposure: float = 0.0,
     aovs: bool = False,
@@ -139,7 +141,12 @@ def render(
         How many samples of a pixel are averaged. By default there are 16, or 4 if lines are thinner than a pixel; of a
         measure there is one, through the pixel's centre.
     color : str, optional
-        What colours depend on: "direction", "strand", "plain" or an attribute.
+        Of hair: "blond", "brown" and others, or "#rrggbb". Of fibres and tubes: "direction", "strand", the name of an
+        attribute, or "#rrggbb".
+    color_map : str
+        For an attribute: "viridis", "magma", "inferno", "coolwarm" or "gray".
+    background : str, optional
+        One colour, or those at the top and at the bottom: "#fff" or "#fff:#ccc".
     rig : Rig, optional
         The lights.
     exposure : float
@@ -178,12 +185,14 @@ def render(
         picture = measured_picture(tree, camera, width, height, radius, look, samples or 1, progress)
         stage = Stage.of(tree, camera, height, radius, STUDIO)
     else:
-        made = make_look(look, tree.geometry, color) if look is None or isinstance(look, str) else look
+        made = make_look(look, tree.geometry, color, color_map) if look is None or isinstance(look, str) else look
         renderer = Renderer(tree, camera, width, height, radius, made, rig or made.rig, samples)
         with reporting(progress, "render") as callback:
             for _ in renderer.passes(callback):
                 pass
         picture, stage = renderer.picture(), renderer.stage
+    if background is not None:
+        picture = replace(picture, backdrop=Backdrop.of(background).light(width, height))
     found = find_aovs(stage, width, height) if aovs else {}
     return replace(picture, exposure=exposure, aovs=found | picture.aovs, shows_legend=legend)
 

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import AnyArray, FloatArray
+from .sampling import hashed
 
 #: How much light of a bright channel goes over into the others.
 BLEED = 0.06
@@ -53,5 +54,8 @@ def linear(encoded: npt.ArrayLike) -> FloatArray:
 
 
 def to_bytes(screen: AnyArray) -> npt.NDArray[np.uint8]:
-    """Turn encoded values, 0 to 1, into bytes."""
-    return np.asarray(np.clip(screen, 0, 1) * 255 + 0.5).astype(np.uint8)
+    """Turn encoded values, 0 to 1, into bytes: (height, width, channels), dithered so that gradients have no steps."""
+    height, width = screen.shape[:2]
+    place = np.arange(height * width, dtype=np.uint32).reshape(height, width, 1)
+    noise = hashed(place) * np.float32(2.0**-32)
+    return np.clip(np.floor(np.clip(screen, 0, 1) * 255 + noise), 0, 255).astype(np.uint8)

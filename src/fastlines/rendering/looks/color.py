@@ -12,7 +12,7 @@ from ...errors import InputError
 from ...geometry import AnyGeometry, parts_of
 from ...lines import Lines
 from ...places import names
-from ..colours import mapped, of_directions, of_numbers
+from ..colours import check_map, hexadecimal, mapped, of_directions, of_numbers
 from ..fragments import Fragments
 from ..legend import ColorBar, Legend, Triad
 from ..stage import Stage
@@ -72,12 +72,16 @@ class Color:
         return ColorBar(self.by, *(self.range or value_range(geometry, self.by)), self.map)
 
 
-def check_color(color: Color, geometry: AnyGeometry) -> None:
-    """Refuse an attribute that no part of the geometry has."""
+def make_color(by: str, color_map: str, geometry: AnyGeometry) -> Color:
+    """Return the colour that a name describes; refuse an attribute that no part of the geometry has."""
+    if by.startswith("#"):
+        return Color("plain", color_map, hexadecimal(by))
     known = {name: None for part in parts_of(geometry) for name in names(part)}
-    if color.by not in ("direction", "strand", "plain") and color.by not in known:
-        choices = ("direction", "strand", "plain", *known)
-        raise InputError(f"lines have no attribute {color.by!r} to be coloured by{did_you_mean(color.by, choices)}")
+    if by not in ("direction", "strand", *known):
+        choices = ("direction", "strand", "#rrggbb", *known)
+        raise InputError(f"lines have no attribute {by!r} to be coloured by{did_you_mean(by, choices)}")
+    check_map(color_map)
+    return Color(by, color_map)
 
 
 def is_number(geometry: AnyGeometry, name: str) -> bool:
