@@ -198,9 +198,10 @@ def render(
             for _ in renderer.passes(callback):
                 pass
         picture, stage = renderer.picture(), renderer.stage
+    if background is not None:
+        picture = replace(picture, backdrop=Backdrop.of(background).light(width, height))
     found = find_aovs(stage, width, height) if aovs else {}
-    backdrop = picture.backdrop if background is None else Backdrop.of(background).light(width, height)
-    return replace(picture, exposure=exposure, backdrop=backdrop, shows_legend=legend, aovs=found | picture.aovs)
+    return replace(picture, exposure=exposure, aovs=found | picture.aovs, shows_legend=legend)
 
 
 def _summed(fragments: Fragments, light: FloatArray, n_rays: int) -> FloatArray:
