@@ -12,6 +12,7 @@ from ..arrays import FloatArray, count
 from ..builder import build
 from ..camera import Camera
 from ..curves import Curves
+from ..errors import InputError
 from ..geometry import needs_radius, radius_beyond
 from ..lines import Lines
 from ..progress import ProgressOption, reporting
@@ -95,7 +96,8 @@ class Renderer:
         x = pixels % self.width + 0.5 + filter_offset(uniforms(index, seeds, 0))
         y = pixels // self.width + 0.5 + filter_offset(uniforms(index, seeds, 1))
         origins, directions, _ = self.stage.camera.ray(x, y, self.width, self.height)
-        fragments = self._finder.find(origins, directions, (index + rows.start / self.height) * GOLDEN % 1.0)
+        offsets = (seeds * 2.0**-32 + index * GOLDEN) % 1
+        fragments = self._finder.find(origins, directions, offsets)
         if len(fragments):
             light = self.look.shade(fragments, self.stage, Draws.of_fragments(index, seeds, fragments.ray))
             own = slice(pixels[0], pixels[-1] + 1)
@@ -116,6 +118,7 @@ def render(
     color: str | None = None,
     rig: Rig | None = None,
     exposure: float = 0.0,
+    quality: str = "normal",
     progress: ProgressOption = False,
 ) -> Picture:
     """Render a picture of lines.
@@ -138,6 +141,8 @@ def render(
         The lights.
     exposure : float
         Multiply the light by 2 to this power.
+    quality : {"normal", "high"}
+        With "high", light in hair is scattered as often as it takes, by path tracing; that takes many samples.
     progress : bool or callable
 
     Returns
@@ -160,7 +165,12 @@ def render(
         from .radius import suitable_radius
 
         radius = suitable_radius(tree, camera)
-    made = make_look(look, tree.geometry, color) if look is None or isinstance(look, str) else look
+    if look is None or isinstance(look, str):
+        made = make_look(look, tree.geometry, color, quality=quality)
+    elif quality == "normal":
+        made = look
+    else:
+        raise InputError(f"quality={quality!r} is for looks by name; a look that you make has its own")
     renderer = Renderer(tree, camera, width, height, check_radius(tree, radius), made, rig or made.rig, samples)
     with reporting(progress, "render") as callback:
         for _ in renderer.passes(callback):

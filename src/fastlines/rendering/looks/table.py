@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import did_you_mean
+from ...arrays import choice, did_you_mean
 from ...curves import Curves
 from ...errors import InputError
 from ...geometry import AnyGeometry, parts_of, radius_beyond
@@ -29,6 +29,8 @@ LOOKS = {
     "normal": "the normals as the camera sees them",
     "tangent": "the directions of the lines as the camera sees them",
 }
+#: How exact light is: scattered once and then as an estimate, or by paths of many bounces.
+QUALITIES = ("normal", "high")
 #: At least so many strands look like hair, if nothing says otherwise.
 HAIRS = 1000
 
@@ -77,17 +79,27 @@ def _is_smooth(part: AnyGeometry) -> bool:
 
 
 def make_look(
-    name: str | None, geometry: AnyGeometry, color: str | None = None, map: str = "viridis", **options: Any
+    name: str | None,
+    geometry: AnyGeometry,
+    color: str | None = None,
+    map: str = "viridis",
+    quality: str = "normal",
+    **options: Any,
 ) -> Look:
     """Make a look by its name, or the one that suits the geometry."""
     name = name or look_for(geometry)
     if name not in LOOKS:
         raise InputError(f"there is no look {name!r}{did_you_mean(name, tuple(LOOKS))}")
+    choice("quality", quality, QUALITIES)
     if name == "hair":
         from ..hair import HairMaterial
         from .hair import Hair
+        from .traced_hair import TracedHair
 
-        return Hair(HairMaterial.from_melanin(0.55, redness=0.25), PAPER)
+        kind = TracedHair if quality == "high" else Hair
+        return kind(HairMaterial.from_melanin(0.55, redness=0.25), PAPER)
+    if quality == "high":
+        raise InputError(f"quality='high' is for the look 'hair', and this is {name!r}; leave quality out")
     known = {attribute for part in parts_of(geometry) for attribute in names(part)}
     if name in ("fibre", "tube"):
         by = color or (DISPLAY_COLOR if DISPLAY_COLOR in known else "direction" if name == "fibre" else "plain")
