@@ -102,7 +102,8 @@ class Renderer:
         seeds = hashed(pixels.astype(np.uint32))
         x, y = points_in_pixels(index, pixels, self.width)
         origins, directions, _ = self.stage.camera.ray(x, y, self.width, self.height)
-        fragments = self._finder.find(origins, directions, (index + rows.start / self.height) * GOLDEN % 1.0)
+        offsets = (seeds * 2.0**-32 + index * GOLDEN) % 1
+        fragments = self._finder.find(origins, directions, offsets)
         own = slice(pixels[0], pixels[-1] + 1)
         if len(fragments):
             light = self.look.shade(fragments, self.stage, Draws.of_fragments(index, seeds, fragments.ray))
@@ -128,6 +129,7 @@ def render(
     background: str | None = None,
     rig: Rig | None = None,
     exposure: float = 0.0,
+    quality: str = "normal",
     aovs: bool = False,
     legend: bool = False,
     progress: ProgressOption = False,
@@ -158,6 +160,8 @@ def render(
         The lights.
     exposure : float
         Multiply the light by 2 to this power.
+    quality : {"normal", "high"}
+        With "high", light in hair is scattered as often as it takes, by path tracing; that takes many samples.
     aovs : bool
         Find depths, positions, normals, tangents and ids too: `Picture.aovs`.
     legend : bool
@@ -187,13 +191,17 @@ def render(
     radius = check_radius(tree, radius)
     look = MEASURES.get(look, look) if isinstance(look, str) else look
     if isinstance(look, Measure):
-        if color is not None or rig is not None:
-            raise InputError(f"the look {look.name!r} shows a number by its own colours; leave out color= and rig=")
+        if color is not None or rig is not None or quality != "normal":
+            text = "shows a number by its own colours; leave out color=, rig= and quality="
+            raise InputError(f"the look {look.name!r} {text}")
         picture = measured_picture(tree, camera, width, height, radius, look, samples or 1, progress)
         stage = Stage.of(tree, camera, height, radius, STUDIO)
     else:
-        made = make_look(look, tree.geometry, color, color_map) if look is None or isinstance(look, str) else look
-        renderer = Renderer(tree, camera, width, height, radius, made, rig or made.rig, samples)
+        if look is None or isinstance(look, str):
+            look = make_look(look, tree.geometry, color, color_map, quality)
+        elif quality != "normal":
+            raise InputError(f"quality={quality!r} is for looks by name; a look that you make has its own")
+        renderer = Renderer(tree, camera, width, height, radius, look, rig or look.rig, samples)
         with reporting(progress, "render") as callback:
             for _ in renderer.passes(callback):
                 pass
