@@ -3,7 +3,7 @@
 The model of scattering takes a fibre as a whole, so a ray that leaves it starts where it leaves its surface
 (`Vertices.exits`). In dense hair, fibres overlap. A ray hits another fibre only where it comes in from outside:
 
-- One that it enters within its own fibre is hit there. Then the new point is *crowded*: it is inside its former fibre.
+- One that it enters within its own fibre is hit there.
 - One that it starts in is not hit.
 
 So does Mitsuba, whose curves cannot be hit from inside. (pbrt moves the start by twice the width of the fibre.)
@@ -45,7 +45,7 @@ def next_vertices(stage: Stage, vertices: Vertices, directions: FloatArray) -> t
     first = stage.tree.first_hit(vertices.points, directions, stage.radius, t_min=start, at="surface")
     enters = first.t > start
     plain, inside = np.flatnonzero(first.hit & enters), np.flatnonzero(first.hit & ~enters)
-    found = hit_vertices(some_hits(first, plain, plain), plain, stage, crowded=False)
+    found = hit_vertices(some_hits(first, plain, plain), plain, stage)
     if not len(inside):
         return plain, found
     rows, others = _entries(stage, vertices, directions, inside)
@@ -54,12 +54,15 @@ def next_vertices(stage: Stage, vertices: Vertices, directions: FloatArray) -> t
 
 def is_open(stage: Stage, vertices: Vertices, directions: FloatArray) -> npt.NDArray[np.bool_]:
     """Return from which vertices nothing is hit in some directions, unit vectors (n, 3)."""
-    start = vertices.exits(directions, stage.extent)
-    free = ~stage.tree.any_hit(vertices.points, directions, stage.radius, t_min=start)
-    doubtful = np.flatnonzero(~free & vertices.crowded)
-    if len(doubtful):
-        free[doubtful] = True
-        free[_entries(stage, vertices, directions, doubtful)[0]] = False
+    tree, start = stage.tree, vertices.exits(directions, stage.extent)
+    free = ~tree.any_hit(vertices.points, directions, stage.radius, t_min=start)
+    # Find the rays that start in a fibre, perhaps in their own, which bends.
+    rows = np.flatnonzero(~free)
+    points, ways, at = vertices.points[rows], directions[rows], start[rows]
+    rows = rows[tree.any_hit(points, ways, stage.radius, t_min=at, t_max=at)]
+    if len(rows):
+        free[rows] = True
+        free[_entries(stage, vertices, directions, rows)[0]] = False
     return free
 
 
@@ -74,7 +77,7 @@ def _entries(stage: Stage, vertices: Vertices, directions: FloatArray, rows: Int
         enters = np.flatnonzero((hits.t > 0) & ~_is_own(hits, some, ray))
         where, first = np.unique(ray[enters], return_index=True)
         chosen = enters[first]
-        found.append((rows[where], hit_vertices(some_hits(hits, chosen, where), where, stage, crowded=True)))
+        found.append((rows[where], hit_vertices(some_hits(hits, chosen, where), where, stage)))
         is_full = hits.counts == k
         is_full[where] = False
         rows, k = rows[is_full], 4 * k

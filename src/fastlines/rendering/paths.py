@@ -112,34 +112,33 @@ class PathTracer:
         return light
 
     def _direct(self, vertices: Vertices, draws: PathDraws, path: AnyArray, bounce: int) -> FloatArray:
-        """Return the light of the distant lights: of all of them first, and of one chosen by chance after a bounce."""
-        light = np.zeros((len(vertices), 3), np.float32)
+        """Return the light of the distant lights: of all of them at first, and of one chosen by chance after a bounce.
+
+        It is chosen by the light that would come if nothing were in between.
+        """
         lamps = self.stage.rig.lights
-        power = np.asarray([sum(lamp.color) for lamp in lamps], np.float32)
-        if not power.sum():
+        light = np.zeros((len(vertices), 3), np.float32)
+        offered = [self._of_lamp(lamp, vertices, draws.take(path, 2)) for lamp in lamps]
+        if bounce == 0 or len(lamps) <= 1:
+            for towards, value in offered:
+                light += value * is_open(self.stage, vertices, towards)[:, None]
             return light
-        if bounce == 0:
-            for lamp in lamps:
-                light += self._of_lamp(lamp, vertices, draws.take(path, 2))
-            return light
-        shares = power / power.sum()
-        choice, first, second = draws.take(path, 3).T
-        chosen = (choice[:, None] >= np.cumsum(shares)[:-1]).sum(axis=1)
-        for i, lamp in enumerate(lamps):
-            rows = np.flatnonzero(chosen == i)
-            if len(rows):
-                points = np.stack([first[rows], second[rows]], axis=1)
-                light[rows] = self._of_lamp(lamp, vertices.some(rows), points) / shares[i]
+        sums = np.cumsum([_sum(value) for _, value in offered], axis=0)
+        aim = draws.take(path, 1)[:, 0] * sums[-1]
+        chosen = (aim >= sums[:-1]).sum(axis=0)
+        directions = np.choose(chosen[:, None], [towards for towards, _ in offered])
+        value = np.choose(chosen[:, None], [value for _, value in offered])
+        rows = np.flatnonzero(sums[-1] > 0)
+        rows = rows[is_open(self.stage, vertices.some(rows), directions[rows])]
+        share = _sum(value[rows]) / sums[-1][rows]
+        light[rows] = value[rows] / share[:, None]
         return light
 
-    def _of_lamp(self, lamp: Light, vertices: Vertices, points: FloatArray) -> FloatArray:
-        """Return the light of a lamp, by one point of it for each vertex."""
-        stage = self.stage
-        towards = lamp.sample(stage.camera, points[:, 0], points[:, 1])
-        rows = np.flatnonzero(is_open(stage, vertices, towards))
-        light = np.zeros((len(vertices), 3), np.float32)
-        light[rows] = self.scatterer.evaluate(vertices.some(rows), towards[rows]) * np.asarray(lamp.color, np.float32)
-        return light
+    def _of_lamp(self, lamp: Light, vertices: Vertices, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return directions to a lamp, one for each vertex, and the light that comes unless something hides it."""
+        towards = lamp.sample(self.stage.camera, points[:, 0], points[:, 1])
+        color = np.asarray(lamp.color, np.float32)
+        return towards, np.asarray(self.scatterer.evaluate(vertices, towards) * color, np.float32)
 
     def _roulette(self, weight: FloatArray, chance: FloatArray, bounce: int) -> tuple[AnyArray, AnyArray]:
         """Return which paths go on, and by how much each counts more."""
@@ -148,3 +147,8 @@ class PathTracer:
         )
         rows = np.flatnonzero(chance < lasts)
         return rows, (1 / lasts[rows])[:, None]
+
+
+def _sum(light: FloatArray) -> FloatArray:
+    """Return the sum of red, green and blue."""
+    return np.asarray(light[:, 0] + light[:, 1] + light[:, 2])

@@ -48,8 +48,6 @@ class Vertices:
     radius : (n,) float32
     prim, strand : (n,) int64
         The number of the primitive, and the strand; -1 for none.
-    crowded : (n,) bool
-        Whether the point may be inside other fibres.
     """
 
     points: FloatArray
@@ -59,7 +57,6 @@ class Vertices:
     radius: FloatArray
     prim: IntArray
     strand: IntArray
-    crowded: npt.NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.points)
@@ -85,7 +82,7 @@ class Vertices:
         Examples
         --------
         >>> x, y = np.eye(3, dtype=np.float32)[:2, None]
-        >>> numbers = np.zeros(1, np.int64), np.zeros(1, np.int64), np.zeros(1, bool)
+        >>> numbers = np.zeros(1, np.int64), np.zeros(1, np.int64)
         >>> vertex = Vertices(0.1 * y, y, x, y, np.full(1, 0.1, np.float32), *numbers)
         >>> [round(float(vertex.exits(way, 1.0)[0]), 3) for way in (y, -y, unit(x - y))]
         [0.002, 0.202, 0.285]
@@ -112,7 +109,7 @@ def seen_vertices(fragments: Fragments, stage: Stage, across: FloatArray) -> Ver
         The place on that width, from 0 to 1.
     """
     radius = _radius(fragments.hits, stage)
-    numbers = fragments.hits.prim_number, fragments.hits.strand, np.zeros(len(fragments), bool)
+    numbers = fragments.hits.prim_number, fragments.hits.strand
     if fragments.normals is not None:
         shape = fragments.points, fragments.normals, fragments.tangents, fragments.to_eye, radius
         return Vertices(*shape, *numbers)
@@ -124,7 +121,7 @@ def seen_vertices(fragments: Fragments, stage: Stage, across: FloatArray) -> Ver
     return Vertices(points, normals, fragments.tangents, fragments.to_eye, radius, *numbers)
 
 
-def hit_vertices(hits: AllHits, rays: IntArray, stage: Stage, crowded: bool) -> Vertices:
+def hit_vertices(hits: AllHits, rays: IntArray, stage: Stage) -> Vertices:
     """Return the vertices of hits at surfaces, each of one of the rays, whose directions have unit length."""
     assert hits.rays is not None
     normals = hits.normals()
@@ -132,7 +129,7 @@ def hit_vertices(hits: AllHits, rays: IntArray, stage: Stage, crowded: bool) -> 
     tangents = np.nan_to_num(hits.tangents()).astype(np.float32)
     to_eye = -hits.rays.directions[rays]
     shape = points, normals.astype(np.float32), tangents, to_eye, _radius(hits, stage)
-    return Vertices(*shape, hits.prim_number, hits.strand, np.full(len(rays), crowded))
+    return Vertices(*shape, hits.prim_number, hits.strand)
 
 
 def _radius(hits: AllHits, stage: Stage) -> FloatArray:
