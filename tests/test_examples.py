@@ -17,7 +17,12 @@ import fastlines as fl
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 #: Small pictures of little, by example: the arguments after the path of the picture.
-SMALL: dict[str, tuple[int, ...]] = {"torus": (48, 60), "hair_and_head": (40, 300), "taper": (64, 80)}
+SMALL: dict[str, tuple[int, ...]] = {
+    "torus": (48, 60),
+    "hair_and_head": (40, 300),
+    "taper": (64, 80),
+    "million_strands": (48, 2000, 2),
+}
 
 
 def run_example(name: str) -> ModuleType:

@@ -60,7 +60,7 @@ def test_one_bounce_at_a_lone_hair_is_the_averaged_model():
     lamp = Light((0.3, 0.9, 0.6), (2.0, 2.0, 2.0), 0.5)
     look = TracedHair(HairMaterial(), BACKDROP, Rig((lamp,), DARK), max_bounces=1)
     camera = fl.Camera(origin=(0, 0, 40), target=(0, 0, 0), fov_degrees=2)
-    picture = fl.render(tree, camera, width=48, height=48, look=look, radius=0.005, samples=128)
+    picture = fl.render(tree, camera, width=96, height=96, look=look, radius=0.002, samples=24)
     seen = picture.light.sum(axis=(0, 1)) / picture.alpha.sum()
     towards = np.asarray(lamp.direction) / np.linalg.norm(lamp.direction)
     phi = np.arctan2(towards[1], towards[2])

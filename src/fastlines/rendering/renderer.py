@@ -23,6 +23,7 @@ from .depth_picture import THIN, pixel_size
 from .fragments import Cones, Fragments, Surfaces
 from .lighting import Rig
 from .looks import Look, make_look
+from .looks.traced_hair import TracedHair
 from .picture import Picture
 from .sampling import filter_offset, hashed, uniforms
 from .stage import Draws, Stage
@@ -32,6 +33,8 @@ from .view import default_camera
 MAX_RAYS = 1 << 18
 #: The samples of a pixel if lines are thinner than one, and if not.
 THIN_SAMPLES, SAMPLES = 4, 16
+#: From so many samples on, path tracing takes plain rays: cones take three times as long, and many rays cover as well.
+MANY_SAMPLES = 32
 
 
 class Renderer:
@@ -55,6 +58,7 @@ class Renderer:
         largest = radius + radius_beyond(geometry)
         thin = isinstance(geometry, Lines | Curves) and largest < THIN * pixel
         self.samples = samples or (THIN_SAMPLES if thin else SAMPLES)
+        thin &= not (isinstance(look, TracedHair) and self.samples >= MANY_SAMPLES)
         self.stage = Stage(tree, radius, camera, rig, pixel, thin)
         spread = camera.spread(height)
         self._finder = Cones(tree, radius, spread, largest / max(pixel, 1e-30)) if thin else Surfaces(tree, radius)
