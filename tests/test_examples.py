@@ -18,6 +18,8 @@ import fastlines as fl
 EXAMPLES = Path(__file__).parents[1] / "examples"
 #: Small pictures of little, by example: the arguments after the path of the picture.
 SMALL: dict[str, tuple[int, ...]] = {
+    "streamlines": (48, 30),
+    "hair_colours": (40, 3000),
     "torus": (48, 60),
     "hair_and_head": (40, 300),
     "taper": (64, 80),

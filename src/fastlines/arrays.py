@@ -29,6 +29,7 @@ COORDINATE_LIMIT = 1e30
 #: The rounding error of a coordinate that is worth a warning, as a fraction of the scene's longest side.
 COARSE = 2.0**-18
 
+
 #: The largest count that the core can take.
 LARGEST = 2**63 - 1
 
@@ -164,7 +165,12 @@ def column(values: npt.ArrayLike, name: str, n: int, of: str) -> npt.NDArray[Any
 
 
 def neighbours(values: npt.NDArray[Any], sizes: IntArray) -> npt.NDArray[Any]:
-    """Return both rows of each two that follow each other in runs of these sizes, as a new array (n, 2, …)."""
+    """Return both rows of each two that follow each other in runs of these sizes, as a new array (n, 2, …).
+
+    No run is empty. A lone row is joined with itself.
+    """
+    if (is_alone := sizes == 1).any():
+        values, sizes = np.repeat(values, np.repeat(is_alone + 1, sizes), axis=0), sizes + is_alone
     is_joined = np.ones(max(len(values), 1) - 1, np.bool_)
     is_joined[np.cumsum(sizes)[:-1] - 1] = False
     per_row = values.shape[1:]
@@ -175,6 +181,14 @@ def neighbours(values: npt.NDArray[Any], sizes: IntArray) -> npt.NDArray[Any]:
     raw = np.ascontiguousarray(values).reshape(-1).view(np.uint8)
     pairs: npt.NDArray[Any] = np.ndarray((len(is_joined),), f"V{2 * n_bytes}", buffer=raw.data, strides=(n_bytes,))
     return pairs[is_joined].view(values.dtype).reshape(-1, 2, *per_row)
+
+
+def box_of(points: FloatArray) -> FloatArray:
+    """Return the box of points (n, 3) as (2, 3): lowest and highest corner; lowest > highest if there are none."""
+    # Reduce one axis after the other: NumPy is many times slower along the long axis of a narrow array.
+    axes = [points[:, axis] for axis in range(3)]
+    low, high = [axis.min(initial=np.inf) for axis in axes], [axis.max(initial=-np.inf) for axis in axes]
+    return np.array([low, high], np.float32)
 
 
 def unusable(array: FloatArray) -> npt.NDArray[np.bool_]:

@@ -13,9 +13,10 @@ import numpy.typing as npt
 from . import _core
 from .arrays import instance
 from .backend import engine
+from .curves import Curves
 from .custom import Primitives
 from .errors import InputError
-from .geometry import AnyGeometry, as_geometry, build_data
+from .geometry import AnyGeometry, Geometry, as_geometry, build_data, count_text, parts_of
 from .immutable import own
 from .lines import Lines
 from .methods import DEFAULT_METHOD, best_settings, method_settings
@@ -126,7 +127,7 @@ def build(
     instance("own_radius", own_radius, bool, "True or False")
     if not own_radius:
         if not isinstance(geometry, Lines):
-            raise InputError(f"own_radius=False is for lines, these are {type(geometry).__name__}; leave it out")
+            raise InputError(f"own_radius=False is for lines, {_without_radius(geometry)}")
         geometry = geometry.without_radius()
     kind, rows = build_data(geometry)
     n_prims = len(rows)
@@ -253,6 +254,22 @@ def _build(geometry: AnyGeometry, settings: Settings, name: str, callback: Progr
     nodes, refs = own(nodes).reshape(-1).view(NODE), own(refs).reshape(-1).view(REF)
     counts = dict(zip(("candidates", "carried_out"), searched, strict=True)) if searched[0] else {}
     return Tree(geometry, nodes, refs, settings, name, limits_hit, searched=counts, made_by_core=True)
+
+
+def _without_radius(geometry: AnyGeometry) -> str:
+    """Return what something is, in words, and how to build over it without its radii."""
+    kind = "this is a Geometry" if isinstance(geometry, Geometry) else f"these are {type(geometry).__name__}"
+    numbered = list(enumerate(parts_of(geometry)))
+    thick = [(i, part) for i, part in numbered if _has_radius(part)]
+    if not thick:
+        return f"{kind}; leave it out"
+    which = ", ".join(f"part {i} ({count_text(part)})" for i, part in thick)
+    named = f" of {which}" if isinstance(geometry, Geometry) else ""
+    return f"{kind}; leave it out, or drop the radius{named} first: dataclasses.replace(part, radius=None)"
+
+
+def _has_radius(part: AnyGeometry) -> bool:
+    return isinstance(part, Lines | Curves) and type(part) in (Lines, Curves) and part.radius is not None
 
 
 def _core_split_set(split: SplitSet) -> _core.SizedSplitSet:

@@ -164,6 +164,21 @@ class Camera:
         directions = np.asarray(directions, np.float32)
         return np.full(directions.shape, self.origin, np.float32), directions, self.spread(height)
 
+    def orbit(self, degrees: float) -> Camera:
+        """Return the camera after a turn about the upward axis through its target; from above, counter-clockwise.
+
+        Examples
+        --------
+        >>> [round(x, 6) for x in Camera(origin=(0, 1, 4), target=(0, 0, 0)).orbit(90).origin]
+        [4.0, 1.0, 0.0]
+        """
+        if not math.isfinite(degrees):
+            raise InputError(f"degrees={degrees!r}; expected a finite angle")
+        axis, offset = _unit(self.up), np.subtract(self.origin, self.target)
+        cos, sin = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+        turned = cos * offset + sin * np.cross(axis, offset) + (1 - cos) * _dot(axis, offset) * axis
+        return Camera(_vector(self.target + turned, "origin"), self.target, self.up, self.fov_degrees)
+
     def project(self, points: npt.ArrayLike, width: int, height: int) -> tuple[Float64Array, Float64Array]:
         """Find where points appear in the picture.
 

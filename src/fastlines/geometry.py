@@ -12,8 +12,9 @@ import numpy as np
 from .arrays import INVALID, FloatArray, IntArray, choice
 from .curves import Curves
 from .custom import Custom, is_custom
+from .display import Shown
 from .errors import InputError
-from .immutable import Immutable, own
+from .immutable import own
 from .lines import Lines
 from .meshes import ROUND_CONE, Boxes, Triangles, shape_rows
 from .objects import lines
@@ -23,7 +24,7 @@ Part: TypeAlias = Lines | Curves | Triangles | Boxes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Geometry(Immutable):
+class Geometry(Shown):
     """Several containers of primitives for one tree; hits say which `part`, and which `prim` of it.
 
     Boxes of its trees bound whole primitives, with their own radii. So a tree over spheres of very different sizes is
@@ -146,7 +147,19 @@ def count_text(geometry: AnyGeometry) -> str:
     for part in parts_of(geometry):
         kind = "segments" if type(part) is Lines else type(part).__name__.lower()
         kinds[kind] = kinds.get(kind, 0) + len(part)
-    return ", ".join(f"{n:,} {kind}" for kind, n in kinds.items()) or "nothing"
+    return ", ".join(counted(n, kind) for kind, n in kinds.items()) or "nothing"
+
+
+def counted(n: int, kind: str) -> str:
+    """Return a number and what it counts, which is given in the plural.
+
+    Examples
+    --------
+    >>> counted(1, "segments"), counted(2000, "boxes"), counted(1, "boxes")
+    ('1 segment', '2,000 boxes', '1 box')
+    """
+    one = "box" if kind == "boxes" else kind.removesuffix("s")
+    return f"{n:,} {one if n == 1 else kind}"
 
 
 def needs_radius(geometry: AnyGeometry) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -60,7 +61,7 @@ class HitGeometry:
             bounds = np.asarray(geometry.bounds, np.float64)
             size = float(np.ptp(bounds, axis=0).max() + np.abs(bounds).max()) if len(geometry) else 0.0
             distance = OUTSIDE * (size + places.own_radius(geometry, hits.prim) + hits.radius)
-            points = points + distance[:, None] * places.outwards(geometry, hits)
+            points = points + distance[:, None] * self._outwards
         return self._filled(points)
 
     def normals(self) -> Float64Array:
@@ -81,9 +82,13 @@ class HitGeometry:
         >>> print(tree.first_hit([0, 0, -5], [0, 0, 1], 0.5, at="surface").normals())
         [ 0.  0. -1.]
         """
-        geometry, hits = self._places()
         self._require_surface()
-        return self._filled(places.outwards(geometry, hits))
+        return self._filled(self._outwards)
+
+    @cached_property
+    def _outwards(self) -> Float64Array:
+        """The normal at each hit that is no miss."""
+        return places.outwards(*self._places())
 
     def _require_surface(self) -> None:
         """Refuse hits at the closest approach, unless nothing that was hit has an axis to approach."""

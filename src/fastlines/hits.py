@@ -89,7 +89,8 @@ class _OfGeometry(HitGeometry):
     def __getstate__(self) -> dict[str, Any]:
         # Pickle the row and the strand of each hit instead of the geometry.
         known = {"row": self.row, "strand": self.strand} if self.geometry is not None else {}
-        return self.__dict__ | known | {"geometry": None, "rays": None}
+        kept = {name: value for name, value in self.__dict__.items() if name != "_outwards"}
+        return kept | known | {"geometry": None, "rays": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         frozen = {name: own(state[name]) for name in ("row", "strand") if name in state}

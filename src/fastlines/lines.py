@@ -16,6 +16,7 @@ from .arrays import (
     INVALID,
     FloatArray,
     IntArray,
+    box_of,
     choice,
     column,
     is_far,
@@ -30,15 +31,16 @@ from .arrays import (
     unusable,
     warn_of_rounding,
 )
+from .display import Shown
 from .errors import InputError
-from .immutable import Immutable, frozen, own
+from .immutable import frozen, own
 
 #: What the axes are called.
 AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True, eq=False)
-class Lines(Immutable):
+class Lines(Shown):
     """Immutable line segments, with strands, radii and other attributes; writeable arrays are copied.
 
     The constructor takes arrays of exactly these types; `from_segments`, `from_strands` and `from_points` convert
@@ -201,10 +203,7 @@ class Lines(Immutable):
     @property
     def bounds(self) -> FloatArray:
         """The box of all segments as (2, 3): lowest and highest corner; lowest > highest if there are none."""
-        if len(self) == 0:
-            return np.array([[np.inf] * 3, [-np.inf] * 3], np.float32)
-        points = self.segments.reshape(-1, 3)
-        return np.stack([points.min(axis=0), points.max(axis=0)])
+        return box_of(self.segments.reshape(-1, 3))
 
     @cached_property
     def n_strands(self) -> int:
@@ -282,6 +281,12 @@ class Lines(Immutable):
                 f"radius has shape {radius.shape}; expected ({n_given},) or ({n_given}, 2), one for each segment or end"
             )
 
+        # Mostly all segments are valid, which the constructor checks.
+        try:
+            return cls(array, strands, radius, attributes, end_attributes=end_attributes)
+        except InputError:
+            pass
+
         # Leave out, or refuse, segments with NaN, Inf or too large a coordinate or radius.
         bad = unusable(array)
         if radius is not None:
@@ -342,18 +347,11 @@ class Lines(Immutable):
         if radii is not None:
             radii = column(radii if radii.ndim else np.full(len(points), radii), "radius", len(points), "points")
 
-        # Repeat lone points, each of which joins itself.
+        # Join each point and the next one, but for the last of each strand; a lone point joins itself.
         sizes = counts[counts > 0]
-        if (is_alone := sizes == 1).any():
-            times = np.repeat(is_alone + 1, sizes)
-            points, sizes = np.repeat(points, times, axis=0), sizes + is_alone
-            radii = None if radii is None else np.repeat(radii, times)
-            per_point = {name: np.repeat(values, times, axis=0) for name, values in per_point.items()}
-
-        # Join each point and the next one, but for the last of each strand.
         return cls.from_segments(
             own(neighbours(points, sizes)),
-            strands=own(np.repeat(np.flatnonzero(counts > 0), sizes - 1)),
+            strands=own(np.repeat(np.flatnonzero(counts > 0), np.maximum(sizes - 1, 1))),
             radius=None if radii is None else own(neighbours(radii, sizes)),
             end_attributes={name: own(neighbours(values, sizes)) for name, values in per_point.items()},
             invalid=invalid,

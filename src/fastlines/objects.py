@@ -45,10 +45,10 @@ def lines(obj: Any, *, invalid: str = "error") -> Lines:
         - A ``Path3D`` of trimesh: each entity as a polyline.
         - A tuple of points, (m, 3), and offsets, (k + 1,) integers from 0 to m: strand i has the points from
           ``offsets[i]`` to ``offsets[i + 1]``. A pair of arrays that are both (m, 3) is two polylines.
-        - A list, a tuple or an iterator of polylines, (m, 3) each. Nested lists of numbers of shape (n, 2, 3) are
-          segments without strands, as such an array is.
-        - Segments, (n, 2, 3) or (n, 6): a NumPy array, or what has ``__dlpack__`` or ``__array__``, as arrays of
-          PyTorch, JAX and Arrow do.
+        - A list, a tuple or an iterator of polylines, (m, 3) each: arrays or nested lists. Each is a strand, even if
+          all have two points.
+        - Segments without strands, (n, 2, 3) or (n, 6): a NumPy array, or what has ``__dlpack__`` or ``__array__``, as
+          arrays of PyTorch, JAX and Arrow do.
 
         Values by the name ``radius`` become the radius.
     invalid : {"error", "skip"}
@@ -95,6 +95,8 @@ def lines(obj: Any, *, invalid: str = "error") -> Lines:
         return _of_list(obj, invalid)
     if _has(obj, "control", "pieces"):
         raise InputError("lines are Curves; curves.pieces.lines are lines, and build takes curves as they are")
+    if _has(obj, "geometry", "first_hit"):
+        raise InputError(f"lines are a {type(obj).__name__}; what it is over is tree.geometry, and tree.save keeps it")
     return as_lines(to_array(obj), invalid=invalid)
 
 
@@ -235,14 +237,6 @@ def _of_list(obj: Any, invalid: str) -> Lines:
     shape = _shape(lead)
     if len(shape) != 2 or shape[1] != 3:
         return as_lines(obj, invalid=invalid)
-    if not isinstance(lead, np.ndarray):
-        # Nested numbers of the shape of segments are segments, as they are in an array.
-        try:
-            whole = np.asarray(obj)
-        except ValueError:  # polylines of different lengths
-            whole = np.empty(0)
-        if whole.ndim == 3 and whole.shape[1:] == (2, 3):
-            return as_lines(whole, invalid=invalid)
     return Lines.from_strands([to_array(part) for part in obj], invalid=invalid)
 
 

@@ -51,7 +51,9 @@ class Pieces(Immutable):
     Attributes
     ----------
     lines : Lines
-        The pieces, with the radius at both ends (if the curves have one) and the strands of their curves.
+        The pieces, with the radius at both ends (if the curves have one), the strands, the unit and the upward axis of
+        their curves. Attributes stay with the curves: those of the pieces are ``curves.attributes[name][curve]``, with
+        the array `curve` of the pieces.
     curve : (n_pieces,) int64
         The curve of each piece.
     first : (n_curves + 1,) int64

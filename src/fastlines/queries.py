@@ -15,7 +15,16 @@ from .backends import backend_of
 from .custom import Custom, Primitives
 from .errors import InputError
 from .forecast import Forecast
-from .geometry import AnyGeometry, as_geometry, core_data, needs_radius, radius_beyond, spread_data
+from .geometry import (
+    AnyGeometry,
+    Geometry,
+    as_geometry,
+    core_data,
+    count_text,
+    needs_radius,
+    radius_beyond,
+    spread_data,
+)
 from .hits import AllHits, FirstHits
 from .ignore import ignored_of
 from .progress import ProgressOption, reporting
@@ -53,9 +62,13 @@ def is_merge(merge: str | None, at: str) -> bool:
 def require_radius(geometry: AnyGeometry, radius: npt.ArrayLike | None, spread: npt.ArrayLike = 0.0) -> None:
     """Refuse a query without a radius and a spread on lines without a radius."""
     if radius is None and needs_radius(geometry) and np.ndim(spread) == 0 and spread == 0:
+        pass_it = "pass radius=, or --radius on the command line, in the unit of the coordinates"
+        if not isinstance(geometry, Geometry):
+            raise InputError(f"these lines have no radius of their own, so a query needs one: {pass_it}, or spread=")
+        bare = [f"part {i} ({count_text(part)})" for i, part in enumerate(geometry.parts) if needs_radius(part)]
         raise InputError(
-            "these lines have no radius of their own, so a query needs one: pass radius=, or --radius on the command "
-            "line, in the unit of the coordinates, or spread="
+            f"{', '.join(bare)} of this Geometry has no radius of its own, so a query needs one: {pass_it}, or make "
+            "the parts with one, as lines.with_radius(…) does"
         )
 
 

@@ -15,6 +15,7 @@ from . import container
 from .errors import FileFormatError, InputError, InvalidTreeError
 from .geometry_file import from_sections, to_sections
 from .io import FORMATS
+from .io.reading import check_path
 from .settings import Cost, Limits, Presplit, Settings
 from .splits import split_set_from
 from .tree_data import NODE, REF, TreeData
@@ -69,6 +70,8 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
 
 def read(kind: type[Tree], path: str | os.PathLike[str], verify: bool | None) -> Tree:
     """Map a file into memory and make a checked tree of it; see `fastlines.load`."""
+    if not Path(path).exists():
+        check_path(Path(path))
     arrays, metadata = container.read(path, verify)
 
     def refuse(why: str) -> FileFormatError:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import re
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
@@ -64,12 +65,13 @@ def test_info_describes_lines(table):
     assert told["format"] == "well-known text, alone or in a column of a table"
     lines = told["lines"]
     assert lines["strand_lengths"] == [1, 4, 7]
-    assert lines["attributes"] == {"id": "int64 per segment"}
+    assert lines["attributes"] == {"id": "int64 per strand"}
     assert (lines["unit"], lines["up"], lines["n_strands"], lines["n_segments"]) == (None, "z", 2, 3)
     assert 0 < lines["radius_for_pictures"] < 3
     text = run("info", table).stdout
     assert text.startswith("roads.csv: well-known text")
-    assert re.search(r"lines  attributes +id \(int64 per segment\)\n", text)
+    assert re.search(r"lines  attributes +id \(int64 per strand\)\n", text)
+    assert re.search(r"lines  radius for pictures +0\.\d", text)
 
 
 def test_info_of_points_units_and_radii(tracts):
@@ -80,13 +82,42 @@ def test_info_of_points_units_and_radii(tracts):
     lines = json.loads(done("info", "a.npz", "--json"))["lines"]
     assert lines["radius"] == [1, 2]
     assert lines["radius_for_pictures"] is None
+    assert "radius for pictures" not in done("info", "a.npz")
+
+
+def test_info_of_curves_and_of_several_kinds():
+    points, straight = np.arange(12.0).reshape(4, 3), np.sqrt(27) * 3
+    curves = fl.Curves.from_strands(np.tile(points, (2, 1)), [4, 4], basis="bezier", attributes={"heat": np.arange(8)})
+    curves = replace(curves, attributes={"id": np.array([5, 6])})
+    fl.write("a.npz", curves)
+    shapes = json.loads(done("info", "a.npz", "--json"))["shapes"]
+    assert shapes["attributes"] == {"heat": "int64 per end of a curve", "id": "int64 per curve"}
+    assert shapes["total_length"] == pytest.approx(2 * straight)
+    assert re.search(
+        r"shapes  attributes +heat \(int64 per end of a curve\), id \(int64 per curve\)\n", done("info", "a.npz")
+    )
+    lines = fl.Lines.from_points(points, [4])
+    lines = replace(lines, attributes={"id": np.full(3, 0.5), "row": np.array([0, 1, np.nan])})
+    mesh = fl.Triangles(
+        np.eye(3)[None], attributes={"area": np.ones((1, 2))}, corner_attributes={"id": np.ones((1, 3))}
+    )
+    boxes = fl.Boxes([[[0, 0, 0], [1, 1, 1]]], attributes={"area": np.ones(1)})
+    fl.build(fl.Geometry([lines, curves, mesh, boxes])).save("a.flt")
+    shapes = json.loads(done("info", "a.flt", "--json"))["shapes"]
+    assert shapes["attributes"] == {
+        "area": "float64 × 2 per triangle or float64 per box",
+        "heat": "int64 per end of a curve",
+        "id": "float64 per strand or int64 per curve or float64 per corner",
+        "row": "float64 per segment",
+    }
+    assert shapes["total_length"] == pytest.approx(3 * straight)
 
 
 def test_info_reads_whatever_can_be_read():
     np.save("a.npy", np.where(np.arange(18).reshape(3, 2, 3) == 7, np.nan, 1.0))
     result = run("info", "a.npy", "--json")
     assert json.loads(result.stdout)["lines"]["n_skipped"] == 1
-    assert result.stderr == "note: a.npy: 1 segments that hold NaN or Inf were left out\n"
+    assert result.stderr == "note: a.npy: 1 segment with NaN or Inf was left out\n"
     np.save("b.npy", np.full((3, 2, 3), np.nan))
     lines = json.loads(run("info", "b.npy", "--json").stdout)["lines"]
     assert (lines["n_skipped"], lines["n_segments"], lines["radius_for_pictures"]) == (3, 0, None)
@@ -162,6 +193,27 @@ def test_convert(table):
     done("convert", "roads.flt", "again.npz")
 
 
+def test_convert_prints_what_was_written():
+    curves = fl.Curves.from_strands(np.arange(12.0).reshape(4, 3) ** 2, [4], basis="bezier")
+    fl.write("a.npz", curves)
+    assert done("convert", "a.npz", "b.npz").endswith(": 1 curve, 1 strand\n")
+    n = len(curves.pieces)
+    assert run("convert", "a.npz", "a.vtp").stdout == f"a.vtp: polylines, VTK polydata: {n} segments, 1 strand\n"
+    assert run("convert", "a.npz", "a.npy").stdout.endswith(f": {n} segments\n")  # which holds no strands
+    pytest.importorskip("pxr")
+    mesh = fl.Triangles(np.eye(3)[None])
+    fl.build(fl.Geometry([mesh, curves])).save("a.flt")
+    result = run("convert", "a.flt", "a.usda")
+    assert result.stdout == "a.usda: scenes, USD BasisCurves and HermiteCurves: 1 curve, 1 strand\n"
+    assert "part 0, Triangles" in result.stderr
+
+
+def test_convert_says_of_which_file_its_options_are():
+    text = " ".join(done("convert", "--help").replace("│", " ").split())
+    assert "The format of INPUT, where its extension does not say it; not of OUTPUT." in text
+    assert "An option of INPUT's format" in text
+
+
 def test_convert_notes_what_is_lost(tracts):
     result = run("convert", tracts, "a.geojson")
     assert result.exit_code == 0
@@ -171,9 +223,14 @@ def test_convert_notes_what_is_lost(tracts):
 def test_convert_refuses(table):
     before = Path(table).read_bytes()
     np.save("nan.npy", np.full((1, 2, 3), np.nan))
+    Path("roads").write_text("what")
     for args, said in (
         ((table, "./roads.csv"), "files of extension '.csv' are not written"),
-        ((table, "a.flt"), "files of extension '.flt' are not written"),
+        ((table, "a.flt"), "a.flt: is the name of a tree, not of a file of lines; fl.build(lines).save(path) builds"),
+        ((table, "a.npzz"), "files of extension '.npzz' are not written; did you mean '.npz'?"),
+        ((table, "."), ".: is a directory; expected the name of a file to write"),
+        (("none.flt", "a.npz"), "none.flt: no such file; check the path (the working directory is"),
+        (("roads", "a.npz"), "name the format by format= (--format on the command line)"),
         ((table, "no/a.npz"), "there is no folder no"),
         (("nan.npy", "./nan.npy"), "is read from; write to another file"),
         (("nan.npy", "a.npz"), "hold NaN"),
@@ -228,11 +285,13 @@ def test_options_and_formats(table, command):
     for args in (("roads.txt", "--format", "wkt"), (table, "--format", ".csv", "--option", "column=way")):
         result = run(command, args[0], *more, *args[1:])
         assert result.exit_code == 0, result.output
-    assert "1 segments" in result.stdout or "segments            1\n" in result.stdout
+    assert "1 segment" in result.stdout or "segments            1\n" in result.stdout
     for args, said in (
-        ((table, "--option", "oak=1"), "the format 'wkt' has no option 'oak'; its options are column, radius"),
+        ((table, "--option", "oak=1"), "the format 'wkt' has no option 'oak'; known: column, radius"),
+        ((table, "--option", "colum=way"), "no option 'colum'; did you mean 'column'?"),
         ((table, "--option", "oak"), "is not a name and a value"),
-        ((table, "--format", "oak"), "format 'oak' is unknown"),
+        ((table, "--format", "oak"), "format 'oak' is unknown; known: arrow, bcc, dxf,"),
+        ((table, "--format", ".safetensor"), "format '.safetensor' is unknown; did you mean 'safetensors'?"),
         (("scene:spaghetti", "--format", "wkt"), "--format does not apply: scene:spaghetti is a scene"),
     ):
         assert said in refused(command, args[0], *more, *args[1:])[1]

@@ -6,6 +6,8 @@ import doctest
 import errno
 import gzip
 import os
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -145,6 +147,27 @@ def test_unknown_extension_lists_the_known_ones(load, name):
     text = message_of(load, b"what?", name)
     assert "unknown extension" in text
     assert all(extension in text for extension in FORMATS)
+    assert "name the format by format= (--format on the command line)" in text
+
+
+def test_the_docs_name_every_format():
+    page = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
+    named = page.partition("`format=` takes")[2].partition("\n\n")[0]
+    assert {row.name for row in FORMATS.values()} <= set(re.findall(r"`(\w+)`", named))
+
+
+def test_unknown_extensions_and_formats_name_the_nearest_known_ones(load):
+    assert "unknown extension '.trkk'; did you mean '.trk'? known:" in message_of(load, b"what?", "a.trkk")
+    for name, nearest in (("geojsn", "geojson"), (".trkk", "trk"), ("mitsubi", "mitsuba")):
+        with pytest.raises(InputError, match=rf"format '{name}' is unknown; did you mean '{nearest}'\?"):
+            load(b"what?", "a.bin", format=name)
+
+
+@pytest.mark.parametrize("name", ["a.gz", "a.bin.gz", "A.GZ"])
+@pytest.mark.parametrize("sample", ["some.trk", "some.tck", "full.hair", "some.npy", "some.bcc"])
+def test_content_names_the_format_of_packed_files(load, sample, name):
+    packed = load(gzip.compress(SAMPLES[sample]), name)
+    np.testing.assert_array_equal(packed.segments, load(SAMPLES[sample], sample).segments)
 
 
 @pytest.mark.parametrize("extension", FORMATS)

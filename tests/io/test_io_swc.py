@@ -161,7 +161,7 @@ def test_neuron_comes_back_as_it_was_written(load, tmp_path):
 
 def test_other_lines_are_written_as_trees_of_their_own(tmp_path):
     rng = np.random.default_rng(3)
-    lines = fl.Lines.from_points(rng.random((9, 3)), [4, 3, 2], radius=rng.random(9))
+    lines = replace(fl.Lines.from_points(rng.random((9, 3)), [4, 3, 2], radius=rng.random(9)), unit="µm")
     fl.write(tmp_path / "a.swc", lines)
     back = fl.read(tmp_path / "a.swc")
     for name in ("segments", "radius", "strands"):
@@ -178,6 +178,7 @@ def test_other_order_of_segments_is_told(load, tmp_path):
     turned = fl.Lines.from_segments(
         lines.segments[::-1], strands=lines.strands[::-1], radius=lines.radius[::-1], end_attributes=ends
     )
+    turned = replace(turned, unit="µm")
     with pytest.warns(fl.FileWarning, match="no place for it: the order of segments$"):
         fl.write(tmp_path / "b.swc", turned)
     np.testing.assert_array_equal(fl.read(tmp_path / "b.swc").segments, lines.segments)
@@ -194,13 +195,15 @@ def test_types_are_kept_only_at_ends_and_as_whole_numbers(load, tmp_path):
     lines = load(NEURON, "a.swc")
     for types in (lines.end_attributes["type"] + 0.5, np.ones((7, 2, 2), int)):
         more = {"id": lines.end_attributes["id"], "type": types}
+        given = fl.Lines(lines.segments, lines.strands, lines.radius, end_attributes=more, unit="µm")
         with pytest.warns(fl.FileWarning, match="no place for it: 'type'$"):
-            fl.write(tmp_path / "b.swc", fl.Lines(lines.segments, lines.strands, lines.radius, end_attributes=more))
+            fl.write(tmp_path / "b.swc", given)
         back = fl.read(tmp_path / "b.swc")
         assert ids(back) == ids(lines)
         assert not back.attributes["type"].any()
+    given = fl.Lines(lines.segments, lines.strands, lines.radius, {"type": np.ones(7, int)}, unit="µm")
     with pytest.warns(fl.FileWarning, match="no place for it: 'type'$"):
-        fl.write(tmp_path / "b.swc", fl.Lines(lines.segments, lines.strands, lines.radius, {"type": np.ones(7, int)}))
+        fl.write(tmp_path / "b.swc", given)
 
 
 def test_ids_that_make_no_trees_are_not_kept(tmp_path):
@@ -217,7 +220,7 @@ def test_lone_node_that_repeats_is_written_each_time(tmp_path):
         np.ones((2, 2, 3)), strands=[0, 1], radius=1, end_attributes={"id": np.full((2, 2), 5)}
     )
     with pytest.warns(fl.FileWarning, match="no place for it: 'id'$"):
-        fl.write(tmp_path / "a.swc", lines)
+        fl.write(tmp_path / "a.swc", replace(lines, unit="µm"))
     assert len(fl.read(tmp_path / "a.swc")) == 2
 
 

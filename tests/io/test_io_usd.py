@@ -223,7 +223,7 @@ def test_prim(load):
             load(data, "a.usda", prim=prim)
     with pytest.raises(InputError, match="prim=5; expected the path of a prim"):
         load(data, "a.usda", prim=5)
-    with pytest.raises(InputError, match="the format 'usd' has no option 'frame'; its options are time, prim"):
+    with pytest.raises(InputError, match="the format 'usd' has no option 'frame'; known: time, prim"):
         load(data, "a.usda", frame=5)
 
 

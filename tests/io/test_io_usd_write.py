@@ -85,7 +85,11 @@ def test_round_trip(tmp_path, extension, make, capfd):
 
 @pytest.mark.parametrize("extension", EXTENSIONS)
 def test_geometry(tmp_path, extension):
-    with pytest.warns(FileWarning, match="that parts have different axes; that parts have different units"):
+    with pytest.warns(
+        FileWarning,
+        match=r"different axes \(z of part 0, y of part 1\), of which z holds for all; "
+        r"that parts have different units \(mm of part 0, m of part 1\), of which mm holds for all",
+    ):
         fl.write(tmp_path / f"a{extension}", fl.Geometry([hair(), splines()]))
     made = fl.read(tmp_path / f"a{extension}")
     assert [type(part) for part in made.parts] == [fl.Lines, fl.Curves]
@@ -111,9 +115,21 @@ def test_prims_and_strands_of_several_parts_come_back(tmp_path, recwarn):
 
 def test_numbers_of_strands_that_change_are_told(tmp_path):
     lines = fl.Lines.from_points(np.arange(12.0).reshape(4, 3), [2, 2])
-    with pytest.warns(FileWarning, match="the numbers of strands, which are counted from 0"):
-        fl.write(tmp_path / "a.usda", fl.Geometry([lines, lines]))
-    np.testing.assert_array_equal(fl.read(tmp_path / "a.usda").strands, range(4))
+    with pytest.warns(FileWarning, match="no place for it: the numbers of strands, which are counted from 0$"):
+        fl.write(tmp_path / "a.usda", fl.Geometry([lines, lines, lines]))
+    np.testing.assert_array_equal(fl.read(tmp_path / "a.usda").strands, range(6))
+
+
+def test_parts_without_a_unit_or_an_axis_beside_others_are_told(tmp_path):
+    lines = fl.Lines.from_points(np.arange(12.0).reshape(4, 3), [2, 2])
+    metres = replace(lines, strands=lines.strands + 2, unit="m", up="x")
+    with pytest.warns(FileWarning) as told:
+        fl.write(tmp_path / "a.usda", fl.Geometry([lines, metres]))
+    assert str(told[0].message).endswith(
+        "that parts have different axes (none of part 0, x of part 1), of which y holds for all; "
+        "that parts have different units (none of part 0, m of part 1), of which m holds for all"
+    )
+    assert (fl.read(tmp_path / "a.usda").unit, fl.read(tmp_path / "a.usda").up) == ("m", "y")
 
 
 def test_other_parts_of_a_geometry(tmp_path):
@@ -132,7 +148,11 @@ def test_only_lines_and_curves_are_written(tmp_path, name):
     for given in (fl.Spheres.from_centres([[0, 0, 0]], radius=1), triangles, fl.Boxes([[[0, 0, 0], [1, 1, 1]]])):
         with pytest.raises(InputError, match=f"this is {type(given).__name__}; files hold Lines or Curves"):
             fl.write(tmp_path / name, given)
-    with pytest.raises(InputError, match=r"geometry.parts by itself, or write all of them to one of .usd, .usda"):
+    with pytest.raises(
+        InputError,
+        match=r"a\.npz: this is a Geometry of part 0 \(1 triangle\), part 1 \(7 .*"
+        r"all parts to one of \.usd, \.usda, .*, or one by itself, as in fl\.write\(path, geometry\.parts\[1\]\)",
+    ):
         fl.write(tmp_path / "a.npz", fl.Geometry([triangles, hair()]))
     assert not list(tmp_path.iterdir())
 

@@ -83,7 +83,7 @@ def test_curves_and_several_parts(pyvista, tmp_path, monkeypatch):
 
     curves = fl.Curves.from_strands(POINTS[:4], [4], basis="bezier", radius=0.1, attributes={"age": [1, 2, 3, 4]})
     curves = replace(curves, unit="mm", up="z")
-    with pytest.warns(fl.FileWarning, match="curves, which are written as their pieces, and their attributes"):
+    with pytest.warns(fl.FileWarning, match="curves, which are written as their pieces"):
         mesh = readers.to_polydata(curves)
     assert mesh.n_lines >= 1
     assert (list(mesh.field_data["unit"]), list(mesh.field_data["up"])) == (["mm"], ["z"])
@@ -108,7 +108,7 @@ def test_what_polydata_cannot_hold(pyvista):
     nothing = fl.Lines.from_segments(np.empty((0, 2, 3)), attributes={"a": np.empty(0), "b": np.empty((0, 3))})
     with pytest.warns(fl.FileWarning, match=r"not kept in PolyData: 'b', float64 of shape \(0, 3\)"):
         assert to_polydata(nothing).n_lines == 0
-    with pytest.raises(fl.InputError, match="this is a Geometry, and these meshes hold one part"):
+    with pytest.raises(fl.InputError, match=r"such meshes hold one part; .* as in to_polydata\(geometry\.parts\[0\]\)"):
         to_polydata(fl.Geometry([lines]))
 
 

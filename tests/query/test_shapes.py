@@ -380,7 +380,7 @@ def test_geometry_says_what_it_takes() -> None:
         fl.build(scene(), own_radius=False)
     with pytest.raises(fl.InputError, match="a spread is for lines"):
         fl.build(scene()).first_hit([0, 0, 9], DOWN, spread=0.1)
-    with pytest.raises(fl.InputError, match="no radius of their own"):
+    with pytest.raises(fl.InputError, match=r"part 1 \(1 segment\) of this Geometry has no radius of its own"):
         fl.build(fl.Geometry([mesh(), fl.Lines.from_segments([[[0, 0, 0], [1, 1, 1]]])])).first_hit([0, 0, 9], DOWN)
     with pytest.raises(fl.InputError, match="faces name none of the 4 vertices"):
         fl.Triangles.from_mesh(SQUARE, [[0, 1, 4]])

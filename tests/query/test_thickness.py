@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -63,6 +64,25 @@ def test_own_radius_can_be_left_out() -> None:
     with pytest.raises(fl.InputError, match="have no radius of their own"):
         tree.first_hit(*rays())
     assert fl.build(fl.Spheres.from_centres([[0, 0, 0]], 1), own_radius=False).geometry.radius is None
+
+
+def test_what_has_no_own_radius_to_leave_out_says_what_to_do() -> None:
+    mesh = fl.Triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]])
+    curves = fl.Curves.from_bezier(np.eye(4, 3)[None], radius=0.1)
+    for given, words in (
+        (
+            fl.Geometry([mesh, curves]),
+            r"this is a Geometry; leave it out, or drop the radius of part 1 \(1 curve\) first",
+        ),
+        (
+            curves,
+            r"these are Curves; leave it out, or drop the radius first: dataclasses\.replace\(part, radius=None\)",
+        ),
+        (mesh, "these are Triangles; leave it out$"),
+    ):
+        with pytest.raises(fl.InputError, match=f"own_radius=False is for lines, {words}"):
+            fl.build(given, own_radius=False)
+    assert replace(curves, radius=None).radius is None
 
 
 def test_radii_move_with_a_refit_and_stay_in_files(tmp_path: Path) -> None:

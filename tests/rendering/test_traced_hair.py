@@ -12,7 +12,7 @@ from fastlines.rendering.lighting import Light, Rig, Sky
 from fastlines.rendering.looks.look import Backdrop
 from fastlines.rendering.looks.traced_hair import TracedHair
 
-BACKDROP = Backdrop((1, 1, 1), (1, 1, 1))
+BACKDROP = Backdrop("#fff", "#fff")
 FURNACE = Rig((), Sky((1, 1, 1), (1, 1, 1), (1, 1, 1)))
 DARK = Sky((0, 0, 0), (0, 0, 0), (0, 0, 0))
 

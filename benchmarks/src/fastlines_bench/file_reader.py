@@ -46,12 +46,24 @@ def trx_lines(path: str) -> Any:
 def usd(path: str) -> Any:
     """Read the arrays of all curves by usd-core."""
     pxr = importlib.import_module("pxr.Usd"), importlib.import_module("pxr.UsdGeom")
-    curves = [prim for prim in pxr[0].Stage.Open(path).Traverse() if prim.IsA(pxr[1].Curves)]
+    stage = pxr[0].Stage.Open(path)
+    curves = [pxr[1].Curves(prim) for prim in stage.Traverse() if prim.IsA(pxr[1].Curves)]
     numpy = importlib.import_module("numpy")
     return [
-        [numpy.array(attribute.Get()) for attribute in (each.GetPointsAttr(), each.GetCurveVertexCountsAttr())]
-        for each in map(pxr[1].Curves, curves)
+        [
+            numpy.array(attribute.Get())
+            for attribute in (each.GetPointsAttr(), each.GetCurveVertexCountsAttr(), each.GetWidthsAttr())
+        ]
+        for each in curves
     ]
+
+
+def usd_lines(path: str) -> Any:
+    """Read the points of all curves by usd-core, and make lines of them."""
+    numpy, lines = importlib.import_module("numpy"), importlib.import_module("fastlines").Lines
+    parts = usd(path)
+    points, counts = (numpy.concatenate([part[i] for part in parts]) if len(parts) > 1 else parts[0][i] for i in (0, 1))
+    return lines.from_points(points, counts)
 
 
 #: Each reader: the modules that it needs, and the function that reads.
@@ -62,6 +74,7 @@ READERS: dict[str, tuple[tuple[str, ...], Callable[[str], Any]]] = {
     "trx-python": (("trx.trx_file_memmap",), trx),
     "trx-python, as lines": (("trx.trx_file_memmap", "fastlines"), trx_lines),
     "usd-core": (("numpy", "pxr.Usd", "pxr.UsdGeom"), usd),
+    "usd-core, as lines": (("numpy", "pxr.Usd", "pxr.UsdGeom", "fastlines"), usd_lines),
 }
 
 

@@ -28,7 +28,7 @@ PEERS = {
     ".trk": ("nibabel", "nibabel, as lines"),
     ".tck": ("nibabel", "nibabel, as lines"),
     ".trx": ("trx-python", "trx-python, as lines"),
-    ".usdc": ("usd-core",),
+    ".usdc": ("usd-core", "usd-core, as lines"),
 }
 
 

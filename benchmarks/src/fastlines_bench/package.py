@@ -14,7 +14,7 @@ from fastlines.immutable import own
 from fastlines.layout import Layout
 from fastlines.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, best_settings, method_settings
 from fastlines.rendering.fragments import Surfaces
-from fastlines.rendering.hair import HairMaterial
+from fastlines.rendering.hair import HairMaterial, longitudinal
 from fastlines.rendering.lighting import Light, Rig, Sky
 from fastlines.rendering.looks.traced_hair import HairScatterer
 from fastlines.rendering.paths import PathDraws, PathTracer
@@ -58,6 +58,7 @@ __all__ = [
     "format_3_digits",
     "hashed",
     "limit_notes",
+    "longitudinal",
     "method_settings",
     "note",
     "num_threads",

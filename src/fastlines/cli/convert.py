@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from typer import Option
 
 import fastlines as fl
 
-from ..geometry import count_text, parts_of
+from ..geometry import count_text, counted
 from .app import app
-from .options import FormatName, FormatOptions, Input, Skip
+from .options import Input, Skip
 
 
 @app.command(short_help="Write lines in another format.")
@@ -19,10 +20,20 @@ def convert(
     source: Input,
     output: Annotated[str, typer.Argument(metavar="OUTPUT", help="The file to write; its extension names the format.")],
     skip_invalid: Skip = False,
-    format: FormatName = None,
-    option: FormatOptions = None,
+    format: Annotated[
+        str | None,
+        Option(
+            "--format", metavar="NAME", help="The format of INPUT, where its extension does not say it; not of OUTPUT."
+        ),
+    ] = None,
+    option: Annotated[
+        list[str] | None,
+        Option("--option", metavar="NAME=VALUE", help="An option of INPUT's format, such as model=2; may be repeated."),
+    ] = None,
 ) -> None:
-    """Read lines and write them in another format. What that has no place for is named in a note.
+    """Read lines and write them in another format. A warning names what that format has no place for.
+
+    The extension of OUTPUT names its format; docs/formats.md lists those that are written.
 
     [bold]Examples[/]
 
@@ -30,9 +41,12 @@ def convert(
 
     [cyan]fastlines convert roads.csv roads.geojson --option column=way[/]
 
+    [cyan]fastlines convert nodes.dat neuron.npz --format swc[/]
+
     [cyan]fastlines convert scene:bun-hair hair.npy[/]
     """
     from ..io import to_write
+    from ..io.writing import parts_to_write
     from .files import check_output, open_input
 
     row = to_write(Path(output))
@@ -40,6 +54,8 @@ def convert(
     opened = open_input(source, skip_invalid, format, option)
     geometry = opened.geometry
     fl.write(output, geometry)
-    n_strands = sum(getattr(part, "n_strands", 0) for part in parts_of(geometry))
-    strands = f", {n_strands:,} strands" if n_strands else ""
-    typer.echo(f"{output}: {row.description}: {count_text(geometry)}{strands}")
+    # Count what was written, which may be the pieces of curves.
+    written = parts_to_write(geometry, row)
+    n_strands = sum(part.n_strands for part in written) if row.strands else 0
+    strands = f", {counted(n_strands, 'strands')}" if n_strands else ""
+    typer.echo(f"{output}: {row.description}: {count_text(fl.Geometry(written))}{strands}")

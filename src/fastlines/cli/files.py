@@ -17,7 +17,7 @@ from ..atomic_write import atomic_write, check_target
 from ..camera import Camera, Vector
 from ..curves import Curves
 from ..errors import InputError
-from ..geometry import AnyGeometry, parts_of
+from ..geometry import AnyGeometry, counted, parts_of
 from ..io import Format, extension_of, format_of, read
 from ..io.reading import check_path
 from ..lines import Lines
@@ -92,10 +92,13 @@ def open_input(
         raise InputError(f"{text}: trees are not compressed, so that they can be mapped into memory; unpack it first")
     invalid = "skip" if skip_invalid else "error"
     row = format_of(path, format)
-    lines = read(path, invalid=invalid, format=format, **format_options(options, row.options() if options else {}))
+    given_options = format_options(options, row.options() if options else {})
+    lines = read(path, invalid=invalid, format=format, progress=show_progress(), **given_options)
     n_skipped = sum(len(part.skipped) for part in parts_of(lines) if isinstance(part, Lines | Curves))
     if n_skipped:
-        note(f"{text}: {n_skipped:,} segments that hold NaN or Inf were left out")
+        kind = "segments" if isinstance(lines, Lines) else "curves" if isinstance(lines, Curves) else "rows"
+        were = "was" if n_skipped == 1 else "were"
+        note(f"{text}: {counted(n_skipped, kind)} with NaN or Inf {were} left out")
     return Source(text, lines, format=row)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 import numpy as np
@@ -17,12 +18,14 @@ from ..curves import Curves
 from ..errors import FastlinesError, InputError
 from ..geometry import AnyGeometry, core_data, core_of, needs_radius, parts_of, points_of, up_of
 from ..lines import Lines
+from ..meshes import Boxes, Triangles
 from ..places import names
 from ..settings import limit_notes
+from ..texts import bytes_text
 from ..tree import Tree
 from .app import app
 from .files import Source
-from .options import FormatName, FormatOptions, Input, Json, TreeFile, bytes_text
+from .options import FormatName, FormatOptions, Input, Json, TreeFile
 
 #: The most characters a line of a picture.
 COLUMNS = 80
@@ -39,7 +42,7 @@ def info(
     """Describe a file: the number and size of its lines, their attributes, and their oddities.
 
     Segments that hold NaN or Inf are left out and counted. The radius for pictures is the least of 1, 2, 5, 10 … with
-    which a quarter of the rays that cross the box of the lines hit.
+    which dense lines look closed; lines with a radius of their own need none.
 
     [bold]Examples[/]
 
@@ -75,6 +78,8 @@ def info(
     typer.echo(opened.name + (f": {opened.format.description}" if opened.format else ""))
     for part in ("lines", "shapes", "tree"):
         for key, value in facts.get(part, {}).items():
+            if key == "radius_for_pictures" and value is None:
+                continue  # they have their own radius, or there is nothing to draw
             name = key.removeprefix("n_").removesuffix("_bytes").replace("_", " ")
             typer.echo(f"{part:>7}  {name:<19} {_text(key, value)}")
     if picture and tree is not None:
@@ -150,11 +155,12 @@ def describe(geometry: AnyGeometry) -> dict[str, Any]:
         "n_strands": sum(part.n_strands for part in parts if isinstance(part, Lines | Curves)),
         "bounds": None if bounds is None else bounds.tolist(),
         "size": None if bounds is None else (bounds[1] - bounds[0]).tolist(),
+        "total_length": float(sum(segment_lengths(part).sum() for part in lines if isinstance(part, Lines))),
         "strand_lengths": extremes(sums),
         "n_zero_length": sum(_n_points(part) for part in parts),
         "n_duplicates": sum(map(_n_repeats, parts)),
         "radius": [float(radii.min()), float(radii.max())] if radii.any() else None,
-        "attributes": sorted({name for part in parts for name in names(part)}),
+        "attributes": _attributes(parts),
         "up": up_of(geometry),
         "unit": next((part.unit for part in parts if isinstance(part, Lines | Curves) and part.unit), None),
         "n_skipped": sum(len(part.skipped) for part in parts if isinstance(part, Lines | Curves)),
@@ -199,16 +205,43 @@ def _describe_lines(lines: Lines) -> dict[str, Any]:
         "n_zero_length": int((ends[:, 0] == ends[:, 1]).all(axis=1).sum()),
         "n_duplicates": count_duplicates(lines),
         "radius": None if lines.radius is None or not some else [float(lines.radius.min()), float(lines.radius.max())],
-        "attributes": {
-            name: f"{lines.attributes[name].dtype}{_shape(lines.attributes[name])} per "
-            + ("point" if name in lines.end_attributes else "segment")
-            for name in sorted(lines.attributes)
-        },
+        "attributes": _attributes([lines]),
         "up": lines.up,
         "unit": lines.unit,
         "n_skipped": len(lines.skipped),
         "memory_bytes": sum(values.nbytes for values in arrays) + (0 if lines.radius is None else lines.radius.nbytes),
     }
+
+
+def _attributes(parts: Sequence[AnyGeometry]) -> dict[str, str]:
+    """Return the type of each attribute and what it has values for, by name; of several parts if these differ."""
+    kinds: dict[str, dict[str, None]] = {}
+    for part in parts:
+        for name in names(part):
+            if isinstance(part, Lines | Curves) and name in part.attributes:
+                values = part.attributes[name]
+                kind = f"{values.dtype}{_shape(values.shape[1:])} per {_place(part, name)}"
+            elif isinstance(part, Triangles | Boxes):
+                is_corner = name in part.corner_attributes
+                values = (part.corner_attributes if is_corner else part.attributes)[name]
+                of = "corner" if is_corner else "box" if isinstance(part, Boxes) else "triangle"
+                kind = f"{values.dtype}{_shape(values.shape[1 + is_corner :])} per {of}"
+            else:
+                continue  # the radius, which is told by itself
+            kinds.setdefault(name, {})[kind] = None
+    return {name: " or ".join(kinds[name]) for name in sorted(kinds)}
+
+
+def _place(part: Lines | Curves, name: str) -> str:
+    """Return what an attribute has values for: points, strands, or segments or curves."""
+    if name in part.end_attributes:
+        return "point" if isinstance(part, Lines) else "end of a curve"
+    values, strands = part.attributes[name], part.strands
+    if 0 < part.n_strands < len(part) and (strands >= 0).all():
+        _, first, strand = np.unique(strands, return_index=True, return_inverse=True)
+        if np.array_equal(values, values[first][strand], equal_nan=values.dtype.kind in "fc"):
+            return "strand"
+    return "segment" if isinstance(part, Lines) else "curve"
 
 
 def segment_lengths(lines: Lines) -> npt.NDArray[np.float64]:
@@ -230,8 +263,8 @@ def extremes(lengths: npt.NDArray[np.float64]) -> list[float] | None:
     return [float(lengths.min()), float(np.median(lengths)), float(lengths.max())]
 
 
-def _shape(values: npt.NDArray[Any]) -> str:
-    return "" if values.ndim == 1 else " × ".join(["", *map(str, values.shape[1:])])
+def _shape(shape: tuple[int, ...]) -> str:
+    return " × ".join(["", *map(str, shape)])
 
 
 def count_duplicates(lines: Lines) -> int:

@@ -10,6 +10,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, get_args
 
+from ..arrays import did_you_mean
 from ..curves import Curves
 from ..errors import InputError
 from ..geometry import Geometry
@@ -37,6 +38,8 @@ class Format:
         What each file of the format may begin with, if nothing else begins so.
     writes : tuple of type
         What ``write`` takes: `Lines`, `Curves` and `Geometry`. What it does not take is converted first.
+    strands : bool
+        Whether files hold strands.
     up : {"x", "y", "z"}, optional
         The axis that points upwards by the format's convention.
     unit : str, optional
@@ -48,6 +51,7 @@ class Format:
     description: str
     magic: tuple[bytes, ...] = ()
     writes: tuple[type[Any], ...] = ()
+    strands: bool = True
     up: str | None = None
     unit: str | None = None
 
@@ -72,8 +76,8 @@ class Format:
         known = self.options()
         for name in options:
             if name not in known:
-                has = f"its options are {', '.join(known)}" if known else "it has no options"
-                raise InputError(f"{path}: the format {self.name!r} has no option {name!r}; {has}")
+                has = did_you_mean(name, known) if known else "; it has no options"
+                raise InputError(f"{path}: the format {self.name!r} has no option {name!r}{has}")
 
     @property
     def write(self) -> Callable[[Any, Path], list[str]]:

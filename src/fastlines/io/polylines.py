@@ -57,7 +57,9 @@ def polylines_of(lines: Lines) -> Polylines:
     begins = np.ones(n, np.bool_)
     if n:
         same = (lines.strands[1:] == lines.strands[:-1]) & (lines.strands[1:] >= 0)
-        begins[1:] = ~(same & (lines.segments[1:, 0] == lines.segments[:-1, 1]).all(axis=1))
+        for axis in range(3):
+            same &= lines.segments[1:, 0, axis] == lines.segments[:-1, 1, axis]
+        begins[1:] = ~same
     first = np.flatnonzero(begins)
     counts = np.diff(np.append(first, n)) + 1
     # A polyline has the first end of each of its segments, and the last end of the last.

@@ -10,13 +10,14 @@ import warnings
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from ..arrays import INVALID, choice
 from ..curves import Curves
-from ..errors import FileFormatError, FileWarning, InputError
+from ..errors import FileWarning, InputError
 from ..geometry import Geometry
 from ..lines import Lines
+from ..progress import ProgressCallback, ProgressOption, reporting
 from . import table
 from .format import AnyLines, Format
 from .source import BAD_COPY, Source, reason
@@ -26,7 +27,12 @@ N_START = 64
 
 
 def read(
-    path: str | os.PathLike[str], *, invalid: str = "error", format: str | None = None, **options: Any
+    path: str | os.PathLike[str],
+    *,
+    invalid: str = "error",
+    format: str | None = None,
+    progress: ProgressOption = False,
+    **options: Any,
 ) -> Lines | Curves | Geometry:
     """Read a file of lines; its extension, in either case, names the format.
 
@@ -39,6 +45,8 @@ def read(
         Refuse segments that hold NaN or Inf, or leave them out and record their rows in ``skipped``.
     format : str, optional
         The name or the extension of the format, where the file's own extension does not say it.
+    progress : bool or callable
+        Show a bar, or call back with the fraction that is done. An error of the callback ends the reading.
     **options
         Options of the format; `docs/formats.md` lists them.
 
@@ -85,11 +93,9 @@ def read(
     check_path(path)
     row = format_of(path, format)
     row.check_options(str(path), options)
-    packed = path.suffix.lower() == ".gz"
-    source = Source(_load(path), str(path), None if packed else path)
-    if packed:
-        source = _unpack(source)
-    lines = _parse(row, source, invalid, options)
+    with reporting(progress, "read") as callback, path.open("rb") as file:
+        source = _open(file, path, callback)
+        lines = _parse(row, source, invalid, options)
     for oddity in source.oddities:
         warnings.warn(oddity, FileWarning, stacklevel=2)
     return lines
@@ -121,8 +127,12 @@ def check_path(path: Path) -> None:
 def _parse(row: Format, source: Source, invalid: str, options: dict[str, Any]) -> AnyLines:
     try:
         lines: AnyLines = row.code.read(source, invalid, **options)
-    except InputError as error:
-        raise InputError(f"{source.name}: {error}") from None
+    except Exception as error:
+        if source.stopped is not None:
+            raise source.stopped from None
+        if isinstance(error, InputError):
+            raise InputError(f"{source.name}: {error}") from None
+        raise
     parts = [_with_conventions(part, row) for part in (lines.parts if isinstance(lines, Geometry) else [lines])]
     return Geometry(parts) if isinstance(lines, Geometry) else parts[0]
 
@@ -145,34 +155,41 @@ def _start_of(path: Path) -> bytes:
         return b""
 
 
-def _load(path: Path) -> bytes:
-    """Read all bytes of a file."""
-    data = path.read_bytes()
-    if not data:
-        raise FileFormatError(f"{path}: is empty; {BAD_COPY}")
-    return data
+def _open(file: BinaryIO, path: Path, progress: ProgressCallback | None) -> Source:
+    """Return the bytes of a file, unpacked."""
+    packed = path.suffix.lower() == ".gz"
+    source = Source(file, str(path), None if packed else path, progress)
+    if not source.size:
+        raise source.error(f"is empty; {BAD_COPY}")
+    source.advance(0)
+    return _unpack(source, file, progress) if packed else source
 
 
-def _unpack(source: Source) -> Source:
+def _unpack(source: Source, file: BinaryIO, progress: ProgressCallback | None) -> Source:
     """Unpack gzip in pieces, up to a limit."""
-    if not source.data.startswith(b"\x1f\x8b"):
+    if file.read(2) != b"\x1f\x8b":
         raise source.error("is not packed by gzip although its name ends with .gz; rename it, or get a fresh copy")
-    unpacked = bytearray()
+    file.seek(0)
+    unpacked, at = BytesIO(), 0
     try:
-        with gzip.GzipFile(fileobj=BytesIO(source.data)) as stream:
-            while len(unpacked) <= source.unpack_limit and (piece := stream.read1(1 << 20)):
-                unpacked += piece
+        with gzip.GzipFile(fileobj=file) as stream:
+            while unpacked.tell() <= source.unpack_limit and (piece := stream.read1(1 << 20)):
+                unpacked.write(piece)
+                before, at = at, file.tell()
+                source.advance(at - before)
     except Exception as error:  # gzip's own errors, and any of zlib and struct
-        if not (unpacked and str(error).startswith("Not a gzipped file")):
+        if source.stopped is not None or getattr(error, "errno", None) is not None:
+            raise
+        if not (unpacked.tell() and str(error).startswith("Not a gzipped file")):
             raise source.error(f"not a whole gzip file ({reason(error)}); {BAD_COPY}") from None
         source.warn("the bytes after its packed part are not read")
-    if len(unpacked) > source.unpack_limit:
+    if unpacked.tell() > source.unpack_limit:
         raise source.error(
             f"unpacks to more than {source.unpack_limit} bytes, far more than lines would; if it is valid, "
             "unpack it by gunzip first"
         )
-    if not unpacked:
+    if not unpacked.tell():
         raise source.error(f"is empty once unpacked; {BAD_COPY}")
-    whole = Source(bytes(unpacked), source.name)
+    whole = Source(unpacked.getvalue(), source.name, progress=progress)
     whole.oddities += source.oddities
     return whole

@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import math
+import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arrays import FloatArray, list_rows
 from ..errors import FileFormatError
+from ..progress import ProgressCallback
+
+#: So many bytes are read at once.
+PIECE = 1 << 20
+#: Progress is reported when so much more of the work is done, as a fraction.
+_STEP = 1e-3
 
 #: A packed file may grow by this factor and this many bytes; one that grows more is refused as a decompression bomb.
 UNPACK_FACTOR = 200
@@ -38,10 +46,26 @@ class Source:
 
     No header is trusted: an array is made only if the file holds it. So a wrong header can neither allocate more memory
     than the file has bytes nor read outside the file.
+
+    Parameters
+    ----------
+    data : bytes or binary file
+        The bytes of an open file are read on first use.
+    name : str
+        What errors call the file.
+    path : Path, optional
+        Where these bytes are on the disk.
+    progress : callable, optional
+        Called with the fraction of the work that is done. One half is reading the bytes, the other is parsing them.
     """
 
-    def __init__(self, data: bytes, name: str, path: Path | None = None) -> None:
-        self.data = data
+    def __init__(
+        self, data: bytes | BinaryIO, name: str, path: Path | None = None, progress: ProgressCallback | None = None
+    ) -> None:
+        self._data = data if isinstance(data, bytes) else None
+        self._file = None if isinstance(data, bytes) else data
+        #: The number of bytes.
+        self.size = len(data) if isinstance(data, bytes) else os.fstat(data.fileno()).st_size
         self.name = name
         self.path = path
         self.position = 0
@@ -49,6 +73,66 @@ class Source:
         self.encoding = "utf-8-sig"
         self.oddities: list[str] = []
         self._taken: list[tuple[int, int, str]] = []
+        #: What ended the work early, which is not to become an error about the file: that of the callback or the disk.
+        self.stopped: Exception | None = None
+        self._progress = progress
+        self._done = 0 if self._file else self.size
+        self._shown = -1.0
+
+    @property
+    def data(self) -> bytes:
+        """All bytes. They stay in memory; `pieces` does not keep them."""
+        if self._data is None:
+            whole = BytesIO()  # which neither copies when it grows, nor when it hands out its bytes
+            for piece in self.pieces():
+                whole.write(piece)
+            self._data = whole.getvalue()
+            self.size = len(self._data)
+        return self._data
+
+    def drop(self) -> None:
+        """Free the bytes, once they are needed no longer."""
+        self._data = b""
+
+    def open(self) -> BinaryIO:
+        """Return the bytes as a file to read from; the caller does not close it."""
+        if self._file is None or self._data is not None:
+            return BytesIO(self.data)
+        self._file.seek(0)
+        return self._file
+
+    def start(self, n_bytes: int) -> bytes:
+        """Return the first bytes; fewer if there are no more."""
+        return self.open().read(n_bytes)
+
+    def pieces(self, at: int = 0) -> Iterator[bytes]:
+        """Yield the bytes from a place on, piece by piece."""
+        if self._file is None or self._data is not None:
+            data = self.data
+            yield from (data[start : start + PIECE] for start in range(at, len(data), PIECE))
+            return
+        try:
+            self._file.seek(at)
+            while piece := self._file.read(min(PIECE, self.size - at)):
+                at += len(piece)
+                self.advance(len(piece))
+                yield piece
+        except OSError as error:
+            self.stopped = error
+            raise
+
+    def advance(self, n_bytes: int) -> None:
+        """Report that so many more bytes are read, or so many are parsed."""
+        self._done += n_bytes
+        share = min(1.0, self._done / max(2 * self.size, 1))
+        if self._progress is None or share < min(self._shown + _STEP, 1.0) or share <= self._shown:
+            return
+        self._shown = share
+        try:
+            self._progress(share)
+        except Exception as error:
+            self.stopped = error
+            raise
 
     def error(self, message: str) -> FileFormatError:
         """Return an error about this file."""
@@ -80,7 +164,7 @@ class Source:
     @property
     def unpack_limit(self) -> int:
         """The most bytes to which a packed file of this size may unpack."""
-        return UNPACK_FACTOR * len(self.data) + UNPACK_BYTES
+        return UNPACK_FACTOR * self.size + UNPACK_BYTES
 
     def array(
         self, what: str, dtype: npt.DTypeLike, shape: tuple[int, ...], *, at: int | None = None

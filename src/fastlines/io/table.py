@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ..arrays import did_you_mean
+from ..atomic_write import check_target
 from ..curves import Curves
 from ..errors import FileFormatError, InputError
 from ..geometry import Geometry
@@ -32,7 +34,14 @@ TABLE: tuple[Format, ...] = (
     Format("hair", (".hair",), "hair, Cem Yuksel's HAIR files", magic=(b"HAIR", b"hair"), writes=(Lines,)),
     Format("mitsuba", (".txt", ".curves"), "curves of Mitsuba 3, linearcurve and bsplinecurve", writes=(Lines,)),
     Format("molecules", (".pdb", ".ent", ".cif", ".mmcif"), "bonds of molecules, PDB and mmCIF", unit="Å"),
-    Format("npy", (".npy",), "NumPy array of segments, (n, 2, 3) or (n, 6)", magic=(b"\x93NUMPY",), writes=(Lines,)),
+    Format(
+        "npy",
+        (".npy",),
+        "NumPy array of segments, (n, 2, 3) or (n, 6)",
+        magic=(b"\x93NUMPY",),
+        writes=(Lines,),
+        strands=False,
+    ),
     Format(
         "npz",
         (".npz",),
@@ -92,8 +101,13 @@ def named(name: str) -> Format:
     """Return the format of a name or an extension."""
     found = NAMES.get(name.lower()) or FORMATS.get(name.lower() if name.startswith(".") else f".{name.lower()}")
     if found is None:
-        raise InputError(f"format {name!r} is unknown; known: {', '.join(NAMES)}")
+        raise InputError(f"format {name!r} is unknown{did_you_mean(name.removeprefix('.'), _words())}")
     return found
+
+
+def _words() -> list[str]:
+    """Return what `named` takes: the names of formats, and extensions without their dots."""
+    return list(dict.fromkeys([*NAMES, *(extension[1:] for extension in FORMATS)]))
 
 
 def find(path: Path, start: bytes) -> Format:
@@ -107,17 +121,23 @@ def find(path: Path, start: bytes) -> Format:
         if row.magic and start.startswith(row.magic):
             return row
     raise FileFormatError(
-        f"{path}: unknown extension {extension or '(none)'!r}; known: {', '.join(FORMATS)}, each also with .gz; "
-        "name the format with format=, convert the file, or read it otherwise and pass its points to Lines.from_strands"
+        f"{path}: unknown extension {extension or '(none)'!r}{did_you_mean(extension, FORMATS)}, each also with .gz; "
+        "name the format by format= (--format on the command line), or pass its points to Lines.from_strands"
     )
 
 
 def to_write(path: Path) -> Format:
     """Return the format in which a file of this name is written."""
+    if path.is_dir():
+        check_target(path)
     extension, _ = extension_of(path)
+    if extension == ".flt":
+        raise InputError(
+            f"{path}: is the name of a tree, not of a file of lines; fl.build(lines).save(path) builds a tree and "
+            "saves it, and so does 'fastlines build INPUT -o FILE.flt'"
+        )
     known = {name: row for name, row in FORMATS.items() if row.writes}
     if extension not in known:
-        raise InputError(
-            f"{path}: files of extension {extension or '(none)'!r} are not written; known: {', '.join(known)}"
-        )
+        hint = f"; known: {', '.join(known)}" if extension in FORMATS else did_you_mean(extension, known)
+        raise InputError(f"{path}: files of extension {extension or '(none)'!r} are not written{hint}")
     return known[extension]

@@ -13,9 +13,11 @@ from typing import Any
 from ..atomic_write import atomic_write
 from ..curves import Curves
 from ..errors import FileWarning, InputError
-from ..geometry import AnyGeometry, Geometry
+from ..geometry import AnyGeometry, Geometry, count_text, counted, parts_of
 from ..lines import Lines
 from ..objects import lines as as_lines
+from .format import Format
+from .straight import straightened
 from .table import FORMATS, extension_of, to_write
 
 
@@ -29,7 +31,7 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
     path : str or path-like
         A file with one of the extensions that `docs/formats.md` lists as written, packed by gzip if ``.gz`` follows.
     lines : Lines, Curves, or what `fastlines.lines` takes
-        Curves are cut into the pieces that queries test, where the format has no curves.
+        Where the format has no curves, they are cut into the pieces that queries test, which keep their attributes.
 
     Raises
     ------
@@ -54,12 +56,17 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
     >>> len(read(path))
     2
     """
+    if isinstance(lines, str | os.PathLike):
+        raise InputError(f"lines are {str(lines)!r}, the name of a file; the name comes first: fl.write(path, lines)")
     try:
         target = Path(path)
     except TypeError:
         raise InputError(f"path is a {type(path).__name__}; expected a str or a path") from None
     row = to_write(target)
-    geometry, lost = to_written(lines, row.writes)
+    try:
+        geometry, lost = to_written(lines, row.writes)
+    except InputError as error:
+        raise InputError(f"{target}: {error}") from None
     extension, packed = extension_of(target)
     # Libraries want the usual extension, and gzip a whole file.
     with atomic_write(target) as partial, tempfile.TemporaryDirectory(dir=partial.parent) as folder:
@@ -67,25 +74,38 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
         lost += row.write(geometry, plain)
         with plain.open("rb") as file, gzip.open(partial, "wb") if packed else partial.open("wb") as out:
             shutil.copyfileobj(file, out)
+    n_skipped = sum(len(part.skipped) for part in parts_of(lines) if isinstance(part, Lines | Curves))
+    if n_skipped:
+        lost.append(f"{counted(n_skipped, 'rows')} of the input, skipped for NaN or Inf")
     if lost:
+        lost = list(dict.fromkeys(lost))
         why = "not kept, as the format has no place for it"
         warnings.warn(f"{target}: {why}: {'; '.join(lost)}", FileWarning, stacklevel=2)
 
 
-def to_written(lines: Any, known: tuple[type[Any], ...], keeper: str = "files") -> tuple[Any, list[str]]:
-    """Return what a writer takes, and what was lost on the way; `keeper` is what keeps it, in errors."""
+def parts_to_write(lines: Any, row: Format) -> list[Lines | Curves]:
+    """Return the lines and curves that a file of a format holds once they are written."""
+    return [part for part in parts_of(to_written(lines, row.writes)[0]) if isinstance(part, Lines | Curves)]
+
+
+def to_written(
+    lines: Any, known: tuple[type[Any], ...], keeper: str = "files", call: str = "fl.write(path, {})"
+) -> tuple[Any, list[str]]:
+    """Return what a writer takes, and what was lost on the way; errors name what keeps it, and the call that does."""
     geometry = lines if isinstance(lines, AnyGeometry) else as_lines(lines)
     if type(geometry) in known:
         return geometry, []
     if isinstance(geometry, Curves):
-        return geometry.pieces.lines, ["curves, which are written as their pieces, and their attributes"]
+        return straightened(geometry), ["curves, which are written as their pieces"]
     if type(geometry) is Lines:
         return geometry, []
     if isinstance(geometry, Geometry):
         several = ", ".join(extension for extension, row in FORMATS.items() if Geometry in row.writes)
+        parts = ", ".join(f"part {i} ({count_text(part)})" for i, part in enumerate(geometry.parts)) or "no parts"
+        first = next((i for i, part in enumerate(geometry.parts) if type(part) in (Lines, Curves)), 0)
         raise InputError(
-            f"this is a Geometry, and these {keeper} hold one part; give each of geometry.parts by itself, or write "
-            f"all of them to one of {several}"
+            f"this is a Geometry of {parts}, and such {keeper} hold one part; write all parts to one of {several}, or "
+            f"one by itself, as in {call.format(f'geometry.parts[{first}]')}"
         )
     raise InputError(
         f"this is {type(geometry).__name__}; {keeper} hold Lines or Curves: give those, or save a tree over it, which "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Container
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from ..arrays import AnyArray, IntArray
 from ..lines import Lines
 from .polylines import Polylines
+from .units import factor_between
 
 
 def is_encodable(name: str) -> bool:
@@ -64,12 +66,17 @@ def conventions(lines: Lines, unit: str | None = None, up: str | None = None) ->
 
     Examples
     --------
-    >>> conventions(Lines.from_segments([[[0, 0, 0], [1, 0, 0]]]), "mm", "z")
-    []
+    >>> lines = Lines(np.zeros((1, 2, 3), np.float32), unit="mm")
+    >>> conventions(lines, "mm", "z"), conventions(lines)
+    ([], ["the unit 'mm'"])
     """
     lost = []
-    if lines.unit not in (None, unit):
-        instead = f" (coordinates are written as they are, and will be read as {unit})" if unit else ""
+    if lines.unit is None and unit and len(lines):
+        lost.append(f"that the unit is not known (coordinates will be read as {unit})")
+    factor = factor_between(lines.unit or "", unit or "")
+    if lines.unit not in (None, unit) and not (factor and math.isclose(factor, 1)):
+        first = f": to keep lengths, multiply them and the radius by {factor:g} first" if factor else ""
+        instead = f" (coordinates are written as they are, and will be read as {unit}{first})" if unit else ""
         lost.append(f"the unit {lines.unit!r}{instead}")
     if lines.up not in (None, up):
         lost.append(f"the upward axis {lines.up!r}" + (f" ({up} will be up)" if up else ""))

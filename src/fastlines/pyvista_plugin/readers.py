@@ -51,7 +51,7 @@ def to_polydata(lines: Any) -> Any:
 
     The radius is the array ``radius`` of points, so ``mesh.tube(scalars="radius", absolute=True)`` draws it. Attributes
     are arrays of points or of cells. ``field_data`` has the ``unit`` and the axis ``up``, if known. Curves are cut into
-    the pieces that queries test, and their attributes are left out.
+    the pieces that queries test, which keep their attributes.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def to_polydata(lines: Any) -> Any:
     FileWarning
         Of everything that PolyData cannot hold, such as attributes that differ within a strand but belong to no point.
     """
-    straight, lost = to_written(lines, (Lines,), "meshes")
+    straight, lost = to_written(lines, (Lines,), "meshes", "to_polydata({})")
     parts = polylines_of(straight)
     # VTK wants the number of points of each cell before them.
     cells = np.insert(np.arange(len(parts.points)), parts.offsets[:-1], parts.counts)

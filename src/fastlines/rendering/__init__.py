@@ -1,16 +1,25 @@
 """Pictures of lines and of trees, by queries of a tree: depth images as in the thesis, and levels of trees."""
 
+from .aovs import AOVS, find_aovs
 from .depth import MAX_PIXELS, depth_image
 from .depth_picture import depth_picture
+from .frames import FRAME_FORMATS, write_frames
 from .images import IMAGE_FORMATS, check_image_path, write_depth, write_picture
 from .levels import level_sheet
+from .measures import MEASURES, Measure
 from .picture import Picture
 from .renderer import Renderer, render
+from .sequences import radius_sweep, spaced_radii, turntable, turntable_camera
 from .view import default_camera, default_view
+from .work import visited_nodes
 
 __all__ = [
+    "AOVS",
+    "FRAME_FORMATS",
     "IMAGE_FORMATS",
     "MAX_PIXELS",
+    "MEASURES",
+    "Measure",
     "Picture",
     "Renderer",
     "check_image_path",
@@ -18,8 +27,15 @@ __all__ = [
     "default_view",
     "depth_image",
     "depth_picture",
+    "find_aovs",
     "level_sheet",
+    "radius_sweep",
     "render",
+    "spaced_radii",
+    "turntable",
+    "turntable_camera",
+    "visited_nodes",
     "write_depth",
+    "write_frames",
     "write_picture",
 ]

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import colorsys
+import re
 from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arrays import FloatArray, IntArray, did_you_mean
+from ..camera import Vector
 from ..errors import InputError
 from .tone import linear
 
@@ -32,13 +34,34 @@ def mapped(values: npt.NDArray[np.floating], name: str = "viridis") -> FloatArra
     >>> mapped(np.array([0.0, 1.0]), "gray").tolist()
     [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]
     """
-    if name not in MAPS:
-        raise InputError(f"there is no colour map {name!r}{did_you_mean(name, tuple(MAPS))}")
-    table = linear([[int(text[i : i + 2], 16) / 255 for i in (0, 2, 4)] for text in MAPS[name].split()])
+    check_map(name)
+    table = np.array([hexadecimal(f"#{text}") for text in MAPS[name].split()])
     place = np.clip(np.nan_to_num(values, nan=0.5), 0, 1)
     steps = np.linspace(0, 1, len(table))
     colors = np.stack([np.interp(place, steps, table[:, axis]) for axis in range(3)], axis=-1)
     return np.where(np.isnan(values)[..., None], np.float32(0.3), colors).astype(np.float32)
+
+
+def check_map(name: str) -> None:
+    """Refuse an unknown colour map."""
+    if name not in MAPS:
+        raise InputError(f"there is no colour map {name!r}{did_you_mean(name, tuple(MAPS))}")
+
+
+def hexadecimal(text: str) -> Vector:
+    """Return the linear light of a colour such as "#c08040" or "#fff".
+
+    Examples
+    --------
+    >>> hexadecimal("#fff"), hexadecimal("#000000")
+    ((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
+    """
+    digits = text.removeprefix("#")
+    digits = "".join(2 * digit for digit in digits) if len(digits) == 3 else digits
+    if not re.fullmatch("[0-9a-fA-F]{6}", digits):
+        raise InputError(f"{text!r} is not a colour; expected # and six hexadecimal digits, such as #c08040")
+    red, green, blue = linear([int(digits[i : i + 2], 16) / 255 for i in (0, 2, 4)]).tolist()
+    return red, green, blue
 
 
 def of_directions(tangents: FloatArray) -> FloatArray:

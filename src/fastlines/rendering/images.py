@@ -1,14 +1,15 @@
-"""Files of pictures: PNG for the eye, EXR for the depths themselves."""
+"""Files of pictures: PNG for the eye, EXR for the numbers behind it."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray
+from ..arrays import AnyArray, FloatArray
 from ..atomic_write import atomic_write
 from ..errors import InputError
 from ..optional import optional
@@ -16,8 +17,12 @@ from ..optional import optional
 #: The extensions of pictures, and the content of each.
 IMAGE_FORMATS = {
     ".png": "the picture: lighter = nearer, 8 bits",
-    ".exr": "the depths: channel Z, float32, inf where nothing is hit (needs fastlines[exr])",
+    ".exr": "linear light, alpha, and depths as channel Z, inf where nothing is hit (needs fastlines[exr])",
 }
+#: What renderers call the channels of some AOVs; others keep their names.
+CHANNELS = {"depth": "Z", "normal": "N", "position": "P"}
+#: The largest float16, and the number of nothing in a channel of whole numbers.
+HALF_MAX, NOTHING = 65504.0, 2**32 - 1
 
 
 def check_image_path(path: str | os.PathLike[str]) -> str:
@@ -51,8 +56,60 @@ def write_depth(path: str | os.PathLike[str], depth: FloatArray) -> None:
     """
     if check_image_path(path) != ".exr":
         raise InputError(f"{path}: depths are written as .exr")
+    _write_channels(path, channels_of({"depth": depth}))
+
+
+def write_light(
+    path: str | os.PathLike[str], light: FloatArray, alpha: FloatArray, aovs: Mapping[str, AnyArray]
+) -> None:
+    """Write light, alpha and AOVs as one EXR; the file appears whole or not at all.
+
+    Parameters
+    ----------
+    path : str or path
+    light : (height, width, 3) array
+        Linear and multiplied by alpha, as EXR wants it; written as the channels R, G and B, of 16 bits.
+    alpha : (height, width) array
+        Written as the channel A, of 16 bits.
+    aovs : mapping of str to array
+        Written as `channels_of` names them.
+
+    Raises
+    ------
+    MissingExtraError
+        If OpenEXR is not installed.
+    """
+    if check_image_path(path) != ".exr":
+        raise InputError(f"{path}: light and AOVs are written as .exr")
+    colors = np.clip(np.concatenate([light, alpha[..., None]], axis=2), 0, HALF_MAX).astype(np.float16)
+    _write_channels(path, dict(zip("RGBA", np.moveaxis(colors, 2, 0), strict=True)) | channels_of(aovs))
+
+
+def channels_of(aovs: Mapping[str, AnyArray]) -> dict[str, AnyArray]:
+    """Return the channels of AOVs, as renderers name them.
+
+    Vectors have three channels, such as N.X, N.Y and N.Z. Numbers are float32, and whole numbers uint32. There -1
+    becomes 4294967295, the largest.
+
+    Examples
+    --------
+    >>> aovs = {"depth": np.ones((1, 1)), "normal": np.ones((1, 1, 3)), "id": np.full((1, 1), -1)}
+    >>> {name: values.tolist() for name, values in channels_of(aovs).items()}
+    {'Z': [[1.0]], 'N.X': [[1.0]], 'N.Y': [[1.0]], 'N.Z': [[1.0]], 'id': [[4294967295]]}
+    """
+    channels: dict[str, AnyArray] = {}
+    for name, values in aovs.items():
+        whole = values.dtype.kind in "iub"
+        kept = np.where(values < 0, NOTHING, values).astype(np.uint32) if whole else values.astype(np.float32)
+        if values.ndim == 3:
+            channels |= {f"{CHANNELS.get(name, name)}.{axis}": kept[..., i] for i, axis in enumerate("XYZ")}
+        else:
+            channels[CHANNELS.get(name, name)] = kept
+    return channels
+
+
+def _write_channels(path: str | os.PathLike[str], channels: Mapping[str, AnyArray]) -> None:
     exr = optional("OpenEXR", "writing .exr", "exr")
     header = {"compression": exr.ZIP_COMPRESSION, "type": exr.scanlineimage}
-    channels = {"Z": np.ascontiguousarray(depth, np.float32)}
     with atomic_write(path) as partial:
-        exr.File(header, channels).write(str(partial))
+        exr.File(header, {name: np.ascontiguousarray(c) for name, c in channels.items()}).write(str(partial))

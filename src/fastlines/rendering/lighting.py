@@ -69,10 +69,19 @@ class Rig:
 #: A key light from the upper left, a fill light, and a rim light from behind.
 STUDIO = Rig(
     (
-        Light((-0.55, 0.75, 0.75), (7.2, 6.9, 6.4), 3.0),
-        Light((0.9, 0.15, 0.5), (1.1, 1.3, 1.6), 12.0),
-        Light((0.45, 0.7, -1.0), (5.0, 5.2, 5.6), 3.0),
+        Light((-0.55, 0.85, 0.75), (7.0, 6.7, 6.2), 6.0),
+        Light((0.9, 0.25, 0.8), (1.2, 1.3, 1.6), 20.0),
+        Light((0.45, 0.7, -1.0), (4.0, 4.2, 4.6), 5.0),
     )
+)
+#: The same with more light from all around, for hair, which hides itself.
+SALON = Rig(
+    (
+        Light((-0.55, 0.75, 0.75), (7.2, 6.9, 6.4), 3.0),
+        Light((0.9, 0.25, 0.8), (2.8, 3.0, 3.3), 20.0),
+        Light((0.45, 0.7, -1.0), (4.5, 4.7, 5.2), 5.0),
+    ),
+    Sky((1.0, 1.05, 1.15), (0.8, 0.8, 0.82), (0.45, 0.42, 0.4)),
 )
 #: One large soft light and a bright sky, for colours that can be told apart everywhere.
 SOFT = Rig(

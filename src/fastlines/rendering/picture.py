@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import io
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arrays import AnyArray, FloatArray
-from .images import write_picture
-from .tone import bleed, filmic, srgb, to_bytes
+from ..errors import InputError
+from .images import check_image_path, write_light, write_picture
+from .legend import Legend, draw_legend
+from .tone import bleed, dithered, filmic, srgb, to_bytes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -28,19 +30,30 @@ class Picture:
         The light behind.
     samples : int
         How many samples of each pixel are averaged.
+    shadow : (height, width) float32, optional
+        How much darker the backdrop is, from 0 to 1: the shadow on the ground, weighted by what no line covers.
     exposure : float
         The light is multiplied by 2 to this power.
     is_light : bool
         Whether a filmic curve brings the light to the screen.
+    aovs : dict of str to array
+        What one ray through the centre of each pixel hits; `AOVS` describes them. Empty unless they were asked for.
+    legend : ColorBar or Triad, optional
+        What the colours mean.
+    shows_legend : bool
+        Whether the legend is drawn.
     """
 
     light: FloatArray
     alpha: FloatArray
     backdrop: FloatArray
     samples: int
+    shadow: FloatArray | None = None
     exposure: float = 0.0
     is_light: bool = True
-    aovs: dict[str, FloatArray] = field(default_factory=dict)
+    aovs: dict[str, AnyArray] = field(default_factory=dict)
+    legend: Legend | None = None
+    shows_legend: bool = False
 
     def __repr__(self) -> str:
         height, width = self.alpha.shape
@@ -61,10 +74,51 @@ class Picture:
         alpha = np.clip(self.alpha, 0, 1)[..., None]
         own: AnyArray = self.light / np.maximum(alpha, 1e-6)
         own = filmic(bleed(own * np.float32(2.0**self.exposure))) if self.is_light else np.clip(own, 0, 1)
+        shadow = np.zeros_like(alpha) if self.shadow is None else self.shadow[..., None]
         if transparent:
-            return to_bytes(np.concatenate([srgb(own), alpha], axis=2))
-        return to_bytes(srgb(own * alpha + (1 - alpha) * self.backdrop))
+            # A shadow is black that covers what no line does.
+            whole = alpha + shadow
+            pixels = to_bytes(
+                np.concatenate([srgb(own * alpha / np.maximum(whole, 1e-6)), np.clip(whole, 0, 1)], axis=2)
+            )
+        else:
+            pixels = dithered(srgb(own * alpha + (1 - alpha - shadow) * self.backdrop))
+        return draw_legend(pixels, self.legend) if self.shows_legend and self.legend else pixels
+
+    def with_legend(self) -> Picture:
+        """Return the picture with its legend drawn in the lower left corner.
+
+        That is a colour bar for the numbers of an attribute, hits or nodes, and three axes for directions. Other
+        pictures have no legend, and stay the same.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> lines = fl.Lines.from_segments([[[0, 0, 0], [1, 1, 1]]], attributes={"fa": [0.5]})
+        >>> picture = fl.render(lines, width=64, height=64, radius=0.1, samples=1, look="tube", color="fa")
+        >>> picture.with_legend().legend
+        ColorBar(title='fa', low=0.5, high=0.5, map='viridis')
+        """
+        return replace(self, shows_legend=True)
 
     def save(self, path: str | os.PathLike[str], transparent: bool = False) -> None:
-        """Write the picture as a PNG."""
-        write_picture(path, self.to_bytes(transparent))
+        """Write the picture as a .png for the eye, or its numbers as an .exr.
+
+        An .exr has the channels R, G and B: linear light, multiplied by alpha and by the exposure, without backdrop and
+        filmic curve. A is alpha. AOVs follow: Z is the depth, N.X to N.Z the normal, P.X to P.Z the position. The
+        others keep their names.
+
+        Raises
+        ------
+        InputError
+            If the extension is unknown, or a transparent picture is not written as .png.
+        MissingExtraError
+            If an .exr is to be written, and OpenEXR is not installed.
+        """
+        if check_image_path(path) == ".exr":
+            if transparent:
+                raise InputError(f"{path}: an .exr is always transparent; leave out transparent=")
+            exposure = np.float32(2.0**self.exposure if self.is_light else 1.0)
+            write_light(path, self.light * exposure, self.alpha, self.aovs)
+        else:
+            write_picture(path, self.to_bytes(transparent))

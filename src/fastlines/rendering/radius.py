@@ -11,33 +11,42 @@ import numpy.typing as npt
 from ..camera import Camera
 from ..tree import Tree
 
-#: A radius suits if at least this fraction of the rays that cross the box of the lines hit.
+#: A radius suits a query if at least this fraction of the rays that cross the box of the lines hit.
 MANY = 0.25
-#: The bounds of the radius, as fractions of the longest side of the box.
-THINNEST, THICKEST = 1 / 1500, 1 / 400
+#: The bounds of the radius of a picture, and one with which lines look closed, as fractions of the longest side.
+THINNEST, THICKEST, COARSE = 1 / 1500, 1 / 400, 1 / 100
+#: At least this fraction of the rays hit that hit with the coarse radius.
+CLOSED = 0.8
 #: How many rays are tried, spread evenly over all; there is no radius if fewer than `LEAST` of them cross the box.
 TRIED, LEAST = 4096, 100
 
 
 def suitable_radius(tree: Tree, camera: Camera) -> float | None:
-    """Return the least of the radii 1, 2, 5, 10 … with which enough rays of a picture hit; None if few cross the box.
+    """Return the least of the radii 1, 2, 5, 10 … with which lines look closed where they are dense.
 
-    It is not less than `THINNEST` and not more than `THICKEST` times the longest side of the box.
+    With it, `CLOSED` of the rays of a picture hit that hit with the radius `COARSE`. It is not less than `THINNEST` and
+    not more than `THICKEST`, all of them times the longest side of the box. Flat lines have the least radius. None if
+    too few rays cross the box.
 
     Examples
     --------
     >>> import fastlines as fl
     >>> scene = fl.scenes.make("spaghetti")
     >>> suitable_radius(fl.build(scene.lines), scene.camera)
-    0.0005
+    0.002
     """
     side = round(TRIED**0.5)
     rays = some_rays(tree, *camera.rays(side, side))
     if rays is None:
         return None
-    size = float(np.ptp(tree.nodes["box"][0], axis=0).max())
-    suits = least_radius(tree, rays, 0.0)[0] or 0.0
-    return min(max(suits, round_number(THINNEST * size)), round_number(THICKEST * size))
+    extent = np.ptp(tree.nodes["box"][0], axis=0)
+    size = float(extent.max())
+    least, most, coarse = (round_number(part * size) for part in (THINNEST, THICKEST, COARSE))
+    enough = CLOSED * tree.any_hit(rays[0], rays[1], coarse).sum()
+    if extent.min() == 0:
+        return least  # flat lines, such as a map, have gaps
+    tried = [least, *round_numbers(least, most)]
+    return next((radius for radius in tried if tree.any_hit(rays[0], rays[1], radius).sum() >= enough), most)
 
 
 def round_number(number: float) -> float:

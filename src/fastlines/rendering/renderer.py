@@ -11,21 +11,22 @@ import numpy as np
 from ..arrays import FloatArray, count
 from ..builder import build
 from ..camera import Camera
-from ..curves import Curves
 from ..errors import InputError
 from ..geometry import needs_radius, radius_beyond
-from ..lines import Lines
 from ..progress import ProgressOption, reporting
 from ..tree import Tree
+from .aovs import find_aovs
 from .colours import GOLDEN
 from .depth import check_radius, check_size
-from .depth_picture import THIN, pixel_size
 from .fragments import Cones, Fragments, Surfaces
-from .lighting import Rig
-from .looks import Look, make_look
+from .ground import Ground
+from .lighting import STUDIO, Rig
+from .looks import Backdrop, Look, make_look
+from .looks.solid import Solid
 from .looks.traced_hair import TracedHair
+from .measures import MEASURES, Measure, measured_picture
 from .picture import Picture
-from .sampling import filter_offset, hashed, uniforms
+from .sampling import hashed, points_in_pixels
 from .stage import Draws, Stage
 from .view import default_camera
 
@@ -52,19 +53,18 @@ class Renderer:
         samples: int | None,
     ) -> None:
         check_size(width, height)
-        geometry = tree.geometry
         self.width, self.height, self.look = width, height, look
-        pixel = pixel_size(geometry, camera, height)
-        largest = radius + radius_beyond(geometry)
-        thin = isinstance(geometry, Lines | Curves) and largest < THIN * pixel
-        self.samples = samples or (THIN_SAMPLES if thin else SAMPLES)
-        thin &= not (isinstance(look, TracedHair) and self.samples >= MANY_SAMPLES)
-        self.stage = Stage(tree, radius, camera, rig, pixel, thin)
-        spread = camera.spread(height)
-        self._finder = Cones(tree, radius, spread, largest / max(pixel, 1e-30)) if thin else Surfaces(tree, radius)
+        self.stage = Stage.of(tree, camera, height, radius, rig)
+        self.samples = samples or (THIN_SAMPLES if self.stage.thin else SAMPLES)
+        opacity = (radius + radius_beyond(tree.geometry)) / max(self.stage.pixel, 1e-30)
+        traces_many = isinstance(look, TracedHair) and self.samples >= MANY_SAMPLES
+        thin = self.stage.thin and not traces_many
+        self._finder = Cones(tree, radius, camera.spread(height), opacity) if thin else Surfaces(tree, radius)
         self._light = np.zeros((height * width, 3), np.float64)
         self._alpha = np.zeros(height * width, np.float64)
+        self._shadow = np.zeros(height * width, np.float64)
         self._counts = np.zeros(height, np.int64)
+        self._ground = Ground(self.stage) if look.has_ground and len(tree.geometry) else None
 
     def passes(self, progress: Callable[[float], object] | None = None) -> Iterator[int]:
         """Add one sample to each pixel at a time, and yield how many there are."""
@@ -84,8 +84,15 @@ class Renderer:
         alpha = self._alpha.reshape(shape) / counts
         backdrop = self.look.backdrop.light(self.width, self.height)
         samples = int(self._counts.min())
+        legend = self.look.color.legend(self.stage) if isinstance(self.look, Solid) else None
         return Picture(
-            light.astype(np.float32), alpha.astype(np.float32), backdrop, samples, is_light=self.look.is_light
+            light.astype(np.float32),
+            alpha.astype(np.float32),
+            backdrop,
+            samples,
+            shadow=(self._shadow.reshape(shape) / counts).astype(np.float32),
+            is_light=self.look.is_light,
+            legend=legend,
         )
 
     def _bands(self) -> Iterator[slice]:
@@ -97,16 +104,18 @@ class Renderer:
         """Add a sample to each pixel of some rows."""
         pixels = np.arange(rows.start * self.width, rows.stop * self.width)
         seeds = hashed(pixels.astype(np.uint32))
-        x = pixels % self.width + 0.5 + filter_offset(uniforms(index, seeds, 0))
-        y = pixels // self.width + 0.5 + filter_offset(uniforms(index, seeds, 1))
+        x, y = points_in_pixels(index, pixels, self.width)
         origins, directions, _ = self.stage.camera.ray(x, y, self.width, self.height)
         offsets = (seeds * 2.0**-32 + index * GOLDEN) % 1
         fragments = self._finder.find(origins, directions, offsets)
+        own = slice(pixels[0], pixels[-1] + 1)
         if len(fragments):
             light = self.look.shade(fragments, self.stage, Draws.of_fragments(index, seeds, fragments.ray))
-            own = slice(pixels[0], pixels[-1] + 1)
             self._light[own] += _summed(fragments, light, len(pixels))
             self._alpha[own] += fragments.opacity
+        if self._ground is not None:
+            dark = self._ground.darkness(origins, directions, Draws(index, hashed(seeds, 3)))
+            self._shadow[own] += dark * (1 - fragments.opacity)
         self._counts[rows] = index + 1
 
 
@@ -116,13 +125,17 @@ def render(
     *,
     width: int = 1024,
     height: int = 1024,
-    look: str | Look | None = None,
+    look: str | Look | Measure | None = None,
     radius: float | None = None,
     samples: int | None = None,
     color: str | None = None,
+    color_map: str = "viridis",
+    background: str | None = None,
     rig: Rig | None = None,
     exposure: float = 0.0,
     quality: str = "normal",
+    aovs: bool = False,
+    legend: bool = False,
     progress: ProgressOption = False,
 ) -> Picture:
     """Render a picture of lines.
@@ -133,20 +146,30 @@ def render(
     camera : Camera, optional
         By default one that frames the geometry.
     width, height : int
-    look : str or Look, optional
-        One of `LOOKS`; by default the one that suits the geometry.
+    look : str, Look or Measure, optional
+        One of `LOOKS`; by default the one that suits the geometry. Or one of `MEASURES`, a number of each ray.
     radius : float, optional
         Half the thickness of the lines, which is added to their own. By default one that suits if they have none.
     samples : int, optional
-        How many samples of a pixel are averaged.
+        How many samples of a pixel are averaged. By default there are 16, or 4 if lines are thinner than a pixel; of a
+        measure there is one, through the pixel's centre.
     color : str, optional
-        What colours depend on: "direction", "strand", "plain" or an attribute.
+        Of hair: "blond", "brown" and others, or "#rrggbb". Of fibres and tubes: "direction", "strand", the name of an
+        attribute, or "#rrggbb".
+    color_map : str
+        For an attribute: "viridis", "magma", "inferno", "coolwarm" or "gray".
+    background : str, optional
+        One colour, or those at the top and at the bottom: "#fff" or "#fff:#ccc".
     rig : Rig, optional
         The lights.
     exposure : float
         Multiply the light by 2 to this power.
     quality : {"normal", "high"}
         With "high", light in hair is scattered as often as it takes, by path tracing; that takes many samples.
+    aovs : bool
+        Find depths, positions, normals, tangents and ids too: `Picture.aovs`.
+    legend : bool
+        Draw what the colours mean: `Picture.with_legend`.
     progress : bool or callable
 
     Returns
@@ -169,17 +192,28 @@ def render(
         from .radius import suitable_radius
 
         radius = suitable_radius(tree, camera)
-    if look is None or isinstance(look, str):
-        made = make_look(look, tree.geometry, color, quality=quality)
-    elif quality == "normal":
-        made = look
+    radius = check_radius(tree, radius)
+    look = MEASURES.get(look, look) if isinstance(look, str) else look
+    if isinstance(look, Measure):
+        if color is not None or rig is not None or quality != "normal":
+            text = "shows a number by its own colours; leave out color=, rig= and quality="
+            raise InputError(f"the look {look.name!r} {text}")
+        picture = measured_picture(tree, camera, width, height, radius, look, samples or 1, progress)
+        stage = Stage.of(tree, camera, height, radius, STUDIO)
     else:
-        raise InputError(f"quality={quality!r} is for looks by name; a look that you make has its own")
-    renderer = Renderer(tree, camera, width, height, check_radius(tree, radius), made, rig or made.rig, samples)
-    with reporting(progress, "render") as callback:
-        for _ in renderer.passes(callback):
-            pass
-    return replace(renderer.picture(), exposure=exposure)
+        if look is None or isinstance(look, str):
+            look = make_look(look, tree.geometry, color, color_map, quality)
+        elif quality != "normal":
+            raise InputError(f"quality={quality!r} is for looks by name; a look that you make has its own")
+        renderer = Renderer(tree, camera, width, height, radius, look, rig or look.rig, samples)
+        with reporting(progress, "render") as callback:
+            for _ in renderer.passes(callback):
+                pass
+        picture, stage = renderer.picture(), renderer.stage
+    if background is not None:
+        picture = replace(picture, backdrop=Backdrop.of(background).light(width, height))
+    found = find_aovs(stage, width, height) if aovs else {}
+    return replace(picture, exposure=exposure, aovs=found | picture.aovs, shows_legend=legend)
 
 
 def _summed(fragments: Fragments, light: FloatArray, n_rays: int) -> FloatArray:

@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray
+from ..arrays import AnyArray, FloatArray, IntArray
 
 Words = npt.NDArray[np.uint32]
 
@@ -76,6 +76,35 @@ def filter_offset(uniform: FloatArray) -> FloatArray:
     """
     integral, places = _filter_integral()
     return np.asarray(np.interp(uniform, integral, places), np.float32)
+
+
+def points_in_pixels(index: int | None, pixels: IntArray, width: int) -> tuple[AnyArray, AnyArray]:
+    """Return the point of the picture that a sample of each pixel has; without an index, the pixel's centre.
+
+    Parameters
+    ----------
+    index : int or None
+        The number of the sample, which counts from 0.
+    pixels : (n,) array of int
+        Row by row from the top left.
+    width : int
+        The width of the picture.
+
+    Returns
+    -------
+    x, y : (n,) float64
+        In pixels, as `Camera.ray` takes them.
+
+    Examples
+    --------
+    >>> points_in_pixels(None, np.arange(3), width=2)
+    (array([0.5, 1.5, 0.5]), array([0.5, 0.5, 1.5]))
+    """
+    x, y = pixels % width + 0.5, pixels // width + 0.5
+    if index is None:
+        return x, y
+    seeds = hashed(pixels.astype(np.uint32))
+    return x + filter_offset(uniforms(index, seeds, 0)), y + filter_offset(uniforms(index, seeds, 1))
 
 
 @cache

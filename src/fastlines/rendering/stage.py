@@ -10,9 +10,12 @@ import numpy.typing as npt
 
 from ..arrays import FloatArray
 from ..camera import Camera
+from ..curves import Curves
+from ..geometry import radius_beyond
+from ..lines import Lines
 from ..tree import Tree
 from .depth import View
-from .depth_picture import PROBE, SPOT, Tone, probe
+from .depth_picture import PROBE, SPOT, THIN, Tone, pixel_size, probe
 from .lighting import Rig
 from .sampling import Words, hashed, uniforms
 
@@ -43,6 +46,14 @@ class Stage:
     rig: Rig
     pixel: float
     thin: bool
+
+    @classmethod
+    def of(cls, tree: Tree, camera: Camera, height: int, radius: float, rig: Rig) -> Stage:
+        """Return the stage of a picture of some height."""
+        pixel = pixel_size(tree.geometry, camera, height)
+        largest = radius + radius_beyond(tree.geometry)
+        thin = isinstance(tree.geometry, Lines | Curves) and largest < THIN * pixel
+        return cls(tree, radius, camera, rig, pixel, thin)
 
     @cached_property
     def size(self) -> float:

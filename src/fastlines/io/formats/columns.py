@@ -102,7 +102,7 @@ def numeric(
     """
     arrays: dict[str, AnyArray] = {}
     dropped, sparse = [], []
-    budget = BUDGET_FACTOR * len(source.data) + BUDGET_BYTES
+    budget = BUDGET_FACTOR * source.size + BUDGET_BYTES
     for name, (rows, values) in sorted(columns.items(), key=lambda column: -len(column[1][0])):
         found = array_of(values)
         if found is None:

@@ -67,7 +67,7 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
     numbers: list[int] = []
     n_points = 0
     try:
-        for entity, matrices in _exploded(source, drawing.modelspace(), others, [_MAX_ENTITIES + len(source.data)]):
+        for entity, matrices in _exploded(source, drawing.modelspace(), others, [_MAX_ENTITIES + source.size]):
             points = _points(entity, path.make_path(entity), matrices, tolerance)
             n_points += len(points)
             if 12 * n_points > source.unpack_limit:

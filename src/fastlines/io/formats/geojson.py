@@ -84,6 +84,7 @@ def read(source: Source, invalid: str, *, radius: str | None = None) -> Lines:
 def _documents(source: Source) -> list[Any]:
     """Parse the file: one document, or one a line."""
     text = source.text()
+    source.drop()
     try:
         try:
             return [_parse(text)]
@@ -189,9 +190,11 @@ class _Found:
             if not len(part):
                 continue
             self.n_long += part.shape[1] > 3
-            points = np.zeros((len(part), 3))
-            points[:, : min(part.shape[1], 3)] = part[:, :3]
-            self.points.append(points)
+            if part.shape[1] != 3:
+                points = np.zeros((len(part), 3))
+                points[:, : min(part.shape[1], 3)] = part[:, :3]
+                part = points
+            self.points.append(part)
             self.owner.append(row)
 
     def _set_unit(self, crs: Any) -> None:

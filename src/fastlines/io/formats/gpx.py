@@ -89,6 +89,7 @@ class _Reader:
         try:
             for start in range(0, len(data), _BLOCK):
                 self._parser.Parse(data[start : start + _BLOCK], start + _BLOCK >= len(data))
+                self.source.advance(_BLOCK)
         except FileFormatError:
             raise
         except expat.ExpatError as error:

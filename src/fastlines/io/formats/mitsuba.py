@@ -35,6 +35,7 @@ def read(source: Source, invalid: str, *, basis: str = "linear") -> Lines | Curv
     """
     choice("basis", basis, BASES)
     lines = number_lines(source, unify(source.data))
+    source.drop()
     check_columns(source, lines, 4, "4, x y z radius")
     n_long = int((lines.counts > 4).sum())
     if n_long:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
+from array import array
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -16,7 +17,7 @@ from ..source import Source
 Float64Array = npt.NDArray[np.float64]
 
 #: So many bytes of text are parsed at once, and so many rows are written at once.
-PIECE = 1 << 23
+PIECE = 1 << 20
 _ROWS = 1 << 16
 
 _NUMBER = re.compile(rb"[+-]?(?:(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?|nan(?:\(\w*\))?|inf|infinity)", re.IGNORECASE)
@@ -43,7 +44,13 @@ def unify(data: bytes) -> bytes:
     return data.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in data else data
 
 
-def number_lines(source: Source, text: bytes, line_of: IntArray | None = None, what: str = "line") -> NumberLines:
+def number_lines(
+    source: Source,
+    text: bytes | bytearray,
+    line_of: IntArray | None = None,
+    what: str = "line",
+    comment: re.Pattern[bytes] | None = None,
+) -> NumberLines:
     """Parse lines of numbers that white space separates.
 
     Parameters
@@ -56,10 +63,13 @@ def number_lines(source: Source, text: bytes, line_of: IntArray | None = None, w
         The number of each line in the file, from 0, where the text holds only some of them.
     what : str
         What a line is called in the error.
+    comment : pattern, optional
+        What is left out of lines.
     """
-    numbers, counts = [np.empty(0)], [np.empty(0, np.int64)]
+    numbers, counts = array("d"), array("q")  # which grow in place
     n_before = 0
-    for piece in _pieces(text):
+    for given in _pieces(text):
+        piece = given if comment is None else comment.sub(b"", given)
         parsed = parse_numbers(piece)
         raw = np.frombuffer(piece, np.uint8)
         ends = np.flatnonzero(raw == ord("\n"))
@@ -72,10 +82,12 @@ def number_lines(source: Source, text: bytes, line_of: IntArray | None = None, w
             )
         if len(ends) == 0 or ends[-1] + 1 < len(raw):
             ends = np.append(ends, len(raw))
-        numbers.append(parsed)
-        counts.append(np.diff(np.searchsorted(_word_starts(raw), ends), prepend=0))
+        numbers.frombytes(parsed.view(np.uint8).data)
+        per_line = np.diff(np.searchsorted(_word_starts(raw), ends), prepend=0).astype(np.int64, copy=False)
+        counts.frombytes(per_line.view(np.uint8).data)
         n_before += len(ends)
-    return NumberLines(np.concatenate(numbers), np.concatenate(counts))
+        source.advance(len(given))
+    return NumberLines(np.frombuffer(numbers, np.float64), np.frombuffer(counts, np.int64))
 
 
 def parse_numbers(text: bytes) -> Float64Array | None:
@@ -128,12 +140,12 @@ def _word_starts(raw: npt.NDArray[np.uint8]) -> IntArray:
     return np.flatnonzero(starts)
 
 
-def _pieces(text: bytes) -> Iterator[bytes]:
+def _pieces(text: bytes | bytearray) -> Iterator[bytes]:
     """Cut a text between two lines into pieces of moderate size."""
     start = 0
     while start < len(text):
         stop = text.find(b"\n", start + PIECE) + 1 or len(text)
-        yield text if stop - start == len(text) else text[start:stop]
+        yield bytes(text[start:stop])
         start = stop
 
 

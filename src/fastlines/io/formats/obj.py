@@ -52,6 +52,8 @@ def read(source: Source, invalid: str) -> Lines:
     rows = np.flatnonzero(is_line)
     elements = number_lines(source, _TEXTURE.sub(b"", _values(text, starts, is_line)), numbers[rows])
     counts = elements.counts[: len(rows)]
+    del text, raw
+    source.drop()
 
     # Turn the numbers of vertices into rows.
     with np.errstate(invalid="ignore"):
@@ -108,7 +110,7 @@ def _at(raw: npt.NDArray[np.uint8], places: IntArray) -> npt.NDArray[np.uint8]:
     return np.where(places < len(raw), raw[np.minimum(places, len(raw) - 1)], np.uint8(ord("\n")))
 
 
-def _values(text: bytes, starts: IntArray, chosen: npt.NDArray[np.bool_]) -> bytes:
+def _values(text: bytes, starts: IntArray, chosen: npt.NDArray[np.bool_]) -> bytes | bytearray:
     """Return some lines, without their one-letter keywords and without comments."""
     stops = np.append(starts[1:], len(text) + 1)
     # Copy lines that follow each other at once.
@@ -117,11 +119,10 @@ def _values(text: bytes, starts: IntArray, chosen: npt.NDArray[np.bool_]) -> byt
     joined = bytearray().join([text[start:stop] for start, stop in runs])
     sizes = (stops - starts)[chosen]
     np.frombuffer(joined, np.uint8)[np.cumsum(sizes) - sizes] = ord(" ")
-    values = bytes(joined)
-    return re.sub(rb"#[^\n]*", b"", values) if b"#" in values else values
+    return re.sub(rb"#[^\n]*", b"", joined) if b"#" in joined else joined
 
 
-def _vertices(source: Source, text: bytes, line_of: IntArray) -> tuple[Float64Array, FloatArray | None]:
+def _vertices(source: Source, text: bytes | bytearray, line_of: IntArray) -> tuple[Float64Array, FloatArray | None]:
     """Return the places and the colours of vertices."""
     lines = number_lines(source, text, line_of)
     counts = lines.counts[: len(line_of)]

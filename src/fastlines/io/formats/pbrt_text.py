@@ -60,6 +60,7 @@ class Words:
         match = _CURVE.match(self.text, self.at)
         if match is None:
             return None
+        self.source.advance(match.end() - self.at)
         self.at = match.end()
         found = _PARAMETER.findall(self.text, match.start(1), match.end(1))
         return {name: numbers or string or quoted or number for name, numbers, string, quoted, number in found}

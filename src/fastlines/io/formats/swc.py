@@ -43,7 +43,9 @@ def read(source: Source, invalid: str) -> Lines:
     if scales:
         given = b" ".join(scales[0])[:60].decode("latin-1")
         source.warn(f"its comment SCALE is {given}; coordinates are not scaled by it")
-    lines = number_lines(source, _COMMENT.sub(b"", text) if b"#" in text else text)
+    lines = number_lines(source, text, comment=_COMMENT if b"#" in text else None)
+    del text
+    source.drop()
     check_columns(source, lines, 7, "7, id type x y z radius parent")
     n_long = int((lines.counts > 7).sum())
     if n_long:

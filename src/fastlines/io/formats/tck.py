@@ -13,11 +13,16 @@ Files are written as Float32LE. The format holds nothing but points.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from ...arrays import IntArray
 from ...lines import Lines
+from ..joining import Joined, warn_if_coarse
 from ..polylines import polylines_of
 from ..source import BAD_COPY, Source
 from ..written import conventions, strand_numbers
@@ -30,43 +35,33 @@ _TYPE_NAMES = "Float32LE, Float32BE, Float64LE or Float64BE"
 _END = re.compile(rb"\n[ \t\r]*END[ \t\r]*\n")
 #: The longest beginning that can be text: it ends at a control character.
 _TEXT = re.compile(rb"[^\0-\x08\x0b\x0e-\x1f\x7f]*")
+#: The whole file is searched for the end of its header only if that is not within so many bytes.
+_MAX_HEADER = 1 << 20
 
 
 def read(source: Source, invalid: str) -> Lines:
     """Read a ``.tck`` file, in RASMM and without attributes; streamlines without points count as strands."""
-    if not source.data.startswith(MAGIC):
-        raise source.error(f"starts with {source.data[:13]!r}, a .tck file with {MAGIC!r}; check the extension")
+    start_of_file = source.start(len(MAGIC))
+    if start_of_file != MAGIC:
+        raise source.error(f"starts with {start_of_file!r}, a .tck file with {MAGIC!r}; check the extension")
     fields, start, is_guess = _header(source)
     type_name = _type(source, fields)
     is_guess |= "datatype" not in fields
     dtype = np.dtype(_TYPES[type_name.lower()])
 
-    # Find the three Inf that end the file, and the three NaN that end each streamline.
-    n_triples = (len(source.data) - start) // (3 * dtype.itemsize)
-    triples = source.array("triples", dtype, (n_triples, 3), at=start)
-    odd = np.flatnonzero(~np.isfinite(triples[:, 0]))
-    marks = odd[np.isinf(triples[odd]).all(axis=1)]
-    is_whole = len(marks) > 0
-    n_read = int(marks[0]) if is_whole else n_triples
-    ends = odd[(odd < n_read) & np.isnan(triples[odd]).all(axis=1)]
-    n_open = n_read - int(ends[-1] + 1 if len(ends) else 0)
-    n_left = len(source.data) - start - (n_read + is_whole) * 3 * dtype.itemsize
-
-    if not is_whole:
-        _check_end(source, start, type_name, is_guess=is_guess, is_open=n_open + n_left > 0)
-    elif n_open:
-        source.warn("no NaN ends its last streamline; the end of the data does")
-        ends = np.append(ends, n_read)
-    counts = np.diff(np.append(-1, ends)) - 1
-    _check_count(source, fields.get("count", []), counts.tolist(), is_whole=is_whole, n_left=n_left)
-
-    # Copy the points, each as one item, and drop the file's bytes.
-    is_point = np.ones(n_read, np.bool_)
-    is_point[ends[ends < n_read]] = False
-    points = triples.view(f"V{3 * dtype.itemsize}")[:n_read, 0][is_point].view(dtype).reshape(-1, 3)
-    del triples
-    source.data = b""
-    return Lines.from_points(points, counts, invalid=invalid)
+    # Join the points of some streamlines at a time.
+    streamlines = _Streamlines(source, start, dtype)
+    joined = Joined(source.size // (3 * dtype.itemsize))
+    found = [np.empty(0, np.int64)]
+    for points, counts in streamlines:
+        joined.add(points, counts, {})
+        found.append(counts)
+    _check_end(source, start, type_name, is_guess, streamlines)
+    is_whole, n_left = streamlines.is_whole, streamlines.n_left
+    _check_count(source, fields.get("count", []), np.concatenate(found).tolist(), is_whole=is_whole, n_left=n_left)
+    if joined.may_be_coarse:
+        warn_if_coarse(points for points, _ in streamlines)
+    return joined.lines(invalid)
 
 
 def write(lines: Lines, path: Path) -> list[str]:
@@ -89,10 +84,14 @@ def write(lines: Lines, path: Path) -> list[str]:
 def _header(source: Source) -> tuple[dict[str, list[str]], int, bool]:
     """Return the header's fields, where the data start, and whether that is a guess."""
     # Find the end of the header: END, or else the end of the text.
-    end = _END.search(source.data)
-    stop = end.end() if end else _text_end(source.data)
+    data = source.start(_MAX_HEADER)
+    end = _END.search(data)
+    if end is None:
+        data = source.data
+        end = _END.search(data)
+    stop = end.end() if end else _text_end(data)
     fields: dict[str, list[str]] = {}
-    _add_fields(fields, source.data[:stop])
+    _add_fields(fields, data[:stop])
     places = [place.split() for place in fields.get("file", [])]
     elsewhere = [place[0] for place in places if place and place[0] != "."]
     if elsewhere:
@@ -107,8 +106,9 @@ def _header(source: Source) -> tuple[dict[str, list[str]], int, bool]:
         source.warn(f"its header has no line END; its data are read from byte {start} on, as it says")
         return fields, start, True
     # Accept only padding, and more of a header, between the header and the data.
-    between = source.data[stop:start].strip(b"\0\t\r\n ") if start >= stop else b""
-    if not stop <= start <= len(source.data) or _text_end(between) < len(between):
+    data = data if start <= len(data) else source.data
+    between = data[stop:start].strip(b"\0\t\r\n ") if start >= stop else b""
+    if not stop <= start <= source.size or _text_end(between) < len(between):
         given = ", ".join(" ".join(place)[:40] for place in places) or "missing"
         source.warn(f"where its data start ('file') is {given}; they are read from behind its header, byte {stop}")
         return fields, stop, True
@@ -142,15 +142,73 @@ def _type(source: Source, fields: dict[str, list[str]]) -> str:
     return names[0]
 
 
-def _check_end(source: Source, start: int, type_name: str, *, is_guess: bool, is_open: bool) -> None:
+class _Streamlines:
+    """Iterates over streamlines, several at a time: their points, (m, 3), and numbers of points, (k,) int64.
+
+    Once all are read, `is_whole` says whether three Inf end them, `is_open` whether the last one lacks its NaN, and
+    `n_left` how many bytes follow.
+    """
+
+    def __init__(self, source: Source, start: int, dtype: np.dtype[Any]) -> None:
+        self.source, self.start, self.dtype = source, start, dtype
+        self.is_whole = self.is_open = False
+        self.n_left = 0
+
+    def __iter__(self) -> Iterator[tuple[npt.NDArray[np.floating], IntArray]]:
+        self.is_whole = False
+        size, at, rest = 3 * self.dtype.itemsize, self.start, b""
+        waiting: list[npt.NDArray[np.floating]] = []
+        for piece in self.source.pieces(self.start):
+            data = rest + piece
+            triples = np.frombuffer(data, self.dtype, 3 * (len(data) // size)).reshape(-1, 3)
+            rest = data[triples.nbytes :]
+
+            # Find the three Inf that end the file, and the three NaN that end each streamline.
+            odd = np.flatnonzero(~np.isfinite(triples[:, 0]))
+            marks = odd[np.isinf(triples[odd]).all(axis=1)]
+            self.is_whole = len(marks) > 0
+            stop = int(marks[0]) if self.is_whole else len(triples)
+            ends = odd[(odd < stop) & np.isnan(triples[odd]).all(axis=1)]
+            if len(ends):
+                last = int(ends[-1]) + 1
+                counts = np.diff(ends, prepend=-1) - 1
+                counts[0] += sum(map(len, waiting))
+                yield np.concatenate([*waiting, _without(triples[:last], ends)]), counts
+                waiting = [triples[last:stop]]
+            else:
+                waiting.append(triples[:stop])
+            self.source.advance(triples.nbytes)
+            at += size * (stop + self.is_whole)
+            if self.is_whole:
+                break
+        self.n_left = self.source.size - at
+        n_open = sum(map(len, waiting))
+        self.is_open = n_open > 0
+        if n_open:
+            yield np.concatenate(waiting), np.array([n_open])
+
+
+def _without(triples: npt.NDArray[np.floating], ends: IntArray) -> npt.NDArray[np.floating]:
+    """Return the triples that end no streamline; each is copied as one item."""
+    is_point = np.ones(len(triples), np.bool_)
+    is_point[ends] = False
+    items = triples.view(f"V{3 * triples.dtype.itemsize}")[:, 0]
+    return np.asarray(items[is_point].view(triples.dtype).reshape(-1, 3))
+
+
+def _check_end(source: Source, start: int, type_name: str, is_guess: bool, streamlines: _Streamlines) -> None:
     """Refuse a file without three Inf at its end, unless nothing else can be missing."""
+    if streamlines.is_whole:
+        if streamlines.is_open:
+            source.warn("no NaN ends its last streamline; the end of the data does")
+        return
     for name, dtype in _TYPES.items():
         if source.data.endswith(np.full(3, np.inf, dtype).tobytes()):
             raise source.error(
                 f"it ends as a whole file of type {name} does, but data of type {type_name.lower()} that start at byte "
                 f"{start} do not; mend the type ('datatype') or the start ('file') in its header"
             )
-    if is_open:
+    if streamlines.is_open or streamlines.n_left:
         raise source.error(f"its last streamline does not end, neither with NaN nor with Inf; {BAD_COPY}")
     if is_guess:
         raise source.error(f"three Inf at the end are missing, which would prove where its data are; {BAD_COPY}")

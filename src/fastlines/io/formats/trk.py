@@ -22,13 +22,15 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ...arrays import AnyArray, FloatArray, IntArray, is_far, warn_of_rounding
+from ...arrays import AnyArray, FloatArray
 from ...lines import Lines
 from ...strand_values import with_strand_values
+from ..joining import Joined, warn_if_coarse
 from ..polylines import polylines_of
 from ..source import BAD_COPY, Source
 from ..written import conventions, keeps_values, strand_numbers
 from .streamlines import UNIT, UP, dimensions, split_values
+from .trk_streamlines import Streamlines
 
 HEADER_SIZE = 1000
 _HEADER = np.dtype(
@@ -52,8 +54,6 @@ _DIRECTIONS = ("RL", "AP", "SI")
 _DEFAULT_ORDER = "LPS"
 #: The most names of scalars, and of properties, and the bytes of each.
 _MAX_NAMES, _NAME_SIZE = 10, 20
-#: So many points are transformed at once.
-_PART = 1 << 15
 
 
 def read(source: Source, invalid: str) -> Lines:
@@ -62,8 +62,9 @@ def read(source: Source, invalid: str) -> Lines:
     Scalars per point and properties per streamline become ``attributes`` by their names, float32. A segment has those
     of its first point and of its streamline.
     """
-    byte_order: Literal["<", ">"] = ">" if source.data[996:1000] == b"\0\0\x03\xe8" else "<"
-    header = source.record("header fields", _HEADER.newbyteorder(byte_order))
+    head = Source(source.start(HEADER_SIZE), source.name)
+    byte_order: Literal["<", ">"] = ">" if head.data[996:1000] == b"\0\0\x03\xe8" else "<"
+    header = head.record("header fields", _HEADER.newbyteorder(byte_order))
     if header["magic"][:5] != b"TRACK":
         raise source.error(f"starts with {header['magic'][:5]!r}, a .trk file with b'TRACK'; check the extension")
     if header["header_size"] != HEADER_SIZE:
@@ -74,11 +75,23 @@ def read(source: Source, invalid: str) -> Lines:
             "neither can be negative; mend the header"
         )
     transform = _transform(source, header)
-    rows, properties, counts = _streamlines(source, header, byte_order)
-    points = _apply(transform, rows[:, :3])
-    attributes = _columns(header["scalar_names"], rows[:, 3:], "scalars")
-    lines = Lines.from_points(points, counts, attributes=attributes, invalid=invalid)
-    return with_strand_values(lines, _columns(header["property_names"], properties, "properties"), "streamline")
+    names, n_scalars, n_properties = header["scalar_names"], header["n_scalars"], header["n_properties"]
+
+    # Join the points of some streamlines at a time.
+    streamlines = Streamlines(source, HEADER_SIZE, byte_order, 3 + n_scalars, n_properties)
+    joined = Joined(
+        source.size // (4 * (3 + n_scalars)), _columns(names, np.empty((0, n_scalars), np.float32), "scalars")
+    )
+    properties = [np.empty((0, n_properties), np.float32)]
+    for rows, values, counts in streamlines:
+        joined.add(_apply(transform, rows[:, :3]), counts, _columns(names, rows[:, 3:], "scalars"))
+        properties.append(values)
+    _check(source, header["n_streamlines"], streamlines)
+    if joined.may_be_coarse:
+        warn_if_coarse(_apply(transform, rows[:, :3]) for rows, _, _ in streamlines)
+    lines = joined.lines(invalid)
+    per_strand = _columns(header["property_names"], np.concatenate(properties), "properties")
+    return with_strand_values(lines, per_strand, "streamline")
 
 
 def write(lines: Lines, path: Path) -> list[str]:
@@ -119,71 +132,31 @@ def write(lines: Lines, path: Path) -> list[str]:
     return lost + strand_numbers(parts.strand) + conventions(lines, UNIT, UP)
 
 
-def _streamlines(
-    source: Source, header: dict[str, Any], byte_order: Literal["<", ">"]
-) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Read all streamlines: points with their scalars, (m, 3 + s), properties, (k, p), and numbers of points, (k,)."""
-    # Walk the streamlines. Each is its number of points, points with scalars, and properties, in words of 4 bytes.
-    start = source.position
-    words = source.array("words", byte_order + "i4", ((len(source.data) - start) // 4,))
-    numbers: memoryview[int] = words.astype("=i4", copy=False).data
-    per_point, n_properties, promised = 3 + header["n_scalars"], header["n_properties"], header["n_streamlines"]
-    counts: list[int] = []
-    at, n_words = 0, len(words)
-    while at < n_words:
-        count = numbers[at]
-        end = at + 1 + count * per_point + n_properties
-        if count < 0 or end > n_words:
-            break
-        counts.append(count)
-        at = end
-
-    # Check by the bytes left over and the header's count, where 0 is none, that the file is whole.
-    n_left = len(source.data) - start - 4 * at
-    if n_left and not 0 < promised == len(counts):
-        if at == len(words):
-            raise source.error(f"its last {n_left} bytes are no whole streamline; {BAD_COPY}")
-        raise source.error(f"streamline {len(counts)} announces {words[at]} points, which are not there; {BAD_COPY}")
-    if n_left:
-        source.warn(f"{n_left} bytes after the last of its {promised} streamlines are not read")
-    elif promised > len(counts):
+def _check(source: Source, promised: int, streamlines: Streamlines) -> None:
+    """Check by the bytes left over and the header's count, where 0 is none, that the file is whole."""
+    n_found, left = streamlines.n_found, streamlines.left
+    if left and not 0 < promised == n_found:
+        count = streamlines.announced
+        if count is None:
+            raise source.error(f"its last {len(left)} bytes are no whole streamline; {BAD_COPY}")
+        raise source.error(f"streamline {n_found} announces {count} points, which are not there; {BAD_COPY}")
+    if left:
+        source.warn(f"{len(left)} bytes after the last of its {promised} streamlines are not read")
+    elif promised > n_found:
         raise source.error(
-            f"its header counts {promised} streamlines, but the file holds {len(counts)}; "
+            f"its header counts {promised} streamlines, but the file holds {n_found}; "
             "get a whole copy, or set the count to 0 to read them"
         )
-    elif promised not in (0, len(counts)):
-        source.warn(f"its header counts {promised} streamlines, but the file holds {len(counts)}; all are read")
-
-    # Separate the counts and the properties from the points. The file's bytes are needed no longer.
-    n_points = np.array(counts, np.int64)
-    size = 1 + n_points * per_point + n_properties
-    first = np.cumsum(size) - size
-    is_point = np.ones(at, np.bool_)
-    is_point[first] = False
-    where = (first + 1 + n_points * per_point)[:, None] + np.arange(n_properties)
-    is_point[where] = False
-    values = words.view(byte_order + "f4")[:at]
-    source.data = b""
-    rows = values[is_point].astype(np.float32, copy=False).reshape(-1, per_point)
-    return rows, values[where].astype(np.float32, copy=False), n_points
+    elif promised not in (0, n_found):
+        source.warn(f"its header counts {promised} streamlines, but the file holds {n_found}; all are read")
 
 
-def _apply(transform: npt.NDArray[np.float64] | None, points: FloatArray) -> FloatArray:
-    """Transform points in float64, part by part, and warn if float32 rounds them noticeably."""
+def _apply(transform: npt.NDArray[np.float64] | None, points: FloatArray) -> npt.NDArray[np.floating]:
+    """Transform points in float64."""
     if transform is None or np.array_equal(transform, np.eye(3, 4)):
         return points  # bit for bit, signs of zeros included
-
-    def transformed(part: FloatArray) -> npt.NDArray[np.float64]:
-        with np.errstate(invalid="ignore", over="ignore"):  # NaN and Inf are reported with their rows
-            return np.asarray(part @ transform[:, :3].T + transform[:, 3])
-
-    rounded = np.empty(points.shape, np.float32)
-    for at in range(0, len(points), _PART):
-        with np.errstate(over="ignore"):
-            rounded[at : at + _PART] = transformed(points[at : at + _PART])
-    if is_far(rounded):
-        warn_of_rounding(transformed(points), rounded)
-    return rounded
+    with np.errstate(invalid="ignore", over="ignore"):  # NaN and Inf are reported with their rows
+        return np.asarray(points @ transform[:, :3].T + transform[:, 3])
 
 
 def _columns(names: Sequence[bytes], values: FloatArray, rest: str) -> dict[str, FloatArray]:

@@ -14,9 +14,7 @@ from __future__ import annotations
 
 import json
 import re
-import struct
 import zipfile
-import zlib
 from io import BytesIO
 from pathlib import Path
 
@@ -26,8 +24,9 @@ from ...arrays import AnyArray, IntArray
 from ...errors import FileFormatError, InputError
 from ...lines import Lines
 from ...strand_values import with_strand_values
+from ..joining import Joined, warn_if_coarse
 from ..polylines import polylines_of
-from ..source import BAD_COPY, Source, reason
+from ..source import BAD_COPY, PIECE, Source, reason
 from ..written import conventions, free_name, strand_numbers
 from .streamlines import UNIT, UP, dimensions, split_values
 
@@ -99,8 +98,13 @@ def read(source: Source, invalid: str, *, bundle: str | None = None) -> Lines:
     else:
         for name, chosen in groups.items():
             per_strand[GROUP + name] = np.bincount(chosen, minlength=n_streamlines) > 0
-    lines = Lines.from_points(points, counts, attributes=kinds["dpv"], invalid=invalid)
-    return with_strand_values(lines, per_strand, "streamline")
+    joined = Joined(len(points), kinds["dpv"])
+    joined.add_in_parts(points, counts, kinds["dpv"])
+    if joined.may_be_coarse:
+        warn_if_coarse([points])
+    del points, arrays
+    kinds.clear()  # which holds the last of the file's bytes
+    return with_strand_values(joined.lines(invalid), per_strand, "streamline")
 
 
 def write(lines: Lines, path: Path) -> list[str]:
@@ -156,7 +160,7 @@ def _safe(name: str) -> str:
 def _unzip(source: Source) -> dict[str, memoryview]:
     """Return the members of the archive, which must not unpack to more than `Source.unpack_limit`."""
     try:
-        with zipfile.ZipFile(BytesIO(source.data)) as archive:
+        with zipfile.ZipFile(source.open()) as archive:
             members = [member for member in archive.infolist() if not member.is_dir()]
             for member in members:
                 if member.compress_type not in _COMPRESSIONS or member.flag_bits & 1:
@@ -166,24 +170,21 @@ def _unzip(source: Source) -> dict[str, memoryview]:
                     f"unpacks to more than {source.unpack_limit} bytes, far more than lines would; if it is valid, "
                     "write it again without compression"
                 )
-            return {member.filename: _member(source.data, archive, member) for member in members}
+            return {member.filename: _member(source, archive, member) for member in members}
     except FileFormatError:
         raise
     except Exception as error:  # zipfile's own errors, and any of zlib and struct
         raise source.error(f"not a whole .trx file ({reason(error)}); check the extension, or {BAD_COPY}") from None
 
 
-def _member(data: bytes, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> memoryview:
-    """Return the bytes of a member: a part of the file if it is not compressed."""
-    if member.compress_type != zipfile.ZIP_STORED:
-        return memoryview(archive.read(member))
-    # Names and extra fields, of sizes that its own header tells, stand before the bytes.
-    name_size, extra_size = struct.unpack_from("<HH", data, member.header_offset + 26)
-    start = member.header_offset + 30 + name_size + extra_size
-    part = memoryview(data)[start : start + member.file_size]
-    if len(part) != member.file_size or zlib.crc32(part) != member.CRC:
-        raise zipfile.BadZipFile(f"Bad CRC-32 for file {member.filename!r}")
-    return part
+def _member(source: Source, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> memoryview:
+    """Return the bytes of a member, unpacked."""
+    unpacked = BytesIO()
+    with archive.open(member) as file:
+        while piece := file.read(PIECE):
+            unpacked.write(piece)
+            source.advance(2 * member.compress_size * len(piece) // max(member.file_size, 1))
+    return memoryview(unpacked.getvalue())
 
 
 def _header(source: Source, data: memoryview) -> tuple[int, int]:

@@ -37,11 +37,12 @@ from ...lines import Lines
 from ...optional import optional
 from ..format import AnyLines
 from ..source import UNPACK_BYTES, UNPACK_FACTOR, Source
+from ..units import unit_of
 from .usd_curves import Strokes, placed, strokes_of
 from .usd_join import joined
 from .usd_values import Remarks
 from .usd_walk import Walk
-from .usd_write import unit_of, write
+from .usd_write import write
 
 __all__ = ["read", "write"]
 
@@ -94,7 +95,7 @@ def _read(source: Source, path: Path, invalid: str, time: float | None, prim: st
             raise InputError(f"there is no prim {prim!r}; at the top of the file there is {top}")
     layers = [Path(layer.realPath) for layer in stage.GetUsedLayers() if layer.realPath]
     n_bytes = sum(layer.stat().st_size for layer in layers if layer.is_file())
-    limit = UNPACK_FACTOR * max(n_bytes, len(source.data)) + UNPACK_BYTES
+    limit = UNPACK_FACTOR * max(n_bytes, source.size) + UNPACK_BYTES
 
     # Read each prim once, and copy it to its places.
     remarks = Remarks(source)
@@ -110,10 +111,13 @@ def _read(source: Source, path: Path, invalid: str, time: float | None, prim: st
             continue
         if strokes is None:
             continue
+        source.advance(strokes.control.nbytes)  # about twice what the file has of them: read, and parsed
         values = [*strokes.attributes.values(), *strokes.end_attributes.values()]
         walk.spend((strokes.control.nbytes + sum(array.nbytes for array in values)) * len(places))
         made = placed(strokes, places, curves.GetPath(), remarks)
-        parts[made.control.shape[1]].append(replace(made, strands=made.strands + n_strands, prim=made.prim + n_prims))
+        if n_prims:
+            made = replace(made, strands=made.strands + n_strands, prim=made.prim + n_prims)
+        parts[made.control.shape[1]].append(made)
         n_strands += made.n_strands
         n_prims += made.n_prims
     _tell_of_others(walk, remarks)

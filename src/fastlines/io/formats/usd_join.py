@@ -9,6 +9,7 @@ import numpy as np
 from ...arrays import AnyArray
 from ...curve_input import Converted, valid
 from ...curves import Curves
+from ...immutable import own
 from ...lines import Lines
 from .usd_curves import Strokes
 from .usd_values import Remarks
@@ -16,29 +17,34 @@ from .usd_values import Remarks
 
 def joined(parts: Sequence[Strokes], remarks: Remarks, invalid: str, *, number_prims: bool) -> Lines | Curves:
     """Return lines of linear segments, or curves of cubic ones, in their order."""
-    control = np.concatenate([part.control for part in parts]) if len(parts) > 1 else parts[0].control
-    strands = np.concatenate([part.strands for part in parts])
+    control, strands = _together([part.control for part in parts]), _together([part.strands for part in parts])
     radius = None
     if any(part.radius is not None for part in parts):
         n_bare = sum(part.n_prims for part in parts if part.radius is None)
         if n_bare:
             remarks.source.warn(f"prims without widths have the radius 0 beside those with widths: {n_bare:,}")
         radii = [np.zeros(part.control.shape[:2]) if part.radius is None else part.radius for part in parts]
-        radius = np.concatenate(radii)
+        radius = _together(radii)
     attributes, end_attributes = _attributes(parts, remarks)
+    end_attributes = {name: own(values) for name, values in end_attributes.items()}
     if number_prims and "prim" not in (*attributes, *end_attributes):
         attributes["prim"] = np.concatenate([part.prim for part in parts])
     if control.shape[1] == 2:
         return Lines.from_segments(
-            control,
-            strands=strands,
-            radius=radius,
+            own(control),
+            strands=own(strands),
+            radius=None if radius is None else own(radius),
             attributes=attributes,
             end_attributes=end_attributes,
             invalid=invalid,
         )
     bad = np.zeros(len(control), np.bool_)
     return Curves(**valid(Converted(control, radius, bad, strands, attributes, end_attributes), invalid))
+
+
+def _together(arrays: Sequence[AnyArray]) -> AnyArray:
+    """Return arrays one after the other, and one alone as it is."""
+    return np.concatenate(arrays) if len(arrays) > 1 else arrays[0]
 
 
 def _attributes(parts: Sequence[Strokes], remarks: Remarks) -> tuple[dict[str, AnyArray], dict[str, AnyArray]]:
@@ -63,7 +69,7 @@ def _attributes(parts: Sequence[Strokes], remarks: Remarks) -> tuple[dict[str, A
                 np.full((len(part.strands), *shape), np.nan, dtype) if values is None else values
                 for part, values in zip(parts, known, strict=True)
             ]
-        (end_attributes if has_ends else attributes)[name] = np.concatenate([v for v in known if v is not None])
+        (end_attributes if has_ends else attributes)[name] = _together([v for v in known if v is not None])
     return attributes, end_attributes
 
 

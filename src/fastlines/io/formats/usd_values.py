@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ...arrays import AnyArray, IntArray
+from ...arrays import AnyArray, IntArray, neighbours
 from ...bases import Spans, find_spans, smallest
 from ..source import Source
 
@@ -57,10 +57,11 @@ class Layout:
         The curve that each segment is part of.
     spans : Spans or None
         The points of each cubic segment.
-    ends : (n, 2) int64
-        The points at both ends of each linear segment.
-    varying : (n, 2) int64
-        The varying values at both ends of each segment.
+    runs : (k,) int64 or None
+        How many points each open polyline has, without those that have none. Their points need no indices.
+    varying : (n, 2) int64 or None
+        The varying values at both ends of each segment; None for open polylines. At the ends of linear segments, they
+        are the points.
     sizes : dict of str to int
         How many values there are with each interpolation.
     n_left_out : int
@@ -69,15 +70,15 @@ class Layout:
 
     strands: IntArray
     spans: Spans | None
-    ends: IntArray
-    varying: IntArray
+    runs: IntArray | None
+    varying: IntArray | None
     sizes: dict[str, int]
     n_left_out: int
 
     def control(self, points: AnyArray, tangents: AnyArray | None = None) -> AnyArray:
         """Return the ends of each linear segment, (n, 2, 3), or the Bezier control points, (n, 4, 3)."""
         if self.spans is None:
-            return np.asarray(points[self.ends])
+            return self._varying(points)
         if self.spans.basis != "bezier":
             points = points.astype(np.float64)
         return np.asarray(self.spans.bezier(points, None if tangents is None else tangents.astype(np.float64)))
@@ -97,9 +98,15 @@ class Layout:
         if interpolation in ("constant", "uniform"):
             row = self.per_segment(values, interpolation)
             return np.stack([row, row], axis=1)
-        if interpolation == "varying":
-            return np.asarray(values[self.varying])
-        return np.asarray(values[self.ends] if self.spans is None else self.spans.at_ends(values))
+        if interpolation == "varying" or self.spans is None:
+            return self._varying(values)
+        return np.asarray(self.spans.at_ends(values))
+
+    def _varying(self, values: AnyArray) -> AnyArray:
+        """Return varying values at both ends of each segment, as a new array."""
+        if self.runs is not None:
+            return neighbours(values[: int(self.runs.sum())], self.runs)
+        return np.asarray(values[self.varying])
 
     def per_segment(self, values: AnyArray, interpolation: str) -> AnyArray:
         """Return constant or uniform values for each segment, (n, …)."""
@@ -123,14 +130,13 @@ def linear_layout(counts: IntArray, n_curves: int, n_points: int, *, closed: boo
     """Return the layout of polylines; a lone point joins itself, and closed ones end at their first point."""
     n_segments = np.where(counts > 1, counts if closed else counts - 1, counts)
     strands = np.repeat(np.arange(len(counts)), n_segments)
+    sizes = {"constant": 1, "uniform": n_curves, "varying": n_points, "vertex": n_points}
+    if not closed:
+        return Layout(strands, None, counts[counts > 0], None, sizes, 0)
     position = np.arange(len(strands)) - np.repeat(np.cumsum(n_segments) - n_segments, n_segments)
     start = np.repeat(np.cumsum(counts) - counts, n_segments)
-    following = np.minimum(position + 1, np.maximum(counts[strands] - 1, 0))
-    if closed:
-        following = (position + 1) % np.maximum(counts[strands], 1)
-    ends = np.stack([start + position, start + following], axis=1)
-    sizes = {"constant": 1, "uniform": n_curves, "varying": n_points, "vertex": n_points}
-    return Layout(strands, None, ends, ends, sizes, 0)
+    following = (position + 1) % np.maximum(counts[strands], 1)
+    return Layout(strands, None, None, np.stack([start + position, start + following], axis=1), sizes, 0)
 
 
 def cubic_layout(counts: IntArray, n_curves: int, n_points: int, basis: str, wrap: str) -> Layout:
@@ -151,4 +157,4 @@ def cubic_layout(counts: IntArray, n_curves: int, n_points: int, basis: str, wra
     following = (position + 1) % np.maximum(n_segments[spans.strands], 1) if wrap == "periodic" else position + 1
     varying = np.stack([start + position, start + following], axis=1)
     sizes = {"constant": 1, "uniform": n_curves, "varying": int(n_varying.sum()), "vertex": n_points}
-    return Layout(spans.strands, spans, varying, varying, sizes, int((~fits).sum()))
+    return Layout(spans.strands, spans, None, varying, sizes, int((~fits).sum()))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import re
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +14,9 @@ from ...geometry import Geometry
 from ...lines import Lines
 from ...optional import optional
 from ..polylines import Polylines, polylines_of
+from ..units import meters_of
 from ..written import is_encodable, strand_numbers
 
-#: Metres in each unit that has a name.
-_UNITS = {
-    "km": 1000.0, "m": 1.0, "cm": 0.01, "mm": 0.001, "µm": 1e-6, "nm": 1e-9, "Å": 1e-10, "in": 0.0254, "ft": 0.3048,
-}  # fmt: skip
 #: USD's types of arrays by NumPy's, and whether there are vectors of them.
 _TYPES: dict[str, tuple[str, bool]] = {
     "f2": ("Half", True),
@@ -36,14 +31,6 @@ _TYPES: dict[str, tuple[str, bool]] = {
 }
 #: What is converted to a wider type, as USD has none of its own.
 _WIDER = {"i1": "i4", "i2": "i4", "u2": "i4"}
-
-
-def unit_of(meters: float) -> str:
-    """Return the name of a unit of so many metres."""
-    for name, size in _UNITS.items():
-        if math.isclose(meters, size, rel_tol=1e-6):
-            return name
-    return f"{meters:g} m"
 
 
 def write(geometry: Lines | Curves | Geometry, path: Path) -> list[str]:
@@ -90,19 +77,21 @@ def _facts(stage: Any, parts: list[Any]) -> list[str]:
     from pxr import UsdGeom
 
     lost = []
-    ups, units = ([value for part in parts if (value := getattr(part, name))] for name in ("up", "unit"))
-    if ups and ups[0] == "x":
+    ups, units = ([getattr(part, name) for part in parts] for name in ("up", "unit"))
+    up, unit = (next(filter(None, values), None) for values in (ups, units))
+    if up == "x":
         lost.append("the axis that points upwards, which is neither y nor z")
-    elif ups:
-        UsdGeom.SetStageUpAxis(stage, ups[0].upper())
-    if units:
-        number = re.fullmatch(r"([0-9.e+-]+) m", units[0])
-        meters = _UNITS.get(units[0].replace("μ", "µ")) or (float(number[1]) if number else None)
-        if meters is None:
-            lost.append(f"the unit {units[0]!r}, which is no length that is known")
-        else:
-            UsdGeom.SetStageMetersPerUnit(stage, meters)
-    lost += [f"that parts have different {what}" for what, of in (("axes", ups), ("units", units)) if len({*of}) > 1]
+    elif up:
+        UsdGeom.SetStageUpAxis(stage, up.upper())
+    meters = meters_of(unit) if unit else None
+    if meters:
+        UsdGeom.SetStageMetersPerUnit(stage, meters)
+    elif unit:
+        lost.append(f"the unit {unit!r}, which is no length that is known")
+    for what, values, held in (("axes", ups, up if up != "x" else "y"), ("units", units, unit if meters else None)):
+        if len({*values}) > 1:
+            of_parts = ", ".join(f"{value or 'none'} of part {i}" for i, value in enumerate(values))
+            lost.append(f"that parts have different {what} ({of_parts}), of which {held or 'none'} holds for all")
     return lost
 
 

@@ -107,6 +107,7 @@ class Legacy:
         end = _WORD.search(self.source.data, max(self.at - 1, 0))
         stop = end.start() if end else len(self.source.data)
         values = parse_numbers(self.source.data[self.at : stop], dtype) if n else np.empty(0, dtype)
+        self.source.advance(stop - self.at)
         if values is None or len(values) != n:
             found = "something else" if values is None else f"{len(values)}"
             raise self.source.error(

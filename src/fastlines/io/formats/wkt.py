@@ -118,6 +118,7 @@ def _is_table(text: str, start: int) -> bool:
 
 def _plain(source: Source, text: str, invalid: str, radius: str | None) -> Lines:
     """Read geometries one after the other: one a line, or over several lines."""
+    source.drop()
     lines = [(i, line) for i, line in enumerate(text.splitlines(), start=1) if line.strip() and line[0] != "#"]
     if any(line.count("(") != line.count(")") for _, line in lines):
         lines = [(1, text)]

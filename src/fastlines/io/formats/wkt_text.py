@@ -127,6 +127,7 @@ class Wkt:
             if n_letters > _BATCH or i == len(self.parts) - 1:
                 found.append(self._batch(source, first, i + 1))
                 self.parts[first : i + 1] = [""] * (i + 1 - first)
+                source.advance(n_letters)
                 first, n_letters = i + 1, 0
         points = np.concatenate([np.empty((0, 3)), *(batch[0] for batch in found)])
         counts = np.concatenate([np.empty(0, np.int64), *(batch[1] for batch in found)])

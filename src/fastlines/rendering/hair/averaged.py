@@ -1,7 +1,7 @@
 """Hair seen from afar: the scattering of a fibre thinner than a pixel, from tables.
 
 What a pixel receives is the mean over the fibre's width, A_p N_p averaged over h, times M_p. The mean is a bilinear
-lookup in (cos θo, |φ|); M_p is evaluated as it is. The tables are in `table`.
+lookup in (θo, |φ|); M_p is evaluated as it is. The tables are in `table`.
 
 Dual scattering (Zinke et al. 2008, "Dual Scattering Approximation for Fast Multiple Scattering in Hair", eq. 6 and 12)
 counts with two attenuations of a fibre, averages over the half space that light comes from:
@@ -21,13 +21,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arrays import AnyArray, FloatArray
-from .frame import same_length
+from .frame import batches, same_length
 from .longitudinal import longitudinal
 from .material import HairMaterial
 from .table import N_INCLINATIONS, AzimuthTable, azimuth_table
-
-#: How many samples are evaluated at once, so that they stay in the cache.
-BATCH = 8192
 
 
 @dataclass(frozen=True)
@@ -76,8 +73,7 @@ class AveragedHair:
         numbers = {"sin_theta_o": sin_theta_o, "sin_theta_i": sin_theta_i, "phi": phi}
         shape, (sin_o, sin_i, turn) = same_length({}, numbers)
         result = np.empty((len(turn), 3), np.float32)
-        for start in range(0, len(turn), BATCH):
-            part = slice(start, start + BATCH)
+        for part in batches(len(turn)):
             result[part] = self._batch(*(each[part].astype(np.float32, copy=False) for each in (sin_o, sin_i, turn))).T
         return result.reshape(*shape, 3)
 
@@ -122,7 +118,7 @@ class AveragedHair:
         # Find the cells.
         turned = np.abs(phi - np.float32(2.0 * math.pi) * np.rint(phi * np.float32(0.5 / math.pi)))
         x = np.minimum(turned * np.float32(n / math.pi), np.float32(n))
-        y = cos_o * np.float32(N_INCLINATIONS)
+        y = (cos_o + cos_o * cos_o) * np.float32(0.5 * N_INCLINATIONS)
         column = np.fmin(x, n - 1).astype(np.int32)  # NaN stays in x
         row = np.fmin(y, N_INCLINATIONS - 1).astype(np.int32)
         x -= column
@@ -146,7 +142,8 @@ class AveragedHair:
         shape, (sine,) = same_length({}, {"sin_theta": sin_theta})
         cosine = np.sqrt(np.maximum(1.0 - sine**2, 0.0))
         at = np.linspace(0.0, 1.0, N_INCLINATIONS + 1)
-        channels = [np.interp(cosine, at, each) for each in self._attenuations[side]]
+        row = 0.5 * (cosine + cosine**2)
+        channels = [np.interp(row, at, each) for each in self._attenuations[side]]
         return np.stack(channels, axis=-1).astype(np.float32).reshape(*shape, 3)
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from ...arrays import AnyArray
 
 #: The polynomials of Abramowitz and Stegun, "Handbook of Mathematical Functions", 9.8.1 and 9.8.2: in (x / 3.75)² for
-#: I0(x) up to 3.75, and in 3.75 / x for I0e(x) √x above. Their relative error is below 3e-7.
+#: I0(x) up to 3.75, and in 3.75 / x for I0e(x) √x above. Their relative error is below 5e-7.
 _SMALL = (1.0, 3.5156229, 3.0899424, 1.2067492, 0.2659732, 0.0360768, 0.0045813)
 _LARGE = (
     0.39894228,

@@ -28,7 +28,7 @@ class HairMaterial:
     Parameters
     ----------
     sigma_a : tuple of three floats
-        Absorption for linear RGB, in units of one over the fibre's radius, at least 0. The default is brown.
+        Absorption for linear RGB, in units of one over the fibre's radius, from 0 to 1e6. The default is brown.
     longitudinal_roughness, azimuthal_roughness : float
         The roughness along the fibre and around it, perceptually uniform, from 0.001 to 1.
     eta : float
@@ -59,8 +59,8 @@ class HairMaterial:
     scale_tilt: float = 2.0
 
     def __post_init__(self) -> None:
-        expected = "an absorption: three numbers, each at least 0"
-        absorbed = tuple(number("sigma_a", each, expected, 0.0) for each in three(self.sigma_a, "sigma_a"))
+        expected = "an absorption: three numbers, each from 0 to 1e6"
+        absorbed = tuple(number("sigma_a", each, expected, 0.0, 1e6) for each in three(self.sigma_a, "sigma_a"))
         object.__setattr__(self, "sigma_a", absorbed)
         rough = ("longitudinal_roughness", "azimuthal_roughness")
         check_fields(self, rough, number, "a roughness: a number from 0.001 to 1", 0.001, 1.0)

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from ...arrays import AnyArray
 from .attenuation import N_LOBES, attenuation, lobe_shares, refracted_sine
 from .azimuthal import exit_azimuth, sample_trimmed_logistic, trimmed_logistic
-from .frame import FibreFrame, same_length
+from .frame import FibreFrame, batches, same_length
 from .longitudinal import longitudinal, sample_longitudinal
 from .material import HairMaterial
 
@@ -60,9 +60,12 @@ def evaluate(
     [1.7445, 0.8468, 0.1472]
     """
     shape, (out, into, along, offset) = same_length({"wo": wo, "wi": wi, "tangent": tangent}, {"h": h})
-    frame = FibreFrame.of(out, along)
-    lobes = _Lobes(material, frame.sin_o, frame.cos_o, offset)
-    return lobes.value(*frame.angles(into)).reshape(*shape, 3)
+    value = np.empty_like(out)
+    for part in batches(len(out)):
+        frame = FibreFrame.of(out[part], along[part])
+        lobes = _Lobes(material, frame.sin_o, frame.cos_o, offset[part])
+        value[part] = lobes.value(*frame.angles(into[part]))
+    return value.reshape(*shape, 3)
 
 
 def evaluate_angles(
@@ -92,8 +95,12 @@ def evaluate_angles(
     numbers = {"sin_theta_o": sin_theta_o, "sin_theta_i": sin_theta_i, "phi": phi, "h": h}
     shape, (sin_o, sin_i, turn, offset) = same_length({}, numbers)
     sin_o, sin_i = np.clip(sin_o, -1.0, 1.0), np.clip(sin_i, -1.0, 1.0)
-    lobes = _Lobes(material, sin_o, np.sqrt(1.0 - sin_o**2), offset)
-    return lobes.value(sin_i, np.sqrt(1.0 - sin_i**2), turn).reshape(*shape, 3)
+    cos_o, cos_i = np.sqrt(1.0 - sin_o**2), np.sqrt(1.0 - sin_i**2)
+    value = np.empty((len(turn), 3), turn.dtype)
+    for part in batches(len(turn)):
+        lobes = _Lobes(material, sin_o[part], cos_o[part], offset[part])
+        value[part] = lobes.value(sin_i[part], cos_i[part], turn[part])
+    return value.reshape(*shape, 3)
 
 
 def pdf(
@@ -109,8 +116,12 @@ def pdf(
     1.0
     """
     shape, (out, into, along, offset) = same_length({"wo": wo, "wi": wi, "tangent": tangent}, {"h": h})
-    frame = FibreFrame.of(out, along)
-    return _Lobes(material, frame.sin_o, frame.cos_o, offset).density(*frame.angles(into)).reshape(shape)
+    density = np.empty_like(offset)
+    for part in batches(len(out)):
+        frame = FibreFrame.of(out[part], along[part])
+        lobes = _Lobes(material, frame.sin_o, frame.cos_o, offset[part])
+        density[part] = lobes.density(*frame.angles(into[part]))
+    return density.reshape(shape)
 
 
 def sample(
@@ -145,8 +156,18 @@ def sample(
     [1.0, 1.0, 0.17]
     """
     shape, (out, along, offset, u) = same_length({"wo": wo, "tangent": tangent}, {"h": h, "u4": u4}, columns=4)
-    frame = FibreFrame.of(out, along)
-    lobes = _Lobes(material, frame.sin_o, frame.cos_o, offset)
+    wi, weight, density = np.empty_like(out), np.empty_like(out), np.empty_like(offset)
+    for part in batches(len(out)):
+        wi[part], weight[part], density[part] = _draw(material, out[part], along[part], offset[part], u[part])
+    return wi.reshape(*shape, 3), weight.reshape(*shape, 3), density.reshape(shape)
+
+
+def _draw(
+    material: HairMaterial, wo: AnyArray, tangent: AnyArray, h: AnyArray, u: AnyArray
+) -> tuple[AnyArray, AnyArray, AnyArray]:
+    """Return directions (n, 3), weights (n, 3) and densities (n,)."""
+    frame = FibreFrame.of(wo, tangent)
+    lobes = _Lobes(material, frame.sin_o, frame.cos_o, h)
 
     # Choose a lobe by its energy.
     p = (u[:, :1] > np.cumsum(lobes.shares, axis=1)[:, :N_LOBES]).sum(axis=1)
@@ -165,7 +186,7 @@ def sample(
     angles = frame.angles(wi)
     density = lobes.density(*angles)
     weight = lobes.value(*angles) / np.maximum(density, np.finfo(u.dtype).tiny)[:, None]
-    return wi.reshape(*shape, 3), weight.reshape(*shape, 3), density.reshape(shape)
+    return wi, weight, density
 
 
 class _Lobes:

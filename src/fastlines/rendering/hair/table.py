@@ -7,8 +7,8 @@ A ray meets the fibre at an offset h, which is uniform in -1…1 if the fibre is
 where D_s is the trimmed logistic. The energies A_p are summed into narrow bins of Φ_p; then one convolution with D_s,
 by FFT, spreads them. N̄_p is even in φ, because -h mirrors h, and in θo.
 
-The rows of the tables are equal steps of cos θo, in which all energies are smooth. The columns are equal steps of |φ|
-from 0 to π.
+The rows of the tables are equal steps of x = (c + c²) / 2, with c = cos θo. All energies are smooth in c, and x has
+shorter steps near c = 1, where the peaks of TRT move fast. The columns are equal steps of |φ| from 0 to π.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from .attenuation import attenuation, refracted_sine
 from .azimuthal import exit_azimuth, trimmed_logistic
 from .material import HairMaterial
 
-#: Rows are at this many steps of cos θo from 0 to 1.
-N_INCLINATIONS = 64
+#: The number of steps of x from 0 to 1, for rows.
+N_INCLINATIONS = 128
 #: Steps of φ in a logistic scale, at least.
 STEPS_PER_SCALE = 8
 #: The least and the most steps of φ from 0 to π. The most blur peaks if the azimuthal roughness is below 0.06.
@@ -42,7 +42,7 @@ class AzimuthTable:
     n_azimuths : int
         The number of steps of φ from 0 to π.
     values : (7, rows, columns) float32
-        N̄ of R, then of TT and of TRT for red, green and blue, per radian. Rows are steps of cos θo from 0 to 1, columns
+        N̄ of R, then of TT and of TRT for red, green and blue, per radian. Rows are steps of x from 0 to 1, columns
         are steps of |φ| from 0 to π, both ends included.
     rest : (3, rows) float32
         N̄ of the remaining lobes, for red, green and blue; it is the same for all φ.
@@ -71,7 +71,7 @@ def azimuth_table(material: HairMaterial) -> AzimuthTable:
 
     values = np.empty((7, N_INCLINATIONS + 1, n_azimuths + 1), np.float32)
     rest = np.empty((3, N_INCLINATIONS + 1), np.float32)
-    for row, cos_o in enumerate(np.linspace(0.0, 1.0, N_INCLINATIONS + 1)):
+    for row, cos_o in enumerate(0.5 * np.sqrt(1.0 + 8.0 * np.linspace(0.0, 1.0, N_INCLINATIONS + 1)) - 0.5):
         sin_o = np.full(n_rays, math.sqrt(1.0 - cos_o**2))
         cosines = np.full(n_rays, cos_o)
         energies = attenuation(material, sin_o, cosines, h)

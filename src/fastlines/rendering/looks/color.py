@@ -12,12 +12,15 @@ from ...errors import InputError
 from ...geometry import AnyGeometry, parts_of
 from ...lines import Lines
 from ...places import names
-from ..colours import mapped, of_directions, of_numbers
+from ..colours import check_map, hexadecimal, mapped, of_directions, of_numbers
 from ..fragments import Fragments
+from ..legend import ColorBar, Legend, Triad
 from ..stage import Stage
 
 #: The attribute that holds the colour of lines in USD.
 DISPLAY_COLOR = "displayColor"
+#: Where containers keep attributes, and how many dimensions the arrays have of one number at each place.
+COLUMNS = {"attributes": 1, "end_attributes": 2, "corner_attributes": 2}
 
 
 @dataclass(frozen=True)
@@ -59,20 +62,43 @@ class Color:
         low, high = self.range or value_range(stage.tree.geometry, self.by)
         return mapped((values - low) / max(high - low, 1e-30), self.map)
 
+    def legend(self, stage: Stage) -> Legend | None:
+        """Return what the colours mean; None if they say no number and no direction."""
+        geometry = stage.tree.geometry
+        if self.by == "direction":
+            return Triad(stage.camera.axes())
+        if self.by in ("strand", "plain") or not is_number(geometry, self.by):
+            return None
+        return ColorBar(self.by, *(self.range or value_range(geometry, self.by)), self.map)
 
-def check_color(color: Color, geometry: AnyGeometry) -> None:
-    """Refuse an attribute that no part of the geometry has."""
+
+def make_color(by: str, color_map: str, geometry: AnyGeometry) -> Color:
+    """Return the colour that a name describes; refuse an attribute that no part of the geometry has."""
+    if by.startswith("#"):
+        return Color("plain", color_map, hexadecimal(by))
     known = {name: None for part in parts_of(geometry) for name in names(part)}
-    if color.by not in ("direction", "strand", "plain") and color.by not in known:
-        choices = ("direction", "strand", "plain", *known)
-        raise InputError(f"lines have no attribute {color.by!r} to be coloured by{did_you_mean(color.by, choices)}")
+    if by not in ("direction", "strand", *known):
+        choices = ("direction", "strand", "#rrggbb", *known)
+        raise InputError(f"lines have no attribute {by!r} to be coloured by{did_you_mean(by, choices)}")
+    check_map(color_map)
+    return Color(by, color_map)
+
+
+def is_number(geometry: AnyGeometry, name: str) -> bool:
+    """Return whether an attribute is one number at each place, not a colour or a vector."""
+    return any(name in names(part) for part in parts_of(geometry)) and all(
+        getattr(part, columns, {})[name].ndim == ndim
+        for part in parts_of(geometry)
+        for columns, ndim in COLUMNS.items()
+        if name in getattr(part, columns, {})
+    )
 
 
 def value_range(geometry: AnyGeometry, name: str) -> tuple[float, float]:
     """Return the range of an attribute, without the outer hundredths of its values."""
     found = []
     for part in parts_of(geometry):
-        for columns in ("attributes", "end_attributes"):
+        for columns in COLUMNS:
             values = getattr(part, columns, {}).get(name, np.zeros(0))
             found.append(np.asarray(values, np.float64).ravel() if values.dtype.kind in "biuf" else np.zeros(0))
         if name == "radius" and isinstance(part, Lines | Curves) and part.radius is not None:

@@ -15,7 +15,7 @@ from ..lighting import SOFT, Rig
 from ..stage import Draws, Stage
 from .look import Backdrop
 
-BLACK = Backdrop((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+BLACK = Backdrop("#000", "#000")
 
 
 def depth(fragments: Fragments, stage: Stage) -> FloatArray:
@@ -57,6 +57,7 @@ class Flat:
     backdrop: Backdrop = BLACK
     rig: Rig = SOFT
     is_light: bool = field(default=False, init=False)
+    has_ground: bool = field(default=False, init=False)
 
     def shade(self, fragments: Fragments, stage: Stage, draws: Draws) -> FloatArray:
         """Return the colour of each fragment, (n, 3) float32 linear."""

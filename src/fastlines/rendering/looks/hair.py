@@ -15,7 +15,7 @@ import numpy as np
 from ...arrays import FloatArray
 from ..fragments import Fragments
 from ..hair import AveragedHair, HairMaterial
-from ..lighting import STUDIO, Rig, sphere
+from ..lighting import SALON, Rig, sphere
 from ..stage import Draws, Stage
 from ..vectors import across, dot
 from .look import Backdrop
@@ -30,8 +30,9 @@ class Hair:
 
     material: HairMaterial
     backdrop: Backdrop
-    rig: Rig = STUDIO
+    rig: Rig = SALON
     is_light: bool = field(default=True, init=False)
+    has_ground: bool = False
 
     @cached_property
     def _averaged(self) -> AveragedHair:
@@ -56,9 +57,10 @@ class Hair:
         once = hair.evaluate(sin_o, sin_i, np.arccos(cos_phi))
         # Weaken and tint the light by the hairs that it crosses.
         crossed = stage.crossed(fragments.points, towards)[:, None]
-        passed = hair.forward(sin_i) ** crossed
+        forward = hair.forward(sin_i)
+        passed = forward**crossed
         # Add what the hairs around scatter back.
-        back, forth = hair.backward(sin_i), hair.forward(sin_i) ** 2
+        back, forth = hair.backward(sin_i), forward**2
         around = back * forth / np.maximum(1 - forth, 0.05) * (1 + back**2 / np.maximum(1 - forth, 0.2) ** 2)
         even = ((1 + cos_phi) * cos_i / np.float32(np.pi**2))[:, None]
         return np.asarray(passed * (once + DENSITY * around * even), np.float32)

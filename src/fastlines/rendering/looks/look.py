@@ -8,24 +8,39 @@ from typing import Protocol
 import numpy as np
 
 from ...arrays import FloatArray
-from ...camera import Vector
+from ..colours import hexadecimal
 from ..fragments import Fragments
 from ..lighting import Rig
 from ..stage import Draws, Stage
-from ..tone import linear
+from ..tone import linear, srgb
 
 
 @dataclass(frozen=True)
 class Backdrop:
-    """What is behind a picture: two colours, at the top and at the bottom, as sRGB from 0 to 1."""
+    """What is behind a picture: colours such as "#e8e8ec" at its top and its bottom."""
 
-    top: Vector
-    bottom: Vector
+    top: str
+    bottom: str
+
+    @classmethod
+    def of(cls, text: str) -> Backdrop:
+        """Read one colour, or those at the top and at the bottom: "#fff" or "#fff:#ccc".
+
+        Examples
+        --------
+        >>> Backdrop.of("#fff:#ccc")
+        Backdrop(top='#fff', bottom='#ccc')
+        """
+        top, _, bottom = text.partition(":")
+        made = cls(top, bottom or top)
+        made.light(1, 1)
+        return made
 
     def light(self, width: int, height: int) -> FloatArray:
         """Return the backdrop of a picture in linear light, (height, width, 3)."""
         place = ((np.arange(height) + 0.5) / height)[:, None]
-        rows = linear(np.asarray(self.top) + place * (np.asarray(self.bottom) - self.top))
+        top, bottom = (srgb(np.array(hexadecimal(color))) for color in (self.top, self.bottom))
+        rows = linear(top + place * (bottom - top))
         return np.broadcast_to(rows[:, None], (height, width, 3))
 
 
@@ -43,6 +58,10 @@ class Look(Protocol):
     @property
     def is_light(self) -> bool:
         """Whether colours are light, which the filmic curve brings to the screen; else they are what it shows."""
+
+    @property
+    def has_ground(self) -> bool:
+        """Whether the lines cast a shadow on the ground."""
 
     def shade(self, fragments: Fragments, stage: Stage, draws: Draws) -> FloatArray:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""

@@ -6,7 +6,7 @@ cylinders do: of the light that meets them, the fraction (1 + cos φ)·cos θ / 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -38,6 +38,8 @@ class Solid:
         How much the farthest lines fade into the backdrop, from 0 to 1.
     gloss : float
         The strength of the highlight.
+    has_ground : bool
+        Whether the lines cast a shadow on the ground.
     """
 
     color: Color
@@ -45,7 +47,8 @@ class Solid:
     rig: Rig = STUDIO
     haze: float = 0.0
     gloss: float = GLOSS
-    is_light: bool = True
+    has_ground: bool = False
+    is_light: bool = field(default=True, init=False)
 
     def shade(self, fragments: Fragments, stage: Stage, draws: Draws) -> FloatArray:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ...arrays import choice, did_you_mean
@@ -12,10 +10,11 @@ from ...errors import InputError
 from ...geometry import AnyGeometry, parts_of, radius_beyond
 from ...lines import Lines
 from ...places import names
+from ..colours import hexadecimal
 from ..lighting import SOFT
 from ..vectors import dot, unit
 from . import flat
-from .color import DISPLAY_COLOR, Color, check_color
+from .color import DISPLAY_COLOR, make_color
 from .look import Backdrop, Look
 from .solid import Solid
 
@@ -29,6 +28,8 @@ LOOKS = {
     "normal": "the normals as the camera sees them",
     "tangent": "the directions of the lines as the camera sees them",
 }
+#: The looks that show a number of each ray, not lines (`rendering.measures`), and half a line about each.
+NUMBERS = {"hits": "how many lines the ray of each pixel hits", "work": "how many nodes of the tree it visits"}
 #: How exact light is: scattered once and then as an estimate, or by paths of many bounces.
 QUALITIES = ("normal", "high")
 #: At least so many strands look like hair, if nothing says otherwise.
@@ -37,9 +38,20 @@ HAIRS = 1000
 #: Half of the turns of hair have a larger cosine.
 SMOOTH = 0.8
 
-PAPER = Backdrop((0.93, 0.93, 0.94), (0.78, 0.78, 0.80))
-NIGHT = Backdrop((0.075, 0.08, 0.095), (0.03, 0.032, 0.04))
-CLAY = (0.62, 0.50, 0.36)
+PAPER = Backdrop("#eeeef0", "#c6c6cb")
+NIGHT = Backdrop("#16181d", "#08080a")
+CLAY = "#c4a878"
+AMBER = "#ffb45c"
+#: The tilt of the scales of hair, whose strands run from the root to the tip.
+TILT = -2.0
+#: The melanin and the redness of the colours of hair.
+HAIR_COLORS = {
+    "white": (0.0, 0.0),
+    "blond": (0.28, 0.1),
+    "red": (0.45, 0.8),
+    "brown": (0.5, 0.3),
+    "black": (0.95, 0.1),
+}
 
 
 def look_for(geometry: AnyGeometry) -> str:
@@ -57,14 +69,11 @@ def look_for(geometry: AnyGeometry) -> str:
     parts = parts_of(geometry)
     if radius_beyond(geometry) > 0 or not all(isinstance(part, Lines | Curves) for part in parts):
         return "tube"
-    lines = [part for part in parts if isinstance(part, Lines | Curves)]
-    strands = sum(part.n_strands for part in lines)
-    units = [part.unit for part in lines if part.unit]
-    unit = units[0] if units else None
+    unit = _unit_of(geometry)
     if unit == "Å":
         return "tube"
-    is_flat = len(geometry) == 0 or bool((geometry.bounds[1] == geometry.bounds[0]).any())
-    is_hair = strands >= HAIRS and not is_flat and unit in (None, "m", "cm") and all(map(_is_smooth, parts))
+    strands = sum(part.n_strands for part in parts if isinstance(part, Lines | Curves))
+    is_hair = strands >= HAIRS and not _is_flat(geometry) and unit in (None, "m", "cm") and all(map(_is_smooth, parts))
     return "hair" if is_hair else "fibre"
 
 
@@ -82,29 +91,71 @@ def make_look(
     name: str | None,
     geometry: AnyGeometry,
     color: str | None = None,
-    map: str = "viridis",
+    color_map: str = "viridis",
     quality: str = "normal",
-    **options: Any,
 ) -> Look:
-    """Make a look by its name, or the one that suits the geometry."""
+    """Make a look by its name, or the one that suits the geometry.
+
+    Parameters
+    ----------
+    name : str or None
+        One of `LOOKS`.
+    geometry : Lines or another container
+    color : str, optional
+        Of hair: one of `HAIR_COLORS`, or a colour such as "#c08040". Of fibres and tubes: "direction", "strand", the
+        name of an attribute, or a colour.
+    color_map : str
+        One of `colours.MAPS`, for an attribute.
+    quality : str
+        One of `QUALITIES`; "high" is for hair.
+    """
     name = name or look_for(geometry)
     if name not in LOOKS:
-        raise InputError(f"there is no look {name!r}{did_you_mean(name, tuple(LOOKS))}")
+        raise InputError(f"there is no look {name!r}{did_you_mean(name, (*LOOKS, *NUMBERS))}")
     choice("quality", quality, QUALITIES)
     if name == "hair":
-        from ..hair import HairMaterial
-        from .hair import Hair
-        from .traced_hair import TracedHair
-
-        kind = TracedHair if quality == "high" else Hair
-        return kind(HairMaterial.from_melanin(0.55, redness=0.25), PAPER)
+        return _hair(color or "brown", quality)
     if quality == "high":
         raise InputError(f"quality='high' is for the look 'hair', and this is {name!r}; leave quality out")
-    known = {attribute for part in parts_of(geometry) for attribute in names(part)}
     if name in ("fibre", "tube"):
-        by = color or (DISPLAY_COLOR if DISPLAY_COLOR in known else "direction" if name == "fibre" else "plain")
-        chosen = Color(by, map, CLAY)
-        check_color(chosen, geometry)
-        return Solid(chosen, NIGHT, SOFT, haze=0.5) if name == "fibre" else Solid(chosen, PAPER)
+        known = {attribute for part in parts_of(geometry) for attribute in names(part)}
+        usual = DISPLAY_COLOR if DISPLAY_COLOR in known else _usual_color(name, geometry)
+        chosen = make_color(color or usual, color_map, geometry)
+        return Solid(chosen, NIGHT, SOFT, haze=0.5) if name == "fibre" else Solid(chosen, PAPER, has_ground=True)
+    if color is not None:
+        raise InputError(f"color={color!r} does not apply to the look {name!r}; it is for hair, fibre and tube")
     shown = {"depth": flat.depth, "id": flat.ids, "normal": flat.normals, "tangent": flat.tangents}
     return flat.Flat(shown[name])
+
+
+def _usual_color(look: str, geometry: AnyGeometry) -> str:
+    """Return the colour of fibres or tubes: by direction, or by chains of molecules, or one for all."""
+    if look == "fibre":
+        return AMBER if _is_flat(geometry) else "direction"
+    return "strand" if _unit_of(geometry) == "Å" else CLAY
+
+
+def _is_flat(geometry: AnyGeometry) -> bool:
+    """Return whether an extent is zero, as that of a map."""
+    return len(geometry) == 0 or bool((geometry.bounds[1] == geometry.bounds[0]).any())
+
+
+def _unit_of(geometry: AnyGeometry) -> str | None:
+    """Return the unit of the first lines that know one."""
+    units = [part.unit for part in parts_of(geometry) if isinstance(part, Lines | Curves) and part.unit]
+    return units[0] if units else None
+
+
+def _hair(color: str, quality: str) -> Look:
+    """Make hair of a natural colour, or of any."""
+    from ..hair import HairMaterial
+    from .hair import Hair
+    from .traced_hair import TracedHair
+
+    kind = TracedHair if quality == "high" else Hair
+    if color.startswith("#"):
+        return kind(HairMaterial.from_reflectance(hexadecimal(color), scale_tilt=TILT), PAPER)
+    if color not in HAIR_COLORS:
+        raise InputError(f"there is no hair colour {color!r}{did_you_mean(color, (*HAIR_COLORS, '#rrggbb'))}")
+    melanin, redness = HAIR_COLORS[color]
+    return kind(HairMaterial.from_melanin(melanin, redness, scale_tilt=TILT), PAPER)

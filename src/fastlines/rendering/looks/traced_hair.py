@@ -10,7 +10,7 @@ from ...arrays import AnyArray, FloatArray
 from ...camera import Vector
 from ..fragments import Fragments
 from ..hair import HairMaterial, evaluate, sample
-from ..lighting import STUDIO, Rig, hemisphere
+from ..lighting import SALON, Rig, hemisphere
 from ..paths import PathDraws, PathTracer
 from ..stage import Draws, Stage
 from ..vectors import dot
@@ -62,8 +62,9 @@ class TracedHair:
 
     material: HairMaterial
     backdrop: Backdrop
-    rig: Rig = STUDIO
+    rig: Rig = SALON
     max_bounces: int = MAX_BOUNCES
+    has_ground: bool = False
     is_light: bool = field(default=True, init=False)
 
     def shade(self, fragments: Fragments, stage: Stage, draws: Draws) -> FloatArray:

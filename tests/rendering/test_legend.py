@@ -1,0 +1,71 @@
+"""Legends: which pictures have one, and that it can be read on any backdrop."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import fastlines as fl
+from fastlines.rendering.legend import ColorBar, Triad, draw_legend
+
+LINES = fl.Lines.from_strands([[[-1, y, 0], [0, y, 0.3], [1, y + 0.2, 0]] for y in np.linspace(-1, 1, 9)])
+SIZE = {"width": 64, "height": 64, "samples": 1, "radius": 0.05}
+
+
+def with_values(**values):
+    return fl.Lines.from_segments(LINES.segments, attributes=values)
+
+
+@pytest.mark.parametrize("color", ["fa", "radius"])
+def test_numbers_have_a_bar_with_their_range(color):
+    lines = with_values(fa=np.linspace(0.2, 0.8, len(LINES))).with_radius(np.linspace(0.2, 0.8, len(LINES)))
+    legend = fl.render(lines, look="fibre", color=color, **SIZE).legend
+    assert isinstance(legend, ColorBar)
+    assert legend.title == color
+    assert 0.2 <= legend.low < 0.25
+    assert 0.75 < legend.high <= 0.8
+
+
+def test_directions_have_a_triad_and_colours_nothing():
+    assert isinstance(fl.render(LINES, look="fibre", **SIZE).legend, Triad)
+    colours = with_values(tint=np.ones((len(LINES), 3)))
+    for color in ("strand", "#808080", "tint"):
+        picture = fl.render(colours, look="tube", color=color, **SIZE)
+        assert picture.legend is None
+        assert (picture.with_legend().to_bytes() == picture.to_bytes()).all()
+    assert fl.render(LINES, look="depth", **SIZE).legend is None
+
+
+@pytest.mark.parametrize("look", ["hits", "work"])
+def test_measures_have_a_bar(look):
+    picture = fl.render(LINES, look=look, **SIZE)
+    assert picture.legend.low == 0
+    assert picture.legend.high == max(1, np.quantile(picture.aovs[look][picture.aovs[look] > 0], 0.99))
+    drawn = fl.render(LINES, look=look, legend=True, **SIZE).to_bytes()
+    assert (drawn == picture.with_legend().to_bytes()).all()
+    assert (drawn != picture.to_bytes()).any()
+
+
+@pytest.mark.parametrize("shade", [0, 90, 140, 255])
+@pytest.mark.parametrize("legend", [ColorBar("fa", 0.0, 1e-7, "viridis"), Triad(np.eye(3))])
+@pytest.mark.parametrize("channels", [3, 4])
+def test_letters_stand_out(shade, legend, channels):
+    pixels = np.full((300, 400, channels), shade, np.uint8)
+    drawn = draw_legend(pixels, legend)
+    assert drawn.shape == pixels.shape
+    assert (drawn[:150] == shade).all()
+    assert (drawn[:, 300:] == shade).all()
+    changed = drawn[..., :3][(drawn != pixels).any(axis=2)].astype(int)
+    assert np.abs(changed - shade).max() > 100
+
+
+@pytest.mark.parametrize(("height", "width"), [(1, 1), (8, 300), (300, 8)])
+def test_small_pictures_have_what_fits(height, width):
+    for legend in (ColorBar("a long name of an attribute", -1.5, 2e6, "magma"), Triad(np.eye(3))):
+        assert draw_legend(np.zeros((height, width, 3), np.uint8), legend).shape == (height, width, 3)
+
+
+def test_a_transparent_picture_shows_its_legend():
+    picture = fl.render(LINES, look="fibre", **SIZE).with_legend()
+    clear = picture.to_bytes(transparent=True)
+    assert clear[-20:, :20, 3].max() == 255
