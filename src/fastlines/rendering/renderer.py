@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from ..arrays import FloatArray, count
+from ..arrays import AnyArray, FloatArray, count
 from ..builder import build
 from ..camera import Camera
 from ..errors import InputError
-from ..geometry import needs_radius, radius_beyond
+from ..geometry import count_text, needs_radius, radius_beyond
 from ..progress import ProgressOption, reporting
 from ..tree import Tree
 from .aovs import find_aovs
@@ -26,6 +28,7 @@ from .measures import MEASURES, Measure, measured_picture
 from .picture import Picture
 from .sampling import hashed, points_in_pixels
 from .stage import Draws, Stage
+from .state import describe, digest, read_state, write_state
 from .view import default_camera
 
 #: The most rays traced at a time.
@@ -35,7 +38,34 @@ THIN_SAMPLES, SAMPLES = 4, 16
 
 
 class Renderer:
-    """Renders a picture sample by sample; `picture` returns what is there at any time."""
+    """Renders a picture sample by sample; `picture` returns what is there at any time.
+
+    It can be interrupted at any point, saved, and resumed by another renderer with the same settings. The picture is
+    then the same, bit for bit, as without the interruption.
+
+    Parameters
+    ----------
+    tree : Tree
+    camera : Camera
+    width, height : int
+    radius : float
+        Added to the radius of the lines.
+    look : Look
+    rig : Rig, optional
+        The lights; by default those of the look.
+    samples : int, optional
+        How many samples of a pixel are averaged.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> from fastlines.rendering.looks import make_look
+    >>> scene = fl.scenes.make("spaghetti", 100)
+    >>> look = make_look("fibre", scene.lines)
+    >>> renderer = Renderer(fl.build(scene.lines), scene.camera, 32, 32, 0.01, look, samples=2)
+    >>> [renderer.picture().samples for _ in renderer.passes()]
+    [1, 2]
+    """
 
     def __init__(
         self,
@@ -45,12 +75,12 @@ class Renderer:
         height: int,
         radius: float,
         look: Look,
-        rig: Rig,
-        samples: int | None,
+        rig: Rig | None = None,
+        samples: int | None = None,
     ) -> None:
         check_size(width, height)
         self.width, self.height, self.look = width, height, look
-        self.stage = Stage.of(tree, camera, height, radius, rig)
+        self.stage = Stage.of(tree, camera, height, radius, rig or look.rig)
         self.samples = samples or (THIN_SAMPLES if self.stage.thin else SAMPLES)
         opacity = (radius + radius_beyond(tree.geometry)) / max(self.stage.pixel, 1e-30)
         thin = self.stage.thin
@@ -58,6 +88,8 @@ class Renderer:
         self._light = np.zeros((height * width, 3), np.float64)
         self._alpha = np.zeros(height * width, np.float64)
         self._counts = np.zeros(height, np.int64)
+        #: The pixels and rows of a band, and their new sums, while they are being stored.
+        self._stored: tuple[slice, slice, AnyArray, AnyArray, int] | None = None
 
     def passes(self, progress: Callable[[float], object] | None = None) -> Iterator[int]:
         """Add one sample to each pixel at a time, and yield how many there are."""
@@ -71,6 +103,7 @@ class Renderer:
 
     def picture(self) -> Picture:
         """Return the picture of all samples so far."""
+        self._store()
         shape = self.height, self.width
         counts = np.maximum(self._counts, 1)[:, None]
         light = self._light.reshape(*shape, 3) / counts[..., None]
@@ -99,12 +132,62 @@ class Renderer:
         x, y = points_in_pixels(index, pixels, self.width)
         origins, directions, _ = self.stage.camera.ray(x, y, self.width, self.height)
         fragments = self._finder.find(origins, directions, (index + rows.start / self.height) * GOLDEN % 1.0)
+        own = slice(pixels[0], pixels[-1] + 1)
+        light: AnyArray = self._light[own]
+        alpha: AnyArray = self._alpha[own]
         if len(fragments):
-            light = self.look.shade(fragments, self.stage, Draws.of_fragments(index, seeds, fragments.ray))
-            own = slice(pixels[0], pixels[-1] + 1)
-            self._light[own] += _summed(fragments, light, len(pixels))
-            self._alpha[own] += fragments.opacity
-        self._counts[rows] = index + 1
+            shaded = self.look.shade(fragments, self.stage, Draws.of_fragments(index, seeds, fragments.ray))
+            light, alpha = light + _summed(fragments, shaded, len(pixels)), alpha + fragments.opacity
+        self._stored = own, rows, light, alpha, index + 1
+        self._store()
+
+    def _store(self) -> None:
+        """Store the sums of a band; where that was interrupted, it is done anew."""
+        if self._stored is not None:
+            own, rows, light, alpha, n_samples = self._stored
+            self._light[own], self._alpha[own], self._counts[rows] = light, alpha, n_samples
+            self._stored = None
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the samples so far to a .npz file, from which `resume` goes on; it appears whole or not at all."""
+        self._store()
+        write_state(path, self._settings, self._state)
+
+    def resume(self, path: str | os.PathLike[str]) -> int:
+        """Take over the samples that `save` has written; return how many of them each pixel has.
+
+        The total number of samples may be another one.
+
+        Raises
+        ------
+        InputError
+            If the file is no state of a picture, or of one with other settings or lines.
+        OSError
+            If it cannot be read.
+        """
+        found = read_state(path, self._settings, self._state)
+        self._light, self._alpha, self._counts = found["light"], found["alpha"], found["counts"]
+        return int(self._counts.min())
+
+    @property
+    def _state(self) -> dict[str, AnyArray]:
+        return {"light": self._light, "alpha": self._alpha, "counts": self._counts}
+
+    @cached_property
+    def _settings(self) -> dict[str, str]:
+        """All that the samples depend on, but for the version of fastlines."""
+        stage = self.stage
+        settings = {
+            "size": f"{self.width} × {self.height}",
+            "radius": stage.radius,
+            "camera": stage.camera,
+            "look": self.look,
+            "lights": stage.rig,
+            "lines": count_text(stage.tree.geometry),
+            "checksum": digest(stage.tree.geometry),
+            "rays at a time": MAX_RAYS,
+        }
+        return {name: value if isinstance(value, str) else describe(value) for name, value in settings.items()}
 
 
 def render(
@@ -186,7 +269,7 @@ def render(
         stage = Stage.of(tree, camera, height, radius, STUDIO)
     else:
         made = make_look(look, tree.geometry, color, color_map) if look is None or isinstance(look, str) else look
-        renderer = Renderer(tree, camera, width, height, radius, made, rig or made.rig, samples)
+        renderer = Renderer(tree, camera, width, height, radius, made, rig, samples)
         with reporting(progress, "render") as callback:
             for _ in renderer.passes(callback):
                 pass
