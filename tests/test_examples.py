@@ -17,7 +17,13 @@ import fastlines as fl
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 #: Small pictures of little, by example: the arguments after the path of the picture.
-SMALL: dict[str, tuple[int, ...]] = {"torus": (48, 60), "hair_and_head": (40, 300), "taper": (64, 80)}
+SMALL: dict[str, tuple[int, ...]] = {
+    "streamlines": (48, 30),
+    "hair_colours": (40, 3000),
+    "torus": (48, 60),
+    "hair_and_head": (40, 300),
+    "taper": (64, 80),
+}
 
 
 def run_example(name: str) -> ModuleType:

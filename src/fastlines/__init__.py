@@ -8,6 +8,7 @@ Build a tree over hair, fibres, beams, streamlines or wires, and ask what rays h
 array(0)
 """
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from .backend import available_simd, set_simd, simd
@@ -15,6 +16,7 @@ from .builder import build
 from .camera import Camera
 from .curves import Curves
 from .custom import Primitives, Rays
+from .display import draw_with
 from .errors import (
     FastlinesError,
     FileFormatError,
@@ -96,10 +98,11 @@ __all__ = [
 ]
 
 
+draw_with(lambda: import_module(".rendering.card", __name__))
+
+
 def __getattr__(name: str) -> Any:
     """Import slow modules on first use; accept former names with a warning."""
-    from importlib import import_module
-
     if name == "__version__":
         from importlib.metadata import version
 

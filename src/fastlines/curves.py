@@ -14,6 +14,7 @@ from .arrays import (
     LEAST,
     FloatArray,
     IntArray,
+    box_of,
     choice,
     kind_of,
     number,
@@ -23,8 +24,9 @@ from .arrays import (
 )
 from .bezier import Float64Array, evaluate, largest
 from .curve_input import check_attributes, check_columns, convert_bezier, convert_strands, valid
+from .display import Shown
 from .errors import InputError
-from .immutable import Immutable, frozen
+from .immutable import frozen
 from .lines import AXES, check_unit
 from .pieces import Pieces, as_places, cut_curves
 
@@ -38,7 +40,7 @@ class CurvePoints(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Curves(Immutable):
+class Curves(Shown):
     """Immutable cubic curves, with a thickness, strands and other attributes; writeable arrays are copied.
 
     The constructor takes arrays of exactly these types; `from_bezier` and `from_strands` convert others.
@@ -130,10 +132,7 @@ class Curves(Immutable):
 
         The lowest corner is above the highest if there are no curves.
         """
-        if len(self) == 0:
-            return np.array([[np.inf] * 3, [-np.inf] * 3], np.float32)
-        points = self.control.reshape(-1, 3)
-        return np.stack([points.min(axis=0), points.max(axis=0)])
+        return box_of(self.control.reshape(-1, 3))
 
     @cached_property
     def max_radius(self) -> float:

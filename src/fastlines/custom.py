@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .arrays import COORDINATE_LIMIT, FloatArray, IntArray, refuse_rows, unusable
+from .display import Shown
 from .errors import InputError
-from .immutable import Immutable
 from .meshes import BOUND, shape_rows
 
 Float64Array = npt.NDArray[np.float64]
@@ -78,7 +78,7 @@ def is_custom(value: object) -> bool:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Custom(Immutable):
+class Custom(Shown):
     """Primitives of a class of your own; `build` makes it of an object with `bounds` and `hit`."""
 
     #: What the core calls the boxes.

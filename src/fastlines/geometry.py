@@ -12,8 +12,9 @@ import numpy as np
 from .arrays import INVALID, FloatArray, IntArray, choice
 from .curves import Curves
 from .custom import Custom, is_custom
+from .display import Shown
 from .errors import InputError
-from .immutable import Immutable, own
+from .immutable import own
 from .lines import Lines
 from .meshes import ROUND_CONE, Boxes, Triangles, shape_rows
 from .objects import lines
@@ -23,7 +24,7 @@ Part: TypeAlias = Lines | Curves | Triangles | Boxes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Geometry(Immutable):
+class Geometry(Shown):
     """Several containers of primitives for one tree; hits say which `part`, and which `prim` of it.
 
     Boxes of its trees bound whole primitives, with their own radii. So a tree over spheres of very different sizes is

@@ -16,9 +16,9 @@ from .arrays import (
     INVALID,
     FloatArray,
     IntArray,
+    box_of,
     choice,
     column,
-    extremes,
     is_far,
     kind_of,
     list_rows,
@@ -31,15 +31,16 @@ from .arrays import (
     unusable,
     warn_of_rounding,
 )
+from .display import Shown
 from .errors import InputError
-from .immutable import Immutable, frozen, own
+from .immutable import frozen, own
 
 #: What the axes are called.
 AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True, eq=False)
-class Lines(Immutable):
+class Lines(Shown):
     """Immutable line segments, with strands, radii and other attributes; writeable arrays are copied.
 
     The constructor takes arrays of exactly these types; `from_segments`, `from_strands` and `from_points` convert
@@ -202,7 +203,7 @@ class Lines(Immutable):
     @property
     def bounds(self) -> FloatArray:
         """The box of all segments as (2, 3): lowest and highest corner; lowest > highest if there are none."""
-        return extremes(self.segments.reshape(-1, 3))
+        return box_of(self.segments.reshape(-1, 3))
 
     @cached_property
     def n_strands(self) -> int:

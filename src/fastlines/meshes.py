@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .arrays import (
     FloatArray,
+    box_of,
     column,
     list_rows,
     own_float32,
@@ -20,8 +21,9 @@ from .arrays import (
     unusable,
     warn_of_rounding,
 )
+from .display import Shown
 from .errors import InputError
-from .immutable import Immutable, frozen, own
+from .immutable import frozen, own
 
 #: The kinds of shapes, as cpp/fastlines/primitives/shapes.hpp numbers them.
 ROUND_CONE, TRIANGLE, BOX, BOUND = range(4)
@@ -36,7 +38,7 @@ def shape_rows(shape: int, numbers: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class _Mesh(Immutable):
+class _Mesh(Shown):
     """Primitives as an array of their corners."""
 
     #: What the core calls the primitives.
@@ -89,10 +91,7 @@ class _Mesh(Immutable):
     @property
     def bounds(self) -> FloatArray:
         """The box of all primitives as (2, 3): lowest and highest corner; lowest > highest if there are none."""
-        if len(self) == 0:
-            return np.array([[np.inf] * 3, [-np.inf] * 3], np.float32)
-        points = self.corners.reshape(-1, 3)
-        return np.stack([points.min(axis=0), points.max(axis=0)])
+        return box_of(self.corners.reshape(-1, 3))
 
 
 class Triangles(_Mesh):

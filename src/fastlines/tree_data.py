@@ -15,10 +15,13 @@ import numpy.typing as npt
 
 from . import _core
 from .arrays import IntArray, choice, instance
+from .display import Shown
+from .dot import MAX_LEVEL, checked_level, dot_nodes, dot_text
 from .errors import InputError, InvalidTreeError
 from .geometry import AnyGeometry, build_data
-from .immutable import Immutable, frozen, own
+from .immutable import frozen, own
 from .settings import COST, Cost, Settings
+from .texts import count_of
 
 #: A node: its box, the index of its right child (0 = leaf; the left child is the next node), and the range of the
 #: references at or below it.
@@ -44,7 +47,7 @@ class Planes(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class TreeData(Immutable):
+class TreeData(Shown):
     """An acceleration tree over primitives, as plain immutable data.
 
     The constructor checks all that queries rely on: axioms 1 to 4, a depth of at most `MAX_DEPTH`, and the KD axiom
@@ -203,19 +206,45 @@ class TreeData(Immutable):
         choice("by", by, ("f", "g"))
         model = self.settings.cost if model is None else model
         instance("model", model, Cost, COST)
-        area, leaf = self.areas, self.is_leaf
-        at_leaf = self.nodes["n_refs"] * model.c_prim
         if by == "g":
+            area, at_leaf = self.areas, self.nodes["n_refs"] * model.c_prim
             chance = area / area[0] if area[0] > 0 else np.ones_like(area)
-            return float((chance * np.where(leaf, at_leaf, model.c_trav)).sum())
-        f = at_leaf.astype(np.float64)
+            return float((chance * np.where(self.is_leaf, at_leaf, model.c_trav)).sum())
+        return float(self._node_costs(model)[0])
+
+    def _node_costs(self, model: Cost) -> npt.NDArray[np.float64]:
+        """Return f of each node, (n_nodes,) float64."""
+        area, leaf = self.areas, self.is_leaf
+        f = np.asarray(self.nodes["n_refs"] * model.c_prim, np.float64)
         for level in reversed(self._levels):
             inner = level[~leaf[level]]
             f[inner] = model.c_trav
             for child in self._children(inner):
                 chance = np.divide(area[child], area[inner], out=np.ones(len(inner)), where=area[inner] > 0)
                 f[inner] += chance * f[child]
-        return float(f[0])
+        return f
+
+    def to_dot(self, *, max_level: int | None = MAX_LEVEL) -> str:
+        r"""Return the tree in DOT, the language of Graphviz; ``dot -Tsvg tree.dot -o tree.svg`` draws it.
+
+        Nodes have their number, the number of references, the cost below them and the area of their box. Leaves are
+        ellipses. Where levels are left out, frames are dashed.
+
+        Parameters
+        ----------
+        max_level : int, optional
+            The last level to draw; the caption says how many nodes are left out. None draws all.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> tree = fl.build([[[0, 0, 0], [1, 1, 1]], [[7, 7, 7], [8, 8, 8]]], "bvh-cl", cost=fl.Cost(0.1))
+        >>> print(tree.to_dot().splitlines()[4])
+          n1 [label="1: 1 reference\ncost 1, area 6", shape=ellipse]
+        """
+        costs, areas = self._node_costs(self.settings.cost), self.areas
+        drawn = dot_nodes(self.nodes["right"], self.nodes["n_refs"], costs, areas, checked_level(max_level))
+        return dot_text(f"{self.method}, a tree of {count_of(self.n_prims, 'primitive')}", drawn)
 
     @cached_property
     def growth(self) -> float:

@@ -19,8 +19,8 @@ from support.patience import HANGS
 import fastlines as fl
 from fastlines.cli.app import explain
 from fastlines.cli.info import count_duplicates
-from fastlines.cli.options import bytes_text
 from fastlines.cli.query import KINDS
+from fastlines.texts import bytes_text
 
 COMMANDS = ("demo", "scene", "info", "convert", "build", "validate", "query", "render", "report")
 

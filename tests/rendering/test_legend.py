@@ -29,7 +29,7 @@ def test_numbers_have_a_bar_with_their_range(color):
 def test_directions_have_a_triad_and_colours_nothing():
     assert isinstance(fl.render(LINES, look="fibre", **SIZE).legend, Triad)
     colours = with_values(tint=np.ones((len(LINES), 3)))
-    for color in ("strand", "#ff0000", "tint"):
+    for color in ("strand", "#808080", "tint"):
         picture = fl.render(colours, look="tube", color=color, **SIZE)
         assert picture.legend is None
         assert (picture.with_legend().to_bytes() == picture.to_bytes()).all()

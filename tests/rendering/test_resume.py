@@ -63,7 +63,7 @@ def test_it_may_be_interrupted_in_any_band(stop, tmp_path, monkeypatch):
     assert_same(finished(other), finished(made()))
 
 
-@pytest.mark.parametrize("name", ["_light", "_alpha", "_counts"])
+@pytest.mark.parametrize("name", ["_light", "_alpha", "_shadow", "_counts"])
 def test_it_may_be_interrupted_while_it_stores_a_band(name, tmp_path):
     class Torn(np.ndarray):
         """Raises at the second store, after half of it is done."""

@@ -13,7 +13,15 @@ from fastlines.geometry import core_data
 from fastlines.immutable import own
 from fastlines.layout import Layout
 from fastlines.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, best_settings, method_settings
-from fastlines.rendering.hair import longitudinal
+from fastlines.rendering.fragments import Surfaces
+from fastlines.rendering.hair import HairMaterial, longitudinal
+from fastlines.rendering.lighting import Light, Rig, Sky
+from fastlines.rendering.looks.traced_hair import HairScatterer
+from fastlines.rendering.paths import PathDraws, PathTracer
+from fastlines.rendering.sampling import hashed
+from fastlines.rendering.stage import Stage
+from fastlines.rendering.tone import filmic
+from fastlines.rendering.vertices import seen_vertices
 from fastlines.report import page
 from fastlines.report.measure import describe_machine
 from fastlines.report.tables import format_3_digits
@@ -30,14 +38,25 @@ __all__ = [
     "Effort",
     "FastlinesError",
     "Group",
+    "HairMaterial",
+    "HairScatterer",
     "Layout",
+    "Light",
+    "PathDraws",
+    "PathTracer",
+    "Rig",
+    "Sky",
+    "Stage",
+    "Surfaces",
     "atomic_write",
     "best_settings",
     "check_output",
     "core_data",
     "describe_machine",
     "did_you_mean",
+    "filmic",
     "format_3_digits",
+    "hashed",
     "limit_notes",
     "longitudinal",
     "method_settings",
@@ -46,6 +65,7 @@ __all__ = [
     "open_lines",
     "own",
     "page",
+    "seen_vertices",
     "show_progress",
     "use_engine",
 ]

@@ -15,8 +15,9 @@ import fastlines as fl
 from ..geometry import count_text
 from ..methods import method_settings
 from ..settings import limit_notes
+from ..texts import bytes_text
 from .app import app
-from .options import Effort, FormatName, FormatOptions, Input, Json, Method, Skip, bytes_text, n_bytes
+from .options import Effort, FormatName, FormatOptions, Input, Json, Method, Skip, n_bytes
 
 
 @app.command(short_help="Make one of the five scenes of the thesis.")

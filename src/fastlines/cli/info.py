@@ -21,10 +21,11 @@ from ..lines import Lines
 from ..meshes import Boxes, Triangles
 from ..places import names
 from ..settings import limit_notes
+from ..texts import bytes_text
 from ..tree import Tree
 from .app import app
 from .files import Source
-from .options import FormatName, FormatOptions, Input, Json, TreeFile, bytes_text
+from .options import FormatName, FormatOptions, Input, Json, TreeFile
 
 #: The most characters a line of a picture.
 COLUMNS = 80

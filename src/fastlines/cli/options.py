@@ -118,10 +118,3 @@ def n_bytes(text: str, name: str) -> int:
         return int(number) * factor if number.isdigit() else int(float(number) * factor)
     except (ValueError, OverflowError):
         raise InputError(f"{name} {text!r} is not an amount of memory; expected bytes, or 500MB, 4GB, 4GiB") from None
-
-
-def bytes_text(number: int) -> str:
-    """Write an amount of memory, such as 48 bytes, 5.8 kB or 1,234.5 MB."""
-    if number < 1000:
-        return f"{number} bytes"
-    return f"{number / 1e3:.1f} kB" if number < 999_950 else f"{number / 1e6:,.1f} MB"

@@ -24,11 +24,11 @@ SIZE = 1024
 def render(
     source: Input,
     output: Annotated[
-        str, Option("--output", "-o", metavar="FILE", help="The picture: a .png for the eye, or an .exr of depths.")
+        str, Option("--output", "-o", metavar="FILE", help="The picture: a .png for the eye, or an .exr of numbers.")
     ],
     look: Annotated[
         str | None,
-        Option(metavar="NAME", help="hair, fibre, tube, depth, id, normal or tangent; chosen by default."),
+        Option(metavar="NAME", help="hair, fibre, tube, depth, id, normal, tangent, hits or work; chosen by default."),
     ] = None,
     radius: Radius = None,
     color: Annotated[
@@ -45,6 +45,13 @@ def render(
     background: Annotated[
         str | None, Option(metavar="COLOR", help="'#rrggbb', '#rrggbb:#rrggbb' from top to bottom, or transparent.")
     ] = None,
+    legend: Annotated[
+        bool | None,
+        Option("--legend/--no-legend", help="Draw what colours mean; by default for attributes, hits and work."),
+    ] = None,
+    quality: Annotated[
+        str, Option(metavar="NAME", help="normal, or high: trace the paths of light in hair; takes many samples.")
+    ] = "normal",
     exposure: Annotated[float, Option(help="Multiply the light by 2 to this power.")] = 0.0,
     width: Annotated[int | None, Option(min=1, help=f"The picture's width in pixels; {SIZE} by default.")] = None,
     height: Annotated[int | None, Option(min=1, help=f"The picture's height in pixels; {SIZE} by default.")] = None,
@@ -89,13 +96,17 @@ def render(
 
     [cyan]fastlines render scene:spaghetti --look depth --direction 0,-1,0 --up 0,0,1 -o top.png[/]
 
+    [cyan]fastlines render hair.flt --radius 0.0005 -o hair.exr[/]
+
     [cyan]fastlines render hair.flt --radius 0.0005 --levels 6 -o levels.png[/]
     """
     from ..geometry import needs_radius
     from ..queries import require_radius
-    from ..rendering import check_image_path, depth_image, level_sheet, write_depth, write_picture
+    from ..rendering import check_image_path, level_sheet, write_picture
     from ..rendering.depth import check_size
     from ..rendering.looks import Backdrop, make_look
+    from ..rendering.looks.table import HAIR_COLORS
+    from ..rendering.measures import MEASURES
     from ..rendering.radius import small, suitable_radius
     from .files import check_output, open_lines, show_progress
     from .hint import hint_at_radius
@@ -107,20 +118,25 @@ def render(
         refuse_given({"--width": width, "--height": height, **shading}, "levels are drawn in panels of a fixed size")
         if extension != ".png":
             raise InputError(f"{output}: levels are drawn as .png")
-    if extension == ".exr":
-        refuse_given(shading, "an .exr holds the depth of one ray a pixel")
     width, height = width or SIZE, height or SIZE
     check_size(width, height)
     if method is not None:
         method_settings(method)
     view, upwards = vector(direction, "--direction"), vector(up, "--up")
     is_transparent = background == "transparent"
+    if is_transparent and extension == ".exr":
+        raise InputError(f"{output}: an .exr is always transparent; leave out --background")
     if background is not None and not is_transparent:
         Backdrop.of(background)
     opened = open_lines(source, skip_invalid, format, option)
     if opened.tree is not None:
         refuse_given({"--method": method}, f"{source} is a tree already; 'fastlines build' makes another")
-    made = make_look(look, opened.geometry, color, color_map)
+    is_measure = look in MEASURES
+    if is_measure:
+        refuse_given({"--color": color}, f"the look {look} has colours of its own")
+    made = look if is_measure else make_look(look, opened.geometry, color, color_map, quality)
+    if legend is None:
+        legend = is_measure or ((color or "#")[0] != "#" and color not in (*HAIR_COLORS, "direction", "strand"))
     camera = opened.camera(view, upwards, fov, 1.0 if levels else width / height)
     progress = show_progress()
     tree = opened.tree or fl.build(opened.geometry, method or DEFAULT_METHOD, progress=progress)
@@ -131,9 +147,6 @@ def render(
     radius = radius or 0.0
     if levels:
         write_picture(output, level_sheet(tree, camera, radius, levels, progress=progress))
-    elif extension == ".exr":
-        write_depth(output, depth_image(tree, camera, width, height, radius, progress))
-        hint_at_radius(tree, *camera.rays(*small(width, height)), radius)
     else:
         picture = fl.render(
             tree,
@@ -145,9 +158,13 @@ def render(
             samples=samples,
             background=None if is_transparent else background,
             exposure=exposure,
+            aovs=extension == ".exr",
+            legend=legend,
             progress=progress,
         )
         picture.save(output, is_transparent)
+        if not chosen:
+            hint_at_radius(tree, *camera.rays(*small(width, height)), radius)
     what = f"{levels} levels" if levels else f"{width} × {height} pixels"
     typer.echo(f"{output}: {what}, {_thickness(tree, radius, chosen)}")
 

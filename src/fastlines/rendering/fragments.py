@@ -91,8 +91,8 @@ class Cones:
         self.k = int(np.clip(np.ceil(6 / max(opacity, 1e-3)), 8, MAX_FRAGMENTS))
         self._edges, self._goes_on = _following(tree.geometry)
 
-    def find(self, origins: FloatArray, directions: FloatArray, offset: float) -> Fragments:
-        """Return the fragments that rays with unit directions see; an offset in [0, 1) chooses among faint ones."""
+    def find(self, origins: FloatArray, directions: FloatArray, offsets: FloatArray | float) -> Fragments:
+        """Return the fragments that rays with unit directions see; offsets in [0, 1) choose among faint ones."""
         hits = self.tree.next_hits(origins, directions, self.radius, self.k, spread=self.spread)
         ray = np.asarray(hits.ray)
         kept = self._kept(hits, directions[ray])
@@ -104,12 +104,14 @@ class Cones:
         before = passed[:-1] - passed[hits.offsets[ray]]
         weight = np.where(before > np.log1p(-OPAQUE), cover * np.exp(before), 0).astype(np.float32)
         opacity = np.bincount(ray, weight, minlength=len(directions)).astype(np.float32)
-        # Keep some of the faint fragments, each for several: one for each full step of the sum of their weights.
-        steps = np.floor(np.cumsum(np.minimum(weight, FAINT), dtype=np.float64) / FAINT + offset)
-        rows = np.flatnonzero((weight >= FAINT) | (np.diff(steps, prepend=np.floor(offset)) > 0))
+        # Keep some of the faint fragments, each for several: one for each full step of the sum of a ray's weights.
+        sums = np.concatenate([[0.0], np.cumsum(np.minimum(weight, FAINT), dtype=np.float64)]) / FAINT
+        first = sums[hits.offsets[ray]] - np.broadcast_to(offsets, len(directions))[ray]
+        steps = np.floor(sums[1:] - first) > np.floor(sums[:-1] - first)
+        rows = np.flatnonzero((weight >= FAINT) | steps)
         ray, weight = ray[rows], np.maximum(weight[rows], np.float32(FAINT))
         points = origins[ray] + hits.t[rows, None] * directions[ray]
-        return Fragments(_some(hits, rows, ray), ray, weight, -directions[ray], points, opacity)
+        return Fragments(some_hits(hits, rows, ray), ray, weight, -directions[ray], points, opacity)
 
     def _kept(self, hits: AllHits, directions: FloatArray) -> npt.NDArray[np.bool_]:
         """Return the hits where a strand comes nearest: not at the end of a segment that leads on to a nearer point."""
@@ -134,17 +136,17 @@ class Surfaces:
     def __init__(self, tree: Tree, radius: float) -> None:
         self.tree, self.radius = tree, radius
 
-    def find(self, origins: FloatArray, directions: FloatArray, offset: float) -> Fragments:
+    def find(self, origins: FloatArray, directions: FloatArray, offsets: FloatArray | float) -> Fragments:
         """Return the fragments that rays with unit directions see: one for each ray that hits."""
         hits = self.tree.first_hit(origins, directions, self.radius, at="surface")
         ray = np.flatnonzero(hits.hit)
-        found = _some(hits, ray, ray)
+        found = some_hits(hits, ray, ray)
         points, normals = found.points(outside=True).astype(np.float32), found.normals().astype(np.float32)
         ones, opacity = np.ones(len(ray), np.float32), hits.hit.astype(np.float32)
         return Fragments(found, ray, ones, -directions[ray], points, opacity, normals)
 
 
-def _some(hits: AllHits | FirstHits, rows: IntArray, ray: IntArray) -> AllHits:
+def some_hits(hits: AllHits | FirstHits, rows: IntArray, ray: IntArray) -> AllHits:
     """Return some of the hits, in their order, and the ray of each."""
     assert hits.rays is not None
     part = None if hits.part is None else hits.part[rows]

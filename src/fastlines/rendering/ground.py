@@ -36,14 +36,14 @@ class Ground:
         sinking = -(directions @ stage.up)
         above = origins @ stage.up - np.float32(self.height)
         rows = np.flatnonzero((sinking > 1e-3) & (above > 0))
-        points = origins[rows] + (above[rows] / sinking[rows])[:, None] * directions[rows]
+        points = np.asarray(origins[rows] + (above[rows] / sinking[rows])[:, None] * directions[rows], np.float32)
         away = points - self.middle
         fade = np.exp(-dot(away, away) / (FADE * stage.size) ** 2)
         near = fade > 0.01
-        rows, points, fade = rows[near], points[near].astype(np.float32), fade[near]
+        rows, points, fade = rows[near], points[near], fade[near]
         key = stage.rig.lights[0].sample(stage.camera, *(each[rows] for each in numbers[0]))
         up = np.broadcast_to(stage.up, points.shape)
         sky = hemisphere(up, *(each[rows] for each in numbers[1]))
-        hidden = KEY * ~stage.open(points, key) + SKY * ~stage.open(points, sky, NEAR * stage.size)
-        dark[rows] = fade * hidden
+        no_key, no_sky = ~stage.open(points, key), ~stage.open(points, sky, NEAR * stage.size)
+        dark[rows] = fade * (KEY * no_key + SKY * no_sky)
         return dark

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import IntArray
+from ..arrays import FloatArray, IntArray
 from ..camera import Camera
 from ..progress import ProgressOption
 from ..tree import Tree
@@ -96,24 +96,25 @@ def _panel(
     large = panel * SMOOTH
     image = dimmed.resize((large, large), Image.Resampling.BICUBIC).convert("RGB")
     draw = ImageDraw.Draw(image, "RGBA")
-    for _, _, pixels in _edges(tree, camera, large, ended[:MAX_BOXES]):
+    box = tree.nodes["box"]
+    for _, _, pixels in box_edges(box[ended[:MAX_BOXES]], camera, large, large):
         draw.line(pixels, FAINT, width=SMOOTH)
     boxes = boxes[:MAX_BOXES]
-    edges = _edges(tree, camera, large, boxes)
+    edges = box_edges(box[boxes], camera, large, large)
     few = len(boxes) <= 64
-    for depth, box, pixels in edges:
+    for depth, i, pixels in edges:
         far, near = edges[0][0], edges[-1][0]
         nearness = (far - depth) / max(far - near, 1e-30)
-        color = _color(box, len(boxes), 0.3 + 0.7 * nearness)
+        color = box_color(i, len(boxes), 0.3 + 0.7 * nearness)
         draw.line(pixels, color, width=2 * SMOOTH if few and nearness > 0.5 else SMOOTH)
     return image.resize((panel, panel), Image.Resampling.LANCZOS)
 
 
-def _edges(tree: Tree, camera: Camera, size: int, boxes: IntArray) -> list[tuple[float, int, list[float]]]:
-    """Project the edges of boxes, the farthest first: depth of the middle, box, and both ends in pixels of each."""
+def box_edges(boxes: FloatArray, camera: Camera, width: int, height: int) -> list[tuple[float, int, list[float]]]:
+    """Project the edges of boxes (n, 2, 3), the farthest first: depth of the middle, box, both ends in pixels."""
     bits = (np.arange(8)[:, None] >> np.arange(3)) & 1
-    corners = tree.nodes["box"][boxes].astype(np.float64)[:, bits, np.arange(3)]
-    pixels, depth = camera.project(corners.reshape(-1, 3), size, size)
+    corners = boxes.astype(np.float64)[:, bits, np.arange(3)]
+    pixels, depth = camera.project(corners.reshape(-1, 3), width, height)
     ends = pixels.reshape(-1, 8, 2)[:, EDGES].reshape(-1, 4)
     middles = depth.reshape(-1, 8)[:, EDGES].mean(axis=2).ravel()
     owners = np.repeat(np.arange(len(boxes)), len(EDGES))
@@ -122,7 +123,7 @@ def _edges(tree: Tree, camera: Camera, size: int, boxes: IntArray) -> list[tuple
     return list(zip(middles[order].tolist(), owners[order].tolist(), ends[order].tolist(), strict=True))
 
 
-def _color(index: int, count: int, strength: float) -> tuple[int, int, int, int]:
+def box_color(index: int, count: int, strength: float) -> tuple[int, int, int, int]:
     """Return a colour whose hue follows the order in the level, so that siblings look alike, from orange on."""
     hue = (0.08 + 0.85 * index / max(count, 1)) % 1.0
     r, g, b = colorsys.hls_to_rgb(hue, 0.62, 0.9)

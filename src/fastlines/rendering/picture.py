@@ -13,7 +13,7 @@ from ..arrays import AnyArray, FloatArray
 from ..errors import InputError
 from .images import check_image_path, write_light, write_picture
 from .legend import Legend, draw_legend
-from .tone import bleed, filmic, srgb, to_bytes
+from .tone import bleed, dithered, filmic, srgb, to_bytes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -30,6 +30,8 @@ class Picture:
         The light behind.
     samples : int
         How many samples of each pixel are averaged.
+    shadow : (height, width) float32, optional
+        How much darker the backdrop is, from 0 to 1: the shadow on the ground, weighted by what no line covers.
     exposure : float
         The light is multiplied by 2 to this power.
     is_light : bool
@@ -46,6 +48,7 @@ class Picture:
     alpha: FloatArray
     backdrop: FloatArray
     samples: int
+    shadow: FloatArray | None = None
     exposure: float = 0.0
     is_light: bool = True
     aovs: dict[str, AnyArray] = field(default_factory=dict)
@@ -71,10 +74,15 @@ class Picture:
         alpha = np.clip(self.alpha, 0, 1)[..., None]
         own: AnyArray = self.light / np.maximum(alpha, 1e-6)
         own = filmic(bleed(own * np.float32(2.0**self.exposure))) if self.is_light else np.clip(own, 0, 1)
+        shadow = np.zeros_like(alpha) if self.shadow is None else self.shadow[..., None]
         if transparent:
-            pixels = to_bytes(np.concatenate([srgb(own), alpha], axis=2))
+            # A shadow is black that covers what no line does.
+            whole = alpha + shadow
+            pixels = to_bytes(
+                np.concatenate([srgb(own * alpha / np.maximum(whole, 1e-6)), np.clip(whole, 0, 1)], axis=2)
+            )
         else:
-            pixels = to_bytes(srgb(own * alpha + (1 - alpha) * self.backdrop))
+            pixels = dithered(srgb(own * alpha + (1 - alpha - shadow) * self.backdrop))
         return draw_legend(pixels, self.legend) if self.shows_legend and self.legend else pixels
 
     def with_legend(self) -> Picture:

@@ -25,7 +25,8 @@ def suitable_radius(tree: Tree, camera: Camera) -> float | None:
     """Return the least of the radii 1, 2, 5, 10 … with which lines look closed where they are dense.
 
     With it, `CLOSED` of the rays of a picture hit that hit with the radius `COARSE`. It is not less than `THINNEST` and
-    not more than `THICKEST`, all of them times the longest side of the box. None if too few rays cross the box.
+    not more than `THICKEST`, all of them times the longest side of the box. Flat lines have the least radius. None if
+    too few rays cross the box.
 
     Examples
     --------
@@ -38,9 +39,12 @@ def suitable_radius(tree: Tree, camera: Camera) -> float | None:
     rays = some_rays(tree, *camera.rays(side, side))
     if rays is None:
         return None
-    size = float(np.ptp(tree.nodes["box"][0], axis=0).max())
+    extent = np.ptp(tree.nodes["box"][0], axis=0)
+    size = float(extent.max())
     least, most, coarse = (round_number(part * size) for part in (THINNEST, THICKEST, COARSE))
     enough = CLOSED * tree.any_hit(rays[0], rays[1], coarse).sum()
+    if extent.min() == 0:
+        return least  # flat lines, such as a map, have gaps
     tried = [least, *round_numbers(least, most)]
     return next((radius for radius in tried if tree.any_hit(rays[0], rays[1], radius).sum() >= enough), most)
 

@@ -21,6 +21,7 @@ from .aovs import find_aovs
 from .colours import GOLDEN
 from .depth import check_radius, check_size
 from .fragments import Cones, Fragments, Surfaces
+from .ground import Ground
 from .lighting import STUDIO, Rig
 from .looks import Backdrop, Look, make_look
 from .looks.solid import Solid
@@ -87,9 +88,11 @@ class Renderer:
         self._finder = Cones(tree, radius, camera.spread(height), opacity) if thin else Surfaces(tree, radius)
         self._light = np.zeros((height * width, 3), np.float64)
         self._alpha = np.zeros(height * width, np.float64)
+        self._shadow = np.zeros(height * width, np.float64)
         self._counts = np.zeros(height, np.int64)
         #: The pixels and rows of a band, and their new sums, while they are being stored.
-        self._stored: tuple[slice, slice, AnyArray, AnyArray, int] | None = None
+        self._stored: tuple[slice, slice, AnyArray, AnyArray, AnyArray, int] | None = None
+        self._ground = Ground(self.stage) if look.has_ground and len(tree.geometry) else None
 
     def passes(self, progress: Callable[[float], object] | None = None) -> Iterator[int]:
         """Add one sample to each pixel at a time, and yield how many there are."""
@@ -116,6 +119,7 @@ class Renderer:
             alpha.astype(np.float32),
             backdrop,
             samples,
+            shadow=(self._shadow.reshape(shape) / counts).astype(np.float32),
             is_light=self.look.is_light,
             legend=legend,
         )
@@ -131,21 +135,27 @@ class Renderer:
         seeds = hashed(pixels.astype(np.uint32))
         x, y = points_in_pixels(index, pixels, self.width)
         origins, directions, _ = self.stage.camera.ray(x, y, self.width, self.height)
-        fragments = self._finder.find(origins, directions, (index + rows.start / self.height) * GOLDEN % 1.0)
+        offsets = (seeds * 2.0**-32 + index * GOLDEN) % 1
+        fragments = self._finder.find(origins, directions, offsets)
         own = slice(pixels[0], pixels[-1] + 1)
         light: AnyArray = self._light[own]
         alpha: AnyArray = self._alpha[own]
+        shadow: AnyArray = self._shadow[own]
         if len(fragments):
             shaded = self.look.shade(fragments, self.stage, Draws.of_fragments(index, seeds, fragments.ray))
             light, alpha = light + _summed(fragments, shaded, len(pixels)), alpha + fragments.opacity
-        self._stored = own, rows, light, alpha, index + 1
+        if self._ground is not None:
+            dark = self._ground.darkness(origins, directions, Draws(index, hashed(seeds, 3)))
+            shadow = shadow + dark * (1 - fragments.opacity)
+        self._stored = own, rows, light, alpha, shadow, index + 1
         self._store()
 
     def _store(self) -> None:
         """Store the sums of a band; where that was interrupted, it is done anew."""
         if self._stored is not None:
-            own, rows, light, alpha, n_samples = self._stored
-            self._light[own], self._alpha[own], self._counts[rows] = light, alpha, n_samples
+            own, rows, light, alpha, shadow, n_samples = self._stored
+            self._light[own], self._alpha[own], self._shadow[own] = light, alpha, shadow
+            self._counts[rows] = n_samples
             self._stored = None
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -166,12 +176,13 @@ class Renderer:
             If it cannot be read.
         """
         found = read_state(path, self._settings, self._state)
-        self._light, self._alpha, self._counts = found["light"], found["alpha"], found["counts"]
+        self._light, self._alpha, self._shadow = found["light"], found["alpha"], found["shadow"]
+        self._counts = found["counts"]
         return int(self._counts.min())
 
     @property
     def _state(self) -> dict[str, AnyArray]:
-        return {"light": self._light, "alpha": self._alpha, "counts": self._counts}
+        return {"light": self._light, "alpha": self._alpha, "shadow": self._shadow, "counts": self._counts}
 
     @cached_property
     def _settings(self) -> dict[str, str]:
@@ -204,6 +215,7 @@ def render(
     background: str | None = None,
     rig: Rig | None = None,
     exposure: float = 0.0,
+    quality: str = "normal",
     aovs: bool = False,
     legend: bool = False,
     progress: ProgressOption = False,
@@ -234,6 +246,8 @@ def render(
         The lights.
     exposure : float
         Multiply the light by 2 to this power.
+    quality : {"normal", "high"}
+        With "high", light in hair is scattered as often as it takes, by path tracing; that takes many samples.
     aovs : bool
         Find depths, positions, normals, tangents and ids too: `Picture.aovs`.
     legend : bool
@@ -263,13 +277,17 @@ def render(
     radius = check_radius(tree, radius)
     look = MEASURES.get(look, look) if isinstance(look, str) else look
     if isinstance(look, Measure):
-        if color is not None or rig is not None:
-            raise InputError(f"the look {look.name!r} shows a number by its own colours; leave out color= and rig=")
+        if color is not None or rig is not None or quality != "normal":
+            text = "shows a number by its own colours; leave out color=, rig= and quality="
+            raise InputError(f"the look {look.name!r} {text}")
         picture = measured_picture(tree, camera, width, height, radius, look, samples or 1, progress)
         stage = Stage.of(tree, camera, height, radius, STUDIO)
     else:
-        made = make_look(look, tree.geometry, color, color_map) if look is None or isinstance(look, str) else look
-        renderer = Renderer(tree, camera, width, height, radius, made, rig, samples)
+        if look is None or isinstance(look, str):
+            look = make_look(look, tree.geometry, color, color_map, quality)
+        elif quality != "normal":
+            raise InputError(f"quality={quality!r} is for looks by name; a look that you make has its own")
+        renderer = Renderer(tree, camera, width, height, radius, look, rig, samples)
         with reporting(progress, "render") as callback:
             for _ in renderer.passes(callback):
                 pass

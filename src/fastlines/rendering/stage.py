@@ -62,6 +62,11 @@ class Stage:
         return float(np.sqrt(((box[1] - box[0]) ** 2).sum()))
 
     @cached_property
+    def extent(self) -> float:
+        """The size and the largest coordinate together: rounding errors are fractions of it."""
+        return self.size + float(np.abs(self.tree.nodes["box"][0]).max())
+
+    @cached_property
     def up(self) -> FloatArray:
         """The upward direction, a unit vector."""
         up = np.asarray(self.camera.up, np.float64)
@@ -94,12 +99,13 @@ class Draws:
     """Uniform random numbers for the fragments of one sample: a pair of them at a time."""
 
     def __init__(self, index: int, seeds: Words) -> None:
-        self.index, self.seeds, self._dimension = index, seeds, 0
+        # Dimensions 0 and 1 are the place in the pixel; reusing them would tie what is drawn to that place.
+        self.index, self.seeds, self.dimension = index, seeds, 2
 
     def pair(self) -> tuple[FloatArray, FloatArray]:
         """Return the next pair of uniform numbers, (n,) each, in [0, 1)."""
-        first = self._dimension
-        self._dimension += 2
+        first = self.dimension
+        self.dimension += 2
         return uniforms(self.index, self.seeds, first), uniforms(self.index, self.seeds, first + 1)
 
     @classmethod

@@ -53,9 +53,19 @@ def linear(encoded: npt.ArrayLike) -> FloatArray:
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
-def to_bytes(screen: AnyArray) -> npt.NDArray[np.uint8]:
-    """Turn encoded values, 0 to 1, into bytes: (height, width, channels), dithered so that gradients have no steps."""
+def to_bytes(screen: AnyArray, rounding: AnyArray | float = 0.5) -> npt.NDArray[np.uint8]:
+    """Turn encoded values, 0 to 1, into bytes."""
+    return np.asarray(np.clip(np.clip(screen, 0, 1) * 255 + rounding, 0, 255)).astype(np.uint8)
+
+
+def dithered(screen: AnyArray) -> npt.NDArray[np.uint8]:
+    """Turn encoded values of pixels, (height, width, channels), into bytes, with noise instead of steps in gradients.
+
+    Examples
+    --------
+    >>> dithered(np.full((100, 100, 1), 0.501)).mean().round(1)
+    np.float64(127.8)
+    """
     height, width = screen.shape[:2]
-    place = np.arange(height * width, dtype=np.uint32).reshape(height, width, 1)
-    noise = hashed(place) * np.float32(2.0**-32)
-    return np.clip(np.floor(np.clip(screen, 0, 1) * 255 + noise), 0, 255).astype(np.uint8)
+    pixels = np.arange(height * width, dtype=np.uint32).reshape(height, width, 1)
+    return to_bytes(screen, hashed(pixels) * np.float32(2.0**-32))

@@ -17,6 +17,9 @@ from ..camera import Camera, Vector
 from ..errors import InputError
 from ..lines import Lines
 from . import beams, bun_hair, spaghetti, straight_hair
+from .interpolated import dense_hair
+
+__all__ = ["MAX_SEGMENTS", "NAMES", "RADII", "Scene", "dense_hair", "make"]
 
 #: The most segments of a scene, which take some gigabytes of random numbers.
 MAX_SEGMENTS = 100_000_000

@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TypeAlias
+from typing import NamedTuple
 
+from ..texts import number_text
 from .node import Node, f
 from .primitive import Box, Prims, hull
 from .splits import Split, Splits
 
-Best: TypeAlias = tuple[float, "Split | None"]
+
+class Best(NamedTuple):
+    """The cost of the cheapest tree of some levels, and its first split; None for a leaf."""
+
+    cost: float
+    split: Split | None
+
+    def __repr__(self) -> str:
+        return f"<Best: cost {number_text(self.cost)}, {self.split or 'a leaf'}>"
 
 
 def best_split(
@@ -22,15 +31,15 @@ def best_split(
     """
     best_cost, best = len(prims) * c_prim if limit is None else limit, None
     if lookahead == 0:
-        return best_cost, best
+        return Best(best_cost, best)
     for split in splits(prims, box):
         (_, lb), (_, rb) = split
         left, right = (best_split(*part, splits, lookahead - 1, c_trav, c_prim)[0] for part in split)
         area = box.area()
         cost = c_trav + ((lb.area() * left + rb.area() * right) / area if area > 0 else left + right)
         if cost < best_cost:
-            best_cost, best = cost, split
-    return best_cost, best
+            best_cost, best = cost, Split(*split)
+    return Best(best_cost, best)
 
 
 def prune(node: Node, c_trav: float = 2.0, c_prim: float = 1.0) -> Node:

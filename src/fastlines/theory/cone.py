@@ -20,6 +20,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from ..texts import point_text
 from .primitive import Block, Box, Point
 
 #: x + y·s.
@@ -39,6 +40,11 @@ class Cone(NamedTuple):
     q: Point
     radii: tuple[float, float]
     part: Box
+
+    def __repr__(self) -> str:
+        (lo, hi), (start, end) = self.part, self.radii
+        box = f"{point_text(lo)} to {point_text(hi)}"
+        return f"<Cone {self.id}: radius {start:.4g} to {end:.4g}, its part in the box {box}>"
 
     def bounds(self) -> Box:
         """Return the box."""

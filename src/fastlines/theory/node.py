@@ -6,7 +6,10 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from ..dot import MAX_LEVEL, DotNode, checked_level, dot_text
 from ..errors import InvalidTreeError
+from ..texts import count_of, number_text
+from .drawing import levels_svg
 from .primitive import Block, Box, Primitive, Prims, hull
 from .splits import BoxRule, cut, tight
 
@@ -21,11 +24,67 @@ class Node:
     right: Node | None = None
 
     def __repr__(self) -> str:
-        return f"<Node: {len(self.prims)} primitives, {len(self.nodes())} nodes at and below it>"
+        n_prims, n_nodes = count_of(len(self.prims), "primitive"), count_of(len(self.nodes()), "node")
+        return f"<Node: {n_prims}, {n_nodes} at and below it>"
 
     def nodes(self) -> list[Node]:
         """List this node and all below it, in preorder."""
-        return [self, *(node for child in (self.left, self.right) if child for node in child.nodes())]
+        return [self, *(node for child in self.children() for node in child.nodes())]
+
+    def children(self) -> list[Node]:
+        """List the left and the right child, if there are any."""
+        return [child for child in (self.left, self.right) if child]
+
+    def levels(self) -> list[list[Node]]:
+        """List the nodes of each level at and below this one, from the left to the right."""
+        levels = [[self]]
+        while below := [child for node in levels[-1] for child in node.children()]:
+            levels.append(below)
+        return levels
+
+    def to_dot(self, *, max_level: int | None = MAX_LEVEL, c_trav: float = 2.0, c_prim: float = 1.0) -> str:
+        r"""Return this tree in DOT, the language of Graphviz.
+
+        Parameters
+        ----------
+        max_level : int, optional
+            The last level to draw; the caption says how many nodes are left out. None draws all.
+        c_trav, c_prim : float
+            Those of the costs, which are `f` of each node.
+
+        Examples
+        --------
+        >>> from fastlines import theory as th
+        >>> tree = th.build(th.segments([[[0, 0, 0], [1, 1, 1]], [[7, 7, 7], [8, 8, 8]]]), th.object_sweep, c_trav=0.1)
+        >>> print(tree.to_dot(c_trav=0.1))
+        digraph tree {
+          graph [label="a tree of 2 primitives: 3 nodes"]
+          node [shape=box]
+          n0 [label="0: 2 primitives\ncost 0.1313, area 384"]
+          n1 [label="1: 1 primitive\ncost 1, area 6", shape=ellipse]
+          n2 [label="2: 1 primitive\ncost 1, area 6", shape=ellipse]
+          n0 -> n1
+          n0 -> n2
+        }
+        <BLANKLINE>
+        """
+        last = checked_level(max_level)
+
+        def drawn(node: Node, number: int, parent: int | None, level: int) -> Iterator[DotNode]:
+            cost, n_prims = number_text(f(node, c_trav, c_prim)), count_of(len(node.prims), "primitive")
+            label = n_prims, f"cost {cost}, area {number_text(node.box.area())}"
+            n_left_out = len(node.nodes()) - 1 if level == last else 0
+            yield DotNode(number, parent, label, not node.children(), n_left_out)
+            at = number + 1
+            for child in node.children() if level < last else []:
+                yield from drawn(child, at, number, level + 1)
+                at += len(child.nodes())
+
+        return dot_text(f"a tree of {count_of(len(self.prims), 'primitive')}", [*drawn(self, 0, None, 0)])
+
+    def _repr_svg_(self) -> str | None:
+        levels = [[(node.box, not node.children()) for node in level] for level in self.levels()]
+        return levels_svg(repr(self), self.prims, levels)
 
 
 def chance(child: Box, parent: Box) -> float:
@@ -58,7 +117,7 @@ def covered(part: Primitive | None, boxes: Sequence[Box], slack: float) -> bool:
 
 def laws(node: Node, tree: Node, prims: Prims, rule: BoxRule | None) -> Iterator[tuple[str, str, bool]]:
     """Yield every law of a node of a tree over `prims`: axiom, text, and whether it holds."""
-    children = [child for child in (node.left, node.right) if child]
+    children = node.children()
     yield "axiom 1", "a node has none or two children", len(children) != 1
     yield "axiom 1", "a node has one parent", tree.nodes().count(node) == 1
     ids = [prim.id for prim in node.prims]

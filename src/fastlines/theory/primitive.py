@@ -9,6 +9,8 @@ from typing import NamedTuple, Protocol, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from ..texts import point_text
+
 Point: TypeAlias = tuple[float, ...]
 
 
@@ -82,6 +84,11 @@ class Segment(NamedTuple):
     end: Point
     s0: float = 0.0
     s1: float = math.inf
+
+    def __repr__(self) -> str:
+        is_piece = self.s0 > 0 or self.s1 < math.inf
+        piece = f", s from {self.s0:.4g} to {min(self.s1, 1.0):.4g}" if is_piece else ""
+        return f"<Segment {self.id}: {point_text(self.start)} to {point_text(self.end)}{piece}>"
 
     def bounds(self) -> Box:
         """Return the box of both ends."""

@@ -3,13 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
+from ..texts import number_text
 from .primitive import Box, Primitive, Prims, f32, hull
 
-Split: TypeAlias = tuple[tuple[Prims, Box], tuple[Prims, Box]]
-Splits: TypeAlias = Callable[[Prims, Box], Iterable[Split]]
+#: The primitives and the box of a child.
+Child: TypeAlias = tuple[Prims, Box]
+Splits: TypeAlias = Callable[[Prims, Box], Iterable[tuple[Child, Child]]]
 BoxRule: TypeAlias = Callable[[Prims, Box], "Box | None"]
+
+
+class Split(NamedTuple):
+    """A candidate split: the primitives and the box of each child. A plain tuple of both will do, too."""
+
+    left: Child
+    right: Child
+
+    def __repr__(self) -> str:
+        (left, left_box), (right, right_box) = self
+        areas = f"{number_text(left_box.area())} and {number_text(right_box.area())}"
+        return f"<Split: {len(left)} and {len(right)} primitives, in boxes of area {areas}>"
 
 
 def tight(prims: Prims, half: Box) -> Box | None:
@@ -46,13 +60,13 @@ def at_plane(prims: Prims, box: Box, axis: int, plane: float, rule: BoxRule) -> 
     low, high = box.split(axis, plane)
     left_box, right_box = rule(left, low), rule(right, high)
     if left_box and right_box:
-        yield (left, left_box), (right, right_box)
+        yield Split((left, left_box), (right, right_box))
 
 
 def at_object(ordered: Prims, n_left: int) -> Split:
     """Split a list of primitives without cutting any."""
     left, right = ordered[:n_left], ordered[n_left:]
-    return (left, hull(left)), (right, hull(right))
+    return Split((left, hull(left)), (right, hull(right)))
 
 
 def by_centre(prims: Prims, axis: int) -> Prims:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import did_you_mean
+from ...arrays import choice, did_you_mean
 from ...curves import Curves
 from ...errors import InputError
 from ...geometry import AnyGeometry, parts_of, radius_beyond
@@ -30,6 +30,8 @@ LOOKS = {
 }
 #: The looks that show a number of each ray, not lines (`rendering.measures`), and half a line about each.
 NUMBERS = {"hits": "how many lines the ray of each pixel hits", "work": "how many nodes of the tree it visits"}
+#: How exact light is: scattered once and then as an estimate, or by paths of many bounces.
+QUALITIES = ("normal", "high")
 #: At least so many strands look like hair, if nothing says otherwise.
 HAIRS = 1000
 
@@ -85,7 +87,13 @@ def _is_smooth(part: AnyGeometry) -> bool:
     return len(one) > 0 and float(np.median(dot(one, other))) > SMOOTH
 
 
-def make_look(name: str | None, geometry: AnyGeometry, color: str | None = None, color_map: str = "viridis") -> Look:
+def make_look(
+    name: str | None,
+    geometry: AnyGeometry,
+    color: str | None = None,
+    color_map: str = "viridis",
+    quality: str = "normal",
+) -> Look:
     """Make a look by its name, or the one that suits the geometry.
 
     Parameters
@@ -98,12 +106,17 @@ def make_look(name: str | None, geometry: AnyGeometry, color: str | None = None,
         name of an attribute, or a colour.
     color_map : str
         One of `colours.MAPS`, for an attribute.
+    quality : str
+        One of `QUALITIES`; "high" is for hair.
     """
     name = name or look_for(geometry)
     if name not in LOOKS:
         raise InputError(f"there is no look {name!r}{did_you_mean(name, (*LOOKS, *NUMBERS))}")
+    choice("quality", quality, QUALITIES)
     if name == "hair":
-        return _hair(color or "brown")
+        return _hair(color or "brown", quality)
+    if quality == "high":
+        raise InputError(f"quality='high' is for the look 'hair', and this is {name!r}; leave quality out")
     if name in ("fibre", "tube"):
         known = {attribute for part in parts_of(geometry) for attribute in names(part)}
         usual = DISPLAY_COLOR if DISPLAY_COLOR in known else _usual_color(name, geometry)
@@ -133,14 +146,16 @@ def _unit_of(geometry: AnyGeometry) -> str | None:
     return units[0] if units else None
 
 
-def _hair(color: str) -> Look:
+def _hair(color: str, quality: str) -> Look:
     """Make hair of a natural colour, or of any."""
     from ..hair import HairMaterial
     from .hair import Hair
+    from .traced_hair import TracedHair
 
+    kind = TracedHair if quality == "high" else Hair
     if color.startswith("#"):
-        return Hair(HairMaterial.from_reflectance(hexadecimal(color), scale_tilt=TILT), PAPER)
+        return kind(HairMaterial.from_reflectance(hexadecimal(color), scale_tilt=TILT), PAPER)
     if color not in HAIR_COLORS:
         raise InputError(f"there is no hair colour {color!r}{did_you_mean(color, (*HAIR_COLORS, '#rrggbb'))}")
     melanin, redness = HAIR_COLORS[color]
-    return Hair(HairMaterial.from_melanin(melanin, redness, scale_tilt=TILT), PAPER)
+    return kind(HairMaterial.from_melanin(melanin, redness, scale_tilt=TILT), PAPER)

@@ -1,0 +1,92 @@
+"""Hair in which light is scattered many times, by path tracing with the near field of Chiang et al. (2016)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...arrays import AnyArray, FloatArray
+from ...camera import Vector
+from ..fragments import Fragments
+from ..hair import HairMaterial, evaluate, sample
+from ..lighting import SALON, Rig, hemisphere
+from ..paths import PathDraws, PathTracer
+from ..stage import Draws, Stage
+from ..vectors import dot
+from ..vertices import Vertices, seen_vertices
+from .look import Backdrop
+
+#: The reflectance of what is no line, such as the skin below the hair.
+SKIN = (0.42, 0.27, 0.20)
+#: How often light is scattered at most. Blond hair needs many: a fibre absorbs little.
+MAX_BOUNCES = 64
+
+
+@dataclass(frozen=True)
+class HairScatterer:
+    """Scatters light at hairs, and evenly at surfaces without an axis."""
+
+    material: HairMaterial
+    skin: Vector = SKIN
+
+    def evaluate(self, vertices: Vertices, towards: FloatArray) -> AnyArray:
+        """Return how much of the light from some directions goes to the eye; see `Scatterer`."""
+        value = evaluate(self.material, vertices.to_eye, towards, vertices.tangents, vertices.h)
+        bare = np.flatnonzero(~vertices.tangents.any(axis=1))
+        facing = np.maximum(dot(vertices.normals[bare], towards[bare]), 0)[:, None]
+        value[bare] = facing * np.asarray(self.skin, np.float32) / np.float32(np.pi)
+        return value
+
+    def sample(self, vertices: Vertices, u4: FloatArray) -> tuple[AnyArray, AnyArray]:
+        """Draw directions; see `Scatterer`."""
+        towards, weight, _ = sample(self.material, vertices.to_eye, vertices.tangents, vertices.h, u4)
+        bare = np.flatnonzero(~vertices.tangents.any(axis=1))
+        towards[bare] = hemisphere(vertices.normals[bare], u4[bare, 0], u4[bare, 1])
+        weight[bare] = self.skin
+        return towards, weight
+
+
+@dataclass(frozen=True)
+class TracedHair:
+    """Shades hairs by one path for each ray of the camera.
+
+    Attributes
+    ----------
+    material : HairMaterial
+    backdrop : Backdrop
+    rig : Rig
+    max_bounces : int
+        How often light is scattered at most.
+    """
+
+    material: HairMaterial
+    backdrop: Backdrop
+    rig: Rig = SALON
+    max_bounces: int = MAX_BOUNCES
+    has_ground: bool = False
+    is_light: bool = field(default=True, init=False)
+
+    def shade(self, fragments: Fragments, stage: Stage, draws: Draws) -> FloatArray:
+        """Return the light of each fragment towards the eye, (n, 3) float32 linear."""
+        choice, across = draws.pair()
+        rows, times = _one_of_each_ray(fragments, choice)
+        numbers = PathDraws(draws.index, draws.seeds[rows], draws.dimension)
+        vertices = seen_vertices(fragments, stage, across).some(rows)
+        traced = PathTracer(stage, HairScatterer(self.material), self.max_bounces).light(vertices, numbers)
+        light = np.zeros((len(fragments), 3), np.float32)
+        light[rows] = traced * times[:, None]
+        return light
+
+
+def _one_of_each_ray(fragments: Fragments, choice: FloatArray) -> tuple[AnyArray, FloatArray]:
+    """Choose a fragment of each ray by its weight, and return by how much it counts more."""
+    n_rays = len(fragments.opacity)
+    total = np.bincount(fragments.ray, fragments.weight, minlength=n_rays)
+    first = np.searchsorted(fragments.ray, np.arange(n_rays))
+    after = np.cumsum(fragments.weight, dtype=np.float64)
+    before = after - fragments.weight
+    start = before[np.minimum(first, len(before) - 1)][fragments.ray]
+    aim = start + choice[first[fragments.ray]] * total[fragments.ray]
+    rows = np.flatnonzero((before <= aim) & (aim < after))
+    return rows, np.asarray(total[fragments.ray[rows]] / fragments.weight[rows], np.float32)
