@@ -292,6 +292,14 @@ def render(
             for _ in renderer.passes(callback):
                 pass
         picture, stage = renderer.picture(), renderer.stage
+    return finish(picture, stage, background, exposure, aovs, legend)
+
+
+def finish(
+    picture: Picture, stage: Stage, background: str | None, exposure: float, aovs: bool, legend: bool
+) -> Picture:
+    """Give a picture what does not depend on its samples; the options are those of `render`."""
+    height, width = picture.alpha.shape
     if background is not None:
         picture = replace(picture, backdrop=Backdrop.of(background).light(width, height))
     found = find_aovs(stage, width, height) if aovs else {}
