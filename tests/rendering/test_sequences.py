@@ -148,7 +148,7 @@ def test_a_failed_animation_leaves_the_old_file(tmp_path, name):
 
 
 def test_what_is_no_animation_is_refused(tmp_path):
-    for name, words in (("x.avi", r"known: \.png, \.gif, \.mp4"), ("no/x.png", "no folder")):
+    for name, words in (("x.avi", r"known: \.png, \.exr, \.gif, \.mp4"), ("no/x.png", "no folder")):
         with pytest.raises((fl.InputError, FileNotFoundError), match=words):
             write_frames(tmp_path / name, pictures())
     for name in ("x.png", "x.gif"):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 from typer import Option
@@ -24,7 +25,14 @@ SIZE = 1024
 def render(
     source: Input,
     output: Annotated[
-        str, Option("--output", "-o", metavar="FILE", help="The picture: a .png for the eye, or an .exr of numbers.")
+        str,
+        Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="The picture: a .png for the eye, or an .exr of numbers. Many pictures: x.png for x_0001.png and so "
+            "on, a .gif, or an .mp4 (needs the extra video).",
+        ),
     ],
     look: Annotated[
         str | None,
@@ -68,6 +76,20 @@ def render(
     direction: Direction = None,
     up: Up = None,
     fov: Fov = None,
+    turntable: Annotated[
+        int | None, Option(min=1, max=100000, metavar="N", help="Write this many pictures of a turn around the lines.")
+    ] = None,
+    radius_sweep: Annotated[
+        str | None,
+        Option(
+            metavar="A:B:N",
+            help="Write N pictures with radii from A to B, each the same factor larger; if A is 0, the same step.",
+        ),
+    ] = None,
+    seconds: Annotated[
+        float | None, Option(help="How long a .gif or .mp4 shows each picture; 0.04 by default.")
+    ] = None,
+    resume: Annotated[bool, Option("--resume", help="Go on with a picture that Ctrl-C has stopped.")] = False,
     levels: Annotated[int, Option(min=0, max=64, help="Draw the boxes of this many levels of the tree instead.")] = 0,
     method: Annotated[
         str | None, Option("--method", "-m", metavar="NAME", help="The kind of tree to build; best by default.")
@@ -79,8 +101,8 @@ def render(
     """Render a picture of lines. For a file of lines or a scene, build a tree first.
 
     Without options, the look, the radius, the camera and the lights are chosen to suit the lines. Lines thinner than a
-    pixel are drawn by the fraction of it that they cover. The samples end as soon as you press Ctrl-C, and the picture
-    of those that are done is written.
+    pixel are drawn by the fraction of it that they cover. Ctrl-C stops the samples, and writes the picture of those
+    that are done. The same command with [cyan]--resume[/] goes on, and gives the picture of an uninterrupted run.
 
     [bold]Examples[/]
 
@@ -98,11 +120,15 @@ def render(
 
     [cyan]fastlines render hair.flt --radius 0.0005 -o hair.exr[/]
 
+    [cyan]fastlines render hair.flt --turntable 60 -o turn.gif[/]
+
+    [cyan]fastlines render hair.flt --radius-sweep 0.0005:0.05:60 -o frames/radius.png[/]
+
     [cyan]fastlines render hair.flt --radius 0.0005 --levels 6 -o levels.png[/]
     """
     from ..geometry import needs_radius
     from ..queries import require_radius
-    from ..rendering import check_image_path, level_sheet, write_picture
+    from ..rendering import Renderer, check_image_path, finish, level_sheet, write_picture
     from ..rendering.depth import check_size
     from ..rendering.looks import Backdrop, make_look
     from ..rendering.looks.table import HAIR_COLORS
@@ -110,10 +136,23 @@ def render(
     from ..rendering.radius import small, suitable_radius
     from .files import check_output, open_lines, show_progress
     from .hint import hint_at_radius
+    from .sequence import check_sequence, write_sequence
+    from .unfinished import add_samples, check_resume, keep_state
 
-    extension = check_image_path(output)
-    check_output(output)
-    shading = {"--look": look, "--color": color, "--background": background, "--samples": samples}
+    is_sequence = turntable is not None or radius_sweep is not None
+    radii: list[float] = []
+    if is_sequence:
+        alone: dict[str, object] = {"--levels": levels or None, "--resume": resume or None}
+        alone |= {} if radius_sweep is None else {"--radius": radius}
+        radii = check_sequence(output, radius_sweep, turntable, alone)
+        extension = Path(output).suffix.lower()
+    else:
+        extension = check_image_path(output)
+        check_output(output)
+        refuse_given({"--seconds": seconds}, "it is for --turntable and --radius-sweep")
+        check_resume(output, resume)
+    going_on = {"--resume": resume or None}
+    shading = {"--look": look, "--color": color, "--background": background, "--samples": samples, **going_on}
     if levels:
         refuse_given({"--width": width, "--height": height, **shading}, "levels are drawn in panels of a fixed size")
         if extension != ".png":
@@ -134,39 +173,52 @@ def render(
     is_measure = look in MEASURES
     if is_measure:
         refuse_given({"--color": color}, f"the look {look} has colours of its own")
+        refuse_given(going_on, f"the look {look} has no samples to go on with")
     made = look if is_measure else make_look(look, opened.geometry, color, color_map, quality)
     if legend is None:
         legend = is_measure or ((color or "#")[0] != "#" and color not in (*HAIR_COLORS, "direction", "strand"))
-    camera = opened.camera(view, upwards, fov, 1.0 if levels else width / height)
+    camera = opened.camera(view, upwards, fov, 1.0 if levels else width / height, turntable is not None)
     progress = show_progress()
     tree = opened.tree or fl.build(opened.geometry, method or DEFAULT_METHOD, progress=progress)
-    chosen = radius is None and needs_radius(opened.geometry)
+    chosen = radius is None and not radii and needs_radius(opened.geometry)
     if chosen:
         radius = suitable_radius(tree, opened.camera())
         require_radius(opened.geometry, radius)
     radius = radius or 0.0
     if levels:
         write_picture(output, level_sheet(tree, camera, radius, levels, progress=progress))
-    else:
-        picture = fl.render(
-            tree,
-            camera,
-            width=width,
-            height=height,
-            look=made,
-            radius=radius,
-            samples=samples,
-            background=None if is_transparent else background,
-            exposure=exposure,
-            aovs=extension == ".exr",
-            legend=legend,
-            progress=progress,
+        typer.echo(f"{output}: {levels} levels, {_thickness(tree, radius, chosen)}")
+        return
+    backdrop = None if is_transparent else background
+    shown: dict[str, Any] = {
+        "background": backdrop,
+        "exposure": exposure,
+        "aovs": extension == ".exr",
+        "legend": legend,
+    }
+    drawn: dict[str, Any] = {"width": width, "height": height, "radius": radius}
+    if is_sequence:
+        options = drawn | shown | {"look": made, "samples": samples}
+        frame_seconds = 0.04 if seconds is None else seconds
+        what = write_sequence(
+            output, tree, camera, radii, turntable, frame_seconds, progress, is_transparent, **options
         )
+        thickness = f"radii {radii[0]:g} to {radii[-1]:g}" if radii else _thickness(tree, radius, chosen)
+        typer.echo(f"{what}, {thickness}")
+        return
+    if is_measure:
+        picture = fl.render(tree, camera, look=made, samples=samples, progress=progress, **drawn, **shown)
         picture.save(output, is_transparent)
-        if not chosen:
-            hint_at_radius(tree, *camera.rays(*small(width, height)), radius)
-    what = f"{levels} levels" if levels else f"{width} × {height} pixels"
-    typer.echo(f"{output}: {what}, {_thickness(tree, radius, chosen)}")
+    else:
+        assert made is not None
+        assert not isinstance(made, str)
+        renderer = Renderer(tree, camera, width, height, radius, made, None, samples)
+        is_whole = add_samples(renderer, output, resume, progress)
+        finish(renderer.picture(), renderer.stage, **shown).save(output, is_transparent)
+        keep_state(renderer, output, is_whole, resume)
+    if not chosen:
+        hint_at_radius(tree, *camera.rays(*small(width, height)), radius)
+    typer.echo(f"{output}: {width} × {height} pixels, {_thickness(tree, radius, chosen)}")
 
 
 def _thickness(tree: Tree, radius: float, is_chosen: bool) -> str:

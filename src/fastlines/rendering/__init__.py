@@ -3,12 +3,12 @@
 from .aovs import AOVS, find_aovs
 from .depth import MAX_PIXELS, depth_image
 from .depth_picture import depth_picture
-from .frames import FRAME_FORMATS, write_frames
+from .frames import FRAME_FORMATS, check_frames_path, numbered, write_frames
 from .images import IMAGE_FORMATS, check_image_path, write_depth, write_picture
 from .levels import level_sheet
 from .measures import MEASURES, Measure
 from .picture import Picture
-from .renderer import Renderer, render
+from .renderer import Renderer, finish, render
 from .sequences import radius_sweep, spaced_radii, turntable, turntable_camera
 from .view import default_camera, default_view
 from .work import visited_nodes
@@ -22,13 +22,16 @@ __all__ = [
     "Measure",
     "Picture",
     "Renderer",
+    "check_frames_path",
     "check_image_path",
     "default_camera",
     "default_view",
     "depth_image",
     "depth_picture",
     "find_aovs",
+    "finish",
     "level_sheet",
+    "numbered",
     "radius_sweep",
     "render",
     "spaced_radii",

@@ -15,6 +15,7 @@ from ..arrays import number
 from ..atomic_write import atomic_write, check_target
 from ..errors import InputError
 from ..optional import optional
+from .images import IMAGE_FORMATS, check_image_path
 from .picture import Picture
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 #: The extensions of many pictures, and what each becomes.
 FRAME_FORMATS = {
     ".png": "a file for each picture, such as x_0001.png",
+    ".exr": "the same, of numbers (needs fastlines[exr])",
     ".gif": "an animation of 256 colours a picture, which repeats",
     ".mp4": "a film, H.264 (needs fastlines[video])",
 }
@@ -38,11 +40,18 @@ def check_frames_path(path: str | os.PathLike[str]) -> str:
         raise InputError(f"{path}: unknown extension {extension or '(none)'!r} for many pictures; known: {known}")
     if extension == ".mp4":
         optional("imageio_ffmpeg", "writing .mp4", "video")
+    elif extension in IMAGE_FORMATS:
+        check_image_path(path)
     return extension
 
 
 def write_frames(
-    path: str | os.PathLike[str], pictures: Iterable[Picture], *, seconds: float = 0.04, repeats: bool = True
+    path: str | os.PathLike[str],
+    pictures: Iterable[Picture],
+    *,
+    seconds: float = 0.04,
+    repeats: bool = True,
+    transparent: bool = False,
 ) -> list[Path]:
     """Write pictures as numbered files or as an animation.
 
@@ -51,14 +60,16 @@ def write_frames(
     Parameters
     ----------
     path : str or path
-        A .png, for files that are numbered from 1 on: frames/x.png names frames/x_0001.png and so on. A .gif, or an
-        .mp4 with `fastlines[video]`.
+        A .png or .exr, for files that are numbered from 1 on: frames/x.png names frames/x_0001.png and so on. A .gif,
+        or an .mp4 with `fastlines[video]`.
     pictures : iterable of Picture
         All of the same size. An .mp4 has an even number of rows and columns; the last ones are repeated.
     seconds : float
         How long each picture of an animation is shown; in a .gif it is rounded to hundredths, and at least two.
     repeats : bool
         Whether a .gif starts again after its end.
+    transparent : bool
+        Whether .png files have no backdrop.
 
     Returns
     -------
@@ -84,12 +95,14 @@ def write_frames(
     """
     extension = check_frames_path(path)
     seconds = number("seconds", seconds, "a number from 0.001 to 60", 1e-3, 60.0)
-    check_target(numbered(path, 1) if extension == ".png" else path)
-    if extension == ".png":
+    if transparent and extension != ".png":
+        raise InputError(f"{path}: only .png files can be transparent here; leave out transparent=")
+    check_target(numbered(path, 1) if extension in IMAGE_FORMATS else path)
+    if extension in IMAGE_FORMATS:
         written: list[Path] = []
         for picture in pictures:
             written.append(numbered(path, len(written) + 1))
-            picture.save(written[-1])
+            picture.save(written[-1], transparent)
         if not written:
             raise InputError(f"{path}: there are no pictures to write")
         return written

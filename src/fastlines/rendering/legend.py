@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from ..camera import Float64Array
 from .colours import mapped, of_directions
-from .tone import srgb, to_bytes
+from .tone import srgb
 
 if TYPE_CHECKING:
     from PIL import Image, ImageDraw, ImageFont
@@ -177,5 +177,5 @@ class Pen:
 
 def _color(linear: npt.NDArray[np.float32]) -> Shade:
     """Return the bytes of a colour in linear light."""
-    red, green, blue = to_bytes(srgb(linear)).tolist()
+    red, green, blue = np.rint(255 * srgb(linear)).astype(int).tolist()
     return red, green, blue

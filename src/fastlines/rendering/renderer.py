@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from ..arrays import FloatArray, count
+from ..arrays import AnyArray, FloatArray, count
 from ..builder import build
 from ..camera import Camera
 from ..errors import InputError
-from ..geometry import needs_radius, radius_beyond
+from ..geometry import count_text, needs_radius, radius_beyond
 from ..progress import ProgressOption, reporting
 from ..tree import Tree
 from .aovs import find_aovs
@@ -28,6 +30,7 @@ from .measures import MEASURES, Measure, measured_picture
 from .picture import Picture
 from .sampling import hashed, points_in_pixels
 from .stage import Draws, Stage
+from .state import describe, digest, read_state, write_state
 from .view import default_camera
 
 #: The most rays traced at a time.
@@ -39,7 +42,34 @@ MANY_SAMPLES = 32
 
 
 class Renderer:
-    """Renders a picture sample by sample; `picture` returns what is there at any time."""
+    """Renders a picture sample by sample; `picture` returns what is there at any time.
+
+    It can be interrupted at any point, saved, and resumed by another renderer with the same settings. The picture is
+    then the same, bit for bit, as without the interruption.
+
+    Parameters
+    ----------
+    tree : Tree
+    camera : Camera
+    width, height : int
+    radius : float
+        Added to the radius of the lines.
+    look : Look
+    rig : Rig, optional
+        The lights; by default those of the look.
+    samples : int, optional
+        How many samples of a pixel are averaged.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> from fastlines.rendering.looks import make_look
+    >>> scene = fl.scenes.make("spaghetti", 100)
+    >>> look = make_look("fibre", scene.lines)
+    >>> renderer = Renderer(fl.build(scene.lines), scene.camera, 32, 32, 0.01, look, samples=2)
+    >>> [renderer.picture().samples for _ in renderer.passes()]
+    [1, 2]
+    """
 
     def __init__(
         self,
@@ -49,12 +79,12 @@ class Renderer:
         height: int,
         radius: float,
         look: Look,
-        rig: Rig,
-        samples: int | None,
+        rig: Rig | None = None,
+        samples: int | None = None,
     ) -> None:
         check_size(width, height)
         self.width, self.height, self.look = width, height, look
-        self.stage = Stage.of(tree, camera, height, radius, rig)
+        self.stage = Stage.of(tree, camera, height, radius, rig or look.rig)
         self.samples = samples or (THIN_SAMPLES if self.stage.thin else SAMPLES)
         opacity = (radius + radius_beyond(tree.geometry)) / max(self.stage.pixel, 1e-30)
         traces_many = isinstance(look, TracedHair) and self.samples >= MANY_SAMPLES
@@ -64,6 +94,8 @@ class Renderer:
         self._alpha = np.zeros(height * width, np.float64)
         self._shadow = np.zeros(height * width, np.float64)
         self._counts = np.zeros(height, np.int64)
+        #: The pixels and rows of a band, and their new sums, while they are being stored.
+        self._stored: tuple[slice, slice, AnyArray, AnyArray, AnyArray, int] | None = None
         self._ground = Ground(self.stage) if look.has_ground and len(tree.geometry) else None
 
     def passes(self, progress: Callable[[float], object] | None = None) -> Iterator[int]:
@@ -78,6 +110,7 @@ class Renderer:
 
     def picture(self) -> Picture:
         """Return the picture of all samples so far."""
+        self._store()
         shape = self.height, self.width
         counts = np.maximum(self._counts, 1)[:, None]
         light = self._light.reshape(*shape, 3) / counts[..., None]
@@ -109,14 +142,67 @@ class Renderer:
         offsets = (seeds * 2.0**-32 + index * GOLDEN) % 1
         fragments = self._finder.find(origins, directions, offsets)
         own = slice(pixels[0], pixels[-1] + 1)
+        light: AnyArray = self._light[own]
+        alpha: AnyArray = self._alpha[own]
+        shadow: AnyArray = self._shadow[own]
         if len(fragments):
-            light = self.look.shade(fragments, self.stage, Draws.of_fragments(index, seeds, fragments.ray))
-            self._light[own] += _summed(fragments, light, len(pixels))
-            self._alpha[own] += fragments.opacity
+            shaded = self.look.shade(fragments, self.stage, Draws.of_fragments(index, seeds, fragments.ray))
+            light, alpha = light + _summed(fragments, shaded, len(pixels)), alpha + fragments.opacity
         if self._ground is not None:
             dark = self._ground.darkness(origins, directions, Draws(index, hashed(seeds, 3)))
-            self._shadow[own] += dark * (1 - fragments.opacity)
-        self._counts[rows] = index + 1
+            shadow = shadow + dark * (1 - fragments.opacity)
+        self._stored = own, rows, light, alpha, shadow, index + 1
+        self._store()
+
+    def _store(self) -> None:
+        """Store the sums of a band; where that was interrupted, it is done anew."""
+        if self._stored is not None:
+            own, rows, light, alpha, shadow, n_samples = self._stored
+            self._light[own], self._alpha[own], self._shadow[own] = light, alpha, shadow
+            self._counts[rows] = n_samples
+            self._stored = None
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the samples so far to a .npz file, from which `resume` goes on; it appears whole or not at all."""
+        self._store()
+        write_state(path, self._settings, self._state)
+
+    def resume(self, path: str | os.PathLike[str]) -> int:
+        """Take over the samples that `save` has written; return how many of them each pixel has.
+
+        The total number of samples may be another one.
+
+        Raises
+        ------
+        InputError
+            If the file is no state of a picture, or of one with other settings or lines.
+        OSError
+            If it cannot be read.
+        """
+        found = read_state(path, self._settings, self._state)
+        self._light, self._alpha, self._shadow = found["light"], found["alpha"], found["shadow"]
+        self._counts = found["counts"]
+        return int(self._counts.min())
+
+    @property
+    def _state(self) -> dict[str, AnyArray]:
+        return {"light": self._light, "alpha": self._alpha, "shadow": self._shadow, "counts": self._counts}
+
+    @cached_property
+    def _settings(self) -> dict[str, str]:
+        """All that the samples depend on, but for the version of fastlines."""
+        stage = self.stage
+        settings = {
+            "size": f"{self.width} × {self.height}",
+            "radius": stage.radius,
+            "camera": stage.camera,
+            "look": self.look,
+            "lights": stage.rig,
+            "lines": count_text(stage.tree.geometry),
+            "checksum": digest(stage.tree.geometry),
+            "rays at a time": MAX_RAYS,
+        }
+        return {name: value if isinstance(value, str) else describe(value) for name, value in settings.items()}
 
 
 def render(
@@ -205,11 +291,19 @@ def render(
             look = make_look(look, tree.geometry, color, color_map, quality)
         elif quality != "normal":
             raise InputError(f"quality={quality!r} is for looks by name; a look that you make has its own")
-        renderer = Renderer(tree, camera, width, height, radius, look, rig or look.rig, samples)
+        renderer = Renderer(tree, camera, width, height, radius, look, rig, samples)
         with reporting(progress, "render") as callback:
             for _ in renderer.passes(callback):
                 pass
         picture, stage = renderer.picture(), renderer.stage
+    return finish(picture, stage, background, exposure, aovs, legend)
+
+
+def finish(
+    picture: Picture, stage: Stage, background: str | None, exposure: float, aovs: bool, legend: bool
+) -> Picture:
+    """Give a picture what does not depend on its samples; the options are those of `render`."""
+    height, width = picture.alpha.shape
     if background is not None:
         picture = replace(picture, backdrop=Backdrop.of(background).light(width, height))
     found = find_aovs(stage, width, height) if aovs else {}

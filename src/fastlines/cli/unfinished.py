@@ -1,0 +1,50 @@
+"""Pictures that Ctrl-C stops and ``--resume`` goes on with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+
+from ..errors import InputError
+from ..progress import reporting
+from ..rendering import Renderer
+from .files import check_output
+
+
+def state_path(output: str) -> str:
+    """Return the file beside a picture that has the samples so far."""
+    return output + ".npz"
+
+
+def check_resume(output: str, resume: bool) -> None:
+    """Refuse, before any work, a state that cannot be written, or that is not there to go on with."""
+    check_output(state_path(output))
+    if resume and not Path(state_path(output)).is_file():
+        raise InputError(f"{state_path(output)}: no such file; leave out --resume to render from the start")
+
+
+def add_samples(renderer: Renderer, output: str, resume: bool, progress: bool) -> bool:
+    """Add samples until there are enough or until Ctrl-C; return whether all are there."""
+    if resume:
+        renderer.resume(state_path(output))
+    with reporting(progress, "render") as callback:
+        try:
+            for _ in renderer.passes(callback):
+                pass
+        except KeyboardInterrupt:
+            return False
+    return True
+
+
+def keep_state(renderer: Renderer, output: str, is_whole: bool, resumed: bool) -> None:
+    """Delete the state of a whole picture that was resumed; write that of another, say so, and exit with 130."""
+    state = state_path(output)
+    if is_whole:
+        if resumed:
+            Path(state).unlink(missing_ok=True)
+        return
+    renderer.save(state)
+    samples = f"{renderer.picture().samples} of {renderer.samples} samples a pixel"
+    typer.echo(f"stopped: {output} has {samples}; the same command with --resume goes on from {state}", err=True)
+    raise typer.Exit(130)

@@ -1,0 +1,109 @@
+"""``fastlines render``: turns, sweeps of the radius, and pictures that Ctrl-C stops and --resume goes on with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from support.command_line import done, refused, run
+
+from fastlines.rendering import Renderer
+
+pytestmark = pytest.mark.usefixtures("in_own_folder")
+
+SMALL = ("--width", 20, "--height", 16)
+
+
+def pixels(path):
+    with Image.open(path) as picture:
+        return np.asarray(picture)
+
+
+def names(folder="."):
+    return sorted(path.name for path in Path(folder).iterdir())
+
+
+# --- Many pictures ---
+
+
+def test_a_turn_is_numbered_files_or_an_animation(tree_file):
+    Path("frames").mkdir()
+    text = done("render", tree_file, "-r", 0.02, *SMALL, "--turntable", 3, "-o", "frames/x.png")
+    assert text.startswith("frames/x_0001.png to frames/x_0003.png: 3 pictures of 20 × 16 pixels, 60 segments")
+    assert names("frames") == ["x_0001.png", "x_0002.png", "x_0003.png"]
+    first, second = pixels("frames/x_0001.png"), pixels("frames/x_0002.png")
+    assert first.shape == (16, 20, 3)
+    assert (first != second).any()
+    assert "3 pictures" in done("render", tree_file, *SMALL, "--turntable", 3, "--seconds", 0.1, "-o", "x.gif")
+    with Image.open("x.gif") as gif:
+        assert (gif.n_frames, gif.info["duration"]) == (3, 100)
+
+
+def test_a_sweep_has_a_picture_for_each_radius(tree_file):
+    text = done("render", tree_file, *SMALL, "--radius-sweep", "0.001:0.1:3", "--look", "hits", "-o", "x.png")
+    assert text.endswith("radii 0.001 to 0.1\n")
+    done("render", tree_file, *SMALL, "--radius", 0.01, "--look", "hits", "-o", "one.png")
+    assert (pixels("x_0002.png") == pixels("one.png")).all()
+
+
+def test_many_pictures_may_be_exr_or_transparent(tree_file):
+    done("render", tree_file, *SMALL, "--turntable", 1, "--background", "transparent", "-o", "x.png")
+    assert pixels("x_0001.png").shape == (16, 20, 4)
+    openexr = pytest.importorskip("OpenEXR")
+    done("render", tree_file, *SMALL, "--turntable", 2, "-o", "x.exr")
+    with openexr.File("x_0002.exr") as file:
+        assert "id" in file.channels()
+
+
+@pytest.mark.parametrize(
+    ("args", "words"),
+    [
+        (("--turntable", 2, "--radius-sweep", "1:2:3", "-o", "x.gif"), "give one of them"),
+        (("--turntable", 2, "--levels", 2, "-o", "x.png"), "--levels does not apply: --turntable makes many"),
+        (("--turntable", 2, "--resume", "-o", "x.png"), "--resume does not apply"),
+        (("--radius-sweep", "1:2:3", "-r", 1, "-o", "x.png"), "--radius does not apply"),
+        (("--radius-sweep", "1:2", "-o", "x.png"), "is not A:B:N, such as 0.0005:0.05:60"),
+        (("--radius-sweep", "-1:2:3", "-o", "x.png"), "radius=-1"),
+        (("--turntable", 2, "-o", "x.avi"), "known: .png, .exr, .gif, .mp4"),
+        (("--turntable", 2, "-o", "no/x.png"), "there is no folder no"),
+        (("--turntable", 2, "--seconds", 0, "-o", "x.gif"), "seconds=0"),
+        (("--turntable", 2, "--background", "transparent", "-o", "x.gif"), "only .png"),
+        (("--seconds", 1, "-o", "x.png"), "--seconds does not apply"),
+        (("--resume", "-o", "x.png"), "x.png.npz: no such file; leave out --resume"),
+        (("-o", "x.gif"), "known: .png, .exr"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(args, words, tree_file):
+    assert words in refused("render", tree_file, *SMALL, *args)[1]
+    assert names() == [tree_file]
+
+
+# --- Ctrl-C ---
+
+
+def test_ctrl_c_writes_what_is_there_and_resume_goes_on(tree_file, monkeypatch):
+    command = ("render", tree_file, "-r", 0.02, *SMALL, "--look", "tube", "-s", 4)
+    done(*command, "-o", "whole.png")
+    passes = Renderer.passes
+
+    def stopped(self, progress=None):
+        for index in passes(self, progress):
+            yield index
+            if index == 2:
+                raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Renderer, "passes", stopped)
+        result = run(*command, "-o", "x.png")
+    assert (result.exit_code, result.stdout) == (130, "")
+    expected = "x.png has 2 of 4 samples a pixel; the same command with --resume goes on from x.png.npz"
+    assert result.stderr == f"stopped: {expected}\n"
+    assert names() == [tree_file, "whole.png", "x.png", "x.png.npz"]
+    assert (pixels("x.png") != pixels("whole.png")).any()
+    # Other options are another picture.
+    assert "look was Solid" in refused(*command, "--look", "id", "--resume", "-o", "x.png")[1]
+    done(*command, "--resume", "-o", "x.png")
+    assert (pixels("x.png") == pixels("whole.png")).all()
+    assert names() == [tree_file, "whole.png", "x.png"]

@@ -1,0 +1,158 @@
+"""Unfinished pictures: saved, resumed, and the same bit for bit as without an interruption."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import fastlines as fl
+from fastlines.rendering import Renderer, renderer
+from fastlines.rendering.looks import make_look
+
+SCENE = fl.scenes.make("spaghetti", 80)
+TREE = fl.build(SCENE.lines)
+
+
+def made(tree=TREE, size=(24, 20), radius=0.02, look="tube", samples=3, camera=SCENE.camera, **options):
+    return Renderer(tree, camera, *size, radius, make_look(look, tree.geometry, **options), None, samples)
+
+
+def finished(one):
+    for _ in one.passes():
+        pass
+    return one.picture()
+
+
+def assert_same(one, other):
+    assert (one.light == other.light).all()
+    assert (one.alpha == other.alpha).all()
+    assert one.samples == other.samples
+
+
+@pytest.mark.parametrize("look", ["tube", "hair", "id"])
+@pytest.mark.parametrize("radius", [0.001, 0.02])  # thinner and thicker than a pixel
+def test_a_resumed_picture_is_that_of_an_uninterrupted_run(look, radius, tmp_path):
+    first = made(look=look, radius=radius)
+    next(first.passes())
+    first.save(tmp_path / "a.npz")
+    second = made(look=look, radius=radius)
+    assert second.resume(tmp_path / "a.npz") == 1
+    assert_same(second.picture(), first.picture())
+    assert_same(finished(second), finished(made(look=look, radius=radius)))
+    assert [path.name for path in tmp_path.iterdir()] == ["a.npz"]
+
+
+@pytest.mark.parametrize("stop", range(1, 12))
+def test_it_may_be_interrupted_in_any_band(stop, tmp_path, monkeypatch):
+    monkeypatch.setattr(renderer, "MAX_RAYS", 150)  # four bands
+    one, calls = made(), []
+
+    def interrupt(done):
+        calls.append(done)
+        if len(calls) == stop:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        for _ in one.passes(interrupt):
+            pass
+    one.save(tmp_path / "a.npz")
+    other = made()
+    assert other.resume(tmp_path / "a.npz") == stop // 4
+    assert_same(finished(other), finished(made()))
+
+
+@pytest.mark.parametrize("name", ["_light", "_alpha", "_shadow", "_counts"])
+def test_it_may_be_interrupted_while_it_stores_a_band(name, tmp_path):
+    class Torn(np.ndarray):
+        """Raises at the second store, after half of it is done."""
+
+        stores = 0
+
+        def __setitem__(self, key, value):
+            super().__setitem__(key, value)
+            type(self).stores += 1
+            if self.stores == 2:
+                raise KeyboardInterrupt
+
+    one = made()
+    setattr(one, name, getattr(one, name).view(Torn))
+    with pytest.raises(KeyboardInterrupt):
+        finished(one)
+    one.save(tmp_path / "a.npz")
+    other = made()
+    assert other.resume(tmp_path / "a.npz") == 2
+    assert_same(finished(other), finished(made()))
+
+
+def test_more_samples_can_be_added_later(tmp_path):
+    few = made(samples=2)
+    finished(few)
+    few.save(tmp_path / "a.npz")
+    more = made(samples=5)
+    more.resume(tmp_path / "a.npz")
+    assert_same(finished(more), finished(made(samples=5)))
+
+
+OTHER = dataclasses.replace(SCENE.lines, segments=SCENE.lines.segments + np.float32(1e-3))
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [
+        ({"size": (20, 24)}, "size was 24 × 20, and is 20 × 24"),
+        ({"radius": 0.021}, r"radius was 0\.02, and is 0\.021"),
+        ({"look": "depth"}, "look was Solid"),
+        ({"color": "#ff0000"}, "look was Solid"),
+        ({"camera": SCENE.camera.orbit(1)}, "camera was Camera"),
+        ({"tree": fl.build(OTHER)}, "checksum was"),
+        ({"tree": fl.build(fl.scenes.make("spaghetti", 81).lines)}, "lines was 80 segments, and is 81 segments"),
+    ],
+)
+def test_a_state_of_another_picture_is_refused(other, words, tmp_path):
+    one = made()
+    one.save(tmp_path / "a.npz")
+    with pytest.raises(fl.InputError, match=words):
+        made(**other).resume(tmp_path / "a.npz")
+
+
+def test_attributes_belong_to_a_picture(tmp_path):
+    for value in (0.1, 0.2):
+        lines = fl.Lines.from_segments(SCENE.lines.segments, attributes={"fa": np.full(80, value)})
+        one = made(fl.build(lines), color="fa")
+        if value == 0.1:
+            one.save(tmp_path / "a.npz")
+    with pytest.raises(fl.InputError, match="checksum"):
+        one.resume(tmp_path / "a.npz")
+
+
+def test_other_trees_of_the_same_lines_go_on(tmp_path):
+    one = made()
+    next(one.passes())
+    one.save(tmp_path / "a.npz")
+    other = made(fl.build(SCENE.lines, "bvh-cl"))
+    other.resume(tmp_path / "a.npz")
+    assert_same(finished(other), finished(one))
+
+
+def test_what_is_no_state_is_refused(tmp_path):
+    path = tmp_path / "a.npz"
+    with pytest.raises(FileNotFoundError):
+        made().resume(path)
+    path.write_bytes(b"no zip")
+    with pytest.raises(fl.InputError, match="is not the state of a picture"):
+        made().resume(path)
+    np.savez(path, light=np.zeros(3))
+    with pytest.raises(fl.InputError, match="is not the state of a picture"):
+        made().resume(path)
+    made().save(path)
+    path.write_bytes(path.read_bytes()[:-300])
+    with pytest.raises(fl.InputError, match="is not the state of a picture"):
+        made().resume(path)
+    made().save(path)
+    with np.load(path) as file:
+        arrays = dict(file)
+    np.savez(path, **(arrays | {"light": np.zeros((3, 3))}))
+    with pytest.raises(fl.InputError, match="is damaged: light"):
+        made().resume(path)
