@@ -23,6 +23,7 @@ SMALL: dict[str, tuple[int, ...]] = {
     "torus": (48, 60),
     "hair_and_head": (40, 300),
     "taper": (64, 80),
+    "million_strands": (48, 2000, 2),
 }
 
 

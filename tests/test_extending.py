@@ -83,3 +83,8 @@ def test_thirds() -> None:
     exec(compile(block("py", "class Thirds"), "thirds", "exec"), made)
     assert made["Thirds"](max_refs=3) == splits.split_set_from("thirds", {"max_refs": 3})
     assert not made["Thirds"]().tight_only
+
+
+def test_embers(module: Any) -> None:
+    picture = module("embers", "class Embers").picture
+    assert picture.light[..., 0].max() > 2 * picture.light[..., 1].max() > 0

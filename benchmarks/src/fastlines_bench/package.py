@@ -20,7 +20,7 @@ from fastlines.rendering.looks.traced_hair import HairScatterer
 from fastlines.rendering.paths import PathDraws, PathTracer
 from fastlines.rendering.sampling import hashed
 from fastlines.rendering.stage import Stage
-from fastlines.rendering.tone import filmic
+from fastlines.rendering.tone import filmic, srgb, to_bytes
 from fastlines.rendering.vertices import seen_vertices
 from fastlines.report import page
 from fastlines.report.measure import describe_machine
@@ -67,5 +67,7 @@ __all__ = [
     "page",
     "seen_vertices",
     "show_progress",
+    "srgb",
+    "to_bytes",
     "use_engine",
 ]

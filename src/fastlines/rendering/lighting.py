@@ -81,7 +81,7 @@ SALON = Rig(
         Light((0.9, 0.25, 0.8), (2.8, 3.0, 3.3), 20.0),
         Light((0.45, 0.7, -1.0), (4.5, 4.7, 5.2), 5.0),
     ),
-    Sky((1.0, 1.05, 1.15), (0.8, 0.8, 0.82), (0.45, 0.42, 0.4)),
+    Sky((0.62, 0.66, 0.74), (0.5, 0.5, 0.52), (0.26, 0.24, 0.23)),
 )
 #: One large soft light and a bright sky, for colours that can be told apart everywhere.
 SOFT = Rig(

@@ -25,6 +25,7 @@ from .ground import Ground
 from .lighting import STUDIO, Rig
 from .looks import Backdrop, Look, make_look
 from .looks.solid import Solid
+from .looks.traced_hair import TracedHair
 from .measures import MEASURES, Measure, measured_picture
 from .picture import Picture
 from .sampling import hashed, points_in_pixels
@@ -36,6 +37,8 @@ from .view import default_camera
 MAX_RAYS = 1 << 18
 #: The samples of a pixel if lines are thinner than one, and if not.
 THIN_SAMPLES, SAMPLES = 4, 16
+#: From so many samples on, path tracing takes plain rays: cones take three times as long, and many rays cover as well.
+MANY_SAMPLES = 32
 
 
 class Renderer:
@@ -84,7 +87,8 @@ class Renderer:
         self.stage = Stage.of(tree, camera, height, radius, rig or look.rig)
         self.samples = samples or (THIN_SAMPLES if self.stage.thin else SAMPLES)
         opacity = (radius + radius_beyond(tree.geometry)) / max(self.stage.pixel, 1e-30)
-        thin = self.stage.thin
+        traces_many = isinstance(look, TracedHair) and self.samples >= MANY_SAMPLES
+        thin = self.stage.thin and not traces_many
         self._finder = Cones(tree, radius, camera.spread(height), opacity) if thin else Surfaces(tree, radius)
         self._light = np.zeros((height * width, 3), np.float64)
         self._alpha = np.zeros(height * width, np.float64)

@@ -19,8 +19,8 @@ from .depth_picture import PROBE, SPOT, THIN, Tone, pixel_size, probe
 from .lighting import Rig
 from .sampling import Words, hashed, uniforms
 
-#: Hairs within so many times their radius of a shadow ray are counted, each for that much less.
-WIDE = 2.0
+#: Lines without a radius of their own are counted within so many times the radius of a shadow ray, each for less.
+WIDE = 3.0
 
 
 @dataclass(frozen=True)
@@ -85,9 +85,11 @@ class Stage:
 
     def crossed(self, points: FloatArray, directions: FloatArray) -> FloatArray:
         """Return how many lines hide the light from a direction: of thin lines some fraction, from the mean."""
-        radius = WIDE * self.radius
-        counts = self.tree.count_hits(points, directions, radius, t_min=self._start)
-        return np.asarray(counts / WIDE, np.float32)
+        own = radius_beyond(self.tree.geometry)
+        wide = 1.0 if own > 0 else WIDE
+        start = max(self._start, 2 * wide * (self.radius + own))  # beyond the line itself
+        counts = self.tree.count_hits(points, directions, wide * self.radius, t_min=start)
+        return np.asarray(counts / np.float32(wide), np.float32)
 
     def open(self, points: FloatArray, directions: FloatArray, distance: float = np.inf) -> npt.NDArray[np.bool_]:
         """Return from which points nothing is hit in some direction, up to a distance."""

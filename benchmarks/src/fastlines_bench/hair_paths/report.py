@@ -8,7 +8,7 @@ import numpy as np
 from PIL import Image
 
 from ..harness.tables import format_3_digits, new_table, print_table, wide_console
-from ..package import filmic
+from ..package import filmic, srgb, to_bytes
 from .run import BLOCK, OURS, THEIRS, PathsResult
 from .scene import SHAPES
 
@@ -62,5 +62,4 @@ def print_paths(result: PathsResult) -> None:
 def draw_paths(results: list[PathsResult], path: Path) -> None:
     """Draw the pictures of both sides side by side, with a row for each result."""
     rows = [np.concatenate([result.pictures[name] for name in (OURS, THEIRS)], axis=1) for result in results]
-    pixels = np.rint(255 * filmic(np.concatenate(rows))).astype(np.uint8)
-    Image.fromarray(pixels).save(path, "png")
+    Image.fromarray(to_bytes(srgb(filmic(np.concatenate(rows))))).save(path, "png")

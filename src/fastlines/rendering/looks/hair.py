@@ -43,24 +43,27 @@ class Hair:
         light = np.zeros((len(fragments), 3), np.float32)
         for lamp in stage.rig.lights:
             towards = lamp.sample(stage.camera, *draws.pair())
-            light += np.asarray(lamp.color, np.float32) * self._scattered(fragments, towards, stage)
+            light += np.asarray(lamp.color, np.float32) * self._scattered(fragments, towards, stage, is_sharp=True)
         towards = sphere(*draws.pair())
         sky = stage.rig.sky.radiance(towards @ stage.up) * np.float32(4 * np.pi)
-        return light + sky * self._scattered(fragments, towards, stage)
+        return light + sky * self._scattered(fragments, towards, stage, is_sharp=False)
 
-    def _scattered(self, fragments: Fragments, towards: FloatArray, stage: Stage) -> FloatArray:
-        """Return the fraction of the light from a direction that goes to the eye, (n, 3)."""
+    def _scattered(self, fragments: Fragments, towards: FloatArray, stage: Stage, is_sharp: bool) -> FloatArray:
+        """Return the fraction of the light from a direction that goes to the eye, (n, 3).
+
+        Without sharp lobes, the same light is spread evenly over the half space before and the one behind: enough for
+        one direction of a sky, where lobes would be noise.
+        """
         hair, tangents = self._averaged, fragments.tangents
         sin_i, cos_i, across_i = across(tangents, towards)
         sin_o, _, across_o = across(tangents, fragments.to_eye)
         cos_phi = np.clip(dot(across_i, across_o), -1, 1)
-        once = hair.evaluate(sin_o, sin_i, np.arccos(cos_phi))
+        forward, back = hair.forward(sin_i), hair.backward(sin_i)
+        before, behind = (((1 + side * cos_phi) * cos_i / np.float32(np.pi**2))[:, None] for side in (1, -1))
+        once = hair.evaluate(sin_o, sin_i, np.arccos(cos_phi)) if is_sharp else back * before + forward * behind
         # Weaken and tint the light by the hairs that it crosses.
-        crossed = stage.crossed(fragments.points, towards)[:, None]
-        forward = hair.forward(sin_i)
-        passed = forward**crossed
+        passed = forward ** stage.crossed(fragments.points, towards)[:, None]
         # Add what the hairs around scatter back.
-        back, forth = hair.backward(sin_i), forward**2
+        forth = forward**2
         around = back * forth / np.maximum(1 - forth, 0.05) * (1 + back**2 / np.maximum(1 - forth, 0.2) ** 2)
-        even = ((1 + cos_phi) * cos_i / np.float32(np.pi**2))[:, None]
-        return np.asarray(passed * (once + DENSITY * around * even), np.float32)
+        return np.asarray(passed * (once + DENSITY * around * before), np.float32)
