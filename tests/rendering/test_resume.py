@@ -10,6 +10,7 @@ import pytest
 import fastlines as fl
 from fastlines.rendering import Renderer, renderer
 from fastlines.rendering.looks import make_look
+from fastlines.rendering.state import describe
 
 SCENE = fl.scenes.make("spaghetti", 80)
 TREE = fl.build(SCENE.lines)
@@ -134,6 +135,15 @@ def test_other_trees_of_the_same_lines_go_on(tmp_path):
     other = made(fl.build(SCENE.lines, "bvh-cl"))
     other.resume(tmp_path / "a.npz")
     assert_same(finished(other), finished(one))
+
+
+def test_settings_are_described_without_addresses():
+    class Embers:
+        def __init__(self):
+            self.glow, self.shade = np.float32(0.5), max
+
+    text = describe((Embers(), {"b": 1, "a": np.arange(2)}, len))
+    assert text == "(Embers(glow=0.5, shade=builtins.max), (a=(0, 1), b=1), builtins.len)"
 
 
 def test_what_is_no_state_is_refused(tmp_path):

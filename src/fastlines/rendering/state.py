@@ -107,6 +107,11 @@ def describe(value: Any) -> str:
         return f"({', '.join(map(describe, value))})"
     if isinstance(value, np.ndarray):
         return describe(value.tolist())
+    if isinstance(value, dict):
+        return f"({', '.join(f'{name}={describe(of)}' for name, of in sorted(value.items()))})"
+    kind: Any = type(value)
+    if kind.__repr__ is object.__repr__:
+        return f"{kind.__name__}{describe(getattr(value, '__dict__', {}))}"
     if hasattr(value, "__qualname__"):
         return f"{value.__module__}.{value.__qualname__}"
     return repr(value.item() if isinstance(value, np.generic) else value)
