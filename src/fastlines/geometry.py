@@ -172,6 +172,11 @@ def radius_beyond(geometry: AnyGeometry) -> float:
     return geometry.max_radius if isinstance(geometry, Lines | Curves) else 0.0
 
 
+def largest_radius(geometry: AnyGeometry) -> float:
+    """Return the largest radius that lines or curves have of their own; 0 if none has one."""
+    return max((radius_beyond(part) for part in parts_of(geometry)), default=0.0)
+
+
 def points_of(geometry: AnyGeometry) -> tuple[FloatArray, FloatArray]:
     """Return points that span a geometry, (n, 3), and the radius around each, (n,)."""
     if isinstance(geometry, Geometry):

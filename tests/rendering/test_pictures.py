@@ -97,3 +97,64 @@ def test_unknown_looks_are_refused():
 def test_an_empty_tree_is_an_empty_picture():
     picture = fl.render(fl.Lines.from_segments(np.zeros((0, 2, 3))), width=8, height=8, radius=0.1)
     assert not picture.alpha.any()
+
+
+@pytest.mark.parametrize("look", ["hair", "tube"])
+def test_a_radius_counts_the_same_in_a_geometry(look):
+    lines = LINES.with_radius(0.1)  # not thinner than a pixel
+    camera = fl.Camera(origin=(0, 0, 8), target=(0, 0, 0))
+    options = {"width": 32, "height": 32, "samples": 4, "look": look}
+    one, other = (fl.render(each, camera, **options) for each in (lines, fl.Geometry([lines])))
+    assert np.abs(one.light - other.light).mean() < 0.002
+    assert one.light.mean() == pytest.approx(other.light.mean(), rel=0.005)
+    assert look_for(fl.Geometry([lines])) == "tube"
+
+
+def test_colours_of_bytes_and_constant_numbers():
+    n = len(LINES)
+    lines = fl.Lines.from_segments(
+        LINES.segments,
+        attributes={
+            "rgb": np.tile(np.uint8([255, 0, 0]), (n, 1)),
+            "same": np.full(n, 160.0),
+            "far": np.full((n, 3), 7.0),
+        },
+    )
+    red = fl.render(lines, width=24, height=24, look="tube", color="rgb", radius=0.1, samples=1).light
+    assert red[..., 0].max() > 5 * red[..., 1].max()
+    assert len(np.unique(fl.render(lines, width=24, height=24, look="fibre", color="same", radius=0.1).light)) > 1
+    with pytest.raises(fl.InputError, match="numbers above 1"):
+        fl.render(lines, look="tube", color="far", radius=0.1)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"samples": 0}, "samples"),
+        ({"samples": 1.5}, "samples"),
+        ({"exposure": float("nan")}, "exposure"),
+        ({"width": 0}, "width"),
+        ({"look": 3}, "look=3"),
+        ({"rig": "studio"}, "rig='studio'"),
+        ({"camera": (0, 0, 1)}, "camera="),
+        ({"background": 3}, "background=3"),
+        ({"color_map": "jet"}, "no colour map 'jet'"),
+    ],
+)
+def test_bad_options_are_refused_before_any_work(options, words):
+    with pytest.raises(fl.InputError, match=words):
+        fl.render(TREE, **{"radius": 0.05, **options})
+
+
+def test_fibres_fade_into_the_background():
+    white, black = (
+        fl.render(TREE, width=24, height=24, look="fibre", radius=0.05, samples=1, background=each).light
+        for each in ("#fff", "#000")
+    )
+    assert white.mean() > 1.1 * black.mean()
+
+
+def test_lines_at_one_point_and_no_lines_are_pictures():
+    for look in ("fibre", "tube", "hair"):
+        assert fl.render(np.zeros((5, 2, 3)), width=8, height=8, radius=0.01, look=look, samples=1).alpha.any()
+    assert not fl.render(np.zeros((0, 2, 3)), width=8, height=8).alpha.any()

@@ -134,6 +134,7 @@ def render(
     from ..rendering.looks.table import HAIR_COLORS
     from ..rendering.measures import MEASURES
     from ..rendering.radius import small, suitable_radius
+    from ..rendering.renderer import check_exposure, with_backdrop
     from .files import check_output, open_lines, show_progress
     from .hint import hint_at_radius
     from .sequence import check_sequence, write_sequence
@@ -162,6 +163,7 @@ def render(
     if method is not None:
         method_settings(method)
     view, upwards = vector(direction, "--direction"), vector(up, "--up")
+    check_exposure(exposure)
     is_transparent = background == "transparent"
     if is_transparent and extension == ".exr":
         raise InputError(f"{output}: an .exr is always transparent; leave out --background")
@@ -172,7 +174,8 @@ def render(
         refuse_given({"--method": method}, f"{source} is a tree already; 'fastlines build' makes another")
     is_measure = look in MEASURES
     if is_measure:
-        refuse_given({"--color": color}, f"the look {look} has colours of its own")
+        high = quality if quality != "normal" else None
+        refuse_given({"--color": color, "--quality": high}, f"the look {look} has colours of its own")
         refuse_given(going_on, f"the look {look} has no samples to go on with")
     made = look if is_measure else make_look(look, opened.geometry, color, color_map, quality)
     if legend is None:
@@ -212,9 +215,10 @@ def render(
     else:
         assert made is not None
         assert not isinstance(made, str)
-        renderer = Renderer(tree, camera, width, height, radius, made, None, samples)
+        renderer = Renderer(tree, camera, width, height, radius, with_backdrop(made, backdrop), None, samples)
         is_whole = add_samples(renderer, output, resume, progress)
-        finish(renderer.picture(), renderer.stage, **shown).save(output, is_transparent)
+        if renderer.picture().samples:  # else an older picture of this name is better
+            finish(renderer.picture(), renderer.stage, **shown).save(output, is_transparent)
         keep_state(renderer, output, is_whole, resume)
     if not chosen:
         hint_at_radius(tree, *camera.rays(*small(width, height)), radius)

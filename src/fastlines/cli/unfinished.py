@@ -46,5 +46,5 @@ def keep_state(renderer: Renderer, output: str, is_whole: bool, resumed: bool) -
         return
     renderer.save(state)
     samples = f"{renderer.picture().samples} of {renderer.samples} samples a pixel"
-    typer.echo(f"stopped: {output} has {samples}; the same command with --resume goes on from {state}", err=True)
+    typer.echo(f"stopped after {samples}; the same command with --resume goes on from {state}", err=True)
     raise typer.Exit(130)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import FloatArray
-from ..geometry import radius_beyond
+from ..geometry import largest_radius
 from .lighting import hemisphere
 from .stage import Draws, Stage
 from .vectors import dot
@@ -26,7 +26,7 @@ class Ground:
         box = stage.tree.nodes["box"][0].astype(np.float64)
         self.middle = box.mean(axis=0)
         lowest = float((self.middle - np.abs(stage.up) * (box[1] - box[0]) / 2) @ stage.up)
-        self.height = lowest - stage.radius - radius_beyond(stage.tree.geometry)
+        self.height = lowest - stage.radius - largest_radius(stage.tree.geometry)
 
     def darkness(self, origins: FloatArray, directions: FloatArray, draws: Draws) -> FloatArray:
         """Return how dark the ground is where rays with unit directions meet it, (n,); 0 where they do not."""
@@ -38,7 +38,7 @@ class Ground:
         rows = np.flatnonzero((sinking > 1e-3) & (above > 0))
         points = np.asarray(origins[rows] + (above[rows] / sinking[rows])[:, None] * directions[rows], np.float32)
         away = points - self.middle
-        fade = np.exp(-dot(away, away) / (FADE * stage.size) ** 2)
+        fade = np.exp(-dot(away, away) / (FADE * max(stage.size, stage.radius, 1e-15)) ** 2)
         near = fade > 0.01
         rows, points, fade = rows[near], points[near], fade[near]
         key = stage.rig.lights[0].sample(stage.camera, *(each[rows] for each in numbers[0]))

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import AnyArray, FloatArray, count
+from ..arrays import AnyArray, FloatArray, count, instance, number
 from ..builder import build
 from ..camera import Camera
 from ..errors import InputError
-from ..geometry import count_text, needs_radius, radius_beyond
+from ..geometry import count_text, largest_radius, needs_radius
 from ..progress import ProgressOption, reporting
 from ..tree import Tree
 from .aovs import find_aovs
@@ -35,6 +35,8 @@ from .view import default_camera
 
 #: The most rays traced at a time.
 MAX_RAYS = 1 << 18
+#: The most samples of a pixel.
+MAX_SAMPLES = 1 << 16
 #: The samples of a pixel if lines are thinner than one, and if not.
 THIN_SAMPLES, SAMPLES = 4, 16
 #: From so many samples on, path tracing takes plain rays: cones take three times as long, and many rays cover as well.
@@ -83,10 +85,11 @@ class Renderer:
         samples: int | None = None,
     ) -> None:
         check_size(width, height)
+        check_samples(samples)
         self.width, self.height, self.look = width, height, look
         self.stage = Stage.of(tree, camera, height, radius, rig or look.rig)
         self.samples = samples or (THIN_SAMPLES if self.stage.thin else SAMPLES)
-        opacity = (radius + radius_beyond(tree.geometry)) / max(self.stage.pixel, 1e-30)
+        opacity = (radius + largest_radius(tree.geometry)) / max(self.stage.pixel, 1e-30)
         traces_many = isinstance(look, TracedHair) and self.samples >= MANY_SAMPLES
         thin = self.stage.thin and not traces_many
         self._finder = Cones(tree, radius, camera.spread(height), opacity) if thin else Surfaces(tree, radius)
@@ -269,15 +272,23 @@ def render(
     >>> picture
     <Picture: 32 × 32 pixels, 4 samples>
     """
+    check_size(width, height)
+    check_samples(samples)
+    check_exposure(exposure)
+    if camera is not None:
+        instance("camera", camera, Camera, "a Camera")
+    if rig is not None:
+        instance("rig", rig, Rig, "a Rig, such as STUDIO")
+    if background is not None:
+        Backdrop.of(background)
     if not isinstance(tree, Tree):
         tree = build(tree)
-    count("width", width, 1), count("height", height, 1)
     if camera is None:
         camera = default_camera(tree.geometry, aspect=width / height)
     if radius is None and needs_radius(tree.geometry):
         from .radius import suitable_radius
 
-        radius = suitable_radius(tree, camera)
+        radius = suitable_radius(tree, camera) if len(tree.geometry) else 0.0
     radius = check_radius(tree, radius)
     look = MEASURES.get(look, look) if isinstance(look, str) else look
     if isinstance(look, Measure):
@@ -289,14 +300,33 @@ def render(
     else:
         if look is None or isinstance(look, str):
             look = make_look(look, tree.geometry, color, color_map, quality)
+        elif not hasattr(look, "shade"):
+            raise InputError(f"look={look!r}; expected the name of a look, or an object with the members of Look")
         elif quality != "normal":
             raise InputError(f"quality={quality!r} is for looks by name; a look that you make has its own")
+        look = with_backdrop(look, background)
         renderer = Renderer(tree, camera, width, height, radius, look, rig, samples)
         with reporting(progress, "render") as callback:
             for _ in renderer.passes(callback):
                 pass
         picture, stage = renderer.picture(), renderer.stage
     return finish(picture, stage, background, exposure, aovs, legend)
+
+
+def check_samples(samples: int | None) -> None:
+    """Refuse a number of samples that is not whole, or out of range."""
+    if samples is not None:
+        count("samples", samples, 1, MAX_SAMPLES)
+
+
+def check_exposure(exposure: float) -> None:
+    """Refuse an exposure that no number of light survives."""
+    number("exposure", exposure, "a number from -60 to 60", -60.0, 60.0)
+
+
+def with_backdrop(look: Look, background: str | None) -> Look:
+    """Return the look before another background, into which it fades."""
+    return replace(look, backdrop=Backdrop.of(background)) if background and isinstance(look, Solid) else look
 
 
 def finish(

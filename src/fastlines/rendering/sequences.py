@@ -15,12 +15,16 @@ from ..camera import Camera, Vector
 from ..errors import InputError
 from ..geometry import AnyGeometry, needs_radius, points_of
 from ..tree import Tree
+from .depth import check_size
 from .legend import ColorBar
-from .measures import MEASURES
+from .measures import MEASURES, Measure
 from .picture import Picture
 from .radius import suitable_radius
 from .renderer import render
 from .view import default_camera, default_view
+
+#: The most pictures of a sequence.
+MAX_PICTURES = 100_000
 
 
 def turntable(
@@ -51,9 +55,9 @@ def turntable(
     >>> [picture.alpha.any() for picture in turntable(tree, 3, width=16, height=16, samples=1)]
     [np.True_, np.True_, np.True_]
     """
-    count("n_pictures", n_pictures, 1)
+    count("n_pictures", n_pictures, 1, MAX_PICTURES)
     made = tree if isinstance(tree, Tree) else build(tree)
-    shape = options.get("width", 1024) / options.get("height", 1024)
+    shape = _aspect(options)
     first = camera or turntable_camera(made.geometry, aspect=shape)
     if options.get("radius") is None and needs_radius(made.geometry):
         options["radius"] = suitable_radius(made, first)
@@ -92,9 +96,15 @@ def radius_sweep(tree: Any, radii: Sequence[float], camera: Camera | None = None
     for radius in radii:
         number("radius", radius, "a finite number that is not negative", 0.0)
     made = tree if isinstance(tree, Tree) else build(tree)
-    shape = options.get("width", 1024) / options.get("height", 1024)
-    view = camera or default_camera(made.geometry, aspect=shape)
+    view = camera or default_camera(made.geometry, aspect=_aspect(options))
     return (render(made, view, radius=radius, **options) for radius in radii)
+
+
+def _aspect(options: dict[str, Any]) -> float:
+    """Return the width of pictures over their height."""
+    width, height = options.get("width", 1024), options.get("height", 1024)
+    check_size(width, height)
+    return float(width / height)
 
 
 def spaced_radii(first: float, last: float, n_radii: int) -> list[float]:
@@ -105,7 +115,7 @@ def spaced_radii(first: float, last: float, n_radii: int) -> list[float]:
     >>> spaced_radii(0.01, 1, 3), spaced_radii(0, 1, 3)
     ([0.01, 0.1, 1.0], [0.0, 0.5, 1.0])
     """
-    count("n_radii", n_radii, 1)
+    count("n_radii", n_radii, 1, MAX_PICTURES)
     for radius in (first, last):
         number("radius", radius, "a finite number that is not negative", 0.0)
     spaced = np.geomspace if first > 0 and last > 0 else np.linspace
@@ -167,7 +177,7 @@ def _turned(tree: Tree, cameras: Iterator[Camera], options: dict[str, Any]) -> I
     for camera in cameras:
         picture = render(tree, camera, **options)
         look = options.get("look")
-        measure = MEASURES.get(look) if isinstance(look, str) else None
-        if measure is not None and isinstance(picture.legend, ColorBar):
+        measure = MEASURES.get(look) if isinstance(look, str) else look
+        if isinstance(measure, Measure) and measure.range is None and isinstance(picture.legend, ColorBar):
             options["look"] = replace(measure, range=(picture.legend.low, picture.legend.high))
         yield picture

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..arrays import FloatArray
 from ..camera import Camera
 from ..curves import Curves
-from ..geometry import radius_beyond
+from ..geometry import largest_radius
 from ..lines import Lines
 from ..tree import Tree
 from .depth import View
@@ -51,7 +51,7 @@ class Stage:
     def of(cls, tree: Tree, camera: Camera, height: int, radius: float, rig: Rig) -> Stage:
         """Return the stage of a picture of some height."""
         pixel = pixel_size(tree.geometry, camera, height)
-        largest = radius + radius_beyond(tree.geometry)
+        largest = radius + largest_radius(tree.geometry)
         thin = isinstance(tree.geometry, Lines | Curves) and largest < THIN * pixel
         return cls(tree, radius, camera, rig, pixel, thin)
 
@@ -85,7 +85,7 @@ class Stage:
 
     def crossed(self, points: FloatArray, directions: FloatArray) -> FloatArray:
         """Return how many lines hide the light from a direction: of thin lines some fraction, from the mean."""
-        own = radius_beyond(self.tree.geometry)
+        own = largest_radius(self.tree.geometry)
         wide = 1.0 if own > 0 else WIDE
         start = max(self._start, 2 * wide * (self.radius + own))  # beyond the line itself
         counts = self.tree.count_hits(points, directions, wide * self.radius, t_min=start)

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from ..arrays import FloatArray, IntArray
 from ..curves import Curves
-from ..geometry import radius_beyond
+from ..geometry import largest_radius
 from ..hits import AllHits
 from ..lines import Lines
 from .fragments import Fragments
@@ -133,7 +133,7 @@ def hit_vertices(hits: AllHits, rays: IntArray, stage: Stage) -> Vertices:
 
 
 def _radius(hits: AllHits, stage: Stage) -> FloatArray:
-    own = hits.sample("radius") if radius_beyond(stage.tree.geometry) > 0 else np.zeros(hits.prim.shape)
+    own = hits.sample("radius") if largest_radius(stage.tree.geometry) > 0 else np.zeros(hits.prim.shape)
     return np.asarray(np.nan_to_num(own) + stage.radius, np.float32)
 
 

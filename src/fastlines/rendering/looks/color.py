@@ -6,16 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...arrays import FloatArray, did_you_mean
+from ...arrays import AnyArray, FloatArray, did_you_mean
 from ...curves import Curves
 from ...errors import InputError
 from ...geometry import AnyGeometry, parts_of
 from ...lines import Lines
 from ...places import names
-from ..colours import check_map, hexadecimal, mapped, of_directions, of_numbers
+from ..colours import hexadecimal, mapped, of_directions, of_numbers
 from ..fragments import Fragments
 from ..legend import ColorBar, Legend, Triad
 from ..stage import Stage
+from ..tone import linear
 
 #: The attribute that holds the colour of lines in USD.
 DISPLAY_COLOR = "displayColor"
@@ -54,13 +55,14 @@ class Color:
             return of_numbers(fragments.strand)
         values = fragments.hits.sample(self.by)
         if values.ndim == 2 and values.shape[1] == 3:
-            return np.asarray(np.clip(np.nan_to_num(values), 0, 1), np.float32)
+            return _colors(np.nan_to_num(values), stage.tree.geometry, self.by)
         if values.ndim != 1:
             raise InputError(
                 f"attribute {self.by!r} has {values.shape[1:]} numbers a line; a colour needs one or three"
             )
         low, high = self.range or value_range(stage.tree.geometry, self.by)
-        return mapped((values - low) / max(high - low, 1e-30), self.map)
+        is_constant = high - low <= 1e-6 * max(abs(low), abs(high))
+        return mapped(np.full(len(values), 0.5) if is_constant else (values - low) / (high - low), self.map)
 
     def legend(self, stage: Stage) -> Legend | None:
         """Return what the colours mean; None if they say no number and no direction."""
@@ -72,6 +74,19 @@ class Color:
         return ColorBar(self.by, *(self.range or value_range(geometry, self.by)), self.map)
 
 
+def _colors(values: AnyArray, geometry: AnyGeometry, name: str) -> FloatArray:
+    """Return the linear light of colours: of bytes, as files of meshes have them, or of numbers from 0 to 1."""
+    if any(array.dtype == np.uint8 for array in _arrays(geometry, name)):
+        return linear(values / 255)
+    return np.asarray(np.clip(values, 0, 1), np.float32)
+
+
+def _arrays(geometry: AnyGeometry, name: str) -> list[AnyArray]:
+    """Return the arrays of an attribute, in all parts that have it."""
+    places = [getattr(part, columns, {}) for part in parts_of(geometry) for columns in COLUMNS]
+    return [attributes[name] for attributes in places if name in attributes]
+
+
 def make_color(by: str, color_map: str, geometry: AnyGeometry) -> Color:
     """Return the colour that a name describes; refuse an attribute that no part of the geometry has."""
     if by.startswith("#"):
@@ -80,7 +95,10 @@ def make_color(by: str, color_map: str, geometry: AnyGeometry) -> Color:
     if by not in ("direction", "strand", *known):
         choices = ("direction", "strand", "#rrggbb", *known)
         raise InputError(f"lines have no attribute {by!r} to be coloured by{did_you_mean(by, choices)}")
-    check_map(color_map)
+    for array in _arrays(geometry, by):
+        is_vector = array.dtype.kind == "f" and array.shape[-1] == 3 and not is_number(geometry, by)
+        if by != DISPLAY_COLOR and is_vector and np.nanmax(array, initial=0) > 1:
+            raise InputError(f"attribute {by!r} holds numbers above 1; a colour is bytes, or three numbers from 0 to 1")
     return Color(by, color_map)
 
 
@@ -96,11 +114,10 @@ def is_number(geometry: AnyGeometry, name: str) -> bool:
 
 def value_range(geometry: AnyGeometry, name: str) -> tuple[float, float]:
     """Return the range of an attribute, without the outer hundredths of its values."""
-    found = []
+    found = [
+        np.asarray(values, np.float64).ravel() for values in _arrays(geometry, name) if values.dtype.kind in "biuf"
+    ]
     for part in parts_of(geometry):
-        for columns in COLUMNS:
-            values = getattr(part, columns, {}).get(name, np.zeros(0))
-            found.append(np.asarray(values, np.float64).ravel() if values.dtype.kind in "biuf" else np.zeros(0))
         if name == "radius" and isinstance(part, Lines | Curves) and part.radius is not None:
             found.append(np.asarray(part.radius, np.float64).ravel())
     values = np.concatenate([np.zeros(0), *found])

@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from ...arrays import FloatArray
+from ...errors import InputError
 from ..colours import hexadecimal
 from ..fragments import Fragments
 from ..lighting import Rig
@@ -31,6 +32,8 @@ class Backdrop:
         >>> Backdrop.of("#fff:#ccc")
         Backdrop(top='#fff', bottom='#ccc')
         """
+        if not isinstance(text, str):
+            raise InputError(f"background={text!r}; expected a colour such as '#fff', or two such as '#fff:#ccc'")
         top, _, bottom = text.partition(":")
         made = cls(top, bottom or top)
         made.light(1, 1)

@@ -96,7 +96,7 @@ class Solid:
             return light
         box = stage.tree.nodes["box"][0].astype(np.float64)
         middle = float(np.sqrt(((box.mean(axis=0) - stage.camera.origin) ** 2).sum()))
-        place = np.clip((fragments.hits.t - middle) / stage.size + 0.5, 0, 1)
+        place = np.clip((fragments.hits.t - middle) / max(stage.size, 1e-30) + 0.5, 0, 1)
         fade = np.asarray(self.haze * place, np.float32)[:, None]
         behind = self.backdrop.light(1, 1)[0]
         return np.asarray(light + fade * (behind - light), np.float32)

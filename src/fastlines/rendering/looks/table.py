@@ -7,10 +7,10 @@ import numpy as np
 from ...arrays import choice, did_you_mean
 from ...curves import Curves
 from ...errors import InputError
-from ...geometry import AnyGeometry, parts_of, radius_beyond
+from ...geometry import AnyGeometry, largest_radius, parts_of
 from ...lines import Lines
 from ...places import names
-from ..colours import hexadecimal
+from ..colours import check_map, hexadecimal
 from ..lighting import SOFT
 from ..vectors import dot, unit
 from . import flat
@@ -67,7 +67,7 @@ def look_for(geometry: AnyGeometry) -> str:
     ('hair', 'fibre')
     """
     parts = parts_of(geometry)
-    if radius_beyond(geometry) > 0 or not all(isinstance(part, Lines | Curves) for part in parts):
+    if largest_radius(geometry) > 0 or not all(isinstance(part, Lines | Curves) for part in parts):
         return "tube"
     unit = _unit_of(geometry)
     if unit == "Å":
@@ -113,6 +113,7 @@ def make_look(
     if name not in LOOKS:
         raise InputError(f"there is no look {name!r}{did_you_mean(name, (*LOOKS, *NUMBERS))}")
     choice("quality", quality, QUALITIES)
+    check_map(color_map)
     if name == "hair":
         return _hair(color or "brown", quality)
     if quality == "high":
