@@ -104,10 +104,10 @@ OTHER = dataclasses.replace(SCENE.lines, segments=SCENE.lines.segments + np.floa
     [
         ({"size": (20, 24)}, "size was 24 × 20, and is 20 × 24"),
         ({"radius": 0.021}, r"radius was 0\.02, and is 0\.021"),
-        ({"look": "depth"}, "look was Solid"),
-        ({"color": "#ff0000"}, "look was Solid"),
-        ({"camera": SCENE.camera.orbit(1)}, "camera was Camera"),
-        ({"tree": fl.build(OTHER)}, "checksum was"),
+        ({"look": "depth"}, "the look differs"),
+        ({"color": "#ff0000"}, "the look differs"),
+        ({"camera": SCENE.camera.orbit(1)}, "the camera differs"),
+        ({"tree": fl.build(OTHER)}, "the checksum differs"),
         ({"tree": fl.build(fl.scenes.make("spaghetti", 81).lines)}, "lines was 80 segments, and is 81 segments"),
     ],
 )

@@ -83,7 +83,7 @@ def render(
         str | None,
         Option(
             metavar="A:B:N",
-            help="Write N pictures with radii from A to B, each the same factor larger; if A is 0, the same step.",
+            help="Write N pictures with radii from A to B, each the same factor larger; if A or B is 0, the same step.",
         ),
     ] = None,
     seconds: Annotated[

@@ -105,7 +105,8 @@ class Picture:
         """Write the picture as a .png for the eye, or its numbers as an .exr.
 
         An .exr has the channels R, G and B: linear light, multiplied by alpha and by the exposure, without backdrop and
-        filmic curve. A is alpha. AOVs follow: Z is the depth, N.X to N.Z the normal, P.X to P.Z the position. The
+        filmic curve. A is alpha, without the shadow on the ground. AOVs follow: Z is the depth, N.X to N.Z the normal,
+        P.X to P.Z the position. The
         others keep their names.
 
         Raises

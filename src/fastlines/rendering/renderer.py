@@ -173,7 +173,7 @@ class Renderer:
     def resume(self, path: str | os.PathLike[str]) -> int:
         """Take over the samples that `save` has written; return how many of them each pixel has.
 
-        The total number of samples may be another one.
+        The total number of samples may be another one, unless other rays are traced for it.
 
         Raises
         ------
@@ -204,6 +204,7 @@ class Renderer:
             "lines": count_text(stage.tree.geometry),
             "checksum": digest(stage.tree.geometry),
             "rays at a time": MAX_RAYS,
+            "kind of rays": type(self._finder).__name__,
         }
         return {name: value if isinstance(value, str) else describe(value) for name, value in settings.items()}
 

@@ -59,12 +59,17 @@ def read_state(
         raise InputError(f"{path}: is not a state of this version of fastlines; render from the start")
     others = [name for name, value in settings.items() if known.get(name) != value]
     if others:
-        told = "; ".join(f"{name} was {known.get(name)}, and is {settings[name]}" for name in others)
+        told = "; ".join(_difference(name, str(known.get(name)), settings[name]) for name in others)
         raise InputError(f"{path}: is the state of another picture: {told}; use the same options, or start again")
     for name, array in arrays.items():
         if name not in found or found[name].shape != array.shape or found[name].dtype != array.dtype:
             raise InputError(f"{path}: is damaged: {name} are not as they were written; render from the start")
     return found
+
+
+def _difference(name: str, was: str, now: str) -> str:
+    """Say how a setting differs, where that is short enough to be read."""
+    return f"{name} was {was}, and is {now}" if len(was) + len(now) < 60 else f"the {name} differs"
 
 
 def digest(geometry: AnyGeometry) -> str:
