@@ -9,7 +9,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -93,7 +93,8 @@ def streamlines(n_segments: int, per_strand: int) -> fl.Lines:
     counts = rng.integers(per_strand // 2, per_strand * 3 // 2 + 1, size=max(1, n_segments // max(per_strand, 1)))
     counts[-1] += max(0, n_segments - int(counts.sum()))
     steps = rng.normal(scale=0.3, size=(int(counts.sum()) + len(counts), 3)).astype(np.float32)
-    return fl.Lines.from_points(np.cumsum(steps, axis=0, dtype=np.float32) % 200, counts + 1)
+    lines = fl.Lines.from_points(np.cumsum(steps, axis=0, dtype=np.float32) % 200, counts + 1)
+    return replace(lines, unit="mm", up="z")
 
 
 def run_files(preset: FilesPreset, progress: Callable[[str, float], None] = lambda what, share: None) -> FilesResult:

@@ -106,8 +106,7 @@ class Picture:
 
         An .exr has the channels R, G and B: linear light, multiplied by alpha and by the exposure, without backdrop and
         filmic curve. A is alpha, without the shadow on the ground. AOVs follow: Z is the depth, N.X to N.Z the normal,
-        P.X to P.Z the position. The
-        others keep their names.
+        P.X to P.Z the position. The others keep their names.
 
         Raises
         ------
