@@ -98,12 +98,12 @@ def test_ctrl_c_writes_what_is_there_and_resume_goes_on(tree_file, monkeypatch):
         patch.setattr(Renderer, "passes", stopped)
         result = run(*command, "-o", "x.png")
     assert (result.exit_code, result.stdout) == (130, "")
-    expected = "x.png has 2 of 4 samples a pixel; the same command with --resume goes on from x.png.npz"
-    assert result.stderr == f"stopped: {expected}\n"
+    expected = "stopped after 2 of 4 samples a pixel; the same command with --resume goes on from x.png.npz"
+    assert result.stderr == f"{expected}\n"
     assert names() == [tree_file, "whole.png", "x.png", "x.png.npz"]
     assert (pixels("x.png") != pixels("whole.png")).any()
     # Other options are another picture.
-    assert "look was Solid" in refused(*command, "--look", "id", "--resume", "-o", "x.png")[1]
+    assert "the look differs" in refused(*command, "--look", "id", "--resume", "-o", "x.png")[1]
     done(*command, "--resume", "-o", "x.png")
     assert (pixels("x.png") == pixels("whole.png")).all()
     assert names() == [tree_file, "whole.png", "x.png"]
