@@ -76,8 +76,8 @@ def radius_sweep(tree: Any, radii: Sequence[float], camera: Camera | None = None
     camera : Camera, optional
         By default one that frames the geometry.
     **options
-        Those of `render`, without the radius. The colours of a measure have a range of their own in each picture, unless
-        the measure has one.
+        Those of `render`, without the radius. The colours of a measure have a range of their own in each picture,
+        unless the measure has one.
 
     Yields
     ------
