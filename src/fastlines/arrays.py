@@ -29,7 +29,6 @@ COORDINATE_LIMIT = 1e30
 #: The rounding error of a coordinate that is worth a warning, as a fraction of the scene's longest side.
 COARSE = 2.0**-18
 
-
 #: The largest count that the core can take.
 LARGEST = 2**63 - 1
 

@@ -96,7 +96,9 @@ def lines(obj: Any, *, invalid: str = "error") -> Lines:
     if _has(obj, "control", "pieces"):
         raise InputError("lines are Curves; curves.pieces.lines are lines, and build takes curves as they are")
     if _has(obj, "geometry", "first_hit"):
-        raise InputError(f"lines are a {type(obj).__name__}; what it is over is tree.geometry, and tree.save keeps it")
+        raise InputError(
+            f"lines are a {type(obj).__name__}; expected lines: pass tree.geometry, or save the tree by tree.save"
+        )
     return as_lines(to_array(obj), invalid=invalid)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import re
 import warnings
@@ -189,3 +190,14 @@ def test_trx_python_reads_it(tmp_path, load):
     np.testing.assert_array_equal(file.groups["left"], [0, 3])
     np.testing.assert_array_equal(file.data_per_streamline["colour"], np.arange(12).reshape(4, 3))
     file.close()
+
+
+def test_an_error_of_the_disk_is_no_damage(tmp_path, monkeypatch):
+    (tmp_path / "a.trx").write_bytes(trx())
+
+    def broken(*args, **kwargs):
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(zipfile.ZipExtFile, "read", broken)
+    with pytest.raises(OSError, match="Input/output"):
+        fl.read(tmp_path / "a.trx")

@@ -87,8 +87,8 @@ def test_round_trip(tmp_path, extension, make, capfd):
 def test_geometry(tmp_path, extension):
     with pytest.warns(
         FileWarning,
-        match=r"different axes \(z of part 0, y of part 1\), of which z holds for all; "
-        r"that parts have different units \(mm of part 0, m of part 1\), of which mm holds for all",
+        match=r"different axes \(z of part 0, y of part 1\), and the file says z for all; "
+        r"that parts have different units \(mm of part 0, m of part 1\), and the file says mm for all",
     ):
         fl.write(tmp_path / f"a{extension}", fl.Geometry([hair(), splines()]))
     made = fl.read(tmp_path / f"a{extension}")
@@ -126,8 +126,8 @@ def test_parts_without_a_unit_or_an_axis_beside_others_are_told(tmp_path):
     with pytest.warns(FileWarning) as told:
         fl.write(tmp_path / "a.usda", fl.Geometry([lines, metres]))
     assert str(told[0].message).endswith(
-        "that parts have different axes (none of part 0, x of part 1), of which y holds for all; "
-        "that parts have different units (none of part 0, m of part 1), of which m holds for all"
+        "that parts have different axes (none of part 0, x of part 1), and the file says y for all; "
+        "that parts have different units (none of part 0, m of part 1), and the file says m for all"
     )
     assert (fl.read(tmp_path / "a.usda").unit, fl.read(tmp_path / "a.usda").up) == ("m", "y")
 

@@ -24,7 +24,7 @@ def test_arguments_in_the_wrong_order(tmp_path):
 
 
 def test_a_tree_is_not_written(tmp_path):
-    with pytest.raises(InputError, match=r"a\.npz: lines are a Tree; what it is over is tree\.geometry"):
+    with pytest.raises(InputError, match=r"a\.npz: lines are a Tree; expected lines: pass tree\.geometry"):
         fl.write(tmp_path / "a.npz", fl.build(LINES))
     for name in ("a.flt", "a.flt.gz"):
         with pytest.raises(

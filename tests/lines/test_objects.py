@@ -110,7 +110,7 @@ def test_nan_is_refused_or_skipped() -> None:
         ([POINTS[:, :2]], "segments"),
         ([POINTS, POINTS[:, :2]], r"strand 1: the shape is \(7, 2\)"),
         ({}, "segments"),
-        (fl.build(POINTS[:2][None]), r"lines are a Tree; what it is over is tree\.geometry, and tree\.save keeps it"),
+        (fl.build(POINTS[:2][None]), r"lines are a Tree; expected lines: pass tree\.geometry"),
     ],
 )
 def test_what_is_refused(given: Any, said: str) -> None:

@@ -227,7 +227,7 @@ def _attributes(parts: Sequence[AnyGeometry]) -> dict[str, str]:
                 of = "corner" if is_corner else "box" if isinstance(part, Boxes) else "triangle"
                 kind = f"{values.dtype}{_shape(values.shape[1 + is_corner :])} per {of}"
             else:
-                continue  # the radius, which is told by itself
+                continue  # the radius, which is reported by itself
             kinds.setdefault(name, {})[kind] = None
     return {name: " or ".join(kinds[name]) for name in sorted(kinds)}
 

@@ -73,7 +73,7 @@ class Source:
         self.encoding = "utf-8-sig"
         self.oddities: list[str] = []
         self._taken: list[tuple[int, int, str]] = []
-        #: What ended the work early, which is not to become an error about the file: that of the callback or the disk.
+        #: The error of the callback or of the disk, which is raised again as it is.
         self.stopped: Exception | None = None
         self._progress = progress
         self._done = 0 if self._file else self.size

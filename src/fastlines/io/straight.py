@@ -41,5 +41,8 @@ def _between(ends: AnyArray, u: FloatArray) -> AnyArray:
         return np.where(u < 0.5, first, last)
     with np.errstate(invalid="ignore"):  # where one end is infinite, or both are
         inner = ((1 - u.astype(np.float64)) * first + u * last.astype(np.float64)).astype(ends.dtype)
+    # Between a number and one that is infinite, or NaN, the nearer end stands for the rest.
+    is_finite = np.isfinite(first) & np.isfinite(last)
+    inner = np.where(is_finite, inner, np.where(u < 0.5, first, last))
     # Keep the very values at the ends of curves, where the next curve has them too.
     return np.where(u <= 0, first, np.where(u >= 1, last, inner))

@@ -22,7 +22,7 @@ def unit_of(meters: float) -> str:
     for name, size in METERS.items():
         if math.isclose(meters, size, rel_tol=1e-6):
             return name
-    return f"{meters:g} m"
+    return f"{float(meters)!r} m"
 
 
 def meters_of(unit: str) -> float | None:
@@ -38,6 +38,7 @@ def meters_of(unit: str) -> float | None:
         meters = float(number[1]) if number else 0.0
     except ValueError:
         meters = 0.0
+    meters = meters if math.isfinite(meters) else 0.0
     # The micro sign has two code points.
     return METERS.get(unit.replace("\N{GREEK SMALL LETTER MU}", "\N{MICRO SIGN}")) or meters or None
 

@@ -36,7 +36,7 @@ _END = re.compile(rb"\n[ \t\r]*END[ \t\r]*\n")
 #: The longest beginning that can be text: it ends at a control character.
 _TEXT = re.compile(rb"[^\0-\x08\x0b\x0e-\x1f\x7f]*")
 #: The whole file is searched for the end of its header only if that is not within so many bytes.
-_MAX_HEADER = 1 << 20
+_FIRST_BYTES = 1 << 20
 
 
 def read(source: Source, invalid: str) -> Lines:
@@ -84,7 +84,7 @@ def write(lines: Lines, path: Path) -> list[str]:
 def _header(source: Source) -> tuple[dict[str, list[str]], int, bool]:
     """Return the header's fields, where the data start, and whether that is a guess."""
     # Find the end of the header: END, or else the end of the text.
-    data = source.start(_MAX_HEADER)
+    data = source.start(_FIRST_BYTES)
     end = _END.search(data)
     if end is None:
         data = source.data

@@ -174,6 +174,8 @@ def _unzip(source: Source) -> dict[str, memoryview]:
     except FileFormatError:
         raise
     except Exception as error:  # zipfile's own errors, and any of zlib and struct
+        if source.stopped is not None or getattr(error, "errno", None) is not None:
+            raise  # the callback's error, or the disk's
         raise source.error(f"not a whole .trx file ({reason(error)}); check the extension, or {BAD_COPY}") from None
 
 

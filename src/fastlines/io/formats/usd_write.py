@@ -91,7 +91,7 @@ def _facts(stage: Any, parts: list[Any]) -> list[str]:
     for what, values, held in (("axes", ups, up if up != "x" else "y"), ("units", units, unit if meters else None)):
         if len({*values}) > 1:
             of_parts = ", ".join(f"{value or 'none'} of part {i}" for i, value in enumerate(values))
-            lost.append(f"that parts have different {what} ({of_parts}), of which {held or 'none'} holds for all")
+            lost.append(f"that parts have different {what} ({of_parts}), and the file says {held or 'none'} for all")
     return lost
 
 
