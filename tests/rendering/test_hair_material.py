@@ -9,7 +9,7 @@ import pytest
 
 from fastlines.errors import InputError
 from fastlines.rendering.hair import HairMaterial
-from fastlines.rendering.hair.colour import absorption_of_pigments, absorption_of_reflectance, concentrations
+from fastlines.rendering.hair.absorption import absorption_of_pigments, absorption_of_reflectance, concentrations
 
 
 def test_melanin_darkens_and_redness_turns_red():

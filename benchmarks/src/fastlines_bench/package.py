@@ -17,7 +17,7 @@ from fastlines.rendering.fragments import Surfaces
 from fastlines.rendering.hair import HairMaterial, longitudinal
 from fastlines.rendering.lighting import Light, Rig, Sky
 from fastlines.rendering.looks.traced_hair import HairScatterer
-from fastlines.rendering.paths import PathDraws, PathTracer
+from fastlines.rendering.paths import PathSampler, PathTracer
 from fastlines.rendering.sampling import hashed
 from fastlines.rendering.stage import Stage
 from fastlines.rendering.tone import filmic, srgb, to_bytes
@@ -42,7 +42,7 @@ __all__ = [
     "HairScatterer",
     "Layout",
     "Light",
-    "PathDraws",
+    "PathSampler",
     "PathTracer",
     "Rig",
     "Sky",

@@ -7,7 +7,8 @@ import numpy as np
 from ..arrays import FloatArray
 from ..geometry import largest_radius
 from .lighting import hemisphere
-from .stage import Draws, Stage
+from .sampler import Sampler
+from .stage import Stage
 from .vectors import dot
 
 #: How much darker the ground is where the key light, and where the sky, is hidden.
@@ -28,11 +29,11 @@ class Ground:
         lowest = float((self.middle - np.abs(stage.up) * (box[1] - box[0]) / 2) @ stage.up)
         self.height = lowest - stage.radius - largest_radius(stage.tree.geometry)
 
-    def darkness(self, origins: FloatArray, directions: FloatArray, draws: Draws) -> FloatArray:
+    def darkness(self, origins: FloatArray, directions: FloatArray, sampler: Sampler) -> FloatArray:
         """Return how dark the ground is where rays with unit directions meet it, (n,); 0 where they do not."""
         stage = self.stage
         dark = np.zeros(len(directions), np.float32)
-        numbers = draws.pair(), draws.pair()
+        numbers = sampler.next_2d(), sampler.next_2d()
         sinking = -(directions @ stage.up)
         above = origins @ stage.up - np.float32(self.height)
         rows = np.flatnonzero((sinking > 1e-3) & (above > 0))
@@ -44,6 +45,6 @@ class Ground:
         key = stage.rig.lights[0].sample(stage.camera, *(each[rows] for each in numbers[0]))
         up = np.broadcast_to(stage.up, points.shape)
         sky = hemisphere(up, *(each[rows] for each in numbers[1]))
-        no_key, no_sky = ~stage.open(points, key), ~stage.open(points, sky, NEAR * stage.size)
+        no_key, no_sky = ~stage.unoccluded(points, key), ~stage.unoccluded(points, sky, NEAR * stage.size)
         dark[rows] = fade * (KEY * no_key + SKY * no_sky)
         return dark

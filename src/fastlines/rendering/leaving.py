@@ -52,7 +52,7 @@ def next_vertices(stage: Stage, vertices: Vertices, directions: FloatArray) -> t
     return np.concatenate([plain, rows]), Vertices.joined(found, others)
 
 
-def is_open(stage: Stage, vertices: Vertices, directions: FloatArray) -> npt.NDArray[np.bool_]:
+def unoccluded(stage: Stage, vertices: Vertices, directions: FloatArray) -> npt.NDArray[np.bool_]:
     """Return from which vertices nothing is hit in some directions, unit vectors (n, 3)."""
     tree, start = stage.tree, vertices.exits(directions, stage.extent)
     free = ~tree.any_hit(vertices.points, directions, stage.radius, t_min=start)

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..camera import Float64Array
-from .colours import mapped, of_directions
+from .palette import mapped, of_directions
 from .tone import srgb
 
 if TYPE_CHECKING:

@@ -11,11 +11,11 @@ from ..arrays import AnyArray, FloatArray, IntArray
 from ..camera import Camera
 from ..progress import ProgressOption, reporting
 from ..tree import Tree
-from .colours import mapped
 from .depth import bands, check_size
 from .legend import ColorBar
 from .looks.look import Backdrop
 from .looks.table import NIGHT
+from .palette import mapped
 from .picture import Picture
 from .sampling import points_in_pixels
 from .work import visited_nodes

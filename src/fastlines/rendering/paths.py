@@ -21,7 +21,7 @@ from typing import Protocol
 import numpy as np
 
 from ..arrays import AnyArray, FloatArray
-from .leaving import is_open, next_vertices
+from .leaving import next_vertices, unoccluded
 from .lighting import Light
 from .sampling import Words, hashed, uniforms
 from .stage import Stage
@@ -44,13 +44,13 @@ class Scatterer(Protocol):
 
 
 @dataclass
-class PathDraws:
+class PathSampler:
     """Uniform random numbers of paths, one dimension of the sample after another.
 
     Examples
     --------
-    >>> draws = PathDraws(0, hashed(np.arange(2, dtype=np.uint32)))
-    >>> draws.take(slice(None), 4).shape, draws.take([1], 1).shape
+    >>> sampler = PathSampler(0, hashed(np.arange(2, dtype=np.uint32)))
+    >>> sampler.take(slice(None), 4).shape, sampler.take([1], 1).shape
     ((2, 4), (1, 1))
     """
 
@@ -87,7 +87,7 @@ class PathTracer:
     scatterer: Scatterer
     max_bounces: int
 
-    def light(self, vertices: Vertices, draws: PathDraws) -> FloatArray:
+    def light(self, vertices: Vertices, sampler: PathSampler) -> FloatArray:
         """Return the light that goes from vertices to the eye, (n, 3): of one path each."""
         light = np.zeros((len(vertices), 3), np.float32)
         weight = np.ones_like(light)
@@ -95,11 +95,11 @@ class PathTracer:
         for bounce in range(self.max_bounces):
             if not len(path):
                 break
-            light[path] += weight * self._direct(vertices, draws, path, bounce)
+            light[path] += weight * self._direct(vertices, sampler, path, bounce)
             # Choose the next direction.
-            towards, change = self.scatterer.sample(vertices, draws.take(path, 4))
+            towards, change = self.scatterer.sample(vertices, sampler.take(path, 4))
             weight = weight * np.asarray(change, np.float32)
-            lasting = self._roulette(weight, draws.take(path, 1)[:, 0], bounce)
+            lasting = self._roulette(weight, sampler.take(path, 1)[:, 0], bounce)
             path, vertices, towards = path[lasting[0]], vertices.some(lasting[0]), towards[lasting[0]]
             weight = weight[lasting[0]] * lasting[1]
             # Leave the scene, or go on.
@@ -111,25 +111,25 @@ class PathTracer:
             path, weight, vertices = path[rows], weight[rows], hit
         return light
 
-    def _direct(self, vertices: Vertices, draws: PathDraws, path: AnyArray, bounce: int) -> FloatArray:
+    def _direct(self, vertices: Vertices, sampler: PathSampler, path: AnyArray, bounce: int) -> FloatArray:
         """Return the light of the distant lights: of all of them at first, and of one chosen by chance after a bounce.
 
         It is chosen by the light that would come if nothing were in between.
         """
         lamps = self.stage.rig.lights
         light = np.zeros((len(vertices), 3), np.float32)
-        offered = [self._of_lamp(lamp, vertices, draws.take(path, 2)) for lamp in lamps]
+        offered = [self._of_lamp(lamp, vertices, sampler.take(path, 2)) for lamp in lamps]
         if bounce == 0 or len(lamps) <= 1:
             for towards, value in offered:
-                light += value * is_open(self.stage, vertices, towards)[:, None]
+                light += value * unoccluded(self.stage, vertices, towards)[:, None]
             return light
         sums = np.cumsum([_sum(value) for _, value in offered], axis=0)
-        aim = draws.take(path, 1)[:, 0] * sums[-1]
+        aim = sampler.take(path, 1)[:, 0] * sums[-1]
         chosen = (aim >= sums[:-1]).sum(axis=0)
         directions = np.choose(chosen[:, None], [towards for towards, _ in offered])
         value = np.choose(chosen[:, None], [value for _, value in offered])
         rows = np.flatnonzero(sums[-1] > 0)
-        rows = rows[is_open(self.stage, vertices.some(rows), directions[rows])]
+        rows = rows[unoccluded(self.stage, vertices.some(rows), directions[rows])]
         share = _sum(value[rows]) / sums[-1][rows]
         light[rows] = value[rows] / share[:, None]
         return light

@@ -18,7 +18,6 @@ from ..geometry import count_text, largest_radius, needs_radius
 from ..progress import ProgressOption, reporting
 from ..tree import Tree
 from .aovs import find_aovs
-from .colours import GOLDEN
 from .depth import check_radius, check_size
 from .fragments import Cones, Fragments, Surfaces
 from .ground import Ground
@@ -27,9 +26,11 @@ from .looks import Backdrop, Look, make_look
 from .looks.solid import Solid
 from .looks.traced_hair import TracedHair
 from .measures import MEASURES, Measure, measured_picture
+from .palette import GOLDEN
 from .picture import Picture
+from .sampler import Sampler
 from .sampling import hashed, points_in_pixels
-from .stage import Draws, Stage
+from .stage import Stage
 from .state import describe, digest, read_state, write_state
 from .view import default_camera
 
@@ -149,10 +150,10 @@ class Renderer:
         alpha: AnyArray = self._alpha[own]
         shadow: AnyArray = self._shadow[own]
         if len(fragments):
-            shaded = self.look.shade(fragments, self.stage, Draws.of_fragments(index, seeds, fragments.ray))
+            shaded = self.look.shade(fragments, self.stage, Sampler.of_fragments(index, seeds, fragments.ray))
             light, alpha = light + _summed(fragments, shaded, len(pixels)), alpha + fragments.opacity
         if self._ground is not None:
-            dark = self._ground.darkness(origins, directions, Draws(index, hashed(seeds, 3)))
+            dark = self._ground.darkness(origins, directions, Sampler(index, hashed(seeds, 3)))
             shadow = shadow + dark * (1 - fragments.opacity)
         self._stored = own, rows, light, alpha, shadow, index + 1
         self._store()

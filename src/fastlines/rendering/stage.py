@@ -17,7 +17,6 @@ from ..tree import Tree
 from .depth import View
 from .depth_picture import PROBE, SPOT, THIN, Tone, pixel_size, probe
 from .lighting import Rig
-from .sampling import Words, hashed, uniforms
 
 #: Lines without a radius of their own are counted within so many times the radius of a shadow ray, each for less.
 WIDE = 3.0
@@ -83,7 +82,7 @@ class Stage:
         """How far from a line its rays start: beyond itself, if it has no surface to start from."""
         return max(2 * self.pixel, 4 * self.radius) if self.thin else 0.0
 
-    def crossed(self, points: FloatArray, directions: FloatArray) -> FloatArray:
+    def count_crossings(self, points: FloatArray, directions: FloatArray) -> FloatArray:
         """Return how many lines hide the light from a direction: of thin lines some fraction, from the mean."""
         own = largest_radius(self.tree.geometry)
         wide = 1.0 if own > 0 else WIDE
@@ -91,28 +90,7 @@ class Stage:
         counts = self.tree.count_hits(points, directions, wide * self.radius, t_min=start)
         return np.asarray(counts / np.float32(wide), np.float32)
 
-    def open(self, points: FloatArray, directions: FloatArray, distance: float = np.inf) -> npt.NDArray[np.bool_]:
+    def unoccluded(self, points: FloatArray, directions: FloatArray, distance: float = np.inf) -> npt.NDArray[np.bool_]:
         """Return from which points nothing is hit in some direction, up to a distance."""
         start = min(self._start, 0.25 * distance)
         return ~self.tree.any_hit(points, directions, self.radius, t_min=start, t_max=distance)
-
-
-class Draws:
-    """Uniform random numbers for the fragments of one sample: a pair of them at a time."""
-
-    def __init__(self, index: int, seeds: Words) -> None:
-        # Dimensions 0 and 1 are the place in the pixel; reusing them would tie what is drawn to that place.
-        self.index, self.seeds, self.dimension = index, seeds, 2
-
-    def pair(self) -> tuple[FloatArray, FloatArray]:
-        """Return the next pair of uniform numbers, (n,) each, in [0, 1)."""
-        first = self.dimension
-        self.dimension += 2
-        return uniforms(self.index, self.seeds, first), uniforms(self.index, self.seeds, first + 1)
-
-    @classmethod
-    def of_fragments(cls, index: int, pixels: Words, ray: npt.NDArray[np.int64]) -> Draws:
-        """Seed by the pixel of each fragment's ray and the fragment's place behind it."""
-        first = np.flatnonzero(np.concatenate([[True], ray[1:] != ray[:-1]]))
-        rank = np.arange(len(ray)) - np.repeat(first, np.diff(np.append(first, len(ray)))) if len(ray) else ray
-        return cls(index, hashed(pixels[ray] + hashed(rank.astype(np.uint32), 1), 2))

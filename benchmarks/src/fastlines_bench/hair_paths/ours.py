@@ -11,7 +11,7 @@ import numpy as np
 from fastlines import Tree
 
 from ..harness.arrays import FloatArray
-from ..package import HairScatterer, PathDraws, PathTracer, Rig, Stage, Surfaces, hashed, seen_vertices
+from ..package import HairScatterer, PathSampler, PathTracer, Rig, Stage, Surfaces, hashed, seen_vertices
 from .scene import HairScene
 
 QUERIES = ("first_hit", "any_hit", "next_hits")
@@ -77,13 +77,13 @@ class OurScene:
         """Return the light of one ray for each pixel."""
         size = self.scene.size
         pixels = np.arange(size * size)
-        draws = PathDraws(index, hashed(pixels.astype(np.uint32), seed))
-        place = draws.take(pixels, 2)
+        sampler = PathSampler(index, hashed(pixels.astype(np.uint32), seed))
+        place = sampler.take(pixels, 2)
         x, y = pixels % size + place[:, 0], pixels // size + place[:, 1]
         origins, directions, _ = self.scene.camera.ray(x, y, size, size)
         fragments = self._finder.find(origins, directions, 0.0)
         light = self._stage.rig.sky.radiance(directions @ self._stage.up)
-        numbers = PathDraws(index, draws.seeds[fragments.ray], 2)
+        numbers = PathSampler(index, sampler.seeds[fragments.ray], 2)
         vertices = seen_vertices(fragments, self._stage, np.zeros(len(fragments), np.float32))
         light[fragments.ray] = self._tracer.light(vertices, numbers)
         return np.asarray(light)

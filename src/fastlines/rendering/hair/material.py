@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from typing import Self
 
 from ...arrays import check_fields, number
-from .colour import Rgb, absorption_of_pigments, absorption_of_reflectance, concentrations, three
+from .absorption import Rgb, absorption_of_pigments, absorption_of_reflectance, concentrations, three
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from ...errors import InputError
 from ...geometry import AnyGeometry, parts_of
 from ...lines import Lines
 from ...places import names
-from ..colours import hexadecimal, mapped, of_directions, of_numbers
 from ..fragments import Fragments
 from ..legend import ColorBar, Legend, Triad
+from ..palette import hexadecimal, mapped, of_directions, of_numbers
 from ..stage import Stage
 from ..tone import linear
 

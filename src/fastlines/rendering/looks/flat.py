@@ -8,11 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...arrays import FloatArray
-from ..colours import of_numbers
 from ..depth_picture import Tone
 from ..fragments import Fragments
 from ..lighting import SOFT, Rig
-from ..stage import Draws, Stage
+from ..palette import of_numbers
+from ..sampler import Sampler
+from ..stage import Stage
 from .look import Backdrop
 
 BLACK = Backdrop("#000", "#000")
@@ -59,7 +60,7 @@ class Flat:
     is_light: bool = field(default=False, init=False)
     has_ground: bool = field(default=False, init=False)
 
-    def shade(self, fragments: Fragments, stage: Stage, draws: Draws) -> FloatArray:
+    def shade(self, fragments: Fragments, stage: Stage, sampler: Sampler) -> FloatArray:
         """Return the colour of each fragment, (n, 3) float32 linear."""
         return self.color(fragments, stage)
 

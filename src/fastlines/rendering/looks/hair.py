@@ -16,7 +16,8 @@ from ...arrays import FloatArray
 from ..fragments import Fragments
 from ..hair import AveragedHair, HairMaterial
 from ..lighting import SALON, Rig, sphere
-from ..stage import Draws, Stage
+from ..sampler import Sampler
+from ..stage import Stage
 from ..vectors import across, dot
 from .look import Backdrop
 
@@ -38,13 +39,13 @@ class Hair:
     def _averaged(self) -> AveragedHair:
         return AveragedHair(self.material)
 
-    def shade(self, fragments: Fragments, stage: Stage, draws: Draws) -> FloatArray:
+    def shade(self, fragments: Fragments, stage: Stage, sampler: Sampler) -> FloatArray:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""
         light = np.zeros((len(fragments), 3), np.float32)
         for lamp in stage.rig.lights:
-            towards = lamp.sample(stage.camera, *draws.pair())
+            towards = lamp.sample(stage.camera, *sampler.next_2d())
             light += np.asarray(lamp.color, np.float32) * self._scattered(fragments, towards, stage, is_sharp=True)
-        towards = sphere(*draws.pair())
+        towards = sphere(*sampler.next_2d())
         sky = stage.rig.sky.radiance(towards @ stage.up) * np.float32(4 * np.pi)
         return light + sky * self._scattered(fragments, towards, stage, is_sharp=False)
 
@@ -62,7 +63,7 @@ class Hair:
         before, behind = (((1 + side * cos_phi) * cos_i / np.float32(np.pi**2))[:, None] for side in (1, -1))
         once = hair.evaluate(sin_o, sin_i, np.arccos(cos_phi)) if is_sharp else back * before + forward * behind
         # Weaken and tint the light by the hairs that it crosses.
-        passed = forward ** stage.crossed(fragments.points, towards)[:, None]
+        passed = forward ** stage.count_crossings(fragments.points, towards)[:, None]
         # Add what the hairs around scatter back.
         forth = forward**2
         around = back * forth / np.maximum(1 - forth, 0.05) * (1 + back**2 / np.maximum(1 - forth, 0.2) ** 2)

@@ -9,10 +9,11 @@ import numpy as np
 
 from ...arrays import FloatArray
 from ...errors import InputError
-from ..colours import hexadecimal
 from ..fragments import Fragments
 from ..lighting import Rig
-from ..stage import Draws, Stage
+from ..palette import hexadecimal
+from ..sampler import Sampler
+from ..stage import Stage
 from ..tone import linear, srgb
 
 
@@ -66,5 +67,5 @@ class Look(Protocol):
     def has_ground(self) -> bool:
         """Whether the lines cast a shadow on the ground."""
 
-    def shade(self, fragments: Fragments, stage: Stage, draws: Draws) -> FloatArray:
+    def shade(self, fragments: Fragments, stage: Stage, sampler: Sampler) -> FloatArray:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""

@@ -13,7 +13,8 @@ import numpy as np
 from ...arrays import AnyArray, FloatArray
 from ..fragments import Fragments
 from ..lighting import STUDIO, Rig, hemisphere, sphere
-from ..stage import Draws, Stage
+from ..sampler import Sampler
+from ..stage import Stage
 from ..vectors import across, dot, unit
 from .color import Color
 from .look import Backdrop
@@ -50,18 +51,18 @@ class Solid:
     has_ground: bool = False
     is_light: bool = field(default=True, init=False)
 
-    def shade(self, fragments: Fragments, stage: Stage, draws: Draws) -> FloatArray:
+    def shade(self, fragments: Fragments, stage: Stage, sampler: Sampler) -> FloatArray:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""
         base = self.color.of(fragments, stage)
         light = np.zeros((len(fragments), 3), np.float32)
         for lamp in stage.rig.lights:
-            towards = lamp.sample(stage.camera, *draws.pair())
+            towards = lamp.sample(stage.camera, *sampler.next_2d())
             diffuse, shine = self._reflected(fragments, towards)
             lit = np.flatnonzero(diffuse + shine > 0)
-            lit = lit[stage.open(fragments.points[lit], towards[lit])]
+            lit = lit[stage.unoccluded(fragments.points[lit], towards[lit])]
             color = np.asarray(lamp.color, np.float32)
             light[lit] += color * (base[lit] * diffuse[lit, None] + self.gloss * shine[lit, None])
-        light += base * self._ambient(fragments, stage, draws)
+        light += base * self._ambient(fragments, stage, sampler)
         return self._hazed(light, fragments, stage)
 
     def _reflected(self, fragments: Fragments, towards: FloatArray) -> tuple[AnyArray, AnyArray]:
@@ -78,18 +79,18 @@ class Solid:
         shine = np.maximum(1 - dot(tangents, half) ** 2, 0) ** (SHARP / 2) * even
         return even, shine
 
-    def _ambient(self, fragments: Fragments, stage: Stage, draws: Draws) -> FloatArray:
+    def _ambient(self, fragments: Fragments, stage: Stage, sampler: Sampler) -> FloatArray:
         """Return the light of the sky that arrives and is scattered evenly, by one ray."""
         if fragments.normals is not None:
-            towards = hemisphere(fragments.normals, *draws.pair())
+            towards = hemisphere(fragments.normals, *sampler.next_2d())
             share = np.ones(len(fragments), np.float32)
         else:
-            towards = sphere(*draws.pair())
+            towards = sphere(*sampler.next_2d())
             _, cos_i, across_i = across(fragments.tangents, towards)
             _, _, across_o = across(fragments.tangents, fragments.to_eye)
             share = (1 + dot(across_i, across_o)) * cos_i * np.float32(4 / np.pi)
-        is_open = stage.open(fragments.points, towards, NEAR * stage.size)
-        return stage.rig.sky.radiance(towards @ stage.up) * (share * is_open)[:, None]
+        unoccluded = stage.unoccluded(fragments.points, towards, NEAR * stage.size)
+        return stage.rig.sky.radiance(towards @ stage.up) * (share * unoccluded)[:, None]
 
     def _hazed(self, light: FloatArray, fragments: Fragments, stage: Stage) -> FloatArray:
         if not self.haze:

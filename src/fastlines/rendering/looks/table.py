@@ -10,8 +10,8 @@ from ...errors import InputError
 from ...geometry import AnyGeometry, largest_radius, parts_of
 from ...lines import Lines
 from ...places import names
-from ..colours import check_map, hexadecimal
 from ..lighting import SOFT
+from ..palette import check_map, hexadecimal
 from ..vectors import dot, unit
 from . import flat
 from .color import DISPLAY_COLOR, make_color
@@ -105,7 +105,7 @@ def make_look(
         Of hair: one of `HAIR_COLORS`, or a colour such as "#c08040". Of fibres and tubes: "direction", "strand", the
         name of an attribute, or a colour.
     color_map : str
-        One of `colours.MAPS`, for an attribute.
+        One of `palette.MAPS`, for an attribute.
     quality : str
         One of `QUALITIES`; "high" is for hair.
     """

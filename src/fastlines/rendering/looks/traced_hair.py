@@ -11,8 +11,9 @@ from ...camera import Vector
 from ..fragments import Fragments
 from ..hair import HairMaterial, evaluate, sample
 from ..lighting import SALON, Rig, hemisphere
-from ..paths import PathDraws, PathTracer
-from ..stage import Draws, Stage
+from ..paths import PathSampler, PathTracer
+from ..sampler import Sampler
+from ..stage import Stage
 from ..vectors import dot
 from ..vertices import Vertices, seen_vertices
 from .look import Backdrop
@@ -67,11 +68,11 @@ class TracedHair:
     has_ground: bool = False
     is_light: bool = field(default=True, init=False)
 
-    def shade(self, fragments: Fragments, stage: Stage, draws: Draws) -> FloatArray:
+    def shade(self, fragments: Fragments, stage: Stage, sampler: Sampler) -> FloatArray:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""
-        choice, across = draws.pair()
+        choice, across = sampler.next_2d()
         rows, times = _one_of_each_ray(fragments, choice)
-        numbers = PathDraws(draws.index, draws.seeds[rows], draws.dimension)
+        numbers = PathSampler(sampler.index, sampler.seeds[rows], sampler.dimension)
         vertices = seen_vertices(fragments, stage, across).some(rows)
         traced = PathTracer(stage, HairScatterer(self.material), self.max_bounces).light(vertices, numbers)
         light = np.zeros((len(fragments), 3), np.float32)
