@@ -201,6 +201,12 @@ def up_of(geometry: AnyGeometry) -> str | None:
     return next((up for up in ups if up), None)
 
 
+def unit_of(geometry: AnyGeometry) -> str | None:
+    """Return the unit of length, of the first part that knows."""
+    units = [part.unit for part in parts_of(geometry) if isinstance(part, Lines | Curves)]
+    return next((unit for unit in units if unit), None)
+
+
 def _shapes(part: Part) -> FloatArray:
     core = core_of(part)
     if not isinstance(core, Lines):

@@ -16,7 +16,7 @@ import fastlines as fl
 
 from ..curves import Curves
 from ..errors import FastlinesError, InputError
-from ..geometry import AnyGeometry, core_data, core_of, needs_radius, parts_of, points_of, up_of
+from ..geometry import AnyGeometry, core_data, core_of, needs_radius, parts_of, points_of, unit_of, up_of
 from ..lines import Lines
 from ..meshes import Boxes, Triangles
 from ..places import names
@@ -162,7 +162,7 @@ def describe(geometry: AnyGeometry) -> dict[str, Any]:
         "radius": [float(radii.min()), float(radii.max())] if radii.any() else None,
         "attributes": _attributes(parts),
         "up": up_of(geometry),
-        "unit": next((part.unit for part in parts if isinstance(part, Lines | Curves) and part.unit), None),
+        "unit": unit_of(geometry),
         "n_skipped": sum(len(part.skipped) for part in parts if isinstance(part, Lines | Curves)),
         "memory_bytes": core_data(geometry)[1].nbytes,
     }

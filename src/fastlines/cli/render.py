@@ -130,6 +130,7 @@ def render(
     from ..queries import require_radius
     from ..rendering import Renderer, check_image_path, finish, level_sheet, write_picture
     from ..rendering.depth import check_size
+    from ..rendering.frames import SECONDS
     from ..rendering.looks import Backdrop, make_look
     from ..rendering.looks.table import HAIR_COLORS
     from ..rendering.measures import MEASURES
@@ -202,7 +203,7 @@ def render(
     drawn: dict[str, Any] = {"width": width, "height": height, "radius": radius}
     if is_sequence:
         options = drawn | shown | {"look": made, "samples": samples}
-        frame_seconds = 0.04 if seconds is None else seconds
+        frame_seconds = SECONDS if seconds is None else seconds
         what = write_sequence(
             output, tree, camera, radii, turntable, frame_seconds, progress, is_transparent, **options
         )

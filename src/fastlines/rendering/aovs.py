@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..arrays import AnyArray, FloatArray
 from ..hits import FirstHits
-from .depth import bands
+from .depth import MAX_RAYS, bands
 from .stage import Stage
 from .vectors import across
 
@@ -24,8 +24,6 @@ AOVS = {
     "id": "the strand, or the primitive of what has no strand; -1 where nothing is hit",
     "prim": "the primitive, counted over all parts of the geometry; -1 where nothing is hit",
 }
-#: The most rays traced at a time.
-MAX_RAYS = 1 << 18
 
 
 def find_aovs(stage: Stage, width: int, height: int) -> dict[str, AnyArray]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..curves import Curves
 from ..custom import Custom
-from ..geometry import AnyGeometry, Geometry, count_text, parts_of, up_of
+from ..geometry import AnyGeometry, Geometry, count_text, parts_of, unit_of, up_of
 from ..lines import Lines
 from ..settings import Settings, limit_notes
 from ..splits import SplitSet
@@ -41,7 +41,7 @@ def geometry_facts(geometry: AnyGeometry) -> Iterator[Fact]:
         yield _kind(geometry), f"{len(geometry):,}"
     if n_strands := sum(part.n_strands for part in with_strands):
         yield "strands", f"{n_strands:,}"
-    unit = next((part.unit for part in with_strands if part.unit), None)
+    unit = unit_of(geometry)
     low, high = geometry.bounds.astype(np.float64)
     if (low <= high).all():
         suffix = f" {shortened(unit)}" if unit else ""

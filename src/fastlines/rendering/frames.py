@@ -15,7 +15,7 @@ from ..arrays import number
 from ..atomic_write import atomic_write, check_target
 from ..errors import InputError
 from ..optional import optional
-from .images import IMAGE_FORMATS, check_image_path
+from .images import IMAGE_FORMATS, check_image_path, known_extension
 from .picture import Picture
 
 if TYPE_CHECKING:
@@ -28,16 +28,15 @@ FRAME_FORMATS = {
     ".gif": "an animation of 256 colours a picture, which repeats",
     ".mp4": "a film, H.264 (needs fastlines[video])",
 }
+#: How long each picture of an animation is shown, unless another time is given.
+SECONDS = 0.04
 #: The least seconds of a picture of a GIF; viewers slow down shorter ones.
 SHORTEST = 0.02
 
 
 def check_frames_path(path: str | os.PathLike[str]) -> str:
     """Return the extension of a file of many pictures; refuse an unknown one, or .mp4 without its library."""
-    extension = Path(path).suffix.lower()
-    if extension not in FRAME_FORMATS:
-        known = ", ".join(FRAME_FORMATS)
-        raise InputError(f"{path}: unknown extension {extension or '(none)'!r} for many pictures; known: {known}")
+    extension = known_extension(path, FRAME_FORMATS, "many pictures")
     if extension == ".mp4":
         optional("imageio_ffmpeg", "writing .mp4", "video")
     elif extension in IMAGE_FORMATS:
@@ -49,7 +48,7 @@ def write_frames(
     path: str | os.PathLike[str],
     pictures: Iterable[Picture],
     *,
-    seconds: float = 0.04,
+    seconds: float = SECONDS,
     repeats: bool = True,
     transparent: bool = False,
 ) -> list[Path]:

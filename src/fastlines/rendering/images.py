@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,7 @@ from ..optional import optional
 
 #: The extensions of pictures, and the content of each.
 IMAGE_FORMATS = {
-    ".png": "the picture: lighter = nearer, 8 bits",
+    ".png": "the picture, of 8 bits a channel",
     ".exr": "linear light, alpha, and depths as channel Z, inf where nothing is hit (needs fastlines[exr])",
 }
 #: What renderers call the channels of some AOVs; others keep their names.
@@ -27,12 +27,18 @@ HALF_MAX, NOTHING = 65504.0, 2**32 - 1
 
 def check_image_path(path: str | os.PathLike[str]) -> str:
     """Return the extension of a picture's file; refuse an unknown one, or .exr without OpenEXR."""
-    extension = Path(path).suffix.lower()
-    if extension not in IMAGE_FORMATS:
-        known = ", ".join(IMAGE_FORMATS)
-        raise InputError(f"{path}: unknown extension {extension or '(none)'!r} for a picture; known: {known}")
+    extension = known_extension(path, IMAGE_FORMATS, "a picture")
     if extension == ".exr":
         optional("OpenEXR", "writing .exr", "exr")
+    return extension
+
+
+def known_extension(path: str | os.PathLike[str], formats: Collection[str], what: str) -> str:
+    """Return the extension of a path in lower case; refuse one that is not among some formats."""
+    extension = Path(path).suffix.lower()
+    if extension not in formats:
+        known = ", ".join(formats)
+        raise InputError(f"{path}: unknown extension {extension or '(none)'!r} for {what}; known: {known}")
     return extension
 
 

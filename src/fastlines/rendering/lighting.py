@@ -10,7 +10,7 @@ from ..arrays import FloatArray
 from ..camera import Camera, Float64Array, Vector
 from .vectors import unit
 
-#: Twice the area of the unit circle, 2π.
+#: A whole turn in radians.
 TURN = 2 * np.pi
 
 

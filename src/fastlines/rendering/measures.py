@@ -11,7 +11,7 @@ from ..arrays import AnyArray, FloatArray, IntArray
 from ..camera import Camera
 from ..progress import ProgressOption, reporting
 from ..tree import Tree
-from .depth import bands, check_size
+from .depth import MAX_RAYS, bands, check_size
 from .legend import ColorBar
 from .looks.look import Backdrop
 from .looks.table import NIGHT
@@ -20,8 +20,6 @@ from .picture import Picture
 from .sampling import points_in_pixels
 from .work import visited_nodes
 
-#: The most rays traced at a time.
-MAX_RAYS = 1 << 18
 #: The values beyond this quantile have the last colour of the map.
 BRIGHT = 0.99
 

@@ -18,7 +18,7 @@ from ..geometry import count_text, largest_radius, needs_radius
 from ..progress import ProgressOption, reporting
 from ..tree import Tree
 from .aovs import find_aovs
-from .depth import check_radius, check_size
+from .depth import MAX_RAYS, SIZE, bands, check_radius, check_size
 from .fragments import Cones, Fragments, Surfaces
 from .ground import Ground
 from .lighting import STUDIO, Rig
@@ -28,14 +28,13 @@ from .looks.traced_hair import TracedHair
 from .measures import MEASURES, Measure, measured_picture
 from .palette import GOLDEN
 from .picture import Picture
+from .radius import suitable_radius
 from .sampler import Sampler
 from .sampling import hashed, points_in_pixels
 from .stage import Stage
 from .state import describe, digest, read_state, write_state
 from .view import default_camera
 
-#: The most rays traced at a time.
-MAX_RAYS = 1 << 18
 #: The most samples of a pixel.
 MAX_SAMPLES = 1 << 16
 #: The samples of a pixel if lines are thinner than one, and if not.
@@ -105,7 +104,7 @@ class Renderer:
     def passes(self, progress: Callable[[float], object] | None = None) -> Iterator[int]:
         """Add one sample to each pixel at a time, and yield how many there are."""
         for index in range(int(self._counts.min()), self.samples):
-            for rows in self._bands():
+            for rows in bands(self.width, self.height, MAX_RAYS):
                 if self._counts[rows.start] <= index:
                     self._add(index, rows)
                 if progress is not None:
@@ -131,11 +130,6 @@ class Renderer:
             is_light=self.look.is_light,
             legend=legend,
         )
-
-    def _bands(self) -> Iterator[slice]:
-        step = max(1, MAX_RAYS // self.width)
-        for top in range(0, self.height, step):
-            yield slice(top, min(top + step, self.height))
 
     def _add(self, index: int, rows: slice) -> None:
         """Add a sample to each pixel of some rows."""
@@ -214,8 +208,8 @@ def render(
     tree: Any,
     camera: Camera | None = None,
     *,
-    width: int = 1024,
-    height: int = 1024,
+    width: int = SIZE,
+    height: int = SIZE,
     look: str | Look | Measure | None = None,
     radius: float | None = None,
     samples: int | None = None,
@@ -288,8 +282,6 @@ def render(
     if camera is None:
         camera = default_camera(tree.geometry, aspect=width / height)
     if radius is None and needs_radius(tree.geometry):
-        from .radius import suitable_radius
-
         radius = suitable_radius(tree, camera) if len(tree.geometry) else 0.0
     radius = check_radius(tree, radius)
     look = MEASURES.get(look, look) if isinstance(look, str) else look
@@ -322,7 +314,7 @@ def check_samples(samples: int | None) -> None:
 
 
 def check_exposure(exposure: float) -> None:
-    """Refuse an exposure that no number of light survives."""
+    """Refuse an exposure that would make the light overflow or vanish."""
     number("exposure", exposure, "a number from -60 to 60", -60.0, 60.0)
 
 

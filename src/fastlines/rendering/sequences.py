@@ -15,7 +15,7 @@ from ..camera import Camera, Vector
 from ..errors import InputError
 from ..geometry import AnyGeometry, needs_radius, points_of
 from ..tree import Tree
-from .depth import check_size
+from .depth import SIZE, check_size
 from .legend import ColorBar
 from .measures import MEASURES, Measure
 from .picture import Picture
@@ -103,7 +103,7 @@ def radius_sweep(tree: Any, radii: Sequence[float], camera: Camera | None = None
 
 def _aspect(options: dict[str, Any]) -> float:
     """Return the width of pictures over their height."""
-    width, height = options.get("width", 1024), options.get("height", 1024)
+    width, height = options.get("width", SIZE), options.get("height", SIZE)
     check_size(width, height)
     return float(width / height)
 

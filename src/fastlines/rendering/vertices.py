@@ -25,7 +25,7 @@ from .fragments import Fragments
 from .stage import Stage
 from .vectors import dot, unit
 
-#: The least |ω'|. Rays that are almost parallel to a fibre would stay in it for ever, but it bends.
+#: The least |ω'|. A ray almost parallel to a straight fibre would leave it far away, but real fibres bend.
 STEEPEST = 0.05
 #: Rays start this much farther, as a fraction of the radius: at a joint, the next segment bends away.
 MARGIN = 0.02

@@ -65,7 +65,7 @@ class Color:
         return mapped(np.full(len(values), 0.5) if is_constant else (values - low) / (high - low), self.map)
 
     def legend(self, stage: Stage) -> Legend | None:
-        """Return what the colours mean; None if they say no number and no direction."""
+        """Return a colour bar for numbers or a triad for directions; None for other colours."""
         geometry = stage.tree.geometry
         if self.by == "direction":
             return Triad(stage.camera.axes())

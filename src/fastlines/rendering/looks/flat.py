@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...arrays import FloatArray
-from ..depth_picture import Tone
 from ..fragments import Fragments
 from ..lighting import SOFT, Rig
 from ..palette import of_numbers
 from ..sampler import Sampler
 from ..stage import Stage
+from ..vectors import across
 from .look import Backdrop
 
 BLACK = Backdrop("#000", "#000")
@@ -31,12 +31,10 @@ def ids(fragments: Fragments, stage: Stage) -> FloatArray:
 
 def normals(fragments: Fragments, stage: Stage) -> FloatArray:
     """Return normals as the camera sees them, from [−1, 1] to [0, 1]; of thin lines, the way to the eye across them."""
-    across = fragments.normals
-    if across is None:
-        along = (fragments.to_eye * fragments.tangents).sum(axis=1, keepdims=True)
-        across = fragments.to_eye - along * fragments.tangents
-        across /= np.maximum(np.sqrt((across**2).sum(axis=1, keepdims=True)), 1e-12)
-    return _as_color(across, stage)
+    towards = fragments.normals
+    if towards is None:
+        towards = across(fragments.tangents, fragments.to_eye)[2]
+    return _as_color(towards, stage)
 
 
 def tangents(fragments: Fragments, stage: Stage) -> FloatArray:
@@ -63,6 +61,3 @@ class Flat:
     def shade(self, fragments: Fragments, stage: Stage, sampler: Sampler) -> FloatArray:
         """Return the colour of each fragment, (n, 3) float32 linear."""
         return self.color(fragments, stage)
-
-
-__all__ = ["BLACK", "Flat", "Tone", "depth", "ids", "normals", "tangents"]

@@ -72,11 +72,8 @@ class Solid:
             facing = dot(fragments.normals, towards)
             shine = np.maximum(dot(fragments.normals, half), 0) ** SHARP * (facing > 0)
             return np.maximum(facing, 0) / np.float32(np.pi), shine
-        tangents = fragments.tangents
-        _, cos_i, across_i = across(tangents, towards)
-        _, _, across_o = across(tangents, fragments.to_eye)
-        even = (1 + dot(across_i, across_o)) * cos_i / np.float32(np.pi**2)
-        shine = np.maximum(1 - dot(tangents, half) ** 2, 0) ** (SHARP / 2) * even
+        even = _cylinder(fragments, towards)
+        shine = np.maximum(1 - dot(fragments.tangents, half) ** 2, 0) ** (SHARP / 2) * even
         return even, shine
 
     def _ambient(self, fragments: Fragments, stage: Stage, sampler: Sampler) -> FloatArray:
@@ -86,9 +83,7 @@ class Solid:
             share = np.ones(len(fragments), np.float32)
         else:
             towards = sphere(*sampler.next_2d())
-            _, cos_i, across_i = across(fragments.tangents, towards)
-            _, _, across_o = across(fragments.tangents, fragments.to_eye)
-            share = (1 + dot(across_i, across_o)) * cos_i * np.float32(4 / np.pi)
+            share = _cylinder(fragments, towards) * np.float32(4 * np.pi)
         unoccluded = stage.unoccluded(fragments.points, towards, NEAR * stage.size)
         return stage.rig.sky.radiance(towards @ stage.up) * (share * unoccluded)[:, None]
 
@@ -101,3 +96,10 @@ class Solid:
         fade = np.asarray(self.haze * place, np.float32)[:, None]
         behind = self.backdrop.light(1, 1)[0]
         return np.asarray(light + fade * (behind - light), np.float32)
+
+
+def _cylinder(fragments: Fragments, towards: FloatArray) -> AnyArray:
+    """Return the fraction of the light from a direction that thin lines scatter to the eye, per steradian."""
+    _, cos_i, across_i = across(fragments.tangents, towards)
+    _, _, across_o = across(fragments.tangents, fragments.to_eye)
+    return np.asarray((1 + dot(across_i, across_o)) * cos_i / np.float32(np.pi**2))

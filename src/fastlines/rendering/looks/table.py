@@ -7,7 +7,7 @@ import numpy as np
 from ...arrays import choice, did_you_mean
 from ...curves import Curves
 from ...errors import InputError
-from ...geometry import AnyGeometry, largest_radius, parts_of
+from ...geometry import AnyGeometry, largest_radius, parts_of, unit_of
 from ...lines import Lines
 from ...places import names
 from ..lighting import SOFT
@@ -69,7 +69,7 @@ def look_for(geometry: AnyGeometry) -> str:
     parts = parts_of(geometry)
     if largest_radius(geometry) > 0 or not all(isinstance(part, Lines | Curves) for part in parts):
         return "tube"
-    unit = _unit_of(geometry)
+    unit = unit_of(geometry)
     if unit == "Å":
         return "tube"
     strands = sum(part.n_strands for part in parts if isinstance(part, Lines | Curves))
@@ -133,18 +133,12 @@ def _usual_color(look: str, geometry: AnyGeometry) -> str:
     """Return the colour of fibres or tubes: by direction, or by chains of molecules, or one for all."""
     if look == "fibre":
         return AMBER if _is_flat(geometry) else "direction"
-    return "strand" if _unit_of(geometry) == "Å" else CLAY
+    return "strand" if unit_of(geometry) == "Å" else CLAY
 
 
 def _is_flat(geometry: AnyGeometry) -> bool:
     """Return whether an extent is zero, as that of a map."""
     return len(geometry) == 0 or bool((geometry.bounds[1] == geometry.bounds[0]).any())
-
-
-def _unit_of(geometry: AnyGeometry) -> str | None:
-    """Return the unit of the first lines that know one."""
-    units = [part.unit for part in parts_of(geometry) if isinstance(part, Lines | Curves) and part.unit]
-    return units[0] if units else None
 
 
 def _hair(color: str, quality: str) -> Look:
