@@ -292,12 +292,22 @@ def test_a_file_and_a_tree_of_it_are_drawn_alike(name, tmp_path):
 
 def test_maps_are_looked_at_from_above_and_bodies_from_the_side():
     assert default_view(lines_in((0, 0, 0), (5, 3, 0)))[0] == (0, 0, -1)
-    direction, _ = default_view(lines_in((0, 0, -5), (1, 2, 5)))
+    direction, _ = default_view(lines_in((0, 0, -5), (5, 4, 5)))
     assert abs(direction[0]) > abs(direction[2]) > 0 > direction[1]
 
 
+def test_slabs_are_shown_from_the_side_cubes_corner_on_and_plains_from_above():
+    slab, _ = default_view(lines_in((0, 0, -5), (2, 9, 5)))
+    assert slab[2] == 0 > slab[1]
+    body, cube, plain = (
+        default_view(lines_in((0, 0, 0), high))[0] for high in ((8, 8, 10), (10, 9.5, 10), (10, 1, 10))
+    )
+    assert abs(cube[0]) > abs(body[2])
+    assert plain[1] < cube[1] < body[1] < 0
+
+
 def test_the_view_turns_to_the_side_that_the_lines_lean_away_from():
-    body = [[[0, 0, -5], [1, 2, 5]]]
+    body = [[[0, 0, -5], [5, 4, 5]]]
     tail, head = [[[0, 0, -5], [1, 1, -4]]], [[[0, 0, 4], [1, 1, 5]]]
     to_front = default_view(fl.Lines.from_segments(body + 3 * tail))[0]
     to_back = default_view(fl.Lines.from_segments(body + 3 * head))[0]

@@ -128,7 +128,15 @@ def render(
     """
     from ..geometry import needs_radius
     from ..queries import require_radius
-    from ..rendering import Renderer, check_image_path, finish, level_sheet, write_picture
+    from ..rendering import (
+        Renderer,
+        check_image_path,
+        default_camera,
+        finish,
+        level_sheet,
+        turntable_camera,
+        write_picture,
+    )
     from ..rendering.depth import check_size
     from ..rendering.frames import SECONDS
     from ..rendering.looks import Backdrop, make_look
@@ -181,7 +189,11 @@ def render(
     made = look if is_measure else make_look(look, opened.geometry, color, color_map, quality)
     if legend is None:
         legend = is_measure or ((color or "#")[0] != "#" and color not in (*HAIR_COLORS, "direction", "strand"))
-    camera = opened.camera(view, upwards, fov, 1.0 if levels else width / height, turntable is not None)
+    make_camera = default_camera if turntable is None else turntable_camera
+    shape = 1.0 if levels else width / height
+    camera = make_camera(
+        opened.geometry, direction=view, up=upwards, fov_degrees=30.0 if fov is None else fov, aspect=shape
+    )
     progress = show_progress()
     tree = opened.tree or fl.build(opened.geometry, method or DEFAULT_METHOD, progress=progress)
     chosen = radius is None and not radii and needs_radius(opened.geometry)

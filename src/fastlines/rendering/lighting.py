@@ -74,14 +74,14 @@ STUDIO = Rig(
         Light((0.45, 0.7, -1.0), (4.0, 4.2, 4.6), 5.0),
     )
 )
-#: The same with more light from all around, for hair, which hides itself.
+#: For hair: a strong key light for highlights, a dim sky, for hair hides itself, and a rim light for the outline.
 SALON = Rig(
     (
-        Light((-0.55, 0.75, 0.75), (7.2, 6.9, 6.4), 3.0),
-        Light((0.9, 0.25, 0.8), (2.8, 3.0, 3.3), 20.0),
-        Light((0.45, 0.7, -1.0), (4.5, 4.7, 5.2), 5.0),
+        Light((-0.55, 0.75, 0.75), (9.5, 9.1, 8.5), 3.0),
+        Light((0.9, 0.25, 0.8), (1.9, 2.0, 2.2), 20.0),
+        Light((0.4, 0.8, -0.9), (6.7, 7.0, 7.7), 5.0),
     ),
-    Sky((0.62, 0.66, 0.74), (0.5, 0.5, 0.52), (0.26, 0.24, 0.23)),
+    Sky((0.34, 0.36, 0.41), (0.28, 0.28, 0.29), (0.14, 0.13, 0.13)),
 )
 #: One large soft light and a bright sky, for colours that can be told apart everywhere.
 SOFT = Rig(

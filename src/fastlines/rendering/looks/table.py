@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import choice, did_you_mean
+from ...arrays import FloatArray, choice, did_you_mean
 from ...curves import Curves
 from ...errors import InputError
 from ...geometry import AnyGeometry, largest_radius, parts_of, unit_of
@@ -39,17 +39,19 @@ HAIRS = 1000
 SMOOTH = 0.8
 
 PAPER = Backdrop("#eeeef0", "#c6c6cb")
+#: Darker than lit hair, so that gaps between hairs look deep, and light from behind draws the outline.
+SLATE = Backdrop("#6a6d75", "#232428")
 NIGHT = Backdrop("#16181d", "#08080a")
 CLAY = "#c4a878"
 AMBER = "#ffb45c"
-#: The tilt of the scales of hair, whose strands run from the root to the tip.
-TILT = -2.0
+#: The tilt of the scales of hair, whose strands run from the root to the tip, and its roughness along the strand.
+TILT, ROUGHNESS = -2.0, 0.25
 #: The melanin and the redness of the colours of hair.
 HAIR_COLORS = {
     "white": (0.0, 0.0),
     "blond": (0.28, 0.1),
-    "red": (0.62, 1.0),
-    "brown": (0.58, 0.3),
+    "red": (0.68, 1.0),
+    "brown": (0.52, 0.35),
     "black": (0.95, 0.1),
 }
 
@@ -79,12 +81,23 @@ def look_for(geometry: AnyGeometry) -> str:
 
 def _is_smooth(part: AnyGeometry) -> bool:
     """Return whether strands go on in almost the same direction from segment to segment, as hair does."""
+    turns = _turns(part)
+    return turns is None or (len(turns) > 0 and float(np.median(turns)) > SMOOTH)
+
+
+def _is_tangled(part: AnyGeometry) -> bool:
+    """Return whether strands turn sharply from segment to segment, as a random walk does."""
+    turns = _turns(part)
+    return turns is not None and len(turns) > 0 and float(np.median(turns)) <= SMOOTH
+
+
+def _turns(part: AnyGeometry) -> FloatArray | None:
+    """Return the cosines of the turns of strands between their segments; None for what is no lines."""
     if not isinstance(part, Lines):
-        return True
+        return None
     edges = part.segments[:, 1] - part.segments[:, 0]
     joined = (part.strands[1:] == part.strands[:-1]) & (part.segments[1:, 0] == part.segments[:-1, 1]).all(axis=1)
-    one, other = unit(edges[:-1][joined]), unit(edges[1:][joined])
-    return len(one) > 0 and float(np.median(dot(one, other))) > SMOOTH
+    return np.asarray(dot(unit(edges[:-1][joined]), unit(edges[1:][joined])), np.float32)
 
 
 def make_look(
@@ -130,9 +143,12 @@ def make_look(
 
 
 def _usual_color(look: str, geometry: AnyGeometry) -> str:
-    """Return the colour of fibres or tubes: by direction, or by chains of molecules, or one for all."""
+    """Return the colour of fibres or tubes: by direction, or by chains of molecules, or one for all.
+
+    Directions say nothing where lines are flat, or turn all the time.
+    """
     if look == "fibre":
-        return AMBER if _is_flat(geometry) else "direction"
+        return AMBER if _is_flat(geometry) or any(map(_is_tangled, parts_of(geometry))) else "direction"
     return "strand" if unit_of(geometry) == "Å" else CLAY
 
 
@@ -148,9 +164,10 @@ def _hair(color: str, quality: str) -> Look:
     from .traced_hair import TracedHair
 
     kind = TracedHair if quality == "high" else Hair
+    shape = {"scale_tilt": TILT, "longitudinal_roughness": ROUGHNESS}
     if color.startswith("#"):
-        return kind(HairMaterial.from_reflectance(hexadecimal(color), scale_tilt=TILT), PAPER)
+        return kind(HairMaterial.from_reflectance(hexadecimal(color), **shape), SLATE)
     if color not in HAIR_COLORS:
         raise InputError(f"there is no hair colour {color!r}{did_you_mean(color, (*HAIR_COLORS, '#rrggbb'))}")
     melanin, redness = HAIR_COLORS[color]
-    return kind(HairMaterial.from_melanin(melanin, redness, scale_tilt=TILT), PAPER)
+    return kind(HairMaterial.from_melanin(melanin, redness, **shape), SLATE)
