@@ -19,6 +19,7 @@ from .options import Direction, FormatName, FormatOptions, Fov, Input, Radius, S
 
 #: Width and height of a picture in pixels.
 SIZE = 1024
+WITHOUT_SIZE = f"By default {SIZE}; without both, that is the longer side of a format that suits the lines."
 
 
 @app.command(short_help="Render lines: hair, fibres, tubes; or draw the levels of a tree.")
@@ -61,8 +62,8 @@ def render(
         str, Option(metavar="NAME", help="normal, or high: trace the paths of light in hair; takes many samples.")
     ] = "normal",
     exposure: Annotated[float, Option(help="Multiply the light by 2 to this power.")] = 0.0,
-    width: Annotated[int | None, Option(min=1, help=f"The picture's width in pixels; {SIZE} by default.")] = None,
-    height: Annotated[int | None, Option(min=1, help=f"The picture's height in pixels; {SIZE} by default.")] = None,
+    width: Annotated[int | None, Option(min=1, help=f"The picture's width in pixels. {WITHOUT_SIZE}")] = None,
+    height: Annotated[int | None, Option(min=1, help=f"The picture's height in pixels. {WITHOUT_SIZE}")] = None,
     samples: Annotated[
         int | None,
         Option(
@@ -132,6 +133,7 @@ def render(
         Renderer,
         check_image_path,
         default_camera,
+        default_size,
         finish,
         level_sheet,
         turntable_camera,
@@ -167,6 +169,7 @@ def render(
         refuse_given({"--width": width, "--height": height, **shading}, "levels are drawn in panels of a fixed size")
         if extension != ".png":
             raise InputError(f"{output}: levels are drawn as .png")
+    chooses_size = width is None and height is None and turntable is None and not levels
     width, height = width or SIZE, height or SIZE
     check_size(width, height)
     if method is not None:
@@ -189,6 +192,8 @@ def render(
     made = look if is_measure else make_look(look, opened.geometry, color, color_map, quality)
     if legend is None:
         legend = is_measure or ((color or "#")[0] != "#" and color not in (*HAIR_COLORS, "direction", "strand"))
+    if chooses_size:
+        width, height = default_size(opened.geometry, SIZE, direction=view, up=upwards)
     make_camera = default_camera if turntable is None else turntable_camera
     shape = 1.0 if levels else width / height
     camera = make_camera(

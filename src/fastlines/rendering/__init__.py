@@ -10,7 +10,7 @@ from .measures import MEASURES, Measure
 from .picture import Picture
 from .renderer import Renderer, finish, render
 from .sequences import radius_sweep, spaced_radii, turntable, turntable_camera
-from .view import default_camera, default_view
+from .view import default_camera, default_size, default_view
 from .work import visited_nodes
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "check_frames_path",
     "check_image_path",
     "default_camera",
+    "default_size",
     "default_view",
     "depth_image",
     "depth_picture",

@@ -33,7 +33,7 @@ from .sampler import Sampler
 from .sampling import hashed, points_in_pixels
 from .stage import Stage
 from .state import describe, digest, read_state, write_state
-from .view import default_camera
+from .view import default_camera, default_size
 
 #: The most samples of a pixel.
 MAX_SAMPLES = 1 << 16
@@ -208,8 +208,8 @@ def render(
     tree: Any,
     camera: Camera | None = None,
     *,
-    width: int = SIZE,
-    height: int = SIZE,
+    width: int | None = None,
+    height: int | None = None,
     look: str | Look | Measure | None = None,
     radius: float | None = None,
     samples: int | None = None,
@@ -230,7 +230,8 @@ def render(
     tree : Tree, or what `build` takes
     camera : Camera, optional
         By default one that frames the geometry.
-    width, height : int
+    width, height : int, optional
+        By default 1024, the longer side of a format that suits the lines; 1024 × 1024 if you give a camera.
     look : str, Look or Measure, optional
         One of `LOOKS`; by default the one that suits the geometry. Or one of `MEASURES`, a number of each ray.
     radius : float, optional
@@ -268,6 +269,8 @@ def render(
     >>> picture
     <Picture: 32 × 32 pixels, 4 samples>
     """
+    chooses_size = width is None and height is None and camera is None
+    width, height = SIZE if width is None else width, SIZE if height is None else height
     check_size(width, height)
     check_samples(samples)
     check_exposure(exposure)
@@ -279,6 +282,8 @@ def render(
         Backdrop.of(background)
     if not isinstance(tree, Tree):
         tree = build(tree)
+    if chooses_size:
+        width, height = default_size(tree.geometry, SIZE)
     if camera is None:
         camera = default_camera(tree.geometry, aspect=width / height)
     if radius is None and needs_radius(tree.geometry):

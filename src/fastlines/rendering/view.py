@@ -31,6 +31,8 @@ CUBE = 0.9
 TURN, TILT = 0.5, 0.22
 CUBE_TURN, CUBE_TILT = 0.7, 0.45
 LOW_TILT = 0.6
+#: The formats of pictures, as the longer side through the shorter one.
+FORMATS = (1, 4 / 3, 3 / 2, 16 / 9)
 
 
 def default_view(geometry: AnyGeometry) -> tuple[Vector, Vector]:
@@ -82,6 +84,29 @@ def default_camera(
     return Camera.framing(
         geometry, direction or default_direction, up or default_up, fov_degrees=fov_degrees, aspect=aspect
     )
+
+
+def default_size(
+    geometry: AnyGeometry, longest: int, *, direction: Vector | None = None, up: Vector | None = None
+) -> tuple[int, int]:
+    """Return the width and the height of a picture whose format is the nearest to the shape of the lines in view.
+
+    Formats are 1:1, 4:3, 3:2 and 16:9, upright or across.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> default_size(fl.Lines.from_segments([[[0, 0, 0], [2, 1, 0]]]), 1600)
+    (1600, 900)
+    """
+    points, _ = points_of(geometry)
+    if len(points) == 0:
+        return longest, longest
+    pixels, _ = default_camera(geometry, direction=direction, up=up).project(points, 1, 1)
+    width, height = np.maximum(np.ptp(pixels, axis=0), 1e-9)
+    ratio = abs(np.log(width / height))
+    shorter = round(longest / min(FORMATS, key=lambda each: abs(np.log(each) - ratio)))
+    return (longest, shorter) if width > height else (shorter, longest)
 
 
 def _tuple(vector: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Vector:

@@ -17,10 +17,13 @@ from ..fragments import Fragments
 from ..hair import AveragedHair, HairMaterial
 from ..lighting import SALON, Rig, sphere
 from ..sampler import Sampler
+from ..sampling import hashed
 from ..stage import Stage
 from ..vectors import across, dot
 from .look import Backdrop
 
+#: How much brighter or darker than the mean a hair is, for a head has hairs of many shades.
+VARIETY = 0.25
 #: The fraction of light that misses the hairs around, or that they let pass; figures of Zinke et al., §4.1.
 DENSITY = 0.7
 
@@ -47,7 +50,8 @@ class Hair:
             light += np.asarray(lamp.color, np.float32) * self._scattered(fragments, towards, stage, is_sharp=True)
         towards = sphere(*sampler.next_2d())
         sky = stage.rig.sky.radiance(towards @ stage.up) * np.float32(4 * np.pi)
-        return light + sky * self._scattered(fragments, towards, stage, is_sharp=False)
+        light += sky * self._scattered(fragments, towards, stage, is_sharp=False)
+        return light * _shade_of_strand(fragments)[:, None]
 
     def _scattered(self, fragments: Fragments, towards: FloatArray, stage: Stage, is_sharp: bool) -> FloatArray:
         """Return the fraction of the light from a direction that goes to the eye, (n, 3).
@@ -68,3 +72,9 @@ class Hair:
         forth = forward**2
         around = back * forth / np.maximum(1 - forth, 0.05) * (1 + back**2 / np.maximum(1 - forth, 0.2) ** 2)
         return np.asarray(passed * (once + DENSITY * around * before), np.float32)
+
+
+def _shade_of_strand(fragments: Fragments) -> FloatArray:
+    """Return by how much the hair of each fragment is brighter than the mean."""
+    chance = hashed(fragments.strand.astype(np.uint32)) * np.float32(2.0**-32)
+    return np.asarray(1 + VARIETY * (2 * chance - 1), np.float32)
