@@ -77,11 +77,11 @@ STUDIO = Rig(
 #: For hair: a strong key light for highlights, a dim sky, for hair hides itself, and a rim light for the outline.
 SALON = Rig(
     (
-        Light((-0.55, 0.75, 0.75), (9.5, 9.1, 8.5), 3.0),
-        Light((0.9, 0.25, 0.8), (1.9, 2.0, 2.2), 20.0),
+        Light((-0.55, 0.75, 0.75), (10.2, 9.8, 9.1), 3.0),
+        Light((0.9, 0.25, 0.8), (2.2, 2.3, 2.5), 20.0),
         Light((0.4, 0.8, -0.9), (5.8, 6.0, 6.6), 5.0),
     ),
-    Sky((0.34, 0.36, 0.41), (0.28, 0.28, 0.29), (0.14, 0.13, 0.13)),
+    Sky((0.40, 0.43, 0.48), (0.33, 0.33, 0.34), (0.17, 0.16, 0.15)),
 )
 #: One large soft light and a bright sky, for colours that can be told apart everywhere.
 SOFT = Rig(

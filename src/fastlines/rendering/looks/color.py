@@ -14,12 +14,14 @@ from ...lines import Lines
 from ...places import names
 from ..fragments import Fragments
 from ..legend import ColorBar, Legend, Triad
-from ..palette import hexadecimal, mapped, of_directions, of_numbers
+from ..palette import hexadecimal, mapped, of_directions, of_neurites, of_numbers
 from ..stage import Stage
 from ..tone import linear
 
 #: The attribute that holds the colour of lines in USD.
 DISPLAY_COLOR = "displayColor"
+#: By what neurons are coloured, and the attribute of SWC that holds it.
+NEURITE, TYPE = "type of neurite", "type"
 #: Where containers keep attributes, and how many dimensions the arrays have of one number at each place.
 COLUMNS = {"attributes": 1, "end_attributes": 2, "corner_attributes": 2}
 
@@ -30,7 +32,7 @@ class Color:
 
     Parameters
     ----------
-    by : {"direction", "strand", "plain"} or str
+    by : {"direction", "strand", "plain", "type of neurite"} or str
         What colours depend on; any other name is that of an attribute.
     map : str
         The colour map for the numbers of an attribute.
@@ -53,6 +55,8 @@ class Color:
             return of_directions(fragments.tangents)
         if self.by == "strand":
             return of_numbers(fragments.strand)
+        if self.by == NEURITE:
+            return of_neurites(fragments.hits.sample(TYPE))
         values = fragments.hits.sample(self.by)
         if values.ndim == 2 and values.shape[1] == 3:
             return _colors(np.nan_to_num(values), stage.tree.geometry, self.by)
@@ -69,7 +73,7 @@ class Color:
         geometry = stage.tree.geometry
         if self.by == "direction":
             return Triad(stage.camera.axes())
-        if self.by in ("strand", "plain") or not is_number(geometry, self.by):
+        if self.by in ("strand", "plain", NEURITE) or not is_number(geometry, self.by):
             return None
         return ColorBar(self.by, *(self.range or value_range(geometry, self.by)), self.map)
 

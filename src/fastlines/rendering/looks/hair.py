@@ -24,6 +24,8 @@ from .look import Backdrop
 
 #: How much brighter or darker than the mean a hair is, for a head has hairs of many shades.
 VARIETY = 0.25
+#: Light from hairs that are farther than this fraction of the size of the scene has passed a head or a body.
+FAR = 0.1
 #: The fraction of light that misses the hairs around, or that they let pass; figures of Zinke et al., §4.1.
 DENSITY = 0.7
 
@@ -68,6 +70,8 @@ class Hair:
         once = hair.evaluate(sin_o, sin_i, np.arccos(cos_phi)) if is_sharp else back * before + forward * behind
         # Weaken and tint the light by the hairs that it crosses.
         passed = forward ** stage.count_crossings(fragments.points, towards)[:, None]
+        # Stop what has come through the head or the body on which hair grows.
+        passed *= stage.unoccluded(fragments.points, towards, beyond=FAR * stage.size)[:, None]
         # Add what the hairs around scatter back.
         forth = forward**2
         around = back * forth / np.maximum(1 - forth, 0.05) * (1 + back**2 / np.maximum(1 - forth, 0.2) ** 2)

@@ -14,7 +14,7 @@ from ..lighting import SOFT
 from ..palette import check_map, hexadecimal
 from ..vectors import dot, unit
 from . import flat
-from .color import DISPLAY_COLOR, make_color
+from .color import DISPLAY_COLOR, NEURITE, TYPE, Color, make_color
 from .look import Backdrop, Look
 from .solid import Solid
 
@@ -49,10 +49,10 @@ TILT, ROUGHNESS = -2.0, 0.25
 #: The melanin and the redness of the colours of hair.
 HAIR_COLORS = {
     "white": (0.0, 0.0),
-    "blond": (0.28, 0.1),
-    "red": (0.68, 1.0),
-    "brown": (0.52, 0.35),
-    "black": (0.95, 0.1),
+    "blond": (0.26, 0.3),
+    "red": (0.73, 1.0),
+    "brown": (0.57, 0.28),
+    "black": (0.985, 0.1),
 }
 
 
@@ -133,8 +133,11 @@ def make_look(
         raise InputError(f"quality='high' is for the look 'hair', and this is {name!r}; leave quality out")
     if name in ("fibre", "tube"):
         known = {attribute for part in parts_of(geometry) for attribute in names(part)}
-        usual = DISPLAY_COLOR if DISPLAY_COLOR in known else _usual_color(name, geometry)
-        chosen = make_color(color or usual, color_map, geometry)
+        if color is None and name == "tube" and TYPE in known and unit_of(geometry) == "µm":
+            chosen = Color(NEURITE)
+        else:
+            usual = DISPLAY_COLOR if DISPLAY_COLOR in known else _usual_color(name, geometry)
+            chosen = make_color(color or usual, color_map, geometry)
         return Solid(chosen, NIGHT, SOFT, haze=0.5) if name == "fibre" else Solid(chosen, PAPER, has_ground=True)
     if color is not None:
         raise InputError(f"color={color!r} does not apply to the look {name!r}; it is for hair, fibre and tube")
