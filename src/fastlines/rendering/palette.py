@@ -54,7 +54,7 @@ def of_neurites(types: npt.NDArray[np.floating]) -> FloatArray:
     True
     """
     table = np.array([hexadecimal(f"#{text}") for text in NEURITES.split()], np.float32)
-    return table[np.clip(np.nan_to_num(types), 0, len(table) - 1).round().astype(np.int64)]
+    return np.asarray(table[np.clip(np.nan_to_num(types), 0, len(table) - 1).round().astype(np.int64)])
 
 
 def check_map(name: str) -> None:
