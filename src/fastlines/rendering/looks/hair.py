@@ -61,7 +61,7 @@ class Hair:
         Without sharp lobes, the same light is spread evenly over the half space before and the one behind: enough for
         one direction of a sky, where lobes would be noise.
         """
-        hair, tangents = self._averaged, fragments.tangents
+        hair, tangents = self._averaged, fragments.smooth_tangents
         sin_i, cos_i, across_i = across(tangents, towards)
         sin_o, _, across_o = across(tangents, fragments.to_eye)
         cos_phi = np.clip(dot(across_i, across_o), -1, 1)
