@@ -4,7 +4,7 @@
 #include "engine.hpp"
 #include "fastlines/rays/ray_check.hpp"
 #include "layout.hpp"
-#include "layout_queries.hpp"
+#include "engine/layout_queries.hpp"
 #include "rays.hpp"
 #include "watch.hpp"
 
