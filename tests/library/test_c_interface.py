@@ -134,7 +134,8 @@ class CTree:
 
 
 def pointer(array: npt.NDArray[np.float32]) -> Any:
-    assert array.flags.c_contiguous and array.dtype == np.float32
+    assert array.flags.c_contiguous
+    assert array.dtype == np.float32
     return array.ctypes.data_as(FloatPointer)
 
 
