@@ -1,6 +1,6 @@
 // Loops that ask the library for one ray per call, through its C++ and its C interface (peers/calls.py compiles them).
-#include <cstring>
 #include <fastlines/fastlines.h>
+#include <cstring>
 #include <fastlines/fastlines.hpp>
 
 namespace {
