@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from PIL import Image
 from support.command_line import done, refused, run
 
-from fastlines.rendering import Renderer
+from fastlines.rendering import MEASURES, Renderer, progressive
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 
@@ -104,6 +105,37 @@ def test_ctrl_c_writes_what_is_there_and_resume_goes_on(tree_file, monkeypatch):
     assert (pixels("x.png") != pixels("whole.png")).any()
     # Other options are another picture.
     assert "the look differs" in refused(*command, "--look", "id", "--resume", "-o", "x.png")[1]
+    done(*command, "--resume", "-o", "x.png")
+    assert (pixels("x.png") == pixels("whole.png")).all()
+    assert names() == [tree_file, "whole.png", "x.png"]
+
+
+@pytest.mark.parametrize("look", ["hits", "work"])
+@pytest.mark.parametrize("samples", [1, 3])
+def test_ctrl_c_keeps_what_there_is_of_a_measure(look, samples, tree_file, monkeypatch):
+    monkeypatch.setattr(progressive, "MAX_RAYS", 100)  # bands of five rows
+    command = ("render", tree_file, "-r", 0.02, *SMALL, "--look", look, "-s", samples)
+    done(*command, "-o", "whole.png")
+    measure = MEASURES[look]
+    n_calls = 0
+
+    def stopped(*rays):
+        nonlocal n_calls
+        n_calls += 1
+        if n_calls == (3 if samples == 1 else 6):
+            raise KeyboardInterrupt
+        return measure.count(*rays)
+
+    # The same name, so that it is the same look to --resume.
+    stopped.__module__, stopped.__qualname__ = measure.count.__module__, measure.count.__qualname__
+    with monkeypatch.context() as patch:
+        patch.setitem(MEASURES, look, replace(measure, count=stopped))
+        result = run(*command, "-o", "x.png")
+    assert (result.exit_code, result.stdout) == (130, "")
+    n = "10 of 16 rows of pixels" if samples == 1 else "1 of 3 samples a pixel"
+    assert result.stderr == f"stopped after {n}; the same command with --resume goes on from x.png.npz\n"
+    assert names() == [tree_file, "whole.png", "x.png", "x.png.npz"]
+    assert (pixels("x.png") != pixels("whole.png")).any()
     done(*command, "--resume", "-o", "x.png")
     assert (pixels("x.png") == pixels("whole.png")).all()
     assert names() == [tree_file, "whole.png", "x.png"]

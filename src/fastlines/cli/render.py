@@ -128,14 +128,13 @@ def render(
     """
     from ..geometry import needs_radius
     from ..queries import require_radius
-    from ..rendering import Renderer, check_image_path, finish, level_sheet, write_picture
+    from ..rendering import MEASURES, check_image_path, finish, level_sheet, renderer_of, write_picture
     from ..rendering.depth import check_size
     from ..rendering.frames import SECONDS
     from ..rendering.looks import Backdrop, make_look
     from ..rendering.looks.table import HAIR_COLORS
-    from ..rendering.measures import MEASURES
     from ..rendering.radius import small, suitable_radius
-    from ..rendering.renderer import check_exposure, with_backdrop
+    from ..rendering.renderer import check_exposure
     from .files import check_output, open_lines, show_progress
     from .hint import hint_at_radius
     from .sequence import check_sequence, write_sequence
@@ -168,8 +167,7 @@ def render(
     is_transparent = background == "transparent"
     if is_transparent and extension == ".exr":
         raise InputError(f"{output}: an .exr is always transparent; leave out --background")
-    if background is not None and not is_transparent:
-        Backdrop.of(background)
+    backdrop = None if background is None or is_transparent else Backdrop.of(background)
     opened = open_lines(source, skip_invalid, format, option)
     if opened.tree is not None:
         refuse_given({"--method": method}, f"{source} is a tree already; 'fastlines build' makes another")
@@ -177,8 +175,7 @@ def render(
     if is_measure:
         high = quality if quality != "normal" else None
         refuse_given({"--color": color, "--quality": high}, f"the look {look} has colours of its own")
-        refuse_given(going_on, f"the look {look} has no samples to go on with")
-    made = look if is_measure else make_look(look, opened.geometry, color, color_map, quality)
+    made = MEASURES[str(look)] if is_measure else make_look(look, opened.geometry, color, color_map, quality)
     if legend is None:
         legend = is_measure or ((color or "#")[0] != "#" and color not in (*HAIR_COLORS, "direction", "strand"))
     camera = opened.camera(view, upwards, fov, 1.0 if levels else width / height, turntable is not None)
@@ -193,16 +190,12 @@ def render(
         write_picture(output, level_sheet(tree, camera, radius, levels, progress=progress))
         typer.echo(f"{output}: {levels} levels, {_thickness(tree, radius, chosen)}")
         return
-    backdrop = None if is_transparent else background
-    shown: dict[str, Any] = {
-        "background": backdrop,
-        "exposure": exposure,
-        "aovs": extension == ".exr",
-        "legend": legend,
-    }
+    shown: dict[str, Any] = {"exposure": exposure, "aovs": extension == ".exr", "legend": legend}
     drawn: dict[str, Any] = {"width": width, "height": height, "radius": radius}
     if is_sequence:
-        options = drawn | shown | {"look": made, "samples": samples}
+        options = (
+            drawn | shown | {"look": made, "samples": samples, "background": None if is_transparent else background}
+        )
         frame_seconds = SECONDS if seconds is None else seconds
         what = write_sequence(
             output, tree, camera, radii, turntable, frame_seconds, progress, is_transparent, **options
@@ -210,17 +203,11 @@ def render(
         thickness = f"radii {radii[0]:g} to {radii[-1]:g}" if radii else _thickness(tree, radius, chosen)
         typer.echo(f"{what}, {thickness}")
         return
-    if is_measure:
-        picture = fl.render(tree, camera, look=made, samples=samples, progress=progress, **drawn, **shown)
-        picture.save(output, is_transparent)
-    else:
-        assert made is not None
-        assert not isinstance(made, str)
-        renderer = Renderer(tree, camera, width, height, radius, with_backdrop(made, backdrop), None, samples)
-        is_whole = add_samples(renderer, output, resume, progress)
-        if renderer.picture().samples:  # else an older picture of this name is better
-            finish(renderer.picture(), renderer.stage, **shown).save(output, is_transparent)
-        keep_state(renderer, output, is_whole, resume)
+    renderer = renderer_of(tree, camera, width, height, radius, made, backdrop, None, samples)
+    is_whole = add_samples(renderer, output, resume, progress)
+    if renderer.n_rows:  # else an older picture of this name is better
+        finish(renderer, backdrop, **shown).save(output, is_transparent)
+    keep_state(renderer, output, is_whole, resume)
     if not chosen:
         hint_at_radius(tree, *camera.rays(*small(width, height)), radius)
     typer.echo(f"{output}: {width} × {height} pixels, {_thickness(tree, radius, chosen)}")

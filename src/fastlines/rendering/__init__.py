@@ -6,9 +6,10 @@ from .depth_picture import depth_picture
 from .frames import FRAME_FORMATS, check_frames_path, numbered, write_frames
 from .images import IMAGE_FORMATS, check_image_path, write_depth, write_picture
 from .levels import level_sheet
-from .measures import MEASURES, Measure
+from .measures import MEASURES, Measure, MeasureRenderer
 from .picture import Picture
-from .renderer import Renderer, finish, render
+from .progressive import Progressive
+from .renderer import Renderer, finish, render, renderer_of
 from .sequences import radius_sweep, spaced_radii, turntable, turntable_camera
 from .view import default_camera, default_view
 from .work import visited_nodes
@@ -20,7 +21,9 @@ __all__ = [
     "MAX_PIXELS",
     "MEASURES",
     "Measure",
+    "MeasureRenderer",
     "Picture",
+    "Progressive",
     "Renderer",
     "check_frames_path",
     "check_image_path",
@@ -34,6 +37,7 @@ __all__ = [
     "numbered",
     "radius_sweep",
     "render",
+    "renderer_of",
     "spaced_radii",
     "turntable",
     "turntable_camera",
