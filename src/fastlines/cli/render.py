@@ -44,7 +44,7 @@ def render(
         Option(
             metavar="NAME",
             help="Of hair: white, blond, red, brown, black or '#rrggbb'. Of fibres and tubes: direction, strand, an "
-            "attribute or '#rrggbb'.",
+            "attribute or '#rrggbb'; attribute:strand for an attribute of that name.",
         ),
     ] = None,
     color_map: Annotated[
@@ -132,7 +132,7 @@ def render(
     from ..rendering.depth import check_size
     from ..rendering.frames import SECONDS
     from ..rendering.looks import Backdrop, make_look
-    from ..rendering.looks.table import HAIR_COLORS
+    from ..rendering.looks.solid import Solid
     from ..rendering.radius import small, suitable_radius
     from ..rendering.renderer import check_exposure
     from .files import check_output, open_lines, show_progress
@@ -177,7 +177,7 @@ def render(
         refuse_given({"--color": color, "--quality": high}, f"the look {look} has colours of its own")
     made = MEASURES[str(look)] if is_measure else make_look(look, opened.geometry, color, color_map, quality)
     if legend is None:
-        legend = is_measure or ((color or "#")[0] != "#" and color not in (*HAIR_COLORS, "direction", "strand"))
+        legend = is_measure or (isinstance(made, Solid) and made.color.has_bar(opened.geometry))
     camera = opened.camera(view, upwards, fov, 1.0 if levels else width / height, turntable is not None)
     progress = show_progress()
     tree = opened.tree or fl.build(opened.geometry, method or DEFAULT_METHOD, progress=progress)

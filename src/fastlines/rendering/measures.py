@@ -15,7 +15,6 @@ from .legend import ColorBar
 from .lighting import STUDIO
 from .looks.look import Backdrop
 from .looks.table import NIGHT
-from .palette import mapped
 from .picture import Picture
 from .progressive import Progressive
 from .sampling import points_in_pixels
@@ -107,16 +106,15 @@ class MeasureRenderer(Progressive):
         measure, mean, hit = self.measure, self._means("total"), self._means("hit")
         low, high = measure.range or _range(mean[hit > 0])
         # The colour is that of the rays with a number; alpha is their fraction.
-        place = (mean / np.where(hit > 0, hit, 1) - low) / max(high - low, 1e-30)
-        alpha = hit.astype(np.float32)
+        bar, alpha = ColorBar(measure.title, low, high, measure.map), hit.astype(np.float32)
         return Picture(
-            mapped(place, measure.map) * alpha[..., None],
+            bar.colors(mean / np.where(hit > 0, hit, 1)) * alpha[..., None],
             alpha,
             measure.backdrop.light(self.width, self.height),
             self.done,
             is_light=False,
             aovs={measure.name: mean.astype(np.float32)},
-            legend=ColorBar(measure.title, low, high, measure.map),
+            legend=bar,
         )
 
     def _own_settings(self) -> dict[str, Any]:

@@ -161,7 +161,7 @@ def render(
         measure there is one, through the pixel's centre.
     color : str, optional
         Of hair: "blond", "brown" and others, or "#rrggbb". Of fibres and tubes: "direction", "strand", the name of an
-        attribute, or "#rrggbb".
+        attribute, or "#rrggbb"; "attribute:strand" is an attribute of the name of one of these words.
     color_map : str
         For an attribute: "viridis", "magma", "inferno", "coolwarm" or "gray".
     background : str, optional

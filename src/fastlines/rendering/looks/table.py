@@ -14,7 +14,7 @@ from ..lighting import SOFT
 from ..palette import check_map, hexadecimal
 from ..vectors import dot, unit
 from . import flat
-from .color import DISPLAY_COLOR, make_color
+from .color import ATTRIBUTE, DISPLAY_COLOR, WORDS, make_color
 from .look import Backdrop, Look
 from .solid import Solid
 
@@ -103,7 +103,7 @@ def make_look(
     geometry : Lines or another container
     color : str, optional
         Of hair: one of `HAIR_COLORS`, or a colour such as "#c08040". Of fibres and tubes: "direction", "strand", the
-        name of an attribute, or a colour.
+        name of an attribute, or a colour; "attribute:strand" is an attribute of the name of one of these words.
     color_map : str
         One of `palette.MAPS`, for an attribute.
     quality : str
@@ -115,7 +115,7 @@ def make_look(
     choice("quality", quality, QUALITIES)
     check_map(color_map)
     if name == "hair":
-        return _hair(color or "brown", quality)
+        return _hair(color or "brown", quality, geometry)
     if quality == "high":
         raise InputError(f"quality='high' is for the look 'hair', and this is {name!r}; leave quality out")
     if name in ("fibre", "tube"):
@@ -141,7 +141,7 @@ def _is_flat(geometry: AnyGeometry) -> bool:
     return len(geometry) == 0 or bool((geometry.bounds[1] == geometry.bounds[0]).any())
 
 
-def _hair(color: str, quality: str) -> Look:
+def _hair(color: str, quality: str, geometry: AnyGeometry) -> Look:
     """Make hair of a natural colour, or of any."""
     from ..hair import HairMaterial
     from .hair import Hair
@@ -151,6 +151,9 @@ def _hair(color: str, quality: str) -> Look:
     if color.startswith("#"):
         return kind(HairMaterial.from_reflectance(hexadecimal(color), scale_tilt=TILT), PAPER)
     if color not in HAIR_COLORS:
+        known = {attribute for part in parts_of(geometry) for attribute in names(part)}
+        if color in (*WORDS, *known) or color.startswith(ATTRIBUTE):
+            raise InputError(f"color={color!r} is for the looks 'fibre' and 'tube', and this is 'hair'; name the look")
         raise InputError(f"there is no hair colour {color!r}{did_you_mean(color, (*HAIR_COLORS, '#rrggbb'))}")
     melanin, redness = HAIR_COLORS[color]
     return kind(HairMaterial.from_melanin(melanin, redness, scale_tilt=TILT), PAPER)
