@@ -84,7 +84,7 @@ def test_samples_are_averaged_and_bands_do_not_matter(monkeypatch):
 
 
 def test_a_measure_has_its_own_colours_and_may_have_aovs():
-    with pytest.raises(fl.InputError, match="leave out color="):
+    with pytest.raises(fl.InputError, match="color='plain' does not apply: the look 'work'"):
         fl.render(SCENE.lines, look="work", color="plain")
     with pytest.raises(fl.InputError, match="did you mean 'hits'"):
         fl.render(SCENE.lines, look="hitss")

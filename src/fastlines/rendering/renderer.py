@@ -11,19 +11,20 @@ from ..arrays import AnyArray, FloatArray, count, instance, number
 from ..builder import build
 from ..camera import Camera
 from ..errors import InputError
-from ..geometry import largest_radius, needs_radius
-from ..progress import ProgressOption, reporting
+from ..geometry import AnyGeometry, largest_radius, needs_radius
+from ..progress import ProgressOption, check_progress, reporting
 from ..tree import Tree
 from .aovs import find_aovs
 from .depth import SIZE, check_radius, check_size
 from .fragments import Cones, Fragments, Surfaces
 from .ground import Ground
 from .lighting import Rig
-from .looks import Backdrop, Look, make_look
+from .looks import Backdrop, Look, check_name, look_for, make_look
 from .looks.solid import Solid
 from .looks.traced_hair import TracedHair
 from .measures import MEASURES, Measure, MeasureRenderer
-from .palette import GOLDEN
+from .options import NUMBERS, OWN_FLAT, OWN_LIT, Facts, check_options
+from .palette import GOLDEN, check_map
 from .picture import Picture
 from .progressive import Progressive
 from .radius import suitable_radius
@@ -135,7 +136,7 @@ def render(
     radius: float | None = None,
     samples: int | None = None,
     color: str | None = None,
-    color_map: str = "viridis",
+    color_map: str | None = None,
     background: str | None = None,
     rig: Rig | None = None,
     exposure: float = 0.0,
@@ -162,7 +163,7 @@ def render(
     color : str, optional
         Of hair: "blond", "brown" and others, or "#rrggbb". Of fibres and tubes: "direction", "strand", the name of an
         attribute, or "#rrggbb"; "attribute:strand" is an attribute of the name of one of these words.
-    color_map : str
+    color_map : str, optional
         For an attribute: "viridis", "magma", "inferno", "coolwarm" or "gray".
     background : str, optional
         One colour, or those at the top and at the bottom: "#fff" or "#fff:#ccc".
@@ -182,6 +183,11 @@ def render(
     -------
     Picture
 
+    Raises
+    ------
+    InputError
+        If an option cannot be used, or would change nothing in this look.
+
     Examples
     --------
     >>> import fastlines as fl
@@ -192,11 +198,23 @@ def render(
     check_size(width, height)
     check_samples(samples)
     check_exposure(exposure)
+    check_progress(progress)
+    if color_map is not None:
+        check_map(color_map)
     if camera is not None:
         instance("camera", camera, Camera, "a Camera")
     if rig is not None:
         instance("rig", rig, Rig, "a Rig, such as STUDIO")
     backdrop = None if background is None else Backdrop.of(background)
+    name = look if isinstance(look, str) else None
+    if name is not None:
+        check_name(name)
+    made = MEASURES.get(look) or look if isinstance(look, str) else look
+    if not (made is None or isinstance(made, str | Measure) or hasattr(made, "shade")):
+        raise InputError(f"look={look!r}; expected the name of a look, or an object with the members of Look")
+    given = {"color": color, "color_map": color_map, "rig": rig, "exposure": exposure, "quality": quality}
+    given |= {"legend": legend}
+    check_options(given, facts_of(name, made))
     if not isinstance(tree, Tree):
         tree = build(tree)
     if camera is None:
@@ -204,22 +222,38 @@ def render(
     if radius is None and needs_radius(tree.geometry):
         radius = suitable_radius(tree, camera) if len(tree.geometry) else 0.0
     radius = check_radius(tree, radius)
-    look = MEASURES.get(look, look) if isinstance(look, str) else look
-    if isinstance(look, Measure):
-        if color is not None or rig is not None or quality != "normal":
-            text = "shows a number by its own colours; leave out color=, rig= and quality="
-            raise InputError(f"the look {look.name!r} {text}")
-    elif look is None or isinstance(look, str):
-        look = make_look(look, tree.geometry, color, color_map, quality)
-    elif not hasattr(look, "shade"):
-        raise InputError(f"look={look!r}; expected the name of a look, or an object with the members of Look")
-    elif quality != "normal":
-        raise InputError(f"quality={quality!r} is for looks by name; a look that you make has its own")
-    renderer = renderer_of(tree, camera, width, height, radius, look, backdrop, rig, samples)
+    if made is None or isinstance(made, str):
+        name = made or look_for(tree.geometry)
+        check_options(given, Facts(look=name))
+        made = make_look(name, tree.geometry, color, color_map, quality)
+    check_options(given, facts_of(name, made, tree.geometry))
+    renderer = renderer_of(tree, camera, width, height, radius, made, backdrop, rig, samples)
     with reporting(progress, "render") as callback:
         for _ in renderer.passes(callback):
             pass
     return finish(renderer, backdrop, exposure, aovs, legend)
+
+
+def facts_of(name: str | None, made: str | Look | Measure | None, geometry: AnyGeometry | None = None) -> Facts:
+    """Return what is known of a picture.
+
+    Parameters
+    ----------
+    name : str or None
+        The name of its look, if it has one.
+    made : str, Look, Measure or None
+        The look, made or not.
+    geometry : Lines or another container, optional
+        With it, the colours are known too.
+    """
+    if isinstance(made, Measure):
+        return Facts(look=name or NUMBERS[0], color="number")
+    if made is None or isinstance(made, str):
+        return Facts(look=made)
+    look = name or (OWN_LIT if made.is_light else OWN_FLAT)
+    if geometry is None:
+        return Facts(look=look)
+    return Facts(look=look, color=made.color.depends_on(geometry) if isinstance(made, Solid) else "other")
 
 
 def renderer_of(

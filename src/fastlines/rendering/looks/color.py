@@ -78,6 +78,10 @@ class Color:
         """Return whether these are the colours of numbers, which a colour bar explains."""
         return self.by == "attribute" and is_number(geometry, self.attribute)
 
+    def depends_on(self, geometry: AnyGeometry) -> str:
+        """Return what these colours depend on, as `options.Facts` names it."""
+        return self.by if self.by != "attribute" else "number" if self.has_bar(geometry) else "other"
+
     def _bar(self, geometry: AnyGeometry) -> ColorBar:
         return ColorBar(self.attribute, *(self.range or value_range(geometry, self.attribute)), self.map)
 
