@@ -1,8 +1,9 @@
 """Pictures of lines and of trees, by queries of a tree: depth images as in the thesis, and levels of trees."""
 
+from typing import Any
+
 from .aovs import AOVS, find_aovs
 from .depth import MAX_PIXELS, depth_image
-from .depth_picture import depth_picture
 from .frames import FRAME_FORMATS, check_frames_path, numbered, write_frames
 from .images import IMAGE_FORMATS, check_image_path, write_depth, write_picture
 from .levels import level_sheet
@@ -30,7 +31,6 @@ __all__ = [
     "default_camera",
     "default_view",
     "depth_image",
-    "depth_picture",
     "find_aovs",
     "finish",
     "level_sheet",
@@ -46,3 +46,12 @@ __all__ = [
     "write_frames",
     "write_picture",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    from .former import former
+
+    found = former(name)
+    if found is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return found
