@@ -139,8 +139,9 @@ def check_options(
     Examples
     --------
     >>> check_options({"exposure": 1.0, "legend": False}, Facts(look="hair"))
-    >>> check_options({"exposure": 1.0}, Facts(look="depth"))
+    >>> check_options({"exposure": 1.0}, Facts(look="depth"))  # doctest: +ELLIPSIS
     Traceback (most recent call last):
+        ...
     fastlines.errors.InputError: exposure=1.0 does not apply: the look 'depth' shows no light; leave it out, or ...
     """
     for name, limits in EFFECTS.items():
