@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 import fastlines as fl
-from fastlines.rendering import renderer
+from fastlines.rendering import progressive
 from fastlines.rendering.looks import LOOKS, look_for
 from fastlines.rendering.tone import filmic, linear, srgb
 
@@ -33,7 +33,7 @@ def test_each_look_draws_thin_and_thick_lines(look, radius):
 
 def test_a_picture_does_not_depend_on_its_bands(monkeypatch):
     whole = fl.render(TREE, width=32, height=32, look="tube", radius=0.05, samples=2)
-    monkeypatch.setattr(renderer, "MAX_RAYS", 100)
+    monkeypatch.setattr(progressive, "MAX_RAYS", 100)
     assert (fl.render(TREE, width=32, height=32, look="tube", radius=0.05, samples=2).light == whole.light).all()
 
 
