@@ -59,7 +59,7 @@ class _Runner:
         start = now()
         self.tree: Tree = build(subject.lines, preset.method, effort=preset.effort)
         seconds = now() - start
-        self.calls = Calls(self.tree) if preset.one_by_one else None
+        self.calls = Calls(self.tree, preset.n_threads) if preset.one_by_one else None
         start = now()
         n_bytes = self.tree.layout.n_bytes
         self.built = Built(subject.name, len(subject.lines), preset.method, seconds, now() - start, int(n_bytes))

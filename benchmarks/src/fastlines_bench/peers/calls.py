@@ -35,6 +35,7 @@ class _Batch(ctypes.Structure):
         ("t_min", ctypes.c_float),
         ("t_max", ctypes.c_float),
         ("radius", ctypes.c_float),
+        ("n_threads", ctypes.c_uint),
     )
 
 
@@ -94,9 +95,10 @@ def _loops() -> ctypes.CDLL:
 
 
 class Calls:
-    """A tree in the library."""
+    """A tree in the library, which several threads ask at the same time."""
 
-    def __init__(self, tree: fl.Tree) -> None:
+    def __init__(self, tree: fl.Tree, n_threads: int) -> None:
+        self.n_threads = n_threads
         self._loops = _loops()
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "tree.flt"
@@ -114,7 +116,7 @@ class Calls:
         loop = getattr(self._loops, f"calls_{query}_{INTERFACES[interface]}")
         origins, directions = (np.ascontiguousarray(array, np.float32) for array in (rays.origins, rays.directions))
         n = len(origins)
-        batch = _Batch(n, origins.ctypes.data, directions.ctypes.data, rays.t_min, rays.t_max, radius)
+        batch = _Batch(n, origins.ctypes.data, directions.ctypes.data, rays.t_min, rays.t_max, radius, self.n_threads)
         if query == "any":
             found = np.empty(n, np.bool_)
             loop(self._trees, ctypes.byref(batch), _at(found))
@@ -125,9 +127,9 @@ class Calls:
             return FirstHits(t, prim)
         lists = ctypes.c_void_p(loop(self._trees, ctypes.byref(batch)))
         n_hits = self._loops.calls_hits(lists)
-        offsets, t, prim = np.zeros(n + 1, np.int64), np.empty(n_hits, np.float32), np.empty(n_hits, np.int64)
-        self._loops.calls_copy(lists, _at(offsets[1:]), _at(t), _at(prim))
-        return AllHits(offsets, t, prim)
+        counts, t, prim = np.empty(n, np.int64), np.empty(n_hits, np.float32), np.empty(n_hits, np.int64)
+        self._loops.calls_copy(lists, _at(counts), _at(t), _at(prim))
+        return AllHits(np.concatenate([[0], np.cumsum(counts)]), t, prim)
 
 
 def _at(array: npt.NDArray[Any]) -> ctypes.c_void_p:
