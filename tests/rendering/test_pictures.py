@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 import fastlines as fl
-from fastlines.rendering import default_size, renderer
+from fastlines.rendering import default_size, progressive
 from fastlines.rendering.looks import LOOKS, look_for, make_look
 from fastlines.rendering.tone import filmic, linear, srgb
 
@@ -34,7 +34,7 @@ def test_each_look_draws_thin_and_thick_lines(look, radius):
 
 def test_a_picture_does_not_depend_on_its_bands(monkeypatch):
     whole = fl.render(TREE, width=32, height=32, look="tube", radius=0.05, samples=2)
-    monkeypatch.setattr(renderer, "MAX_RAYS", 100)
+    monkeypatch.setattr(progressive, "MAX_RAYS", 100)
     assert (fl.render(TREE, width=32, height=32, look="tube", radius=0.05, samples=2).light == whole.light).all()
 
 
@@ -105,7 +105,7 @@ def test_neurons_have_the_colours_of_their_types():
     dendrite = fl.render(neuron, fl.Camera((2, 0.5, 2), (2, 0.5, 0)), width=9, height=9, samples=2).light[4, 4]
     assert axon.argmax() == 2
     assert dendrite.argmax() == 0
-    assert make_look("tube", neuron, "type").color.by == "type"
+    assert make_look("tube", neuron, "type").color.attribute == "type"
     assert make_look("tube", dataclasses.replace(neuron, unit="mm")).color.by == "plain"
 
 

@@ -15,7 +15,7 @@ from ..geometry import largest_radius, points_of
 from ..lines import Lines
 from ..tree import Tree
 from .depth import View
-from .depth_picture import PROBE, SPOT, THIN, Tone, pixel_size, probe
+from .depth_tone import PROBE, SPOT, THIN, Tone, pixel_size, probe
 from .lighting import Rig
 
 #: Lines without a radius of their own are counted within so many times the radius of a shadow ray, each for less.
@@ -73,7 +73,7 @@ class Stage:
 
     @cached_property
     def depth_tone(self) -> Tone:
-        """The brightness of depths, as in `depth_picture`."""
+        """The brightness of depths."""
         view = View(self.tree, self.camera, PROBE, PROBE)
         return Tone(probe(view, SPOT * self.pixel if self.thin else self.radius))
 

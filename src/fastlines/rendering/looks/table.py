@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
+
 import numpy as np
 
 from ...arrays import FloatArray, choice, did_you_mean
@@ -11,10 +13,11 @@ from ...geometry import AnyGeometry, largest_radius, parts_of, unit_of
 from ...lines import Lines
 from ...places import names
 from ..lighting import SOFT
-from ..palette import check_map, hexadecimal
+from ..options import Facts, check_options
+from ..palette import hexadecimal
 from ..vectors import dot, unit
 from . import flat
-from .color import DISPLAY_COLOR, NEURITE, TYPE, Color, make_color
+from .color import ATTRIBUTE, DISPLAY_COLOR, TYPE, WORDS, Color, make_color
 from .look import Backdrop, Look
 from .solid import Solid
 
@@ -32,6 +35,8 @@ LOOKS = {
 NUMBERS = {"hits": "how many lines the ray of each pixel hits", "work": "how many nodes of the tree it visits"}
 #: How exact light is: scattered once and then as an estimate, or by paths of many bounces.
 QUALITIES = ("normal", "high")
+#: The colour map, unless another one is given.
+DEFAULT_MAP = "viridis"
 #: At least so many strands look like hair, if nothing says otherwise.
 HAIRS = 1000
 
@@ -46,6 +51,8 @@ CLAY = "#c4a878"
 AMBER = "#ffb45c"
 #: The tilt of the scales of hair, whose strands run from the root to the tip, and its roughness along the strand.
 TILT, ROUGHNESS = -2.0, 0.25
+#: The least reflectance of hair: no fibre absorbs all light.
+DARKEST = 1e-3
 #: The melanin and the redness of the colours of hair.
 HAIR_COLORS = {
     "white": (0.0, 0.0),
@@ -104,7 +111,7 @@ def make_look(
     name: str | None,
     geometry: AnyGeometry,
     color: str | None = None,
-    color_map: str = "viridis",
+    color_map: str | None = None,
     quality: str = "normal",
 ) -> Look:
     """Make a look by its name, or the one that suits the geometry.
@@ -116,33 +123,34 @@ def make_look(
     geometry : Lines or another container
     color : str, optional
         Of hair: one of `HAIR_COLORS`, or a colour such as "#c08040". Of fibres and tubes: "direction", "strand", the
-        name of an attribute, or a colour.
-    color_map : str
-        One of `palette.MAPS`, for an attribute.
+        name of an attribute, or a colour; "attribute:strand" is an attribute of the name of one of these words.
+    color_map : str, optional
+        One of `palette.MAPS`, for an attribute; "viridis" by default.
     quality : str
         One of `QUALITIES`; "high" is for hair.
     """
     name = name or look_for(geometry)
-    if name not in LOOKS:
-        raise InputError(f"there is no look {name!r}{did_you_mean(name, (*LOOKS, *NUMBERS))}")
+    check_name(name, LOOKS)
     choice("quality", quality, QUALITIES)
-    check_map(color_map)
+    check_options({"color": color, "color_map": color_map, "quality": quality}, Facts(look=name))
     if name == "hair":
-        return _hair(color or "brown", quality)
-    if quality == "high":
-        raise InputError(f"quality='high' is for the look 'hair', and this is {name!r}; leave quality out")
+        return _hair(color or "brown", quality, geometry)
     if name in ("fibre", "tube"):
         known = {attribute for part in parts_of(geometry) for attribute in names(part)}
         if color is None and name == "tube" and TYPE in known and unit_of(geometry) == "µm":
-            chosen = Color(NEURITE)
+            chosen = Color("neurite")
         else:
             usual = DISPLAY_COLOR if DISPLAY_COLOR in known else _usual_color(name, geometry)
-            chosen = make_color(color or usual, color_map, geometry)
+            chosen = make_color(color or usual, color_map or DEFAULT_MAP, geometry)
         return Solid(chosen, NIGHT, SOFT, haze=0.5) if name == "fibre" else Solid(chosen, PAPER, has_ground=True)
-    if color is not None:
-        raise InputError(f"color={color!r} does not apply to the look {name!r}; it is for hair, fibre and tube")
     shown = {"depth": flat.depth, "id": flat.ids, "normal": flat.normals, "tangent": flat.tangents}
     return flat.Flat(shown[name])
+
+
+def check_name(name: str, known: Container[str] = (*LOOKS, *NUMBERS)) -> None:
+    """Refuse an unknown look."""
+    if name not in known:
+        raise InputError(f"there is no look {name!r}{did_you_mean(name, (*LOOKS, *NUMBERS))}")
 
 
 def _usual_color(look: str, geometry: AnyGeometry) -> str:
@@ -160,7 +168,7 @@ def _is_flat(geometry: AnyGeometry) -> bool:
     return len(geometry) == 0 or bool((geometry.bounds[1] == geometry.bounds[0]).any())
 
 
-def _hair(color: str, quality: str) -> Look:
+def _hair(color: str, quality: str, geometry: AnyGeometry) -> Look:
     """Make hair of a natural colour, or of any."""
     from ..hair import HairMaterial
     from .hair import Hair
@@ -169,8 +177,12 @@ def _hair(color: str, quality: str) -> Look:
     kind = TracedHair if quality == "high" else Hair
     shape = {"scale_tilt": TILT, "longitudinal_roughness": ROUGHNESS}
     if color.startswith("#"):
-        return kind(HairMaterial.from_reflectance(hexadecimal(color), **shape), SLATE)
+        red, green, blue = (max(channel, DARKEST) for channel in hexadecimal(color))
+        return kind(HairMaterial.from_reflectance((red, green, blue), **shape), SLATE)
     if color not in HAIR_COLORS:
+        known = {attribute for part in parts_of(geometry) for attribute in names(part)}
+        if color in (*WORDS, *known) or color.startswith(ATTRIBUTE):
+            raise InputError(f"color={color!r} is for the looks 'fibre' and 'tube', and this is 'hair'; name the look")
         raise InputError(f"there is no hair colour {color!r}{did_you_mean(color, (*HAIR_COLORS, '#rrggbb'))}")
     melanin, redness = HAIR_COLORS[color]
     return kind(HairMaterial.from_melanin(melanin, redness, **shape), SLATE)
