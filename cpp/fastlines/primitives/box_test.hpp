@@ -4,7 +4,7 @@
 // rounding noise, so the pair is moved apart by the rounding of coordinates: a box holds its faces.
 #pragma once
 
-#include "segment_test.hpp"
+#include "ray_primitive.hpp"
 
 namespace fastlines {
 

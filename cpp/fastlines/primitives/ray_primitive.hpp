@@ -17,20 +17,10 @@
 #include <type_traits>
 
 #include "../simd/float_x16.hpp"
+#include "closest_approach.hpp"
 #include "segments.hpp"
 
 namespace fastlines {
-
-/// The point at which t is taken: the closest approach, or where the ray enters the surface.
-enum class At { closest, surface };
-
-/// The closest approach of a ray to a primitive, or its entry: t in the frame, and s of the nearest point of the axis.
-/// Without an axis, s and dist2 are 0.
-template <class N>
-struct ClosestApproach {
-  N s, t, dist2;
-  MaskOf<N> hit;  ///< whether the ray comes within its radius
-};
 
 /// Whether rays of queries on P have a spread (rays/spread_ray.hpp): only with a `P::kHasSpread` that is true.
 template <class P>
@@ -114,14 +104,6 @@ template <RayPrimitive P, class Frame>
   return P::fields(floats, frame);
 }
 
-/// The approach of an exact test, with t at the point that `at` names. Every answer comes from here.
-/// It is returned by value: a reference that escapes would keep the whole test and its rays in memory.
-template <At at, class Test>
-[[gnu::always_inline]] inline auto approach_at(const Test& test) {
-  if constexpr (at == At::surface)
-    return test.entry();
-  else
-    return test.closest;
-}
+static_assert(AxisPrimitive<Segments>);
 
 }  // namespace fastlines

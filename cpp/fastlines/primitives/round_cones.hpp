@@ -8,7 +8,8 @@
 
 #include <algorithm>
 
-#include "segments.hpp"
+#include "ray_primitive.hpp"
+#include "round_cone_test.hpp"
 
 namespace fastlines {
 
@@ -17,9 +18,6 @@ struct RoundCone {
   float radius0, radius1;
 };
 static_assert(sizeof(RoundCone) == 32);
-
-template <class N, class R>
-class RoundConeTest;
 
 /// Round cones as a set of primitives for the fast path. Builders see their axes.
 class RoundCones {
@@ -48,10 +46,7 @@ class RoundCones {
 
   template <class N, class Frame>
   [[gnu::always_inline]] static std::array<N, kFields> fields(const N (&floats)[8], const Frame& frame) {
-    const N ends[6] = {floats[0], floats[1], floats[2], floats[3], floats[4], floats[5]};
-    const auto [x, y, z, ex, ey, ez] = Segments::fields(ends, frame);
-    const N radius0 = floats[6] * N(frame.scale);
-    return {x, y, z, ex, ey, ez, radius0, floats[7] * N(frame.scale) - radius0};
+    return round_cone_fields(floats, frame);
   }
 
   template <class N>
@@ -68,6 +63,6 @@ class RoundCones {
   std::span<const RoundCone> cones_;
   float max_radius_ = 0.0f;
 };
-static_assert(Straight<RoundCones>);
+static_assert(AxisPrimitive<RoundCones>);
 
 }  // namespace fastlines

@@ -8,7 +8,9 @@
 
 #include <span>
 
+#include "axis_fields.hpp"
 #include "primitive.hpp"
+#include "segment_test.hpp"
 
 namespace fastlines {
 
@@ -65,9 +67,6 @@ struct Segment {
 };
 static_assert(sizeof(Segment) == 24);
 
-template <class N, class R>
-class SegmentTest;
-
 /// Segments as a set of primitives, for builders (`Primitives`, `Curves`) and for the fast path (`RayPrimitive`).
 struct Segments {
   using Item = Segment;
@@ -87,13 +86,7 @@ struct Segments {
   /// The start and end − start, in the frame.
   template <class N, class Frame>
   [[gnu::always_inline]] static std::array<N, kFields> fields(const N (&floats)[6], const Frame& frame) {
-    std::array<N, kFields> fields;
-    for (int k = 0; k < 3; ++k) {
-      const N centre = frame.centre[k], scale = frame.scale;
-      fields[k] = (floats[k] - centre) * scale;
-      fields[3 + k] = (floats[3 + k] - centre) * scale - fields[k];
-    }
-    return fields;
+    return segment_fields(floats, frame);
   }
 
   template <class N>

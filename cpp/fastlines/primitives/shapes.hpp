@@ -9,7 +9,7 @@
 
 #include "box_test.hpp"
 #include "round_cone_clip.hpp"
-#include "round_cone_test.hpp"
+#include "round_cones.hpp"
 #include "triangle.hpp"
 #include "triangle_test.hpp"
 

@@ -5,7 +5,7 @@
 // with a spread there is no surface.
 #pragma once
 
-#include "round_cone_test.hpp"
+#include "round_cones.hpp"
 
 namespace fastlines {
 

@@ -14,7 +14,7 @@
 // floats are exact. Then all signs are those of the projected corners, and t is a weighted mean of their depths.
 #pragma once
 
-#include "segment_test.hpp"
+#include "ray_primitive.hpp"
 
 namespace fastlines {
 

@@ -10,6 +10,7 @@
 #include <span>
 
 #include "../parallel/progress.hpp"
+#include "../rays/frame_of.hpp"
 #include "../tree/tree.hpp"
 #include "slabs.hpp"
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../math/box.hpp"
 #include "../rays/ray.hpp"
 
 namespace fastlines {

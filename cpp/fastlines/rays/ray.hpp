@@ -9,7 +9,10 @@
 // u and v complete r to an orthonormal basis (Duff et al. 2017, "Building an orthonormal basis, revisited").
 #pragma once
 
-#include "../simd/float_x16.hpp"
+#include <algorithm>
+#include <cmath>
+
+#include "../simd/float_x1.hpp"
 #include "frame.hpp"
 
 namespace fastlines {

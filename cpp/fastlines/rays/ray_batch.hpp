@@ -1,6 +1,7 @@
 // A batch of rays as arrays, as the caller gives them.
 #pragma once
 
+#include <cstdint>
 #include <span>
 
 #include "ray.hpp"

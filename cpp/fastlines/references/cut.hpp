@@ -6,7 +6,7 @@
 
 #include <span>
 
-#include "reference.hpp"
+#include "build_ref.hpp"
 
 namespace fastlines {
 

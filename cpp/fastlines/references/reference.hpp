@@ -3,8 +3,7 @@
 
 #include <cstdint>
 
-#include "../memory/buffer.hpp"
-#include "../primitives/primitive.hpp"
+#include "../math/vec.hpp"
 
 namespace fastlines {
 
@@ -16,14 +15,5 @@ struct Reference {
   float s1 = kInfinity;
 };
 static_assert(sizeof(Reference) == 12);
-
-/// A reference as builders move it: with the box of its piece.
-struct BuildRef {
-  Reference ref;
-  Box box;
-
-  /// Twice the centre of the box.
-  double twice_centre(int axis) const { return double(box.lo[axis]) + double(box.hi[axis]); }
-};
 
 }  // namespace fastlines

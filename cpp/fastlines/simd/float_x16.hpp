@@ -1,7 +1,7 @@
 // FloatX16, 16 lanes of float32, and MaskX16, the result of its comparisons, for the instruction set compiled for.
 //
 // Every operation gives the same bits on every instruction set, except `fma` and `fnma`. These may round once or twice
-// and are for culling only. With the overloads for one float below, one template serves both widths. In both, min(x, y)
+// and are for culling only. With the overloads for one float (float_x1.hpp), one template serves both widths. In both, min(x, y)
 // is x < y ? x : y and max(x, y) is x > y ? x : y, also for NaN and zeros.
 #pragma once
 
@@ -16,13 +16,12 @@
 #endif
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
-namespace fastlines {
+#include "float_x1.hpp"
 
-inline constexpr int kSimdWidth = 16;
+namespace fastlines {
 
 /// A mask of the first min(n, 16) lanes, n > 0.
 inline std::uint32_t lane_mask(std::size_t n) { return (2u << std::min<std::size_t>(n - 1, kSimdWidth - 1)) - 1; }
@@ -30,24 +29,6 @@ inline std::uint32_t lane_mask(std::size_t n) { return (2u << std::min<std::size
 /// Integers as floats of the same bits, for operations that only move lanes.
 inline const float* as_floats(const std::uint32_t* numbers) { return reinterpret_cast<const float*>(numbers); }
 
-/// The type of a comparison of two N: bool or MaskX16.
-template <class N>
-using MaskOf = decltype(N() <= N());
-
-inline float min(float x, float y) { return x < y ? x : y; }
-inline float max(float x, float y) { return x > y ? x : y; }
-/// May round once or twice, as the overload for 16 lanes may: for culling only.
-inline float fma(float x, float y, float z) {
-#if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
-  return __builtin_fmaf(x, y, z);
-#else
-  return x * y + z;
-#endif
-}
-inline float sqrt(float x) { return std::sqrt(x); }
-inline float abs(float x) { return std::fabs(x); }
-inline float blend(bool mask, float x, float y) { return mask ? x : y; }
-inline bool any(bool mask) { return mask; }
 inline bool any(MaskX16 mask) { return mask.bits() != 0; }
 
 /// The maximum over all lanes.

@@ -9,6 +9,8 @@
 #include <span>
 #include <stdexcept>
 
+#include "../math/box.hpp"
+#include "../memory/buffer.hpp"
 #include "../references/reference.hpp"
 
 namespace fastlines {

@@ -1,0 +1,29 @@
+// What an exact test returns.
+#pragma once
+
+#include "../simd/float_x1.hpp"
+
+namespace fastlines {
+
+/// The point at which t is taken: the closest approach, or where the ray enters the surface.
+enum class At { closest, surface };
+
+/// The closest approach of a ray to a primitive, or its entry: t in the frame, and s of the nearest point of the axis.
+/// Without an axis, s and dist2 are 0.
+template <class N>
+struct ClosestApproach {
+  N s, t, dist2;
+  MaskOf<N> hit;  ///< whether the ray comes within its radius
+};
+
+/// The approach of an exact test, with t at the point that `at` names. Every answer comes from here.
+/// It is returned by value: a reference that escapes would keep the whole test and its rays in memory.
+template <At at, class Test>
+[[gnu::always_inline]] inline auto approach_at(const Test& test) {
+  if constexpr (at == At::surface)
+    return test.entry();
+  else
+    return test.closest;
+}
+
+}  // namespace fastlines
