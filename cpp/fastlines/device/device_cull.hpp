@@ -1,0 +1,117 @@
+// Culls the children of a node and the pieces of a leaf, for one ray in one thread.
+//
+// Both tests are those of kernels/intersect, lane by lane, with float axes. Their bounds are the same, so nothing is
+// lost (docs/culling.md): each rounding may differ from that of any instruction set, and the slack covers all of them.
+#pragma once
+
+#include "../layout/leaf_bytes.hpp"
+#include "../layout/wide_blocks.hpp"
+#include "../math/vec.hpp"
+#include "../rays/ray.hpp"
+
+namespace fastlines {
+
+/// Byte i, 0 to 3, of a word as a float; the machine is little-endian.
+inline float byte_of(std::uint32_t word, int i) { return float(word >> 8 * i & 0xff); }
+
+/// A ray prepared for culling (`CullRayOf` and `ProjectedRayOf` in kernels/intersect).
+struct DeviceCullRay {
+  const Ray& ray;
+  float reach;
+  float inverse[3], near[3], far[3];  // t of a near plane: q·(scale·inverse) + (org·inverse + near)
+  int near_row[3], far_row[3];        // words from the first row of planes
+  float offset_u, offset_v;           // minus the projections of the ray's origin
+
+  explicit DeviceCullRay(const Ray& ray_) : ray(ray_), reach(ray_.radius + ray_.eps) {
+    constexpr int row_words = kSimdWidth / 4;
+    for (int k = 0; k < 3; ++k) {
+      const bool back = ray.r[k] < 0.0f;
+      inverse[k] = (back ? -1.0f : 1.0f) / max(abs(ray.r[k]), 1e-18f);
+      const float grow = back ? 0.0f - reach : reach;
+      near[k] = (0.0f - (ray.o[k] + grow)) * inverse[k];
+      far[k] = (grow - ray.o[k]) * inverse[k];
+      near_row[k] = (back ? k + 3 : k) * row_words;
+      far_row[k] = (back ? k : k + 3) * row_words;
+    }
+    offset_u = 0.0f - along(ray.u, ray.o[0], ray.o[1], ray.o[2], 0.0f);
+    offset_v = 0.0f - along(ray.v, ray.o[0], ray.o[1], ray.o[2], 0.0f);
+  }
+
+  /// start + the projection of a point onto an axis.
+  static float along(const Vec3& axis, float x, float y, float z, float start) {
+    return fma(z, axis[2], fma(y, axis[1], fma(x, axis[0], start)));
+  }
+};
+
+/// Calls visit(child, enter) for each child of a node whose box, grown by the reach, the ray may hit before `limit`; in
+/// the order of the children. `enter` is where it enters the box: t in the frame.
+template <class Visit>
+[[gnu::always_inline]] inline void cull_children(const DeviceCullRay& ray, const WideNode& node, float limit,
+                                                 const Visit& visit) {
+  float step[3], to_near[3], to_far[3];
+  for (int k = 0; k < 3; ++k) {
+    step[k] = ray.inverse[k] * node.scale;
+    to_near[k] = fma(ray.inverse[k], node.org[k], ray.near[k]);
+    to_far[k] = fma(ray.inverse[k], node.org[k], ray.far[k]);
+  }
+  const auto* const words = reinterpret_cast<const std::uint32_t*>(node.planes);
+  const int n = node.n_children;
+  for (int first = 0; first < n; first += 4) {
+    std::uint32_t near_words[3], far_words[3];
+    for (int k = 0; k < 3; ++k) {
+      near_words[k] = words[ray.near_row[k] + first / 4];
+      far_words[k] = words[ray.far_row[k] + first / 4];
+    }
+    for (int i = 0; i < 4; ++i) {
+      float enter = ray.ray.t_min, leave = limit;
+      for (int k = 0; k < 3; ++k) {
+        enter = max(fma(byte_of(near_words[k], i), step[k], to_near[k]), enter);
+        leave = min(fma(byte_of(far_words[k], i), step[k], to_far[k]), leave);
+      }
+      if (enter <= leave && first + i < n) visit(first + i, enter);
+    }
+  }
+}
+
+/// A mask of the pieces of a leaf that may come within reach of the ray's line.
+template <bool has_radius>
+[[gnu::always_inline]] inline std::uint32_t cull_leaf_pieces(const DeviceCullRay& ray, const WideLeaf& leaf) {
+  // If the reach is twice as large as the leaf, all pieces that can be in reach pass: also where squares overflow.
+  constexpr float pass_all = 512.0f, huge = 1e30f, farthest = 1e15f;
+  constexpr float rounding = 0.5f, tiny = 1e-30f;
+  const auto start = [&](const Vec3& axis, float offset) {
+    const float at = DeviceCullRay::along(axis, leaf.org[0], leaf.org[1], leaf.org[2], offset) * leaf.inv_scale;
+    return min(max(at, -farthest), farthest);
+  };
+  const Vec3 &axis_u = ray.ray.u, &axis_v = ray.ray.v;
+  const float u = start(axis_u, ray.offset_u), v = start(axis_v, ray.offset_v);
+  float reach = fma(ray.reach, leaf.inv_scale, 0.89f);
+  if constexpr (has_radius) reach += leaf.radius;
+  const float reach2 = max(reach * reach, fma(reach, huge, -huge * pass_all));
+
+  const auto* const words = reinterpret_cast<const std::uint32_t*>(leaf.ends);
+  std::uint32_t near = 0;
+  for (int pair = 0; 2 * pair < leaf.n_refs; ++pair) {
+    // A word has the bytes of two pieces.
+    const std::uint32_t as = words[end_byte(0, 0, 0) / 4 + pair], zs = words[end_byte(0, 2, 0) / 4 + pair],
+                        cs = words[end_byte(1, 0, 0) / 4 + pair];
+    for (int i = 0; i < 2; ++i) {
+      const float ax = byte_of(as, 2 * i), ay = byte_of(as, 2 * i + 1), az = byte_of(zs, 2 * i);
+      const float cx = byte_of(cs, 2 * i), cy = byte_of(cs, 2 * i + 1), cz = byte_of(zs, 2 * i + 1);
+      const float au = DeviceCullRay::along(axis_u, ax, ay, az, u), av = DeviceCullRay::along(axis_v, ax, ay, az, v);
+      const float cu = DeviceCullRay::along(axis_u, cx, cy, cz, u), cv = DeviceCullRay::along(axis_v, cx, cy, cz, v);
+      const float back_u = au - cu, wv = cv - av;  // w = c − a with u negated, so that the cross product is a sum
+      const float cross = fma(au, wv, av * back_u), ww = fma(back_u, back_u, wv * wv);
+      const float a_near = fma(-au, au, fma(-av, av, reach2)), c_near = fma(-cu, cu, fma(-cv, cv, reach2));
+      // The line is out of reach if the piece is a point: then the ends decide.
+      const float line = fma(-cross, cross, fma(ww, reach2, -tiny));
+      // The foot of the perpendicular is between the ends.
+      const float inside = (ww + rounding) - abs(a_near - c_near);
+      const bool is_out = (line < 0.0f || inside < 0.0f) && a_near < 0.0f && c_near < 0.0f;
+      near |= std::uint32_t(!is_out) << (2 * pair + i);
+    }
+  }
+  return near & ((1u << leaf.n_refs) - 1);
+}
+
+}  // namespace fastlines

@@ -1,0 +1,71 @@
+// Traces one ray in one thread, depth first, with a stack in the thread's own memory.
+//
+// A node's children are tested one after the other. Inner ones go to the stack: sorted, the nearest on top, if hits
+// lower the limit, and in their order else. Then the leaves are culled and their survivors tested, and the next node is
+// popped. The stack has the room that the tree needs: kernels are compiled for it, after one pass over the nodes
+// (src/fastlines/cuda/layout.py).
+#pragma once
+
+#include "device_collectors.hpp"
+#include "device_cull.hpp"
+#include "thread.hpp"
+
+#if !defined(FASTLINES_STACK)
+/// Entries of the stack of each ray.
+#define FASTLINES_STACK 256
+#endif
+
+namespace fastlines {
+
+/// A node to visit, and where the ray enters it: t in the frame.
+struct DeviceStackEntry {
+  std::uint32_t node;
+  float enter;
+};
+
+/// Report the hits of a ray to the collector.
+template <class P, class Collector>
+void trace(const DeviceScene& scene, const Ray& ray, Collector& to) {
+  const DeviceCullRay cull(ray);
+  DeviceStackEntry stack[FASTLINES_STACK];
+  int size = 0;
+  std::uint32_t index = 0;
+  for (;;) {
+    // Cull the children.
+    const WideNode& node = scene.nodes[index];
+    const int bottom = size, n_inner = node.n_inner;
+    std::uint32_t leaves = 0;
+    cull_children(cull, node, to.limit, [&](int child, float enter) {
+      if (child >= n_inner) {
+        leaves |= 1u << (child - n_inner);
+        return;
+      }
+      int place = size++;
+      if constexpr (Collector::kShrinksLimit)
+        for (; place > bottom && stack[place - 1].enter < enter; --place) stack[place] = stack[place - 1];
+      stack[place] = {node.first_inner + std::uint32_t(child), enter};
+    });
+    note_stack(size);
+    // Cull the leaves, and test what survives.
+    for (std::uint32_t leaf_index = node.first_leaf; leaves; leaves >>= 1, ++leaf_index) {
+      if (!(leaves & 1)) continue;
+      const WideLeaf& leaf = scene.leaves[leaf_index];
+      std::uint32_t near = cull_leaf_pieces<P::kHasRadius>(cull, leaf);
+      for (std::uint32_t i = leaf.first_ref; near; near >>= 1, ++i) {
+        if (!(near & 1)) continue;
+        const WideRef ref = scene.refs[i];
+        const typename P::Test test =
+            device_test<P>(ray, scene.items + std::uint64_t(ref.prim) * P::kFloats, scene.frame);
+        if (test.closest.hit) to.add(test, ref);
+      }
+    }
+    // Pop the next node that is not beyond the limit.
+    do {
+      if (size == 0) return;
+      --size;
+    } while (!(stack[size].enter <= to.limit));
+    index = stack[size].node;
+  }
+}
+
+}  // namespace fastlines

@@ -1,0 +1,143 @@
+// The kernels: one thread a ray. They are compiled for one kind of primitive, FASTLINES_PRIMITIVES.
+//
+// Numbers come as 64 bits, so that a launch passes pointers and numbers alike. Threads beyond the last ray do nothing.
+#pragma once
+
+#include "device_traversal.hpp"
+#include "thread.hpp"
+
+#if !defined(FASTLINES_PRIMITIVES)
+#define FASTLINES_PRIMITIVES DeviceSegments
+#endif
+
+namespace fastlines {
+
+/// The ray that the calling thread takes: its number, or n if there is none.
+inline std::uint64_t ray_of_thread(const DeviceRays& rays) {
+  const std::uint64_t thread = thread_index();
+  if (thread >= rays.n) return rays.n;
+  return rays.order ? rays.order[thread] : thread;
+}
+
+/// Ray i, prepared.
+inline Ray prepared_ray(const DeviceRays& rays, std::uint64_t i, const Frame& frame) {
+  const float *const o = rays.origins + i * rays.origin_step, *const d = rays.directions + i * rays.direction_step;
+  const RayQuery query{{o[0], o[1], o[2]},
+                       {d[0], d[1], d[2]},
+                       rays.t_min[i * rays.t_min_step],
+                       rays.t_max[i * rays.t_max_step],
+                       rays.radius[i * rays.radius_step]};
+  return prepare(query, frame);
+}
+
+/// Where a ray leaves a primitive, in units of the caller's ray.
+template <class P>
+float exit_of(const DeviceScene& scene, const Ray& ray, std::uint64_t prim) {
+  return ray.t_ray(device_test<P>(ray, scene.items + prim * P::kFloats, scene.frame).exit());
+}
+
+template <class P, At at>
+void first_hit_of_thread(const DeviceScene& scene, const DeviceRays& rays, const DeviceHits& to) {
+  const std::uint64_t i = ray_of_thread(rays);
+  if (i == rays.n) return;
+  const Ray ray = prepared_ray(rays, i, scene.frame);
+  FirstHitOfRay<at> found(ray);
+  trace<P>(scene, ray, found);
+  const bool hit = found.prim != kNoDevicePrim;
+  to.t[i] = hit ? found.t_ray : kInfinity;
+  to.prim[i] = hit ? std::int64_t(found.prim) : -1;
+  to.u[i] = found.s;
+  to.distance[i] = hit ? float(std::sqrt(found.dist2) * ray.inv_scale) : kInfinity;
+  if constexpr (at == At::surface) to.t_out[i] = hit ? exit_of<P>(scene, ray, found.prim) : kInfinity;
+}
+
+template <class P>
+void any_hit_of_thread(const DeviceScene& scene, const DeviceRays& rays, bool* to) {
+  const std::uint64_t i = ray_of_thread(rays);
+  if (i == rays.n) return;
+  const Ray ray = prepared_ray(rays, i, scene.frame);
+  AnyHitOfRay found(ray);
+  trace<P>(scene, ray, found);
+  to[i] = found.found;
+}
+
+template <class P>
+void count_hits_of_thread(const DeviceScene& scene, const DeviceRays& rays, std::uint64_t at_most, std::int64_t* to) {
+  const std::uint64_t i = ray_of_thread(rays);
+  if (i == rays.n) return;
+  const Ray ray = prepared_ray(rays, i, scene.frame);
+  HitCountOfRay found(ray, at_most);
+  trace<P>(scene, ray, found);
+  to[i] = std::int64_t(found.n);
+}
+
+template <class P, At at, Rank rank, bool shrinks_limit>
+void list_hits_of_thread(const DeviceScene& scene, const DeviceRays& rays, const DeviceLists& to) {
+  const std::uint64_t i = ray_of_thread(rays);
+  if (i == rays.n) return;
+  const Ray ray = prepared_ray(rays, i, scene.frame);
+  const auto first = std::uint64_t(to.offsets[i]), room = std::uint64_t(to.offsets[i + 1]) - first;
+  HitListOfRay<at, rank, shrinks_limit> list(ray, to.hits, first, room);
+  trace<P>(scene, ray, list);
+  list.sort();
+  if constexpr (at == At::surface)
+    for (std::uint64_t j = 0; j < list.size(); ++j) to.hits.t_out[first + j] = exit_of<P>(scene, ray, list.prim(j));
+}
+
+/// Numbers that one thread adds up.
+inline constexpr std::uint64_t kScanRun = 256;
+
+FASTLINES_KERNEL first_closest(const DeviceScene* scene, const DeviceRays* rays, const DeviceHits* to) {
+  first_hit_of_thread<FASTLINES_PRIMITIVES, At::closest>(*scene, *rays, *to);
+}
+FASTLINES_KERNEL first_surface(const DeviceScene* scene, const DeviceRays* rays, const DeviceHits* to) {
+  first_hit_of_thread<FASTLINES_PRIMITIVES, At::surface>(*scene, *rays, *to);
+}
+FASTLINES_KERNEL any_hit(const DeviceScene* scene, const DeviceRays* rays, bool* to) {
+  any_hit_of_thread<FASTLINES_PRIMITIVES>(*scene, *rays, to);
+}
+FASTLINES_KERNEL count_hits(const DeviceScene* scene, const DeviceRays* rays, std::uint64_t at_most, std::int64_t* to) {
+  count_hits_of_thread<FASTLINES_PRIMITIVES>(*scene, *rays, at_most, to);
+}
+
+/// All hits.
+FASTLINES_KERNEL all_closest(const DeviceScene* scene, const DeviceRays* rays, const DeviceLists* to) {
+  list_hits_of_thread<FASTLINES_PRIMITIVES, At::closest, Rank::t, false>(*scene, *rays, *to);
+}
+FASTLINES_KERNEL all_surface(const DeviceScene* scene, const DeviceRays* rays, const DeviceLists* to) {
+  list_hits_of_thread<FASTLINES_PRIMITIVES, At::surface, Rank::t, false>(*scene, *rays, *to);
+}
+/// The first hits by t, of which there is room for k or all.
+FASTLINES_KERNEL next_closest(const DeviceScene* scene, const DeviceRays* rays, const DeviceLists* to) {
+  list_hits_of_thread<FASTLINES_PRIMITIVES, At::closest, Rank::t, true>(*scene, *rays, *to);
+}
+FASTLINES_KERNEL next_surface(const DeviceScene* scene, const DeviceRays* rays, const DeviceLists* to) {
+  list_hits_of_thread<FASTLINES_PRIMITIVES, At::surface, Rank::t, true>(*scene, *rays, *to);
+}
+/// The hits that are nearest to the ray.
+FASTLINES_KERNEL near_closest(const DeviceScene* scene, const DeviceRays* rays, const DeviceLists* to) {
+  list_hits_of_thread<FASTLINES_PRIMITIVES, At::closest, Rank::distance, false>(*scene, *rays, *to);
+}
+FASTLINES_KERNEL near_surface(const DeviceScene* scene, const DeviceRays* rays, const DeviceLists* to) {
+  list_hits_of_thread<FASTLINES_PRIMITIVES, At::surface, Rank::distance, false>(*scene, *rays, *to);
+}
+
+/// Write the sum of each run of n numbers; one thread a run.
+FASTLINES_KERNEL sum_runs(const std::int64_t* numbers, std::uint64_t n, std::int64_t* sums) {
+  const std::uint64_t first = thread_index() * kScanRun;
+  if (first >= n) return;
+  std::int64_t sum = 0;
+  for (std::uint64_t i = first; i < n && i < first + kScanRun; ++i) sum += numbers[i];
+  sums[thread_index()] = sum;
+}
+
+/// Replace each of n numbers by the sum of all up to it. `sums` has those of whole runs up to each, or is null if there
+/// is one run; one thread a run.
+FASTLINES_KERNEL scan_runs(std::int64_t* numbers, std::uint64_t n, const std::int64_t* sums) {
+  const std::uint64_t run = thread_index(), first = run * kScanRun;
+  if (first >= n) return;
+  std::int64_t sum = run > 0 ? sums[run - 1] : 0;
+  for (std::uint64_t i = first; i < n && i < first + kScanRun; ++i) numbers[i] = sum += numbers[i];
+}
+
+}  // namespace fastlines

@@ -1,0 +1,50 @@
+// What kernels are given: plain records of pointers and numbers, which src/fastlines/cuda/records.py packs alike.
+#pragma once
+
+#include "../layout/wide_blocks.hpp"
+#include "../rays/frame.hpp"
+
+namespace fastlines {
+
+/// A layout and its primitives in the memory of the device.
+struct DeviceScene {
+  const WideNode* nodes;
+  const WideLeaf* leaves;
+  const WideRef* refs;
+  const float* items;  ///< the primitives, as the caller gave them
+  Frame frame;         ///< as in a `WideBvhView`: the overhang covers the rounding of the radii
+};
+static_assert(sizeof(DeviceScene) == 56);
+
+/// A batch of rays in the memory of the device, as in `RayBatch`. A step is how many floats the next ray's value is
+/// away: 0 if there is one for all.
+struct DeviceRays {
+  const float *origins, *directions, *radius, *t_min, *t_max;
+  const std::uint32_t* order;  ///< the order in which threads take rays; null for that of the arrays
+  std::uint64_t n;
+  std::uint32_t origin_step, direction_step, radius_step, t_min_step, t_max_step;
+};
+static_assert(sizeof(DeviceRays) == 80);
+
+/// Hits as columns; t_out may be null.
+struct DeviceHits {
+  float* t;
+  std::int64_t* prim;
+  float *u, *distance, *t_out;
+};
+static_assert(sizeof(DeviceHits) == 40);
+
+/// Lists of hits: those of ray i are at offsets[i] up to offsets[i + 1].
+struct DeviceLists {
+  const std::int64_t* offsets;
+  DeviceHits hits;
+};
+static_assert(sizeof(DeviceLists) == 48);
+
+/// The id of no primitive.
+inline constexpr std::uint32_t kNoDevicePrim = 0xffff'ffff;
+
+/// The limit of a ray that needs no more hits: below every t.
+inline constexpr float kNoMoreDeviceHits = -3.402823466e38f;
+
+}  // namespace fastlines

@@ -1,0 +1,55 @@
+// A kernel, and the number of its thread: on a GPU, or in a loop on the host.
+//
+// The text of the kernels is the same for both, and is compiled without a toolkit: on a GPU by NVRTC at run time, on
+// the host by any C++20 compiler, for the tests. NVRTC has no headers of the standard library; a few names of <array>,
+// <cmath> and others come from src/fastlines/cuda/std. It takes functions without a mark for device functions
+// (-default-device), so no header needs one.
+#pragma once
+
+#include <cstdint>
+
+#if defined(__CUDACC__)
+
+/// Threads of a block.
+#define FASTLINES_BLOCK 128
+
+#define FASTLINES_KERNEL extern "C" __global__ void __launch_bounds__(FASTLINES_BLOCK)
+
+namespace fastlines {
+
+/// The number of the calling thread.
+inline std::uint64_t thread_index() { return std::uint64_t(blockIdx.x) * blockDim.x + threadIdx.x; }
+
+/// For tests: note how many entries a stack has.
+inline void note_stack(int) {}
+
+}  // namespace fastlines
+
+#else
+
+#define FASTLINES_KERNEL extern "C" inline void
+
+namespace fastlines {
+
+/// The number of the thread that the host plays.
+inline thread_local std::uint64_t played_thread = 0;
+
+inline std::uint64_t thread_index() { return played_thread; }
+
+/// The most entries that a stack has had.
+inline thread_local int deepest_stack = 0;
+
+/// For tests: note how many entries a stack has.
+inline void note_stack(int size) {
+  if (size > deepest_stack) deepest_stack = size;
+}
+
+/// Runs a kernel as n threads, one after the other.
+template <class Kernel, class... Arguments>
+void play_threads(std::uint64_t n, const Kernel& kernel, const Arguments&... arguments) {
+  for (played_thread = 0; played_thread < n; ++played_thread) kernel(arguments...);
+}
+
+}  // namespace fastlines
+
+#endif

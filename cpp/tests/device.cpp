@@ -1,0 +1,180 @@
+// Runs the kernels for GPUs on the host, and compares all answers with brute force, bit for bit: segments and round
+// cones, all queries, rays of all kinds, in order and shuffled.
+#include <algorithm>
+#include <cinttypes>
+#include <numeric>
+
+#include "chains.hpp"
+#include "check.hpp"
+#include "played_device.hpp"
+#include "query_matrix.hpp"
+
+using namespace fastlines;
+using namespace fastlines::test;
+
+namespace {
+
+std::size_t n_decisions = 0, n_answers = 0, n_differ = 0;
+
+/// Adds the lists of hits, or the first hits if there are no offsets.
+Answers answers_of(const OwnedHits& hits, At at) {
+  Answers answers;
+  const bool lists = !hits.offsets.empty();
+  const std::size_t n_rays = lists ? hits.offsets.size() - 1 : hits.t.size();
+  for (std::size_t ray = 0; ray < n_rays; ++ray) {
+    const std::size_t begin = lists ? std::size_t(hits.offsets[ray]) : ray;
+    const std::size_t end = lists ? std::size_t(hits.offsets[ray + 1]) : ray + 1;
+    for (std::size_t i = begin; i < end; ++i) put(hits, i, at, answers);
+    answers.end();
+  }
+  return answers;
+}
+
+template <class Numbers>
+Answers answers_of(const Numbers& numbers) {
+  Answers answers;
+  for (const auto number : numbers) {
+    answers.add(std::int64_t(number));
+    answers.end();
+  }
+  return answers;
+}
+
+/// The answers of the kernels; those of `k_nearest` by t or by distance.
+template <At at, class P>
+Answers answer_on_device(const PlayedDevice<P>& device, Ask query, Rank rank) {
+  if (query == Ask::first) return answers_of(device.template first<at>(), at);
+  if (query == Ask::any) return answers_of(device.any());
+  if (query == Ask::count) return answers_of(device.count());
+  if (query == Ask::all) return answers_of(device.template list<at, Rank::t, false>(), at);
+  if (rank == Rank::t) return answers_of(device.template list<at, Rank::t, true>(kNearest), at);
+  return answers_of(device.template list<at, Rank::distance, false>(kNearest), at);
+}
+
+/// The nearest hits by brute force.
+template <At at, class P>
+Answers nearest_by_brute_force(const Brute<P>& brute) {
+  HitAssembler lists(brute.rays.size(), at == At::surface);
+  list_hits(
+      brute.search, brute.rays, 1, brute.progress, lists, [](const Ray& ray) { return AllSink(at, ray); }, kNearest);
+  OwnedHits hits;
+  const auto offsets = lists.offsets();
+  hits.offsets.assign(offsets.begin(), offsets.end());
+  hits.columns(std::size_t(offsets.back()));
+  for (std::size_t i = 0; i < hits.t.size(); ++i) {
+    hits.t[i] = lists.t[i];
+    hits.u[i] = lists.u[i];
+    hits.distance[i] = lists.distance[i];
+    hits.prim[i] = lists.prim[i];
+    if (at == At::surface) hits.t_out[i] = lists.t_out[i];
+  }
+  return answers_of(hits, at);
+}
+
+/// Compare one query on a scene.
+template <At at, class P, class D>
+void check_query(const Brute<P>& brute, const PlayedDevice<D>& device, const Case& test_case, Rank rank,
+                 const std::string& where) {
+  const Answers expected = rank == Rank::t ? answer(brute, test_case) : nearest_by_brute_force<at>(brute);
+  const Answers given = answer_on_device<at>(device, test_case.query, rank);
+  n_answers += brute.rays.size();
+  n_decisions += brute.rays.size() * brute.search.prims.size();
+  for (std::size_t ray = 0; ray < brute.rays.size(); ++ray) {
+    if (std::ranges::equal(given.of(ray), expected.of(ray))) continue;
+    if (n_differ++ < 10) std::printf("%s, query \"%s\": ray %zu differs\n", where.c_str(), test_case.name, ray);
+  }
+}
+
+/// Run all queries on a scene, with kernels for the primitives D.
+template <class D, class P>
+void check_scene(const std::string& name, const Lines& lines, const P& prims) {
+  Progress progress;
+  const Tree tree = build(prims, progress);
+  const WideBvh wide = collapse(tree.nodes, tree.refs, prims, {.radius_hint = 0.001}, 1, progress);
+  const WideBvhView<P> view = view_of(wide, prims);
+  const std::size_t room = stack_room(wide.nodes);
+  check(room <= FASTLINES_STACK, "the stack has room for the tree");
+  deepest_stack = 0;
+  for (const Rays& rays : rays_of(lines, tree.nodes[0].box)) {
+    const RayBatch batch = rays.batch();
+    // Threads may take rays in any order.
+    std::vector<std::uint32_t> order;
+    if (rays.name == "scattered") {
+      order.resize(batch.size());
+      std::iota(order.rbegin(), order.rend(), 0u);
+    }
+    const PlayedDevice<D> device{scene_of(view), device_rays_of(batch, order)};
+    const Brute<P> brute{{prims, view.frame}, batch, 1, progress};
+    const std::string where = P::kKind + (" \"" + name) + "\", rays \"" + rays.name + '"';
+    for (const Case& test_case : kCases)
+      for (const Rank rank : {Rank::t, Rank::distance}) {
+        if (rank == Rank::distance && test_case.query != Ask::k_nearest) continue;
+        if (test_case.at == At::surface)
+          check_query<At::surface>(brute, device, test_case, rank, where);
+        else
+          check_query<At::closest>(brute, device, test_case, rank, where);
+      }
+  }
+  check(std::size_t(deepest_stack) <= room, "no stack is deeper than foreseen");
+}
+
+/// Chains of nodes fill the stack as far as foreseen, and no farther.
+void check_chains() {
+  for (const ChildOfDepth child : {first_child, child_in_turn, second_child}) {
+    const Chain chain(child);
+    const RayBatch rays = chain.rays();
+    const PlayedDevice<DeviceSegments> device{scene_of(chain.view()), device_rays_of(rays, {})};
+    deepest_stack = 0;
+    const auto first = device.first<At::closest>();
+    const auto found = device.any();
+    for (int i = 0; i < kRays; ++i) {
+      check((first.prim[std::size_t(i)] == 0) == Chain::hits(i), "the first hit in a chain is right");
+      check((found[std::size_t(i)] == 1) == Chain::hits(i), "whether there is a hit in a chain is right");
+    }
+    const auto room = int(stack_room(chain.nodes));
+    check(room == kDepth + 1 && deepest_stack <= room, "no stack is deeper than foreseen");
+    // Of children that the ray enters at the same t, the last comes first; so here the first ones wait.
+    if (child == second_child) check(deepest_stack == room, "a stack is as deep as foreseen");
+  }
+}
+
+/// Round cones of all sizes around lines: capsules, cones, balls inside one another, and lines without a radius.
+std::vector<RoundCone> cones_around(const Lines& lines) {
+  Random random{6};
+  std::vector<RoundCone> cones;
+  for (const Segment& line : lines) {
+    const Vec3 along = line.q - line.p;
+    const float length = std::sqrt(dot(along, along)), shares[] = {0.0f, 0.01f, 0.1f, 0.6f};
+    const float radius0 = shares[random.below(4)] * (length > 0.0f ? length : 0.01f);
+    const float radius1 = random.below(3) == 0 ? radius0 : 2.0f * random.uniform() * radius0;
+    cones.push_back({line, radius0, radius1});
+  }
+  return cones;
+}
+
+void check_scans() {
+  Random random{7};
+  for (const std::size_t n : {1, 2, 255, 256, 257, 70000}) {
+    std::vector<std::int64_t> numbers(n), sums(n);
+    for (auto& number : numbers) number = std::int64_t(random.below(1000));
+    std::partial_sum(numbers.begin(), numbers.end(), sums.begin());
+    scan(numbers);
+    check(numbers == sums, "scans give the sums of all numbers up to each");
+  }
+}
+
+}  // namespace
+
+int main() {
+  return run([] {
+    check_scans();
+    check_chains();
+    for (const Scene& scene : scenes()) {
+      check_scene<DeviceSegments>(scene.name, scene.lines, Segments{scene.lines});
+      const std::vector<RoundCone> cones = cones_around(scene.lines);
+      check_scene<DeviceRoundCones>(scene.name, scene.lines, RoundCones{cones});
+    }
+    check(n_differ == 0, "all answers are those of brute force");
+    std::printf("%zu answers, %zu decisions of brute force\n", n_answers, n_decisions);
+  });
+}

@@ -1,0 +1,112 @@
+// Runs the kernels of device/kernels.hpp on the host, one thread after the other: the same text as on a GPU, in the
+// same order of launches as src/fastlines/cuda/backend.py.
+#pragma once
+
+#include <vector>
+
+#include "fastlines/device/kernels.hpp"
+#include "fastlines/layout/wide_bvh.hpp"
+#include "fastlines/rays/ray_batch.hpp"
+
+namespace fastlines::test {
+
+/// The records of a layout and of rays.
+template <class P>
+DeviceScene scene_of(const WideBvhView<P>& view) {
+  return {view.nodes, view.leaves, view.refs, reinterpret_cast<const float*>(view.items), view.frame};
+}
+
+inline DeviceRays device_rays_of(const RayBatch& rays, const std::vector<std::uint32_t>& order) {
+  const auto step = [](std::span<const float> values) { return values.size() == 1 ? 0u : 1u; };
+  return {rays.origins.data()->data(),
+          rays.directions.data()->data(),
+          rays.radius.data(),
+          rays.t_min.data(),
+          rays.t_max.data(),
+          order.empty() ? nullptr : order.data(),
+          rays.size(),
+          3,
+          3,
+          step(rays.radius),
+          step(rays.t_min),
+          step(rays.t_max)};
+}
+
+/// The entries that the stack of a ray needs, at most.
+inline std::size_t stack_room(std::span<const WideNode> nodes) {
+  std::vector<std::pair<std::uint32_t, std::size_t>> open{{0, 0}};  // a node, and the entries below it
+  std::size_t room = 1;
+  while (!open.empty()) {
+    const auto [index, below] = open.back();
+    open.pop_back();
+    const WideNode& node = nodes[index];
+    room = std::max(room, below + node.n_inner);
+    for (std::uint32_t i = 0; i < node.n_inner; ++i) open.emplace_back(node.first_inner + i, below + node.n_inner - 1);
+  }
+  return room;
+}
+
+/// Replace numbers by the sums of all up to each.
+inline void scan(std::vector<std::int64_t>& numbers, std::size_t first = 0) {
+  const std::size_t n = numbers.size() - first, n_runs = (n + kScanRun - 1) / kScanRun;
+  std::int64_t* const begin = numbers.data() + first;
+  std::vector<std::int64_t> sums(n_runs);
+  if (n_runs > 1) {
+    play_threads(n_runs, sum_runs, begin, n, sums.data());
+    scan(sums);
+  }
+  play_threads(n_runs, scan_runs, begin, n, sums.data());
+}
+
+/// Hits as columns that own their memory; lists of hits also have offsets.
+struct OwnedHits {
+  std::vector<std::int64_t> offsets, prim;
+  std::vector<float> t, u, distance, t_out;
+
+  DeviceHits columns(std::size_t n) {
+    prim.assign(n, -7);
+    for (auto* column : {&t, &u, &distance, &t_out}) column->assign(n, -7.0f);
+    return {t.data(), prim.data(), u.data(), distance.data(), t_out.data()};
+  }
+};
+
+/// Answers queries by the kernels of a kind of primitive.
+template <class P>
+struct PlayedDevice {
+  DeviceScene scene;
+  DeviceRays rays;
+
+  template <At at>
+  OwnedHits first() const {
+    OwnedHits hits;
+    play_threads(rays.n + 5, first_hit_of_thread<P, at>, scene, rays, hits.columns(rays.n));
+    return hits;
+  }
+
+  std::vector<char> any() const {
+    std::vector<char> found(rays.n, 7);
+    play_threads(rays.n + 5, any_hit_of_thread<P>, scene, rays, reinterpret_cast<bool*>(found.data()));
+    return found;
+  }
+
+  std::vector<std::int64_t> count(std::uint64_t at_most = ~0ull) const {
+    std::vector<std::int64_t> counts(rays.n, -7);
+    play_threads(rays.n + 5, count_hits_of_thread<P>, scene, rays, at_most, counts.data());
+    return counts;
+  }
+
+  /// All hits, or the k best.
+  template <At at, Rank rank, bool shrinks_limit>
+  OwnedHits list(std::uint64_t k = ~0ull) const {
+    OwnedHits lists;
+    lists.offsets = count(k);
+    lists.offsets.insert(lists.offsets.begin(), 0);
+    scan(lists.offsets, 1);
+    const DeviceHits columns = lists.columns(std::size_t(lists.offsets.back()));
+    play_threads(rays.n + 5, list_hits_of_thread<P, at, rank, shrinks_limit>, scene, rays,
+                 DeviceLists{lists.offsets.data(), columns});
+    return lists;
+  }
+};
+
+}  // namespace fastlines::test
