@@ -1,6 +1,6 @@
 // One float with the operations of FloatX16, so that one template serves both widths.
 //
-// This file is one of those that GPUs compile too (device/kernels.hpp): of the standard library, it needs <cmath> alone.
+// GPUs compile this file too (device/kernels.hpp).
 #pragma once
 
 #include <cmath>

@@ -1,8 +1,8 @@
 // FloatX16, 16 lanes of float32, and MaskX16, the result of its comparisons, for the instruction set compiled for.
 //
 // Every operation gives the same bits on every instruction set, except `fma` and `fnma`. These may round once or twice
-// and are for culling only. With the overloads for one float (float_x1.hpp), one template serves both widths. In both, min(x, y)
-// is x < y ? x : y and max(x, y) is x > y ? x : y, also for NaN and zeros.
+// and are for culling only. With the overloads for one float in float_x1.hpp, one template serves both widths. In both,
+// min(x, y) is x < y ? x : y and max(x, y) is x > y ? x : y, also for NaN and zeros.
 #pragma once
 
 #if defined(FASTLINES_PORTABLE)
