@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from .backend import available_simd, set_simd, simd
 from .builder import build
 from .camera import Camera
+from .cuda.choice import get_backend, set_backend
 from .curves import Curves
 from .custom import Primitives, Rays
 from .display import draw_with
@@ -85,6 +86,7 @@ __all__ = [
     "available_simd",
     "brute_force",
     "build",
+    "get_backend",
     "get_cmake_dir",
     "get_include",
     "get_lib",
@@ -94,6 +96,7 @@ __all__ = [
     "read",
     "render",
     "scenes",
+    "set_backend",
     "set_num_threads",
     "set_simd",
     "simd",

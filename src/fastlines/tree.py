@@ -14,6 +14,9 @@ from . import _core
 from .arrays import FloatArray, IntArray, choice, count
 from .backend import KERNELS, Backend, CompiledBackend, engine
 from .backends import backend_of
+from .cuda.backend import CudaBackend
+from .cuda.choice import check_backend, device, get_backend
+from .cuda.scene import require_primitives, scene_of
 from .errors import InputError
 from .geometry import core_data, spread_data
 from .hits import AllHits, FirstHits
@@ -288,12 +291,55 @@ class Tree(TreeData):
         """Check the rays, given as to `check_query`, and choose the backend."""
         choice("kernel", kernel, tuple(KERNELS))
         checked = check_query(self.geometry, self.nodes["box"][0], *rays)
-        if kernel == "binary":
+        core: Backend
+        if self.backend == "cuda":
+            if kernel != "auto":
+                raise InputError(f"kernel={kernel!r} is one of the CPU's; leave it out, or query the tree on the CPU")
+            core = CudaBackend(scene_of(self.layout, device()))
+        elif kernel == "binary":
             core = self._spread_binary if checked.has_spread else self._binary
         else:
             view = self.layout.spread_view if checked.has_spread else self.layout.view
             core = CompiledBackend(engine, view, (KERNELS[kernel],))
         return backend_of(self.geometry, core, checked), checked
+
+    def to(self, backend: str) -> Tree:
+        """Return this tree with a backend that answers its queries: "cpu" or "cuda" (docs/gpu.md).
+
+        Answers are the same. The layout is uploaded to the GPU once, for the first query. A tree that is not placed
+        has the backend of `set_backend`; so has a tree from a file or from a refit.
+
+        Parameters
+        ----------
+        backend : {"cpu", "cuda"}
+
+        Raises
+        ------
+        MissingExtraError
+            If the extra ``fastlines[cuda]`` is not installed.
+        FastlinesError
+            If there is no GPU, or no driver.
+        InputError
+            If the tree is over something that the GPU does not know.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> tree = fl.build([[[-1, -1, -1], [1, 1, 1]]])
+        >>> tree.to("cpu").backend
+        'cpu'
+        """
+        if check_backend(backend) == "cuda":
+            require_primitives(self.geometry)
+        placed = object.__new__(type(self))
+        placed.__dict__.update(self.__dict__)
+        placed.__dict__["_backend"] = backend
+        return placed
+
+    @property
+    def backend(self) -> str:
+        """Which backend answers queries: "cpu" or "cuda"."""
+        return str(self.__dict__.get("_backend") or get_backend())
 
     def refit(self, lines: Lines | npt.ArrayLike, *, progress: ProgressOption = False) -> Tree:
         """Make the same tree over segments that have moved: same nodes and pieces, boxes fitted anew (docs/refit.md).

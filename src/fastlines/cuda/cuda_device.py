@@ -1,0 +1,112 @@
+"""A GPU by cuda.core. Nothing here is imported before a GPU is asked for."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import FastlinesError
+from ..optional import optional
+from .device import Kernels, Memory
+from .program import BLOCK, compiled
+
+
+@functools.cache
+def gpu() -> CudaDevice:
+    """Return the current GPU.
+
+    Raises
+    ------
+    MissingExtraError
+        If the extra ``fastlines[cuda]`` is not installed.
+    FastlinesError
+        If there is no GPU, or no driver.
+    """
+    core = optional("cuda.core", 'the backend "cuda"', "cuda")
+    optional("cuda.bindings.nvrtc", 'the backend "cuda"', "cuda")
+    try:
+        device = core.Device()
+        device.set_current()
+    except Exception as error:  # cuda.core and its loader of libraries raise many kinds
+        why = str(error).strip().splitlines() or [type(error).__name__]
+        raise FastlinesError(
+            f"there is no GPU that CUDA can use here ({why[0].rstrip('.')}); install NVIDIA's driver on a machine with "
+            "a GPU, or query on the CPU"
+        ) from error
+    return CudaDevice(core, device, device.default_stream)
+
+
+@dataclass(frozen=True, eq=False)
+class _Buffer:
+    """Memory of a GPU; cuda.core frees it in the order of the stream."""
+
+    buffer: Any
+
+    @property
+    def pointer(self) -> int:
+        return int(self.buffer.handle)
+
+
+@dataclass(frozen=True, eq=False)
+class CudaDevice:
+    """See `Device`. All work goes to the default stream, in order."""
+
+    core: Any
+    device: Any
+    stream: Any
+
+    @property
+    def name(self) -> str:
+        """See `Device`."""
+        return str(self.device.name)
+
+    def allocate(self, n_bytes: int) -> Memory:
+        """See `Device`."""
+        return _Buffer(self.device.allocate(max(1, n_bytes), stream=self.stream))
+
+    def upload(self, array: npt.NDArray[Any]) -> Memory:
+        """See `Device`."""
+        flat = np.ascontiguousarray(array)
+        to = self.device.allocate(max(1, flat.nbytes), stream=self.stream)
+        if flat.nbytes:
+            self._part(to, 0, flat.nbytes).copy_from(self._host(flat), stream=self.stream)
+            self.stream.sync()  # the array may change after this call
+        return _Buffer(to)
+
+    def download(self, memory: Memory, dtype: npt.DTypeLike, n: int, first: int = 0) -> npt.NDArray[Any]:
+        """See `Device`."""
+        to = np.empty(n, dtype)
+        assert isinstance(memory, _Buffer)
+        if to.nbytes:
+            part = self._part(memory.buffer, first * to.itemsize, to.nbytes)
+            self._host(to).copy_from(part, stream=self.stream)
+            self.stream.sync()
+        return to
+
+    def compile(self, primitives: str, stack: int) -> Kernels:
+        """See `Device`."""
+        code = self.core.ObjectCode.from_cubin(compiled(f"sm_{self.device.arch}", primitives, stack))
+        return _Kernels(self, code)
+
+    def _host(self, array: npt.NDArray[Any]) -> Any:
+        return self.core.Buffer.from_handle(array.ctypes.data, array.nbytes, owner=array)
+
+    def _part(self, buffer: Any, first: int, n_bytes: int) -> Any:
+        return self.core.Buffer.from_handle(int(buffer.handle) + first, n_bytes, owner=buffer)
+
+
+@dataclass(frozen=True, eq=False)
+class _Kernels:
+    device: CudaDevice
+    code: Any
+
+    def launch(self, name: str, n_threads: int, *arguments: int) -> None:
+        """See `Kernels`."""
+        core = self.device.core
+        config = core.LaunchConfig(grid=-(-n_threads // BLOCK), block=BLOCK)
+        numbers = [np.uint64(argument) for argument in arguments]
+        core.launch(self.device.stream, config, self.code.get_kernel(name), *numbers)

@@ -1,0 +1,35 @@
+"""Records of pointers and numbers, as kernels read them (cpp/fastlines/device/records.hpp)."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from .frame import Frame
+
+
+def scene_record(pointers: Sequence[int], frame: Frame) -> npt.NDArray[np.uint8]:
+    """Pack a `DeviceScene`: nodes, leaves, references, primitives, and the frame."""
+    return _record("<4Q5f4x", *pointers, *frame.centre, frame.scale, frame.overhang)
+
+
+def rays_record(pointers: Sequence[int], order: int, n: int, steps: Sequence[int]) -> npt.NDArray[np.uint8]:
+    """Pack `DeviceRays`: pointers to origins, directions, radius, t_min and t_max, and how far the next value is."""
+    return _record("<7Q5I4x", *pointers, order, n, *steps)
+
+
+def hits_record(columns: Sequence[int]) -> npt.NDArray[np.uint8]:
+    """Pack `DeviceHits`: pointers to t, prim, u, distance and t_out."""
+    return _record("<5Q", *columns)
+
+
+def lists_record(offsets: int, columns: Sequence[int]) -> npt.NDArray[np.uint8]:
+    """Pack `DeviceLists`: a pointer to the offsets, and those of `hits_record`."""
+    return _record("<6Q", offsets, *columns)
+
+
+def _record(form: str, *values: float) -> npt.NDArray[np.uint8]:
+    return np.frombuffer(struct.pack(form, *values), np.uint8)

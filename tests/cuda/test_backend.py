@@ -1,0 +1,165 @@
+"""Queries on a GPU give the answers of brute force, bit for bit: here on a host that plays the GPU's threads."""
+
+from __future__ import annotations
+
+import pickle
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from support import nasty
+from support.answers import WITH_AT, assert_same, cases, options, question
+from support.builds import ALL_KINDS
+from support.played_device import PlayedDevice
+
+import fastlines as fl
+from fastlines.cuda import choice
+from fastlines.cuda.columns import SCAN_RUN, scan
+from fastlines.cuda.scene import stack_room
+from fastlines.queries import QUERIES, QueryName
+
+#: The kinds of geometry that kernels know.
+KINDS = ("segments", "round cones", "spheres", "curves")
+#: Queries, and their arguments.
+QUESTIONS: list[tuple[QueryName, dict[str, Any]]] = [
+    (query, ({} if at is None else {"at": at}) | how)
+    for query in QUERIES
+    for at in (("closest", "surface") if query in WITH_AT else (None,))
+    for how in ([{}, *({"k": k, "rank": rank} for k, rank in product((0, 1, 3, 40), ("t", "distance")))])
+    if (query == "next_hits") == ("k" in how)
+]
+RAYS = [[0, 0, -5], [0.2, 0, -5]], [0, 0, 1], 0.5
+TREE = fl.build([[[-1, 0, 0], [1, 0, 0]], [[0, -1, 1], [0, 1, 1]]])
+
+
+@pytest.fixture(autouse=True)
+def on_cpu_afterwards():
+    yield
+    fl.set_backend("cpu")
+
+
+@pytest.mark.parametrize("name", nasty.NAMES)
+@pytest.mark.parametrize("kind", KINDS)
+def test_answers_are_those_of_brute_force(kind: str, name: str, device: PlayedDevice) -> None:
+    case = cases(0, n_rays=60)[name]
+    asked, _ = question(case)
+    geometry = ALL_KINDS[kind](case.segments)
+    methods = list(fl.METHODS)
+    tree = fl.build(geometry, methods[nasty.NAMES.index(name) % len(methods)]).to("cuda")
+    for query, how in QUESTIONS:
+        expected = fl.brute_force(geometry, **asked, query=query, **how)
+        assert_same(getattr(tree, query)(**asked, **how), expected, f"{query}, {how}")
+
+
+@pytest.mark.parametrize("name", fl.scenes.NAMES)
+def test_scenes_of_the_thesis(name: str, device: PlayedDevice) -> None:
+    lines = fl.scenes.make(name, 400).lines
+    tree = fl.build(lines).to("cuda")
+    low, high = np.asarray(lines.bounds, np.float64)
+    random = np.random.default_rng(1)
+    origins = low + (high - low) * random.uniform(-0.5, 1.5, (300, 3))
+    rays = origins, low + (high - low) * random.uniform(0, 1, (300, 3)) - origins
+    for radius in (0.0, 1e-3 * (high - low).max(), 0.02 * (high - low).max()):
+        for query in QUERIES:
+            expected = fl.brute_force(lines, *rays, radius, query=query, **options(query))
+            assert_same(getattr(tree, query)(*rays, radius, **options(query)), expected, f"{query}, {radius=}")
+
+
+def test_the_layout_is_uploaded_once(device: PlayedDevice) -> None:
+    tree = fl.build(TREE.geometry).to("cuda")
+    tree.any_hit(*RAYS)
+    first = len(device.uploaded)
+    tree.to("cuda").any_hit(*RAYS)
+    n_a_query = len(device.uploaded) - first
+    assert n_a_query == 6  # the arrays of the rays, and their record
+    assert first == n_a_query + 5  # nodes, leaves, references, primitives, and their record
+    assert device.launched == ["any_hit", "any_hit"]
+
+
+def test_the_backend_of_all_trees(device: PlayedDevice) -> None:
+    assert (fl.get_backend(), TREE.backend) == ("cpu", "cpu")
+    fl.set_backend("cuda")
+    assert (fl.get_backend(), TREE.backend, TREE.to("cpu").backend) == ("cuda", "cuda", "cpu")
+    assert_same(TREE.first_hit(*RAYS), TREE.to("cpu").first_hit(*RAYS))
+    assert device.launched == ["first_closest"]
+
+
+def test_a_placed_tree_is_like_any_other(device: PlayedDevice) -> None:
+    tree = TREE.to("cuda")
+    assert (tree.backend, tree.to("cpu").backend, TREE.backend) == ("cuda", "cpu", "cpu")
+    assert tree.nodes is TREE.nodes
+    assert pickle.loads(pickle.dumps(tree)).backend == "cpu"
+    hits = tree.all_hits(*RAYS, at="surface")
+    assert_same(hits, TREE.all_hits(*RAYS, at="surface"))
+    assert np.allclose(np.linalg.norm(hits.normals(), axis=1), 1)
+    # What is wrapped around a backend works with this one.
+    assert_same(tree.first_hit(*RAYS, ignore=[0]), TREE.first_hit(*RAYS, ignore=[0]))
+    shares: list[float] = []
+    tree.count_hits(*RAYS, progress=shares.append)
+    assert shares[-1] == 1.0
+
+
+def test_no_rays_and_no_lines(device: PlayedDevice) -> None:
+    empty = fl.build(np.empty((0, 2, 3)))
+    for tree, rays in (
+        (TREE, (np.empty((0, 3)), np.empty((0, 3)), 0.5)),
+        (empty, RAYS),
+        (empty, (np.empty((0, 3)), np.empty((0, 3)), 0.5)),
+    ):
+        for query in QUERIES:
+            expected = getattr(tree.to("cpu"), query)(*rays, **options(query))
+            assert_same(getattr(tree.to("cuda"), query)(*rays, **options(query)), expected)
+
+
+@pytest.mark.parametrize("n", [1, SCAN_RUN, SCAN_RUN + 1, SCAN_RUN**2 + 1])
+def test_scan(n: int, device: PlayedDevice) -> None:
+    numbers = np.random.default_rng(n).integers(0, 100, n)
+    memory = device.upload(numbers)
+    scan(device, device.compile("DeviceSegments", 64), memory.pointer, n)
+    assert np.array_equal(device.download(memory, np.int64, n), np.cumsum(numbers))
+
+
+def test_stack_room() -> None:
+    """A root with three inner children, of which the second has four: when it is taken last, two wait below."""
+    nodes = np.zeros((8, 128), np.uint8)
+    nodes[0, 16], nodes[0, 24] = 1, 3
+    nodes[2, 16], nodes[2, 24] = 4, 4
+    assert stack_room(nodes) == 6
+    assert stack_room(nodes[:0]) == 1
+
+
+def test_what_the_gpu_does_not_do(device: PlayedDevice) -> None:
+    tree = TREE.to("cuda")
+    with pytest.raises(fl.InputError, match="spread; query them on the CPU"):
+        tree.first_hit([0, 0, -5], [0, 0, 1], spread=0.1)
+    with pytest.raises(fl.InputError, match="kernel='wave' is one of the CPU's"):
+        tree.first_hit(*RAYS, kernel="wave")
+    triangles = fl.build(fl.Triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]))
+    with pytest.raises(fl.InputError, match="this tree is over Triangles"):
+        triangles.to("cuda")
+    fl.set_backend("cuda")
+    with pytest.raises(fl.InputError, match="this tree is over Triangles"):
+        triangles.first_hit(*RAYS)
+    with pytest.raises(fl.InputError, match="backend='gpu'"):
+        TREE.to("gpu")
+
+
+def test_a_tree_that_is_too_deep(device: PlayedDevice, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fastlines.cuda.scene.MAX_STACK", 0)
+    with pytest.raises(fl.FastlinesError, match="on the stack of each ray, and a GPU has room for 0"):
+        fl.build(TREE.geometry).to("cuda").first_hit(*RAYS)
+
+
+def test_without_a_gpu_there_is_one_sentence() -> None:
+    try:
+        choice.gpu()
+    except fl.FastlinesError as error:
+        message = str(error)
+        assert "\n" not in message
+        assert "fastlines[cuda]" in message or "there is no GPU that CUDA can use here" in message
+        with pytest.raises(fl.FastlinesError):
+            fl.set_backend("cuda")
+        assert fl.get_backend() == "cpu"
+    else:
+        pytest.skip("this machine has a GPU")

@@ -1,0 +1,52 @@
+// The kernels for GPUs as a library of the host, which runs one thread after the other (tests/support/played_device.py).
+#include <cstring>
+
+#include "fastlines/device/kernels.hpp"
+
+using namespace fastlines;
+
+namespace {
+
+/// A kernel by its name, with arguments of 64 bits each.
+struct NamedKernel {
+  const char* name;
+  void (*run)(std::uint64_t n, const std::uint64_t* arguments);
+};
+
+template <auto kernel>
+struct Player;
+
+template <class... Arguments, void (*kernel)(Arguments...)>
+struct Player<kernel> {
+  static void run(std::uint64_t n, const std::uint64_t* arguments) {
+    [=]<std::size_t... i>(std::index_sequence<i...>) {
+      play_threads(n, kernel, argument<Arguments>(arguments[i])...);
+    }(std::index_sequence_for<Arguments...>());
+  }
+
+ private:
+  template <class T>
+  static T argument(std::uint64_t bits) {
+    T value;
+    static_assert(sizeof value == sizeof bits);
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
+  }
+};
+
+#define NAMED(kernel) {#kernel, Player<kernel>::run}
+constexpr NamedKernel kKernels[] = {NAMED(first_closest), NAMED(first_surface), NAMED(any_hit),      NAMED(count_hits),
+                                    NAMED(all_closest),   NAMED(all_surface),   NAMED(next_closest), NAMED(next_surface),
+                                    NAMED(near_closest),  NAMED(near_surface),  NAMED(sum_runs),     NAMED(scan_runs)};
+
+}  // namespace
+
+/// Run a kernel in n threads; returns whether there is one of this name.
+extern "C" bool play(const char* name, std::uint64_t n, const std::uint64_t* arguments) {
+  for (const NamedKernel& kernel : kKernels)
+    if (std::strcmp(kernel.name, name) == 0) {
+      kernel.run(n, arguments);
+      return true;
+    }
+  return false;
+}

@@ -1,0 +1,87 @@
+"""A host that plays a GPU: the text of the kernels, compiled by a C++ compiler, one thread after the other."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+import subprocess
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from fastlines.cuda.program import BLOCK, headers, macros
+
+SOURCE = Path(__file__).with_suffix(".cpp")
+#: Answers are defined to the bit: no contraction.
+FLAGS = ["-std=c++20", "-O1", "-fPIC", "-shared", "-ffp-contract=off", "-Wall", "-Wextra"]
+
+
+def require_compiler() -> str:
+    """Return the C++ compiler; skip the test if there is none."""
+    found = shutil.which(os.environ.get("CXX", "g++")) or shutil.which("clang++")
+    if found is None:
+        pytest.skip("there is no C++ compiler to play a GPU's threads on the host")
+    return found
+
+
+@dataclass(eq=False)
+class HostMemory:
+    """Memory of the host, as if it were a device's."""
+
+    array: npt.NDArray[np.uint8]
+
+    @property
+    def pointer(self) -> int:
+        return int(self.array.ctypes.data)
+
+
+@dataclass(eq=False)
+class PlayedKernels:
+    library: ctypes.CDLL
+    launched: list[str]
+
+    def launch(self, name: str, n_threads: int, *arguments: int) -> None:
+        self.launched.append(name)
+        # A GPU runs whole blocks: some threads have no ray.
+        n = -(-n_threads // BLOCK) * BLOCK
+        numbers = (ctypes.c_uint64 * len(arguments))(*arguments)
+        assert self.library.play(name.encode(), ctypes.c_uint64(n), numbers), name
+
+
+@dataclass(eq=False)
+class PlayedDevice:
+    """See `fastlines.cuda.device.Device`; `launched` has the names of all kernels, in order."""
+
+    folder: Path
+    name: str = "a host that plays a GPU"
+    launched: list[str] = field(default_factory=list)
+    uploaded: list[int] = field(default_factory=list)
+
+    def allocate(self, n_bytes: int) -> HostMemory:
+        # Whatever is not written shows.
+        return HostMemory(np.full(n_bytes, 0xA5, np.uint8))
+
+    def upload(self, array: npt.NDArray[Any]) -> HostMemory:
+        self.uploaded.append(array.nbytes)
+        # As on a GPU, aligned to more than a block of the layout.
+        room = np.empty(array.nbytes + 256, np.uint8)
+        begin = -room.ctypes.data % 256
+        memory = room[begin : begin + array.nbytes]
+        memory[:] = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
+        return HostMemory(memory)
+
+    def download(self, memory: HostMemory, dtype: npt.DTypeLike, n: int, first: int = 0) -> npt.NDArray[Any]:
+        return memory.array.view(dtype)[first : first + n].copy()
+
+    def compile(self, primitives: str, stack: int) -> PlayedKernels:
+        library = self.folder / f"played-{primitives}-{stack}.so"
+        if not library.is_file():
+            defines = [f"-D{name}={value}" for name, value in macros(primitives, stack)]
+            command = [require_compiler(), *FLAGS, *defines, f"-I{headers()}", str(SOURCE), "-o", str(library)]
+            subprocess.run(command, check=True, capture_output=True, text=True)
+        return PlayedKernels(ctypes.CDLL(str(library)), self.launched)
