@@ -15,22 +15,22 @@ from .arrays import FloatArray, IntArray, choice, count
 from .backend import KERNELS, Backend, CompiledBackend, engine
 from .backends import backend_of
 from .cuda.backend import CudaBackend
-from .cuda.choice import check_backend, device, get_backend
-from .cuda.scene import require_primitives, scene_of
+from .cuda.choice import device
+from .cuda.scene import scene_of
 from .errors import InputError
 from .geometry import core_data, spread_data
 from .hits import AllHits, FirstHits
 from .layout import Layout, build_layout
 from .lines import Lines
+from .placed import PlacedTree
 from .progress import ProgressOption
 from .queries import any_hit, check_query, count_hits, first_hit, is_by_distance, is_merge, is_surface, list_hits
 from .rays import RayBatch
 from .refit import built_cost, moved_lines, refitted
-from .tree_data import TreeData
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tree(TreeData):
+class Tree(PlacedTree):
     """An acceleration tree over primitives, as `build` makes it.
 
     It is immutable. ``nodes`` and ``refs`` are its data; ``cost()``, ``stats()``, ``levels()`` and ``validate()``
@@ -302,44 +302,6 @@ class Tree(TreeData):
             view = self.layout.spread_view if checked.has_spread else self.layout.view
             core = CompiledBackend(engine, view, (KERNELS[kernel],))
         return backend_of(self.geometry, core, checked), checked
-
-    def to(self, backend: str) -> Tree:
-        """Return this tree with a backend that answers its queries: "cpu" or "cuda" (docs/gpu.md).
-
-        Answers are the same. The layout is uploaded to the GPU once, for the first query. A tree that is not placed
-        has the backend of `set_backend`; so has a tree from a file or from a refit.
-
-        Parameters
-        ----------
-        backend : {"cpu", "cuda"}
-
-        Raises
-        ------
-        MissingExtraError
-            If the extra ``fastlines[cuda]`` is not installed.
-        FastlinesError
-            If there is no GPU, or no driver.
-        InputError
-            If the tree is over something that the GPU does not know.
-
-        Examples
-        --------
-        >>> import fastlines as fl
-        >>> tree = fl.build([[[-1, -1, -1], [1, 1, 1]]])
-        >>> tree.to("cpu").backend
-        'cpu'
-        """
-        if check_backend(backend) == "cuda":
-            require_primitives(self.geometry)
-        placed = object.__new__(type(self))
-        placed.__dict__.update(self.__dict__)
-        placed.__dict__["_backend"] = backend
-        return placed
-
-    @property
-    def backend(self) -> str:
-        """Which backend answers queries: "cpu" or "cuda"."""
-        return str(self.__dict__.get("_backend") or get_backend())
 
     def refit(self, lines: Lines | npt.ArrayLike, *, progress: ProgressOption = False) -> Tree:
         """Make the same tree over segments that have moved: same nodes and pieces, boxes fitted anew (docs/refit.md).

@@ -1,0 +1,108 @@
+"""The kernels compile by NVRTC, which needs no GPU, and their arithmetic rounds each operation once."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import fastlines as fl
+from fastlines.cuda import program
+
+PRIMITIVES = ["DeviceSegments", "DeviceRoundCones"]
+
+
+def require_nvrtc() -> None:
+    pytest.importorskip("cuda.core", reason="needs fastlines[cuda]")
+    pytest.importorskip("cuda.bindings.nvrtc", reason="needs fastlines[cuda]")
+
+
+def ptx(primitives: str, **others: bool) -> str:
+    """Compile to PTX, which shows how each operation is rounded. (`Program.compile` would ask the driver first.)"""
+    from cuda.bindings import nvrtc
+    from cuda.core import ProgramOptions
+
+    how = program.options("compute_90", primitives, 64) | others
+    flags = ProgramOptions(**how).as_bytes("nvrtc")
+    error, compiled = nvrtc.nvrtcCreateProgram(program.SOURCE.encode(), b"kernels.cu", 0, [], [])
+    assert int(error) == 0
+    (error,) = nvrtc.nvrtcCompileProgram(compiled, len(flags), flags)
+    assert int(error) == 0
+    size = nvrtc.nvrtcGetPTXSize(compiled)[1]
+    text = b" " * size
+    nvrtc.nvrtcGetPTX(compiled, text)
+    nvrtc.nvrtcDestroyProgram(compiled)
+    return text.decode()
+
+
+@pytest.mark.parametrize("primitives", PRIMITIVES)
+def test_each_operation_is_rounded_once(primitives: str) -> None:
+    require_nvrtc()
+    text = ptx(primitives)
+    operations = set(re.findall(r"\b(?:add|sub|mul|div|sqrt|fma|mad|rcp|rsqrt)[.\w]*\.f(?:32|64)\b", text))
+    # Fused multiply-adds are those of culling, in float32.
+    exact = {f"{name}.rn.{form}" for name in ("add", "sub", "mul", "div", "sqrt", "rcp") for form in ("f32", "f64")}
+    assert operations - exact == {"fma.rn.f32"}
+    assert {"div.rn.f32", "sqrt.rn.f32", "rcp.rn.f64", "sqrt.rn.f64"} <= operations
+    assert ".ftz" not in text
+    assert ".approx" not in text
+    # The compiler would fuse more, if it might.
+    fused = ptx(primitives, fma=True)
+    assert "fma.rn.f64" in fused
+    assert fused.count("fma.rn.f32") > text.count("fma.rn.f32")
+
+
+@pytest.mark.parametrize(
+    "arch", ["sm_90", *(pytest.param(arch, marks=pytest.mark.slow) for arch in ("sm_75", "sm_120"))]
+)
+def test_kernels_compile_and_are_cached(arch: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    require_nvrtc()
+    monkeypatch.setenv("FASTLINES_CACHE", str(tmp_path / "cache"))
+    code = program.compiled(arch, "DeviceSegments", 64)
+    assert code[:4] == b"\x7fELF"
+    (cached,) = (tmp_path / "cache").iterdir()
+    assert cached.read_bytes() == code
+    cached.write_bytes(b"from the cache")
+    assert program.compiled(arch, "DeviceSegments", 64) == b"from the cache"
+    # Another stack, or other text, is another program.
+    for change in (lambda: None, lambda: monkeypatch.setattr(program, "text", lambda: "other")):
+        change()
+        assert program.compiled(arch, "DeviceSegments", 128)[:4] == b"\x7fELF"
+    assert len(list((tmp_path / "cache").iterdir())) == 3
+
+
+def test_a_cache_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    require_nvrtc()
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("FASTLINES_CACHE", str(tmp_path / "file" / "cache"))
+    monkeypatch.setattr(program, "compile_now", lambda how: b"code")
+    assert program.compiled("sm_90", "DeviceSegments", 64) == b"code"
+
+
+def test_the_text_is_whole() -> None:
+    """All that kernels include is in the package, and of the standard library no more than what NVRTC is given."""
+    standard, core = map(Path, program.include_path())
+    text = program.text()
+    assert "class RoundConeTest" in text
+    assert "inline Ray prepare(" in text
+    assert set(re.findall(r"^#include <(.+)>", text, re.MULTILINE)) == {path.name for path in standard.iterdir()}
+    assert (core / "fastlines" / "device" / "thread.hpp").read_text(encoding="utf-8") in text
+    assert f"#define FASTLINES_BLOCK {program.BLOCK}" in text
+
+
+def test_a_package_without_headers(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(program, "_PACKAGE", tmp_path / "a" / "b")
+    with pytest.raises(fl.FastlinesError, match="the text of the GPU's kernels is missing"):
+        program.headers()
+
+
+@pytest.mark.parametrize("platform", ["linux", "darwin", "win32"])
+def test_cache_folder(platform: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.delenv("FASTLINES_CACHE", raising=False)
+    monkeypatch.setattr("sys.platform", platform)
+    monkeypatch.setattr(Path, "home", lambda: tmp_path)
+    for name in ("XDG_CACHE_HOME", "LOCALAPPDATA"):
+        monkeypatch.delenv(name, raising=False)
+    assert program.cache_folder().name == "fastlines"
+    assert program.cache_folder().is_relative_to(tmp_path)
