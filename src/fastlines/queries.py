@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,8 @@ from . import _core
 from .arrays import FloatArray, IntArray, choice, count
 from .backend import Backend, CompiledBackend, is_given
 from .backends import backend_of
+from .cuda.backend import CudaBackend
+from .cuda.device_rays import DeviceRayBatch, check_device_rays
 from .custom import Custom, Primitives
 from .errors import InputError
 from .forecast import Forecast
@@ -34,6 +36,9 @@ from .rays import RADIUS_LIMIT, RayBatch, check_rays
 RANKS = ("t", "distance")
 
 QueryName: TypeAlias = Literal["first_hit", "any_hit", "count_hits", "all_hits", "next_hits"]
+
+#: Rays in the memory of the host, or of a GPU. Their answers are there, too: `DeviceHits` or arrays of the GPU.
+AnyRays: TypeAlias = RayBatch | DeviceRayBatch
 
 #: The queries, by the names of their methods.
 QUERIES: tuple[QueryName, ...] = ("first_hit", "any_hit", "count_hits", "all_hits", "next_hits")
@@ -72,6 +77,17 @@ def require_radius(geometry: AnyGeometry, radius: npt.ArrayLike | None, spread: 
         )
 
 
+def scene_bounds(geometry: AnyGeometry, box: FloatArray) -> FloatArray:
+    """Return the box of all primitives, from that of their axes; refuse radii that are too large for it."""
+    margin = radius_beyond(geometry)
+    if margin > 0 and margin > RADIUS_LIMIT * (size := float(np.ptp(box, axis=0).max()) or 1.0):
+        raise InputError(
+            f"the largest radius of the lines, {margin:g}, is more than {RADIUS_LIMIT:g} times the size of their axes "
+            f"together, {size:g}; leave such lines out"
+        )
+    return box + np.array([[-margin], [margin]], np.float32)
+
+
 def check_query(
     geometry: AnyGeometry,
     box: FloatArray,
@@ -87,18 +103,43 @@ def check_query(
 ) -> RayBatch:
     """Check rays for geometry in this box; of lines it holds the axes."""
     require_radius(geometry, radius, spread)
-    margin = radius_beyond(geometry)
-    if margin > 0 and margin > RADIUS_LIMIT * (size := float(np.ptp(box, axis=0).max()) or 1.0):
-        raise InputError(
-            f"the largest radius of the lines, {margin:g}, is more than {RADIUS_LIMIT:g} times the size of their axes "
-            f"together, {size:g}; leave such lines out"
-        )
-    margins = np.array([[-margin], [margin]], np.float32)
+    bounds = scene_bounds(geometry, box)
     radius = 0.0 if radius is None else radius
-    rays = check_rays(origins, directions, radius, t_min, t_max, invalid, box + margins, spread)
+    rays = check_rays(origins, directions, radius, t_min, t_max, invalid, bounds, spread)
     if ignore is None and ignore_strands is None:
         return rays
     return replace(rays, ignored=ignored_of(geometry, rays.shape, ignore, ignore_strands))
+
+
+def check_device_query(
+    backend: CudaBackend,
+    geometry: AnyGeometry,
+    box: FloatArray,
+    origins: Any,
+    directions: Any,
+    radius: Any,
+    t_min: Any,
+    t_max: Any,
+    invalid: str,
+    spread: Any = 0.0,
+    ignore: Any = None,
+    ignore_strands: Any = None,
+) -> DeviceRayBatch:
+    """Check rays in the memory of a GPU; see `check_query`."""
+    given = {
+        "invalid": invalid != "error",
+        "spread": not (isinstance(spread, int | float) and spread == 0),
+        "ignore": ignore is not None,
+        "ignore_strands": ignore_strands is not None,
+    }
+    for name, is_given_ in given.items():
+        if is_given_:
+            raise InputError(f"rays in the memory of a GPU take no {name}=; leave it out, or pass NumPy arrays")
+    if radius is None:
+        require_radius(geometry, radius)
+        radius = 0.0
+    bounds = scene_bounds(geometry, box)
+    return check_device_rays(backend, bounds, origins, directions, radius, t_min, t_max)
 
 
 def _refuse_surface(rays: RayBatch) -> None:
@@ -111,9 +152,11 @@ def _refuse_surface(rays: RayBatch) -> None:
 
 
 def first_hit(
-    backend: Backend, rays: RayBatch, surface: bool, progress: ProgressOption, geometry: AnyGeometry
+    backend: Backend, rays: AnyRays, surface: bool, progress: ProgressOption, geometry: AnyGeometry
 ) -> FirstHits:
     """Find the nearest hit of each ray."""
+    if isinstance(rays, DeviceRayBatch):
+        return cast(FirstHits, rays.first_hit(surface))
     if surface:
         _refuse_surface(rays)
     with reporting(progress, "first hit") as callback:
@@ -121,14 +164,18 @@ def first_hit(
     return FirstHits.from_columns(columns, rays, geometry)
 
 
-def any_hit(backend: Backend, rays: RayBatch, progress: ProgressOption) -> npt.NDArray[np.bool_]:
+def any_hit(backend: Backend, rays: AnyRays, progress: ProgressOption) -> npt.NDArray[np.bool_]:
     """Find out for each ray whether it hits anything."""
+    if isinstance(rays, DeviceRayBatch):
+        return cast(npt.NDArray[np.bool_], rays.any_hit())
     with reporting(progress, "any hit") as callback:
         return backend.any_hit(rays, callback).reshape(rays.shape)
 
 
-def count_hits(backend: Backend, rays: RayBatch, progress: ProgressOption) -> IntArray:
+def count_hits(backend: Backend, rays: AnyRays, progress: ProgressOption) -> IntArray:
     """Count the primitives that each ray hits."""
+    if isinstance(rays, DeviceRayBatch):
+        return cast(IntArray, rays.count_hits())
     with reporting(progress, "count hits") as callback:
         counts = backend.count_hits(rays, callback)
     return counts.reshape(rays.shape).view(np.int64)  # NumPy prints C's name of the type, but not its own
@@ -136,7 +183,7 @@ def count_hits(backend: Backend, rays: RayBatch, progress: ProgressOption) -> In
 
 def list_hits(
     backend: Backend,
-    rays: RayBatch,
+    rays: AnyRays,
     surface: bool,
     k: int | None,
     progress: ProgressOption,
@@ -144,6 +191,8 @@ def list_hits(
     by_distance: bool = False,
 ) -> AllHits:
     """List all hits of each ray, or the first k, unless a sample says that they will not fit in memory."""
+    if isinstance(rays, DeviceRayBatch):
+        return cast(AllHits, rays.list_hits(surface, k, by_distance))
     if surface:
         _refuse_surface(rays)
 

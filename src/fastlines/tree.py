@@ -16,7 +16,8 @@ from .backend import KERNELS, Backend, CompiledBackend, engine
 from .backends import backend_of
 from .cuda.backend import CudaBackend
 from .cuda.choice import device
-from .cuda.scene import scene_of
+from .cuda.device_rays import is_on_device
+from .cuda.scene import require_cuda, scene_of
 from .errors import InputError
 from .geometry import core_data, spread_data
 from .hits import AllHits, FirstHits
@@ -24,8 +25,18 @@ from .layout import Layout, build_layout
 from .lines import Lines
 from .placed import PlacedTree
 from .progress import ProgressOption
-from .queries import any_hit, check_query, count_hits, first_hit, is_by_distance, is_merge, is_surface, list_hits
-from .rays import RayBatch
+from .queries import (
+    AnyRays,
+    any_hit,
+    check_device_query,
+    check_query,
+    count_hits,
+    first_hit,
+    is_by_distance,
+    is_merge,
+    is_surface,
+    list_hits,
+)
 from .refit import built_cost, moved_lines, refitted
 
 
@@ -287,9 +298,13 @@ class Tree(PlacedTree):
             return CompiledBackend(_core, _core.BinaryView.of_planes(kind, data, *self.planes))
         return CompiledBackend(_core, _core.BinaryView.of_boxes(kind, data, *self.words()))
 
-    def _checked(self, kernel: str, rays: tuple[Any, ...]) -> tuple[Backend, RayBatch]:
+    def _checked(self, kernel: str, rays: tuple[Any, ...]) -> tuple[Backend, AnyRays]:
         """Check the rays, given as to `check_query`, and choose the backend."""
         choice("kernel", kernel, tuple(KERNELS))
+        if is_on_device(rays[0]):
+            require_cuda(self.backend, self.geometry)
+            backend = CudaBackend(scene_of(self.layout, device()))
+            return backend, check_device_query(backend, self.geometry, self.nodes["box"][0], *rays)
         checked = check_query(self.geometry, self.nodes["box"][0], *rays)
         core: Backend
         if self.backend == "cuda":

@@ -1,4 +1,5 @@
-// The kernels for GPUs as a library of the host, which runs one thread after the other (tests/support/played_device.py).
+// The kernels for GPUs as a library of the host, which runs one thread after the other
+// (tests/support/played_device.py).
 #include <cstring>
 
 #include "fastlines/device/kernels.hpp"
@@ -35,9 +36,10 @@ struct Player<kernel> {
 };
 
 #define NAMED(kernel) {#kernel, Player<kernel>::run}
-constexpr NamedKernel kKernels[] = {NAMED(first_closest), NAMED(first_surface), NAMED(any_hit),      NAMED(count_hits),
-                                    NAMED(all_closest),   NAMED(all_surface),   NAMED(next_closest), NAMED(next_surface),
-                                    NAMED(near_closest),  NAMED(near_surface),  NAMED(sum_runs),     NAMED(scan_runs)};
+constexpr NamedKernel kKernels[] = {
+    NAMED(first_closest), NAMED(first_surface), NAMED(any_hit),      NAMED(count_hits),   NAMED(all_closest),
+    NAMED(all_surface),   NAMED(next_closest),  NAMED(next_surface), NAMED(near_closest), NAMED(near_surface),
+    NAMED(sum_runs),      NAMED(scan_runs),     NAMED(check_rays)};
 
 }  // namespace
 

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from fastlines.cuda.device import ViewedArray
 from fastlines.cuda.program import BLOCK, headers, macros
 
 SOURCE = Path(__file__).with_suffix(".cpp")
@@ -38,6 +39,16 @@ class HostMemory:
     @property
     def pointer(self) -> int:
         return int(self.array.ctypes.data)
+
+
+@dataclass(eq=False)
+class DeviceArray:
+    """An array in the memory of the played GPU, as torch or CuPy would have it."""
+
+    array: npt.NDArray[Any]
+
+    def __dlpack_device__(self) -> tuple[int, int]:
+        return 2, 0
 
 
 @dataclass(eq=False)
@@ -77,6 +88,14 @@ class PlayedDevice:
 
     def download(self, memory: HostMemory, dtype: npt.DTypeLike, n: int, first: int = 0) -> npt.NDArray[Any]:
         return memory.array.view(dtype)[first : first + n].copy()
+
+    def view(self, array: Any) -> ViewedArray:
+        numbers = array.array
+        contiguous = bool(numbers.flags.c_contiguous)
+        return ViewedArray(int(numbers.ctypes.data), numbers.shape, numbers.dtype, contiguous, array)
+
+    def export(self, memory: HostMemory, shape: tuple[int, ...], dtype: npt.DTypeLike) -> DeviceArray:
+        return DeviceArray(memory.array.view(dtype).reshape(shape))
 
     def compile(self, primitives: str, stack: int) -> PlayedKernels:
         library = self.folder / f"played-{primitives}-{stack}.so"

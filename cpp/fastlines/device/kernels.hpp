@@ -3,6 +3,7 @@
 // Numbers come as 64 bits, so that a launch passes pointers and numbers alike. Threads beyond the last ray do nothing.
 #pragma once
 
+#include "device_ray_check.hpp"
 #include "device_traversal.hpp"
 #include "thread.hpp"
 
@@ -19,15 +20,19 @@ inline std::uint64_t ray_of_thread(const DeviceRays& rays) {
   return rays.order ? rays.order[thread] : thread;
 }
 
+/// Ray i, as the caller gave it.
+inline RayQuery query_of(const DeviceRays& rays, std::uint64_t i) {
+  const float *const o = rays.origins + i * rays.origin_step, *const d = rays.directions + i * rays.direction_step;
+  return {{o[0], o[1], o[2]},
+          {d[0], d[1], d[2]},
+          rays.t_min[i * rays.t_min_step],
+          rays.t_max[i * rays.t_max_step],
+          rays.radius[i * rays.radius_step]};
+}
+
 /// Ray i, prepared.
 inline Ray prepared_ray(const DeviceRays& rays, std::uint64_t i, const Frame& frame) {
-  const float *const o = rays.origins + i * rays.origin_step, *const d = rays.directions + i * rays.direction_step;
-  const RayQuery query{{o[0], o[1], o[2]},
-                       {d[0], d[1], d[2]},
-                       rays.t_min[i * rays.t_min_step],
-                       rays.t_max[i * rays.t_max_step],
-                       rays.radius[i * rays.radius_step]};
-  return prepare(query, frame);
+  return prepare(query_of(rays, i), frame);
 }
 
 /// Where a ray leaves a primitive, in units of the caller's ray.
@@ -82,6 +87,12 @@ void list_hits_of_thread(const DeviceScene& scene, const DeviceRays& rays, const
   list.sort();
   if constexpr (at == At::surface)
     for (std::uint64_t j = 0; j < list.size(); ++j) to.hits.t_out[first + j] = exit_of<P>(scene, ray, list.prim(j));
+}
+
+/// Add the number of rays that are not valid to `n_invalid`.
+FASTLINES_KERNEL check_rays(const DeviceLimits* limits, const DeviceRays* rays, std::uint32_t* n_invalid) {
+  const std::uint64_t i = ray_of_thread(*rays);
+  if (i < rays->n && !is_valid(query_of(*rays, i), *limits)) add_one(n_invalid);
 }
 
 /// Numbers that one thread adds up.

@@ -26,6 +26,13 @@ struct DeviceRays {
 };
 static_assert(sizeof(DeviceRays) == 80);
 
+/// What rays must be for a scene, as src/fastlines/rays.py checks them.
+struct DeviceLimits {
+  double low[3], high[3];  ///< the box of the scene
+  double largest_radius;
+};
+static_assert(sizeof(DeviceLimits) == 56);
+
 /// Hits as columns; t_out may be null.
 struct DeviceHits {
   float* t;

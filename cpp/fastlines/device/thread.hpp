@@ -20,6 +20,9 @@ namespace fastlines {
 /// The number of the calling thread.
 inline std::uint64_t thread_index() { return std::uint64_t(blockIdx.x) * blockDim.x + threadIdx.x; }
 
+/// Add one to a number that all threads share.
+inline void add_one(std::uint32_t* number) { atomicAdd(number, 1u); }
+
 /// For tests: note how many entries a stack has.
 inline void note_stack(int) {}
 
@@ -35,6 +38,9 @@ namespace fastlines {
 inline thread_local std::uint64_t played_thread = 0;
 
 inline std::uint64_t thread_index() { return played_thread; }
+
+/// Add one to a number that all threads share.
+inline void add_one(std::uint32_t* number) { ++*number; }
 
 /// The most entries that a stack has had.
 inline thread_local int deepest_stack = 0;

@@ -1,7 +1,8 @@
-"""The backend that answers rays by kernels, with arrays of the host."""
+"""The backend that answers rays by kernels; with arrays of the host, or of the device."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,7 +28,15 @@ class RaysOnDevice:
 
     n: int
     record: Memory
-    parts: tuple[Memory, ...]
+    parts: tuple[object, ...]
+
+
+@dataclass(frozen=True)
+class ListsOnDevice:
+    """Lists of hits: n + 1 offsets, and columns."""
+
+    offsets: Memory
+    columns: DeviceColumns
 
 
 @dataclass(frozen=True)
@@ -38,29 +47,19 @@ class CudaBackend:
 
     def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
         """See `Backend`."""
-        device = self.scene.device
-        columns = DeviceColumns.allocate(device, len(rays), surface)
-        hits = device.upload(hits_record(columns.pointers()))
-        self._launch("first_surface" if surface else "first_closest", self._upload(rays), hits.pointer)
-        found = columns.download(device)
+        found = self.find_first(self._upload(rays), surface).download(self.scene.device)
         _report_end(progress)
         return found
 
     def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
         """See `Backend`."""
-        device = self.scene.device
-        found = device.allocate(len(rays))
-        self._launch("any_hit", self._upload(rays), found.pointer)
-        hit = device.download(found, np.bool_, len(rays))
+        hit = self.scene.device.download(self.find_any(self._upload(rays)), np.bool_, len(rays))
         _report_end(progress)
         return hit
 
     def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
-        device = self.scene.device
-        found = device.allocate(8 * len(rays))
-        self._launch("count_hits", self._upload(rays), ALL, found.pointer)
-        counts = device.download(found, np.int64, len(rays))
+        counts = self.scene.device.download(self.count(self._upload(rays)), np.int64, len(rays))
         _report_end(progress)
         return counts
 
@@ -68,23 +67,52 @@ class CudaBackend:
         self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:
         """See `Backend`."""
-        device, n = self.scene.device, len(rays)
-        on_device = self._upload(rays)
-        # Count the hits of each ray after a zero, and add them up.
-        offsets = device.upload(np.zeros(n + 1, np.int64))
-        counts = offsets.pointer + 8
-        self._launch("count_hits", on_device, ALL if k is None else k, counts)
-        if n:
-            scan(device, self.scene.kernels, counts, n)
-        n_hits = int(device.download(offsets, np.int64, 1, n)[0])
-        # List them.
-        columns = DeviceColumns.allocate(device, n_hits, surface)
-        lists = device.upload(lists_record(offsets.pointer, columns.pointers()))
-        which = "all" if k is None else "near" if by_distance else "next"
-        self._launch(f"{which}_{'surface' if surface else 'closest'}", on_device, lists.pointer)
-        found = device.download(offsets, np.int64, n + 1), columns.download(device)
+        device = self.scene.device
+        lists = self.list(self._upload(rays), surface, k, by_distance)
+        found = device.download(lists.offsets, np.int64, len(rays) + 1), lists.columns.download(device)
         _report_end(progress)
         return found
+
+    def find_first(self, rays: RaysOnDevice, surface: bool) -> DeviceColumns:
+        """Find the first hits, on the device."""
+        columns = DeviceColumns.allocate(self.scene.device, rays.n, surface)
+        record = self.scene.device.upload(hits_record(columns.pointers()))
+        self._launch("first_surface" if surface else "first_closest", rays, record.pointer)
+        return columns
+
+    def find_any(self, rays: RaysOnDevice) -> Memory:
+        """Find out whether each ray hits anything, on the device."""
+        found = self.scene.device.allocate(rays.n)
+        self._launch("any_hit", rays, found.pointer)
+        return found
+
+    def count(self, rays: RaysOnDevice) -> Memory:
+        """Count the hits of each ray, on the device."""
+        counts = self.scene.device.allocate(8 * rays.n)
+        self._launch("count_hits", rays, ALL, counts.pointer)
+        return counts
+
+    def list(self, rays: RaysOnDevice, surface: bool, k: int | None, by_distance: bool) -> ListsOnDevice:
+        """List hits, on the device."""
+        device = self.scene.device
+        # Count the hits of each ray after a zero, and add them up.
+        offsets = device.upload(np.zeros(rays.n + 1, np.int64))
+        counts = offsets.pointer + 8
+        self._launch("count_hits", rays, ALL if k is None else k, counts)
+        if rays.n:
+            scan(device, self.scene.kernels, counts, rays.n)
+        n_hits = int(device.download(offsets, np.int64, 1, rays.n)[0])
+        # List them.
+        columns = DeviceColumns.allocate(device, n_hits, surface)
+        record = device.upload(lists_record(offsets.pointer, columns.pointers()))
+        which = "all" if k is None else "near" if by_distance else "next"
+        self._launch(f"{which}_{'surface' if surface else 'closest'}", rays, record.pointer)
+        return ListsOnDevice(offsets, columns)
+
+    def rays_on_device(self, pointers: Sequence[int], n: int, steps: Sequence[int], parts: object) -> RaysOnDevice:
+        """Return rays from pointers to origins, directions, radius, t_min and t_max, and how far the next value is."""
+        record = self.scene.device.upload(rays_record(pointers, 0, n, steps))
+        return RaysOnDevice(n, record, (parts,))
 
     def _launch(self, name: str, rays: RaysOnDevice, *arguments: int) -> None:
         if rays.n:
@@ -96,8 +124,7 @@ class CudaBackend:
         arrays = rays.origins, rays.directions, rays.radius, rays.t_min, rays.t_max
         parts = [self.scene.device.upload(array) for array in arrays]
         steps = [0 if len(array) <= 1 else array.size // len(array) for array in arrays]
-        record = self.scene.device.upload(rays_record([part.pointer for part in parts], 0, len(rays), steps))
-        return RaysOnDevice(len(rays), record, tuple(parts))
+        return self.rays_on_device([part.pointer for part in parts], len(rays), steps, parts)
 
 
 def _report_end(progress: ProgressCallback | None) -> None:

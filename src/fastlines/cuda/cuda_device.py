@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import FastlinesError
+from ..errors import FastlinesError, InputError
 from ..optional import optional
-from .device import Kernels, Memory
+from .device import Kernels, Memory, ViewedArray
 from .program import BLOCK, compiled
 
 
@@ -86,6 +86,27 @@ class CudaDevice:
             self._host(to).copy_from(part, stream=self.stream)
             self.stream.sync()
         return to
+
+    def view(self, array: Any) -> ViewedArray:
+        """See `Device`."""
+        from cuda.core.utils import StridedMemoryView
+
+        view = StridedMemoryView.from_any_interface(array, int(self.stream.handle))
+        if view.device_id != self.device.device_id:
+            raise InputError(
+                f"the array is on GPU {view.device_id}, and the tree on GPU {self.device.device_id}; copy one of them"
+            )
+        shape = tuple(view.shape)
+        rows = np.cumprod([1, *reversed(shape)])[-2::-1] if shape else ()
+        contiguous = view.strides is None or 0 in shape or tuple(view.strides) == tuple(map(int, rows))
+        return ViewedArray(int(view.ptr), shape, view.dtype, contiguous, view)
+
+    def export(self, memory: Any, shape: tuple[int, ...], dtype: npt.DTypeLike) -> Any:
+        """See `Device`."""
+        from cuda.core.utils import StridedMemoryView
+
+        self.stream.sync()  # the consumer's stream is not known here
+        return StridedMemoryView.from_buffer(memory.buffer, shape, dtype=np.dtype(dtype))
 
     def compile(self, primitives: str, stack: int) -> Kernels:
         """See `Device`."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Protocol
 
+import numpy as np
 import numpy.typing as npt
 
 
@@ -13,6 +15,17 @@ class Memory(Protocol):
     @property
     def pointer(self) -> int:
         """Where it begins."""
+
+
+@dataclass(frozen=True, eq=False)
+class ViewedArray:
+    """An array in the memory of a device, and what keeps it alive."""
+
+    pointer: int
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any] | None
+    contiguous: bool
+    owner: object
 
 
 class Kernels(Protocol):
@@ -37,6 +50,12 @@ class Device(Protocol):
 
     def download(self, memory: Memory, dtype: npt.DTypeLike, n: int, first: int = 0) -> npt.NDArray[Any]:
         """Return n numbers from the device, from number `first` on, after all that was launched before."""
+
+    def view(self, array: Any) -> ViewedArray:
+        """View an array that is in the memory of this device, by DLPack; what was written to it before is there."""
+
+    def export(self, memory: Any, shape: tuple[int, ...], dtype: npt.DTypeLike) -> Any:
+        """Return memory as an array with ``__dlpack__``, after all that was launched before."""
 
     def compile(self, primitives: str, stack: int) -> Kernels:
         """Return the kernels for a kind of primitive, with stacks of so many entries."""

@@ -21,6 +21,11 @@ def rays_record(pointers: Sequence[int], order: int, n: int, steps: Sequence[int
     return _record("<7Q5I4x", *pointers, order, n, *steps)
 
 
+def limits_record(low: Sequence[float], high: Sequence[float], largest_radius: float) -> npt.NDArray[np.uint8]:
+    """Pack `DeviceLimits`: the box of the scene, and the largest radius of a query."""
+    return _record("<7d", *low, *high, largest_radius)
+
+
 def hits_record(columns: Sequence[int]) -> npt.NDArray[np.uint8]:
     """Pack `DeviceHits`: pointers to t, prim, u, distance and t_out."""
     return _record("<5Q", *columns)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ..curves import Curves
 from ..errors import FastlinesError, InputError
 from ..geometry import AnyGeometry, core_data
 from ..layout import Layout
@@ -72,6 +73,18 @@ def require_primitives(geometry: AnyGeometry) -> str:
             "query it on the CPU, or build a tree over the lines alone"
         )
     return kind
+
+
+def require_cuda(backend: str, geometry: AnyGeometry) -> None:
+    """Refuse rays in the memory of a GPU if the CPU has to answer them, or to finish the answers."""
+    if backend != "cuda":
+        raise InputError(
+            "the rays are in the memory of a GPU, and this tree answers on the CPU; query tree.to('cuda'), or pass "
+            "NumPy arrays"
+        )
+    if isinstance(geometry, Curves):
+        raise InputError("hits of curves are put together on the CPU; pass rays as NumPy arrays")
+    require_primitives(geometry)
 
 
 def stack_room(nodes: npt.NDArray[np.uint8]) -> int:

@@ -1,0 +1,149 @@
+"""Rays in the memory of a GPU, as arrays of torch, CuPy or JAX by DLPack, and their answers there: no copies."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arrays import FLOAT32_MAX, FloatArray
+from ..errors import InputError
+from ..rays import RADIUS_LIMIT
+from .backend import CudaBackend, RaysOnDevice
+from .columns import DeviceColumns
+from .device import ViewedArray
+from .records import limits_record
+
+#: The types of memory, as DLPack numbers them, that a GPU reads: its own, and managed memory.
+_OF_A_GPU = (2, 13)
+
+
+def is_on_device(array: Any) -> bool:
+    """Return whether an array is in the memory of a GPU."""
+    found = getattr(array, "__dlpack_device__", None)
+    return found is not None and int(found()[0]) in _OF_A_GPU
+
+
+@dataclass(frozen=True, eq=False)
+class DeviceHits:
+    """Hits in the memory of a GPU; each field has ``__dlpack__``, as ``torch.from_dlpack`` takes it.
+
+    Attributes
+    ----------
+    t, prim, u, distance, t_out
+        As in `FirstHits`; of lists, one entry a hit.
+    offsets
+        Of lists, as in `AllHits`, (n_rays + 1,) int64; None for first hits.
+    """
+
+    t: Any
+    prim: Any
+    u: Any
+    distance: Any
+    t_out: Any
+    offsets: Any = None
+
+    def merged_by_strand(self) -> DeviceHits:
+        """Refuse to merge hits."""
+        raise InputError("hits in the memory of a GPU are not merged; leave out merge=, or pass rays as NumPy arrays")
+
+
+@dataclass(frozen=True)
+class DeviceRayBatch:
+    """Checked rays in the memory of a GPU; `shape` is the shape of the answer."""
+
+    backend: CudaBackend
+    rays: RaysOnDevice
+    shape: tuple[int, ...]
+
+    def first_hit(self, surface: bool) -> DeviceHits:
+        """Find the nearest hit of each ray."""
+        return self._exported(self.backend.find_first(self.rays, surface), self.shape)
+
+    def any_hit(self) -> Any:
+        """Find out for each ray whether it hits anything."""
+        return self._export(self.backend.find_any(self.rays), self.shape, np.bool_)
+
+    def count_hits(self) -> Any:
+        """Count the primitives that each ray hits."""
+        return self._export(self.backend.count(self.rays), self.shape, np.int64)
+
+    def list_hits(self, surface: bool, k: int | None, by_distance: bool) -> DeviceHits:
+        """List all hits of each ray, or the k best."""
+        lists = self.backend.list(self.rays, surface, k, by_distance)
+        offsets = self._export(lists.offsets, (self.rays.n + 1,), np.int64)
+        return self._exported(lists.columns, (lists.columns.n,), offsets)
+
+    def _exported(self, columns: DeviceColumns, shape: tuple[int, ...], offsets: Any = None) -> DeviceHits:
+        t, u, distance, t_out = (
+            None if column is None else self._export(column, shape, np.float32)
+            for column in (columns.t, columns.u, columns.distance, columns.t_out)
+        )
+        return DeviceHits(t, self._export(columns.prim, shape, np.int64), u, distance, t_out, offsets)
+
+    def _export(self, memory: Any, shape: tuple[int, ...], dtype: Any) -> Any:
+        return self.backend.scene.device.export(memory, shape, dtype)
+
+
+def check_device_rays(
+    backend: CudaBackend,
+    bounds: FloatArray,
+    origins: Any,
+    directions: Any,
+    radius: Any,
+    t_min: Any,
+    t_max: Any,
+) -> DeviceRayBatch:
+    """Check rays of which at least origins are in the memory of the GPU, for a scene with these bounds.
+
+    Raises
+    ------
+    InputError
+        If an array has another type or shape than it should, or a ray is not valid.
+    """
+    device = backend.scene.device
+    points = _viewed(backend, origins, "origins", None)
+    if points.shape[-1:] != (3,):
+        raise InputError(f"origins have shape {points.shape}; expected (…, 3): x y z of each ray")
+    shape = points.shape[:-1]
+    n = math.prod(shape)
+    arrays = [points, _viewed(backend, directions, "directions", points.shape, (3,))]
+    for name, values in (("radius", radius), ("t_min", t_min), ("t_max", t_max)):
+        arrays.append(_viewed(backend, values, name, shape, ()))
+    steps = [3, 0 if arrays[1].shape == (3,) else 3, *(0 if array.shape == () else 1 for array in arrays[2:])]
+    rays = backend.rays_on_device([array.pointer for array in arrays], n, steps, arrays)
+    low, high = bounds.tolist()
+    if not all(map(math.isfinite, (*low, *high))):
+        low = high = [0.0, 0.0, 0.0]
+    largest = min(RADIUS_LIMIT * (max(b - a for a, b in zip(low, high, strict=True)) or 1.0), FLOAT32_MAX)
+    limits, found = device.upload(limits_record(low, high, largest)), device.upload(np.zeros(1, np.uint32))
+    if n:
+        backend.scene.kernels.launch("check_rays", n, limits.pointer, rays.record.pointer, found.pointer)
+    n_invalid = int(device.download(found, np.uint32, 1)[0])
+    if n_invalid:
+        raise InputError(
+            f"{n_invalid} of {n} rays are not valid: they hold NaN or Inf, have a direction of length zero, or bounds "
+            "that are not in order; pass them as NumPy arrays to learn which and why"
+        )
+    return DeviceRayBatch(backend, rays, shape)
+
+
+def _viewed(backend: CudaBackend, values: Any, name: str, *shapes: tuple[int, ...] | None) -> ViewedArray:
+    """View an array of the device without a copy, or upload numbers; check type and shape, where one is given."""
+    device = backend.scene.device
+    if is_on_device(values):
+        array = device.view(values)
+    else:
+        numbers = np.asarray(values, np.float32)
+        memory = device.upload(numbers)
+        array = ViewedArray(memory.pointer, numbers.shape, numbers.dtype, True, memory)
+    if array.dtype != np.float32 or not array.contiguous:
+        raise InputError(
+            f"{name} are {array.dtype}{'' if array.contiguous else ', and not contiguous'}; expected contiguous float32"
+            " in the memory of the GPU, so that nothing is copied"
+        )
+    if None not in shapes and array.shape not in shapes:
+        raise InputError(f"{name} have shape {array.shape}; expected {' or '.join(map(str, shapes))}")
+    return array
