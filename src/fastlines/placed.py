@@ -1,12 +1,14 @@
-"""Where the queries of a tree are answered: on the CPU or on a GPU."""
+"""A tree with the layout that its queries run on, on the CPU or on a GPU."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeVar
+from functools import cached_property
+from typing import Any, TypeVar
 
 from .cuda.choice import check_backend, get_backend
 from .cuda.scene import require_primitives
+from .layout import Layout, build_layout
 from .tree_data import TreeData
 
 Self = TypeVar("Self", bound="PlacedTree")
@@ -14,7 +16,15 @@ Self = TypeVar("Self", bound="PlacedTree")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PlacedTree(TreeData):
-    """A tree, and the backend that answers its queries."""
+    """A tree, its layout, and the backend that answers its queries."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        return super().__getstate__() | ({"layout": self.layout} if "layout" in self.__dict__ else {})
+
+    @cached_property
+    def layout(self) -> Layout:
+        """The wide layout, which queries run on; built on the first query, and kept."""
+        return build_layout(self.geometry, *self.words(), self.nodes["box"][0])
 
     def to(self: Self, backend: str) -> Self:
         """Return this tree with a backend that answers its queries: "cpu" or "cuda" (docs/gpu.md).
@@ -44,6 +54,7 @@ class PlacedTree(TreeData):
         """
         if check_backend(backend) == "cuda":
             require_primitives(self.geometry)
+            _ = self.layout  # so that all trees made from this one share it, and it is uploaded once
         placed = object.__new__(type(self))
         placed.__dict__.update(self.__dict__)
         placed.__dict__["_backend"] = backend

@@ -21,7 +21,6 @@ from .cuda.scene import require_cuda, scene_of
 from .errors import InputError
 from .geometry import core_data, spread_data
 from .hits import AllHits, FirstHits
-from .layout import Layout, build_layout
 from .lines import Lines
 from .placed import PlacedTree
 from .progress import ProgressOption
@@ -276,14 +275,6 @@ class Tree(PlacedTree):
             kernel, (origins, directions, radius, t_min, t_max, invalid, spread, ignore, ignore_strands)
         )
         return list_hits(backend, rays, is_surface(at), count("k", k, 0), progress, self.geometry, by_distance)
-
-    def __getstate__(self) -> dict[str, Any]:
-        return super().__getstate__() | ({"layout": self.layout} if "layout" in self.__dict__ else {})
-
-    @cached_property
-    def layout(self) -> Layout:
-        """The wide layout, which queries run on; built on the first query, and kept."""
-        return build_layout(self.geometry, *self.words(), self.nodes["box"][0])
 
     @cached_property
     def _binary(self) -> Backend:

@@ -14,7 +14,6 @@ from support.builds import ALL_KINDS
 from support.played_device import PlayedDevice
 
 import fastlines as fl
-from fastlines.cuda import choice
 from fastlines.cuda.columns import SCAN_RUN, scan
 from fastlines.cuda.scene import stack_room
 from fastlines.queries import QUERIES, QueryName
@@ -149,17 +148,3 @@ def test_a_tree_that_is_too_deep(device: PlayedDevice, monkeypatch: pytest.Monke
     monkeypatch.setattr("fastlines.cuda.scene.MAX_STACK", 0)
     with pytest.raises(fl.FastlinesError, match="on the stack of each ray, and a GPU has room for 0"):
         fl.build(TREE.geometry).to("cuda").first_hit(*RAYS)
-
-
-def test_without_a_gpu_there_is_one_sentence() -> None:
-    try:
-        choice.gpu()
-    except fl.FastlinesError as error:
-        message = str(error)
-        assert "\n" not in message
-        assert "fastlines[cuda]" in message or "there is no GPU that CUDA can use here" in message
-        with pytest.raises(fl.FastlinesError):
-            fl.set_backend("cuda")
-        assert fl.get_backend() == "cpu"
-    else:
-        pytest.skip("this machine has a GPU")

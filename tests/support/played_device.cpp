@@ -39,7 +39,7 @@ struct Player<kernel> {
 constexpr NamedKernel kKernels[] = {
     NAMED(first_closest), NAMED(first_surface), NAMED(any_hit),      NAMED(count_hits),   NAMED(all_closest),
     NAMED(all_surface),   NAMED(next_closest),  NAMED(next_surface), NAMED(near_closest), NAMED(near_surface),
-    NAMED(sum_runs),      NAMED(scan_runs),     NAMED(check_rays)};
+    NAMED(sum_runs),      NAMED(scan_runs),     NAMED(check_rays),   NAMED(first_steps)};
 
 }  // namespace
 

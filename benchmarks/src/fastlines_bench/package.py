@@ -8,11 +8,16 @@ from fastlines.backend import use_engine
 from fastlines.cli.app import Group
 from fastlines.cli.files import SCENE, check_output, note, open_lines, show_progress
 from fastlines.cli.options import Effort
+from fastlines.cuda.backend import CudaBackend
+from fastlines.cuda.choice import device as cuda_device
+from fastlines.cuda.device import Device as CudaDevice
+from fastlines.cuda.scene import scene_of
 from fastlines.errors import FastlinesError
 from fastlines.geometry import core_data
 from fastlines.immutable import own
 from fastlines.layout import Layout
 from fastlines.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, best_settings, method_settings
+from fastlines.queries import check_query
 from fastlines.rendering.depth_tone import grey
 from fastlines.rendering.fragments import Surfaces
 from fastlines.rendering.hair import HairMaterial, longitudinal
@@ -36,6 +41,8 @@ __all__ = [
     "REF_LIMIT",
     "SCENE",
     "THESIS_METHODS",
+    "CudaBackend",
+    "CudaDevice",
     "Effort",
     "FastlinesError",
     "Group",
@@ -52,7 +59,9 @@ __all__ = [
     "atomic_write",
     "best_settings",
     "check_output",
+    "check_query",
     "core_data",
+    "cuda_device",
     "describe_machine",
     "did_you_mean",
     "filmic",
@@ -67,6 +76,7 @@ __all__ = [
     "open_lines",
     "own",
     "page",
+    "scene_of",
     "seen_vertices",
     "show_progress",
     "srgb",

@@ -23,6 +23,17 @@ struct DeviceStackEntry {
   float enter;
 };
 
+/// The steps of a ray, for benchmarks: a collector that is also of this type counts them.
+struct DeviceSteps {
+  std::uint32_t n_nodes = 0, n_leaves = 0, n_tests = 0;
+};
+
+/// Count a step, if the collector counts steps.
+template <class Collector>
+inline void count_device_step(Collector& to, std::uint32_t DeviceSteps::* step) {
+  if constexpr (requires { to.n_nodes; }) ++(to.*step);
+}
+
 /// Report the hits of a ray to the collector.
 template <class P, class Collector>
 void trace(const DeviceScene& scene, const Ray& ray, Collector& to) {
@@ -32,6 +43,7 @@ void trace(const DeviceScene& scene, const Ray& ray, Collector& to) {
   std::uint32_t index = 0;
   for (;;) {
     // Cull the children.
+    count_device_step(to, &DeviceSteps::n_nodes);
     const WideNode& node = scene.nodes[index];
     const int bottom = size, n_inner = node.n_inner;
     std::uint32_t leaves = 0;
@@ -49,10 +61,12 @@ void trace(const DeviceScene& scene, const Ray& ray, Collector& to) {
     // Cull the leaves, and test what survives.
     for (std::uint32_t leaf_index = node.first_leaf; leaves; leaves >>= 1, ++leaf_index) {
       if (!(leaves & 1)) continue;
+      count_device_step(to, &DeviceSteps::n_leaves);
       const WideLeaf& leaf = scene.leaves[leaf_index];
       std::uint32_t near = cull_leaf_pieces<P::kHasRadius>(cull, leaf);
       for (std::uint32_t i = leaf.first_ref; near; near >>= 1, ++i) {
         if (!(near & 1)) continue;
+        count_device_step(to, &DeviceSteps::n_tests);
         const WideRef ref = scene.refs[i];
         const typename P::Test test =
             device_test<P>(ray, scene.items + std::uint64_t(ref.prim) * P::kFloats, scene.frame);

@@ -89,6 +89,21 @@ void list_hits_of_thread(const DeviceScene& scene, const DeviceRays& rays, const
     for (std::uint64_t j = 0; j < list.size(); ++j) to.hits.t_out[first + j] = exit_of<P>(scene, ray, list.prim(j));
 }
 
+/// The first hit of a ray, and the steps that it takes.
+struct CountedFirstHit : FirstHitOfRay<At::closest>, DeviceSteps {
+  using FirstHitOfRay::FirstHitOfRay;
+};
+
+/// Write how many nodes, leaves and exact tests the search for each first hit takes, for benchmarks.
+FASTLINES_KERNEL first_steps(const DeviceScene* scene, const DeviceRays* rays, DeviceSteps* to) {
+  const std::uint64_t i = ray_of_thread(*rays);
+  if (i == rays->n) return;
+  const Ray ray = prepared_ray(*rays, i, scene->frame);
+  CountedFirstHit found(ray);
+  trace<FASTLINES_PRIMITIVES>(*scene, ray, found);
+  to[i] = found;
+}
+
 /// Add the number of rays that are not valid to `n_invalid`.
 FASTLINES_KERNEL check_rays(const DeviceLimits* limits, const DeviceRays* rays, std::uint32_t* n_invalid) {
   const std::uint64_t i = ray_of_thread(*rays);

@@ -47,19 +47,19 @@ class CudaBackend:
 
     def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
         """See `Backend`."""
-        found = self.find_first(self._upload(rays), surface).download(self.scene.device)
+        found = self.find_first(self.upload(rays), surface).download(self.scene.device)
         _report_end(progress)
         return found
 
     def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
         """See `Backend`."""
-        hit = self.scene.device.download(self.find_any(self._upload(rays)), np.bool_, len(rays))
+        hit = self.scene.device.download(self.find_any(self.upload(rays)), np.bool_, len(rays))
         _report_end(progress)
         return hit
 
     def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
-        counts = self.scene.device.download(self.count(self._upload(rays)), np.int64, len(rays))
+        counts = self.scene.device.download(self.count(self.upload(rays)), np.int64, len(rays))
         _report_end(progress)
         return counts
 
@@ -68,7 +68,7 @@ class CudaBackend:
     ) -> HitLists:
         """See `Backend`."""
         device = self.scene.device
-        lists = self.list(self._upload(rays), surface, k, by_distance)
+        lists = self.list(self.upload(rays), surface, k, by_distance)
         found = device.download(lists.offsets, np.int64, len(rays) + 1), lists.columns.download(device)
         _report_end(progress)
         return found
@@ -79,6 +79,12 @@ class CudaBackend:
         record = self.scene.device.upload(hits_record(columns.pointers()))
         self._launch("first_surface" if surface else "first_closest", rays, record.pointer)
         return columns
+
+    def count_steps(self, rays: RaysOnDevice) -> Memory:
+        """Count the nodes, leaves and exact tests of each ray in a search for first hits: (n, 3) uint32."""
+        steps = self.scene.device.allocate(12 * rays.n)
+        self._launch("first_steps", rays, steps.pointer)
+        return steps
 
     def find_any(self, rays: RaysOnDevice) -> Memory:
         """Find out whether each ray hits anything, on the device."""
@@ -118,7 +124,8 @@ class CudaBackend:
         if rays.n:
             self.scene.kernels.launch(name, rays.n, self.scene.record.pointer, rays.record.pointer, *arguments)
 
-    def _upload(self, rays: RayBatch) -> RaysOnDevice:
+    def upload(self, rays: RayBatch) -> RaysOnDevice:
+        """Copy checked rays to the device."""
         if rays.has_spread:
             raise InputError("the GPU does not answer rays with a spread; query them on the CPU, or leave out spread=")
         arrays = rays.origins, rays.directions, rays.radius, rays.t_min, rays.t_max

@@ -132,7 +132,7 @@ def _nearest(
 
 def same(a: Any, b: Any) -> bool:
     """Return whether two answers of ours are the same, bit for bit."""
-    names = ("t", "prim", "u", "distance", "offsets")
+    names = ("t", "prim", "u", "distance", "t_out", "offsets")
     return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in names if hasattr(a, name))
 
 

@@ -1,0 +1,59 @@
+"""``fastlines-bench cuda``: the answers and the speed of queries on a GPU."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from fastlines.scenes import NAMES
+
+from ..cuda import CudaPreset, print_cuda, run_cuda
+from .app import app
+from .options import JsonFile, NRays, Quick, Rounds, check_files, check_names, progress_bar, write_json
+
+
+@app.command(short_help="The answers and the speed of queries on a GPU, beside the CPU.")
+def cuda(
+    scene: Annotated[
+        list[str] | None,
+        typer.Option("--scene", "-s", metavar="NAME,…", help="The scenes; the default is all.", show_default=False),
+    ] = None,
+    n_segments: Annotated[
+        int | None,
+        typer.Option("--n-segments", help="The segments of each scene that is timed.", min=1, show_default=False),
+    ] = None,
+    n_rays: NRays = None,
+    rounds: Rounds = None,
+    limit: Annotated[
+        float | None,
+        typer.Option("--limit", metavar="SECONDS", help="Begin no scene after so long.", min=0.0, show_default=False),
+    ] = None,
+    quick: Quick = False,
+    json_file: JsonFile = None,
+) -> None:
+    """Compare all queries on a GPU with brute force, bit for bit, and time them beside our own kernels of the CPU.
+
+    Needs a GPU and the extra fastlines[cuda]. Exits with 1 if an answer differs.
+
+    [bold]Examples[/]
+
+    [cyan]fastlines-bench cuda --quick[/]
+
+    [cyan]fastlines-bench cuda --json cuda.json[/]  all scenes, within ten minutes
+    """
+    check_files(json_file)
+    preset = CudaPreset.of(
+        quick,
+        scenes=check_names("--scene", "scene", scene, NAMES),
+        n_segments=n_segments,
+        n_rays=n_rays,
+        rounds=rounds,
+        limit=limit,
+    )
+    with progress_bar() as progress:
+        result = run_cuda(preset, progress)
+    print_cuda(result)
+    write_json(json_file, result.to_json())
+    if not result.agrees:
+        raise typer.Exit(1)

@@ -1,0 +1,42 @@
+"""The tables of queries on a GPU."""
+
+from __future__ import annotations
+
+from ..harness.tables import format_3_digits, new_table, print_table, wide_console
+from .run import CudaResult, describe
+
+
+def print_cuda(result: CudaResult) -> None:
+    """Print the comparison of each scene, then a row for each query."""
+    console = wide_console()
+    compared = new_table(f"answers on {result.card}, beside brute force", ["scene"], ["queries", "decisions", "differ"])
+    for each in result.comparisons:
+        compared.add_row(each.scene, f"{each.n_queries:,}", f"{each.n_decisions:,}", str(len(each.differing)))
+    print_table(console, compared)
+    for each in result.comparisons:
+        for differing in each.differing:
+            console.print(f"{each.scene}: {differing}: the answer differs", highlight=False)
+    heads = ["rays", "hits\na ray", "GPU\nMrays/s", "with copies\nMrays/s", "CPU\nMrays/s", "GPU / CPU"]
+    heads += ["nodes\na ray", "leaves", "tests", "kB\na ray", "GB/s", "same"]
+    timed = new_table(f"queries on {result.card}", ["scene", "rays", "query"], heads)
+    for cell in result.cells:
+        rates = [cell.n_rays / seconds / 1e6 for seconds in (cell.gpu_s, cell.copied_s, cell.cpu_s)]
+        steps = ["–"] * 3 if cell.steps is None else [f"{step:.1f}" for step in cell.steps]
+        read = ["–"] * 2
+        if cell.bytes_per_ray is not None:
+            read = [f"{cell.bytes_per_ray / 1e3:.2f}", f"{cell.bytes_per_ray * cell.n_rays / cell.gpu_s / 1e9:.0f}"]
+        timed.add_row(
+            *(cell.scene, cell.kind, cell.query, f"{cell.n_rays:,}", f"{cell.n_hits / cell.n_rays:.2f}"),
+            *(format_3_digits(rate) for rate in rates),
+            f"{cell.cpu_s / cell.gpu_s:.1f}",
+            *steps,
+            *read,
+            "yes" if cell.same else "NO",
+        )
+    print_table(console, timed)
+    console.print(
+        f"Uploads: {result.upload_gb_s:.1f} GB/s. {describe(result)}. kB: what a ray reads of the layout and of "
+        f"segments, caches included. {result.seconds:.0f} s in all."
+        + (f" Left out, for time: {', '.join(result.left_out)}." if result.left_out else ""),
+        highlight=False,
+    )

@@ -1,0 +1,66 @@
+"""The command ``cuda`` at tiny sizes, on a host that plays the GPU."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from command_line import done, refused
+from command_line import run as command
+from support.played_device import PlayedDevice, require_compiler
+
+from fastlines import FastlinesError
+from fastlines.cuda import choice
+from fastlines.cuda.choice import use_device
+from fastlines_bench.cuda import run
+
+TINY = ("--quick", "--scene", "spaghetti,bun-hair", "--n-segments", 100, "--n-rays", 256, "--rounds", 1)
+
+pytestmark = pytest.mark.usefixtures("in_own_folder")
+
+
+@pytest.fixture
+def device(tmp_path, monkeypatch):
+    require_compiler()
+    monkeypatch.setattr(run, "UPLOADED", 1 << 16)
+    with use_device(PlayedDevice(tmp_path)) as given:
+        yield given
+
+
+def test_run(tmp_path, device):
+    text = done("cuda", *TINY, "--json", "c.json")
+    for said in ("a host that plays a GPU", "decisions", "Mrays/s", "spaghetti", "bun-hair", "GB/s"):
+        assert said in text
+    assert "NO" not in text
+    result = json.loads((tmp_path / "c.json").read_text())
+    assert result["format"] == "fastlines-bench cuda 1"
+    assert [each["scene"] for each in result["comparisons"]] == ["spaghetti", "bun-hair"]
+    assert all(each["n_decisions"] > 10_000 and not each["differing"] for each in result["comparisons"])
+    assert len(result["cells"]) == 2 * 2 * len(run.TIMED)
+    for cell in result["cells"]:
+        assert cell["same"]
+        assert (cell["steps"] is None) == (cell["query"] != "first_hit")
+        if cell["steps"]:
+            assert cell["steps"][0] >= 1
+            assert cell["bytes_per_ray"] >= 128
+    assert result["left_out"] == []
+
+
+def test_what_differs_is_said(device, monkeypatch):
+    monkeypatch.setattr(run, "same", lambda given, expected: False)
+    result = command("cuda", *TINY)
+    assert result.exit_code == 1
+    assert "the answer differs" in result.stdout
+    assert "NO" in result.stdout
+
+
+def test_a_limit_leaves_scenes_out(device):
+    assert "Left out, for time" in done("cuda", *TINY, "--limit", 0)
+
+
+def test_without_a_gpu(monkeypatch):
+    def gpu():
+        raise FastlinesError("there is no GPU here")
+
+    monkeypatch.setattr(choice, "gpu", gpu)
+    assert refused("cuda", *TINY)[1] == "error: there is no GPU here\n"
