@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partialmethod
 
 import pytest
 from command_line import done, refused
@@ -12,7 +13,9 @@ from support.played_device import PlayedDevice, require_compiler
 from fastlines import FastlinesError
 from fastlines.cuda import choice
 from fastlines.cuda.choice import use_device
+from fastlines.cuda.program import TUNING
 from fastlines_bench.cuda import run
+from fastlines_bench.peers.warp import warp
 
 TINY = ("--quick", "--scene", "spaghetti,bun-hair", "--n-segments", 100, "--n-rays", 256, "--rounds", 1)
 
@@ -23,6 +26,7 @@ pytestmark = pytest.mark.usefixtures("in_own_folder")
 def device(tmp_path, monkeypatch):
     require_compiler()
     monkeypatch.setattr(run, "UPLOADED", 1 << 16)
+    monkeypatch.setattr(run.CudaPreset, "__init__", partialmethod(run.CudaPreset.__init__, warp="cpu"))
     with use_device(PlayedDevice(tmp_path)) as given:
         yield given
 
@@ -31,7 +35,7 @@ def test_run(tmp_path, device):
     text = done("cuda", *TINY, "--json", "c.json")
     for said in ("a host that plays a GPU", "decisions", "Mrays/s", "spaghetti", "bun-hair", "GB/s"):
         assert said in text
-    assert "NO" not in text
+    assert "answer differs" not in text
     result = json.loads((tmp_path / "c.json").read_text())
     assert result["format"] == "fastlines-bench cuda 1"
     assert [each["scene"] for each in result["comparisons"]] == ["spaghetti", "bun-hair"]
@@ -40,6 +44,9 @@ def test_run(tmp_path, device):
     for cell in result["cells"]:
         assert cell["same"]
         assert (cell["steps"] is None) == (cell["query"] != "first_hit")
+        assert (cell["warp_s"] is None) == (not warp() or cell["query"] not in ("first_hit", "count_hits"))
+        if cell["warp_s"]:
+            assert cell["warp_differs"] <= 0.02
         if cell["steps"]:
             assert cell["steps"][0] >= 1
             assert cell["bytes_per_ray"] >= 128
@@ -51,7 +58,15 @@ def test_what_differs_is_said(device, monkeypatch):
     result = command("cuda", *TINY)
     assert result.exit_code == 1
     assert "the answer differs" in result.stdout
-    assert "NO" in result.stdout
+    assert " NO" in result.stdout
+
+
+def test_tuning(device, monkeypatch):
+    for name, value in TUNING.items():
+        monkeypatch.setitem(TUNING, name, value)  # restored afterwards
+    text = done("cuda", *TINY, "--tune", "FASTLINES_NODE_ROWS=1", "--tune", "FASTLINES_BLOCK=64")
+    assert "FASTLINES_BLOCK 64, FASTLINES_NODE_ROWS 1" in text
+    assert "is not NAME=N" in refused("cuda", *TINY, "--tune", "FASTLINES_STACK=1")[1]
 
 
 def test_a_limit_leaves_scenes_out(device):

@@ -8,6 +8,7 @@
 
 #include "check.hpp"
 #include "fastlines/primitives/spread_cones.hpp"
+#include "fastlines/rays/frame_of.hpp"
 #include "fastlines/rays/spread_ray.hpp"
 #include "random.hpp"
 

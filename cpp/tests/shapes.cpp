@@ -7,6 +7,7 @@
 
 #include "check.hpp"
 #include "fastlines/primitives/shapes.hpp"
+#include "fastlines/rays/frame_of.hpp"
 #include "fastlines/rays/ray.hpp"
 #include "random.hpp"
 

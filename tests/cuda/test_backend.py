@@ -14,6 +14,7 @@ from support.builds import ALL_KINDS
 from support.played_device import PlayedDevice
 
 import fastlines as fl
+from fastlines.cuda import program
 from fastlines.cuda.columns import SCAN_RUN, scan
 from fastlines.cuda.scene import stack_room
 from fastlines.queries import QUERIES, QueryName
@@ -63,6 +64,19 @@ def test_scenes_of_the_thesis(name: str, device: PlayedDevice) -> None:
         for query in QUERIES:
             expected = fl.brute_force(lines, *rays, radius, query=query, **options(query))
             assert_same(getattr(tree, query)(*rays, radius, **options(query)), expected, f"{query}, {radius=}")
+
+
+@pytest.mark.parametrize("tuning", [{"FASTLINES_NODE_ROWS": 1}, {"FASTLINES_BLOCK": 64}])
+def test_tuning_changes_no_answer(
+    tuning: dict[str, int], device: PlayedDevice, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in tuning.items():
+        monkeypatch.setitem(program.TUNING, name, value)
+    case = cases(1, n_rays=60)["hair"]
+    asked, _ = question(case)
+    tree = fl.build(case.segments)
+    for query, how in QUESTIONS:
+        assert_same(getattr(tree.to("cuda"), query)(**asked, **how), getattr(tree, query)(**asked, **how), query)
 
 
 def test_the_layout_is_uploaded_once(device: PlayedDevice) -> None:

@@ -15,7 +15,7 @@ import fastlines as fl
 from fastlines.cuda import cuda_device
 from fastlines.cuda.choice import use_device
 from fastlines.cuda.cuda_device import CudaDevice, gpu
-from fastlines.cuda.program import BLOCK
+from fastlines.cuda.program import BLOCK, TUNING
 
 
 @pytest.fixture(autouse=True)
@@ -87,9 +87,9 @@ def test_what_it_calls(played: PlayedDevice, monkeypatch: pytest.MonkeyPatch) ->
         return b"code"
 
     def launch(stream: object, config: dict[str, int], name: str, *numbers: np.uint64) -> None:
-        assert config["block"] == BLOCK
+        assert config["block"] == TUNING[BLOCK]
         assert all(type(number) is np.uint64 for number in numbers)
-        kernels.launch(name, config["grid"] * BLOCK, *map(int, numbers))
+        kernels.launch(name, config["grid"] * TUNING[BLOCK], *map(int, numbers))
 
     monkeypatch.setattr(cuda_device, "compiled", compile_for)
     core = SimpleNamespace(
@@ -122,5 +122,5 @@ def test_the_names_are_those_of_cuda_core() -> None:
         (utils.StridedMemoryView, ("from_any_interface", "from_buffer", "__dlpack__", "shape", "strides", "dtype")),
     ):
         assert [name for name in names if not hasattr(owner, name)] == []
-    config = core.LaunchConfig(grid=3, block=BLOCK)
-    assert (tuple(config.grid), tuple(config.block)) == ((3, 1, 1), (BLOCK, 1, 1))
+    config = core.LaunchConfig(grid=3, block=64)
+    assert (tuple(config.grid), tuple(config.block)) == ((3, 1, 1), (64, 1, 1))

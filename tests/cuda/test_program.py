@@ -88,7 +88,8 @@ def test_the_text_is_whole() -> None:
     assert "inline Ray prepare(" in text
     assert set(re.findall(r"^#include <(.+)>", text, re.MULTILINE)) == {path.name for path in standard.iterdir()}
     assert (core / "fastlines" / "device" / "thread.hpp").read_text(encoding="utf-8") in text
-    assert f"#define FASTLINES_BLOCK {program.BLOCK}" in text
+    for name, value in program.TUNING.items():
+        assert f"#define {name} {value}\n" in text
 
 
 def test_a_package_without_headers(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 import pytest
 
 from fastlines.cuda.device import ViewedArray
-from fastlines.cuda.program import BLOCK, headers, macros
+from fastlines.cuda.program import BLOCK, TUNING, headers, macros
 
 SOURCE = Path(__file__).with_suffix(".cpp")
 #: Answers are defined to the bit: no contraction.
@@ -59,7 +59,7 @@ class PlayedKernels:
     def launch(self, name: str, n_threads: int, *arguments: int) -> None:
         self.launched.append(name)
         # A GPU runs whole blocks: some threads have no ray.
-        n = -(-n_threads // BLOCK) * BLOCK
+        n = -(-n_threads // TUNING[BLOCK]) * TUNING[BLOCK]
         numbers = (ctypes.c_uint64 * len(arguments))(*arguments)
         assert self.library.play(name.encode(), ctypes.c_uint64(n), numbers), name
 
@@ -98,7 +98,8 @@ class PlayedDevice:
         return DeviceArray(memory.array.view(dtype).reshape(shape))
 
     def compile(self, primitives: str, stack: int) -> PlayedKernels:
-        library = self.folder / f"played-{primitives}-{stack}.so"
+        tuning = "-".join(map(str, TUNING.values()))
+        library = self.folder / f"played-{primitives}-{stack}-{tuning}.so"
         if not library.is_file():
             defines = [f"-D{name}={value}" for name, value in macros(primitives, stack)]
             command = [require_compiler(), *FLAGS, *defines, f"-I{headers()}", str(SOURCE), "-o", str(library)]

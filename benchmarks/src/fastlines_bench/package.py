@@ -11,6 +11,7 @@ from fastlines.cli.options import Effort
 from fastlines.cuda.backend import CudaBackend
 from fastlines.cuda.choice import device as cuda_device
 from fastlines.cuda.device import Device as CudaDevice
+from fastlines.cuda.program import TUNING
 from fastlines.cuda.scene import scene_of
 from fastlines.errors import FastlinesError
 from fastlines.geometry import core_data
@@ -41,6 +42,7 @@ __all__ = [
     "REF_LIMIT",
     "SCENE",
     "THESIS_METHODS",
+    "TUNING",
     "CudaBackend",
     "CudaDevice",
     "Effort",

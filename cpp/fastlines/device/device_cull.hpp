@@ -8,30 +8,41 @@
 #include "../layout/wide_blocks.hpp"
 #include "../math/vec.hpp"
 #include "../rays/ray.hpp"
+#include "thread.hpp"
+
+#if !defined(FASTLINES_NODE_ROWS)
+/// How a thread reads the planes of a node: 0 = four children at a time, and only as many as there are; 1 = all 16, in
+/// rows of 16 bytes. Which is faster is not measured yet.
+#define FASTLINES_NODE_ROWS 0
+#endif
 
 namespace fastlines {
 
 /// Byte i, 0 to 3, of a word as a float; the machine is little-endian.
 inline float byte_of(std::uint32_t word, int i) { return float(word >> 8 * i & 0xff); }
 
+/// A row of the planes of a node: a byte for each of its children.
+struct alignas(16) PlaneRow {
+  std::uint32_t words[kSimdWidth / 4];
+};
+
 /// A ray prepared for culling (`CullRayOf` and `ProjectedRayOf` in kernels/intersect).
 struct DeviceCullRay {
   const Ray& ray;
   float reach;
   float inverse[3], near[3], far[3];  // t of a near plane: q·(scale·inverse) + (org·inverse + near)
-  int near_row[3], far_row[3];        // words from the first row of planes
+  int near_row[3], far_row[3];        // rows of planes
   float offset_u, offset_v;           // minus the projections of the ray's origin
 
   explicit DeviceCullRay(const Ray& ray_) : ray(ray_), reach(ray_.radius + ray_.eps) {
-    constexpr int row_words = kSimdWidth / 4;
     for (int k = 0; k < 3; ++k) {
       const bool back = ray.r[k] < 0.0f;
       inverse[k] = (back ? -1.0f : 1.0f) / max(abs(ray.r[k]), 1e-18f);
       const float grow = back ? 0.0f - reach : reach;
       near[k] = (0.0f - (ray.o[k] + grow)) * inverse[k];
       far[k] = (grow - ray.o[k]) * inverse[k];
-      near_row[k] = (back ? k + 3 : k) * row_words;
-      far_row[k] = (back ? k : k + 3) * row_words;
+      near_row[k] = back ? k + 3 : k;
+      far_row[k] = back ? k : k + 3;
     }
     offset_u = 0.0f - along(ray.u, ray.o[0], ray.o[1], ray.o[2], 0.0f);
     offset_v = 0.0f - along(ray.v, ray.o[0], ray.o[1], ray.o[2], 0.0f);
@@ -54,21 +65,48 @@ template <class Visit>
     to_near[k] = fma(ray.inverse[k], node.org[k], ray.near[k]);
     to_far[k] = fma(ray.inverse[k], node.org[k], ray.far[k]);
   }
-  const auto* const words = reinterpret_cast<const std::uint32_t*>(node.planes);
-  const int n = node.n_children;
-  for (int first = 0; first < n; first += 4) {
-    std::uint32_t near_words[3], far_words[3];
+  // Where the ray enters a box, given by four bytes of each plane, and whether it hits it.
+  const auto clip = [&](const auto& near_words, const auto& far_words, int i, float& enter) {
+    float leave = limit;
+    enter = ray.ray.t_min;
     for (int k = 0; k < 3; ++k) {
-      near_words[k] = words[ray.near_row[k] + first / 4];
-      far_words[k] = words[ray.far_row[k] + first / 4];
+      enter = max(fma(byte_of(near_words(k), i), step[k], to_near[k]), enter);
+      leave = min(fma(byte_of(far_words(k), i), step[k], to_far[k]), leave);
     }
-    for (int i = 0; i < 4; ++i) {
-      float enter = ray.ray.t_min, leave = limit;
+    return enter <= leave;
+  };
+  const auto* const rows = reinterpret_cast<const PlaneRow*>(node.planes);
+  const int n = node.n_children;
+  if constexpr (FASTLINES_NODE_ROWS) {
+    PlaneRow near_rows[3], far_rows[3];
+    for (int k = 0; k < 3; ++k) {
+      near_rows[k] = rows[ray.near_row[k]];
+      far_rows[k] = rows[ray.far_row[k]];
+    }
+    float enters[kSimdWidth];
+    std::uint32_t hit = 0;
+    FASTLINES_UNROLL
+    for (int child = 0; child < kSimdWidth; ++child) {
+      const bool is_hit = clip([&](int k) { return near_rows[k].words[child / 4]; },
+                               [&](int k) { return far_rows[k].words[child / 4]; }, child % 4, enters[child]);
+      hit |= std::uint32_t(is_hit) << child;
+    }
+    for (hit &= (1u << n) - 1; hit; hit &= hit - 1) {
+      const int child = lowest_bit(hit);
+      visit(child, enters[child]);
+    }
+  } else {
+    for (int first = 0; first < n; first += 4) {
+      std::uint32_t near_words[3], far_words[3];
       for (int k = 0; k < 3; ++k) {
-        enter = max(fma(byte_of(near_words[k], i), step[k], to_near[k]), enter);
-        leave = min(fma(byte_of(far_words[k], i), step[k], to_far[k]), leave);
+        near_words[k] = rows[ray.near_row[k]].words[first / 4];
+        far_words[k] = rows[ray.far_row[k]].words[first / 4];
       }
-      if (enter <= leave && first + i < n) visit(first + i, enter);
+      for (int i = 0; i < 4; ++i) {
+        float enter;
+        const bool is_hit = clip([&](int k) { return near_words[k]; }, [&](int k) { return far_words[k]; }, i, enter);
+        if (is_hit && first + i < n) visit(first + i, enter);
+      }
     }
   }
 }

@@ -95,7 +95,8 @@ struct CountedFirstHit : FirstHitOfRay<At::closest>, DeviceSteps {
 };
 
 /// Write how many nodes, leaves and exact tests the search for each first hit takes, for benchmarks.
-FASTLINES_KERNEL first_steps(const DeviceScene* scene, const DeviceRays* rays, DeviceSteps* to) {
+FASTLINES_KERNEL first_steps(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
+                             DeviceSteps* to) {
   const std::uint64_t i = ray_of_thread(*rays);
   if (i == rays->n) return;
   const Ray ray = prepared_ray(*rays, i, scene->frame);
@@ -113,38 +114,47 @@ FASTLINES_KERNEL check_rays(const DeviceLimits* limits, const DeviceRays* rays, 
 /// Numbers that one thread adds up.
 inline constexpr std::uint64_t kScanRun = 256;
 
-FASTLINES_KERNEL first_closest(const DeviceScene* scene, const DeviceRays* rays, const DeviceHits* to) {
+FASTLINES_KERNEL first_closest(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
+                               const DeviceHits* to) {
   first_hit_of_thread<FASTLINES_PRIMITIVES, At::closest>(*scene, *rays, *to);
 }
-FASTLINES_KERNEL first_surface(const DeviceScene* scene, const DeviceRays* rays, const DeviceHits* to) {
+FASTLINES_KERNEL first_surface(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
+                               const DeviceHits* to) {
   first_hit_of_thread<FASTLINES_PRIMITIVES, At::surface>(*scene, *rays, *to);
 }
-FASTLINES_KERNEL any_hit(const DeviceScene* scene, const DeviceRays* rays, bool* to) {
+FASTLINES_KERNEL any_hit(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays, bool* to) {
   any_hit_of_thread<FASTLINES_PRIMITIVES>(*scene, *rays, to);
 }
-FASTLINES_KERNEL count_hits(const DeviceScene* scene, const DeviceRays* rays, std::uint64_t at_most, std::int64_t* to) {
+FASTLINES_KERNEL count_hits(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
+                            std::uint64_t at_most, std::int64_t* to) {
   count_hits_of_thread<FASTLINES_PRIMITIVES>(*scene, *rays, at_most, to);
 }
 
 /// All hits.
-FASTLINES_KERNEL all_closest(const DeviceScene* scene, const DeviceRays* rays, const DeviceLists* to) {
+FASTLINES_KERNEL all_closest(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
+                             const DeviceLists* to) {
   list_hits_of_thread<FASTLINES_PRIMITIVES, At::closest, Rank::t, false>(*scene, *rays, *to);
 }
-FASTLINES_KERNEL all_surface(const DeviceScene* scene, const DeviceRays* rays, const DeviceLists* to) {
+FASTLINES_KERNEL all_surface(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
+                             const DeviceLists* to) {
   list_hits_of_thread<FASTLINES_PRIMITIVES, At::surface, Rank::t, false>(*scene, *rays, *to);
 }
 /// The first hits by t, of which there is room for k or all.
-FASTLINES_KERNEL next_closest(const DeviceScene* scene, const DeviceRays* rays, const DeviceLists* to) {
+FASTLINES_KERNEL next_closest(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
+                              const DeviceLists* to) {
   list_hits_of_thread<FASTLINES_PRIMITIVES, At::closest, Rank::t, true>(*scene, *rays, *to);
 }
-FASTLINES_KERNEL next_surface(const DeviceScene* scene, const DeviceRays* rays, const DeviceLists* to) {
+FASTLINES_KERNEL next_surface(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
+                              const DeviceLists* to) {
   list_hits_of_thread<FASTLINES_PRIMITIVES, At::surface, Rank::t, true>(*scene, *rays, *to);
 }
 /// The hits that are nearest to the ray.
-FASTLINES_KERNEL near_closest(const DeviceScene* scene, const DeviceRays* rays, const DeviceLists* to) {
+FASTLINES_KERNEL near_closest(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
+                              const DeviceLists* to) {
   list_hits_of_thread<FASTLINES_PRIMITIVES, At::closest, Rank::distance, false>(*scene, *rays, *to);
 }
-FASTLINES_KERNEL near_surface(const DeviceScene* scene, const DeviceRays* rays, const DeviceLists* to) {
+FASTLINES_KERNEL near_surface(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
+                              const DeviceLists* to) {
   list_hits_of_thread<FASTLINES_PRIMITIVES, At::surface, Rank::distance, false>(*scene, *rays, *to);
 }
 

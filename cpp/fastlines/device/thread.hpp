@@ -10,15 +10,21 @@
 
 #if defined(__CUDACC__)
 
+#if !defined(FASTLINES_BLOCK)
 /// Threads of a block.
 #define FASTLINES_BLOCK 128
+#endif
 
 #define FASTLINES_KERNEL extern "C" __global__ void __launch_bounds__(FASTLINES_BLOCK)
+#define FASTLINES_UNROLL _Pragma("unroll")
 
 namespace fastlines {
 
 /// The number of the calling thread.
 inline std::uint64_t thread_index() { return std::uint64_t(blockIdx.x) * blockDim.x + threadIdx.x; }
+
+/// The lowest bit of a mask that has one.
+inline int lowest_bit(std::uint32_t mask) { return __ffs(int(mask)) - 1; }
 
 /// Add one to a number that all threads share.
 inline void add_one(std::uint32_t* number) { atomicAdd(number, 1u); }
@@ -31,6 +37,7 @@ inline void note_stack(int) {}
 #else
 
 #define FASTLINES_KERNEL extern "C" inline void
+#define FASTLINES_UNROLL
 
 namespace fastlines {
 
@@ -38,6 +45,9 @@ namespace fastlines {
 inline thread_local std::uint64_t played_thread = 0;
 
 inline std::uint64_t thread_index() { return played_thread; }
+
+/// The lowest bit of a mask that has one.
+inline int lowest_bit(std::uint32_t mask) { return __builtin_ctz(mask); }
 
 /// Add one to a number that all threads share.
 inline void add_one(std::uint32_t* number) { ++*number; }

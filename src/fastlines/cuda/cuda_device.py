@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ..errors import FastlinesError, InputError
 from ..optional import optional
 from .device import Kernels, Memory, ViewedArray
-from .program import BLOCK, compiled
+from .program import BLOCK, TUNING, compiled
 
 
 @functools.cache
@@ -111,7 +111,7 @@ class CudaDevice:
     def compile(self, primitives: str, stack: int) -> Kernels:
         """See `Device`."""
         code = self.core.ObjectCode.from_cubin(compiled(f"sm_{self.device.arch}", primitives, stack))
-        return _Kernels(self, code)
+        return _Kernels(self, code, TUNING[BLOCK])
 
     def _host(self, array: npt.NDArray[Any]) -> Any:
         return self.core.Buffer.from_handle(array.ctypes.data, array.nbytes, owner=array)
@@ -124,10 +124,11 @@ class CudaDevice:
 class _Kernels:
     device: CudaDevice
     code: Any
+    block: int
 
     def launch(self, name: str, n_threads: int, *arguments: int) -> None:
         """See `Kernels`."""
         core = self.device.core
-        config = core.LaunchConfig(grid=-(-n_threads // BLOCK), block=BLOCK)
+        config = core.LaunchConfig(grid=-(-n_threads // self.block), block=self.block)
         numbers = [np.uint64(argument) for argument in arguments]
         core.launch(self.device.stream, config, self.code.get_kernel(name), *numbers)

@@ -22,8 +22,12 @@ SOURCE = '#include "fastlines/device/kernels.hpp"\n'
 #: NVRTC does not know [[gnu::always_inline]].
 _UNKNOWN_ATTRIBUTE = 1097
 
-#: Threads of a block, as in cpp/fastlines/device/thread.hpp.
-BLOCK = 128
+#: Threads of a block.
+BLOCK = "FASTLINES_BLOCK"
+
+#: Macros that change the speed of kernels and no answer; `fastlines-bench cuda --tune` sets them. The values are those
+#: of cpp/fastlines/device, which nobody has measured yet.
+TUNING: dict[str, int] = {BLOCK: 128, "FASTLINES_NODE_ROWS": 0}
 
 
 def headers() -> Path:
@@ -65,7 +69,8 @@ def text() -> str:
 
 def macros(primitives: str, stack: int) -> list[tuple[str, str]]:
     """Return the macros for a kind of primitive and the entries of a stack."""
-    return [("FASTLINES_PRIMITIVES", primitives), ("FASTLINES_STACK", str(stack))]
+    tuning = [(name, str(value)) for name, value in TUNING.items()]
+    return [("FASTLINES_PRIMITIVES", primitives), ("FASTLINES_STACK", str(stack)), *tuning]
 
 
 def options(arch: str, primitives: str, stack: int) -> dict[str, Any]:

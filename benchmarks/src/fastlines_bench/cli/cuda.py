@@ -6,9 +6,11 @@ from typing import Annotated
 
 import typer
 
+from fastlines import InputError
 from fastlines.scenes import NAMES
 
 from ..cuda import CudaPreset, print_cuda, run_cuda
+from ..package import TUNING
 from .app import app
 from .options import JsonFile, NRays, Quick, Rounds, check_files, check_names, progress_bar, write_json
 
@@ -29,6 +31,15 @@ def cuda(
         float | None,
         typer.Option("--limit", metavar="SECONDS", help="Begin no scene after so long.", min=0.0, show_default=False),
     ] = None,
+    tune: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--tune",
+            metavar="NAME=N",
+            help=f"A macro of the kernels: {', '.join(TUNING)}. Repeat for more; answers do not depend on it.",
+            show_default=False,
+        ),
+    ] = None,
     quick: Quick = False,
     json_file: JsonFile = None,
 ) -> None:
@@ -41,6 +52,8 @@ def cuda(
     [cyan]fastlines-bench cuda --quick[/]
 
     [cyan]fastlines-bench cuda --json cuda.json[/]  all scenes, within ten minutes
+
+    [cyan]fastlines-bench cuda --quick --tune FASTLINES_NODE_ROWS=1 --tune FASTLINES_BLOCK=64[/]
     """
     check_files(json_file)
     preset = CudaPreset.of(
@@ -50,6 +63,7 @@ def cuda(
         n_rays=n_rays,
         rounds=rounds,
         limit=limit,
+        tuning=TUNING | _macros(tune),
     )
     with progress_bar() as progress:
         result = run_cuda(preset, progress)
@@ -57,3 +71,13 @@ def cuda(
     write_json(json_file, result.to_json())
     if not result.agrees:
         raise typer.Exit(1)
+
+
+def _macros(texts: list[str] | None) -> dict[str, int]:
+    found = {}
+    for text in texts or []:
+        name, _, value = text.partition("=")
+        if name not in TUNING or not (value.isascii() and value.isdigit()):
+            raise InputError(f"--tune {text!r} is not NAME=N with a name of {', '.join(TUNING)}")
+        found[name] = int(value)
+    return found

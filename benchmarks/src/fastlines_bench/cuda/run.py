@@ -22,7 +22,8 @@ from ..harness.clock import best_of
 from ..harness.compare import same
 from ..harness.preset import Preset, sized
 from ..harness.rays import RayBatch, camera_rays, random_rays
-from ..package import CudaBackend, CudaDevice, check_query, core_data, cuda_device, scene_of
+from ..package import TUNING, CudaBackend, CudaDevice, check_query, core_data, cuda_device, scene_of
+from ..peers.warp import WarpScene, warp
 
 #: The queries that are compared with brute force, and their options.
 COMPARED: tuple[tuple[str, dict[str, Any]], ...] = (
@@ -60,6 +61,10 @@ class CudaPreset(Preset):
         The best of so many calls counts.
     limit : float
         No scene is begun after so many seconds.
+    tuning : dict of str to int
+        Macros of the kernels, by the names of `TUNING`.
+    warp : str
+        The device of Warp, which is measured too if it is installed; empty for none.
     """
 
     scenes: tuple[str, ...] = NAMES
@@ -70,6 +75,8 @@ class CudaPreset(Preset):
     radius: float = RADII["M"]
     rounds: int = sized(5, 2)
     limit: float = 420.0
+    tuning: dict[str, int] = field(default_factory=TUNING.copy)
+    warp: str = "cuda"
 
 
 @dataclass(frozen=True)
@@ -97,6 +104,9 @@ class CudaCell:
     same: bool
     steps: tuple[float, float, float] | None
     bytes_per_ray: float | None
+    #: Warp's seconds, and the share of rays whose answer differs from ours; None without Warp or such a kernel.
+    warp_s: float | None
+    warp_differs: float | None
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields, and rays per second."""
@@ -141,6 +151,7 @@ def run_cuda(preset: CudaPreset, progress: Callable[[str, float], None]) -> Cuda
     """Compare and measure. Raises an error if there is no GPU."""
     begin = time.perf_counter()
     device = cuda_device()
+    TUNING.update(preset.tuning)
     result = CudaResult(preset, device.name, machine.describe())
     tasks = [(compare_answers, name) for name in preset.scenes] + [(measure, name) for name in preset.scenes]
     result.upload_gb_s = upload_speed(device)
@@ -185,6 +196,7 @@ def measure(preset: CudaPreset, name: str, device: CudaDevice, result: CudaResul
     tree = fl.build(scene.lines)
     on_gpu, on_cpu = tree.to("cuda"), tree.to("cpu")
     backend = CudaBackend(scene_of(tree.layout, device))
+    peer = WarpScene(scene.lines, preset.warp) if preset.warp and warp() else None
     item = core_data(scene.lines)[1].itemsize * core_data(scene.lines)[1].shape[1]
     for batch in (camera_rays(scene.camera, preset.n_rays), random_rays(scene.lines, preset.n_rays)):
         rays = batch.origins, batch.directions, preset.radius
@@ -194,6 +206,8 @@ def measure(preset: CudaPreset, name: str, device: CudaDevice, result: CudaResul
             copied_s, given = best_of(2, 2, partial(getattr(on_gpu, query), *rays))
             cpu_s, expected = best_of(2, 2, partial(getattr(on_cpu, query), *rays))
             steps = count_steps(backend, tree, batch, preset.radius) if query == "first_hit" else None
+            theirs = peer and peer.query(query, batch, preset.radius)
+            warp_s = best_of(preset.rounds, 2, theirs.run)[0] if theirs else None
             cell = CudaCell(
                 scene=name,
                 kind=batch.kind,
@@ -206,6 +220,8 @@ def measure(preset: CudaPreset, name: str, device: CudaDevice, result: CudaResul
                 same=same(given, expected),
                 steps=steps,
                 bytes_per_ray=None if steps is None else BLOCK * (steps[0] + steps[1]) + (REFERENCE + item) * steps[2],
+                warp_s=warp_s,
+                warp_differs=float((theirs.answer() != _prims(expected)).mean()) if theirs else None,
             )
             result.cells.append(cell)
 
@@ -241,6 +257,11 @@ def checked(tree: fl.Tree, batch: RayBatch, radius: float) -> Any:
     """Return checked rays."""
     box = tree.nodes["box"][0]
     return check_query(tree.geometry, box, batch.origins, batch.directions, radius, batch.t_min, batch.t_max, "error")
+
+
+def _prims(answer: Any) -> Any:
+    """Return the primitives of first hits, or counts."""
+    return getattr(answer, "prim", answer)
 
 
 def n_hits(query: str, answer: Any) -> int:

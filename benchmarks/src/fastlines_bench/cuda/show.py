@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..harness.tables import format_3_digits, new_table, print_table, wide_console
-from .run import CudaResult, describe
+from .run import CudaCell, CudaResult, describe
 
 
 def print_cuda(result: CudaResult) -> None:
@@ -16,7 +16,17 @@ def print_cuda(result: CudaResult) -> None:
     for each in result.comparisons:
         for differing in each.differing:
             console.print(f"{each.scene}: {differing}: the answer differs", highlight=False)
-    heads = ["rays", "hits\na ray", "GPU\nMrays/s", "with copies\nMrays/s", "CPU\nMrays/s", "GPU / CPU"]
+    heads = [
+        "rays",
+        "hits\na ray",
+        "GPU\nMrays/s",
+        "with copies\nMrays/s",
+        "CPU\nMrays/s",
+        "GPU / CPU",
+        "Warp\nMrays/s",
+        "GPU / Warp",
+        "differ\n%",
+    ]
     heads += ["nodes\na ray", "leaves", "tests", "kB\na ray", "GB/s", "same"]
     timed = new_table(f"queries on {result.card}", ["scene", "rays", "query"], heads)
     for cell in result.cells:
@@ -29,14 +39,23 @@ def print_cuda(result: CudaResult) -> None:
             *(cell.scene, cell.kind, cell.query, f"{cell.n_rays:,}", f"{cell.n_hits / cell.n_rays:.2f}"),
             *(format_3_digits(rate) for rate in rates),
             f"{cell.cpu_s / cell.gpu_s:.1f}",
+            *_beside_warp(cell),
             *steps,
             *read,
             "yes" if cell.same else "NO",
         )
     print_table(console, timed)
     console.print(
+        f"Kernels: {', '.join(f'{name} {value}' for name, value in result.preset.tuning.items())}. "
         f"Uploads: {result.upload_gb_s:.1f} GB/s. {describe(result)}. kB: what a ray reads of the layout and of "
         f"segments, caches included. {result.seconds:.0f} s in all."
         + (f" Left out, for time: {', '.join(result.left_out)}." if result.left_out else ""),
         highlight=False,
     )
+
+
+def _beside_warp(cell: CudaCell) -> list[str]:
+    if cell.warp_s is None or cell.warp_differs is None:
+        return ["–"] * 3
+    rate, ratio = cell.n_rays / cell.warp_s / 1e6, cell.warp_s / cell.gpu_s
+    return [format_3_digits(rate), f"{ratio:.2f}", f"{100 * cell.warp_differs:.2f}"]
