@@ -45,7 +45,7 @@ def cuda(
 ) -> None:
     """Compare all queries on a GPU with brute force, bit for bit, and time them beside our own kernels of the CPU.
 
-    Needs a GPU and the extra fastlines[cuda]. Exits with 1 if an answer differs.
+    Needs a GPU and the extra "cuda" of fastlines. Exits with 1 if an answer differs.
 
     [bold]Examples[/]
 
