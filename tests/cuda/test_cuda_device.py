@@ -37,6 +37,12 @@ def test_without_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     assert fl.get_backend() == "cpu"
 
 
+def test_with_an_old_version(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cuda_device, "optional", lambda *_: SimpleNamespace())
+    with pytest.raises(fl.FastlinesError, match="cuda-core is older than version 1; run  pip install --upgrade"):
+        fl.set_backend("cuda")
+
+
 @pytest.mark.parametrize("why", ["no driver found.\nLook elsewhere.", ""])
 def test_without_a_gpu_there_is_one_sentence(why: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def no_device() -> Any:
@@ -108,6 +114,17 @@ def test_what_it_calls(played: PlayedDevice, monkeypatch: pytest.MonkeyPatch) ->
             assert np.array_equal(got.prim, expected.prim)
         assert len(tree.to("cuda").all_hits(np.empty((0, 3)), np.empty((0, 3)), 0.1)) == 0
     assert compiled == [("sm_90", "DeviceSegments", 64)]
+
+
+def test_a_gpu_without_enough_memory() -> None:
+    def allocate(size: int, *, stream: object) -> Any:
+        raise RuntimeError("CUDA_ERROR_OUT_OF_MEMORY: the API call failed" if size > 100 else "another reason")
+
+    device = CudaDevice(None, SimpleNamespace(allocate=allocate, name="a stand-in"), None)
+    with pytest.raises(MemoryError, match="4,000 bytes do not fit into what is free on a stand-in"):
+        device.upload(np.zeros(1000, np.float32))
+    with pytest.raises(RuntimeError, match="another reason"):
+        device.allocate(8)
 
 
 def test_the_names_are_those_of_cuda_core() -> None:

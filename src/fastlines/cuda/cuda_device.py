@@ -28,6 +28,8 @@ def gpu() -> CudaDevice:
     """
     core = optional("cuda.core", 'the backend "cuda"', "cuda")
     optional("cuda.bindings.nvrtc", 'the backend "cuda"', "cuda")
+    if not hasattr(core, "Device"):  # before version 1, they were elsewhere
+        raise FastlinesError("cuda-core is older than version 1; run  pip install --upgrade 'fastlines[cuda]'")
     try:
         device = core.Device()
         device.set_current()
@@ -66,16 +68,22 @@ class CudaDevice:
 
     def allocate(self, n_bytes: int) -> Memory:
         """See `Device`."""
-        return _Buffer(self.device.allocate(max(1, n_bytes), stream=self.stream))
+        try:
+            return _Buffer(self.device.allocate(max(1, n_bytes), stream=self.stream))
+        except Exception as error:
+            if "OUT_OF_MEMORY" in str(error):
+                raise MemoryError(f"{n_bytes:,} bytes do not fit into what is free on {self.name}") from error
+            raise
 
     def upload(self, array: npt.NDArray[Any]) -> Memory:
         """See `Device`."""
         flat = np.ascontiguousarray(array)
-        to = self.device.allocate(max(1, flat.nbytes), stream=self.stream)
+        to = self.allocate(flat.nbytes)
+        assert isinstance(to, _Buffer)
         if flat.nbytes:
-            self._part(to, 0, flat.nbytes).copy_from(self._host(flat), stream=self.stream)
+            self._part(to.buffer, 0, flat.nbytes).copy_from(self._host(flat), stream=self.stream)
             self.stream.sync()  # the array may change after this call
-        return _Buffer(to)
+        return to
 
     def download(self, memory: Memory, dtype: npt.DTypeLike, n: int, first: int = 0) -> npt.NDArray[Any]:
         """See `Device`."""

@@ -22,6 +22,8 @@ _OF_A_GPU = (2, 13)
 
 def is_on_device(array: Any) -> bool:
     """Return whether an array is in the memory of a GPU."""
+    if isinstance(array, np.ndarray | list | tuple):  # single rays are in a hurry
+        return False
     found = getattr(array, "__dlpack_device__", None)
     return found is not None and int(found()[0]) in _OF_A_GPU
 
