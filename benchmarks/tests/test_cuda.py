@@ -11,7 +11,7 @@ from command_line import run as command
 from support.played_device import PlayedDevice, require_compiler
 
 from fastlines import FastlinesError
-from fastlines.cuda import choice
+from fastlines.cuda import cuda_device
 from fastlines.cuda.choice import use_device
 from fastlines.cuda.program import TUNING
 from fastlines_bench.cuda import run
@@ -77,5 +77,5 @@ def test_without_a_gpu(monkeypatch):
     def gpu():
         raise FastlinesError("there is no GPU here")
 
-    monkeypatch.setattr(choice, "gpu", gpu)
+    monkeypatch.setattr(cuda_device, "gpu", gpu)
     assert refused("cuda", *TINY)[1] == "error: there is no GPU here\n"

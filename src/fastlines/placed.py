@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from .cuda.choice import check_backend, get_backend
-from .cuda.scene import require_primitives
+from .cuda.choice import check_backend, device, get_backend
 from .layout import Layout, build_layout
 from .tree_data import TreeData
+
+if TYPE_CHECKING:
+    from .cuda.backend import CudaBackend
 
 Self = TypeVar("Self", bound="PlacedTree")
 
@@ -53,6 +55,8 @@ class PlacedTree(TreeData):
         'cpu'
         """
         if check_backend(backend) == "cuda":
+            from .cuda.scene import require_primitives
+
             require_primitives(self.geometry)
             _ = self.layout  # so that all trees made from this one share it, and it is uploaded once
         placed = object.__new__(type(self))
@@ -64,3 +68,12 @@ class PlacedTree(TreeData):
     def backend(self) -> str:
         """Which backend answers queries: "cpu" or "cuda"."""
         return str(self.__dict__.get("_backend") or get_backend())
+
+    def _on_gpu(self, alone: bool = False) -> CudaBackend:
+        """Return the backend of the GPU, which has to answer `alone` if rays and answers are there."""
+        from .cuda.backend import CudaBackend
+        from .cuda.scene import require_cuda, scene_of
+
+        if alone:
+            require_cuda(self.backend, self.geometry)
+        return CudaBackend(scene_of(self.layout, device()))

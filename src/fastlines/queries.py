@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, Literal, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -12,8 +12,6 @@ from . import _core
 from .arrays import FloatArray, IntArray, choice, count
 from .backend import Backend, CompiledBackend, is_given
 from .backends import backend_of
-from .cuda.backend import CudaBackend
-from .cuda.device_rays import DeviceRayBatch, check_device_rays
 from .custom import Custom, Primitives
 from .errors import InputError
 from .forecast import Forecast
@@ -37,8 +35,12 @@ RANKS = ("t", "distance")
 
 QueryName: TypeAlias = Literal["first_hit", "any_hit", "count_hits", "all_hits", "next_hits"]
 
+if TYPE_CHECKING:
+    from .cuda.backend import CudaBackend
+    from .cuda.device_rays import DeviceRayBatch
+
 #: Rays in the memory of the host, or of a GPU. Their answers are there, too: `DeviceHits` or arrays of the GPU.
-AnyRays: TypeAlias = RayBatch | DeviceRayBatch
+AnyRays: TypeAlias = "RayBatch | DeviceRayBatch"
 
 #: The queries, by the names of their methods.
 QUERIES: tuple[QueryName, ...] = ("first_hit", "any_hit", "count_hits", "all_hits", "next_hits")
@@ -138,6 +140,8 @@ def check_device_query(
     if radius is None:
         require_radius(geometry, radius)
         radius = 0.0
+    from .cuda.device_rays import check_device_rays
+
     bounds = scene_bounds(geometry, box)
     return check_device_rays(backend, bounds, origins, directions, radius, t_min, t_max)
 
@@ -155,7 +159,7 @@ def first_hit(
     backend: Backend, rays: AnyRays, surface: bool, progress: ProgressOption, geometry: AnyGeometry
 ) -> FirstHits:
     """Find the nearest hit of each ray."""
-    if isinstance(rays, DeviceRayBatch):
+    if not isinstance(rays, RayBatch):
         return cast(FirstHits, rays.first_hit(surface))
     if surface:
         _refuse_surface(rays)
@@ -166,7 +170,7 @@ def first_hit(
 
 def any_hit(backend: Backend, rays: AnyRays, progress: ProgressOption) -> npt.NDArray[np.bool_]:
     """Find out for each ray whether it hits anything."""
-    if isinstance(rays, DeviceRayBatch):
+    if not isinstance(rays, RayBatch):
         return cast(npt.NDArray[np.bool_], rays.any_hit())
     with reporting(progress, "any hit") as callback:
         return backend.any_hit(rays, callback).reshape(rays.shape)
@@ -174,7 +178,7 @@ def any_hit(backend: Backend, rays: AnyRays, progress: ProgressOption) -> npt.ND
 
 def count_hits(backend: Backend, rays: AnyRays, progress: ProgressOption) -> IntArray:
     """Count the primitives that each ray hits."""
-    if isinstance(rays, DeviceRayBatch):
+    if not isinstance(rays, RayBatch):
         return cast(IntArray, rays.count_hits())
     with reporting(progress, "count hits") as callback:
         counts = backend.count_hits(rays, callback)
@@ -191,7 +195,7 @@ def list_hits(
     by_distance: bool = False,
 ) -> AllHits:
     """List all hits of each ray, or the first k, unless a sample says that they will not fit in memory."""
-    if isinstance(rays, DeviceRayBatch):
+    if not isinstance(rays, RayBatch):
         return cast(AllHits, rays.list_hits(surface, k, by_distance))
     if surface:
         _refuse_surface(rays)

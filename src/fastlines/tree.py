@@ -14,10 +14,7 @@ from . import _core
 from .arrays import FloatArray, IntArray, choice, count
 from .backend import KERNELS, Backend, CompiledBackend, engine
 from .backends import backend_of
-from .cuda.backend import CudaBackend
-from .cuda.choice import device
-from .cuda.device_rays import is_on_device
-from .cuda.scene import require_cuda, scene_of
+from .cuda.choice import is_on_device
 from .errors import InputError
 from .geometry import core_data, spread_data
 from .hits import AllHits, FirstHits
@@ -293,15 +290,14 @@ class Tree(PlacedTree):
         """Check the rays, given as to `check_query`, and choose the backend."""
         choice("kernel", kernel, tuple(KERNELS))
         if is_on_device(rays[0]):
-            require_cuda(self.backend, self.geometry)
-            backend = CudaBackend(scene_of(self.layout, device()))
+            backend = self._on_gpu(alone=True)
             return backend, check_device_query(backend, self.geometry, self.nodes["box"][0], *rays)
         checked = check_query(self.geometry, self.nodes["box"][0], *rays)
         core: Backend
         if self.backend == "cuda":
             if kernel != "auto":
                 raise InputError(f"kernel={kernel!r} is one of the CPU's; leave it out, or query the tree on the CPU")
-            core = CudaBackend(scene_of(self.layout, device()))
+            core = self._on_gpu()
         elif kernel == "binary":
             core = self._spread_binary if checked.has_spread else self._binary
         else:

@@ -1,16 +1,23 @@
-"""Which backend answers queries: the CPU, or a GPU."""
+"""Which backend answers queries: the CPU, or a GPU. The rest of this package is imported when a GPU is asked for."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from ..arrays import choice
-from .cuda_device import gpu
-from .device import Device
+
+if TYPE_CHECKING:
+    from .device import Device
 
 #: The backends, by the names that `set_backend` and `Tree.to` take.
 BACKENDS = ("cpu", "cuda")
+
+#: The types of memory, as DLPack numbers them, that a GPU reads: its own, and managed memory.
+_OF_A_GPU = (2, 13)
 
 _chosen = "cpu"
 
@@ -53,7 +60,11 @@ def check_backend(name: str) -> str:
 
 def device() -> Device:
     """Return the device that answers queries in the backend "cuda"."""
-    return _given or gpu()
+    if _given is not None:
+        return _given
+    from .cuda_device import gpu
+
+    return gpu()
 
 
 @contextmanager
@@ -65,3 +76,11 @@ def use_device(given: Device) -> Iterator[None]:
         yield
     finally:
         _given = before
+
+
+def is_on_device(array: Any) -> bool:
+    """Return whether an array is in the memory of a GPU."""
+    if isinstance(array, np.ndarray | list | tuple):  # single rays are in a hurry
+        return False
+    found = getattr(array, "__dlpack_device__", None)
+    return found is not None and int(found()[0]) in _OF_A_GPU

@@ -12,20 +12,10 @@ from ..arrays import FLOAT32_MAX, FloatArray
 from ..errors import InputError
 from ..rays import RADIUS_LIMIT
 from .backend import CudaBackend, RaysOnDevice
+from .choice import is_on_device
 from .columns import DeviceColumns
 from .device import ViewedArray
 from .records import limits_record
-
-#: The types of memory, as DLPack numbers them, that a GPU reads: its own, and managed memory.
-_OF_A_GPU = (2, 13)
-
-
-def is_on_device(array: Any) -> bool:
-    """Return whether an array is in the memory of a GPU."""
-    if isinstance(array, np.ndarray | list | tuple):  # single rays are in a hurry
-        return False
-    found = getattr(array, "__dlpack_device__", None)
-    return found is not None and int(found()[0]) in _OF_A_GPU
 
 
 @dataclass(frozen=True, eq=False)
