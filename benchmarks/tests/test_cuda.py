@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from functools import partialmethod
 
+import numpy as np
 import pytest
 from command_line import done, refused
 from command_line import run as command
@@ -14,7 +15,9 @@ from fastlines import FastlinesError
 from fastlines.cuda import cuda_device
 from fastlines.cuda.choice import use_device
 from fastlines.cuda.program import TUNING
+from fastlines.scenes import make
 from fastlines_bench.cuda import run
+from fastlines_bench.harness.rays import random_rays
 from fastlines_bench.peers.warp import warp
 
 TINY = ("--quick", "--scene", "spaghetti,bun-hair", "--n-segments", 100, "--n-rays", 256, "--rounds", 1)
@@ -40,7 +43,7 @@ def test_run(tmp_path, device):
     assert result["format"] == "fastlines-bench cuda 1"
     assert [each["scene"] for each in result["comparisons"]] == ["spaghetti", "bun-hair"]
     assert all(each["n_decisions"] > 10_000 and not each["differing"] for each in result["comparisons"])
-    assert len(result["cells"]) == 2 * 2 * len(run.TIMED)
+    assert len(result["cells"]) == 2 * 3 * len(run.TIMED)
     for cell in result["cells"]:
         assert cell["same"]
         assert (cell["steps"] is None) == (cell["query"] != "first_hit")
@@ -51,6 +54,17 @@ def test_run(tmp_path, device):
             assert cell["steps"][0] >= 1
             assert cell["bytes_per_ray"] >= 128
     assert result["left_out"] == []
+
+
+def test_sorted_rays_are_the_same_rays():
+    lines = make("spaghetti", 50).lines
+    rays = random_rays(lines, 500)
+    ordered = run.sorted_rays(rays, lines.bounds)
+    for name in ("origins", "directions"):
+        a, b = (np.unique(getattr(batch, name), axis=0) for batch in (rays, ordered))
+        assert np.array_equal(a, b)
+    octants = (ordered.directions < 0) @ [1, 2, 4]
+    assert (np.diff(octants) >= 0).all()
 
 
 def test_what_differs_is_said(device, monkeypatch):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -18,6 +18,7 @@ import fastlines as fl
 from fastlines.scenes import NAMES, RADII, make
 
 from ..harness import machine
+from ..harness.arrays import FloatArray
 from ..harness.clock import best_of
 from ..harness.compare import same
 from ..harness.preset import Preset, sized
@@ -198,7 +199,8 @@ def measure(preset: CudaPreset, name: str, device: CudaDevice, result: CudaResul
     backend = CudaBackend(scene_of(tree.layout, device))
     peer = WarpScene(scene.lines, preset.warp) if preset.warp and warp() else None
     item = core_data(scene.lines)[1].itemsize * core_data(scene.lines)[1].shape[1]
-    for batch in (camera_rays(scene.camera, preset.n_rays), random_rays(scene.lines, preset.n_rays)):
+    random = random_rays(scene.lines, preset.n_rays)
+    for batch in (camera_rays(scene.camera, preset.n_rays), random, sorted_rays(random, scene.lines.bounds)):
         rays = batch.origins, batch.directions, preset.radius
         for query in TIMED:
             run = device_query(backend, tree, batch, preset.radius, query)
@@ -224,6 +226,20 @@ def measure(preset: CudaPreset, name: str, device: CudaDevice, result: CudaResul
                 warp_differs=float((theirs.answer() != _prims(expected)).mean()) if theirs else None,
             )
             result.cells.append(cell)
+
+
+def sorted_rays(batch: RayBatch, bounds: FloatArray) -> RayBatch:
+    """Return rays sorted by the octant of their direction, then along a Morton curve by where they pass the centre."""
+    low, high = np.asarray(bounds, np.float64)
+    from_centre = batch.origins - (low + high) / 2
+    along = (from_centre * batch.directions).sum(axis=1, keepdims=True)
+    nearest = (from_centre - along * batch.directions) / float((high - low).max()) + 0.5
+    cells = (np.clip(nearest, 0, 0.9999) * 1024).astype(np.int64)
+    key = ((batch.directions < 0) @ np.array([1, 2, 4])).astype(np.int64) << 30
+    for bit in range(10):
+        for axis in range(3):
+            key |= (cells[:, axis] >> bit & 1) << (3 * bit + axis)
+    return replace(batch.take(np.argsort(key, kind="stable")), kind="sorted")
 
 
 def device_query(
