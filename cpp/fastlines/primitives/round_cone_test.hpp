@@ -98,7 +98,7 @@ class RoundConeTest {
     const N across = abs(g_.pu * g_.ev - g_.pv * g_.eu);
     N s = blend(g_.parallel, end, nearest(g_.pu * g_.eu + g_.pv * g_.ev, across, g_.e_perp2, end));
     N t = g_.pr + s * g_.er, axial = zero;
-    const auto early = t < ray_.t_min, outside = early | (ray_.t_max < t);
+    const MaskOf<N> early = t < ray_.t_min, outside = early | (ray_.t_max < t);
     // Move t to the bound that it exceeds.
     if (any(outside)) {
       const N bound = blend(early, ray_.t_min, ray_.t_max);

@@ -67,7 +67,7 @@ template <class N, class R>
   const N zero = 0.0f, one = 1.0f;
   N s = blend(g.parallel, blend(g.er < zero, one, zero), clamp01((zero - (g.pu * g.eu + g.pv * g.ev)) / g.e_perp2));
   N t = g.pr + s * g.er, axial = zero;
-  const auto early = t < ray.t_min, outside = early | (ray.t_max < t);
+  const MaskOf<N> early = t < ray.t_min, outside = early | (ray.t_max < t);
   // Move t to the bound that it exceeds.
   if (any(outside)) {
     const N bound = blend(early, ray.t_min, ray.t_max);
