@@ -209,7 +209,7 @@ bool agree(const Scene& scene, Digest& digest) {
   for (const Rays& rays : all_rays) {
     const RayBatch batch = rays.batch();
     for (const Case& test_case : kCases) {
-      const Answers expected = answer(Brute{{scene.lines, view.frame}, batch, 1, progress}, test_case);
+      const Answers expected = answer(Brute{{{scene.lines}, view.frame}, batch, 1, progress}, test_case);
       digest.add(expected);
       if (test_case.query == all) n_hits += expected.words.size();
       for (const Setup& setup : kSetups) {
