@@ -3,6 +3,7 @@
 if(CMAKE_CXX_COMPILER_ID STREQUAL "MSVC")
   message(FATAL_ERROR "fastlines needs GCC 12, Clang 16 or later. On Windows, use clang-cl: cmake -T ClangCL")
 endif()
+set(CMAKE_CXX_SCAN_FOR_MODULES OFF)  # there are none, and with Clang the scan needs another program
 set(simd_portable -DFASTLINES_PORTABLE)
 set(processor ${CMAKE_SYSTEM_PROCESSOR})
 if(APPLE AND CMAKE_OSX_ARCHITECTURES)
