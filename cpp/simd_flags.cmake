@@ -34,12 +34,17 @@ if(MSVC)  # clang-cl hides these options behind a prefix, and its -Wall turns on
   set(simd_warnings /W4)
 endif()
 
-# The sources of every engine; those that take longest come first, so that the others compile beside them.
+# The sources that are compiled for each instruction set, without and with Python. Those that take longest come first, so
+# that the others compile beside them.
+set(cpp_dir ${CMAKE_CURRENT_LIST_DIR})
 set(engine_sources)
-foreach(part query_segments query_round_cones query_shapes query_spread_cones query build layout)
-  list(APPEND engine_sources ${CMAKE_CURRENT_LIST_DIR}/bindings/engine_${part}.cpp)
+foreach(part queries_segments queries_round_cones queries_shapes queries_spread_cones trees)
+  list(APPEND engine_sources ${cpp_dir}/engine/${part}.cpp)
 endforeach()
-list(APPEND engine_sources ${CMAKE_CURRENT_LIST_DIR}/bindings/engine.cpp)
+set(module_sources)
+foreach(part engine_query engine_build engine_layout engine)
+  list(APPEND module_sources ${cpp_dir}/bindings/${part}.cpp)
+endforeach()
 
 # In nanobind's split mode, modules use the stable ABI of Python, and the package nanobind-backend has what depends on
 # Python's version. Where there is no such package, -DFASTLINES_BACKEND= links nanobind into each module.
@@ -49,17 +54,25 @@ if(FASTLINES_BACKEND)
   set(nanobind_mode BACKEND_MODULE ${FASTLINES_BACKEND})
 endif()
 
-# Adds the module `name` with the sources ARGN for the instruction set `simd`. It exports only its init function.
-set(simd_exports ${CMAKE_CURRENT_LIST_DIR}/bindings/exports.map)
-function(add_simd_module name simd)
-  nanobind_add_module(${name} ${nanobind_mode} NOMINSIZE ${ARGN})
-  target_link_libraries(${name} PRIVATE fastlines)
-  target_compile_definitions(${name} PRIVATE FASTLINES_MODULE=${name})
-  target_compile_options(${name} PRIVATE ${simd_warnings} ${simd_${simd}})
+# Adds the flags of the instruction set `simd` to the target `name`.
+function(compile_for_simd name simd)
+  target_link_libraries(${name} PRIVATE fastlines_core)
+  # Unique symbols would be shared by all instruction sets in a process.
+  target_compile_options(${name} PRIVATE ${simd_warnings} $<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique> ${simd_${simd}})
   # Before GCC 13, the AVX-512 intrinsics start from a variable that is initialised with itself, which GCC warns about.
   if(simd STREQUAL "avx512" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
     target_compile_options(${name} PRIVATE -Wno-uninitialized -Wno-maybe-uninitialized)
   endif()
+  set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_VISIBILITY_PRESET hidden
+                                           VISIBILITY_INLINES_HIDDEN ON)
+endfunction()
+
+# Adds the Python module `name` with the sources ARGN for the instruction set `simd`. It exports only its init function.
+set(simd_exports ${cpp_dir}/bindings/exports.map)
+function(add_simd_module name simd)
+  nanobind_add_module(${name} ${nanobind_mode} NOMINSIZE ${ARGN})
+  compile_for_simd(${name} ${simd})
+  target_compile_definitions(${name} PRIVATE FASTLINES_MODULE=${name})
   if(CMAKE_SYSTEM_NAME STREQUAL "Linux")
     target_link_options(${name} PRIVATE "LINKER:--version-script=${simd_exports}")
   endif()

@@ -10,10 +10,9 @@ import fastlines as fl
 
 def main(path: str, size: int = 512, n_segments: int = 82_250) -> None:
     """Render the pictures side by side."""
-    scene = fl.scenes.make("bun-hair", n_segments)
-    tree = fl.build(scene.lines)
+    tree = fl.build(fl.scenes.make("bun-hair", n_segments).lines)
     pictures = [
-        fl.render(tree, scene.camera, width=size, height=size, look="hair", color=color, background="#dfe3e8:#b4bac2")
+        fl.render(tree, width=size, height=2 * size // 3, look="hair", color=color)
         for color in ("blond", "red", "#3060c0")
     ]
     Image.fromarray(np.concatenate([picture.to_bytes() for picture in pictures], axis=1)).save(path)

@@ -16,7 +16,7 @@
 #include <random>
 #include <vector>
 
-#include "fastlines/fastlines.hpp"
+#include "fastlines/core.hpp"
 
 using namespace fastlines;
 

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import fastlines as fl
@@ -29,6 +30,18 @@ def test_a_former_module_is_the_new_one() -> None:
 
     assert fl.analytic is analytic
     assert analytic.closest_approach is fl.theory.hits.closest_approach
+
+
+def test_the_former_depth_picture_is_the_look_depth() -> None:
+    with pytest.warns(DeprecationWarning, match=r'depth_picture is now fl.render\(tree, camera, look="depth"\)'):
+        from fastlines.rendering import depth_picture
+    tree, camera = fl.build(ENDS), fl.Camera((0, 0, 5), (0.5, 0.5, 0))
+    picture = depth_picture(tree, camera, 30, 20, 0.1)
+    assert (picture.shape, picture.dtype, picture.max()) == ((20, 30), np.uint8, 255)
+    shown = fl.render(tree, camera, width=30, height=20, radius=0.1, look="depth", samples=9).to_bytes()[..., 0]
+    assert ((picture > 0) == (shown > 0)).all()
+    with pytest.raises(ImportError, match="depth_pictures"):
+        from fastlines.rendering import depth_pictures  # noqa: F401
 
 
 def test_a_name_that_never_was() -> None:

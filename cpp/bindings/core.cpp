@@ -2,8 +2,8 @@
 // all arguments and has all defaults.
 #include "core.hpp"
 
+#include "engine/best_simd.hpp"
 #include "layout.hpp"
-#include "processor.hpp"
 #include "settings.hpp"
 
 NB_MODULE(_core, m) {

@@ -1,5 +1,6 @@
 // Builds and refits of trees over segments.
 #include "engine.hpp"
+#include "engine/trees.hpp"
 #include "fastlines/build/refit.hpp"
 #include "primitives.hpp"
 #include "tree.hpp"

@@ -1,6 +1,6 @@
 // Builds wide layouts from a tree, and refits them to segments that have moved.
 #include "engine.hpp"
-#include "fastlines/layout/collapse.hpp"
+#include "engine/trees.hpp"
 #include "layout.hpp"
 #include "tree.hpp"
 

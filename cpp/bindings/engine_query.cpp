@@ -2,9 +2,9 @@
 #include <nanobind/stl/optional.h>
 
 #include "engine.hpp"
+#include "engine/layout_queries.hpp"
 #include "fastlines/rays/ray_check.hpp"
 #include "layout.hpp"
-#include "layout_queries.hpp"
 #include "rays.hpp"
 #include "watch.hpp"
 

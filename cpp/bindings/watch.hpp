@@ -66,12 +66,6 @@ void watch(Job&& job, nanobind::object callback) {
   if (error) std::rethrow_exception(error);
 }
 
-/// Whether a query may take long enough to watch for Ctrl-C: many rays, or many pairs of a ray and a reference.
-inline bool may_be_long(std::size_t n_rays, std::size_t n_refs) {
-  constexpr std::size_t max_rays = 256, max_pairs = 10'000'000;
-  return n_rays > max_rays || n_rays * n_refs > max_pairs;
-}
-
 /// Calls job(progress), watched if it is long; short work runs on the calling thread.
 template <class Job>
 void watch_if(bool is_long, const nanobind::object& callback, Job&& job) {

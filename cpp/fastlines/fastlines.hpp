@@ -1,15 +1,11 @@
-// Includes everything that a C++ program needs.
+// The C++ interface of the library: build a tree over lines, then query it with rays. Link with fastlines::fastlines.
+//
+//     const std::vector<fl::Segment> lines{{{-1, -1, -1}, {1, 1, 1}}};
+//     const fl::Tree tree = fl::build(lines);
+//     if (const fl::Hit hit = tree.first_hit({{0, 0, -5}, {0, 0, 1}}, 0.5f)) std::printf("line %d\n", int(hit.prim));
+//
+// docs/cpp.md explains it. Programs with primitives of their own include "core.hpp".
 #pragma once
 
-#include "build/builder.hpp"
-#include "build/refit.hpp"
-#include "build/reinsertion.hpp"
-#include "kernels/run/run_batch.hpp"
-#include "layout/collapse.hpp"
-#include "primitives/shapes.hpp"
-#include "query/binary_traversal.hpp"
-#include "query/brute_force.hpp"
-#include "query/for_each_ray.hpp"
-#include "query/plane_traversal.hpp"
-#include "tree/cost.hpp"
-#include "tree/validate.hpp"
+#include "api/acc_tree.hpp"
+#include "api/tree.hpp"

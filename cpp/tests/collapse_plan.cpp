@@ -4,7 +4,7 @@
 #include <set>
 
 #include "check.hpp"
-#include "fastlines/fastlines.hpp"
+#include "fastlines/core.hpp"
 #include "random.hpp"
 
 using namespace fastlines;

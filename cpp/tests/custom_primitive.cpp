@@ -3,7 +3,7 @@
 #include <random>
 
 #include "check.hpp"
-#include "fastlines/fastlines.hpp"
+#include "fastlines/core.hpp"
 
 using namespace fastlines;
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "fastlines/fastlines.hpp"
+#include "fastlines/core.hpp"
 #include "random.hpp"
 
 namespace fastlines::test {

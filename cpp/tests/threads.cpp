@@ -6,7 +6,7 @@
 #include <random>
 
 #include "check.hpp"
-#include "fastlines/fastlines.hpp"
+#include "fastlines/core.hpp"
 #include "fastlines/rays/ray_check.hpp"
 
 using namespace fastlines;

@@ -28,6 +28,7 @@ from .errors import (
 )
 from .geometry import Geometry
 from .hits import AllHits, FirstHits
+from .library import get_cmake_dir, get_include, get_lib
 from .lines import Lines
 from .meshes import Boxes, Triangles
 from .methods import METHODS
@@ -84,6 +85,9 @@ __all__ = [
     "available_simd",
     "brute_force",
     "build",
+    "get_cmake_dir",
+    "get_include",
+    "get_lib",
     "get_num_threads",
     "lines",
     "load",

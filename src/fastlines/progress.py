@@ -8,14 +8,23 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TypeAlias
 
+from .errors import InputError
+
 ProgressCallback: TypeAlias = Callable[[float], object]
 #: True shows a bar; a function is called with the fraction that is done (0 to 1); False does neither.
 ProgressOption: TypeAlias = bool | ProgressCallback
 
 
+def check_progress(progress: object) -> None:
+    """Refuse what neither switches the bar nor can be called: a text such as "no" would show one."""
+    if not (isinstance(progress, bool) or callable(progress)):
+        raise InputError(f"progress={progress!r}; expected True, False, or a function that takes the fraction done")
+
+
 @contextmanager
 def reporting(progress: ProgressOption, what: str) -> Iterator[ProgressCallback | None]:
     """Turn the option into the callback of the core; the bar disappears when the work is done."""
+    check_progress(progress)
     if callable(progress):
         yield progress
         progress(1.0)

@@ -16,7 +16,7 @@ from support.command_line import done, refused, run
 import fastlines as fl
 from fastlines.cli.options import format_options
 from fastlines.cli.terminal import has_colours, picture_text
-from fastlines.io.table import TABLE
+from fastlines.io.table import FORMATS, TABLE
 
 pytestmark = [
     pytest.mark.usefixtures("in_own_folder"),
@@ -200,6 +200,17 @@ def test_convert_prints_what_was_written():
     n = len(curves.pieces)
     assert run("convert", "a.npz", "a.vtp").stdout == f"a.vtp: polylines, VTK polydata: {n} segments, 1 strand\n"
     assert run("convert", "a.npz", "a.npy").stdout.endswith(f": {n} segments\n")  # which holds no strands
+    # A strand with a gap is two polylines, and what is of no strand is another.
+    gaps = [[[0, 0, 0], [1, 0, 0]], [[1, 0, 0], [2, 0, 0]], [[5, 0, 0], [6, 0, 0]], [[7, 7, 7], [8, 8, 8]]]
+    fl.write("gaps.npz", fl.Lines.from_segments(gaps, strands=[0, 0, 0, -1]))
+    for extension, row in FORMATS.items():
+        if row.writes:
+            said = run("convert", "gaps.npz", f"b{extension}").stdout
+            if not said:  # a library is missing
+                continue
+            n = fl.read(f"b{extension}").n_strands
+            assert said.endswith(f": 4 segments, {n} strand{'s' * (n > 1)}\n" if n else ": 4 segments\n"), extension
+            assert n == {"kept": 1, "polylines": 3, "none": 0}[row.strands]
     pytest.importorskip("pxr")
     mesh = fl.Triangles(np.eye(3)[None])
     fl.build(fl.Geometry([mesh, curves])).save("a.flt")

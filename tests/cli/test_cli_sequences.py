@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from PIL import Image
 from support.command_line import done, refused, run
 
-from fastlines.rendering import Renderer
+from fastlines.rendering import MEASURES, Renderer, progressive
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 
@@ -69,15 +70,56 @@ def test_many_pictures_may_be_exr_or_transparent(tree_file):
         (("--turntable", 2, "-o", "x.avi"), "known: .png, .exr, .gif, .mp4"),
         (("--turntable", 2, "-o", "no/x.png"), "there is no folder no"),
         (("--turntable", 2, "--seconds", 0, "-o", "x.gif"), "seconds=0"),
-        (("--turntable", 2, "--background", "transparent", "-o", "x.gif"), "only .png"),
+        (("--turntable", 2, "--background", "transparent", "-o", "x.gif"), "--background transparent does not apply"),
         (("--seconds", 1, "-o", "x.png"), "--seconds does not apply"),
         (("--resume", "-o", "x.png"), "x.png.npz: no such file; leave out --resume"),
         (("-o", "x.gif"), "known: .png, .exr"),
+        (("--turntable", 2, "--seconds", 1, "-o", "x.png"), "--seconds does not apply: only pictures of a film"),
+        (("--look", "depth", "--exposure", 1, "-o", "x.png"), "--exposure does not apply: the look 'depth' shows no"),
+        (("--look", "hits", "--color-map", "gray", "-o", "x.png"), "--color-map does not apply: the look 'hits' has"),
+        (("--look", "tube", "--legend", "-o", "x.png"), "--legend does not apply: such colours have no legend"),
+        (("--color-map", "gray", "-o", "x.png"), "--color-map does not apply: a map gives colours to the numbers of"),
+        (("--color-map", "jet", "-o", "x.png"), "there is no colour map 'jet'"),
     ],
 )
 def test_what_does_not_go_together_is_refused(args, words, tree_file):
     assert words in refused("render", tree_file, *SMALL, *args)[1]
     assert names() == [tree_file]
+
+
+@pytest.mark.parametrize("option", ["--exposure", "--quality", "--legend", "--background", "--color-map", "--samples"])
+def test_levels_refuse_what_they_do_not_have(option, tree_file):
+    value = {"--exposure": [1], "--quality": ["high"], "--legend": [], "--background": ["#fff"], "--samples": [2]}
+    args = (option, *value.get(option, ["gray"]))
+    said = refused("render", tree_file, "-r", 0.02, "--levels", 2, *args, "-o", "x.png")[1]
+    assert f"{option} does not apply: levels of a tree are drawn in panels of a fixed size and look" in said
+    assert names() == [tree_file]
+
+
+def test_an_exr_refuses_what_it_does_not_hold(tree_file):
+    pytest.importorskip("OpenEXR")
+    command = ("render", tree_file, "-r", 0.02, *SMALL, "-s", 1, "-o", "x.exr")
+    for args, said in (
+        (("--look", "hits", "--legend"), "--legend does not apply: an .exr holds numbers, without a legend"),
+        (("--look", "tube", "--background", "#fff"), "--background does not apply: an .exr has no background"),
+        (("--look", "depth", "--exposure", 1), "--exposure does not apply"),
+    ):
+        assert said in refused(*command, *args)[1]
+    assert names() == [tree_file]
+    done(*command, "--look", "hits", "--no-legend")
+    done(*command, "--look", "fibre", "--background", "#fff")  # into which fibres fade
+
+
+@pytest.mark.parametrize("name", ["brown", "plain", "fa"])
+def test_colours_of_an_attribute_have_a_legend_unless_the_user_says_no(name):
+    ends = np.random.default_rng(0).random((30, 2, 3))
+    np.savez("a.npz", **{"segments": ends, name: np.linspace(0, 1, 30)})
+    command = ("render", "a.npz", "-r", 0.02, "--width", 64, "--height", 64, "-s", 1, "--look", "tube")
+    done(*command, "--color", name, "-o", "bar.png")
+    done(*command, "--color", name, "--legend", "-o", "same.png")
+    done(*command, "--color", name, "--no-legend", "-o", "none.png")
+    assert (pixels("bar.png") == pixels("same.png")).all()
+    assert (pixels("bar.png") != pixels("none.png")).any()
 
 
 # --- Ctrl-C ---
@@ -104,6 +146,37 @@ def test_ctrl_c_writes_what_is_there_and_resume_goes_on(tree_file, monkeypatch):
     assert (pixels("x.png") != pixels("whole.png")).any()
     # Other options are another picture.
     assert "the look differs" in refused(*command, "--look", "id", "--resume", "-o", "x.png")[1]
+    done(*command, "--resume", "-o", "x.png")
+    assert (pixels("x.png") == pixels("whole.png")).all()
+    assert names() == [tree_file, "whole.png", "x.png"]
+
+
+@pytest.mark.parametrize("look", ["hits", "work"])
+@pytest.mark.parametrize("samples", [1, 3])
+def test_ctrl_c_keeps_what_there_is_of_a_measure(look, samples, tree_file, monkeypatch):
+    monkeypatch.setattr(progressive, "MAX_RAYS", 100)  # bands of five rows
+    command = ("render", tree_file, "-r", 0.02, *SMALL, "--look", look, "-s", samples)
+    done(*command, "-o", "whole.png")
+    measure = MEASURES[look]
+    n_calls = 0
+
+    def stopped(*rays):
+        nonlocal n_calls
+        n_calls += 1
+        if n_calls == (3 if samples == 1 else 6):
+            raise KeyboardInterrupt
+        return measure.count(*rays)
+
+    # The same name, so that it is the same look to --resume.
+    stopped.__module__, stopped.__qualname__ = measure.count.__module__, measure.count.__qualname__
+    with monkeypatch.context() as patch:
+        patch.setitem(MEASURES, look, replace(measure, count=stopped))
+        result = run(*command, "-o", "x.png")
+    assert (result.exit_code, result.stdout) == (130, "")
+    n = "10 of 16 rows of pixels" if samples == 1 else "1 of 3 samples a pixel"
+    assert result.stderr == f"stopped after {n}; the same command with --resume goes on from x.png.npz\n"
+    assert names() == [tree_file, "whole.png", "x.png", "x.png.npz"]
+    assert (pixels("x.png") != pixels("whole.png")).any()
     done(*command, "--resume", "-o", "x.png")
     assert (pixels("x.png") == pixels("whole.png")).all()
     assert names() == [tree_file, "whole.png", "x.png"]

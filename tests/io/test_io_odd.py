@@ -10,6 +10,7 @@ import pytest
 from support.line_files import FIRST, LAST, POINTS, SAMPLES, STRANDS, tck, trk
 
 import fastlines as fl
+from fastlines.io.source import Source
 
 NAMED = "datatype: Float32LE\n"
 
@@ -93,3 +94,41 @@ def test_the_command_line_tells_what_is_odd_in_one_line(in_own_folder, tmp_path)
     result = run("info", "a.tck")
     assert result.exit_code == 0
     assert result.stderr.splitlines() == ["warning: a.tck: no NaN ends its last streamline; the end of the data does"]
+
+
+@pytest.mark.parametrize("missing", ["END", "the triple of Inf", "both"])
+def test_a_tck_without_its_end_is_read_piece_by_piece(tmp_path, monkeypatch, missing):
+    """Only its last bytes are looked at, so that it is neither read twice nor in memory as a whole."""
+    n = 200_000  # more than the bytes that are searched for END
+    triples = np.ones((n + 2, 3), "<f4")
+    triples[-2], triples[-1] = np.nan, np.inf
+    head = b"mrtrix tracks\ndatatype: Float32LE\ncount: 1\nfile: . 80\n"
+    head = (head if missing in ("END", "both") else head + b"END\n").ljust(80, b"\n")
+    body = triples.tobytes() if missing == "END" else triples[:-1].tobytes()
+    (tmp_path / "a.tck").write_bytes(head + body)
+
+    def whole(self):
+        raise AssertionError("the whole file is in memory")
+
+    monkeypatch.setattr(Source, "data", property(whole))
+    if missing == "both":
+        with pytest.raises(fl.FileFormatError, match="which would prove where its data are"):
+            fl.read(tmp_path / "a.tck")
+        return
+    with pytest.warns(fl.FileWarning, match="three Inf" if missing != "END" else "no line END"):
+        assert len(fl.read(tmp_path / "a.tck")) == n - 1
+
+
+def test_bytes_that_were_dropped_are_not_an_empty_file():
+    source = Source(b"some bytes", "a.xyz")
+    assert source.end(5) == b"bytes"
+    source.drop()
+    for ask in (
+        lambda: source.data,
+        source.text,
+        lambda: source.start(3),
+        lambda: list(source.pieces()),
+        source.finish,
+    ):
+        with pytest.raises(RuntimeError, match=r"a\.xyz: its bytes are needed after they were dropped"):
+            ask()

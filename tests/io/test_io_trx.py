@@ -201,3 +201,14 @@ def test_an_error_of_the_disk_is_no_damage(tmp_path, monkeypatch):
     monkeypatch.setattr(zipfile.ZipExtFile, "read", broken)
     with pytest.raises(OSError, match="Input/output"):
         fl.read(tmp_path / "a.trx")
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+@pytest.mark.parametrize("name", ["header.json", "positions.3.float32", "dpv/fa.float32"])
+def test_a_name_that_is_there_twice_is_refused(load, name):
+    data = io.BytesIO(trx(extra=TRX_EXTRA))
+    with zipfile.ZipFile(data, "a") as archive:
+        archive.writestr(name, b"")
+    said = re.escape(f"holds several members named {name!r}; write it again with each name once")
+    with pytest.raises(fl.FileFormatError, match=said):
+        load(data.getvalue(), "a.trx")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+import re
 import sys
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 
 import fastlines as fl
 from fastlines.progress import reporting
+from fastlines.rendering import depth_image, level_sheet
 
 LINES = np.random.default_rng(0).random((3000, 2, 3)).astype(np.float32)
 
@@ -45,3 +47,33 @@ def test_outside_notebooks_no_widgets_are_needed(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "ipywidgets", None)
     fl.build(LINES, "bvh-cl", progress=True)
     assert "%" not in capsys.readouterr().out
+
+
+CAMERA = fl.Camera((0, 0, 5), (0, 0, 0))
+RAYS = [0, 0, -5], [0, 0, 1], 0.1
+SMALL = {"width": 4, "height": 4, "radius": 0.1}
+TREE = fl.build(LINES, "bvh-cl")
+#: All functions that take `progress`.
+CALLS = {
+    "read": lambda path, progress: fl.read(path, progress=progress),
+    "build": lambda path, progress: fl.build(LINES, progress=progress),
+    "refit": lambda path, progress: TREE.refit(LINES, progress=progress),
+    "render": lambda path, progress: fl.render(TREE, progress=progress, **SMALL),
+    "hits": lambda path, progress: fl.render(TREE, look="hits", progress=progress, **SMALL),
+    "depth_image": lambda path, progress: depth_image(TREE, CAMERA, 4, 4, 0.1, progress),
+    "level_sheet": lambda path, progress: level_sheet(TREE, CAMERA, 0.1, 2, progress=progress),
+    **{
+        name: lambda path, progress, name=name: getattr(TREE, name)(*RAYS, progress=progress)
+        for name in ("first_hit", "any_hit", "count_hits", "all_hits")
+    },
+    "next_hits": lambda path, progress: TREE.next_hits(*RAYS, k=1, progress=progress),
+}
+
+
+@pytest.mark.parametrize("progress", ["no", 1, None, [print]], ids=repr)
+@pytest.mark.parametrize("call", CALLS)
+def test_what_is_neither_a_switch_nor_a_function_is_refused(call, progress, tmp_path, capsys):
+    fl.write(tmp_path / "a.npy", LINES[:3])
+    with pytest.raises(fl.InputError, match=re.escape(f"progress={progress!r}; expected True, False, or a function")):
+        CALLS[call](tmp_path / "a.npy", progress)
+    assert capsys.readouterr().err == ""

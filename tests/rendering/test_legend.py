@@ -7,6 +7,7 @@ import pytest
 
 import fastlines as fl
 from fastlines.rendering.legend import ColorBar, Triad, draw_legend
+from fastlines.rendering.tone import srgb
 
 LINES = fl.Lines.from_strands([[[-1, y, 0], [0, y, 0.3], [1, y + 0.2, 0]] for y in np.linspace(-1, 1, 9)])
 SIZE = {"width": 64, "height": 64, "samples": 1, "radius": 0.05}
@@ -69,3 +70,48 @@ def test_a_transparent_picture_shows_its_legend():
     picture = fl.render(LINES, look="fibre", **SIZE).with_legend()
     clear = picture.to_bytes(transparent=True)
     assert clear[-20:, :20, 3].max() == 255
+
+
+NAMES = ("plain", "direction", "strand", "brown", "white", "attribute", "attribute:fa", "#808080", "radius", "viridis")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_attribute_of_any_name_gives_colours(name):
+    """The prefix names it in any case, and the name alone where it is no word of its own."""
+    lines = with_values(**{name: np.linspace(0.2, 0.8, len(LINES)), "fa": np.linspace(0.2, 0.8, len(LINES))})
+    expected = fl.render(lines, look="tube", color="fa", **SIZE)
+    named = fl.render(lines, look="tube", color=f"attribute:{name}", **SIZE)
+    assert (named.light == expected.light).all()
+    assert named.legend.title == name
+    if name not in ("direction", "strand", "#808080", "attribute:fa"):
+        assert (fl.render(lines, look="tube", color=name, **SIZE).light == expected.light).all()
+
+
+@pytest.mark.parametrize("word", ["direction", "strand"])
+def test_words_keep_their_meaning_and_say_that_an_attribute_has_their_name(word):
+    lines = with_values(**{word: np.linspace(0, 1, len(LINES))})
+    expected = fl.render(LINES.segments, look="tube", color=word, **SIZE)
+    with pytest.warns(fl.FileWarning, match=f"color='attribute:{word}' is their attribute of this name"):
+        found = fl.render(lines, look="tube", color=word, **SIZE)
+    assert (found.light == expected.light).all()
+
+
+def test_colours_that_are_not_there_are_refused():
+    lines = with_values(fa=np.zeros(len(LINES)))
+    with pytest.raises(fl.InputError, match="no attribute 'faa' to be coloured by; did you mean 'fa'"):
+        fl.render(lines, look="tube", color="attribute:faa", **SIZE)
+    for color in ("fa", "attribute:fa", "strand"):
+        with pytest.raises(fl.InputError, match=f"color='{color}' is for the looks 'fibre' and 'tube'"):
+            fl.render(lines, look="hair", color=color, **SIZE)
+    with pytest.raises(fl.InputError, match="no hair colour 'browm'; did you mean 'brown'"):
+        fl.render(lines, look="hair", color="browm", **SIZE)
+
+
+def test_a_bar_has_the_colours_of_its_numbers():
+    """Each column of the bar is what the map has for the number there; one number is one colour."""
+    for bar in (ColorBar("fa", 2.0, 6.0, "viridis"), ColorBar("fa", 3.0, 3.0, "viridis")):
+        drawn = draw_legend(np.zeros((1000, 1000, 3), np.uint8), bar)
+        row = drawn[int(np.flatnonzero(np.ptp(drawn[:, 60].astype(int), axis=1) > 30).mean())]
+        expected = np.rint(255 * srgb(bar.colors(np.linspace(bar.low, bar.high, 340)))).astype(int)
+        assert np.abs(row[40:360].astype(int) - expected[10:330]).max() < 12
+    assert (expected == expected[0]).all()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fastlines as fl
-from fastlines.rendering import MEASURES, measures, visited_nodes, work
+from fastlines.rendering import MEASURES, progressive, visited_nodes, work
 from fastlines.rendering.looks.table import NUMBERS
 
 SCENE = fl.scenes.make("spaghetti", 300)
@@ -79,12 +79,12 @@ def test_samples_are_averaged_and_bands_do_not_matter(monkeypatch):
     values = picture.aovs["hits"]
     assert (4 * values == np.round(4 * values)).all()
     assert (values != np.round(values)).any()
-    monkeypatch.setattr(measures, "MAX_RAYS", 50)
+    monkeypatch.setattr(progressive, "MAX_RAYS", 50)
     assert (fl.render(SCENE.lines, SCENE.camera, **options).light == picture.light).all()
 
 
 def test_a_measure_has_its_own_colours_and_may_have_aovs():
-    with pytest.raises(fl.InputError, match="leave out color="):
+    with pytest.raises(fl.InputError, match="color='plain' does not apply: the look 'work'"):
         fl.render(SCENE.lines, look="work", color="plain")
     with pytest.raises(fl.InputError, match="did you mean 'hits'"):
         fl.render(SCENE.lines, look="hitss")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 
 import numpy as np
@@ -9,8 +10,8 @@ import pytest
 from PIL import Image
 
 import fastlines as fl
-from fastlines.rendering import renderer
-from fastlines.rendering.looks import LOOKS, look_for
+from fastlines.rendering import default_size, progressive
+from fastlines.rendering.looks import LOOKS, look_for, make_look
 from fastlines.rendering.tone import filmic, linear, srgb
 
 LINES = fl.Lines.from_strands([[[-1, y, 0], [0, y, 0.3], [1, y + 0.2, 0]] for y in np.linspace(-1, 1, 40)])
@@ -33,7 +34,7 @@ def test_each_look_draws_thin_and_thick_lines(look, radius):
 
 def test_a_picture_does_not_depend_on_its_bands(monkeypatch):
     whole = fl.render(TREE, width=32, height=32, look="tube", radius=0.05, samples=2)
-    monkeypatch.setattr(renderer, "MAX_RAYS", 100)
+    monkeypatch.setattr(progressive, "MAX_RAYS", 100)
     assert (fl.render(TREE, width=32, height=32, look="tube", radius=0.05, samples=2).light == whole.light).all()
 
 
@@ -87,6 +88,33 @@ def test_the_look_suits_the_lines():
     assert look_for(fl.scenes.make("straight-hair").lines) == "hair"
     assert look_for(LINES.with_radius(0.1)) == "tube"
     assert look_for(fl.Triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]])) == "tube"
+
+
+def test_fibres_that_turn_all_the_time_have_one_colour():
+    beams, straight = (fl.scenes.make(name, 400).lines for name in ("photon-beams", "spaghetti"))
+    assert make_look("fibre", beams).color.by == "plain"
+    assert make_look("fibre", straight).color.by == "direction"
+    assert make_look("fibre", beams, "strand").color.by == "strand"
+
+
+def test_neurons_have_the_colours_of_their_types():
+    types = {"type": np.array([1, 2, 3, 300])}
+    parts = fl.lines([[[y, 0, 0], [y, 1, 0]] for y in range(4)])
+    neuron = dataclasses.replace(parts.with_radius(0.3), attributes=types, unit="µm")
+    axon = fl.render(neuron, fl.Camera((1, 0.5, 2), (1, 0.5, 0)), width=9, height=9, samples=2).light[4, 4]
+    dendrite = fl.render(neuron, fl.Camera((2, 0.5, 2), (2, 0.5, 0)), width=9, height=9, samples=2).light[4, 4]
+    assert axon.argmax() == 2
+    assert dendrite.argmax() == 0
+    assert make_look("tube", neuron, "type").color.attribute == "type"
+    assert make_look("tube", dataclasses.replace(neuron, unit="mm")).color.by == "plain"
+
+
+def test_the_size_of_a_picture_suits_the_lines():
+    wide = fl.Lines.from_segments([[[0, 0, 0], [4, 0, 0]], [[0, 2.6, 0], [4, 2.6, 0]]])
+    assert default_size(wide, 300) == (300, 200)
+    assert default_size(wide, 300, direction=(0, 0, -1), up=(1, 0, 0)) == (200, 300)
+    assert default_size(fl.Lines.from_segments(np.zeros((0, 2, 3))), 300) == (300, 300)
+    assert default_size(fl.Lines.from_segments([[[1, 1, 1], [1, 1, 1]]]), 300)[0] <= 300
 
 
 def test_unknown_looks_are_refused():

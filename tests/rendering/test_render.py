@@ -18,18 +18,23 @@ from fastlines.rendering import (
     default_camera,
     default_view,
     depth_image,
-    depth_picture,
     images,
     level_sheet,
     write_depth,
     write_picture,
 )
 from fastlines.rendering.depth import MAX_BATCH, MAX_PIXELS, View, bands
-from fastlines.rendering.depth_picture import DARKEST, GAMMA, Tone, encode
+from fastlines.rendering.depth_tone import DARKEST, GAMMA, Tone, grey
+from fastlines.rendering.tone import linear
 
 CAMERA = fl.Camera(origin=(0, 0, 4), target=(0, 0, 0))
 #: Across the view at the depths 4 (upper half), 6 (lower half).
 TWO_LINES = [[[-9, 0.5, 0], [9, 0.5, 0]], [[-9, -0.5, -2], [9, -0.5, -2]]]
+
+
+def grey_depths(tree, camera, width, height, radius, progress=False, samples=9):
+    options = {"width": width, "height": height, "radius": radius, "progress": progress, "samples": samples}
+    return grey(fl.render(tree, camera, look="depth", **options))
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +84,7 @@ def test_bands_cover_each_row_once_and_bound_the_batch():
 
 
 def test_progress_reaches_one(two_lines):
-    for draw in (depth_image, depth_picture):
+    for draw in (depth_image, grey_depths):
         said = []
         draw(two_lines, CAMERA, 16, 16, 0.1, progress=said.append)
         assert said == sorted(said)
@@ -101,7 +106,7 @@ def test_progress_reaches_one(two_lines):
     ],
 )
 def test_refuses_what_is_no_picture(two_lines, width, height, radius, words):
-    for draw in (depth_image, depth_picture):
+    for draw in (depth_image, grey_depths):
         with pytest.raises(fl.InputError, match=words):
             draw(two_lines, CAMERA, width, height, radius)
 
@@ -125,11 +130,14 @@ def test_tone_of_one_depth_is_white(depths):
     assert Tone(depths).brightness(np.array([3.0, np.inf])).tolist() == [1, 0]
 
 
-def test_exposure_never_darkens():
-    assert encode(np.zeros((2, 2))).max() == 0
-    assert encode(np.array([[1.0, 0.0]])).tolist() == [[255, 0]]
-    assert encode(np.full((10, 10), 1e-6)).min() == 255
-    assert encode(np.array([[1e-320, 0.0]])).tolist() == [[255, 0]]
+def test_grey_is_made_lighter_until_its_lightest_part_is_white(two_lines):
+    thin = fl.render(two_lines, CAMERA, width=50, height=50, look="depth", radius=0.003)
+    shown = thin.to_bytes()[..., 0]
+    assert shown.max() < 200
+    assert grey(thin).max() == 255
+    assert (grey(thin) >= shown).all()
+    nothing = fl.render(np.empty((0, 2, 3)), CAMERA, width=8, height=8, look="depth", radius=0.1)
+    assert grey(nothing).max() == 0
 
 
 # --- Pictures ---
@@ -137,7 +145,7 @@ def test_exposure_never_darkens():
 
 @pytest.mark.parametrize("radius", [0.1, 0.003])  # thick lines, and lines thinner than a pixel
 def test_picture_is_lighter_where_lines_are_nearer(two_lines, radius):
-    picture = depth_picture(two_lines, CAMERA, 200, 200, radius)
+    picture = grey_depths(two_lines, CAMERA, 200, 200, radius)
     assert picture.dtype == np.uint8
     assert picture[:100].max() == 255
     assert 0 < picture[100:].max() < 100
@@ -148,22 +156,22 @@ def test_thin_lines_are_what_many_samples_converge_to():
     lines = fl.scenes.make("spaghetti", 150).lines
     tree, camera = fl.build(lines), default_camera(lines)
     size, radius = 24, 0.004
-    thin = depth_picture(tree, camera, size, size, radius) / 255
-    many = depth_picture(tree, camera, size * 16, size * 16, radius, samples=1) / 255
-    light = (many**GAMMA).reshape(size, 16, size, 16).mean(axis=(1, 3))
+    thin = linear(grey_depths(tree, camera, size, size, radius) / 255)
+    many = linear(grey_depths(tree, camera, size * 16, size * 16, radius, samples=1) / 255)
+    light = many.reshape(size, 16, size, 16).mean(axis=(1, 3))
     # The same light up to the blur of the spot and one factor: compare blocks of pixels.
-    blocks = [x.reshape(4, 6, 4, 6).mean(axis=(1, 3)) for x in (thin**GAMMA, light)]
+    blocks = [x.reshape(4, 6, 4, 6).mean(axis=(1, 3)) for x in (thin, light)]
     assert np.corrcoef(blocks[0].ravel(), blocks[1].ravel())[0, 1] > 0.9
 
 
 def test_odd_geometry_is_drawn():
     point = fl.build([[[1, 1, 1], [1, 1, 1]]])
-    assert depth_picture(point, default_camera(point.geometry), 33, 33, 0.1).max() == 255
+    assert grey_depths(point, default_camera(point.geometry), 33, 33, 0.1).max() == 255
     nothing = fl.build(np.empty((0, 2, 3)))
-    assert depth_picture(nothing, default_camera(nothing.geometry), 8, 8, 0.1).max() == 0
+    assert grey_depths(nothing, default_camera(nothing.geometry), 8, 8, 0.1).max() == 0
     assert np.isinf(depth_image(nothing, default_camera(nothing.geometry), 8, 8, 0.1)).all()
     line = fl.build(TWO_LINES)
-    assert depth_picture(line, CAMERA, 8, 8, 0.0).max() == 0
+    assert grey_depths(line, CAMERA, 8, 8, 0.0).max() == 0
     for tree in (point, nothing):
         assert level_sheet(tree, default_camera(tree.geometry), 0.1, panel=32).shape[2] == 3
 
@@ -292,12 +300,22 @@ def test_a_file_and_a_tree_of_it_are_drawn_alike(name, tmp_path):
 
 def test_maps_are_looked_at_from_above_and_bodies_from_the_side():
     assert default_view(lines_in((0, 0, 0), (5, 3, 0)))[0] == (0, 0, -1)
-    direction, _ = default_view(lines_in((0, 0, -5), (1, 2, 5)))
+    direction, _ = default_view(lines_in((0, 0, -5), (5, 4, 5)))
     assert abs(direction[0]) > abs(direction[2]) > 0 > direction[1]
 
 
+def test_slabs_are_shown_from_the_side_cubes_corner_on_and_plains_from_above():
+    slab, _ = default_view(lines_in((0, 0, -5), (2, 9, 5)))
+    assert slab[2] == 0 > slab[1]
+    body, cube, plain = (
+        default_view(lines_in((0, 0, 0), high))[0] for high in ((8, 8, 10), (10, 9.5, 10), (10, 1, 10))
+    )
+    assert abs(cube[0]) > abs(body[2])
+    assert plain[1] < cube[1] < body[1] < 0
+
+
 def test_the_view_turns_to_the_side_that_the_lines_lean_away_from():
-    body = [[[0, 0, -5], [1, 2, 5]]]
+    body = [[[0, 0, -5], [5, 4, 5]]]
     tail, head = [[[0, 0, -5], [1, 1, -4]]], [[[0, 0, 4], [1, 1, 5]]]
     to_front = default_view(fl.Lines.from_segments(body + 3 * tail))[0]
     to_back = default_view(fl.Lines.from_segments(body + 3 * head))[0]

@@ -8,16 +8,19 @@ import numpy as np
 import pytest
 
 import fastlines as fl
-from fastlines.rendering import Renderer, renderer
+from fastlines.rendering import MEASURES, progressive, renderer_of
 from fastlines.rendering.looks import make_look
 from fastlines.rendering.state import describe
 
 SCENE = fl.scenes.make("spaghetti", 80)
 TREE = fl.build(SCENE.lines)
+#: What is summed for each pixel.
+SUMS = {"tube": ("light", "alpha", "shadow"), "hits": ("total", "hit")}
 
 
 def made(tree=TREE, size=(24, 20), radius=0.02, look="tube", samples=3, camera=SCENE.camera, **options):
-    return Renderer(tree, camera, *size, radius, make_look(look, tree.geometry, **options), None, samples)
+    made = MEASURES.get(look) or make_look(look, tree.geometry, **options)
+    return renderer_of(tree, camera, *size, radius, made, samples=samples)
 
 
 def finished(one):
@@ -32,7 +35,7 @@ def assert_same(one, other):
     assert one.samples == other.samples
 
 
-@pytest.mark.parametrize("look", ["tube", "hair", "id"])
+@pytest.mark.parametrize("look", ["tube", "hair", "id", "hits", "work"])
 @pytest.mark.parametrize("radius", [0.001, 0.02])  # thinner and thicker than a pixel
 def test_a_resumed_picture_is_that_of_an_uninterrupted_run(look, radius, tmp_path):
     first = made(look=look, radius=radius)
@@ -45,10 +48,11 @@ def test_a_resumed_picture_is_that_of_an_uninterrupted_run(look, radius, tmp_pat
     assert [path.name for path in tmp_path.iterdir()] == ["a.npz"]
 
 
+@pytest.mark.parametrize("look", ["tube", "hits"])
 @pytest.mark.parametrize("stop", range(1, 12))
-def test_it_may_be_interrupted_in_any_band(stop, tmp_path, monkeypatch):
-    monkeypatch.setattr(renderer, "MAX_RAYS", 150)  # four bands
-    one, calls = made(), []
+def test_it_may_be_interrupted_in_any_band(look, stop, tmp_path, monkeypatch):
+    monkeypatch.setattr(progressive, "MAX_RAYS", 150)  # four bands
+    one, calls = made(look=look), []
 
     def interrupt(done):
         calls.append(done)
@@ -58,14 +62,42 @@ def test_it_may_be_interrupted_in_any_band(stop, tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         for _ in one.passes(interrupt):
             pass
+    assert one.n_rows == (20 if stop > 3 else 6 * stop)
     one.save(tmp_path / "a.npz")
-    other = made()
+    other = made(look=look)
     assert other.resume(tmp_path / "a.npz") == stop // 4
-    assert_same(finished(other), finished(made()))
+    assert_same(finished(other), finished(made(look=look)))
 
 
-@pytest.mark.parametrize("name", ["_light", "_alpha", "_shadow", "_counts"])
-def test_it_may_be_interrupted_while_it_stores_a_band(name, tmp_path):
+@pytest.mark.parametrize("look", ["hits", "work"])
+def test_one_ray_for_each_pixel_has_the_rows_so_far(look, monkeypatch):
+    """A measure has one sample by default, so an interrupted picture has some of its rows."""
+    monkeypatch.setattr(progressive, "MAX_RAYS", 150)
+
+    def stop(done):
+        raise KeyboardInterrupt
+
+    one, whole = made(look=look, samples=None), finished(made(look=look, samples=None))
+    assert whole.samples == 1
+    with pytest.raises(KeyboardInterrupt):
+        list(one.passes(stop))
+    numbers = one.picture().aovs[look]
+    assert (numbers[:6] == whole.aovs[look][:6]).all()
+    assert numbers[:6].any()
+    assert not numbers[6:].any()
+
+
+def test_rays_through_centres_are_no_sample_of_several(tmp_path):
+    made(look="hits", samples=1).save(tmp_path / "a.npz")
+    with pytest.raises(fl.InputError, match="rays was centres of pixels, and is spread over pixels"):
+        made(look="hits", samples=2).resume(tmp_path / "a.npz")
+
+
+INTERRUPTED = [(look, name) for look, names in SUMS.items() for name in (*names, "counts")]
+
+
+@pytest.mark.parametrize(("look", "name"), INTERRUPTED)
+def test_it_may_be_interrupted_while_it_stores_a_band(look, name, tmp_path):
     class Torn(np.ndarray):
         """Raises at the second store, after half of it is done."""
 
@@ -77,14 +109,18 @@ def test_it_may_be_interrupted_while_it_stores_a_band(name, tmp_path):
             if self.stores == 2:
                 raise KeyboardInterrupt
 
-    one = made()
-    setattr(one, name, getattr(one, name).view(Torn))
+    one = made(look=look)
+    if name == "counts":
+        one._counts = one._counts.view(Torn)
+    else:
+        one._sums[name] = one._sums[name].view(Torn)
     with pytest.raises(KeyboardInterrupt):
         finished(one)
     one.save(tmp_path / "a.npz")
-    other = made()
+    assert_same(finished(one), finished(made(look=look)))
+    other = made(look=look)
     assert other.resume(tmp_path / "a.npz") == 2
-    assert_same(finished(other), finished(made()))
+    assert_same(finished(other), finished(made(look=look)))
 
 
 def test_more_samples_can_be_added_later(tmp_path):

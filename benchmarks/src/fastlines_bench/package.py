@@ -13,6 +13,7 @@ from fastlines.geometry import core_data
 from fastlines.immutable import own
 from fastlines.layout import Layout
 from fastlines.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, best_settings, method_settings
+from fastlines.rendering.depth_tone import grey
 from fastlines.rendering.fragments import Surfaces
 from fastlines.rendering.hair import HairMaterial, longitudinal
 from fastlines.rendering.lighting import Light, Rig, Sky
@@ -56,6 +57,7 @@ __all__ = [
     "did_you_mean",
     "filmic",
     "format_3_digits",
+    "grey",
     "hashed",
     "limit_notes",
     "longitudinal",

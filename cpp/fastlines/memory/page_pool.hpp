@@ -77,6 +77,7 @@ class PagePool {
   }
 
   static std::byte* begin_of(void* data) { return static_cast<std::byte*>(data) - kHeaderBytes; }
+  static void* data_of(std::byte* begin) { return begin + kHeaderBytes; }
   static Header& header_of(void* data) { return *std::launder(reinterpret_cast<Header*>(begin_of(data))); }
   static std::size_t size_of(void* data) { return header_of(data).size; }
 
@@ -91,12 +92,13 @@ class PagePool {
       if (!lock) return nullptr;
       auto best = blocks_.end();
       for (auto block = blocks_.begin(); block != blocks_.end(); ++block) {
-        const std::size_t size = size_of(*block);
-        if (size >= n_bytes && size - size / 4 <= size_of_new && (best == blocks_.end() || size < size_of(*best)))
+        const std::size_t size = size_of(data_of(*block));
+        if (size >= n_bytes && size - size / 4 <= size_of_new &&
+            (best == blocks_.end() || size < size_of(data_of(*best))))
           best = block;
       }
       if (best == blocks_.end()) return nullptr;
-      void* const data = *best;
+      void* const data = data_of(*best);
       n_bytes_ -= std::exchange(header_of(data).n_used, size_of(data));
       blocks_.erase(best);
       return data;
@@ -110,28 +112,40 @@ class PagePool {
       const std::unique_lock lock(mutex_, std::try_to_lock);
       if (!lock) return false;
       while (n_bytes_ + n_used > kMaxBytes || blocks_.size() == kMaxBlocks) {
-        n_bytes_ -= header_of(blocks_.front()).n_used;
-        free_aligned(begin_of(blocks_.front()));
+        n_bytes_ -= header_of(data_of(blocks_.front())).n_used;
+        free_aligned(blocks_.front());
         blocks_.erase(blocks_.begin());
       }
-      blocks_.push_back(data);
+      blocks_.push_back(begin_of(data));
       n_bytes_ += n_used;
       return true;
+    }
+
+    /// Frees all blocks.
+    void clear() noexcept {
+      const std::unique_lock lock(mutex_, std::try_to_lock);
+      if (!lock) return;
+      for (std::byte* const block : blocks_) free_aligned(block);
+      blocks_.clear();
+      n_bytes_ = 0;
     }
 
    private:
     /// Bytes of the smallest block to keep; the most bytes and the most blocks kept.
     static constexpr std::size_t kMinBytes = std::size_t(1) << 16, kMaxBytes = std::size_t(1) << 28, kMaxBlocks = 256;
     std::mutex mutex_;
-    std::vector<void*> blocks_;                  // oldest first
+    std::vector<std::byte*> blocks_;             // where they begin, oldest first
     std::size_t n_bytes_ = 0;                    // the sum of their n_used
     FreeList() { blocks_.reserve(kMaxBlocks); }  // so that `add` never allocates
     friend class PagePool;
   };
 
-  /// The list is never destroyed: answers may outlive every static object at exit.
+  /// The list is never destroyed, as answers may outlive every static object. At exit its blocks are freed.
   static FreeList& free_list() {
     static FreeList& blocks = *new FreeList;
+    static const struct AtExit {
+      ~AtExit() { blocks.clear(); }
+    } at_exit;
     return blocks;
   }
 };

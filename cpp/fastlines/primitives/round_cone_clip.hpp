@@ -100,10 +100,12 @@ class RoundConeClip {
     for (int k = 0; k < 3; ++k) {
       for (const float side : {box_.lo[k], box_.hi[k]}) {
         const double s = (side - start_[k]) / step_[k];  // not between 0 and 1 if the step is 0
-        if (s > 0.0 && s < 1.0) ends[n++] = s;
+        if (!(s > 0.0 && s < 1.0)) continue;
+        int at = n++;
+        for (; ends[at - 1] > s; --at) ends[at] = ends[at - 1];
+        ends[at] = s;
       }
     }
-    std::sort(ends.begin() + 1, ends.begin() + n);
     ends[n] = 1.0;
     for (; n_spans_ < n; ++n_spans_) {
       Span& span = spans_[n_spans_];

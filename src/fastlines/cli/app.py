@@ -16,6 +16,7 @@ import typer
 from typer import Option
 from typer.core import TyperGroup
 
+from .. import library
 from ..errors import FastlinesError
 
 #: The environment variable that makes errors show their traceback.
@@ -102,11 +103,24 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
+#: The panel of the options that are for C++ programs.
+_CPP = "For C++ and C programs"
+
+
 @app.callback(invoke_without_command=True)
 def root(
     context: typer.Context,
     version: Annotated[
         bool, Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+    cflags: Annotated[bool, Option("--cflags", help="Print the flags to compile with.", rich_help_panel=_CPP)] = False,
+    libs: Annotated[bool, Option("--libs", help="Print the flags to link with.", rich_help_panel=_CPP)] = False,
+    includedir: Annotated[
+        bool, Option("--includedir", help="Print the folder of the headers.", rich_help_panel=_CPP)
+    ] = False,
+    libdir: Annotated[bool, Option("--libdir", help="Print the folder of the library.", rich_help_panel=_CPP)] = False,
+    cmakedir: Annotated[
+        bool, Option("--cmakedir", help="Print the folder of the CMake package.", rich_help_panel=_CPP)
     ] = False,
 ) -> None:
     """Acceleration trees for ray queries on lines: hair, fibres, beams, streamlines, wires.
@@ -119,6 +133,16 @@ def root(
 
     [cyan]fastlines render hair.flt --radius 0.0005 -o hair.png[/]
     """
+    wanted = {
+        library.compiler_flags: cflags,
+        library.linker_flags: libs,
+        library.get_include: includedir,
+        library.get_lib: libdir,
+        library.get_cmake_dir: cmakedir,
+    }
+    if any(wanted.values()):
+        typer.echo(" ".join(text() for text, is_wanted in wanted.items() if is_wanted))
+        raise typer.Exit
     if context.invoked_subcommand is None:
         typer.echo(context.get_help())
 

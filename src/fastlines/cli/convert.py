@@ -46,7 +46,7 @@ def convert(
     [cyan]fastlines convert scene:bun-hair hair.npy[/]
     """
     from ..io import to_write
-    from ..io.writing import parts_to_write
+    from ..io.writing import count_strands, parts_to_write
     from .files import check_output, open_input
 
     row = to_write(Path(output))
@@ -56,6 +56,6 @@ def convert(
     fl.write(output, geometry)
     # Count what was written, which may be the pieces of curves.
     written = parts_to_write(geometry, row)
-    n_strands = sum(part.n_strands for part in written) if row.strands else 0
+    n_strands = sum(count_strands(part, row) for part in written)
     strands = f", {counted(n_strands, 'strands')}" if n_strands else ""
     typer.echo(f"{output}: {row.description}: {count_text(fl.Geometry(written))}{strands}")

@@ -52,20 +52,15 @@ class Source:
         up: Vector | None = None,
         fov: float | None = None,
         aspect: float = 1.0,
-        turns: bool = False,
     ) -> Camera:
-        """Return a camera that shows the geometry: the given view, or the scene's, or else the default.
-
-        One that turns shows it at every angle.
-        """
-        from ..rendering import default_camera, turntable_camera
+        """Return the camera of queries: with the view that is given, or the scene's, or else the default."""
+        from ..rendering import default_camera
 
         if self.scene is not None and direction is None:
             direction = tuple(self.scene.camera.axes()[2].tolist())
             up = up or self.scene.camera.up
         degrees = 30.0 if fov is None else fov
-        make = turntable_camera if turns else default_camera
-        return make(self.geometry, direction=direction, up=up, fov_degrees=degrees, aspect=aspect)
+        return default_camera(self.geometry, direction=direction, up=up, fov_degrees=degrees, aspect=aspect)
 
 
 def open_lines(

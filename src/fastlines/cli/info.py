@@ -97,12 +97,13 @@ def _suitable(opened: Source, tree: Tree | None) -> float | None:
 
 def draw(opened: Source, tree: Tree, radius: float) -> str:
     """Draw lines as text that fits the terminal, by the default camera."""
-    from ..rendering import depth_picture
+    from ..rendering.depth_tone import grey
     from .terminal import has_colours, picture_text
 
     columns = max(16, min(COLUMNS, shutil.get_terminal_size((COLUMNS, 24)).columns))
     rows = columns // 2
-    image = depth_picture(tree, opened.camera(), columns, 2 * rows, radius, 2)
+    size: dict[str, Any] = {"width": columns, "height": 2 * rows}
+    image = grey(fl.render(tree, opened.camera(), look="depth", radius=radius, samples=4, **size))
     lit = np.flatnonzero(image.any(axis=1)) // 2
     return picture_text(image[2 * lit.min(initial=rows) : 2 * lit.max(initial=0) + 2], has_colours())
 

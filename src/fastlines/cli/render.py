@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from typer import Option
 
-import fastlines as fl
-
-from ..errors import InputError
-from ..geometry import AnyGeometry
-from ..methods import DEFAULT_METHOD, method_settings
-from ..tree import Tree
 from .app import app
-from .options import Direction, FormatName, FormatOptions, Fov, Input, Radius, Skip, Up, refuse_given, vector
+from .options import Direction, FormatName, FormatOptions, Fov, Input, Radius, Skip, Up
 
 #: Width and height of a picture in pixels.
 SIZE = 1024
+WITHOUT_SIZE = f"By default {SIZE}; without both, that is the longer side of a format that suits the lines."
 
 
 @app.command(short_help="Render lines: hair, fibres, tubes; or draw the levels of a tree.")
@@ -44,12 +38,13 @@ def render(
         Option(
             metavar="NAME",
             help="Of hair: white, blond, red, brown, black or '#rrggbb'. Of fibres and tubes: direction, strand, an "
-            "attribute or '#rrggbb'.",
+            "attribute or '#rrggbb'; attribute:strand for an attribute of that name.",
         ),
     ] = None,
     color_map: Annotated[
-        str, Option(metavar="NAME", help="For an attribute: viridis, magma, inferno, coolwarm or gray.")
-    ] = "viridis",
+        str | None,
+        Option(metavar="NAME", help="For an attribute: viridis (default), magma, inferno, coolwarm or gray."),
+    ] = None,
     background: Annotated[
         str | None, Option(metavar="COLOR", help="'#rrggbb', '#rrggbb:#rrggbb' from top to bottom, or transparent.")
     ] = None,
@@ -61,8 +56,8 @@ def render(
         str, Option(metavar="NAME", help="normal, or high: trace the paths of light in hair; takes many samples.")
     ] = "normal",
     exposure: Annotated[float, Option(help="Multiply the light by 2 to this power.")] = 0.0,
-    width: Annotated[int | None, Option(min=1, help=f"The picture's width in pixels; {SIZE} by default.")] = None,
-    height: Annotated[int | None, Option(min=1, help=f"The picture's height in pixels; {SIZE} by default.")] = None,
+    width: Annotated[int | None, Option(min=1, help=f"The picture's width in pixels. {WITHOUT_SIZE}")] = None,
+    height: Annotated[int | None, Option(min=1, help=f"The picture's height in pixels. {WITHOUT_SIZE}")] = None,
     samples: Annotated[
         int | None,
         Option(
@@ -126,112 +121,33 @@ def render(
 
     [cyan]fastlines render hair.flt --radius 0.0005 --levels 6 -o levels.png[/]
     """
-    from ..geometry import needs_radius
-    from ..queries import require_radius
-    from ..rendering import Renderer, check_image_path, finish, level_sheet, write_picture
-    from ..rendering.depth import check_size
-    from ..rendering.frames import SECONDS
-    from ..rendering.looks import Backdrop, make_look
-    from ..rendering.looks.table import HAIR_COLORS
-    from ..rendering.measures import MEASURES
-    from ..rendering.radius import small, suitable_radius
-    from ..rendering.renderer import check_exposure, with_backdrop
-    from .files import check_output, open_lines, show_progress
-    from .hint import hint_at_radius
-    from .sequence import check_sequence, write_sequence
-    from .unfinished import add_samples, check_resume, keep_state
+    from .pictures import Order, draw
 
-    is_sequence = turntable is not None or radius_sweep is not None
-    radii: list[float] = []
-    if is_sequence:
-        alone: dict[str, object] = {"--levels": levels or None, "--resume": resume or None}
-        alone |= {} if radius_sweep is None else {"--radius": radius}
-        radii = check_sequence(output, radius_sweep, turntable, alone)
-        extension = Path(output).suffix.lower()
-    else:
-        extension = check_image_path(output)
-        check_output(output)
-        refuse_given({"--seconds": seconds}, "it is for --turntable and --radius-sweep")
-        check_resume(output, resume)
-    going_on = {"--resume": resume or None}
-    shading = {"--look": look, "--color": color, "--background": background, "--samples": samples, **going_on}
-    if levels:
-        refuse_given({"--width": width, "--height": height, **shading}, "levels are drawn in panels of a fixed size")
-        if extension != ".png":
-            raise InputError(f"{output}: levels are drawn as .png")
-    width, height = width or SIZE, height or SIZE
-    check_size(width, height)
-    if method is not None:
-        method_settings(method)
-    view, upwards = vector(direction, "--direction"), vector(up, "--up")
-    check_exposure(exposure)
-    is_transparent = background == "transparent"
-    if is_transparent and extension == ".exr":
-        raise InputError(f"{output}: an .exr is always transparent; leave out --background")
-    if background is not None and not is_transparent:
-        Backdrop.of(background)
-    opened = open_lines(source, skip_invalid, format, option)
-    if opened.tree is not None:
-        refuse_given({"--method": method}, f"{source} is a tree already; 'fastlines build' makes another")
-    is_measure = look in MEASURES
-    if is_measure:
-        high = quality if quality != "normal" else None
-        refuse_given({"--color": color, "--quality": high}, f"the look {look} has colours of its own")
-        refuse_given(going_on, f"the look {look} has no samples to go on with")
-    made = look if is_measure else make_look(look, opened.geometry, color, color_map, quality)
-    if legend is None:
-        legend = is_measure or ((color or "#")[0] != "#" and color not in (*HAIR_COLORS, "direction", "strand"))
-    camera = opened.camera(view, upwards, fov, 1.0 if levels else width / height, turntable is not None)
-    progress = show_progress()
-    tree = opened.tree or fl.build(opened.geometry, method or DEFAULT_METHOD, progress=progress)
-    chosen = radius is None and not radii and needs_radius(opened.geometry)
-    if chosen:
-        radius = suitable_radius(tree, opened.camera())
-        require_radius(opened.geometry, radius)
-    radius = radius or 0.0
-    if levels:
-        write_picture(output, level_sheet(tree, camera, radius, levels, progress=progress))
-        typer.echo(f"{output}: {levels} levels, {_thickness(tree, radius, chosen)}")
-        return
-    backdrop = None if is_transparent else background
-    shown: dict[str, Any] = {
-        "background": backdrop,
-        "exposure": exposure,
-        "aovs": extension == ".exr",
-        "legend": legend,
-    }
-    drawn: dict[str, Any] = {"width": width, "height": height, "radius": radius}
-    if is_sequence:
-        options = drawn | shown | {"look": made, "samples": samples}
-        frame_seconds = SECONDS if seconds is None else seconds
-        what = write_sequence(
-            output, tree, camera, radii, turntable, frame_seconds, progress, is_transparent, **options
-        )
-        thickness = f"radii {radii[0]:g} to {radii[-1]:g}" if radii else _thickness(tree, radius, chosen)
-        typer.echo(f"{what}, {thickness}")
-        return
-    if is_measure:
-        picture = fl.render(tree, camera, look=made, samples=samples, progress=progress, **drawn, **shown)
-        picture.save(output, is_transparent)
-    else:
-        assert made is not None
-        assert not isinstance(made, str)
-        renderer = Renderer(tree, camera, width, height, radius, with_backdrop(made, backdrop), None, samples)
-        is_whole = add_samples(renderer, output, resume, progress)
-        if renderer.picture().samples:  # else an older picture of this name is better
-            finish(renderer.picture(), renderer.stage, **shown).save(output, is_transparent)
-        keep_state(renderer, output, is_whole, resume)
-    if not chosen:
-        hint_at_radius(tree, *camera.rays(*small(width, height)), radius)
-    typer.echo(f"{output}: {width} × {height} pixels, {_thickness(tree, radius, chosen)}")
-
-
-def _thickness(tree: Tree, radius: float, is_chosen: bool) -> str:
-    """Say what was drawn, and how thick."""
-    from ..geometry import count_text, parts_of
-    from ..places import names
-
-    geometry: AnyGeometry = tree.geometry
-    is_thick = any("radius" in names(part) for part in parts_of(geometry))
-    own = ", and their own" if is_thick else ", which suits them; --radius sets another" if is_chosen else ""
-    return f"{count_text(geometry)}, radius {radius:g}{own}"
+    order = Order(
+        source=source,
+        output=output,
+        look=look,
+        radius=radius,
+        color=color,
+        color_map=color_map,
+        background=background,
+        legend=legend,
+        quality=quality,
+        exposure=exposure,
+        width=width,
+        height=height,
+        samples=samples,
+        direction=direction,
+        up=up,
+        fov=fov,
+        turntable=turntable,
+        radius_sweep=radius_sweep,
+        seconds=seconds,
+        resume=resume,
+        levels=levels,
+        method=method,
+        skip_invalid=skip_invalid,
+        format=format,
+        option=option,
+    )
+    typer.echo(draw(order))

@@ -11,7 +11,6 @@ from ..progress import reporting
 from ..rendering import Picture, check_frames_path, numbered, radius_sweep, spaced_radii, turntable, write_frames
 from ..tree import Tree
 from .files import check_output
-from .options import refuse_given
 
 
 def swept_radii(text: str) -> list[float]:
@@ -24,12 +23,10 @@ def swept_radii(text: str) -> list[float]:
     return spaced_radii(*bounds, n)
 
 
-def check_sequence(output: str, sweep: str | None, n_turns: int | None, others: dict[str, object]) -> list[float]:
+def check_sequence(output: str, sweep: str | None, n_turns: int | None) -> list[float]:
     """Check the options of many pictures; return the radii of a sweep."""
     if sweep is not None and n_turns is not None:
         raise InputError("--turntable and --radius-sweep are both given; give one of them")
-    name = "--turntable" if sweep is None else "--radius-sweep"
-    refuse_given(others, f"{name} makes many pictures")
     extension = check_frames_path(output)
     check_output(str(numbered(output, 1)) if extension in (".png", ".exr") else output)
     return [] if sweep is None else swept_radii(sweep)
@@ -41,9 +38,9 @@ def write_sequence(
     camera: Camera,
     radii: list[float],
     n_turns: int | None,
-    seconds: float,
-    progress: bool,
+    seconds: float | None,
     is_transparent: bool,
+    progress: bool,
     **options: Any,
 ) -> str:
     """Write the pictures of a turn, or of a sweep of the radius; return what was written, in words."""

@@ -8,7 +8,7 @@ import typer
 
 from ..errors import InputError
 from ..progress import reporting
-from ..rendering import Renderer
+from ..rendering import Progressive
 from .files import check_output
 
 
@@ -24,7 +24,7 @@ def check_resume(output: str, resume: bool) -> None:
         raise InputError(f"{state_path(output)}: no such file; leave out --resume to render from the start")
 
 
-def add_samples(renderer: Renderer, output: str, resume: bool, progress: bool) -> bool:
+def add_samples(renderer: Progressive, output: str, resume: bool, progress: bool) -> bool:
     """Add samples until there are enough or until Ctrl-C; return whether all are there."""
     if resume:
         renderer.resume(state_path(output))
@@ -37,7 +37,7 @@ def add_samples(renderer: Renderer, output: str, resume: bool, progress: bool) -
     return True
 
 
-def keep_state(renderer: Renderer, output: str, is_whole: bool, resumed: bool) -> None:
+def keep_state(renderer: Progressive, output: str, is_whole: bool, resumed: bool) -> None:
     """Delete the state of a whole picture that was resumed; write that of another, say so, and exit with 130."""
     state = state_path(output)
     if is_whole:
@@ -45,6 +45,7 @@ def keep_state(renderer: Renderer, output: str, is_whole: bool, resumed: bool) -
             Path(state).unlink(missing_ok=True)
         return
     renderer.save(state)
-    samples = f"{renderer.picture().samples} of {renderer.samples} samples a pixel"
-    typer.echo(f"stopped after {samples}; the same command with --resume goes on from {state}", err=True)
+    rows = f"{renderer.n_rows} of {renderer.height} rows of pixels"
+    done = f"{renderer.done} of {renderer.samples} samples a pixel" if renderer.done else rows
+    typer.echo(f"stopped after {done}; the same command with --resume goes on from {state}", err=True)
     raise typer.Exit(130)

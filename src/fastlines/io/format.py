@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import Any, get_args
+from typing import Any, Literal, get_args
 
 from ..arrays import did_you_mean
 from ..curves import Curves
@@ -38,8 +38,9 @@ class Format:
         What each file of the format may begin with, if nothing else begins so.
     writes : tuple of type
         What ``write`` takes: `Lines`, `Curves` and `Geometry`. What it does not take is converted first.
-    strands : bool
-        Whether files hold strands.
+    strands : {"polylines", "kept", "none"}
+        What becomes of strands when lines are written: they are the polylines that follow one another in the file; or
+        they are kept as they are; or files hold none.
     up : {"x", "y", "z"}, optional
         The axis that points upwards by the format's convention.
     unit : str, optional
@@ -51,7 +52,7 @@ class Format:
     description: str
     magic: tuple[bytes, ...] = ()
     writes: tuple[type[Any], ...] = ()
-    strands: bool = True
+    strands: Literal["polylines", "kept", "none"] = "polylines"
     up: str | None = None
     unit: str | None = None
 

@@ -78,10 +78,13 @@ class Source:
         self._progress = progress
         self._done = 0 if self._file else self.size
         self._shown = -1.0
+        self._is_dropped = False
 
     @property
     def data(self) -> bytes:
         """All bytes. They stay in memory; `pieces` does not keep them."""
+        if self._is_dropped:
+            raise RuntimeError(f"{self.name}: its bytes are needed after they were dropped")
         if self._data is None:
             whole = BytesIO()  # which neither copies when it grows, nor when it hands out its bytes
             for piece in self.pieces():
@@ -91,8 +94,9 @@ class Source:
         return self._data
 
     def drop(self) -> None:
-        """Free the bytes, once they are needed no longer."""
+        """Free the bytes, once they are needed no longer; to ask for them again is an error of the program."""
         self._data = b""
+        self._is_dropped = True
 
     def open(self) -> BinaryIO:
         """Return the bytes as a file to read from; the caller does not close it."""
@@ -104,6 +108,12 @@ class Source:
     def start(self, n_bytes: int) -> bytes:
         """Return the first bytes; fewer if there are no more."""
         return self.open().read(n_bytes)
+
+    def end(self, n_bytes: int) -> bytes:
+        """Return the last bytes; fewer if there are no more."""
+        file = self.open()
+        file.seek(max(0, self.size - n_bytes))
+        return file.read(n_bytes)
 
     def pieces(self, at: int = 0) -> Iterator[bytes]:
         """Yield the bytes from a place on, piece by piece."""

@@ -17,6 +17,7 @@ from ..geometry import AnyGeometry, Geometry, count_text, counted, parts_of
 from ..lines import Lines
 from ..objects import lines as as_lines
 from .format import Format
+from .polylines import begins_of
 from .straight import straightened
 from .table import FORMATS, extension_of, to_write
 
@@ -86,6 +87,21 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
 def parts_to_write(lines: Any, row: Format) -> list[Lines | Curves]:
     """Return the lines and curves that a file of a format holds once they are written."""
     return [part for part in parts_of(to_written(lines, row.writes)[0]) if isinstance(part, Lines | Curves)]
+
+
+def count_strands(part: Lines | Curves, row: Format) -> int:
+    """Return how many strands a file of a format holds of lines or curves that are written to it.
+
+    Examples
+    --------
+    >>> from fastlines.io.table import NAMES
+    >>> gap = Lines.from_segments([[[0, 0, 0], [1, 0, 0]], [[2, 0, 0], [3, 0, 0]]], strands=[0, 0])
+    >>> [count_strands(gap, NAMES[name]) for name in ("npz", "tck", "npy")]
+    [1, 2, 0]
+    """
+    if row.strands == "polylines":
+        return int(begins_of(part).sum())
+    return part.n_strands if row.strands == "kept" else 0
 
 
 def to_written(

@@ -1,16 +1,18 @@
 """Pictures of lines and of trees, by queries of a tree: depth images as in the thesis, and levels of trees."""
 
+from typing import Any
+
 from .aovs import AOVS, find_aovs
 from .depth import MAX_PIXELS, depth_image
-from .depth_picture import depth_picture
 from .frames import FRAME_FORMATS, check_frames_path, numbered, write_frames
 from .images import IMAGE_FORMATS, check_image_path, write_depth, write_picture
 from .levels import level_sheet
-from .measures import MEASURES, Measure
+from .measures import MEASURES, Measure, MeasureRenderer
 from .picture import Picture
-from .renderer import Renderer, finish, render
+from .progressive import Progressive
+from .renderer import Renderer, finish, render, renderer_of
 from .sequences import radius_sweep, spaced_radii, turntable, turntable_camera
-from .view import default_camera, default_view
+from .view import default_camera, default_size, default_view
 from .work import visited_nodes
 
 __all__ = [
@@ -20,20 +22,23 @@ __all__ = [
     "MAX_PIXELS",
     "MEASURES",
     "Measure",
+    "MeasureRenderer",
     "Picture",
+    "Progressive",
     "Renderer",
     "check_frames_path",
     "check_image_path",
     "default_camera",
+    "default_size",
     "default_view",
     "depth_image",
-    "depth_picture",
     "find_aovs",
     "finish",
     "level_sheet",
     "numbered",
     "radius_sweep",
     "render",
+    "renderer_of",
     "spaced_radii",
     "turntable",
     "turntable_camera",
@@ -42,3 +47,12 @@ __all__ = [
     "write_frames",
     "write_picture",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    from .former import former
+
+    found = former(name)
+    if found is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return found

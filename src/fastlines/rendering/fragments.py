@@ -25,6 +25,7 @@ from ..hit_lists import offsets_of
 from ..hits import AllHits, FirstHits
 from ..lines import Lines
 from ..tree import Tree
+from .smooth import smooth_tangents
 from .vectors import dot
 
 #: The radius of the spot around a ray, in pixels.
@@ -74,6 +75,11 @@ class Fragments:
     def tangents(self) -> FloatArray:
         """The unit direction of the line of each fragment, (n, 3); zero where there is none."""
         return np.nan_to_num(self.hits.tangents()).astype(np.float32)
+
+    @cached_property
+    def smooth_tangents(self) -> FloatArray:
+        """The same without steps from segment to segment, for highlights."""
+        return smooth_tangents(self.hits)
 
     @property
     def strand(self) -> IntArray:

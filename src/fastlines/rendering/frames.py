@@ -16,6 +16,7 @@ from ..atomic_write import atomic_write, check_target
 from ..errors import InputError
 from ..optional import optional
 from .images import IMAGE_FORMATS, check_image_path, known_extension
+from .options import Facts, check_options
 from .picture import Picture
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def write_frames(
     path: str | os.PathLike[str],
     pictures: Iterable[Picture],
     *,
-    seconds: float = SECONDS,
+    seconds: float | None = None,
     repeats: bool = True,
     transparent: bool = False,
 ) -> list[Path]:
@@ -63,8 +64,9 @@ def write_frames(
         or an .mp4 with `fastlines[video]`.
     pictures : iterable of Picture
         All of the same size. An .mp4 has an even number of rows and columns; the last ones are repeated.
-    seconds : float
-        How long each picture of an animation is shown; in a .gif it is rounded to hundredths, and at least two.
+    seconds : float, optional
+        How long each picture of an animation is shown, 0.04 by default; in a .gif it is rounded to hundredths, and at
+        least two.
     repeats : bool
         Whether a .gif starts again after its end.
     transparent : bool
@@ -78,7 +80,7 @@ def write_frames(
     Raises
     ------
     InputError
-        If the extension is unknown, or there are no pictures.
+        If the extension is unknown, an option has no effect on such files, or there are no pictures.
     MissingExtraError
         If an .mp4 is to be written, and imageio-ffmpeg is not installed.
 
@@ -93,9 +95,9 @@ def write_frames(
     ['x_0001.png', 'x_0002.png']
     """
     extension = check_frames_path(path)
-    seconds = number("seconds", seconds, "a number from 0.001 to 60", 1e-3, 60.0)
-    if transparent and extension != ".png":
-        raise InputError(f"{path}: only .png files can be transparent here; leave out transparent=")
+    given = {"seconds": seconds, "repeats": repeats, "transparent": transparent}
+    check_options(given, Facts(file=extension))
+    seconds = number("seconds", SECONDS if seconds is None else seconds, "a number from 0.001 to 60", 1e-3, 60.0)
     check_target(numbered(path, 1) if extension in IMAGE_FORMATS else path)
     if extension in IMAGE_FORMATS:
         written: list[Path] = []

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import FloatArray
 from ..camera import Float64Array
 from .palette import mapped, of_directions
 from .tone import srgb
@@ -39,6 +40,17 @@ class ColorBar:
     low: float
     high: float
     map: str
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether all numbers are the same; they have the colour in the middle of the map."""
+        return self.high - self.low <= 1e-6 * max(abs(self.low), abs(self.high))
+
+    def colors(self, values: npt.NDArray[np.floating]) -> FloatArray:
+        """Return the colours of numbers, linear, (…, 3)."""
+        if self.is_constant:
+            return mapped(np.full(np.shape(values), 0.5), self.map)
+        return mapped((values - self.low) / (self.high - self.low), self.map)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +133,7 @@ class Pen:
         """Draw a colour bar between its title and its numbers, in pixels of the picture."""
         long, high = BAR[0] * self.side, max(BAR[1] * self.side, 4 * FINER)
         gap = 0.35 * self.letters
-        texts = bar.title, f"{bar.low:.3g}", f"{bar.high:.3g}"
+        texts = bar.title, f"{bar.low:.3g}", "" if bar.is_constant else f"{bar.high:.3g}"
         wide = max(long, self._font().getlength(texts[0]), sum(map(self._font().getlength, texts[1:])) + 2 * gap)
         image, draw = self._canvas(wide, high + 2 * (1.2 * self.letters + gap))
         left, top = self.margin, self.margin + 1.2 * self.letters + gap
@@ -129,8 +141,10 @@ class Pen:
         self._text(draw, (left, top - gap), texts[0], self.ink, "ls")
         edge = 0.12 * self.letters
         draw.rectangle((left - edge, top - edge, right + edge, bottom + edge), self.ink)
-        for column in range(int(left), int(right)):
-            draw.line((column, top, column, bottom), _color(mapped(np.array([(column - left) / long]), bar.map)[0]))
+        columns = np.arange(int(left), int(right))
+        colors = bar.colors(bar.low + (columns - left) / long * (bar.high - bar.low))
+        for column, color in zip(columns.tolist(), colors, strict=True):
+            draw.line((column, top, column, bottom), _color(color))
         self._text(draw, (left, bottom + gap + 0.9 * self.letters), texts[1], self.ink, "ls")
         self._text(draw, (max(right, left + wide), bottom + gap + 0.9 * self.letters), texts[2], self.ink, "rs")
         return image.reduce(FINER)

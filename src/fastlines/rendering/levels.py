@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import colorsys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,9 @@ from ..arrays import FloatArray, IntArray
 from ..camera import Camera
 from ..progress import ProgressOption
 from ..tree import Tree
-from .depth_picture import depth_picture
+from .depth import check_radius
+from .depth_tone import grey
+from .renderer import render
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 EDGES = np.array([(a, a | bit) for bit in (1, 2, 4) for a in range(8) if not a & bit])
 #: Panels are drawn this many times larger and then shrunk, for smooth lines.
 SMOOTH = 2
+#: The samples of a pixel of the lines behind the boxes.
+SAMPLES = 4
 #: The brightness of the lines behind the boxes, relative to a depth picture.
 DIMMED = 0.4
 #: The most boxes in a panel.
@@ -67,8 +71,10 @@ def level_sheet(
     wanted = range(levels) if isinstance(levels, int) else levels
     shown = [level for level in wanted if level < len(nodes)]
     camera = Camera.framing(tree.nodes["box"][0], camera.axes()[2], camera.up, camera.fov_degrees)
-    picture = depth_picture(behind or tree, camera, panel, panel, radius, samples=2, progress=progress)
-    dimmed = Image.fromarray((picture * DIMMED).astype(np.uint8))
+    radius, drawn = check_radius(tree, radius), behind or tree
+    square: dict[str, Any] = {"width": panel, "height": panel}
+    lines = grey(render(drawn, camera, look="depth", radius=radius, samples=SAMPLES, progress=progress, **square))
+    dimmed = Image.fromarray((lines * DIMMED).astype(np.uint8))
 
     columns = min(columns, len(shown))
     n_rows = -(-len(shown) // columns)

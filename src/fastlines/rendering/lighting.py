@@ -74,14 +74,14 @@ STUDIO = Rig(
         Light((0.45, 0.7, -1.0), (4.0, 4.2, 4.6), 5.0),
     )
 )
-#: The same with more light from all around, for hair, which hides itself.
+#: For hair: a strong key light for highlights, a dim sky, for hair hides itself, and a rim light for the outline.
 SALON = Rig(
     (
-        Light((-0.55, 0.75, 0.75), (7.2, 6.9, 6.4), 3.0),
-        Light((0.9, 0.25, 0.8), (2.8, 3.0, 3.3), 20.0),
-        Light((0.45, 0.7, -1.0), (4.5, 4.7, 5.2), 5.0),
+        Light((-0.55, 0.75, 0.75), (10.2, 9.8, 9.1), 3.0),
+        Light((0.9, 0.25, 0.8), (2.2, 2.3, 2.5), 20.0),
+        Light((0.4, 0.8, -0.9), (5.8, 6.0, 6.6), 5.0),
     ),
-    Sky((0.62, 0.66, 0.74), (0.5, 0.5, 0.52), (0.26, 0.24, 0.23)),
+    Sky((0.40, 0.43, 0.48), (0.33, 0.33, 0.34), (0.17, 0.16, 0.15)),
 )
 #: One large soft light and a bright sky, for colours that can be told apart everywhere.
 SOFT = Rig(

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ..arrays import AnyArray, FloatArray, IntArray
 from ..camera import Camera
-from ..progress import ProgressOption, reporting
 from ..tree import Tree
-from .depth import MAX_RAYS, bands, check_size
 from .legend import ColorBar
+from .lighting import STUDIO
 from .looks.look import Backdrop
 from .looks.table import NIGHT
-from .palette import mapped
 from .picture import Picture
+from .progressive import Progressive
 from .sampling import points_in_pixels
+from .stage import Stage
 from .work import visited_nodes
 
 #: The values beyond this quantile have the last colour of the map.
@@ -63,62 +64,61 @@ MEASURES = {
 }
 
 
-def measured_picture(
-    tree: Tree,
-    camera: Camera,
-    width: int,
-    height: int,
-    radius: float,
-    measure: Measure,
-    samples: int = 1,
-    progress: ProgressOption = False,
-) -> Picture:
-    """Show a number of the rays of each pixel.
+class MeasureRenderer(Progressive):
+    """Shows a number of the rays of each pixel, sample by sample.
 
     Parameters
     ----------
-    tree, camera, width, height, radius, progress
-        As in `render`.
+    tree, camera, width, height, radius
+        As of `Renderer`.
     measure : Measure
     samples : int
         How many rays a pixel has. One goes through its centre. Of several, `Picture.aovs` has the mean.
-
-    Returns
-    -------
-    Picture
-        Its `aovs` has the numbers, (height, width) float32, under the name of the measure.
 
     Examples
     --------
     >>> import fastlines as fl
     >>> tree = fl.build([[[-1, 0, 0], [1, 0, 0]], [[0, -1, 0], [0, 1, 0]]])
-    >>> picture = measured_picture(tree, fl.Camera((0, 0, 5), (0, 0, 0)), 3, 3, 0.2, MEASURES["hits"])
-    >>> picture.aovs["hits"].tolist()
+    >>> renderer = MeasureRenderer(tree, fl.Camera((0, 0, 5), (0, 0, 0)), 3, 3, 0.2, MEASURES["hits"])
+    >>> list(renderer.passes())
+    [1]
+    >>> renderer.picture().aovs["hits"].tolist()
     [[0.0, 1.0, 0.0], [1.0, 2.0, 1.0], [0.0, 1.0, 0.0]]
     """
-    check_size(width, height)
-    total, hit = np.zeros(height * width), np.zeros(height * width)
-    with reporting(progress, "render") as callback:
-        for index in range(samples):
-            for rows in bands(width, height, MAX_RAYS):
-                own = slice(rows.start * width, rows.stop * width)
-                pixels = np.arange(own.start, own.stop)
-                x, y = points_in_pixels(index if samples > 1 else None, pixels, width)
-                origins, directions, _ = camera.ray(x, y, width, height)
-                values = measure.count(tree, origins, directions, radius)
-                total[own] += values
-                hit[own] += values > 0
-                if callback is not None:
-                    callback((index + rows.stop / height) / samples)
-    low, high = measure.range or _range(total[hit > 0] / samples)
-    # The colour is that of the rays with a number; alpha is their fraction.
-    place = (total / np.maximum(hit, 1) - low) / max(high - low, 1e-30)
-    alpha = (hit / samples).astype(np.float32)
-    light = (mapped(place, measure.map) * alpha[:, None]).reshape(height, width, 3)
-    aovs = {measure.name: (total / samples).astype(np.float32).reshape(height, width)}
-    backdrop = measure.backdrop.light(width, height)
-    legend = ColorBar(measure.title, low, high, measure.map)
-    return Picture(light, alpha.reshape(height, width), backdrop, samples, is_light=False, aovs=aovs, legend=legend)
+
+    def __init__(
+        self, tree: Tree, camera: Camera, width: int, height: int, radius: float, measure: Measure, samples: int = 1
+    ) -> None:
+        stage = Stage.of(tree, camera, height, radius, STUDIO)  # whose lights nothing uses
+        super().__init__(stage, width, height, samples, {"total": (), "hit": ()})
+        self.measure = measure
+
+    def _sample(self, index: int, pixels: AnyArray) -> dict[str, AnyArray]:
+        """Return the numbers of one ray of some pixels, and which are not 0."""
+        stage = self.stage
+        x, y = points_in_pixels(index if self.samples > 1 else None, pixels, self.width)
+        origins, directions, _ = stage.camera.ray(x, y, self.width, self.height)
+        values = self.measure.count(stage.tree, origins, directions, stage.radius)
+        return {"total": values, "hit": values > 0}
+
+    def picture(self) -> Picture:
+        """Return the picture of all samples so far: its `aovs` has the numbers, under the name of the measure."""
+        measure, mean, hit = self.measure, self._means("total"), self._means("hit")
+        low, high = measure.range or _range(mean[hit > 0])
+        # The colour is that of the rays with a number; alpha is their fraction.
+        bar, alpha = ColorBar(measure.title, low, high, measure.map), hit.astype(np.float32)
+        return Picture(
+            bar.colors(mean / np.where(hit > 0, hit, 1)) * alpha[..., None],
+            alpha,
+            measure.backdrop.light(self.width, self.height),
+            self.done,
+            is_light=False,
+            aovs={measure.name: mean.astype(np.float32)},
+            legend=bar,
+        )
+
+    def _own_settings(self) -> dict[str, Any]:
+        return {"look": self.measure, "rays": "centres of pixels" if self.samples == 1 else "spread over pixels"}
 
 
 def _range(values: AnyArray) -> tuple[float, float]:

@@ -22,6 +22,8 @@ MAPS: Mapping[str, str] = {
     "coolwarm": "3b4cc0 5977e3 7b9ff9 9ebeff c0d4f5 dddcdc f2cbb7 f7ac8e ee8468 d65244 b40426",
     "gray": "000000 ffffff",
 }
+#: Colours of the types of an SWC file: undefined, soma, axon, basal and apical dendrites, and three of one's own.
+NEURITES = "c4a878 55555c 3f7cbf cf5448 9460b8 56a06c d68f3e 5fb0b8"
 #: The golden ratio's fraction, by which hues are spread.
 GOLDEN = (5**0.5 - 1) / 2
 
@@ -40,6 +42,19 @@ def mapped(values: npt.NDArray[np.floating], name: str = "viridis") -> FloatArra
     steps = np.linspace(0, 1, len(table))
     colors = np.stack([np.interp(place, steps, table[:, axis]) for axis in range(3)], axis=-1)
     return np.where(np.isnan(values)[..., None], np.float32(0.3), colors).astype(np.float32)
+
+
+def of_neurites(types: npt.NDArray[np.floating]) -> FloatArray:
+    """Return the colours of types of an SWC file, as tools for neurons have them; (n, 3) linear.
+
+    Examples
+    --------
+    >>> blue = of_neurites(np.array([2.0]))[0]  # an axon
+    >>> bool(blue[2] > blue[0])
+    True
+    """
+    table = np.array([hexadecimal(f"#{text}") for text in NEURITES.split()], np.float32)
+    return np.asarray(table[np.clip(np.nan_to_num(types), 0, len(table) - 1).round().astype(np.int64)])
 
 
 def check_map(name: str) -> None:

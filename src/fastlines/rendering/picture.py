@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import AnyArray, FloatArray
-from ..errors import InputError
 from .images import check_image_path, write_light, write_picture
 from .legend import Legend, draw_legend
+from .options import Facts, check_options
 from .tone import bleed, dithered, filmic, srgb, to_bytes
 
 
@@ -105,8 +105,8 @@ class Picture:
         """Write the picture as a .png for the eye, or its numbers as an .exr.
 
         An .exr has the channels R, G and B: linear light, multiplied by alpha and by the exposure, without backdrop and
-        filmic curve. A is alpha, without the shadow on the ground. AOVs follow: Z is the depth, N.X to N.Z the normal,
-        P.X to P.Z the position. The others keep their names.
+        filmic curve, and without legend. A is alpha, without the shadow on the ground. AOVs follow: Z is the depth, N.X
+        to N.Z the normal, P.X to P.Z the position. The others keep their names.
 
         Raises
         ------
@@ -116,8 +116,7 @@ class Picture:
             If an .exr is to be written, and OpenEXR is not installed.
         """
         if check_image_path(path) == ".exr":
-            if transparent:
-                raise InputError(f"{path}: an .exr is always transparent; leave out transparent=")
+            check_options({"transparent": transparent}, Facts(file=".exr"))
             exposure = np.float32(2.0**self.exposure if self.is_light else 1.0)
             write_light(path, self.light * exposure, self.alpha, self.aovs)
         else:

@@ -11,11 +11,11 @@ import numpy.typing as npt
 from ..arrays import FloatArray
 from ..camera import Camera
 from ..curves import Curves
-from ..geometry import largest_radius
+from ..geometry import largest_radius, points_of
 from ..lines import Lines
 from ..tree import Tree
 from .depth import View
-from .depth_picture import PROBE, SPOT, THIN, Tone, pixel_size, probe
+from .depth_tone import PROBE, SPOT, THIN, Tone, pixel_size, probe
 from .lighting import Rig
 
 #: Lines without a radius of their own are counted within so many times the radius of a shadow ray, each for less.
@@ -56,9 +56,9 @@ class Stage:
 
     @cached_property
     def size(self) -> float:
-        """The diagonal of the box of the geometry."""
-        box = self.tree.nodes["box"][0].astype(np.float64)
-        return float(np.sqrt(((box[1] - box[0]) ** 2).sum()))
+        """The diagonal of the box of the points of the geometry, without their radius."""
+        points, _ = points_of(self.tree.geometry)
+        return float(np.sqrt((np.ptp(points, axis=0).astype(np.float64) ** 2).sum())) if len(points) else 0.0
 
     @cached_property
     def extent(self) -> float:
@@ -73,7 +73,7 @@ class Stage:
 
     @cached_property
     def depth_tone(self) -> Tone:
-        """The brightness of depths, as in `depth_picture`."""
+        """The brightness of depths."""
         view = View(self.tree, self.camera, PROBE, PROBE)
         return Tone(probe(view, SPOT * self.pixel if self.thin else self.radius))
 
@@ -90,7 +90,9 @@ class Stage:
         counts = self.tree.count_hits(points, directions, wide * self.radius, t_min=start)
         return np.asarray(counts / np.float32(wide), np.float32)
 
-    def unoccluded(self, points: FloatArray, directions: FloatArray, distance: float = np.inf) -> npt.NDArray[np.bool_]:
-        """Return from which points nothing is hit in some direction, up to a distance."""
-        start = min(self._start, 0.25 * distance)
+    def unoccluded(
+        self, points: FloatArray, directions: FloatArray, distance: float = np.inf, beyond: float = 0.0
+    ) -> npt.NDArray[np.bool_]:
+        """Return from which points nothing is hit in some direction, beyond one distance and up to another."""
+        start = max(min(self._start, 0.25 * distance), beyond)
         return ~self.tree.any_hit(points, directions, self.radius, t_min=start, t_max=distance)

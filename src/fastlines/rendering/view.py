@@ -5,7 +5,12 @@ or above the ground y = 0 have y up, like most models. Lines around the coordina
 measurements. Flat lines, such as a map, are shown from above.
 
 The camera looks along the shorter side, so that the longer one is visible, a little from above and turned towards the
-*front*. The front is the end from which the lines lean away, as hair leans away from the face.
+*front*. The front is the end from which the lines lean away, as hair leans away from the face. Four shapes differ:
+
+- *Flat* lines are shown square to their plane.
+- A *slab*, such as a mohawk, is shown from its side, where nothing hides anything.
+- A *cube* is shown corner on, so that three of its faces are visible.
+- What is *low*, such as a plain or a spreading tree, is shown from higher above.
 """
 
 from __future__ import annotations
@@ -18,8 +23,16 @@ from ..lines import AXES
 
 #: Lines are flat if an extent is at most this fraction of the largest.
 FLAT = 1e-3
-#: The turn towards the front and the tilt from above, as slopes.
+#: A slab is thinner than this fraction of its length, and what is low lower than this fraction of its sides.
+SLAB, LOW = 0.4, 0.6
+#: The extents of a cube are at least this fraction of the largest.
+CUBE = 0.9
+#: The turn towards the front and the tilt from above, as slopes: of most lines, of a cube, and the tilt of what is low.
 TURN, TILT = 0.5, 0.22
+CUBE_TURN, CUBE_TILT = 0.7, 0.45
+LOW_TILT = 0.6
+#: The formats of pictures, as the longer side through the shorter one.
+FORMATS = (1, 4 / 3, 3 / 2, 16 / 9)
 
 
 def default_view(geometry: AnyGeometry) -> tuple[Vector, Vector]:
@@ -47,7 +60,15 @@ def default_view(geometry: AnyGeometry) -> tuple[Vector, Vector]:
     short, long = sorted((axis for axis in (2, 1, 0) if axis != up), key=lambda axis: extent[axis])
     lean = points.mean(axis=0, dtype=np.float64)[long] - (low + high)[long] / 2
     front = -1.0 if lean > 0 else 1.0
-    return _tuple(-axes[short] - TURN * front * axes[long] - TILT * axes[up]), _tuple(axes[up])
+    turn, tilt = _slopes(extent[up], extent[short], extent[long])
+    return _tuple(-axes[short] - turn * front * axes[long] - tilt * axes[up]), _tuple(axes[up])
+
+
+def _slopes(height: float, short: float, long: float) -> tuple[float, float]:
+    """Return the turn and the tilt for the extents of the lines."""
+    if min(height, short) >= CUBE * max(height, long):
+        return CUBE_TURN, CUBE_TILT
+    return (0.0 if short < SLAB * long else TURN), (LOW_TILT if height < LOW * short else TILT)
 
 
 def default_camera(
@@ -63,6 +84,29 @@ def default_camera(
     return Camera.framing(
         geometry, direction or default_direction, up or default_up, fov_degrees=fov_degrees, aspect=aspect
     )
+
+
+def default_size(
+    geometry: AnyGeometry, longest: int, *, direction: Vector | None = None, up: Vector | None = None
+) -> tuple[int, int]:
+    """Return the width and the height of a picture whose format is the nearest to the shape of the lines in view.
+
+    Formats are 1:1, 4:3, 3:2 and 16:9, upright or across.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> default_size(fl.Lines.from_segments([[[0, 0, 0], [2, 1, 0]]]), 1600)
+    (1600, 900)
+    """
+    points, _ = points_of(geometry)
+    if len(points) == 0:
+        return longest, longest
+    pixels, _ = default_camera(geometry, direction=direction, up=up).project(points, 1, 1)
+    width, height = np.maximum(np.ptp(pixels, axis=0), 1e-9)
+    ratio = abs(np.log(width / height))
+    shorter = round(longest / min(FORMATS, key=lambda each: abs(np.log(each) - ratio)))
+    return (longest, shorter) if width > height else (shorter, longest)
 
 
 def _tuple(vector: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Vector:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,8 @@ import fastlines as fl
 from ..atomic_write import atomic_write
 from ..methods import METHOD_NOTES
 from ..progress import reporting
-from ..rendering import depth_picture, level_sheet, write_picture
+from ..rendering import level_sheet, write_picture
+from ..rendering.depth_tone import grey
 from ..scenes import NAMES, RADII, Scene, make
 from .measure import QUERIES, TreeFigures, build_within, describe_machine, measure_tree, time_in_turn
 from .page import Section, gallery, page, points
@@ -42,9 +44,9 @@ class Preset:
     #: Seconds for one figure, and the seconds after which a build is cancelled.
     budget: float = 0.3
     build_limit: float = 120.0
-    #: Pixels a side of the pictures, and samples a side of each pixel.
+    #: Pixels a side of the pictures, and samples of each pixel.
     picture: int = 880
-    samples: int = 3
+    samples: int = 4
     #: Pixels a side of a level's panel, and how many levels of a tree are drawn.
     panel: int = 300
     levels: int = 6
@@ -202,7 +204,8 @@ def _draw(
     best = trees.get("best") or fl.build(scene.lines)
     pictures, sheets = [], []
     for letter in ("M", "W", "N"):
-        drawn = depth_picture(best, scene.camera, preset.picture, preset.picture, radii[letter], preset.samples)
+        size: dict[str, Any] = {"width": preset.picture, "height": preset.picture, "samples": preset.samples}
+        drawn = grey(fl.render(best, scene.camera, look="depth", radius=radii[letter], **size))
         file, radius = f"{scene.name}-{letter}.png", f"{radii[letter]:.3g}"
         write_picture(folder / file, drawn)
         pictures.append((f"{IMAGES}/{file}", f"radius {letter} = {radius}", f"{scene.title} with the radius {radius}"))

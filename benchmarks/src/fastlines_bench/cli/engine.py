@@ -85,7 +85,11 @@ def engine(
     ] = False,
     one_by_one: Annotated[
         bool,
-        typer.Option("--one-by-one", help="Trace each ray alone: with our kernel single, and with rtcIntersect1."),
+        typer.Option(
+            "--one-by-one",
+            help="Trace each ray by a call of its own: of our C++ library (shapes: kernel single), and of "
+            "rtcIntersect1.",
+        ),
     ] = False,
     built_for: Annotated[
         float | None,

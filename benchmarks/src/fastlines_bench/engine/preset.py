@@ -33,7 +33,8 @@ class EnginePreset(TimedPreset):
     retune : bool
         Ignore the lengths that an earlier run found.
     one_by_one : bool
-        Trace each ray alone: with our kernel "single", and with Embree's rtcIntersect1.
+        Trace each ray by a call of its own: of our C++ library (shapes: with our kernel "single"), and of Embree's
+        rtcIntersect1.
     built_for : float, optional
         Use only user geometry for Embree, built for this radius and queried with radii no larger.
     shapes : tuple of str

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from functools import partial
-from typing import Any
 
 from fastlines import Tree, build
 
@@ -17,7 +16,8 @@ from ..harness.subjects import Subject
 from ..harness.turns import query_tree
 from ..package import num_threads
 from ..peers import embree, tuning
-from .contest import OURS, Contest
+from ..peers.calls import Calls
+from .contest import OURS, Answer, Contest
 from .preset import EnginePreset
 from .result import Built, EngineCell, Result
 
@@ -59,6 +59,7 @@ class _Runner:
         start = now()
         self.tree: Tree = build(subject.lines, preset.method, effort=preset.effort)
         seconds = now() - start
+        self.calls = Calls(self.tree, preset.n_threads) if preset.one_by_one else None
         start = now()
         n_bytes = self.tree.layout.n_bytes
         self.built = Built(subject.name, len(subject.lines), preset.method, seconds, now() - start, int(n_bytes))
@@ -78,9 +79,8 @@ class _Runner:
                 rays = subject.occlusion_rays(self.tree, radius, preset.n_rays) if kind == "ao" else fixed[kind]
                 for query in KINDS[kind]:
                     self.say(f"{subject.name}, radius {radius:g}: {kind} rays, {query}")
-                    ours = partial(self._query, radius, query)
                     candidates = builds.get("all" if query == "all" else "first", [])
-                    found = self.contest.run(rays, query, {OURS: ours}, scenes, candidates)
+                    found = self.contest.run(rays, query, self._own(radius, query), scenes, candidates)
                     yield EngineCell(subject.name, radius, rays.kind, query, *found)
 
     def _scenes(self, radius: float) -> embree.Scenes:
@@ -103,6 +103,11 @@ class _Runner:
         )
         return {query: list(dict.fromkeys([*builds, embree.Build("user")])) for query, builds in found.items()}
 
-    def _query(self, radius: float, query: str, rays: RayBatch) -> Any:
-        kernel = "single" if self.preset.one_by_one else "auto"
-        return query_tree(self.tree, query, rays, radius, kernel)
+    def _own(self, radius: float, query: str) -> dict[str, Answer]:
+        """Return what answers a batch of rays; one by one, the library does, and the C interface takes turns."""
+        if self.calls is None:
+            return {OURS: partial(query_tree, self.tree, query, radius=radius)}
+        return {
+            OURS: partial(self.calls.query, "C++", query, radius),
+            "C": partial(self.calls.query, "C", query, radius),
+        }

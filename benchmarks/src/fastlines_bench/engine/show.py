@@ -18,7 +18,14 @@ def print_tables(result: Result) -> None:
     console = wide_console()
     peer = result.preset["peer"]
     for (kind, query), cells in result.groups().items():
-        heads = ["radius", "rays", "ours", *(["Embree", "ratio", "to user", "differ", "max Δt"] if peer else [])]
+        others = list(cells[0].others)
+        heads = [
+            "radius",
+            "rays",
+            "ours",
+            *others,
+            *(["Embree", "ratio", "to user", "differ", "max Δt"] if peer else []),
+        ]
         title = f"{kind} rays ({KIND_NOTES[kind]}): {query}"
         table = new_table(title, ["scene"], heads, ["Embree's configuration"] if peer else [])
         for cell in cells:
@@ -26,14 +33,16 @@ def print_tables(result: Result) -> None:
         means = [geometric_mean(ratios) for ratios in ([c.ratio for c in cells], [c.exact_ratio for c in cells])]
         if any(means):
             table.add_section()
-            table.add_row("geometric mean", "", "", "", "", *("–" if mean is None else f"{mean:.2f}" for mean in means))
+            table.add_row(
+                "geometric mean", *[""] * (4 + len(others)), *("–" if mean is None else f"{mean:.2f}" for mean in means)
+            )
         print_table(console, table)
     print_table(console, _building(result))
     threads = result.preset["n_threads"]
     plural = "s" if threads > 1 else ""
     said = f"Millions of rays per second, {threads} thread{plural}, best of {result.preset['rounds']}. "
     if result.preset["one_by_one"]:
-        said += "Each ray is traced alone. "
+        said += "Each ray is traced by a call of its own: ours from C++, and from C. "
     if result.preset["built_for"] is not None:
         said += f"Embree's trees are built for the radius {result.preset['built_for']:g} and queried with those shown. "
     if peer:
@@ -46,6 +55,7 @@ def print_tables(result: Result) -> None:
 
 def _cells(cell: EngineCell) -> list[str]:
     row = [cell.scene, f"{cell.radius:g}", f"{cell.n_rays:,}", format_3_digits(cell.mrays)]
+    row += map(format_3_digits, cell.others.values())
     best = cell.best
     if best is None:
         return row

@@ -8,10 +8,12 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from fastlines.rendering.hair import AveragedHair, HairMaterial, evaluate, evaluate_angles, pdf, sample
 
 from ..harness import machine
+from ..harness.clock import best_in_turn, timed
 from ..harness.preset import Preset, sized
 from .oracle import Float64Array, bessel_of, load_mitsuba, mitsuba_values
 
@@ -145,7 +147,7 @@ def run_hair(preset: HairPreset, progress: Callable[[str, float], None] = lambda
             with bessel_of(bessel):
                 ours = evaluate(material, wo, wi, (0, 1, 0), h), pdf(material, wo, wi, (0, 1, 0), h)
             for quantity, our, their in zip(("value", "pdf"), ours, (theirs[:, :3], theirs[:, 3]), strict=True):
-                error = np.abs(our - their) / np.maximum(np.abs(their), FLOOR)
+                error = _relative(our, their)
                 off_axis = error[np.abs(h) >= OFF_AXIS].max()
                 figures = (error.max(), off_axis, np.quantile(error, 0.999), np.median(error))
                 cells.append(HairCell(name, bessel, quantity, *(float(each) for each in figures)))
@@ -196,22 +198,21 @@ def _averaged(name: str, material: HairMaterial, preset: HairPreset) -> AverageC
         value = evaluate_angles(material, sin_o, sin_i, phi, np.sin(gamma))
         sums.append(np.einsum("abc,b->ac", value, np.cos(gamma)) * (np.pi / 4000))
     expected = np.concatenate(sums)
-    error = np.abs(hair.evaluate(angles[0], angles[1], angles[2]) - expected) / np.maximum(expected, FLOOR)
+    error = _relative(hair.evaluate(angles[0], angles[1], angles[2]), expected)
 
     # Time both in float32.
     sin_o, sin_i, phi = (rng.uniform(-1, 1, (3, preset.n_timed)) * np.array([[1], [1], [np.pi]])).astype(np.float32)
     h = rng.uniform(-1, 1, preset.n_timed).astype(np.float32)
-    averaged = _best(lambda: hair.evaluate(sin_o, sin_i, phi)) / preset.n_timed
-    single = _best(lambda: evaluate_angles(material, sin_o, sin_i, phi, h)) / preset.n_timed
-    figures = (build * 1e3, averaged * 1e9, single * 1e9, error.max(), np.quantile(error, 0.99), np.median(error))
+    (averaged, _), (single, _) = best_in_turn(
+        3,
+        timed(lambda: hair.evaluate(sin_o, sin_i, phi)),
+        timed(lambda: evaluate_angles(material, sin_o, sin_i, phi, h)),
+    )
+    times = (build * 1e3, averaged * 1e9 / preset.n_timed, single * 1e9 / preset.n_timed)
+    figures = (*times, error.max(), np.quantile(error, 0.99), np.median(error))
     return AverageCell(name, *(float(figure) for figure in figures))
 
 
-def _best(work: Callable[[], object]) -> float:
-    """Return the least seconds of three rounds."""
-    seconds = []
-    for _ in range(3):
-        began = time.perf_counter()
-        work()
-        seconds.append(time.perf_counter() - began)
-    return min(seconds)
+def _relative(values: npt.NDArray[Any], expected: Float64Array) -> Float64Array:
+    """Return the errors of values, relative to what is expected or to `FLOOR`."""
+    return np.asarray(np.abs(values - expected) / np.maximum(np.abs(expected), FLOOR))

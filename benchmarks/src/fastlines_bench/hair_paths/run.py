@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -15,6 +16,7 @@ import fastlines as fl
 
 from ..harness import machine
 from ..harness.arrays import FloatArray
+from ..harness.clock import best_in_turn, timed
 from ..harness.preset import Preset, sized
 from ..harness.subjects import Subject
 from ..package import HairMaterial, Light, Sky, num_threads
@@ -177,19 +179,20 @@ def _time_rays(ours: OurScene, theirs: Any, preset: PathsPreset) -> list[RaysCel
         # Mitsuba's curves cannot be hit from inside.
         outside = tree.first_hit(origins, directions, radius, at="surface").t > 0
         origins, directions = origins[outside], directions[outside]
-        times: dict[str, list[float]] = {OURS: [], THEIRS: []}
-        for _ in range(preset.rounds):
-            start = perf_counter()
-            if kind == "shadow":
-                mine: Any = tree.any_hit(origins, directions, radius)
-            else:
-                mine = tree.first_hit(origins, directions, radius, at="surface").t
-            times[OURS].append(perf_counter() - start)
-            other, taken = (theirs.any_hits if kind == "shadow" else theirs.first_hits)(origins, directions)
-            times[THEIRS].append(taken)
+        rays = origins, directions
+        if kind == "shadow":
+            calls = timed(partial(tree.any_hit, *rays, radius)), partial(theirs.any_hits, *rays)
+        else:
+            calls = timed(partial(_first_t, tree, *rays, radius)), partial(theirs.first_hits, *rays)
+        (taken, mine), (their, other) = best_in_turn(preset.rounds, *calls)
         same = mine == other if kind == "shadow" else np.isclose(mine, other, 1e-6, SAME_T * ours.scene.radius)
-        cells.append(RaysCell(kind, len(origins), min(times[OURS]), min(times[THEIRS]), float(np.mean(same))))
+        cells.append(RaysCell(kind, len(origins), taken, their, float(np.mean(same))))
     return cells
+
+
+def _first_t(tree: Any, origins: FloatArray, directions: FloatArray, radius: float) -> FloatArray:
+    """Return t of the first hits of surfaces."""
+    return np.asarray(tree.first_hit(origins, directions, radius, at="surface").t)
 
 
 def _blocks(picture: FloatArray) -> FloatArray:

@@ -44,7 +44,7 @@ class ThesisPreset(Preset):
     lengths : tuple of float
         The piece lengths that are tried for Embree, as fractions of the box's diagonal.
     picture, samples : int
-        The width and height of a depth picture in pixels, and of the grid of samples in each pixel.
+        The width and height of a depth picture in pixels, and the samples of each pixel.
     heat : int
         The width and height of the heat maps.
     panel, levels : int
@@ -64,7 +64,7 @@ class ThesisPreset(Preset):
     build_limit: float = sized(120.0, 20.0)
     lengths: tuple[float, ...] = (*LENGTHS, 1 / 256)
     picture: int = sized(400, 240)
-    samples: int = sized(3, 2)
+    samples: int = sized(4, 2)
     heat: int = sized(256, 128)
     panel: int = sized(200, 160)
     levels: int = 6

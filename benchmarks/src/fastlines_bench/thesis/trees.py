@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fastlines import FastlinesError, Tree
-from fastlines.rendering import depth_picture, level_sheet, write_picture
+from fastlines import FastlinesError, Tree, render
+from fastlines.rendering import level_sheet, write_picture
 
 from ..builders.names import THESIS_COST, kind_of
 from ..builders.trees import alternate_builds
@@ -19,7 +19,7 @@ from ..harness.rays import RayBatch, camera_rays
 from ..harness.store import Found, Store
 from ..harness.subjects import Subject
 from ..harness.turns import count_hits, query_function, query_tree
-from ..package import DEFAULT_METHOD, limit_notes, num_threads
+from ..package import DEFAULT_METHOD, grey, limit_notes, num_threads
 from .heat import colour, visit_maps
 from .measure import measure, some, timed_by
 from .preset import ThesisPreset
@@ -38,9 +38,8 @@ def picture_step(subject: Subject, preset: ThesisPreset, store: Store) -> Found:
     images = {}
     for letter, radius in subject.by_letter.items():
         path = store.path(f"{subject.title} {letter}", ".png")
-        write_picture(
-            path, depth_picture(subject.best, subject.camera, preset.picture, preset.picture, radius, preset.samples)
-        )
+        size: dict[str, Any] = {"width": preset.picture, "height": preset.picture, "samples": preset.samples}
+        write_picture(path, grey(render(subject.best, subject.camera, look="depth", radius=radius, **size)))
         images[letter] = path.name
     return {"images": images}
 

@@ -122,7 +122,7 @@ class GroupDispatcher {
     collector_.begin(rays_, first, end);
     for (int i = first; i < end; ++i) {
       if (i % kSimdWidth == 0) cull_rays(rays_, i, cull_);
-      single_.search(rays_, i, cull_[i % kSimdWidth], collector_);
+      single_.search(tree_, rays_, i, cull_[i % kSimdWidth], collector_);
     }
     query.store(rays_, collector_, first, end);
   }
@@ -134,7 +134,7 @@ class GroupDispatcher {
   RayGroupOf<P> rays_;
   RayBundle bundle_;
   CullRay cull_[kSimdWidth];  // the packet that `trace_single` is in
-  SingleRay<P> single_{tree_};
+  SingleRay<P> single_;
   std::conditional_t<kHasBundles, BundleTraversal<P>, NoBundles> bundle_traversal_{tree_};
   typename Query::Collector collector_;
   decltype(make_incoherent_tracer<Query>(tree_, query)) incoherent_ = make_incoherent_tracer<Query>(tree_, query);

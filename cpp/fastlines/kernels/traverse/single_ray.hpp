@@ -27,12 +27,10 @@ struct SingleRayTuning {
 template <RayPrimitive P>
 class SingleRay {
  public:
-  explicit SingleRay(const WideBvhView<P>& tree) : tree_(tree) {}
-
-  /// Report the hits of the ray in this lane to the collector.
+  /// Report the hits of the ray in this lane to the collector. The tree is copied, so that no store can alias it.
   template <class Collector>
-  void search(const RayGroupOf<P>& rays, int lane, const CullRay& cull, Collector& collector) {
-    const WideBvhView<P> tree = tree_;  // a copy, so that no store can alias it
+  void search(const WideBvhView<P> tree, const RayGroupOf<P>& rays, int lane, const CullRay& cull,
+              Collector& collector) {
     const float& limit = collector.limit[lane];
     std::size_t depth = 0;  // frames in use
     Next next;
@@ -46,7 +44,7 @@ class SingleRay {
       prefetch(tree.nodes + next.node);
       // Cull its leaves, and test what survives.
       if (const std::uint32_t n = cull_leaves(tree, cull, node, lanes >> node.n_inner)) {
-        test_survivors(rays, lane, n, collector);
+        test_survivors(tree, rays, lane, n, collector);
         if (limit == kNoMoreHits) return;
       }
       // Pop frames that lie beyond the limit.
@@ -125,34 +123,35 @@ class SingleRay {
 
   /// Test the n survivors, 16 at a time unless they are few.
   template <class Collector>
-  void test_survivors(const RayGroupOf<P>& rays, int lane, std::uint32_t n, Collector& collector) {
+  void test_survivors(const WideBvhView<P>& tree, const RayGroupOf<P>& rays, int lane, std::uint32_t n,
+                      Collector& collector) {
     count_step(&StepCounters::tests, n);
     if (FloatX16::kMaxPermuteTable > 0 && n > SingleRayTuning::kMaxScalarTests) {
       for (std::uint32_t j = 0; j < n; j += kSimdWidth)
-        test_packet(rays, lane, survivors_ + j, std::min(n - j, std::uint32_t(kSimdWidth)), collector);
+        test_packet(tree, rays, lane, survivors_ + j, std::min(n - j, std::uint32_t(kSimdWidth)), collector);
       return;
     }
     for (std::uint32_t j = 0; j < n; ++j) {
-      __builtin_prefetch(tree_.items + tree_.refs[survivors_[std::min(j + 1, n - 1)]].prim);
-      test_one(rays, lane, tree_.refs[survivors_[j]], collector);
+      __builtin_prefetch(tree.items + tree.refs[survivors_[std::min(j + 1, n - 1)]].prim);
+      test_one(tree, rays, lane, tree.refs[survivors_[j]], collector);
     }
   }
 
   template <class Collector>
-  [[gnu::always_inline]] void test_one(const RayGroupOf<P>& rays, int lane, const Reference& ref,
-                                       Collector& collector) {
+  [[gnu::always_inline]] void test_one(const WideBvhView<P>& tree, const RayGroupOf<P>& rays, int lane,
+                                       const Reference& ref, Collector& collector) {
     const LaneViewOf<P> ray(rays, lane);
-    const auto test = P::template test<float>(ray, fields_of<P>(tree_.items[ref.prim], tree_.frame));
+    const auto test = P::template test<float>(ray, fields_of<P>(tree.items[ref.prim], tree.frame));
     if (test.closest.hit) collector.add_hit(rays, lane, approach_at<Collector::kAt>(test), ref);
   }
 
   /// Test n survivors, at most 16, with one ray.
   template <class Collector>
-  void test_packet(const RayGroupOf<P>& rays, int lane, const std::uint32_t* refs, std::uint32_t n,
-                   Collector& collector) {
+  void test_packet(const WideBvhView<P>& tree, const RayGroupOf<P>& rays, int lane, const std::uint32_t* refs,
+                   std::uint32_t n, Collector& collector) {
     const LaneViewOf<P> ray(rays, lane);
     const auto fields =
-        load_fields(tree_, [&](int i) { return tree_.refs[refs[std::min(std::uint32_t(i), n - 1)]].prim; });
+        load_fields(tree, [&](int i) { return tree.refs[refs[std::min(std::uint32_t(i), n - 1)]].prim; });
     const auto test = P::template test<FloatX16>(ray, fields);
     const auto approach = approach_at<Collector::kAt>(test);
     float s[kSimdWidth], t[kSimdWidth], dist2[kSimdWidth];
@@ -166,11 +165,10 @@ class SingleRay {
     }
     for (; hit; hit &= hit - 1) {
       const int i = std::countr_zero(hit);
-      collector.add_hit(rays, lane, {s[i], t[i], dist2[i], true}, tree_.refs[refs[i]]);
+      collector.add_hit(rays, lane, {s[i], t[i], dist2[i], true}, tree.refs[refs[i]]);
     }
   }
 
-  const WideBvhView<P>& tree_;
   std::vector<StackFrame> frames_;                          // the stack; only grows
   std::uint32_t survivors_[kSimdWidth * (kSimdWidth + 1)];  // references; 16 leaves, and 16 for compressed stores
 };

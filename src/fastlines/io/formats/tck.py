@@ -35,7 +35,7 @@ _TYPE_NAMES = "Float32LE, Float32BE, Float64LE or Float64BE"
 _END = re.compile(rb"\n[ \t\r]*END[ \t\r]*\n")
 #: The longest beginning that can be text: it ends at a control character.
 _TEXT = re.compile(rb"[^\0-\x08\x0b\x0e-\x1f\x7f]*")
-#: The whole file is searched for the end of its header only if that is not within so many bytes.
+#: More of the file is searched for the end of its header only if so many bytes are all text.
 _FIRST_BYTES = 1 << 20
 
 
@@ -86,7 +86,7 @@ def _header(source: Source) -> tuple[dict[str, list[str]], int, bool]:
     # Find the end of the header: END, or else the end of the text.
     data = source.start(_FIRST_BYTES)
     end = _END.search(data)
-    if end is None:
+    if end is None and len(data) == _FIRST_BYTES == _text_end(data):
         data = source.data
         end = _END.search(data)
     stop = end.end() if end else _text_end(data)
@@ -106,7 +106,7 @@ def _header(source: Source) -> tuple[dict[str, list[str]], int, bool]:
         source.warn(f"its header has no line END; its data are read from byte {start} on, as it says")
         return fields, start, True
     # Accept only padding, and more of a header, between the header and the data.
-    data = data if start <= len(data) else source.data
+    data = data if start <= len(data) else source.start(min(start, source.size))
     between = data[stop:start].strip(b"\0\t\r\n ") if start >= stop else b""
     if not stop <= start <= source.size or _text_end(between) < len(between):
         given = ", ".join(" ".join(place)[:40] for place in places) or "missing"
@@ -202,8 +202,9 @@ def _check_end(source: Source, start: int, type_name: str, is_guess: bool, strea
         if streamlines.is_open:
             source.warn("no NaN ends its last streamline; the end of the data does")
         return
+    last_bytes = source.end(3 * max(np.dtype(dtype).itemsize for dtype in _TYPES.values()))
     for name, dtype in _TYPES.items():
-        if source.data.endswith(np.full(3, np.inf, dtype).tobytes()):
+        if last_bytes.endswith(np.full(3, np.inf, dtype).tobytes()):
             raise source.error(
                 f"it ends as a whole file of type {name} does, but data of type {type_name.lower()} that start at byte "
                 f"{start} do not; mend the type ('datatype') or the start ('file') in its header"

@@ -165,6 +165,10 @@ def _unzip(source: Source) -> dict[str, memoryview]:
             for member in members:
                 if member.compress_type not in _COMPRESSIONS or member.flag_bits & 1:
                     raise source.error(f"{member.filename!r} in it is packed by an unknown method; write it again")
+            names = [member.filename for member in members]
+            if len({*names}) < len(names):
+                twice = next(name for name in names if names.count(name) > 1)
+                raise source.error(f"holds several members named {twice!r}; write it again with each name once")
             if sum(member.file_size for member in members) > source.unpack_limit:
                 raise source.error(
                     f"unpacks to more than {source.unpack_limit} bytes, far more than lines would; if it is valid, "

@@ -13,7 +13,7 @@ from ...errors import InputError
 from ...geometry import Geometry
 from ...lines import Lines
 from ...optional import optional
-from ..polylines import Polylines, polylines_of
+from ..polylines import Polylines, begins_of, polylines_of
 from ..units import meters_of
 from ..written import is_encodable, strand_numbers
 
@@ -169,14 +169,7 @@ def splines_of(curves: Curves) -> Polylines:
 
     The splines have 4, 7, 10, … points. Values at the ends of curves are one more than a spline has curves.
     """
-    n = len(curves)
-    begins = np.ones(n, np.bool_)
-    if n:
-        same = (curves.strands[1:] == curves.strands[:-1]) & (curves.strands[1:] >= 0)
-        same &= (curves.control[1:, 0] == curves.control[:-1, 3]).all(axis=1)
-        if curves.radius is not None:
-            same &= curves.radius[1:, 0] == curves.radius[:-1, 3]
-        begins[1:] = ~same
+    n, begins = len(curves), begins_of(curves)
     first: IntArray = np.flatnonzero(begins)
     ends = np.append(begins[1:], True)[:n]
     is_point, is_end = np.ones((n, 4), np.bool_), np.ones((n, 2), np.bool_)

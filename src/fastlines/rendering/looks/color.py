@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import AnyArray, FloatArray, did_you_mean
 from ...curves import Curves
-from ...errors import InputError
+from ...errors import FileWarning, InputError
 from ...geometry import AnyGeometry, parts_of
 from ...lines import Lines
 from ...places import names
 from ..fragments import Fragments
 from ..legend import ColorBar, Legend, Triad
-from ..palette import hexadecimal, mapped, of_directions, of_numbers
+from ..palette import hexadecimal, of_directions, of_neurites, of_numbers
 from ..stage import Stage
 from ..tone import linear
 
 #: The attribute that holds the colour of lines in USD.
 DISPLAY_COLOR = "displayColor"
+#: The attribute of SWC that holds the types of neurites.
+TYPE = "type"
+#: The words that are colours of lines, and what begins the name of an attribute that could be taken for one of them.
+WORDS, ATTRIBUTE = ("direction", "strand"), "attribute:"
 #: Where containers keep attributes, and how many dimensions the arrays have of one number at each place.
 COLUMNS = {"attributes": 1, "end_attributes": 2, "corner_attributes": 2}
 
@@ -30,20 +35,23 @@ class Color:
 
     Parameters
     ----------
-    by : {"direction", "strand", "plain"} or str
-        What colours depend on; any other name is that of an attribute.
+    by : {"direction", "strand", "plain", "attribute", "neurite"}
+        What colours depend on.
     map : str
         The colour map for the numbers of an attribute.
     plain : (3,) numbers
         The colour of all lines, linear.
     range : pair of numbers, optional
         The values at both ends of the map; by default those of all lines, without the outer hundredths.
+    attribute : str
+        The name of the attribute.
     """
 
     by: str = "direction"
     map: str = "viridis"
     plain: tuple[float, float, float] = (0.72, 0.64, 0.52)
     range: tuple[float, float] | None = None
+    attribute: str = ""
 
     def of(self, fragments: Fragments, stage: Stage) -> FloatArray:
         """Return the colour of each fragment, (n, 3) linear."""
@@ -53,25 +61,35 @@ class Color:
             return of_directions(fragments.tangents)
         if self.by == "strand":
             return of_numbers(fragments.strand)
-        values = fragments.hits.sample(self.by)
+        if self.by == "neurite":
+            return of_neurites(fragments.hits.sample(TYPE))
+        values = fragments.hits.sample(self.attribute)
         if values.ndim == 2 and values.shape[1] == 3:
-            return _colors(np.nan_to_num(values), stage.tree.geometry, self.by)
+            return _colors(np.nan_to_num(values), stage.tree.geometry, self.attribute)
         if values.ndim != 1:
             raise InputError(
-                f"attribute {self.by!r} has {values.shape[1:]} numbers a line; a colour needs one or three"
+                f"attribute {self.attribute!r} has {values.shape[1:]} numbers a line; a colour needs one or three"
             )
-        low, high = self.range or value_range(stage.tree.geometry, self.by)
-        is_constant = high - low <= 1e-6 * max(abs(low), abs(high))
-        return mapped(np.full(len(values), 0.5) if is_constant else (values - low) / (high - low), self.map)
+        return self._bar(stage.tree.geometry).colors(values)
 
     def legend(self, stage: Stage) -> Legend | None:
         """Return a colour bar for numbers or a triad for directions; None for other colours."""
-        geometry = stage.tree.geometry
         if self.by == "direction":
             return Triad(stage.camera.axes())
-        if self.by in ("strand", "plain") or not is_number(geometry, self.by):
-            return None
-        return ColorBar(self.by, *(self.range or value_range(geometry, self.by)), self.map)
+        return self._bar(stage.tree.geometry) if self.has_bar(stage.tree.geometry) else None
+
+    def has_bar(self, geometry: AnyGeometry) -> bool:
+        """Return whether these are the colours of numbers, which a colour bar explains."""
+        return self.by == "attribute" and is_number(geometry, self.attribute)
+
+    def depends_on(self, geometry: AnyGeometry) -> str:
+        """Return what these colours depend on, as `options.Facts` names it."""
+        if self.by in ("attribute", "neurite"):
+            return "number" if self.has_bar(geometry) else "other"
+        return self.by
+
+    def _bar(self, geometry: AnyGeometry) -> ColorBar:
+        return ColorBar(self.attribute, *(self.range or value_range(geometry, self.attribute)), self.map)
 
 
 def _colors(values: AnyArray, geometry: AnyGeometry, name: str) -> FloatArray:
@@ -88,18 +106,30 @@ def _arrays(geometry: AnyGeometry, name: str) -> list[AnyArray]:
 
 
 def make_color(by: str, color_map: str, geometry: AnyGeometry) -> Color:
-    """Return the colour that a name describes; refuse an attribute that no part of the geometry has."""
+    """Return the colour that a text describes; refuse an attribute that no part of the geometry has.
+
+    The words "direction" and "strand" keep their meaning, and so does "#" before digits, whatever attributes there are.
+    "attribute:" names an attribute in any case.
+    """
     if by.startswith("#"):
         return Color("plain", color_map, hexadecimal(by))
     known = {name: None for part in parts_of(geometry) for name in names(part)}
-    if by not in ("direction", "strand", *known):
-        choices = ("direction", "strand", "#rrggbb", *known)
-        raise InputError(f"lines have no attribute {by!r} to be coloured by{did_you_mean(by, choices)}")
-    for array in _arrays(geometry, by):
-        is_vector = array.dtype.kind == "f" and array.shape[-1] == 3 and not is_number(geometry, by)
-        if by != DISPLAY_COLOR and is_vector and np.nanmax(array, initial=0) > 1:
-            raise InputError(f"attribute {by!r} holds numbers above 1; a colour is bytes, or three numbers from 0 to 1")
-    return Color(by, color_map)
+    if by in WORDS:
+        if by in known:
+            text = f"color={by!r} is the {by} of lines; color={ATTRIBUTE + by!r} is their attribute of this name"
+            warnings.warn(text, FileWarning, stacklevel=4)
+        return Color(by, color_map)
+    name = by.removeprefix(ATTRIBUTE)
+    if name not in known:
+        choices = known if by.startswith(ATTRIBUTE) else (*WORDS, "#rrggbb", *known)
+        raise InputError(f"lines have no attribute {name!r} to be coloured by{did_you_mean(name, choices)}")
+    for array in _arrays(geometry, name):
+        is_vector = array.dtype.kind == "f" and array.shape[-1] == 3 and not is_number(geometry, name)
+        if name != DISPLAY_COLOR and is_vector and np.nanmax(array, initial=0) > 1:
+            raise InputError(
+                f"attribute {name!r} holds numbers above 1; a colour is bytes, or three numbers from 0 to 1"
+            )
+    return Color("attribute", color_map, attribute=name)
 
 
 def is_number(geometry: AnyGeometry, name: str) -> bool:

@@ -17,10 +17,15 @@ from ..fragments import Fragments
 from ..hair import AveragedHair, HairMaterial
 from ..lighting import SALON, Rig, sphere
 from ..sampler import Sampler
+from ..sampling import hashed
 from ..stage import Stage
 from ..vectors import across, dot
 from .look import Backdrop
 
+#: How much brighter or darker than the mean a hair is, for a head has hairs of many shades.
+VARIETY = 0.25
+#: Light from hairs that are farther than this fraction of the size of the scene has passed a head or a body.
+FAR = 0.1
 #: The fraction of light that misses the hairs around, or that they let pass; figures of Zinke et al., §4.1.
 DENSITY = 0.7
 
@@ -47,7 +52,8 @@ class Hair:
             light += np.asarray(lamp.color, np.float32) * self._scattered(fragments, towards, stage, is_sharp=True)
         towards = sphere(*sampler.next_2d())
         sky = stage.rig.sky.radiance(towards @ stage.up) * np.float32(4 * np.pi)
-        return light + sky * self._scattered(fragments, towards, stage, is_sharp=False)
+        light += sky * self._scattered(fragments, towards, stage, is_sharp=False)
+        return light * _shade_of_strand(fragments)[:, None]
 
     def _scattered(self, fragments: Fragments, towards: FloatArray, stage: Stage, is_sharp: bool) -> FloatArray:
         """Return the fraction of the light from a direction that goes to the eye, (n, 3).
@@ -55,7 +61,7 @@ class Hair:
         Without sharp lobes, the same light is spread evenly over the half space before and the one behind: enough for
         one direction of a sky, where lobes would be noise.
         """
-        hair, tangents = self._averaged, fragments.tangents
+        hair, tangents = self._averaged, fragments.smooth_tangents
         sin_i, cos_i, across_i = across(tangents, towards)
         sin_o, _, across_o = across(tangents, fragments.to_eye)
         cos_phi = np.clip(dot(across_i, across_o), -1, 1)
@@ -64,7 +70,15 @@ class Hair:
         once = hair.evaluate(sin_o, sin_i, np.arccos(cos_phi)) if is_sharp else back * before + forward * behind
         # Weaken and tint the light by the hairs that it crosses.
         passed = forward ** stage.count_crossings(fragments.points, towards)[:, None]
+        # Stop what has come through the head or the body on which hair grows.
+        passed *= stage.unoccluded(fragments.points, towards, beyond=FAR * stage.size)[:, None]
         # Add what the hairs around scatter back.
         forth = forward**2
         around = back * forth / np.maximum(1 - forth, 0.05) * (1 + back**2 / np.maximum(1 - forth, 0.2) ** 2)
         return np.asarray(passed * (once + DENSITY * around * before), np.float32)
+
+
+def _shade_of_strand(fragments: Fragments) -> FloatArray:
+    """Return by how much the hair of each fragment is brighter than the mean."""
+    chance = hashed(fragments.strand.astype(np.uint32)) * np.float32(2.0**-32)
+    return np.asarray(1 + VARIETY * (2 * chance - 1), np.float32)

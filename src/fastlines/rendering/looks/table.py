@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
+
 import numpy as np
 
-from ...arrays import choice, did_you_mean
+from ...arrays import FloatArray, choice, did_you_mean
 from ...curves import Curves
 from ...errors import InputError
 from ...geometry import AnyGeometry, largest_radius, parts_of, unit_of
 from ...lines import Lines
 from ...places import names
 from ..lighting import SOFT
-from ..palette import check_map, hexadecimal
+from ..options import Facts, check_options
+from ..palette import hexadecimal
 from ..vectors import dot, unit
 from . import flat
-from .color import DISPLAY_COLOR, make_color
+from .color import ATTRIBUTE, DISPLAY_COLOR, TYPE, WORDS, Color, make_color
 from .look import Backdrop, Look
 from .solid import Solid
 
@@ -32,6 +35,8 @@ LOOKS = {
 NUMBERS = {"hits": "how many lines the ray of each pixel hits", "work": "how many nodes of the tree it visits"}
 #: How exact light is: scattered once and then as an estimate, or by paths of many bounces.
 QUALITIES = ("normal", "high")
+#: The colour map, unless another one is given.
+DEFAULT_MAP = "viridis"
 #: At least so many strands look like hair, if nothing says otherwise.
 HAIRS = 1000
 
@@ -39,18 +44,22 @@ HAIRS = 1000
 SMOOTH = 0.8
 
 PAPER = Backdrop("#eeeef0", "#c6c6cb")
+#: Darker than lit hair, so that gaps between hairs look deep, and light from behind draws the outline.
+SLATE = Backdrop("#6a6d75", "#232428")
 NIGHT = Backdrop("#16181d", "#08080a")
 CLAY = "#c4a878"
 AMBER = "#ffb45c"
-#: The tilt of the scales of hair, whose strands run from the root to the tip.
-TILT = -2.0
+#: The tilt of the scales of hair, whose strands run from the root to the tip, and its roughness along the strand.
+TILT, ROUGHNESS = -2.0, 0.25
+#: The least reflectance of hair: no fibre absorbs all light.
+DARKEST = 1e-3
 #: The melanin and the redness of the colours of hair.
 HAIR_COLORS = {
     "white": (0.0, 0.0),
-    "blond": (0.28, 0.1),
-    "red": (0.62, 1.0),
-    "brown": (0.58, 0.3),
-    "black": (0.95, 0.1),
+    "blond": (0.26, 0.3),
+    "red": (0.73, 1.0),
+    "brown": (0.57, 0.28),
+    "black": (0.985, 0.1),
 }
 
 
@@ -79,19 +88,30 @@ def look_for(geometry: AnyGeometry) -> str:
 
 def _is_smooth(part: AnyGeometry) -> bool:
     """Return whether strands go on in almost the same direction from segment to segment, as hair does."""
+    turns = _turns(part)
+    return turns is None or (len(turns) > 0 and float(np.median(turns)) > SMOOTH)
+
+
+def _is_tangled(part: AnyGeometry) -> bool:
+    """Return whether strands turn sharply from segment to segment, as a random walk does."""
+    turns = _turns(part)
+    return turns is not None and len(turns) > 0 and float(np.median(turns)) <= SMOOTH
+
+
+def _turns(part: AnyGeometry) -> FloatArray | None:
+    """Return the cosines of the turns of strands between their segments; None for what is no lines."""
     if not isinstance(part, Lines):
-        return True
+        return None
     edges = part.segments[:, 1] - part.segments[:, 0]
     joined = (part.strands[1:] == part.strands[:-1]) & (part.segments[1:, 0] == part.segments[:-1, 1]).all(axis=1)
-    one, other = unit(edges[:-1][joined]), unit(edges[1:][joined])
-    return len(one) > 0 and float(np.median(dot(one, other))) > SMOOTH
+    return np.asarray(dot(unit(edges[:-1][joined]), unit(edges[1:][joined])), np.float32)
 
 
 def make_look(
     name: str | None,
     geometry: AnyGeometry,
     color: str | None = None,
-    color_map: str = "viridis",
+    color_map: str | None = None,
     quality: str = "normal",
 ) -> Look:
     """Make a look by its name, or the one that suits the geometry.
@@ -103,36 +123,43 @@ def make_look(
     geometry : Lines or another container
     color : str, optional
         Of hair: one of `HAIR_COLORS`, or a colour such as "#c08040". Of fibres and tubes: "direction", "strand", the
-        name of an attribute, or a colour.
-    color_map : str
-        One of `palette.MAPS`, for an attribute.
+        name of an attribute, or a colour; "attribute:strand" is an attribute of the name of one of these words.
+    color_map : str, optional
+        One of `palette.MAPS`, for an attribute; "viridis" by default.
     quality : str
         One of `QUALITIES`; "high" is for hair.
     """
     name = name or look_for(geometry)
-    if name not in LOOKS:
-        raise InputError(f"there is no look {name!r}{did_you_mean(name, (*LOOKS, *NUMBERS))}")
+    check_name(name, LOOKS)
     choice("quality", quality, QUALITIES)
-    check_map(color_map)
+    check_options({"color": color, "color_map": color_map, "quality": quality}, Facts(look=name))
     if name == "hair":
-        return _hair(color or "brown", quality)
-    if quality == "high":
-        raise InputError(f"quality='high' is for the look 'hair', and this is {name!r}; leave quality out")
+        return _hair(color or "brown", quality, geometry)
     if name in ("fibre", "tube"):
         known = {attribute for part in parts_of(geometry) for attribute in names(part)}
-        usual = DISPLAY_COLOR if DISPLAY_COLOR in known else _usual_color(name, geometry)
-        chosen = make_color(color or usual, color_map, geometry)
+        if color is None and name == "tube" and TYPE in known and unit_of(geometry) == "µm":
+            chosen = Color("neurite")
+        else:
+            usual = DISPLAY_COLOR if DISPLAY_COLOR in known else _usual_color(name, geometry)
+            chosen = make_color(color or usual, color_map or DEFAULT_MAP, geometry)
         return Solid(chosen, NIGHT, SOFT, haze=0.5) if name == "fibre" else Solid(chosen, PAPER, has_ground=True)
-    if color is not None:
-        raise InputError(f"color={color!r} does not apply to the look {name!r}; it is for hair, fibre and tube")
     shown = {"depth": flat.depth, "id": flat.ids, "normal": flat.normals, "tangent": flat.tangents}
     return flat.Flat(shown[name])
 
 
+def check_name(name: str, known: Container[str] = (*LOOKS, *NUMBERS)) -> None:
+    """Refuse an unknown look."""
+    if name not in known:
+        raise InputError(f"there is no look {name!r}{did_you_mean(name, (*LOOKS, *NUMBERS))}")
+
+
 def _usual_color(look: str, geometry: AnyGeometry) -> str:
-    """Return the colour of fibres or tubes: by direction, or by chains of molecules, or one for all."""
+    """Return the colour of fibres or tubes: by direction, or by chains of molecules, or one for all.
+
+    Directions say nothing where lines are flat, or turn all the time.
+    """
     if look == "fibre":
-        return AMBER if _is_flat(geometry) else "direction"
+        return AMBER if _is_flat(geometry) or any(map(_is_tangled, parts_of(geometry))) else "direction"
     return "strand" if unit_of(geometry) == "Å" else CLAY
 
 
@@ -141,16 +168,21 @@ def _is_flat(geometry: AnyGeometry) -> bool:
     return len(geometry) == 0 or bool((geometry.bounds[1] == geometry.bounds[0]).any())
 
 
-def _hair(color: str, quality: str) -> Look:
+def _hair(color: str, quality: str, geometry: AnyGeometry) -> Look:
     """Make hair of a natural colour, or of any."""
     from ..hair import HairMaterial
     from .hair import Hair
     from .traced_hair import TracedHair
 
     kind = TracedHair if quality == "high" else Hair
+    shape = {"scale_tilt": TILT, "longitudinal_roughness": ROUGHNESS}
     if color.startswith("#"):
-        return kind(HairMaterial.from_reflectance(hexadecimal(color), scale_tilt=TILT), PAPER)
+        red, green, blue = (max(channel, DARKEST) for channel in hexadecimal(color))
+        return kind(HairMaterial.from_reflectance((red, green, blue), **shape), SLATE)
     if color not in HAIR_COLORS:
+        known = {attribute for part in parts_of(geometry) for attribute in names(part)}
+        if color in (*WORDS, *known) or color.startswith(ATTRIBUTE):
+            raise InputError(f"color={color!r} is for the looks 'fibre' and 'tube', and this is 'hair'; name the look")
         raise InputError(f"there is no hair colour {color!r}{did_you_mean(color, (*HAIR_COLORS, '#rrggbb'))}")
     melanin, redness = HAIR_COLORS[color]
-    return kind(HairMaterial.from_melanin(melanin, redness, scale_tilt=TILT), PAPER)
+    return kind(HairMaterial.from_melanin(melanin, redness, **shape), SLATE)

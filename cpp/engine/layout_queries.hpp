@@ -1,5 +1,5 @@
 // The queries on a wide layout of one kind of primitive. The kernels take long to compile, so each kind has a source
-// file of its own, engine_query_*.cpp. A kind without one is compiled in engine_query.cpp.
+// file of its own, queries_*.cpp. A kind without one is compiled where it is used.
 #pragma once
 
 #include <optional>

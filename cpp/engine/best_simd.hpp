@@ -1,4 +1,5 @@
-// What the processor can run, from cpuid: with the runtime library of MSVC, __builtin_cpu_supports does not link.
+// The instruction sets that engines are compiled for, and the widest one of this processor. It comes from cpuid: with
+// the runtime library of MSVC, __builtin_cpu_supports does not link.
 #pragma once
 
 #if defined(__x86_64__) || defined(__i386__)
@@ -7,7 +8,10 @@
 
 namespace fastlines {
 
-/// The name of the widest instruction set that this processor has and that an engine module can be compiled for.
+/// The widest first.
+inline constexpr const char* kSimdNames[] = {"avx512", "avx2", "sse42", "neon", "portable"};
+
+/// The name of the widest instruction set that this processor has and that an engine can be compiled for.
 inline const char* best_simd() {
 #if defined(__x86_64__) || defined(__i386__)
   unsigned eax, ebx, ecx, edx, features, more_features = 0, newer_features = 0, saved = 0;

@@ -1,0 +1,15 @@
+// Includes the whole core: templates for programs with primitives or builders of their own.
+#pragma once
+
+#include "build/builder.hpp"
+#include "build/refit.hpp"
+#include "build/reinsertion.hpp"
+#include "kernels/run/run_batch.hpp"
+#include "layout/collapse.hpp"
+#include "primitives/shapes.hpp"
+#include "query/binary_traversal.hpp"
+#include "query/brute_force.hpp"
+#include "query/for_each_ray.hpp"
+#include "query/plane_traversal.hpp"
+#include "tree/cost.hpp"
+#include "tree/validate.hpp"

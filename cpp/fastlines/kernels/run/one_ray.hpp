@@ -1,0 +1,130 @@
+// Answers queries for one ray on the calling thread, for programs that ask for one ray at a time.
+//
+// A batch of one ray would prepare 16 lanes and allocate a dispatcher. Here lane 0 of a group holds the ray, the other
+// lanes stay unset, and each thread keeps its stack from call to call.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "../collect/any_hit.hpp"
+#include "../collect/first_hit.hpp"
+#include "../collect/k_nearest.hpp"
+#include "../traverse/single_ray.hpp"
+
+namespace fastlines {
+
+/// Counts the hits of one ray.
+struct OneRayCounter {
+  static constexpr QueryTraits kTraits{.needs_position = false};
+  static constexpr At kAt = At::closest;
+  float limit[1];
+  std::size_t n_hits = 0;
+
+  void add_hit(const RayGroup&, int, const ClosestApproach<float>& approach, const Reference& ref) {
+    n_hits += owns(ref.s0, ref.s1, approach.s);
+  }
+};
+
+/// Appends the hits of one ray to a vector, in no order.
+template <At at_>
+struct OneRayLister {
+  static constexpr QueryTraits kTraits{};
+  static constexpr At kAt = at_;
+  float limit[1];
+  std::vector<Hit>& hits;
+
+  void add_hit(const RayGroup& rays, int i, const ClosestApproach<float>& approach, const Reference& ref) {
+    if (!owns(ref.s0, ref.s1, approach.s)) return;
+    hits.push_back(
+        {rays.t_ray(i, approach.t), ref.prim, approach.s, float(std::sqrt(approach.dist2) * rays.inv_scale)});
+  }
+};
+
+/// A ray that is prepared for a tree. Preconditions: the ray is valid (rays/ray_check.hpp), and has no spread.
+template <AxisPrimitive P>
+class OneRay {
+ public:
+  OneRay(const WideBvhView<P>& tree, const RayQuery& query) : tree_(tree) {
+    const Ray ray = prepare(query, tree.frame);
+    rays_.n = 1;
+    rays_.inv_scale = ray.inv_scale;
+    rays_.store(0, ray);
+    cull_ = cull_ray(ray.o, ray.r, ray.u, ray.v, ray.radius + ray.eps, ray.t_min);
+  }
+
+  template <At at>
+  Hit first_hit() const {
+    FirstHitCollector<at> found;
+    found.begin(rays_, 0, 1);
+    search(found);
+    const auto prim = std::bit_cast<std::uint32_t>(found.prim[0]);
+    if (prim == kNoPrim) return {};
+    Hit hit{rays_.t_ray(0, found.t[0]), prim, found.s[0], float(std::sqrt(found.dist2[0]) * rays_.inv_scale)};
+    if constexpr (at == At::surface) store_exits({&hit, 1});
+    return hit;
+  }
+
+  bool any_hit() const {
+    AnyHitCollector found;
+    found.begin(rays_, 0, 1);
+    search(found);
+    return found.found[0];
+  }
+
+  std::size_t count_hits() const {
+    OneRayCounter found{{rays_.t_max[0]}};
+    search(found);
+    return found.n_hits;
+  }
+
+  /// Replace `to` by all hits, in their order.
+  template <At at>
+  void all_hits(std::vector<Hit>& to) const {
+    to.clear();
+    OneRayLister<at> found{{rays_.t_max[0]}, to};
+    search(found);
+    std::sort(to.begin(), to.end());
+    if constexpr (at == At::surface) store_exits(to);
+  }
+
+  /// Replace `to` by the first k hits, in their order.
+  template <At at>
+  void next_hits(std::size_t k, std::vector<Hit>& to) const {
+    static thread_local KNearestCollector<at> found(0);
+    found.k = k;
+    found.begin(rays_, 0, 1);
+    search(found);
+    to.clear();
+    const KNearest& hits = found.hits[0];
+    for (std::uint32_t j = 0; j < hits.n; ++j)
+      to.push_back({hits.t_ray[j], hits.prim[j], hits.s[j], float(std::sqrt(hits.dist2[j]) * rays_.inv_scale)});
+    std::sort(to.begin(), to.end());
+    if constexpr (at == At::surface) store_exits(to);
+  }
+
+ private:
+  template <class Collector>
+  void search(Collector& to) const {
+    static thread_local SingleRay<P> single;
+    single.search(tree_, rays_, 0, cull_, to);
+  }
+
+  /// Set where the ray leaves the primitives of its hits.
+  void store_exits(std::span<Hit> hits) const {
+    for (std::size_t first = 0; first < hits.size(); first += kSimdWidth) {
+      const auto n = std::uint32_t(std::min<std::size_t>(hits.size() - first, kSimdWidth));
+      std::uint32_t prims[kSimdWidth];
+      float t_out[kSimdWidth];
+      for (std::uint32_t i = 0; i < n; ++i) prims[i] = std::uint32_t(hits[first + i].prim);
+      store_exits_of_ray(tree_, rays_, 0, prims, n, t_out);
+      for (std::uint32_t i = 0; i < n; ++i) hits[first + i].t_out = t_out[i];
+    }
+  }
+
+  const WideBvhView<P>& tree_;
+  RayGroup rays_;
+  CullRay cull_;
+};
+
+}  // namespace fastlines

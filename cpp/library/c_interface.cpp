@@ -1,0 +1,262 @@
+// The C interface: each function calls the C++ one, and turns exceptions into a status and a message.
+#include <cstring>
+#include <new>
+
+#include "fastlines/api/tree.hpp"
+#include "fastlines/fastlines.h"
+
+struct fl_tree {
+  fl::Tree tree;
+};
+struct fl_hit_lists {
+  fl::HitLists lists;
+};
+
+namespace {
+
+thread_local std::string message;
+
+fl_status fail(fl_status status, const char* what) {
+  try {
+    message = what;
+  } catch (const std::bad_alloc&) {
+    message.clear();
+  }
+  return status;
+}
+
+/// Calls call() and returns its status.
+template <class Call>
+fl_status guarded(Call&& call) noexcept {
+  try {
+    call();
+    return FL_OK;
+  } catch (const fl::InputError& error) {
+    return fail(FL_INPUT_ERROR, error.what());
+  } catch (const fl::FileError& error) {
+    return fail(FL_FILE_ERROR, error.what());
+  } catch (const fl::Cancelled& error) {
+    return fail(FL_CANCELLED, error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(FL_NO_MEMORY, "there is not enough memory");
+  } catch (const std::exception& error) {
+    return fail(FL_OTHER_ERROR, error.what());
+  } catch (...) {
+    return fail(FL_OTHER_ERROR, "an unknown error");
+  }
+}
+
+void require(const void* pointer, const char* name) {
+  if (!pointer) throw fl::InputError(std::string(name) + " is NULL; expected a pointer");
+}
+
+fl::Vec3 vector_of(const float (&v)[3]) { return {v[0], v[1], v[2]}; }
+fl::Ray ray_of(const fl_ray& ray) { return {vector_of(ray.origin), vector_of(ray.direction), ray.t_min, ray.t_max}; }
+fl::At at_of(fl_at at) {
+  if (at != FL_CLOSEST && at != FL_SURFACE) throw fl::InputError("unknown fl_at; expected FL_CLOSEST or FL_SURFACE");
+  return at == FL_SURFACE ? fl::At::surface : fl::At::closest;
+}
+fl_hit hit_of(const fl::Hit& hit) { return {hit.t, hit.u, hit.distance, hit.t_out, hit.prim}; }
+
+fl::BuildOptions options_of(const fl_options* given) {
+  fl::BuildOptions options;
+  if (!given) return options;
+  if (given->method < FL_BEST || given->method > FL_KD_D2)
+    throw fl::InputError("unknown fl_method; expected FL_BEST to FL_KD_D2");
+  options.method = fl::Method(given->method);
+  if (!(given->effort < 0)) options.effort = given->effort;
+  options.n_threads = given->n_threads;
+  if (given->progress)
+    options.progress = [progress = given->progress, data = given->user_data](double done) {
+      return progress(done, data) != 0;
+    };
+  return options;
+}
+
+/// A batch of the C interface as one of C++.
+struct Batch {
+  fl::Rays rays;
+  fl::PerRay radius = 0.0f;
+  fl::QueryOptions options;
+
+  explicit Batch(const fl_rays* given, fl::At at = fl::At::closest) {
+    require(given, "rays");
+    const std::size_t n = given->n;
+    if (n > 0) require(given->origins, "rays->origins"), require(given->directions, "rays->directions");
+    rays.origins = {reinterpret_cast<const fl::Vec3*>(given->origins), n};
+    rays.directions = {reinterpret_cast<const fl::Vec3*>(given->directions), n};
+    const auto each = [n](const float* values) { return std::span<const float>(values, n); };
+    if (given->t_min) rays.t_min = each(given->t_min);
+    if (given->t_max) rays.t_max = each(given->t_max);
+    radius = given->radii ? fl::PerRay(each(given->radii)) : fl::PerRay(given->radius);
+    options.at = at;
+    options.n_threads = given->n_threads;
+  }
+};
+
+template <class T>
+void copy(std::span<const T> from, T* to) {
+  if (!from.empty()) std::memcpy(to, from.data(), from.size_bytes());
+}
+
+template <class Line>
+fl_status build(const float* lines, std::size_t n, const fl_options* options, fl_tree** tree) {
+  return guarded([&] {
+    require(tree, "tree");
+    *tree = nullptr;
+    if (n > 0) require(lines, "the array of lines");
+    *tree = new fl_tree{fl::build(std::span(reinterpret_cast<const Line*>(lines), n), options_of(options))};
+  });
+}
+
+}  // namespace
+
+const char* fl_version(void) { return fl::version(); }
+const char* fl_error_message(void) { return message.c_str(); }
+
+const char* fl_simd(void) {
+  const char* name = "";
+  guarded([&] { name = fl::simd(); });
+  return name;
+}
+fl_status fl_set_simd(const char* name) {
+  return guarded([&] { fl::set_simd(name); });
+}
+
+void fl_default_options(fl_options* options) {
+  if (options) *options = {FL_BEST, -1.0f, 0, nullptr, nullptr};
+}
+
+fl_status fl_build(const float* segments, size_t n, const fl_options* options, fl_tree** tree) {
+  return build<fl::Segment>(segments, n, options, tree);
+}
+fl_status fl_build_round_cones(const float* cones, size_t n, const fl_options* options, fl_tree** tree) {
+  return build<fl::RoundCone>(cones, n, options, tree);
+}
+
+fl_status fl_load(const char* path, fl_tree** tree) {
+  return guarded([&] {
+    require(path, "path");
+    require(tree, "tree");
+    *tree = nullptr;
+    *tree = new fl_tree{fl::load(path)};
+  });
+}
+fl_status fl_save(const fl_tree* tree, const char* path) {
+  return guarded([&] {
+    require(tree, "tree");
+    require(path, "path");
+    tree->tree.save(path);
+  });
+}
+
+fl_status fl_get_facts(const fl_tree* tree, fl_facts* facts) {
+  return guarded([&] {
+    require(tree, "tree");
+    require(facts, "facts");
+    const fl::TreeFacts of = tree->tree.facts();
+    *facts = {of.n_prims,
+              of.n_nodes,
+              of.n_refs,
+              of.n_bytes,
+              of.cost,
+              {of.low.x, of.low.y, of.low.z},
+              {of.high.x, of.high.y, of.high.z}};
+  });
+}
+
+void fl_free_tree(fl_tree* tree) { delete tree; }
+
+fl_status fl_first_hit(const fl_tree* tree, const fl_ray* ray, float radius, fl_at at, fl_hit* hit) {
+  return guarded([&] {
+    require(tree, "tree");
+    require(ray, "ray");
+    require(hit, "hit");
+    *hit = hit_of(tree->tree.first_hit(ray_of(*ray), radius, at_of(at)));
+  });
+}
+
+fl_status fl_any_hit(const fl_tree* tree, const fl_ray* ray, float radius, int* found) {
+  return guarded([&] {
+    require(tree, "tree");
+    require(ray, "ray");
+    require(found, "found");
+    *found = tree->tree.any_hit(ray_of(*ray), radius);
+  });
+}
+
+fl_status fl_count_hits(const fl_tree* tree, const fl_ray* ray, float radius, size_t* n) {
+  return guarded([&] {
+    require(tree, "tree");
+    require(ray, "ray");
+    require(n, "n");
+    *n = tree->tree.count_hits(ray_of(*ray), radius);
+  });
+}
+
+fl_status fl_all_hits(const fl_tree* tree, const fl_ray* ray, float radius, fl_at at, fl_hit* hits, size_t room,
+                      size_t* n) {
+  return guarded([&] {
+    require(tree, "tree");
+    require(ray, "ray");
+    require(n, "n");
+    if (room > 0) require(hits, "hits");
+    static thread_local std::vector<fl::Hit> found;
+    tree->tree.all_hits(ray_of(*ray), radius, found, at_of(at));
+    *n = found.size();
+    for (std::size_t i = 0; i < found.size() && i < room; ++i) hits[i] = hit_of(found[i]);
+  });
+}
+
+fl_status fl_first_hits(const fl_tree* tree, const fl_rays* rays, float* t, int64_t* prim, float* u, float* distance,
+                        float* t_out) {
+  return guarded([&] {
+    require(tree, "tree");
+    const Batch batch(rays, t_out ? fl::At::surface : fl::At::closest);
+    if (batch.rays.size() > 0) require(t, "t"), require(prim, "prim"), require(u, "u"), require(distance, "distance");
+    const fl::Hits hits = tree->tree.first_hit(batch.rays, batch.radius, batch.options);
+    copy(hits.t, t);
+    copy(hits.prim, prim);
+    copy(hits.u, u);
+    copy(hits.distance, distance);
+    if (t_out) copy(hits.t_out, t_out);
+  });
+}
+
+fl_status fl_any_hits(const fl_tree* tree, const fl_rays* rays, uint8_t* found) {
+  return guarded([&] {
+    require(tree, "tree");
+    const Batch batch(rays);
+    if (batch.rays.size() > 0) require(found, "found");
+    copy<std::uint8_t>(tree->tree.any_hit(batch.rays, batch.radius, batch.options), found);
+  });
+}
+
+fl_status fl_counts(const fl_tree* tree, const fl_rays* rays, int64_t* n) {
+  return guarded([&] {
+    require(tree, "tree");
+    const Batch batch(rays);
+    if (batch.rays.size() > 0) require(n, "n");
+    copy<std::int64_t>(tree->tree.count_hits(batch.rays, batch.radius, batch.options), n);
+  });
+}
+
+fl_status fl_list_hits(const fl_tree* tree, const fl_rays* rays, size_t k, fl_at at, fl_hit_lists** lists) {
+  return guarded([&] {
+    require(tree, "tree");
+    require(lists, "lists");
+    *lists = nullptr;
+    const Batch batch(rays, at_of(at));
+    *lists = new fl_hit_lists{k == SIZE_MAX ? tree->tree.all_hits(batch.rays, batch.radius, batch.options)
+                                            : tree->tree.next_hits(batch.rays, batch.radius, k, batch.options)};
+  });
+}
+
+fl_list_arrays fl_get_lists(const fl_hit_lists* lists) {
+  if (!lists) return {};
+  const auto& [offsets, hits, owner] = lists->lists;
+  return {lists->lists.n_rays(), hits.size(),   offsets.data(),       hits.t.data(),
+          hits.prim.data(),      hits.u.data(), hits.distance.data(), hits.t_out.empty() ? nullptr : hits.t_out.data()};
+}
+
+void fl_free_lists(fl_hit_lists* lists) { delete lists; }

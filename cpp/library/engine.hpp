@@ -1,0 +1,78 @@
+// What is compiled for each instruction set, and what the rest of the library sees of it. The objects of an instruction
+// set export only their `Engine`, so no function of one is ever called by another (cpp/library/CMakeLists.txt).
+#pragma once
+
+#include "fastlines/api/tree.hpp"
+
+namespace fl::detail {
+
+/// What a file of a tree has beside what is used here: attributes of lines, for instance.
+struct FileRest {
+  struct Section {
+    std::string name, dtype, shape;  ///< as in the header of the file
+    std::vector<std::byte> bytes;
+  };
+  std::vector<Section> sections;
+  std::vector<std::pair<std::string, std::string>> metadata;
+};
+
+/// What a tree is besides its arrays.
+struct TreeOrigin {
+  std::string method;                      ///< its name in Python
+  double c_trav, c_prim;                   ///< of its cost
+  bool is_cut;                             ///< whether its boxes are cut, as in KD trees
+  std::string settings;                    ///< all settings of the build, as JSON
+  std::string limits_hit;                  ///< the number of nodes that each limit affected, as JSON
+  std::shared_ptr<const FileRest> rest{};  ///< of a tree from a file, to be saved again
+};
+
+/// The arrays of a tree as a file keeps them: rows of 9 words for a node, of 3 for a reference. The lines are those of
+/// one of both kinds.
+struct TreeArrays {
+  std::span<const std::uint32_t> nodes, refs;
+  std::span<const Segment> segments;
+  std::span<const RoundCone> cones;
+  bool has_radius = false;
+};
+
+/// A tree for one instruction set.
+class TreeImpl {
+ public:
+  virtual ~TreeImpl();
+
+  virtual Hit first_hit(const Ray& ray, float radius, At at) const = 0;
+  virtual bool any_hit(const Ray& ray, float radius) const = 0;
+  virtual std::size_t count_hits(const Ray& ray, float radius) const = 0;
+  virtual void all_hits(const Ray& ray, float radius, At at, std::vector<Hit>& to) const = 0;
+  virtual void next_hits(const Ray& ray, float radius, std::size_t k, At at, std::vector<Hit>& to) const = 0;
+
+  virtual Hits first_hits(const Rays& rays, const PerRay& radius, const QueryOptions& options) const = 0;
+  virtual std::vector<std::uint8_t> any_hits(const Rays& rays, const PerRay& radius,
+                                             const QueryOptions& options) const = 0;
+  virtual std::vector<std::int64_t> count_hits(const Rays& rays, const PerRay& radius,
+                                               const QueryOptions& options) const = 0;
+  /// All hits, or the first k.
+  virtual HitLists list_hits(const Rays& rays, const PerRay& radius, std::optional<std::size_t> k,
+                             const QueryOptions& options) const = 0;
+
+  virtual TreeFacts facts() const = 0;
+  virtual std::size_t size() const = 0;
+  virtual const TreeOrigin& origin() const = 0;
+  virtual TreeArrays arrays() const = 0;
+};
+
+using TreePointer = std::shared_ptr<const TreeImpl>;
+
+/// The functions of an instruction set.
+struct Engine {
+  const char* simd;
+  TreePointer (*build_segments)(std::span<const Segment>, const BuildOptions&);
+  TreePointer (*build_cones)(std::span<const RoundCone>, const BuildOptions&);
+  /// Lay out a tree of a file, after a check of all that queries rely on. Throws InputError.
+  TreePointer (*restore)(const TreeArrays&, const TreeOrigin&);
+};
+
+/// The engine for trees that are made from now on.
+const Engine& current_engine();
+
+}  // namespace fl::detail

@@ -1,0 +1,98 @@
+// Chooses the engine of an instruction set.
+#include <atomic>
+#include <cstdlib>
+#include <cstring>
+#include <iterator>
+
+#include "engine.hpp"
+#include "engine/best_simd.hpp"
+
+using fl::detail::Engine;
+
+extern "C" {
+#ifdef FASTLINES_WITH_AVX512
+const Engine* fastlines_engine_avx512();
+#endif
+#ifdef FASTLINES_WITH_AVX2
+const Engine* fastlines_engine_avx2();
+#endif
+#ifdef FASTLINES_WITH_SSE42
+const Engine* fastlines_engine_sse42();
+#endif
+#ifdef FASTLINES_WITH_NEON
+const Engine* fastlines_engine_neon();
+#endif
+#ifdef FASTLINES_WITH_PORTABLE
+const Engine* fastlines_engine_portable();
+#endif
+}
+
+namespace fl {
+namespace detail {
+namespace {
+
+/// The compiled engines, the widest first.
+std::vector<const Engine*> engines() {
+  return {
+#ifdef FASTLINES_WITH_AVX512
+      fastlines_engine_avx512(),
+#endif
+#ifdef FASTLINES_WITH_AVX2
+      fastlines_engine_avx2(),
+#endif
+#ifdef FASTLINES_WITH_SSE42
+      fastlines_engine_sse42(),
+#endif
+#ifdef FASTLINES_WITH_NEON
+      fastlines_engine_neon(),
+#endif
+#ifdef FASTLINES_WITH_PORTABLE
+      fastlines_engine_portable(),
+#endif
+  };
+}
+
+/// The place of an instruction set among all of them, the widest first; their number for a name that is none.
+std::size_t place_of(const char* simd) {
+  std::size_t i = 0;
+  while (i < std::size(fastlines::kSimdNames) && std::strcmp(fastlines::kSimdNames[i], simd) != 0) ++i;
+  return i;
+}
+
+/// Whether this processor can run an engine.
+bool can_run(const Engine& engine) { return place_of(engine.simd) >= place_of(fastlines::best_simd()); }
+
+/// The engine of an instruction set, or the best one for nullptr. Throws InputError.
+const Engine& find(const char* simd) {
+  std::string available;
+  for (const Engine* engine : engines()) {
+    if (!can_run(*engine)) continue;
+    if (!simd || std::strcmp(engine->simd, simd) == 0) return *engine;
+    available += (available.empty() ? "" : ", ") + std::string(engine->simd);
+  }
+  if (!simd) throw InputError("this library is not compiled for the instruction sets of this processor");
+  throw InputError("the instruction set \"" + std::string(simd) + "\" is not available here; expected one of " +
+                   available);
+}
+
+std::atomic<const Engine*> chosen{nullptr};
+
+}  // namespace
+
+const Engine& current_engine() {
+  if (const Engine* engine = chosen.load()) return *engine;
+  const char* const given = std::getenv("FASTLINES_SIMD");
+  const Engine& engine = find(given && *given ? given : nullptr);
+  chosen.store(&engine);
+  return engine;
+}
+
+}  // namespace detail
+
+const char* simd() { return detail::current_engine().simd; }
+
+void set_simd(const char* name) { detail::chosen.store(&detail::find(name)); }
+
+const char* version() { return FASTLINES_VERSION; }
+
+}  // namespace fl

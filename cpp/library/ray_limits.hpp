@@ -1,0 +1,89 @@
+// Checks of rays, and what is wrong with those that are not valid.
+#pragma once
+
+#include <cmath>
+#include <string>
+
+#include "fastlines/api/tree.hpp"
+#include "fastlines/rays/ray_check.hpp"
+
+namespace fl::detail {
+
+/// What rays may be, for the box of a scene.
+struct RayLimits {
+  float max_radius;  ///< beyond it, squares would overflow
+  float farthest;    ///< the largest coordinate of the scene
+
+  explicit RayLimits(const fastlines::Box& box) {
+    constexpr float sizes = 1e12f, largest = std::numeric_limits<float>::max();
+    double side = 0.0, far = 0.0;
+    if (!box.is_empty())
+      for (int k = 0; k < 3; ++k) {
+        side = std::max(side, double(box.hi[k]) - box.lo[k]);
+        far = std::max({far, std::fabs(double(box.lo[k])), std::fabs(double(box.hi[k]))});
+      }
+    max_radius = float(std::min(double(sizes) * (side > 0.0 ? side : 1.0), double(largest)));
+    farthest = float(far);
+  }
+
+  /// Whether a ray is valid, as `check_rays` decides it for a batch.
+  bool allow(const fastlines::RayQuery& ray) const {
+    constexpr float largest = std::numeric_limits<float>::max();
+    float far = 0.0f, size = 0.0f;
+    bool finite = true;
+    for (int k = 0; k < 3; ++k) {
+      const float o = std::fabs(ray.origin[k]), d = std::fabs(ray.direction[k]);
+      finite &= (o <= largest) & (d <= largest);
+      far = std::max(far, o);
+      size = std::max(size, d);
+    }
+    return finite & (size > 0.0f) & (ray.radius >= 0.0f) & (ray.radius <= max_radius) & (ray.t_min <= ray.t_max) &
+           (ray.t_min <= largest) & (2.0 * (double(far) + farthest) + ray.radius <= double(size) * largest);
+  }
+
+  /// What is wrong with a ray; empty if nothing is.
+  std::string fault(const fastlines::RayQuery& ray) const {
+    const auto is_finite = [](const fastlines::Vec3& v) {
+      return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+    };
+    if (allow(ray)) return {};
+    if (!is_finite(ray.origin)) return "an origin that is not finite";
+    if (!is_finite(ray.direction)) return "a direction that is not finite";
+    if (ray.direction == fastlines::Vec3{0, 0, 0}) return "a direction of length zero";
+    if (!(ray.radius >= 0.0f && ray.radius <= max_radius))
+      return "a radius of " + std::to_string(ray.radius) + ", which is not a number from 0 to " +
+             std::to_string(max_radius);
+    if (!(ray.t_min <= ray.t_max) || std::isinf(ray.t_min))
+      return "bounds that are not numbers with t_min <= t_max, t_min finite";
+    return "a direction so short that t in the scene is more than float can hold";
+  }
+
+  /// Throws InputError for a ray that is not valid.
+  void check(const fastlines::RayQuery& ray) const {
+    if (!allow(ray)) throw InputError("the ray has " + fault(ray));
+  }
+
+  /// Throws InputError for the first ray of a batch that is not valid.
+  void check(const fastlines::RayBatch& rays, unsigned n_threads) const {
+    const std::size_t n = rays.size();
+    if (rays.directions.size() != n)
+      throw InputError(std::to_string(n) + " origins and " + std::to_string(rays.directions.size()) +
+                       " directions; expected as many");
+    if (n > 0xffff'ffff) throw InputError("more than 2^32 − 1 rays; trace them in several calls");
+    const auto fits = [n](std::span<const float> values, const char* name) {
+      if (values.size() != 1 && values.size() != n)
+        throw InputError(std::string(name) + " has " + std::to_string(values.size()) +
+                         " numbers; expected one, or one for each of " + std::to_string(n) + " rays");
+    };
+    fits(rays.radius, "radius");
+    fits(rays.t_min, "t_min");
+    fits(rays.t_max, "t_max");
+    // The check of all rays together may reject valid ones.
+    if (fastlines::check_rays(rays, max_radius, farthest, n_threads).valid) return;
+    for (std::size_t i = 0; i < n; ++i)
+      if (const std::string what = fault(rays[i]); !what.empty())
+        throw InputError("ray " + std::to_string(i) + " has " + what);
+  }
+};
+
+}  // namespace fl::detail

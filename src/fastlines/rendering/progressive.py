@@ -1,0 +1,142 @@
+"""Pictures that are made sample by sample: they can be interrupted at any point, saved, and resumed."""
+
+from __future__ import annotations
+
+import os
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..arrays import AnyArray
+from ..geometry import count_text
+from .depth import MAX_RAYS, bands, check_size
+from .picture import Picture
+from .stage import Stage
+from .state import describe, digest, read_state, write_state
+
+
+class Progressive(ABC):
+    """Sums of samples of all pixels, one sample after another, each in bands of rows.
+
+    It can be interrupted at any point, saved, and resumed by another one with the same settings. The picture is then
+    the same, bit for bit, as without the interruption.
+
+    Parameters
+    ----------
+    stage : Stage
+    width, height : int
+    samples : int
+        How many samples of a pixel are averaged.
+    sums : mapping of str to tuple of int
+        What is summed for each pixel, and the shape of one value.
+    """
+
+    def __init__(
+        self, stage: Stage, width: int, height: int, samples: int, sums: Mapping[str, tuple[int, ...]]
+    ) -> None:
+        check_size(width, height)
+        self.stage, self.width, self.height, self.samples = stage, width, height, samples
+        self._sums: dict[str, AnyArray] = {
+            name: np.zeros((height * width, *shape), np.float64) for name, shape in sums.items()
+        }
+        self._counts: AnyArray = np.zeros(height, np.int64)
+        #: The pixels and rows of a band, and their new sums, while they are being stored.
+        self._stored: tuple[slice, slice, dict[str, AnyArray], int] | None = None
+
+    def passes(self, progress: Callable[[float], object] | None = None) -> Iterator[int]:
+        """Add one sample to each pixel at a time, and yield how many there are."""
+        self._store()
+        for index in range(int(self._counts.min()), self.samples):
+            for rows in bands(self.width, self.height, MAX_RAYS):
+                if self._counts[rows.start] <= index:
+                    pixels = np.arange(rows.start * self.width, rows.stop * self.width)
+                    own = slice(pixels[0], pixels[-1] + 1)
+                    more = self._sample(index, pixels)
+                    self._stored = own, rows, {name: self._sums[name][own] + more[name] for name in more}, index + 1
+                    self._store()
+                if progress is not None:
+                    progress((index + rows.stop / self.height) / self.samples)
+            yield index + 1
+
+    @abstractmethod
+    def _sample(self, index: int, pixels: AnyArray) -> Mapping[str, AnyArray]:
+        """Return what one sample adds to the sums of some pixels."""
+
+    @abstractmethod
+    def picture(self) -> Picture:
+        """Return the picture of all samples so far."""
+
+    @abstractmethod
+    def _own_settings(self) -> dict[str, Any]:
+        """Return all that the samples depend on besides the size, the lines and the camera."""
+
+    @property
+    def n_rows(self) -> int:
+        """How many rows have a sample at least."""
+        self._store()
+        return int((self._counts > 0).sum())
+
+    @property
+    def done(self) -> int:
+        """How many samples each pixel has."""
+        self._store()
+        return int(self._counts.min())
+
+    def _means(self, name: str) -> AnyArray:
+        """Return the mean of the samples of each pixel so far, (height, width, …)."""
+        self._store()
+        sums = self._sums[name].reshape(self.height, self.width, *self._sums[name].shape[1:])
+        return sums / np.maximum(self._counts, 1).reshape(-1, *[1] * (sums.ndim - 1))
+
+    def _store(self) -> None:
+        """Store the sums of a band; where that was interrupted, it is done anew."""
+        if self._stored is not None:
+            own, rows, sums, n_samples = self._stored
+            for name, values in sums.items():
+                self._sums[name][own] = values
+            self._counts[rows] = n_samples
+            self._stored = None
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the samples so far to a .npz file, from which `resume` goes on; it appears whole or not at all."""
+        self._store()
+        write_state(path, self._settings, self._state)
+
+    def resume(self, path: str | os.PathLike[str]) -> int:
+        """Take over the samples that `save` has written; return how many of them each pixel has.
+
+        The total number of samples may be another one, unless other rays are traced for it.
+
+        Raises
+        ------
+        InputError
+            If the file is no state of a picture, or of one with other settings or lines.
+        OSError
+            If it cannot be read.
+        """
+        found = read_state(path, self._settings, self._state)
+        self._sums = {name: found[name] for name in self._sums}
+        self._counts = found["counts"]
+        return int(self._counts.min())
+
+    @property
+    def _state(self) -> dict[str, AnyArray]:
+        return {**self._sums, "counts": self._counts}
+
+    @cached_property
+    def _settings(self) -> dict[str, str]:
+        """All that the samples depend on, but for the version of fastlines."""
+        stage = self.stage
+        settings = {
+            "size": f"{self.width} × {self.height}",
+            "radius": stage.radius,
+            "camera": stage.camera,
+            **self._own_settings(),
+            "lines": count_text(stage.tree.geometry),
+            "checksum": digest(stage.tree.geometry),
+            "rays at a time": MAX_RAYS,
+        }
+        return {name: value if isinstance(value, str) else describe(value) for name, value in settings.items()}
