@@ -2,6 +2,8 @@
 # is for other processors: NumPy too needs SSE4.2 or NEON. The C++ tests compile it everywhere.
 if(CMAKE_CXX_COMPILER_ID STREQUAL "MSVC")
   message(FATAL_ERROR "fastlines needs GCC 12, Clang 16 or later. On Windows, use clang-cl: cmake -T ClangCL")
+elseif(MINGW AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  message(FATAL_ERROR "MinGW's GCC frees thread_local objects before it destroys them. Use Clang, such as clang-cl.")
 endif()
 set(CMAKE_CXX_SCAN_FOR_MODULES OFF)  # there are none, and with Clang the scan needs another program
 set(simd_portable -DFASTLINES_PORTABLE)

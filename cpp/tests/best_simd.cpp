@@ -1,5 +1,5 @@
 // The instruction set that the Python package picks: the compiler's own detection agrees with it.
-#include "../engine/best_simd.hpp"
+#include "engine/best_simd.hpp"
 
 #include <cstring>
 
