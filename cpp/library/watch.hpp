@@ -26,16 +26,21 @@ void watch(const Progress& callback, Job&& job) {
   std::condition_variable done;
   bool finished = false;
   std::exception_ptr error, from_callback;
-  std::thread worker([&] {
-    try {
-      job(progress);
-    } catch (...) {
-      error = std::current_exception();
-    }
-    const std::lock_guard lock(mutex);
-    finished = true;
-    done.notify_one();
-  });
+  std::thread worker;
+  try {
+    worker = std::thread([&] {
+      try {
+        job(progress);
+      } catch (...) {
+        error = std::current_exception();
+      }
+      const std::lock_guard lock(mutex);
+      finished = true;
+      done.notify_one();
+    });
+  } catch (const std::system_error&) {
+    return job(progress);  // the system refuses a thread: do the work here, unwatched
+  }
   double shown = 0.0;
   std::unique_lock lock(mutex);
   while (!done.wait_for(lock, std::chrono::milliseconds(50), [&] { return finished; })) {

@@ -12,7 +12,7 @@ from .options import Direction, FormatName, FormatOptions, Fov, Input, Radius, S
 
 #: Width and height of a picture in pixels.
 SIZE = 1024
-WITHOUT_SIZE = f"By default {SIZE}; without both, that is the longer side of a format that suits the lines."
+WITHOUT_SIZE = f"By default {SIZE}; without both, {SIZE}² pixels in a format that suits the lines."
 
 
 @app.command(short_help="Render lines: hair, fibres, tubes; or draw the levels of a tree.")

@@ -153,7 +153,7 @@ def render(
     camera : Camera, optional
         By default one that frames the geometry.
     width, height : int, optional
-        By default 1024, the longer side of a format that suits the lines; 1024 × 1024 if you give a camera.
+        By default 1024² pixels, in a format that suits the lines; a square if you give a camera.
     look : str, Look or Measure, optional
         One of `LOOKS`; by default the one that suits the geometry. Or one of `MEASURES`, a number of each ray.
     radius : float, optional

@@ -87,26 +87,27 @@ def default_camera(
 
 
 def default_size(
-    geometry: AnyGeometry, longest: int, *, direction: Vector | None = None, up: Vector | None = None
+    geometry: AnyGeometry, side: int, *, direction: Vector | None = None, up: Vector | None = None
 ) -> tuple[int, int]:
     """Return the width and the height of a picture whose format is the nearest to the shape of the lines in view.
 
-    Formats are 1:1, 4:3, 3:2 and 16:9, upright or across.
+    Formats are 1:1, 4:3, 3:2 and 16:9, upright or across. Pictures of all formats have about side² pixels.
 
     Examples
     --------
     >>> import fastlines as fl
-    >>> default_size(fl.Lines.from_segments([[[0, 0, 0], [2, 1, 0]]]), 1600)
-    (1600, 900)
+    >>> default_size(fl.Lines.from_segments([[[0, 0, 0], [2, 1, 0]]]), 900)
+    (1200, 675)
     """
     points, _ = points_of(geometry)
     if len(points) == 0:
-        return longest, longest
+        return side, side
     pixels, _ = default_camera(geometry, direction=direction, up=up).project(points, 1, 1)
     width, height = np.maximum(np.ptp(pixels, axis=0), 1e-9)
     ratio = abs(np.log(width / height))
-    shorter = round(longest / min(FORMATS, key=lambda each: abs(np.log(each) - ratio)))
-    return (longest, shorter) if width > height else (shorter, longest)
+    root = min(FORMATS, key=lambda each: abs(np.log(each) - ratio)) ** 0.5
+    longer, shorter = round(side * root), round(side / root)
+    return (longer, shorter) if width > height else (shorter, longer)
 
 
 def _tuple(vector: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Vector:
