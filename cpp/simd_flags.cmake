@@ -28,22 +28,22 @@ set(FASTLINES_SIMD ${simd_sets} CACHE STRING "The instruction sets to compile fo
 
 # Answers are defined to the bit: the compiler must not contract to fused multiply-adds.
 # Nothing reads errno after sqrt or relies on floating-point traps. Saying so lets the compiler vectorise loops over rays
-# and changes no bit.
-set(simd_all -ffp-contract=off -fno-math-errno -fno-trapping-math)
+# and changes no bit. A parent project's -ffast-math would change bits.
+set(simd_all -fno-fast-math -ffp-contract=off -fno-math-errno -fno-trapping-math)
 set(simd_warnings -Wall -Wextra -Wno-psabi)
 if(MSVC)  # clang-cl hides these options behind a prefix, and its -Wall turns on every warning there is
   list(TRANSFORM simd_all PREPEND "/clang:")
   set(simd_warnings /W4)
 endif()
 
-# The sources that are compiled for each instruction set, without and with Python. Those that take longest come first, so
+# The sources that are compiled for each instruction set: for modules and the library, and for modules alone. Those that take longest come first, so
 # that the others compile beside them.
 set(cpp_dir ${CMAKE_CURRENT_LIST_DIR})
 set(engine_sources)
-foreach(part queries_segments queries_round_cones queries_shapes queries_spread_cones trees)
+foreach(part queries_segments queries_round_cones trees)
   list(APPEND engine_sources ${cpp_dir}/engine/${part}.cpp)
 endforeach()
-set(module_sources)
+set(module_sources ${cpp_dir}/engine/queries_shapes.cpp ${cpp_dir}/engine/queries_spread_cones.cpp)
 foreach(part engine_query engine_build engine_layout engine)
   list(APPEND module_sources ${cpp_dir}/bindings/${part}.cpp)
 endforeach()
@@ -59,14 +59,16 @@ endif()
 # Adds the flags of the instruction set `simd` to the target `name`.
 function(compile_for_simd name simd)
   target_link_libraries(${name} PRIVATE fastlines_core)
-  # Unique symbols would be shared by all instruction sets in a process.
-  target_compile_options(${name} PRIVATE ${simd_warnings} $<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique> ${simd_${simd}})
+  # Unique symbols would be shared by all instruction sets in a process, and optimisation at link time would merge their
+  # functions.
+  target_compile_options(${name} PRIVATE ${simd_warnings} $<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique -fno-lto>
+                                         ${simd_${simd}})
   # Before GCC 13, the AVX-512 intrinsics start from a variable that is initialised with itself, which GCC warns about.
   if(simd STREQUAL "avx512" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
     target_compile_options(${name} PRIVATE -Wno-uninitialized -Wno-maybe-uninitialized)
   endif()
   set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_VISIBILITY_PRESET hidden
-                                           VISIBILITY_INLINES_HIDDEN ON)
+                                           VISIBILITY_INLINES_HIDDEN ON INTERPROCEDURAL_OPTIMIZATION OFF)
 endfunction()
 
 # Adds the Python module `name` with the sources ARGN for the instruction set `simd`. It exports only its init function.

@@ -53,11 +53,12 @@ typedef enum fl_at {
    fails with `FL_CANCELLED`. */
 typedef int (*fl_progress)(double done, void* user_data);
 
-/* Options of `fl_build`. `fl_default_options` sets all members. */
+/* Options of `fl_build`. All members that are 0 are at their defaults. */
 typedef struct fl_options {
-  fl_method method;   /* Which tree to build. */
-  float effort;       /* From 0, the fastest build, to 1, the best tree; below 0, the default. Only `FL_BEST` has it. */
-  unsigned n_threads; /* The number of threads; 0 means one for each core. The tree does not depend on it. */
+  fl_method method;     /* Which tree to build. */
+  int has_effort;       /* Whether `effort` counts. */
+  float effort;         /* From 0, the fastest build, to 1, the best tree. Only `FL_BEST` has it. */
+  unsigned n_threads;   /* The number of threads; 0 means one for each core. The tree does not depend on it. */
   fl_progress progress; /* It is called while the tree is built. It may be NULL. */
   void* user_data;      /* It is passed to the callback. */
 } fl_options;
@@ -66,7 +67,7 @@ typedef struct fl_options {
 typedef struct fl_ray {
   float origin[3];    /* Where t is 0. */
   float direction[3]; /* It need not have length 1, but it must not be zero. */
-  float t_min, t_max; /* The ends of the ray. `t_min` must be finite. */
+  float t_min, t_max; /* The ends of the ray. `t_min` must be below infinity. */
 } fl_ray;
 
 /* A hit, or a miss. */
@@ -98,6 +99,8 @@ typedef struct fl_facts {
   size_t n_bytes;        /* The memory of the tree, its lines and its layout. */
   double cost;           /* The expected cost of a ray (thesis 3.3), with the constants of the method. */
   float low[3], high[3]; /* The corners of the box around all lines, without their radii. */
+  char method[16];       /* The name of the method in Python, such as "bvh-cl", or "custom". */
+  char simd[16];         /* The instruction set of the queries. */
 } fl_facts;
 
 /* A tree over lines. It does not change, so any number of threads may query it at the same time. */
@@ -115,9 +118,8 @@ FASTLINES_API const char* fl_simd(void);
    processor has, which is the default. */
 FASTLINES_API fl_status fl_set_simd(const char* name);
 
-/* Sets all options to their defaults. */
-FASTLINES_API void fl_default_options(fl_options* options);
-/* Builds a tree over n segments of 6 floats each, which are both ends. They are copied. `options` may be NULL. */
+/* Builds a tree over n segments of 6 floats each, which are both ends. They are copied. `options` may be NULL.
+   A call that fails sets `tree` to NULL. */
 FASTLINES_API fl_status fl_build(const float* segments, size_t n, const fl_options* options, fl_tree** tree);
 /* Builds a tree over n round cones of 8 floats each, which are both ends and the radius at each. */
 FASTLINES_API fl_status fl_build_round_cones(const float* cones, size_t n, const fl_options* options, fl_tree** tree);
@@ -140,9 +142,12 @@ FASTLINES_API fl_status fl_count_hits(const fl_tree* tree, const fl_ray* ray, fl
    all hits, which may be more. */
 FASTLINES_API fl_status fl_all_hits(const fl_tree* tree, const fl_ray* ray, float radius, fl_at at, fl_hit* hits,
                                     size_t room, size_t* n);
+/* Writes the first k of all hits, and sets `n` to their number. `hits` has room for k. */
+FASTLINES_API fl_status fl_next_hits(const fl_tree* tree, const fl_ray* ray, float radius, fl_at at, size_t k,
+                                     fl_hit* hits, size_t* n);
 
-/* Finds the hit of each ray that has the least t, or a miss. Each array has room for a number for each ray. `t_out` may
-   be NULL. If it is not, t is where rays enter the surfaces, as with `FL_SURFACE`. */
+/* Finds the hit of each ray that has the least t, or a miss. Each array has room for a number for each ray, or is
+   NULL if it is not wanted. With `t_out`, t is where rays enter the surfaces, as with `FL_SURFACE`. */
 FASTLINES_API fl_status fl_first_hits(const fl_tree* tree, const fl_rays* rays, float* t, int64_t* prim, float* u,
                                       float* distance, float* t_out);
 /* Writes 1 for each ray that hits any line, and 0 for the others. */

@@ -196,7 +196,7 @@ std::span<const T> rows(const ReadFile& file, const std::string& name, const std
   return {reinterpret_cast<const T*>(section->bytes.data()), section->bytes.size() / sizeof(T)};
 }
 
-TreePointer restore(const ReadFile& file) {
+TreePointer restore(const ReadFile& file, const Engine& engine) {
   if (const std::string kind = file.text("kind"); !kind.empty())
     throw std::runtime_error("it is over " + kind + "; this library reads trees over Lines, and Python reads others");
   TreeArrays arrays;
@@ -231,7 +231,7 @@ TreePointer restore(const ReadFile& file) {
                           .settings = file.text("settings"),
                           .limits_hit = file.text("limits_hit"),
                           .rest = std::move(rest)};
-  return current_engine().restore(arrays, origin);
+  return engine.restore(arrays, origin);
 }
 
 }  // namespace
@@ -289,9 +289,10 @@ void write_tree(const TreeImpl& tree, const std::string& path) {
 }
 
 TreePointer read_tree(const std::string& path) {
+  const Engine& engine = current_engine();
   std::vector<std::byte> bytes = bytes_in(path);
   try {
-    return restore(parse(std::move(bytes)));
+    return restore(parse(std::move(bytes)), engine);
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <span>
+#include <vector>
 
 namespace fl {
 
@@ -32,7 +33,7 @@ struct RoundCone {
 struct Ray {
   Vec3 origin;                        ///< Where t is 0.
   Vec3 direction;                     ///< It need not have length 1, but it must not be zero.
-  float t_min = 0, t_max = infinity;  ///< The ends of the ray. `t_min` must be finite.
+  float t_min = 0, t_max = infinity;  ///< The ends of the ray. `t_min` must be below infinity.
 
   /// Makes a ray whose direction has yet to be set.
   Ray() = default;
@@ -66,6 +67,8 @@ class PerRay {
   PerRay(float for_all) : for_all_(for_all) {}
   /// Gives a number to each ray. The array is not copied.
   PerRay(std::span<const float> each) : each_(each), is_each_(true) {}
+  /// Gives a number to each ray. The vector is not copied, so it must outlive the query.
+  PerRay(const std::vector<float>& each) : PerRay(std::span<const float>(each)) {}
 
   /// Returns the numbers: one, or as many as there are rays.
   std::span<const float> values() const { return is_each_ ? each_ : std::span<const float>(&for_all_, 1); }
@@ -113,7 +116,7 @@ struct HitLists {
   std::shared_ptr<const void> owner;      ///< It keeps the offsets alive.
 
   /// Returns the number of rays.
-  std::size_t n_rays() const { return offsets.size() - 1; }
+  std::size_t n_rays() const { return offsets.empty() ? 0 : offsets.size() - 1; }
   /// Returns the hits of ray i.
   Hits operator[](std::size_t i) const { return hits.slice(std::size_t(offsets[i]), std::size_t(offsets[i + 1])); }
 };

@@ -44,7 +44,7 @@ enum class Method {
 };
 
 /// A callback for long calls. It gets the fraction that is done, and returns whether to go on. It runs on the thread
-/// that called. If it returns false, the call throws `Cancelled`.
+/// that called, every 50 ms. If it returns false before the work is done, the call throws `Cancelled`.
 using Progress = std::function<bool(double)>;
 
 /// Options of `build`.
@@ -52,9 +52,9 @@ struct BuildOptions {
   Method method = Method::best;  ///< Which tree to build.
   /// From 0, the fastest build, to 1, the best tree. Only `Method::best` has it. By default, it is 0.5, or 0 from
   /// 262,144 lines on.
-  std::optional<float> effort;
+  std::optional<float> effort{};
   unsigned n_threads = 0;  ///< The number of threads; 0 means one for each core. The tree does not depend on it.
-  Progress progress;       ///< It is called while the tree is built.
+  Progress progress{};     ///< It is called while the tree is built.
 };
 
 /// How a batch of rays is traced. The kernel and the number of threads do not change the answers.
@@ -70,7 +70,7 @@ struct QueryOptions {
   At at = At::closest;                ///< The place on the ray that t of a hit means.
   Kernel kernel = Kernel::automatic;  ///< How rays are traced.
   unsigned n_threads = 0;             ///< The number of threads; 0 means one for each core. Short batches take one.
-  Progress progress;                  ///< It is called during the query.
+  Progress progress{};                ///< It is called during the query.
 };
 
 /// Properties of a tree.
@@ -96,6 +96,9 @@ class FASTLINES_API Tree {
  public:
   /// Makes a tree over no lines. All rays miss it.
   Tree();
+  /// Makes a copy, which shares all memory. A tree that is moved from stays as it is.
+  Tree(const Tree&) = default;
+  Tree& operator=(const Tree&) = default;
 
   // One ray, on the calling thread.
 
@@ -130,7 +133,7 @@ class FASTLINES_API Tree {
   /// A callback that gets the index of a ray and the hits of that ray.
   using Sink = std::function<void(std::size_t ray, const Hits& hits)>;
   /// Calls `sink` for each ray, in the order of the rays, on the calling thread. Only the hits of some rays are in
-  /// memory at a time, so all of them together may need more than there is.
+  /// memory at a time, so all of them together may need more than there is. All rays are checked first.
   void all_hits(const Rays& rays, const PerRay& radius, const Sink& sink, const QueryOptions& options = {}) const;
 
   // The tree itself.
@@ -163,7 +166,8 @@ FASTLINES_API Tree load(const std::string& path);
 /// Returns the instruction set of trees to come: "avx512", "avx2", "sse42", "neon" or "portable".
 FASTLINES_API const char* simd();
 /// Chooses the instruction set of trees that are built or loaded from now on. nullptr chooses the widest that this
-/// processor has, which is the default. Answers do not depend on it. Throws `InputError`.
+/// processor has. That is the default, unless the environment variable FASTLINES_SIMD names one. Answers do not depend
+/// on it. Throws `InputError`.
 FASTLINES_API void set_simd(const char* name);
 
 /// Returns the version of the library, such as "0.1.0".
