@@ -52,9 +52,9 @@ struct BuildOptions {
   Method method = Method::best;  ///< Which tree to build.
   /// From 0, the fastest build, to 1, the best tree. Only `Method::best` has it. By default, it is 0.5, or 0 from
   /// 262,144 lines on.
-  std::optional<float> effort{};
-  unsigned n_threads = 0;  ///< The number of threads; 0 means one for each core. The tree does not depend on it.
-  Progress progress{};     ///< It is called while the tree is built.
+  std::optional<float> effort = std::nullopt;
+  unsigned n_threads = 0;       ///< The number of threads; 0 means one for each core. The tree does not depend on it.
+  Progress progress = nullptr;  ///< It is called while the tree is built.
 };
 
 /// How a batch of rays is traced. The kernel and the number of threads do not change the answers.
@@ -70,7 +70,7 @@ struct QueryOptions {
   At at = At::closest;                ///< The place on the ray that t of a hit means.
   Kernel kernel = Kernel::automatic;  ///< How rays are traced.
   unsigned n_threads = 0;             ///< The number of threads; 0 means one for each core. Short batches take one.
-  Progress progress{};                ///< It is called during the query.
+  Progress progress = nullptr;        ///< It is called during the query.
 };
 
 /// Properties of a tree.
@@ -98,6 +98,7 @@ class FASTLINES_API Tree {
   Tree();
   /// Makes a copy, which shares all memory. A tree that is moved from stays as it is.
   Tree(const Tree&) = default;
+  /// Makes this tree a copy of another one.
   Tree& operator=(const Tree&) = default;
 
   // One ray, on the calling thread.
