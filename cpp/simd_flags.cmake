@@ -1,7 +1,17 @@
 # The instruction sets that engines are compiled for (`simd_sets`) and the flags of each (`simd_NAME`). The portable code
 # is for other processors: NumPy too needs SSE4.2 or NEON. The C++ tests compile it everywhere.
+if(CMAKE_CXX_COMPILER_ID STREQUAL "MSVC")
+  message(FATAL_ERROR "fastlines needs GCC 12, Clang 16 or later. On Windows, use clang-cl: cmake -T ClangCL")
+elseif(MINGW AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  message(FATAL_ERROR "MinGW's GCC frees thread_local objects before it destroys them. Use Clang, such as clang-cl.")
+endif()
+set(CMAKE_CXX_SCAN_FOR_MODULES OFF)  # there are none, and with Clang the scan needs another program
 set(simd_portable -DFASTLINES_PORTABLE)
-if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+set(processor ${CMAKE_SYSTEM_PROCESSOR})
+if(APPLE AND CMAKE_OSX_ARCHITECTURES)
+  set(processor ${CMAKE_OSX_ARCHITECTURES})
+endif()
+if(processor MATCHES "x86_64|AMD64")
   set(simd_sets sse42 avx2 avx512)
   set(simd_sse42 -msse4.2)
   # GCC's default tuning splits unaligned loads. Of six others tried with AVX-512, haswell was the fastest.
@@ -9,7 +19,7 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   # Ice Lake, Zen 4 and later: with dot products of bytes (VNNI).
   set(simd_avx512 -mavx512f -mavx512dq -mavx512vl -mavx512bw -mavx512vbmi -mavx512vnni -mavx2 -mfma
                   -mbmi -mbmi2 -mtune=haswell -mprefer-vector-width=512)
-elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64|ARM64")
+elseif(processor MATCHES "aarch64|arm64|ARM64")
   set(simd_sets neon)
 else()
   set(simd_sets portable)
@@ -18,39 +28,53 @@ set(FASTLINES_SIMD ${simd_sets} CACHE STRING "The instruction sets to compile fo
 
 # Answers are defined to the bit: the compiler must not contract to fused multiply-adds.
 # Nothing reads errno after sqrt or relies on floating-point traps. Saying so lets the compiler vectorise loops over rays
-# and changes no bit.
-set(simd_all $<$<NOT:$<CXX_COMPILER_ID:MSVC>>:-ffp-contract=off -fno-math-errno -fno-trapping-math>)
+# and changes no bit. A parent project's -ffast-math would change bits.
+set(simd_all -fno-fast-math -ffp-contract=off -fno-math-errno -fno-trapping-math)
+set(simd_warnings -Wall -Wextra -Wno-psabi)
+if(MSVC)  # clang-cl hides these options behind a prefix, and its -Wall turns on every warning there is
+  list(TRANSFORM simd_all PREPEND "/clang:")
+  set(simd_warnings /W4)
+endif()
 
-# The sources that are compiled for each instruction set, without and with Python. Those that take longest come first, so
+# The sources that are compiled for each instruction set: for modules and the library, and for modules alone. Those that take longest come first, so
 # that the others compile beside them.
 set(cpp_dir ${CMAKE_CURRENT_LIST_DIR})
 set(engine_sources)
-foreach(part queries_segments queries_round_cones queries_shapes queries_spread_cones trees)
+foreach(part queries_segments queries_round_cones trees)
   list(APPEND engine_sources ${cpp_dir}/engine/${part}.cpp)
 endforeach()
-set(module_sources)
+set(module_sources ${cpp_dir}/engine/queries_shapes.cpp ${cpp_dir}/engine/queries_spread_cones.cpp)
 foreach(part engine_query engine_build engine_layout engine)
   list(APPEND module_sources ${cpp_dir}/bindings/${part}.cpp)
 endforeach()
 
+# In nanobind's split mode, modules use the stable ABI of Python, and the package nanobind-backend has what depends on
+# Python's version. Where there is no such package, -DFASTLINES_BACKEND= links nanobind into each module.
+set(FASTLINES_BACKEND nanobind_backend CACHE STRING "The Python module that has nanobind; empty links it statically")
+set(nanobind_mode NB_STATIC)
+if(FASTLINES_BACKEND)
+  set(nanobind_mode BACKEND_MODULE ${FASTLINES_BACKEND})
+endif()
+
 # Adds the flags of the instruction set `simd` to the target `name`.
 function(compile_for_simd name simd)
   target_link_libraries(${name} PRIVATE fastlines_core)
-  # Unique symbols would be shared by all instruction sets in a process.
-  target_compile_options(${name} PRIVATE -Wall -Wextra -Wno-psabi $<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique>
+  # Unique symbols would be shared by all instruction sets in a process, and optimisation at link time would merge their
+  # functions.
+  target_compile_options(${name} PRIVATE ${simd_warnings} $<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique -fno-lto>
                                          ${simd_${simd}})
   # Before GCC 13, the AVX-512 intrinsics start from a variable that is initialised with itself, which GCC warns about.
   if(simd STREQUAL "avx512" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
     target_compile_options(${name} PRIVATE -Wno-uninitialized -Wno-maybe-uninitialized)
   endif()
   set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_VISIBILITY_PRESET hidden
-                                           VISIBILITY_INLINES_HIDDEN ON)
+                                           VISIBILITY_INLINES_HIDDEN ON INTERPROCEDURAL_OPTIMIZATION OFF)
 endfunction()
 
 # Adds the Python module `name` with the sources ARGN for the instruction set `simd`. It exports only its init function.
 set(simd_exports ${cpp_dir}/bindings/exports.map)
 function(add_simd_module name simd)
-  nanobind_add_module(${name} NB_STATIC NOMINSIZE ${ARGN})
+  nanobind_add_module(${name} ${nanobind_mode} NOMINSIZE ${ARGN})
   compile_for_simd(${name} ${simd})
   target_compile_definitions(${name} PRIVATE FASTLINES_MODULE=${name})
   if(CMAKE_SYSTEM_NAME STREQUAL "Linux")

@@ -12,8 +12,7 @@ int main(void) {
   const fl_ray ray = {{0, 0, -5}, {0, 0, 1}, 0.0f, INFINITY};
   const fl_method methods[2] = {FL_BVH_D2, FL_KD_D2};
   const char* names[2] = {"BVH", "KD tree"};
-  fl_options options;
-  fl_default_options(&options);
+  fl_options options = {0};
   for (int i = 0; i < 2; ++i) {
     fl_tree* tree = NULL;
     fl_hit hit;

@@ -121,7 +121,7 @@ struct TorusTest {
     }
     x[6] = ray.t_min;
     x[7] = ray.t_max;
-    x[8] = sqrt(N(ray.radius2));
+    x[8] = fastlines::sqrt(N(ray.radius2));
     for (int k = 0; k < 8; ++k) x[9 + k] = fields[k];
     closest = meet_tori(x, t_out);
   }

@@ -23,120 +23,156 @@
 extern "C" {
 #endif
 
+/* What a call returns: `FL_OK`, or the reason why it failed. */
 typedef enum fl_status {
-  FL_OK = 0,
-  FL_INPUT_ERROR = 1, /* an argument cannot be used */
-  FL_FILE_ERROR = 2,  /* a file cannot be read or written */
-  FL_NO_MEMORY = 3,
-  FL_CANCELLED = 4, /* the progress callback returned 0 */
-  FL_OTHER_ERROR = 5
+  FL_OK = 0,          /* The call has done what it should. */
+  FL_INPUT_ERROR = 1, /* An argument cannot be used. */
+  FL_FILE_ERROR = 2,  /* A file cannot be read or written. */
+  FL_NO_MEMORY = 3,   /* There is not enough memory. */
+  FL_CANCELLED = 4,   /* The progress callback returned 0. */
+  FL_OTHER_ERROR = 5  /* Anything else, such as an error of the operating system. */
 } fl_status;
 
+/* The named trees. All but `FL_BEST` are those of the thesis. */
 typedef enum fl_method {
-  FL_BEST = 0, /* made for fast queries; the others are those of the thesis */
-  FL_BVH_CL = 1,
-  FL_BVH_SS = 2,
-  FL_BVH_D2 = 3,
-  FL_KD_CL = 4,
-  FL_KD_D2 = 5
+  FL_BEST = 0,   /* The tree for the fastest queries. */
+  FL_BVH_CL = 1, /* A BVH over whole lines. */
+  FL_BVH_SS = 2, /* A BVH over lines that are cut by a grid of planes. */
+  FL_BVH_D2 = 3, /* As `FL_BVH_SS`, but where a leaf looks best, it looks two levels ahead. */
+  FL_KD_CL = 4,  /* A KD tree over a grid of planes. */
+  FL_KD_D2 = 5   /* As `FL_KD_CL`, but where a leaf looks best, it looks two levels ahead. */
 } fl_method;
 
-/* Where t is taken: where the ray comes closest to the line, or where it enters the surface around it. */
-typedef enum fl_at { FL_CLOSEST = 0, FL_SURFACE = 1 } fl_at;
+/* The place on the ray that t of a hit means. */
+typedef enum fl_at {
+  FL_CLOSEST = 0, /* Where the ray comes closest to the line. */
+  FL_SURFACE = 1  /* Where the ray enters the surface around the line. */
+} fl_at;
 
-/* Called now and then, from the thread that called, with the fraction that is done. Returns 0 to cancel. */
+/* A callback for long calls. It gets the fraction that is done, on the thread that called. If it returns 0, the call
+   fails with `FL_CANCELLED`. */
 typedef int (*fl_progress)(double done, void* user_data);
 
-/* How to build. fl_default_options() sets all members. */
+/* Options of `fl_build`. All members that are 0 are at their defaults. */
 typedef struct fl_options {
-  fl_method method;
-  float effort;       /* of FL_BEST: 0, the fastest build, to 1, the best tree; a negative number for the default */
-  unsigned n_threads; /* 0: one for each core */
-  fl_progress progress;
-  void* user_data;
+  fl_method method;     /* Which tree to build. */
+  int has_effort;       /* Whether `effort` counts. */
+  float effort;         /* From 0, the fastest build, to 1, the best tree. Only `FL_BEST` has it. */
+  unsigned n_threads;   /* The number of threads; 0 means one for each core. The tree does not depend on it. */
+  fl_progress progress; /* It is called while the tree is built. It may be NULL. */
+  void* user_data;      /* It is passed to the callback. */
 } fl_options;
 
-/* The points origin + t * direction, t_min <= t <= t_max. */
+/* The points `origin` + t * `direction` with `t_min` <= t <= `t_max`. */
 typedef struct fl_ray {
-  float origin[3], direction[3];
-  float t_min, t_max;
+  float origin[3];    /* Where t is 0. */
+  float direction[3]; /* It need not have length 1, but it must not be zero. */
+  float t_min, t_max; /* The ends of the ray. `t_min` must be below infinity. */
 } fl_ray;
 
-/* A hit; a miss has prim = -1 and t = infinity. */
+/* A hit, or a miss. */
 typedef struct fl_hit {
-  float t;        /* along the ray, in units of its direction */
-  float u;        /* where on the line: 0 at its start, 1 at its end */
-  float distance; /* from the ray to the line, at the closest approach */
-  float t_out;    /* where the ray leaves the surface; infinity with FL_CLOSEST */
-  int64_t prim;   /* the index of the line */
+  float t;        /* The place on the ray, in units of the length of its direction. A miss has infinity. */
+  float u;        /* The place on the line: 0 at its start, 1 at its end. */
+  float distance; /* The distance of the ray from the line, at the closest approach. */
+  float t_out;    /* Where the ray leaves the surface, with `FL_SURFACE`. Otherwise it is infinite. */
+  int64_t prim;   /* The index of the line, or -1 for a miss. */
 } fl_hit;
 
-/* A batch of n rays: 3 floats each. The others hold one number for each ray, or are NULL: then t_min is 0 and t_max
-   infinity. `radii` may be NULL if `radius` is for all rays. */
+/* A batch of rays. */
 typedef struct fl_rays {
-  size_t n;
-  const float *origins, *directions;
-  const float *t_min, *t_max;
-  const float* radii;
-  float radius;
-  unsigned n_threads; /* 0: one for each core */
+  size_t n;                /* The number of rays. */
+  const float* origins;    /* The origins, 3 floats each. */
+  const float* directions; /* The directions, 3 floats each. */
+  const float* t_min;      /* One number for each ray. NULL means 0. */
+  const float* t_max;      /* One number for each ray. NULL means infinity. */
+  const float* radii;      /* One number for each ray. If it is NULL, `radius` is for all rays. */
+  float radius;            /* The radius for all rays. */
+  unsigned n_threads;      /* The number of threads; 0 means one for each core. Short batches take one. */
 } fl_rays;
 
+/* Properties of a tree. */
 typedef struct fl_facts {
-  size_t n_prims, n_nodes, n_refs, n_bytes;
-  double cost;
-  float low[3], high[3]; /* the corners of the box around all lines, without their radii */
+  size_t n_prims;        /* The number of lines. */
+  size_t n_nodes;        /* The number of nodes. */
+  size_t n_refs;         /* The number of references: lines, or pieces of them, in all leaves. */
+  size_t n_bytes;        /* The memory of the tree, its lines and its layout. */
+  double cost;           /* The expected cost of a ray (thesis 3.3), with the constants of the method. */
+  float low[3], high[3]; /* The corners of the box around all lines, without their radii. */
+  char method[16];       /* The name of the method in Python, such as "bvh-cl", or "custom". */
+  char simd[16];         /* The instruction set of the queries. */
 } fl_facts;
 
+/* A tree over lines. It does not change, so any number of threads may query it at the same time. */
 typedef struct fl_tree fl_tree;
+/* The hits of many rays. */
 typedef struct fl_hit_lists fl_hit_lists;
 
+/* Returns the version of the library, such as "0.1.0". */
 FASTLINES_API const char* fl_version(void);
-/* What was wrong with the last call of this thread that failed. Valid until its next call. */
+/* Returns what was wrong with the last call of this thread that failed. The text is valid until the next call. */
 FASTLINES_API const char* fl_error_message(void);
-/* The instruction set of trees that are made from now on; NULL chooses the widest that this processor has. */
+/* Returns the instruction set of trees to come: "avx512", "avx2", "sse42", "neon" or "portable". */
 FASTLINES_API const char* fl_simd(void);
+/* Chooses the instruction set of trees that are built or loaded from now on. NULL chooses the widest that this
+   processor has, which is the default. */
 FASTLINES_API fl_status fl_set_simd(const char* name);
 
-/* Build a tree over n segments of 6 floats each, which are copied. `options` may be NULL. */
-FASTLINES_API void fl_default_options(fl_options* options);
+/* Builds a tree over n segments of 6 floats each, which are both ends. They are copied. `options` may be NULL.
+   A call that fails sets `tree` to NULL. */
 FASTLINES_API fl_status fl_build(const float* segments, size_t n, const fl_options* options, fl_tree** tree);
-/* The same over round cones of 8 floats: both ends, and the radius at each. */
+/* Builds a tree over n round cones of 8 floats each, which are both ends and the radius at each. */
 FASTLINES_API fl_status fl_build_round_cones(const float* cones, size_t n, const fl_options* options, fl_tree** tree);
+/* Reads a tree over lines that this library or Python has written. */
 FASTLINES_API fl_status fl_load(const char* path, fl_tree** tree);
+/* Writes the tree and its lines to a file (`.flt`), which Python reads too. */
 FASTLINES_API fl_status fl_save(const fl_tree* tree, const char* path);
+/* Gets the tree's size, cost and box. */
 FASTLINES_API fl_status fl_get_facts(const fl_tree* tree, fl_facts* facts);
-FASTLINES_API void fl_free_tree(fl_tree* tree); /* NULL is allowed */
+/* Frees a tree. It may be NULL. */
+FASTLINES_API void fl_free_tree(fl_tree* tree);
 
-/* One ray, on the calling thread. */
+/* Finds the hit with the least t, or a miss. Of hits at the same t, the line with the lower index comes first. */
 FASTLINES_API fl_status fl_first_hit(const fl_tree* tree, const fl_ray* ray, float radius, fl_at at, fl_hit* hit);
+/* Sets `found` to 1 if the ray hits any line, and to 0 otherwise. */
 FASTLINES_API fl_status fl_any_hit(const fl_tree* tree, const fl_ray* ray, float radius, int* found);
+/* Counts the lines that the ray hits. */
 FASTLINES_API fl_status fl_count_hits(const fl_tree* tree, const fl_ray* ray, float radius, size_t* n);
-/* Write up to `room` of all hits, in the order of t, and how many there are. */
+/* Writes one hit for each line that the ray hits, in the order of t, but no more than `room`. Sets `n` to the number of
+   all hits, which may be more. */
 FASTLINES_API fl_status fl_all_hits(const fl_tree* tree, const fl_ray* ray, float radius, fl_at at, fl_hit* hits,
                                     size_t room, size_t* n);
+/* Writes the first k of all hits, and sets `n` to their number. `hits` has room for k. */
+FASTLINES_API fl_status fl_next_hits(const fl_tree* tree, const fl_ray* ray, float radius, fl_at at, size_t k,
+                                     fl_hit* hits, size_t* n);
 
-/* Batches. Each array has room for one number, or one byte, for each ray. `t_out` may be NULL; with it, t is where rays
-   enter the surfaces, else where they come closest. */
+/* Finds the hit of each ray that has the least t, or a miss. Each array has room for a number for each ray, or is
+   NULL if it is not wanted. With `t_out`, t is where rays enter the surfaces, as with `FL_SURFACE`. */
 FASTLINES_API fl_status fl_first_hits(const fl_tree* tree, const fl_rays* rays, float* t, int64_t* prim, float* u,
                                       float* distance, float* t_out);
+/* Writes 1 for each ray that hits any line, and 0 for the others. */
 FASTLINES_API fl_status fl_any_hits(const fl_tree* tree, const fl_rays* rays, uint8_t* found);
+/* Counts the lines that each ray hits. */
 FASTLINES_API fl_status fl_counts(const fl_tree* tree, const fl_rays* rays, int64_t* n);
 
-/* All hits of each ray, or its first k; SIZE_MAX for all. */
+/* Lists the first k of all hits of each ray, in the order of t. `SIZE_MAX` lists all hits. */
 FASTLINES_API fl_status fl_list_hits(const fl_tree* tree, const fl_rays* rays, size_t k, fl_at at,
                                      fl_hit_lists** lists);
-/* The hits of ray i are those from offsets[i] up to offsets[i + 1]. The arrays are valid until the lists are freed;
-   t_out is NULL with FL_CLOSEST. */
+/* The arrays of lists of hits. They are valid until the lists are freed. */
 typedef struct fl_list_arrays {
-  size_t n_rays, n_hits;
-  const int64_t* offsets;
-  const float* t;
-  const int64_t* prim;
-  const float *u, *distance, *t_out;
+  size_t n_rays;          /* The number of rays. */
+  size_t n_hits;          /* The number of hits of all rays. */
+  const int64_t* offsets; /* The hits of ray i are those from `offsets[i]` up to `offsets[i + 1]`. */
+  const float* t;         /* The places on the rays. */
+  const int64_t* prim;    /* The indices of the lines. */
+  const float* u;         /* The places on the lines. */
+  const float* distance;  /* The distances of the rays from the lines. */
+  const float* t_out;     /* Where rays leave the surfaces. It is NULL with `FL_CLOSEST`. */
 } fl_list_arrays;
+/* Returns the arrays of lists. */
 FASTLINES_API fl_list_arrays fl_get_lists(const fl_hit_lists* lists);
-FASTLINES_API void fl_free_lists(fl_hit_lists* lists); /* NULL is allowed */
+/* Frees lists. They may be NULL. */
+FASTLINES_API void fl_free_lists(fl_hit_lists* lists);
 
 #ifdef __cplusplus
 }

@@ -4,6 +4,7 @@
 
 #include "fastlines/api/tree.hpp"
 #include "fastlines/fastlines.h"
+#include "thread_hits.hpp"
 
 struct fl_tree {
   fl::Tree tree;
@@ -64,7 +65,7 @@ fl::BuildOptions options_of(const fl_options* given) {
   if (given->method < FL_BEST || given->method > FL_KD_D2)
     throw fl::InputError("unknown fl_method; expected FL_BEST to FL_KD_D2");
   options.method = fl::Method(given->method);
-  if (!(given->effort < 0)) options.effort = given->effort;
+  if (given->has_effort) options.effort = given->effort;
   options.n_threads = given->n_threads;
   if (given->progress)
     options.progress = [progress = given->progress, data = given->user_data](double done) {
@@ -94,9 +95,16 @@ struct Batch {
   }
 };
 
+/// Copies a column, if the caller wants it.
 template <class T>
-void copy(std::span<const T> from, T* to) {
-  if (!from.empty()) std::memcpy(to, from.data(), from.size_bytes());
+void copy_if(std::span<const T> from, T* to) {
+  if (to && !from.empty()) std::memcpy(to, from.data(), from.size_bytes());
+}
+
+/// Copies a name, and cuts off what does not fit.
+template <std::size_t n>
+void copy_name(const std::string& from, char (&to)[n]) {
+  to[from.copy(to, n - 1)] = 0;
 }
 
 template <class Line>
@@ -121,10 +129,6 @@ const char* fl_simd(void) {
 }
 fl_status fl_set_simd(const char* name) {
   return guarded([&] { fl::set_simd(name); });
-}
-
-void fl_default_options(fl_options* options) {
-  if (options) *options = {FL_BEST, -1.0f, 0, nullptr, nullptr};
 }
 
 fl_status fl_build(const float* segments, size_t n, const fl_options* options, fl_tree** tree) {
@@ -161,7 +165,11 @@ fl_status fl_get_facts(const fl_tree* tree, fl_facts* facts) {
               of.n_bytes,
               of.cost,
               {of.low.x, of.low.y, of.low.z},
-              {of.high.x, of.high.y, of.high.z}};
+              {of.high.x, of.high.y, of.high.z},
+              {},
+              {}};
+    copy_name(of.method, facts->method);
+    copy_name(of.simd, facts->simd);
   });
 }
 
@@ -201,10 +209,26 @@ fl_status fl_all_hits(const fl_tree* tree, const fl_ray* ray, float radius, fl_a
     require(ray, "ray");
     require(n, "n");
     if (room > 0) require(hits, "hits");
-    static thread_local std::vector<fl::Hit> found;
+    std::vector<fl::Hit>& found = fl::detail::thread_hits();
     tree->tree.all_hits(ray_of(*ray), radius, found, at_of(at));
     *n = found.size();
     for (std::size_t i = 0; i < found.size() && i < room; ++i) hits[i] = hit_of(found[i]);
+    fl::detail::release_large(found);
+  });
+}
+
+fl_status fl_next_hits(const fl_tree* tree, const fl_ray* ray, float radius, fl_at at, size_t k, fl_hit* hits,
+                       size_t* n) {
+  return guarded([&] {
+    require(tree, "tree");
+    require(ray, "ray");
+    require(n, "n");
+    if (k > 0) require(hits, "hits");
+    std::vector<fl::Hit>& found = fl::detail::thread_hits();
+    tree->tree.next_hits(ray_of(*ray), radius, k, found, at_of(at));
+    *n = found.size();
+    for (std::size_t i = 0; i < found.size(); ++i) hits[i] = hit_of(found[i]);
+    fl::detail::release_large(found);
   });
 }
 
@@ -213,13 +237,12 @@ fl_status fl_first_hits(const fl_tree* tree, const fl_rays* rays, float* t, int6
   return guarded([&] {
     require(tree, "tree");
     const Batch batch(rays, t_out ? fl::At::surface : fl::At::closest);
-    if (batch.rays.size() > 0) require(t, "t"), require(prim, "prim"), require(u, "u"), require(distance, "distance");
     const fl::Hits hits = tree->tree.first_hit(batch.rays, batch.radius, batch.options);
-    copy(hits.t, t);
-    copy(hits.prim, prim);
-    copy(hits.u, u);
-    copy(hits.distance, distance);
-    if (t_out) copy(hits.t_out, t_out);
+    copy_if(hits.t, t);
+    copy_if(hits.prim, prim);
+    copy_if(hits.u, u);
+    copy_if(hits.distance, distance);
+    copy_if(hits.t_out, t_out);
   });
 }
 
@@ -228,7 +251,7 @@ fl_status fl_any_hits(const fl_tree* tree, const fl_rays* rays, uint8_t* found) 
     require(tree, "tree");
     const Batch batch(rays);
     if (batch.rays.size() > 0) require(found, "found");
-    copy<std::uint8_t>(tree->tree.any_hit(batch.rays, batch.radius, batch.options), found);
+    copy_if<std::uint8_t>(tree->tree.any_hit(batch.rays, batch.radius, batch.options), found);
   });
 }
 
@@ -237,7 +260,7 @@ fl_status fl_counts(const fl_tree* tree, const fl_rays* rays, int64_t* n) {
     require(tree, "tree");
     const Batch batch(rays);
     if (batch.rays.size() > 0) require(n, "n");
-    copy<std::int64_t>(tree->tree.count_hits(batch.rays, batch.radius, batch.options), n);
+    copy_if<std::int64_t>(tree->tree.count_hits(batch.rays, batch.radius, batch.options), n);
   });
 }
 

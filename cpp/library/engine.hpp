@@ -51,6 +51,8 @@ class TreeImpl {
                                              const QueryOptions& options) const = 0;
   virtual std::vector<std::int64_t> count_hits(const Rays& rays, const PerRay& radius,
                                                const QueryOptions& options) const = 0;
+  /// Throws InputError for a batch that cannot be used.
+  virtual void check(const Rays& rays, const PerRay& radius, const QueryOptions& options) const = 0;
   /// All hits, or the first k.
   virtual HitLists list_hits(const Rays& rays, const PerRay& radius, std::optional<std::size_t> k,
                              const QueryOptions& options) const = 0;

@@ -83,8 +83,9 @@ const Engine& current_engine() {
   if (const Engine* engine = chosen.load()) return *engine;
   const char* const given = std::getenv("FASTLINES_SIMD");
   const Engine& engine = find(given && *given ? given : nullptr);
-  chosen.store(&engine);
-  return engine;
+  const Engine* none = nullptr;
+  chosen.compare_exchange_strong(none, &engine);  // unless set_simd has chosen one meanwhile
+  return *chosen.load();
 }
 
 }  // namespace detail

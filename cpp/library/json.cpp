@@ -3,6 +3,9 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstdio>
+#include <locale>
+#include <sstream>
 #include <stdexcept>
 
 namespace fl::detail {
@@ -59,7 +62,7 @@ class Parser {
         skip_spaces();
         std::string name = string();
         expect(':');
-        value.members.emplace_back(std::move(name), next(depth + 1));
+        value.members.push_back({std::move(name), next(depth + 1)});
       } while (take(','));
       expect('}');
     } else if (text_[0] == '[') {
@@ -83,10 +86,19 @@ class Parser {
 
   void number(Json& value) {
     value.kind = Json::Kind::number;
-    const auto [end, error] = std::from_chars(text_.data(), text_.data() + text_.size(), value.number);
-    if (error != std::errc() || end == text_.data()) fail("a value is missing");
-    value.string = text_.substr(0, std::size_t(end - text_.data()));
-    text_.remove_prefix(std::size_t(end - text_.data()));
+    const bool is_negative = text_.starts_with('-');
+    if (const auto rest = text_.substr(is_negative); rest.starts_with("NaN") || rest.starts_with("Infinity")) {
+      value.string = text_.substr(0, is_negative + (rest[0] == 'N' ? 3 : 8));
+      value.number = std::copysign(rest[0] == 'N' ? NAN : INFINITY, is_negative ? -1.0 : 1.0);
+    } else {
+      // The library of Apple's compiler has no std::from_chars for floats.
+      value.string = text_.substr(0, text_.find_first_not_of("+-.0123456789Ee"));
+      std::istringstream stream(value.string);
+      stream.imbue(std::locale::classic());
+      if (value.string.starts_with('+') || !(stream >> value.number) || stream.peek() != EOF)
+        fail("a value is missing");
+    }
+    text_.remove_prefix(value.string.size());
   }
 
   std::string string() {

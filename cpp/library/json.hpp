@@ -3,7 +3,6 @@
 
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 namespace fl::detail {
@@ -12,6 +11,7 @@ namespace fl::detail {
 class Json {
  public:
   enum class Kind { null, boolean, number, string, array, object };
+  struct Member;
 
   /// The value of a text; throws std::runtime_error if it is not one.
   static Json parse(std::string_view text);
@@ -20,7 +20,7 @@ class Json {
   double number = 0;   ///< of a number; 1 for true
   std::string string;  ///< of a string; of a number, its text
   std::vector<Json> items;
-  std::vector<std::pair<std::string, Json>> members;  ///< in the order of the text
+  std::vector<Member> members;  ///< in the order of the text
 
   /// The member of an object with this name, or nullptr.
   const Json* find(std::string_view name) const;
@@ -31,6 +31,12 @@ class Json {
   /// A whole number from 0 to 2^53.
   std::size_t as_size() const;
   const std::vector<Json>& as_array() const;
+};
+
+/// A member of an object.
+struct Json::Member {
+  std::string name;
+  Json value;
 };
 
 /// A string in quotes.

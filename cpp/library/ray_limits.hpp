@@ -26,6 +26,20 @@ struct RayLimits {
     farthest = float(far);
   }
 
+  /// Whether a ray is certainly valid: a quick check, which most rays pass.
+  bool surely_allow(const fastlines::RayQuery& ray) const {
+    constexpr float large = 1e30f, small = 1e-7f;
+    const auto &o = ray.origin, &d = ray.direction;
+    const auto largest = [](const fastlines::Vec3& v) {
+      return fastlines::max(fastlines::max(std::fabs(v[0]), std::fabs(v[1])), std::fabs(v[2]));
+    };
+    // A sum with NaN or infinity is neither small nor large.
+    const float sum = std::fabs(o[0]) + std::fabs(o[1]) + std::fabs(o[2]) + std::fabs(d[0]) + std::fabs(d[1]) +
+                      std::fabs(d[2]) + farthest;
+    return (sum <= large) & (largest(d) >= small) & (ray.radius >= 0.0f) & (ray.radius <= max_radius) &
+           (ray.radius <= large) & (ray.t_min <= ray.t_max) & (ray.t_min <= large);
+  }
+
   /// Whether a ray is valid, as `check_rays` decides it for a batch.
   bool allow(const fastlines::RayQuery& ray) const {
     constexpr float largest = std::numeric_limits<float>::max();
@@ -54,12 +68,17 @@ struct RayLimits {
       return "a radius of " + std::to_string(ray.radius) + ", which is not a number from 0 to " +
              std::to_string(max_radius);
     if (!(ray.t_min <= ray.t_max) || std::isinf(ray.t_min))
-      return "bounds that are not numbers with t_min <= t_max, t_min finite";
+      return "bounds that are not numbers with t_min <= t_max, t_min below infinity";
     return "a direction so short that t in the scene is more than float can hold";
   }
 
   /// Throws InputError for a ray that is not valid.
   void check(const fastlines::RayQuery& ray) const {
+    if (!surely_allow(ray)) [[unlikely]]
+      check_exactly(ray);
+  }
+
+  [[gnu::noinline]] void check_exactly(const fastlines::RayQuery& ray) const {
     if (!allow(ray)) throw InputError("the ray has " + fault(ray));
   }
 

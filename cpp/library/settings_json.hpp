@@ -2,6 +2,7 @@
 // defaults are left out.
 #pragma once
 
+#include <locale>
 #include <sstream>
 #include <string>
 
@@ -11,6 +12,7 @@ namespace fl::detail {
 
 inline std::string json_of(const fastlines::SplitSet& set) {
   std::ostringstream text;
+  text.imbue(std::locale::classic());  // a program may have set another one
   if (const auto* planes = std::get_if<fastlines::BinnedPlanes>(&set))
     text << R"({"name": "binned_planes", "n_planes": )" << planes->n_planes << R"(, "uncut_refs": )"
          << planes->uncut_refs << R"(, "uncut_only_refs": )" << planes->uncut_only_refs << R"(, "max_overlap": )"
@@ -27,6 +29,7 @@ inline std::string json_of(const fastlines::SplitSet& set) {
 
 inline std::string json_of(const fastlines::Settings& settings) {
   std::ostringstream text;
+  text.imbue(std::locale::classic());  // a program may have set another one
   text << R"({"splits": [)" << json_of(settings.splits.at(0).set) << R"(], "boxes": )"
        << (settings.boxes == fastlines::BoxRule::cut ? R"("cut")" : R"("tight")") << R"(, "lookahead": [)";
   for (std::size_t i = 0; i < settings.lookahead.size(); ++i) text << (i ? ", " : "") << settings.lookahead[i];

@@ -3,6 +3,7 @@
 
 #include "engine.hpp"
 #include "fastlines/api/acc_tree.hpp"
+#include "thread_hits.hpp"
 #include "tree_file.hpp"
 
 namespace fl {
@@ -13,7 +14,10 @@ FileError::~FileError() = default;
 Cancelled::~Cancelled() = default;
 detail::TreeImpl::~TreeImpl() = default;
 
-Tree::Tree() : Tree(build(std::span<const Segment>())) {}
+Tree::Tree() {
+  static const Tree none = build(std::span<const Segment>());
+  impl_ = none.impl_;
+}
 Tree::Tree(std::shared_ptr<const detail::TreeImpl> impl) : impl_(std::move(impl)) {}
 
 Hit Tree::first_hit(const Ray& ray, float radius, At at) const { return impl_->first_hit(ray, radius, at); }
@@ -54,10 +58,9 @@ HitLists Tree::next_hits(const Rays& rays, const PerRay& radius, std::size_t k, 
 
 void Tree::all_hits(const Rays& rays, const PerRay& radius, const Sink& sink, const QueryOptions& options) const {
   constexpr std::size_t n_at_once = 1 << 16;  // rays
+  if (!sink) throw InputError("the sink is empty; expected a function");
+  impl_->check(rays, radius, options);
   const std::size_t n = rays.size();
-  if (rays.directions.size() != n)
-    throw InputError(std::to_string(n) + " origins and " + std::to_string(rays.directions.size()) +
-                     " directions; expected as many");
   for (std::size_t first = 0; first < n; first += n_at_once) {
     const std::size_t n_part = std::min(n_at_once, n - first);
     const auto part_of = [=](const PerRay& of) {
@@ -106,10 +109,11 @@ bool AccTree::Intersect(const Ray& ray, Intersection* hit, float d) const {
 
 bool AccTree::IntersectAll(const Ray& ray, std::vector<Intersection>* hits, float d) const {
   if (!hits) return tree_.any_hit(ray, d);
-  static thread_local std::vector<Hit> found;
+  std::vector<Hit>& found = detail::thread_hits();
   tree_.all_hits(ray, d, found);
   hits->clear();
   for (const Hit& hit : found) hits->push_back({hit.t, int(hit.prim)});
+  detail::release_large(found);
   return !hits->empty();
 }
 

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <random>
 
 #include "json.hpp"
@@ -195,7 +196,7 @@ std::span<const T> rows(const ReadFile& file, const std::string& name, const std
   return {reinterpret_cast<const T*>(section->bytes.data()), section->bytes.size() / sizeof(T)};
 }
 
-TreePointer restore(const ReadFile& file) {
+TreePointer restore(const ReadFile& file, const Engine& engine) {
   if (const std::string kind = file.text("kind"); !kind.empty())
     throw std::runtime_error("it is over " + kind + "; this library reads trees over Lines, and Python reads others");
   TreeArrays arrays;
@@ -230,7 +231,7 @@ TreePointer restore(const ReadFile& file) {
                           .settings = file.text("settings"),
                           .limits_hit = file.text("limits_hit"),
                           .rest = std::move(rest)};
-  return current_engine().restore(arrays, origin);
+  return engine.restore(arrays, origin);
 }
 
 }  // namespace
@@ -241,19 +242,21 @@ void write_tree(const TreeImpl& tree, const std::string& path) {
   const std::size_t n = tree.size();
   const ConeColumns columns(arrays.cones);
   const std::vector<std::int64_t> strands(n, -1);
-  std::vector<Section> sections;
+  std::vector<Section> given;
   if (origin.rest)
-    for (const auto& [name, dtype, shape, bytes] : origin.rest->sections)
-      sections.push_back({name, dtype, shape, bytes});
+    for (const auto& [name, dtype, shape, bytes] : origin.rest->sections) given.push_back({name, dtype, shape, bytes});
   else
-    sections.push_back({"strands", "I64", shape_of({n}), bytes_of(std::span(strands))});
-  sections.push_back({"nodes", "U32", shape_of({arrays.nodes.size() / 9, 9}), bytes_of(arrays.nodes)});
-  sections.push_back({"refs", "U32", shape_of({arrays.refs.size() / 3, 3}), bytes_of(arrays.refs)});
+    given.push_back({"strands", "I64", shape_of({n}), bytes_of(std::span(strands))});
+  given.push_back({"nodes", "U32", shape_of({arrays.nodes.size() / 9, 9}), bytes_of(arrays.nodes)});
+  given.push_back({"refs", "U32", shape_of({arrays.refs.size() / 3, 3}), bytes_of(arrays.refs)});
   const std::span<const Segment> segments = arrays.has_radius ? std::span(columns.segments) : arrays.segments;
-  sections.push_back({"segments", "F32", shape_of({n, 2, 3}), bytes_of(segments)});
-  if (arrays.has_radius) sections.push_back({"radius", "F32", shape_of({n, 2}), bytes_of(std::span(columns.radius))});
+  given.push_back({"segments", "F32", shape_of({n, 2, 3}), bytes_of(segments)});
+  if (arrays.has_radius) given.push_back({"radius", "F32", shape_of({n, 2}), bytes_of(std::span(columns.radius))});
   // Write larger numbers first, so that each section is aligned for its type.
-  std::ranges::stable_sort(sections, std::greater(), [](const Section& section) { return item_size(section.dtype); });
+  std::vector<Section> sections;
+  for (const std::size_t size : {8, 4, 2, 1})
+    std::ranges::copy_if(given, std::back_inserter(sections),
+                         [&](const Section& section) { return item_size(section.dtype) == size; });
 
   std::string header =
       "{\"__metadata__\": {\"format\": " + json_string(kFormat) + ", \"method\": " + json_string(origin.method) +
@@ -286,9 +289,10 @@ void write_tree(const TreeImpl& tree, const std::string& path) {
 }
 
 TreePointer read_tree(const std::string& path) {
+  const Engine& engine = current_engine();
   std::vector<std::byte> bytes = bytes_in(path);
   try {
-    return restore(parse(std::move(bytes)));
+    return restore(parse(std::move(bytes)), engine);
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {

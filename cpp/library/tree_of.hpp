@@ -21,6 +21,11 @@ std::span<const To> view_as(std::span<const From> items) {
 inline fastlines::Vec3 core_vector(const Vec3& v) { return {v.x, v.y, v.z}; }
 inline Vec3 vector_of(const fastlines::Vec3& v) { return {v[0], v[1], v[2]}; }
 inline fastlines::At core_at(At at) { return at == At::surface ? fastlines::At::surface : fastlines::At::closest; }
+inline fastlines::Kernel core_kernel(QueryOptions::Kernel kernel) {
+  using enum fastlines::Kernel;
+  constexpr fastlines::Kernel kernels[] = {automatic, single, wave, bundle};
+  return kernels[int(kernel)];
+}
 inline Hit hit_of(const fastlines::Hit& hit) { return {hit.t, hit.prim, hit.u, hit.distance, hit.t_out}; }
 
 /// P is fastlines::Segments or fastlines::RoundCones.
@@ -28,6 +33,7 @@ template <fastlines::AxisPrimitive P>
 class TreeOf final : public TreeImpl {
  public:
   using Item = typename P::Item;
+  using Kernel = QueryOptions::Kernel;
 
   TreeOf(std::vector<Item> items, fastlines::Tree tree, TreeOrigin origin, unsigned n_threads,
          fastlines::Progress& progress)
@@ -53,41 +59,54 @@ class TreeOf final : public TreeImpl {
     return fastlines::OneRay<P>(view_, checked(ray, radius)).count_hits();
   }
   void all_hits(const Ray& ray, float radius, At at, std::vector<Hit>& to) const override {
-    list(ray, radius, at, to, [](const auto& one, auto which, auto& hits) { one.template all_hits<which>(hits); });
+    const fastlines::OneRay<P> one(view_, checked(ray, radius));
+    if (at == At::surface)
+      one.template all_hits<fastlines::At::surface>(to);
+    else
+      one.template all_hits<fastlines::At::closest>(to);
   }
   void next_hits(const Ray& ray, float radius, std::size_t k, At at, std::vector<Hit>& to) const override {
-    list(ray, radius, at, to, [k](const auto& one, auto which, auto& hits) { one.template next_hits<which>(k, hits); });
+    const fastlines::OneRay<P> one(view_, checked(ray, radius));
+    if (at == At::surface)
+      one.template next_hits<fastlines::At::surface>(k, to);
+    else
+      one.template next_hits<fastlines::At::closest>(k, to);
   }
 
   // Batches.
 
+  void check(const Rays& rays, const PerRay& radius, const QueryOptions& options) const override {
+    checked(rays, radius, options);
+  }
   Hits first_hits(const Rays& rays, const PerRay& radius, const QueryOptions& options) const override {
+    const Batch batch = checked(rays, radius, options);
     const auto to = std::make_shared<HitArrays>(rays.size(), options.at);
-    run(rays, radius, options, [&](const auto& queries) { queries.find_first(core_at(options.at), to->columns()); });
+    run(batch, options, [&](const auto& queries) { queries.find_first(core_at(options.at), to->columns()); });
     return to->hits(to);
   }
   std::vector<std::uint8_t> any_hits(const Rays& rays, const PerRay& radius,
                                      const QueryOptions& options) const override {
     static_assert(sizeof(bool) == 1);
+    const Batch batch = checked(rays, radius, options);
     std::vector<std::uint8_t> found(rays.size());
-    run(rays, radius, options, [&](const auto& queries) { queries.find_any(reinterpret_cast<bool*>(found.data())); });
+    run(batch, options, [&](const auto& queries) { queries.find_any(reinterpret_cast<bool*>(found.data())); });
     return found;
   }
   std::vector<std::int64_t> count_hits(const Rays& rays, const PerRay& radius,
                                        const QueryOptions& options) const override {
+    const Batch batch = checked(rays, radius, options);
     std::vector<std::int64_t> counts(rays.size());
-    run(rays, radius, options, [&](const auto& queries) { queries.count(counts.data()); });
+    run(batch, options, [&](const auto& queries) { queries.count(counts.data()); });
     return counts;
   }
   HitLists list_hits(const Rays& rays, const PerRay& radius, std::optional<std::size_t> k,
                      const QueryOptions& options) const override {
-    std::optional<fastlines::HitAssembler> lists;
-    run(rays, radius, options, [&](const auto& queries) {
-      queries.list(core_at(options.at), k, /*by_distance=*/false,
-                   lists.emplace(rays.size(), options.at == At::surface));
-    });
-    const auto offsets = std::make_shared<fastlines::LargeVector<std::int64_t>>(lists->offsets());
-    const auto hits = std::make_shared<HitArrays>(std::move(*lists), std::size_t(offsets->back()));
+    const Batch batch = checked(rays, radius, options);
+    fastlines::HitAssembler lists(rays.size(), options.at == At::surface);
+    run(batch, options,
+        [&](const auto& queries) { queries.list(core_at(options.at), k, /*by_distance=*/false, lists); });
+    const auto offsets = std::make_shared<fastlines::LargeVector<std::int64_t>>(lists.offsets());
+    const auto hits = std::make_shared<HitArrays>(std::move(lists), std::size_t(offsets->back()));
     return {*offsets, hits->hits(hits), offsets};
   }
 
@@ -166,29 +185,30 @@ class TreeOf final : public TreeImpl {
     return query;
   }
 
-  /// Calls search(one_ray, at, hits), and copies the hits. Each thread keeps their memory.
-  template <class Search>
-  void list(const Ray& ray, float radius, At at, std::vector<Hit>& to, Search&& search) const {
-    static thread_local std::vector<fastlines::Hit> hits;
-    const fastlines::OneRay<P> one(view_, checked(ray, radius));
-    if (at == At::surface)
-      search(one, std::integral_constant<fastlines::At, fastlines::At::surface>(), hits);
-    else
-      search(one, std::integral_constant<fastlines::At, fastlines::At::closest>(), hits);
-    to.clear();
-    for (const fastlines::Hit& hit : hits) to.push_back(hit_of(hit));
-  }
+  /// A batch as the core has it, and how many threads trace it.
+  struct Batch {
+    fastlines::RayBatch rays;
+    unsigned n_threads;
+  };
 
-  /// Calls run_queries(queries) with the queries of a batch, on one thread if it is short.
-  template <class Run>
-  void run(const Rays& rays, const PerRay& radius, const QueryOptions& options, Run&& run_queries) const {
+  /// Throws InputError if the batch cannot be used. Short batches take one thread.
+  Batch checked(const Rays& rays, const PerRay& radius, const QueryOptions& options) const {
     const fastlines::RayBatch batch{view_as<fastlines::Vec3>(rays.origins), view_as<fastlines::Vec3>(rays.directions),
                                     radius.values(), rays.t_min.values(), rays.t_max.values()};
+    if (options.kernel < Kernel::automatic || options.kernel > Kernel::bundle)
+      throw InputError("unknown kernel; expected one of fl::QueryOptions::Kernel");
     const bool is_long = fastlines::may_be_long(batch.size(), wide_.refs.size());
     const unsigned n_threads = is_long ? n_threads_of(options.n_threads) : 1;
     limits_.check(batch, n_threads);
+    return {batch, n_threads};
+  }
+
+  /// Calls run_queries(queries) with the queries of a batch.
+  template <class Run>
+  void run(const Batch& batch, const QueryOptions& options, Run&& run_queries) const {
     watch(options.progress, [&](fastlines::Progress& progress) {
-      run_queries(fastlines::LayoutQueries<P>{view_, batch, fastlines::Kernel(options.kernel), n_threads, progress});
+      run_queries(
+          fastlines::LayoutQueries<P>{view_, batch.rays, core_kernel(options.kernel), batch.n_threads, progress});
     });
   }
 

@@ -11,9 +11,9 @@
 
 namespace fl::detail {
 
-/// One thread for each core by default.
+/// One thread for each core by default, and never more than 1,024.
 inline unsigned n_threads_of(unsigned wanted) {
-  return wanted ? wanted : std::max(1u, std::thread::hardware_concurrency());
+  return std::clamp(wanted ? wanted : std::thread::hardware_concurrency(), 1u, 1024u);
 }
 
 /// Calls job(progress). With a callback, a worker thread does the job, and this thread calls back every 50 ms. If the

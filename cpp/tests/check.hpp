@@ -6,6 +6,7 @@
 #include <cstring>
 #include <source_location>
 
+#include "engine/best_simd.hpp"
 #include "fastlines/simd/float_x16.hpp"
 
 namespace fastlines::test {
@@ -22,19 +23,12 @@ inline void check(bool holds, const char* what, std::source_location at = std::s
 
 /// Whether this processor has the instruction set that the program is compiled for.
 inline bool has_simd() {
-#if defined(FASTLINES_PORTABLE)
-  return true;
-#elif defined(__AVX512F__)
-  return __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
-         __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vbmi") &&
-         __builtin_cpu_supports("avx512vnni");
-#elif defined(__AVX2__)
-  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
-#elif defined(__SSE4_2__)
-  return __builtin_cpu_supports("sse4.2");
-#else
-  return true;
-#endif
+  // The first of both names, from the widest, is that of the processor.
+  for (const char* name : kSimdNames) {
+    if (std::strcmp(name, best_simd()) == 0) return true;
+    if (std::strcmp(name, kSimd) == 0) return false;
+  }
+  return false;
 }
 
 /// Runs test() and returns the exit code: 0, 1 if a check failed, kSkipped if the processor lacks the instruction set.

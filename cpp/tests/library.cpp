@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <locale>
 #include <thread>
 
 #include "check.hpp"
@@ -182,6 +183,8 @@ void check_bad_input() {
   check(refuses(fl::Ray({0, 0, 0}, {0, 0, 0}), 0), "directions are not zero");
   check(refuses(fl::Ray({0, 0, 0}, {0, 0, 1}, 2, 1), 0), "t_min is at most t_max");
   const std::vector<fl::Vec3> three(3), two(2);
+  check(!message_of<fl::InputError>([&] { tree.all_hits(fl::Rays{three, three}, 0.1f, fl::Tree::Sink()); }).empty(),
+        "an empty sink is refused");
   check(!message_of<fl::InputError>([&] { tree.first_hit(fl::Rays{three, two}, 0.1f); }).empty(), "sizes must match");
   check(!message_of<fl::InputError>([&] { tree.all_hits(fl::Rays{three, two}, 0.1f, [](auto, auto&&) {}); }).empty(),
         "sizes must match for a sink");
@@ -195,6 +198,10 @@ void check_empty() {
   const fl::Ray ray({0, 0, -5}, {0, 0, 1});
   check(none.size() == 0 && !none.first_hit(ray, 1.0f) && none.all_hits(ray, 1.0f).empty(), "an empty tree misses");
   check(none.first_hit(fl::Rays{}, 0.1f).size() == 0, "an empty batch has an empty answer");
+  check(fl::HitLists().n_rays() == 0, "no lists are those of no rays");
+  fl::Tree from = none;
+  const fl::Tree to = std::move(from);
+  check(!from.first_hit(ray, 1.0f) && !to.first_hit(ray, 1.0f), "a tree that is moved from stays as it is");
 }
 
 void check_cancel() {
@@ -232,6 +239,42 @@ void check_files() {
   std::filesystem::remove(path);
 }
 
+/// A sink gets no hits before all rays are checked, however many they are.
+void check_sink() {
+  constexpr std::size_t n = 200'000;
+  const fl::Tree tree = fl::build(segments_of(fastlines::test::hair(16)));
+  std::vector<fl::Vec3> origins(n, fl::Vec3{0.5f, 0.5f, -1}), directions(n, fl::Vec3{0, 0, 1});
+  const fl::Rays rays{origins, directions};
+  const std::vector<float> too_few(n / 2, 0.01f);
+  std::size_t n_calls = 0;
+  const auto count = [&](std::size_t, const fl::Hits&) { ++n_calls; };
+  check(!message_of<fl::InputError>([&] { tree.all_hits(rays, too_few, count); }).empty(), "radii that do not match");
+  directions[150'000] = {0, 0, 0};
+  const std::string why = message_of<fl::InputError>([&] { tree.all_hits(rays, 0.01f, count); });
+  check(why.find("ray 150000") != std::string::npos && n_calls == 0, "a bad ray is named before any hit is given");
+}
+
+/// Numbers in files do not depend on the locale of the program.
+void check_locale() {
+  struct Commas : std::numpunct<char> {
+    char do_decimal_point() const override { return ','; }
+    char do_thousands_sep() const override { return '.'; }
+    std::string do_grouping() const override { return "\3"; }
+  };
+  const std::string path = (std::filesystem::temp_directory_path() / "fastlines-test-locale.flt").string();
+  const std::locale before = std::locale::global(std::locale(std::locale::classic(), new Commas));
+  fl::build(segments_of(fastlines::test::hair(2))).save(path);
+  check(fl::load(path).facts().method == "best", "a file that was written with another locale can be read");
+  std::locale::global(before);
+  std::filesystem::remove(path);
+}
+
+/// A query in the destructor of a static object, when the thread's scratch memory is gone.
+struct AtExit {
+  const fl::Tree tree = fl::build(segments_of(fastlines::test::hair(2)));
+  ~AtExit() { tree.all_hits(fl::Ray({0.5f, 0.5f, -1}, {0, 0, 1}), 1.0f); }
+};
+
 /// Eight threads ask one tree, one ray at a time.
 void check_threads() {
   const std::vector<fl::Segment> segments = segments_of(fastlines::test::hair(150));
@@ -262,6 +305,9 @@ void check_library() {
   check_cancel();
   check_files();
   check_threads();
+  check_sink();
+  check_locale();
+  static const AtExit at_exit;
   for (const char* simd : {"avx512", "avx2", "sse42", "neon", "portable"}) {
     if (!message_of<fl::InputError>([&] { fl::set_simd(simd); }).empty()) continue;
     check(std::string(fl::simd()) == simd && fl::build(std::span<const fl::Segment>()).facts().simd == simd,

@@ -48,6 +48,21 @@ void check_each(const char* name, const Lanes& x, const Lanes& y, Op op) {
   for (int i = 0; i < kSimdWidth; ++i) check(same(got[i], op(x[i], y[i])), name);
 }
 
+/// The least of some lanes: its lane, up to the last four bits, and a lower bound.
+void check_least_lane(Random& random) {
+  Lanes lanes;
+  for (float& x : lanes.x) x = random.below(4) ? random.uniform(-4.0f, 4.0f) : random.below(2) ? kInfinity : -0.0f;
+  const auto bits = std::uint32_t(1 + random.below(0xffff));
+  float at_least = 0.0f;
+  const std::uint32_t lane = least_lane(bits, lanes.vector(), at_least);
+  check(lane < kSimdWidth && (bits >> lane & 1), "the least lane is one of those that are chosen");
+  for (int i = 0; i < kSimdWidth; ++i)
+    if (bits >> i & 1) {
+      check(at_least <= lanes[i], "no chosen lane is less than the lower bound");
+      check(lanes[int(lane)] <= lanes[i] + std::fabs(lanes[i]) * 0x1p-18f, "no chosen lane is less than the least");
+    }
+}
+
 void check_arithmetic(const Lanes& x, const Lanes& y) {
   check_each("x + y", x, y, [](auto a, auto b) { return a + b; });
   check_each("x - y", x, y, [](auto a, auto b) { return a - b; });
@@ -198,6 +213,7 @@ int main() {
       check_arithmetic(x, y);
       check_fma(random);
       check_bits(x, y, z, bits);
+      check_least_lane(random);
       check_compress(x, bits, std::uint32_t(random() % 1000));
       check_tables(random);
       check_transposes(random);

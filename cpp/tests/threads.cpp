@@ -180,7 +180,7 @@ void run_threads() {
 
   // Compare the answers of queries on several threads, and of concurrent callers.
   const WideBvhView<Segments> view = view_of(wide, Segments{segments});
-  const BinaryTraversal<Segments> search{tree.nodes, tree.refs, segments, view.frame};
+  const BinaryTraversal<Segments> search{tree.nodes, tree.refs, {segments}, view.frame};
   for (const bool coherent : {true, false}) {
     const Rays rays(coherent);
     const RayBatch batch = rays.batch();

@@ -20,6 +20,7 @@ FloatPointer = c.POINTER(c.c_float)
 class Options(c.Structure):
     _fields_ = (
         ("method", c.c_int),
+        ("has_effort", c.c_int),
         ("effort", c.c_float),
         ("n_threads", c.c_uint),
         ("progress", c.c_void_p),
@@ -82,9 +83,7 @@ class Library:
             raise RuntimeError(self.dll.fl_error_message().decode())
 
     def build(self, geometry: fl.Lines, method: str = "best") -> CTree:
-        options = Options()
-        self.dll.fl_default_options(c.byref(options))
-        options.method = METHODS.index(method)
+        options = Options(method=METHODS.index(method))
         rows = geometry.segments.reshape(-1, 6)
         name = "fl_build"
         if geometry.radius is not None:

@@ -2,7 +2,7 @@
 #ifndef FASTLINES_EXPORT_H
 #define FASTLINES_EXPORT_H
 
-#if defined(_WIN32) && defined(FASTLINES_BUILDS_SHARED)
+#if defined(_WIN32) && defined(FASTLINES_BUILDS)
 #define FASTLINES_API __declspec(dllexport)
 #elif defined(_WIN32) && defined(FASTLINES_SHARED)
 #define FASTLINES_API __declspec(dllimport)

@@ -6,57 +6,71 @@
 #include <limits>
 #include <memory>
 #include <span>
+#include <vector>
 
 namespace fl {
 
+/// The t of a ray without an end, and of a miss.
 inline constexpr float infinity = std::numeric_limits<float>::infinity();
 
+/// A point or a direction.
 struct Vec3 {
-  float x = 0, y = 0, z = 0;
+  float x = 0, y = 0, z = 0;  ///< The coordinates.
 };
 
-/// A line from p to q. A query's radius decides how near a ray must come to hit it.
+/// A line from p to q. The radius of a query says how near a ray must come to hit it.
 struct Segment {
-  Vec3 p, q;
+  Vec3 p, q;  ///< The ends.
 };
 
-/// A line with a radius at each end, linear in between. The radius of a query adds to it.
+/// A line with a radius at each end. The radius is linear in between, and the radius of a query adds to it.
 struct RoundCone {
-  Vec3 p, q;
-  float radius_p = 0, radius_q = 0;
+  Vec3 p, q;                         ///< The ends.
+  float radius_p = 0, radius_q = 0;  ///< The radius at each end.
 };
 
-/// The points origin + t·direction, t_min ≤ t ≤ t_max. The direction need not have length 1.
+/// The points `origin` + t·`direction` with `t_min` ≤ t ≤ `t_max`.
 struct Ray {
-  Vec3 origin, direction;
-  float t_min = 0, t_max = infinity;
+  Vec3 origin;                        ///< Where t is 0.
+  Vec3 direction;                     ///< It need not have length 1, but it must not be zero.
+  float t_min = 0, t_max = infinity;  ///< The ends of the ray. `t_min` must be below infinity.
 
+  /// Makes a ray whose direction has yet to be set.
   Ray() = default;
+  /// Makes a ray, by default one without an end.
   Ray(Vec3 origin_, Vec3 direction_, float t_min_ = 0, float t_max_ = infinity)
       : origin(origin_), direction(direction_), t_min(t_min_), t_max(t_max_) {}
 };
 
-/// Where t is taken: where the ray comes closest to the line, or where it enters the surface around it.
-enum class At { closest, surface };
+/// The place on the ray that t of a hit means.
+enum class At {
+  closest,  ///< Where the ray comes closest to the line.
+  surface,  ///< Where the ray enters the surface around the line.
+};
 
-/// A hit, or a miss by default. `if (hit)` asks which.
+/// A hit, or a miss. A new `Hit` is a miss.
 struct Hit {
-  float t = infinity;         ///< along the ray, in units of its direction
-  std::int64_t prim = -1;     ///< the index of the line; −1 for a miss
-  float u = 0;                ///< where on the line: 0 at p, 1 at q
-  float distance = infinity;  ///< from the ray to the line, at the closest approach
-  float t_out = infinity;     ///< where the ray leaves the surface; only with At::surface
+  float t = infinity;         ///< The place on the ray, in units of the length of its direction.
+  std::int64_t prim = -1;     ///< The index of the line, or −1 for a miss.
+  float u = 0;                ///< The place on the line: 0 at p, 1 at q.
+  float distance = infinity;  ///< The distance of the ray from the line, at the closest approach.
+  float t_out = infinity;     ///< Where the ray leaves the surface, with `At::surface`. Otherwise it is infinite.
 
+  /// Returns whether this is a hit.
   explicit operator bool() const { return prim >= 0; }
 };
 
-/// One number for each ray of a batch, or one for all.
+/// One number for all rays of a batch, or one for each.
 class PerRay {
  public:
+  /// Gives one number to all rays.
   PerRay(float for_all) : for_all_(for_all) {}
+  /// Gives a number to each ray. The array is not copied.
   PerRay(std::span<const float> each) : each_(each), is_each_(true) {}
+  /// Gives a number to each ray. The vector is not copied, so it must outlive the query.
+  PerRay(const std::vector<float>& each) : PerRay(std::span<const float>(each)) {}
 
-  /// The numbers: one, or as many as there are rays.
+  /// Returns the numbers: one, or as many as there are rays.
   std::span<const float> values() const { return is_each_ ? each_ : std::span<const float>(&for_all_, 1); }
 
  private:
@@ -65,41 +79,45 @@ class PerRay {
   bool is_each_ = false;
 };
 
-/// A batch of rays. The arrays are the caller's, and are not copied.
+/// A batch of rays. Its arrays belong to the caller and are not copied.
 struct Rays {
-  std::span<const Vec3> origins, directions;
-  PerRay t_min = 0.0f, t_max = infinity;
+  std::span<const Vec3> origins, directions;  ///< Both are of the same length.
+  PerRay t_min = 0.0f, t_max = infinity;      ///< The ends of the rays.
 
+  /// Returns the number of rays.
   std::size_t size() const { return origins.size(); }
 };
 
-/// Hits as one array for each property. Copies share the arrays.
+/// Hits, as one array for each member of `Hit`. Copies share the arrays.
 struct Hits {
-  std::span<const float> t;
-  std::span<const std::int64_t> prim;
-  std::span<const float> u, distance;
-  std::span<const float> t_out;       ///< empty with At::closest
-  std::shared_ptr<const void> owner;  ///< keeps the arrays
+  std::span<const float> t;            ///< The places on the rays.
+  std::span<const std::int64_t> prim;  ///< The indices of the lines. Misses have −1.
+  std::span<const float> u, distance;  ///< The places on the lines, and their distances from the rays.
+  std::span<const float> t_out;        ///< Where the rays leave the surfaces. It is empty with `At::closest`.
+  std::shared_ptr<const void> owner;   ///< It keeps the arrays alive.
 
+  /// Returns the number of hits and misses.
   std::size_t size() const { return t.size(); }
+  /// Returns hit i.
   Hit operator[](std::size_t i) const {
     return {t[i], prim[i], u[i], distance[i], t_out.empty() ? infinity : t_out[i]};
   }
-  /// Hits [begin, end).
+  /// Returns the hits from `begin` up to `end`, without `end`.
   Hits slice(std::size_t begin, std::size_t end) const {
     const auto part = [=](auto column) { return column.empty() ? column : column.subspan(begin, end - begin); };
     return {part(t), part(prim), part(u), part(distance), part(t_out), owner};
   }
 };
 
-/// Hits of many rays, sorted: those of ray i are offsets[i] up to offsets[i + 1]. Copies share the arrays.
+/// The hits of many rays. Those of a ray are sorted by t. Copies share the arrays.
 struct HitLists {
-  std::span<const std::int64_t> offsets;
-  Hits hits;
-  std::shared_ptr<const void> owner;  ///< keeps the offsets
+  std::span<const std::int64_t> offsets;  ///< The hits of ray i are those from `offsets[i]` up to `offsets[i + 1]`.
+  Hits hits;                              ///< The hits of all rays, one ray after the other.
+  std::shared_ptr<const void> owner;      ///< It keeps the offsets alive.
 
-  std::size_t n_rays() const { return offsets.size() - 1; }
-  /// The hits of ray i.
+  /// Returns the number of rays.
+  std::size_t n_rays() const { return offsets.empty() ? 0 : offsets.size() - 1; }
+  /// Returns the hits of ray i.
   Hits operator[](std::size_t i) const { return hits.slice(std::size_t(offsets[i]), std::size_t(offsets[i + 1])); }
 };
 

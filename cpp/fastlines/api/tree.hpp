@@ -1,4 +1,4 @@
-// Trees over lines, and their queries: build once, then ask with any radius.
+// Trees over lines, and their queries: build once, then query with any radius.
 //
 // All functions throw fl::InputError for input that they cannot use, and std::bad_alloc. A tree does not change, so any
 // number of threads may query it at the same time.
@@ -15,13 +15,13 @@
 
 namespace fl {
 
-/// Input that cannot be used: the message says what was given, what was expected, and what to do.
+/// Thrown for input that cannot be used. The message says what was given, what was expected, and what to do.
 struct FASTLINES_API InputError : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
   ~InputError() override;
 };
 
-/// A file that cannot be read or written.
+/// Thrown for a file that cannot be read or written.
 struct FASTLINES_API FileError : std::runtime_error {
   using std::runtime_error::runtime_error;
   ~FileError() override;
@@ -33,79 +33,118 @@ struct FASTLINES_API Cancelled : std::runtime_error {
   ~Cancelled() override;
 };
 
-/// The named trees: `best` is made for fast queries, the others are those of the thesis.
-enum class Method { best, bvh_cl, bvh_ss, bvh_d2, kd_cl, kd_d2 };
+/// The named trees. All but `best` are those of the thesis.
+enum class Method {
+  best,    ///< The tree for the fastest queries.
+  bvh_cl,  ///< A BVH over whole lines.
+  bvh_ss,  ///< A BVH over lines that are cut by a grid of planes.
+  bvh_d2,  ///< As `bvh_ss`, but where a leaf looks best, it looks two levels ahead.
+  kd_cl,   ///< A KD tree over a grid of planes.
+  kd_d2,   ///< As `kd_cl`, but where a leaf looks best, it looks two levels ahead.
+};
 
-/// Called now and then with the fraction that is done, from the thread that called; returns whether to go on.
+/// A callback for long calls. It gets the fraction that is done, and returns whether to go on. It runs on the thread
+/// that called, every 50 ms. If it returns false before the work is done, the call throws `Cancelled`.
 using Progress = std::function<bool(double)>;
 
+/// Options of `build`.
 struct BuildOptions {
-  Method method = Method::best;
-  /// Of `best`: from 0, the fastest build, to 1, the best tree. By default 0.5, or 0 from 262,144 lines on.
-  std::optional<float> effort;
-  unsigned n_threads = 0;  ///< 0: one for each core. The tree does not depend on it.
-  Progress progress;
+  Method method = Method::best;  ///< Which tree to build.
+  /// From 0, the fastest build, to 1, the best tree. Only `Method::best` has it. By default, it is 0.5, or 0 from
+  /// 262,144 lines on.
+  std::optional<float> effort = std::nullopt;
+  unsigned n_threads = 0;       ///< The number of threads; 0 means one for each core. The tree does not depend on it.
+  Progress progress = nullptr;  ///< It is called while the tree is built.
 };
 
-/// How a batch is traced. Answers do not depend on the kernel or on the number of threads.
+/// How a batch of rays is traced. The kernel and the number of threads do not change the answers.
 struct QueryOptions {
-  At at = At::closest;
-  enum class Kernel { automatic, single, wave, bundle } kernel = Kernel::automatic;
-  unsigned n_threads = 0;  ///< 0: one for each core. Batches of up to 256 rays take one.
-  Progress progress;
+  /// A way to trace rays. docs/engine.md describes the kernels.
+  enum class Kernel {
+    automatic,  ///< The kernel that is likely to be the fastest, for each group of rays.
+    single,     ///< One ray at a time.
+    wave,       ///< Incoherent rays.
+    bundle,     ///< Coherent rays.
+  };
+
+  At at = At::closest;                ///< The place on the ray that t of a hit means.
+  Kernel kernel = Kernel::automatic;  ///< How rays are traced.
+  unsigned n_threads = 0;             ///< The number of threads; 0 means one for each core. Short batches take one.
+  Progress progress = nullptr;        ///< It is called during the query.
 };
 
-/// What a tree is made of.
+/// Properties of a tree.
 struct TreeFacts {
-  std::size_t n_prims, n_nodes, n_refs;
-  double cost;          ///< the expected cost of a ray (thesis §3.3), with the constants of the method
-  std::size_t n_bytes;  ///< the memory of the tree, its lines and its layout
-  std::string method;   ///< as Python names it: "best", "bvh-cl", …, or "custom"
-  Vec3 low, high;       ///< the corners of the box around all lines, without their radii
-  std::string simd;     ///< the instruction set of its queries
+  std::size_t n_prims;  ///< The number of lines.
+  std::size_t n_nodes;  ///< The number of nodes.
+  std::size_t n_refs;   ///< The number of references: lines, or pieces of them, in all leaves.
+  double cost;          ///< The expected cost of a ray (thesis §3.3), with the constants of the method.
+  std::size_t n_bytes;  ///< The memory of the tree, its lines and its layout.
+  std::string method;   ///< The name of the method in Python, such as "bvh-cl", or "custom".
+  Vec3 low, high;       ///< The corners of the box around all lines, without their radii.
+  std::string simd;     ///< The instruction set of the queries.
 };
 
 namespace detail {
 class TreeImpl;
 }
 
-/// An acceleration tree over lines. It owns a copy of them; copies of a tree share all memory.
+/// An acceleration tree over lines. It owns a copy of the lines, and copies of a tree share all memory. A tree does not
+/// change, so any number of threads may query it at the same time. Queries throw `InputError` for rays and radii that
+/// they cannot use.
 class FASTLINES_API Tree {
  public:
-  /// A tree over no lines; every ray misses.
+  /// Makes a tree over no lines. All rays miss it.
   Tree();
+  /// Makes a copy, which shares all memory. A tree that is moved from stays as it is.
+  Tree(const Tree&) = default;
+  /// Makes this tree a copy of another one.
+  Tree& operator=(const Tree&) = default;
 
   // One ray, on the calling thread.
 
+  /// Returns the hit with the least t, or a miss. Of hits at the same t, the line with the lower index comes first.
   Hit first_hit(const Ray& ray, float radius, At at = At::closest) const;
+  /// Returns whether the ray hits any line.
   bool any_hit(const Ray& ray, float radius) const;
+  /// Returns the number of lines that the ray hits.
   std::size_t count_hits(const Ray& ray, float radius) const;
-  /// All lines that the ray hits, in the order of t, and at the same t of their index.
+  /// Returns one hit for each line that the ray hits, in the order of t.
   std::vector<Hit> all_hits(const Ray& ray, float radius, At at = At::closest) const;
-  /// The same into a vector, which is cleared first. Its memory is used again.
+  /// Writes all hits to a vector, which is cleared first. So calls can share its memory.
   void all_hits(const Ray& ray, float radius, std::vector<Hit>& to, At at = At::closest) const;
-  /// The first k of all hits.
+  /// Returns the first k of all hits, or fewer if there are fewer.
   std::vector<Hit> next_hits(const Ray& ray, float radius, std::size_t k, At at = At::closest) const;
+  /// Writes the first k of all hits to a vector, which is cleared first.
   void next_hits(const Ray& ray, float radius, std::size_t k, std::vector<Hit>& to, At at = At::closest) const;
 
   // Batches of rays, on several threads.
 
+  /// Returns the hit of each ray that has the least t, or a miss.
   Hits first_hit(const Rays& rays, const PerRay& radius, const QueryOptions& options = {}) const;
-  /// 1 for each ray that hits anything, 0 for the others.
+  /// Returns 1 for each ray that hits any line, and 0 for the others.
   std::vector<std::uint8_t> any_hit(const Rays& rays, const PerRay& radius, const QueryOptions& options = {}) const;
+  /// Returns the number of lines that each ray hits.
   std::vector<std::int64_t> count_hits(const Rays& rays, const PerRay& radius, const QueryOptions& options = {}) const;
+  /// Returns all hits of each ray, in the order of t.
   HitLists all_hits(const Rays& rays, const PerRay& radius, const QueryOptions& options = {}) const;
+  /// Returns the first k of all hits of each ray.
   HitLists next_hits(const Rays& rays, const PerRay& radius, std::size_t k, const QueryOptions& options = {}) const;
 
-  /// Called with the index of a ray and its hits, in the order of the rays, from the thread that called.
+  /// A callback that gets the index of a ray and the hits of that ray.
   using Sink = std::function<void(std::size_t ray, const Hits& hits)>;
-  /// Hand all hits to a sink, a part of the rays at a time. So lists that would not fit into memory can be used.
+  /// Calls `sink` for each ray, in the order of the rays, on the calling thread. Only the hits of some rays are in
+  /// memory at a time, so all of them together may need more than there is. All rays are checked first.
   void all_hits(const Rays& rays, const PerRay& radius, const Sink& sink, const QueryOptions& options = {}) const;
 
-  TreeFacts facts() const;
-  std::size_t size() const;  ///< the number of lines
+  // The tree itself.
 
-  /// Write the tree and its lines to a file (`.flt`), which Python reads too. Throws FileError.
+  /// Returns the tree's size, cost and box.
+  TreeFacts facts() const;
+  /// Returns the number of lines.
+  std::size_t size() const;
+
+  /// Writes the tree and its lines to a file (`.flt`), which Python reads too. Throws `FileError`.
   void save(const std::string& path) const;
 
  private:
@@ -117,19 +156,22 @@ class FASTLINES_API Tree {
   std::shared_ptr<const detail::TreeImpl> impl_;
 };
 
-/// Build a tree over lines, which are copied. Coordinates and radii must be finite.
+/// Builds a tree over lines, which are copied. Coordinates and radii must be finite. Throws `InputError`.
 FASTLINES_API Tree build(std::span<const Segment> segments, const BuildOptions& options = {});
+/// Builds a tree over lines that have a thickness of their own.
 FASTLINES_API Tree build(std::span<const RoundCone> cones, const BuildOptions& options = {});
 
-/// Read a tree that this library or Python has written. Throws FileError.
+/// Reads a tree over lines that this library or Python has written. Throws `FileError`.
 FASTLINES_API Tree load(const std::string& path);
 
-/// The instruction set of trees that are built or loaded from now on: "avx512", "avx2", "sse42", "neon" or "portable".
+/// Returns the instruction set of trees to come: "avx512", "avx2", "sse42", "neon" or "portable".
 FASTLINES_API const char* simd();
-/// Choose it; nullptr for the widest that this processor has, the default. Answers do not depend on it.
+/// Chooses the instruction set of trees that are built or loaded from now on. nullptr chooses the widest that this
+/// processor has. That is the default, unless the environment variable FASTLINES_SIMD names one. Answers do not depend
+/// on it. Throws `InputError`.
 FASTLINES_API void set_simd(const char* name);
 
-/// The version of the library, such as "0.1.0".
+/// Returns the version of the library, such as "0.1.0".
 FASTLINES_API const char* version();
 
 }  // namespace fl

@@ -34,9 +34,9 @@ struct Settings {
   /// No plane cuts retraced lines, which lie within this fraction of the scene's longest side around their mean.
   double min_spread = 0.0;
   std::size_t lanes = 1;   ///< references tested at once; a power of two
-  Presplit presplit;       ///< cut primitives before the build
-  Cost cost;               ///< in the search and in pruning
-  Limits limits;           ///< where the build stops splitting
+  Presplit presplit{};     ///< cut primitives before the build
+  Cost cost{};             ///< in the search and in pruning
+  Limits limits{};         ///< where the build stops splitting
   unsigned n_threads = 1;  ///< the tree does not depend on it
 };
 

@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
-#if __has_include(<sys/mman.h>)
+#ifdef _WIN32
+#include <malloc.h>
+#elif __has_include(<sys/mman.h>)
 #include <sys/mman.h>
 #endif
 
@@ -23,7 +25,7 @@ class PagePool {
   static void* allocate(std::size_t n_bytes) {
     const std::size_t size = size_for(n_bytes);
     if (void* const again = free_list().pop(n_bytes, size)) return again;
-    auto* const begin = static_cast<std::byte*>(std::aligned_alloc(alignment_for(n_bytes), kHeaderBytes + size));
+    auto* const begin = static_cast<std::byte*>(allocate_aligned(alignment_for(n_bytes), kHeaderBytes + size));
     if (!begin) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE
     if (alignment_for(n_bytes) == kHugePage)
@@ -47,10 +49,19 @@ class PagePool {
 
   /// Keeps a block for reuse or frees it; `data` may be null.
   static void release(void* data) noexcept {
-    if (data && !free_list().add(data)) std::free(begin_of(data));
+    if (data && !free_list().add(data)) free_aligned(begin_of(data));
   }
 
  private:
+  // Windows has no std::aligned_alloc, and its aligned memory has a function of its own to free it.
+#ifdef _WIN32
+  static void* allocate_aligned(std::size_t alignment, std::size_t size) { return _aligned_malloc(size, alignment); }
+  static void free_aligned(void* begin) noexcept { _aligned_free(begin); }
+#else
+  static void* allocate_aligned(std::size_t alignment, std::size_t size) { return std::aligned_alloc(alignment, size); }
+  static void free_aligned(void* begin) noexcept { std::free(begin); }
+#endif
+
   struct Header {
     std::size_t size, n_used;  // bytes of the data, and of its part that may occupy memory
   };
@@ -102,7 +113,7 @@ class PagePool {
       if (!lock) return false;
       while (n_bytes_ + n_used > kMaxBytes || blocks_.size() == kMaxBlocks) {
         n_bytes_ -= header_of(data_of(blocks_.front())).n_used;
-        std::free(blocks_.front());
+        free_aligned(blocks_.front());
         blocks_.erase(blocks_.begin());
       }
       blocks_.push_back(begin_of(data));
@@ -114,7 +125,7 @@ class PagePool {
     void clear() noexcept {
       const std::unique_lock lock(mutex_, std::try_to_lock);
       if (!lock) return;
-      for (std::byte* const block : blocks_) std::free(block);
+      for (std::byte* const block : blocks_) free_aligned(block);
       blocks_.clear();
       n_bytes_ = 0;
     }

@@ -143,7 +143,7 @@ class ShapeTest {
 
   [[gnu::always_inline]] void find_closest() {
     const N zero = 0.0f, kind = fields_[9];
-    const auto is_triangle = (N(0.5f) < kind) & (kind < N(1.5f)), is_box = N(1.5f) < kind;
+    const MaskOf<N> is_triangle = (N(0.5f) < kind) & (kind < N(1.5f)), is_box = N(1.5f) < kind;
     closest = {zero, zero, zero, zero < zero};
     flat_exit_ = zero;
     if (any(is_triangle)) {

@@ -66,8 +66,8 @@ inline RayExtremes extremes_of(const RayBatch& rays, std::size_t begin, std::siz
   }
   const std::span starts = part(rays.t_min), ends = part(rays.t_max);
   for (std::size_t i = 0; i < std::max(starts.size(), ends.size()); ++i) {
-    const float start = RayBatch::value_of(starts, i);
-    extremes.valid &= (start <= RayBatch::value_of(ends, i)) & (start <= std::numeric_limits<float>::max());
+    const float start = RayBatch::value_of(starts, i), end_of_ray = RayBatch::value_of(ends, i);
+    extremes.valid &= (start <= end_of_ray) & (start <= std::numeric_limits<float>::max());
   }
   for (const auto& points : {rays.origins, rays.directions})
     extremes.digest += digest_of(points[begin].data(), 3 * (end - begin), 3 * begin);

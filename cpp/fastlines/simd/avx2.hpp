@@ -163,6 +163,26 @@ inline float reduce_min(FloatX16 x) {
   return _mm_cvtss_f32(_mm_min_ss(four, _mm_movehdup_ps(four)));
 }
 
+/// The lane of the least number among those whose bit is set, at least one, and a lower bound of that number. The lane
+/// takes the place of the last four bits, so that one minimum of integers finds both; the other bits decide.
+inline std::uint32_t least_lane(std::uint32_t bits, FloatX16 x, float& at_least) {
+  const auto keys = [](__m256 eight, int first) {
+    const __m256i number = _mm256_castps_si256(eight), largest = _mm256_set1_epi32(INT32_MAX);
+    const __m256i ordered = _mm256_xor_si256(number, _mm256_and_si256(_mm256_srai_epi32(number, 31), largest));
+    const __m256i lanes = _mm256_add_epi32(_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), _mm256_set1_epi32(first));
+    return _mm256_castsi256_ps(_mm256_or_si256(_mm256_andnot_si256(_mm256_set1_epi32(15), ordered), lanes));
+  };
+  const __m256 largest = _mm256_castsi256_ps(_mm256_set1_epi32(INT32_MAX));
+  const FloatX16 some = blend(bits, FloatX16(keys(x.a, 0), keys(x.b, 8)), FloatX16(largest, largest));
+  const __m256i eight = _mm256_min_epi32(_mm256_castps_si256(some.a), _mm256_castps_si256(some.b));
+  __m128i four = _mm_min_epi32(_mm256_castsi256_si128(eight), _mm256_extracti128_si256(eight, 1));
+  four = _mm_min_epi32(four, _mm_shuffle_epi32(four, _MM_SHUFFLE(1, 0, 3, 2)));
+  four = _mm_min_epi32(four, _mm_shuffle_epi32(four, _MM_SHUFFLE(2, 3, 0, 1)));
+  const std::int32_t least = _mm_cvtsi128_si32(four), rounded = least & ~15;
+  at_least = std::bit_cast<float>(rounded ^ (rounded >> 31 & INT32_MAX));
+  return std::uint32_t(least & 15);
+}
+
 inline FloatX16 sqrt(FloatX16 x) { return {_mm256_sqrt_ps(x.a), _mm256_sqrt_ps(x.b)}; }
 inline FloatX16 abs(FloatX16 x) {
   const __m256 sign = _mm256_set1_ps(-0.0f);

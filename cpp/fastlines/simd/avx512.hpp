@@ -3,6 +3,7 @@
 
 #include <immintrin.h>
 
+#include <bit>
 #include <cstdint>
 
 #include "float_x4.hpp"
@@ -128,6 +129,19 @@ inline std::uint32_t nonnegative_mask(FloatX16 x, FloatX16 y, FloatX16 z, FloatX
 
 /// The minimum over all lanes.
 inline float reduce_min(FloatX16 x) { return _mm512_reduce_min_ps(x.a); }
+
+/// The lane of the least number among those whose bit is set, at least one, and a lower bound of that number. The lane
+/// takes the place of the last four bits, so that one minimum of integers finds both; the other bits decide.
+inline std::uint32_t least_lane(std::uint32_t bits, FloatX16 x, float& at_least) {
+  const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  const __m512i number = _mm512_castps_si512(x.a), sign = _mm512_srai_epi32(number, 31);
+  constexpr int xor_and = 0x78, choose = 0xca;  // x ^ (y & z); x ? y : z
+  const __m512i ordered = _mm512_ternarylogic_epi32(number, sign, _mm512_set1_epi32(INT32_MAX), xor_and);
+  const __m512i keys = _mm512_ternarylogic_epi32(_mm512_set1_epi32(15), lanes, ordered, choose);
+  const std::int32_t least = _mm512_mask_reduce_min_epi32(__mmask16(bits), keys), rounded = least & ~15;
+  at_least = std::bit_cast<float>(rounded ^ (rounded >> 31 & INT32_MAX));
+  return std::uint32_t(least & 15);
+}
 
 inline FloatX16 sqrt(FloatX16 x) { return _mm512_sqrt_ps(x.a); }
 inline FloatX16 abs(FloatX16 x) { return _mm512_abs_ps(x.a); }

@@ -219,6 +219,13 @@ inline float reduce_min(FloatX16 x) {
   return two[0] < two[1] ? two[0] : two[1];
 }
 
+/// The lane of the least number among those whose bit is set, at least one, and a lower bound of that number.
+inline std::uint32_t least_lane(std::uint32_t bits, FloatX16 x, float& at_least) {
+  const FloatX16 some = blend(bits, x, __builtin_inff());
+  at_least = reduce_min(some);
+  return std::uint32_t(std::countr_zero((some <= FloatX16(at_least)).bits()));
+}
+
 inline FloatX16 sqrt(FloatX16 x) {
   for (FloatX4& quad : x.v)
     for (int i = 0; i < 4; ++i) quad[i] = std::sqrt(quad[i]);

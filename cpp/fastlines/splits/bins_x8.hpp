@@ -122,7 +122,7 @@ class BinsX8 {
         } else {
           weight = weights.weigh_halves<axis>(planes, box);
         }
-        weight = divides & (weight < kInfinity) ? weight : broadcast_x8(kInfinity);  // NaN counts as ∞
+        weight = (divides & (weight < kInfinity)) ? weight : broadcast_x8(kInfinity);  // NaN counts as ∞
         const auto candidate = [&](std::size_t lane) {
           const auto [left_box, right_box] =
               tight ? std::pair(left.box(lane), right.box(lane)) : halves(box, axis, planes.at[lane]);

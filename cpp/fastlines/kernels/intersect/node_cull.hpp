@@ -46,15 +46,47 @@ struct alignas(64) CullRayOf {
 };
 using CullRay = CullRayOf<float>;
 
-/// Prepare one ray with origin o, direction r, and u and v perpendicular to it.
-inline CullRay cull_ray(const Vec3& o, const Vec3& r, const Vec3& u, const Vec3& v, float reach, float t_min) {
+/// The projection along one ray with origin o, direction r, and u and v perpendicular to it.
+inline ProjectedRay project(const Vec3& o, const Vec3& r, const Vec3& u, const Vec3& v, float reach) {
   const auto copy = [](const Vec3& x, float (&to)[3]) { std::copy_n(x.data(), 3, to); };
   float a[3], b[3], c[3], d[3];
   copy(o, a);
   copy(r, b);
   copy(u, c);
   copy(v, d);
-  return {a, b, c, d, reach, t_min};
+  return {a, b, c, d, reach};
+}
+
+/// Prepare one ray for nodes; `projected`, for leaves, stays unset. Vectors are computed and stored as such: a vector
+/// that is loaded after four stores of scalars has to wait for them.
+[[gnu::always_inline]] inline void prepare_planes(CullRay& ray, const Vec3& o, const Vec3& r, float reach,
+                                                  float t_min) {
+  const FloatX4 origin{o[0], o[1], o[2], 0.0f}, direction{r[0], r[1], r[2], 1.0f};
+  const auto back = direction < 0.0f;
+  const FloatX4 grow = back ? broadcast_x4(-reach) : broadcast_x4(reach);
+  const FloatX4 inverse =
+      (back ? broadcast_x4(-1.0f) : broadcast_x4(1.0f)) / max(back ? -direction : direction, broadcast_x4(1e-18f));
+  const FloatX4 near = -(origin + grow) * inverse, far = (grow - origin) * inverse;
+  std::memcpy(ray.inverse, &inverse, sizeof inverse);
+  std::memcpy(ray.near, &near, sizeof near);
+  std::memcpy(ray.far, &far, sizeof far);
+  std::uint32_t near_rows = 0, far_rows = 0;
+  for (int k = 0; k < 3; ++k) {
+    const std::uint32_t low = std::uint32_t(k * kSimdWidth), high = low + 3 * kSimdWidth;
+    near_rows |= (r[k] < 0.0f ? high : low) << 8 * k;
+    far_rows |= (r[k] < 0.0f ? low : high) << 8 * k;
+  }
+  ray.near_rows = std::bit_cast<float>(near_rows);
+  ray.far_rows = std::bit_cast<float>(far_rows);
+  ray.t_min = t_min;
+}
+
+/// Prepare one ray for nodes and leaves.
+inline CullRay cull_ray(const Vec3& o, const Vec3& r, const Vec3& u, const Vec3& v, float reach, float t_min) {
+  CullRay ray;
+  prepare_planes(ray, o, r, reach, t_min);
+  ray.projected = project(o, r, u, v, reach);
+  return ray;
 }
 
 /// Prepare the packet that begins at lane `first`.

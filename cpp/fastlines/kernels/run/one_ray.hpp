@@ -2,11 +2,14 @@
 //
 // A batch of one ray would prepare 16 lanes and allocate a dispatcher. Here lane 0 of a group holds the ray, the other
 // lanes stay unset, and each thread keeps its stack from call to call.
+//
+// `AnyHit` is `Hit`, or a struct of the same members in the same order.
 #pragma once
 
 #include <algorithm>
 #include <vector>
 
+#include "../../memory/thread_scratch.hpp"
 #include "../collect/any_hit.hpp"
 #include "../collect/first_hit.hpp"
 #include "../collect/k_nearest.hpp"
@@ -27,12 +30,12 @@ struct OneRayCounter {
 };
 
 /// Appends the hits of one ray to a vector, in no order.
-template <At at_>
+template <At at_, class AnyHit>
 struct OneRayLister {
   static constexpr QueryTraits kTraits{};
   static constexpr At kAt = at_;
   float limit[1];
-  std::vector<Hit>& hits;
+  std::vector<AnyHit>& hits;
 
   void add_hit(const RayGroup& rays, int i, const ClosestApproach<float>& approach, const Reference& ref) {
     if (!owns(ref.s0, ref.s1, approach.s)) return;
@@ -45,12 +48,10 @@ struct OneRayLister {
 template <AxisPrimitive P>
 class OneRay {
  public:
-  OneRay(const WideBvhView<P>& tree, const RayQuery& query) : tree_(tree) {
-    const Ray ray = prepare(query, tree.frame);
+  OneRay(const WideBvhView<P>& tree, const RayQuery& query) : tree_(tree), ray_(prepare(query, tree.frame)) {
     rays_.n = 1;
-    rays_.inv_scale = ray.inv_scale;
-    rays_.store(0, ray);
-    cull_ = cull_ray(ray.o, ray.r, ray.u, ray.v, ray.radius + ray.eps, ray.t_min);
+    rays_.inv_scale = ray_.inv_scale;
+    rays_.store(0, ray_);
   }
 
   template <At at>
@@ -61,7 +62,7 @@ class OneRay {
     const auto prim = std::bit_cast<std::uint32_t>(found.prim[0]);
     if (prim == kNoPrim) return {};
     Hit hit{rays_.t_ray(0, found.t[0]), prim, found.s[0], float(std::sqrt(found.dist2[0]) * rays_.inv_scale)};
-    if constexpr (at == At::surface) store_exits({&hit, 1});
+    if constexpr (at == At::surface) store_exits(std::span(&hit, 1));
     return hit;
   }
 
@@ -79,19 +80,21 @@ class OneRay {
   }
 
   /// Replace `to` by all hits, in their order.
-  template <At at>
-  void all_hits(std::vector<Hit>& to) const {
+  template <At at, class AnyHit>
+  void all_hits(std::vector<AnyHit>& to) const {
     to.clear();
-    OneRayLister<at> found{{rays_.t_max[0]}, to};
+    OneRayLister<at, AnyHit> found{{rays_.t_max[0]}, to};
     search(found);
-    std::sort(to.begin(), to.end());
-    if constexpr (at == At::surface) store_exits(to);
+    finish<at>(to);
   }
 
   /// Replace `to` by the first k hits, in their order.
-  template <At at>
-  void next_hits(std::size_t k, std::vector<Hit>& to) const {
-    static thread_local KNearestCollector<at> found(0);
+  template <At at, class AnyHit>
+  void next_hits(std::size_t k, std::vector<AnyHit>& to) const {
+    struct Nearest {
+      KNearestCollector<at> collector{0};
+    };
+    KNearestCollector<at>& found = thread_scratch<Nearest>().collector;
     found.k = k;
     found.begin(rays_, 0, 1);
     search(found);
@@ -99,19 +102,32 @@ class OneRay {
     const KNearest& hits = found.hits[0];
     for (std::uint32_t j = 0; j < hits.n; ++j)
       to.push_back({hits.t_ray[j], hits.prim[j], hits.s[j], float(std::sqrt(hits.dist2[j]) * rays_.inv_scale)});
-    std::sort(to.begin(), to.end());
-    if constexpr (at == At::surface) store_exits(to);
+    finish<at>(to);
   }
 
  private:
   template <class Collector>
   void search(Collector& to) const {
-    static thread_local SingleRay<P> single;
-    single.search(tree_, rays_, 0, cull_, to);
+    const float reach = ray_.radius + ray_.eps;
+    CullRay cull;
+    prepare_planes(cull, ray_.o, ray_.r, reach, ray_.t_min);
+    bool is_projected = false;
+    thread_scratch<SingleRay<P>>().search(tree_, rays_, 0, cull, to, [&] {
+      if (!is_projected) cull.projected = project(ray_.o, ray_.r, ray_.u, ray_.v, reach);
+      is_projected = true;
+    });
   }
 
-  /// Set where the ray leaves the primitives of its hits.
-  void store_exits(std::span<Hit> hits) const {
+  /// Sort hits, and set where the ray leaves their primitives.
+  template <At at, class AnyHit>
+  void finish(std::vector<AnyHit>& hits) const {
+    std::sort(hits.begin(), hits.end(),
+              [](const AnyHit& a, const AnyHit& b) { return precedes(a.t, a.prim, b.t, b.prim); });
+    if constexpr (at == At::surface) store_exits(std::span(hits));
+  }
+
+  template <class AnyHit>
+  void store_exits(std::span<AnyHit> hits) const {
     for (std::size_t first = 0; first < hits.size(); first += kSimdWidth) {
       const auto n = std::uint32_t(std::min<std::size_t>(hits.size() - first, kSimdWidth));
       std::uint32_t prims[kSimdWidth];
@@ -123,8 +139,8 @@ class OneRay {
   }
 
   const WideBvhView<P>& tree_;
-  RayGroup rays_;
-  CullRay cull_;
+  const Ray ray_;
+  RayGroup rays_;  // the ray in lane 0, where the kernel reads it
 };
 
 }  // namespace fastlines

@@ -27,10 +27,18 @@ struct SingleRayTuning {
 template <RayPrimitive P>
 class SingleRay {
  public:
-  /// Report the hits of the ray in this lane to the collector. The tree is copied, so that no store can alias it.
+  /// Report the hits of the ray in this lane to the collector.
   template <class Collector>
-  void search(const WideBvhView<P> tree, const RayGroupOf<P>& rays, int lane, const CullRay& cull,
+  void search(const WideBvhView<P>& tree, const RayGroupOf<P>& rays, int lane, const CullRay& cull,
               Collector& collector) {
+    search(tree, rays, lane, cull, collector, [] {});
+  }
+
+  /// The same, where `prepare_leaves` completes `cull` before leaves are culled; many rays reach none.
+  template <class Collector, class PrepareLeaves>
+  void search(const WideBvhView<P>& tree_, const RayGroupOf<P>& rays, int lane, const CullRay& cull,
+              Collector& collector, PrepareLeaves&& prepare_leaves) {
+    const WideBvhView<P> tree = tree_;  // a copy, so that no store can alias it
     const float& limit = collector.limit[lane];
     std::size_t depth = 0;  // frames in use
     Next next;
@@ -43,9 +51,12 @@ class SingleRay {
       next = find_next(node, inner, enter, depth);
       prefetch(tree.nodes + next.node);
       // Cull its leaves, and test what survives.
-      if (const std::uint32_t n = cull_leaves(tree, cull, node, lanes >> node.n_inner)) {
-        test_survivors(tree, rays, lane, n, collector);
-        if (limit == kNoMoreHits) return;
+      if (const std::uint32_t leaves = lanes >> node.n_inner) {
+        prepare_leaves();
+        if (const std::uint32_t n = cull_leaves(tree, cull, node, leaves)) {
+          test_survivors(tree, rays, lane, n, collector);
+          if (limit == kNoMoreHits) return;
+        }
       }
       // Pop frames that lie beyond the limit.
       while (!(next.enter <= limit)) {
@@ -100,10 +111,10 @@ class SingleRay {
     return find_next(frame, FloatX16::load(frame.enter));
   }
   [[gnu::always_inline]] static Next find_next(const StackFrame& frame, const FloatX16& enter) {
-    const FloatX16 waiting = blend(frame.waiting, enter, kInfinity);
-    const float first = reduce_min(waiting);
-    const auto lane = std::uint32_t(std::countr_zero((waiting <= FloatX16(first)).bits()));
-    return {frame.first_child + lane, lane, first, true};
+    Next next{frame.first_child, 0, 0.0f, true};
+    next.lane = least_lane(frame.waiting, enter, next.enter);
+    next.node += next.lane;
+    return next;
   }
 
   /// List the surviving pieces of these leaves of a node, and return their number.
