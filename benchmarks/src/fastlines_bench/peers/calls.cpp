@@ -69,7 +69,9 @@ struct Trees {
   fl::Tree tree;
   fl_tree* c_tree = nullptr;
 
-  explicit Trees(const char* path) : tree(fl::load(path)) { fl_load(path, &c_tree); }
+  explicit Trees(const char* path) : tree(fl::load(path)) {
+    if (fl_load(path, &c_tree) != FL_OK) throw std::runtime_error(fl_error_message());
+  }
   ~Trees() { fl_free_tree(c_tree); }
 };
 
