@@ -11,6 +11,8 @@ import pytest
 import fastlines_bench
 
 COMPILED = ("_counting", "_embree", "_step_timings", "__main__")
+#: Modules that need a library of a peer.
+NEEDS = {"fastlines_bench.peers.warp_kernels": "warp"}
 MODULES = [
     name
     for _, name, _ in pkgutil.walk_packages(fastlines_bench.__path__, "fastlines_bench.")
@@ -20,5 +22,7 @@ MODULES = [
 
 @pytest.mark.parametrize("name", MODULES)
 def test_docstrings(name: str) -> None:
+    if name in NEEDS:
+        pytest.importorskip(NEEDS[name])
     failed, _ = doctest.testmod(importlib.import_module(name))
     assert failed == 0
