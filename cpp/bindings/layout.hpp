@@ -4,6 +4,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 
 #include <span>
 
@@ -42,6 +43,12 @@ class LayoutView {
         prims);
   }
 
+  /// The frame of queries: centre, scale, overhang.
+  std::tuple<Vec3, float, float> frame_of_queries() const {
+    return with_view(
+        [](const auto& view) { return std::tuple(view.frame.centre, view.frame.scale, view.frame.overhang); });
+  }
+
   std::span<const WideNode> nodes;
   std::span<const WideLeaf> leaves;
   std::span<const WideRef> refs;
@@ -62,7 +69,8 @@ inline void bind_layout_view(nanobind::module_& m) {
       .def(nb::init<const std::string&, Input<float>, Input<std::uint8_t>, Input<std::uint8_t>, Input<std::uint32_t>,
                     const std::array<float, 6>&, float>(),
            "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "leaves"_a.noconvert(), "refs"_a.noconvert(),
-           "corners"_a, "mean_extent"_a);
+           "corners"_a, "mean_extent"_a)
+      .def_prop_ro("frame", &LayoutView::frame_of_queries);
 }
 
 }  // namespace fastlines

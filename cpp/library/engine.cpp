@@ -16,12 +16,12 @@ using fastlines::RoundCones;
 using fastlines::Segments;
 
 /// Beyond this, squares of coordinates would overflow in the builder.
-constexpr float kMaxCoordinate = 1e30f;
+constexpr float kCoordinateLimit = 1e30f;
 
 bool is_valid(const Vec3& v) {
-  return std::fabs(v.x) <= kMaxCoordinate && std::fabs(v.y) <= kMaxCoordinate && std::fabs(v.z) <= kMaxCoordinate;
+  return std::fabs(v.x) <= kCoordinateLimit && std::fabs(v.y) <= kCoordinateLimit && std::fabs(v.z) <= kCoordinateLimit;
 }
-bool is_valid(float radius) { return radius >= 0 && radius <= kMaxCoordinate; }
+bool is_valid(float radius) { return radius >= 0 && radius <= kCoordinateLimit; }
 
 /// Copies lines into the core's form. Throws InputError for the first one that cannot be used.
 template <class To, class From>

@@ -9,23 +9,12 @@
 
 using fl::detail::Engine;
 
+// CMake defines FASTLINES_ENGINES as ENGINE(avx512) ENGINE(avx2) …: the compiled ones, the widest first.
+#define ENGINE(simd) const Engine* fastlines_engine_##simd();
 extern "C" {
-#ifdef FASTLINES_WITH_AVX512
-const Engine* fastlines_engine_avx512();
-#endif
-#ifdef FASTLINES_WITH_AVX2
-const Engine* fastlines_engine_avx2();
-#endif
-#ifdef FASTLINES_WITH_SSE42
-const Engine* fastlines_engine_sse42();
-#endif
-#ifdef FASTLINES_WITH_NEON
-const Engine* fastlines_engine_neon();
-#endif
-#ifdef FASTLINES_WITH_PORTABLE
-const Engine* fastlines_engine_portable();
-#endif
+FASTLINES_ENGINES
 }
+#undef ENGINE
 
 namespace fl {
 namespace detail {
@@ -33,23 +22,9 @@ namespace {
 
 /// The compiled engines, the widest first.
 std::vector<const Engine*> engines() {
-  return {
-#ifdef FASTLINES_WITH_AVX512
-      fastlines_engine_avx512(),
-#endif
-#ifdef FASTLINES_WITH_AVX2
-      fastlines_engine_avx2(),
-#endif
-#ifdef FASTLINES_WITH_SSE42
-      fastlines_engine_sse42(),
-#endif
-#ifdef FASTLINES_WITH_NEON
-      fastlines_engine_neon(),
-#endif
-#ifdef FASTLINES_WITH_PORTABLE
-      fastlines_engine_portable(),
-#endif
-  };
+#define ENGINE(simd) fastlines_engine_##simd(),
+  return {FASTLINES_ENGINES};
+#undef ENGINE
 }
 
 /// The place of an instruction set among all of them, the widest first; their number for a name that is none.

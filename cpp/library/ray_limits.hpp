@@ -40,19 +40,11 @@ struct RayLimits {
            (ray.radius <= large) & (ray.t_min <= ray.t_max) & (ray.t_min <= large);
   }
 
-  /// Whether a ray is valid, as `check_rays` decides it for a batch.
+  /// Whether a ray is valid, as in a batch of one.
   bool allow(const fastlines::RayQuery& ray) const {
-    constexpr float largest = std::numeric_limits<float>::max();
-    float far = 0.0f, size = 0.0f;
-    bool finite = true;
-    for (int k = 0; k < 3; ++k) {
-      const float o = std::fabs(ray.origin[k]), d = std::fabs(ray.direction[k]);
-      finite &= (o <= largest) & (d <= largest);
-      far = std::max(far, o);
-      size = std::max(size, d);
-    }
-    return finite & (size > 0.0f) & (ray.radius >= 0.0f) & (ray.radius <= max_radius) & (ray.t_min <= ray.t_max) &
-           (ray.t_min <= largest) & (2.0 * (double(far) + farthest) + ray.radius <= double(size) * largest);
+    const fastlines::RayBatch batch{
+        {&ray.origin, 1}, {&ray.direction, 1}, {&ray.radius, 1}, {&ray.t_min, 1}, {&ray.t_max, 1}};
+    return fastlines::check_rays(batch, max_radius, farthest, 1).valid;
   }
 
   /// What is wrong with a ray; empty if nothing is.

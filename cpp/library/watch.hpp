@@ -2,12 +2,9 @@
 #pragma once
 
 #include <algorithm>
-#include <chrono>
-#include <condition_variable>
-#include <thread>
 
 #include "fastlines/api/tree.hpp"
-#include "fastlines/parallel/progress.hpp"
+#include "fastlines/parallel/run_watched.hpp"
 
 namespace fl::detail {
 
@@ -20,44 +17,19 @@ inline unsigned n_threads_of(unsigned wanted) {
 /// callback returns false or throws, the job is cancelled.
 template <class Job>
 void watch(const Progress& callback, Job&& job) {
-  fastlines::Progress progress;
-  if (!callback) return job(progress);
-  std::mutex mutex;
-  std::condition_variable done;
-  bool finished = false;
-  std::exception_ptr error, from_callback;
-  std::thread worker;
-  try {
-    worker = std::thread([&] {
-      try {
-        job(progress);
-      } catch (...) {
-        error = std::current_exception();
-      }
-      const std::lock_guard lock(mutex);
-      finished = true;
-      done.notify_one();
-    });
-  } catch (const std::system_error&) {
-    return job(progress);  // the system refuses a thread: do the work here, unwatched
+  if (!callback) {
+    fastlines::Progress progress;
+    return job(progress);
   }
-  double shown = 0.0;
-  std::unique_lock lock(mutex);
-  while (!done.wait_for(lock, std::chrono::milliseconds(50), [&] { return finished; })) {
-    if (progress.cancel.load()) continue;
-    lock.unlock();
-    // Threads report their shares in any order.
-    shown = std::clamp(progress.done.load(), shown, 1.0);
+  std::exception_ptr from_callback;
+  const std::exception_ptr error = fastlines::run_watched(job, [&](double done) {
     try {
-      if (!callback(shown)) progress.cancel.store(true);
+      return callback(done);
     } catch (...) {
       from_callback = std::current_exception();
-      progress.cancel.store(true);
+      return false;
     }
-    lock.lock();
-  }
-  lock.unlock();
-  worker.join();
+  });
   if (from_callback) std::rethrow_exception(from_callback);
   if (!error) return;
   try {

@@ -86,6 +86,8 @@ class LayoutView:
         corners: Sequence[float],
         mean_extent: float,
     ) -> None: ...
+    @property
+    def frame(self) -> tuple[list[float], float, float]: ...
 
 def build(
     kind: str, data: NDArray[numpy.float32], settings: Settings, progress: object | None

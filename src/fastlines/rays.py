@@ -134,10 +134,7 @@ def check_rays(
                 ) from None
         scalars[name] = array.reshape(-1)
     radii, starts, ends, spreads = scalars.values()
-    low, high = bounds.tolist()
-    if not all(map(math.isfinite, (*low, *high))):
-        low = high = [0.0, 0.0, 0.0]
-    largest = min(RADIUS_LIMIT * (max(b - a for a, b in zip(low, high, strict=True)) or 1.0), FLOAT32_MAX)
+    low, high, largest = limits_of(bounds)
     farthest = max(map(abs, (*low, *high)))
     arrays = origins, directions, radii, starts, ends, spreads
     valid, digest = engine.check_rays(arrays, largest, farthest, get_num_threads())
@@ -182,6 +179,15 @@ def check_rays(
     arrays = origins, directions, radii, starts, ends, spreads
     digest = engine.check_rays(arrays, largest, farthest, get_num_threads())[1]
     return RayBatch(shape, *arrays, np.flatnonzero(skipped), digest)
+
+
+def limits_of(bounds: FloatArray) -> tuple[list[float], list[float], float]:
+    """Return the corners of a scene, zeros if it has none, and the largest radius of a query there."""
+    low, high = bounds.tolist()
+    if not all(map(math.isfinite, (*low, *high))):
+        low = high = [0.0, 0.0, 0.0]
+    side = max(b - a for a, b in zip(low, high, strict=True))
+    return low, high, min(RADIUS_LIMIT * (side or 1.0), FLOAT32_MAX)
 
 
 def _extents(

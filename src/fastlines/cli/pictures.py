@@ -1,4 +1,4 @@
-"""What ``fastlines render`` does: it checks what is asked for, opens the lines, draws them, and writes the pictures."""
+"""What ``fastlines render`` does: it checks the options, opens the lines, draws them, and writes the pictures."""
 
 from __future__ import annotations
 

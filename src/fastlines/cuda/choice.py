@@ -1,4 +1,4 @@
-"""Which backend answers queries: the CPU, or a GPU. The rest of this package is imported when a GPU is asked for."""
+"""Which backend answers queries: the CPU, or a GPU. The rest of this package is imported when a GPU is first used."""
 
 from __future__ import annotations
 

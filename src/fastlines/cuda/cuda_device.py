@@ -1,4 +1,4 @@
-"""A GPU by cuda.core. Nothing here is imported before a GPU is asked for."""
+"""A GPU by cuda.core. Nothing here is imported before a GPU is used."""
 
 from __future__ import annotations
 

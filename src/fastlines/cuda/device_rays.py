@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import FLOAT32_MAX, FloatArray
+from ..arrays import FloatArray
 from ..errors import InputError
-from ..rays import RADIUS_LIMIT
+from ..rays import limits_of
 from .backend import CudaBackend, RaysOnDevice
 from .choice import is_on_device
 from .columns import DeviceColumns
@@ -106,11 +106,7 @@ def check_device_rays(
         arrays.append(_viewed(backend, values, name, shape, ()))
     steps = [3, 0 if arrays[1].shape == (3,) else 3, *(0 if array.shape == () else 1 for array in arrays[2:])]
     rays = backend.rays_on_device([array.pointer for array in arrays], n, steps, arrays)
-    low, high = bounds.tolist()
-    if not all(map(math.isfinite, (*low, *high))):
-        low = high = [0.0, 0.0, 0.0]
-    largest = min(RADIUS_LIMIT * (max(b - a for a, b in zip(low, high, strict=True)) or 1.0), FLOAT32_MAX)
-    limits, found = device.upload(limits_record(low, high, largest)), device.upload(np.zeros(1, np.uint32))
+    limits, found = device.upload(limits_record(*limits_of(bounds))), device.upload(np.zeros(1, np.uint32))
     if n:
         backend.scene.kernels.launch("check_rays", n, limits.pointer, rays.record.pointer, found.pointer)
     n_invalid = int(device.download(found, np.uint32, 1)[0])

@@ -8,12 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from .frame import Frame
 
-
-def scene_record(pointers: Sequence[int], frame: Frame) -> npt.NDArray[np.uint8]:
-    """Pack a `DeviceScene`: nodes, leaves, references, primitives, and the frame."""
-    return _record("<4Q5f4x", *pointers, *frame.centre, frame.scale, frame.overhang)
+def scene_record(pointers: Sequence[int], frame: tuple[Sequence[float], float, float]) -> npt.NDArray[np.uint8]:
+    """Pack a `DeviceScene`: nodes, leaves, references, primitives, and the frame: its centre, scale and overhang."""
+    centre, scale, overhang = frame
+    return _record("<4Q5f4x", *pointers, *centre, scale, overhang)
 
 
 def rays_record(pointers: Sequence[int], order: int, n: int, steps: Sequence[int]) -> npt.NDArray[np.uint8]:

@@ -12,7 +12,6 @@ from ..errors import FastlinesError, InputError
 from ..geometry import AnyGeometry, core_data
 from ..layout import Layout
 from .device import Device, Kernels, Memory
-from .frame import frame_of
 from .records import scene_record
 
 #: The kinds of primitives that kernels know, by the name of the kind in the core.
@@ -55,10 +54,9 @@ def upload(layout: Layout, device: Device) -> Scene:
             "on the CPU, or build it with another method"
         )
     items = core_data(layout.geometry)[1]
-    max_radius = float(items[:, 6:8].max(initial=0.0)) if kind == "round cones" else 0.0
     arrays = layout.nodes, layout.leaves, layout.refs, items
     parts = tuple(device.upload(array) for array in arrays)
-    record = device.upload(scene_record([part.pointer for part in parts], frame_of(layout.box, max_radius)))
+    record = device.upload(scene_record([part.pointer for part in parts], layout.view.frame))
     rounded = -(-stack // STACK_STEP) * STACK_STEP
     kernels = device.compile(PRIMITIVES[kind], rounded)
     return Scene(device, kernels, record, parts, sum(array.nbytes for array in arrays))

@@ -1,0 +1,58 @@
+// Runs a long call on a worker thread, while the calling thread watches it.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <system_error>
+#include <thread>
+
+#include "progress.hpp"
+
+namespace fastlines {
+
+/// Calls job(progress) on a worker thread, and poll(done) on this one every 50 ms, with the fraction that is done. Once
+/// poll returns false, the job is cancelled. Returns what the job threw, or nullptr. `poll` must not throw. If the
+/// system refuses a thread, this one does the job, unwatched.
+template <class Job, class Poll>
+std::exception_ptr run_watched(Job&& job, Poll&& poll) {
+  Progress progress;
+  std::exception_ptr error;
+  const auto work = [&] {
+    try {
+      job(progress);
+    } catch (...) {
+      error = std::current_exception();
+    }
+  };
+  bool finished = false;
+  std::mutex mutex;
+  std::condition_variable done;
+  std::thread worker;
+  try {
+    worker = std::thread([&] {
+      work();
+      const std::lock_guard lock(mutex);
+      finished = true;
+      done.notify_one();
+    });
+  } catch (const std::system_error&) {
+    work();
+    return error;
+  }
+  std::unique_lock lock(mutex);
+  double shown = 0.0;
+  while (!done.wait_for(lock, std::chrono::milliseconds(50), [&] { return finished; })) {
+    if (progress.cancel.load()) continue;
+    // Threads report their shares in any order, and rounding may raise their sum above 1.
+    shown = std::clamp(progress.done.load(), shown, 1.0);
+    if (!poll(shown)) progress.cancel.store(true);
+  }
+  lock.unlock();
+  worker.join();
+  return error;
+}
+
+}  // namespace fastlines
