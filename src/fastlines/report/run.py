@@ -46,7 +46,7 @@ class Preset:
     build_limit: float = 120.0
     #: Pixels a side of the pictures, and samples of each pixel.
     picture: int = 880
-    samples: int = 4
+    samples: int = 16
     #: Pixels a side of a level's panel, and how many levels of a tree are drawn.
     panel: int = 300
     levels: int = 6
@@ -63,7 +63,7 @@ QUICK = Preset(
     budget=0.03,
     build_limit=20.0,
     picture=480,
-    samples=2,
+    samples=8,
     panel=200,
 )
 
