@@ -1,31 +1,37 @@
-"""A pinhole camera: rays for pictures, a frame around geometry, and the way back from points to pixels.
+"""A camera: rays for pictures, a frame around geometry, and the way back from points to pixels.
 
 A point at (x, y, depth) in the camera's axes lies in the picture where |y| ≤ depth·tan(fov/2) and |x| ≤
 depth·tan(fov/2)·aspect. `Camera.framing` solves these four inequalities for the camera's position: along a
 fixed direction each of them is linear, so only the extreme point for each side of the frame matters.
+
+All of this is of a pinhole. With a lens, the pinhole ray of a point of the picture says where that point is sharp; rays
+go there from all points of the lens (Cook, Porter and Carpenter, "Distributed Ray Tracing", 1984).
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from .arrays import FloatArray, count
+from .arrays import FloatArray, check_fields, count, number
 from .errors import InputError
 from .geometry import AnyGeometry, points_of
 
 Vector: TypeAlias = tuple[float, float, float]
 Float64Array: TypeAlias = npt.NDArray[np.float64]
 
+#: The least distance of focus.
+LEAST_FOCUS = 1e-30
+
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole camera.
+    """A camera: a pinhole, or with a radius of the lens, one that is sharp at one distance only.
 
     Parameters
     ----------
@@ -38,11 +44,17 @@ class Camera:
         from the view replaces it.
     fov_degrees : float
         The vertical field of view, in (0, 180).
+    lens_radius : float
+        The radius of the lens, in the unit of the coordinates. Only pictures take it into account (`render`): what is
+        not at the distance of focus is blurred. All methods but `through_lens` are of a pinhole at the origin.
+    focus_distance : float, optional
+        The distance at which the picture is sharp, along the view. By default that of the target.
 
     Raises
     ------
     InputError
-        If a number is not finite, the origin is the target, ``up`` is zero or the field of view is out of range.
+        If a number is not finite, the origin is the target, ``up`` is zero, or the field of view or the lens is out of
+        range.
 
     Examples
     --------
@@ -59,13 +71,24 @@ class Camera:
     target: Vector
     up: Vector = (0.0, 1.0, 0.0)
     fov_degrees: float = 30.0
+    lens_radius: float = 0.0
+    focus_distance: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("origin", "target", "up"):
             object.__setattr__(self, name, _vector(getattr(self, name), name))
         _check_view(self.up, self.fov_degrees)
+        check_fields(self, ("lens_radius",), number, "a radius: a finite number that is not negative", 0.0)
+        check_fields(self, ("focus_distance",), number, "a distance: a finite number above 0", LEAST_FOCUS)
         if self.origin == self.target:
             raise InputError(f"the camera's origin and target are both {self.origin}; move one of them")
+
+    @property
+    def focus(self) -> float:
+        """The distance along the view at which the picture is sharp: `focus_distance`, or that of the target."""
+        if self.focus_distance is not None:
+            return self.focus_distance
+        return math.dist(self.target, self.origin)
 
     def axes(self) -> Float64Array:
         """Return the unit vectors to the right, up and forward in the picture, as a (3, 3) float64 array."""
@@ -164,6 +187,38 @@ class Camera:
         directions = np.asarray(directions, np.float32)
         return np.full(directions.shape, self.origin, np.float32), directions, self.spread(height)
 
+    def through_lens(
+        self, directions: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return rays from points of the lens to where rays from the pinhole are sharp.
+
+        Parameters
+        ----------
+        directions : (n, 3) array_like
+            Unit vectors of rays from the pinhole, as `ray` and `rays` return them.
+        u, v : (n,) array_like
+            Uniform numbers in [0, 1), which choose the point of the lens.
+
+        Returns
+        -------
+        origins, directions : (n, 3) float32
+            The directions are of unit length.
+
+        Examples
+        --------
+        >>> camera = Camera(origin=(0, 0, 4), target=(0, 0, 0), lens_radius=0.5)
+        >>> origins, directions = camera.through_lens([[0, 0, -1]], [1.0], [0.0])  # from the edge of the lens
+        >>> (origins + 4 / -directions[:, 2:] * directions).round(6).tolist()  # all meet at the target
+        [[0.0, 0.0, 0.0]]
+        """
+        pinhole = _points(directions)
+        right, up, forward = self.axes()
+        radius, turn = self.lens_radius * np.sqrt(np.asarray(u, np.float64)), 2 * np.pi * np.asarray(v, np.float64)
+        on_lens = (radius * np.cos(turn))[:, None] * right + (radius * np.sin(turn))[:, None] * up
+        ways = (self.focus / _dot(pinhole, forward))[:, None] * pinhole - on_lens
+        ways /= np.sqrt((ways**2).sum(axis=1, keepdims=True))
+        return np.asarray(self.origin + on_lens, np.float32), np.asarray(ways, np.float32)
+
     def orbit(self, degrees: float) -> Camera:
         """Return the camera after a turn about the upward axis through its target; from above, counter-clockwise.
 
@@ -177,7 +232,7 @@ class Camera:
         axis, offset = _unit(self.up), np.subtract(self.origin, self.target)
         cos, sin = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
         turned = cos * offset + sin * np.cross(axis, offset) + (1 - cos) * _dot(axis, offset) * axis
-        return Camera(_vector(self.target + turned, "origin"), self.target, self.up, self.fov_degrees)
+        return replace(self, origin=_vector(self.target + turned, "origin"))
 
     def project(self, points: npt.ArrayLike, width: int, height: int) -> tuple[Float64Array, Float64Array]:
         """Find where points appear in the picture.

@@ -154,7 +154,7 @@ def test_the_table_knows_all_looks_and_facts():
             ({name: 3}, Facts(LEVELS), f"{as_flag(name, 3)} does not apply: levels of a tree are drawn in panels")
             for name in (
                 *("look", "width", "height", "samples", "color", "color_map", "background", "transparent"),
-                *("exposure", "quality", "legend", "resume"),
+                *("exposure", "quality", "legend", "resume", "lens_radius"),
             )
         ),
     ],

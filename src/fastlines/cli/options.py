@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 from typer import Option
 
-from ..camera import Vector
+from ..camera import LEAST_FOCUS, Vector
 from ..errors import InputError
 
 INPUT_HELP = "A file of lines, a tree (.flt), or a scene: scene:NAME, scene:NAME:SEGMENTS or scene:NAME:SEGMENTS:SEED."
@@ -20,6 +20,13 @@ def _finite(value: float | None) -> float | None:
     """Refuse a bad radius before any work is done."""
     if value is not None and not 0 <= value < math.inf:
         raise typer.BadParameter(f"{value!r} is not a finite number that is 0 or more.")
+    return value
+
+
+def _above_0(value: float | None) -> float | None:
+    """Refuse a bad distance before any work is done."""
+    if value is not None and not LEAST_FOCUS <= value < math.inf:
+        raise typer.BadParameter(f"{value!r} is not a finite number above 0.")
     return value
 
 
@@ -57,6 +64,26 @@ FormatOptions = Annotated[
 Direction = Annotated[str | None, Option(metavar="X,Y,Z", help="The direction of view; chosen by default.")]
 Up = Annotated[str | None, Option(metavar="X,Y,Z", help="The upward direction; chosen by default.")]
 Fov = Annotated[float | None, Option(help="The camera's vertical field of view in degrees; 30 by default.")]
+Lens = Annotated[
+    float | None,
+    Option(
+        "--lens-radius",
+        callback=_finite,
+        metavar="R",
+        help="Blur what is not at the distance of focus, as a lens of this radius does.",
+        show_default=False,
+    ),
+]
+Focus = Annotated[
+    float | None,
+    Option(
+        "--focus-distance",
+        callback=_above_0,
+        metavar="D",
+        help="The distance of focus, from the camera along the view; that of the middle of the lines by default.",
+        show_default=False,
+    ),
+]
 
 
 def refuse_given(given: Mapping[str, object], why: str) -> None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import fastlines as fl
 
 from ..camera import Camera, Vector
+from ..errors import InputError
 from ..geometry import AnyGeometry, count_text, needs_radius, parts_of
 from ..methods import DEFAULT_METHOD, method_settings
 from ..places import names
@@ -60,6 +61,8 @@ class Order:
     direction: str | None
     up: str | None
     fov: float | None
+    lens_radius: float | None
+    focus_distance: float | None
     turntable: int | None
     radius_sweep: str | None
     seconds: float | None
@@ -153,6 +156,8 @@ def checked(order: Order) -> Plan:
         check_name(order.look)
     backdrop = None if order.background is None or order.is_transparent else Backdrop.of(order.background)
     view, up = vector(order.direction, "--direction"), vector(order.up, "--up")
+    if order.focus_distance is not None and not order.lens_radius:
+        raise InputError("--focus-distance does not apply without a lens; add --lens-radius, or leave it out")
     plan = Plan(order, extension, radii, view, up, backdrop)
     plan.check(Facts(look=order.look))
     return plan
@@ -191,7 +196,8 @@ def _view(plan: Plan, geometry: AnyGeometry) -> tuple[Camera, tuple[int, int]]:
     make = default_camera if order.turntable is None else turntable_camera
     aspect = 1.0 if order.levels else size[0] / size[1]
     fov = 30.0 if order.fov is None else order.fov
-    return make(geometry, direction=plan.view, up=plan.up, fov_degrees=fov, aspect=aspect), size
+    camera = make(geometry, direction=plan.view, up=plan.up, fov_degrees=fov, aspect=aspect)
+    return replace(camera, lens_radius=order.lens_radius or 0.0, focus_distance=order.focus_distance), size
 
 
 def _look(plan: Plan, geometry: AnyGeometry) -> tuple[Look | Measure, bool]:
@@ -251,7 +257,8 @@ def write_one(plan: Plan, scene: Scene) -> str:
     keep_state(renderer, order.output, is_whole, order.resume)
     if not scene.is_chosen:
         hint_at_radius(scene.tree, *scene.camera.rays(*small(width, height)), scene.radius)
-    return f"{order.output}: {width} × {height} pixels, {scene.thickness}"
+    sharp = f", sharp at a distance of {scene.camera.focus:g}" if scene.camera.lens_radius else ""
+    return f"{order.output}: {width} × {height} pixels, {scene.thickness}{sharp}"
 
 
 def _finish(plan: Plan, scene: Scene) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import typer
 from typer import Option
 
 from .app import app
-from .options import Direction, FormatName, FormatOptions, Fov, Input, Radius, Skip, Up
+from .options import Direction, Focus, FormatName, FormatOptions, Fov, Input, Lens, Radius, Skip, Up
 
 #: Width and height of a picture in pixels.
 SIZE = 1024
@@ -65,12 +65,14 @@ def render(
             "-s",
             min=1,
             max=65536,
-            help="How many samples a pixel; 16 by default, 4 for thin lines.",
+            help="How many samples a pixel; 16 by default, 4 for thin lines, 64 with a lens.",
         ),
     ] = None,
     direction: Direction = None,
     up: Up = None,
     fov: Fov = None,
+    lens_radius: Lens = None,
+    focus_distance: Focus = None,
     turntable: Annotated[
         int | None, Option(min=1, max=100000, metavar="N", help="Write this many pictures of a turn around the lines.")
     ] = None,
@@ -140,6 +142,8 @@ def render(
         direction=direction,
         up=up,
         fov=fov,
+        lens_radius=lens_radius,
+        focus_distance=focus_distance,
         turntable=turntable,
         radius_sweep=radius_sweep,
         seconds=seconds,

@@ -23,7 +23,7 @@ DRAWN = (*LIT, *FLAT, *NUMBERS, OWN_FLAT)
 FILMS = (".gif", ".mp4")
 SCREEN = (".png", *FILMS)
 #: The values with which options change nothing, besides None; False for all others.
-NEUTRAL = {"exposure": 0, "quality": "normal", "levels": 0, "repeats": True}
+NEUTRAL = {"exposure": 0, "quality": "normal", "levels": 0, "repeats": True, "lens_radius": 0}
 
 
 @dataclass(frozen=True)
@@ -101,6 +101,7 @@ EFFECTS: dict[str, tuple[Limit, ...]] = {
         *_SHEET,
         Limit("file", (".png",), "an .exr is always transparent, and a film never is"),
     ),
+    "lens_radius": (*_SHEET, Limit("look", (*LIT, *FLAT, OWN_FLAT), "{look} counts along rays from a pinhole")),
     "rig": _LIGHT,
     "exposure": (*_SHEET, *_LIGHT),
     "quality": (*_SHEET, Limit("look", ("hair",), "paths of light are traced in hair only, and this is {look}")),

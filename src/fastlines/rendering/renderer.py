@@ -35,8 +35,8 @@ from .view import default_camera, default_size
 
 #: The most samples of a pixel.
 MAX_SAMPLES = 1 << 16
-#: The samples of a pixel if lines are thinner than one, and if not.
-THIN_SAMPLES, SAMPLES = 4, 16
+#: The samples of a pixel if lines are thinner than one, and if not; and those of a camera with a lens.
+THIN_SAMPLES, SAMPLES, LENS_SAMPLES = 4, 16, 64
 #: From so many samples on, path tracing takes plain rays: cones take three times as long, and many rays cover as well.
 MANY_SAMPLES = 32
 
@@ -86,7 +86,7 @@ class Renderer(Progressive):
         check_samples(samples)
         self.look = look
         stage = Stage.of(tree, camera, height, radius, rig or look.rig)
-        samples = samples or (THIN_SAMPLES if stage.thin else SAMPLES)
+        samples = samples or (LENS_SAMPLES if camera.lens_radius else THIN_SAMPLES if stage.thin else SAMPLES)
         super().__init__(stage, width, height, samples, {"light": (3,), "alpha": (), "shadow": ()})
         opacity = (radius + largest_radius(tree.geometry)) / max(stage.pixel, 1e-30)
         traces_many = isinstance(look, TracedHair) and samples >= MANY_SAMPLES
@@ -111,6 +111,9 @@ class Renderer(Progressive):
         seeds = hashed(pixels.astype(np.uint32))
         x, y = points_in_pixels(index, pixels, self.width)
         origins, directions, _ = self.stage.camera.ray(x, y, self.width, self.height)
+        if self.stage.camera.lens_radius:
+            on_lens = Sampler(index, hashed(seeds, 4)).next_2d()
+            origins, directions = self.stage.camera.through_lens(directions, *on_lens)
         offsets = (seeds * 2.0**-32 + index * GOLDEN) % 1
         fragments = self._finder.find(origins, directions, offsets)
         found: dict[str, AnyArray] = {}
@@ -151,7 +154,7 @@ def render(
     ----------
     tree : Tree, or what `build` takes
     camera : Camera, optional
-        By default one that frames the geometry.
+        By default one that frames the geometry. If it has a lens, the picture has a depth of field.
     width, height : int, optional
         By default 1024² pixels, in a format that suits the lines; a square if you give a camera.
     look : str, Look or Measure, optional
@@ -159,8 +162,8 @@ def render(
     radius : float, optional
         Half the thickness of the lines, which is added to their own. By default one that suits if they have none.
     samples : int, optional
-        How many samples of a pixel are averaged. By default there are 16, or 4 if lines are thinner than a pixel; of a
-        measure there is one, through the pixel's centre.
+        How many samples of a pixel are averaged. By default there are 16, or 4 if lines are thinner than a pixel, or 64
+        if the camera has a lens; of a measure there is one, through the pixel's centre.
     color : str, optional
         Of hair: "blond", "brown" and others, or "#rrggbb". Of fibres and tubes: "direction", "strand", the name of an
         attribute, or "#rrggbb"; "attribute:strand" is an attribute of the name of one of these words.
@@ -175,7 +178,7 @@ def render(
     quality : {"normal", "high"}
         With "high", light in hair is scattered as often as it takes, by path tracing; that takes many samples.
     aovs : bool
-        Find depths, positions, normals, tangents and ids too: `Picture.aovs`.
+        Find depths, positions, normals, tangents and ids too: `Picture.aovs`. They are those of a pinhole.
     legend : bool
         Draw what the colours mean: `Picture.with_legend`.
     progress : bool or callable
@@ -216,7 +219,7 @@ def render(
     if not (made is None or isinstance(made, str | Measure) or hasattr(made, "shade")):
         raise InputError(f"look={look!r}; expected the name of a look, or an object with the members of Look")
     given = {"color": color, "color_map": color_map, "rig": rig, "exposure": exposure, "quality": quality}
-    given |= {"legend": legend}
+    given |= {"legend": legend, "lens_radius": camera.lens_radius if camera is not None else None}
     check_options(given, facts_of(name, made))
     if not isinstance(tree, Tree):
         tree = build(tree)

@@ -99,9 +99,9 @@ def describe(value: Any) -> str:
 
     Examples
     --------
-    >>> import fastlines as fl
-    >>> describe(fl.Camera(origin=(0, 0, 4), target=(0, 0, 0)))
-    'Camera(origin=(0.0, 0.0, 4.0), target=(0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), fov_degrees=30.0)'
+    >>> from fastlines.rendering.lighting import Light
+    >>> describe(Light(direction=(0, 0, 1)))
+    'Light(direction=(0, 0, 1), color=(1.0, 1.0, 1.0), angle=2.0)'
     >>> describe(describe)
     'fastlines.rendering.state.describe'
     """
