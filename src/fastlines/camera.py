@@ -21,6 +21,7 @@ import numpy.typing as npt
 from .arrays import FloatArray, check_fields, count, number
 from .errors import InputError
 from .geometry import AnyGeometry, points_of
+from .vectors import dot
 
 Vector: TypeAlias = tuple[float, float, float]
 Float64Array: TypeAlias = npt.NDArray[np.float64]
@@ -215,7 +216,7 @@ class Camera:
         right, up, forward = self.axes()
         radius, turn = self.lens_radius * np.sqrt(np.asarray(u, np.float64)), 2 * np.pi * np.asarray(v, np.float64)
         on_lens = (radius * np.cos(turn))[:, None] * right + (radius * np.sin(turn))[:, None] * up
-        ways = (self.focus / _dot(pinhole, forward))[:, None] * pinhole - on_lens
+        ways = (self.focus / dot(pinhole, forward))[:, None] * pinhole - on_lens
         ways /= np.sqrt((ways**2).sum(axis=1, keepdims=True))
         return np.asarray(self.origin + on_lens, np.float32), np.asarray(ways, np.float32)
 
@@ -231,7 +232,7 @@ class Camera:
             raise InputError(f"degrees={degrees!r}; expected a finite angle")
         axis, offset = _unit(self.up), np.subtract(self.origin, self.target)
         cos, sin = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
-        turned = cos * offset + sin * np.cross(axis, offset) + (1 - cos) * _dot(axis, offset) * axis
+        turned = cos * offset + sin * np.cross(axis, offset) + (1 - cos) * dot(axis, offset) * axis
         return replace(self, origin=_vector(self.target + turned, "origin"))
 
     def project(self, points: npt.ArrayLike, width: int, height: int) -> tuple[Float64Array, Float64Array]:
@@ -254,9 +255,9 @@ class Camera:
         tangents = self._tangents(width, height)
         right, up, forward = self.axes()
         offsets = _points(points) - self.origin
-        depth = _dot(offsets, forward)
+        depth = dot(offsets, forward)
         in_front = np.where(depth > 0, depth, np.nan)[:, None]
-        plane = np.stack([_dot(offsets, right), -_dot(offsets, up)], axis=1) / (in_front * tangents)
+        plane = np.stack([dot(offsets, right), -dot(offsets, up)], axis=1) / (in_front * tangents)
         return (plane + 1) * (width / 2, height / 2), depth
 
     @classmethod
@@ -308,7 +309,7 @@ class Camera:
         if size <= 1e-7 * away or size == 0:
             size = max(1.0, 1e-3 * away)
         axes = _axes(view, upwards)
-        x, y, depth = (_dot(points - centre, axis) for axis in axes)
+        x, y, depth = (dot(points - centre, axis) for axis in axes)
 
         # Put the apex of the frame's pyramid where two opposite sides touch the balls around the points.
         tan = math.tan(math.radians(fov_degrees) / 2) * (1 - 2 * margin)
@@ -318,7 +319,7 @@ class Camera:
             upper, lower = (across - slope * depth + reach).max(), (across + slope * depth - reach).min()
             middle.append((lower + upper) / 2)
             nearest.append((lower - upper) / (2 * slope))
-        apex = centre + _dot(axes.T, np.array([*middle, min(nearest)]))
+        apex = centre + dot(axes.T, np.array([*middle, min(nearest)]))
         target = apex - min(nearest) * axes[2]
         return cls(_vector(apex, "origin"), _vector(target, "target"), upwards, fov_degrees)
 
@@ -348,11 +349,6 @@ def _axes(view: npt.ArrayLike, up: npt.ArrayLike) -> Float64Array:
 def _unit(vector: npt.ArrayLike) -> Float64Array:
     scaled = np.asarray(vector, np.float64) / np.abs(vector).max()
     return np.asarray(scaled / np.sqrt((scaled**2).sum()))
-
-
-def _dot(vectors: Float64Array, axis: Float64Array) -> Float64Array:
-    # Not @: the last bit of a BLAS product depends on the machine and its threads.
-    return np.asarray((vectors * axis).sum(axis=-1))
 
 
 def _to_frame(geometry: AnyGeometry | npt.ArrayLike) -> tuple[Float64Array, Float64Array]:

@@ -16,6 +16,7 @@ from .geometry import AnyGeometry, Geometry, in_parts, parts_of
 from .lines import Lines
 from .meshes import Boxes, Triangles, triangle_weights
 from .surface import enter_round_cones
+from .vectors import dot, is_zero
 
 Float64Array = npt.NDArray[np.float64]
 
@@ -104,13 +105,13 @@ def outwards(geometry: AnyGeometry, hits: Places) -> Float64Array:
     elif isinstance(geometry, Triangles):
         corners = geometry.corners[hits.prim].astype(np.float64)
         away = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        away[(away * hits.directions).sum(axis=1) > 0] *= -1
+        away[dot(away, hits.directions) > 0] *= -1
     else:
         # The face through which the ray comes in last.
         rows, axis = np.arange(len(hits.prim)), _enter_boxes(geometry, hits).argmax(axis=1)
         away = np.zeros((len(rows), 3))
         away[rows, axis] = -np.sign(hits.directions[rows, axis])
-    centred = ~away.any(axis=1)
+    centred = is_zero(away)
     away[centred] = -hits.directions[centred]
     return unit(away)
 
@@ -231,10 +232,10 @@ def _cross_triangles(triangles: Triangles, hits: Places) -> Float64Array:
     corners = triangles.corners[hits.prim].astype(np.float64)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     with np.errstate(divide="ignore", invalid="ignore"):
-        above, facing = ((normal * x).sum(axis=1) for x in (corners[:, 0] - hits.origins, hits.directions))
+        above, facing = (dot(normal, x) for x in (corners[:, 0] - hits.origins, hits.directions))
         t = above / facing
     # Where a triangle is seen edge-on, its plane says little.
-    length = np.sqrt((normal**2).sum(axis=1) * (hits.directions**2).sum(axis=1))
+    length = np.sqrt(dot(normal, normal) * dot(hits.directions, hits.directions))
     return np.where(np.abs(facing) > 1e-3 * length, t, np.nan)
 
 
@@ -244,7 +245,7 @@ def _enter_boxes(boxes: Boxes, hits: Places) -> Float64Array:
     plane = np.where(hits.directions > 0, low, high)
     with np.errstate(divide="ignore", invalid="ignore"):
         t = (plane - hits.origins) / hits.directions
-    parallel = np.abs(hits.directions) < 1e-6 * np.sqrt((hits.directions**2).sum(axis=1, keepdims=True))
+    parallel = np.abs(hits.directions) < 1e-6 * np.sqrt(dot(hits.directions, hits.directions))[:, None]
     return np.where(parallel, -np.inf, t)
 
 
@@ -272,4 +273,4 @@ def _on_axes(lines: Lines, hits: Places) -> tuple[Float64Array, Float64Array]:
 def unit(vectors: Float64Array) -> Float64Array:
     """Return unit vectors; NaN for those of length zero."""
     with np.errstate(invalid="ignore"):
-        return np.asarray(vectors / np.sqrt((vectors**2).sum(axis=-1, keepdims=True)) + 0.0)  # no negative zeros
+        return np.asarray(vectors / np.sqrt(dot(vectors, vectors))[..., None] + 0.0)  # no negative zeros

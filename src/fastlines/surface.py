@@ -10,6 +10,8 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .vectors import dot
+
 Array: TypeAlias = npt.NDArray[np.float64]
 
 
@@ -40,17 +42,17 @@ def enter_round_cones(
     >>> print(t, s)
     [2.] [0.5]
     """
-    length = np.sqrt(_dot(directions, directions))
+    length = np.sqrt(dot(directions, directions))
     ray = directions / length[:, None]
     # Measure depths from the point of the line that is nearest to the middle of the axis, so that nothing cancels.
-    shift = _dot(start + 0.5 * edge - origins, ray)
+    shift = dot(start + 0.5 * edge - origins, ray)
     offset = start - origins - shift[:, None] * ray
-    p_r, e_r = _dot(offset, ray), _dot(edge, ray)
+    p_r, e_r = dot(offset, ray), dot(edge, ray)
     a, b = offset - p_r[:, None] * ray, edge - e_r[:, None] * ray
-    ab, b2, e2 = _dot(a, b), _dot(b, b), _dot(edge, edge)
+    ab, b2, e2 = dot(a, b), dot(b, b), dot(edge, edge)
     with np.errstate(divide="ignore", invalid="ignore"):
         # Q(s) = c0 + 2·c1·s + c2·s², the squared half chord in the ball at s.
-        c0, c1, c2 = radius0**2 - _dot(a, a), radius0 * slope - ab, slope**2 - b2
+        c0, c1, c2 = radius0**2 - dot(a, a), radius0 * slope - ab, slope**2 - b2
         k = np.sqrt((c1**2 - c0 * c2) / (e2 - slope**2))
         w = e_r * k
         s = np.where(w * c1 > 0, (c1**2 - e_r**2 * c0) / ((e2 - slope**2) * (w + c1)), (w - c1) / c2)
@@ -61,7 +63,3 @@ def enter_round_cones(
     found = np.where(on_side, s, at_end)
     depth = np.where(on_side, t[0], np.fmin(t[1], t[2]))
     return (depth + shift) / length, found
-
-
-def _dot(a: Array, b: Array) -> Array:
-    return np.asarray((a * b).sum(axis=-1))

@@ -13,7 +13,7 @@ from ..arrays import AnyArray, FloatArray
 from ..hits import FirstHits
 from .depth import MAX_RAYS, bands
 from .stage import Stage
-from .vectors import across
+from .unit_vectors import across
 
 #: The AOVs, and what each one holds.
 AOVS = {

@@ -25,8 +25,8 @@ from ..hit_lists import offsets_of
 from ..hits import AllHits, FirstHits
 from ..lines import Lines
 from ..tree import Tree
+from ..vectors import dot
 from .smooth import smooth_tangents
-from .vectors import dot
 
 #: The radius of the spot around a ray, in pixels.
 SPOT = 0.75

@@ -6,10 +6,10 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..geometry import largest_radius
+from ..vectors import dot
 from .lighting import hemisphere
 from .sampler import Sampler
 from .stage import Stage
-from .vectors import dot
 
 #: How much darker the ground is where the key light, and where the sky, is hidden.
 KEY, SKY = 0.35, 0.35

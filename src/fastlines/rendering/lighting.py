@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..camera import Camera, Float64Array, Vector
-from .vectors import unit
+from .unit_vectors import unit
 
 #: A whole turn in radians.
 TURN = 2 * np.pi

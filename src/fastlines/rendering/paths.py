@@ -33,14 +33,21 @@ EVEN_DIMENSIONS = 24
 SURE_BOUNCES = 3
 
 
+class Scattering(Protocol):
+    """How light is scattered at some vertices."""
+
+    def evaluate(self, towards: FloatArray) -> AnyArray:
+        """Return how much of the light from some directions goes to the eye, per steradian, cosine included, (n, 3)."""
+
+    def sample(self, u4: FloatArray) -> tuple[AnyArray, AnyArray]:
+        """Draw directions (n, 3), and return their weights (n, 3): `evaluate` by the density."""
+
+
 class Scatterer(Protocol):
     """How light is scattered."""
 
-    def evaluate(self, vertices: Vertices, towards: FloatArray) -> AnyArray:
-        """Return how much of the light from some directions goes to the eye, per steradian, cosine included, (n, 3)."""
-
-    def sample(self, vertices: Vertices, u4: FloatArray) -> tuple[AnyArray, AnyArray]:
-        """Draw directions (n, 3), and return their weights (n, 3): `evaluate` by the density."""
+    def at(self, vertices: Vertices) -> Scattering:
+        """Return the scattering at some vertices."""
 
 
 @dataclass
@@ -95,9 +102,10 @@ class PathTracer:
         for bounce in range(self.max_bounces):
             if not len(path):
                 break
-            light[path] += weight * self._direct(vertices, sampler, path, bounce)
+            scattering = self.scatterer.at(vertices)
+            light[path] += weight * self._direct(vertices, scattering, sampler, path, bounce)
             # Choose the next direction.
-            towards, change = self.scatterer.sample(vertices, sampler.take(path, 4))
+            towards, change = scattering.sample(sampler.take(path, 4))
             weight = weight * np.asarray(change, np.float32)
             lasting = self._roulette(weight, sampler.take(path, 1)[:, 0], bounce)
             path, vertices, towards = path[lasting[0]], vertices.some(lasting[0]), towards[lasting[0]]
@@ -111,14 +119,16 @@ class PathTracer:
             path, weight, vertices = path[rows], weight[rows], hit
         return light
 
-    def _direct(self, vertices: Vertices, sampler: PathSampler, path: AnyArray, bounce: int) -> FloatArray:
+    def _direct(
+        self, vertices: Vertices, scattering: Scattering, sampler: PathSampler, path: AnyArray, bounce: int
+    ) -> FloatArray:
         """Return the light of the distant lights: of all of them at first, and of one chosen by chance after a bounce.
 
         It is chosen by the light that would come if nothing were in between.
         """
         lamps = self.stage.rig.lights
         light = np.zeros((len(vertices), 3), np.float32)
-        offered = [self._of_lamp(lamp, vertices, sampler.take(path, 2)) for lamp in lamps]
+        offered = [self._of_lamp(lamp, scattering, sampler.take(path, 2)) for lamp in lamps]
         if bounce == 0 or len(lamps) <= 1:
             for towards, value in offered:
                 light += value * unoccluded(self.stage, vertices, towards)[:, None]
@@ -134,11 +144,11 @@ class PathTracer:
         light[rows] = value[rows] / share[:, None]
         return light
 
-    def _of_lamp(self, lamp: Light, vertices: Vertices, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _of_lamp(self, lamp: Light, scattering: Scattering, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return directions to a lamp, one for each vertex, and the light that comes unless something hides it."""
         towards = lamp.sample(self.stage.camera, points[:, 0], points[:, 1])
         color = np.asarray(lamp.color, np.float32)
-        return towards, np.asarray(self.scatterer.evaluate(vertices, towards) * color, np.float32)
+        return towards, np.asarray(scattering.evaluate(towards) * color, np.float32)
 
     def _roulette(self, weight: FloatArray, chance: FloatArray, bounce: int) -> tuple[AnyArray, AnyArray]:
         """Return which paths go on, and by how much each counts more."""

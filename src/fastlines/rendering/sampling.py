@@ -135,8 +135,16 @@ def _reversed(words: Words) -> Words:
 
 def _sobol(index: Words) -> Words:
     """Return the second coordinate of the Sobol sequence: the bits of the index times Pascal's triangle mod 2."""
-    point, column = np.zeros_like(index), np.uint32(1 << 31)
-    for bit in range(32):
-        point = point ^ np.where((index >> np.uint32(bit)) & np.uint32(1), column, np.uint32(0))
+    tables = _sobol_tables()
+    parts = (tables[byte][(index >> np.uint32(8 * byte)) & np.uint32(255)] for byte in range(4))
+    return np.asarray(np.bitwise_xor.reduce(list(parts)), np.uint32)
+
+
+@cache
+def _sobol_tables() -> Words:
+    """Return the second coordinate of the values of each byte of an index, (4, 256)."""
+    tables, column = np.zeros((4, 256), np.uint32), np.uint32(1 << 31)
+    for byte, bit in np.ndindex(4, 8):
+        tables[byte] ^= np.where(np.arange(256) >> bit & 1, column, np.uint32(0))
         column ^= column >> np.uint32(1)
-    return np.asarray(point, np.uint32)
+    return tables

@@ -12,7 +12,8 @@ from ..arrays import FloatArray, IntArray
 from ..geometry import parts_of
 from ..hits import AllHits
 from ..lines import Lines
-from .vectors import dot, unit
+from ..vectors import dot
+from .unit_vectors import unit
 
 #: Strands have a corner where the cosine of a turn is smaller.
 CORNER = 0.5

@@ -21,9 +21,10 @@ from ..curves import Curves
 from ..geometry import largest_radius
 from ..hits import AllHits
 from ..lines import Lines
+from ..vectors import dot, is_zero
 from .fragments import Fragments
 from .stage import Stage
-from .vectors import dot, unit
+from .unit_vectors import unit
 
 #: The least |ω'|. A ray almost parallel to a straight fibre would leave it far away, but real fibres bend.
 STEEPEST = 0.05
@@ -87,7 +88,7 @@ class Vertices:
         >>> [round(float(vertex.exits(way, 1.0)[0]), 3) for way in (y, -y, unit(x - y))]
         [0.002, 0.202, 0.285]
         """
-        flat = ~self.tangents.any(axis=1)
+        flat = is_zero(self.tangents)
         across = directions - dot(directions, self.tangents)[:, None] * self.tangents
         away = self.normals - dot(self.normals, self.tangents)[:, None] * self.tangents
         steep = np.maximum(dot(across, across), np.float32(STEEPEST**2))

@@ -60,12 +60,7 @@ def evaluate(
     [1.7445, 0.8468, 0.1472]
     """
     shape, (out, into, along, offset) = same_length({"wo": wo, "wi": wi, "tangent": tangent}, {"h": h})
-    value = np.empty_like(out)
-    for part in batches(len(out)):
-        frame = FibreFrame.of(out[part], along[part])
-        lobes = _Lobes(material, frame.sin_o, frame.cos_o, offset[part])
-        value[part] = lobes.value(*frame.angles(into[part]))
-    return value.reshape(*shape, 3)
+    return FibrePoints(material, out, along, offset).evaluate(into).reshape(*shape, 3)
 
 
 def evaluate_angles(
@@ -99,7 +94,7 @@ def evaluate_angles(
     value = np.empty((len(turn), 3), turn.dtype)
     for part in batches(len(turn)):
         lobes = _Lobes(material, sin_o[part], cos_o[part], offset[part])
-        value[part] = lobes.value(sin_i[part], cos_i[part], turn[part])
+        value[part] = lobes.value(lobes.densities(sin_i[part], cos_i[part], turn[part]))
     return value.reshape(*shape, 3)
 
 
@@ -116,12 +111,7 @@ def pdf(
     1.0
     """
     shape, (out, into, along, offset) = same_length({"wo": wo, "wi": wi, "tangent": tangent}, {"h": h})
-    density = np.empty_like(offset)
-    for part in batches(len(out)):
-        frame = FibreFrame.of(out[part], along[part])
-        lobes = _Lobes(material, frame.sin_o, frame.cos_o, offset[part])
-        density[part] = lobes.density(*frame.angles(into[part]))
-    return density.reshape(shape)
+    return FibrePoints(material, out, along, offset).pdf(into).reshape(shape)
 
 
 def sample(
@@ -156,37 +146,61 @@ def sample(
     [1.0, 1.0, 0.17]
     """
     shape, (out, along, offset, u) = same_length({"wo": wo, "tangent": tangent}, {"h": h, "u4": u4}, columns=4)
-    wi, weight, density = np.empty_like(out), np.empty_like(out), np.empty_like(offset)
-    for part in batches(len(out)):
-        wi[part], weight[part], density[part] = _draw(material, out[part], along[part], offset[part], u[part])
+    wi, weight, density = FibrePoints(material, out, along, offset).sample(u)
     return wi.reshape(*shape, 3), weight.reshape(*shape, 3), density.reshape(shape)
 
 
-def _draw(
-    material: HairMaterial, wo: AnyArray, tangent: AnyArray, h: AnyArray, u: AnyArray
-) -> tuple[AnyArray, AnyArray, AnyArray]:
-    """Return directions (n, 3), weights (n, 3) and densities (n,)."""
-    frame = FibreFrame.of(wo, tangent)
-    lobes = _Lobes(material, frame.sin_o, frame.cos_o, h)
+class FibrePoints:
+    """Points of fibres, each with the direction in which light leaves it: what all directions of light share.
 
-    # Choose a lobe by its energy.
-    p = (u[:, :1] > np.cumsum(lobes.shares, axis=1)[:, :N_LOBES]).sum(axis=1)
+    Its methods are the functions of this module, with what does not depend on wi computed once.
 
-    # Draw both angles.
-    turned = [lobes.turned(each) for each in range(N_LOBES + 1)]
-    sines, cosines = (np.choose(p, [each[part] for each in turned]) for part in (0, 1))
-    variances = np.asarray(material.variances, u.dtype)[p]
-    sin_i = sample_longitudinal(sines, cosines, variances, u[:, 1], u[:, 2])
-    spread = sample_trimmed_logistic(u[:, 3], material.logistic_scale)
-    perfect = exit_azimuth(p, lobes.gamma_o, lobes.gamma_t).astype(u.dtype)
-    phi = np.where(p < N_LOBES, perfect + spread, 2.0 * math.pi * u[:, 3])
+    Parameters
+    ----------
+    material : HairMaterial
+    wo, tangent : (n, 3) floats
+    h : (n,) floats
+        As in `evaluate`; all of one dtype.
 
-    # Weigh the direction as it is rounded.
-    wi = frame.direction(sin_i, phi)
-    angles = frame.angles(wi)
-    density = lobes.density(*angles)
-    weight = lobes.value(*angles) / np.maximum(density, np.finfo(u.dtype).tiny)[:, None]
-    return wi, weight, density
+    Examples
+    --------
+    >>> wo, tangent = np.array([[0.0, 0.0, 1.0]]), np.array([[1.0, 0.0, 0.0]])
+    >>> FibrePoints(HairMaterial(), wo, tangent, np.zeros(1)).evaluate(-wo).round(4).tolist()
+    [[1.7445, 0.8468, 0.1472]]
+    """
+
+    def __init__(self, material: HairMaterial, wo: AnyArray, tangent: AnyArray, h: AnyArray) -> None:
+        self._n, self._dtype = len(wo), wo.dtype
+        self._parts = []
+        for part in batches(len(wo)):
+            frame = FibreFrame.of(wo[part], tangent[part])
+            self._parts.append((part, frame, _Lobes(material, frame.sin_o, frame.cos_o, h[part])))
+
+    def evaluate(self, wi: AnyArray) -> AnyArray:
+        """Return how much of the light from wi each point scatters, (n, 3)."""
+        value = np.empty((self._n, 3), self._dtype)
+        for part, frame, lobes in self._parts:
+            value[part] = lobes.value(lobes.densities(*frame.angles(wi[part])))
+        return value
+
+    def pdf(self, wi: AnyArray) -> AnyArray:
+        """Return the density with which each point draws wi, (n,)."""
+        density = np.empty(self._n, self._dtype)
+        for part, frame, lobes in self._parts:
+            density[part] = lobes.density(lobes.densities(*frame.angles(wi[part])))
+        return density
+
+    def sample(self, u4: AnyArray) -> tuple[AnyArray, AnyArray, AnyArray]:
+        """Draw a direction wi at each point; return directions (n, 3), weights (n, 3) and densities (n,)."""
+        wi, weight = np.empty((2, self._n, 3), self._dtype)
+        density = np.empty(self._n, self._dtype)
+        for part, frame, lobes in self._parts:
+            wi[part] = frame.direction(*lobes.draw(u4[part]))
+            # Weigh the direction as it is rounded.
+            each = lobes.densities(*frame.angles(wi[part]))
+            density[part] = lobes.density(each)
+            weight[part] = lobes.value(each) / np.maximum(density[part], np.finfo(self._dtype).tiny)[:, None]
+        return wi, weight, density
 
 
 class _Lobes:
@@ -195,34 +209,47 @@ class _Lobes:
     def __init__(self, material: HairMaterial, sin_o: AnyArray, cos_o: AnyArray, h: AnyArray) -> None:
         h = np.clip(h, -1.0, 1.0)
         self.material = material
-        self.sin_o, self.cos_o = sin_o, cos_o
+        self.turned = [_turned(sin_o, cos_o, tilt) for tilt in material.tilts]
         self.gamma_o = np.arcsin(h)
         self.gamma_t = np.arcsin(refracted_sine(material, sin_o, cos_o, h))
+        self.perfect = [exit_azimuth(p, self.gamma_o, self.gamma_t) for p in range(N_LOBES)]
         self.energies = attenuation(material, sin_o, cos_o, h)
         self.shares = lobe_shares(self.energies)
 
-    def turned(self, p: int) -> tuple[AnyArray, AnyArray]:
-        """Return the sine and the cosine of the outgoing inclination as the scales turn it for a lobe."""
-        sine, cosine = math.sin(self.material.tilts[p]), math.cos(self.material.tilts[p])
-        # Past the tangent's direction, the azimuth stays, as in pbrt and Mitsuba.
-        return self.sin_o * cosine + self.cos_o * sine, np.abs(self.cos_o * cosine - self.sin_o * sine)
+    def draw(self, u: AnyArray) -> tuple[AnyArray, AnyArray]:
+        """Draw the sine of the inclination and the azimuth of a direction, (n,) each, given u (n, 4)."""
+        # Choose a lobe by its energy.
+        p = (u[:, :1] > np.cumsum(self.shares, axis=1)[:, :N_LOBES]).sum(axis=1)
+        # Draw both angles.
+        sines, cosines = (np.choose(p, [each[part] for each in self.turned]) for part in (0, 1))
+        variances = np.asarray(self.material.variances, u.dtype)[p]
+        sin_i = sample_longitudinal(sines, cosines, variances, u[:, 1], u[:, 2])
+        spread = sample_trimmed_logistic(u[:, 3], self.material.logistic_scale)
+        perfect = exit_azimuth(p, self.gamma_o, self.gamma_t).astype(u.dtype)
+        return sin_i, np.where(p < N_LOBES, perfect + spread, 2.0 * math.pi * u[:, 3])
 
     def densities(self, sin_i: AnyArray, cos_i: AnyArray, phi: AnyArray) -> list[AnyArray]:
         """Return M_p N_p of each lobe, as densities per steradian."""
         found = []
         for p, variance in enumerate(self.material.variances):
-            along = longitudinal(sin_i, cos_i, *self.turned(p), variance)
+            along = longitudinal(sin_i, cos_i, *self.turned[p], variance)
             if p < N_LOBES:
-                perfect = exit_azimuth(p, self.gamma_o, self.gamma_t)
-                found.append(along * trimmed_logistic(phi - perfect, self.material.logistic_scale))
+                found.append(along * trimmed_logistic(phi - self.perfect[p], self.material.logistic_scale))
             else:
                 found.append(along * (0.5 / math.pi))
         return found
 
-    def value(self, sin_i: AnyArray, cos_i: AnyArray, phi: AnyArray) -> AnyArray:
-        densities = self.densities(sin_i, cos_i, phi)
+    def value(self, densities: list[AnyArray]) -> AnyArray:
+        """Return the sum of all lobes, (n, 3)."""
         return np.asarray(sum(a * each[:, None] for a, each in zip(self.energies, densities, strict=True)))
 
-    def density(self, sin_i: AnyArray, cos_i: AnyArray, phi: AnyArray) -> AnyArray:
-        densities = self.densities(sin_i, cos_i, phi)
+    def density(self, densities: list[AnyArray]) -> AnyArray:
+        """Return the density with which `draw` draws, (n,)."""
         return np.asarray(sum(self.shares[:, p] * each for p, each in enumerate(densities)))
+
+
+def _turned(sin_o: AnyArray, cos_o: AnyArray, tilt: float) -> tuple[AnyArray, AnyArray]:
+    """Return the sine and the cosine of the outgoing inclination as the scales turn it for a lobe."""
+    sine, cosine = math.sin(tilt), math.cos(tilt)
+    # Past the tangent's direction, the azimuth stays, as in pbrt and Mitsuba.
+    return sin_o * cosine + cos_o * sine, np.abs(cos_o * cosine - sin_o * sine)

@@ -13,7 +13,7 @@ from ..lighting import SOFT, Rig
 from ..palette import of_numbers
 from ..sampler import Sampler
 from ..stage import Stage
-from ..vectors import across
+from ..unit_vectors import across
 from .look import Backdrop
 
 BLACK = Backdrop("#000", "#000")

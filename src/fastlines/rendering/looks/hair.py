@@ -13,13 +13,14 @@ from functools import cached_property
 import numpy as np
 
 from ...arrays import FloatArray
+from ...vectors import dot
 from ..fragments import Fragments
 from ..hair import AveragedHair, HairMaterial
 from ..lighting import SALON, Rig, sphere
 from ..sampler import Sampler
 from ..sampling import hashed
 from ..stage import Stage
-from ..vectors import across, dot
+from ..unit_vectors import across
 from .look import Backdrop
 
 #: How much brighter or darker than the mean a hair is, for a head has hairs of many shades.

@@ -11,11 +11,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...arrays import AnyArray, FloatArray
+from ...vectors import dot
 from ..fragments import Fragments
 from ..lighting import STUDIO, Rig, hemisphere, sphere
 from ..sampler import Sampler
 from ..stage import Stage
-from ..vectors import across, dot, unit
+from ..unit_vectors import across, unit
 from .color import Color
 from .look import Backdrop
 

@@ -12,10 +12,11 @@ from ...errors import InputError
 from ...geometry import AnyGeometry, largest_radius, parts_of, unit_of
 from ...lines import Lines
 from ...places import names
+from ...vectors import dot
 from ..lighting import SOFT
 from ..options import Facts, check_options
 from ..palette import hexadecimal
-from ..vectors import dot, unit
+from ..unit_vectors import unit
 from . import flat
 from .color import ATTRIBUTE, DISPLAY_COLOR, TYPE, WORDS, Color, make_color
 from .look import Backdrop, Look

@@ -6,15 +6,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...arrays import AnyArray, FloatArray
+from ...arrays import AnyArray, FloatArray, IntArray
 from ...camera import Vector
+from ...vectors import dot, is_zero
 from ..fragments import Fragments
-from ..hair import HairMaterial, evaluate, sample
+from ..hair import FibrePoints, HairMaterial
 from ..lighting import SALON, Rig, hemisphere
 from ..paths import PathSampler, PathTracer
 from ..sampler import Sampler
 from ..stage import Stage
-from ..vectors import dot
 from ..vertices import Vertices, seen_vertices
 from .look import Backdrop
 
@@ -31,20 +31,34 @@ class HairScatterer:
     material: HairMaterial
     skin: Vector = SKIN
 
-    def evaluate(self, vertices: Vertices, towards: FloatArray) -> AnyArray:
-        """Return how much of the light from some directions goes to the eye; see `Scatterer`."""
-        value = evaluate(self.material, vertices.to_eye, towards, vertices.tangents, vertices.h)
-        bare = np.flatnonzero(~vertices.tangents.any(axis=1))
-        facing = np.maximum(dot(vertices.normals[bare], towards[bare]), 0)[:, None]
-        value[bare] = facing * np.asarray(self.skin, np.float32) / np.float32(np.pi)
+    def at(self, vertices: Vertices) -> HairScattering:
+        """Return the scattering at some vertices; see `Scatterer`."""
+        points = FibrePoints(self.material, vertices.to_eye, vertices.tangents, vertices.h)
+        bare = np.flatnonzero(is_zero(vertices.tangents))
+        return HairScattering(points, bare, vertices.normals[bare], self.skin)
+
+
+@dataclass(frozen=True)
+class HairScattering:
+    """The scattering at some vertices, of which some are bare: they have no axis."""
+
+    points: FibrePoints
+    bare: IntArray
+    normals: FloatArray
+    skin: Vector
+
+    def evaluate(self, towards: FloatArray) -> AnyArray:
+        """Return how much of the light from some directions goes to the eye; see `Scattering`."""
+        value = self.points.evaluate(towards)
+        facing = np.maximum(dot(self.normals, towards[self.bare]), 0)[:, None]
+        value[self.bare] = facing * np.asarray(self.skin, np.float32) / np.float32(np.pi)
         return value
 
-    def sample(self, vertices: Vertices, u4: FloatArray) -> tuple[AnyArray, AnyArray]:
-        """Draw directions; see `Scatterer`."""
-        towards, weight, _ = sample(self.material, vertices.to_eye, vertices.tangents, vertices.h, u4)
-        bare = np.flatnonzero(~vertices.tangents.any(axis=1))
-        towards[bare] = hemisphere(vertices.normals[bare], u4[bare, 0], u4[bare, 1])
-        weight[bare] = self.skin
+    def sample(self, u4: FloatArray) -> tuple[AnyArray, AnyArray]:
+        """Draw directions; see `Scattering`."""
+        towards, weight, _ = self.points.sample(u4)
+        towards[self.bare] = hemisphere(self.normals, u4[self.bare, 0], u4[self.bare, 1])
+        weight[self.bare] = self.skin
         return towards, weight
 
 

@@ -1,15 +1,11 @@
-"""Arithmetic of many vectors, (n, 3) each."""
+"""Unit vectors of many vectors, (n, 3) each."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ..arrays import AnyArray, FloatArray
-
-
-def dot(a: AnyArray, b: AnyArray) -> AnyArray:
-    """Return the inner product of each pair of rows, (n,)."""
-    return np.asarray(np.einsum("ij,ij->i", a, b))
+from ..vectors import dot
 
 
 def unit(vectors: AnyArray) -> FloatArray:
