@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from typing import TypeVar
 
 from .arrays import count
 
 MAX_THREADS = 1024
 
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
+
 _n_threads: int | None = None
+
+#: What holds for one thread alone: `is_worker` in those of `map_in_threads`.
+_own = threading.local()
 
 
 def set_num_threads(n_threads: int | None) -> None:
@@ -37,9 +46,28 @@ def num_threads(n_threads: int | None) -> Iterator[None]:
 
 def get_num_threads() -> int:
     """Return how many threads batch calls use."""
+    if getattr(_own, "is_worker", False):
+        return 1
     if _n_threads is not None:
         return _n_threads
     given = os.environ.get("FASTLINES_NUM_THREADS")
     if given:
         return count("FASTLINES_NUM_THREADS", int(given) if given.strip().isdecimal() else given, 1, MAX_THREADS)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def map_in_threads(function: Callable[[_Item], _Result], items: Iterable[_Item]) -> Iterator[_Result]:
+    """Call a function with each of some items in several threads, and yield what it returns in the order of the items.
+
+    Batch calls within use one thread each. If the iteration ends early, no further call begins.
+    """
+    several = list(items)
+    n_threads = min(get_num_threads(), len(several))
+    if n_threads <= 1:
+        yield from map(function, several)
+        return
+    pool = ThreadPoolExecutor(n_threads, "fastlines", initializer=lambda: setattr(_own, "is_worker", True))
+    try:
+        yield from pool.map(function, several)
+    finally:
+        pool.shutdown(cancel_futures=True)

@@ -19,8 +19,8 @@ from ..tree import Tree
 MAX_PIXELS = 1 << 25
 #: The most rays traced at a time, which bounds the memory of a large picture.
 MAX_BATCH = 1 << 20
-#: The same where each ray is shaded or measured, which takes more memory.
-MAX_RAYS = 1 << 18
+#: The same where each ray is shaded or measured, in each of several threads; what they need stays in the cache.
+MAX_RAYS = 1 << 16
 #: The width and the height of a picture, unless others are given.
 SIZE = 1024
 #: The expected value of a radius, for error messages.

@@ -37,6 +37,7 @@ class Measure:
         What the legend says.
     count : callable
         Takes a tree, the origins and the directions of rays, and the radius; returns a number for each ray, (n,).
+        Several threads call it at once.
     map : str
         The colour map.
     range : pair of floats, optional

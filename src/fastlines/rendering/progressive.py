@@ -1,17 +1,18 @@
-"""Pictures that are made sample by sample: they can be interrupted at any point, saved, and resumed."""
+"""Pictures that are made sample by sample, in several threads: they can be interrupted, saved, and resumed."""
 
 from __future__ import annotations
 
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
 from ..arrays import AnyArray
 from ..geometry import count_text
+from ..threads import map_in_threads
 from .depth import MAX_RAYS, bands, check_size
 from .picture import Picture
 from .stage import Stage
@@ -50,16 +51,17 @@ class Progressive(ABC):
         """Add one sample to each pixel at a time, and yield how many there are."""
         self._store()
         for index in range(int(self._counts.min()), self.samples):
-            for rows in bands(self.width, self.height, MAX_RAYS):
-                if self._counts[rows.start] <= index:
-                    pixels = np.arange(rows.start * self.width, rows.stop * self.width)
-                    own = slice(pixels[0], pixels[-1] + 1)
-                    more = self._sample(index, pixels)
-                    self._stored = own, rows, {name: self._sums[name][own] + more[name] for name in more}, index + 1
-                    self._store()
+            left = [rows for rows in bands(self.width, self.height, MAX_RAYS) if self._counts[rows.start] <= index]
+            for rows, more in zip(left, map_in_threads(partial(self._sample_rows, index), left), strict=True):
+                own = slice(rows.start * self.width, rows.stop * self.width)
+                self._stored = own, rows, {name: self._sums[name][own] + more[name] for name in more}, index + 1
+                self._store()
                 if progress is not None:
                     progress((index + rows.stop / self.height) / self.samples)
             yield index + 1
+
+    def _sample_rows(self, index: int, rows: slice) -> Mapping[str, AnyArray]:
+        return self._sample(index, np.arange(rows.start * self.width, rows.stop * self.width))
 
     @abstractmethod
     def _sample(self, index: int, pixels: AnyArray) -> Mapping[str, AnyArray]:
