@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 import fastlines as fl
-from fastlines.rendering import default_size, progressive
+from fastlines.rendering import default_size, progressive, turntable
 from fastlines.rendering.looks import LOOKS, look_for, make_look
 from fastlines.rendering.tone import filmic, linear, srgb
 
@@ -87,6 +87,11 @@ def test_the_look_suits_the_lines():
     }
     assert look_for(fl.scenes.make("straight-hair").lines) == "hair"
     assert look_for(LINES.with_radius(0.1)) == "tube"
+    wave = np.stack([np.linspace(0, 1, 9), np.linspace(0, 1, 9) ** 2, np.zeros(9)], axis=1)
+    strands = list(wave + np.linspace((0, 0, 0), (0, 0, 1), 120)[:, None])
+    assert look_for(fl.Lines.from_strands(strands)) == "hair"
+    assert look_for(fl.Lines.from_strands([*strands, wave[:5]])) == "fibre"
+    assert look_for(dataclasses.replace(fl.Lines.from_strands(strands), unit="mm")) == "fibre"
     assert look_for(fl.Triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]])) == "tube"
 
 
@@ -115,6 +120,13 @@ def test_the_size_of_a_picture_suits_the_lines():
     assert default_size(wide, 300, direction=(0, 0, -1), up=(1, 0, 0)) == (245, 367)
     assert default_size(fl.Lines.from_segments(np.zeros((0, 2, 3))), 300) == (300, 300)
     assert default_size(fl.Lines.from_segments([[[1, 1, 1], [1, 1, 1]]]), 300) == (300, 300)
+    for size, expected in (({"width": 60}, (40, 60)), ({"height": 20}, (20, 30)), ({"width": 9, "height": 7}, (7, 9))):
+        assert fl.render(wide, radius=0.1, samples=1, **size).alpha.shape == expected
+    camera = fl.Camera((2, 1.3, 9), (2, 1.3, 0))
+    assert fl.render(wide, camera, radius=0.1, samples=1, width=30).alpha.shape == (30, 30)
+    assert next(turntable(wide, 2, radius=0.1, samples=1, height=20)).alpha.shape == (20, 20)
+    with pytest.raises(fl.InputError, match="8192"):
+        fl.render(wide, radius=0.1, height=8192)
 
 
 def test_unknown_looks_are_refused():

@@ -19,6 +19,7 @@ from ..rendering import (
     MEASURES,
     Measure,
     check_image_path,
+    complete_size,
     default_camera,
     default_size,
     finish,
@@ -85,11 +86,6 @@ class Order:
         return self.background == "transparent"
 
     @property
-    def size(self) -> tuple[int, int]:
-        """The width and the height, unless they are chosen to suit the lines."""
-        return self.width or SIZE, self.height or SIZE
-
-    @property
     def given(self) -> Mapping[str, object]:
         """The options as `check_options` takes them."""
         background = None if self.is_transparent else self.background
@@ -148,7 +144,7 @@ def checked(order: Order) -> Plan:
     extension, radii = _output(order)
     if order.method is not None:
         method_settings(order.method)
-    check_size(*order.size)
+    check_size(order.width or SIZE, order.height or SIZE)
     check_exposure(order.exposure)
     if order.color_map is not None:
         check_map(order.color_map)
@@ -190,9 +186,11 @@ def open_scene(plan: Plan) -> Scene:
 
 def _view(plan: Plan, geometry: AnyGeometry) -> tuple[Camera, tuple[int, int]]:
     """Choose the camera and the size of pictures; one that turns shows the lines at every angle."""
-    order, size = plan.order, plan.order.size
-    if order.width is None and order.height is None and order.turntable is None and not order.levels:
+    order, size = plan.order, (SIZE, SIZE)
+    if order.turntable is None and not order.levels:
         size = default_size(geometry, SIZE, direction=plan.view, up=plan.up)
+    size = complete_size(order.width, order.height, size)
+    check_size(*size)
     make = default_camera if order.turntable is None else turntable_camera
     aspect = 1.0 if order.levels else size[0] / size[1]
     fov = 30.0 if order.fov is None else order.fov

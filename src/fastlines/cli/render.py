@@ -10,9 +10,9 @@ from typer import Option
 from .app import app
 from .options import Direction, Focus, FormatName, FormatOptions, Fov, Input, Lens, Radius, Skip, Up
 
-#: Width and height of a picture in pixels.
+#: The width and the height of a square picture in pixels.
 SIZE = 1024
-WITHOUT_SIZE = f"By default {SIZE}; without both, {SIZE}² pixels in a format that suits the lines."
+WITHOUT_SIZE = f"Without both, there are {SIZE}² pixels. The format suits the lines."
 
 
 @app.command(short_help="Render lines: hair, fibres, tubes; or draw the levels of a tree.")

@@ -12,7 +12,7 @@ from .picture import Picture
 from .progressive import Progressive
 from .renderer import Renderer, finish, render, renderer_of
 from .sequences import radius_sweep, spaced_radii, turntable, turntable_camera
-from .view import default_camera, default_size, default_view
+from .view import complete_size, default_camera, default_size, default_view
 from .work import visited_nodes
 
 __all__ = [
@@ -28,6 +28,7 @@ __all__ = [
     "Renderer",
     "check_frames_path",
     "check_image_path",
+    "complete_size",
     "default_camera",
     "default_size",
     "default_view",

@@ -31,7 +31,7 @@ from .radius import suitable_radius
 from .sampler import Sampler
 from .sampling import hashed, points_in_pixels
 from .stage import Stage
-from .view import default_camera, default_size
+from .view import complete_size, default_camera, default_size
 
 #: The most samples of a pixel.
 MAX_SAMPLES = 1 << 16
@@ -156,7 +156,7 @@ def render(
     camera : Camera, optional
         By default one that frames the geometry. If it has a lens, the picture has a depth of field.
     width, height : int, optional
-        By default 1024² pixels, in a format that suits the lines; a square if you give a camera.
+        By default 1024² pixels. The format suits the lines, also if one of both is given; with a camera it is a square.
     look : str, Look or Measure, optional
         One of `LOOKS`; by default the one that suits the geometry. Or one of `MEASURES`, a number of each ray.
     radius : float, optional
@@ -199,9 +199,7 @@ def render(
     >>> picture
     <Picture: 32 × 32 pixels, 4 samples>
     """
-    chooses_size = width is None and height is None and camera is None
-    width, height = SIZE if width is None else width, SIZE if height is None else height
-    check_size(width, height)
+    check_size(SIZE if width is None else width, SIZE if height is None else height)
     check_samples(samples)
     check_exposure(exposure)
     check_progress(progress)
@@ -223,8 +221,9 @@ def render(
     check_options(given, facts_of(name, made))
     if not isinstance(tree, Tree):
         tree = build(tree)
-    if chooses_size:
-        width, height = default_size(tree.geometry, SIZE)
+    suitable = (SIZE, SIZE) if camera is not None else default_size(tree.geometry, SIZE)
+    width, height = complete_size(width, height, suitable)
+    check_size(width, height)
     if camera is None:
         camera = default_camera(tree.geometry, aspect=width / height)
     if radius is None and needs_radius(tree.geometry):

@@ -21,7 +21,7 @@ from .measures import MEASURES, Measure
 from .picture import Picture
 from .radius import suitable_radius
 from .renderer import render
-from .view import default_camera, default_view
+from .view import complete_size, default_camera, default_view
 
 #: The most pictures of a sequence.
 MAX_PICTURES = 100_000
@@ -103,9 +103,10 @@ def radius_sweep(tree: Any, radii: Sequence[float], camera: Camera | None = None
 
 def _aspect(options: dict[str, Any]) -> float:
     """Return the width of pictures over their height."""
-    width, height = options.get("width", SIZE), options.get("height", SIZE)
-    check_size(width, height)
-    return float(width / height)
+    given = options.get("width"), options.get("height")
+    check_size(*(SIZE if side is None else side for side in given))
+    width, height = complete_size(*given, (SIZE, SIZE))
+    return width / height
 
 
 def spaced_radii(first: float, last: float, n_radii: int) -> list[float]:

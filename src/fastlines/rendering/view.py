@@ -110,6 +110,23 @@ def default_size(
     return (longer, shorter) if width > height else (shorter, longer)
 
 
+def complete_size(width: int | None, height: int | None, suitable: tuple[int, int]) -> tuple[int, int]:
+    """Return the width and the height of a picture; what is not given follows from a suitable size.
+
+    Examples
+    --------
+    >>> complete_size(None, None, (1200, 900)), complete_size(None, 300, (1200, 900))
+    ((1200, 900), (400, 300))
+    """
+    if width is not None and height is not None:
+        return width, height
+    if width is not None:
+        return width, max(1, round(width * suitable[1] / suitable[0]))
+    if height is not None:
+        return max(1, round(height * suitable[0] / suitable[1])), height
+    return suitable
+
+
 def _tuple(vector: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Vector:
     x, y, z = vector.tolist()
     # Avoid negative zeros, which look odd.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Container, Sequence
 
 import numpy as np
 
@@ -38,9 +38,8 @@ NUMBERS = {"hits": "how many lines the ray of each pixel hits", "work": "how man
 QUALITIES = ("normal", "high")
 #: The colour map, unless another one is given.
 DEFAULT_MAP = "viridis"
-#: At least so many strands look like hair, if nothing says otherwise.
-HAIRS = 1000
-
+#: At least so many strands look like hair, if nothing says otherwise; and those of a groom, which are all alike.
+HAIRS, GROOM = 1000, 100
 #: Half of the turns of hair have a larger cosine.
 SMOOTH = 0.8
 
@@ -67,8 +66,9 @@ HAIR_COLORS = {
 def look_for(geometry: AnyGeometry) -> str:
     """Choose the look of a geometry.
 
-    Lines with a radius are tubes, and so are all other shapes. Of lines without one, thousands of strands that are not
-    flat and without a unit, or in metres, are hair. Other lines are fibres.
+    Lines with a radius are tubes, and so are all other shapes. Of lines without one, many smooth strands that are not
+    flat and without a unit, or in metres, are hair. A thousand are many, or a hundred if all have as many points, as
+    grooms do. Other lines are fibres.
 
     Examples
     --------
@@ -82,9 +82,15 @@ def look_for(geometry: AnyGeometry) -> str:
     unit = unit_of(geometry)
     if unit == "Å":
         return "tube"
-    strands = sum(part.n_strands for part in parts if isinstance(part, Lines | Curves))
-    is_hair = strands >= HAIRS and not _is_flat(geometry) and unit in (None, "m", "cm") and all(map(_is_smooth, parts))
+    is_hair = _is_many(parts) and not _is_flat(geometry) and unit in (None, "m", "cm") and all(map(_is_smooth, parts))
     return "hair" if is_hair else "fibre"
+
+
+def _is_many(parts: Sequence[AnyGeometry]) -> bool:
+    """Return whether there are as many strands as hairs, or as of a groom, whose strands have as many points each."""
+    strands = [part.strands[part.strands >= 0] for part in parts if isinstance(part, Lines | Curves)]
+    n_segments = np.concatenate([np.unique(each, return_counts=True)[1] for each in strands])
+    return len(n_segments) >= HAIRS or (len(n_segments) >= GROOM and bool((n_segments == n_segments[0]).all()))
 
 
 def _is_smooth(part: AnyGeometry) -> bool:
