@@ -86,16 +86,32 @@ struct ConeColumns {
   }
 };
 
+/// The file that a path names, past symbolic links; nothing but a file may be replaced.
+std::filesystem::path target_of(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path target = fs::weakly_canonical(path, error);
+  const fs::file_status status = fs::status(path, error);
+  if (fs::exists(status) && !fs::is_regular_file(status))
+    throw FileError(path + " is not a regular file; expected the path of a file to write");
+  return target.empty() ? fs::path(path) : target;
+}
+
 void write_file(const std::string& path, const std::vector<Bytes>& parts) {
   namespace fs = std::filesystem;
-  const fs::path partial = path + "." + std::to_string(std::random_device{}()) + ".partial";
+  const fs::path target = target_of(path);
+  fs::path partial = target;
+  partial += "." + std::to_string(std::random_device{}()) + ".partial";
   std::ofstream file(partial, std::ios::binary);
   if (!file)
     throw FileError(path + " cannot be written; expected a path in a folder that exists and can be written to");
   for (const Bytes part : parts) file.write(reinterpret_cast<const char*>(part.data()), std::streamsize(part.size()));
   file.close();
   std::error_code error;
-  if (file) fs::rename(partial, path, error);
+  const fs::file_status before = fs::status(target, error);
+  if (file && fs::exists(before)) fs::permissions(partial, before.permissions(), error);
+  error.clear();
+  if (file) fs::rename(partial, target, error);
   if (!file || error) {
     std::error_code ignored;
     fs::remove(partial, ignored);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes as c
+import os
 from pathlib import Path
 from typing import Any
 
@@ -205,6 +206,25 @@ def test_files_that_c_cannot_use_are_refused(library: Library, tmp_path: Path) -
     (tmp_path / "text.flt").write_text("lines of text, not a tree")
     with pytest.raises(RuntimeError, match="does not begin like one"):
         library.load(tmp_path / "text.flt")
+
+
+def test_saving_keeps_links_and_modes_and_replaces_only_files(
+    library: Library, lines: fl.Lines, tmp_path: Path
+) -> None:
+    tree, target, link = library.build(lines), tmp_path / "target.flt", tmp_path / "link.flt"
+    target.touch(0o600)
+    link.symlink_to(target)
+    tree.save(link)
+    assert link.is_symlink()
+    assert len(fl.load(target).geometry) == len(fl.load(link).geometry) == len(lines)
+    assert target.stat().st_mode & 0o777 == 0o600
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", tmp_path):
+        with pytest.raises(RuntimeError, match="is not a regular file; expected the path of a file"):
+            tree.save(path)
+    with pytest.raises(RuntimeError, match="a folder that exists"):
+        tree.save(tmp_path / "none" / "a.flt")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["link.flt", "pipe", "target.flt"]
 
 
 def test_bad_input_has_a_message(library: Library, lines: fl.Lines) -> None:
