@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 import fastlines as fl
-from fastlines.cuda import program
+from fastlines.cuda import program, scene
 
-PRIMITIVES = ["DeviceSegments", "DeviceRoundCones"]
+PRIMITIVES = list(scene.PRIMITIVES.values())
 
 
 def require_nvrtc() -> None:
