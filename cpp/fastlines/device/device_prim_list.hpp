@@ -3,6 +3,7 @@
 #pragma once
 
 #include "device_heap.hpp"
+#include "device_primitives.hpp"
 #include "records.hpp"
 
 namespace fastlines {
