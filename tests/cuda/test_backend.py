@@ -13,6 +13,7 @@ from support.answers import WITH_AT, assert_same, cases, options, question
 from support.builds import ALL_KINDS
 from support.nasty import spreads
 from support.played_device import PlayedDevice
+from support.slow import few_of
 
 import fastlines as fl
 from fastlines.cuda import program
@@ -43,7 +44,7 @@ def on_cpu_afterwards():
     fl.set_backend("cpu")
 
 
-@pytest.mark.parametrize("name", nasty.NAMES)
+@pytest.mark.parametrize("name", few_of(nasty.NAMES, 8))
 @pytest.mark.parametrize("kind", KINDS)
 def test_answers_are_those_of_brute_force(kind: str, name: str, device: PlayedDevice) -> None:
     case = cases(0, n_rays=60)[name]
@@ -71,7 +72,7 @@ def test_shapes_in_several_leaves(kind: str, device: PlayedDevice) -> None:
     assert ("count_prims" in device.launched) == (kind != "a mixture")  # crossings of curves are counted on the CPU
 
 
-@pytest.mark.parametrize("name", nasty.NAMES)
+@pytest.mark.parametrize("name", few_of(nasty.NAMES, 4))
 @pytest.mark.parametrize("kind", LINES)
 def test_rays_with_a_spread(kind: str, name: str, device: PlayedDevice) -> None:
     case = cases(0, n_rays=60)[name]

@@ -3,7 +3,7 @@
 // A node's children are tested one after the other. Inner ones go to the stack: sorted, the nearest on top, if hits
 // lower the limit, and in their order else. Then the leaves are culled and their survivors tested, and the next node is
 // popped. The stack has the room that the tree needs: kernels are compiled for it, after one pass over the nodes
-// (src/fastlines/cuda/layout.py).
+// (src/fastlines/cuda/scene.py).
 #pragma once
 
 #include "device_collectors.hpp"
