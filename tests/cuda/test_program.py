@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 import fastlines as fl
-from fastlines.cuda import program
+from fastlines.cuda import program, scene
 
-PRIMITIVES = ["DeviceSegments", "DeviceRoundCones"]
+PRIMITIVES = list(scene.PRIMITIVES.values())
 
 
 def require_nvrtc() -> None:
@@ -61,6 +61,7 @@ def test_kernels_compile_and_are_cached(arch: str, tmp_path: Path, monkeypatch: 
     monkeypatch.setenv("FASTLINES_CACHE", str(tmp_path / "cache"))
     code = program.compiled(arch, "DeviceSegments", 64)
     assert code[:4] == b"\x7fELF"
+    assert len(code) < 10**6, "the loop over the children of a node is not unrolled"
     (cached,) = (tmp_path / "cache").iterdir()
     assert cached.read_bytes() == code
     cached.write_bytes(b"from the cache")

@@ -54,16 +54,16 @@ struct DeviceCullRay {
   }
 };
 
-/// Calls visit(child, enter) for each child of a node whose box, grown by the reach, the ray may hit before `limit`; in
-/// the order of the children. `enter` is where it enters the box: t in the frame.
-template <class Visit>
-[[gnu::always_inline]] inline void cull_children(const DeviceCullRay& ray, const WideNode& node, float limit,
-                                                 const Visit& visit) {
+/// Calls visit(i, enter) for each of the first n boxes of a block that the ray, with its reach, may hit before `limit`;
+/// in their order. `enter` is where it enters the box: t in the frame.
+template <class Block, class Visit>
+[[gnu::always_inline]] inline void cull_boxes(const DeviceCullRay& ray, const Block& block, const std::uint8_t* planes,
+                                              int n, float limit, const Visit& visit) {
   float step[3], to_near[3], to_far[3];
   for (int k = 0; k < 3; ++k) {
-    step[k] = ray.inverse[k] * node.scale;
-    to_near[k] = fma(ray.inverse[k], node.org[k], ray.near[k]);
-    to_far[k] = fma(ray.inverse[k], node.org[k], ray.far[k]);
+    step[k] = ray.inverse[k] * block.scale;
+    to_near[k] = fma(ray.inverse[k], block.org[k], ray.near[k]);
+    to_far[k] = fma(ray.inverse[k], block.org[k], ray.far[k]);
   }
   // Where the ray enters a box, given by four bytes of each plane, and whether it hits it.
   const auto clip = [&](const auto& near_words, const auto& far_words, int i, float& enter) {
@@ -75,8 +75,7 @@ template <class Visit>
     }
     return enter <= leave;
   };
-  const auto* const rows = reinterpret_cast<const PlaneRow*>(node.planes);
-  const int n = node.n_children;
+  const auto* const rows = reinterpret_cast<const PlaneRow*>(planes);
   if constexpr (FASTLINES_NODE_ROWS) {
     PlaneRow near_rows[3], far_rows[3];
     for (int k = 0; k < 3; ++k) {
@@ -96,6 +95,8 @@ template <class Visit>
       visit(child, enters[child]);
     }
   } else {
+    // Unrolled, kernels for architectures from sm_100 on are seven times as large, and take half a minute to compile.
+    FASTLINES_NO_UNROLL
     for (int first = 0; first < n; first += 4) {
       std::uint32_t near_words[3], far_words[3];
       for (int k = 0; k < 3; ++k) {
@@ -111,9 +112,16 @@ template <class Visit>
   }
 }
 
-/// A mask of the pieces of a leaf that may come within reach of the ray's line.
+/// Calls visit(child, enter) for each child of a node whose box the ray may hit before `limit` (`cull_boxes`).
+template <class Visit>
+[[gnu::always_inline]] inline void cull_children(const DeviceCullRay& ray, const WideNode& node, float limit,
+                                                 const Visit& visit) {
+  cull_boxes(ray, node, node.planes, node.n_children, limit, visit);
+}
+
+/// A mask of the pieces of a leaf of axes that may come within reach of the ray's line.
 template <bool has_radius>
-[[gnu::always_inline]] inline std::uint32_t cull_leaf_pieces(const DeviceCullRay& ray, const WideLeaf& leaf) {
+[[gnu::always_inline]] inline std::uint32_t cull_axes(const DeviceCullRay& ray, const WideLeaf& leaf) {
   // If the reach is twice as large as the leaf, all pieces that can be in reach pass: also where squares overflow.
   constexpr float pass_all = 512.0f, huge = 1e30f, farthest = 1e15f;
   constexpr float rounding = 0.5f, tiny = 1e-30f;
@@ -150,6 +158,18 @@ template <bool has_radius>
     }
   }
   return near & ((1u << leaf.n_refs) - 1);
+}
+
+/// A mask of the pieces of a leaf that may come within reach of the ray, or of its line.
+template <class P>
+[[gnu::always_inline]] inline std::uint32_t cull_pieces(const DeviceCullRay& ray, const WideLeaf& leaf) {
+  if constexpr (P::kHasBoxes)
+    if (leaf.shape == LeafShape::boxes) {
+      std::uint32_t near = 0;
+      cull_boxes(ray, leaf, leaf.ends, leaf.n_refs, kInfinity, [&](int i, float) { near |= 1u << i; });
+      return near;
+    }
+  return cull_axes<P::kHasRadius>(ray, leaf);
 }
 
 }  // namespace fastlines

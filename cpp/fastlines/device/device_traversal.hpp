@@ -3,7 +3,7 @@
 // A node's children are tested one after the other. Inner ones go to the stack: sorted, the nearest on top, if hits
 // lower the limit, and in their order else. Then the leaves are culled and their survivors tested, and the next node is
 // popped. The stack has the room that the tree needs: kernels are compiled for it, after one pass over the nodes
-// (src/fastlines/cuda/layout.py).
+// (src/fastlines/cuda/scene.py).
 #pragma once
 
 #include "device_collectors.hpp"
@@ -36,7 +36,7 @@ inline void count_device_step(Collector& to, std::uint32_t DeviceSteps::* step) 
 
 /// Report the hits of a ray to the collector.
 template <class P, class Collector>
-void trace(const DeviceScene& scene, const Ray& ray, Collector& to) {
+void trace(const DeviceScene& scene, const RayOf<P>& ray, Collector& to) {
   const DeviceCullRay cull(ray);
   DeviceStackEntry stack[FASTLINES_STACK];
   int size = 0;
@@ -63,7 +63,7 @@ void trace(const DeviceScene& scene, const Ray& ray, Collector& to) {
       if (!(leaves & 1)) continue;
       count_device_step(to, &DeviceSteps::n_leaves);
       const WideLeaf& leaf = scene.leaves[leaf_index];
-      std::uint32_t near = cull_leaf_pieces<P::kHasRadius>(cull, leaf);
+      std::uint32_t near = cull_pieces<P>(cull, leaf);
       for (std::uint32_t i = leaf.first_ref; near; near >>= 1, ++i) {
         if (!(near & 1)) continue;
         count_device_step(to, &DeviceSteps::n_tests);

@@ -17,6 +17,7 @@
 
 #define FASTLINES_KERNEL extern "C" __global__ void __launch_bounds__(FASTLINES_BLOCK)
 #define FASTLINES_UNROLL _Pragma("unroll")
+#define FASTLINES_NO_UNROLL _Pragma("unroll 1")
 
 namespace fastlines {
 
@@ -38,6 +39,7 @@ inline void note_stack(int) {}
 
 #define FASTLINES_KERNEL extern "C" inline void
 #define FASTLINES_UNROLL
+#define FASTLINES_NO_UNROLL
 
 namespace fastlines {
 
