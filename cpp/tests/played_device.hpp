@@ -70,6 +70,12 @@ struct OwnedHits {
   }
 };
 
+/// Runs a kernel for n rays, and some more threads.
+template <class Kernel, class... Arguments>
+void play_rays(std::uint64_t n, const Kernel& kernel, const Arguments&... arguments) {
+  play_threads(kGroup * (n + 5), kernel, arguments...);
+}
+
 /// Answers queries by the kernels of a kind of primitive.
 template <class P>
 struct PlayedDevice {
@@ -79,19 +85,19 @@ struct PlayedDevice {
   template <At at>
   OwnedHits first() const {
     OwnedHits hits;
-    play_threads(rays.n + 5, first_hit_of_thread<P, at>, scene, rays, hits.columns(rays.n));
+    play_rays(rays.n, first_hit_of_thread<P, at>, scene, rays, hits.columns(rays.n));
     return hits;
   }
 
   std::vector<char> any() const {
     std::vector<char> found(rays.n, 7);
-    play_threads(rays.n + 5, any_hit_of_thread<P>, scene, rays, reinterpret_cast<bool*>(found.data()));
+    play_rays(rays.n, any_hit_of_thread<P>, scene, rays, reinterpret_cast<bool*>(found.data()));
     return found;
   }
 
   std::vector<std::int64_t> count(std::uint64_t at_most = ~0ull) const {
     std::vector<std::int64_t> counts(rays.n, -7);
-    play_threads(rays.n + 5, count_hits_of_thread<P>, scene, rays, at_most, counts.data());
+    play_rays(rays.n, count_hits_of_thread<P>, scene, rays, at_most, counts.data());
     return counts;
   }
 
@@ -103,8 +109,8 @@ struct PlayedDevice {
     lists.offsets.insert(lists.offsets.begin(), 0);
     scan(lists.offsets, 1);
     const DeviceHits columns = lists.columns(std::size_t(lists.offsets.back()));
-    play_threads(rays.n + 5, list_hits_of_thread<P, at, rank, shrinks_limit>, scene, rays,
-                 DeviceLists{lists.offsets.data(), columns});
+    play_rays(rays.n, list_hits_of_thread<P, at, rank, shrinks_limit>, scene, rays,
+              DeviceLists{lists.offsets.data(), columns});
     return lists;
   }
 };

@@ -66,7 +66,16 @@ def test_scenes_of_the_thesis(name: str, device: PlayedDevice) -> None:
             assert_same(getattr(tree, query)(*rays, radius, **options(query)), expected, f"{query}, {radius=}")
 
 
-@pytest.mark.parametrize("tuning", [{"FASTLINES_NODE_ROWS": 1}, {"FASTLINES_BLOCK": 64}])
+@pytest.mark.parametrize(
+    "tuning",
+    [
+        {"FASTLINES_NODE_ROWS": 1},
+        {"FASTLINES_BLOCK": 64, "FASTLINES_SHARED_STACK": 2},
+        {"FASTLINES_GROUP": 16},
+        {"FASTLINES_GROUP": 16, "FASTLINES_SHARED_STACK": 2},
+        {"FASTLINES_GROUP": 16, "FASTLINES_SHARED_STACK": 4096},
+    ],
+)
 def test_tuning_changes_no_answer(
     tuning: dict[str, int], device: PlayedDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:

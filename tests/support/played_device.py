@@ -15,7 +15,7 @@ import numpy.typing as npt
 import pytest
 
 from fastlines.cuda.device import ViewedArray
-from fastlines.cuda.program import BLOCK, TUNING, headers, macros
+from fastlines.cuda.program import BLOCK, GROUP, TUNING, headers, macros
 
 SOURCE = Path(__file__).with_suffix(".cpp")
 #: Answers are defined to the bit: no contraction.
@@ -55,6 +55,7 @@ class DeviceArray:
 class PlayedKernels:
     library: ctypes.CDLL
     launched: list[str]
+    group: int
 
     def launch(self, name: str, n_threads: int, *arguments: int) -> None:
         self.launched.append(name)
@@ -104,4 +105,4 @@ class PlayedDevice:
             defines = [f"-D{name}={value}" for name, value in macros(primitives, stack)]
             command = [require_compiler(), *FLAGS, *defines, f"-I{headers()}", str(SOURCE), "-o", str(library)]
             subprocess.run(command, check=True, capture_output=True, text=True)
-        return PlayedKernels(ctypes.CDLL(str(library)), self.launched)
+        return PlayedKernels(ctypes.CDLL(str(library)), self.launched, TUNING[GROUP])

@@ -1,7 +1,7 @@
 // Collectors of the hits of one ray, in the registers of a thread (kernels/collect has those of 64 rays).
 //
 // A traversal reports each hit of the exact test by `add`; `limit` is the t in the frame beyond which nothing is
-// needed.
+// needed. A collector reads no more of a test than its approach at `kAt`.
 #pragma once
 
 #include "../rays/hit_order.hpp"
@@ -13,6 +13,7 @@ namespace fastlines {
 /// Keeps the first hit.
 template <At at>
 struct FirstHitOfRay {
+  static constexpr At kAt = at;
   static constexpr bool kShrinksLimit = true;
   const Ray& ray;
   float limit;
@@ -39,6 +40,7 @@ struct FirstHitOfRay {
 
 /// Keeps whether there is a hit.
 struct AnyHitOfRay {
+  static constexpr At kAt = At::closest;
   static constexpr bool kShrinksLimit = false;
   float limit;
   bool found = false;
@@ -54,6 +56,7 @@ struct AnyHitOfRay {
 
 /// Counts hits, up to `at_most`.
 struct HitCountOfRay {
+  static constexpr At kAt = At::closest;
   static constexpr bool kShrinksLimit = false;
   float limit;
   std::uint64_t at_most;
@@ -77,6 +80,7 @@ enum class Rank { t, distance };
 template <At at, Rank rank, bool shrinks_limit>
 class HitListOfRay {
  public:
+  static constexpr At kAt = at;
   static constexpr bool kShrinksLimit = shrinks_limit;
   const Ray& ray;
   float limit;

@@ -1,10 +1,12 @@
-// The kernels: one thread a ray. They are compiled for one kind of primitive, FASTLINES_PRIMITIVES.
+// The kernels: one thread a ray, or one group of threads (group.hpp). They are compiled for one kind of primitive,
+// FASTLINES_PRIMITIVES.
 //
 // Numbers come as 64 bits, so that a launch passes pointers and numbers alike. Threads beyond the last ray do nothing.
 #pragma once
 
 #include "device_ray_check.hpp"
 #include "device_traversal.hpp"
+#include "group_traversal.hpp"
 #include "thread.hpp"
 
 #if !defined(FASTLINES_PRIMITIVES)
@@ -15,9 +17,9 @@ namespace fastlines {
 
 /// The ray that the calling thread takes: its number, or n if there is none.
 inline std::uint64_t ray_of_thread(const DeviceRays& rays) {
-  const std::uint64_t thread = thread_index();
-  if (thread >= rays.n) return rays.n;
-  return rays.order ? rays.order[thread] : thread;
+  const std::uint64_t number = thread_index() / kGroup;
+  if (number >= rays.n || !plays_lane()) return rays.n;
+  return rays.order ? rays.order[number] : number;
 }
 
 /// Ray i, as the caller gave it.
@@ -41,6 +43,15 @@ float exit_of(const DeviceScene& scene, const Ray& ray, std::uint64_t prim) {
   return ray.t_ray(device_test<P>(ray, scene.items + prim * P::kFloats, scene.frame).exit());
 }
 
+/// Report the hits of a ray to the collector; to that of the group's leader, if a group takes the ray.
+template <class P, class Collector>
+void trace(const DeviceScene& scene, const Ray& ray, Collector& to) {
+  if constexpr (kGroup > 1)
+    trace_by_group<P>(scene, ray, to);
+  else
+    trace_by_thread<P>(scene, ray, to);
+}
+
 template <class P, At at>
 void first_hit_of_thread(const DeviceScene& scene, const DeviceRays& rays, const DeviceHits& to) {
   const std::uint64_t i = ray_of_thread(rays);
@@ -48,6 +59,7 @@ void first_hit_of_thread(const DeviceScene& scene, const DeviceRays& rays, const
   const Ray ray = prepared_ray(rays, i, scene.frame);
   FirstHitOfRay<at> found(ray);
   trace<P>(scene, ray, found);
+  if (!is_leader()) return;
   const bool hit = found.prim != kNoDevicePrim;
   to.t[i] = hit ? found.t_ray : kInfinity;
   to.prim[i] = hit ? std::int64_t(found.prim) : -1;
@@ -63,6 +75,7 @@ void any_hit_of_thread(const DeviceScene& scene, const DeviceRays& rays, bool* t
   const Ray ray = prepared_ray(rays, i, scene.frame);
   AnyHitOfRay found(ray);
   trace<P>(scene, ray, found);
+  if (!is_leader()) return;
   to[i] = found.found;
 }
 
@@ -73,6 +86,7 @@ void count_hits_of_thread(const DeviceScene& scene, const DeviceRays& rays, std:
   const Ray ray = prepared_ray(rays, i, scene.frame);
   HitCountOfRay found(ray, at_most);
   trace<P>(scene, ray, found);
+  if (!is_leader()) return;
   to[i] = std::int64_t(found.n);
 }
 
@@ -84,6 +98,7 @@ void list_hits_of_thread(const DeviceScene& scene, const DeviceRays& rays, const
   const auto first = std::uint64_t(to.offsets[i]), room = std::uint64_t(to.offsets[i + 1]) - first;
   HitListOfRay<at, rank, shrinks_limit> list(ray, to.hits, first, room);
   trace<P>(scene, ray, list);
+  if (!is_leader()) return;
   list.sort();
   if constexpr (at == At::surface)
     for (std::uint64_t j = 0; j < list.size(); ++j) to.hits.t_out[first + j] = exit_of<P>(scene, ray, list.prim(j));
@@ -102,12 +117,13 @@ FASTLINES_KERNEL first_steps(const DeviceScene* __restrict__ scene, const Device
   const Ray ray = prepared_ray(*rays, i, scene->frame);
   CountedFirstHit found(ray);
   trace<FASTLINES_PRIMITIVES>(*scene, ray, found);
+  if (!is_leader()) return;
   to[i] = found;
 }
 
-/// Add the number of rays that are not valid to `n_invalid`.
+/// Add the number of rays that are not valid to `n_invalid`; one thread a ray.
 FASTLINES_KERNEL check_rays(const DeviceLimits* limits, const DeviceRays* rays, std::uint32_t* n_invalid) {
-  const std::uint64_t i = ray_of_thread(*rays);
+  const std::uint64_t i = thread_index();
   if (i < rays->n && !is_valid(query_of(*rays, i), *limits)) add_one(n_invalid);
 }
 
