@@ -102,11 +102,32 @@ def test_kernels_compile_and_are_cached(arch: str, tmp_path: Path, monkeypatch: 
     assert cached.read_bytes() == code
     cached.write_bytes(b"from the cache")
     assert program.compiled(arch, "DeviceSegments", 64) == b"from the cache"
-    # Another stack, or other text, is another program.
-    for change in (lambda: None, lambda: monkeypatch.setattr(program, "text", lambda: "other")):
-        change()
-        assert program.compiled(arch, "DeviceSegments", 128)[:4] == b"\x7fELF"
-    assert len(list((tmp_path / "cache").iterdir())) == 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("arch", ["sm_75", "sm_120"])
+def test_groups_compile(arch: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    require_nvrtc()
+    monkeypatch.setitem(program.TUNING, program.GROUP, 16)
+    monkeypatch.setitem(program.TUNING, SHARED, 16)
+    assert program.compile_now(program.options(arch, "DeviceRoundCones", 64))[:4] == b"\x7fELF"
+
+
+def test_other_programs_are_not_taken_from_the_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    require_nvrtc()
+    monkeypatch.setenv("FASTLINES_CACHE", str(tmp_path))
+    numbers = iter(range(9))
+    monkeypatch.setattr(program, "compile_now", lambda how: b"%d" % next(numbers))
+
+    def compiled() -> list[bytes]:
+        kinds = ("sm_90", "DeviceSegments", 64), ("sm_90", "DeviceSegments", 128), ("sm_75", "DeviceSegments", 64)
+        return [program.compiled(*kind) for kind in kinds]
+
+    assert compiled() == [b"0", b"1", b"2"]
+    monkeypatch.setitem(program.TUNING, program.GROUP, 16)
+    assert compiled() == [b"3", b"4", b"5"]
+    monkeypatch.setattr(program, "text", lambda: "other")
+    assert compiled() == compiled() == [b"6", b"7", b"8"]
 
 
 def test_a_cache_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
