@@ -21,6 +21,15 @@ SOURCE = Path(__file__).with_suffix(".cpp")
 #: Answers are defined to the bit: no contraction.
 FLAGS = ["-std=c++20", "-O1", "-fPIC", "-shared", "-ffp-contract=off", "-Wall", "-Wextra"]
 
+#: Macros for each variant of the kernels: how nodes are read, how many threads take a ray, and where its stack is.
+TUNINGS: list[dict[str, int]] = [
+    {"FASTLINES_NODE_ROWS": 1},
+    {BLOCK: 64, "FASTLINES_SHARED_STACK": 2},
+    {GROUP: 16},
+    {GROUP: 16, "FASTLINES_SHARED_STACK": 2},
+    {GROUP: 16, "FASTLINES_SHARED_STACK": 4096},
+]
+
 
 def require_compiler() -> str:
     """Return the C++ compiler; skip the test if there is none."""

@@ -13,6 +13,7 @@ from fastlines.cuda.choice import device as cuda_device
 from fastlines.cuda.device import Device as CudaDevice
 from fastlines.cuda.program import TUNING
 from fastlines.cuda.scene import scene_of
+from fastlines.cuda.scene import upload as upload_scene
 from fastlines.errors import FastlinesError
 from fastlines.geometry import core_data
 from fastlines.immutable import own
@@ -83,5 +84,6 @@ __all__ = [
     "show_progress",
     "srgb",
     "to_bytes",
+    "upload_scene",
     "use_engine",
 ]

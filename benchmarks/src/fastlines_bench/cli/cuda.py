@@ -9,10 +9,19 @@ import typer
 from fastlines import InputError
 from fastlines.scenes import NAMES
 
-from ..cuda import CudaPreset, print_cuda, run_cuda
+from ..cuda import CudaPreset, VariantsPreset, print_cuda, print_variants, run_cuda, run_variants
 from ..package import TUNING
 from .app import app
 from .options import JsonFile, NRays, Quick, Rounds, check_files, check_names, progress_bar, write_json
+
+NSegments = Annotated[
+    int | None,
+    typer.Option("--n-segments", help="The segments of each scene that is timed.", min=1, show_default=False),
+]
+Limit = Annotated[
+    float | None,
+    typer.Option("--limit", metavar="SECONDS", help="Begin no scene after so long.", min=0.0, show_default=False),
+]
 
 
 @app.command(short_help="The answers and the speed of queries on a GPU, beside the CPU.")
@@ -21,16 +30,10 @@ def cuda(
         list[str] | None,
         typer.Option("--scene", "-s", metavar="NAME,…", help="The scenes; the default is all.", show_default=False),
     ] = None,
-    n_segments: Annotated[
-        int | None,
-        typer.Option("--n-segments", help="The segments of each scene that is timed.", min=1, show_default=False),
-    ] = None,
+    n_segments: NSegments = None,
     n_rays: NRays = None,
     rounds: Rounds = None,
-    limit: Annotated[
-        float | None,
-        typer.Option("--limit", metavar="SECONDS", help="Begin no scene after so long.", min=0.0, show_default=False),
-    ] = None,
+    limit: Limit = None,
     tune: Annotated[
         list[str] | None,
         typer.Option(
@@ -63,7 +66,7 @@ def cuda(
         n_rays=n_rays,
         rounds=rounds,
         limit=limit,
-        tuning=TUNING | _macros(tune),
+        tuning=TUNING | _macros("--tune", tune or []),
     )
     with progress_bar() as progress:
         result = run_cuda(preset, progress)
@@ -73,11 +76,63 @@ def cuda(
         raise typer.Exit(1)
 
 
-def _macros(texts: list[str] | None) -> dict[str, int]:
+@app.command("cuda-variants", short_help="The speed of variants of the kernels on a GPU.")
+def cuda_variants(
+    scene: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--scene", "-s", metavar="NAME,…", help="The scenes; the default is bun-hair.", show_default=False
+        ),
+    ] = None,
+    variant: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--variant",
+            metavar="NAME=N,…",
+            help=f"A variant: macros of {', '.join(TUNING)}. Repeat for more; the default is a list of ten.",
+            show_default=False,
+        ),
+    ] = None,
+    n_segments: NSegments = None,
+    n_rays: NRays = None,
+    rounds: Rounds = None,
+    limit: Limit = None,
+    quick: Quick = False,
+    json_file: JsonFile = None,
+) -> None:
+    """Time variants of the kernels on a GPU, in turn on the same rays. Answers are compared with those of the CPU.
+
+    Needs a GPU and the extra "cuda" of fastlines. Exits with 1 if an answer differs.
+
+    [bold]Examples[/]
+
+    [cyan]fastlines-bench cuda-variants --json variants.json[/]
+
+    [cyan]fastlines-bench cuda-variants --variant FASTLINES_GROUP=1 --variant FASTLINES_GROUP=16,FASTLINES_BLOCK=64[/]
+    """
+    check_files(json_file)
+    preset = VariantsPreset.of(
+        quick,
+        scenes=check_names("--scene", "scene", scene, NAMES),
+        variants=tuple(_macros("--variant", text.split(",")) for text in variant) if variant else None,
+        n_segments=n_segments,
+        n_rays=n_rays,
+        rounds=rounds,
+        limit=limit,
+    )
+    with progress_bar() as progress:
+        result = run_variants(preset, progress)
+    print_variants(result)
+    write_json(json_file, result.to_json())
+    if not result.agrees:
+        raise typer.Exit(1)
+
+
+def _macros(option: str, texts: list[str]) -> dict[str, int]:
     found = {}
-    for text in texts or []:
+    for text in texts:
         name, _, value = text.partition("=")
         if name not in TUNING or not (value.isascii() and value.isdigit()):
-            raise InputError(f"--tune {text!r} is not NAME=N with a name of {', '.join(TUNING)}")
+            raise InputError(f"{option} {text!r} is not NAME=N with a name of {', '.join(TUNING)}")
         found[name] = int(value)
     return found
