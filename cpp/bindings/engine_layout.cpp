@@ -1,6 +1,7 @@
 // Builds wide layouts from a tree, and refits them to segments that have moved.
 #include "engine.hpp"
 #include "engine/trees.hpp"
+#include "fastlines/rays/spread_ray.hpp"
 #include "layout.hpp"
 #include "tree.hpp"
 

@@ -1,11 +1,13 @@
-// Runs the kernels for GPUs on the host, and compares all answers with brute force, bit for bit: segments and round
-// cones, all queries, rays of all kinds, in order and shuffled. With FASTLINES_PLAY_WARPS, each lane is a fiber.
+// Runs the kernels for GPUs on the host, and compares all answers with brute force, bit for bit: all kinds of
+// primitives, all queries, rays of all kinds, in order and shuffled, with a spread and without.
+// With FASTLINES_PLAY_WARPS, each lane is a fiber.
 #include <algorithm>
 #include <cinttypes>
 #include <numeric>
 
 #include "chains.hpp"
 #include "check.hpp"
+#include "fastlines/primitives/spread_cones.hpp"
 
 #if !defined(FASTLINES_PLAY_WARPS)
 #define FASTLINES_PLAY_WARPS 0
@@ -22,7 +24,7 @@ using namespace fastlines::test;
 namespace {
 
 constexpr bool kPlaysWarps = FASTLINES_PLAY_WARPS;
-std::size_t n_decisions = 0, n_answers = 0, n_differ = 0;
+std::size_t n_decisions = 0, n_answers = 0, n_differ = 0, n_repeated = 0;
 
 /// Adds the lists of hits, or the first hits if there are no offsets.
 Answers answers_of(const OwnedHits& hits, At at) {
@@ -93,17 +95,52 @@ void check_query(const Brute<P>& brute, const PlayedDevice<D>& device, const Cas
   }
 }
 
-/// Run all queries on a scene, with kernels for the primitives D.
-template <class D, class P>
-void check_scene(const std::string& name, const Lines& lines, const P& prims) {
+/// Rays from so far away that hits at many places have the same t in units of the ray: the first is that of the lowest
+/// id, which may be in a node that the ray enters later.
+Rays rays_from_afar(const Lines& lines, float size) {
+  Random random{8};
+  Rays rays{.name = "from afar", .origins = {}, .directions = {}, .radius = {}};
+  for (int i = 0; i < 90; ++i) {
+    const Segment& line = lines[random.below(lines.size())];
+    Vec3 d{0, 0, 0};
+    d[std::size_t(i % 3)] = i % 2 ? size : -size;
+    rays.origins.push_back(line.p + (line.q - line.p) * random.uniform() - d * 1e6f);
+    rays.directions.push_back(d);
+    rays.radius.push_back((i % 5 ? 0.002f : 0.1f) * size);
+  }
+  return rays;
+}
+
+/// Rays with a spread: one for all rays of a picture, or each its own.
+Rays spread(Rays rays) {
+  Random random{9};
+  const float spreads[] = {0.0f, 1e-4f, 0.01f, 0.3f};
+  rays.spread = {0.005f};
+  if (rays.name == "scattered") rays.spread.resize(rays.origins.size());
+  for (float& one : rays.spread)
+    if (rays.spread.size() > 1) one = spreads[random.below(4)];
+  if (rays.name == "from afar") rays.spread = {1e-8f};
+  return rays;
+}
+
+/// Run all queries on a scene, with kernels for the primitives D. The layout is that of `built`, which has the same
+/// primitives.
+template <class D, class Built, class P>
+void check_scene(const std::string& name, const Lines& lines, const Built& built, const P& prims) {
   Progress progress;
-  const Tree tree = build(prims, progress);
-  const WideBvh wide = collapse(tree.nodes, tree.refs, prims, {.radius_hint = 0.001}, 1, progress);
+  const Tree tree = build(built, progress);
+  const WideBvh wide = collapse(tree.nodes, tree.refs, built, {.radius_hint = 0.001}, 1, progress);
   const WideBvhView<P> view = view_of(wide, prims);
+  const bool has_repeats = D::kHasBoxes && wide.refs.size() > prims.size();
+  n_repeated += has_repeats;
   const std::size_t room = stack_room(wide.nodes);
   check(room <= FASTLINES_STACK, "the stack has room for the tree");
   deepest_stack = 0;
-  for (const Rays& rays : rays_of(lines, tree.nodes[0].box)) {
+  const Box& box = tree.nodes[0].box;
+  std::vector<Rays> all_rays = rays_of(lines, box);
+  all_rays.push_back(rays_from_afar(lines, float(box.side(box.longest_axis()))));
+  for (Rays& rays : all_rays) {
+    if constexpr (kHasSpread<D>) rays = spread(rays);
     const RayBatch batch = rays.batch();
     // Threads may take rays in any order.
     std::vector<std::uint32_t> order;
@@ -111,16 +148,15 @@ void check_scene(const std::string& name, const Lines& lines, const P& prims) {
       order.resize(batch.size());
       std::iota(order.rbegin(), order.rend(), 0u);
     }
-    const PlayedDevice<D> device{scene_of(view), device_rays_of(batch, order)};
+    const PlayedDevice<D> device{scene_of(view), device_rays_of(batch, order), has_repeats};
     const Brute<P> brute{{prims, view.frame}, batch, 1, progress};
     const std::string where = P::kKind + (" \"" + name) + "\", rays \"" + rays.name + '"';
     for (const Case& test_case : kCases)
       for (const Rank rank : {Rank::t, Rank::distance}) {
         if (rank == Rank::distance && test_case.query != Ask::k_nearest) continue;
-        if (test_case.at == At::surface)
+        if (test_case.at == At::surface && !kHasSpread<D>)
           check_query<At::surface>(brute, device, test_case, rank, where);
-        else
-          check_query<At::closest>(brute, device, test_case, rank, where);
+        if (test_case.at == At::closest) check_query<At::closest>(brute, device, test_case, rank, where);
       }
   }
   check(std::size_t(deepest_stack) <= room, "no stack is deeper than foreseen");
@@ -131,7 +167,7 @@ void check_chains() {
   for (const ChildOfDepth child : {first_child, child_in_turn, second_child}) {
     const Chain chain(child);
     const RayBatch rays = chain.rays();
-    const PlayedDevice<DeviceSegments> device{scene_of(chain.view()), device_rays_of(rays, {})};
+    const PlayedDevice<DeviceSegments> device{scene_of(chain.view()), device_rays_of(rays, {}), false};
     deepest_stack = 0;
     const auto first = device.first<At::closest>();
     const auto found = device.any();
@@ -160,6 +196,35 @@ std::vector<RoundCone> cones_around(const Lines& lines) {
   return cones;
 }
 
+/// Shapes along lines: each a round cone, a triangle, a box, or a box without a volume.
+std::vector<Shape> shapes_around(const Lines& lines) {
+  Random random{10};
+  std::vector<Shape> shapes;
+  for (const RoundCone& cone : cones_around(lines)) {
+    const Segment& line = cone.axis;
+    const Vec3 along = line.q - line.p;
+    const float length = std::sqrt(dot(along, along));
+    Box box = line.bounds();
+    const std::size_t kind = random.below(4);
+    if (kind == 0) shapes.push_back(shape_of(Shape::round_cone, cone));
+    if (kind == 1)
+      shapes.push_back(shape_of(Shape::triangle, Triangle{{line.p, line.q, line.p + random.direction() * length}}));
+    if (kind == 3) box.hi[random.below(3)] += 0.1f * length;
+    if (kind >= 2) shapes.push_back(shape_of(Shape::box, box));
+  }
+  return shapes;
+}
+
+/// Lines behind one another in many nodes, the last one first.
+Lines layers() {
+  Lines lines;
+  for (int i = 600; i > 0; --i) {
+    const float z = float(i) / 600.0f;
+    lines.push_back({{0, 0.5f, z}, {1, 0.5f, z}});
+  }
+  return lines;
+}
+
 void check_scans() {
   Random random{7};
   for (const std::size_t n : {1, 2, 255, 256, 257, 70000}) {
@@ -177,12 +242,20 @@ int main() {
   return run([] {
     check_scans();
     check_chains();
-    for (const Scene& scene : scenes()) {
-      check_scene<DeviceSegments>(scene.name, scene.lines, Segments{scene.lines});
+    std::vector<Scene> all = scenes();
+    all.push_back({"layers", layers()});
+    for (const auto& [name, lines] : all) {
+      const Segments segments{lines};
+      check_scene<DeviceSegments>(name, lines, segments, segments);
       if (kPlaysWarps) continue;  // other exact tests are played by the other programs, which are faster
-      const std::vector<RoundCone> cones = cones_around(scene.lines);
-      check_scene<DeviceRoundCones>(scene.name, scene.lines, RoundCones{cones});
+      const std::vector<RoundCone> cones = cones_around(lines);
+      const RoundCones round_cones{cones};
+      check_scene<DeviceRoundCones>(name, lines, round_cones, round_cones);
+      check_scene<DeviceSpreadCones>(name, lines, round_cones, SpreadCones{cones});
+      const std::vector<Shape> shapes = shapes_around(lines);
+      check_scene<DeviceShapes>(name, lines, Shapes{shapes}, Shapes{shapes});
     }
+    check(kPlaysWarps || n_repeated > 3, "some shapes are in several leaves");
     check(n_differ == 0, "all answers are those of brute force");
     std::printf("%zu answers, %zu decisions of brute force\n", n_answers, n_decisions);
   });

@@ -23,13 +23,15 @@ inline DeviceRays device_rays_of(const RayBatch& rays, const std::vector<std::ui
           rays.radius.data(),
           rays.t_min.data(),
           rays.t_max.data(),
+          rays.spread.data(),
           order.empty() ? nullptr : order.data(),
           rays.size(),
           3,
           3,
           step(rays.radius),
           step(rays.t_min),
-          step(rays.t_max)};
+          step(rays.t_max),
+          step(rays.spread)};
 }
 
 /// The entries that the stack of a ray needs, at most.
@@ -81,6 +83,7 @@ template <class P>
 struct PlayedDevice {
   DeviceScene scene;
   DeviceRays rays;
+  bool has_repeats;  ///< whether a primitive is in several leaves, without pieces that own hits
 
   template <At at>
   OwnedHits first() const {
@@ -95,23 +98,41 @@ struct PlayedDevice {
     return found;
   }
 
-  std::vector<std::int64_t> count(std::uint64_t at_most = ~0ull) const {
+  std::vector<std::int64_t> count() const {
     std::vector<std::int64_t> counts(rays.n, -7);
-    play_rays(rays.n, count_hits_of_thread<P>, scene, rays, at_most, counts.data());
+    if (has_repeats) {
+      const std::vector<std::int64_t> offsets = offsets_of_found(~0ull);
+      std::vector<std::uint32_t> prims(std::size_t(offsets.back()));
+      play_rays(rays.n, count_prims_of_thread<P>, scene, rays, offsets.data(), prims.data(), counts.data());
+    } else {
+      play_rays(rays.n, count_hits_of_thread<P>, scene, rays, ~0ull, counts.data());
+    }
     return counts;
   }
 
   /// All hits, or the k best.
   template <At at, Rank rank, bool shrinks_limit>
   OwnedHits list(std::uint64_t k = ~0ull) const {
-    OwnedHits lists;
-    lists.offsets = count(k);
-    lists.offsets.insert(lists.offsets.begin(), 0);
-    scan(lists.offsets, 1);
+    OwnedHits lists, kept;
+    lists.offsets = offsets_of_found(k);
+    kept.offsets.assign(rays.n + 1, 0);
     const DeviceHits columns = lists.columns(std::size_t(lists.offsets.back()));
-    play_rays(rays.n, list_hits_of_thread<P, at, rank, shrinks_limit>, scene, rays,
-              DeviceLists{lists.offsets.data(), columns});
-    return lists;
+    const DeviceLists found{lists.offsets.data(), columns, has_repeats ? kept.offsets.data() + 1 : nullptr};
+    play_rays(rays.n, list_hits_of_thread<P, at, rank, shrinks_limit>, scene, rays, found);
+    if (!has_repeats) return lists;
+    scan(kept.offsets, 1);
+    const DeviceLists to{kept.offsets.data(), kept.columns(std::size_t(kept.offsets.back())), nullptr};
+    play_threads(rays.n + 5, move_lists, &found, rays.n, &to);
+    return kept;
+  }
+
+ private:
+  /// Where the lists of all that rays find begin, up to k of each.
+  std::vector<std::int64_t> offsets_of_found(std::uint64_t k) const {
+    std::vector<std::int64_t> offsets(rays.n + 1, 0);
+    play_rays(rays.n, count_hits_of_thread<P>, scene, rays, k, offsets.data() + 1);
+    scan(offsets, 1);
+    return offsets;
   }
 };
 

@@ -105,16 +105,17 @@ inline std::vector<Scene> scenes() {
 struct Rays {
   std::string name;
   std::vector<Vec3> origins, directions;
-  std::vector<float> radius, t_min{0.0f}, t_max{kInfinity};
+  std::vector<float> radius, t_min{0.0f}, t_max{kInfinity}, spread{0.0f};
 
-  RayBatch batch() const { return {origins, directions, radius, t_min, t_max}; }
+  RayBatch batch() const { return {origins, directions, radius, t_min, t_max, spread}; }
 };
 
 /// The rays of a picture, row by row. `eye` is relative to the centre of the box; eye, width and radius are in units of
 /// `size`.
 inline Rays picture(const std::string& name, const Vec3& eye, float width, const Box& box, float size, float radius) {
   constexpr int kWidth = 19, kHeight = 9;  // not multiples of the size of a tile
-  Rays rays{name + ", radius " + std::to_string(radius), {}, {}, {radius * size}};
+  Rays rays{
+      .name = name + ", radius " + std::to_string(radius), .origins = {}, .directions = {}, .radius = {radius * size}};
   const Vec3 centre = (box.lo + box.hi) * 0.5f, origin = centre + eye * size;
   for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x) {
@@ -129,7 +130,7 @@ inline Rays picture(const std::string& name, const Vec3& eye, float width, const
 /// end of each of two lines.
 inline Rays scattered(const Lines& lines, const Box& box, float size) {
   Random random{5};
-  Rays rays{"scattered", {}, {}, {}, {}, {}};
+  Rays rays{.name = "scattered", .origins = {}, .directions = {}, .radius = {}, .t_min = {}, .t_max = {}};
   const Vec3 centre = (box.lo + box.hi) * 0.5f;
   for (int i = 0; i < 140; ++i) {
     Vec3 o = centre + random.direction() * size, d = random.direction() * size;

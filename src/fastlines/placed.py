@@ -45,7 +45,7 @@ class PlacedTree(TreeData):
         FastlinesError
             If there is no GPU, or no driver.
         InputError
-            If the tree is over something that the GPU does not know.
+            If the tree is over a class of your own.
 
         Examples
         --------
@@ -69,11 +69,11 @@ class PlacedTree(TreeData):
         """Which backend answers queries: "cpu" or "cuda"."""
         return str(self.__dict__.get("_backend") or get_backend())
 
-    def _on_gpu(self, alone: bool = False) -> CudaBackend:
+    def _on_gpu(self, has_spread: bool, alone: bool = False) -> CudaBackend:
         """Return the backend of the GPU, which has to answer `alone` if rays and answers are there."""
         from .cuda.backend import CudaBackend
         from .cuda.scene import require_cuda, scene_of
 
         if alone:
             require_cuda(self.backend, self.geometry)
-        return CudaBackend(scene_of(self.layout, device()))
+        return CudaBackend(scene_of(self.layout, device(), has_spread))

@@ -130,23 +130,29 @@ def check_device_query(
     """Check rays in the memory of a GPU; see `check_query`."""
     given = {
         "invalid": invalid != "error",
-        "spread": not (isinstance(spread, int | float) and spread == 0),
         "ignore": ignore is not None,
         "ignore_strands": ignore_strands is not None,
     }
     for name, is_given_ in given.items():
         if is_given_:
             raise InputError(f"rays in the memory of a GPU take no {name}=; leave it out, or pass NumPy arrays")
+    has_spread = is_spread(spread)
     if radius is None:
-        require_radius(geometry, radius)
+        if not has_spread:
+            require_radius(geometry, radius)
         radius = 0.0
     from .cuda.device_rays import check_device_rays
 
     bounds = scene_bounds(geometry, box)
-    return check_device_rays(backend, bounds, origins, directions, radius, t_min, t_max)
+    return check_device_rays(backend, bounds, origins, directions, radius, t_min, t_max, spread if has_spread else None)
 
 
-def _refuse_surface(rays: RayBatch) -> None:
+def is_spread(spread: Any) -> bool:
+    """Return whether a spread is given: a number other than 0, or an array, which may be in the memory of a GPU."""
+    return not (isinstance(spread, int | float) and spread == 0)
+
+
+def _refuse_surface(rays: AnyRays) -> None:
     if rays.has_spread:
         raise InputError(
             "at='surface' has no meaning with a spread: the reach then grows with the depth of each point of a line, "
@@ -159,10 +165,10 @@ def first_hit(
     backend: Backend, rays: AnyRays, surface: bool, progress: ProgressOption, geometry: AnyGeometry
 ) -> FirstHits:
     """Find the nearest hit of each ray."""
-    if not isinstance(rays, RayBatch):
-        return cast(FirstHits, rays.first_hit(surface))
     if surface:
         _refuse_surface(rays)
+    if not isinstance(rays, RayBatch):
+        return cast(FirstHits, rays.first_hit(surface))
     with reporting(progress, "first hit") as callback:
         columns = backend.first_hit(rays, surface, callback)
     return FirstHits.from_columns(columns, rays, geometry)
@@ -195,10 +201,10 @@ def list_hits(
     by_distance: bool = False,
 ) -> AllHits:
     """List all hits of each ray, or the first k, unless a sample says that they will not fit in memory."""
-    if not isinstance(rays, RayBatch):
-        return cast(AllHits, rays.list_hits(surface, k, by_distance))
     if surface:
         _refuse_surface(rays)
+    if not isinstance(rays, RayBatch):
+        return cast(AllHits, rays.list_hits(surface, k, by_distance))
 
     def count_some(rows: IntArray) -> IntArray:
         counts = backend.count_hits(rays.some(rows), None)

@@ -30,6 +30,7 @@ from .queries import (
     first_hit,
     is_by_distance,
     is_merge,
+    is_spread,
     is_surface,
     list_hits,
 )
@@ -290,14 +291,14 @@ class Tree(PlacedTree):
         """Check the rays, given as to `check_query`, and choose the backend."""
         choice("kernel", kernel, tuple(KERNELS))
         if is_on_device(rays[0]):
-            backend = self._on_gpu(alone=True)
+            backend = self._on_gpu(is_spread(rays[6]), alone=True)
             return backend, check_device_query(backend, self.geometry, self.nodes["box"][0], *rays)
         checked = check_query(self.geometry, self.nodes["box"][0], *rays)
         core: Backend
         if self.backend == "cuda":
             if kernel != "auto":
                 raise InputError(f"kernel={kernel!r} is one of the CPU's; leave it out, or query the tree on the CPU")
-            core = self._on_gpu()
+            core = self._on_gpu(checked.has_spread)
         elif kernel == "binary":
             core = self._spread_binary if checked.has_spread else self._binary
         else:

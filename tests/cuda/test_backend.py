@@ -11,16 +11,20 @@ import pytest
 from support import nasty
 from support.answers import WITH_AT, assert_same, cases, options, question
 from support.builds import ALL_KINDS
+from support.nasty import spreads
 from support.played_device import TUNINGS, PlayedDevice
 
 import fastlines as fl
 from fastlines.cuda import program
 from fastlines.cuda.columns import SCAN_RUN, scan
 from fastlines.cuda.scene import stack_room
+from fastlines.geometry import core_data
 from fastlines.queries import QUERIES, QueryName
 
-#: The kinds of geometry that kernels know.
-KINDS = ("segments", "round cones", "spheres", "curves")
+#: The kinds of geometry that kernels know: all but one's own.
+KINDS = [kind for kind in ALL_KINDS if kind != "one's own"]
+#: Those that rays with a spread are for.
+LINES = ("segments", "round cones", "spheres", "curves")
 #: Queries, and their arguments.
 QUESTIONS: list[tuple[QueryName, dict[str, Any]]] = [
     (query, ({} if at is None else {"at": at}) | how)
@@ -50,6 +54,52 @@ def test_answers_are_those_of_brute_force(kind: str, name: str, device: PlayedDe
     for query, how in QUESTIONS:
         expected = fl.brute_force(geometry, **asked, query=query, **how)
         assert_same(getattr(tree, query)(**asked, **how), expected, f"{query}, {how}")
+
+
+@pytest.mark.parametrize("kind", ["triangles", "boxes", "a mixture"])
+def test_shapes_in_several_leaves(kind: str, device: PlayedDevice) -> None:
+    """A ray may find a shape in several leaves; it is counted and listed once."""
+    case = cases(2, n_rays=60)["crossing"]
+    asked, _ = question(case)
+    geometry = ALL_KINDS[kind](case.segments)
+    tree = fl.build(geometry, splits=fl.PlaneGrid(4), limits=fl.Limits(max_leaf_refs=2, max_refs=400)).to("cuda")
+    assert len(tree.layout.refs) > 1.2 * len(core_data(geometry)[1])
+    for query, how in QUESTIONS:
+        expected = fl.brute_force(geometry, **asked, query=query, **how)
+        assert_same(getattr(tree, query)(**asked, **how), expected, f"{query}, {how}")
+    assert "move_lists" in device.launched
+    assert ("count_prims" in device.launched) == (kind != "a mixture")  # crossings of curves are counted on the CPU
+
+
+@pytest.mark.parametrize("name", nasty.NAMES)
+@pytest.mark.parametrize("kind", LINES)
+def test_rays_with_a_spread(kind: str, name: str, device: PlayedDevice) -> None:
+    case = cases(0, n_rays=60)[name]
+    asked, _ = question(case)
+    asked["spread"] = spreads(case, len(asked["origins"]), 1)
+    geometry = ALL_KINDS[kind](case.segments)
+    tree = fl.build(geometry).to("cuda")
+    for query, how in QUESTIONS:
+        if how.get("at") != "surface":
+            expected = fl.brute_force(geometry, **asked, query=query, **how)
+            assert_same(getattr(tree, query)(**asked, **how), expected, f"{query}, {how}")
+
+
+def test_equal_t_in_different_nodes(device: PlayedDevice) -> None:
+    """From afar, many lines behind one another have the same t; the first hit is the lowest id, here the last line."""
+    z = np.linspace(1, 0, 600)
+    lines = fl.Lines.from_segments(np.stack([np.stack([0 * z + x, 0 * z + 0.5, z], axis=1) for x in (0, 1)], axis=1))
+    rays = {"origins": [[x, 0.5, side * 1e6] for x in (0.3, 0.6) for side in (-1, 1)], "radius": 0.001}
+    rays["directions"] = [[0, 0, 1], [0, 0, -1]] * 2
+    tree = fl.build(lines)
+    for at, k in product(("closest", "surface"), (1, 5)):
+        first = tree.to("cuda").first_hit(**rays, at=at)
+        assert_same(first, fl.brute_force(lines, **rays, query="first_hit", at=at))
+        expected = fl.brute_force(lines, **rays, query="next_hits", k=k, at=at)
+        assert_same(tree.to("cuda").next_hits(**rays, k=k, at=at), expected)
+        listed = fl.brute_force(lines, **rays, query="all_hits", at=at)
+        for ray, t in enumerate(first.t):
+            assert (listed.t[listed.offsets[ray] : listed.offsets[ray + 1]] == t).sum() > 16, "more than a leaf has"
 
 
 @pytest.mark.parametrize("name", fl.scenes.NAMES)
@@ -144,16 +194,19 @@ def test_stack_room() -> None:
 
 def test_what_the_gpu_does_not_do(device: PlayedDevice) -> None:
     tree = TREE.to("cuda")
-    with pytest.raises(fl.InputError, match="spread; query them on the CPU"):
-        tree.first_hit([0, 0, -5], [0, 0, 1], spread=0.1)
+    with pytest.raises(fl.InputError, match="at='surface' has no meaning with a spread"):
+        tree.first_hit([0, 0, -5], [0, 0, 1], spread=0.1, at="surface")
     with pytest.raises(fl.InputError, match="kernel='wave' is one of the CPU's"):
         tree.first_hit(*RAYS, kernel="wave")
     triangles = fl.build(fl.Triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]))
-    with pytest.raises(fl.InputError, match="this tree is over Triangles"):
-        triangles.to("cuda")
+    with pytest.raises(fl.InputError, match="a spread is for lines, and this tree is over Triangles"):
+        triangles.to("cuda").first_hit(*RAYS, spread=0.1)
+    balls = fl.build(ALL_KINDS["one's own"]([[[-1, 0, 0], [1, 0, 0]]]))
+    with pytest.raises(fl.InputError, match="a class of your own, and this tree is over Balls; query it on the CPU"):
+        balls.to("cuda")
     fl.set_backend("cuda")
-    with pytest.raises(fl.InputError, match="this tree is over Triangles"):
-        triangles.first_hit(*RAYS)
+    with pytest.raises(fl.InputError, match="a class of your own"):
+        balls.first_hit(*RAYS[:2])
     with pytest.raises(fl.InputError, match="backend='gpu'"):
         TREE.to("gpu")
 

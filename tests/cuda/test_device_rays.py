@@ -53,7 +53,31 @@ def test_answers_are_those_on_the_host(query: str, device: PlayedDevice) -> None
             )
             assert_same(got, expected)
     # Rays are not copied: only records, and numbers that are one for all.
-    assert max(device.uploaded) <= max(80, 8 * (ORIGINS.size // 3 + 1))
+    assert max(device.uploaded) <= max(88, 8 * (ORIGINS.size // 3 + 1))
+
+
+@pytest.mark.parametrize("query", QUERIES)
+def test_rays_with_a_spread(query: str, device: PlayedDevice) -> None:
+    how = {"k": 2} if query == "next_hits" else {}
+    spreads = RANDOM.choice([0, 1e-4, 0.01, 0.2], (8, 9)).astype(np.float32)
+    for lines in (LINES, fl.Lines.from_segments(LINES.segments)):
+        tree = fl.build(lines)
+        for spread in (0.02, spreads, 0 * spreads):
+            given = spread if np.ndim(spread) == 0 else on_device(spread)
+            got = getattr(tree.to("cuda"), query)(on_device(ORIGINS), on_device(DIRECTIONS), 0.01, spread=given, **how)
+            assert_same(got, getattr(tree, query)(ORIGINS, DIRECTIONS, 0.01, spread=spread, **how))
+
+
+@pytest.mark.parametrize("method", ["bvh-cl", "kd-cl"])
+@pytest.mark.parametrize("query", QUERIES)
+def test_triangles(query: str, method: str, device: PlayedDevice) -> None:
+    """A triangle may be in several leaves, and is counted and listed once."""
+    corners = RANDOM.uniform(-1, 1, (300, 1, 3)) + RANDOM.uniform(-0.3, 0.3, (300, 3, 3))
+    tree = fl.build(fl.Triangles(corners), method)
+    assert (len(tree.layout.refs) > len(corners)) == (method == "kd-cl")
+    for how in [{"k": 2}, {"k": 90, "at": "surface"}] if query == "next_hits" else [{}]:
+        got = getattr(tree.to("cuda"), query)(on_device(ORIGINS), on_device(DIRECTIONS), **how)
+        assert_same(got, getattr(tree, query)(ORIGINS, DIRECTIONS, **how))
 
 
 def test_no_rays(device: PlayedDevice) -> None:
@@ -78,6 +102,10 @@ def test_no_rays(device: PlayedDevice) -> None:
         {"t_max": np.nan},
         {"t_min": np.inf, "t_max": np.inf},
         {"t_min": 2.0, "t_max": 1.0},
+        {"spread": -1e-3},
+        {"spread": np.nan},
+        {"spread": 2e12},
+        {"spread": 0.9e12, "directions": 1.0},
     ],
 )
 def test_invalid_rays_are_those_of_the_host(change: dict[str, float], device: PlayedDevice) -> None:
@@ -87,6 +115,7 @@ def test_invalid_rays_are_those_of_the_host(change: dict[str, float], device: Pl
         "radius": np.full(9, 0.1, np.float32),
         "t_min": np.zeros(9, np.float32),
         "t_max": np.full(9, np.inf, np.float32),
+        "spread": np.zeros(9, np.float32),
     }
     for name, value in change.items():
         rays[name][4] = value
@@ -112,9 +141,11 @@ def test_arrays_of_another_kind(device: PlayedDevice) -> None:
 
 def test_what_rays_on_a_device_do_not_take(device: PlayedDevice) -> None:
     tree, rays = TREE.to("cuda"), (on_device(ORIGINS), on_device(DIRECTIONS))
-    for name, value in {"spread": 0.1, "ignore": [0], "ignore_strands": [0], "invalid": "skip"}.items():
+    for name, value in {"ignore": [0], "ignore_strands": [0], "invalid": "skip"}.items():
         with pytest.raises(fl.InputError, match=f"take no {name}="):
             tree.first_hit(*rays, **{name: value})
+    with pytest.raises(fl.InputError, match="at='surface' has no meaning with a spread"):
+        tree.all_hits(*rays, at="surface", spread=0.1)
     with pytest.raises(fl.InputError, match="are not merged"):
         tree.all_hits(*rays, at="surface", merge="strand")
     with pytest.raises(fl.InputError, match="this tree answers on the CPU"):
@@ -124,3 +155,5 @@ def test_what_rays_on_a_device_do_not_take(device: PlayedDevice) -> None:
     curves = fl.Curves.from_bezier(RANDOM.uniform(-1, 1, (3, 4, 3)), 0.01)
     with pytest.raises(fl.InputError, match="hits of curves are put together on the CPU"):
         fl.build(curves).to("cuda").first_hit(*rays)
+    with pytest.raises(fl.InputError, match="the CPU says which part of a Geometry is hit"):
+        fl.build(fl.Geometry([LINES])).to("cuda").first_hit(*rays)

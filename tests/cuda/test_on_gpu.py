@@ -32,7 +32,7 @@ def on_a_gpu() -> None:
 
 
 @pytest.mark.parametrize("name", nasty.NAMES)
-@pytest.mark.parametrize("kind", ["segments", "round cones"])
+@pytest.mark.parametrize("kind", ["segments", "round cones", "triangles", "a mixture"])
 def test_answers_are_those_of_brute_force(kind: str, name: str) -> None:
     case = cases(0, n_rays=60)[name]
     asked, _ = question(case)

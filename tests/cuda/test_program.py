@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 import fastlines as fl
-from fastlines.cuda import program
+from fastlines.cuda import program, scene
 
-PRIMITIVES = ["DeviceSegments", "DeviceRoundCones"]
+PRIMITIVES = list(scene.PRIMITIVES.values())
 SHARED = "FASTLINES_SHARED_STACK"
 #: Variants of the kernels with another stack, or another traversal.
 VARIANTS: list[dict[str, int]] = [

@@ -12,6 +12,7 @@ import pytest
 from support import nasty
 from support.answers import assert_same, cases, options, question
 from support.builds import BUILDS, KINDS, METHODS, build
+from support.nasty import spreads
 from support.slow import few_of
 
 import fastlines as fl
@@ -48,17 +49,6 @@ def rays(n: int = 3000, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
     directions = rng.normal(size=(n, 3))
     directions *= rng.uniform(2, 4, (n, 1)) / np.linalg.norm(directions, axis=1, keepdims=True)
     return (rng.random((n, 3)) - directions).astype(np.float32), (directions * rng.uniform(0.1, 9, (n, 1))).astype("f4")
-
-
-def spreads(case: nasty.Case, n_rays: int, seed: int) -> np.ndarray:
-    """Return one spread a ray: none, some of any size, and some that make the reach about the size of the scene."""
-    rng = np.random.default_rng(seed)
-    found = 10.0 ** rng.uniform(-5, 0.7, n_rays)
-    away = np.linalg.norm(case.origins.astype(np.float64), axis=1).max() + nasty.size_of(case.segments)
-    tuned = rng.random(n_rays) < 0.5
-    found[tuned] *= nasty.size_of(case.segments) / away
-    found[rng.random(n_rays) < 0.2] = 0
-    return found.astype(np.float32)
 
 
 @pytest.mark.parametrize("name", nasty.NAMES)

@@ -300,6 +300,17 @@ def radii_for(rng: Random, size: float, n_rays: int) -> dict[str, Any]:
     }
 
 
+def spreads(case: Case, n_rays: int, seed: int) -> Array:
+    """Return one spread a ray: none, some of any size, and some that make the reach about the size of the scene."""
+    rng = np.random.default_rng(seed)
+    found = 10.0 ** rng.uniform(-5, 0.7, n_rays)
+    away = np.linalg.norm(case.origins.astype(np.float64), axis=1).max() + size_of(case.segments)
+    tuned = rng.random(n_rays) < 0.5
+    found[tuned] *= size_of(case.segments) / away
+    found[rng.random(n_rays) < 0.2] = 0
+    return found.astype(np.float32)
+
+
 def windows_for(rng: Random, ends: Array, origins: Array, directions: Array) -> dict[str, tuple[Any, Any]]:
     """Bounds on t, some at and around where the ray passes a segment."""
     n = len(origins)

@@ -37,8 +37,9 @@ struct Player<kernel> {
 
 #define NAMED(kernel) {#kernel, Player<kernel>::run}
 constexpr NamedKernel kKernels[] = {
-    NAMED(first_closest), NAMED(first_surface), NAMED(any_hit),      NAMED(count_hits),   NAMED(all_closest),
-    NAMED(all_surface),   NAMED(next_closest),  NAMED(next_surface), NAMED(near_closest), NAMED(near_surface),
+    NAMED(first_closest), NAMED(first_surface), NAMED(any_hit),      NAMED(count_hits),
+    NAMED(all_closest),   NAMED(all_surface),   NAMED(next_closest), NAMED(next_surface),
+    NAMED(near_closest),  NAMED(near_surface),  NAMED(count_prims),  NAMED(move_lists),
     NAMED(sum_runs),      NAMED(scan_runs),     NAMED(check_rays),   NAMED(first_steps)};
 
 }  // namespace

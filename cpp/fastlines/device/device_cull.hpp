@@ -54,16 +54,17 @@ struct DeviceCullRay {
   }
 };
 
-/// The planes of a node's grid along a ray.
-struct DeviceNodeCull {
+/// The grid of a block of boxes along a ray: of a node, or of a leaf of boxes.
+struct DeviceBoxCull {
   const DeviceCullRay& ray;
   float step[3], to_near[3], to_far[3];
 
-  DeviceNodeCull(const DeviceCullRay& ray_, const WideNode& node) : ray(ray_) {
+  template <class Block>
+  DeviceBoxCull(const DeviceCullRay& ray_, const Block& block) : ray(ray_) {
     for (int k = 0; k < 3; ++k) {
-      step[k] = ray.inverse[k] * node.scale;
-      to_near[k] = fma(ray.inverse[k], node.org[k], ray.near[k]);
-      to_far[k] = fma(ray.inverse[k], node.org[k], ray.far[k]);
+      step[k] = ray.inverse[k] * block.scale;
+      to_near[k] = fma(ray.inverse[k], block.org[k], ray.near[k]);
+      to_far[k] = fma(ray.inverse[k], block.org[k], ray.far[k]);
     }
   }
 
@@ -81,19 +82,18 @@ struct DeviceNodeCull {
   }
 };
 
-/// Calls visit(child, enter) for each child of a node whose box, grown by the reach, the ray may hit before `limit`; in
-/// the order of the children. `enter` is where it enters the box: t in the frame.
-template <class Visit>
-[[gnu::always_inline]] inline void cull_children(const DeviceCullRay& ray, const WideNode& node, float limit,
-                                                 const Visit& visit) {
-  const DeviceNodeCull cull(ray, node);
+/// Calls visit(i, enter) for each of the first n boxes of a block that the ray, with its reach, may hit before `limit`;
+/// in their order. `enter` is where it enters the box: t in the frame.
+template <class Block, class Visit>
+[[gnu::always_inline]] inline void cull_boxes(const DeviceCullRay& ray, const Block& block, const std::uint8_t* planes,
+                                              int n, float limit, const Visit& visit) {
+  const DeviceBoxCull cull(ray, block);
   // Where the ray enters a box, given by four bytes of each plane, and whether it hits it.
   const auto clip = [&](const auto& near_words, const auto& far_words, int i, float& enter) {
     return cull.clip([&](int k) { return byte_of(near_words(k), i); }, [&](int k) { return byte_of(far_words(k), i); },
                      limit, enter);
   };
-  const auto* const rows = reinterpret_cast<const PlaneRow*>(node.planes);
-  const int n = node.n_children;
+  const auto* const rows = reinterpret_cast<const PlaneRow*>(planes);
   if constexpr (FASTLINES_NODE_ROWS) {
     PlaneRow near_rows[3], far_rows[3];
     for (int k = 0; k < 3; ++k) {
@@ -128,13 +128,20 @@ template <class Visit>
   }
 }
 
-/// A leaf in the projection along a ray.
+/// Calls visit(child, enter) for each child of a node whose box the ray may hit before `limit` (`cull_boxes`).
+template <class Visit>
+[[gnu::always_inline]] inline void cull_children(const DeviceCullRay& ray, const WideNode& node, float limit,
+                                                 const Visit& visit) {
+  cull_boxes(ray, node, node.planes, node.n_children, limit, visit);
+}
+
+/// A leaf of axes in the projection along a ray.
 template <bool has_radius>
-struct DeviceLeafCull {
+struct DeviceAxisCull {
   const Vec3 &axis_u, &axis_v;
   float u, v, reach2;
 
-  DeviceLeafCull(const DeviceCullRay& ray, const WideLeaf& leaf) : axis_u(ray.ray.u), axis_v(ray.ray.v) {
+  DeviceAxisCull(const DeviceCullRay& ray, const WideLeaf& leaf) : axis_u(ray.ray.u), axis_v(ray.ray.v) {
     // If the reach is twice as large as the leaf, all pieces that can be in reach pass: also where squares overflow.
     constexpr float pass_all = 512.0f, huge = 1e30f, farthest = 1e15f;
     const auto start = [&](const Vec3& axis, float offset) {
@@ -164,10 +171,10 @@ struct DeviceLeafCull {
   }
 };
 
-/// A mask of the pieces of a leaf that may come within reach of the ray's line.
+/// A mask of the pieces of a leaf of axes that may come within reach of the ray's line.
 template <bool has_radius>
-[[gnu::always_inline]] inline std::uint32_t cull_leaf_pieces(const DeviceCullRay& ray, const WideLeaf& leaf) {
-  const DeviceLeafCull<has_radius> cull(ray, leaf);
+[[gnu::always_inline]] inline std::uint32_t cull_axes(const DeviceCullRay& ray, const WideLeaf& leaf) {
+  const DeviceAxisCull<has_radius> cull(ray, leaf);
   const auto* const words = reinterpret_cast<const std::uint32_t*>(leaf.ends);
   std::uint32_t near = 0;
   for (int pair = 0; 2 * pair < leaf.n_refs; ++pair) {
@@ -181,6 +188,18 @@ template <bool has_radius>
     }
   }
   return near & ((1u << leaf.n_refs) - 1);
+}
+
+/// A mask of the pieces of a leaf that may come within reach of the ray, or of its line.
+template <class P>
+[[gnu::always_inline]] inline std::uint32_t cull_pieces(const DeviceCullRay& ray, const WideLeaf& leaf) {
+  if constexpr (P::kHasBoxes)
+    if (leaf.shape == LeafShape::boxes) {
+      std::uint32_t near = 0;
+      cull_boxes(ray, leaf, leaf.ends, leaf.n_refs, kInfinity, [&](int i, float) { near |= 1u << i; });
+      return near;
+    }
+  return cull_axes<P::kHasRadius>(ray, leaf);
 }
 
 }  // namespace fastlines

@@ -9,13 +9,16 @@ namespace fastlines {
 /// The largest float.
 inline constexpr float kLargestFloat = 0x1.fffffep127f;
 
+/// The largest spread (`kMaxSpread` in rays/ray_check.hpp).
+inline constexpr float kMaxDeviceSpread = 1e12f;
+
 inline bool is_finite(float x) { return abs(x) <= kLargestFloat; }
 
-/// Whether origin, direction and radius are finite and in range, the bounds are in order, and the direction is long
-/// enough for t to be a float in the scene.
+/// Whether origin, direction, radius and spread are finite and in range, the bounds are in order, and the direction is
+/// long enough for t to be a float in the scene.
 inline bool is_valid(const RayQuery& ray, const DeviceLimits& limits) {
   bool valid = ray.radius >= 0.0f && double(ray.radius) <= limits.largest_radius && ray.t_min <= ray.t_max &&
-               ray.t_min <= kLargestFloat;
+               ray.t_min <= kLargestFloat && ray.spread >= 0.0f && ray.spread <= kMaxDeviceSpread;
   double to_corner2 = 0.0;
   for (int k = 0; k < 3; ++k) {
     valid = valid && is_finite(ray.origin[k]) && is_finite(ray.direction[k]);
@@ -24,8 +27,9 @@ inline bool is_valid(const RayQuery& ray, const DeviceLimits& limits) {
     const double farther = to_low < to_high ? to_high : to_low;
     to_corner2 += farther * farther;
   }
-  const double length = length_of(ray.direction);
-  return valid && length > 0.0 && !(std::sqrt(to_corner2) + double(ray.radius) > length * double(kLargestFloat));
+  const double length = length_of(ray.direction), to_corner = std::sqrt(to_corner2), radius = ray.radius;
+  const bool is_reach_valid = ray.spread == 0.0f || radius + double(ray.spread) * to_corner <= limits.largest_radius;
+  return valid && is_reach_valid && length > 0.0 && !(to_corner + radius > length * double(kLargestFloat));
 }
 
 }  // namespace fastlines

@@ -25,7 +25,7 @@ inline void count_device_step(Collector& to, std::uint32_t DeviceSteps::* step, 
 
 /// Report the hits of a ray to the collector.
 template <class P, class Collector>
-void trace_by_thread(const DeviceScene& scene, const Ray& ray, Collector& to) {
+void trace_by_thread(const DeviceScene& scene, const RayOf<P>& ray, Collector& to) {
   const DeviceCullRay cull(ray);
   ThreadStack stack;
   int size = 0;
@@ -56,7 +56,7 @@ void trace_by_thread(const DeviceScene& scene, const Ray& ray, Collector& to) {
       if (!(leaves & 1)) continue;
       count_device_step(to, &DeviceSteps::n_leaves);
       const WideLeaf& leaf = scene.leaves[leaf_index];
-      std::uint32_t near = cull_leaf_pieces<P::kHasRadius>(cull, leaf);
+      std::uint32_t near = cull_pieces<P>(cull, leaf);
       for (std::uint32_t i = leaf.first_ref; near; near >>= 1, ++i) {
         if (!(near & 1)) continue;
         count_device_step(to, &DeviceSteps::n_tests);

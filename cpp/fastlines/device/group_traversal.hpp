@@ -37,18 +37,43 @@ template <bool sorted>
   stack.set(children, size, places, node, enter);
 }
 
-/// Test the pieces of a leaf, and report hits to the leader's collector.
-template <class P, class Collector>
-[[gnu::always_inline]] inline void test_leaf_by_group(const DeviceScene& scene, const DeviceCullRay& ray,
-                                                      const WideLeaf& leaf, Collector& to) {
-  // Cull the pieces.
-  const DeviceLeafCull<P::kHasRadius> cull(ray, leaf);
+/// A mask of the first n boxes of a block that the ray may hit before `limit`, and where it enters: t in the frame.
+template <class Block>
+[[gnu::always_inline]] inline std::uint32_t cull_boxes_by_group(const DeviceCullRay& ray, const Block& block,
+                                                                const std::uint8_t* planes, int n, float limit,
+                                                                Lanes<float>& enter) {
+  const DeviceBoxCull cull(ray, block);
+  Lanes<bool> survives;
+  for_lanes([&](int lane) {
+    const auto near = [&](int k) { return float(planes[kLanes * ray.near_row[k] + lane]); };
+    const auto far = [&](int k) { return float(planes[kLanes * ray.far_row[k] + lane]); };
+    survives[lane] = cull.clip(near, far, limit, enter[lane]) && lane < n;
+  });
+  return ballot(survives);
+}
+
+/// A mask of the pieces of a leaf that may come within reach of the ray, or of its line.
+template <class P>
+[[gnu::always_inline]] inline std::uint32_t cull_pieces_by_group(const DeviceCullRay& ray, const WideLeaf& leaf) {
+  if constexpr (P::kHasBoxes)
+    if (leaf.shape == LeafShape::boxes) {
+      Lanes<float> enter;
+      return cull_boxes_by_group(ray, leaf, leaf.ends, leaf.n_refs, kInfinity, enter);
+    }
+  const DeviceAxisCull<P::kHasRadius> cull(ray, leaf);
   Lanes<bool> survives;
   for_lanes([&](int lane) {
     const auto at = [&](int end, int axis) { return float(leaf.ends[end_byte(end, axis, lane)]); };
     survives[lane] = lane < leaf.n_refs && cull.may_hit(at(0, 0), at(0, 1), at(0, 2), at(1, 0), at(1, 1), at(1, 2));
   });
-  const std::uint32_t near = ballot(survives);
+  return ballot(survives);
+}
+
+/// Test the pieces of a leaf, and report hits to the leader's collector.
+template <class P, class Collector>
+[[gnu::always_inline]] inline void test_leaf_by_group(const DeviceScene& scene, const RayOf<P>& ray,
+                                                      const DeviceCullRay& cull, const WideLeaf& leaf, Collector& to) {
+  const std::uint32_t near = cull_pieces_by_group<P>(cull, leaf);
   if (!near) return;
   // Test the survivors.
   count_device_step(to, &DeviceSteps::n_tests, count_bits(near));
@@ -57,7 +82,7 @@ template <class P, class Collector>
   for_lanes([&](int lane) {
     if (!(near >> lane & 1)) return;
     const std::uint64_t prim = scene.refs[leaf.first_ref + std::uint32_t(lane)].prim;
-    const typename P::Test test = device_test<P>(ray.ray, scene.items + prim * P::kFloats, scene.frame);
+    const typename P::Test test = device_test<P>(ray, scene.items + prim * P::kFloats, scene.frame);
     if (!test.closest.hit) return;
     const ClosestApproach<float> approach = approach_at<Collector::kAt>(test);
     is_hit[lane] = true;
@@ -78,7 +103,7 @@ template <class P, class Collector>
 
 /// Report the hits of a ray to the leader's collector.
 template <class P, class Collector>
-void trace_by_group(const DeviceScene& scene, const Ray& ray, Collector& to) {
+void trace_by_group(const DeviceScene& scene, const RayOf<P>& ray, Collector& to) {
   const DeviceCullRay cull(ray);
   GroupStack stack;
   int size = 0;
@@ -87,22 +112,16 @@ void trace_by_group(const DeviceScene& scene, const Ray& ray, Collector& to) {
     // Cull the children.
     count_device_step(to, &DeviceSteps::n_nodes);
     const WideNode& node = scene.nodes[index];
-    const DeviceNodeCull planes(cull, node);
-    Lanes<bool> survives;
     Lanes<float> enter;
-    for_lanes([&](int lane) {
-      const auto near = [&](int k) { return float(node.planes[kLanes * cull.near_row[k] + lane]); };
-      const auto far = [&](int k) { return float(node.planes[kLanes * cull.far_row[k] + lane]); };
-      survives[lane] = planes.clip(near, far, to.limit, enter[lane]) && lane < node.n_children;
-    });
-    const std::uint32_t children = ballot(survives), inner = children & ((1u << node.n_inner) - 1);
+    const std::uint32_t children = cull_boxes_by_group(cull, node, node.planes, node.n_children, to.limit, enter);
+    const std::uint32_t inner = children & ((1u << node.n_inner) - 1);
     if (inner) push_children<Collector::kShrinksLimit>(stack, size, inner, node.first_inner, enter);
     size += count_bits(inner);
     note_stack(size);
     // Visit the leaves.
     for (std::uint32_t leaves = children >> node.n_inner; leaves; leaves &= leaves - 1) {
       count_device_step(to, &DeviceSteps::n_leaves);
-      test_leaf_by_group<P>(scene, cull, scene.leaves[node.first_leaf + std::uint32_t(lowest_bit(leaves))], to);
+      test_leaf_by_group<P>(scene, ray, cull, scene.leaves[node.first_leaf + std::uint32_t(lowest_bit(leaves))], to);
     }
     // Pop the next node that is not beyond the limit.
     DeviceStackEntry top;

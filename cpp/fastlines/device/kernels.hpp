@@ -4,6 +4,8 @@
 // Numbers come as 64 bits, so that a launch passes pointers and numbers alike. Threads beyond the last ray do nothing.
 #pragma once
 
+#include "device_hit_list.hpp"
+#include "device_prim_list.hpp"
 #include "device_ray_check.hpp"
 #include "device_traversal.hpp"
 #include "group_traversal.hpp"
@@ -22,30 +24,33 @@ inline std::uint64_t ray_of_thread(const DeviceRays& rays) {
   return rays.order ? rays.order[number] : number;
 }
 
-/// Ray i, as the caller gave it.
-inline RayQuery query_of(const DeviceRays& rays, std::uint64_t i) {
+/// Ray i of a query on P, as the caller gave it.
+template <class P>
+RayQuery query_of(const DeviceRays& rays, std::uint64_t i) {
   const float *const o = rays.origins + i * rays.origin_step, *const d = rays.directions + i * rays.direction_step;
   return {{o[0], o[1], o[2]},
           {d[0], d[1], d[2]},
           rays.t_min[i * rays.t_min_step],
           rays.t_max[i * rays.t_max_step],
-          rays.radius[i * rays.radius_step]};
+          rays.radius[i * rays.radius_step],
+          kHasSpread<P> ? rays.spread[i * rays.spread_step] : 0.0f};
 }
 
-/// Ray i, prepared.
-inline Ray prepared_ray(const DeviceRays& rays, std::uint64_t i, const Frame& frame) {
-  return prepare(query_of(rays, i), frame);
+/// Ray i of a query on P, prepared.
+template <class P>
+RayOf<P> prepared_ray(const DeviceRays& rays, std::uint64_t i, const Frame& frame) {
+  return prepare_for<P>(query_of<P>(rays, i), frame);
 }
 
 /// Where a ray leaves a primitive, in units of the caller's ray.
 template <class P>
-float exit_of(const DeviceScene& scene, const Ray& ray, std::uint64_t prim) {
+float exit_of(const DeviceScene& scene, const RayOf<P>& ray, std::uint64_t prim) {
   return ray.t_ray(device_test<P>(ray, scene.items + prim * P::kFloats, scene.frame).exit());
 }
 
 /// Report the hits of a ray to the collector; to that of the group's leader, if a group takes the ray.
 template <class P, class Collector>
-void trace(const DeviceScene& scene, const Ray& ray, Collector& to) {
+void trace(const DeviceScene& scene, const RayOf<P>& ray, Collector& to) {
   if constexpr (kGroup > 1)
     trace_by_group<P>(scene, ray, to);
   else
@@ -56,7 +61,7 @@ template <class P, At at>
 void first_hit_of_thread(const DeviceScene& scene, const DeviceRays& rays, const DeviceHits& to) {
   const std::uint64_t i = ray_of_thread(rays);
   if (i == rays.n) return;
-  const Ray ray = prepared_ray(rays, i, scene.frame);
+  const RayOf<P> ray = prepared_ray<P>(rays, i, scene.frame);
   FirstHitOfRay<at> found(ray);
   trace<P>(scene, ray, found);
   if (!is_leader()) return;
@@ -72,7 +77,7 @@ template <class P>
 void any_hit_of_thread(const DeviceScene& scene, const DeviceRays& rays, bool* to) {
   const std::uint64_t i = ray_of_thread(rays);
   if (i == rays.n) return;
-  const Ray ray = prepared_ray(rays, i, scene.frame);
+  const RayOf<P> ray = prepared_ray<P>(rays, i, scene.frame);
   AnyHitOfRay found(ray);
   trace<P>(scene, ray, found);
   if (!is_leader()) return;
@@ -83,7 +88,7 @@ template <class P>
 void count_hits_of_thread(const DeviceScene& scene, const DeviceRays& rays, std::uint64_t at_most, std::int64_t* to) {
   const std::uint64_t i = ray_of_thread(rays);
   if (i == rays.n) return;
-  const Ray ray = prepared_ray(rays, i, scene.frame);
+  const RayOf<P> ray = prepared_ray<P>(rays, i, scene.frame);
   HitCountOfRay found(ray, at_most);
   trace<P>(scene, ray, found);
   if (!is_leader()) return;
@@ -94,14 +99,29 @@ template <class P, At at, Rank rank, bool shrinks_limit>
 void list_hits_of_thread(const DeviceScene& scene, const DeviceRays& rays, const DeviceLists& to) {
   const std::uint64_t i = ray_of_thread(rays);
   if (i == rays.n) return;
-  const Ray ray = prepared_ray(rays, i, scene.frame);
+  const RayOf<P> ray = prepared_ray<P>(rays, i, scene.frame);
   const auto first = std::uint64_t(to.offsets[i]), room = std::uint64_t(to.offsets[i + 1]) - first;
-  HitListOfRay<at, rank, shrinks_limit> list(ray, to.hits, first, room);
+  HitListOfRay<at, rank, shrinks_limit, P::kHasBoxes> list(ray, to.hits, first, room);
   trace<P>(scene, ray, list);
   if (!is_leader()) return;
-  list.sort();
+  list.finish();
+  if (to.n_hits) to.n_hits[i] = std::int64_t(list.size());
   if constexpr (at == At::surface)
     for (std::uint64_t j = 0; j < list.size(); ++j) to.hits.t_out[first + j] = exit_of<P>(scene, ray, list.prim(j));
+}
+
+/// Count each primitive that a ray hits once, where it may be in several leaves. The lists of `offsets`, from a count
+/// of all that rays find, have room in `prims`.
+template <class P>
+void count_prims_of_thread(const DeviceScene& scene, const DeviceRays& rays, const std::int64_t* offsets,
+                           std::uint32_t* prims, std::int64_t* to) {
+  const std::uint64_t i = ray_of_thread(rays);
+  if (i == rays.n) return;
+  const RayOf<P> ray = prepared_ray<P>(rays, i, scene.frame);
+  PrimListOfRay list(ray, prims + offsets[i]);
+  trace<P>(scene, ray, list);
+  if (!is_leader()) return;
+  to[i] = std::int64_t(list.count());
 }
 
 /// The first hit of a ray, and the steps that it takes.
@@ -114,7 +134,7 @@ FASTLINES_KERNEL first_steps(const DeviceScene* __restrict__ scene, const Device
                              DeviceSteps* to) {
   const std::uint64_t i = ray_of_thread(*rays);
   if (i == rays->n) return;
-  const Ray ray = prepared_ray(*rays, i, scene->frame);
+  const auto ray = prepared_ray<FASTLINES_PRIMITIVES>(*rays, i, scene->frame);
   CountedFirstHit found(ray);
   trace<FASTLINES_PRIMITIVES>(*scene, ray, found);
   if (!is_leader()) return;
@@ -124,7 +144,7 @@ FASTLINES_KERNEL first_steps(const DeviceScene* __restrict__ scene, const Device
 /// Add the number of rays that are not valid to `n_invalid`; one thread a ray.
 FASTLINES_KERNEL check_rays(const DeviceLimits* limits, const DeviceRays* rays, std::uint32_t* n_invalid) {
   const std::uint64_t i = thread_index();
-  if (i < rays->n && !is_valid(query_of(*rays, i), *limits)) add_one(n_invalid);
+  if (i < rays->n && !is_valid(query_of<FASTLINES_PRIMITIVES>(*rays, i), *limits)) add_one(n_invalid);
 }
 
 /// Numbers that one thread adds up.
@@ -144,6 +164,12 @@ FASTLINES_KERNEL any_hit(const DeviceScene* __restrict__ scene, const DeviceRays
 FASTLINES_KERNEL count_hits(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
                             std::uint64_t at_most, std::int64_t* to) {
   count_hits_of_thread<FASTLINES_PRIMITIVES>(*scene, *rays, at_most, to);
+}
+
+FASTLINES_KERNEL count_prims(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
+                             const std::int64_t* offsets, std::uint32_t* prims, std::int64_t* to) {
+  if constexpr (FASTLINES_PRIMITIVES::kHasBoxes)
+    count_prims_of_thread<FASTLINES_PRIMITIVES>(*scene, *rays, offsets, prims, to);
 }
 
 /// All hits.
@@ -172,6 +198,21 @@ FASTLINES_KERNEL near_closest(const DeviceScene* __restrict__ scene, const Devic
 FASTLINES_KERNEL near_surface(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
                               const DeviceLists* to) {
   list_hits_of_thread<FASTLINES_PRIMITIVES, At::surface, Rank::distance, false>(*scene, *rays, *to);
+}
+
+/// Move each of n lists, of which n_hits are left, to where there is room for just so many; one thread a list.
+FASTLINES_KERNEL move_lists(const DeviceLists* from, std::uint64_t n, const DeviceLists* to) {
+  const std::uint64_t i = thread_index();
+  if (i >= n) return;
+  const DeviceHits &source = from->hits, &target = to->hits;
+  std::int64_t j = from->offsets[i];
+  for (std::int64_t k = to->offsets[i]; k < to->offsets[i + 1]; ++j, ++k) {
+    target.t[k] = source.t[j];
+    target.prim[k] = source.prim[j];
+    target.u[k] = source.u[j];
+    target.distance[k] = source.distance[j];
+    if (target.t_out) target.t_out[k] = source.t_out[j];
+  }
 }
 
 /// Write the sum of each run of n numbers; one thread a run.

@@ -17,14 +17,14 @@ struct DeviceScene {
 static_assert(sizeof(DeviceScene) == 56);
 
 /// A batch of rays in the memory of the device, as in `RayBatch`. A step is how many floats the next ray's value is
-/// away: 0 if there is one for all.
+/// away: 0 if there is one for all. Only kernels of primitives for rays with a spread read it.
 struct DeviceRays {
-  const float *origins, *directions, *radius, *t_min, *t_max;
+  const float *origins, *directions, *radius, *t_min, *t_max, *spread;
   const std::uint32_t* order;  ///< the order in which threads take rays; null for that of the arrays
   std::uint64_t n;
-  std::uint32_t origin_step, direction_step, radius_step, t_min_step, t_max_step;
+  std::uint32_t origin_step, direction_step, radius_step, t_min_step, t_max_step, spread_step;
 };
-static_assert(sizeof(DeviceRays) == 80);
+static_assert(sizeof(DeviceRays) == 88);
 
 /// What rays must be for a scene, as src/fastlines/rays.py checks them.
 struct DeviceLimits {
@@ -45,8 +45,11 @@ static_assert(sizeof(DeviceHits) == 40);
 struct DeviceLists {
   const std::int64_t* offsets;
   DeviceHits hits;
+  /// How many hits each list has in the end: fewer than there is room for, if rays find primitives several times. May
+  /// be null.
+  std::int64_t* n_hits;
 };
-static_assert(sizeof(DeviceLists) == 48);
+static_assert(sizeof(DeviceLists) == 56);
 
 /// The id of no primitive.
 inline constexpr std::uint32_t kNoDevicePrim = 0xffff'ffff;

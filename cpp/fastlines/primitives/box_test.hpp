@@ -4,7 +4,7 @@
 // rounding noise, so the pair is moved apart by the rounding of coordinates: a box holds its faces.
 #pragma once
 
-#include "ray_primitive.hpp"
+#include "closest_approach.hpp"
 
 namespace fastlines {
 

@@ -22,10 +22,6 @@
 
 namespace fastlines {
 
-/// Whether rays of queries on P have a spread (rays/spread_ray.hpp): only with a `P::kHasSpread` that is true.
-template <class P>
-inline constexpr bool kHasSpread = requires { requires P::kHasSpread; };
-
 /// The fields of a primitive (N = float) or of 16 (N = FloatX16): the numbers that the exact test of P reads.
 template <class P, class N>
 using Fields = std::array<N, P::kFields>;

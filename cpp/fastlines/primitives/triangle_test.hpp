@@ -14,7 +14,7 @@
 // floats are exact. Then all signs are those of the projected corners, and t is a weighted mean of their depths.
 #pragma once
 
-#include "ray_primitive.hpp"
+#include "segment_test.hpp"
 
 namespace fastlines {
 
@@ -35,25 +35,9 @@ inline TriangleHit<float> meet_triangle_in_double(const float (&x)[9]) {
   return {float(t), some_below != some_above};
 }
 
-/// Replace the results of the lanes in `unsure` by those of float64.
+/// Replace the results of the lanes in `unsure` by those of float64; triangle_test_x16.hpp does it for 16.
 inline void meet_triangles_in_double(const float (&x)[9], TriangleHit<float>& to, bool) {
   to = meet_triangle_in_double(x);
-}
-inline void meet_triangles_in_double(const FloatX16 (&x)[9], TriangleHit<FloatX16>& to, MaskX16 unsure) {
-  alignas(64) float columns[9][kSimdWidth], t[kSimdWidth], hit[kSimdWidth];
-  for (int k = 0; k < 9; ++k) x[k].store(columns[k]);
-  to.t.store(t);
-  blend(to.hit, FloatX16(1.0f), FloatX16(0.0f)).store(hit);
-  for (std::uint32_t bits = unsure.bits(); bits; bits &= bits - 1) {
-    const int i = std::countr_zero(bits);
-    float corner[9];
-    for (int k = 0; k < 9; ++k) corner[k] = columns[k][i];
-    const TriangleHit<float> found = meet_triangle_in_double(corner);
-    t[i] = found.t;
-    hit[i] = found.hit ? 1.0f : 0.0f;
-  }
-  to.t = FloatX16::load(t);
-  to.hit = FloatX16(0.0f) < FloatX16::load(hit);
 }
 
 /// Test a ray and a triangle. The fields are its nine coordinates, in the frame. Only lanes in `wanted` matter.

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "../primitives/segment_test.hpp"
+#include "../primitives/ray_primitive.hpp"
 #include "../rays/hit.hpp"
 #include "../rays/spread_ray.hpp"
 #include "../references/reference.hpp"

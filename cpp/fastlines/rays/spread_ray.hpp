@@ -19,10 +19,13 @@
 
 #include <type_traits>
 
-#include "../primitives/ray_primitive.hpp"
 #include "ray.hpp"
 
 namespace fastlines {
+
+/// Whether rays of queries on P have a spread: only with a `P::kHasSpread` that is true.
+template <class P>
+inline constexpr bool kHasSpread = requires { requires P::kHasSpread; };
 
 /// How the reach of a ray grows with the depth, in the frame.
 struct SpreadInFrame {

@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from ..arrays import IntArray
 from ..backend import HitColumns, HitLists
-from ..errors import InputError
 from ..progress import ProgressCallback
 from ..rays import RayBatch
 from .columns import DeviceColumns, scan
@@ -95,28 +94,55 @@ class CudaBackend:
     def count(self, rays: RaysOnDevice) -> Memory:
         """Count the hits of each ray, on the device."""
         counts = self.scene.device.allocate(8 * rays.n)
-        self._launch("count_hits", rays, ALL, counts.pointer)
+        if self.scene.has_repeats:
+            offsets, n_found = self._count_found(rays, None)
+            prims = self.scene.device.allocate(4 * n_found)
+            self._launch("count_prims", rays, offsets.pointer, prims.pointer, counts.pointer)
+        else:
+            self._launch("count_hits", rays, ALL, counts.pointer)
         return counts
 
     def list(self, rays: RaysOnDevice, surface: bool, k: int | None, by_distance: bool) -> ListsOnDevice:
         """List hits, on the device."""
-        device = self.scene.device
-        # Count the hits of each ray after a zero, and add them up.
-        offsets = device.upload(np.zeros(rays.n + 1, np.int64))
-        counts = offsets.pointer + 8
-        self._launch("count_hits", rays, ALL if k is None else k, counts)
-        if rays.n:
-            scan(device, self.scene.kernels, counts, rays.n)
-        n_hits = int(device.download(offsets, np.int64, 1, rays.n)[0])
-        # List them.
-        columns = DeviceColumns.allocate(device, n_hits, surface)
-        record = device.upload(lists_record(offsets.pointer, columns.pointers()))
+        device, has_repeats = self.scene.device, self.scene.has_repeats
+        offsets, n_found = self._count_found(rays, k)
+        lists = ListsOnDevice(offsets, DeviceColumns.allocate(device, n_found, surface))
+        lengths = self._lengths(rays) if has_repeats else None
+        pointer = 0 if lengths is None else lengths.pointer + 8
+        record = device.upload(lists_record(offsets.pointer, lists.columns.pointers(), pointer))
         which = "all" if k is None else "near" if by_distance else "next"
         self._launch(f"{which}_{'surface' if surface else 'closest'}", rays, record.pointer)
-        return ListsOnDevice(offsets, columns)
+        if lengths is None:
+            return lists
+        # Close the gaps that repeats leave.
+        kept = ListsOnDevice(lengths, DeviceColumns.allocate(device, self._add_up(lengths, rays.n), surface))
+        to = device.upload(lists_record(lengths.pointer, kept.columns.pointers()))
+        if rays.n:
+            self.scene.kernels.launch("move_lists", rays.n, record.pointer, rays.n, to.pointer)
+        return kept
+
+    def _count_found(self, rays: RaysOnDevice, k: int | None) -> tuple[Memory, int]:
+        """Return where the list of each ray begins, if it has all hits that the ray finds or k, and how many are found.
+
+        Where the scene has repeats, some are found several times.
+        """
+        offsets = self._lengths(rays)
+        self._launch("count_hits", rays, ALL if k is None else k, offsets.pointer + 8)
+        return offsets, self._add_up(offsets, rays.n)
+
+    def _lengths(self, rays: RaysOnDevice) -> Memory:
+        """Return a zero, and after it room for the length of the list of each ray."""
+        return self.scene.device.upload(np.zeros(rays.n + 1, np.int64))
+
+    def _add_up(self, lengths: Memory, n: int) -> int:
+        """Replace the lengths of n lists, after a zero, by offsets; return the last one."""
+        device = self.scene.device
+        if n:
+            scan(device, self.scene.kernels, lengths.pointer + 8, n)
+        return int(device.download(lengths, np.int64, 1, n)[0])
 
     def rays_on_device(self, pointers: Sequence[int], n: int, steps: Sequence[int], parts: object) -> RaysOnDevice:
-        """Return rays from pointers to origins, directions, radius, t_min and t_max, and how far the next value is."""
+        """Return rays from pointers to the arrays of `RayBatch.arrays`, and how far the next value of each is."""
         record = self.scene.device.upload(rays_record(pointers, 0, n, steps))
         return RaysOnDevice(n, record, (parts,))
 
@@ -127,12 +153,13 @@ class CudaBackend:
 
     def upload(self, rays: RayBatch) -> RaysOnDevice:
         """Copy checked rays to the device."""
-        if rays.has_spread:
-            raise InputError("the GPU does not answer rays with a spread; query them on the CPU, or leave out spread=")
-        arrays = rays.origins, rays.directions, rays.radius, rays.t_min, rays.t_max
+        arrays = rays.arrays() if rays.has_spread else rays.arrays()[:-1]
         parts = [self.scene.device.upload(array) for array in arrays]
+        pointers = [part.pointer for part in parts]
         steps = [0 if len(array) <= 1 else array.size // len(array) for array in arrays]
-        return self.rays_on_device([part.pointer for part in parts], len(rays), steps, parts)
+        if not rays.has_spread:  # kernels do not read it
+            pointers, steps = [*pointers, 0], [*steps, 0]
+        return self.rays_on_device(pointers, len(rays), steps, parts)
 
 
 def _report_end(progress: ProgressCallback | None) -> None:

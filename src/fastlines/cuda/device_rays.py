@@ -49,6 +49,7 @@ class DeviceRayBatch:
     backend: CudaBackend
     rays: RaysOnDevice
     shape: tuple[int, ...]
+    has_spread: bool
 
     def first_hit(self, surface: bool) -> DeviceHits:
         """Find the nearest hit of each ray."""
@@ -87,8 +88,11 @@ def check_device_rays(
     radius: Any,
     t_min: Any,
     t_max: Any,
+    spread: Any = None,
 ) -> DeviceRayBatch:
     """Check rays of which at least origins are in the memory of the GPU, for a scene with these bounds.
+
+    With a spread, the backend must be that of a scene for such rays.
 
     Raises
     ------
@@ -102,7 +106,8 @@ def check_device_rays(
     shape = points.shape[:-1]
     n = math.prod(shape)
     arrays = [points, _viewed(backend, directions, "directions", points.shape, (3,))]
-    for name, values in (("radius", radius), ("t_min", t_min), ("t_max", t_max)):
+    scalars = {"radius": radius, "t_min": t_min, "t_max": t_max, "spread": 0.0 if spread is None else spread}
+    for name, values in scalars.items():
         arrays.append(_viewed(backend, values, name, shape, ()))
     steps = [3, 0 if arrays[1].shape == (3,) else 3, *(0 if array.shape == () else 1 for array in arrays[2:])]
     rays = backend.rays_on_device([array.pointer for array in arrays], n, steps, arrays)
@@ -112,10 +117,11 @@ def check_device_rays(
     n_invalid = int(device.download(found, np.uint32, 1)[0])
     if n_invalid:
         raise InputError(
-            f"{n_invalid} of {n} rays are not valid: they hold NaN or Inf, have a direction of length zero, or bounds "
-            "that are not in order; pass them as NumPy arrays to learn which and why"
+            f"{n_invalid} of {n} rays are not valid: they hold NaN or Inf, have a direction of length zero, a radius "
+            "or spread that is too large, or bounds that are not in order; pass them as NumPy arrays to learn which "
+            "and why"
         )
-    return DeviceRayBatch(backend, rays, shape)
+    return DeviceRayBatch(backend, rays, shape, spread is not None)
 
 
 def _viewed(backend: CudaBackend, values: Any, name: str, *shapes: tuple[int, ...] | None) -> ViewedArray:

@@ -16,8 +16,8 @@ def scene_record(pointers: Sequence[int], frame: tuple[Sequence[float], float, f
 
 
 def rays_record(pointers: Sequence[int], order: int, n: int, steps: Sequence[int]) -> npt.NDArray[np.uint8]:
-    """Pack `DeviceRays`: pointers to origins, directions, radius, t_min and t_max, and how far the next value is."""
-    return _record("<7Q5I4x", *pointers, order, n, *steps)
+    """Pack `DeviceRays`: pointers to origins, directions, radius, t_min, t_max and spread, and steps to next values."""
+    return _record("<8Q6I", *pointers, order, n, *steps)
 
 
 def limits_record(low: Sequence[float], high: Sequence[float], largest_radius: float) -> npt.NDArray[np.uint8]:
@@ -30,9 +30,9 @@ def hits_record(columns: Sequence[int]) -> npt.NDArray[np.uint8]:
     return _record("<5Q", *columns)
 
 
-def lists_record(offsets: int, columns: Sequence[int]) -> npt.NDArray[np.uint8]:
-    """Pack `DeviceLists`: a pointer to the offsets, and those of `hits_record`."""
-    return _record("<6Q", offsets, *columns)
+def lists_record(offsets: int, columns: Sequence[int], n_hits: int = 0) -> npt.NDArray[np.uint8]:
+    """Pack `DeviceLists`: a pointer to the offsets, those of `hits_record`, and one to the lengths in the end, or 0."""
+    return _record("<7Q", offsets, *columns, n_hits)
 
 
 def _record(form: str, *values: float) -> npt.NDArray[np.uint8]:

@@ -8,14 +8,20 @@ import numpy as np
 import numpy.typing as npt
 
 from ..curves import Curves
+from ..custom import Custom
 from ..errors import FastlinesError, InputError
-from ..geometry import AnyGeometry, core_data
+from ..geometry import AnyGeometry, Geometry, core_data, spread_data
 from ..layout import Layout
 from .device import Device, Kernels, Memory
 from .records import scene_record
 
 #: The kinds of primitives that kernels know, by the name of the kind in the core.
-PRIMITIVES = {"segments": "DeviceSegments", "round cones": "DeviceRoundCones"}
+PRIMITIVES = {
+    "segments": "DeviceSegments",
+    "round cones": "DeviceRoundCones",
+    "spread cones": "DeviceSpreadCones",
+    "shapes": "DeviceShapes",
+}
 
 #: Kernels are compiled for stacks of a multiple of so many entries, so that most trees share one compilation.
 STACK_STEP = 64
@@ -30,47 +36,54 @@ class Scene:
 
     device: Device
     kernels: Kernels
-    #: A `DeviceScene`, and what it points to.
+    #: A `DeviceScene`, and what it points to: nodes, leaves, references and primitives.
     record: Memory
     parts: tuple[Memory, ...]
     n_bytes: int
+    #: Whether a ray may find a primitive several times: it is in several leaves, without pieces that own hits.
+    has_repeats: bool
 
 
-def scene_of(layout: Layout, device: Device) -> Scene:
-    """Return a layout on a device; it is uploaded once, and stays there as long as the layout lives."""
-    known: Scene | None = layout.__dict__.get("_scene")
+def scene_of(layout: Layout, device: Device, has_spread: bool = False) -> Scene:
+    """Return a layout on a device; it is uploaded once, and stays there as long as the layout lives.
+
+    For rays with a spread, the primitives are others.
+    """
+    scenes: dict[bool, Scene] = layout.__dict__.setdefault("_scenes", {})
+    known, other = scenes.get(has_spread), scenes.get(not has_spread)
     if known is None or known.device is not device:
-        known = layout.__dict__["_scene"] = upload(layout, device)
+        blocks = other.parts[:3] if other is not None and other.device is device else None
+        known = scenes[has_spread] = upload(layout, device, has_spread, blocks)
     return known
 
 
-def upload(layout: Layout, device: Device) -> Scene:
-    """Upload a layout and compile the kernels for it."""
-    kind = require_primitives(layout.geometry)
+def upload(layout: Layout, device: Device, has_spread: bool, blocks: tuple[Memory, ...] | None) -> Scene:
+    """Upload a layout, unless its blocks are there, with its primitives; compile the kernels for them."""
+    require_primitives(layout.geometry)
+    kind, items = spread_data(layout.geometry) if has_spread else core_data(layout.geometry)
     stack = stack_room(layout.nodes)
     if stack > MAX_STACK:
         raise FastlinesError(
             f"this tree needs {stack} entries on the stack of each ray, and a GPU has room for {MAX_STACK}; query it "
             "on the CPU, or build it with another method"
         )
-    items = core_data(layout.geometry)[1]
-    arrays = layout.nodes, layout.leaves, layout.refs, items
-    parts = tuple(device.upload(array) for array in arrays)
-    record = device.upload(scene_record([part.pointer for part in parts], layout.view.frame))
+    arrays = layout.nodes, layout.leaves, layout.refs
+    parts = (*(blocks or [device.upload(array) for array in arrays]), device.upload(items))
+    view = layout.spread_view if has_spread else layout.view
+    record = device.upload(scene_record([part.pointer for part in parts], view.frame))
     rounded = -(-stack // STACK_STEP) * STACK_STEP
     kernels = device.compile(PRIMITIVES[kind], rounded)
-    return Scene(device, kernels, record, parts, sum(array.nbytes for array in arrays))
+    n_bytes = sum(array.nbytes for array in (*arrays, items))
+    return Scene(device, kernels, record, parts, n_bytes, kind == "shapes" and len(layout.refs) > len(items))
 
 
-def require_primitives(geometry: AnyGeometry) -> str:
-    """Return the kind of primitive in the core; refuse what kernels do not know."""
-    kind = core_data(geometry)[0]
-    if kind not in PRIMITIVES:
+def require_primitives(geometry: AnyGeometry) -> None:
+    """Refuse what kernels do not know: a class of the user's own, whose `hit` runs in Python."""
+    if isinstance(geometry, Custom):
         raise InputError(
-            f"the GPU answers queries on lines, spheres and curves, and this tree is over {type(geometry).__name__}; "
-            "query it on the CPU, or build a tree over the lines alone"
+            f"the GPU does not run a class of your own, and this tree is over {type(geometry.source).__name__}; query "
+            "it on the CPU"
         )
-    return kind
 
 
 def require_cuda(backend: str, geometry: AnyGeometry) -> None:
@@ -82,6 +95,8 @@ def require_cuda(backend: str, geometry: AnyGeometry) -> None:
         )
     if isinstance(geometry, Curves):
         raise InputError("hits of curves are put together on the CPU; pass rays as NumPy arrays")
+    if isinstance(geometry, Geometry):
+        raise InputError("the CPU says which part of a Geometry is hit; pass rays as NumPy arrays")
     require_primitives(geometry)
 
 

@@ -144,7 +144,7 @@ def backend_of(variant: Variant, tree: fl.Tree, device: CudaDevice, result: Vari
     begin, before = time.perf_counter(), TUNING.copy()
     try:
         TUNING.update(variant)
-        backend = CudaBackend(upload_scene(tree.layout, device))
+        backend = CudaBackend(upload_scene(tree.layout, device, False, None))
     finally:
         TUNING.update(before)
     result.compile_s.append(time.perf_counter() - begin)

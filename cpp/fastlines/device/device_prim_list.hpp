@@ -1,0 +1,46 @@
+// The primitives that one ray hits, in the memory of the device: to count each once, where a ray may find one in
+// several leaves.
+#pragma once
+
+#include "device_heap.hpp"
+#include "device_primitives.hpp"
+#include "records.hpp"
+
+namespace fastlines {
+
+/// Lists the ids of all primitives that a ray hits. A count has told how much room they need.
+class PrimListOfRay {
+ public:
+  static constexpr At kAt = At::closest;
+  static constexpr bool kShrinksLimit = false;
+  float limit;
+
+  PrimListOfRay(const Ray& ray, std::uint32_t* prims) : limit(ray.t_max), prims_(prims) {}
+
+  template <class Test>
+  void add(const Test&, const WideRef& ref) {
+    prims_[n_++] = ref.prim;
+  }
+
+  /// Count the primitives.
+  std::uint64_t count() {
+    sort_list(*this, n_);
+    std::uint64_t n = 0;
+    for (std::uint64_t i = 0; i < n_; ++i) n += i == 0 || prims_[i] != prims_[i - 1];
+    return n;
+  }
+
+  bool comes_first(std::uint64_t i, std::uint64_t j) const { return prims_[i] < prims_[j]; }
+
+  void swap(std::uint64_t i, std::uint64_t j) {
+    const std::uint32_t prim = prims_[i];
+    prims_[i] = prims_[j];
+    prims_[j] = prim;
+  }
+
+ private:
+  std::uint32_t* prims_;
+  std::uint64_t n_ = 0;
+};
+
+}  // namespace fastlines
