@@ -107,6 +107,20 @@ def test_variants_that_differ_are_said(device, monkeypatch):
     assert "bun-hair, camera rays, first_hit, GROUP=1: the answer differs" in result.stdout
 
 
+def test_resources(tmp_path):
+    pytest.importorskip("cuda.core", reason="needs fastlines[cuda]")
+    given = "--variant", "FASTLINES_BLOCK=64", "--variant", "FASTLINES_GROUP=16,FASTLINES_SHARED_STACK=16"
+    text = done("cuda-resources", *given, "--stack", 32, "--json", "r.json")
+    assert "kernels for DeviceSegments on sm_90, stacks of 32 entries, by NVRTC" in text
+    thread, *_, group = json.loads((tmp_path / "r.json").read_text())["rows"]
+    assert (thread["kernel"], group["kernel"]) == ("first_closest", "all_closest")
+    assert thread["registers"] > 16
+    assert thread["local"] >= 32 * 8
+    assert thread["shared"] == 0
+    assert 8 <= group["local"] < 32 * 8
+    assert group["shared"] == 16 * 8 * 8
+
+
 def test_variants_are_known_and_differ():
     assert all(variant.keys() <= TUNING.keys() for variant in variants.VARIANTS)
     assert len({str(sorted((TUNING | variant).items())) for variant in variants.VARIANTS}) == len(variants.VARIANTS)

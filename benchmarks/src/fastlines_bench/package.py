@@ -8,6 +8,7 @@ from fastlines.backend import use_engine
 from fastlines.cli.app import Group
 from fastlines.cli.files import SCENE, check_output, note, open_lines, show_progress
 from fastlines.cli.options import Effort
+from fastlines.cuda import program as cuda_program
 from fastlines.cuda.backend import CudaBackend
 from fastlines.cuda.choice import device as cuda_device
 from fastlines.cuda.device import Device as CudaDevice
@@ -19,6 +20,7 @@ from fastlines.geometry import core_data
 from fastlines.immutable import own
 from fastlines.layout import Layout
 from fastlines.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, best_settings, method_settings
+from fastlines.optional import optional
 from fastlines.queries import check_query
 from fastlines.rendering.depth_tone import grey
 from fastlines.rendering.fragments import Surfaces
@@ -65,6 +67,7 @@ __all__ = [
     "check_query",
     "core_data",
     "cuda_device",
+    "cuda_program",
     "describe_machine",
     "did_you_mean",
     "filmic",
@@ -77,6 +80,7 @@ __all__ = [
     "note",
     "num_threads",
     "open_lines",
+    "optional",
     "own",
     "page",
     "scene_of",

@@ -28,8 +28,8 @@ BLOCK = "FASTLINES_BLOCK"
 #: Threads that take a ray.
 GROUP = "FASTLINES_GROUP"
 
-#: Macros that change the speed of kernels and no answer; `fastlines-bench cuda --tune` sets them. The values are those
-#: of cpp/fastlines/device, which nobody has measured yet.
+#: Macros that change the speed of kernels and no answer; `fastlines-bench cuda-variants` sets them. The values are
+#: those of cpp/fastlines/device, which nobody has measured yet.
 TUNING: dict[str, int] = {BLOCK: 128, GROUP: 1, "FASTLINES_NODE_ROWS": 0, "FASTLINES_SHARED_STACK": 0}
 
 

@@ -9,7 +9,17 @@ import typer
 from fastlines import InputError
 from fastlines.scenes import NAMES
 
-from ..cuda import CudaPreset, VariantsPreset, print_cuda, print_variants, run_cuda, run_variants
+from ..cuda import (
+    CudaPreset,
+    ResourcesPreset,
+    VariantsPreset,
+    print_cuda,
+    print_resources,
+    print_variants,
+    run_cuda,
+    run_resources,
+    run_variants,
+)
 from ..package import TUNING
 from .app import app
 from .options import JsonFile, NRays, Quick, Rounds, check_files, check_names, progress_bar, write_json
@@ -17,6 +27,15 @@ from .options import JsonFile, NRays, Quick, Rounds, check_files, check_names, p
 NSegments = Annotated[
     int | None,
     typer.Option("--n-segments", help="The segments of each scene that is timed.", min=1, show_default=False),
+]
+Variants = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--variant",
+        metavar="NAME=N,…",
+        help=f"A variant: macros of {', '.join(TUNING)}. Repeat for more; the default is a list of ten.",
+        show_default=False,
+    ),
 ]
 Limit = Annotated[
     float | None,
@@ -84,15 +103,7 @@ def cuda_variants(
             "--scene", "-s", metavar="NAME,…", help="The scenes; the default is bun-hair.", show_default=False
         ),
     ] = None,
-    variant: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--variant",
-            metavar="NAME=N,…",
-            help=f"A variant: macros of {', '.join(TUNING)}. Repeat for more; the default is a list of ten.",
-            show_default=False,
-        ),
-    ] = None,
+    variant: Variants = None,
     n_segments: NSegments = None,
     n_rays: NRays = None,
     rounds: Rounds = None,
@@ -114,7 +125,7 @@ def cuda_variants(
     preset = VariantsPreset.of(
         quick,
         scenes=check_names("--scene", "scene", scene, NAMES),
-        variants=tuple(_macros("--variant", text.split(",")) for text in variant) if variant else None,
+        variants=_variants(variant),
         n_segments=n_segments,
         n_rays=n_rays,
         rounds=rounds,
@@ -126,6 +137,39 @@ def cuda_variants(
     write_json(json_file, result.to_json())
     if not result.agrees:
         raise typer.Exit(1)
+
+
+@app.command("cuda-resources", short_help="The registers and the memory of variants of the kernels, without a GPU.")
+def cuda_resources(
+    variant: Variants = None,
+    arch: Annotated[
+        str | None, typer.Option("--arch", help="The architecture; the default is sm_90.", show_default=False)
+    ] = None,
+    stack: Annotated[
+        int | None,
+        typer.Option("--stack", help="The entries of a stack; the default is 64.", min=1, show_default=False),
+    ] = None,
+    quick: Quick = False,
+    json_file: JsonFile = None,
+) -> None:
+    """Compile variants of the kernels for segments, and print what a thread needs. NVRTC does it without a GPU.
+
+    Needs the extra "cuda" of fastlines.
+
+    [bold]Examples[/]
+
+    [cyan]fastlines-bench cuda-resources --arch sm_120[/]
+    """
+    check_files(json_file)
+    preset = ResourcesPreset.of(quick, variants=_variants(variant), arch=arch, stack=stack)
+    with progress_bar() as progress:
+        result = run_resources(preset, progress)
+    print_resources(result)
+    write_json(json_file, result.to_json())
+
+
+def _variants(texts: list[str] | None) -> tuple[dict[str, int], ...] | None:
+    return tuple(_macros("--variant", text.split(",")) for text in texts) if texts else None
 
 
 def _macros(option: str, texts: list[str]) -> dict[str, int]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..harness.tables import format_3_digits, new_table, print_table, wide_console
+from .resources import ResourcesResult
 from .run import CudaCell, CudaResult, describe
 from .variants import VariantsResult
 
@@ -75,6 +76,18 @@ def print_variants(result: VariantsResult) -> None:
         + (f" Left out, for time: {', '.join(result.left_out)}." if result.left_out else ""),
         highlight=False,
     )
+
+
+def print_resources(result: ResourcesResult) -> None:
+    """Print a row for each variant and kernel."""
+    preset, console = result.preset, wide_console()
+    title = f"kernels for {preset.primitives} on {preset.arch}, stacks of {preset.stack} entries, by {result.compiler}"
+    heads = ["registers", "local\nbytes", "spilled\nbytes", "shared bytes\na block"]
+    table = new_table(title, ["variant", "kernel"], heads)
+    for row in result.rows:
+        numbers = row.registers, row.local, row.spills, row.shared
+        table.add_row(_name(row.variant), row.kernel, *(f"{number:,}" for number in numbers))
+    print_table(console, table)
 
 
 def _name(variant: dict[str, int]) -> str:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -141,14 +142,22 @@ def measure_variants(preset: VariantsPreset, name: str, device: CudaDevice, resu
 
 def backend_of(variant: Variant, tree: fl.Tree, device: CudaDevice, result: VariantsResult) -> CudaBackend:
     """Return a tree on the device, with kernels of a variant."""
-    begin, before = time.perf_counter(), TUNING.copy()
-    try:
-        TUNING.update(variant)
+    begin = time.perf_counter()
+    with tuned(variant):
         backend = CudaBackend(upload_scene(tree.layout, device, False, None))
-    finally:
-        TUNING.update(before)
     result.compile_s.append(time.perf_counter() - begin)
     return backend
+
+
+@contextmanager
+def tuned(variant: Variant) -> Iterator[None]:
+    """Compile kernels of a variant for a while."""
+    before = TUNING.copy()
+    try:
+        TUNING.update(variant)
+        yield
+    finally:
+        TUNING.update(before)
 
 
 def columns(answer: Any) -> list[npt.NDArray[Any]]:
