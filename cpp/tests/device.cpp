@@ -104,7 +104,7 @@ Rays rays_from_afar(const Lines& lines, float size) {
     const Segment& line = lines[random.below(lines.size())];
     Vec3 d{0, 0, 0};
     d[std::size_t(i % 3)] = i % 2 ? size : -size;
-    rays.origins.push_back(line.p + (line.q - line.p) * random.uniform() - d * 1e6f);
+    rays.origins.push_back(line.p + (line.q - line.p) * random.uniform() - d * (i % 4 < 2 ? 1e6f : 1e8f));
     rays.directions.push_back(d);
     rays.radius.push_back((i % 5 ? 0.002f : 0.1f) * size);
   }
@@ -215,11 +215,11 @@ std::vector<Shape> shapes_around(const Lines& lines) {
   return shapes;
 }
 
-/// Lines behind one another in many nodes, the last one first.
+/// Layers of lines behind one another, the last one first. Gaps are wider than a quantum.
 Lines layers() {
   Lines lines;
   for (int i = 600; i > 0; --i) {
-    const float z = float(i) / 600.0f;
+    const float z = 0.02f * float(i / 20) + 1e-4f * float(i % 20);
     lines.push_back({{0, 0.5f, z}, {1, 0.5f, z}});
   }
   return lines;

@@ -13,6 +13,7 @@ from support.answers import WITH_AT, assert_same, cases, options, question
 from support.builds import ALL_KINDS
 from support.nasty import spreads
 from support.played_device import TUNINGS, PlayedDevice
+from support.slow import few_of
 
 import fastlines as fl
 from fastlines.cuda import program
@@ -43,7 +44,7 @@ def on_cpu_afterwards():
     fl.set_backend("cpu")
 
 
-@pytest.mark.parametrize("name", nasty.NAMES)
+@pytest.mark.parametrize("name", few_of(nasty.NAMES, 8))
 @pytest.mark.parametrize("kind", KINDS)
 def test_answers_are_those_of_brute_force(kind: str, name: str, device: PlayedDevice) -> None:
     case = cases(0, n_rays=60)[name]
@@ -71,7 +72,7 @@ def test_shapes_in_several_leaves(kind: str, device: PlayedDevice) -> None:
     assert ("count_prims" in device.launched) == (kind != "a mixture")  # crossings of curves are counted on the CPU
 
 
-@pytest.mark.parametrize("name", nasty.NAMES)
+@pytest.mark.parametrize("name", few_of(nasty.NAMES, 4))
 @pytest.mark.parametrize("kind", LINES)
 def test_rays_with_a_spread(kind: str, name: str, device: PlayedDevice) -> None:
     case = cases(0, n_rays=60)[name]
@@ -86,10 +87,10 @@ def test_rays_with_a_spread(kind: str, name: str, device: PlayedDevice) -> None:
 
 
 def test_equal_t_in_different_nodes(device: PlayedDevice) -> None:
-    """From afar, many lines behind one another have the same t; the first hit is the lowest id, here the last line."""
-    z = np.linspace(1, 0, 600)
+    """From afar, many layers of lines have the same t; the first hit is the lowest id, which may be in the last one."""
+    z = np.add.outer(0.02 * np.arange(30), 1e-4 * np.arange(20)).ravel()[::-1]  # gaps are wider than a quantum
     lines = fl.Lines.from_segments(np.stack([np.stack([0 * z + x, 0 * z + 0.5, z], axis=1) for x in (0, 1)], axis=1))
-    rays = {"origins": [[x, 0.5, side * 1e6] for x in (0.3, 0.6) for side in (-1, 1)], "radius": 0.001}
+    rays = {"origins": [[x, 0.5, side * 1e7] for x in (0.3, 0.6) for side in (-1, 1)], "radius": 0.001}
     rays["directions"] = [[0, 0, 1], [0, 0, -1]] * 2
     tree = fl.build(lines)
     for at, k in product(("closest", "surface"), (1, 5)):
@@ -98,8 +99,8 @@ def test_equal_t_in_different_nodes(device: PlayedDevice) -> None:
         expected = fl.brute_force(lines, **rays, query="next_hits", k=k, at=at)
         assert_same(tree.to("cuda").next_hits(**rays, k=k, at=at), expected)
         listed = fl.brute_force(lines, **rays, query="all_hits", at=at)
-        for ray, t in enumerate(first.t):
-            assert (listed.t[listed.offsets[ray] : listed.offsets[ray + 1]] == t).sum() > 16, "more than a leaf has"
+        same_t = np.add.reduceat(listed.t == np.repeat(first.t, listed.counts), listed.offsets[:-1], dtype=int)
+        assert same_t.max() > 300, "many layers"
 
 
 @pytest.mark.parametrize("name", fl.scenes.NAMES)
