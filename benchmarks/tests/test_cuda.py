@@ -16,7 +16,7 @@ from fastlines.cuda import cuda_device
 from fastlines.cuda.choice import use_device
 from fastlines.cuda.program import TUNING
 from fastlines.scenes import make
-from fastlines_bench.cuda import run
+from fastlines_bench.cuda import run, variants
 from fastlines_bench.harness.rays import random_rays
 from fastlines_bench.peers.warp import warp
 
@@ -79,12 +79,56 @@ def test_tuning(device, monkeypatch):
     for name, value in TUNING.items():
         monkeypatch.setitem(TUNING, name, value)  # restored afterwards
     text = done("cuda", *TINY, "--tune", "FASTLINES_NODE_ROWS=1", "--tune", "FASTLINES_BLOCK=64")
-    assert "FASTLINES_BLOCK 64, FASTLINES_NODE_ROWS 1" in text
+    assert "FASTLINES_BLOCK 64, FASTLINES_GROUP 1, FASTLINES_NODE_ROWS 1" in text
     assert "is not NAME=N" in refused("cuda", *TINY, "--tune", "FASTLINES_STACK=1")[1]
+
+
+def test_variants(tmp_path, device):
+    before = TUNING.copy()
+    given = "--variant", "FASTLINES_GROUP=1", "--variant", "FASTLINES_GROUP=16,FASTLINES_SHARED_STACK=4"
+    text = done("cuda-variants", *TINY, *given, "--json", "v.json")
+    for said in ("a host that plays a GPU", "Mrays/s", "GROUP=1", "GROUP=16 SHARED_STACK=4", "spaghetti", "bun-hair"):
+        assert said in text
+    assert "answer differs" not in text
+    assert before == TUNING
+    result = json.loads((tmp_path / "v.json").read_text())
+    assert result["format"] == "fastlines-bench cuda-variants 1"
+    assert len(result["cells"]) == 2 * 3 * len(run.TIMED) * 2
+    assert all(cell["same"] and cell["mrays"] > 0 for cell in result["cells"])
+    assert len(result["compile_s"]) == 2 * 2
+    assert "is not NAME=N" in refused("cuda-variants", *TINY, "--variant", "FASTLINES_STACK=1")[1]
+
+
+def test_variants_that_differ_are_said(device, monkeypatch):
+    monkeypatch.setattr(variants, "columns", lambda answer: [answer] * 5)
+    monkeypatch.setattr(variants, "columns_on_device", lambda *_: [0] * 5)
+    result = command("cuda-variants", *TINY, "--scene", "bun-hair", "--variant", "FASTLINES_GROUP=1")
+    assert result.exit_code == 1
+    assert "bun-hair, camera rays, first_hit, GROUP=1: the answer differs" in result.stdout
+
+
+def test_resources(tmp_path):
+    pytest.importorskip("cuda.core", reason="needs fastlines[cuda]")
+    given = "--variant", "FASTLINES_BLOCK=64", "--variant", "FASTLINES_GROUP=16,FASTLINES_SHARED_STACK=16"
+    text = done("cuda-resources", *given, "--stack", 32, "--json", "r.json")
+    assert "kernels for DeviceSegments on sm_90, stacks of 32 entries, by NVRTC" in text
+    thread, *_, group = json.loads((tmp_path / "r.json").read_text())["rows"]
+    assert (thread["kernel"], group["kernel"]) == ("first_closest", "all_closest")
+    assert thread["registers"] > 16
+    assert thread["local"] >= 32 * 8
+    assert thread["shared"] == 0
+    assert 8 <= group["local"] < 32 * 8
+    assert group["shared"] == 16 * 8 * 8
+
+
+def test_variants_are_known_and_differ():
+    assert all(variant.keys() <= TUNING.keys() for variant in variants.VARIANTS)
+    assert len({str(sorted((TUNING | variant).items())) for variant in variants.VARIANTS}) == len(variants.VARIANTS)
 
 
 def test_a_limit_leaves_scenes_out(device):
     assert "Left out, for time" in done("cuda", *TINY, "--limit", 0)
+    assert "Left out, for time" in done("cuda-variants", *TINY, "--limit", 0)
 
 
 def test_without_a_gpu(monkeypatch):

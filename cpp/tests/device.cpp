@@ -1,5 +1,6 @@
 // Runs the kernels for GPUs on the host, and compares all answers with brute force, bit for bit: all kinds of
 // primitives, all queries, rays of all kinds, in order and shuffled, with a spread and without.
+// With FASTLINES_PLAY_WARPS, each lane is a fiber.
 #include <algorithm>
 #include <cinttypes>
 #include <numeric>
@@ -7,6 +8,13 @@
 #include "chains.hpp"
 #include "check.hpp"
 #include "fastlines/primitives/spread_cones.hpp"
+
+#if !defined(FASTLINES_PLAY_WARPS)
+#define FASTLINES_PLAY_WARPS 0
+#endif
+#if FASTLINES_PLAY_WARPS
+#include "played_warps.hpp"
+#endif
 #include "played_device.hpp"
 #include "query_matrix.hpp"
 
@@ -15,6 +23,7 @@ using namespace fastlines::test;
 
 namespace {
 
+constexpr bool kPlaysWarps = FASTLINES_PLAY_WARPS;
 std::size_t n_decisions = 0, n_answers = 0, n_differ = 0, n_repeated = 0;
 
 /// Adds the lists of hits, or the first hits if there are no offsets.
@@ -169,7 +178,7 @@ void check_chains() {
     const auto room = int(stack_room(chain.nodes));
     check(room == kDepth + 1 && deepest_stack <= room, "no stack is deeper than foreseen");
     // Of children that the ray enters at the same t, the last comes first; so here the first ones wait.
-    if (child == second_child) check(deepest_stack == room, "a stack is as deep as foreseen");
+    if (child == second_child && !kPlaysWarps) check(deepest_stack == room, "a stack is as deep as foreseen");
   }
 }
 
@@ -238,6 +247,7 @@ int main() {
     for (const auto& [name, lines] : all) {
       const Segments segments{lines};
       check_scene<DeviceSegments>(name, lines, segments, segments);
+      if (kPlaysWarps) continue;  // other exact tests are played by the other programs, which are faster
       const std::vector<RoundCone> cones = cones_around(lines);
       const RoundCones round_cones{cones};
       check_scene<DeviceRoundCones>(name, lines, round_cones, round_cones);
@@ -245,7 +255,7 @@ int main() {
       const std::vector<Shape> shapes = shapes_around(lines);
       check_scene<DeviceShapes>(name, lines, Shapes{shapes}, Shapes{shapes});
     }
-    check(n_repeated > 3, "some shapes are in several leaves");
+    check(kPlaysWarps || n_repeated > 3, "some shapes are in several leaves");
     check(n_differ == 0, "all answers are those of brute force");
     std::printf("%zu answers, %zu decisions of brute force\n", n_answers, n_decisions);
   });

@@ -72,6 +72,12 @@ struct OwnedHits {
   }
 };
 
+/// Runs a kernel for n rays, and some more threads.
+template <class Kernel, class... Arguments>
+void play_rays(std::uint64_t n, const Kernel& kernel, const Arguments&... arguments) {
+  play_threads(kGroup * (n + 5), kernel, arguments...);
+}
+
 /// Answers queries by the kernels of a kind of primitive.
 template <class P>
 struct PlayedDevice {
@@ -82,13 +88,13 @@ struct PlayedDevice {
   template <At at>
   OwnedHits first() const {
     OwnedHits hits;
-    play_threads(rays.n + 5, first_hit_of_thread<P, at>, scene, rays, hits.columns(rays.n));
+    play_rays(rays.n, first_hit_of_thread<P, at>, scene, rays, hits.columns(rays.n));
     return hits;
   }
 
   std::vector<char> any() const {
     std::vector<char> found(rays.n, 7);
-    play_threads(rays.n + 5, any_hit_of_thread<P>, scene, rays, reinterpret_cast<bool*>(found.data()));
+    play_rays(rays.n, any_hit_of_thread<P>, scene, rays, reinterpret_cast<bool*>(found.data()));
     return found;
   }
 
@@ -97,9 +103,9 @@ struct PlayedDevice {
     if (has_repeats) {
       const std::vector<std::int64_t> offsets = offsets_of_found(~0ull);
       std::vector<std::uint32_t> prims(std::size_t(offsets.back()));
-      play_threads(rays.n + 5, count_prims_of_thread<P>, scene, rays, offsets.data(), prims.data(), counts.data());
+      play_rays(rays.n, count_prims_of_thread<P>, scene, rays, offsets.data(), prims.data(), counts.data());
     } else {
-      play_threads(rays.n + 5, count_hits_of_thread<P>, scene, rays, ~0ull, counts.data());
+      play_rays(rays.n, count_hits_of_thread<P>, scene, rays, ~0ull, counts.data());
     }
     return counts;
   }
@@ -112,7 +118,7 @@ struct PlayedDevice {
     kept.offsets.assign(rays.n + 1, 0);
     const DeviceHits columns = lists.columns(std::size_t(lists.offsets.back()));
     const DeviceLists found{lists.offsets.data(), columns, has_repeats ? kept.offsets.data() + 1 : nullptr};
-    play_threads(rays.n + 5, list_hits_of_thread<P, at, rank, shrinks_limit>, scene, rays, found);
+    play_rays(rays.n, list_hits_of_thread<P, at, rank, shrinks_limit>, scene, rays, found);
     if (!has_repeats) return lists;
     scan(kept.offsets, 1);
     const DeviceLists to{kept.offsets.data(), kept.columns(std::size_t(kept.offsets.back())), nullptr};
@@ -124,7 +130,7 @@ struct PlayedDevice {
   /// Where the lists of all that rays find begin, up to k of each.
   std::vector<std::int64_t> offsets_of_found(std::uint64_t k) const {
     std::vector<std::int64_t> offsets(rays.n + 1, 0);
-    play_threads(rays.n + 5, count_hits_of_thread<P>, scene, rays, k, offsets.data() + 1);
+    play_rays(rays.n, count_hits_of_thread<P>, scene, rays, k, offsets.data() + 1);
     scan(offsets, 1);
     return offsets;
   }

@@ -12,7 +12,7 @@ from support import nasty
 from support.answers import WITH_AT, assert_same, cases, options, question
 from support.builds import ALL_KINDS
 from support.nasty import spreads
-from support.played_device import PlayedDevice
+from support.played_device import TUNINGS, PlayedDevice
 from support.slow import few_of
 
 import fastlines as fl
@@ -117,7 +117,7 @@ def test_scenes_of_the_thesis(name: str, device: PlayedDevice) -> None:
             assert_same(getattr(tree, query)(*rays, radius, **options(query)), expected, f"{query}, {radius=}")
 
 
-@pytest.mark.parametrize("tuning", [{"FASTLINES_NODE_ROWS": 1}, {"FASTLINES_BLOCK": 64}])
+@pytest.mark.parametrize("tuning", TUNINGS, ids=str)
 def test_tuning_changes_no_answer(
     tuning: dict[str, int], device: PlayedDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -10,8 +10,10 @@ import pytest
 from support import nasty
 from support.answers import WITH_AT, assert_same, cases, options, question
 from support.builds import ALL_KINDS
+from support.played_device import TUNINGS
 
 import fastlines as fl
+from fastlines.cuda import program
 from fastlines.cuda.cuda_device import gpu
 from fastlines.queries import QUERIES
 
@@ -41,6 +43,21 @@ def test_answers_are_those_of_brute_force(kind: str, name: str) -> None:
             how = options(query) | ({} if at is None else {"at": at})
             expected = fl.brute_force(geometry, **asked, query=query, **how)  # type: ignore[arg-type]
             assert_same(getattr(tree, query)(**asked, **how), expected, f"{query}, {how}")
+
+
+@pytest.mark.parametrize("tuning", TUNINGS, ids=str)
+def test_tuning_changes_no_answer(tuning: dict[str, int], monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in tuning.items():
+        monkeypatch.setitem(program.TUNING, name, value)
+    tree = fl.build(TREE.geometry)
+    for radius in (0.001, 0.1):
+        for query in QUERIES:
+            for at in ("closest", "surface") if query in WITH_AT else (None,):
+                how = options(query) | ({} if at is None else {"at": at})
+                answers = (
+                    getattr(tree.to(where), query)(ORIGINS, DIRECTIONS, radius, **how) for where in ("cuda", "cpu")
+                )
+                assert_same(*answers, f"{query}, {how}, {radius=}")
 
 
 def _torch() -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:

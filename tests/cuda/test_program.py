@@ -11,6 +11,15 @@ import fastlines as fl
 from fastlines.cuda import program, scene
 
 PRIMITIVES = list(scene.PRIMITIVES.values())
+SHARED = "FASTLINES_SHARED_STACK"
+#: Variants of the kernels with another stack, or another traversal.
+VARIANTS: list[dict[str, int]] = [
+    {},
+    {SHARED: 16},
+    {program.GROUP: 16},
+    {program.GROUP: 16, SHARED: 16},
+    {program.GROUP: 16, SHARED: 64},
+]
 
 
 def require_nvrtc() -> None:
@@ -28,7 +37,9 @@ def ptx(primitives: str, **others: bool) -> str:
     error, compiled = nvrtc.nvrtcCreateProgram(program.SOURCE.encode(), b"kernels.cu", 0, [], [])
     assert int(error) == 0
     (error,) = nvrtc.nvrtcCompileProgram(compiled, len(flags), flags)
-    assert int(error) == 0
+    log = b" " * nvrtc.nvrtcGetProgramLogSize(compiled)[1]
+    nvrtc.nvrtcGetProgramLog(compiled, log)
+    assert int(error) == 0, log.decode()
     size = nvrtc.nvrtcGetPTXSize(compiled)[1]
     text = b" " * size
     nvrtc.nvrtcGetPTX(compiled, text)
@@ -53,6 +64,32 @@ def test_each_operation_is_rounded_once(primitives: str) -> None:
     assert fused.count("fma.rn.f32") > text.count("fma.rn.f32")
 
 
+@pytest.mark.parametrize("tuning", VARIANTS, ids=str)
+def test_variants_compile(tuning: dict[str, int], monkeypatch: pytest.MonkeyPatch) -> None:
+    require_nvrtc()
+    for name, value in tuning.items():
+        monkeypatch.setitem(program.TUNING, name, value)
+    text = ptx("DeviceSegments")
+    stack, shared, grouped = 64, tuning.get(SHARED, 0), program.GROUP in tuning
+    # Only groups exchange values, and each names its own lanes: no mask is a constant.
+    masks = re.findall(r"\b(?:vote|shfl|bar\.warp)\.sync[^;]*,\s*(\S+);|bar\.warp\.sync\s+(\S+);", text)
+    assert bool(masks) == grouped
+    assert all((mask or other).startswith("%r") for mask, other in masks)
+    # The stack is where it should be, and no entry is addressed without knowing where.
+    assert bool(re.search(r"\bst\.shared\b", text)) == (shared > 0)
+    assert bool(re.search(r"\bst\.local\b", text)) == (shared < stack)
+    room = {int(n) for n in re.findall(r"\.shared .*entries\[(\d+)\]", text)}
+    assert room == ({8 * shared * program.TUNING[program.BLOCK] // (16 if grouped else 1)} if shared else set())
+    assert not re.search(r"\b(?:ld|st)(?:\.v2)?\.[ub]32", text)
+
+
+def test_a_short_stack_that_is_too_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    require_nvrtc()
+    monkeypatch.setitem(program.TUNING, SHARED, 64)
+    with pytest.raises(AssertionError, match="FASTLINES_SHARED_STACK is too large: a block has 48 KB"):
+        ptx("DeviceSegments")
+
+
 @pytest.mark.parametrize(
     "arch", ["sm_90", *(pytest.param(arch, marks=pytest.mark.slow) for arch in ("sm_75", "sm_120"))]
 )
@@ -66,11 +103,32 @@ def test_kernels_compile_and_are_cached(arch: str, tmp_path: Path, monkeypatch: 
     assert cached.read_bytes() == code
     cached.write_bytes(b"from the cache")
     assert program.compiled(arch, "DeviceSegments", 64) == b"from the cache"
-    # Another stack, or other text, is another program.
-    for change in (lambda: None, lambda: monkeypatch.setattr(program, "text", lambda: "other")):
-        change()
-        assert program.compiled(arch, "DeviceSegments", 128)[:4] == b"\x7fELF"
-    assert len(list((tmp_path / "cache").iterdir())) == 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("arch", ["sm_75", "sm_120"])
+def test_groups_compile(arch: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    require_nvrtc()
+    monkeypatch.setitem(program.TUNING, program.GROUP, 16)
+    monkeypatch.setitem(program.TUNING, SHARED, 16)
+    assert program.compile_now(program.options(arch, "DeviceRoundCones", 64))[:4] == b"\x7fELF"
+
+
+def test_other_programs_are_not_taken_from_the_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    require_nvrtc()
+    monkeypatch.setenv("FASTLINES_CACHE", str(tmp_path))
+    numbers = iter(range(9))
+    monkeypatch.setattr(program, "compile_now", lambda how: b"%d" % next(numbers))
+
+    def compiled() -> list[bytes]:
+        kinds = ("sm_90", "DeviceSegments", 64), ("sm_90", "DeviceSegments", 128), ("sm_75", "DeviceSegments", 64)
+        return [program.compiled(*kind) for kind in kinds]
+
+    assert compiled() == [b"0", b"1", b"2"]
+    monkeypatch.setitem(program.TUNING, program.GROUP, 16)
+    assert compiled() == [b"3", b"4", b"5"]
+    monkeypatch.setattr(program, "text", lambda: "other")
+    assert compiled() == compiled() == [b"6", b"7", b"8"]
 
 
 def test_a_cache_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,11 +15,20 @@ import numpy.typing as npt
 import pytest
 
 from fastlines.cuda.device import ViewedArray
-from fastlines.cuda.program import BLOCK, TUNING, headers, macros
+from fastlines.cuda.program import BLOCK, GROUP, TUNING, headers, macros
 
 SOURCE = Path(__file__).with_suffix(".cpp")
 #: Answers are defined to the bit: no contraction.
 FLAGS = ["-std=c++20", "-O1", "-fPIC", "-shared", "-ffp-contract=off", "-Wall", "-Wextra"]
+
+#: Macros for each variant of the kernels: how nodes are read, how many threads take a ray, and where its stack is.
+TUNINGS: list[dict[str, int]] = [
+    {"FASTLINES_NODE_ROWS": 1},
+    {BLOCK: 64, "FASTLINES_SHARED_STACK": 2},
+    {GROUP: 16},
+    {GROUP: 16, "FASTLINES_SHARED_STACK": 2},
+    {GROUP: 16, "FASTLINES_SHARED_STACK": 4096},
+]
 
 
 def require_compiler() -> str:
@@ -55,6 +64,7 @@ class DeviceArray:
 class PlayedKernels:
     library: ctypes.CDLL
     launched: list[str]
+    group: int
 
     def launch(self, name: str, n_threads: int, *arguments: int) -> None:
         self.launched.append(name)
@@ -104,4 +114,4 @@ class PlayedDevice:
             defines = [f"-D{name}={value}" for name, value in macros(primitives, stack)]
             command = [require_compiler(), *FLAGS, *defines, f"-I{headers()}", str(SOURCE), "-o", str(library)]
             subprocess.run(command, check=True, capture_output=True, text=True)
-        return PlayedKernels(ctypes.CDLL(str(library)), self.launched)
+        return PlayedKernels(ctypes.CDLL(str(library)), self.launched, TUNING[GROUP])

@@ -8,16 +8,19 @@ from fastlines.backend import use_engine
 from fastlines.cli.app import Group
 from fastlines.cli.files import SCENE, check_output, note, open_lines, show_progress
 from fastlines.cli.options import Effort
+from fastlines.cuda import program as cuda_program
 from fastlines.cuda.backend import CudaBackend
 from fastlines.cuda.choice import device as cuda_device
 from fastlines.cuda.device import Device as CudaDevice
 from fastlines.cuda.program import TUNING
 from fastlines.cuda.scene import scene_of
+from fastlines.cuda.scene import upload as upload_scene
 from fastlines.errors import FastlinesError
 from fastlines.geometry import core_data
 from fastlines.immutable import own
 from fastlines.layout import Layout
 from fastlines.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, best_settings, method_settings
+from fastlines.optional import optional
 from fastlines.queries import check_query
 from fastlines.rendering.depth_tone import grey
 from fastlines.rendering.fragments import Surfaces
@@ -64,6 +67,7 @@ __all__ = [
     "check_query",
     "core_data",
     "cuda_device",
+    "cuda_program",
     "describe_machine",
     "did_you_mean",
     "filmic",
@@ -76,6 +80,7 @@ __all__ = [
     "note",
     "num_threads",
     "open_lines",
+    "optional",
     "own",
     "page",
     "scene_of",
@@ -83,5 +88,6 @@ __all__ = [
     "show_progress",
     "srgb",
     "to_bytes",
+    "upload_scene",
     "use_engine",
 ]

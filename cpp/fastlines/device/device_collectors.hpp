@@ -2,7 +2,7 @@
 // device_hit_list.hpp has the lists.
 //
 // A traversal reports each hit of the exact test by `add`; `limit` is the t in the frame beyond which nothing is
-// needed.
+// needed. A collector reads no more of a test than its approach at `kAt`.
 #pragma once
 
 #include "../rays/hit_order.hpp"
@@ -14,6 +14,7 @@ namespace fastlines {
 /// Keeps the first hit.
 template <At at>
 struct FirstHitOfRay {
+  static constexpr At kAt = at;
   static constexpr bool kShrinksLimit = true;
   const Ray& ray;
   float limit;
@@ -40,6 +41,7 @@ struct FirstHitOfRay {
 
 /// Keeps whether there is a hit.
 struct AnyHitOfRay {
+  static constexpr At kAt = At::closest;
   static constexpr bool kShrinksLimit = false;
   float limit;
   bool found = false;
@@ -55,6 +57,7 @@ struct AnyHitOfRay {
 
 /// Counts hits, up to `at_most`; of a primitive in several leaves, perhaps several times.
 struct HitCountOfRay {
+  static constexpr At kAt = At::closest;
   static constexpr bool kShrinksLimit = false;
   float limit;
   std::uint64_t at_most;

@@ -1,4 +1,4 @@
-// Culls the children of a node and the pieces of a leaf, for one ray in one thread.
+// Culls the children of a node and the pieces of a leaf, for one ray.
 //
 // Both tests are those of kernels/intersect, lane by lane, with float axes. Their bounds are the same, so nothing is
 // lost (docs/culling.md): each rounding may differ from that of any instruction set, and the slack covers all of them.
@@ -54,26 +54,44 @@ struct DeviceCullRay {
   }
 };
 
+/// The grid of a block of boxes along a ray: of a node, or of a leaf of boxes.
+struct DeviceBoxCull {
+  const DeviceCullRay& ray;
+  float step[3], to_near[3], to_far[3];
+
+  template <class Block>
+  DeviceBoxCull(const DeviceCullRay& ray_, const Block& block) : ray(ray_) {
+    for (int k = 0; k < 3; ++k) {
+      step[k] = ray.inverse[k] * block.scale;
+      to_near[k] = fma(ray.inverse[k], block.org[k], ray.near[k]);
+      to_far[k] = fma(ray.inverse[k], block.org[k], ray.far[k]);
+    }
+  }
+
+  /// Whether the ray may hit a box, grown by the reach, before `limit`, and where it enters: t in the frame. near(k)
+  /// and far(k) are the box's planes on axis k, in quanta, in the order in which the ray meets them.
+  template <class Near, class Far>
+  bool clip(const Near& near, const Far& far, float limit, float& enter) const {
+    float leave = limit;
+    enter = ray.ray.t_min;
+    for (int k = 0; k < 3; ++k) {
+      enter = max(fma(near(k), step[k], to_near[k]), enter);
+      leave = min(fma(far(k), step[k], to_far[k]), leave);
+    }
+    return enter <= leave;
+  }
+};
+
 /// Calls visit(i, enter) for each of the first n boxes of a block that the ray, with its reach, may hit before `limit`;
 /// in their order. `enter` is where it enters the box: t in the frame.
 template <class Block, class Visit>
 [[gnu::always_inline]] inline void cull_boxes(const DeviceCullRay& ray, const Block& block, const std::uint8_t* planes,
                                               int n, float limit, const Visit& visit) {
-  float step[3], to_near[3], to_far[3];
-  for (int k = 0; k < 3; ++k) {
-    step[k] = ray.inverse[k] * block.scale;
-    to_near[k] = fma(ray.inverse[k], block.org[k], ray.near[k]);
-    to_far[k] = fma(ray.inverse[k], block.org[k], ray.far[k]);
-  }
+  const DeviceBoxCull cull(ray, block);
   // Where the ray enters a box, given by four bytes of each plane, and whether it hits it.
   const auto clip = [&](const auto& near_words, const auto& far_words, int i, float& enter) {
-    float leave = limit;
-    enter = ray.ray.t_min;
-    for (int k = 0; k < 3; ++k) {
-      enter = max(fma(byte_of(near_words(k), i), step[k], to_near[k]), enter);
-      leave = min(fma(byte_of(far_words(k), i), step[k], to_far[k]), leave);
-    }
-    return enter <= leave;
+    return cull.clip([&](int k) { return byte_of(near_words(k), i); }, [&](int k) { return byte_of(far_words(k), i); },
+                     limit, enter);
   };
   const auto* const rows = reinterpret_cast<const PlaneRow*>(planes);
   if constexpr (FASTLINES_NODE_ROWS) {
@@ -119,22 +137,46 @@ template <class Visit>
   cull_boxes(ray, node, node.planes, node.n_children, limit, visit);
 }
 
+/// A leaf of axes in the projection along a ray.
+template <bool has_radius>
+struct DeviceAxisCull {
+  const Vec3 &axis_u, &axis_v;
+  float u, v, reach2;
+
+  DeviceAxisCull(const DeviceCullRay& ray, const WideLeaf& leaf) : axis_u(ray.ray.u), axis_v(ray.ray.v) {
+    // If the reach is twice as large as the leaf, all pieces that can be in reach pass: also where squares overflow.
+    constexpr float pass_all = 512.0f, huge = 1e30f, farthest = 1e15f;
+    const auto start = [&](const Vec3& axis, float offset) {
+      const float at = DeviceCullRay::along(axis, leaf.org[0], leaf.org[1], leaf.org[2], offset) * leaf.inv_scale;
+      return min(max(at, -farthest), farthest);
+    };
+    u = start(axis_u, ray.offset_u);
+    v = start(axis_v, ray.offset_v);
+    float reach = fma(ray.reach, leaf.inv_scale, 0.89f);
+    if constexpr (has_radius) reach += leaf.radius;
+    reach2 = max(reach * reach, fma(reach, huge, -huge * pass_all));
+  }
+
+  /// Whether a piece from a to c, in quanta, may come within reach of the ray's line.
+  bool may_hit(float ax, float ay, float az, float cx, float cy, float cz) const {
+    constexpr float rounding = 0.5f, tiny = 1e-30f;
+    const float au = DeviceCullRay::along(axis_u, ax, ay, az, u), av = DeviceCullRay::along(axis_v, ax, ay, az, v);
+    const float cu = DeviceCullRay::along(axis_u, cx, cy, cz, u), cv = DeviceCullRay::along(axis_v, cx, cy, cz, v);
+    const float back_u = au - cu, wv = cv - av;  // w = c − a with u negated, so that the cross product is a sum
+    const float cross = fma(au, wv, av * back_u), ww = fma(back_u, back_u, wv * wv);
+    const float a_near = fma(-au, au, fma(-av, av, reach2)), c_near = fma(-cu, cu, fma(-cv, cv, reach2));
+    // The line is out of reach if the piece is a point: then the ends decide.
+    const float line = fma(-cross, cross, fma(ww, reach2, -tiny));
+    // The foot of the perpendicular is between the ends.
+    const float inside = (ww + rounding) - abs(a_near - c_near);
+    return !((line < 0.0f || inside < 0.0f) && a_near < 0.0f && c_near < 0.0f);
+  }
+};
+
 /// A mask of the pieces of a leaf of axes that may come within reach of the ray's line.
 template <bool has_radius>
 [[gnu::always_inline]] inline std::uint32_t cull_axes(const DeviceCullRay& ray, const WideLeaf& leaf) {
-  // If the reach is twice as large as the leaf, all pieces that can be in reach pass: also where squares overflow.
-  constexpr float pass_all = 512.0f, huge = 1e30f, farthest = 1e15f;
-  constexpr float rounding = 0.5f, tiny = 1e-30f;
-  const auto start = [&](const Vec3& axis, float offset) {
-    const float at = DeviceCullRay::along(axis, leaf.org[0], leaf.org[1], leaf.org[2], offset) * leaf.inv_scale;
-    return min(max(at, -farthest), farthest);
-  };
-  const Vec3 &axis_u = ray.ray.u, &axis_v = ray.ray.v;
-  const float u = start(axis_u, ray.offset_u), v = start(axis_v, ray.offset_v);
-  float reach = fma(ray.reach, leaf.inv_scale, 0.89f);
-  if constexpr (has_radius) reach += leaf.radius;
-  const float reach2 = max(reach * reach, fma(reach, huge, -huge * pass_all));
-
+  const DeviceAxisCull<has_radius> cull(ray, leaf);
   const auto* const words = reinterpret_cast<const std::uint32_t*>(leaf.ends);
   std::uint32_t near = 0;
   for (int pair = 0; 2 * pair < leaf.n_refs; ++pair) {
@@ -142,19 +184,9 @@ template <bool has_radius>
     const std::uint32_t as = words[end_byte(0, 0, 0) / 4 + pair], zs = words[end_byte(0, 2, 0) / 4 + pair],
                         cs = words[end_byte(1, 0, 0) / 4 + pair];
     for (int i = 0; i < 2; ++i) {
-      const float ax = byte_of(as, 2 * i), ay = byte_of(as, 2 * i + 1), az = byte_of(zs, 2 * i);
-      const float cx = byte_of(cs, 2 * i), cy = byte_of(cs, 2 * i + 1), cz = byte_of(zs, 2 * i + 1);
-      const float au = DeviceCullRay::along(axis_u, ax, ay, az, u), av = DeviceCullRay::along(axis_v, ax, ay, az, v);
-      const float cu = DeviceCullRay::along(axis_u, cx, cy, cz, u), cv = DeviceCullRay::along(axis_v, cx, cy, cz, v);
-      const float back_u = au - cu, wv = cv - av;  // w = c − a with u negated, so that the cross product is a sum
-      const float cross = fma(au, wv, av * back_u), ww = fma(back_u, back_u, wv * wv);
-      const float a_near = fma(-au, au, fma(-av, av, reach2)), c_near = fma(-cu, cu, fma(-cv, cv, reach2));
-      // The line is out of reach if the piece is a point: then the ends decide.
-      const float line = fma(-cross, cross, fma(ww, reach2, -tiny));
-      // The foot of the perpendicular is between the ends.
-      const float inside = (ww + rounding) - abs(a_near - c_near);
-      const bool is_out = (line < 0.0f || inside < 0.0f) && a_near < 0.0f && c_near < 0.0f;
-      near |= std::uint32_t(!is_out) << (2 * pair + i);
+      const bool may_hit = cull.may_hit(byte_of(as, 2 * i), byte_of(as, 2 * i + 1), byte_of(zs, 2 * i),
+                                        byte_of(cs, 2 * i), byte_of(cs, 2 * i + 1), byte_of(zs, 2 * i + 1));
+      near |= std::uint32_t(may_hit) << (2 * pair + i);
     }
   }
   return near & ((1u << leaf.n_refs) - 1);

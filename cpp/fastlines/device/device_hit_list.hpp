@@ -20,6 +20,7 @@ enum class Rank { t, distance };
 template <At at, Rank rank, bool shrinks_limit, bool has_repeats = false>
 class HitListOfRay {
  public:
+  static constexpr At kAt = at;
   static constexpr bool kShrinksLimit = shrinks_limit;
   const Ray& ray;
   float limit;

@@ -11,6 +11,7 @@ namespace fastlines {
 /// Lists the ids of all primitives that a ray hits. A count has told how much room they need.
 class PrimListOfRay {
  public:
+  static constexpr At kAt = At::closest;
   static constexpr bool kShrinksLimit = false;
   float limit;
 

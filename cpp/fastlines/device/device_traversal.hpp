@@ -1,44 +1,33 @@
-// Traces one ray in one thread, depth first, with a stack in the thread's own memory.
+// Traces one ray in one thread, depth first.
 //
 // A node's children are tested one after the other. Inner ones go to the stack: sorted, the nearest on top, if hits
 // lower the limit, and in their order else. Then the leaves are culled and their survivors tested, and the next node is
-// popped. The stack has the room that the tree needs: kernels are compiled for it, after one pass over the nodes
-// (src/fastlines/cuda/scene.py).
+// popped. The stack has the room that the tree needs (device_stack.hpp).
 #pragma once
 
 #include "device_collectors.hpp"
 #include "device_cull.hpp"
+#include "device_stack.hpp"
 #include "thread.hpp"
 
-#if !defined(FASTLINES_STACK)
-/// Entries of the stack of each ray.
-#define FASTLINES_STACK 256
-#endif
-
 namespace fastlines {
-
-/// A node to visit, and where the ray enters it: t in the frame.
-struct DeviceStackEntry {
-  std::uint32_t node;
-  float enter;
-};
 
 /// The steps of a ray, for benchmarks: a collector that is also of this type counts them.
 struct DeviceSteps {
   std::uint32_t n_nodes = 0, n_leaves = 0, n_tests = 0;
 };
 
-/// Count a step, if the collector counts steps.
+/// Count n steps, if the collector counts steps.
 template <class Collector>
-inline void count_device_step(Collector& to, std::uint32_t DeviceSteps::* step) {
-  if constexpr (requires { to.n_nodes; }) ++(to.*step);
+inline void count_device_step(Collector& to, std::uint32_t DeviceSteps::* step, int n = 1) {
+  if constexpr (requires { to.n_nodes; }) to.*step += std::uint32_t(n);
 }
 
 /// Report the hits of a ray to the collector.
 template <class P, class Collector>
-void trace(const DeviceScene& scene, const RayOf<P>& ray, Collector& to) {
+void trace_by_thread(const DeviceScene& scene, const RayOf<P>& ray, Collector& to) {
   const DeviceCullRay cull(ray);
-  DeviceStackEntry stack[FASTLINES_STACK];
+  ThreadStack stack;
   int size = 0;
   std::uint32_t index = 0;
   for (;;) {
@@ -54,8 +43,12 @@ void trace(const DeviceScene& scene, const RayOf<P>& ray, Collector& to) {
       }
       int place = size++;
       if constexpr (Collector::kShrinksLimit)
-        for (; place > bottom && stack[place - 1].enter < enter; --place) stack[place] = stack[place - 1];
-      stack[place] = {node.first_inner + std::uint32_t(child), enter};
+        for (; place > bottom; --place) {
+          const DeviceStackEntry below = stack.get(place - 1);
+          if (!(below.enter < enter)) break;
+          stack.set(place, below);
+        }
+      stack.set(place, {node.first_inner + std::uint32_t(child), enter});
     });
     note_stack(size);
     // Cull the leaves, and test what survives.
@@ -74,11 +67,12 @@ void trace(const DeviceScene& scene, const RayOf<P>& ray, Collector& to) {
       }
     }
     // Pop the next node that is not beyond the limit.
+    DeviceStackEntry top;
     do {
       if (size == 0) return;
-      --size;
-    } while (!(stack[size].enter <= to.limit));
-    index = stack[size].node;
+      top = stack.get(--size);
+    } while (!(top.enter <= to.limit));
+    index = top.node;
   }
 }
 

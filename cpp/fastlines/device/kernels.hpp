@@ -1,4 +1,5 @@
-// The kernels: one thread a ray. They are compiled for one kind of primitive, FASTLINES_PRIMITIVES.
+// The kernels: one thread a ray, or one group of threads (group.hpp). They are compiled for one kind of primitive,
+// FASTLINES_PRIMITIVES.
 //
 // Numbers come as 64 bits, so that a launch passes pointers and numbers alike. Threads beyond the last ray do nothing.
 #pragma once
@@ -7,6 +8,7 @@
 #include "device_prim_list.hpp"
 #include "device_ray_check.hpp"
 #include "device_traversal.hpp"
+#include "group_traversal.hpp"
 #include "thread.hpp"
 
 #if !defined(FASTLINES_PRIMITIVES)
@@ -17,9 +19,9 @@ namespace fastlines {
 
 /// The ray that the calling thread takes: its number, or n if there is none.
 inline std::uint64_t ray_of_thread(const DeviceRays& rays) {
-  const std::uint64_t thread = thread_index();
-  if (thread >= rays.n) return rays.n;
-  return rays.order ? rays.order[thread] : thread;
+  const std::uint64_t number = thread_index() / kGroup;
+  if (number >= rays.n || !plays_lane()) return rays.n;
+  return rays.order ? rays.order[number] : number;
 }
 
 /// Ray i of a query on P, as the caller gave it.
@@ -46,6 +48,15 @@ float exit_of(const DeviceScene& scene, const RayOf<P>& ray, std::uint64_t prim)
   return ray.t_ray(device_test<P>(ray, scene.items + prim * P::kFloats, scene.frame).exit());
 }
 
+/// Report the hits of a ray to the collector; to that of the group's leader, if a group takes the ray.
+template <class P, class Collector>
+void trace(const DeviceScene& scene, const RayOf<P>& ray, Collector& to) {
+  if constexpr (kGroup > 1)
+    trace_by_group<P>(scene, ray, to);
+  else
+    trace_by_thread<P>(scene, ray, to);
+}
+
 template <class P, At at>
 void first_hit_of_thread(const DeviceScene& scene, const DeviceRays& rays, const DeviceHits& to) {
   const std::uint64_t i = ray_of_thread(rays);
@@ -53,6 +64,7 @@ void first_hit_of_thread(const DeviceScene& scene, const DeviceRays& rays, const
   const RayOf<P> ray = prepared_ray<P>(rays, i, scene.frame);
   FirstHitOfRay<at> found(ray);
   trace<P>(scene, ray, found);
+  if (!is_leader()) return;
   const bool hit = found.prim != kNoDevicePrim;
   to.t[i] = hit ? found.t_ray : kInfinity;
   to.prim[i] = hit ? std::int64_t(found.prim) : -1;
@@ -68,6 +80,7 @@ void any_hit_of_thread(const DeviceScene& scene, const DeviceRays& rays, bool* t
   const RayOf<P> ray = prepared_ray<P>(rays, i, scene.frame);
   AnyHitOfRay found(ray);
   trace<P>(scene, ray, found);
+  if (!is_leader()) return;
   to[i] = found.found;
 }
 
@@ -78,6 +91,7 @@ void count_hits_of_thread(const DeviceScene& scene, const DeviceRays& rays, std:
   const RayOf<P> ray = prepared_ray<P>(rays, i, scene.frame);
   HitCountOfRay found(ray, at_most);
   trace<P>(scene, ray, found);
+  if (!is_leader()) return;
   to[i] = std::int64_t(found.n);
 }
 
@@ -89,6 +103,7 @@ void list_hits_of_thread(const DeviceScene& scene, const DeviceRays& rays, const
   const auto first = std::uint64_t(to.offsets[i]), room = std::uint64_t(to.offsets[i + 1]) - first;
   HitListOfRay<at, rank, shrinks_limit, P::kHasBoxes> list(ray, to.hits, first, room);
   trace<P>(scene, ray, list);
+  if (!is_leader()) return;
   list.finish();
   if (to.n_hits) to.n_hits[i] = std::int64_t(list.size());
   if constexpr (at == At::surface)
@@ -105,6 +120,7 @@ void count_prims_of_thread(const DeviceScene& scene, const DeviceRays& rays, con
   const RayOf<P> ray = prepared_ray<P>(rays, i, scene.frame);
   PrimListOfRay list(ray, prims + offsets[i]);
   trace<P>(scene, ray, list);
+  if (!is_leader()) return;
   to[i] = std::int64_t(list.count());
 }
 
@@ -121,12 +137,13 @@ FASTLINES_KERNEL first_steps(const DeviceScene* __restrict__ scene, const Device
   const auto ray = prepared_ray<FASTLINES_PRIMITIVES>(*rays, i, scene->frame);
   CountedFirstHit found(ray);
   trace<FASTLINES_PRIMITIVES>(*scene, ray, found);
+  if (!is_leader()) return;
   to[i] = found;
 }
 
-/// Add the number of rays that are not valid to `n_invalid`.
+/// Add the number of rays that are not valid to `n_invalid`; one thread a ray.
 FASTLINES_KERNEL check_rays(const DeviceLimits* limits, const DeviceRays* rays, std::uint32_t* n_invalid) {
-  const std::uint64_t i = ray_of_thread(*rays);
+  const std::uint64_t i = thread_index();
   if (i < rays->n && !is_valid(query_of<FASTLINES_PRIMITIVES>(*rays, i), *limits)) add_one(n_invalid);
 }
 

@@ -27,6 +27,9 @@ inline std::uint64_t thread_index() { return std::uint64_t(blockIdx.x) * blockDi
 /// The lowest bit of a mask that has one.
 inline int lowest_bit(std::uint32_t mask) { return __ffs(int(mask)) - 1; }
 
+/// The number of bits of a mask.
+inline int count_bits(std::uint32_t mask) { return __popc(mask); }
+
 /// Add one to a number that all threads share.
 inline void add_one(std::uint32_t* number) { atomicAdd(number, 1u); }
 
@@ -50,6 +53,9 @@ inline std::uint64_t thread_index() { return played_thread; }
 
 /// The lowest bit of a mask that has one.
 inline int lowest_bit(std::uint32_t mask) { return __builtin_ctz(mask); }
+
+/// The number of bits of a mask.
+inline int count_bits(std::uint32_t mask) { return __builtin_popcount(mask); }
 
 /// Add one to a number that all threads share.
 inline void add_one(std::uint32_t* number) { ++*number; }

@@ -147,8 +147,9 @@ class CudaBackend:
         return RaysOnDevice(n, record, (parts,))
 
     def _launch(self, name: str, rays: RaysOnDevice, *arguments: int) -> None:
+        kernels = self.scene.kernels
         if rays.n:
-            self.scene.kernels.launch(name, rays.n, self.scene.record.pointer, rays.record.pointer, *arguments)
+            kernels.launch(name, rays.n * kernels.group, self.scene.record.pointer, rays.record.pointer, *arguments)
 
     def upload(self, rays: RayBatch) -> RaysOnDevice:
         """Copy checked rays to the device."""

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ..errors import FastlinesError, InputError
 from ..optional import optional
 from .device import Kernels, Memory, ViewedArray
-from .program import BLOCK, TUNING, compiled
+from .program import BLOCK, GROUP, TUNING, compiled
 
 
 @functools.cache
@@ -119,7 +119,7 @@ class CudaDevice:
     def compile(self, primitives: str, stack: int) -> Kernels:
         """See `Device`."""
         code = self.core.ObjectCode.from_cubin(compiled(f"sm_{self.device.arch}", primitives, stack))
-        return _Kernels(self, code, TUNING[BLOCK])
+        return _Kernels(self, code, TUNING[BLOCK], TUNING[GROUP])
 
     def _host(self, array: npt.NDArray[Any]) -> Any:
         return self.core.Buffer.from_handle(array.ctypes.data, array.nbytes, owner=array)
@@ -133,6 +133,7 @@ class _Kernels:
     device: CudaDevice
     code: Any
     block: int
+    group: int
 
     def launch(self, name: str, n_threads: int, *arguments: int) -> None:
         """See `Kernels`."""

@@ -31,6 +31,10 @@ class ViewedArray:
 class Kernels(Protocol):
     """Compiled kernels."""
 
+    @property
+    def group(self) -> int:
+        """How many threads take a ray."""
+
     def launch(self, name: str, n_threads: int, *arguments: int) -> None:
         """Run a kernel in at least n threads, after all that was launched before; pointers and numbers are 64 bits."""
 

@@ -25,9 +25,12 @@ _UNKNOWN_ATTRIBUTE = 1097
 #: Threads of a block.
 BLOCK = "FASTLINES_BLOCK"
 
-#: Macros that change the speed of kernels and no answer; `fastlines-bench cuda --tune` sets them. The values are those
-#: of cpp/fastlines/device, which nobody has measured yet.
-TUNING: dict[str, int] = {BLOCK: 128, "FASTLINES_NODE_ROWS": 0}
+#: Threads that take a ray.
+GROUP = "FASTLINES_GROUP"
+
+#: Macros that change the speed of kernels and no answer; `fastlines-bench cuda-variants` sets them. The values are
+#: those of cpp/fastlines/device, which nobody has measured yet.
+TUNING: dict[str, int] = {BLOCK: 128, GROUP: 1, "FASTLINES_NODE_ROWS": 0, "FASTLINES_SHARED_STACK": 0}
 
 
 def headers() -> Path:

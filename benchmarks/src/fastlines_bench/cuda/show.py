@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from ..harness.tables import format_3_digits, new_table, print_table, wide_console
+from .resources import ResourcesResult
 from .run import CudaCell, CudaResult, describe
+from .variants import VariantsResult
 
 
 def print_cuda(result: CudaResult) -> None:
@@ -52,6 +54,44 @@ def print_cuda(result: CudaResult) -> None:
         + (f" Left out, for time: {', '.join(result.left_out)}." if result.left_out else ""),
         highlight=False,
     )
+
+
+def print_variants(result: VariantsResult) -> None:
+    """Print a table for each scene: a row for each variant, and a column for each query."""
+    console = wide_console()
+    for scene in dict.fromkeys(cell.scene for cell in result.cells):
+        cells = [cell for cell in result.cells if cell.scene == scene]
+        heads = dict.fromkeys(f"{cell.kind}\n{cell.query}" for cell in cells)
+        table = new_table(f"{scene} on {result.card}: Mrays/s", ["variant"], heads)
+        for variant in result.preset.variants:
+            rates = [format_3_digits(cell.mrays) for cell in cells if cell.variant == variant]
+            table.add_row(_name(variant), *rates)
+        print_table(console, table)
+    for cell in result.cells:
+        if not cell.same:
+            where = f"{cell.scene}, {cell.kind} rays, {cell.query}, {_name(cell.variant)}"
+            console.print(f"{where}: the answer differs", highlight=False)
+    console.print(
+        f"{sum(result.compile_s):.0f} s to compile, {result.seconds:.0f} s in all."
+        + (f" Left out, for time: {', '.join(result.left_out)}." if result.left_out else ""),
+        highlight=False,
+    )
+
+
+def print_resources(result: ResourcesResult) -> None:
+    """Print a row for each variant and kernel."""
+    preset, console = result.preset, wide_console()
+    title = f"kernels for {preset.primitives} on {preset.arch}, stacks of {preset.stack} entries, by {result.compiler}"
+    heads = ["registers", "local\nbytes", "spilled\nbytes", "shared bytes\na block"]
+    table = new_table(title, ["variant", "kernel"], heads)
+    for row in result.rows:
+        numbers = row.registers, row.local, row.spills, row.shared
+        table.add_row(_name(row.variant), row.kernel, *(f"{number:,}" for number in numbers))
+    print_table(console, table)
+
+
+def _name(variant: dict[str, int]) -> str:
+    return " ".join(f"{name.removeprefix('FASTLINES_')}={n}" for name, n in variant.items()) or "as in the package"
 
 
 def _beside_warp(cell: CudaCell) -> list[str]:
