@@ -36,7 +36,7 @@ from fastlines.report import page
 from fastlines.report.measure import describe_machine
 from fastlines.report.tables import format_3_digits
 from fastlines.settings import REF_LIMIT, limit_notes
-from fastlines.threads import MAX_THREADS, num_threads
+from fastlines.threads import MAX_THREADS, map_in_threads, num_threads
 
 __all__ = [
     "DEFAULT_METHOD",
@@ -76,6 +76,7 @@ __all__ = [
     "hashed",
     "limit_notes",
     "longitudinal",
+    "map_in_threads",
     "method_settings",
     "note",
     "num_threads",

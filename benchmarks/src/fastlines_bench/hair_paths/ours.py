@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from functools import partial
+from threading import Lock
 from time import perf_counter
 from typing import Any
 
@@ -11,7 +13,17 @@ import numpy as np
 from fastlines import Tree
 
 from ..harness.arrays import FloatArray
-from ..package import HairScatterer, PathSampler, PathTracer, Rig, Stage, Surfaces, hashed, seen_vertices
+from ..package import (
+    HairScatterer,
+    PathSampler,
+    PathTracer,
+    Rig,
+    Stage,
+    Surfaces,
+    hashed,
+    map_in_threads,
+    seen_vertices,
+)
 from .scene import HairScene
 
 QUERIES = ("first_hit", "any_hit", "next_hits")
@@ -23,7 +35,7 @@ class TimedTree:
     Attributes
     ----------
     seconds, rays : dict
-        By the name of the query.
+        By the name of the query, of all threads together.
     recorded : dict
         Of each query, the origins and directions of the rays, from where they start to count.
     """
@@ -34,6 +46,7 @@ class TimedTree:
         self.rays: dict[str, int] = defaultdict(int)
         self.recorded: dict[str, list[tuple[FloatArray, FloatArray]]] = defaultdict(list)
         self.records = False
+        self._lock = Lock()
 
     def __getattr__(self, name: str) -> Any:
         found = getattr(self._tree, name)
@@ -43,8 +56,9 @@ class TimedTree:
         def timed(origins: FloatArray, directions: FloatArray, *args: Any, **options: Any) -> Any:
             start = perf_counter()
             hits = found(origins, directions, *args, **options)
-            self.seconds[name] += perf_counter() - start
-            self.rays[name] += len(directions)
+            with self._lock:
+                self.seconds[name] += perf_counter() - start
+                self.rays[name] += len(directions)
             if self.records and "t_max" not in options:
                 kind = name if "t_min" in options else f"camera {name}"
                 moved = origins + np.reshape(options.get("t_min", 0.0), (-1, 1)) * directions
@@ -69,8 +83,8 @@ class OurScene:
         start = perf_counter()
         size = self.scene.size
         light = np.zeros((size * size, 3), np.float64)
-        for index in range(samples):
-            light += self._sample(index, seed)
+        for sample in map_in_threads(partial(self._sample, seed=seed), range(samples)):
+            light += sample
         return np.asarray(light / samples, np.float32).reshape(size, size, 3), perf_counter() - start
 
     def _sample(self, index: int, seed: int) -> FloatArray:

@@ -43,8 +43,9 @@ def print_paths(result: PathsResult) -> None:
     )
     total, rays = sum(result.query_seconds.values()), sum(result.query_rays.values())
     console.print(
-        f"Our picture has {rays:,} rays. Queries of the tree take {total:.2f} s, "
-        f"{total / max(result.seconds[OURS], 1e-9):.0%} of the time: {rays / max(total, 1e-9) / 1e6:.2f} Mrays/s.",
+        f"Our picture has {rays:,} rays. Queries of the tree take {total:.2f} s of {preset.n_threads} threads, "
+        f"{total / max(result.seconds[OURS] * preset.n_threads, 1e-9):.0%} of their time: "
+        f"{rays * preset.n_threads / max(total, 1e-9) / 1e6:.2f} Mrays/s.",
         highlight=False,
     )
     if result.rays:
