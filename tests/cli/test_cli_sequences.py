@@ -155,6 +155,7 @@ def test_ctrl_c_writes_what_is_there_and_resume_goes_on(tree_file, monkeypatch):
 @pytest.mark.parametrize("samples", [1, 3])
 def test_ctrl_c_keeps_what_there_is_of_a_measure(look, samples, tree_file, monkeypatch):
     monkeypatch.setattr(progressive, "MAX_RAYS", 100)  # bands of five rows
+    monkeypatch.setenv("FASTLINES_NUM_THREADS", "1")  # so that bands come one after another
     command = ("render", tree_file, "-r", 0.02, *SMALL, "--look", look, "-s", samples)
     done(*command, "-o", "whole.png")
     measure = MEASURES[look]
