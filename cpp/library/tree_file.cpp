@@ -86,32 +86,41 @@ struct ConeColumns {
   }
 };
 
-/// The file that a path names, past symbolic links; nothing but a file may be replaced.
+/// The file that a path names, past symbolic links, whether it exists or not; nothing but a file may be replaced.
 std::filesystem::path target_of(const std::string& path) {
   namespace fs = std::filesystem;
+  constexpr int most_links = 40;  // as many as Linux follows
   std::error_code error;
-  const fs::path target = fs::weakly_canonical(path, error);
-  const fs::file_status status = fs::status(path, error);
+  fs::path target = path;
+  for (int i = 0; fs::is_symlink(fs::symlink_status(target, error)); ++i) {
+    if (i == most_links) throw FileError(path + " is a loop of symbolic links; expected the path of a file to write");
+    target = target.parent_path() / fs::read_symlink(target, error);
+  }
+  const fs::file_status status = fs::status(target, error);
   if (fs::exists(status) && !fs::is_regular_file(status))
     throw FileError(path + " is not a regular file; expected the path of a file to write");
-  return target.empty() ? fs::path(path) : target;
+  return target;
 }
 
 void write_file(const std::string& path, const std::vector<Bytes>& parts) {
   namespace fs = std::filesystem;
+  constexpr std::size_t most_characters = 50;  // of its name, as file systems limit the length of names
+  if (path.empty()) throw FileError("the path is empty; expected the path of a file to write");
   const fs::path target = target_of(path);
-  fs::path partial = target;
-  partial += "." + std::to_string(std::random_device{}()) + ".partial";
+  const std::string name = target.filename().string().substr(0, most_characters);
+  const fs::path partial = target.parent_path() / (name + "." + std::to_string(std::random_device{}()) + ".partial");
   std::ofstream file(partial, std::ios::binary);
   if (!file)
     throw FileError(path + " cannot be written; expected a path in a folder that exists and can be written to");
-  for (const Bytes part : parts) file.write(reinterpret_cast<const char*>(part.data()), std::streamsize(part.size()));
-  file.close();
+  // Keep the mode, before there is anything to read.
   std::error_code error;
   const fs::file_status before = fs::status(target, error);
-  if (file && fs::exists(before)) fs::permissions(partial, before.permissions(), error);
   error.clear();
-  if (file) fs::rename(partial, target, error);
+  if (fs::exists(before)) fs::permissions(partial, before.permissions() & fs::perms(0777), error);
+  if (!error)
+    for (const Bytes part : parts) file.write(reinterpret_cast<const char*>(part.data()), std::streamsize(part.size()));
+  file.close();
+  if (file && !error) fs::rename(partial, target, error);
   if (!file || error) {
     std::error_code ignored;
     fs::remove(partial, ignored);

@@ -26,9 +26,6 @@ from .vectors import dot
 Vector: TypeAlias = tuple[float, float, float]
 Float64Array: TypeAlias = npt.NDArray[np.float64]
 
-#: The least distance of focus.
-LEAST_FOCUS = 1e-30
-
 
 @dataclass(frozen=True)
 class Camera:
@@ -47,9 +44,9 @@ class Camera:
         The vertical field of view, in (0, 180).
     lens_radius : float
         The radius of the lens, in the unit of the coordinates. Only pictures take it into account (`render`): what is
-        not at the distance of focus is blurred. All methods but `through_lens` are of a pinhole at the origin.
+        not at the focus distance is blurred. All methods but `through_lens` are of a pinhole at the origin.
     focus_distance : float, optional
-        The distance at which the picture is sharp, along the view. By default that of the target.
+        The distance along the view at which the picture is in focus. By default that of the target.
 
     Raises
     ------
@@ -80,13 +77,13 @@ class Camera:
             object.__setattr__(self, name, _vector(getattr(self, name), name))
         _check_view(self.up, self.fov_degrees)
         check_fields(self, ("lens_radius",), number, "a radius: a finite number that is not negative", 0.0)
-        check_fields(self, ("focus_distance",), number, "a distance: a finite number above 0", LEAST_FOCUS)
+        check_fields(self, ("focus_distance",), number, "a distance: a finite number above 0", math.ulp(0.0))
         if self.origin == self.target:
             raise InputError(f"the camera's origin and target are both {self.origin}; move one of them")
 
     @property
     def focus(self) -> float:
-        """The distance along the view at which the picture is sharp: `focus_distance`, or that of the target."""
+        """The distance along the view at which the picture is in focus: `focus_distance`, or that of the target."""
         if self.focus_distance is not None:
             return self.focus_distance
         return math.dist(self.target, self.origin)
@@ -191,33 +188,50 @@ class Camera:
     def through_lens(
         self, directions: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike
     ) -> tuple[FloatArray, FloatArray]:
-        """Return rays from points of the lens to where rays from the pinhole are sharp.
+        """Return rays from points of the lens that meet the rays from the pinhole where they are in focus.
 
         Parameters
         ----------
-        directions : (n, 3) array_like
-            Unit vectors of rays from the pinhole, as `ray` and `rays` return them.
-        u, v : (n,) array_like
-            Uniform numbers in [0, 1), which choose the point of the lens.
+        directions : (…, 3) array_like
+            The directions of rays from the pinhole, as `ray` and `rays` return them.
+        u, v : (…) array_like
+            Uniform numbers from 0 to 1, which choose the point of the lens.
 
         Returns
         -------
-        origins, directions : (n, 3) float32
+        origins, directions : (…, 3) float32
             The directions are of unit length.
+
+        Raises
+        ------
+        InputError
+            If the shapes do not fit together, a number is out of range, or a direction does not point forward.
 
         Examples
         --------
         >>> camera = Camera(origin=(0, 0, 4), target=(0, 0, 0), lens_radius=0.5)
-        >>> origins, directions = camera.through_lens([[0, 0, -1]], [1.0], [0.0])  # from the edge of the lens
-        >>> (origins + 4 / -directions[:, 2:] * directions).round(6).tolist()  # all meet at the target
-        [[0.0, 0.0, 0.0]]
+        >>> origins, directions = camera.through_lens([0, 0, -1], u=1.0, v=0.0)  # from the edge of the lens
+        >>> (origins + 4 / -directions[2] * directions).round(6).tolist()  # it meets the target
+        [0.0, 0.0, 0.0]
         """
-        pinhole = _points(directions)
+        try:
+            pinhole, u, v = (np.asarray(values, np.float64) for values in (directions, u, v))
+        except (TypeError, ValueError) as error:
+            raise InputError(f"directions, u and v cannot be read as arrays of numbers: {error}") from None
+        if pinhole.shape[-1:] != (3,) or not pinhole.shape[:-1] == u.shape == v.shape:
+            raise InputError(
+                f"directions, u and v have shapes {pinhole.shape}, {u.shape} and {v.shape}; expected (…, 3), (…), (…)"
+            )
         right, up, forward = self.axes()
-        radius, turn = self.lens_radius * np.sqrt(np.asarray(u, np.float64)), 2 * np.pi * np.asarray(v, np.float64)
-        on_lens = (radius * np.cos(turn))[:, None] * right + (radius * np.sin(turn))[:, None] * up
-        ways = (self.focus / dot(pinhole, forward))[:, None] * pinhole - on_lens
-        ways /= np.sqrt((ways**2).sum(axis=1, keepdims=True))
+        depth = dot(pinhole, forward)
+        if not (depth > 0).all():
+            raise InputError("some directions do not point forward; expected those that `ray` returns")
+        if not ((u >= 0) & (u <= 1) & (v >= 0) & (v <= 1)).all():
+            raise InputError("u or v hold values that are not from 0 to 1; expected uniform random numbers")
+        radius, turn = self.lens_radius * np.sqrt(u), 2 * np.pi * v
+        on_lens = (radius * np.cos(turn))[..., None] * right + (radius * np.sin(turn))[..., None] * up
+        ways = (self.focus / depth)[..., None] * pinhole - on_lens
+        ways /= np.sqrt(dot(ways, ways))[..., None]
         return np.asarray(self.origin + on_lens, np.float32), np.asarray(ways, np.float32)
 
     def orbit(self, degrees: float) -> Camera:

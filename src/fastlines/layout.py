@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from .geometry import AnyGeometry, core_data, spread_data
 from .immutable import Immutable, frozen, own
 from .lines import Lines
 from .progress import ProgressCallback, ProgressOption, reporting
+from .shared_property import shared_property
 from .threads import get_num_threads
 
 #: Boxes are measured grown by this fraction of the scene's longest side, because queries have a radius.
@@ -69,12 +69,12 @@ class Layout(Immutable):
         """The memory of the layout and of the primitives."""
         return self.nodes.nbytes + self.leaves.nbytes + self.refs.nbytes + core_data(self.geometry)[1].nbytes
 
-    @cached_property
+    @shared_property
     def view(self) -> _core.LayoutView:
         """The layout in the form that the engine reads."""
         return self._view_over(*core_data(self.geometry))
 
-    @cached_property
+    @shared_property
     def spread_view(self) -> _core.LayoutView:
         """The same for rays with a spread. Lines without a radius are copied for it, 32 bytes a segment."""
         return self._view_over(*spread_data(self.geometry))

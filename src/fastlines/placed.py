@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from .cuda.choice import check_backend, device, get_backend
 from .layout import Layout, build_layout
+from .shared_property import shared_property
 from .tree_data import TreeData
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ class PlacedTree(TreeData):
     def __getstate__(self) -> dict[str, Any]:
         return super().__getstate__() | ({"layout": self.layout} if "layout" in self.__dict__ else {})
 
-    @cached_property
+    @shared_property
     def layout(self) -> Layout:
         """The wide layout, which queries run on; built on the first query, and kept."""
         return build_layout(self.geometry, *self.words(), self.nodes["box"][0])

@@ -18,7 +18,7 @@ _Result = TypeVar("_Result")
 
 _n_threads: int | None = None
 
-#: What holds for one thread alone: `is_worker` in those of `map_in_threads`.
+#: What holds for one thread alone: `n_threads` of its batch calls, in those of `map_in_threads`.
 _own = threading.local()
 
 
@@ -46,8 +46,9 @@ def num_threads(n_threads: int | None) -> Iterator[None]:
 
 def get_num_threads() -> int:
     """Return how many threads batch calls use."""
-    if getattr(_own, "is_worker", False):
-        return 1
+    own: int | None = getattr(_own, "n_threads", None)
+    if own is not None:
+        return own
     if _n_threads is not None:
         return _n_threads
     given = os.environ.get("FASTLINES_NUM_THREADS")
@@ -56,17 +57,21 @@ def get_num_threads() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def map_in_threads(function: Callable[[_Item], _Result], items: Iterable[_Item]) -> Iterator[_Result]:
+def map_in_threads(
+    function: Callable[[_Item], _Result], items: Iterable[_Item], at_most: int = MAX_THREADS
+) -> Iterator[_Result]:
     """Call a function with each of some items in several threads, and yield what it returns in the order of the items.
 
-    Batch calls within use one thread each. If the iteration ends early, no further call begins.
+    There are no more than `at_most` calls at a time. Batch calls within them share the number of threads. If the
+    iteration ends early, no further call begins.
     """
     several = list(items)
-    n_threads = min(get_num_threads(), len(several))
-    if n_threads <= 1:
+    n_calls = min(get_num_threads(), len(several), at_most)
+    if n_calls <= 1:
         yield from map(function, several)
         return
-    pool = ThreadPoolExecutor(n_threads, "fastlines", initializer=lambda: setattr(_own, "is_worker", True))
+    each = get_num_threads() // n_calls
+    pool = ThreadPoolExecutor(n_calls, "fastlines", initializer=lambda: setattr(_own, "n_threads", each))
     try:
         yield from pool.map(function, several)
     finally:

@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +15,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from support.command_line import done, refused, run
+from support.patience import HANGS
 
 from fastlines.rendering import MEASURES, Renderer, progressive
 
@@ -181,3 +188,40 @@ def test_ctrl_c_keeps_what_there_is_of_a_measure(look, samples, tree_file, monke
     done(*command, "--resume", "-o", "x.png")
     assert (pixels("x.png") == pixels("whole.png")).all()
     assert names() == [tree_file, "whole.png", "x.png"]
+
+
+#: Runs a command, and says when each pass is done.
+TALKING = """
+from fastlines.cli import main
+from fastlines.rendering import Progressive
+
+passes = Progressive.passes
+
+def talking(*arguments):
+    for index in passes(*arguments):
+        print("pass", index, flush=True)
+        yield index
+
+Progressive.passes = talking
+main()
+"""
+
+
+@pytest.mark.parametrize("n_interrupts", [1, 3])
+def test_ctrl_c_while_several_threads_draw(n_interrupts, tree_file):
+    """A second one, while files are written, loses nothing."""
+    size = ("-r", "0.02", "--width", "512", "--height", "512", "-s", "10000", "-o", "x.png")
+    environment = {**os.environ, "FASTLINES_NUM_THREADS": "4"}
+    command = [sys.executable, "-c", TALKING, "render", tree_file, *size]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "pass 1\n"
+        for _ in range(n_interrupts):
+            process.send_signal(signal.SIGINT)
+            time.sleep(0.05)
+        _, errors = process.communicate(timeout=HANGS)
+    assert process.returncode == 130
+    assert re.search(r"^stopped after \d+ of 10000 samples a pixel; the same command with --resume goes on", errors)
+    assert names() == [tree_file, "x.png", "x.png.npz"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from typing import Any
 
@@ -115,6 +116,17 @@ def test_scenes_of_the_thesis(name: str, device: PlayedDevice) -> None:
         for query in QUERIES:
             expected = fl.brute_force(lines, *rays, radius, query=query, **options(query))
             assert_same(getattr(tree, query)(*rays, radius, **options(query)), expected, f"{query}, {radius=}")
+
+
+def test_threads_that_ask_one_tree_upload_it_once(device: PlayedDevice) -> None:
+    lines = fl.scenes.make("spaghetti", 400).lines
+    tree = fl.build(lines).to("cuda")
+    rays = np.random.default_rng(1).uniform(-1, 1, (2, 100, 3))
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda _: tree.first_hit(*rays, 0.01), range(8)))
+    for hits in found:
+        assert_same(hits, fl.brute_force(lines, *rays, 0.01, query="first_hit"))
+    assert device.uploaded.count(lines.segments.nbytes) == 1
 
 
 @pytest.mark.parametrize("tuning", TUNINGS, ids=str)

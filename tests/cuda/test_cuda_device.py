@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ctypes
+import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 from typing import Any
 
@@ -20,9 +22,9 @@ from fastlines.cuda.program import BLOCK, TUNING
 
 @pytest.fixture(autouse=True)
 def no_gpu_is_remembered() -> Iterator[None]:
-    gpu.cache_clear()
+    cuda_device._open_gpu.cache_clear()
     yield
-    gpu.cache_clear()
+    cuda_device._open_gpu.cache_clear()
 
 
 def test_without_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -56,6 +58,22 @@ def test_without_a_gpu_there_is_one_sentence(why: str, monkeypatch: pytest.Monke
     assert message.startswith("there is no GPU that CUDA can use here (")
     assert (why.split(".")[0] or "RuntimeError") in message
     assert fl.get_backend() == "cpu"
+
+
+def test_the_gpu_is_current_in_each_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    current: list[str] = []
+
+    class Device:
+        default_stream = None
+
+        def set_current(self) -> None:
+            current.append(threading.current_thread().name)
+
+    monkeypatch.setattr(cuda_device, "optional", lambda *_: SimpleNamespace(Device=Device))
+    first = gpu()
+    with ThreadPoolExecutor(1, "another") as pool:
+        assert pool.submit(gpu).result() is first
+    assert set(current) == {threading.current_thread().name, "another_0"}
 
 
 class Buffer:

@@ -218,13 +218,22 @@ def test_saving_keeps_links_and_modes_and_replaces_only_files(
     assert link.is_symlink()
     assert len(fl.load(target).geometry) == len(fl.load(link).geometry) == len(lines)
     assert target.stat().st_mode & 0o777 == 0o600
+    (tmp_path / "to_new.flt").symlink_to("new.flt")
+    tree.save(tmp_path / "to_new.flt")
+    assert (tmp_path / "to_new.flt").is_symlink()
+    assert len(fl.load(tmp_path / "new.flt").geometry) == len(lines)
+    tree.save(tmp_path / f"{'n' * 240}.flt")
     os.mkfifo(tmp_path / "pipe")
-    for path in (tmp_path / "pipe", tmp_path):
-        with pytest.raises(RuntimeError, match="is not a regular file; expected the path of a file"):
-            tree.save(path)
+    (tmp_path / "loop").symlink_to("loop")
+    for path, why in (("pipe", "not a regular file"), ("", "not a regular file"), ("loop", "a loop of symbolic links")):
+        with pytest.raises(RuntimeError, match=f"is {why}; expected the path of a file"):
+            tree.save(tmp_path / path)
+    with pytest.raises(RuntimeError, match="the path is empty"):
+        library.call("fl_save", tree.tree, b"")
     with pytest.raises(RuntimeError, match="a folder that exists"):
         tree.save(tmp_path / "none" / "a.flt")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["link.flt", "pipe", "target.flt"]
+    names = sorted(path.name for path in tmp_path.iterdir())
+    assert names == ["link.flt", "loop", "new.flt", f"{'n' * 240}.flt", "pipe", "target.flt", "to_new.flt"]
 
 
 def test_bad_input_has_a_message(library: Library, lines: fl.Lines) -> None:

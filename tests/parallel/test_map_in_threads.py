@@ -26,11 +26,32 @@ def test_results_come_in_the_order_of_the_items():
         assert list(map_in_threads(slow_at_first, range(3))) == [0, 10, 20]
 
 
-@pytest.mark.parametrize(("n_threads", "n_items", "each"), [(4, 8, 1), (4, 1, 4), (1, 8, 1), (4, 0, None)])
-def test_calls_within_use_one_thread_each(n_threads, n_items, each):
+@pytest.mark.parametrize(
+    ("n_threads", "n_items", "at_most", "each"),
+    [(4, 8, 99, 1), (4, 8, 2, 2), (7, 3, 99, 2), (4, 1, 99, 4), (4, 8, 1, 4), (1, 8, 99, 1), (4, 0, 99, None)],
+)
+def test_calls_share_the_number_of_threads(n_threads, n_items, at_most, each):
     with num_threads(n_threads):
-        assert list(map_in_threads(lambda _: get_num_threads(), range(n_items))) == [each] * n_items
+        assert list(map_in_threads(lambda _: get_num_threads(), range(n_items), at_most)) == [each] * n_items
         assert get_num_threads() == n_threads
+
+
+def test_no_more_calls_at_a_time_than_allowed():
+    now, most, lock = 0, 0, threading.Lock()
+
+    def call(item):
+        nonlocal now, most
+        with lock:
+            now += 1
+            most = max(most, now)
+        time.sleep(0.001)
+        with lock:
+            now -= 1
+        return item
+
+    with num_threads(8):
+        assert list(map_in_threads(call, range(50), 3)) == list(range(50))
+    assert most <= 3
 
 
 def slow(called, item):
@@ -46,7 +67,7 @@ def test_no_call_begins_after_an_error():
     called = []
     with num_threads(2), pytest.raises(ValueError, match="two"):
         list(map_in_threads(partial(slow, called), range(10_000)))
-    assert len(called) < 10_000
+    assert len(called) < 1000  # as soon as the error is noticed
 
 
 def test_no_call_begins_after_an_early_end():
@@ -55,7 +76,7 @@ def test_no_call_begins_after_an_early_end():
         found = map_in_threads(partial(slow, called), range(10_000))
         assert next(found) == 0
         found.close()
-    assert len(called) < 10_000
+    assert len(called) < 1000
     n_called = len(called)
     time.sleep(0.05)
     assert len(called) == n_called

@@ -60,7 +60,38 @@ def test_a_lens_keeps_the_light_and_takes_more_samples():
     lens = replace(plain, lens_radius=0.01)
     pictures = [fl.render(lines, camera, width=48, height=48, radius=0.001) for camera in (plain, lens)]
     assert [picture.samples for picture in pictures] == [4, 64]
-    assert pictures[1].alpha.mean() == pytest.approx(pictures[0].alpha.mean(), rel=0.05)
+    for what in ("alpha", "light"):
+        plain, blurred = (getattr(picture, what).mean() for picture in pictures)
+        assert blurred == pytest.approx(plain, rel=0.05)
+
+
+@pytest.mark.parametrize("shape", [(), (63,), (9, 7)])
+def test_rays_have_any_shape(shape):
+    u, v = (values.flat[: int(np.prod(shape))].reshape(shape) for values in UNIFORM)
+    pinhole = np.broadcast_to(LENS.ray(3, 4, 9, 7)[1], (*shape, 3))
+    origins, directions = LENS.through_lens(pinhole, u, v)
+    assert origins.shape == directions.shape == (*shape, 3)
+    one = LENS.through_lens(pinhole.reshape(-1, 3)[:1], u.ravel()[:1], v.ravel()[:1])
+    assert (origins.reshape(-1, 3)[:1] == one[0]).all()
+    assert (directions.reshape(-1, 3)[:1] == one[1]).all()
+
+
+@pytest.mark.parametrize(
+    ("rays", "said"),
+    [
+        (([[0, 0, 1]], [0.5], [0.5]), "do not point forward"),
+        (([[np.nan, 0, -1]], [0.5], [0.5]), "do not point forward"),
+        (([[0, 0, -1]], [2.0], [0.5]), "not from 0 to 1"),
+        (([[0, 0, -1]], [0.5], [np.nan]), "not from 0 to 1"),
+        (([[0, 0, -1]], 0.5, 0.5), "have shapes (1, 3), () and (); expected"),
+        (([[0, 0]], [0.5], [0.5]), "have shapes (1, 2), (1,) and (1,); expected"),
+        ((["a"], [0.5], [0.5]), "cannot be read as arrays of numbers"),
+    ],
+)
+def test_rays_that_no_lens_has_are_refused(rays, said):
+    with pytest.raises(InputError) as caught:
+        Camera((0, 0, 4), (0, 0, 0), lens_radius=0.1).through_lens(*rays)
+    assert said in str(caught.value)
 
 
 def test_a_turn_keeps_the_lens():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import io
+import threading
 
 import numpy as np
 import pytest
@@ -12,7 +13,9 @@ from PIL import Image
 import fastlines as fl
 from fastlines.rendering import default_size, progressive, turntable
 from fastlines.rendering.looks import LOOKS, look_for, make_look
+from fastlines.rendering.looks.solid import Solid
 from fastlines.rendering.tone import filmic, linear, srgb
+from fastlines.threads import num_threads
 
 LINES = fl.Lines.from_strands([[[-1, y, 0], [0, y, 0.3], [1, y + 0.2, 0]] for y in np.linspace(-1, 1, 40)])
 TREE = fl.build(LINES)
@@ -87,10 +90,11 @@ def test_the_look_suits_the_lines():
     }
     assert look_for(fl.scenes.make("straight-hair").lines) == "hair"
     assert look_for(LINES.with_radius(0.1)) == "tube"
-    wave = np.stack([np.linspace(0, 1, 9), np.linspace(0, 1, 9) ** 2, np.zeros(9)], axis=1)
+    wave = np.stack([np.linspace(0, 1, 16), np.linspace(0, 1, 16) ** 2, np.zeros(16)], axis=1)
     strands = list(wave + np.linspace((0, 0, 0), (0, 0, 1), 120)[:, None])
     assert look_for(fl.Lines.from_strands(strands)) == "hair"
     assert look_for(fl.Lines.from_strands([*strands, wave[:5]])) == "fibre"
+    assert look_for(fl.Lines.from_strands([strand[:12] for strand in strands])) == "fibre"  # resampled tracts
     assert look_for(dataclasses.replace(fl.Lines.from_strands(strands), unit="mm")) == "fibre"
     assert look_for(fl.Triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]])) == "tube"
 
@@ -134,9 +138,57 @@ def test_unknown_looks_are_refused():
         fl.render(TREE, look="hairs")
 
 
+@pytest.mark.parametrize("look", ["fibre", "tube", "id", "hits", "hair"])
+@pytest.mark.parametrize("radius", [0.001, 0.03])
+def test_a_picture_does_not_depend_on_the_number_of_threads(look, radius, monkeypatch):
+    monkeypatch.setattr(progressive, "MAX_RAYS", 150)
+    pictures = []
+    for n_threads in (1, 3):
+        with num_threads(n_threads):
+            pictures.append(fl.render(TREE, width=40, height=40, look=look, radius=radius, samples=3))
+    assert (pictures[0].light == pictures[1].light).all()
+    assert (pictures[0].alpha == pictures[1].alpha).all()
+
+
+@pytest.mark.parametrize("whose", ["ours", "own look", "own shapes"])
+def test_code_of_the_users_own_runs_in_one_thread(whose, monkeypatch):
+    monkeypatch.setattr(progressive, "MAX_RAYS", 150)
+    threads = set()
+
+    def note(*_):
+        threads.add(threading.current_thread().name)
+
+    class Discs:
+        def bounds(self):
+            return [[[-1, -1, 0], [1, 1, 0]]]
+
+        def hit(self, ids, rays, radius):
+            note()
+            return -rays.origins[:, 2] / rays.directions[:, 2]
+
+        def normals(self, ids, points):
+            return np.broadcast_to((0.0, 0.0, 1.0), points.shape)
+
+    class Own(Solid):
+        def shade(self, fragments, stage, sampler):
+            note()
+            return super().shade(fragments, stage, sampler)
+
+    look = make_look("tube", LINES)
+    if whose == "own look":
+        look = Own(look.color, look.backdrop)
+    geometry = fl.build(Discs()) if whose == "own shapes" else TREE
+    if whose == "ours":
+        monkeypatch.setattr(Solid, "shade", lambda self, fragments, *_: note() or np.zeros((len(fragments), 3)))
+    with num_threads(3):
+        fl.render(geometry, fl.Camera((0, 0, 5), (0, 0, 0)), width=40, height=40, look=look, radius=0.05, samples=4)
+    assert len(threads) > 1 if whose == "ours" else threads == {threading.main_thread().name}
+
+
 def test_an_empty_tree_is_an_empty_picture():
-    picture = fl.render(fl.Lines.from_segments(np.zeros((0, 2, 3))), width=8, height=8, radius=0.1)
-    assert not picture.alpha.any()
+    for nothing in (fl.Lines.from_segments(np.zeros((0, 2, 3))), fl.Geometry([])):
+        picture = fl.render(nothing, width=8, height=8, radius=0.1)
+        assert not picture.alpha.any()
 
 
 @pytest.mark.parametrize("look", ["hair", "tube"])

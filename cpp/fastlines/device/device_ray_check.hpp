@@ -9,16 +9,13 @@ namespace fastlines {
 /// The largest float.
 inline constexpr float kLargestFloat = 0x1.fffffep127f;
 
-/// The largest spread (`kMaxSpread` in rays/ray_check.hpp).
-inline constexpr float kMaxDeviceSpread = 1e12f;
-
 inline bool is_finite(float x) { return abs(x) <= kLargestFloat; }
 
 /// Whether origin, direction, radius and spread are finite and in range, the bounds are in order, and the direction is
 /// long enough for t to be a float in the scene.
 inline bool is_valid(const RayQuery& ray, const DeviceLimits& limits) {
   bool valid = ray.radius >= 0.0f && double(ray.radius) <= limits.largest_radius && ray.t_min <= ray.t_max &&
-               ray.t_min <= kLargestFloat && ray.spread >= 0.0f && ray.spread <= kMaxDeviceSpread;
+               ray.t_min <= kLargestFloat && ray.spread >= 0.0f && ray.spread <= kMaxSpread;
   double to_corner2 = 0.0;
   for (int k = 0; k < 3; ++k) {
     valid = valid && is_finite(ray.origin[k]) && is_finite(ray.direction[k]);

@@ -1,8 +1,8 @@
 // Traces one ray in one thread, depth first.
 //
 // A node's children are tested one after the other. Inner ones go to the stack: sorted, the nearest on top, if hits
-// lower the limit, and in their order else. Then the leaves are culled and their survivors tested, and the next node is
-// popped. The stack has the room that the tree needs (device_stack.hpp).
+// lower the limit, and in their order otherwise. Then the leaves are culled and their survivors tested, and the next
+// node is popped. The stack has the room that the tree needs (device_stack.hpp).
 #pragma once
 
 #include "device_collectors.hpp"

@@ -17,6 +17,9 @@
 
 namespace fastlines {
 
+/// The largest spread of a ray: its square is finite, with room to spare.
+inline constexpr float kMaxSpread = 1e12f;
+
 /// A ray as the caller gives it. t is in units of the direction's length.
 struct RayQuery {
   Vec3 origin, direction;

@@ -12,9 +12,6 @@
 
 namespace fastlines {
 
-/// The largest spread of a ray: its square is finite, with room to spare.
-inline constexpr float kMaxSpread = 1e12f;
-
 /// Extremes of some rays. The size of a vector is its largest coordinate.
 struct RayExtremes {
   /// The bits of the largest origin, and of the largest and the smallest direction.

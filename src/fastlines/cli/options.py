@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 from typer import Option
 
-from ..camera import LEAST_FOCUS, Vector
+from ..camera import Vector
 from ..errors import InputError
 
 INPUT_HELP = "A file of lines, a tree (.flt), or a scene: scene:NAME, scene:NAME:SEGMENTS or scene:NAME:SEGMENTS:SEED."
@@ -25,7 +25,7 @@ def _finite(value: float | None) -> float | None:
 
 def _above_0(value: float | None) -> float | None:
     """Refuse a bad distance before any work is done."""
-    if value is not None and not LEAST_FOCUS <= value < math.inf:
+    if value is not None and not 0 < value < math.inf:
         raise typer.BadParameter(f"{value!r} is not a finite number above 0.")
     return value
 
@@ -70,7 +70,7 @@ Lens = Annotated[
         "--lens-radius",
         callback=_finite,
         metavar="R",
-        help="Blur what is not at the distance of focus, as a lens of this radius does.",
+        help="Blur what is out of focus, as a lens of this radius does, in the unit of the coordinates.",
         show_default=False,
     ),
 ]
@@ -80,7 +80,7 @@ Focus = Annotated[
         "--focus-distance",
         callback=_above_0,
         metavar="D",
-        help="The distance of focus, from the camera along the view; that of the middle of the lines by default.",
+        help="The focus distance, from the camera along the view; by default that of the middle of the lines.",
         show_default=False,
     ),
 ]

@@ -39,7 +39,7 @@ from .files import Source, check_output, open_lines, show_progress
 from .hint import hint_at_radius
 from .options import refuse_given, vector
 from .sequence import check_sequence, write_sequence
-from .unfinished import add_samples, check_resume, keep_state
+from .unfinished import add_samples, check_resume, keep_state, without_interrupts
 
 
 @dataclass(frozen=True)
@@ -121,6 +121,11 @@ class Scene:
     radius: float
     #: Whether the radius was chosen to suit the lines.
     is_chosen: bool
+
+    @property
+    def focus(self) -> str:
+        """Where the picture is in focus, in words; empty without a lens."""
+        return f"in focus at a distance of {self.camera.focus:g}, " if self.camera.lens_radius else ""
 
     @property
     def thickness(self) -> str:
@@ -240,7 +245,8 @@ def write_many(plan: Plan, scene: Scene) -> str:
     }
     turn = (order.turntable, order.seconds, order.is_transparent)
     written = write_sequence(order.output, scene.tree, scene.camera, radii, *turn, show_progress(), **options)
-    return f"{written}, " + (f"radii {radii[0]:g} to {radii[-1]:g}" if radii else scene.thickness)
+    what = f"radii {radii[0]:g} to {radii[-1]:g}" if radii else scene.thickness
+    return f"{written}, {scene.focus}{what}"
 
 
 def write_one(plan: Plan, scene: Scene) -> str:
@@ -250,13 +256,13 @@ def write_one(plan: Plan, scene: Scene) -> str:
         scene.tree, scene.camera, width, height, scene.radius, scene.look, plan.backdrop, None, order.samples
     )
     is_whole = add_samples(renderer, order.output, order.resume, show_progress())
-    if renderer.n_rows:  # else an older picture of this name is better
-        finish(renderer, plan.backdrop, **_finish(plan, scene)).save(order.output, order.is_transparent)
-    keep_state(renderer, order.output, is_whole, order.resume)
+    with without_interrupts():
+        if renderer.n_rows:  # else an older picture of this name is better
+            finish(renderer, plan.backdrop, **_finish(plan, scene)).save(order.output, order.is_transparent)
+        keep_state(renderer, order.output, is_whole, order.resume)
     if not scene.is_chosen:
         hint_at_radius(scene.tree, *scene.camera.rays(*small(width, height)), scene.radius)
-    sharp = f", sharp at a distance of {scene.camera.focus:g}" if scene.camera.lens_radius else ""
-    return f"{order.output}: {width} × {height} pixels, {scene.thickness}{sharp}"
+    return f"{order.output}: {width} × {height} pixels, {scene.focus}{scene.thickness}"
 
 
 def _finish(plan: Plan, scene: Scene) -> dict[str, Any]:

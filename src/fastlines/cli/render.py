@@ -12,7 +12,7 @@ from .options import Direction, Focus, FormatName, FormatOptions, Fov, Input, Le
 
 #: The width and the height of a square picture in pixels.
 SIZE = 1024
-WITHOUT_SIZE = f"Without both, there are {SIZE}² pixels. The format suits the lines."
+WITHOUT_SIZE = f"If neither is given, there are about {SIZE}² pixels, in an aspect ratio that suits the lines."
 
 
 @app.command(short_help="Render lines: hair, fibres, tubes; or draw the levels of a tree.")

@@ -15,9 +15,8 @@ from .device import Kernels, Memory, ViewedArray
 from .program import BLOCK, GROUP, TUNING, compiled
 
 
-@functools.cache
 def gpu() -> CudaDevice:
-    """Return the current GPU.
+    """Return the GPU, and make it the current one of the calling thread.
 
     Raises
     ------
@@ -26,6 +25,13 @@ def gpu() -> CudaDevice:
     FastlinesError
         If there is no GPU, or no driver.
     """
+    found = _open_gpu()
+    found.device.set_current()
+    return found
+
+
+@functools.cache
+def _open_gpu() -> CudaDevice:
     core = optional("cuda.core", 'the backend "cuda"', "cuda")
     optional("cuda.bindings.nvrtc", 'the backend "cuda"', "cuda")
     if not hasattr(core, "Device"):  # before version 1, they were elsewhere

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +31,10 @@ STACK_STEP = 64
 MAX_STACK = 4096
 
 
+#: Held while one thread uploads, so that others wait for it.
+_UPLOADS = threading.Lock()
+
+
 @dataclass(frozen=True)
 class Scene:
     """What kernels read besides rays."""
@@ -49,12 +54,13 @@ def scene_of(layout: Layout, device: Device, has_spread: bool = False) -> Scene:
 
     For rays with a spread, the primitives are others.
     """
-    scenes: dict[bool, Scene] = layout.__dict__.setdefault("_scenes", {})
-    known, other = scenes.get(has_spread), scenes.get(not has_spread)
-    if known is None or known.device is not device:
-        blocks = other.parts[:3] if other is not None and other.device is device else None
-        known = scenes[has_spread] = upload(layout, device, has_spread, blocks)
-    return known
+    with _UPLOADS:
+        scenes: dict[bool, Scene] = layout.__dict__.setdefault("_scenes", {})
+        known, other = scenes.get(has_spread), scenes.get(not has_spread)
+        if known is None or known.device is not device:
+            blocks = other.parts[:3] if other is not None and other.device is device else None
+            known = scenes[has_spread] = upload(layout, device, has_spread, blocks)
+        return known
 
 
 def upload(layout: Layout, device: Device, has_spread: bool, blocks: tuple[Memory, ...] | None) -> Scene:

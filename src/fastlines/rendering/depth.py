@@ -19,8 +19,10 @@ from ..tree import Tree
 MAX_PIXELS = 1 << 25
 #: The most rays traced at a time, which bounds the memory of a large picture.
 MAX_BATCH = 1 << 20
-#: The same where each ray is shaded or measured, in each of several threads; what they need stays in the cache.
+#: The same where each ray is shaded or measured; what that needs stays in the cache.
 MAX_RAYS = 1 << 16
+#: How many such batches are traced at a time, in threads of their own.
+MAX_BANDS = 16
 #: The width and the height of a picture, unless others are given.
 SIZE = 1024
 #: The expected value of a radius, for error messages.

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..arrays import AnyArray, FloatArray, IntArray
 from ..camera import Camera
+from ..errors import InputError
 from ..tree import Tree
 from .legend import ColorBar
 from .lighting import STUDIO
@@ -37,7 +38,6 @@ class Measure:
         What the legend says.
     count : callable
         Takes a tree, the origins and the directions of rays, and the radius; returns a number for each ray, (n,).
-        Several threads call it at once.
     map : str
         The colour map.
     range : pair of floats, optional
@@ -90,6 +90,8 @@ class MeasureRenderer(Progressive):
     def __init__(
         self, tree: Tree, camera: Camera, width: int, height: int, radius: float, measure: Measure, samples: int = 1
     ) -> None:
+        if camera.lens_radius:
+            raise InputError(f"{camera!r} has a lens; a measure counts along rays from a pinhole")
         stage = Stage.of(tree, camera, height, radius, STUDIO)  # whose lights nothing uses
         super().__init__(stage, width, height, samples, {"total": (), "hit": ()})
         self.measure = measure
@@ -117,6 +119,10 @@ class MeasureRenderer(Progressive):
             aovs={measure.name: mean.astype(np.float32)},
             legend=bar,
         )
+
+    @property
+    def _shader(self) -> Callable[..., IntArray]:
+        return self.measure.count
 
     def _own_settings(self) -> dict[str, Any]:
         return {"look": self.measure, "rays": "centres of pixels" if self.samples == 1 else "spread over pixels"}

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from ..arrays import AnyArray
-from ..geometry import count_text
+from ..custom import Custom
+from ..geometry import count_text, parts_of
 from ..threads import map_in_threads
-from .depth import MAX_RAYS, bands, check_size
+from .depth import MAX_BANDS, MAX_RAYS, bands, check_size
 from .picture import Picture
 from .stage import Stage
 from .state import describe, digest, read_state, write_state
@@ -50,15 +51,32 @@ class Progressive(ABC):
     def passes(self, progress: Callable[[float], object] | None = None) -> Iterator[int]:
         """Add one sample to each pixel at a time, and yield how many there are."""
         self._store()
+        is_first = True
         for index in range(int(self._counts.min()), self.samples):
             left = [rows for rows in bands(self.width, self.height, MAX_RAYS) if self._counts[rows.start] <= index]
-            for rows, more in zip(left, map_in_threads(partial(self._sample_rows, index), left), strict=True):
+            for rows, more in zip(left, self._sampled(index, left, is_first), strict=True):
                 own = slice(rows.start * self.width, rows.stop * self.width)
                 self._stored = own, rows, {name: self._sums[name][own] + more[name] for name in more}, index + 1
                 self._store()
                 if progress is not None:
                     progress((index + rows.stop / self.height) / self.samples)
+            is_first = False
             yield index + 1
+
+    def _sampled(self, index: int, left: list[slice], is_first: bool) -> Iterator[Mapping[str, AnyArray]]:
+        """Sample some bands, several at a time; the very first alone, so that it makes all that others share."""
+        n_alone = len(left) if not self._may_use_threads else 1 if is_first else 0
+        sample = partial(self._sample_rows, index)
+        yield from map(sample, left[:n_alone])
+        yield from map_in_threads(sample, left[n_alone:], MAX_BANDS)
+
+    @property
+    def _may_use_threads(self) -> bool:
+        """Whether several bands may be sampled at a time: not if code of the user's own runs, nor on a GPU."""
+        tree = self.stage.tree
+        is_ours = str(getattr(self._shader, "__module__", "")).partition(".")[0] == "fastlines"
+        is_custom = any(isinstance(part, Custom) for part in parts_of(tree.geometry))
+        return is_ours and not is_custom and tree.backend == "cpu"
 
     def _sample_rows(self, index: int, rows: slice) -> Mapping[str, AnyArray]:
         return self._sample(index, np.arange(rows.start * self.width, rows.stop * self.width))
@@ -66,6 +84,11 @@ class Progressive(ABC):
     @abstractmethod
     def _sample(self, index: int, pixels: AnyArray) -> Mapping[str, AnyArray]:
         """Return what one sample adds to the sums of some pixels."""
+
+    @property
+    @abstractmethod
+    def _shader(self) -> object:
+        """The object or the function that makes the picture of what rays hit."""
 
     @abstractmethod
     def picture(self) -> Picture:

@@ -125,6 +125,10 @@ class Renderer(Progressive):
             found["shadow"] = dark * (1 - fragments.opacity)
         return found
 
+    @property
+    def _shader(self) -> Look:
+        return self.look
+
     def _own_settings(self) -> dict[str, Any]:
         return {"look": self.look, "lights": self.stage.rig, "kind of rays": type(self._finder).__name__}
 
@@ -156,7 +160,8 @@ def render(
     camera : Camera, optional
         By default one that frames the geometry. If it has a lens, the picture has a depth of field.
     width, height : int, optional
-        By default 1024² pixels. The format suits the lines, also if one of both is given; with a camera it is a square.
+        By default about 1024² pixels. The aspect ratio suits the lines, also if one of both is given; with a camera,
+        the picture is square.
     look : str, Look or Measure, optional
         One of `LOOKS`; by default the one that suits the geometry. Or one of `MEASURES`, a number of each ray.
     radius : float, optional

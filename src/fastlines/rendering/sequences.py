@@ -21,7 +21,7 @@ from .measures import MEASURES, Measure
 from .picture import Picture
 from .radius import suitable_radius
 from .renderer import render
-from .view import complete_size, default_camera, default_view
+from .view import complete_size, default_camera, default_size, default_view
 
 #: The most pictures of a sequence.
 MAX_PICTURES = 100_000
@@ -57,8 +57,8 @@ def turntable(
     """
     count("n_pictures", n_pictures, 1, MAX_PICTURES)
     made = tree if isinstance(tree, Tree) else build(tree)
-    shape = _aspect(options)
-    first = camera or turntable_camera(made.geometry, aspect=shape)
+    width, height = _size(options, (SIZE, SIZE))
+    first = camera or turntable_camera(made.geometry, aspect=width / height)
     if options.get("radius") is None and needs_radius(made.geometry):
         options["radius"] = suitable_radius(made, first)
     cameras = (first.orbit(degrees * i / n_pictures) for i in range(n_pictures))
@@ -97,16 +97,17 @@ def radius_sweep(tree: Any, radii: Sequence[float], camera: Camera | None = None
     for radius in radii:
         number("radius", radius, "a finite number that is not negative", 0.0)
     made = tree if isinstance(tree, Tree) else build(tree)
-    view = camera or default_camera(made.geometry, aspect=_aspect(options))
+    suitable = (SIZE, SIZE) if camera is not None else default_size(made.geometry, SIZE)
+    options["width"], options["height"] = _size(options, suitable)
+    view = camera or default_camera(made.geometry, aspect=options["width"] / options["height"])
     return (render(made, view, radius=radius, **options) for radius in radii)
 
 
-def _aspect(options: dict[str, Any]) -> float:
-    """Return the width of pictures over their height."""
+def _size(options: dict[str, Any], suitable: tuple[int, int]) -> tuple[int, int]:
+    """Return the size of pictures; what is not given follows from a suitable one."""
     given = options.get("width"), options.get("height")
     check_size(*(SIZE if side is None else side for side in given))
-    width, height = complete_size(*given, (SIZE, SIZE))
-    return width / height
+    return complete_size(*given, suitable)
 
 
 def spaced_radii(first: float, last: float, n_radii: int) -> list[float]:

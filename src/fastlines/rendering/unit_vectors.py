@@ -1,4 +1,4 @@
-"""Unit vectors of many vectors, (n, 3) each."""
+"""Vectors at length one, for shading: many at a time, (n, 3) float32, and never NaN."""
 
 from __future__ import annotations
 

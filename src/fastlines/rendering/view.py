@@ -32,7 +32,7 @@ TURN, TILT = 0.5, 0.22
 CUBE_TURN, CUBE_TILT = 0.7, 0.45
 LOW_TILT = 0.6
 #: The formats of pictures, as the longer side through the shorter one.
-FORMATS = (1, 4 / 3, 3 / 2, 16 / 9)
+ASPECT_RATIOS = (1, 4 / 3, 3 / 2, 16 / 9)
 
 
 def default_view(geometry: AnyGeometry) -> tuple[Vector, Vector]:
@@ -89,9 +89,9 @@ def default_camera(
 def default_size(
     geometry: AnyGeometry, side: int, *, direction: Vector | None = None, up: Vector | None = None
 ) -> tuple[int, int]:
-    """Return the width and the height of a picture whose format is the nearest to the shape of the lines in view.
+    """Return the width and the height of a picture whose aspect ratio is the nearest to that of the lines in view.
 
-    Formats are 1:1, 4:3, 3:2 and 16:9, upright or across. Pictures of all formats have about side² pixels.
+    Aspect ratios are 1:1, 4:3, 3:2 and 16:9, upright or across. All pictures have about side² pixels.
 
     Examples
     --------
@@ -105,7 +105,7 @@ def default_size(
     pixels, _ = default_camera(geometry, direction=direction, up=up).project(points, 1, 1)
     width, height = np.maximum(np.ptp(pixels, axis=0), 1e-9)
     ratio = abs(np.log(width / height))
-    root = min(FORMATS, key=lambda each: abs(np.log(each) - ratio)) ** 0.5
+    root = min(ASPECT_RATIOS, key=lambda each: abs(np.log(each) - ratio)) ** 0.5
     longer, shorter = round(side * root), round(side / root)
     return (longer, shorter) if width > height else (shorter, longer)
 

@@ -68,4 +68,4 @@ class Look(Protocol):
         """Whether the lines cast a shadow on the ground."""
 
     def shade(self, fragments: Fragments, stage: Stage, sampler: Sampler) -> FloatArray:
-        """Return the light of each fragment towards the eye, (n, 3) float32 linear; several threads call it at once."""
+        """Return the light of each fragment towards the eye, (n, 3) float32 linear."""

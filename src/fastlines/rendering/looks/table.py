@@ -38,8 +38,10 @@ NUMBERS = {"hits": "how many lines the ray of each pixel hits", "work": "how man
 QUALITIES = ("normal", "high")
 #: The colour map, unless another one is given.
 DEFAULT_MAP = "viridis"
-#: At least so many strands look like hair, if nothing says otherwise; and those of a groom, which are all alike.
+#: At least so many strands look like hair, if nothing says otherwise; and those of a groom.
 HAIRS, GROOM = 1000, 100
+#: The numbers of points of a strand that TressFX has.
+GROOM_POINTS = (4, 8, 16, 32, 64)
 #: Half of the turns of hair have a larger cosine.
 SMOOTH = 0.8
 
@@ -67,8 +69,8 @@ def look_for(geometry: AnyGeometry) -> str:
     """Choose the look of a geometry.
 
     Lines with a radius are tubes, and so are all other shapes. Of lines without one, many smooth strands that are not
-    flat and without a unit, or in metres, are hair. A thousand are many, or a hundred if all have as many points, as
-    grooms do. Other lines are fibres.
+    flat and without a unit, or in metres, are hair. A thousand are many. So are a hundred if all have the same number
+    of points, a power of two as TressFX needs it. Other lines are fibres.
 
     Examples
     --------
@@ -87,10 +89,11 @@ def look_for(geometry: AnyGeometry) -> str:
 
 
 def _is_many(parts: Sequence[AnyGeometry]) -> bool:
-    """Return whether there are as many strands as hairs, or as of a groom, whose strands have as many points each."""
+    """Return whether there are as many strands as hairs, or as of a groom."""
     strands = [part.strands[part.strands >= 0] for part in parts if isinstance(part, Lines | Curves)]
-    n_segments = np.concatenate([np.unique(each, return_counts=True)[1] for each in strands])
-    return len(n_segments) >= HAIRS or (len(n_segments) >= GROOM and bool((n_segments == n_segments[0]).all()))
+    n_segments = [size for each in strands for size in np.unique(each, return_counts=True)[1].tolist()]
+    is_groom = len(set(n_segments)) == 1 and n_segments[0] + 1 in GROOM_POINTS
+    return len(n_segments) >= (GROOM if is_groom else HAIRS)
 
 
 def _is_smooth(part: AnyGeometry) -> bool:
