@@ -84,9 +84,7 @@ class Camera:
     @property
     def focus(self) -> float:
         """The distance along the view at which the picture is in focus: `focus_distance`, or that of the target."""
-        if self.focus_distance is not None:
-            return self.focus_distance
-        return math.dist(self.target, self.origin)
+        return math.dist(self.target, self.origin) if self.focus_distance is None else self.focus_distance
 
     def axes(self) -> Float64Array:
         """Return the unit vectors to the right, up and forward in the picture, as a (3, 3) float64 array."""
@@ -228,8 +226,8 @@ class Camera:
             raise InputError("some directions do not point forward; expected those that `ray` returns")
         if not ((u >= 0) & (u <= 1) & (v >= 0) & (v <= 1)).all():
             raise InputError("u or v hold values that are not from 0 to 1; expected uniform random numbers")
-        radius, turn = self.lens_radius * np.sqrt(u), 2 * np.pi * v
-        on_lens = (radius * np.cos(turn))[..., None] * right + (radius * np.sin(turn))[..., None] * up
+        radius, turn = (self.lens_radius * np.sqrt(u))[..., None], 2 * np.pi * v[..., None]
+        on_lens = radius * (np.cos(turn) * right + np.sin(turn) * up)
         ways = (self.focus / depth)[..., None] * pinhole - on_lens
         ways /= np.sqrt(dot(ways, ways))[..., None]
         return np.asarray(self.origin + on_lens, np.float32), np.asarray(ways, np.float32)

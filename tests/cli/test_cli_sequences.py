@@ -209,7 +209,7 @@ main()
 
 @pytest.mark.parametrize("n_interrupts", [1, 3])
 def test_ctrl_c_while_several_threads_draw(n_interrupts, tree_file):
-    """A second one, while files are written, loses nothing."""
+    """A second one, while files are written, loses nothing; one after that may end the process a little earlier."""
     size = ("-r", "0.02", "--width", "512", "--height", "512", "-s", "10000", "-o", "x.png")
     environment = {**os.environ, "FASTLINES_NUM_THREADS": "4"}
     command = [sys.executable, "-c", TALKING, "render", tree_file, *size]
@@ -222,6 +222,6 @@ def test_ctrl_c_while_several_threads_draw(n_interrupts, tree_file):
             process.send_signal(signal.SIGINT)
             time.sleep(0.05)
         _, errors = process.communicate(timeout=HANGS)
-    assert process.returncode == 130
+    assert process.returncode in ((130,) if n_interrupts == 1 else (130, -signal.SIGINT))
     assert re.search(r"^stopped after \d+ of 10000 samples a pixel; the same command with --resume goes on", errors)
     assert names() == [tree_file, "x.png", "x.png.npz"]
