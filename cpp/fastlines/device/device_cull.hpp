@@ -113,7 +113,7 @@ template <class Block, class Visit>
       visit(child, enters[child]);
     }
   } else {
-    // Unrolled, kernels for architectures from sm_100 on are seven times as large, and take half a minute to compile.
+    // For architectures from sm_100 on, the assembler would unroll this loop: into far larger kernels, and slowly.
     FASTLINES_NO_UNROLL
     for (int first = 0; first < n; first += 4) {
       std::uint32_t near_words[3], far_words[3];

@@ -51,21 +51,22 @@ class Progressive(ABC):
     def passes(self, progress: Callable[[float], object] | None = None) -> Iterator[int]:
         """Add one sample to each pixel at a time, and yield how many there are."""
         self._store()
-        is_first = True
+        n_alone = 1  # the first band makes all that others share
         for index in range(int(self._counts.min()), self.samples):
             left = [rows for rows in bands(self.width, self.height, MAX_RAYS) if self._counts[rows.start] <= index]
-            for rows, more in zip(left, self._sampled(index, left, is_first), strict=True):
+            for rows, more in zip(left, self._sampled(index, left, n_alone), strict=True):
                 own = slice(rows.start * self.width, rows.stop * self.width)
                 self._stored = own, rows, {name: self._sums[name][own] + more[name] for name in more}, index + 1
                 self._store()
                 if progress is not None:
                     progress((index + rows.stop / self.height) / self.samples)
-            is_first = False
+            n_alone = 0
             yield index + 1
 
-    def _sampled(self, index: int, left: list[slice], is_first: bool) -> Iterator[Mapping[str, AnyArray]]:
-        """Sample some bands, several at a time; the very first alone, so that it makes all that others share."""
-        n_alone = len(left) if not self._may_use_threads else 1 if is_first else 0
+    def _sampled(self, index: int, left: list[slice], n_alone: int) -> Iterator[Mapping[str, AnyArray]]:
+        """Sample some bands: the first ones alone, and then several at a time."""
+        if not self._may_use_threads:
+            n_alone = len(left)
         sample = partial(self._sample_rows, index)
         yield from map(sample, left[:n_alone])
         yield from map_in_threads(sample, left[n_alone:], MAX_BANDS)

@@ -162,8 +162,7 @@ def sample(
 class FibrePoints:
     """Points of fibres, each with the direction in which light leaves it: what all directions of light share.
 
-    Its methods are the functions of this module, with what does not depend on wi computed once: 130 bytes a point in
-    float32.
+    Its methods are the functions of this module, with what does not depend on wi computed once, and kept.
 
     Parameters
     ----------
