@@ -24,6 +24,9 @@ class Lookahead {
     std::optional<Candidate> split;  ///< the first split of that tree; none for a leaf
   };
 
+  /// Decides whether a split may be applied to a node.
+  using Allowed = FunctionRef<bool(const Candidate&)>;
+
   /// Boxes are measured with `margin` added on all sides.
   Lookahead(const P& prims, const Settings& settings, Progress& progress, double margin)
       : prims_(prims), settings_(settings), progress_(progress), measure_{margin, settings.lanes} {
@@ -42,8 +45,7 @@ class Lookahead {
 
   /// The first split of the cheapest tree of depth `lookahead`, among the splits that `allowed` accepts; none if no
   /// tree costs less than `limit`.
-  template <class Allowed>
-  Choice best_split(Refs refs, const Box& box, int lookahead, double limit, Allowed&& allowed) {
+  Choice best_split(Refs refs, const Box& box, int lookahead, double limit, Allowed allowed) {
     Choice best{limit, {}};
     if (lookahead == 0 || limit <= settings_.cost.c_trav) return best;  // no split costs less than one traversal step
     progress_.check();
@@ -70,8 +72,7 @@ class Lookahead {
   }
 
   /// The cheapest uncut split, for nodes of any size: every reference stays whole.
-  template <class Allowed>
-  Choice best_uncut(Refs refs, const Box& box, double limit, Allowed&& allowed) const {
+  Choice best_uncut(Refs refs, const Box& box, double limit, Allowed allowed) const {
     Choice best{limit, {}};
     if (settings_.boxes == BoxRule::cut) return best;
     const double area = area_of(box);
@@ -100,10 +101,6 @@ class Lookahead {
     LookaheadBounds bounds;
   };
 
-  struct AllowAll {
-    bool operator()(const Candidate&) const { return true; }
-  };
-
   static constexpr double kNoLimit = kInfinity;
 
   double area_of(const Box& box) const { return measure_.area(box); }
@@ -120,8 +117,7 @@ class Lookahead {
   /// A lower bound on the cost of any tree: that of a leaf, or of one traversal step.
   double lower_bound(std::size_t n_refs) const { return std::min(cost_of_leaf(n_refs), settings_.cost.c_trav); }
 
-  template <class Visitor>
-  void for_each_split(Refs refs, const Box& box, bool all, Visitor&& visitor) const {
+  void for_each_split(Refs refs, const Box& box, bool all, CandidateVisitor visitor) const {
     unsigned n_visited = 0;
     visit_splits(settings_.splits, prims_, refs, box, settings_.boxes, measure_, all, [&](const Candidate& split) {
       if (++n_visited % 64 == 0) progress_.check();  // finding one split can take time linear in the node
@@ -132,8 +128,7 @@ class Lookahead {
   /// A search of more than one level, by branch and bound (docs/theory.md). The most promising branches come first, and
   /// a branch that cannot beat the best so far is skipped. The result is that of exhaustive search: the first of
   /// equally cheap splits.
-  template <class Allowed>
-  Choice look_ahead(Refs refs, const Box& box, int lookahead, Choice best, Allowed&& allowed) {
+  Choice look_ahead(Refs refs, const Box& box, int lookahead, Choice best, Allowed allowed) {
     const double area = area_of(box), c_trav = settings_.cost.c_trav;
     const bool exhaustive = settings_.exhaustive;
     const bool by_bounds = lookahead <= 3 && !exhaustive && has_bounds(refs.size(), area);
@@ -218,8 +213,9 @@ class Lookahead {
   /// The cost of the cheapest tree of depth `lookahead`: exact if it is at most `limit`, else any value above `limit`.
   double cost_ahead(Refs refs, const Box& box, int lookahead, double limit) {
     const double leaf = cost_of_leaf(refs.size()), budget = std::nextafter(limit, kNoLimit);
-    if (leaf < budget) return best_split(refs, box, lookahead, leaf, AllowAll{}).cost;
-    const Choice choice = best_split(refs, box, lookahead, budget, AllowAll{});
+    const auto allow_all = [](const Candidate&) { return true; };
+    if (leaf < budget) return best_split(refs, box, lookahead, leaf, allow_all).cost;
+    const Choice choice = best_split(refs, box, lookahead, budget, allow_all);
     return choice.split ? choice.cost : kNoLimit;
   }
 

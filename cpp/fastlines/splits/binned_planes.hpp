@@ -38,9 +38,9 @@ class BinnedPlanes {
   double gap = 0.8;
 
   /// Pass the split with the least SAH of each axis to `visitor`, or all splits if `all`. SAH is that of `measure`.
-  template <Straight P, class Visitor>
+  template <Straight P>
   void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, const Measure& measure, bool all,
-             Visitor&& visitor) const {
+             CandidateVisitor visitor) const {
     thread_local BinsX8 grid;
     if (!all) {
       // Ignore the lanes: rounding up to full lanes means nothing for a sample, and little for nodes of this size.
@@ -64,8 +64,8 @@ class BinnedPlanes {
 
   /// Pass the uncut split with the least SAH of each axis to `visitor`, for a node of any size, if small nodes have
   /// any; planes where all centres coincide.
-  template <Straight P, class Visitor>
-  void visit_uncut(const P& prims, Refs refs, const Box& box, const Measure& measure, Visitor&& visitor) const {
+  template <Straight P>
+  void visit_uncut(const P& prims, Refs refs, const Box& box, const Measure& measure, CandidateVisitor visitor) const {
     constexpr std::size_t any = std::size_t(-1);
     if (uncut_refs > 0 || gap_refs > 0)
       BinnedPlanes{.n_planes = n_planes, .uncut_refs = any, .uncut_only_refs = any}.visit(

@@ -99,8 +99,8 @@ class BinsX8 {
 
   /// Pass the candidate with the least SAH of each axis to `visitor`, or all candidates if `all`. SAH is that of
   /// `measure`. Returns whether there was a candidate.
-  template <class Visitor>
-  bool visit(Candidate::Kind kind, const Box& box, BoxRule rule, const Measure& measure, bool all, Visitor&& visitor) {
+  bool visit(Candidate::Kind kind, const Box& box, BoxRule rule, const Measure& measure, bool all,
+             CandidateVisitor visitor) {
     const bool tight = rule == BoxRule::tight;
     bool any_visited = false;
     const Weights weights(box, measure);
@@ -211,8 +211,7 @@ class BinsX8 {
 
   /// For cut boxes: the first of the cheapest planes of each axis. Which plane is cheapest is unpredictable, and a
   /// misprediction would dominate in small nodes, so no branch depends on it.
-  template <class Visitor>
-  bool visit_cheapest_halves(Candidate::Kind kind, const Box& box, const Weights& weights, Visitor&& visitor) {
+  bool visit_cheapest_halves(Candidate::Kind kind, const Box& box, const Weights& weights, CandidateVisitor visitor) {
     bool any_visited = false;
     for_each_axis([&]<int axis>(const Planes* of_axis, const BoxX4*) __attribute__((always_inline)) {
       // Unused lanes weigh NaN. If the box is too thin for floats, planes may lie in its sides.

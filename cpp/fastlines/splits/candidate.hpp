@@ -16,6 +16,7 @@
 #include <tuple>
 #include <vector>
 
+#include "../memory/function_ref.hpp"
 #include "../primitives/segments.hpp"
 #include "../references/cut.hpp"
 #include "../simd/box_x4.hpp"
@@ -43,6 +44,9 @@ struct Candidate {
 };
 
 using Refs = std::span<const BuildRef>;
+
+/// Receives the candidates for a node.
+using CandidateVisitor = FunctionRef<void(const Candidate&)>;
 
 /// A type of split sets: what it declares besides `visit`, a template that a concept cannot name.
 template <class Set>

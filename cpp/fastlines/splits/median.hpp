@@ -11,8 +11,8 @@ namespace fastlines {
 struct Median {
   static constexpr bool kTightOnly = false;
 
-  template <Primitives P, class Visitor>
-  void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, Visitor&& visitor) const {
+  template <Primitives P>
+  void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, CandidateVisitor visitor) const {
     std::optional<Candidate> best;
     for (int axis = 0; axis < 3; ++axis) {
       const auto split = rule == BoxRule::tight ? at_object(refs, axis) : at_plane(prims, refs, box, axis);

@@ -8,8 +8,8 @@ namespace fastlines {
 struct Midpoint {
   static constexpr bool kTightOnly = false;
 
-  template <Primitives P, class Visitor>
-  void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, Visitor&& visitor) const {
+  template <Primitives P>
+  void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, CandidateVisitor visitor) const {
     const int axis = box.longest_axis();
     const float plane = float(0.5 * (double(box.lo[axis]) + double(box.hi[axis])));
     if (plane <= box.lo[axis] || plane >= box.hi[axis]) return;

@@ -8,8 +8,8 @@ namespace fastlines {
 struct ObjectSweep {
   static constexpr bool kTightOnly = true;
 
-  template <Primitives P, class Visitor>
-  void visit(const P&, Refs refs, const Box&, BoxRule, Visitor&& visitor) const {
+  template <Primitives P>
+  void visit(const P&, Refs refs, const Box&, BoxRule, CandidateVisitor visitor) const {
     const std::size_t n = refs.size();
     if (n < 2) return;
     std::vector<std::pair<double, std::uint32_t>> order(n);  // twice the centre, and index of the reference

@@ -9,8 +9,8 @@ namespace fastlines {
 struct PlaneEvents {
   static constexpr bool kTightOnly = false;
 
-  template <Primitives P, class Visitor>
-  void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, Visitor&& visitor) const {
+  template <Primitives P>
+  void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, CandidateVisitor visitor) const {
     const std::size_t n = refs.size();
     std::vector<float> los(n), his(n), flats, planes;
     for (int axis = 0; axis < 3; ++axis) {

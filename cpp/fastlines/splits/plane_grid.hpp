@@ -14,8 +14,8 @@ struct PlaneGrid {
   static constexpr bool kTightOnly = false;
   int n_planes = 16;  ///< on each axis
 
-  template <Primitives P, class Visitor>
-  void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, Visitor&& visitor) const {
+  template <Primitives P>
+  void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, CandidateVisitor visitor) const {
     const bool tight = rule == BoxRule::tight;
     thread_local Bins bins;
     for (int axis = 0; axis < 3; ++axis) {

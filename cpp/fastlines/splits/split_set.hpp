@@ -45,9 +45,9 @@ inline int n_kept_planes(const Splits& splits) {
 }
 
 /// Pass the candidates for a node to `visitor`. `BinnedPlanes` offers only the cheapest of each axis, unless `all`.
-template <Primitives P, class Visitor>
+template <Primitives P>
 void visit_splits(const Splits& splits, const P& prims, Refs refs, const Box& box, BoxRule rule, const Measure& measure,
-                  bool all, Visitor&& visitor) {
+                  bool all, CandidateVisitor visitor) {
   const bool by_overlap = std::ranges::any_of(splits, [](const auto& sized) { return sized.min_overlap > 0.0; });
   Overlap overlap;
   const auto offer = [&](const Candidate& split) {
@@ -72,9 +72,9 @@ void visit_splits(const Splits& splits, const P& prims, Refs refs, const Box& bo
 
 /// Pass object splits for a node of any size to `visitor`. They come from split sets of object splits for which the
 /// node has too many references, and from those that have a member `visit_uncut`. The caller must ignore planes.
-template <Primitives P, class Visitor>
+template <Primitives P>
 void visit_uncut(const Splits& splits, const P& prims, Refs refs, const Box& box, const Measure& measure,
-                 Visitor&& visitor) {
+                 CandidateVisitor visitor) {
   for (const SizedSplitSet& sized : splits)
     std::visit(
         [&]<class Set>(const Set& set) {
