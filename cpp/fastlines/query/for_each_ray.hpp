@@ -9,10 +9,15 @@
 
 namespace fastlines {
 
-/// Prepare a ray for a search.
-template <class Search>
-auto prepare_for_search(const RayQuery& query, const Search& search) {
-  return prepare_for<std::remove_cvref_t<decltype(search.prims)>>(query, search.frame);
+/// Search for one ray; returns the sink that make(ray) has made, with its hits.
+template <class Search, class Make>
+auto search_ray(const Search& search, const RayQuery& query, typename Search::Scratch& scratch, Make&& make) {
+  using P = std::remove_cvref_t<decltype(search.prims)>;
+  const auto ray = prepare_for<P>(query, search.frame);
+  auto sink = make(ray);
+  SinkRef<P> to(sink);
+  search(ray, to, scratch);
+  return sink;
 }
 
 /// Rays that a thread takes at a time.
@@ -28,10 +33,7 @@ void for_each_ray(const Search& search, const RayBatch& rays, unsigned n_threads
       [&](Scratch& scratch, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
           progress.check();
-          const auto ray = prepare_for_search(rays[i], search);
-          auto sink = make(ray);
-          search(ray, sink, scratch);
-          store(i, sink);
+          store(i, search_ray(search, rays[i], scratch, make));
         }
       });
 }
@@ -80,9 +82,7 @@ void list_hits(const Search& search, const RayBatch& rays, unsigned n_threads, P
         const std::size_t end = std::min(rays.size(), (chunk + 1) * kRaysPerChunk);
         for (std::size_t i = chunk * kRaysPerChunk; i < end; ++i) {
           progress.check();
-          const auto ray = prepare_for_search(rays[i], search);
-          auto sink = make(ray);
-          search(ray, sink, worker.scratch);
+          auto sink = search_ray(search, rays[i], worker.scratch, make);
           worker.lists.add(std::uint32_t(i), sink.hits, n_nearest);
         }
         to.add(chunk, n_chunks, end, worker.lists);

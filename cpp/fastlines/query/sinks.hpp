@@ -127,6 +127,28 @@ struct KNearestSink {
   bool done() const { return k == 0; }
 };
 
+/// A sink of any type. A search that takes one is compiled once for all queries.
+template <RayPrimitive P>
+class SinkRef {
+ public:
+  const float& limit;
+
+  template <class Sink>
+  explicit SinkRef(Sink& sink)
+      : limit(sink.limit), done_(sink.done()), sink_(&sink), add_([](void* to, const HitContext<P>& context) {
+          static_cast<Sink*>(to)->add(context);
+          return static_cast<Sink*>(to)->done();
+        }) {}
+
+  void add(const HitContext<P>& context) { done_ = add_(sink_, context); }
+  bool done() const { return done_; }
+
+ private:
+  bool done_;
+  void* sink_;
+  bool (*add_)(void*, const HitContext<P>&);
+};
+
 /// Test a ray and a primitive exactly, and report a hit to the sink.
 template <RayPrimitive P, class Sink>
 void test_primitive(const P& prims, const RayOf<P>& ray, const Frame& frame, const Reference& ref, Sink& sink) {
