@@ -55,11 +55,9 @@ void LayoutQueries<P>::count(std::int64_t* to) const {
 
 template <RayPrimitive P>
 void LayoutQueries<P>::list(At at, std::optional<std::size_t> k, bool by_distance, HitAssembler& to) const {
+  if (!k || by_distance) return run_lists(tree, rays, kernel, AllHitsQuery<P>(tree, at, k), n_threads, progress, to);
   const auto run_at = [&]<At which>() {
-    if (k && !by_distance)
-      run_lists(tree, rays, kernel, KNearestQuery<P, which>(tree, *k), n_threads, progress, to);
-    else
-      run_lists(tree, rays, kernel, AllHitsQuery<P, which>(tree, k), n_threads, progress, to);
+    run_lists(tree, rays, kernel, KNearestQuery<P, which>(tree, *k), n_threads, progress, to);
   };
   dispatch(at, run_at);
 }

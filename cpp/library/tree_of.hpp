@@ -48,9 +48,7 @@ class TreeOf final : public TreeImpl {
   // One ray.
 
   Hit first_hit(const Ray& ray, float radius, At at) const override {
-    const fastlines::OneRay<P> one(view_, checked(ray, radius));
-    return hit_of(at == At::surface ? one.template first_hit<fastlines::At::surface>()
-                                    : one.template first_hit<fastlines::At::closest>());
+    return hit_of(fastlines::OneRay<P>(view_, checked(ray, radius)).first_hit(core_at(at)));
   }
   bool any_hit(const Ray& ray, float radius) const override {
     return fastlines::OneRay<P>(view_, checked(ray, radius)).any_hit();
@@ -59,18 +57,10 @@ class TreeOf final : public TreeImpl {
     return fastlines::OneRay<P>(view_, checked(ray, radius)).count_hits();
   }
   void all_hits(const Ray& ray, float radius, At at, std::vector<Hit>& to) const override {
-    const fastlines::OneRay<P> one(view_, checked(ray, radius));
-    if (at == At::surface)
-      one.template all_hits<fastlines::At::surface>(to);
-    else
-      one.template all_hits<fastlines::At::closest>(to);
+    fastlines::OneRay<P>(view_, checked(ray, radius)).all_hits(core_at(at), to);
   }
   void next_hits(const Ray& ray, float radius, std::size_t k, At at, std::vector<Hit>& to) const override {
-    const fastlines::OneRay<P> one(view_, checked(ray, radius));
-    if (at == At::surface)
-      one.template next_hits<fastlines::At::surface>(k, to);
-    else
-      one.template next_hits<fastlines::At::closest>(k, to);
+    fastlines::OneRay<P>(view_, checked(ray, radius)).next_hits(k, core_at(at), to);
   }
 
   // Batches.

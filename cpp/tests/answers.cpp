@@ -34,7 +34,7 @@ struct Engine {
   void count(std::span<std::int64_t> to) const { run(CountHitsQuery{to.data()}); }
   template <At at>
   void all(HitAssembler& to) const {
-    list(AllHitsQuery<Segments, at>(tree), to);
+    list(AllHitsQuery<Segments>(tree, at), to);
   }
   template <At at>
   void k_nearest(HitAssembler& to) const {

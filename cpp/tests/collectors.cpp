@@ -94,7 +94,7 @@ struct Scene {
 
 template <class Collect>
 void check_first(const Scene& scene, Collect collect) {
-  const auto collector = std::make_unique<FirstHitCollector<At::closest>>();
+  const auto collector = std::make_unique<FirstHitCollector<FixedAt<At::closest>>>();
   collect(*collector);
   collector->tighten_limits(*scene.rays, 0, kGroupSize);
   for (int i = 0; i < kGroupSize; ++i) {
@@ -110,7 +110,7 @@ void check_first(const Scene& scene, Collect collect) {
 
 template <class Collect>
 void check_k_nearest(const Scene& scene, std::size_t k, Collect collect) {
-  KNearestCollector<At::closest> collector(k);
+  KNearestCollector<FixedAt<At::closest>> collector(k);
   collect(collector);
   for (int i = 0; i < kGroupSize; ++i) {
     const KNearest& nearest = collector.hits[i];
@@ -126,7 +126,7 @@ void check_k_nearest(const Scene& scene, std::size_t k, Collect collect) {
 void check_all(const Scene& scene) {
   const auto any = std::make_unique<AnyHitCollector>();
   const auto count = std::make_unique<CountHitsCollector>();
-  const auto all = std::make_unique<AllHitsCollector<At::closest>>();
+  const auto all = std::make_unique<AllHitsCollector>(ChosenAt{At::closest});
   scene.add_packets(*any);
   scene.add_packets(*count);
   scene.add_packets(*all);

@@ -55,7 +55,7 @@ Found run_kernel(const WideBvhView<Tubes>& view, const RayBatch& rays, Kernel ke
   run_batch(view, rays, kernel, FirstHitQuery<Tubes, At::surface>{view, found.columns()}, 1, progress);
   run_batch(view, rays, kernel, CountHitsQuery{found.count.data()}, 1, progress);
   HitAssembler lists(rays.size(), true);
-  run_lists(view, rays, kernel, AllHitsQuery<Tubes, At::surface>(view), 1, progress, lists);
+  run_lists(view, rays, kernel, AllHitsQuery<Tubes>(view, At::surface), 1, progress, lists);
   found.add(lists);
   return found;
 }

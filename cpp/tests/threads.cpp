@@ -102,7 +102,7 @@ Answer answer(const WideBvhView<Segments>& tree, const RayBatch& rays, Kernel ke
   run_batch(tree, rays, kernel, CountHitsQuery{prim.data()}, n_threads, progress);
   answer.add(prim, kRays);
   HitAssembler all(kRays, true), next(kRays, false);
-  run_lists(tree, rays, kernel, AllHitsQuery<Segments, At::surface>(tree), n_threads, progress, all);
+  run_lists(tree, rays, kernel, AllHitsQuery<Segments>(tree, At::surface), n_threads, progress, all);
   run_lists(tree, rays, kernel, KNearestQuery<Segments, At::closest>(tree, kNearest), n_threads, progress, next);
   answer.add(all);
   answer.add(next);

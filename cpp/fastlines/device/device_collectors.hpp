@@ -25,7 +25,7 @@ struct FirstHitOfRay {
 
   template <class Test>
   void add(const Test& test, const WideRef& ref) {
-    const ClosestApproach<float> approach = approach_at<at>(test);
+    const ClosestApproach<float> approach = approach_at(at, test);
     // Hits that are so close in the frame are compared in units of the caller's ray (FirstHitCollector).
     if (!(approach.t <= t + ray.tie_tolerance)) return;
     const float new_t_ray = ray.t_ray(approach.t);

@@ -39,7 +39,7 @@ class HitListOfRay {
 
   template <class Test>
   void add(const Test& test, const WideRef& ref) {
-    const ClosestApproach<float> approach = approach_at<at>(test);
+    const ClosestApproach<float> approach = approach_at(at, test);
     // The piece that owns the point where t is taken is visited before the limit (docs/answers.md).
     if (!owns(WideRef::begin(ref.s0), WideRef::end(ref.s1), approach.s)) return;
     if constexpr (has_repeats && !kHasRoomForAll)

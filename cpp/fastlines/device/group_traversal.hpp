@@ -84,7 +84,7 @@ template <class P, class Collector>
     const std::uint64_t prim = scene.refs[leaf.first_ref + std::uint32_t(lane)].prim;
     const typename P::Test test = device_test<P>(ray, scene.items + prim * P::kFloats, scene.frame);
     if (!test.closest.hit) return;
-    const ClosestApproach<float> approach = approach_at<Collector::kAt>(test);
+    const ClosestApproach<float> approach = approach_at(Collector::kAt, test);
     is_hit[lane] = true;
     s[lane] = approach.s;
     t[lane] = approach.t;

@@ -16,14 +16,21 @@ struct ClosestApproach {
   MaskOf<N> hit;  ///< whether the ray comes within its radius
 };
 
+/// The point at which a class takes t, fixed at compile time. A derived class has the member `at`.
+template <At at_>
+struct FixedAt {
+  static constexpr At at = at_;
+};
+/// The same, chosen at run time, for classes whose code would otherwise be compiled twice.
+struct ChosenAt {
+  At at;
+};
+
 /// The approach of an exact test, with t at the point that `at` names. Every answer comes from here.
 /// It is returned by value: a reference that escapes would keep the whole test and its rays in memory.
-template <At at, class Test>
-[[gnu::always_inline]] inline auto approach_at(const Test& test) {
-  if constexpr (at == At::surface)
-    return test.entry();
-  else
-    return test.closest;
+template <class Test>
+[[gnu::always_inline]] inline auto approach_at(At at, const Test& test) {
+  return at == At::surface ? test.entry() : test.closest;
 }
 
 }  // namespace fastlines

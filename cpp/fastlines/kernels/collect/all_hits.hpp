@@ -13,8 +13,7 @@
 namespace fastlines {
 
 /// Records all hits, in no order. Each packet has one list, so that sorting takes little memory.
-template <At at_>
-struct AllHitsCollector {
+struct AllHitsCollector : ChosenAt {
   /// The hits of a packet: t, s and dist2 of the exact test, the lane in the packet, and the primitive.
   struct Hits {
     LargeVector<float> t, s, dist2;
@@ -38,7 +37,6 @@ struct AllHitsCollector {
   };
 
   static constexpr QueryTraits kTraits{.order_independent = true};
-  static constexpr At kAt = at_;
   alignas(64) float limit[kGroupSize];
   bool limit_changed = false;
   Hits hits[kGroupSize / kSimdWidth];
@@ -67,23 +65,24 @@ struct AllHitsCollector {
 };
 
 /// Sorts all hits of each ray into lists, or keeps the `n_nearest` hits that are nearest to it.
-template <RayPrimitive P, At at>
+template <RayPrimitive P>
 struct AllHitsQuery {
-  using Collector = AllHitsCollector<at>;
+  using Collector = AllHitsCollector;
   HitBuffer lists;
 
-  explicit AllHitsQuery(const WideBvhView<P>& tree, std::optional<std::size_t> n_nearest = {})
-      : tree_(tree), n_nearest_(n_nearest) {}
-  Collector collector() const { return {}; }
+  AllHitsQuery(const WideBvhView<P>& tree, At at, std::optional<std::size_t> n_nearest = {})
+      : tree_(tree), at_(at), n_nearest_(n_nearest) {}
+  Collector collector() const { return {{at_}}; }
 
   void store(const RayGroup& rays, const Collector& found, int first, int end) {
     for (int i = first; i < end; i = (i / kSimdWidth + 1) * kSimdWidth)
-      if (const typename Collector::Hits& hits = found.hits[i / kSimdWidth]; hits.n > 0)
+      if (const Collector::Hits& hits = found.hits[i / kSimdWidth]; hits.n > 0)
         list(rays, i, std::min(end, (i / kSimdWidth + 1) * kSimdWidth), hits);
   }
 
  private:
   const WideBvhView<P>& tree_;
+  At at_;
   std::optional<std::size_t> n_nearest_;
   HitBuffer ranked_;         // the hits of a packet by t, of which the nearest are kept
   std::vector<Hit> of_ray_;  // those of one ray
@@ -108,7 +107,7 @@ struct AllHitsQuery {
 
   /// List the hits of lanes [first, end), which belong to one packet, together. Loops over the hits of single rays
   /// would be short, and their ends mispredicted.
-  void list(const RayGroup& rays, int first, int end, const typename Collector::Hits& found) {
+  void list(const RayGroup& rays, int first, int end, const Collector::Hits& found) {
     if (found.n > kMaxBlockHits) throw std::bad_alloc();
     const auto n = std::uint32_t(found.n);
     sorter_.sort(found.lane.data(), found.t.data(), found.prim.data(), n);
@@ -130,7 +129,7 @@ struct AllHitsQuery {
       store_exits(rays, i, to.from(sorter_.begin(i % kSimdWidth)), n_hits(i % kSimdWidth));
       lists.add(rays.id[i], n_hits(i % kSimdWidth));
     }
-    lists.end(kHitColumns<at>);
+    lists.end(n_hit_columns(at_));
   }
 
   /// Copy the nearest hits of each ray from the sorted ones of a packet.
@@ -152,13 +151,13 @@ struct AllHitsQuery {
       lists.add(rays.id[i], n_kept(i));
       to = to.from(n_kept(i));
     }
-    lists.end(kHitColumns<at>);
+    lists.end(n_hit_columns(at_));
     ranked_.end(0);
     ranked_.clear();
   }
 
   void store_exits(const RayGroup& rays, int i, const ListColumns& of_ray, std::uint32_t n) const {
-    if constexpr (at == At::surface) store_exits_of_ray(tree_, rays, i, of_ray.prim, n, of_ray.t_out);
+    if (at_ == At::surface) store_exits_of_ray(tree_, rays, i, of_ray.prim, n, of_ray.t_out);
   }
 
   /// How many hits the ray in this lane of the packet has.
@@ -166,8 +165,8 @@ struct AllHitsQuery {
 
   /// Write t and distance in units of the caller's rays, 16 at a time. The next ray or column overwrites what is
   /// written past the end.
-  void store_t_and_distance(const RayGroup& rays, int first, const typename Collector::Hits& found,
-                            const ListColumns& to, std::uint32_t n) {
+  void store_t_and_distance(const RayGroup& rays, int first, const Collector::Hits& found, const ListColumns& to,
+                            std::uint32_t n) {
     // With few hits, most lanes would be idle if the hits of each ray were converted by themselves.
     constexpr std::uint32_t max_gathered_hits = 8 * kSimdWidth;
     float batch[kSimdWidth];

@@ -9,9 +9,8 @@
 namespace fastlines {
 
 /// Records one bit per ray, and ends the ray at its first hit.
-struct AnyHitCollector {
+struct AnyHitCollector : FixedAt<At::closest> {
   static constexpr QueryTraits kTraits{.needs_position = false};
-  static constexpr At kAt = At::closest;
   alignas(64) float limit[kGroupSize];
   bool limit_changed = false;
   bool found[kGroupSize];

@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "../../primitives/ray_primitive.hpp"
+#include "../../references/reference.hpp"
 #include "../rays/ray_group.hpp"
 
 namespace fastlines {
@@ -34,8 +35,8 @@ template <class C>
 concept Collector = requires(C& collector, const RayGroup& rays, int lane, std::uint32_t bits, std::uint32_t prim,
                              const ClosestApproach<FloatX16>& approach) {
   { C::kTraits } -> std::convertible_to<QueryTraits>;
-  /// Where t is taken: at the closest approach or on the surface.
-  { C::kAt } -> std::convertible_to<At>;
+  /// Where t is taken: at the closest approach or on the surface. Usually from `FixedAt`.
+  { collector.at } -> std::convertible_to<At>;
   /// Per lane, a t in the frame: hits beyond it may be reported, but the collector does not need them.
   { collector.limit } -> std::convertible_to<const float*>;
   /// Set when a limit falls. A collector with `tighten_limits(rays, first, end)` lowers limits only there.
@@ -80,7 +81,32 @@ auto may_precede(N t, N best, N tie_tolerance) {
 inline constexpr std::size_t kMaxBlockHits = std::numeric_limits<std::int32_t>::max();
 
 /// How many columns of a hit are stored.
-template <At at>
-inline constexpr std::uint32_t kHitColumns = at == At::surface ? 5 : 4;
+constexpr std::uint32_t n_hit_columns(At at) { return at == At::surface ? 5 : 4; }
+
+/// A collector of any type, for `SingleRay`: the search is then compiled once for all queries.
+class CollectorRef {
+  using AddHit = void (*)(void*, const RayGroup&, int, const ClosestApproach<float>&, const Reference&);
+
+ public:
+  static constexpr QueryTraits kTraits{};
+  const At at;
+  const float* const limit;
+
+  template <class C>
+  explicit CollectorRef(C& collector)
+      : at(collector.at),
+        limit(collector.limit),
+        collector_(&collector),
+        add_hit_([](void* to, const RayGroup& rays, int lane, const ClosestApproach<float>& approach,
+                    const Reference& ref) { static_cast<C*>(to)->add_hit(rays, lane, approach, ref); }) {}
+
+  void add_hit(const RayGroup& rays, int lane, const ClosestApproach<float>& approach, const Reference& ref) const {
+    add_hit_(collector_, rays, lane, approach, ref);
+  }
+
+ private:
+  void* const collector_;
+  const AddHit add_hit_;
+};
 
 }  // namespace fastlines

@@ -8,9 +8,8 @@
 namespace fastlines {
 
 /// Records one count per ray.
-struct CountHitsCollector {
+struct CountHitsCollector : FixedAt<At::closest> {
   static constexpr QueryTraits kTraits{.order_independent = true, .needs_position = false};
-  static constexpr At kAt = At::closest;
   alignas(64) float limit[kGroupSize];
   bool limit_changed = false;
   std::int64_t n_hits[kGroupSize];

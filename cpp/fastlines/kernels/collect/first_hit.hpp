@@ -10,10 +10,9 @@
 namespace fastlines {
 
 /// Records the best hit of each lane; the limit falls with each nearer hit.
-template <At at_>
-struct FirstHitCollector {
+template <class Where>
+struct FirstHitCollector : Where {
   static constexpr QueryTraits kTraits{.shrinks_limit = true, .drops_farther = true};
-  static constexpr At kAt = at_;
   alignas(64) float limit[kGroupSize];
   bool limit_changed = false;
   alignas(64) float t[kGroupSize], s[kGroupSize], dist2[kGroupSize], prim[kGroupSize];  // prim: the bits of an id
@@ -87,7 +86,7 @@ struct FirstHitCollector {
 /// Writes the first hit of each ray.
 template <RayPrimitive P, At at>
 struct FirstHitQuery {
-  using Collector = FirstHitCollector<at>;
+  using Collector = FirstHitCollector<FixedAt<at>>;
   const WideBvhView<P>& tree;
   HitColumns to;  ///< one hit per ray of the batch
 

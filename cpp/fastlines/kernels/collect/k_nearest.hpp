@@ -59,16 +59,15 @@ struct KNearest {
 
 /// Records up to k hits per ray; the limit falls once there are k. With `has_repeats`, a hit may be reported again: it
 /// is then among the hits, or farther than all of them.
-template <At at_, bool has_repeats = false>
-struct KNearestCollector {
+template <class Where, bool has_repeats = false>
+struct KNearestCollector : Where {
   static constexpr QueryTraits kTraits{.shrinks_limit = true};
-  static constexpr At kAt = at_;
   alignas(64) float limit[kGroupSize];
   bool limit_changed = false;
   std::size_t k;
   KNearest hits[kGroupSize];
 
-  explicit KNearestCollector(std::size_t k_) : k(k_) {}
+  explicit KNearestCollector(std::size_t k_, Where where = {}) : Where(where), k(k_) {}
 
   void begin(const RayGroup& rays, int first, int end) {
     begin_limits(rays, first, end, limit);
@@ -115,7 +114,7 @@ struct KNearestCollector {
 /// Sorts the k nearest hits of each ray into lists.
 template <RayPrimitive P, At at>
 struct KNearestQuery {
-  using Collector = KNearestCollector<at, !AxisPrimitive<P>>;
+  using Collector = KNearestCollector<FixedAt<at>, !AxisPrimitive<P>>;
   HitBuffer lists;
 
   KNearestQuery(const WideBvhView<P>& tree, std::size_t k) : tree_(tree), k_(k) {}
@@ -137,7 +136,7 @@ struct KNearestQuery {
       lists.add(rays.id[i], hits.n);
       begin += hits.n;
     }
-    lists.end(kHitColumns<at>);
+    lists.end(n_hit_columns(at));
   }
 
  private:

@@ -120,9 +120,10 @@ class GroupDispatcher {
 
   void trace_single(int first, int end) {
     collector_.begin(rays_, first, end);
+    CollectorRef collector(collector_);
     for (int i = first; i < end; ++i) {
       if (i % kSimdWidth == 0) cull_rays(rays_, i, cull_);
-      single_.search(tree_, rays_, i, cull_[i % kSimdWidth], collector_);
+      single_.search(tree_, rays_, i, cull_[i % kSimdWidth], collector);
     }
     query.store(rays_, collector_, first, end);
   }

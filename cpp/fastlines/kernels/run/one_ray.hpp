@@ -18,9 +18,8 @@
 namespace fastlines {
 
 /// Counts the hits of one ray.
-struct OneRayCounter {
+struct OneRayCounter : FixedAt<At::closest> {
   static constexpr QueryTraits kTraits{.needs_position = false};
-  static constexpr At kAt = At::closest;
   float limit[1];
   std::size_t n_hits = 0;
 
@@ -30,10 +29,9 @@ struct OneRayCounter {
 };
 
 /// Appends the hits of one ray to a vector, in no order.
-template <At at_, class AnyHit>
-struct OneRayLister {
+template <class AnyHit>
+struct OneRayLister : ChosenAt {
   static constexpr QueryTraits kTraits{};
-  static constexpr At kAt = at_;
   float limit[1];
   std::vector<AnyHit>& hits;
 
@@ -54,15 +52,15 @@ class OneRay {
     rays_.store(0, ray_);
   }
 
-  template <At at>
-  Hit first_hit() const {
-    FirstHitCollector<at> found;
+  Hit first_hit(At at) const {
+    FirstHitCollector<ChosenAt> found;
+    found.at = at;
     found.begin(rays_, 0, 1);
     search(found);
     const auto prim = std::bit_cast<std::uint32_t>(found.prim[0]);
     if (prim == kNoPrim) return {};
     Hit hit{rays_.t_ray(0, found.t[0]), prim, found.s[0], float(std::sqrt(found.dist2[0]) * rays_.inv_scale)};
-    if constexpr (at == At::surface) store_exits(std::span(&hit, 1));
+    if (at == At::surface) store_exits(std::span(&hit, 1));
     return hit;
   }
 
@@ -74,35 +72,36 @@ class OneRay {
   }
 
   std::size_t count_hits() const {
-    OneRayCounter found{{rays_.t_max[0]}};
+    OneRayCounter found{{}, {rays_.t_max[0]}};
     search(found);
     return found.n_hits;
   }
 
   /// Replace `to` by all hits, in their order.
-  template <At at, class AnyHit>
-  void all_hits(std::vector<AnyHit>& to) const {
+  template <class AnyHit>
+  void all_hits(At at, std::vector<AnyHit>& to) const {
     to.clear();
-    OneRayLister<at, AnyHit> found{{rays_.t_max[0]}, to};
+    OneRayLister<AnyHit> found{{at}, {rays_.t_max[0]}, to};
     search(found);
-    finish<at>(to);
+    finish(at, to);
   }
 
   /// Replace `to` by the first k hits, in their order.
-  template <At at, class AnyHit>
-  void next_hits(std::size_t k, std::vector<AnyHit>& to) const {
+  template <class AnyHit>
+  void next_hits(std::size_t k, At at, std::vector<AnyHit>& to) const {
     struct Nearest {
-      KNearestCollector<at> collector{0};
+      KNearestCollector<ChosenAt> collector{0};
     };
-    KNearestCollector<at>& found = thread_scratch<Nearest>().collector;
+    KNearestCollector<ChosenAt>& found = thread_scratch<Nearest>().collector;
     found.k = k;
+    found.at = at;
     found.begin(rays_, 0, 1);
     search(found);
     to.clear();
     const KNearest& hits = found.hits[0];
     for (std::uint32_t j = 0; j < hits.n; ++j)
       to.push_back({hits.t_ray[j], hits.prim[j], hits.s[j], float(std::sqrt(hits.dist2[j]) * rays_.inv_scale)});
-    finish<at>(to);
+    finish(at, to);
   }
 
  private:
@@ -119,11 +118,11 @@ class OneRay {
   }
 
   /// Sort hits, and set where the ray leaves their primitives.
-  template <At at, class AnyHit>
-  void finish(std::vector<AnyHit>& hits) const {
+  template <class AnyHit>
+  void finish(At at, std::vector<AnyHit>& hits) const {
     std::sort(hits.begin(), hits.end(),
               [](const AnyHit& a, const AnyHit& b) { return precedes(a.t, a.prim, b.t, b.prim); });
-    if constexpr (at == At::surface) store_exits(std::span(hits));
+    if (at == At::surface) store_exits(std::span(hits));
   }
 
   template <class AnyHit>

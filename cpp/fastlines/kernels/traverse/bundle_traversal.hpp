@@ -186,7 +186,7 @@ class BundleTraversal {
       for (int k = 0; k < P::kFields; ++k) fields[k] = line_test_.fields[k][j];
       const PacketView packet(rays, first);
       const auto test = P::template test<FloatX16>(packet, fields);
-      const auto approach = approach_at<Collector::kAt>(test);
+      const auto approach = approach_at(collector.at, test);
       // No branch on whether any ray hits: a misprediction would be found only at the end of a long test.
       const std::uint32_t hit = approach.hit.bits() & lane_mask(std::size_t(rays.n - first));
       collector.add_packet(rays, first, hit, approach, prims[j]);
@@ -222,7 +222,7 @@ class BundleTraversal {
         Fields<P, F> fields;
         for (int k = 0; k < P::kFields; ++k) fields[k] = F::permute(line_test_.fields[k], segment);
         const auto test = P::template test<F>(packet, fields);
-        const auto approach = approach_at<Collector::kAt>(test);
+        const auto approach = approach_at(collector.at, test);
         const std::uint32_t hit = approach.hit.bits() & lane_mask(std::size_t(n_left));
         if (hit) collector.add_pairs(first, hit, approach, ray, F::permute(as_floats(prims), segment));
       }

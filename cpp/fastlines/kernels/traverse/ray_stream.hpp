@@ -161,7 +161,7 @@ class RayStream {
       std::uint32_t hit = (test.closest.hit & owned).bits() & lane_mask(n - j);
       if constexpr (!AxisPrimitive<P>) hit = new_hits(hit, i_packet, ray + j, prims);
       if (!hit) continue;
-      const auto approach = approach_at<Collector::kAt>(test);
+      const auto approach = approach_at(collector.at, test);
       collector.add_pairs(i_packet * kSimdWidth, hit, approach, ray + j, FloatX16::load(as_floats(prims)));
     }
     survivors.clear();

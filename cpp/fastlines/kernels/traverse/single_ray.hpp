@@ -153,7 +153,7 @@ class SingleRay {
                                        const Reference& ref, Collector& collector) {
     const LaneViewOf<P> ray(rays, lane);
     const auto test = P::template test<float>(ray, fields_of<P>(tree.items[ref.prim], tree.frame));
-    if (test.closest.hit) collector.add_hit(rays, lane, approach_at<Collector::kAt>(test), ref);
+    if (test.closest.hit) collector.add_hit(rays, lane, approach_at(collector.at, test), ref);
   }
 
   /// Test n survivors, at most 16, with one ray.
@@ -164,7 +164,7 @@ class SingleRay {
     const auto fields =
         load_fields(tree, [&](int i) { return tree.refs[refs[std::min(std::uint32_t(i), n - 1)]].prim; });
     const auto test = P::template test<FloatX16>(ray, fields);
-    const auto approach = approach_at<Collector::kAt>(test);
+    const auto approach = approach_at(collector.at, test);
     float s[kSimdWidth], t[kSimdWidth], dist2[kSimdWidth];
     approach.s.store(s);
     approach.t.store(t);

@@ -216,7 +216,7 @@ class Wavefront {
     const auto fields = load_fields(tree_, [=](int i) { return prims[i]; });
     const auto rays = gather_.template gather<FloatX16, kGroupSize>(rays_, 0, ray);
     const auto test = P::template test<FloatX16>(rays, fields);
-    const auto approach = approach_at<Collector::kAt>(test);
+    const auto approach = approach_at(collector_.at, test);
     pending_.add(refs, ray, rays.tie_tolerance, approach, approach.hit.bits() & lane_mask(n));
   }
 
