@@ -24,7 +24,42 @@ elseif(processor MATCHES "aarch64|arm64|ARM64")
 else()
   set(simd_sets portable)
 endif()
-set(FASTLINES_SIMD ${simd_sets} CACHE STRING "The instruction sets to compile for; fewer take less time")
+
+set(cpp_dir ${CMAKE_CURRENT_LIST_DIR})
+
+# The widest set that the processor of this machine has, or all sets when compiling for another machine.
+function(find_host_simd to)
+  set(${to} ${simd_sets} PARENT_SCOPE)
+  list(LENGTH simd_sets n_sets)
+  if(n_sets EQUAL 1 OR CMAKE_CROSSCOMPILING OR CMAKE_OSX_ARCHITECTURES)
+    return()
+  endif()
+  set(program ${CMAKE_BINARY_DIR}/CMakeFiles/host_simd.cpp)
+  file(WRITE ${program} "#include <cstdio>\n#include \"engine/best_simd.hpp\"\n"
+                        "int main() { std::puts(fastlines::best_simd()); }\n")
+  try_run(FASTLINES_HOST_SIMD_EXIT FASTLINES_HOST_SIMD_COMPILED ${CMAKE_BINARY_DIR}/CMakeFiles ${program}
+          CMAKE_FLAGS -DINCLUDE_DIRECTORIES=${cpp_dir} RUN_OUTPUT_VARIABLE found)
+  string(STRIP "${found}" found)
+  if(NOT FASTLINES_HOST_SIMD_COMPILED OR NOT found MATCHES "^(sse42|avx2|avx512|portable)$")
+    message(FATAL_ERROR "cannot find out which instruction set this processor has: pass -DFASTLINES_SIMD=all")
+  endif()
+  set(${to} ${found} PARENT_SCOPE)
+endfunction()
+
+# The instruction sets to compile for. Whatever is to run on other machines needs all of them.
+set(FASTLINES_SIMD host CACHE STRING "The instruction sets to compile for: host, all, or a list")
+if(FASTLINES_SIMD STREQUAL "host")
+  find_host_simd(simd_to_build)
+elseif(FASTLINES_SIMD STREQUAL "all")
+  set(simd_to_build ${simd_sets})
+else()
+  set(simd_to_build ${FASTLINES_SIMD})
+endif()
+foreach(simd IN LISTS simd_to_build)
+  if(NOT simd IN_LIST simd_sets AND NOT simd STREQUAL "portable")
+    message(FATAL_ERROR "FASTLINES_SIMD=${FASTLINES_SIMD}: expected host, all, or some of ${simd_sets} and portable")
+  endif()
+endforeach()
 
 # Answers are defined to the bit: the compiler must not contract to fused multiply-adds.
 # Nothing reads errno after sqrt or relies on floating-point traps. Saying so lets the compiler vectorise loops over rays
@@ -36,9 +71,9 @@ if(MSVC)  # clang-cl hides these options behind a prefix, and its -Wall turns on
   set(simd_warnings /W4)
 endif()
 
-# The sources that are compiled for each instruction set: for modules and the library, and for modules alone. Those that take longest come first, so
-# that the others compile beside them.
-set(cpp_dir ${CMAKE_CURRENT_LIST_DIR})
+# The sources that are compiled for each instruction set: for modules and the library, and for modules alone. Those that
+# take longest come first, so that the others compile beside them. The bindings are compiled as one, since most of their
+# time goes into the same headers.
 set(engine_sources)
 foreach(part queries_segments queries_round_cones trees)
   list(APPEND engine_sources ${cpp_dir}/engine/${part}.cpp)
@@ -46,6 +81,7 @@ endforeach()
 set(module_sources ${cpp_dir}/engine/queries_shapes.cpp ${cpp_dir}/engine/queries_spread_cones.cpp)
 foreach(part engine_query engine_build engine_layout engine)
   list(APPEND module_sources ${cpp_dir}/bindings/${part}.cpp)
+  list(APPEND module_bindings ${cpp_dir}/bindings/${part}.cpp)
 endforeach()
 
 # In nanobind's split mode, modules use the stable ABI of Python, and the package nanobind-backend has what depends on
@@ -55,6 +91,12 @@ set(nanobind_mode NB_STATIC)
 if(FASTLINES_BACKEND)
   set(nanobind_mode BACKEND_MODULE ${FASTLINES_BACKEND})
 endif()
+
+# Compiles these sources of the target `name` as one unit.
+function(compile_as_one name)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+  set_source_files_properties(${ARGN} PROPERTIES UNITY_GROUP bindings)
+endfunction()
 
 # Adds the flags of the instruction set `simd` to the target `name`.
 function(compile_for_simd name simd)
@@ -75,6 +117,7 @@ endfunction()
 set(simd_exports ${cpp_dir}/bindings/exports.map)
 function(add_simd_module name simd)
   nanobind_add_module(${name} ${nanobind_mode} NOMINSIZE ${ARGN})
+  compile_as_one(${name} ${module_bindings})
   compile_for_simd(${name} ${simd})
   target_compile_definitions(${name} PRIVATE FASTLINES_MODULE=${name})
   if(CMAKE_SYSTEM_NAME STREQUAL "Linux")
