@@ -1,16 +1,6 @@
-"""``fastlines-bench builders`` and ``calibrate``: build times, costs and query times of trees, and their predictors."""
+"""``fastlines-bench builders``: the build time, cost and query times of each builder's tree."""
 
-from .calibrate import CalibratePreset, run_calibrate
-from .calibrate_table import print_calibration
 from .run import BuildersPreset, run_builders
 from .show import draw_builders, print_builders
 
-__all__ = [
-    "BuildersPreset",
-    "CalibratePreset",
-    "draw_builders",
-    "print_builders",
-    "print_calibration",
-    "run_builders",
-    "run_calibrate",
-]
+__all__ = ["BuildersPreset", "draw_builders", "print_builders", "run_builders"]

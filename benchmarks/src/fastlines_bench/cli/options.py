@@ -34,26 +34,6 @@ Files = Annotated[
         show_default=False,
     ),
 ]
-Builders = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--builder",
-        "-b",
-        metavar="NAME,…",
-        help="The builders, separated by commas; the default is all.",
-        show_default=False,
-    ),
-]
-Limit = Annotated[
-    float | None,
-    typer.Option(
-        "--limit",
-        metavar="SECONDS",
-        help="The limit for all builds of one builder on one scene. A build that exceeds it is reported and left out.",
-        min=0.0,
-        show_default=False,
-    ),
-]
 Seconds = Annotated[
     float | None,
     typer.Option(
