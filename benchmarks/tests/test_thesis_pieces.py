@@ -10,17 +10,18 @@ from peers import needs_embree
 
 import fastlines as fl
 from fastlines.scenes import NAMES
+from fastlines_bench.builders.names import THESIS_COST
 from fastlines_bench.harness.rays import RayBatch, camera_rays
 from fastlines_bench.harness.store import Step, Store, run_steps
 from fastlines_bench.peers.embree import Scenes
 from fastlines_bench.peers.embree_tree import embree_tree, piece_boxes
 from fastlines_bench.peers.repeat import repeat_first
-from fastlines_bench.thesis import ThesisPreset
 from fastlines_bench.thesis.depths import THESIS_DEPTHS, build_ahead, cylinders
 from fastlines_bench.thesis.findings import findings_of
 from fastlines_bench.thesis.heat import MAX_COUNT, colour, visit_maps, visits_of_rays
 from fastlines_bench.thesis.measure import some
 from fastlines_bench.thesis.peer import ribbons
+from fastlines_bench.thesis.preset import ThesisPreset
 from fastlines_bench.thesis.reference import THESIS
 from fastlines_bench.thesis.rows import Row, thesis_row
 
@@ -116,14 +117,15 @@ def test_cost_of_a_tree_that_embree_made():
     def thin(*x):
         return fl.Lines.from_segments([[[a, 0, 0], [a, 1, 1]] for a in x])
 
-    one = embree_tree(thin(0.0))
+    model = THESIS_COST["bvh"]
+    one = embree_tree(thin(0.0), model)
     assert (one.n_prims, one.n_nodes, one.cost) == (1, 1, 1.0)
     # Three flat boxes of area 1 at either end of one of area 1 + 2·99: c_trav = 2, then three with a chance of 1/199.
-    six = embree_tree(thin(0.0, 0.0, 0.0, 99.0, 99.0, 99.0))
+    six = embree_tree(thin(0.0, 0.0, 0.0, 99.0, 99.0, 99.0), model)
     assert (six.n_prims, six.n_nodes) == (6, 3)
     assert six.cost == pytest.approx(2 + 6 / 199)
     lines = fl.scenes.make("spaghetti", 300).lines
-    whole, cut = embree_tree(lines), embree_tree(lines, 0.1)
+    whole, cut = embree_tree(lines, model), embree_tree(lines, model, 0.1)
     assert cut.n_prims == len(piece_boxes(lines, 0.1)[0]) > 300
     assert 1 < cut.cost < whole.cost <= 300
     assert whole.cost == pytest.approx(fl.build(lines, "bvh-cl").cost(), rel=0.1)

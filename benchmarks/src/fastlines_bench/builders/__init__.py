@@ -1,6 +1,1 @@
-"""``fastlines-bench builders``: the build time, cost and query times of each builder's tree."""
-
-from .run import BuildersPreset, run_builders
-from .show import draw_builders, print_builders
-
-__all__ = ["BuildersPreset", "draw_builders", "print_builders", "run_builders"]
+"""How long each builder takes, what its tree costs, and how fast queries on it are: ``fastlines-bench builders``."""

@@ -6,8 +6,9 @@ from typing import Annotated
 
 import typer
 
-from ..builders import BuildersPreset, draw_builders, print_builders, run_builders
 from ..builders.names import BUILDERS
+from ..builders.run import BuildersPreset, run_builders
+from ..builders.show import draw_builders, print_builders
 from ..harness.subjects import subjects_of
 from .app import app
 from .options import (

@@ -12,7 +12,7 @@ import typer
 from fastlines import InputError
 
 from ..harness import plot as plots
-from ..package import atomic_write, check_output, did_you_mean, show_progress
+from ..harness.internals import atomic_write, check_output, did_you_mean, show_progress
 
 Scenes = Annotated[
     list[str] | None,

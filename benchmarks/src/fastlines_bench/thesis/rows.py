@@ -8,8 +8,8 @@ from typing import Any
 
 from fastlines.scenes import RADII
 
+from ..harness.internals import DEFAULT_METHOD, THESIS_METHODS
 from ..harness.store import Found
-from ..package import DEFAULT_METHOD, THESIS_METHODS
 from .reference import Reference
 
 #: The queries, in the order of the thesis's tables.

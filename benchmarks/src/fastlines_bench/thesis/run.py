@@ -13,9 +13,9 @@ from typing import Any
 from fastlines import FastlinesError
 
 from ..harness import machine
+from ..harness.internals import DEFAULT_METHOD, atomic_write
 from ..harness.store import Found, Results, Step, Store, run_steps
 from ..harness.subjects import Subject, scene_subject
-from ..package import DEFAULT_METHOD, atomic_write
 from ..peers import embree
 from .depths import time_depth
 from .document import Document, html

@@ -8,10 +8,10 @@ from fastlines.scenes import NAMES
 
 from ..builders.names import THESIS_COST
 from ..harness.findings import Finding
+from ..harness.internals import DEFAULT_METHOD, METHOD_NOTES
 from ..harness.store import Found, Results
 from ..harness.subjects import Subject
 from ..harness.tables import format_3_digits
-from ..package import DEFAULT_METHOD, METHOD_NOTES
 from .depths import C_TRAV, THESIS_DEPTHS
 from .document import Cell, Gallery, Picture, Section, Table
 from .findings import Tables, findings_of, ratio
