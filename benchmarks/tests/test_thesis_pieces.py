@@ -12,7 +12,6 @@ import fastlines as fl
 from fastlines.scenes import NAMES
 from fastlines_bench.builders.names import THESIS_COST
 from fastlines_bench.harness.rays import RayBatch, camera_rays
-from fastlines_bench.harness.store import Step, Store, run_steps
 from fastlines_bench.peers.embree import Scenes
 from fastlines_bench.peers.embree_tree import embree_tree, piece_boxes
 from fastlines_bench.peers.repeat import repeat_first
@@ -24,6 +23,7 @@ from fastlines_bench.thesis.peer import ribbons
 from fastlines_bench.thesis.preset import ThesisPreset
 from fastlines_bench.thesis.reference import THESIS
 from fastlines_bench.thesis.rows import Row, thesis_row
+from fastlines_bench.thesis.store import Step, Store, run_steps
 
 # --- What the thesis found ---
 

@@ -1,1 +1,1 @@
-"""What all benchmarks share: subjects, rays, alternation, the clock, presets, tables, plots, stored steps."""
+"""What all benchmarks share: subjects, rays, alternation, the clock, presets, tables, plots."""

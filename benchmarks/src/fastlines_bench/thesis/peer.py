@@ -15,7 +15,6 @@ from ..builders.names import THESIS_COST
 from ..harness.compare import compare
 from ..harness.internals import num_threads
 from ..harness.rays import RayBatch, camera_rays
-from ..harness.store import Found
 from ..harness.subjects import Subject
 from ..harness.turns import query_tree
 from ..peers.embree import Build, Config, Scenes
@@ -24,6 +23,7 @@ from ..peers.repeat import repeat_first
 from ..peers.tuning import MAX_PIECES
 from .measure import TimedQuery, measure, some, timed_by
 from .preset import ThesisPreset
+from .store import Found
 from .trees import CHECKED
 
 

@@ -9,8 +9,8 @@ from typing import Any
 from fastlines.scenes import RADII
 
 from ..harness.internals import DEFAULT_METHOD, THESIS_METHODS
-from ..harness.store import Found
 from .reference import Reference
+from .store import Found
 
 #: The queries, in the order of the thesis's tables.
 KINDS = ("first", "all")

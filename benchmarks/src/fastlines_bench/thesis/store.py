@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from .internals import atomic_write
+from ..harness.internals import atomic_write
 
 #: The result of a step, ready for JSON. "images" has the names of its picture files.
 Found: TypeAlias = dict[str, Any]
