@@ -13,19 +13,24 @@ import pytest
 ROOT = Path(__file__).parents[1]
 CPP = ROOT / "cpp" / "fastlines"
 PACKAGE = ROOT / "src" / "fastlines"
+BENCHMARKS = ROOT / "benchmarks" / "src" / "fastlines_bench"
 #: The longest file, in lines, by suffix.
 MAX_LINES = {".hpp": 350, ".cpp": 350, ".h": 350}
 MAX_OTHER_LINES = 400
 
 
-def table(heading: str) -> tuple[str, ...]:
-    """Read the first column of a table of CONTRIBUTING.md, which shows the layers from the ground up."""
-    rows = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split(f"| {heading} |")[1].split("\n\n")[0]
+def table(heading: str, page: str = "CONTRIBUTING.md") -> tuple[str, ...]:
+    """Read the first column of a table of a page, which shows the layers from the ground up."""
+    rows = (ROOT / page).read_text(encoding="utf-8").split(f"| {heading} |")[1].split("\n\n")[0]
     return tuple(re.findall(r"^\| `([^`]+)` \|", rows, re.MULTILINE))
 
 
 #: The C++ core, and the modules and packages of Python; "fastlines" is the package's own front door.
-HEADERS, MODULES = table("layer of the core"), table("layer of the package")
+HEADERS = table("layer of the core")
+MODULES = {
+    PACKAGE: table("layer of the package"),
+    BENCHMARKS: table("layer of the benchmarks", "benchmarks/README.md"),
+}
 
 
 def header_layer(header: str) -> int:
@@ -64,12 +69,12 @@ def test_the_core_knows_neither_python_nor_its_bindings() -> None:
         assert not re.search(r"nanobind|Python\.h|bindings/", path.read_text(encoding="utf-8")), path
 
 
-def python_modules() -> dict[str, Path]:
+def python_modules(package: Path) -> dict[str, Path]:
     modules = {}
-    for path in sorted(PACKAGE.rglob("*.py")):
-        parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+    for path in sorted(package.rglob("*.py")):
+        parts = path.relative_to(package.parent).with_suffix("").parts
         modules[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
-    modules |= {f"fastlines.{path.stem}": path for path in PACKAGE.glob("*.pyi")}
+    modules |= {f"{package.name}.{path.stem}": path for path in package.glob("*.pyi")}
     return modules
 
 
@@ -98,25 +103,26 @@ def imports(name: str, path: Path, known: dict[str, Path]) -> set[str]:
     return {target for target in found if target in known and target != name}
 
 
-def module_layer(name: str) -> int:
+def module_layer(name: str, layers: tuple[str, ...]) -> int:
     layer = name.split(".")[1] if "." in name else name
-    assert layer in MODULES, f"{name} is in no layer: give it a row in CONTRIBUTING.md"
-    return MODULES.index(layer)
+    assert layer in layers, f"{name} is in no layer: give it a row in the table of layers"
+    return layers.index(layer)
 
 
-def test_modules_import_only_what_stands_before_them() -> None:
-    known = python_modules()
+@pytest.mark.parametrize("package", MODULES, ids=lambda package: package.name)
+def test_modules_import_only_what_stands_before_them(package: Path) -> None:
+    known, layers = python_modules(package), MODULES[package]
     graph = {name: imports(name, path, known) for name, path in known.items() if path.suffix == ".py"}
-    assert graph["fastlines.queries"] > {"fastlines.rays", "fastlines._core"}
+    assert sum(map(len, graph.values())) > len(graph)
     upwards = [
         f"{name} imports {target}"
         for name, targets in graph.items()
         for target in targets
-        if module_layer(target) > module_layer(name)
+        if module_layer(target, layers) > module_layer(name, layers)
     ]
     assert upwards == []
     list(graphlib.TopologicalSorter(graph).static_order())
-    assert {module_layer(name) for name in known} == set(range(len(MODULES))), "a layer is empty"
+    assert {module_layer(name, layers) for name in known} == set(range(len(layers))), "a layer is empty"
 
 
 def own_files() -> list[Path]:

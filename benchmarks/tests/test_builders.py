@@ -15,7 +15,8 @@ import fastlines as fl
 from fastlines_bench.builders import trees
 from fastlines_bench.builders.checks import checks
 from fastlines_bench.builders.names import BUILDERS, THESIS_COST, kind_of
-from fastlines_bench.builders.run import BuilderRow, Peer, front
+from fastlines_bench.builders.rows import BuilderRow, Peer
+from fastlines_bench.builders.run import front
 from fastlines_bench.builders.show import sweeps
 from fastlines_bench.harness import turns
 from fastlines_bench.harness.findings import Check

@@ -11,8 +11,9 @@ import pytest
 from command_line import done, refused, run
 
 import fastlines as fl
-from fastlines_bench import copies
-from fastlines_bench.copies import CopiesPreset, Copy, alternate, compare_copies, contest_of, differences
+from fastlines_bench.engine import copies
+from fastlines_bench.engine.copies import CopiesPreset, alternate, compare_copies, contest_of, differences
+from fastlines_bench.peers.copy_process import Copy
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 TINY = CopiesPreset(scenes=("spaghetti",), radii=(0.01,), n_rays=256, rounds=2, seconds=0.0)

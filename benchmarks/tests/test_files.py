@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from command_line import done, refused
 
-from fastlines_bench import file_reader
-from fastlines_bench.files import streamlines
+from fastlines_bench.studies import file_reader
+from fastlines_bench.studies.files import streamlines
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from command_line import done, refused
 
-from fastlines_bench.gap import run as gap
+from fastlines_bench.studies.optimum import gap
 
 TINY = gap.GapPreset(n_seeds=1, same_planes=(5, 2), sets=5, builders=(6, 3))
 

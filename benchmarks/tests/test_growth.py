@@ -9,7 +9,7 @@ import pytest
 from command_line import done, refused
 
 import fastlines as fl
-from fastlines_bench.growth import run as growth
+from fastlines_bench.engine.growth import run as growth
 from fastlines_bench.harness import turns
 from fastlines_bench.harness.rays import camera_rays, random_rays
 

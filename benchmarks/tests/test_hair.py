@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from command_line import done, refused
 
-from fastlines_bench.hair import MATERIALS
-from fastlines_bench.hair.oracle import mitsuba_scaled_i0
+from fastlines_bench.studies.scattering.oracle import mitsuba_scaled_i0
+from fastlines_bench.studies.scattering.run import MATERIALS
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 

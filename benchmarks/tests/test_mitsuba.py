@@ -11,9 +11,9 @@ import pytest
 from command_line import done, refused
 
 import fastlines as fl
-from fastlines_bench.hair_paths.ours import OurScene
-from fastlines_bench.hair_paths.scene import SHAPES, SIDE, HairScene, geometry_of, normalised
-from fastlines_bench.package import HairMaterial, Light, Sky
+from fastlines_bench.harness.internals import HairMaterial, Light, Sky
+from fastlines_bench.peers.hair_scene import SHAPES, SIDE, HairScene, geometry_of, normalised
+from fastlines_bench.studies.path_tracing.ours import OurScene
 
 HAS_MITSUBA = importlib.util.find_spec("mitsuba") is not None
 pytestmark = pytest.mark.usefixtures("in_own_folder")

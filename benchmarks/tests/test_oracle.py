@@ -9,7 +9,7 @@ from support.slow import few_of
 from support.theory_scenes import scene
 
 from fastlines import theory as th
-from fastlines_bench import optimum as opt
+from fastlines_bench.studies import optimum as opt
 
 RULES = {"tight": th.tight, "cut": th.cut}
 

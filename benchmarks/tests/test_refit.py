@@ -10,7 +10,7 @@ import pytest
 from command_line import done, refused
 
 import fastlines as fl
-from fastlines_bench.refit import twisted
+from fastlines_bench.refit.run import twisted
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 

@@ -11,8 +11,8 @@ from command_line import done, refused, run
 from peers import needs_embree
 
 import fastlines as fl
+from fastlines_bench.engine.shapes import cubics, solids, subjects
 from fastlines_bench.harness.compare import Difference, compare_surfaces
-from fastlines_bench.shapes import cubics, solids, subjects
 
 QUESTIONS = (("camera", "first"), ("camera", "all"), ("random", "first"), ("random", "all"))
 TINY = ("--n-rays", 1024, "--seconds", 0, "--rounds", 1, "--quick")

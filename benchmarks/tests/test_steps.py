@@ -10,8 +10,8 @@ from command_line import done, refused
 
 import fastlines as fl
 from fastlines.threads import num_threads
-from fastlines_bench.package import use_engine
-from fastlines_bench.steps import compiled
+from fastlines_bench.engine.steps import compiled
+from fastlines_bench.harness.internals import use_engine
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 

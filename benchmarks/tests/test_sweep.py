@@ -9,7 +9,7 @@ import pytest
 from command_line import done, refused
 from peers import needs_embree
 
-from fastlines_bench.sweep import Side
+from fastlines_bench.engine.sweep import Side
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 

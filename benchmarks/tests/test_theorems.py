@@ -11,8 +11,8 @@ from support.theory_scenes import SCENE_NAMES, Ball, scene
 
 import fastlines as fl
 from fastlines import theory as th
-from fastlines_bench import optimum as opt
-from fastlines_bench.optimum.bound import grown, most_cells, touched
+from fastlines_bench.studies import optimum as opt
+from fastlines_bench.studies.optimum.bound import grown, most_cells, touched
 
 RULES = {"tight": th.tight, "cut": th.cut}
 DIAGONALS = [[[0, 0, 0], [8, 8, 8]], [[0, 8, 0], [8, 0, 8]], [[0, 0, 8], [8, 8, 0]], [[8, 0, 0], [0, 8, 8]]]

@@ -17,10 +17,12 @@ from peers import needs_embree
 import fastlines as fl
 from fastlines.methods import THESIS_METHODS
 from fastlines.scenes import NAMES
-from fastlines_bench.thesis import ThesisPreset, make_thesis, run
+from fastlines_bench.thesis import run
 from fastlines_bench.thesis.depths import THESIS_DEPTHS
+from fastlines_bench.thesis.preset import ThesisPreset
 from fastlines_bench.thesis.reference import THESIS
 from fastlines_bench.thesis.rows import TIMES
+from fastlines_bench.thesis.run import make_thesis
 
 TINY = ThesisPreset(
     name="tiny",

@@ -10,20 +10,20 @@ from peers import needs_embree
 
 import fastlines as fl
 from fastlines.scenes import NAMES
-from fastlines_bench.harness.rays import camera_rays
-from fastlines_bench.harness.store import Step, Store, run_steps
-from fastlines_bench.harness.visits import count_visits, visits_of_rays
+from fastlines_bench.builders.names import THESIS_COST
+from fastlines_bench.harness.rays import RayBatch, camera_rays
 from fastlines_bench.peers.embree import Scenes
 from fastlines_bench.peers.embree_tree import embree_tree, piece_boxes
 from fastlines_bench.peers.repeat import repeat_first
-from fastlines_bench.thesis import ThesisPreset
 from fastlines_bench.thesis.depths import THESIS_DEPTHS, build_ahead, cylinders
 from fastlines_bench.thesis.findings import findings_of
-from fastlines_bench.thesis.heat import MAX_COUNT, colour, visit_maps
+from fastlines_bench.thesis.heat import MAX_COUNT, colour, visit_maps, visits_of_rays
 from fastlines_bench.thesis.measure import some
 from fastlines_bench.thesis.peer import ribbons
+from fastlines_bench.thesis.preset import ThesisPreset
 from fastlines_bench.thesis.reference import THESIS
 from fastlines_bench.thesis.rows import Row, thesis_row
+from fastlines_bench.thesis.store import Step, Store, run_steps
 
 # --- What the thesis found ---
 
@@ -117,14 +117,15 @@ def test_cost_of_a_tree_that_embree_made():
     def thin(*x):
         return fl.Lines.from_segments([[[a, 0, 0], [a, 1, 1]] for a in x])
 
-    one = embree_tree(thin(0.0))
+    model = THESIS_COST["bvh"]
+    one = embree_tree(thin(0.0), model)
     assert (one.n_prims, one.n_nodes, one.cost) == (1, 1, 1.0)
     # Three flat boxes of area 1 at either end of one of area 1 + 2·99: c_trav = 2, then three with a chance of 1/199.
-    six = embree_tree(thin(0.0, 0.0, 0.0, 99.0, 99.0, 99.0))
+    six = embree_tree(thin(0.0, 0.0, 0.0, 99.0, 99.0, 99.0), model)
     assert (six.n_prims, six.n_nodes) == (6, 3)
     assert six.cost == pytest.approx(2 + 6 / 199)
     lines = fl.scenes.make("spaghetti", 300).lines
-    whole, cut = embree_tree(lines), embree_tree(lines, 0.1)
+    whole, cut = embree_tree(lines, model), embree_tree(lines, model, 0.1)
     assert cut.n_prims == len(piece_boxes(lines, 0.1)[0]) > 300
     assert 1 < cut.cost < whole.cost <= 300
     assert whole.cost == pytest.approx(fl.build(lines, "bvh-cl").cost(), rel=0.1)
@@ -133,16 +134,20 @@ def test_cost_of_a_tree_that_embree_made():
 # --- Pictures and plans ---
 
 
-def test_visits_of_rays_add_up():
+@pytest.mark.parametrize(("radius", "nodes", "tests"), [(0.0, (3, 1, 0), (2, 0, 0)), (2.5, (3, 2, 0), (2, 1, 0))])
+def test_visits_of_rays(radius, nodes, tests):
+    """One ray through both leaves, one through the root alone or also a leaf, one past it."""
+    ends = [[[0, 0, 0], [4, 4, 0]], [[2, 1, 0], [10, 1, 0]]]
+    tree = fl.build(ends, splits=fl.ObjectSweep(), cost=fl.Cost(0.01), limits=fl.Limits(leaf_refs=0))
+    assert tree.n_nodes == 3
+    origins = np.array([[3, 1, -5], [8, 3, -5], [20, 20, -5]], np.float32)
+    rays = RayBatch("random", origins, np.tile(np.array([0, 0, 1], np.float32), (3, 1)))
+    found = visits_of_rays(tree, rays, radius)
+    assert [tuple(counts) for counts in found] == [nodes, tests]
+
+
+def test_a_leaf_that_is_hit_counts_once():
     scene = fl.scenes.make("photon-beams", 200)
-    tree = fl.build(scene.lines, "kd-d2")
-    rays = camera_rays(scene.camera, 100)
-    nodes, tests = visits_of_rays(tree, rays, 0.001)
-    expected = count_visits(tree, rays, 0.001)
-    assert tests.mean() == pytest.approx(expected.tests)
-    hit_root = nodes > 0
-    # Both children of an inner node that is hit are tested, and those that are hit count.
-    assert (nodes.mean() >= expected.inner) & (nodes[hit_root] >= 1).all()
     one = fl.build(scene.lines, splits=fl.PlaneGrid(8), lookahead=0)
     nodes, tests = visit_maps(one, scene.camera, 10, 0.001)
     assert set(np.unique(nodes)) <= {0.0, 1.0}

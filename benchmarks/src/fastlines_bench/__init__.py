@@ -1,5 +1,4 @@
 """Benchmarks of fastlines: its queries against Embree's, its builders against each other, and the thesis repeated.
 
-Each command of ``fastlines-bench`` has its own module or package, which measures and returns plain data. `harness`
-holds the shared code.
+A folder holds what measures one subject, as plain data; `cli` has a module for each command of ``fastlines-bench``.
 """

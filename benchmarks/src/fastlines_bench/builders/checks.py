@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from ..harness.findings import Check
-from ..package import THESIS_METHODS
-
-if TYPE_CHECKING:
-    from .run import BuilderRow, Peer
+from ..harness.internals import THESIS_METHODS
+from .rows import BuilderRow, Peer
 
 #: The builder for queries, and the builders of least cost, by kind.
 QUERIES = "best"

@@ -13,7 +13,8 @@ from ..harness.plot import label_log, name_points, new_figure, save, style
 from ..harness.rays import QUESTIONS
 from ..harness.tables import format_3_digits, new_table, print_table, wide_console
 from .names import THESIS_COST
-from .run import BuilderRow, BuildersResult, front
+from .rows import BuilderRow
+from .run import BuildersResult, front
 
 COLOURS = {"bvh": "#c2410c", "kd": "#0369a1"}
 MARKS = {"bvh": "o", "kd": "s"}

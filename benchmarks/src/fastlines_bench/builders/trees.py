@@ -108,20 +108,16 @@ def alternate_queries(
     seconds: float,
     rounds: int,
     say: Callable[[str], None] = lambda what: None,
-    kernel: str = "auto",
-    questions: Sequence[tuple[str, str]] = QUESTIONS,
 ) -> dict[str, Timings]:
     """Alternate the queries of all trees, whose layouts exist; return the timings by question, such as "camera first".
 
     The arguments are those of `alternate`.
     """
     n_threads = get_num_threads()
-    rays = {kind: subject.rays(kind, n_rays) for kind, _ in questions}
+    rays = {kind: subject.rays(kind, n_rays) for kind, _ in QUESTIONS}
     found = {}
-    for kind, query in questions:
+    for kind, query in QUESTIONS:
         say(f"{kind} rays, {query}")
-        variants = {
-            name: query_function(tree, query, subject.middle_radius, n_threads, kernel) for name, tree in trees.items()
-        }
+        variants = {name: query_function(tree, query, subject.middle_radius, n_threads) for name, tree in trees.items()}
         found[f"{kind} {query}"] = alternate(variants, query, rays[kind], seconds, rounds, clock(n_threads))
     return found

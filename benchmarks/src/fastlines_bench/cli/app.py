@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from ..package import Group
+from ..harness.internals import Group
 
 app = typer.Typer(
     cls=Group,

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from ..builders import BuildersPreset, draw_builders, print_builders, run_builders
+from typing import Annotated
+
+import typer
+
 from ..builders.names import BUILDERS
+from ..builders.run import BuildersPreset, run_builders
+from ..builders.show import draw_builders, print_builders
 from ..harness.subjects import subjects_of
 from .app import app
 from .options import (
-    Builders,
     Files,
     JsonFile,
-    Limit,
     NRays,
     OneRadius,
     Peer,
@@ -33,11 +36,30 @@ from .options import (
 def builders(
     scene: Scenes = None,
     file: Files = None,
-    builder: Builders = None,
+    builder: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--builder",
+            "-b",
+            metavar="NAME,…",
+            help="The builders, separated by commas; the default is all.",
+            show_default=False,
+        ),
+    ] = None,
     radius: OneRadius = None,
     peer: Peer = "embree",
     threads: Threads = 1,
-    limit: Limit = None,
+    limit: Annotated[
+        float | None,
+        typer.Option(
+            "--limit",
+            metavar="SECONDS",
+            help="The limit for all builds of one builder on one scene. A build that exceeds it is reported and left "
+            "out.",
+            min=0.0,
+            show_default=False,
+        ),
+    ] = None,
     n_rays: NRays = None,
     seconds: Seconds = None,
     rounds: Rounds = None,

@@ -13,9 +13,10 @@ import typer
 from fastlines import FastlinesError, InputError
 from fastlines.scenes import NAMES
 
-from .. import worker
-from ..copies import CopiesPreset, Copy, compare_copies, differences, hash_answers, print_comparison
+from ..engine.copies import CopiesPreset, compare_copies, differences, hash_answers, print_comparison
 from ..harness import machine
+from ..peers.copy_process import Copy
+from ..peers.copy_worker import KINDS, QUERIES
 from .app import app
 from .options import (
     JsonFile,
@@ -59,7 +60,7 @@ def compare(
     radius: Radii = None,
     rays: Annotated[
         str, typer.Option("--rays", metavar="KIND,…", help="The kinds of rays, separated by commas.")
-    ] = ",".join(worker.KINDS),
+    ] = ",".join(KINDS),
     query: Annotated[
         str, typer.Option("--query", metavar="NAME,…", help="The queries, separated by commas.")
     ] = "first,any,all,count,next",
@@ -93,8 +94,8 @@ def compare(
         quick,
         scenes=check_names("--scene", "scene", scene, NAMES),
         radii=_radii(radius),
-        kinds=check_kinds(rays, worker.KINDS),
-        queries=check_names("--query", "query", [query], worker.QUERIES),
+        kinds=check_kinds(rays, KINDS),
+        queries=check_names("--query", "query", [query], QUERIES),
         n_threads=threads,
         seconds=seconds,
         rounds=rounds,

@@ -9,18 +9,11 @@ import typer
 from fastlines import InputError
 from fastlines.scenes import NAMES
 
-from ..cuda import (
-    CudaPreset,
-    ResourcesPreset,
-    VariantsPreset,
-    print_cuda,
-    print_resources,
-    print_variants,
-    run_cuda,
-    run_resources,
-    run_variants,
-)
-from ..package import TUNING
+from ..cuda.resources import ResourcesPreset, run_resources
+from ..cuda.run import CudaPreset, run_cuda
+from ..cuda.show import print_cuda, print_resources, print_variants
+from ..cuda.variants import VariantsPreset, run_variants
+from ..harness.internals import TUNING
 from .app import app
 from .options import JsonFile, NRays, Quick, Rounds, check_files, check_names, progress_bar, write_json
 

@@ -8,12 +8,16 @@ import typer
 
 from fastlines import InputError
 
-from ..engine import EnginePreset, draw, print_tables, run_engine
+from ..engine.preset import EnginePreset
+from ..engine.run import run_engine
+from ..engine.shapes.names import SHAPES
+from ..engine.shapes.run import run_shapes
+from ..engine.shapes.show import print_shapes
+from ..engine.shapes.subjects import shape_subjects
+from ..engine.show import draw_engine, print_engine
+from ..harness.internals import Effort, method_settings
 from ..harness.rays import KINDS
 from ..harness.subjects import subjects_of
-from ..package import Effort, method_settings
-from ..shapes import SHAPES, run_shapes, shape_subjects
-from ..shapes import print_tables as print_shapes
 from .app import app
 from .options import (
     Files,
@@ -189,6 +193,6 @@ def engine(
         )
     with progress_bar() as progress:
         result = run_engine(subjects, preset, progress)
-    print_tables(result)
+    print_engine(result)
     write_json(json_file, result.to_json())
-    write_plot(plot, draw, result)
+    write_plot(plot, draw_engine, result)

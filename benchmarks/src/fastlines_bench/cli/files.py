@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from ..files import PEERS, FilesPreset, print_files, run_files
+from ..studies.files import PEERS, FilesPreset, print_files, run_files
 from .app import app
 from .options import JsonFile, Quick, Rounds, check_files, check_names, progress_bar, write_json
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ..gap import GapPreset, draw_gap, print_gaps, run_gap
+from ..studies.optimum.gap import GapPreset, run_gap
+from ..studies.optimum.show import draw_gap, print_gaps
 from .app import app
 from .options import JsonFile, PlotFile, Quick, check_files, progress_bar, write_json, write_plot
 

@@ -9,8 +9,9 @@ import typer
 from fastlines import InputError
 from fastlines.scenes import MAX_SEGMENTS, NAMES
 
-from ..growth import GrowthPreset, draw_growth, print_growth, run_growth
-from ..package import MAX_THREADS
+from ..engine.growth.run import GrowthPreset, run_growth
+from ..engine.growth.show import draw_growth, print_growth
+from ..harness.internals import MAX_THREADS
 from .app import app
 from .options import (
     JsonFile,

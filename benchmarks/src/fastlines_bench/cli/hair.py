@@ -6,7 +6,8 @@ from typing import Annotated
 
 import typer
 
-from ..hair import HairPreset, print_hair, run_hair
+from ..studies.scattering.run import HairPreset, run_hair
+from ..studies.scattering.show import print_hair
 from .app import app
 from .options import JsonFile, Quick, check_files, progress_bar, write_json
 

@@ -6,11 +6,12 @@ from typing import Annotated
 
 import typer
 
-from ..hair_paths import PathsPreset, draw_paths, print_paths, run_paths
-from ..hair_paths.scene import SHAPES
+from ..harness.internals import check_output
 from ..harness.subjects import subjects_of
-from ..package import check_output
+from ..peers.hair_scene import SHAPES
 from ..peers.mitsuba import VARIANTS
+from ..studies.path_tracing.run import PathsPreset, run_paths
+from ..studies.path_tracing.show import draw_paths, print_paths
 from .app import app
 from .options import (
     Files,

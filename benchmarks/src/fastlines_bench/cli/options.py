@@ -12,7 +12,7 @@ import typer
 from fastlines import InputError
 
 from ..harness import plot as plots
-from ..package import atomic_write, check_output, did_you_mean, show_progress
+from ..harness.internals import atomic_write, check_output, did_you_mean, show_progress
 
 Scenes = Annotated[
     list[str] | None,
@@ -31,26 +31,6 @@ Files = Annotated[
         "-f",
         metavar="FILE",
         help="A file of lines or a tree, instead of scenes or besides them. Repeat for more.",
-        show_default=False,
-    ),
-]
-Builders = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--builder",
-        "-b",
-        metavar="NAME,…",
-        help="The builders, separated by commas; the default is all.",
-        show_default=False,
-    ),
-]
-Limit = Annotated[
-    float | None,
-    typer.Option(
-        "--limit",
-        metavar="SECONDS",
-        help="The limit for all builds of one builder on one scene. A build that exceeds it is reported and left out.",
-        min=0.0,
         show_default=False,
     ),
 ]

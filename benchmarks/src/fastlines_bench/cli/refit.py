@@ -6,9 +6,10 @@ from typing import Annotated
 
 import typer
 
+from ..harness.internals import method_settings
 from ..harness.subjects import subjects_of
-from ..package import method_settings
-from ..refit import RefitPreset, print_refit, run_refit
+from ..refit.run import RefitPreset, run_refit
+from ..refit.show import print_refit
 from .app import app
 from .options import Files, JsonFile, NRays, Quick, Rounds, Scenes, Threads, check_files, progress_bar, write_json
 

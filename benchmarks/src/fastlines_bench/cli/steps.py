@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
+from ..engine.steps import StepsPreset, print_steps, run_steps
 from ..harness.subjects import subjects_of
-from ..steps import StepsPreset, print_steps, run_steps
 from .app import app
 from .options import (
     Files,

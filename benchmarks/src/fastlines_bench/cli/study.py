@@ -10,7 +10,7 @@ import typer
 from fastlines import InputError
 from fastlines.scenes import NAMES
 
-from ..package import Group
+from ..harness.internals import Group
 from ..studies.banner import make_banner
 from ..studies.bounds import compare_with_bounds
 from ..studies.budgets import SPAGHETTI, print_budgets

@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
+from ..engine.sweep import SweepPreset, print_sweep, run_sweep
+from ..harness.internals import method_settings
 from ..harness.subjects import subjects_of
-from ..package import method_settings
-from ..sweep import SweepPreset, print_sweep, run_sweep
 from .app import app
 from .options import (
     JsonFile,

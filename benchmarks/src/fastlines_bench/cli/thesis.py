@@ -6,8 +6,9 @@ from typing import Annotated
 
 import typer
 
-from ..package import note, show_progress
-from ..thesis import ThesisPreset, make_thesis, missing_peer
+from ..harness.internals import note, show_progress
+from ..thesis.preset import ThesisPreset
+from ..thesis.run import make_thesis, missing_peer
 from .app import app
 from .options import Peer, Quick
 

@@ -9,8 +9,8 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from ..harness import machine
+from ..harness.internals import cuda_program, optional
 from ..harness.preset import Preset, sized
-from ..package import cuda_program, optional
 from .variants import VARIANTS, Variant, tuned
 
 #: The kernels that are shown.

@@ -21,9 +21,9 @@ from ..harness import machine
 from ..harness.arrays import FloatArray
 from ..harness.clock import best_of
 from ..harness.compare import same
+from ..harness.internals import TUNING, CudaBackend, CudaDevice, check_query, core_data, cuda_device, scene_of
 from ..harness.preset import Preset, sized
 from ..harness.rays import RayBatch, camera_rays, random_rays
-from ..package import TUNING, CudaBackend, CudaDevice, check_query, core_data, cuda_device, scene_of
 from ..peers.warp import WarpScene, warp
 
 #: The queries that are compared with brute force, and their options.

@@ -16,9 +16,9 @@ from fastlines.scenes import RADII, make
 
 from ..harness import machine
 from ..harness.clock import best_in_turn, timed
+from ..harness.internals import TUNING, CudaBackend, CudaDevice, cuda_device, upload_scene
 from ..harness.preset import Preset, sized
 from ..harness.rays import RayBatch, camera_rays, random_rays
-from ..package import TUNING, CudaBackend, CudaDevice, cuda_device, upload_scene
 from .run import TIMED, checked, device_query, sorted_rays
 
 #: A variant: macros of the kernels, by the names of `TUNING`, which are not as they are in the package.

@@ -11,10 +11,10 @@ from fastlines import Tree, build
 
 from ..harness import machine
 from ..harness.clock import clock
+from ..harness.internals import num_threads
 from ..harness.rays import KINDS, RayBatch, tiled_rays
 from ..harness.subjects import Subject
 from ..harness.turns import query_tree
-from ..package import num_threads
 from ..peers import embree, tuning
 from ..peers.calls import Calls
 from .contest import OURS, Answer, Contest

@@ -13,7 +13,7 @@ from ..harness.tables import format_3_digits, geometric_mean, new_table, print_t
 from .result import EngineCell, Result, Side
 
 
-def print_tables(result: Result) -> None:
+def print_engine(result: Result) -> None:
     """Print a table for each kind of rays and query, then the times and sizes of builds."""
     console = wide_console()
     peer = result.preset["peer"]
@@ -100,7 +100,7 @@ def _build_cells(side: Side) -> list[str]:
     return [format_3_digits(side.build_s), format_3_digits(side.bytes / 1e6), str(side.config.build)]
 
 
-def draw(result: Result, path: str | os.PathLike[str]) -> None:
+def draw_engine(result: Result, path: str | os.PathLike[str]) -> None:
     """Plot the rates of both sides, a panel for each kind of rays and query, as a PNG."""
     groups = result.groups()
     n_cells = max(len(cells) for cells in groups.values())

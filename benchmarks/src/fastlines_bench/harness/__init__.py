@@ -1,1 +1,1 @@
-"""The shared parts of the benchmarks: subjects, rays, alternation, the clock, presets, tables, plots, stored steps."""
+"""What all benchmarks share: subjects, rays, alternation, the clock, presets, tables, plots."""

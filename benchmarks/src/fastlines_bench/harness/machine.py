@@ -6,7 +6,7 @@ import os
 
 from fastlines import simd
 
-from ..package import describe_machine
+from .internals import describe_machine
 
 __all__ = ["describe", "load"]
 

@@ -12,8 +12,8 @@ import numpy as np
 from fastlines import Camera, InputError, Lines, Tree, build
 from fastlines.scenes import NAMES, RADII, make
 
-from ..package import SCENE, open_lines
 from .arrays import IntArray
+from .internals import SCENE, open_lines
 from .rays import RayBatch, ao_rays, camera_rays, random_rays
 
 #: The scenes and radii of a quick run.

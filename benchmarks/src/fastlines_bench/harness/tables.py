@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Column, Table
 
-from ..package import format_3_digits
+from .internals import format_3_digits
 
 __all__ = ["format_3_digits", "geometric_mean", "new_table", "print_table", "wide_console"]
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from fastlines import Tree
 
-from ..package import num_threads
 from .compare import same
+from .internals import num_threads
 from .rays import RayBatch
 
 #: The approximate number of hits that one call lists.

@@ -1,1 +1,1 @@
-"""Embree as a peer: its scenes, its configurations, its tree, and the tuned lengths of its pieces."""
+"""What fastlines is measured beside: Embree, Mitsuba, Warp, and other versions of itself."""

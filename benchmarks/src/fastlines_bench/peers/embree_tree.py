@@ -1,8 +1,8 @@
 """The tree of Embree's builder, obtained through its builder interface.
 
 Embree has no call that returns the tree of a scene. But `rtcBuildBVH` builds a tree over given boxes by the same binned
-SAH, and passes its nodes and leaves to callbacks. Here it has c_trav and c_prim of the thesis's BVHs and binary nodes,
-so its nodes and cost are comparable with those of our trees. The wider tree of a scene is made of such splits.
+SAH, and passes its nodes and leaves to callbacks. With binary nodes and the cost model of our trees, its nodes and cost
+are comparable with theirs. The wider tree of a scene is made of such splits.
 """
 
 from __future__ import annotations
@@ -14,9 +14,8 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from fastlines import FastlinesError, Lines
+from fastlines import Cost, FastlinesError, Lines
 
-from ..builders.names import THESIS_COST
 from .embree import libraries, load
 
 #: RTC_BUILD_QUALITY_MEDIUM: binned SAH, no spatial splits.
@@ -73,7 +72,7 @@ class EmbreeTree:
     cost: float
 
 
-def embree_tree(lines: Lines, piece_length: float = 0.0) -> EmbreeTree:
+def embree_tree(lines: Lines, model: Cost, piece_length: float = 0.0) -> EmbreeTree:
     """Return Embree's tree over the boxes of lines, cut into equal pieces of at most `piece_length`; 0 = whole."""
     low, high = piece_boxes(lines, piece_length)
     primitives = np.zeros(len(low) + 1, _PRIMITIVE)
@@ -101,7 +100,6 @@ def embree_tree(lines: Lines, piece_length: float = 0.0) -> EmbreeTree:
     def set_bounds(node: int, boxes: Any, n_children: int, user: int) -> None:
         areas[node] = [_half_area(boxes[i].contents) for i in range(n_children)]
 
-    model = THESIS_COST["bvh"]
     arguments = _Arguments(
         byte_size=ctypes.sizeof(_Arguments),
         quality=MEDIUM,

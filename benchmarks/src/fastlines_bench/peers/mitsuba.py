@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from ..hair_paths.scene import HairScene
 from ..harness.arrays import FloatArray
-from ..package import FastlinesError
+from ..harness.internals import FastlinesError
+from .hair_scene import HairScene
 
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
 

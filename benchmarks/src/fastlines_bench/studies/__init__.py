@@ -1,1 +1,1 @@
-"""``fastlines-bench study``: single questions about trees, each of which reproduces a table of the docs."""
+"""Single questions, each of which reproduces a table of the docs."""

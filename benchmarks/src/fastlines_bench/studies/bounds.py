@@ -11,8 +11,8 @@ from typing import Any
 
 import fastlines as fl
 
-from .. import optimum
 from ..harness.clock import best_of
+from . import optimum
 
 SPLITS = (fl.PlaneGrid(16), fl.ObjectSweep(max_refs=8))
 TREES: dict[str, tuple[fl.Settings, bool]] = {

@@ -11,10 +11,10 @@ from typing import Any
 
 import fastlines as fl
 
+from ..engine.steps import count_steps
 from ..harness.clock import clock
+from ..harness.internals import REF_LIMIT, best_settings, num_threads
 from ..harness.rays import random_rays
-from ..package import REF_LIMIT, best_settings, num_threads
-from ..steps import count_steps
 
 DEEP = {"method": "best", "cost": fl.Cost(2.0), "prune": True, "radius_hint": 0.0}
 REINSERTED: list[tuple[str, str, dict[str, Any]]] = [

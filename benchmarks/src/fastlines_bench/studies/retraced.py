@@ -18,8 +18,8 @@ import fastlines as fl
 
 from ..builders.trees import alternate_queries, time_layout
 from ..harness.clock import clock
+from ..harness.internals import num_threads
 from ..harness.subjects import Subject
-from ..package import num_threads
 
 Ends = npt.NDArray[np.float32]
 

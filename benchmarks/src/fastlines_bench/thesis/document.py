@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
 
-from ..package import page
+from ..harness.internals import page
 
 
 @dataclass(frozen=True)

@@ -11,18 +11,19 @@ from typing import Any
 
 import numpy as np
 
+from ..builders.names import THESIS_COST
 from ..harness.compare import compare
+from ..harness.internals import num_threads
 from ..harness.rays import RayBatch, camera_rays
-from ..harness.store import Found
 from ..harness.subjects import Subject
 from ..harness.turns import query_tree
-from ..package import num_threads
 from ..peers.embree import Build, Config, Scenes
 from ..peers.embree_tree import embree_tree
 from ..peers.repeat import repeat_first
 from ..peers.tuning import MAX_PIECES
 from .measure import TimedQuery, measure, some, timed_by
 from .preset import ThesisPreset
+from .store import Found
 from .trees import CHECKED
 
 
@@ -96,7 +97,8 @@ def embree_tree_step(subject: Subject, length: float) -> Found:
     """
     if len(subject.lines) > MAX_PIECES:
         return {"embree": {}, "embree-ps": {}}
-    trees = {"embree": embree_tree(subject.lines), "embree-ps": embree_tree(subject.lines, length)}
+    model = THESIS_COST["bvh"]
+    trees = {"embree": embree_tree(subject.lines, model), "embree-ps": embree_tree(subject.lines, model, length)}
     return {name: {"n_nodes": tree.n_nodes, "cost": tree.cost} for name, tree in trees.items()}
 
 

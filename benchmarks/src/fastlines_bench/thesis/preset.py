@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from fastlines.scenes import NAMES
 
+from ..harness.internals import DEFAULT_METHOD, THESIS_METHODS
 from ..harness.preset import Preset, sized
-from ..package import DEFAULT_METHOD, THESIS_METHODS
 from ..peers.tuning import LENGTHS
 
 #: Bun Hair keeps half of its segments, because KD trees cost much less than BVHs only on dense hair.

@@ -8,9 +8,9 @@ from typing import Any
 
 from fastlines.scenes import RADII
 
-from ..harness.store import Found
-from ..package import DEFAULT_METHOD, THESIS_METHODS
+from ..harness.internals import DEFAULT_METHOD, THESIS_METHODS
 from .reference import Reference
+from .store import Found
 
 #: The queries, in the order of the thesis's tables.
 KINDS = ("first", "all")

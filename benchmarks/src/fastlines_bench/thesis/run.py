@@ -13,9 +13,8 @@ from typing import Any
 from fastlines import FastlinesError
 
 from ..harness import machine
-from ..harness.store import Found, Results, Step, Store, run_steps
+from ..harness.internals import DEFAULT_METHOD, atomic_write
 from ..harness.subjects import Subject, scene_subject
-from ..package import DEFAULT_METHOD, atomic_write
 from ..peers import embree
 from .depths import time_depth
 from .document import Document, html
@@ -26,6 +25,7 @@ from .preset import ThesisPreset
 from .reference import THESIS
 from .rows import Row, row_of, thesis_row
 from .sections import depths_section, findings_section, method_section, subject_section, why_section
+from .store import Found, Results, Step, Store, run_steps
 from .trees import picture_step, tree_step
 
 #: The folder of steps and pictures next to the page.

@@ -8,16 +8,16 @@ from fastlines.scenes import NAMES
 
 from ..builders.names import THESIS_COST
 from ..harness.findings import Finding
-from ..harness.store import Found, Results
+from ..harness.internals import DEFAULT_METHOD, METHOD_NOTES
 from ..harness.subjects import Subject
 from ..harness.tables import format_3_digits
-from ..package import DEFAULT_METHOD, METHOD_NOTES
 from .depths import C_TRAV, THESIS_DEPTHS
 from .document import Cell, Gallery, Picture, Section, Table
 from .findings import Tables, findings_of, ratio
 from .heat import COLOURS, MAX_COUNT
 from .preset import ThesisPreset
 from .rows import MORE_TITLES, PEERS, TIMES, TITLES, Row
+from .store import Found, Results
 from .trees import CHECKED
 from .why import WHY
 

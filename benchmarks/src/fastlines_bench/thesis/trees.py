@@ -15,15 +15,15 @@ from fastlines.rendering import level_sheet, write_picture
 from ..builders.names import THESIS_COST, kind_of
 from ..builders.trees import alternate_builds
 from ..harness.compare import same
+from ..harness.internals import DEFAULT_METHOD, grey, limit_notes, num_threads
 from ..harness.rays import RayBatch, camera_rays
-from ..harness.store import Found, Store
 from ..harness.subjects import Subject
 from ..harness.turns import count_hits, query_function, query_tree
-from ..package import DEFAULT_METHOD, grey, limit_notes, num_threads
 from .heat import colour, visit_maps
 from .measure import measure, some, timed_by
 from .preset import ThesisPreset
 from .rows import KINDS
+from .store import Found, Store
 
 #: The number of rays whose answers are compared with those of another tree, bit for bit.
 CHECKED = 1024

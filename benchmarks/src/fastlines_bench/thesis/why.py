@@ -45,8 +45,9 @@ WHY: tuple[tuple[str, str], ...] = (
         "KD trees gain less than in the thesis",
         "In the thesis the time of KD trees follows their cost: both are about half of those of BVHs. On hair our KD "
         "trees cost 0.6 to 0.7 of our BVHs. On the other scenes they cost half, but the costs assume that a step "
-        "through a plane takes 0.3 of a step through two boxes; “fastlines-bench calibrate --quick” finds a half. The "
-        "step of a plane depends on the step before it, while both boxes of a BVH’s step are tested in parallel.",
+        "through a plane takes 0.3 of a step through two boxes. Commit 8fa8e93, the last with the command "
+        "“fastlines-bench calibrate --quick”, finds a half. The step of a plane depends on the step before it, while "
+        "both boxes of a BVH’s step are tested in parallel.",
     ),
     (
         "Embree is another Embree",

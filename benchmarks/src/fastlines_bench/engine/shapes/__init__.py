@@ -1,0 +1,1 @@
+"""Queries of round cones, cubic hair, spheres and triangles beside Embree's: ``fastlines-bench engine --shapes``."""
