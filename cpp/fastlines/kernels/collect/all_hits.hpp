@@ -41,6 +41,8 @@ struct AllHitsCollector : ChosenAt {
   bool limit_changed = false;
   Hits hits[kGroupSize / kSimdWidth];
 
+  explicit AllHitsCollector(At at_) : ChosenAt{at_} {}
+
   void begin(const RayGroup& rays, int first, int end) {
     begin_limits(rays, first, end, limit);
     for (int i = first / kSimdWidth; i < round_up_to_width(end) / kSimdWidth; ++i) hits[i].n = 0;
@@ -72,7 +74,7 @@ struct AllHitsQuery {
 
   AllHitsQuery(const WideBvhView<P>& tree, At at, std::optional<std::size_t> n_nearest = {})
       : tree_(tree), at_(at), n_nearest_(n_nearest) {}
-  Collector collector() const { return {{at_}}; }
+  Collector collector() const { return Collector(at_); }
 
   void store(const RayGroup& rays, const Collector& found, int first, int end) {
     for (int i = first; i < end; i = (i / kSimdWidth + 1) * kSimdWidth)
