@@ -20,7 +20,7 @@ namespace fastlines {
 /// The ray that the calling thread takes: its number, or n if there is none.
 inline std::uint64_t ray_of_thread(const DeviceRays& rays) {
   const std::uint64_t number = thread_index() / kGroup;
-  if (number >= rays.n || !plays_lane()) return rays.n;
+  if (number >= rays.n || !runs_lanes()) return rays.n;
   return rays.order ? rays.order[number] : number;
 }
 

@@ -40,7 +40,7 @@ class Kernels(Protocol):
 
 
 class Device(Protocol):
-    """A GPU, or a host that plays one."""
+    """A GPU, or a host that emulates one."""
 
     @property
     def name(self) -> str:
