@@ -112,7 +112,7 @@ def test_precision_radius_and_nan(load):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("{", "is no JSON: .* .line 1, column 2.; mend it"),
+        ("{", "is no JSON: .* .line 1, column 2.; fix it"),
         ("oak", "is no JSON"),
         ("[1, 2]", "holds no object; expected GeoJSON"),
         ('{"a": 1}', "holds an object of type None; expected GeoJSON, such as a FeatureCollection"),

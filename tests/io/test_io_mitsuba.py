@@ -51,8 +51,8 @@ def test_splines(load):
 @pytest.mark.parametrize(
     ("text", "said", "options"),
     [
-        (b"0 0 0 1\n1 1 1", "line 2 has 3 numbers; expected 4, x y z radius; mend the line", {}),
-        (b"0 0 0 1\n\n# what\n", "line 3: '# what' is not numbers; mend it, or check the extension", {}),
+        (b"0 0 0 1\n1 1 1", "line 2 has 3 numbers; expected 4, x y z radius; fix the line", {}),
+        (b"0 0 0 1\n\n# what\n", "line 3: '# what' is not numbers; fix it, or check the extension", {}),
         (b"0 0 0 1\n1 1.0.1 1 1", "line 2: '1 1.0.1 1 1' is not numbers", {}),
         (b"0 0 0 1\n1 1-1 1 1", "line 2: '1 1-1 1 1' is not numbers", {}),
         (b"0 0 0 -1\n1 1 1 1", "radii must be finite and not negative .see row 0", {}),

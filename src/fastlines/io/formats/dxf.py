@@ -92,7 +92,7 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
 
 
 def _open(source: Source, ezdxf: Any) -> Any:
-    """Open the drawing; one that breaks the rules of the format is mended as far as the library can."""
+    """Open the drawing; one that breaks the rules of the format is repaired as far as the library can."""
     logging.getLogger("ezdxf").addHandler(logging.NullHandler())  # or the library prints to stderr
     recover = optional("ezdxf.recover", "reading .dxf", "cad")
     with source.file(".dxf") as file:
@@ -104,7 +104,7 @@ def _open(source: Source, ezdxf: Any) -> Any:
             drawing, audit = recover.readfile(file)
         except Exception:
             raise source.error(f"is no DXF drawing: {why}; check the extension, or save it again") from None
-    source.warn(f"breaks the rules of the format ({why}); {len(audit.fixes)} mistakes were mended to read it")
+    source.warn(f"breaks the rules of the format ({why}); {len(audit.fixes)} mistakes were repaired to read it")
     return drawing
 
 
@@ -113,7 +113,7 @@ def _exploded(
 ) -> Iterator[tuple[Any, tuple[Any, ...]]]:
     """Yield the entities that are lines, with the matrices of the blocks around them, and count the others."""
     if len(matrices) > _MAX_DEPTH:
-        raise source.error(f"its blocks are nested more than {_MAX_DEPTH} deep, perhaps in themselves; mend them")
+        raise source.error(f"its blocks are nested more than {_MAX_DEPTH} deep, perhaps in themselves; fix them")
     for entity in entities:
         n_left[0] -= 1
         if n_left[0] < 0:

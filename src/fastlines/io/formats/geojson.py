@@ -97,9 +97,9 @@ def _documents(source: Source) -> list[Any]:
             except json.JSONDecodeError:
                 raise error from None
     except json.JSONDecodeError as error:
-        raise source.error(f"is no JSON: {error.msg} (line {error.lineno}, column {error.colno}); mend it") from None
+        raise source.error(f"is no JSON: {error.msg} (line {error.lineno}, column {error.colno}); fix it") from None
     except (RecursionError, ValueError) as error:
-        raise source.error(f"cannot be read as JSON: {reason(error)}; mend it") from None
+        raise source.error(f"cannot be read as JSON: {reason(error)}; fix it") from None
 
 
 def _parse(text: str) -> Any:
@@ -167,7 +167,7 @@ class _Found:
                 name = "features" if kind == "FeatureCollection" else "geometries"
                 members = item.get(name)
                 if not isinstance(members, list):
-                    raise self.source.error(f"a {kind} in it has no list of {name}; mend it")
+                    raise self.source.error(f"a {kind} in it has no list of {name}; fix it")
                 waiting += [(member, row) for member in reversed(members)]
             elif kind in _LINES:
                 self._add_lines(item, kind, row)
@@ -181,7 +181,7 @@ class _Found:
         if not isinstance(parts, list) or any(part is None for part in parts):
             raise self.source.error(
                 f"line {len(self.points)} of it ({kind}) has coordinates that are no list of points, each of 2 or 3 "
-                "numbers; mend it"
+                "numbers; fix it"
             )
         if row is None:
             self.properties.append({})

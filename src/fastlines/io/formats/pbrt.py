@@ -88,7 +88,7 @@ def _bezier(source: Source, scene: Scene) -> tuple[Float64Array, IntArray]:
         i = bad[0]
         raise source.error(
             f"curve {i + 1} has {counts[i]} numbers in its P; expected 3 for each point, {degree[i] + 1} points, and "
-            f"{step[i]} more for each further piece; mend the file"
+            f"{step[i]} more for each further piece; fix the file"
         )
     n_curves = (n_points - degree - 1) // step + 1
     control = np.empty((int(n_curves.sum()), 4, 3))

@@ -120,7 +120,7 @@ def _ends(source: Source, edges: Columns, n_vertices: int) -> IntArray:
     if len(bad):
         raise source.error(
             f"edge {bad[0]} joins the vertices {given[bad[0], 0]:g} and {given[bad[0], 1]:g}; expected 0 to "
-            f"{n_vertices - 1}; mend the file"
+            f"{n_vertices - 1}; fix the file"
         )
     return given.astype(np.int64)
 

@@ -203,7 +203,7 @@ def _header(source: Source, data: memoryview) -> tuple[int, int]:
             f"its 'header.json' does not count streamlines and vertices ({reason(error)}); {BAD_COPY}"
         ) from None
     if not all(type(number) is int and number >= 0 for number in numbers):
-        raise source.error("NB_STREAMLINES and NB_VERTICES in its 'header.json' are not whole numbers; mend them")
+        raise source.error("NB_STREAMLINES and NB_VERTICES in its 'header.json' are not whole numbers; fix them")
     return numbers[0], numbers[1]
 
 

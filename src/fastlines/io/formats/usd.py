@@ -74,7 +74,7 @@ def read(source: Source, invalid: str, *, time: float | None = None, prim: str |
             return _read(source, path, invalid, time, prim)
         except (Tf.ErrorException, RuntimeError, UnicodeDecodeError, MemoryError) as error:
             why = _reason(error).replace(str(path.absolute()), "")
-            raise source.error(f"USD cannot read it ({why}); mend it, or get a fresh copy") from None
+            raise source.error(f"USD cannot read it ({why}); fix it, or get a fresh copy") from None
 
 
 def _read(source: Source, path: Path, invalid: str, time: float | None, prim: str | None) -> AnyLines:

@@ -172,7 +172,7 @@ def _radius(prim: Any, curves: Any, time: Any, layout: Layout, remarks: Remarks)
     bad = bad_radius(radius) if radius.shape[1] == 4 else outside(radius)
     if bad.any():
         what = f"the widths of {path} must be finite and not negative (see {list_rows(bad)} of its segments)"
-        raise remarks.source.error(f"{what}; mend the file")
+        raise remarks.source.error(f"{what}; fix the file")
     return radius
 
 

@@ -156,7 +156,7 @@ class Wkt:
             wrong = part[bad[0]] if len(bad) else next((i for i, text in enumerate(parts) if _is_wrong(text)), 0)
             raise source.error(
                 f"line {self.rows[first_part + wrong]}: {parts[wrong][:60]!r} is not a list of points; expected 2, 3 "
-                "or 4 numbers each, equally many, and commas between points; mend it"
+                "or 4 numbers each, equally many, and commas between points; fix it"
             )
 
         # Take z and m where they are.
