@@ -1,7 +1,7 @@
 """The geometry of a tree as sections and metadata of a file, and back.
 
 Sections of lines have the names of the fields of `Lines`; attributes have a prefix. Of a `Geometry`, those of part 1
-begin with ``parts/1/``. The metadata of a container is its kind, and what else is no array.
+begin with ``parts/1/``. The metadata of a container has its kind, and everything that is not an array.
 """
 
 from __future__ import annotations

@@ -369,7 +369,7 @@ class Lines(Shown):
 
 
 def check_unit(unit: object) -> None:
-    """Refuse a unit that is no text of one line."""
+    """Refuse a unit that is not a text of one line."""
     if unit is not None and not (isinstance(unit, str) and unit and unit.isprintable()):
         raise InputError(f"unit {unit!r} is not the name of a unit, such as 'mm'")
 

@@ -22,7 +22,7 @@ Float64Array = npt.NDArray[np.float64]
 
 
 class Places(NamedTuple):
-    """Hits that are no misses, and their rays."""
+    """Where rays hit primitives: one row for each hit, without misses."""
 
     prim: IntArray
     u: Float64Array
@@ -147,11 +147,11 @@ def sample(geometry: AnyGeometry, name: str, hits: Places) -> npt.NDArray[Any]:
     if not isinstance(geometry, Geometry):
         known = names(geometry)
         if name not in known:
-            raise InputError(f"name={name!r} is no attribute of {geometry!r}{did_you_mean(name, known)}")
+            raise InputError(f"name={name!r} is not an attribute of {geometry!r}{did_you_mean(name, known)}")
         return _sample(geometry, name, hits)
     if not any(name in names(part) for part in geometry.parts):
         known = dict.fromkeys(known for part in geometry.parts for known in names(part))
-        raise InputError(f"name={name!r} is no attribute of any part{did_you_mean(name, known)}")
+        raise InputError(f"name={name!r} is not an attribute of any part{did_you_mean(name, known)}")
     part, prim = in_parts(geometry, hits.prim)
     hits = hits._replace(prim=prim)
     asked = [

@@ -112,14 +112,14 @@ def test_precision_radius_and_nan(load):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("{", "is no JSON: .* .line 1, column 2.; fix it"),
+        ("{", "is not JSON: .* .line 1, column 2.; fix it"),
         ("oak", "is no JSON"),
         ("[1, 2]", "holds no object; expected GeoJSON"),
         ('{"a": 1}', "holds an object of type None; expected GeoJSON, such as a FeatureCollection"),
         ('{"type": "Topology"}', "of type 'Topology'"),
         ('{"type": "FeatureCollection"}', "a FeatureCollection in it has no list of features"),
         ('{"type": "GeometryCollection", "geometries": 3}', "no list of geometries"),
-        ('{"type": "LineString"}', "line 0 of it .LineString. has coordinates that are no list of points"),
+        ('{"type": "LineString"}', "line 0 of it .LineString. has coordinates that are not a list of points"),
         ('{"type": "LineString", "coordinates": [[1, "2"], [3, 4]]}', "no list of points"),
         ('{"type": "LineString", "coordinates": [[1], [2]]}', "no list of points"),
         ('{"type": "LineString", "coordinates": [[1, 2], [3]]}', "no list of points"),

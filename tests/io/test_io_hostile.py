@@ -78,7 +78,7 @@ LIES: list[tuple[str, bytes, str]] = [
     ("a.trk", b"KCART" + trk()[5:], "starts with b'KCART'"),
     ("a.trk", trk(size=0), "says that its header has 0 bytes; expected 1000"),
     ("a.trk", trk(promised=100), "counts 100 streamlines, but the file holds 4; get a whole copy, or set the count"),
-    ("a.trk", trk(promised=0, tail=b"\0\0"), "last 2 bytes are no whole streamline; the file is cut short"),
+    ("a.trk", trk(promised=0, tail=b"\0\0"), "last 2 bytes are not a whole streamline; the file is cut short"),
     ("a.trk", trk(promised=0, tail=struct.pack("<i", -3)), "streamline 4 announces -3 points, which are not there"),
     ("a.trk", trk(promised=5, tail=struct.pack("<i", 2**31 - 1)), "streamline 4 announces 2147483647 points"),
     ("a.trk", trk()[:36] + b"\xfe\xff" + trk()[38:], "-2 scalars"),

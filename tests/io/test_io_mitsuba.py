@@ -106,7 +106,7 @@ def test_curves_come_back_as_they_were_written(tmp_path):
         back = fl.read(tmp_path / name)
         for part in ("segments", "radius", "strands"):
             np.testing.assert_array_equal(getattr(back, part), getattr(lines, part))
-    with pytest.warns(fl.FileWarning, match="radius, which is written as 0; that segments are of no strand; the unit"):
+    with pytest.warns(fl.FileWarning, match="radius, which is written as 0; that segments have no strand; the unit"):
         fl.write(tmp_path / "a.txt", fl.Lines(lines.segments, unit="mm"))
     assert not fl.read(tmp_path / "a.txt").radius.any()
     for basis in ("linear", "bspline"):

@@ -94,7 +94,7 @@ class TreeImpl;
 /// they cannot use.
 class FASTLINES_API Tree {
  public:
-  /// Makes a tree over no lines. All rays miss it.
+  /// Makes an empty tree. All rays miss it.
   Tree();
   /// Makes a copy, which shares all memory. A tree that is moved from stays as it is.
   Tree(const Tree&) = default;

@@ -110,7 +110,7 @@ def format_of(path: Path, name: str | None = None) -> Format:
 
 
 def check_path(path: Path) -> None:
-    """Refuse what is no regular file, before it is opened: a pipe would block."""
+    """Refuse what is not a regular file, before it is opened: a pipe would block."""
     try:
         mode = path.stat().st_mode
     except FileNotFoundError as error:

@@ -132,7 +132,7 @@ class Source:
             raise
 
     def advance(self, n_bytes: int) -> None:
-        """Report that so many more bytes are read, or so many are parsed."""
+        """Report that `n_bytes` more are read or parsed."""
         self._done += n_bytes
         share = min(1.0, self._done / max(2 * self.size, 1))
         if self._progress is None or share < min(self._shown + _STEP, 1.0) or share <= self._shown:

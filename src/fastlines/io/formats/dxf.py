@@ -84,7 +84,7 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
     if n_elsewhere:
         others["lines of layouts"] = n_elsewhere
     if others:
-        source.warn(f"entities that are no lines of the model space are not read: {counted(others)}")
+        source.warn(f"entities other than lines of the model space are not read: {counted(others)}")
     points = np.concatenate([np.empty((0, 3)), *strands])
     lines = Lines.from_points(points, [len(part) for part in strands], invalid=invalid)
     unit = _UNITS.get(drawing.header.get("$INSUNITS", 0))

@@ -99,7 +99,7 @@ def _structure(source: Source, gemmi: Any) -> Any:
 
 
 def _check_pdb(source: Source, text: str) -> None:
-    """Refuse coordinates that are no numbers, for which the library takes 0."""
+    """Refuse coordinates that are not numbers, for which the library takes 0."""
     for i, line in enumerate(text.splitlines(), start=1):
         if line.startswith(("ATOM  ", "HETATM")):
             try:

@@ -16,7 +16,7 @@ from ..source import Source
 
 Float64Array = npt.NDArray[np.float64]
 
-#: So many bytes of text are parsed at once, and so many rows are written at once.
+#: How many bytes of text are parsed at once, and how many rows are written at once.
 PIECE = 1 << 20
 _ROWS = 1 << 16
 

@@ -128,7 +128,7 @@ def _check_size(source: Source, scene: Scene, runs: IntArray, n_curves: IntArray
 
 
 def _ranges(first: IntArray, sizes: IntArray) -> IntArray:
-    """Return ranges of so many numbers, one after the other."""
+    """Return ranges of `sizes` numbers that begin at `first`, one after the other."""
     return np.asarray(np.arange(int(sizes.sum())) + np.repeat(first - (np.cumsum(sizes) - sizes), sizes))
 
 

@@ -32,7 +32,7 @@ _WRITTEN = {"b1": "u1", "f2": "f4", "i8": "i4", "u8": "u4"}
 _PLY_NAMES = {code: name for name, code in reversed(TYPES.items()) if not name[-1].isdigit()}
 _VERTEX: tuple[str, ...] = ("x", "y", "z")
 _EDGE: tuple[str, ...] = ("vertex1", "vertex2")
-#: The columns that are no attributes.
+#: The columns that are not attributes.
 _VERTEX_USED, _EDGE_USED = (*_VERTEX, "radius"), (*_EDGE, "strand")
 
 

@@ -42,7 +42,7 @@ class Property(NamedTuple):
 
 @dataclass
 class Element:
-    """An element of the header: so many rows of some properties."""
+    """An element of the header: a number of rows of some properties."""
 
     name: str
     n_rows: int

@@ -21,7 +21,7 @@ from ...lines import Lines
 from ..source import BAD_COPY, Source
 from .named_arrays import from_arrays, to_arrays
 
-#: More dimensions than NumPy has, in each version, do not fit; no attribute has so many.
+#: The most dimensions of an array; every version of NumPy has as many.
 MAX_DIMENSIONS = 32
 
 

@@ -187,7 +187,7 @@ def _reordered(lines: Lines, ids: IntArray, parents: IntArray) -> list[str]:
     lost = [] if np.array_equal(given, read) else ["the order of segments"]
     strands = lines.strands[np.argsort(given)]
     if (strands < 0).any():
-        lost.append("that segments are of no strand")
+        lost.append("that segments have no strand")
     if ((strands >= 0) & (strands != sections[np.argsort(read)])).any():
         lost.append("the numbers of strands, which are those of sections")
     return lost

@@ -35,7 +35,7 @@ _TYPE_NAMES = "Float32LE, Float32BE, Float64LE or Float64BE"
 _END = re.compile(rb"\n[ \t\r]*END[ \t\r]*\n")
 #: The longest beginning that can be text: it ends at a control character.
 _TEXT = re.compile(rb"[^\0-\x08\x0b\x0e-\x1f\x7f]*")
-#: More of the file is searched for the end of its header only if so many bytes are all text.
+#: How many bytes are searched for the end of the header; more are searched only if all of these are text.
 _FIRST_BYTES = 1 << 20
 
 

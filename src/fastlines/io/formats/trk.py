@@ -138,7 +138,7 @@ def _check(source: Source, promised: int, streamlines: Streamlines) -> None:
     if left and not 0 < promised == n_found:
         count = streamlines.announced
         if count is None:
-            raise source.error(f"its last {len(left)} bytes are no whole streamline; {BAD_COPY}")
+            raise source.error(f"its last {len(left)} bytes are not a whole streamline; {BAD_COPY}")
         raise source.error(f"streamline {n_found} announces {count} points, which are not there; {BAD_COPY}")
     if left:
         source.warn(f"{len(left)} bytes after the last of its {promised} streamlines are not read")

@@ -69,7 +69,7 @@ def read(source: Source, invalid: str, *, bundle: str | None = None) -> Lines:
         kind, _, name = path.partition("/")
         n = {"dpv": n_points, "dps": n_streamlines}.get(kind, len(array))
         if kind not in kinds:
-            source.warn(f"{path!r} in it is left out, as it is no value of a point or of a streamline")
+            source.warn(f"{path!r} in it is left out, as it is not a value of a point or of a streamline")
         elif len(array) != n:
             what = "points" if kind == "dpv" else "streamlines"
             source.warn(f"{path!r} in it has {len(array)} values for {n} {what}, and is left out")

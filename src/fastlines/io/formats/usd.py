@@ -193,7 +193,7 @@ def _reason(error: Exception) -> str:
 
 
 def _text(said: object, attribute: str = "") -> str:
-    """Return a text of USD in one line; it may hold bytes of the file, which need be no text."""
+    """Return a text of USD in one line; it may hold bytes of the file that are not text."""
     try:
         return " ".join(str(getattr(said, attribute) if attribute else said).split())
     except UnicodeDecodeError:

@@ -87,7 +87,7 @@ def _facts(stage: Any, parts: list[Any]) -> list[str]:
     if meters:
         UsdGeom.SetStageMetersPerUnit(stage, meters)
     elif unit:
-        lost.append(f"the unit {unit!r}, which is no length that is known")
+        lost.append(f"the unit {unit!r}, which is not a known length")
     for what, values, held in (("axes", ups, up if up != "x" else "y"), ("units", units, unit if meters else None)):
         if len({*values}) > 1:
             of_parts = ", ".join(f"{value or 'none'} of part {i}" for i, value in enumerate(values))
