@@ -29,7 +29,7 @@ class PlacedTree(TreeData):
         return build_layout(self.geometry, *self.words(), self.nodes["box"][0])
 
     def to(self: Self, backend: str) -> Self:
-        """Return this tree with a backend that answers its queries: "cpu" or "cuda" (docs/gpu.md).
+        """Return this tree with a backend that answers its queries: "cpu" or "cuda".
 
         Answers are the same. The layout is uploaded to the GPU once, for the first query. A tree that is not placed
         has the backend of `set_backend`; so has a tree from a file or from a refit.
