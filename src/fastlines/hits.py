@@ -73,7 +73,7 @@ class _OfGeometry(HitGeometry):
 
     @property
     def lines(self) -> AnyGeometry | None:
-        """The geometry, by its name when there were only lines."""
+        """The same as `geometry`."""
         return self.geometry
 
     def __copy__(self: Self) -> Self:

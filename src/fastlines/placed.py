@@ -70,7 +70,10 @@ class PlacedTree(TreeData):
         return str(self.__dict__.get("_backend") or get_backend())
 
     def _on_gpu(self, has_spread: bool, alone: bool = False) -> CudaBackend:
-        """Return the backend of the GPU, which has to answer `alone` if rays and answers are there."""
+        """Return the backend that queries the GPU.
+
+        Rays in the memory of the GPU are answered by it `alone`: it is an error if that is not possible.
+        """
         from .cuda.backend import CudaBackend
         from .cuda.scene import require_cuda, scene_of
 
