@@ -168,7 +168,7 @@ def needs_radius(geometry: AnyGeometry) -> bool:
 
 
 def radius_beyond(geometry: AnyGeometry) -> float:
-    """Return how far primitives reach beyond the boxes of a tree over them."""
+    """Return how far primitives extend beyond the boxes of a tree over them."""
     return geometry.max_radius if isinstance(geometry, Lines | Curves) else 0.0
 
 

@@ -111,8 +111,8 @@ def _curves(stage: Any, path: str, part: Lines | Curves, strips: Polylines, firs
         prim.CreateWidthsAttr(Vt.FloatArray.FromNumpy(np.ascontiguousarray(2 * strips.radius)))
         prim.SetWidthsInterpolation("vertex")
     if len(part):
-        reach = part.bounds + np.array([[-1], [1]]) * part.max_radius
-        prim.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(reach.astype(np.float32)))
+        extent = part.bounds + np.array([[-1], [1]]) * part.max_radius
+        prim.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(extent.astype(np.float32)))
 
     lost = strips.lost + strand_numbers(strips.strand, first)
     if isinstance(part, Curves) and part.tolerance is not None:
