@@ -55,7 +55,7 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
     if tolerance is not None:
         tolerance = number("tolerance", tolerance, "a length above 0", LEAST)
     if b"ENTITIES" not in source.data:
-        raise source.error("is no DXF drawing: it has no section ENTITIES; check the extension, or save it again")
+        raise source.error("is not a DXF drawing: it has no section ENTITIES; check the extension, or save it again")
     if not source.data[-1024:].rstrip(_BLANK).endswith(b"EOF"):
         raise source.error(f"does not end with EOF; {BAD_COPY}")
     ezdxf = optional("ezdxf", "reading .dxf", "cad")
@@ -103,7 +103,7 @@ def _open(source: Source, ezdxf: Any) -> Any:
         try:
             drawing, audit = recover.readfile(file)
         except Exception:
-            raise source.error(f"is no DXF drawing: {why}; check the extension, or save it again") from None
+            raise source.error(f"is not a DXF drawing: {why}; check the extension, or save it again") from None
     source.warn(f"breaks the rules of the format ({why}); {len(audit.fixes)} mistakes were repaired to read it")
     return drawing
 

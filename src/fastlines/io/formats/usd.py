@@ -197,7 +197,7 @@ def _text(said: object, attribute: str = "") -> str:
     try:
         return " ".join(str(getattr(said, attribute) if attribute else said).split())
     except UnicodeDecodeError:
-        return "it holds bytes that are no UTF-8"
+        return "it holds bytes that are not UTF-8"
 
 
 def _short(words: str) -> str:
