@@ -32,7 +32,7 @@ float trace(const fl::Tree& tree, fl::Ray ray, Random& random) {
     const fl::Hit hit = tree.first_hit(ray, radius);
     if (!hit) return light;
     light *= albedo;
-    // Start where the next ray is out of reach of this fibre in most directions.
+    // Start at a t_min at which the next ray has left this fibre, in most directions.
     ray = fl::Ray(point_at(ray, hit.t), unit_vector(random), 2 * radius);
   }
   return 0;

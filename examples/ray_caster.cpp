@@ -1,4 +1,4 @@
-// A picture of hair from batches of rays: how many hairs each pixel's ray meets, as a grey image (PGM).
+// A picture of hair from batches of rays: how many hairs the ray of each pixel hits, as a grey image (PGM).
 //
 //     g++ -std=c++20 -O2 examples/ray_caster.cpp $(python -m fastlines --cflags --libs) -o ray_caster
 //     ./ray_caster hair.pgm

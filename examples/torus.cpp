@@ -1,4 +1,4 @@
-// A primitive of one's own on the fast path, the torus: every kernel gives the answers of brute force, bit for bit.
+// A primitive of your own on the fast path, the torus: every kernel gives the answers of brute force, bit for bit.
 //
 //     g++ -std=c++20 -O2 -mavx2 -mfma -mbmi -mbmi2 -ffp-contract=off -pthread -I cpp examples/torus.cpp -o torus &&
 //     ./torus

@@ -1,4 +1,4 @@
-"""A primitive of one's own, the torus: a picture of a thousand of them, by `python examples/torus.py torus.png`."""
+"""A primitive of your own, the torus: `python examples/torus.py torus.png` draws a thousand of them."""
 
 import sys
 from typing import Any, NamedTuple

@@ -167,7 +167,7 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "directions too short from afar": (lambda: ask([0, 0, -1e20], [0, 0, 1e-20]), ["direction", "so short that t"]),
     "directions vanish in float32": (lambda: ask(directions=[0, 0, 1e-60]), ["direction", "length zero"]),
     "radius negative": (lambda: ask(radius=-1e-9), ["radius", "from 0"]),
-    "radius negative, of all": (lambda: ask(np.zeros((3, 3)), radius=-1), ["3 of 3", ": radius = -1, for all; mend"]),
+    "radius negative, of all": (lambda: ask(np.zeros((3, 3)), radius=-1), ["3 of 3", ": radius = -1, for all; fix"]),
     "k of another query": (lambda: fl.brute_force(ONE, [0, 0, 0], [0, 0, 1], 1, k=3), ["k=3", "next_hits", "all_hits"]),
     "k too large": (lambda: fl.build(ONE).next_hits([0, 0, 0], [0, 0, 1], 1, k=2**63), [f"0 to {2**63 - 1}"]),
     "rays too many": (lambda: ask(np.zeros((65536, 1, 3)), np.ones((65537, 3))), ["4295032832", "4294967295", "calls"]),

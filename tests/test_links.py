@@ -1,4 +1,4 @@
-"""Every relative link of the documents leads to a file that exists, and to a heading of it."""
+"""Links of the documents lead to files and headings that exist, and what is installed does not point to the docs."""
 
 from __future__ import annotations
 
@@ -49,6 +49,19 @@ def test_links_lead_somewhere(page: Path) -> None:
         if not target.exists() or (anchor and anchor not in anchors(target)):
             broken.append(link)
     assert not broken
+
+
+@pytest.mark.parametrize("folder", ["src/fastlines", "cpp/fastlines", "cpp/library"])
+def test_what_is_installed_does_not_point_to_pages(folder: str) -> None:
+    """No wheel holds the pages of the docs, so messages, docstrings and headers say what they mean."""
+    files = [path for path in (ROOT / folder).rglob("*") if path.suffix in (".py", ".pyi", ".hpp", ".h", ".cpp")]
+    assert files
+    pointers = {
+        f"{path.relative_to(ROOT)}: {pointer}"
+        for path in files
+        for pointer in re.findall(r"docs/[\w/-]*\.md", path.read_text(encoding="utf-8"))
+    }
+    assert not pointers
 
 
 def test_links_are_found() -> None:

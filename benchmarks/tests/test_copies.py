@@ -131,7 +131,7 @@ def test_an_error_of_a_worker_is_reported():
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["compare", "--old", "nowhere"], "is no Python and no folder"),
+        (["compare", "--old", "nowhere"], "is neither a Python nor a folder"),
         (["compare", "--old", "."], "holds no fastlines"),
         (["compare", "--old", sys.executable, "--query", "frist"], "did you mean 'first'"),
         (["compare", "--old", sys.executable, "--radius", "x"], "is not one or more numbers"),

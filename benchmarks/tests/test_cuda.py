@@ -1,4 +1,4 @@
-"""The command ``cuda`` at tiny sizes, on a host that plays the GPU."""
+"""The command ``cuda`` at tiny sizes, on a host that emulates the GPU."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from command_line import done, refused
 from command_line import run as command
-from support.played_device import PlayedDevice, require_compiler
+from support.emulated_device import EmulatedDevice, require_compiler
 
 from fastlines import FastlinesError
 from fastlines.cuda import cuda_device
@@ -30,13 +30,13 @@ def device(tmp_path, monkeypatch):
     require_compiler()
     monkeypatch.setattr(run, "UPLOADED", 1 << 16)
     monkeypatch.setattr(run.CudaPreset, "__init__", partialmethod(run.CudaPreset.__init__, warp="cpu"))
-    with use_device(PlayedDevice(tmp_path)) as given:
+    with use_device(EmulatedDevice(tmp_path)) as given:
         yield given
 
 
 def test_run(tmp_path, device):
     text = done("cuda", *TINY, "--json", "c.json")
-    for said in ("a host that plays a GPU", "decisions", "Mrays/s", "spaghetti", "bun-hair", "GB/s"):
+    for said in ("a host that emulates a GPU", "decisions", "Mrays/s", "spaghetti", "bun-hair", "GB/s"):
         assert said in text
     assert "answer differs" not in text
     result = json.loads((tmp_path / "c.json").read_text())
@@ -87,7 +87,14 @@ def test_variants(tmp_path, device):
     before = TUNING.copy()
     given = "--variant", "FASTLINES_GROUP=1", "--variant", "FASTLINES_GROUP=16,FASTLINES_SHARED_STACK=4"
     text = done("cuda-variants", *TINY, *given, "--json", "v.json")
-    for said in ("a host that plays a GPU", "Mrays/s", "GROUP=1", "GROUP=16 SHARED_STACK=4", "spaghetti", "bun-hair"):
+    for said in (
+        "a host that emulates a GPU",
+        "Mrays/s",
+        "GROUP=1",
+        "GROUP=16 SHARED_STACK=4",
+        "spaghetti",
+        "bun-hair",
+    ):
         assert said in text
     assert "answer differs" not in text
     assert before == TUNING

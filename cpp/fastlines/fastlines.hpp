@@ -4,7 +4,7 @@
 //     const fl::Tree tree = fl::build(lines);
 //     if (const fl::Hit hit = tree.first_hit({{0, 0, -5}, {0, 0, 1}}, 0.5f)) std::printf("line %d\n", int(hit.prim));
 //
-// docs/cpp.md explains it. Programs with primitives of their own include "core.hpp".
+// Programs with primitives of their own include "core.hpp".
 #pragma once
 
 #include "api/acc_tree.hpp"

@@ -1,6 +1,6 @@
 // Runs the kernels for GPUs on the host, and compares all answers with brute force, bit for bit: all kinds of
 // primitives, all queries, rays of all kinds, in order and shuffled, with a spread and without.
-// With FASTLINES_PLAY_WARPS, each lane is a fiber.
+// With FASTLINES_EMULATE_WARPS, each lane is a fiber.
 #include <algorithm>
 #include <cinttypes>
 #include <numeric>
@@ -9,13 +9,13 @@
 #include "check.hpp"
 #include "fastlines/primitives/spread_cones.hpp"
 
-#if !defined(FASTLINES_PLAY_WARPS)
-#define FASTLINES_PLAY_WARPS 0
+#if !defined(FASTLINES_EMULATE_WARPS)
+#define FASTLINES_EMULATE_WARPS 0
 #endif
-#if FASTLINES_PLAY_WARPS
-#include "played_warps.hpp"
+#if FASTLINES_EMULATE_WARPS
+#include "emulated_warps.hpp"
 #endif
-#include "played_device.hpp"
+#include "emulated_device.hpp"
 #include "query_matrix.hpp"
 
 using namespace fastlines;
@@ -23,7 +23,7 @@ using namespace fastlines::test;
 
 namespace {
 
-constexpr bool kPlaysWarps = FASTLINES_PLAY_WARPS;
+constexpr bool kEmulatesWarps = FASTLINES_EMULATE_WARPS;
 std::size_t n_decisions = 0, n_answers = 0, n_differ = 0, n_repeated = 0;
 
 /// Adds the lists of hits, or the first hits if there are no offsets.
@@ -52,7 +52,7 @@ Answers answers_of(const Numbers& numbers) {
 
 /// The answers of the kernels; those of `k_nearest` by t or by distance.
 template <At at, class P>
-Answers answer_on_device(const PlayedDevice<P>& device, Ask query, Rank rank) {
+Answers answer_on_device(const EmulatedDevice<P>& device, Ask query, Rank rank) {
   if (query == Ask::first) return answers_of(device.template first<at>(), at);
   if (query == Ask::any) return answers_of(device.any());
   if (query == Ask::count) return answers_of(device.count());
@@ -83,7 +83,7 @@ Answers nearest_by_brute_force(const Brute<P>& brute) {
 
 /// Compare one query on a scene.
 template <At at, class P, class D>
-void check_query(const Brute<P>& brute, const PlayedDevice<D>& device, const Case& test_case, Rank rank,
+void check_query(const Brute<P>& brute, const EmulatedDevice<D>& device, const Case& test_case, Rank rank,
                  const std::string& where) {
   const Answers expected = rank == Rank::t ? answer(brute, test_case) : nearest_by_brute_force<at>(brute);
   const Answers given = answer_on_device<at>(device, test_case.query, rank);
@@ -148,7 +148,7 @@ void check_scene(const std::string& name, const Lines& lines, const Built& built
       order.resize(batch.size());
       std::iota(order.rbegin(), order.rend(), 0u);
     }
-    const PlayedDevice<D> device{scene_of(view), device_rays_of(batch, order), has_repeats};
+    const EmulatedDevice<D> device{scene_of(view), device_rays_of(batch, order), has_repeats};
     const Brute<P> brute{{prims, view.frame}, batch, 1, progress};
     const std::string where = P::kKind + (" \"" + name) + "\", rays \"" + rays.name + '"';
     for (const Case& test_case : kCases)
@@ -167,7 +167,7 @@ void check_chains() {
   for (const ChildOfDepth child : {first_child, child_in_turn, second_child}) {
     const Chain chain(child);
     const RayBatch rays = chain.rays();
-    const PlayedDevice<DeviceSegments> device{scene_of(chain.view()), device_rays_of(rays, {}), false};
+    const EmulatedDevice<DeviceSegments> device{scene_of(chain.view()), device_rays_of(rays, {}), false};
     deepest_stack = 0;
     const auto first = device.first<At::closest>();
     const auto found = device.any();
@@ -178,7 +178,7 @@ void check_chains() {
     const auto room = int(stack_room(chain.nodes));
     check(room == kDepth + 1 && deepest_stack <= room, "no stack is deeper than foreseen");
     // Of children that the ray enters at the same t, the last comes first; so here the first ones wait.
-    if (child == second_child && !kPlaysWarps) check(deepest_stack == room, "a stack is as deep as foreseen");
+    if (child == second_child && !kEmulatesWarps) check(deepest_stack == room, "a stack is as deep as foreseen");
   }
 }
 
@@ -247,7 +247,7 @@ int main() {
     for (const auto& [name, lines] : all) {
       const Segments segments{lines};
       check_scene<DeviceSegments>(name, lines, segments, segments);
-      if (kPlaysWarps) continue;  // other exact tests are played by the other programs, which are faster
+      if (kEmulatesWarps) continue;  // the other programs run the other exact tests faster
       const std::vector<RoundCone> cones = cones_around(lines);
       const RoundCones round_cones{cones};
       check_scene<DeviceRoundCones>(name, lines, round_cones, round_cones);
@@ -255,7 +255,7 @@ int main() {
       const std::vector<Shape> shapes = shapes_around(lines);
       check_scene<DeviceShapes>(name, lines, Shapes{shapes}, Shapes{shapes});
     }
-    check(kPlaysWarps || n_repeated > 3, "some shapes are in several leaves");
+    check(kEmulatesWarps || n_repeated > 3, "some shapes are in several leaves");
     check(n_differ == 0, "all answers are those of brute force");
     std::printf("%zu answers, %zu decisions of brute force\n", n_answers, n_decisions);
   });

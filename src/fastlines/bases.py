@@ -103,7 +103,7 @@ def _moves(basis: str, wrap: str) -> bool:
 
 
 def find_spans(counts: IntArray, basis: str, wrap: str) -> Spans:
-    """Return the points of each curve of strands that have so many points each; a strand of no points has no curve.
+    """Return the points of each curve of strands with `counts` points each; a strand without points has no curve.
 
     Raises
     ------

@@ -34,7 +34,7 @@ Float64Array = npt.NDArray[np.float64]
 #: A curve is halved at most so often.
 MAX_LEVEL = 12
 
-#: A curve has at most so many pieces.
+#: The most pieces of a curve.
 MAX_PIECES = 2**MAX_LEVEL
 
 #: Pieces begin and end at multiples of 1/UNITS, which float32 holds.

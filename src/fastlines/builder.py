@@ -69,8 +69,8 @@ def build(
     ----------
     geometry : Lines, Spheres, Curves, Triangles, Boxes, Geometry, Primitives, (n, 2, 3) array, or what `lines` takes
         The primitives; an array is taken for segments, and a list of (m, 3) arrays for polylines. Lines with a `radius`
-        of their own are round cones to queries. `Geometry` holds several kinds, and `Primitives` is a class of your own
-        (docs/shapes.md).
+        of their own are round cones to queries. `Geometry` holds several kinds, and `Primitives` is the protocol of a
+        class of your own.
     method : {"best", "bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-d2"}
         "best", the default, makes the tree that queries are fastest on. With a `cost`, or cut boxes, it makes the tree
         of least cost, but does not cut lines that run along each other (`min_spread`). The others are the trees of the
@@ -93,7 +93,7 @@ def build(
         of 0.0005, and for queries 16 lanes, or as many as fit into leaves of `max_leaf_refs`.
     effort : float, optional
         Of "best": from 0, the fastest build, to 1, the best tree; 0.5 by default. For queries the default is 0 from
-        262,144 primitives on, where more effort takes at least twice the time and memory (docs/builder.md).
+        262,144 primitives on, where more effort takes at least twice the time and memory.
     presplit, reinsertion : optional
         Cut lines before the build, and move subtrees after it; see `Presplit` and `Settings`.
     own_radius : bool

@@ -327,8 +327,8 @@ class Camera:
         tan = math.tan(math.radians(fov_degrees) / 2) * (1 - 2 * margin)
         middle, nearest = [], [(depth - radius).min() - 0.01 * size]
         for across, slope in ((x, tan * aspect), (y, tan)):
-            reach = radius * math.sqrt(1 + slope**2)
-            upper, lower = (across - slope * depth + reach).max(), (across + slope * depth - reach).min()
+            grown = radius * math.sqrt(1 + slope**2)
+            upper, lower = (across - slope * depth + grown).max(), (across + slope * depth - grown).min()
             middle.append((lower + upper) / 2)
             nearest.append((lower - upper) / (2 * slope))
         apex = centre + dot(axes.T, np.array([*middle, min(nearest)]))

@@ -171,7 +171,7 @@ def convert_strands(
         if vectors is not None:
             wrong = unusable(to_float32(vectors, name)[:, None])
             if invalid == "error":
-                refuse_rows(wrong, name, "; mend them, or leave out their curves with invalid='skip'")
+                refuse_rows(wrong, name, "; fix them, or leave out their curves with invalid='skip'")
             bad |= wrong
     per_point = {name: column(values, name, n, "points") for name, values in mapping("attributes", attributes).items()}
     with np.errstate(invalid="ignore", over="ignore"):
@@ -194,7 +194,7 @@ def valid(made: Converted, invalid: str) -> dict[str, Any]:
     if radius is not None:
         bad |= bad_radius(radius)
     if invalid == "error":
-        refuse_rows(bad, "curves", "; mend them, or leave them out with invalid='skip'")
+        refuse_rows(bad, "curves", "; fix them, or leave them out with invalid='skip'")
     columns = made._asdict() | {"control": control, "radius": radius}
     del columns["bad"]
     return {name: _without(bad, values) for name, values in columns.items()} | {"skipped": np.flatnonzero(bad)}
@@ -240,7 +240,7 @@ def refuse_radius(bad: BoolArray, of: str) -> None:
     if bad.any():
         raise InputError(
             f"radius: {int(bad.sum())} of {len(bad)} {of} have one that is not from 0 to {COORDINATE_LIMIT:g} "
-            f"({list_rows(bad)}); mend them, or leave their curves out with invalid='skip'"
+            f"({list_rows(bad)}); fix them, or leave their curves out with invalid='skip'"
         )
 
 

@@ -287,7 +287,7 @@ class Curves(Shown):
         points : (m, 3) array
             The points of all strands, one strand after the other.
         counts : (k,) array of int
-            How many points each strand has; they add up to m. A strand of no points has no curves.
+            How many points each strand has; they add up to m. A strand without points has no curves.
         basis : {"bezier", "bspline", "catmull-rom", "hermite"}
             Converted to Bezier curves in float64, and then rounded to float32. A Bezier strand shares points: it has 4,
             7, 10, … of them. B-splines and Catmull-Rom splines have uniform knots and need 4 points or more, Hermite

@@ -16,12 +16,12 @@ from .meshes import BOUND, shape_rows
 
 Float64Array = npt.NDArray[np.float64]
 
-#: By how much boxes are grown, as a fraction of the scene's size and of its largest coordinate: more than the float32
-#: rounding of a ray and a box.
+#: By how much boxes are grown, as a fraction of the scene's size plus its largest coordinate. It exceeds the rounding
+#: of rays and boxes to float32.
 MARGIN = 2.0**-18
 
-#: How often the boxes of primitives are halved, if there is `clipped_bounds`, and how much less surface the parts must
-#: have, as a fraction of the whole, to take its place.
+#: How often the boxes of primitives are halved if there is `clipped_bounds`. Smaller boxes replace the box of a
+#: primitive if their surface area is less than this fraction of its area.
 HALVINGS, LESS = 3, 0.9
 
 
@@ -35,11 +35,13 @@ class Rays(NamedTuple):
 
 
 class Primitives(Protocol):
-    """What `build` needs of a class of your own; arrays have a row for each of m ids or pairs.
+    """The methods of a class of your own that `build` needs.
 
-    `clipped_bounds(ids, boxes)` is optional. It returns the boxes (m, 2, 3) of the parts in boxes (m, 2, 3); low > high
-    where there is none. Boxes may be larger than the parts. Trees are then over smaller boxes.
-    `normals(ids, points)` is optional too: unit vectors (m, 3) for `FirstHits.normals`.
+    Two more methods are optional. Their arrays have one row for each of m primitives.
+
+    - ``clipped_bounds(ids, boxes)`` returns boxes (m, 2, 3) around the part of each primitive in its box (m, 2, 3), or
+      low > high if there is no such part. Trees are then over smaller boxes.
+    - ``normals(ids, points)`` returns unit vectors (m, 3) for `FirstHits.normals`.
     """
 
     def bounds(self) -> npt.ArrayLike:
@@ -53,13 +55,13 @@ class Primitives(Protocol):
         ids : (m,) int64
         rays : Rays
         radius : (m,) float64
-            The radius of the query, to be understood as you like. A hit must lie within it of the primitive's box.
+            The radius of the query; you define its meaning. A hit must lie within this distance of the primitive's box.
 
         Returns
         -------
         (m,) array, or mapping of str to (m,) array
-            "t", in units of the direction's length; NaN or inf for a miss. What lies outside of t_min and t_max counts
-            as a miss. A mapping may also have "u", "distance" and "t_out".
+            "t", in units of the direction's length; NaN or inf for a miss. A t outside of [t_min, t_max] counts as a
+            miss. A mapping may also have "u", "distance" and "t_out".
         """
 
 
@@ -79,9 +81,9 @@ def is_custom(value: object) -> bool:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Custom(Shown):
-    """Primitives of a class of your own; `build` makes it of an object with `bounds` and `hit`."""
+    """The container that `build` makes from an object with `bounds` and `hit`."""
 
-    #: What the core calls the boxes.
+    #: The name of the boxes' kind in the core.
     kind: ClassVar[str] = "shapes"
 
     source: Primitives
@@ -123,12 +125,12 @@ class Custom(Shown):
             halves = np.stack([boxes, boxes])
             halves[0, rows, 1, axis] = halves[1, rows, 0, axis] = boxes.mean(axis=1)[rows, axis]
             parts = [_checked_boxes(clip(owner, half), name, len(owner)) for half in halves]
-            # A part reaches no farther than its half.
+            # Clip the box of each part to its half.
             found, limits = np.concatenate(parts), np.concatenate(halves)
             low, high = np.maximum(found[:, 0], limits[:, 0]), np.minimum(found[:, 1], limits[:, 1])
             is_part = (low <= high).all(axis=1)
             boxes, owner = np.stack([low, high], axis=1)[is_part], np.concatenate([owner, owner])[is_part]
-        # Keep whole what has no less surface in parts.
+        # Keep the whole box of a primitive unless its parts have less surface area.
         whole = _area(self._boxes)
         better = np.bincount(owner, _area(boxes), minlength=len(whole)) < LESS * whole
         better &= np.bincount(owner, minlength=len(whole)) > 0
@@ -144,7 +146,7 @@ class Custom(Shown):
 
     @cached_property
     def core_rows(self) -> FloatArray:
-        """The boxes that the core searches, a little larger than they are: (n_rows, 10) float32."""
+        """The boxes that the core searches, grown to cover rounding: (n_rows, 10) float32."""
         boxes = self._pieces[0].copy()
         if len(boxes):
             size = float(np.ptp(boxes.reshape(-1, 3), axis=0).max())

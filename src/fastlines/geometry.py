@@ -123,7 +123,7 @@ def core_data(geometry: AnyGeometry) -> tuple[str, FloatArray]:
 
 
 def spread_data(geometry: AnyGeometry) -> tuple[str, FloatArray]:
-    """Return the same for rays with a spread, for which lines without a radius are round cones of radius 0."""
+    """Return the kind and the rows of `core_data` for rays with a spread: round cones, of radius 0 for plain lines."""
     core = core_of(geometry)
     if not isinstance(core, Lines) or core.kind not in ("segments", "round cones"):
         raise InputError(f"a spread is for lines, and this tree is over {type(geometry).__name__}; leave out spread=")
@@ -168,7 +168,7 @@ def needs_radius(geometry: AnyGeometry) -> bool:
 
 
 def radius_beyond(geometry: AnyGeometry) -> float:
-    """Return how far primitives reach beyond the boxes of a tree over them."""
+    """Return how far primitives extend beyond the boxes of a tree over them."""
     return geometry.max_radius if isinstance(geometry, Lines | Curves) else 0.0
 
 

@@ -1,7 +1,7 @@
 """The geometry of a tree as sections and metadata of a file, and back.
 
 Sections of lines have the names of the fields of `Lines`; attributes have a prefix. Of a `Geometry`, those of part 1
-begin with ``parts/1/``. The metadata of a container is its kind, and what else is no array.
+begin with ``parts/1/``. The metadata of a container has its kind, and everything that is not an array.
 """
 
 from __future__ import annotations
@@ -73,8 +73,8 @@ def to_sections(geometry: AnyGeometry) -> tuple[Arrays, dict[str, Any], list[str
     name = type(geometry).__name__
     if KINDS.get(name) is not type(geometry):
         raise InputError(
-            f"files keep trees over {', '.join([*KINDS, Geometry.__name__])}, and this one is over {name}; pickle "
-            "keeps it, and docs/extending.md explains how to add a class to fastlines.geometry_file.KINDS"
+            f"files keep trees over {', '.join([*KINDS, Geometry.__name__])}, and this one is over {name}; use pickle, "
+            f"or add {name} to KINDS and its arrays to SECTIONS of {__name__}"
         )
     arrays = {key: getattr(geometry, key) for key in SECTIONS[name] if getattr(geometry, key) is not None}
     if not len(arrays.get("skipped", ())):

@@ -87,7 +87,7 @@ class HitGeometry:
 
     @cached_property
     def _outwards(self) -> Float64Array:
-        """The normal at each hit that is no miss."""
+        """The normal at each hit, without misses."""
         return places.outwards(*self._places())
 
     def _require_surface(self) -> None:
@@ -142,7 +142,7 @@ class HitGeometry:
         return self.geometry
 
     def _ray_of_hits(self) -> IntArray:
-        """Return the row of the ray of each hit that is no miss."""
+        """Return the row of the ray of each hit, without misses."""
         raise NotImplementedError
 
     def _filled(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
@@ -157,7 +157,7 @@ class HitGeometry:
         raise NotImplementedError
 
     def _places(self, *, with_rays: bool = True) -> tuple[AnyGeometry, places.Places]:
-        """Return the geometry, and the place of each hit that is no miss; without its ray if that is not needed."""
+        """Return the geometry, and the place of each hit, without misses; its ray is left out if that is not needed."""
         geometry, hit = self._known(), self.prim >= 0
         if not with_rays:
             return geometry, places.Places.without_rays(self.prim_number[hit], self.u[hit].astype(np.float64))

@@ -73,7 +73,7 @@ class _OfGeometry(HitGeometry):
 
     @property
     def lines(self) -> AnyGeometry | None:
-        """The geometry, by its name when there were only lines."""
+        """The same as `geometry`."""
         return self.geometry
 
     def __copy__(self: Self) -> Self:
@@ -111,8 +111,8 @@ class FirstHits(_OfGeometry):
     u : float32
         The position on the segment or curve, from 0 to 1; 0 for what has no axis.
     distance : float32
-        The distance of the ray from the segment at the closest approach, from its axis if it is thick; inf = miss. It
-        is the least distance, unless the segment tapers: then it is where the ray lies deepest in it (docs/answers.md).
+        The distance of the ray from the segment at the closest approach, from its axis if it is thick; inf = miss.
+        Where a segment tapers, the closest approach is the point at which distance less radius is least.
     t_out : float32 or None
         With ``at="surface"``, t where the ray leaves the capsule around the segment, or the shape.
     skipped : (k,) int64

@@ -26,7 +26,7 @@ BLOCK = 128
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Layout(Immutable):
-    """A tree of up to 16 children a node, boxes and pieces of segments quantised to bytes (docs/engine.md).
+    """The form of a tree that queries run on: 16 children a node, boxes and pieces of segments in bytes.
 
     Attributes
     ----------

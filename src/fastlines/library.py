@@ -1,4 +1,4 @@
-"""Where the library for C++ and C programs is installed (docs/cpp.md)."""
+"""Where the library for C++ and C programs is installed."""
 
 from __future__ import annotations
 

@@ -295,12 +295,12 @@ class Lines(Shown):
             if invalid == "error" and bad_radius.any():
                 raise InputError(
                     f"radius: {int(bad_radius.sum())} of {n_given} are not numbers from 0 to {COORDINATE_LIMIT:g} "
-                    f"({list_rows(bad_radius)}); mend them, or leave them out with invalid='skip'"
+                    f"({list_rows(bad_radius)}); fix them, or leave them out with invalid='skip'"
                 )
             bad = bad | bad_radius
         if invalid == "error":
             how = "invalid='skip' where lines are read or a tree is built, --skip-invalid on the command line"
-            refuse_rows(bad, "segments", f"; mend them, or leave them out: {how}")
+            refuse_rows(bad, "segments", f"; fix them, or leave them out: {how}")
         if bad.any():
             array, strands = own(array[~bad]), own(strands[~bad])
             radius = None if radius is None else own(radius[~bad])
@@ -369,7 +369,7 @@ class Lines(Shown):
 
 
 def check_unit(unit: object) -> None:
-    """Refuse a unit that is no text of one line."""
+    """Refuse a unit that is not a text of one line."""
     if unit is not None and not (isinstance(unit, str) and unit and unit.isprintable()):
         raise InputError(f"unit {unit!r} is not the name of a unit, such as 'mm'")
 

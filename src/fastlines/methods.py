@@ -55,7 +55,7 @@ class Methods(Mapping[str, Settings]):
 C_TRAV: dict[BoxRule, float] = {"tight": 2.0, "cut": 0.6}
 
 #: From this many primitives on, a tree for fast queries is built with the least effort by default. More effort takes at
-#: least twice the time and memory there, and gains little (docs/builder.md).
+#: least twice the time and memory there, and gains little.
 LARGE = 2**18
 
 #: `min_spread` of "best": half the radius that it measures boxes with. A ray that hits one line then hits nearly all.

@@ -29,7 +29,7 @@ class PlacedTree(TreeData):
         return build_layout(self.geometry, *self.words(), self.nodes["box"][0])
 
     def to(self: Self, backend: str) -> Self:
-        """Return this tree with a backend that answers its queries: "cpu" or "cuda" (docs/gpu.md).
+        """Return this tree with a backend that answers its queries: "cpu" or "cuda".
 
         Answers are the same. The layout is uploaded to the GPU once, for the first query. A tree that is not placed
         has the backend of `set_backend`; so has a tree from a file or from a refit.
@@ -70,7 +70,10 @@ class PlacedTree(TreeData):
         return str(self.__dict__.get("_backend") or get_backend())
 
     def _on_gpu(self, has_spread: bool, alone: bool = False) -> CudaBackend:
-        """Return the backend of the GPU, which has to answer `alone` if rays and answers are there."""
+        """Return the backend that queries the GPU.
+
+        Rays in the memory of the GPU are answered by it `alone`: it is an error if that is not possible.
+        """
         from .cuda.backend import CudaBackend
         from .cuda.scene import require_cuda, scene_of
 

@@ -1,4 +1,4 @@
-"""The place of each hit on its primitive: points, outward normals, tangents, attributes; one hit a row, in float64."""
+"""Points, outward normals, tangents and attributes where rays hit primitives: one hit a row, in float64."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Float64Array = npt.NDArray[np.float64]
 
 
 class Places(NamedTuple):
-    """Hits that are no misses, and their rays."""
+    """Hits and their rays: one row for each hit, without misses."""
 
     prim: IntArray
     u: Float64Array
@@ -30,12 +30,12 @@ class Places(NamedTuple):
     origins: Float64Array
     directions: Float64Array
     radius: Float64Array
-    #: Whether t is that of an entry into the surface, which no bound of the ray has cut off.
+    #: Whether the ray enters a surface at t. It does not if it starts inside, so that t is a bound of the ray.
     enters: npt.NDArray[np.bool_]
 
     @classmethod
     def without_rays(cls, prim: IntArray, u: Float64Array) -> Places:
-        """Return places whose rays are not asked for."""
+        """Return hits whose rays are unknown (NaN)."""
         unknown = np.full(len(prim), np.nan)
         vectors = np.full((len(prim), 3), np.nan)
         return cls(prim, u, unknown, vectors, vectors, unknown, np.zeros(len(prim), bool))
@@ -52,7 +52,7 @@ class Places(NamedTuple):
 def _of_parts(
     geometry: Geometry, hits: Places, ask: Callable[[Any, Places], npt.NDArray[Any]]
 ) -> npt.NDArray[np.float64]:
-    """Ask each part of a geometry for its hits; NaN where a part has no answer."""
+    """Evaluate a function of a part and its hits for each part of a geometry, and join the results."""
     part, prim = in_parts(geometry, hits.prim)
     asked = [(rows, ask(geometry.parts[i], hits._replace(prim=prim).some(rows))) for i, rows in _rows_of(part)]
     shape = asked[0][1].shape[1:] if asked else (3,)
@@ -72,7 +72,7 @@ def has_axes(geometry: AnyGeometry) -> bool:
 
 
 def points(geometry: AnyGeometry, hits: Places) -> Float64Array:
-    """Return the point of each hit on its ray. Where the ray enters a surface, float64 computes it anew."""
+    """Return the point of each hit on its ray; where the ray enters a surface, t is computed again in float64."""
     if isinstance(geometry, Geometry):
         return _of_parts(geometry, hits, points)
     if isinstance(geometry, Curves):
@@ -107,7 +107,7 @@ def outwards(geometry: AnyGeometry, hits: Places) -> Float64Array:
         away = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         away[dot(away, hits.directions) > 0] *= -1
     else:
-        # The face through which the ray comes in last.
+        # Take the face of the plane that the ray crosses last on its way in.
         rows, axis = np.arange(len(hits.prim)), _enter_boxes(geometry, hits).argmax(axis=1)
         away = np.zeros((len(rows), 3))
         away[rows, axis] = -np.sign(hits.directions[rows, axis])
@@ -147,11 +147,11 @@ def sample(geometry: AnyGeometry, name: str, hits: Places) -> npt.NDArray[Any]:
     if not isinstance(geometry, Geometry):
         known = names(geometry)
         if name not in known:
-            raise InputError(f"name={name!r} is no attribute of {geometry!r}{did_you_mean(name, known)}")
+            raise InputError(f"name={name!r} is not an attribute of {geometry!r}{did_you_mean(name, known)}")
         return _sample(geometry, name, hits)
     if not any(name in names(part) for part in geometry.parts):
         known = dict.fromkeys(known for part in geometry.parts for known in names(part))
-        raise InputError(f"name={name!r} is no attribute of any part{did_you_mean(name, known)}")
+        raise InputError(f"name={name!r} is not an attribute of any part{did_you_mean(name, known)}")
     part, prim = in_parts(geometry, hits.prim)
     hits = hits._replace(prim=prim)
     asked = [
@@ -234,7 +234,7 @@ def _cross_triangles(triangles: Triangles, hits: Places) -> Float64Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         above, facing = (dot(normal, x) for x in (corners[:, 0] - hits.origins, hits.directions))
         t = above / facing
-    # Where a triangle is seen edge-on, its plane says little.
+    # If the ray is nearly parallel to the triangle, its plane does not determine t.
     length = np.sqrt(dot(normal, normal) * dot(hits.directions, hits.directions))
     return np.where(np.abs(facing) > 1e-3 * length, t, np.nan)
 

@@ -169,7 +169,7 @@ def check_rays(
             found.append(f"{int(bad.sum())} of {n_rays} rays {fault}{where}")
         skipped |= bad
     if found and invalid == "error":
-        raise InputError(f"{'; '.join(found)}; mend them, or let them miss (in Python: invalid='skip')")
+        raise InputError(f"{'; '.join(found)}; fix them, or let them miss (in Python: invalid='skip')")
     if skipped.any():
         # Replace each by a ray that can hit nothing.
         origins, directions = origins.copy(), directions.copy()

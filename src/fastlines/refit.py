@@ -87,8 +87,8 @@ class RebuildPolicy:
 
     A query on a refitted tree takes about `Tree.growth` times as long as it would if the cost had not grown. So the
     fraction 1 − 1/growth of the time of queries is lost. The policy waits until the losses add up to one build. Losses
-    and builds together then take at most twice as long as with the best schedule in hindsight, apart from the last
-    frame's loss (docs/refit.md).
+    and builds together then take at most twice as long as with the best schedule in hindsight, apart from the loss of
+    the frame before each build.
 
     Parameters
     ----------

@@ -65,8 +65,8 @@ class Tree(PlacedTree):
         """Find the nearest hit of each ray o + t·d.
 
         A ray hits a segment if it comes within the radius of it, for t in [t_min, t_max]: the radius of the query, plus
-        that of the lines if they have one (docs/answers.md). Of hits with equal t the lowest id comes first. All
-        queries take these parameters.
+        that of the lines if they have one. Of hits with equal t the lowest id comes first. All queries take these
+        parameters.
 
         Parameters
         ----------
@@ -92,8 +92,9 @@ class Tree(PlacedTree):
         progress : bool or callable
             Show a bar, or call back with the fraction that is done.
         kernel : {"auto", "single", "wave", "bundle", "binary"}
-            Choose the kernel for each group of rays by their coherence, or force one (docs/engine.md); "binary"
-            searches the tree as it was built. Rays with a spread are never bundled. The answer is the same.
+            Choose the kernel for each group of rays by their coherence, or force one: one ray at a time, incoherent
+            rays together, coherent rays as one beam, or a search of the tree as it was built. The answer is the same.
+            Rays with a spread are never bundled.
 
         Returns
         -------
@@ -307,7 +308,7 @@ class Tree(PlacedTree):
         return backend_of(self.geometry, core, checked), checked
 
     def refit(self, lines: Lines | npt.ArrayLike, *, progress: ProgressOption = False) -> Tree:
-        """Make the same tree over segments that have moved: same nodes and pieces, boxes fitted anew (docs/refit.md).
+        """Make the same tree over segments that have moved: same nodes and pieces, boxes fitted anew.
 
         A refit is much faster than a build, and answers are exact, but boxes overlap more as neighbours move apart.
         `growth` is the factor by which the cost has grown; `RebuildPolicy` decides when to rebuild. A `layout` is
@@ -367,7 +368,7 @@ def load(path: str | os.PathLike[str], *, verify: bool | None = None) -> Tree:
     """Map a saved tree into memory and check that it can be used.
 
     The checks are those of every tree (`Tree`), so no hit is lost or reported twice; `Tree.validate` checks the axioms
-    too. A later change of the file changes the tree (docs/files.md).
+    too. The tree reads the file while it is used, so replace a file as a whole and never edit it in place.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""References that are tested so many at once: the search counts half of them as full lanes."""
+"""References that are tested in lanes: the search counts half of them as full lanes."""
 
 from __future__ import annotations
 

@@ -200,7 +200,7 @@ def test_convert_prints_what_was_written():
     n = len(curves.pieces)
     assert run("convert", "a.npz", "a.vtp").stdout == f"a.vtp: polylines, VTK polydata: {n} segments, 1 strand\n"
     assert run("convert", "a.npz", "a.npy").stdout.endswith(f": {n} segments\n")  # which holds no strands
-    # A strand with a gap is two polylines, and what is of no strand is another.
+    # A strand with a gap is two polylines, and a segment without a strand is another.
     gaps = [[[0, 0, 0], [1, 0, 0]], [[1, 0, 0], [2, 0, 0]], [[5, 0, 0], [6, 0, 0]], [[7, 7, 7], [8, 8, 8]]]
     fl.write("gaps.npz", fl.Lines.from_segments(gaps, strands=[0, 0, 0, -1]))
     for extension, row in FORMATS.items():
@@ -310,7 +310,7 @@ def test_options_and_formats(table, command):
 
 def test_trees_take_no_options(tree_file):
     assert "--option does not apply: s.flt is a tree" in refused("info", tree_file, "--option", "a=1")[1]
-    assert "does not apply: the five scenes are no files" in refused("demo", "--format", "trk")[1]
+    assert "does not apply: the five scenes are not files" in refused("demo", "--format", "trk")[1]
 
 
 # --- Files and their trees ---

@@ -1,25 +1,25 @@
-"""A host that plays a GPU, for all tests of this folder."""
+"""A host that emulates a GPU, for all tests of this folder."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 import pytest
-from support.played_device import PlayedDevice, require_compiler
+from support.emulated_device import EmulatedDevice, require_compiler
 
 from fastlines.cuda.choice import use_device
 
 
 @pytest.fixture(scope="session")
-def played(tmp_path_factory: pytest.TempPathFactory) -> PlayedDevice:
+def emulated(tmp_path_factory: pytest.TempPathFactory) -> EmulatedDevice:
     require_compiler()
-    return PlayedDevice(tmp_path_factory.mktemp("played"))
+    return EmulatedDevice(tmp_path_factory.mktemp("emulated"))
 
 
 @pytest.fixture
-def device(played: PlayedDevice) -> Iterator[PlayedDevice]:
+def device(emulated: EmulatedDevice) -> Iterator[EmulatedDevice]:
     """Put the host in the place of the GPU."""
-    played.launched.clear()
-    played.uploaded.clear()
-    with use_device(played):
-        yield played
+    emulated.launched.clear()
+    emulated.uploaded.clear()
+    with use_device(emulated):
+        yield emulated

@@ -1,4 +1,4 @@
-"""Queries on a GPU give the answers of brute force, bit for bit: here on a host that plays the GPU's threads."""
+"""Queries on a GPU give the answers of brute force, bit for bit: here on a host that emulates the GPU's threads."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import pytest
 from support import nasty
 from support.answers import WITH_AT, assert_same, cases, options, question
 from support.builds import ALL_KINDS
+from support.emulated_device import TUNINGS, EmulatedDevice
 from support.nasty import spreads
-from support.played_device import TUNINGS, PlayedDevice
 from support.slow import few_of
 
 import fastlines as fl
@@ -47,7 +47,7 @@ def on_cpu_afterwards():
 
 @pytest.mark.parametrize("name", few_of(nasty.NAMES, 8))
 @pytest.mark.parametrize("kind", KINDS)
-def test_answers_are_those_of_brute_force(kind: str, name: str, device: PlayedDevice) -> None:
+def test_answers_are_those_of_brute_force(kind: str, name: str, device: EmulatedDevice) -> None:
     case = cases(0, n_rays=60)[name]
     asked, _ = question(case)
     geometry = ALL_KINDS[kind](case.segments)
@@ -59,7 +59,7 @@ def test_answers_are_those_of_brute_force(kind: str, name: str, device: PlayedDe
 
 
 @pytest.mark.parametrize("kind", ["triangles", "boxes", "a mixture"])
-def test_shapes_in_several_leaves(kind: str, device: PlayedDevice) -> None:
+def test_shapes_in_several_leaves(kind: str, device: EmulatedDevice) -> None:
     """A ray may find a shape in several leaves; it is counted and listed once."""
     case = cases(2, n_rays=60)["crossing"]
     asked, _ = question(case)
@@ -75,7 +75,7 @@ def test_shapes_in_several_leaves(kind: str, device: PlayedDevice) -> None:
 
 @pytest.mark.parametrize("name", few_of(nasty.NAMES, 4))
 @pytest.mark.parametrize("kind", LINES)
-def test_rays_with_a_spread(kind: str, name: str, device: PlayedDevice) -> None:
+def test_rays_with_a_spread(kind: str, name: str, device: EmulatedDevice) -> None:
     case = cases(0, n_rays=60)[name]
     asked, _ = question(case)
     asked["spread"] = spreads(case, len(asked["origins"]), 1)
@@ -87,7 +87,7 @@ def test_rays_with_a_spread(kind: str, name: str, device: PlayedDevice) -> None:
             assert_same(getattr(tree, query)(**asked, **how), expected, f"{query}, {how}")
 
 
-def test_equal_t_in_different_nodes(device: PlayedDevice) -> None:
+def test_equal_t_in_different_nodes(device: EmulatedDevice) -> None:
     """From afar, many layers of lines have the same t; the first hit is the lowest id, which may be in the last one."""
     z = np.add.outer(0.02 * np.arange(30), 1e-4 * np.arange(20)).ravel()[::-1]  # gaps are wider than a quantum
     lines = fl.Lines.from_segments(np.stack([np.stack([0 * z + x, 0 * z + 0.5, z], axis=1) for x in (0, 1)], axis=1))
@@ -105,7 +105,7 @@ def test_equal_t_in_different_nodes(device: PlayedDevice) -> None:
 
 
 @pytest.mark.parametrize("name", fl.scenes.NAMES)
-def test_scenes_of_the_thesis(name: str, device: PlayedDevice) -> None:
+def test_scenes_of_the_thesis(name: str, device: EmulatedDevice) -> None:
     lines = fl.scenes.make(name, 400).lines
     tree = fl.build(lines).to("cuda")
     low, high = np.asarray(lines.bounds, np.float64)
@@ -118,7 +118,7 @@ def test_scenes_of_the_thesis(name: str, device: PlayedDevice) -> None:
             assert_same(getattr(tree, query)(*rays, radius, **options(query)), expected, f"{query}, {radius=}")
 
 
-def test_threads_that_ask_one_tree_upload_it_once(device: PlayedDevice) -> None:
+def test_threads_that_ask_one_tree_upload_it_once(device: EmulatedDevice) -> None:
     lines = fl.scenes.make("spaghetti", 400).lines
     tree = fl.build(lines).to("cuda")
     rays = np.random.default_rng(1).uniform(-1, 1, (2, 100, 3))
@@ -131,7 +131,7 @@ def test_threads_that_ask_one_tree_upload_it_once(device: PlayedDevice) -> None:
 
 @pytest.mark.parametrize("tuning", TUNINGS, ids=str)
 def test_tuning_changes_no_answer(
-    tuning: dict[str, int], device: PlayedDevice, monkeypatch: pytest.MonkeyPatch
+    tuning: dict[str, int], device: EmulatedDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name, value in tuning.items():
         monkeypatch.setitem(program.TUNING, name, value)
@@ -142,7 +142,7 @@ def test_tuning_changes_no_answer(
         assert_same(getattr(tree.to("cuda"), query)(**asked, **how), getattr(tree, query)(**asked, **how), query)
 
 
-def test_the_layout_is_uploaded_once(device: PlayedDevice) -> None:
+def test_the_layout_is_uploaded_once(device: EmulatedDevice) -> None:
     tree = fl.build(TREE.geometry).to("cuda")
     tree.any_hit(*RAYS)
     first = len(device.uploaded)
@@ -153,7 +153,7 @@ def test_the_layout_is_uploaded_once(device: PlayedDevice) -> None:
     assert device.launched == ["any_hit", "any_hit"]
 
 
-def test_the_backend_of_all_trees(device: PlayedDevice) -> None:
+def test_the_backend_of_all_trees(device: EmulatedDevice) -> None:
     assert (fl.get_backend(), TREE.backend) == ("cpu", "cpu")
     fl.set_backend("cuda")
     assert (fl.get_backend(), TREE.backend, TREE.to("cpu").backend) == ("cuda", "cuda", "cpu")
@@ -161,7 +161,7 @@ def test_the_backend_of_all_trees(device: PlayedDevice) -> None:
     assert device.launched == ["first_closest"]
 
 
-def test_a_placed_tree_is_like_any_other(device: PlayedDevice) -> None:
+def test_a_placed_tree_is_like_any_other(device: EmulatedDevice) -> None:
     tree = TREE.to("cuda")
     assert (tree.backend, tree.to("cpu").backend, TREE.backend) == ("cuda", "cpu", "cpu")
     assert tree.nodes is TREE.nodes
@@ -176,7 +176,7 @@ def test_a_placed_tree_is_like_any_other(device: PlayedDevice) -> None:
     assert shares[-1] == 1.0
 
 
-def test_no_rays_and_no_lines(device: PlayedDevice) -> None:
+def test_no_rays_and_no_lines(device: EmulatedDevice) -> None:
     empty = fl.build(np.empty((0, 2, 3)))
     for tree, rays in (
         (TREE, (np.empty((0, 3)), np.empty((0, 3)), 0.5)),
@@ -189,7 +189,7 @@ def test_no_rays_and_no_lines(device: PlayedDevice) -> None:
 
 
 @pytest.mark.parametrize("n", [1, SCAN_RUN, SCAN_RUN + 1, SCAN_RUN**2 + 1])
-def test_scan(n: int, device: PlayedDevice) -> None:
+def test_scan(n: int, device: EmulatedDevice) -> None:
     numbers = np.random.default_rng(n).integers(0, 100, n)
     memory = device.upload(numbers)
     scan(device, device.compile("DeviceSegments", 64), memory.pointer, n)
@@ -205,7 +205,7 @@ def test_stack_room() -> None:
     assert stack_room(nodes[:0]) == 1
 
 
-def test_what_the_gpu_does_not_do(device: PlayedDevice) -> None:
+def test_what_the_gpu_does_not_do(device: EmulatedDevice) -> None:
     tree = TREE.to("cuda")
     with pytest.raises(fl.InputError, match="at='surface' has no meaning with a spread"):
         tree.first_hit([0, 0, -5], [0, 0, 1], spread=0.1, at="surface")
@@ -224,7 +224,7 @@ def test_what_the_gpu_does_not_do(device: PlayedDevice) -> None:
         TREE.to("gpu")
 
 
-def test_a_tree_that_is_too_deep(device: PlayedDevice, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_tree_that_is_too_deep(device: EmulatedDevice, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fastlines.cuda.scene.MAX_STACK", 0)
     with pytest.raises(fl.FastlinesError, match="on the stack of each ray, and a GPU has room for 0"):
         fl.build(TREE.geometry).to("cuda").first_hit(*RAYS)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.played_device import PlayedDevice
+from support.emulated_device import EmulatedDevice
 
 import fastlines as fl
 from fastlines.cuda import cuda_device
@@ -102,8 +102,8 @@ class Card:
         return Buffer(memory.ctypes.data + -memory.ctypes.data % 256, size, memory)
 
 
-def test_what_it_calls(played: PlayedDevice, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernels = played.compile("DeviceSegments", 64)
+def test_what_it_calls(emulated: EmulatedDevice, monkeypatch: pytest.MonkeyPatch) -> None:
+    kernels = emulated.compile("DeviceSegments", 64)
     compiled: list[tuple[str, str, int]] = []
 
     def compile_for(arch: str, primitives: str, stack: int) -> bytes:

@@ -1,4 +1,4 @@
-"""Rays in the memory of a GPU are read there, and answers stay there; on a host that plays the GPU."""
+"""Rays in the memory of a GPU are read there, and answers stay there; on a host that emulates the GPU."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.answers import WITH_AT
-from support.played_device import DeviceArray, PlayedDevice
+from support.emulated_device import DeviceArray, EmulatedDevice
 
 import fastlines as fl
 from fastlines.cuda.device_rays import DeviceHits
@@ -39,7 +39,7 @@ def assert_same(got: Any, expected: Any) -> None:
 
 
 @pytest.mark.parametrize("query", QUERIES)
-def test_answers_are_those_on_the_host(query: str, device: PlayedDevice) -> None:
+def test_answers_are_those_on_the_host(query: str, device: EmulatedDevice) -> None:
     tree = TREE.to("cuda")
     bounds = {"t_min": -0.5, "t_max": RANDOM.uniform(0, 3, (8, 9)).astype(np.float32)}
     for at in ("closest", "surface") if query in WITH_AT else (None,):
@@ -57,7 +57,7 @@ def test_answers_are_those_on_the_host(query: str, device: PlayedDevice) -> None
 
 
 @pytest.mark.parametrize("query", QUERIES)
-def test_rays_with_a_spread(query: str, device: PlayedDevice) -> None:
+def test_rays_with_a_spread(query: str, device: EmulatedDevice) -> None:
     how = {"k": 2} if query == "next_hits" else {}
     spreads = RANDOM.choice([0, 1e-4, 0.01, 0.2], (8, 9)).astype(np.float32)
     for lines in (LINES, fl.Lines.from_segments(LINES.segments)):
@@ -70,7 +70,7 @@ def test_rays_with_a_spread(query: str, device: PlayedDevice) -> None:
 
 @pytest.mark.parametrize("method", ["bvh-cl", "kd-cl"])
 @pytest.mark.parametrize("query", QUERIES)
-def test_triangles(query: str, method: str, device: PlayedDevice) -> None:
+def test_triangles(query: str, method: str, device: EmulatedDevice) -> None:
     """A triangle may be in several leaves, and is counted and listed once."""
     corners = RANDOM.uniform(-1, 1, (300, 1, 3)) + RANDOM.uniform(-0.3, 0.3, (300, 3, 3))
     tree = fl.build(fl.Triangles(corners), method)
@@ -80,7 +80,7 @@ def test_triangles(query: str, method: str, device: PlayedDevice) -> None:
         assert_same(got, getattr(tree, query)(ORIGINS, DIRECTIONS, **how))
 
 
-def test_no_rays(device: PlayedDevice) -> None:
+def test_no_rays(device: EmulatedDevice) -> None:
     none = on_device(np.empty((0, 3)))
     assert TREE.to("cuda").first_hit(none, none).t.array.shape == (0,)
     assert TREE.to("cuda").all_hits(none, none).offsets.array.tolist() == [0]
@@ -108,7 +108,7 @@ def test_no_rays(device: PlayedDevice) -> None:
         {"spread": 0.9e12, "directions": 1.0},
     ],
 )
-def test_invalid_rays_are_those_of_the_host(change: dict[str, float], device: PlayedDevice) -> None:
+def test_invalid_rays_are_those_of_the_host(change: dict[str, float], device: EmulatedDevice) -> None:
     rays = {
         "origins": ORIGINS[0].copy(),
         "directions": DIRECTIONS[0].copy(),
@@ -125,7 +125,7 @@ def test_invalid_rays_are_those_of_the_host(change: dict[str, float], device: Pl
         TREE.to("cuda").first_hit(**{name: on_device(array) for name, array in rays.items()})
 
 
-def test_arrays_of_another_kind(device: PlayedDevice) -> None:
+def test_arrays_of_another_kind(device: EmulatedDevice) -> None:
     tree, origins, directions = TREE.to("cuda"), on_device(ORIGINS), on_device(DIRECTIONS)
     with pytest.raises(fl.InputError, match="origins are float64; expected contiguous float32"):
         tree.first_hit(DeviceArray(ORIGINS.astype(np.float64)), directions)
@@ -139,7 +139,7 @@ def test_arrays_of_another_kind(device: PlayedDevice) -> None:
         tree.first_hit(origins, directions, t_min=[0, 1])
 
 
-def test_what_rays_on_a_device_do_not_take(device: PlayedDevice) -> None:
+def test_what_rays_on_a_device_do_not_take(device: EmulatedDevice) -> None:
     tree, rays = TREE.to("cuda"), (on_device(ORIGINS), on_device(DIRECTIONS))
     for name, value in {"ignore": [0], "ignore_strands": [0], "invalid": "skip"}.items():
         with pytest.raises(fl.InputError, match=f"take no {name}="):

@@ -10,7 +10,7 @@ import pytest
 from support import nasty
 from support.answers import WITH_AT, assert_same, cases, options, question
 from support.builds import ALL_KINDS
-from support.played_device import TUNINGS
+from support.emulated_device import TUNINGS
 
 import fastlines as fl
 from fastlines.cuda import program

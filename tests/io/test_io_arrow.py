@@ -167,7 +167,7 @@ def test_first_bytes_say_what_it_is(load):
                     [*segments().schema, pa.field("t", pa.int64(), metadata={"fastlines": "end_attributes"})]
                 ),
             ),
-            "a column of values at both ends of segments is no list of 2",
+            "a column of values at both ends of segments is not a list of 2",
         ),
     ],
 )
@@ -191,7 +191,7 @@ def test_old_feather_and_odd_metadata(load):
     lines, text = warned(load, file_of(table))
     assert (lines.up, lines.unit) == (None, None)
     assert "its 'up' is 'w', no axis, and is not used" in text
-    assert "its 'unit' is no text, and is not used" in text
+    assert "its 'unit' is not text, and is not used" in text
 
 
 def test_tables_that_grow_beyond_measure(load):

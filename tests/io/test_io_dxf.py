@@ -133,7 +133,7 @@ def test_bad_files(load):
     for text in ("oak", "0\nSECTION\n0\nEOF"):
         assert "has no section ENTITIES; check the extension" in message_of(load, text.encode(), "a.dxf")
     for text in ("ENTITIES\nEOF", "AutoCAD Binary DXF\r\n\x1a\0ENTITIES\0EOF"):
-        assert re.search("is no DXF drawing: .*; check the extension", message_of(load, text.encode(), "a.dxf"))
+        assert re.search("is not a DXF drawing: .*; check the extension", message_of(load, text.encode(), "a.dxf"))
 
 
 def test_drawings_that_are_cut_short(load):

@@ -46,7 +46,7 @@ def test_everything(load):
     assert lines.attributes["time of extension"][1] == 7
     assert (lines.unit, lines.up) == ("degree", "z")
     texts = "\n".join(str(warning.message) for warning in told)
-    for part in ("1 waypoints are not read", "texts of points are not kept: 'fix'", "1 times of points are no dates",
+    for part in ("1 waypoints are not read", "texts of points are not kept: 'fix'", "1 times of points are not dates",
                  "z is in metres and x and y are in degrees; elevation=False"):  # fmt: skip
         assert part in texts
     assert len(told) == 4
@@ -97,14 +97,14 @@ BOMB = '<!DOCTYPE a [<!ENTITY a "aaaaaaaaaa">' + "".join(
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (TRACKS[:-20], "is no whole XML file: unclosed token"),
-        ("oak", "is no whole XML file: syntax error"),
+        (TRACKS[:-20], "is not complete XML: unclosed token"),
+        ("oak", "is not complete XML: syntax error"),
         (f"{HEAD}<kml></kml>", "its root is <kml>; expected <gpx>"),
         (f"{ROOT}\n<rte>\n<rtept lat='1'/></rte></gpx>", "line 3: a point has no lon and lat that are numbers"),
         (f"{ROOT}<rte><rtept lat='1' lon='1,5'/></rte></gpx>", "line 1: a point has no lon and lat"),
         (f"{BOMB}]><gpx>&j;</gpx>", "has a document type .DOCTYPE., which GPX does not need; remove it"),
-        (f"{ROOT}&lol;</gpx>", "is no whole XML file: undefined entity"),
-        ('<?xml version="1.0" encoding="oak"?><gpx/>', "no whole XML file: unknown encoding|cannot be read as XML"),
+        (f"{ROOT}&lol;</gpx>", "is not complete XML: undefined entity"),
+        ('<?xml version="1.0" encoding="oak"?><gpx/>', "not complete XML: unknown encoding|cannot be read as XML"),
     ],
 )
 def test_bad_files(load, text, said):

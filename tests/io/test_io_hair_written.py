@@ -135,6 +135,6 @@ def test_hair_says_that_the_largest_whole_numbers_are_rounded(tmp_path):
 def test_no_hair(tmp_path):
     fl.write(tmp_path / "a.hair", np.empty((0, 2, 3)))
     assert len(fl.read(tmp_path / "a.hair")) == 0
-    with pytest.warns(fl.FileWarning, match="no place for it: that segments are of no strand$"):
+    with pytest.warns(fl.FileWarning, match="no place for it: that segments have no strand$"):
         fl.write(tmp_path / "a.hair", np.array([[[0, 0, 0], [1, 1, 1]], [[1, 1, 1], [2, 2, 2]]]))
     np.testing.assert_array_equal(fl.read(tmp_path / "a.hair").strands, [0, 1])

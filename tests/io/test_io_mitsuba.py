@@ -51,8 +51,8 @@ def test_splines(load):
 @pytest.mark.parametrize(
     ("text", "said", "options"),
     [
-        (b"0 0 0 1\n1 1 1", "line 2 has 3 numbers; expected 4, x y z radius; mend the line", {}),
-        (b"0 0 0 1\n\n# what\n", "line 3: '# what' is not numbers; mend it, or check the extension", {}),
+        (b"0 0 0 1\n1 1 1", "line 2 has 3 numbers; expected 4, x y z radius; fix the line", {}),
+        (b"0 0 0 1\n\n# what\n", "line 3: '# what' is not numbers; fix it, or check the extension", {}),
         (b"0 0 0 1\n1 1.0.1 1 1", "line 2: '1 1.0.1 1 1' is not numbers", {}),
         (b"0 0 0 1\n1 1-1 1 1", "line 2: '1 1-1 1 1' is not numbers", {}),
         (b"0 0 0 -1\n1 1 1 1", "radii must be finite and not negative .see row 0", {}),
@@ -106,7 +106,7 @@ def test_curves_come_back_as_they_were_written(tmp_path):
         back = fl.read(tmp_path / name)
         for part in ("segments", "radius", "strands"):
             np.testing.assert_array_equal(getattr(back, part), getattr(lines, part))
-    with pytest.warns(fl.FileWarning, match="radius, which is written as 0; that segments are of no strand; the unit"):
+    with pytest.warns(fl.FileWarning, match="radius, which is written as 0; that segments have no strand; the unit"):
         fl.write(tmp_path / "a.txt", fl.Lines(lines.segments, unit="mm"))
     assert not fl.read(tmp_path / "a.txt").radius.any()
     for basis in ("linear", "bspline"):

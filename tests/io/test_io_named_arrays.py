@@ -221,7 +221,7 @@ ENTRY = '{"segments": {"dtype": "F32", "shape": [1, 6], "data_offsets": [0, 24]}
         ),
         (safetensors(header=(ENTRY % "").encode(), tail=bytes(25)), "1 bytes are left over behind its last array"),
         (safetensors(header=ENTRY.replace("[0,", "[4,").encode() % b"", tail=bytes(24)), "'segments' is not where the"),
-        (safetensors(header=ENTRY.replace("24", "20").encode() % b"", tail=bytes(24)), "does not have 20 bytes; mend"),
+        (safetensors(header=ENTRY.replace("24", "20").encode() % b"", tail=bytes(24)), "does not have 20 bytes; fix"),
         (
             safetensors(header=ENTRY.replace("F32", "BF16").encode() % b"", tail=bytes(24)),
             "is of type BF16; expected one of",

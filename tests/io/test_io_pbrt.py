@@ -201,7 +201,7 @@ def test_files_that_are_included_too_often(load, tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (b"hello", "line 1: 'hello' is not a directive of pbrt; mend the file"),
+        (b"hello", "line 1: 'hello' is not a directive of pbrt; fix the file"),
         (b'\n\nShape "curve" "float width" 2', "line 3: a curve has no parameter P"),
         (b"Shape curve", "the kind of a shape is 'curve'; expected a string"),
         (

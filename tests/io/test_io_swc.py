@@ -184,7 +184,7 @@ def test_other_order_of_segments_is_told(load, tmp_path):
     np.testing.assert_array_equal(fl.read(tmp_path / "b.swc").segments, lines.segments)
     for strands, said in (
         (lines.strands + 1, "the numbers of strands, which are those of sections$"),
-        (np.where(lines.strands == 1, -1, lines.strands), "no place for it: that segments are of no strand$"),
+        (np.where(lines.strands == 1, -1, lines.strands), "no place for it: that segments have no strand$"),
     ):
         given = replace(lines, strands=strands)
         with pytest.warns(fl.FileWarning, match=said):

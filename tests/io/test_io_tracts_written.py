@@ -83,7 +83,7 @@ def test_what_is_lost_is_told(tmp_path):
 
 def test_strands_that_fork_or_are_none(tmp_path):
     segments = POINTS[:6].reshape(3, 2, 3)
-    with pytest.warns(fl.FileWarning, match="no place for it: that segments are of no strand$"):
+    with pytest.warns(fl.FileWarning, match="no place for it: that segments have no strand$"):
         fl.write(tmp_path / "a.tck", replace(fl.lines(segments), unit="mm"))
     np.testing.assert_array_equal(fl.read(tmp_path / "a.tck").strands, [0, 1, 2])
     with pytest.warns(fl.FileWarning, match="numbers of strands"):
@@ -112,8 +112,8 @@ def test_values_that_float32_does_not_keep_are_told(tmp_path, values, said):
 def test_segments_of_no_strand_are_told_once(tmp_path, name):
     segments = POINTS[:6].reshape(3, 2, 3).astype("f4")
     for strands, said in (
-        ([0, -1, 2], ["that segments are of no strand"]),
-        ([-1, 7, -1], ["that segments are of no strand", "the numbers of strands, which are counted from 0"]),
+        ([0, -1, 2], ["that segments have no strand"]),
+        ([-1, 7, -1], ["that segments have no strand", "the numbers of strands, which are counted from 0"]),
         ([0, 1, 1], ["the numbers of strands, which are counted from 0"]),
     ):
         radius = None if name.endswith(("tck", "obj")) else 0

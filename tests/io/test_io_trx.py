@@ -66,7 +66,7 @@ def test_many_groups_are_named_in_a_warning(load):
         ({"extra": {"dpv/id.2.int16": bytes(4)}}, r"'dpv/id' in it has 1 values for 7 points, and is left out"),
         ({"extra": {"dpv/id.complex64": bytes(56)}}, r"'dpv/id.complex64' in it \(56 bytes\) is left out"),
         ({"extra": {"dpv/id.float32": bytes(27)}}, r"'dpv/id.float32' in it \(27 bytes\) is left out"),
-        ({"extra": {"dpg/left/mean.float32": bytes(4)}}, "'dpg/left/mean' in it is left out, as it is no value"),
+        ({"extra": {"dpg/left/mean.float32": bytes(4)}}, "'dpg/left/mean' in it is left out, as it is not a value"),
         ({"extra": {"groups/a.uint8": b"\4"}}, "'groups/a' in it does not hold numbers of its 4 streamlines"),
         ({"extra": {"groups/a.float32": bytes(4)}}, "'groups/a' in it does not hold numbers"),
         (

@@ -192,7 +192,7 @@ def test_what_usd_has_no_place_for(tmp_path):
     text = str(caught[0].message)
     for part in (
         "the axis that points upwards, which is neither y nor z",
-        "the unit 'degree', which is no length that is known",
+        "the unit 'degree', which is not a known length",
         "radius on both sides of a point",
         "'id', which differs from segment to segment",
         "'text' (<U1, 1-d)",

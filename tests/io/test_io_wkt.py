@@ -173,11 +173,11 @@ def test_rows_with_too_many_fields(load):
         ("a.csv", 'wkt\n"MULTILINESTRING (0 0, 1 1)"\n', "does not end as"),
         ("a.csv", 'wkt\n"MULTILINESTRING ((0 0, 1 1)"\n', "does not end as"),
         ("a.csv", 'wkt\n"LINESTRING ((0 0, 1 1))"\n', "does not end as"),
-        ("a.csv", "wkt\noak\n", "line 2: 'oak' is no geometry"),
+        ("a.csv", "wkt\noak\n", "line 2: 'oak' is not a geometry"),
         ("a.csv", 'wkt\n"MULTILINESTRING ((0 0, (1 1))"\n', "'MULTILINESTRING ..0 0, .1 1..' does not end as"),
         ("a.csv", "wkt\n" + "01" + "02000000" * 4 + "\n", "line 2: the column 'wkt' holds binary geometries"),
         ("a.csv", "\n\n \n", "holds only blank lines"),
-        ("a.wkt", "LINESTRING (0 0, 1 1)\nLINESTRING (0 0, 1 1) oak", "line 2: 'oak' is no geometry"),
+        ("a.wkt", "LINESTRING (0 0, 1 1)\nLINESTRING (0 0, 1 1) oak", "line 2: 'oak' is not a geometry"),
         ("a.wkt", "oak", "no column of lines"),
     ],
 )

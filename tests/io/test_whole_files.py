@@ -115,7 +115,7 @@ def test_a_file_keeps_its_owner_where_that_can_be(tmp_path, monkeypatch):
     assert (path.stat().st_uid, mode_of(path)) == (os.getuid(), 0o755), "nobody's programs run as somebody else"
 
 
-# --- What is no regular file ---
+# --- What is not a regular file ---
 
 
 def test_what_is_no_regular_file_is_refused_and_stays(tmp_path):

@@ -101,7 +101,7 @@ def test_a_folder_that_is_missing_is_named(tmp_path: Path) -> None:
 
 def test_faults_of_rays_are_named_together() -> None:
     tree = fl.build([[[0, 0, 0], [1, 0, 0]]])
-    with pytest.raises(fl.InputError, match=r"1 of 2 rays have an origin .* \(row 1\); 1 of 2 .* zero \(row 0\); mend"):
+    with pytest.raises(fl.InputError, match=r"1 of 2 rays have an origin .* \(row 1\); 1 of 2 .* zero \(row 0\); fix"):
         tree.first_hit([[0, 0, 0], [np.nan, 0, 0]], [[0, 0, 0], [0, 0, 1]], 0.1)
 
 

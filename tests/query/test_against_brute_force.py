@@ -27,7 +27,7 @@ QUESTIONS: list[tuple[QueryName, dict[str, Any]]] = [
 ]
 #: Kernels and instruction sets; the binary tree has one text for all.
 WAYS = [*product([kernel for kernel in KERNELS if kernel != "binary"], fl.available_simd()), ("binary", None)]
-#: The builds that are no method of their own.
+#: The builds that are not methods.
 OTHERS = [name for name in BUILDS if name not in METHODS]
 
 

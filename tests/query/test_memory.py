@@ -26,7 +26,7 @@ TREE = fl.build(LINES)
 
 @pytest.fixture
 def left(monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
-    """Let so many bytes be left."""
+    """Return a function that sets how many bytes are left."""
 
     def set_left(n_bytes: float) -> None:
         monkeypatch.setattr(forecast, "left_memory", lambda: n_bytes)
@@ -115,7 +115,7 @@ def test_the_same_hits_for_each_ray(left: Callable[[float], None]) -> None:
 
 @pytest.mark.parametrize("share", [0.0001, 0.003, 0.01, 0.1, 0.5])
 def test_what_just_fits_is_not_refused_by_bad_luck(share: float, left: Callable[[float], None]) -> None:
-    """So many of the rays hit a million segments, the others none."""
+    """This fraction of the rays hit a million segments, the others none."""
     left(20 * share * 1e6 * N_RAYS)
     for seed in range(300):
         random = np.random.default_rng(seed)

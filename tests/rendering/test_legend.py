@@ -77,7 +77,7 @@ NAMES = ("plain", "direction", "strand", "brown", "white", "attribute", "attribu
 
 @pytest.mark.parametrize("name", NAMES)
 def test_an_attribute_of_any_name_gives_colours(name):
-    """The prefix names it in any case, and the name alone where it is no word of its own."""
+    """The prefix names it in any case, and the name alone where it is not a word by itself."""
     lines = with_values(**{name: np.linspace(0.2, 0.8, len(LINES)), "fa": np.linspace(0.2, 0.8, len(LINES))})
     expected = fl.render(lines, look="tube", color="fa", **SIZE)
     named = fl.render(lines, look="tube", color=f"attribute:{name}", **SIZE)

@@ -1,3 +1,3 @@
-"""How long tests wait for programs. It guards against hanging for ever and is no measure: machines may be busy."""
+"""How long tests wait for programs: a guard against hanging for ever, as machines may be busy."""
 
 HANGS = 1800.0  # seconds

@@ -126,7 +126,7 @@ def test_boxes_are_boxes(tmp_path: Path, value: float) -> None:
 
 
 def chain(n_levels: int, n_refs: int, side: str = "right", per_leaf: int = 0) -> dict[str, Any]:
-    """Nodes below each other, each with a leaf beside it, of so many references; the deepest leaf lists the rest."""
+    """A chain of nodes, each with a leaf of `per_leaf` references beside it; the deepest leaf lists the rest."""
     n_last = n_refs - n_levels * per_leaf
     nodes = np.zeros(2 * n_levels + 1, NODE)
     nodes["box"][:, 1] = 1

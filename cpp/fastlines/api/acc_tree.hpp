@@ -15,7 +15,7 @@ struct Intersection {
 /// A tree of one of the methods.
 class FASTLINES_API AccTree {
  public:
-  /// Makes a tree over no lines.
+  /// Makes an empty tree.
   explicit AccTree(Method method) : method_(method) {}
 
   /// Builds the tree over n lines of six floats each, which are both ends. It may be called again.
@@ -41,7 +41,7 @@ class BVH : public AccTree {
  public:
   /// The methods.
   static constexpr Method CL = Method::bvh_cl, SS = Method::bvh_ss, D2 = Method::bvh_d2;
-  /// Makes a tree over no lines.
+  /// Makes an empty tree.
   explicit BVH(Method method = D2) : AccTree(method) {}
 };
 
@@ -50,7 +50,7 @@ class KD : public AccTree {
  public:
   /// The methods.
   static constexpr Method CL = Method::kd_cl, D2 = Method::kd_d2;
-  /// Makes a tree over no lines.
+  /// Makes an empty tree.
   explicit KD(Method method = D2) : AccTree(method) {}
 };
 

@@ -59,7 +59,7 @@ struct BuildOptions {
 
 /// How a batch of rays is traced. The kernel and the number of threads do not change the answers.
 struct QueryOptions {
-  /// A way to trace rays. docs/engine.md describes the kernels.
+  /// A way to trace rays: one at a time, many incoherent ones together, or coherent ones as one beam.
   enum class Kernel {
     automatic,  ///< The kernel that is likely to be the fastest, for each group of rays.
     single,     ///< One ray at a time.
@@ -94,7 +94,7 @@ class TreeImpl;
 /// they cannot use.
 class FASTLINES_API Tree {
  public:
-  /// Makes a tree over no lines. All rays miss it.
+  /// Makes an empty tree. All rays miss it.
   Tree();
   /// Makes a copy, which shares all memory. A tree that is moved from stays as it is.
   Tree(const Tree&) = default;

@@ -1,5 +1,5 @@
 // The search for the split of a node (thesis §4.1): the first split of the cheapest tree of a given depth. Branch and
-// bound finds that tree (docs/theory.md, theorem 9).
+// bound finds that tree (build/lookahead_bounds.hpp).
 #pragma once
 
 #include <bit>
@@ -125,7 +125,7 @@ class Lookahead {
     });
   }
 
-  /// A search of more than one level, by branch and bound (docs/theory.md). The most promising branches come first, and
+  /// A search of more than one level, by branch and bound. The most promising branches come first, and
   /// a branch that cannot beat the best so far is skipped. The result is that of exhaustive search: the first of
   /// equally cheap splits.
   Choice look_ahead(Refs refs, const Box& box, int lookahead, Choice best, Allowed allowed) {

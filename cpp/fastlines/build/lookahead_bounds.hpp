@@ -1,5 +1,5 @@
 // Lower bounds on the costs of a node's children, computed before any candidate is applied: the bounds of branch and
-// bound (docs/theory.md, theorem 9).
+// bound.
 //
 // A grid over a child has the planes of its parent's grid, except across the axis of the cut. So the parent can count,
 // for each pair of planes across two axes, how many references of one plane's child lie on either side of the other

@@ -1,7 +1,7 @@
 // Culls the children of a node and the pieces of a leaf, for one ray.
 //
 // Both tests are those of kernels/intersect, lane by lane, with float axes. Their bounds are the same, so nothing is
-// lost (docs/culling.md): each rounding may differ from that of any instruction set, and the slack covers all of them.
+// lost: each rounding may differ from that of any instruction set, and the slack covers all of them.
 #pragma once
 
 #include "../layout/leaf_bytes.hpp"

@@ -35,7 +35,7 @@ void sort_heap(List& list, std::uint64_t n) {
   }
 }
 
-/// Sort n items that are no heap.
+/// Sort n items that are not a heap.
 template <class List>
 void sort_list(List& list, std::uint64_t n) {
   constexpr std::uint64_t max_insertions = 16;  // items; a heap is faster beyond, though by how much is not measured

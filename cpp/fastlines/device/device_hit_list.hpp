@@ -40,7 +40,7 @@ class HitListOfRay {
   template <class Test>
   void add(const Test& test, const WideRef& ref) {
     const ClosestApproach<float> approach = approach_at(at, test);
-    // The piece that owns the point where t is taken is visited before the limit (docs/answers.md).
+    // The piece that owns the point where t is taken is visited before the limit, as in kernels/collect/k_nearest.hpp.
     if (!owns(WideRef::begin(ref.s0), WideRef::end(ref.s1), approach.s)) return;
     if constexpr (has_repeats && !kHasRoomForAll)
       if (holds(ref.prim)) return;

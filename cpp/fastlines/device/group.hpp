@@ -1,8 +1,8 @@
 // A group of threads that takes one ray: a thread alone, or 16 lanes, half a warp.
 //
 // What is equal in all lanes of a group is a plain variable. What differs is in `Lanes`: a register on a GPU, an array
-// on the host, which plays a group as its first thread. The work of lanes is a call of `for_lanes`; between such calls,
-// ballots and shuffles exchange values.
+// on the host, where the first thread of a group runs all its lanes. The work of lanes is a call of `for_lanes`;
+// between such calls, ballots and shuffles exchange values.
 //
 // The two groups of a warp follow different rays and diverge. So all masks name the lanes of one group only.
 #pragma once
@@ -68,8 +68,8 @@ inline bool is_leader() { return threadIdx.x % kGroup == 0; }
 /// The value of the leader.
 inline float from_leader(float value) { return __shfl_sync(group_mask(), value, 0, kLanes); }
 
-/// Whether the calling thread plays a lane; here each does.
-inline bool plays_lane() { return true; }
+/// Whether the calling thread runs lanes; on a GPU each thread is one.
+inline bool runs_lanes() { return true; }
 
 #else
 
@@ -110,8 +110,8 @@ inline bool is_leader() { return true; }
 /// The value of the leader.
 inline float from_leader(float value) { return value; }
 
-/// Whether the calling thread plays a lane: the first of a group plays all.
-inline bool plays_lane() { return thread_index() % kGroup == 0; }
+/// Whether the calling thread runs lanes; on the host the first thread of a group runs all of them.
+inline bool runs_lanes() { return thread_index() % kGroup == 0; }
 
 #endif
 

@@ -20,7 +20,7 @@ namespace fastlines {
 /// The ray that the calling thread takes: its number, or n if there is none.
 inline std::uint64_t ray_of_thread(const DeviceRays& rays) {
   const std::uint64_t number = thread_index() / kGroup;
-  if (number >= rays.n || !plays_lane()) return rays.n;
+  if (number >= rays.n || !runs_lanes()) return rays.n;
   return rays.order ? rays.order[number] : number;
 }
 
@@ -200,7 +200,7 @@ FASTLINES_KERNEL near_surface(const DeviceScene* __restrict__ scene, const Devic
   list_hits_of_thread<FASTLINES_PRIMITIVES, At::surface, Rank::distance, false>(*scene, *rays, *to);
 }
 
-/// Move each of n lists, of which n_hits are left, to where there is room for just so many; one thread a list.
+/// Move each of n lists, of which n_hits are left, to a place for exactly as many hits; one thread a list.
 FASTLINES_KERNEL move_lists(const DeviceLists* from, std::uint64_t n, const DeviceLists* to) {
   const std::uint64_t i = thread_index();
   if (i >= n) return;

@@ -46,10 +46,10 @@ inline void note_stack(int) {}
 
 namespace fastlines {
 
-/// The number of the thread that the host plays.
-inline thread_local std::uint64_t played_thread = 0;
+/// The number of the thread that the host emulates.
+inline thread_local std::uint64_t emulated_thread = 0;
 
-inline std::uint64_t thread_index() { return played_thread; }
+inline std::uint64_t thread_index() { return emulated_thread; }
 
 /// The lowest bit of a mask that has one.
 inline int lowest_bit(std::uint32_t mask) { return __builtin_ctz(mask); }
@@ -70,8 +70,8 @@ inline void note_stack(int size) {
 
 /// Runs a kernel as n threads, one after the other.
 template <class Kernel, class... Arguments>
-void play_threads(std::uint64_t n, const Kernel& kernel, const Arguments&... arguments) {
-  for (played_thread = 0; played_thread < n; ++played_thread) kernel(arguments...);
+void emulate_threads(std::uint64_t n, const Kernel& kernel, const Arguments&... arguments) {
+  for (emulated_thread = 0; emulated_thread < n; ++emulated_thread) kernel(arguments...);
 }
 
 }  // namespace fastlines

@@ -3,8 +3,8 @@
 //
 // The topology is given. The encoder writes the pieces of each leaf, computes boxes from the last node to the first,
 // and writes the planes of each node. The arithmetic is float32: relative to the origin of a block, its error is 1e-4
-// quanta. Both kinds of blocks have a slack that covers it: 0.02 quanta around boxes, the reach in a leaf of axes
-// (docs/culling.md).
+// quanta. Both kinds of blocks have a slack that covers it: 0.02 quanta around boxes, and 0.89 quanta around the
+// axes in a leaf.
 #pragma once
 
 #include <cstring>

@@ -1,4 +1,4 @@
-// The fields of a shape, and its exact test: that of a round cone, of a triangle or of a box, by the kind of the shape.
+// The exact test of a shape, which is a round cone, a triangle or a box, and the fields that the test reads.
 //
 // GPUs compile this file too (device/kernels.hpp).
 #pragma once
@@ -10,10 +10,10 @@
 
 namespace fastlines {
 
-/// Those of a round cone, or nine coordinates; and the kind.
+/// The fields of a shape: eight of a round cone, or nine coordinates of a triangle or a box; and its kind.
 inline constexpr int kShapeFields = 10;
 
-/// The fields of a shape, in the frame. `floats` is the shape as the caller gave it.
+/// Compute the fields of a shape, in the frame. `floats` is the shape as the caller gave it.
 template <class N, class Frame>
 [[gnu::always_inline]] inline std::array<N, kShapeFields> shape_fields(const N (&floats)[kShapeFields],
                                                                        const Frame& frame) {
@@ -29,7 +29,7 @@ template <class N, class Frame>
   return fields;
 }
 
-/// The test of one ray and one shape, or of 16 of either. It must not outlive the ray.
+/// Tests one ray with one shape, or 16 of either. It must not outlive the ray.
 template <class N, class R>
 class ShapeTest {
  public:
@@ -39,14 +39,14 @@ class ShapeTest {
     find_closest();
   }
 
-  /// Where a ray that hits enters the shape, within its bounds.
+  /// Return where the ray enters the shape, within the bounds of the ray. The ray must hit.
   [[gnu::always_inline]] ClosestApproach<N> entry() const {
     ClosestApproach<N> found = closest;
     if (any(is_cone())) blend_into(is_cone(), RoundConeTest<N, R>(ray_, fields_).entry(), found);
     return found;
   }
 
-  /// Where it leaves.
+  /// Return the t at which the ray leaves the shape.
   [[gnu::always_inline]] N exit() const {
     N t = flat_exit_;
     if (any(is_cone())) t = blend(is_cone(), RoundConeTest<N, R>(ray_, fields_).exit(), t);
@@ -61,7 +61,7 @@ class ShapeTest {
     to.s = blend(mask, from.s, to.s);
     to.t = blend(mask, from.t, to.t);
     to.dist2 = blend(mask, from.dist2, to.dist2);
-    to.hit = (mask & from.hit) | to.hit;  // of the lanes in the mask none has hit yet
+    to.hit = (mask & from.hit) | to.hit;  // no lane in the mask has hit before
   }
 
   [[gnu::always_inline]] void find_closest() {

@@ -10,7 +10,7 @@
 
 namespace fastlines {
 
-/// Constants of the test for retraced lines; docs/experiments/retraced-lines.md measures its effect.
+/// Constants of the test for retraced lines; `fastlines-bench study retraced` measures its effect.
 struct RetracedTuning {
   /// A plane is tested if at least this fraction of a node's references straddle it. Of a bundle of evenly
   /// spaced pieces, 0.3 stops BVHs just before nodes of two references each; uncut splits do the rest.

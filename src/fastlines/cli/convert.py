@@ -33,7 +33,7 @@ def convert(
 ) -> None:
     """Read lines and write them in another format. A warning names what that format has no place for.
 
-    The extension of OUTPUT names its format; docs/formats.md lists those that are written.
+    The extension of OUTPUT names its format. An extension that cannot be written is an error that lists those that can.
 
     [bold]Examples[/]
 

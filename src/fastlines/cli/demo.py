@@ -87,7 +87,7 @@ def _write_page(
 
     preset, bar = QUICK if quick else FULL, show_progress()
     if source is None:
-        refuse_given({"--format": format, "--option": option or None}, "the five scenes are no files")
+        refuse_given({"--format": format, "--option": option or None}, "the five scenes are not files")
         page = demo_page(output, preset, show_progress=bar)
     else:
         opened = open_lines(source, skip_invalid, format, option)

@@ -1,1 +1,1 @@
-"""Queries on GPUs: kernels of cpp/fastlines/device, compiled at run time (docs/gpu.md)."""
+"""Queries on GPUs: kernels of cpp/fastlines/device, compiled at run time."""

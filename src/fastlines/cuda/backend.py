@@ -17,7 +17,7 @@ from .device import Memory
 from .records import hits_record, lists_record, rays_record
 from .scene import Scene
 
-#: At most so many hits of each ray: all of them.
+#: The limit on the hits of a ray that keeps all of them.
 ALL = 2**64 - 1
 
 

@@ -28,7 +28,7 @@ _given: Device | None = None
 def set_backend(name: str) -> None:
     """Answer all later queries on the CPU or on a GPU, for trees that `Tree.to` has not placed.
 
-    Answers do not depend on it (docs/gpu.md).
+    Answers are the same, bit for bit.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ class Kernels(Protocol):
 
 
 class Device(Protocol):
-    """A GPU, or a host that plays one."""
+    """A GPU, or a host that emulates one."""
 
     @property
     def name(self) -> str:
@@ -62,4 +62,4 @@ class Device(Protocol):
         """Return memory as an array with ``__dlpack__``, after all that was launched before."""
 
     def compile(self, primitives: str, stack: int) -> Kernels:
-        """Return the kernels for a kind of primitive, with stacks of so many entries."""
+        """Return the kernels for a kind of primitive, with stacks of `stack` entries."""

@@ -24,7 +24,7 @@ PRIMITIVES = {
     "shapes": "DeviceShapes",
 }
 
-#: Kernels are compiled for stacks of a multiple of so many entries, so that most trees share one compilation.
+#: Kernels are compiled for stacks of a multiple of this many entries, so that most trees share one compilation.
 STACK_STEP = 64
 
 #: The most entries of a stack. Each takes 8 bytes in each thread that a GPU can hold.

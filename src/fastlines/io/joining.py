@@ -12,7 +12,7 @@ from ..arrays import AnyArray, IntArray, is_far, neighbours, warn_of_rounding
 from ..immutable import own
 from ..lines import Lines
 
-#: About so many points are joined at a time.
+#: About how many points are joined at a time.
 _PART = 1 << 16
 
 

@@ -48,7 +48,7 @@ def read(
     progress : bool or callable
         Show a bar, or call back with the fraction that is done. An error of the callback ends the reading.
     **options
-        Options of the format; `docs/formats.md` lists them.
+        Options of the format, such as ``time=`` of USD. The error for any other option lists those of the format.
 
     Returns
     -------
@@ -110,7 +110,7 @@ def format_of(path: Path, name: str | None = None) -> Format:
 
 
 def check_path(path: Path) -> None:
-    """Refuse what is no regular file, before it is opened: a pipe would block."""
+    """Refuse what is not a regular file, before it is opened: a pipe would block."""
     try:
         mode = path.stat().st_mode
     except FileNotFoundError as error:

@@ -132,7 +132,7 @@ class Source:
             raise
 
     def advance(self, n_bytes: int) -> None:
-        """Report that so many more bytes are read, or so many are parsed."""
+        """Report that `n_bytes` more are read or parsed."""
         self._done += n_bytes
         share = min(1.0, self._done / max(2 * self.size, 1))
         if self._progress is None or share < min(self._shown + _STEP, 1.0) or share <= self._shown:
@@ -197,7 +197,7 @@ class Source:
             if max(start, other_start) < min(stop, other_stop):
                 raise self.error(
                     f"{what} (bytes {start} to {stop}) overlap {other} "
-                    f"(bytes {other_start} to {other_stop}); its header is damaged or was written wrongly: mend it"
+                    f"(bytes {other_start} to {other_stop}); its header is damaged or was written wrongly: fix it"
                 )
         self._taken.append((start, stop, what))
         self.position = stop
@@ -224,5 +224,5 @@ class Source:
         bad = ~(np.isfinite(radius) & (radius >= 0))
         if bad.any():
             rows = list_rows(bad.reshape(len(bad), -1).max(axis=1))
-            raise self.error(f"the {what} must be finite and not negative (see {rows}); mend the file")
+            raise self.error(f"the {what} must be finite and not negative (see {rows}); fix the file")
         return radius

@@ -1,4 +1,4 @@
-"""Curves as lines, for formats without curves: their pieces, with the attributes of the curves."""
+"""Converts curves to lines, for formats without curves: the lines are the pieces of the curves."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from ..lines import Lines
 def straightened(curves: Curves) -> Lines:
     """Return the pieces of curves as lines with the attributes of the curves.
 
-    Values at both ends of a curve are interpolated linearly in its parameter. Those that are not floating-point numbers
-    are taken from the nearer end.
+    Values at both ends of a curve are interpolated linearly in its parameter. Integers and booleans are those of the
+    nearer end.
 
     Examples
     --------
@@ -34,15 +34,15 @@ def straightened(curves: Curves) -> Lines:
 
 
 def _between(ends: AnyArray, u: FloatArray) -> AnyArray:
-    """Return values at parameters (n, 2) of values at both ends, (n, 2, …)."""
+    """Interpolate values at both ends of curves, (n, 2, …), at the parameters `u`, (n, 2)."""
     u = u.reshape(*u.shape, *[1] * (ends.ndim - 2))
     first, last = ends[:, :1], ends[:, 1:]
     if ends.dtype.kind != "f":
         return np.where(u < 0.5, first, last)
     with np.errstate(invalid="ignore"):  # where one end is infinite, or both are
         inner = ((1 - u.astype(np.float64)) * first + u * last.astype(np.float64)).astype(ends.dtype)
-    # Between a number and one that is infinite, or NaN, the nearer end stands for the rest.
+    # Take the value of the nearer end where one end is infinite or NaN.
     is_finite = np.isfinite(first) & np.isfinite(last)
     inner = np.where(is_finite, inner, np.where(u < 0.5, first, last))
-    # Keep the very values at the ends of curves, where the next curve has them too.
+    # Keep the exact values at the ends of curves, so that neighbours agree.
     return np.where(u <= 0, first, np.where(u >= 1, last, inner))

@@ -12,7 +12,7 @@ from ..geometry import Geometry
 from ..lines import Lines
 from .format import Format
 
-#: One row for each format; `docs/formats.md` says what is read and what is dropped.
+#: One row for each format; its module says what is read and what is dropped.
 TABLE: tuple[Format, ...] = (
     Format(
         "arrow",

@@ -12,7 +12,7 @@ METERS = {
 
 
 def unit_of(meters: float) -> str:
-    """Return the name of a unit of so many metres.
+    """Return the name of the unit that has a length in metres.
 
     Examples
     --------
@@ -26,7 +26,7 @@ def unit_of(meters: float) -> str:
 
 
 def meters_of(unit: str) -> float | None:
-    """Return how many metres a unit is; None if it is no length that is known, such as a degree.
+    """Return how many metres a unit is; None if it is not a known length, such as a degree.
 
     Examples
     --------
@@ -44,7 +44,7 @@ def meters_of(unit: str) -> float | None:
 
 
 def factor_between(unit: str, other: str) -> float | None:
-    """Return the factor that takes lengths in one unit to another one; None if one of them is no known length.
+    """Return the factor that takes lengths in one unit to another one; None if one of them is not a known length.
 
     Examples
     --------

@@ -30,7 +30,8 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
     Parameters
     ----------
     path : str or path-like
-        A file with one of the extensions that `docs/formats.md` lists as written, packed by gzip if ``.gz`` follows.
+        A file with the extension of a format that is written, packed by gzip if ``.gz`` follows. The error for any
+        other extension lists those.
     lines : Lines, Curves, or what `fastlines.lines` takes
         Where the format has no curves, they are cut into the pieces that queries test, which keep their attributes.
 

@@ -89,11 +89,11 @@ def strand_numbers(strand: IntArray, first: int = 0) -> list[str]:
     Examples
     --------
     >>> strand_numbers(np.array([0, 1, -1])), strand_numbers(np.array([0, 0]))
-    (['that segments are of no strand'], ['the numbers of strands, which are counted from 0'])
+    (['that segments have no strand'], ['the numbers of strands, which are counted from 0'])
     """
     lost = []
     if (strand < 0).any():
-        lost.append("that segments are of no strand")
+        lost.append("that segments have no strand")
     if ((strand >= 0) & (strand != first + np.arange(len(strand)))).any():
         lost.append("the numbers of strands, which are counted from 0")
     return lost

@@ -47,7 +47,7 @@ class FastlinesAccessor:
         """The lines of the mesh; `Lines.strands` are the numbers of the line cells."""
         self._refresh()
         if self._lines is None:
-            # Oddities of a mesh, such as its polygons, are no news to who has it.
+            # Do not warn of polygons and other oddities of a mesh: its owner knows them.
             self._lines = of_polydata(self._mesh, "error", lambda text: None)
         return self._lines
 

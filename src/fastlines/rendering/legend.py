@@ -26,7 +26,7 @@ Shade: TypeAlias = tuple[int, int, int]
 LETTERS, MARGIN, BAR, ARM = 0.026, 0.03, (0.34, 0.018), 0.06
 #: The smallest letters, in pixels.
 SMALLEST = 9
-#: Legends are drawn so many times larger and made smaller, for smooth edges.
+#: Legends are drawn larger by this factor and scaled down, for smooth edges.
 FINER = 4
 LIGHT: Shade = (240, 240, 240)
 DARK: Shade = (22, 22, 24)

@@ -29,7 +29,7 @@ from .vertices import Vertices
 
 #: Dimensions of a sample that are evenly distributed; later ones are independent random numbers.
 EVEN_DIMENSIONS = 24
-#: After so many bounces, paths end by chance.
+#: The number of bounces after which paths end by chance.
 SURE_BOUNCES = 3
 
 

@@ -139,7 +139,7 @@ class Progressive(ABC):
         Raises
         ------
         InputError
-            If the file is no state of a picture, or of one with other settings or lines.
+            If the file is not the state of a picture, or is that of one with other settings or lines.
         OSError
             If it cannot be read.
         """

@@ -37,7 +37,8 @@ from .view import complete_size, default_camera, default_size
 MAX_SAMPLES = 1 << 16
 #: The samples of a pixel if lines are thinner than one, and if not; and those of a camera with a lens.
 THIN_SAMPLES, SAMPLES, LENS_SAMPLES = 4, 16, 64
-#: From so many samples on, path tracing takes plain rays: cones take three times as long, and many rays cover as well.
+#: The number of samples from which path tracing takes plain rays: cones take three times as long, and many rays cover
+#: pixels as well.
 MANY_SAMPLES = 32
 
 

@@ -17,7 +17,7 @@ from ..spheres import Spheres
 
 #: About the most primitives of a sample.
 MAX_DRAWN = 20_000
-#: Lines are taken in runs of so many consecutive ones, which are often those of a strand.
+#: Lines are taken in runs of this many consecutive ones, which often belong to one strand.
 RUN = 32
 #: The number of chords that a curve is drawn with.
 CHORDS = 8

@@ -18,7 +18,7 @@ from .depth import View
 from .depth_tone import PROBE, SPOT, THIN, Tone, pixel_size, probe
 from .lighting import Rig
 
-#: Lines without a radius of their own are counted within so many times the radius of a shadow ray, each for less.
+#: Lines without a radius are counted within this multiple of the radius of a shadow ray, each for less.
 WIDE = 3.0
 
 

@@ -45,7 +45,7 @@ def read_state(
     Raises
     ------
     InputError
-        If the file is no state of a picture, or of one with other settings. The message names them.
+        If the file is not the state of a picture, or is that of one with other settings, which the message names.
     OSError
         If it cannot be read.
     """

@@ -35,7 +35,7 @@ BACKGROUND = (16, 18, 24)
 BALL, SIDE = (0.95, 0.85, 0.7), (0.62, 0.72, 0.85)
 #: The brightness of what is farthest, and of the geometry below the boxes of a tree.
 FARTHEST, BELOW_BOXES = 0.4, 0.6
-#: The boxes of a tree are those of the last level that has at most so many nodes.
+#: The most boxes of a tree that are drawn: those of its last level that has no more nodes.
 MAX_BOXES = 12
 #: The number of colours of the PNG.
 COLORS = 128

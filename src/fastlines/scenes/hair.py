@@ -24,12 +24,12 @@ class Head:
     centre: Vector
     radii: Vector
 
-    def roots(self, uniform: Float64Array, reach: float = 0.09) -> Float64Array:
+    def roots(self, uniform: Float64Array, hairline: float = 0.09) -> Float64Array:
         """Place roots evenly over the scalp: unit vectors (s, 3) from the middle of the head, which `at` takes to it.
 
-        `uniform` (s, 2) is random in [0, 1); `reach` is the cosine of the angle between the crown and the hairline.
+        `uniform` (s, 2) is random in [0, 1); `hairline` is the cosine of the angle between the crown and the hairline.
         """
-        cosine = 1 - (1 - reach) * uniform[:, :1]
+        cosine = 1 - (1 - hairline) * uniform[:, :1]
         sine = np.sqrt(1 - cosine**2)
         azimuth = 2 * np.pi * uniform[:, 1:]
         across = np.array([1.0, 0.0, 0.0])

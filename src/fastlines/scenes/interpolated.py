@@ -14,7 +14,7 @@ from ..arrays import count
 from ..errors import InputError
 from ..lines import Lines
 
-#: Of so many guides that start nearest to another one, the two are chosen whose ends are nearest too.
+#: How many guides that start nearest to another one are compared; the two whose ends are nearest are chosen.
 NEAR = 6
 
 

@@ -14,7 +14,7 @@ thesis                  here
 §4.1 SPLITS             a generator over (prims, box): `object_sweep`, `plane_grid`, `plane_events`, `median`,
                         `middle`, a `union` of them, or your own; with box rule `tight` (BVH) or `cut` (KD)
 §6.6 open questions     `prune`; optimal trees and bounds are in the benchmarks
-                        (`fastlines_bench.studies.optimum`), and the proofs in docs/theory.md
+                        (`fastlines_bench.studies.optimum`)
 ======================  =====================================================================================
 
 The diagonals of a cube in a KD tree, whose planes cut boxes in the middle. SAH sees no gain and makes a leaf:

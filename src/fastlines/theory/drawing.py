@@ -107,5 +107,5 @@ def _color(index: int, count: int) -> str:
 
 
 def _spaced(items: Sequence[T], most: int) -> Sequence[T]:
-    """Return at most so many items, spaced evenly."""
+    """Return up to `most` items, spaced evenly."""
     return items if len(items) <= most else [items[i * len(items) // most] for i in range(most)]

@@ -174,7 +174,7 @@ def deepest_approach(
     *,
     spread: npt.ArrayLike = 0.0,
 ) -> tuple[Array, Array, Array]:
-    """Find where each ray lies deepest in each round cone: where D(s) − R(s) is least (docs/answers.md).
+    """Find where each ray lies deepest in each round cone: where D(s) − R(s) is least.
 
     D is the distance of the axis at s from the ray; R is the radius there, that of the query, and the spread times the
     depth of that point of the axis along the ray, from its origin. The ray hits if the least value is 0 or less. D − R

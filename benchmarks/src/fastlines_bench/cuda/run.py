@@ -59,9 +59,9 @@ class CudaPreset(Preset):
     radius : float
         The radius of timed rays.
     rounds : int
-        The best of so many calls counts.
+        How many calls are made; the fastest counts.
     limit : float
-        No scene is begun after so many seconds.
+        The time in seconds after which no scene is begun.
     tuning : dict of str to int
         Macros of the kernels, by the names of `TUNING`.
     warp : str

@@ -51,9 +51,9 @@ class VariantsPreset(Preset):
     n_segments, n_rays : int
     radius : float
     rounds : int
-        The best of so many calls counts.
+        How many calls are made; the fastest counts.
     limit : float
-        No scene is begun after so many seconds.
+        The time in seconds after which no scene is begun.
     """
 
     scenes: tuple[str, ...] = ("bun-hair",)

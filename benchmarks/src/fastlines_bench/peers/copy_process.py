@@ -46,7 +46,7 @@ class Copy:
                 cwd=tempfile.gettempdir(),
             )
         except OSError as error:
-            raise InputError(f"{where}: is no Python and no folder of an installed fastlines ({error})") from None
+            raise InputError(f"{where}: is neither a Python nor a folder of an installed fastlines ({error})") from None
         self.about: dict[str, Any] = self.request("hello", n_threads=n_threads)
         if os.path.isdir(where) and not Path(self.about["folder"]).is_relative_to(Path(where).resolve()):
             raise InputError(

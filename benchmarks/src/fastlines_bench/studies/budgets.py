@@ -69,7 +69,7 @@ def read(text: str) -> dict[str, float]:
     try:
         return {name: float(value) for name, _, value in (part.partition("=") for part in text.split(","))}
     except ValueError:
-        raise fl.InputError(f"{text!r} is no budget; expected one such as max_refs=1000000,c_trav=2") from None
+        raise fl.InputError(f"{text!r} is not a budget; expected one such as max_refs=1000000,c_trav=2") from None
 
 
 def print_budgets(scene: str, budgets: list[str]) -> None:

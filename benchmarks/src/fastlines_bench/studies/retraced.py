@@ -39,7 +39,7 @@ def circling(n_orbits: int, n_windings: int = 1000, n_steps: int = 50, drift: fl
     for _ in range(n_orbits):
         (a, b, _), _ = np.linalg.qr(rng.normal(size=(3, 3)))
         a, b, centre = a * rng.uniform(0.2, 1.0), b * rng.uniform(0.2, 1.0), rng.normal(size=3) * 0.2
-        # Let a winding be no whole number of steps.
+        # Let a winding not be a whole number of steps.
         angle = np.arange(n_windings * n_steps + 1)[:, None] * (2 * np.pi / (n_steps + 0.37))
         walk = np.cumsum(rng.normal(size=(len(angle), 3)), axis=0)
         points = centre + np.cos(angle) * a + np.sin(angle) * b + drift * walk / np.abs(walk).max()

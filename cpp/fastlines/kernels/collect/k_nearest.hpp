@@ -91,7 +91,7 @@ struct KNearestCollector : Where {
 
   void add_hit(const RayGroup& rays, int i, const ClosestApproach<float>& approach, const Reference& ref) {
     // Report each hit once, from the piece that owns the point of the segment. At t the ray lies within its radius of
-    // that point, up to rounding (docs/answers.md), so that piece is visited before the limit.
+    // that point, up to rounding, so that piece is visited before the limit.
     if (!(approach.t <= limit[i]) || !owns(ref.s0, ref.s1, approach.s)) return;
     add(rays, i, approach, ref.prim);
   }

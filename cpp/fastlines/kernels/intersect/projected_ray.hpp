@@ -11,7 +11,7 @@
 // - U' and V' turn a circle into an ellipse, whose longer semi-axis counts.
 //
 // Both make the reach larger, so that nothing is lost. With axes of length 126 the reach grows by half a quantum on
-// average and by 2.2 at most. With axes of length 72 these are 0.9 and 3.9 quanta. docs/culling.md has the derivation.
+// average and by 2.2 at most. With axes of length 72 these are 0.9 and 3.9 quanta.
 #pragma once
 
 #include "leaf_points.hpp"

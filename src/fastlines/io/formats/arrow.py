@@ -177,7 +177,7 @@ def _lines(
         at_ends = {name: columns.pop(name) for name in sorted(ends & columns.keys())}
         if any(values.shape[:2] != (n, 2) for values in at_ends.values()):
             raise source.error(
-                f"a column of values at both ends of segments is no list of 2: one of {', '.join(at_ends)}"
+                f"a column of values at both ends of segments is not a list of 2: one of {', '.join(at_ends)}"
             )
         return Lines.from_segments(
             segments.reshape(n, 2, 3),
@@ -191,7 +191,7 @@ def _lines(
     if strand is None:
         raise source.error("has points without a column 'strand' that says to which strand each belongs; add one")
     if len(strand) and strand.min() < 0:
-        raise source.error("the column 'strand' has negative numbers; leave out points that are of no strand")
+        raise source.error("the column 'strand' has negative numbers; leave out points without a strand")
 
     # Bring the points of each strand together, in their order.
     if (strand[1:] < strand[:-1]).any():
@@ -235,7 +235,7 @@ def _with_facts(source: Source, lines: Lines, metadata: dict[bytes, bytes]) -> L
         source.warn(f"its 'up' is {texts['up']!r}, no axis, and is not used")
         texts["up"] = ""
     if not texts["unit"].isprintable():
-        source.warn("its 'unit' is no text, and is not used")
+        source.warn("its 'unit' is not text, and is not used")
         texts["unit"] = ""
     facts: dict[str, Any] = {name: text for name, text in texts.items() if text}
     return replace(lines, **facts) if facts else lines

@@ -86,7 +86,7 @@ def read(source: Source, invalid: str, *, basis: str | None = None) -> Lines | C
 
 
 def _extended(sizes: IntArray, n_before: IntArray, n_after: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the points of each curve when so many more stand before and after it, going round, and their numbers."""
+    """Return the points of each curve, with `n_before` and `n_after` more around it, as of a ring; and how many."""
     n_rows = n_before + sizes + n_after
     start = np.repeat(np.cumsum(sizes) - sizes, n_rows)
     local = np.arange(int(n_rows.sum())) - np.repeat(np.cumsum(n_rows) - n_rows + n_before, n_rows)

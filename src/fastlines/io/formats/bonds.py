@@ -21,7 +21,7 @@ Float64Array = npt.NDArray[np.float64]
 NEAREST = 0.4
 #: The most cells along an axis.
 _MAX_CELLS = 1 << 20
-#: Of each atom, this many others may be looked at, and so many more in all; atoms of molecules have about 40.
+#: How many others are looked at for each atom on average, and how many more in all; in molecules it is about 40.
 _MAX_NEAR, _MORE = 1000, 1_000_000
 #: How many pairs are looked at together.
 _BATCH = 1 << 20

@@ -18,7 +18,7 @@ from ..source import Source
 MISSING = frozenset(("", "na", "n/a", "nan", "none", "null"))
 #: Truth values in text, in lower case.
 TRUTH = {"true": True, "false": False}
-#: Columns take at most so many times the bytes of their file, and so many more.
+#: The most memory that columns take: a multiple of the bytes of their file, plus a constant.
 BUDGET_FACTOR, BUDGET_BYTES = 4, 1 << 20
 #: How many dropped columns a warning names.
 SHOWN = 12

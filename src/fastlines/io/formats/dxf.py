@@ -55,7 +55,7 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
     if tolerance is not None:
         tolerance = number("tolerance", tolerance, "a length above 0", LEAST)
     if b"ENTITIES" not in source.data:
-        raise source.error("is no DXF drawing: it has no section ENTITIES; check the extension, or save it again")
+        raise source.error("is not a DXF drawing: it has no section ENTITIES; check the extension, or save it again")
     if not source.data[-1024:].rstrip(_BLANK).endswith(b"EOF"):
         raise source.error(f"does not end with EOF; {BAD_COPY}")
     ezdxf = optional("ezdxf", "reading .dxf", "cad")
@@ -84,7 +84,7 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
     if n_elsewhere:
         others["lines of layouts"] = n_elsewhere
     if others:
-        source.warn(f"entities that are no lines of the model space are not read: {counted(others)}")
+        source.warn(f"entities other than lines of the model space are not read: {counted(others)}")
     points = np.concatenate([np.empty((0, 3)), *strands])
     lines = Lines.from_points(points, [len(part) for part in strands], invalid=invalid)
     unit = _UNITS.get(drawing.header.get("$INSUNITS", 0))
@@ -92,7 +92,7 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
 
 
 def _open(source: Source, ezdxf: Any) -> Any:
-    """Open the drawing; one that breaks the rules of the format is mended as far as the library can."""
+    """Open the drawing; one that breaks the rules of the format is repaired as far as the library can."""
     logging.getLogger("ezdxf").addHandler(logging.NullHandler())  # or the library prints to stderr
     recover = optional("ezdxf.recover", "reading .dxf", "cad")
     with source.file(".dxf") as file:
@@ -103,8 +103,8 @@ def _open(source: Source, ezdxf: Any) -> Any:
         try:
             drawing, audit = recover.readfile(file)
         except Exception:
-            raise source.error(f"is no DXF drawing: {why}; check the extension, or save it again") from None
-    source.warn(f"breaks the rules of the format ({why}); {len(audit.fixes)} mistakes were mended to read it")
+            raise source.error(f"is not a DXF drawing: {why}; check the extension, or save it again") from None
+    source.warn(f"breaks the rules of the format ({why}); {len(audit.fixes)} mistakes were repaired to read it")
     return drawing
 
 
@@ -113,7 +113,7 @@ def _exploded(
 ) -> Iterator[tuple[Any, tuple[Any, ...]]]:
     """Yield the entities that are lines, with the matrices of the blocks around them, and count the others."""
     if len(matrices) > _MAX_DEPTH:
-        raise source.error(f"its blocks are nested more than {_MAX_DEPTH} deep, perhaps in themselves; mend them")
+        raise source.error(f"its blocks are nested more than {_MAX_DEPTH} deep, perhaps in themselves; fix them")
     for entity in entities:
         n_left[0] -= 1
         if n_left[0] < 0:

@@ -97,9 +97,9 @@ def _documents(source: Source) -> list[Any]:
             except json.JSONDecodeError:
                 raise error from None
     except json.JSONDecodeError as error:
-        raise source.error(f"is no JSON: {error.msg} (line {error.lineno}, column {error.colno}); mend it") from None
+        raise source.error(f"is not JSON: {error.msg} (line {error.lineno}, column {error.colno}); fix it") from None
     except (RecursionError, ValueError) as error:
-        raise source.error(f"cannot be read as JSON: {reason(error)}; mend it") from None
+        raise source.error(f"cannot be read as JSON: {reason(error)}; fix it") from None
 
 
 def _parse(text: str) -> Any:
@@ -121,7 +121,7 @@ def _as_arrays(members: dict[str, Any]) -> dict[str, Any]:
 
 
 def _points(given: Any) -> Float64Array | None:
-    """Return the points of a line, (m, 2) or more; None if they are no lists of 2 or more numbers."""
+    """Return the points of a line, (m, 2) or more; None if they are not lists of 2 or more numbers."""
     if not isinstance(given, list):
         return None
     if not given:
@@ -167,7 +167,7 @@ class _Found:
                 name = "features" if kind == "FeatureCollection" else "geometries"
                 members = item.get(name)
                 if not isinstance(members, list):
-                    raise self.source.error(f"a {kind} in it has no list of {name}; mend it")
+                    raise self.source.error(f"a {kind} in it has no list of {name}; fix it")
                 waiting += [(member, row) for member in reversed(members)]
             elif kind in _LINES:
                 self._add_lines(item, kind, row)
@@ -180,8 +180,8 @@ class _Found:
         parts = parts if kind == "MultiLineString" else [parts]
         if not isinstance(parts, list) or any(part is None for part in parts):
             raise self.source.error(
-                f"line {len(self.points)} of it ({kind}) has coordinates that are no list of points, each of 2 or 3 "
-                "numbers; mend it"
+                f"line {len(self.points)} of it ({kind}) has coordinates that are not a list of points, each of 2 or 3 "
+                "numbers; fix it"
             )
         if row is None:
             self.properties.append({})
@@ -226,8 +226,8 @@ def write(lines: Lines, path: Path) -> list[str]:
     """Write a feature for each polyline, whose properties are its attributes; NaN is null.
 
     Coordinates have as few digits as give the same float32 again, and no z where it is 0 everywhere. Without the unit
-    degree, ``"crs": null`` says that they are no longitudes and latitudes. ``.geojsonl`` and ``.ndjson`` have a feature
-    a line, and no place for ``crs``.
+    degree, ``"crs": null`` says that they are not longitudes and latitudes. ``.geojsonl`` and ``.ndjson`` have one
+    feature a line, and no place for ``crs``.
     """
     one_a_line = path.suffix in _ONE_A_LINE
     joined = polylines_of(lines)
@@ -243,7 +243,7 @@ def write(lines: Lines, path: Path) -> list[str]:
         if one_a_line and len(lines):
             file.writelines(f"{line}\n" for line in _features(joined, columns))
             return lost
-        # An empty file would not be read, so a collection stands for no lines.
+        # Write an empty collection if there are no lines: an empty file could not be read.
         crs = "" if lines.unit == "degree" else '"crs": null, '
         file.write(f'{{"type": "FeatureCollection", {crs}"features": [')
         for i, line in enumerate(_features(joined, columns)):

@@ -45,7 +45,7 @@ def read(source: Source, invalid: str, *, elevation: bool = True) -> Lines:
     if reader.texts:
         source.warn(f"texts of points are not kept: {listed(sorted(reader.texts))}")
     if reader.n_bad_times:
-        source.warn(f"{reader.n_bad_times} times of points are no dates, and become NaN")
+        source.warn(f"{reader.n_bad_times} times of points are not dates, and become NaN")
 
     points = np.zeros((len(reader.longitudes), 3))
     points[:, 0], points[:, 1] = reader.longitudes, reader.latitudes
@@ -93,7 +93,7 @@ class _Reader:
         except FileFormatError:
             raise
         except expat.ExpatError as error:
-            raise self.source.error(f"is no whole XML file: {reason(error)}; mend it, or get a fresh copy") from None
+            raise self.source.error(f"is not complete XML: {reason(error)}; fix it, or get a fresh copy") from None
         except (LookupError, ValueError) as error:  # an encoding that Python does not know
             raise self.source.error(f"cannot be read as XML: {reason(error)}; write it again as UTF-8") from None
 
@@ -127,7 +127,7 @@ class _Reader:
             longitude, latitude = float(attributes["lon"]), float(attributes["lat"])
         except (KeyError, ValueError):
             line = self._parser.CurrentLineNumber
-            raise self.source.error(f"line {line}: a point has no lon and lat that are numbers; mend it") from None
+            raise self.source.error(f"line {line}: a point has no lon and lat that are numbers; fix it") from None
         self.longitudes.append(longitude)
         self.latitudes.append(latitude)
         self.counts[-1] += 1

@@ -55,7 +55,7 @@ def read(source: Source, invalid: str, *, basis: str = "linear") -> Lines | Curv
     if len(few):
         raise source.error(
             f"the curve at line {int(where[begins[few[0]]]) + 1} has {counts[few[0]]} points; a B-spline has 4 or "
-            "more; mend the file, or read it with basis='linear'"
+            "more; fix the file, or read it with basis='linear'"
         )
     return Curves.from_strands(points, counts, basis=basis, radius=radius, invalid=invalid)
 

@@ -92,14 +92,14 @@ def _structure(source: Source, gemmi: Any) -> Any:
         raise
     except Exception as error:  # the library raises many types for damaged files
         kind = "mmCIF" if is_cif else "PDB"
-        raise source.error(f"cannot be read as {kind}: {reason(error)}; get a fresh copy, or mend it") from None
+        raise source.error(f"cannot be read as {kind}: {reason(error)}; get a fresh copy, or fix it") from None
     if not len(structure) or not structure[0].count_atom_sites():
         raise source.error("holds no atoms; expected a molecule in the format PDB or PDBx/mmCIF")
     return structure
 
 
 def _check_pdb(source: Source, text: str) -> None:
-    """Refuse coordinates that are no numbers, for which the library takes 0."""
+    """Refuse coordinates that are not numbers, for which the library takes 0."""
     for i, line in enumerate(text.splitlines(), start=1):
         if line.startswith(("ATOM  ", "HETATM")):
             try:
@@ -107,7 +107,7 @@ def _check_pdb(source: Source, text: str) -> None:
                     float(line[at : at + 8])
             except ValueError:
                 raise source.error(
-                    f"line {i}: columns 31 to 54 of an atom, {line[30:54]!r}, are not three numbers; mend it"
+                    f"line {i}: columns 31 to 54 of an atom, {line[30:54]!r}, are not three numbers; fix it"
                 ) from None
 
 

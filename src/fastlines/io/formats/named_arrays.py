@@ -112,7 +112,7 @@ def _curves(source: Source, control: AnyArray, radius: AnyArray | None, **more: 
     bad = bad_radius(coefficients)
     if bad.any():
         raise source.error(
-            f"the radius must be finite, and not negative at both ends of a curve (see {list_rows(bad)}); mend the file"
+            f"the radius must be finite, and not negative at both ends of a curve (see {list_rows(bad)}); fix the file"
         )
     curves = Curves.from_bezier(control, **more)
     return replace(curves, radius=coefficients[curves.rows] if len(curves.skipped) else coefficients)

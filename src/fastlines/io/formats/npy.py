@@ -71,4 +71,4 @@ def _text(source: Source, dtype: np.dtype[Any], at: int) -> AnyArray:
     try:
         return np.array(str(array[0]))
     except ValueError:  # a code point that does not exist
-        raise source.error("holds no text; mend it") from None
+        raise source.error("holds no text; fix it") from None

@@ -16,7 +16,7 @@ from ..source import Source
 
 Float64Array = npt.NDArray[np.float64]
 
-#: So many bytes of text are parsed at once, and so many rows are written at once.
+#: How many bytes of text are parsed at once, and how many rows are written at once.
 PIECE = 1 << 20
 _ROWS = 1 << 16
 
@@ -78,7 +78,7 @@ def number_lines(
             row += n_before
             raise source.error(
                 f"{what} {(row if line_of is None else int(line_of[row])) + 1}: {_shown(line)} is not numbers; "
-                "mend it, or check the extension"
+                "fix it, or check the extension"
             )
         if len(ends) == 0 or ends[-1] + 1 < len(raw):
             ends = np.append(ends, len(raw))
@@ -116,7 +116,7 @@ def check_columns(
         row = int(bad[0])
         raise source.error(
             f"line {(row if line_of is None else int(line_of[row])) + 1} has {lines.counts[row]} numbers; expected "
-            f"{expected}; mend the line, or check the extension"
+            f"{expected}; fix the line, or check the extension"
         )
 
 

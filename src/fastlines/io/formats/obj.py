@@ -65,7 +65,7 @@ def read(source: Source, invalid: str) -> Lines:
         line = int(np.repeat(numbers[rows], counts)[bad[0]]) + 1
         raise source.error(
             f"line {line}: the vertex {elements.numbers[bad[0]]:g} is not there; expected 1 to {len(points)}, or "
-            "negative numbers back from this line; mend the file"
+            "negative numbers back from this line; fix the file"
         )
     if n_lone := int((counts < 2).sum()):
         source.warn(f"{n_lone} of its elements l have less than two vertices; one becomes a segment of zero length")
@@ -128,7 +128,7 @@ def _vertices(source: Source, text: bytes | bytearray, line_of: IntArray) -> tup
     counts = lines.counts[: len(line_of)]
     empty = np.flatnonzero(counts == 0)
     if len(empty):
-        raise source.error(f"line {line_of[empty[0]] + 1}: a vertex has no coordinates; expected x y z; mend the line")
+        raise source.error(f"line {line_of[empty[0]] + 1}: a vertex has no coordinates; expected x y z; fix the line")
     check_columns(source, lines, 3, "3, x y z", line_of)
     if len(counts) and (counts == 6).all():
         table = lines.columns(6)

@@ -88,7 +88,7 @@ def _bezier(source: Source, scene: Scene) -> tuple[Float64Array, IntArray]:
         i = bad[0]
         raise source.error(
             f"curve {i + 1} has {counts[i]} numbers in its P; expected 3 for each point, {degree[i] + 1} points, and "
-            f"{step[i]} more for each further piece; mend the file"
+            f"{step[i]} more for each further piece; fix the file"
         )
     n_curves = (n_points - degree - 1) // step + 1
     control = np.empty((int(n_curves.sum()), 4, 3))
@@ -128,7 +128,7 @@ def _check_size(source: Source, scene: Scene, runs: IntArray, n_curves: IntArray
 
 
 def _ranges(first: IntArray, sizes: IntArray) -> IntArray:
-    """Return ranges of so many numbers, one after the other."""
+    """Return ranges of `sizes` numbers that begin at `first`, one after the other."""
     return np.asarray(np.arange(int(sizes.sum())) + np.repeat(first - (np.cumsum(sizes) - sizes), sizes))
 
 

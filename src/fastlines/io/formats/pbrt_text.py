@@ -121,7 +121,7 @@ class Words:
                 self.at = place
                 return
 
-    def error(self, message: str, advice: str = "mend the file") -> FileFormatError:
+    def error(self, message: str, advice: str = "fix the file") -> FileFormatError:
         """Return an error at this place of the file."""
         line = self.text.count(b"\n", 0, self.at) + 1
         return self.source.error(f"line {line}: {message}; {advice}")

@@ -32,7 +32,7 @@ _WRITTEN = {"b1": "u1", "f2": "f4", "i8": "i4", "u8": "u4"}
 _PLY_NAMES = {code: name for name, code in reversed(TYPES.items()) if not name[-1].isdigit()}
 _VERTEX: tuple[str, ...] = ("x", "y", "z")
 _EDGE: tuple[str, ...] = ("vertex1", "vertex2")
-#: The columns that are no attributes.
+#: The columns that are not attributes.
 _VERTEX_USED, _EDGE_USED = (*_VERTEX, "radius"), (*_EDGE, "strand")
 
 
@@ -120,7 +120,7 @@ def _ends(source: Source, edges: Columns, n_vertices: int) -> IntArray:
     if len(bad):
         raise source.error(
             f"edge {bad[0]} joins the vertices {given[bad[0], 0]:g} and {given[bad[0], 1]:g}; expected 0 to "
-            f"{n_vertices - 1}; mend the file"
+            f"{n_vertices - 1}; fix the file"
         )
     return given.astype(np.int64)
 

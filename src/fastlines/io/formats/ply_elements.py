@@ -42,7 +42,7 @@ class Property(NamedTuple):
 
 @dataclass
 class Element:
-    """An element of the header: so many rows of some properties."""
+    """An element of the header: a number of rows of some properties."""
 
     name: str
     n_rows: int
@@ -189,12 +189,12 @@ def _header(source: Source) -> tuple[list[Element], Literal["<", ">"] | None, in
             case [b"property", kind, name] if elements:
                 _add(source, number, elements[-1], name, kind, None)
             case _:
-                raise source.error(f"line {number} of its header is {line[:60].decode('latin-1')!r}; mend it")
+                raise source.error(f"line {number} of its header is {line[:60].decode('latin-1')!r}; fix it")
     if not has_format:
         raise source.error("its header has no line format; expected 'format ascii 1.0', or one of its binary kinds")
     names = [element.name for element in elements]
     if len(set(names)) < len(names):
-        raise source.error(f"its header has several elements of one name ({', '.join(names)[:80]}); mend it")
+        raise source.error(f"its header has several elements of one name ({', '.join(names)[:80]}); fix it")
     return elements, order, end.end(), len(lines) + 2
 
 
@@ -207,7 +207,7 @@ def _add(source: Source, number: int, element: Element, name: bytes, kind: bytes
             )
     text = name.decode("latin-1")
     if any(text == other.name for other in element.properties):
-        raise source.error(f"line {number} of its header has the property {text[:60]!r} again; mend it")
+        raise source.error(f"line {number} of its header has the property {text[:60]!r} again; fix it")
     counted = None if count_type is None else TYPES[count_type.decode()]
     element.properties.append(Property(text, TYPES[kind.decode()], counted))
 

@@ -21,7 +21,7 @@ from ...lines import Lines
 from ..source import BAD_COPY, Source
 from .named_arrays import from_arrays, to_arrays
 
-#: More dimensions than NumPy has, in each version, do not fit; no attribute has so many.
+#: The most dimensions of an array; every version of NumPy has as many.
 MAX_DIMENSIONS = 32
 
 
@@ -53,9 +53,9 @@ def read(source: Source, invalid: str) -> Lines | Curves:
             raise source.error(f"{name!r} is of type {type_name}; expected one of {', '.join(DTYPES)}; convert it")
         dtype, shape = DTYPES[type_name], shapes[name]
         if begin != position or len(shape) > MAX_DIMENSIONS or not all(0 <= size <= len(source.data) for size in shape):
-            raise source.error(f"{name!r} is not where the array before it ends, or has a wrong shape; mend the header")
+            raise source.error(f"{name!r} is not where the array before it ends, or has a wrong shape; fix the header")
         if end - begin != dtype.itemsize * math.prod(shape):
-            raise source.error(f"{name!r} of shape {shape} does not have {end - begin} bytes; mend the header")
+            raise source.error(f"{name!r} of shape {shape} does not have {end - begin} bytes; fix the header")
         if end > len(data):
             raise source.error(f"{name!r} ends at byte {8 + length + end}, and the file has fewer; {BAD_COPY}")
         position = end

@@ -115,7 +115,7 @@ def _whole(source: Source, values: Float64Array, name: str, line_of: IntArray) -
         bad = np.flatnonzero(~((np.abs(values) <= _LARGEST_ID) & (values == np.round(values))))
     if len(bad):
         raise source.error(
-            f"line {line_of[bad[0]]}: the {name} is {values[bad[0]]:g}; expected a whole number; mend the line"
+            f"line {line_of[bad[0]]}: the {name} is {values[bad[0]]:g}; expected a whole number; fix the line"
         )
     return values.astype(np.int64)
 
@@ -139,7 +139,7 @@ def _find_parents(source: Source, ids: IntArray, parents: IntArray, table: Float
             lines = line_of[order[unclear[0] - 1 : unclear[0] + 1]]
             raise source.error(
                 f"the id {sorted_ids[unclear[0]]} stands on lines {lines[0]} and {lines[1]} for different nodes, and "
-                "is a parent; which one is not known: mend the file"
+                "is a parent; which one is not known: fix the file"
             )
         source.warn(f"{len(again)} of its nodes have the id of an earlier one; all are read")
     is_self = parent == np.arange(len(ids))
@@ -187,7 +187,7 @@ def _reordered(lines: Lines, ids: IntArray, parents: IntArray) -> list[str]:
     lost = [] if np.array_equal(given, read) else ["the order of segments"]
     strands = lines.strands[np.argsort(given)]
     if (strands < 0).any():
-        lost.append("that segments are of no strand")
+        lost.append("that segments have no strand")
     if ((strands >= 0) & (strands != sections[np.argsort(read)])).any():
         lost.append("the numbers of strands, which are those of sections")
     return lost

@@ -35,7 +35,7 @@ _TYPE_NAMES = "Float32LE, Float32BE, Float64LE or Float64BE"
 _END = re.compile(rb"\n[ \t\r]*END[ \t\r]*\n")
 #: The longest beginning that can be text: it ends at a control character.
 _TEXT = re.compile(rb"[^\0-\x08\x0b\x0e-\x1f\x7f]*")
-#: More of the file is searched for the end of its header only if so many bytes are all text.
+#: How many bytes are searched for the end of the header; more are searched only if all of these are text.
 _FIRST_BYTES = 1 << 20
 
 
@@ -207,7 +207,7 @@ def _check_end(source: Source, start: int, type_name: str, is_guess: bool, strea
         if last_bytes.endswith(np.full(3, np.inf, dtype).tobytes()):
             raise source.error(
                 f"it ends as a whole file of type {name} does, but data of type {type_name.lower()} that start at byte "
-                f"{start} do not; mend the type ('datatype') or the start ('file') in its header"
+                f"{start} do not; fix the type ('datatype') or the start ('file') in its header"
             )
     if streamlines.is_open or streamlines.n_left:
         raise source.error(f"its last streamline does not end, neither with NaN nor with Inf; {BAD_COPY}")
@@ -228,7 +228,7 @@ def _check_count(source: Source, texts: list[str], counts: list[int], *, is_whol
         if n_left:
             raise source.error(
                 f"its header counts {given} streamlines, but three Inf end the data after {n_found}, and {n_left} "
-                "bytes follow; mend the file, or set the count to 0 to read the data before them"
+                "bytes follow; fix the file, or set the count to 0 to read the data before them"
             )
     if n_left:
         source.warn(f"{n_left} bytes after the three Inf that end its data are not read")

@@ -68,11 +68,11 @@ def read(source: Source, invalid: str) -> Lines:
     if header["magic"][:5] != b"TRACK":
         raise source.error(f"starts with {header['magic'][:5]!r}, a .trk file with b'TRACK'; check the extension")
     if header["header_size"] != HEADER_SIZE:
-        raise source.error(f"says that its header has {header['header_size']} bytes; expected {HEADER_SIZE}; mend it")
+        raise source.error(f"says that its header has {header['header_size']} bytes; expected {HEADER_SIZE}; fix it")
     if min(header["n_scalars"], header["n_properties"]) < 0:
         raise source.error(
             f"announces {header['n_scalars']} scalars per point and {header['n_properties']} properties; "
-            "neither can be negative; mend the header"
+            "neither can be negative; fix the header"
         )
     transform = _transform(source, header)
     names, n_scalars, n_properties = header["scalar_names"], header["n_scalars"], header["n_properties"]
@@ -138,7 +138,7 @@ def _check(source: Source, promised: int, streamlines: Streamlines) -> None:
     if left and not 0 < promised == n_found:
         count = streamlines.announced
         if count is None:
-            raise source.error(f"its last {len(left)} bytes are no whole streamline; {BAD_COPY}")
+            raise source.error(f"its last {len(left)} bytes are not a whole streamline; {BAD_COPY}")
         raise source.error(f"streamline {n_found} announces {count} points, which are not there; {BAD_COPY}")
     if left:
         source.warn(f"{len(left)} bytes after the last of its {promised} streamlines are not read")
@@ -229,11 +229,11 @@ def _transform(source: Source, header: dict[str, Any]) -> npt.NDArray[np.float64
     size, n_voxels = np.array(header["voxel_size"], np.float64), np.array(header["dimensions"])
     if not np.isfinite(size).all() or not size.all():
         raise source.error(
-            f"its voxels have the size {header['voxel_size']}, which its transform cannot use; mend the header"
+            f"its voxels have the size {header['voxel_size']}, which its transform cannot use; fix the header"
         )
     rotation = to_ras[:3, :3]
     if not np.isfinite(to_ras).all() or np.linalg.matrix_rank(rotation) < 3:
-        raise source.error("its transform (vox_to_ras) cannot be inverted or is not finite; mend the header")
+        raise source.error("its transform (vox_to_ras) cannot be inverted or is not finite; fix the header")
 
     # Pair each axis of the transform with one of the points, mirrored where their directions differ.
     indices = np.zeros((3, 4))

@@ -69,7 +69,7 @@ def read(source: Source, invalid: str, *, bundle: str | None = None) -> Lines:
         kind, _, name = path.partition("/")
         n = {"dpv": n_points, "dps": n_streamlines}.get(kind, len(array))
         if kind not in kinds:
-            source.warn(f"{path!r} in it is left out, as it is no value of a point or of a streamline")
+            source.warn(f"{path!r} in it is left out, as it is not a value of a point or of a streamline")
         elif len(array) != n:
             what = "points" if kind == "dpv" else "streamlines"
             source.warn(f"{path!r} in it has {len(array)} values for {n} {what}, and is left out")
@@ -203,7 +203,7 @@ def _header(source: Source, data: memoryview) -> tuple[int, int]:
             f"its 'header.json' does not count streamlines and vertices ({reason(error)}); {BAD_COPY}"
         ) from None
     if not all(type(number) is int and number >= 0 for number in numbers):
-        raise source.error("NB_STREAMLINES and NB_VERTICES in its 'header.json' are not whole numbers; mend them")
+        raise source.error("NB_STREAMLINES and NB_VERTICES in its 'header.json' are not whole numbers; fix them")
     return numbers[0], numbers[1]
 
 

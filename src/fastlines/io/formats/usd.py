@@ -74,7 +74,7 @@ def read(source: Source, invalid: str, *, time: float | None = None, prim: str |
             return _read(source, path, invalid, time, prim)
         except (Tf.ErrorException, RuntimeError, UnicodeDecodeError, MemoryError) as error:
             why = _reason(error).replace(str(path.absolute()), "")
-            raise source.error(f"USD cannot read it ({why}); mend it, or get a fresh copy") from None
+            raise source.error(f"USD cannot read it ({why}); fix it, or get a fresh copy") from None
 
 
 def _read(source: Source, path: Path, invalid: str, time: float | None, prim: str | None) -> AnyLines:
@@ -193,11 +193,11 @@ def _reason(error: Exception) -> str:
 
 
 def _text(said: object, attribute: str = "") -> str:
-    """Return a text of USD in one line; it may hold bytes of the file, which need be no text."""
+    """Return a text of USD in one line; it may hold bytes of the file that are not text."""
     try:
         return " ".join(str(getattr(said, attribute) if attribute else said).split())
     except UnicodeDecodeError:
-        return "it holds bytes that are no UTF-8"
+        return "it holds bytes that are not UTF-8"
 
 
 def _short(words: str) -> str:

@@ -1,4 +1,4 @@
-"""The curves of one USD prim: points, widths and primvars, as arrays per segment."""
+"""Reads the curves of one USD prim: points, widths and primvars, as arrays with a row per segment."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from .usd_values import Float64Array, Layout, Remarks, cubic_layout, linear_layo
 
 _BASES = {"bezier": "bezier", "bspline": "bspline", "catmullRom": "catmull-rom"}
 _WRAPS = ("nonperiodic", "periodic", "pinned")
-#: What curves may have that lines and curves have no place for.
+#: Attributes of USD curves that `Lines` and `Curves` cannot hold.
 _NOT_READ = ("normals", "velocities", "accelerations")
-#: A transform whose scales differ by more than this factor does not leave curves round.
+#: If the scales of a transform differ by more than this factor, its curves are no longer round.
 _UNIFORM = 1.001
 
 
@@ -84,7 +84,7 @@ def strokes_of(prim: Any, time: Any, remarks: Remarks) -> Strokes | None:
 
 
 def placed(strokes: Strokes, matrices: Float64Array, path: object, remarks: Remarks) -> Strokes:
-    """Return copies of segments, one for each of the matrices, (k, 4, 4), which multiply rows from the right."""
+    """Return copies of segments, transformed by matrices (k, 4, 4) that row vectors are multiplied with: p · matrix."""
     n_copies, n = len(matrices), len(strokes.strands)
     if n_copies == 1 and np.array_equal(matrices[0], np.eye(4)):
         return strokes
@@ -120,8 +120,8 @@ def placed(strokes: Strokes, matrices: Float64Array, path: object, remarks: Rema
 def _layout(
     curves: Any, time: Any, counts: IntArray, n_points: int, is_hermite: bool, path: object, remarks: Remarks
 ) -> Layout | None:
-    """Return which points make which segments, of those curves that have a right number of points."""
-    # Take the curves up to the first one that ends beyond the points.
+    """Return which points make which segments; curves with a wrong number of points are left out."""
+    # Leave out all curves from the first one that needs more points than there are.
     n_curves = len(counts)
     with np.errstate(over="ignore"):
         beyond = (counts < 0) | (counts > n_points) | (np.cumsum(counts) > n_points)
@@ -157,7 +157,7 @@ def _radius(prim: Any, curves: Any, time: Any, layout: Layout, remarks: Remarks)
     path = prim.GetPath()
     widths, stated = curves.GetWidthsAttr().Get(time), curves.GetWidthsInterpolation()
     primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("widths")
-    if primvar and primvar.HasAuthoredValue():  # which comes first, by the schema
+    if primvar and primvar.HasAuthoredValue():  # it overrides the attribute, by the schema
         widths, stated = _flat(primvar, time), primvar.GetInterpolation()
     values = numbers(widths)
     if values is None or values.size == 0:
@@ -172,7 +172,7 @@ def _radius(prim: Any, curves: Any, time: Any, layout: Layout, remarks: Remarks)
     bad = bad_radius(radius) if radius.shape[1] == 4 else outside(radius)
     if bad.any():
         what = f"the widths of {path} must be finite and not negative (see {list_rows(bad)} of its segments)"
-        raise remarks.source.error(f"{what}; mend the file")
+        raise remarks.source.error(f"{what}; fix the file")
     return radius
 
 

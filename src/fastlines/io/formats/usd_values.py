@@ -115,7 +115,7 @@ class Layout:
         return np.asarray(values[self.strands])
 
     def interpolation_of(self, n_values: int, stated: str) -> str | None:
-        """Return which interpolation so many values have: the stated one, or else the only one that fits."""
+        """Return the interpolation of `n_values` values: the stated one, or else the only one that fits."""
         if self.sizes.get(stated) == n_values:
             return stated
         if n_values == 1:

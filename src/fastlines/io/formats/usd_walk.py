@@ -10,8 +10,8 @@ import numpy as np
 from ..source import Source
 from .usd_values import Float64Array, Remarks, numbers
 
-#: Visits count as so many bytes against the limit of what a file may unpack to: of any prim, of one with curves, and of
-#: a copy that a PointInstancer makes. They take tenths of a millisecond, a millisecond and a microsecond.
+#: How many bytes a visit counts as, against the limit of what a file may unpack to: of any prim, of one with curves,
+#: and of a copy that a PointInstancer makes. Visits take tenths of a millisecond, a millisecond and a microsecond.
 _BYTES_PER_PRIM, _BYTES_PER_CURVES, _BYTES_PER_COPY = 256, 2048, 64
 
 

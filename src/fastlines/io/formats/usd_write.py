@@ -87,7 +87,7 @@ def _facts(stage: Any, parts: list[Any]) -> list[str]:
     if meters:
         UsdGeom.SetStageMetersPerUnit(stage, meters)
     elif unit:
-        lost.append(f"the unit {unit!r}, which is no length that is known")
+        lost.append(f"the unit {unit!r}, which is not a known length")
     for what, values, held in (("axes", ups, up if up != "x" else "y"), ("units", units, unit if meters else None)):
         if len({*values}) > 1:
             of_parts = ", ".join(f"{value or 'none'} of part {i}" for i, value in enumerate(values))
@@ -111,8 +111,8 @@ def _curves(stage: Any, path: str, part: Lines | Curves, strips: Polylines, firs
         prim.CreateWidthsAttr(Vt.FloatArray.FromNumpy(np.ascontiguousarray(2 * strips.radius)))
         prim.SetWidthsInterpolation("vertex")
     if len(part):
-        reach = part.bounds + np.array([[-1], [1]]) * part.max_radius
-        prim.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(reach.astype(np.float32)))
+        extent = part.bounds + np.array([[-1], [1]]) * part.max_radius
+        prim.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(extent.astype(np.float32)))
 
     lost = strips.lost + strand_numbers(strips.strand, first)
     if isinstance(part, Curves) and part.tolerance is not None:

@@ -78,7 +78,7 @@ class Legacy:
         """Return a number of values from the file, which must be able to hold as many."""
         if not re.fullmatch("[0-9]{1,18}", text) or int(text) > 8 * len(self.source.data):
             raise self.source.error(
-                f"near byte {self.at}, {text[:20]!r} is no number of values that its {len(self.source.data)} bytes "
+                f"near byte {self.at}, {text[:20]!r} is not a number of values that its {len(self.source.data)} bytes "
                 f"could hold; {BAD_COPY}"
             )
         return int(text)
@@ -177,7 +177,9 @@ class Legacy:
         elif keyword == "METADATA":
             self.metadata()
         else:
-            raise self.source.error(f"before byte {self.at}, {keyword[:30]!r} is no section of the format; {BAD_COPY}")
+            raise self.source.error(
+                f"before byte {self.at}, {keyword[:30]!r} is not a section of the format; {BAD_COPY}"
+            )
 
     def cells(self, keyword: str, n: int, n_numbers: int) -> Cells:
         """Read cells, of either version of the format."""
@@ -193,7 +195,7 @@ class Legacy:
         cells = cells_in_rows(rows)
         if cells is None or len(cells.counts) != n:
             raise self.source.error(
-                f"{keyword} announces {n} cells in {n_numbers} numbers, which are no cells; {BAD_COPY}"
+                f"{keyword} announces {n} cells in {n_numbers} numbers, which are not cells; {BAD_COPY}"
             )
         return cells
 

@@ -187,7 +187,7 @@ class Xml:
                 try:
                     part = base64.b64decode(part, validate=True)
                 except ValueError as error:
-                    raise self.source.error(f"{what} is no base64 ({reason(error)}); {BAD_COPY}") from None
+                    raise self.source.error(f"{what} is not base64 ({reason(error)}); {BAD_COPY}") from None
             if len(part) < n:
                 raise self.source.error(f"{what} ends after {len(part)} of {n} bytes; {BAD_COPY}")
             return part[:n], stop

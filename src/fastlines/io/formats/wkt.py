@@ -143,7 +143,7 @@ def _table(source: Source, delimiter: str, quote: str) -> tuple[list[str], list[
             finally:
                 csv.field_size_limit(limit)
     except csv.Error as error:
-        raise source.error(f"is no table that can be read ({reason(error)}); write it again as CSV") from None
+        raise source.error(f"is not a table that can be read ({reason(error)}); write it again as CSV") from None
     if not rows:
         raise source.error("holds only blank lines; expected a row of names, and a row for each line")
     if any(STARTS.match(word) for word in rows[0][1]):  # without a row of names

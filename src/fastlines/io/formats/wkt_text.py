@@ -90,7 +90,7 @@ class Wkt:
             if tag.start() < at:  # within the geometry before
                 continue
             if not is_other and not _BETWEEN.fullmatch(text, at, tag.start()):
-                return f"{text[at : at + 40]!r} is no geometry"
+                return f"{text[at : at + 40]!r} is not a geometry"
             kind, dims = tag["type"].upper(), tag["dims"] or collection
             if tag["srid"]:
                 self.srids.add(tag["srid"])
@@ -112,7 +112,7 @@ class Wkt:
                 if more is None or (kind != "LINESTRING" and more["next"] != ")"):
                     return f"{text[tag.start() : tag.start() + 40]!r} does not end as it should"
         if at == 0 or (not is_other and not _BETWEEN.fullmatch(text, at)):
-            return f"{text[at : at + 40]!r} is no geometry"
+            return f"{text[at : at + 40]!r} is not a geometry"
         return None
 
     def numbers(self, source: Source) -> tuple[Float64Array, IntArray, Float64Array | None]:
@@ -156,7 +156,7 @@ class Wkt:
             wrong = part[bad[0]] if len(bad) else next((i for i, text in enumerate(parts) if _is_wrong(text)), 0)
             raise source.error(
                 f"line {self.rows[first_part + wrong]}: {parts[wrong][:60]!r} is not a list of points; expected 2, 3 "
-                "or 4 numbers each, equally many, and commas between points; mend it"
+                "or 4 numbers each, equally many, and commas between points; fix it"
             )
 
         # Take z and m where they are.
@@ -178,7 +178,7 @@ def _is_wrong(text: str) -> bool:
 def parse_numbers(text: bytes) -> Float64Array | None:
     """Return the numbers that blanks and commas separate; None if there is anything else."""
     with warnings.catch_warnings():
-        warnings.simplefilter("error")  # older versions of NumPy warn of what is no number
+        warnings.simplefilter("error")  # older versions of NumPy warn of what is not a number
         try:
             return np.fromstring(text.replace(b",", b" "), np.float64, sep=" ")
         except (ValueError, DeprecationWarning):

@@ -38,7 +38,7 @@ NUMBERS = {"hits": "how many lines the ray of each pixel hits", "work": "how man
 QUALITIES = ("normal", "high")
 #: The colour map, unless another one is given.
 DEFAULT_MAP = "viridis"
-#: At least so many strands look like hair, if nothing says otherwise; and those of a groom.
+#: The least number of strands that looks like hair, if nothing says otherwise, and that of a groom.
 HAIRS, GROOM = 1000, 100
 #: The numbers of points of a strand that TressFX has.
 GROOM_POINTS = (4, 8, 16, 32, 64)
@@ -109,7 +109,7 @@ def _is_tangled(part: AnyGeometry) -> bool:
 
 
 def _turns(part: AnyGeometry) -> FloatArray | None:
-    """Return the cosines of the turns of strands between their segments; None for what is no lines."""
+    """Return the cosine of the turn between each two segments of a strand; None for other geometry than lines."""
     if not isinstance(part, Lines):
         return None
     edges = part.segments[:, 1] - part.segments[:, 0]

@@ -18,7 +18,7 @@ from ..stage import Stage
 from ..vertices import Vertices, seen_vertices
 from .look import Backdrop
 
-#: The reflectance of what is no line, such as the skin below the hair.
+#: The reflectance of what is not a line, such as the skin below the hair.
 SKIN = (0.42, 0.27, 0.20)
 #: How often light is scattered at most. Blond hair needs many: a fibre absorbs little.
 MAX_BOUNCES = 64

@@ -34,7 +34,7 @@ def hair_curves(lines: Lines, step: int, radius: float, ratio: float = 0.2) -> t
     starts, counts = strands_of(lines)
     controls, radii, order = [], [], []
     for count in np.unique(counts):
-        # Take the points of all strands of so many segments.
+        # Take the points of all strands of `count` segments.
         n_curves = max(1, round(int(count) / step))
         taken = np.round(np.linspace(0, count, n_curves + 1)).astype(np.int64)
         of_count = starts[counts == count]

@@ -87,7 +87,7 @@ class Result:
         return geometric_mean([ratio for ratio in ratios if ratio is not None])
 
     def checks(self) -> list[Check]:
-        """Return the bounds that are wanted, as checks of the means; what was not measured is no figure."""
+        """Return the bounds that are wanted, as checks of the means; what was not measured is not a figure."""
         found = []
         for shape in self.preset["shapes"]:
             for (kind, query), least in SHAPES[shape].floors.items():

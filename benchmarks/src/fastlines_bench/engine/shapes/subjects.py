@@ -29,7 +29,7 @@ from .solids import MESHES, SPHERES, Solid
 #: Answers a query, "first" or "all", on a batch of rays.
 Query: TypeAlias = Callable[[str, RayBatch], Any]
 
-#: A curve goes through about every so many points of a strand.
+#: A curve goes through about every STEP-th point of a strand.
 STEP = 4
 
 
@@ -250,7 +250,7 @@ def shape_subjects(
         if not any(text.partition(":")[0] in names for names in known.values()):
             names = list(dict.fromkeys(name for some in known.values() for name in some))
             raise InputError(
-                f"--scene {text!r} is no scene of {', '.join(shapes)}{did_you_mean(text.partition(':')[0], names)}; "
+                f"--scene {text!r} is not a scene of {', '.join(shapes)}{did_you_mean(text.partition(':')[0], names)}; "
                 f"known: {', '.join(names)}"
             )
     if file and not {"cones", "hair"} & set(shapes):

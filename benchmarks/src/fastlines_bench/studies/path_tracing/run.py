@@ -27,9 +27,9 @@ from .ours import OurScene
 OURS, THEIRS = "fastlines", "Mitsuba"
 #: Towards the light, from the camera: right, up, backwards. Its irradiance, and the radiance of the sky.
 TOWARDS, SUN, SKY = (-0.55, 0.75, 0.75), (4.0, 3.8, 3.5), (0.4, 0.45, 0.5)
-#: Pictures are compared by the means of square blocks of so many pixels a side.
+#: Pictures are compared by the means of square blocks of this many pixels a side.
 BLOCK = 16
-#: Of so many samples the rays are recorded, for the times of the rays alone.
+#: Of how many samples the rays are recorded, to time the rays alone.
 RECORDED = 8
 #: Positions of hits agree if they differ by less than this fraction of the radius.
 SAME_T = 0.1

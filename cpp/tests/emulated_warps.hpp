@@ -1,4 +1,4 @@
-// Plays the warps of a GPU on the host. The kernels are compiled as for a GPU, and each of their threads is a fiber,
+// Emulates the warps of a GPU on the host. The kernels are compiled as for a GPU, and each of their threads is a fiber,
 // which runs until it waits for other lanes.
 //
 // Which fiber runs next is random. So lanes that do not wait for one another where they must give wrong answers, and
@@ -20,7 +20,7 @@
 #include "random.hpp"
 
 /// What CUDA calls the numbers of the calling thread.
-inline struct PlayedIndex {
+inline struct EmulatedIndex {
   unsigned x = 0;
 } threadIdx, blockIdx, blockDim;
 
@@ -44,7 +44,7 @@ struct Fiber {
 };
 
 /// A block of threads, one fiber each.
-class PlayedBlock {
+class EmulatedBlock {
  public:
   static constexpr unsigned kThreads = FASTLINES_BLOCK, kWarp = 32;
 
@@ -85,12 +85,12 @@ class PlayedBlock {
     return fiber.taken;
   }
 
-  static PlayedBlock& current() {
-    static const auto block = std::make_unique<PlayedBlock>();
+  static EmulatedBlock& current() {
+    static const auto block = std::make_unique<EmulatedBlock>();
     return *block;
   }
 
-  PlayedBlock() {
+  EmulatedBlock() {
     for (Fiber& fiber : fibers_) {
       getcontext(&fiber.start);
       fiber.start.uc_stack.ss_sp = fiber.stack.data();
@@ -124,7 +124,7 @@ class PlayedBlock {
   }
 
   static void work_for_ever() {
-    PlayedBlock& block = current();
+    EmulatedBlock& block = current();
     for (;;) {
       (*block.work_)();
       Fiber& fiber = block.fibers_[threadIdx.x];
@@ -158,7 +158,7 @@ class PlayedBlock {
 }  // namespace fastlines::test
 
 inline std::uint32_t __ballot_sync(unsigned mask, bool vote) {
-  return fastlines::test::PlayedBlock::current().wait(fastlines::test::Together::vote, mask, vote);
+  return fastlines::test::EmulatedBlock::current().wait(fastlines::test::Together::vote, mask, vote);
 }
 
 template <class T>
@@ -167,14 +167,14 @@ T __shfl_sync(unsigned mask, T value, int lane, int width) {
   const unsigned first = threadIdx.x % 32 / unsigned(width) * unsigned(width);
   std::uint32_t bits;
   std::memcpy(&bits, &value, sizeof bits);
-  bits = fastlines::test::PlayedBlock::current().wait(fastlines::test::Together::shuffle, mask, bits,
-                                                      first + unsigned(lane) % unsigned(width));
+  bits = fastlines::test::EmulatedBlock::current().wait(fastlines::test::Together::shuffle, mask, bits,
+                                                        first + unsigned(lane) % unsigned(width));
   std::memcpy(&value, &bits, sizeof bits);
   return value;
 }
 
 inline void __syncwarp(unsigned mask) {
-  fastlines::test::PlayedBlock::current().wait(fastlines::test::Together::sync, mask, 0);
+  fastlines::test::EmulatedBlock::current().wait(fastlines::test::Together::sync, mask, 0);
 }
 
 inline int __ffs(int mask) { return __builtin_ffs(mask); }
@@ -195,10 +195,11 @@ inline int deepest_stack = 0;
 
 /// Runs a kernel as n threads or more, in whole blocks.
 template <class Kernel, class... Arguments>
-void play_threads(std::uint64_t n, const Kernel& kernel, const Arguments&... arguments) {
+void emulate_threads(std::uint64_t n, const Kernel& kernel, const Arguments&... arguments) {
   const std::function<void()> work = [&] { kernel(arguments...); };
   blockDim.x = FASTLINES_BLOCK;
-  for (blockIdx.x = 0; std::uint64_t(blockIdx.x) * blockDim.x < n; ++blockIdx.x) test::PlayedBlock::current().run(work);
+  for (blockIdx.x = 0; std::uint64_t(blockIdx.x) * blockDim.x < n; ++blockIdx.x)
+    test::EmulatedBlock::current().run(work);
 }
 
 }  // namespace fastlines

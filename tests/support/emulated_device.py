@@ -1,4 +1,4 @@
-"""A host that plays a GPU: the text of the kernels, compiled by a C++ compiler, one thread after the other."""
+"""A host that emulates a GPU: the text of the kernels, compiled by a C++ compiler, one thread after the other."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def require_compiler() -> str:
     """Return the C++ compiler; skip the test if there is none."""
     found = shutil.which(os.environ.get("CXX", "g++")) or shutil.which("clang++")
     if found is None:
-        pytest.skip("there is no C++ compiler to play a GPU's threads on the host")
+        pytest.skip("there is no C++ compiler to emulate a GPU's threads on the host")
     return found
 
 
@@ -52,7 +52,7 @@ class HostMemory:
 
 @dataclass(eq=False)
 class DeviceArray:
-    """An array in the memory of the played GPU, as torch or CuPy would have it."""
+    """An array in the memory of the emulated GPU, as torch or CuPy would have it."""
 
     array: npt.NDArray[Any]
 
@@ -61,7 +61,7 @@ class DeviceArray:
 
 
 @dataclass(eq=False)
-class PlayedKernels:
+class EmulatedKernels:
     library: ctypes.CDLL
     launched: list[str]
     group: int
@@ -71,15 +71,15 @@ class PlayedKernels:
         # A GPU runs whole blocks: some threads have no ray.
         n = -(-n_threads // TUNING[BLOCK]) * TUNING[BLOCK]
         numbers = (ctypes.c_uint64 * len(arguments))(*arguments)
-        assert self.library.play(name.encode(), ctypes.c_uint64(n), numbers), name
+        assert self.library.run(name.encode(), ctypes.c_uint64(n), numbers), name
 
 
 @dataclass(eq=False)
-class PlayedDevice:
+class EmulatedDevice:
     """See `fastlines.cuda.device.Device`; `launched` has the names of all kernels, in order."""
 
     folder: Path
-    name: str = "a host that plays a GPU"
+    name: str = "a host that emulates a GPU"
     launched: list[str] = field(default_factory=list)
     uploaded: list[int] = field(default_factory=list)
 
@@ -107,11 +107,11 @@ class PlayedDevice:
     def export(self, memory: HostMemory, shape: tuple[int, ...], dtype: npt.DTypeLike) -> DeviceArray:
         return DeviceArray(memory.array.view(dtype).reshape(shape))
 
-    def compile(self, primitives: str, stack: int) -> PlayedKernels:
+    def compile(self, primitives: str, stack: int) -> EmulatedKernels:
         tuning = "-".join(map(str, TUNING.values()))
-        library = self.folder / f"played-{primitives}-{stack}-{tuning}.so"
+        library = self.folder / f"emulated-{primitives}-{stack}-{tuning}.so"
         if not library.is_file():
             defines = [f"-D{name}={value}" for name, value in macros(primitives, stack)]
             command = [require_compiler(), *FLAGS, *defines, f"-I{headers()}", str(SOURCE), "-o", str(library)]
             subprocess.run(command, check=True, capture_output=True, text=True)
-        return PlayedKernels(ctypes.CDLL(str(library)), self.launched, TUNING[GROUP])
+        return EmulatedKernels(ctypes.CDLL(str(library)), self.launched, TUNING[GROUP])

@@ -1,5 +1,5 @@
 // The kernels for GPUs as a library of the host, which runs one thread after the other
-// (tests/support/played_device.py).
+// (tests/support/emulated_device.py).
 #include <cstring>
 
 #include "fastlines/device/kernels.hpp"
@@ -15,13 +15,13 @@ struct NamedKernel {
 };
 
 template <auto kernel>
-struct Player;
+struct KernelCall;
 
 template <class... Arguments, void (*kernel)(Arguments...)>
-struct Player<kernel> {
+struct KernelCall<kernel> {
   static void run(std::uint64_t n, const std::uint64_t* arguments) {
     [=]<std::size_t... i>(std::index_sequence<i...>) {
-      play_threads(n, kernel, argument<Arguments>(arguments[i])...);
+      emulate_threads(n, kernel, argument<Arguments>(arguments[i])...);
     }(std::index_sequence_for<Arguments...>());
   }
 
@@ -35,7 +35,7 @@ struct Player<kernel> {
   }
 };
 
-#define NAMED(kernel) {#kernel, Player<kernel>::run}
+#define NAMED(kernel) {#kernel, KernelCall<kernel>::run}
 constexpr NamedKernel kKernels[] = {
     NAMED(first_closest), NAMED(first_surface), NAMED(any_hit),      NAMED(count_hits),
     NAMED(all_closest),   NAMED(all_surface),   NAMED(next_closest), NAMED(next_surface),
@@ -45,7 +45,7 @@ constexpr NamedKernel kKernels[] = {
 }  // namespace
 
 /// Run a kernel in n threads; returns whether there is one of this name.
-extern "C" bool play(const char* name, std::uint64_t n, const std::uint64_t* arguments) {
+extern "C" bool run(const char* name, std::uint64_t n, const std::uint64_t* arguments) {
   for (const NamedKernel& kernel : kKernels)
     if (std::strcmp(kernel.name, name) == 0) {
       kernel.run(n, arguments);

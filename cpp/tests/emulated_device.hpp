@@ -54,10 +54,10 @@ inline void scan(std::vector<std::int64_t>& numbers, std::size_t first = 0) {
   std::int64_t* const begin = numbers.data() + first;
   std::vector<std::int64_t> sums(n_runs);
   if (n_runs > 1) {
-    play_threads(n_runs, sum_runs, begin, n, sums.data());
+    emulate_threads(n_runs, sum_runs, begin, n, sums.data());
     scan(sums);
   }
-  play_threads(n_runs, scan_runs, begin, n, sums.data());
+  emulate_threads(n_runs, scan_runs, begin, n, sums.data());
 }
 
 /// Hits as columns that own their memory; lists of hits also have offsets.
@@ -74,13 +74,13 @@ struct OwnedHits {
 
 /// Runs a kernel for n rays, and some more threads.
 template <class Kernel, class... Arguments>
-void play_rays(std::uint64_t n, const Kernel& kernel, const Arguments&... arguments) {
-  play_threads(kGroup * (n + 5), kernel, arguments...);
+void emulate_rays(std::uint64_t n, const Kernel& kernel, const Arguments&... arguments) {
+  emulate_threads(kGroup * (n + 5), kernel, arguments...);
 }
 
 /// Answers queries by the kernels of a kind of primitive.
 template <class P>
-struct PlayedDevice {
+struct EmulatedDevice {
   DeviceScene scene;
   DeviceRays rays;
   bool has_repeats;  ///< whether a primitive is in several leaves, without pieces that own hits
@@ -88,13 +88,13 @@ struct PlayedDevice {
   template <At at>
   OwnedHits first() const {
     OwnedHits hits;
-    play_rays(rays.n, first_hit_of_thread<P, at>, scene, rays, hits.columns(rays.n));
+    emulate_rays(rays.n, first_hit_of_thread<P, at>, scene, rays, hits.columns(rays.n));
     return hits;
   }
 
   std::vector<char> any() const {
     std::vector<char> found(rays.n, 7);
-    play_rays(rays.n, any_hit_of_thread<P>, scene, rays, reinterpret_cast<bool*>(found.data()));
+    emulate_rays(rays.n, any_hit_of_thread<P>, scene, rays, reinterpret_cast<bool*>(found.data()));
     return found;
   }
 
@@ -103,9 +103,9 @@ struct PlayedDevice {
     if (has_repeats) {
       const std::vector<std::int64_t> offsets = offsets_of_found(~0ull);
       std::vector<std::uint32_t> prims(std::size_t(offsets.back()));
-      play_rays(rays.n, count_prims_of_thread<P>, scene, rays, offsets.data(), prims.data(), counts.data());
+      emulate_rays(rays.n, count_prims_of_thread<P>, scene, rays, offsets.data(), prims.data(), counts.data());
     } else {
-      play_rays(rays.n, count_hits_of_thread<P>, scene, rays, ~0ull, counts.data());
+      emulate_rays(rays.n, count_hits_of_thread<P>, scene, rays, ~0ull, counts.data());
     }
     return counts;
   }
@@ -118,11 +118,11 @@ struct PlayedDevice {
     kept.offsets.assign(rays.n + 1, 0);
     const DeviceHits columns = lists.columns(std::size_t(lists.offsets.back()));
     const DeviceLists found{lists.offsets.data(), columns, has_repeats ? kept.offsets.data() + 1 : nullptr};
-    play_rays(rays.n, list_hits_of_thread<P, at, rank, shrinks_limit>, scene, rays, found);
+    emulate_rays(rays.n, list_hits_of_thread<P, at, rank, shrinks_limit>, scene, rays, found);
     if (!has_repeats) return lists;
     scan(kept.offsets, 1);
     const DeviceLists to{kept.offsets.data(), kept.columns(std::size_t(kept.offsets.back())), nullptr};
-    play_threads(rays.n + 5, move_lists, &found, rays.n, &to);
+    emulate_threads(rays.n + 5, move_lists, &found, rays.n, &to);
     return kept;
   }
 
@@ -130,7 +130,7 @@ struct PlayedDevice {
   /// Where the lists of all that rays find begin, up to k of each.
   std::vector<std::int64_t> offsets_of_found(std::uint64_t k) const {
     std::vector<std::int64_t> offsets(rays.n + 1, 0);
-    play_rays(rays.n, count_hits_of_thread<P>, scene, rays, k, offsets.data() + 1);
+    emulate_rays(rays.n, count_hits_of_thread<P>, scene, rays, k, offsets.data() + 1);
     scan(offsets, 1);
     return offsets;
   }
