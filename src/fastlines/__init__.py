@@ -43,7 +43,7 @@ from .threads import get_num_threads, set_num_threads
 from .tree import Tree, load
 
 if TYPE_CHECKING:
-    from . import analytic, scenes, theory
+    from . import scenes, theory
     from .io import read, write
     from .rendering import render
 
@@ -82,7 +82,6 @@ __all__ = [
     "Spheres",
     "Tree",
     "Triangles",
-    "analytic",
     "available_simd",
     "brute_force",
     "build",
@@ -109,20 +108,16 @@ draw_with(lambda: import_module(".rendering.card", __name__))
 
 
 def __getattr__(name: str) -> Any:
-    """Import slow modules on first use; accept former names with a warning."""
+    """Import slow modules on first use."""
     if name == "__version__":
         from importlib.metadata import version
 
         return version("fastlines")
-    if name in ("analytic", "io", "rendering", "scenes", "theory"):
+    if name in ("io", "rendering", "scenes", "theory"):
         return import_module(f".{name}", __name__)
     for module, names in {"io": ("read", "write"), "rendering": ("render",)}.items():
         if name in names:
             return getattr(import_module(f".{module}", __name__), name)
-    from .deprecated import former
-
-    if (found := former(name)) is not None:
-        return found
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

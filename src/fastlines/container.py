@@ -6,7 +6,7 @@ writer under ``__metadata__``. It is padded with spaces so that the arrays start
 is checked against the length of the file before it is used.
 
 The last section holds checksums (CRC-32), four bytes each: of the header with its length, then of each section before,
-in their order. So whichever bit of a file is flipped, a checksum differs. Files without checksums are read too.
+in their order. So whichever bit of a file is flipped, a checksum differs.
 """
 
 from __future__ import annotations
@@ -86,8 +86,8 @@ def read(
 ) -> tuple[dict[str, npt.NDArray[Any]], dict[str, str]]:
     """Map the arrays of a file into memory, read-only; its checksums are one of them.
 
-    The checksums are verified by default if there are any and the file has at most `VERIFIED_BYTES`. A FileFormatError
-    is raised if the file contradicts its header or its checksums.
+    The checksums are verified by default if the file has at most `VERIFIED_BYTES`. A FileFormatError is raised if the
+    file contradicts its header or its checksums.
     """
     facts = Path(path).stat()
     size = facts.st_size
@@ -133,10 +133,10 @@ def read(
     promised = 8 + length + max((end for *_, end in sections.values()), default=0)
     if promised != size:
         raise refuse(f"its header promises {promised} bytes, but it has {size}")
-    if verify or (verify is None and CHECKSUMS in arrays and size <= VERIFIED_BYTES):
+    if CHECKSUMS not in arrays:
+        raise refuse("it has no checksums")
+    if verify or (verify is None and size <= VERIFIED_BYTES):
         *parts, last = [raw[: 8 + length], *arrays.values()]
-        if CHECKSUMS not in arrays:
-            raise refuse("it has no checksums to verify (verify=False loads it)")
         if last is not arrays[CHECKSUMS] or last.dtype != np.uint8 or last.shape != (len(parts), 4):
             raise refuse("its checksums are not one for the header and each section before")
         for name, part, expected in zip(["header", *arrays], parts, last, strict=False):

@@ -71,11 +71,6 @@ class _OfGeometry(HitGeometry):
             return self.prim
         return np.asarray(np.where(self.prim < 0, -1, geometry.first[self.part] + self.prim))
 
-    @property
-    def lines(self) -> AnyGeometry | None:
-        """The geometry, by its name when there were only lines."""
-        return self.geometry
-
     def __copy__(self: Self) -> Self:
         copied = object.__new__(type(self))
         copied.__dict__.update(self.__dict__)

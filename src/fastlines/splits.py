@@ -162,13 +162,7 @@ class Midpoint(SplitSet):
     name = "midpoint"
 
 
-#: Names of split sets and their fields in files of earlier versions.
-FORMER_NAMES = {"plane_octets": "binned_planes", "middle": "midpoint"}
-FORMER_FIELDS = {"max_whole": "uncut_refs", "only_whole": "uncut_only_refs", "max_apart": "gap_refs", "apart": "gap"}
-
-
 def split_set_from(name: str, fields: Mapping[str, Any]) -> SplitSet:
-    """Make a split set from its name and fields, which may be those of earlier versions."""
+    """Make a split set from its name and fields."""
     kinds = {kind.name: kind for kind in SplitSet.__subclasses__()}
-    kind = kinds[FORMER_NAMES.get(name, name)]
-    return kind(**{FORMER_FIELDS.get(field, field): value for field, value in fields.items()})
+    return kinds[name](**fields)

@@ -374,7 +374,7 @@ def load(path: str | os.PathLike[str], *, verify: bool | None = None) -> Tree:
     path : str or path
     verify : bool, optional
         Whether to verify the checksums, which detect damage that leaves a tree usable, such as another coordinate. The
-        default verifies files of up to 1 GiB. Files of older versions have none, and load unless this is True.
+        default verifies files of up to 1 GiB.
 
     Raises
     ------

@@ -24,9 +24,6 @@ Tree = TypeVar("Tree", bound=TreeData)
 
 FORMAT = "fastlines tree 2"
 
-#: The format of older versions: the same without checksums.
-OLD_FORMAT = "fastlines tree 1"
-
 #: The sections of nodes and references: the shape of a row of 32-bit words.
 SECTIONS: dict[str, tuple[int, ...]] = {"nodes": (9,), "refs": (3,)}
 
@@ -77,10 +74,8 @@ def read(kind: type[Tree], path: str | os.PathLike[str], verify: bool | None) ->
     def refuse(why: str) -> FileFormatError:
         return FileFormatError(f"{path} is not a usable tree file: {why}; build and save the tree again")
 
-    if metadata.get("format") not in (FORMAT, OLD_FORMAT):
-        raise refuse(f"its format is {metadata.get('format')!r}, expected {FORMAT!r} or {OLD_FORMAT!r}")
-    if (container.CHECKSUMS in arrays) != (metadata["format"] == FORMAT):
-        raise refuse(f"files of format {FORMAT!r} have checksums, others have none")
+    if metadata.get("format") != FORMAT:
+        raise refuse(f"its format is {metadata.get('format')!r}, expected {FORMAT!r}")
     for name, row in SECTIONS.items():
         if name not in arrays or arrays[name].ndim == 0 or arrays[name].shape[1:] != row:
             raise refuse(f"the section {name!r} is missing or has another shape")
@@ -99,11 +94,6 @@ def read(kind: type[Tree], path: str | os.PathLike[str], verify: bool | None) ->
         raise
     except UNUSABLE as error:
         raise refuse(f"{error}") from None
-
-
-def has_checksums(path: str | os.PathLike[str]) -> bool:
-    """Return whether a tree file holds checksums; those of older versions do not."""
-    return container.CHECKSUMS in container.read(path, verify=False)[0]
 
 
 def _settings_to_json(settings: Settings) -> dict[str, Any]:

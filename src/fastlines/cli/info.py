@@ -56,7 +56,6 @@ def info(
 
     [cyan]fastlines info scene:photon-beams:10000[/]
     """
-    from ..tree_file import has_checksums
     from .files import open_input
 
     if picture and as_json:
@@ -70,8 +69,7 @@ def info(
     facts: dict[str, Any] = {"name": opened.name, "format": opened.format and opened.format.description}
     facts["lines" if is_lines else "shapes"] = {**describe(opened.geometry), "radius_for_pictures": suits}
     if opened.tree is not None:
-        checksums = "one for each section" if has_checksums(source) else "none (an older version wrote this file)"
-        facts["tree"] = {**opened.tree.stats(), "checksums": checksums}
+        facts["tree"] = opened.tree.stats()
     if as_json:
         typer.echo(json.dumps(facts, indent=2))
         return

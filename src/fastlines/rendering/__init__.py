@@ -1,7 +1,5 @@
 """Pictures of lines and of trees, by queries of a tree: depth images as in the thesis, and levels of trees."""
 
-from typing import Any
-
 from .aovs import AOVS, find_aovs
 from .depth import MAX_PIXELS, depth_image
 from .frames import FRAME_FORMATS, check_frames_path, numbered, write_frames
@@ -48,12 +46,3 @@ __all__ = [
     "write_frames",
     "write_picture",
 ]
-
-
-def __getattr__(name: str) -> Any:
-    from .former import former
-
-    found = former(name)
-    if found is None:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return found
