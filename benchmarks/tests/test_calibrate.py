@@ -10,9 +10,9 @@ import pytest
 from command_line import done, refused
 
 import fastlines as fl
-from fastlines.settings import Cost, Settings
+from fastlines.settings.settings import Cost, Settings
+from fastlines.structure.tree_data import NODE, REF
 from fastlines.tree import Tree
-from fastlines.tree_data import NODE, REF
 from fastlines_bench.builders import calibrate
 from fastlines_bench.builders.fit import fit_steps
 from fastlines_bench.builders.overlap import overlap, points_along

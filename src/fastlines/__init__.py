@@ -11,13 +11,10 @@ array(0)
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .backend import available_simd, set_simd, simd
 from .builder import build
 from .camera import Camera
 from .cuda.choice import get_backend, set_backend
-from .curves import Curves
-from .custom import Primitives, Rays
-from .display import draw_with
+from .engines import available_simd, set_simd, simd
 from .errors import (
     FastlinesError,
     FileFormatError,
@@ -27,18 +24,21 @@ from .errors import (
     MissingExtraError,
     PrecisionWarning,
 )
-from .geometry import Geometry
-from .hits import AllHits, FirstHits
-from .library import get_cmake_dir, get_include, get_lib
-from .lines import Lines
-from .meshes import Boxes, Triangles
-from .methods import METHODS
-from .objects import lines
-from .queries import brute_force
+from .geometry.collection import Geometry
+from .geometry.curves import Curves
+from .geometry.foreign import lines
+from .geometry.lines import Lines
+from .geometry.spheres import Spheres
+from .geometry.triangles_boxes import Boxes, Triangles
+from .geometry.user_primitives import Primitives, Rays
+from .query.hits import AllHits, FirstHits
+from .query.queries import brute_force
 from .refit import RebuildPolicy
-from .settings import Cost, Limits, Presplit, Settings
-from .spheres import Spheres
-from .splits import BinnedPlanes, Median, Midpoint, ObjectSweep, PlaneEvents, PlaneGrid
+from .settings.methods import METHODS
+from .settings.settings import Cost, Limits, Presplit, Settings
+from .settings.splits import BinnedPlanes, Median, Midpoint, ObjectSweep, PlaneEvents, PlaneGrid
+from .support.display import draw_with
+from .support.library import get_cmake_dir, get_include, get_lib
 from .threads import get_num_threads, set_num_threads
 from .tree import Tree, load
 
@@ -104,7 +104,7 @@ __all__ = [
 ]
 
 
-draw_with(lambda: import_module(".rendering.card", __name__))
+draw_with(lambda: import_module(".rendering.card.card", __name__))
 
 
 def __getattr__(name: str) -> Any:

@@ -20,7 +20,7 @@ import fastlines as fl
 from fastlines.cli.app import explain
 from fastlines.cli.info import count_duplicates
 from fastlines.cli.query import KINDS
-from fastlines.texts import bytes_text
+from fastlines.support.texts import bytes_text
 
 COMMANDS = ("demo", "scene", "info", "convert", "build", "validate", "query", "render", "report")
 

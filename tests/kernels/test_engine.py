@@ -14,9 +14,9 @@ from support.answers import assert_same, options
 from support.slow import few_of
 
 import fastlines as fl
-from fastlines import backend
-from fastlines.backend import KERNELS
-from fastlines.queries import QUERIES
+from fastlines.query import backend
+from fastlines.query.backend import KERNELS
+from fastlines.query.queries import QUERIES
 
 WIDE = [kernel for kernel in KERNELS if kernel != "binary"]
 

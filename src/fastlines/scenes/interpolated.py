@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ..arrays import count
 from ..errors import InputError
-from ..lines import Lines
+from ..geometry.lines import Lines
 
 #: Of so many guides that start nearest to another one, the two are chosen whose ends are nearest too.
 NEAR = 6
