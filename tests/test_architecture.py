@@ -14,6 +14,10 @@ ROOT = Path(__file__).parents[1]
 CPP = ROOT / "cpp" / "fastlines"
 PACKAGE = ROOT / "src" / "fastlines"
 BENCHMARKS = ROOT / "benchmarks" / "src" / "fastlines_bench"
+#: The modules at the top of the package; all others are in folders.
+AT_THE_TOP = "__init__ __main__ _core _engine arrays builder camera engines errors progress refit threads tree"
+#: The folders whose ``__init__`` has names of its own; that of others imports nothing, so that modules load alone.
+FACES = ("", ".cli", ".io", ".rendering", ".rendering.hair", ".rendering.looks", ".report", ".scenes", ".theory")
 #: The longest file, in lines, by suffix.
 MAX_LINES = {".hpp": 350, ".cpp": 350, ".h": 350}
 MAX_OTHER_LINES = 400
@@ -104,9 +108,11 @@ def imports(name: str, path: Path, known: dict[str, Path]) -> set[str]:
 
 
 def module_layer(name: str, layers: tuple[str, ...]) -> int:
-    layer = name.split(".")[1] if "." in name else name
-    assert layer in layers, f"{name} is in no layer: give it a row in the table of layers"
-    return layers.index(layer)
+    """Return the row of the smallest folder that has one, or of a module at the top."""
+    path = name.partition(".")[2].replace(".", "/") or name
+    named = [i for i, layer in enumerate(layers) if path == layer or path.startswith(f"{layer}/")]
+    assert named, f"{name} is in no layer: give it a row in the table of layers"
+    return max(named, key=lambda i: len(layers[i]))
 
 
 @pytest.mark.parametrize("package", MODULES, ids=lambda package: package.name)
@@ -123,6 +129,17 @@ def test_modules_import_only_what_stands_before_them(package: Path) -> None:
     assert upwards == []
     list(graphlib.TopologicalSorter(graph).static_order())
     assert {module_layer(name, layers) for name in known} == set(range(len(layers))), "a layer is empty"
+
+
+def test_the_top_of_the_package_is_small() -> None:
+    assert sorted(path.stem for path in PACKAGE.glob("*.py*")) == AT_THE_TOP.split()
+
+
+def test_a_module_loads_without_its_neighbours() -> None:
+    known = python_modules(PACKAGE)
+    folders = {name: path for name, path in known.items() if path.stem == "__init__"}
+    loading = {name for name, path in folders.items() if imports(name, path, known)}
+    assert loading == {f"fastlines{face}" for face in FACES}
 
 
 def own_files() -> list[Path]:

@@ -65,7 +65,7 @@ def test_xyzl(module: Any, end: bytes) -> None:
 
 
 def test_tubes(module: Any) -> None:
-    tubes_of = module("tubes", "class Tubes").Tubes.from_segments
+    tubes_of = module("geometry.tubes", "class Tubes").Tubes.from_segments
     tubes = tubes_of(ENDS, radius=[0.5, 0.25])
     assert tubes.kind == "tubes"
     np.testing.assert_array_equal(tubes.core_rows, np.column_stack([ENDS.reshape(-1, 6), [0.5, 0.25]]))
@@ -77,7 +77,7 @@ def test_tubes(module: Any) -> None:
 
 
 def test_thirds() -> None:
-    from fastlines import splits
+    from fastlines.settings import splits
 
     made: dict[str, Any] = dict(vars(splits))
     exec(compile(block("py", "class Thirds"), "thirds", "exec"), made)

@@ -15,8 +15,8 @@ from command_line import run as run_command
 from peers import needs_embree
 
 import fastlines as fl
-from fastlines.methods import THESIS_METHODS
 from fastlines.scenes import NAMES
+from fastlines.settings.methods import THESIS_METHODS
 from fastlines_bench.thesis import run
 from fastlines_bench.thesis.depths import THESIS_DEPTHS
 from fastlines_bench.thesis.preset import ThesisPreset

@@ -1,4 +1,4 @@
-// The settings of the named trees, as in Python's `fastlines.methods`; a test compares the trees of both.
+// The settings of the named trees, as in Python's `fastlines.settings.methods`; a test compares the trees of both.
 #pragma once
 
 #include <algorithm>

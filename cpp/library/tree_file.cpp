@@ -18,7 +18,6 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "tree files are little-endian");
 
 constexpr const char* kFormat = "fastlines tree 2";
-constexpr const char* kOldFormat = "fastlines tree 1";  // the same without checksums
 constexpr std::size_t kAlignment = 64, kMaxHeader = 1 << 20;
 
 using Bytes = std::span<const std::byte>;
@@ -193,10 +192,9 @@ ReadFile parse(std::vector<std::byte> bytes) {
 
   const std::string format = file.text("format");
   const Section* const sums = file.find("crc32");
-  if (format != (sums ? kFormat : kOldFormat))
-    throw std::runtime_error("its format is \"" + format + "\", expected \"" + kFormat + "\" with checksums or \"" +
-                             kOldFormat + "\" without");
-  if (!sums) return file;
+  if (format != kFormat)
+    throw std::runtime_error("its format is \"" + format + "\", expected \"" + kFormat + "\"");
+  if (!sums) throw std::runtime_error("it has no checksums");
   if (sums != &file.sections.back() || sums->bytes.size() != 4 * file.sections.size())
     throw std::runtime_error("its checksums are not one for the header and each section before");
   for (std::size_t i = 0; i < file.sections.size(); ++i) {

@@ -1,4 +1,4 @@
-// Trees in files, in the format that Python's `Tree.save` writes: src/fastlines/container.py explains it.
+// Trees in files, in the format that Python's `Tree.save` writes: src/fastlines/support/container.py explains it.
 #pragma once
 
 #include <string>

@@ -11,13 +11,10 @@ array(0)
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .backend import available_simd, set_simd, simd
 from .builder import build
 from .camera import Camera
 from .cuda.choice import get_backend, set_backend
-from .curves import Curves
-from .custom import Primitives, Rays
-from .display import draw_with
+from .engines import available_simd, set_simd, simd
 from .errors import (
     FastlinesError,
     FileFormatError,
@@ -27,23 +24,26 @@ from .errors import (
     MissingExtraError,
     PrecisionWarning,
 )
-from .geometry import Geometry
-from .hits import AllHits, FirstHits
-from .library import get_cmake_dir, get_include, get_lib
-from .lines import Lines
-from .meshes import Boxes, Triangles
-from .methods import METHODS
-from .objects import lines
-from .queries import brute_force
+from .geometry.collection import Geometry
+from .geometry.curves import Curves
+from .geometry.foreign import lines
+from .geometry.lines import Lines
+from .geometry.spheres import Spheres
+from .geometry.triangles_boxes import Boxes, Triangles
+from .geometry.user_primitives import Primitives, Rays
+from .query.hits import AllHits, FirstHits
+from .query.queries import brute_force
 from .refit import RebuildPolicy
-from .settings import Cost, Limits, Presplit, Settings
-from .spheres import Spheres
-from .splits import BinnedPlanes, Median, Midpoint, ObjectSweep, PlaneEvents, PlaneGrid
+from .settings.methods import METHODS
+from .settings.settings import Cost, Limits, Presplit, Settings
+from .settings.splits import BinnedPlanes, Median, Midpoint, ObjectSweep, PlaneEvents, PlaneGrid
+from .support.display import draw_with
+from .support.library import get_cmake_dir, get_include, get_lib
 from .threads import get_num_threads, set_num_threads
 from .tree import Tree, load
 
 if TYPE_CHECKING:
-    from . import analytic, scenes, theory
+    from . import scenes, theory
     from .io import read, write
     from .rendering import render
 
@@ -82,7 +82,6 @@ __all__ = [
     "Spheres",
     "Tree",
     "Triangles",
-    "analytic",
     "available_simd",
     "brute_force",
     "build",
@@ -105,24 +104,20 @@ __all__ = [
 ]
 
 
-draw_with(lambda: import_module(".rendering.card", __name__))
+draw_with(lambda: import_module(".rendering.card.card", __name__))
 
 
 def __getattr__(name: str) -> Any:
-    """Import slow modules on first use; accept former names with a warning."""
+    """Import slow modules on first use."""
     if name == "__version__":
         from importlib.metadata import version
 
         return version("fastlines")
-    if name in ("analytic", "io", "rendering", "scenes", "theory"):
+    if name in ("io", "rendering", "scenes", "theory"):
         return import_module(f".{name}", __name__)
     for module, names in {"io": ("read", "write"), "rendering": ("render",)}.items():
         if name in names:
             return getattr(import_module(f".{module}", __name__), name)
-    from .deprecated import former
-
-    if (found := former(name)) is not None:
-        return found
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -12,20 +12,20 @@ import numpy.typing as npt
 
 from . import _core
 from .arrays import instance
-from .backend import engine
-from .curves import Curves
-from .custom import Primitives
+from .engines import engine
 from .errors import InputError
-from .geometry import AnyGeometry, Geometry, as_geometry, build_data, count_text, parts_of
-from .immutable import own
-from .lines import Lines
-from .methods import DEFAULT_METHOD, best_settings, method_settings
+from .geometry.collection import AnyGeometry, Geometry, as_geometry, build_data, count_text, parts_of
+from .geometry.curves import Curves
+from .geometry.lines import Lines
+from .geometry.user_primitives import Primitives
 from .progress import ProgressCallback, ProgressOption, reporting
-from .settings import REF_LIMIT, Cost, Limits, Presplit, Settings
-from .splits import BoxRule, SplitSet
+from .settings.methods import DEFAULT_METHOD, best_settings, method_settings
+from .settings.settings import REF_LIMIT, Cost, Limits, Presplit, Settings
+from .settings.splits import BoxRule, SplitSet
+from .structure.tree_data import NODE, REF
+from .support.immutable import own
 from .threads import get_num_threads
 from .tree import Tree
-from .tree_data import NODE, REF
 
 #: The core's number for "no limit".
 NO_LIMIT = 2**64 - 1

@@ -20,8 +20,8 @@ import numpy.typing as npt
 
 from .arrays import FloatArray, check_fields, count, number
 from .errors import InputError
-from .geometry import AnyGeometry, points_of
-from .vectors import dot
+from .geometry.collection import AnyGeometry, points_of
+from .support.vectors import dot
 
 Vector: TypeAlias = tuple[float, float, float]
 Float64Array: TypeAlias = npt.NDArray[np.float64]

@@ -10,14 +10,14 @@ import numpy.typing as npt
 
 from . import _core
 from .arrays import LEAST, number
-from .backend import engine
+from .engines import engine
 from .errors import InputError
-from .immutable import own
-from .layout import refit_layout
-from .lines import Lines, as_lines
+from .geometry.lines import Lines, as_lines
 from .progress import ProgressCallback, ProgressOption, reporting
+from .structure.layout import refit_layout
+from .structure.tree_data import NODE, TreeData
+from .support.immutable import own
 from .threads import get_num_threads
-from .tree_data import NODE, TreeData
 
 Tree = TypeVar("Tree", bound=TreeData)
 

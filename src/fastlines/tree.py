@@ -12,28 +12,19 @@ import numpy.typing as npt
 
 from . import _core
 from .arrays import FloatArray, IntArray, choice, count
-from .backend import KERNELS, Backend, CompiledBackend, engine
-from .backends import backend_of
 from .cuda.choice import is_on_device
+from .cuda.device_rays import check_device_query
+from .cuda.placed_tree import PlacedTree
+from .engines import engine
 from .errors import InputError
-from .geometry import core_data, spread_data
-from .hits import AllHits, FirstHits
-from .lines import Lines
-from .placed import PlacedTree
+from .geometry.collection import core_data, spread_data
+from .geometry.lines import Lines
 from .progress import ProgressOption
-from .queries import (
-    AnyRays,
-    any_hit,
-    check_device_query,
-    check_query,
-    count_hits,
-    first_hit,
-    is_by_distance,
-    is_merge,
-    is_spread,
-    is_surface,
-    list_hits,
-)
+from .query.backend import KERNELS, Backend, CompiledBackend
+from .query.hits import AllHits, FirstHits
+from .query.queries import any_hit, check_query, count_hits, first_hit, is_by_distance, is_merge, is_surface, list_hits
+from .query.rays import AnyRays, is_spread
+from .query.wrappers.wrap import backend_of
 from .refit import built_cost, moved_lines, refitted
 
 
@@ -359,7 +350,7 @@ class Tree(PlacedTree):
         OSError
             If the path is a folder, or cannot be written.
         """
-        from . import tree_file
+        from .structure import tree_file
 
         tree_file.write(self, path)
 
@@ -375,7 +366,7 @@ def load(path: str | os.PathLike[str], *, verify: bool | None = None) -> Tree:
     path : str or path
     verify : bool, optional
         Whether to verify the checksums, which detect damage that leaves a tree usable, such as another coordinate. The
-        default verifies files of up to 1 GiB. Files of older versions have none, and load unless this is True.
+        default verifies files of up to 1 GiB.
 
     Raises
     ------
@@ -384,6 +375,6 @@ def load(path: str | os.PathLike[str], *, verify: bool | None = None) -> Tree:
     OSError
         If it cannot be read.
     """
-    from . import tree_file
+    from .structure import tree_file
 
     return tree_file.read(Tree, path, verify)

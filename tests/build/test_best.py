@@ -12,7 +12,7 @@ import pytest
 from support.nasty import SCENES, boxes_of, named_scene, same, triangles_on
 
 import fastlines as fl
-from fastlines.methods import LARGE, best_settings
+from fastlines.settings.methods import LARGE, best_settings
 
 COST = fl.Cost(2.0)
 

@@ -12,7 +12,7 @@ from support.nasty import named_scene
 from support.theory_scenes import SCENE_NAMES, scene
 
 import fastlines as fl
-from fastlines.splits import SplitSet
+from fastlines.settings.splits import SplitSet
 
 # ---- Every split set ----
 

@@ -9,7 +9,7 @@ import pytest
 from support.command_line import run
 
 import fastlines as fl
-from fastlines.rendering.radius import cross, round_numbers, small
+from fastlines.rendering.suitable_radius import cross, round_numbers, small
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 

@@ -20,8 +20,8 @@ import fastlines as fl
 from fastlines.cuda import program
 from fastlines.cuda.columns import SCAN_RUN, scan
 from fastlines.cuda.scene import stack_room
-from fastlines.geometry import core_data
-from fastlines.queries import QUERIES, QueryName
+from fastlines.geometry.collection import core_data
+from fastlines.query.queries import QUERIES, QueryName
 
 #: The kinds of geometry that kernels know: all but one's own.
 KINDS = [kind for kind in ALL_KINDS if kind != "one's own"]

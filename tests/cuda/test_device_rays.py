@@ -11,7 +11,7 @@ from support.emulated_device import DeviceArray, EmulatedDevice
 
 import fastlines as fl
 from fastlines.cuda.device_rays import DeviceHits
-from fastlines.queries import QUERIES
+from fastlines.query.queries import QUERIES
 
 RANDOM = np.random.default_rng(4)
 LINES = fl.Lines.from_segments(RANDOM.uniform(-1, 1, (200, 2, 3)), radius=RANDOM.uniform(0, 0.02, (200, 2)))

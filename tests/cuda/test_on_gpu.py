@@ -15,7 +15,7 @@ from support.emulated_device import TUNINGS
 import fastlines as fl
 from fastlines.cuda import program
 from fastlines.cuda.cuda_device import gpu
-from fastlines.queries import QUERIES
+from fastlines.query.queries import QUERIES
 
 RANDOM = np.random.default_rng(8)
 TREE = fl.build(RANDOM.uniform(-1, 1, (2000, 2, 3)))

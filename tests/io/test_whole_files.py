@@ -17,8 +17,8 @@ from support.command_line import done, refused
 from support.patience import HANGS
 
 import fastlines as fl
-from fastlines.atomic_write import atomic_write
-from fastlines.rendering.images import write_depth, write_picture
+from fastlines.rendering.pictures.images import write_depth, write_picture
+from fastlines.support.atomic_write import atomic_write
 
 TREE = fl.build([[[0, 0, 0], [1, 1, 1]]])
 LEFT_OVER = "a.flt.0123456789ab.partial"
@@ -163,7 +163,7 @@ def test_paths_that_are_none(tmp_path):
 def test_partial_files_of_killed_processes_are_removed_by_the_next_save(tmp_path):
     kill = f"""if True:
         import os, signal
-        from fastlines.atomic_write import atomic_write
+        from fastlines.support.atomic_write import atomic_write
         with atomic_write({str(tmp_path / "a.flt")!r}) as partial:
             partial.write_bytes(b"half")
             os.kill(os.getpid(), signal.SIGKILL)"""

@@ -14,9 +14,9 @@ from support.answers import assert_same, options
 from support.slow import few_of
 
 import fastlines as fl
-from fastlines import backend
-from fastlines.backend import KERNELS
-from fastlines.queries import QUERIES
+from fastlines import engines
+from fastlines.query.backend import KERNELS
+from fastlines.query.queries import QUERIES
 
 WIDE = [kernel for kernel in KERNELS if kernel != "binary"]
 
@@ -183,8 +183,8 @@ def build_for(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
 
     def pretend(*compiled: str) -> None:
         fl.available_simd.cache_clear()
-        monkeypatch.setattr(backend._core, "best_simd", lambda: "avx512")
-        monkeypatch.setattr(backend, "_is_compiled", compiled.__contains__)
+        monkeypatch.setattr(engines._core, "best_simd", lambda: "avx512")
+        monkeypatch.setattr(engines, "_is_compiled", compiled.__contains__)
 
     monkeypatch.delenv("FASTLINES_SIMD", raising=False)
     yield pretend
@@ -218,7 +218,7 @@ def test_a_build_without_a_usable_set(build_for: Callable[..., None], monkeypatc
 def test_the_sets_are_looked_up_once(monkeypatch: pytest.MonkeyPatch) -> None:
     tree = fl.build([[[0, 0, 0], [1, 1, 1]]])
     tree.first_hit([0, 0, -5], [0, 0, 1], 0.1)
-    monkeypatch.setattr(backend.importlib.util, "find_spec", None)
+    monkeypatch.setattr(engines.importlib.util, "find_spec", None)
     assert tree.first_hit([0, 0, -5], [0, 0, 1], 0.1).prim == 0
 
 

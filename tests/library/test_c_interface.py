@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pytest
 
 import fastlines as fl
-from fastlines.methods import THESIS_METHODS
+from fastlines.settings.methods import THESIS_METHODS
 
 METHODS = ("best", *THESIS_METHODS)
 FloatPointer = c.POINTER(c.c_float)

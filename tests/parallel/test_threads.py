@@ -18,7 +18,7 @@ from support.patience import HANGS
 from support.slow import few_of
 
 import fastlines as fl
-from fastlines.layout import build_layout
+from fastlines.structure.layout import build_layout
 
 RNG = np.random.default_rng(0)
 LINES = nasty.crossing(RNG, 20_000).astype(np.float32)

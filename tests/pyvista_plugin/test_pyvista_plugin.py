@@ -159,7 +159,12 @@ def test_lines_of_a_mesh_are_the_same_everywhere(pyvista, tmp_path):
     mesh.field_data["unit"], mesh.field_data["up"] = ["mm"], "z"
     fl.write(tmp_path / "a.vtp", mesh)
     mesh.save(tmp_path / "b.vtp")
-    for lines in (fl.lines(mesh), mesh.fastlines.lines, fl.read(tmp_path / "a.vtp"), fl.read(tmp_path / "b.vtp")):
+    for lines in (
+        fl.lines(mesh),
+        mesh.fastlines.lines,
+        fl.read(tmp_path / "a.vtp"),
+        fl.read(tmp_path / "b.vtp"),
+    ):
         assert (lines.unit, lines.up) == ("mm", "z")
         np.testing.assert_array_equal(lines.strands, [0, 0, 1, 2])
         np.testing.assert_array_equal(lines.radius, np.array([[0, 1], [1, 2], [3, 4], [5, 6]]) / 8)

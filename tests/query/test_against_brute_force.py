@@ -12,8 +12,8 @@ from support.answers import WITH_AT, assert_same, cases, options, question
 from support.builds import ALL_KINDS, BUILDS, KINDS, METHODS, build
 
 import fastlines as fl
-from fastlines.backend import KERNELS
-from fastlines.queries import QUERIES, QueryName
+from fastlines.query.backend import KERNELS
+from fastlines.query.queries import QUERIES, QueryName
 
 #: How many seeds there are for each kind of primitive; all but the first are slow.
 N_SEEDS = {"segments": 4, "round cones": 2, "a mixture": 2}

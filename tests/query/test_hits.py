@@ -93,7 +93,7 @@ def test_nothing_is_copied_for_an_answer():
     lines = skipped_lines()
     tree = fl.build(lines)
     for hits in (tree.first_hit(*rays(), 0.1), tree.all_hits(*rays(), 0.1), tree.refit(lines).first_hit(*rays(), 0.1)):
-        assert hits.lines is lines
+        assert hits.geometry is lines
         assert not {"row", "strand"} & vars(hits).keys()
 
 
@@ -112,7 +112,7 @@ def test_a_pickle_has_rows_and_strands_but_not_all_lines(query, protocol):
         data = pickle.dumps(hits, protocol)
         assert len(data) < 2000 + 100 * hits.prim.size + 8 * len(getattr(hits, "offsets", []))
         for same in (copy.deepcopy(hits), copy.copy(hits)):
-            assert same.lines is hits.lines
+            assert same.geometry is hits.geometry
         for back in (pickle.loads(data), copy.deepcopy(hits), copy.copy(hits)):
             assert repr(back) == repr(hits)
             for name in ("t", "prim", "u", "distance", "row", "strand"):

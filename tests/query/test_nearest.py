@@ -9,7 +9,7 @@ import pytest
 from support.answers import assert_same, cases, question
 
 import fastlines as fl
-from fastlines.backend import KERNELS
+from fastlines.query.backend import KERNELS
 
 WIDE = [kernel for kernel in KERNELS if kernel != "binary"]
 

@@ -8,10 +8,10 @@ from support import nasty
 from support.answers import assert_same
 
 import fastlines as fl
-from fastlines.queries import QUERIES
-from fastlines.settings import Settings
+from fastlines.query.queries import QUERIES
+from fastlines.settings.settings import Settings
+from fastlines.structure.tree_data import MAX_DEPTH, NODE, REF
 from fastlines.tree import Tree
-from fastlines.tree_data import MAX_DEPTH, NODE, REF
 
 #: A leaf of the core's nodes has this in the lowest two bits (cpp/fastlines/query/plane_tree.hpp).
 LEAF = 3

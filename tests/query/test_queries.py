@@ -12,9 +12,9 @@ from support.builds import build
 from support.slow import few_of
 
 import fastlines as fl
-from fastlines.backend import KERNELS
-from fastlines.queries import QUERIES, count_hits, list_hits
-from fastlines.rays import check_rays
+from fastlines.query.backend import KERNELS
+from fastlines.query.queries import QUERIES, count_hits, list_hits
+from fastlines.query.rays import check_rays
 
 SEEDS = range(8)
 

@@ -12,7 +12,7 @@ from support.answers import assert_same
 from support.builds import Balls
 
 import fastlines as fl
-from fastlines.queries import QUERIES
+from fastlines.query.queries import QUERIES
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 
@@ -183,7 +183,7 @@ def test_files_keep_every_container(tmp_path: Path) -> None:
 
 def test_own_classes_are_not_kept_by_files(tmp_path: Path) -> None:
     tree = fl.build(Balls(np.random.default_rng(0).random((9, 2, 3))))
-    with pytest.raises(fl.InputError, match="this one is over Custom; pickle keeps it"):
+    with pytest.raises(fl.InputError, match="this one is over UserPrimitives; pickle keeps it"):
         tree.save(tmp_path / "a.flt")
     rays = np.random.default_rng(1).random((50, 3)), [0, 0, 1]
     assert_same(pickle.loads(pickle.dumps(tree)).first_hit(*rays), tree.first_hit(*rays))

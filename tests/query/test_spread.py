@@ -16,8 +16,8 @@ from support.nasty import spreads
 from support.slow import few_of
 
 import fastlines as fl
-from fastlines.backend import KERNELS
-from fastlines.queries import QUERIES, QueryName
+from fastlines.query.backend import KERNELS
+from fastlines.query.queries import QUERIES, QueryName
 from fastlines.theory.hits import deepest_approach
 
 #: Half an ulp of 1 in float32.

@@ -10,7 +10,7 @@ import pytest
 from support.answers import assert_same
 
 import fastlines as fl
-from fastlines.backend import KERNELS
+from fastlines.query.backend import KERNELS
 
 N_RAYS = 3000
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import fastlines as fl
-from fastlines.rendering import AOVS, aovs, depth_image
+from fastlines.rendering import AOVS, depth_image
+from fastlines.rendering.shading import aovs
 
 STRANDS = fl.Lines.from_strands([[[-1, y, 0], [0, y, 0.3], [1, y + 0.2, 0]] for y in np.linspace(-1, 1, 20)])
 CAMERA = fl.Camera(origin=(0, 0, 6), target=(0, 0, 0))

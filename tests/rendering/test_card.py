@@ -15,8 +15,8 @@ import pytest
 from PIL import Image
 
 import fastlines as fl
-from fastlines.rendering.sketch import MAX_DRAWN, sketch, spaced_rows
-from fastlines.rendering.thumbnail import BACKGROUND, HEIGHT, WIDTH, draw_sketch
+from fastlines.rendering.card.sketch import MAX_DRAWN, sketch, spaced_rows
+from fastlines.rendering.card.thumbnail import BACKGROUND, HEIGHT, WIDTH, draw_sketch
 
 POINTS = np.random.default_rng(4).random((60, 3))
 ENDS = POINTS.reshape(30, 2, 3)

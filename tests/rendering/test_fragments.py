@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fastlines as fl
-from fastlines.rendering.fragments import Cones, Surfaces
+from fastlines.rendering.shading.fragments import Cones, Surfaces
 
 CAMERA = fl.Camera(origin=(0, 0, 10), target=(0, 0, 0), fov_degrees=10)
 SIZE = 64

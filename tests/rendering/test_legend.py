@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import fastlines as fl
-from fastlines.rendering.legend import ColorBar, Triad, draw_legend
-from fastlines.rendering.tone import srgb
+from fastlines.rendering.color.legend import ColorBar, Triad, draw_legend
+from fastlines.rendering.color.tone import srgb
 
 LINES = fl.Lines.from_strands([[[-1, y, 0], [0, y, 0.3], [1, y + 0.2, 0]] for y in np.linspace(-1, 1, 9)])
 SIZE = {"width": 64, "height": 64, "samples": 1, "radius": 0.05}

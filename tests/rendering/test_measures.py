@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fastlines as fl
-from fastlines.rendering import MEASURES, progressive, visited_nodes, work
+from fastlines.rendering import MEASURES, node_visits, progressive, visited_nodes
 from fastlines.rendering.looks.table import NUMBERS
 
 SCENE = fl.scenes.make("spaghetti", 300)
@@ -35,7 +35,7 @@ def recursive(tree, origin, direction, grow, node=0):
 @pytest.mark.parametrize("own_radius", [None, 0.01])
 @pytest.mark.parametrize("max_pairs", [1 << 18, 16])
 def test_visited_nodes_are_those_of_a_recursion(method, own_radius, max_pairs, monkeypatch):
-    monkeypatch.setattr(work, "MAX_PAIRS", max_pairs)
+    monkeypatch.setattr(node_visits, "MAX_PAIRS", max_pairs)
     lines = SCENE.lines if own_radius is None else SCENE.lines.with_radius(own_radius)
     tree = fl.build(lines, method)
     origins, directions = (a.astype(np.float64) for a in SCENE.camera.rays(9, 9))

@@ -9,10 +9,9 @@ import pytest
 
 import fastlines as fl
 from fastlines.rendering import MEASURES, write_frames
-from fastlines.rendering.lighting import SOFT, Light, Rig
 from fastlines.rendering.looks import LOOKS, make_look
 from fastlines.rendering.looks.flat import Flat, ids
-from fastlines.rendering.options import (
+from fastlines.rendering.pictures.options import (
     DRAWN,
     EFFECTS,
     FLAT,
@@ -22,10 +21,11 @@ from fastlines.rendering.options import (
     OWN_FLAT,
     OWN_LIT,
     SCREEN,
-    Facts,
+    PictureRequest,
     as_flag,
     check_options,
 )
+from fastlines.rendering.shading.lighting import SOFT, Light, Rig
 
 STRANDS = [[[-1, y, 0], [0, y, 0.3], [1, y + 0.2, 0]] for y in np.linspace(-1, 1, 12)]
 LINES = fl.Lines.from_points(
@@ -112,7 +112,7 @@ def test_neutral_values_are_always_accepted():
         drawn(look, **neutral)
     for look in (*DRAWN, LEVELS):
         for file in (*SCREEN, ".exr"):
-            check_options({name: NEUTRAL.get(name, False) for name in EFFECTS}, Facts(look, "other", file, ""))
+            check_options({name: NEUTRAL.get(name, False) for name in EFFECTS}, PictureRequest(look, "other", file, ""))
 
 
 def test_unknown_looks_are_told_before_their_options():
@@ -124,7 +124,7 @@ def test_the_table_knows_all_looks_and_facts():
     assert set(DRAWN) == {*LOOKS, *MEASURES, OWN_LIT, OWN_FLAT}
     assert set(NUMBERS) == set(MEASURES)
     assert all(not OWN.get(look) for look in FLAT)
-    facts = {*vars(Facts()), "backdrop"}
+    facts = {*vars(PictureRequest()), "backdrop"}
     for limits in EFFECTS.values():
         assert {limit.fact for limit in limits} <= facts
 
@@ -132,26 +132,38 @@ def test_the_table_knows_all_looks_and_facts():
 @pytest.mark.parametrize(
     ("options", "facts", "said"),
     [
-        ({"background": "#fff"}, Facts("tube", file=".exr"), "--background does not apply: an .exr has no background"),
-        ({"background": "#fff"}, Facts("fibre", file=".exr"), None),  # which fades into it
-        ({"background": "#fff"}, Facts(file=".exr"), None),  # not known yet
+        (
+            {"background": "#fff"},
+            PictureRequest("tube", file=".exr"),
+            "--background does not apply: an .exr has no background",
+        ),
+        ({"background": "#fff"}, PictureRequest("fibre", file=".exr"), None),  # which fades into it
+        ({"background": "#fff"}, PictureRequest(file=".exr"), None),  # not known yet
         (
             {"transparent": True},
-            Facts("tube", file=".exr"),
+            PictureRequest("tube", file=".exr"),
             "--background transparent does not apply: an .exr is always",
         ),
-        ({"transparent": True}, Facts("tube", file=".gif"), "leave it out, or write a .png"),
-        ({"legend": True}, Facts("hits", "number", ".exr"), "an .exr holds numbers"),
-        ({"legend": True}, Facts("hair", "other", ".png"), "the colours of the look 'hair' have no legend"),
-        ({"exposure": 1.0}, Facts("hair", "other", ".exr"), None),
-        ({"seconds": 0.1}, Facts("tube", file=".png"), "leave it out, or write a .gif or .mp4"),
-        ({"levels": 2}, Facts(LEVELS, file=".exr"), "--levels does not apply: levels are drawn as .png"),
-        ({"levels": 2}, Facts(LEVELS, many="--turntable"), "--levels does not apply: --turntable makes many pictures"),
-        ({"resume": True}, Facts("tube", many="--turntable"), "leave one of them out"),
-        ({"radius": 0.0}, Facts("tube", many="--radius-sweep"), "--radius does not apply"),
-        ({"radius": 0.0}, Facts("tube", many="--turntable"), None),
+        ({"transparent": True}, PictureRequest("tube", file=".gif"), "leave it out, or write a .png"),
+        ({"legend": True}, PictureRequest("hits", "number", ".exr"), "an .exr holds numbers"),
+        ({"legend": True}, PictureRequest("hair", "other", ".png"), "the colours of the look 'hair' have no legend"),
+        ({"exposure": 1.0}, PictureRequest("hair", "other", ".exr"), None),
+        ({"seconds": 0.1}, PictureRequest("tube", file=".png"), "leave it out, or write a .gif or .mp4"),
+        ({"levels": 2}, PictureRequest(LEVELS, file=".exr"), "--levels does not apply: levels are drawn as .png"),
+        (
+            {"levels": 2},
+            PictureRequest(LEVELS, many="--turntable"),
+            "--levels does not apply: --turntable makes many pictures",
+        ),
+        ({"resume": True}, PictureRequest("tube", many="--turntable"), "leave one of them out"),
+        ({"radius": 0.0}, PictureRequest("tube", many="--radius-sweep"), "--radius does not apply"),
+        ({"radius": 0.0}, PictureRequest("tube", many="--turntable"), None),
         *(
-            ({name: 3}, Facts(LEVELS), f"{as_flag(name, 3)} does not apply: levels of a tree are drawn in panels")
+            (
+                {name: 3},
+                PictureRequest(LEVELS),
+                f"{as_flag(name, 3)} does not apply: levels of a tree are drawn in panels",
+            )
             for name in (
                 *("look", "width", "height", "samples", "color", "color_map", "background", "transparent"),
                 *("exposure", "quality", "legend", "resume", "lens_radius"),

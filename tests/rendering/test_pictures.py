@@ -12,9 +12,9 @@ from PIL import Image
 
 import fastlines as fl
 from fastlines.rendering import default_size, progressive, turntable
+from fastlines.rendering.color.tone import filmic, linear, srgb
 from fastlines.rendering.looks import LOOKS, look_for, make_look
 from fastlines.rendering.looks.solid import Solid
-from fastlines.rendering.tone import filmic, linear, srgb
 from fastlines.threads import num_threads
 
 LINES = fl.Lines.from_strands([[[-1, y, 0], [0, y, 0.3], [1, y + 0.2, 0]] for y in np.linspace(-1, 1, 40)])

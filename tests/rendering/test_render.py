@@ -13,19 +13,12 @@ from support.line_files import SAMPLES
 from support.slow import few_of
 
 import fastlines as fl
-from fastlines.atomic_write import atomic_write
-from fastlines.rendering import (
-    default_camera,
-    default_view,
-    depth_image,
-    images,
-    level_sheet,
-    write_depth,
-    write_picture,
-)
-from fastlines.rendering.depth import MAX_BATCH, MAX_PIXELS, View, bands
-from fastlines.rendering.depth_tone import DARKEST, GAMMA, Tone, grey
-from fastlines.rendering.tone import linear
+from fastlines.rendering import default_camera, default_view, depth_image, level_sheet, write_depth, write_picture
+from fastlines.rendering.color.tone import linear
+from fastlines.rendering.pictures import images
+from fastlines.rendering.shading.depth import MAX_BATCH, MAX_PIXELS, View, bands
+from fastlines.rendering.shading.depth_tone import DARKEST, GAMMA, Tone, grey
+from fastlines.support.atomic_write import atomic_write
 
 CAMERA = fl.Camera(origin=(0, 0, 4), target=(0, 0, 0))
 #: Across the view at the depths 4 (upper half), 6 (lower half).

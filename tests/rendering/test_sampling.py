@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fastlines.rendering.sampling import FILTER_RADIUS, WINDOW, filter_offset, hashed, uniforms
+from fastlines.rendering.sampling.sobol import FILTER_RADIUS, WINDOW, filter_offset, hashed, uniforms
 
 SEEDS = hashed(np.arange(200, dtype=np.uint32))
 

@@ -9,7 +9,7 @@ import numpy as np
 from support.nasty import boxes_of, triangles_on
 
 import fastlines as fl
-from fastlines.geometry import as_geometry, build_data
+from fastlines.geometry.collection import as_geometry, build_data
 
 #: Keeps trees over copies of long lines small, so that the tests are quick; enough for most others.
 BUDGET = 3000

@@ -11,7 +11,7 @@ import pytest
 from support import nasty
 
 import fastlines as fl
-from fastlines import container
+from fastlines.support import container
 
 RNG = np.random.default_rng(0)
 SEGMENTS = nasty.crossing(RNG, 20).astype(np.float32)

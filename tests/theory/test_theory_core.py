@@ -12,7 +12,7 @@ from support.theory_scenes import SCENE_NAMES, Triangle, a_box, scene
 
 import fastlines as fl
 from fastlines import theory as th
-from fastlines.methods import THESIS_METHODS
+from fastlines.settings.methods import THESIS_METHODS
 
 RULES = {"tight": th.tight, "cut": th.cut}
 

@@ -13,7 +13,7 @@ from support.theory_scenes import SCENE_NAMES, Ball, a_box, scene
 
 import fastlines as fl
 from fastlines import theory as th
-from fastlines.dot import DotNode, dot_text
+from fastlines.support.graphviz import DotNode, dot_text
 from fastlines.theory.drawing import MAX_BOXES, MAX_LEVELS, MAX_PRIMS
 
 ENDS = np.random.default_rng(7).normal(size=(30, 2, 3))

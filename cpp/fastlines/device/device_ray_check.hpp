@@ -1,4 +1,4 @@
-// Checks whether a ray is valid, as src/fastlines/rays.py does for rays in the memory of the host.
+// Checks whether a ray is valid, as src/fastlines/query/rays.py does for rays in the memory of the host.
 #pragma once
 
 #include "../rays/ray.hpp"

@@ -26,7 +26,7 @@ struct DeviceRays {
 };
 static_assert(sizeof(DeviceRays) == 88);
 
-/// What rays must be for a scene, as src/fastlines/rays.py checks them.
+/// What rays must be for a scene, as src/fastlines/query/rays.py checks them.
 struct DeviceLimits {
   double low[3], high[3];  ///< the box of the scene
   double largest_radius;

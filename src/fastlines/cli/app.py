@@ -16,8 +16,8 @@ import typer
 from typer import Option
 from typer.core import TyperGroup
 
-from .. import library
 from ..errors import FastlinesError
+from ..support import library
 
 #: The environment variable that makes errors show their traceback.
 DEBUG = "FASTLINES_DEBUG"

@@ -12,10 +12,10 @@ from typer import Option
 
 import fastlines as fl
 
-from ..geometry import count_text
-from ..methods import method_settings
-from ..settings import limit_notes
-from ..texts import bytes_text
+from ..geometry.collection import count_text
+from ..settings.methods import method_settings
+from ..settings.settings import limit_notes
+from ..support.texts import bytes_text
 from .app import app
 from .options import Effort, FormatName, FormatOptions, Input, Json, Method, Skip, n_bytes
 

@@ -10,7 +10,7 @@ from typer import Option
 
 import fastlines as fl
 
-from ..geometry import count_text, counted
+from ..geometry.collection import count_text, counted
 from .app import app
 from .options import Input, Skip
 

@@ -13,14 +13,14 @@ import numpy as np
 import typer
 
 from .. import scenes
-from ..atomic_write import atomic_write, check_target
 from ..camera import Camera, Vector
-from ..curves import Curves
 from ..errors import InputError
-from ..geometry import AnyGeometry, counted, parts_of
+from ..geometry.collection import AnyGeometry, counted, parts_of
+from ..geometry.curves import Curves
+from ..geometry.lines import Lines
 from ..io import Format, extension_of, format_of, read
 from ..io.reading import check_path
-from ..lines import Lines
+from ..support.atomic_write import atomic_write, check_target
 from ..tree import Tree, load
 from .options import format_options, refuse_given
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy.typing as npt
 
-from ..rendering.radius import least_radius, some_rays
+from ..rendering.suitable_radius import least_radius, some_rays
 from ..tree import Tree
 from .files import note
 

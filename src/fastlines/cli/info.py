@@ -14,14 +14,14 @@ from typer import Option
 
 import fastlines as fl
 
-from ..curves import Curves
 from ..errors import FastlinesError, InputError
-from ..geometry import AnyGeometry, core_data, core_of, needs_radius, parts_of, points_of, unit_of, up_of
-from ..lines import Lines
-from ..meshes import Boxes, Triangles
-from ..places import names
-from ..settings import limit_notes
-from ..texts import bytes_text
+from ..geometry.collection import AnyGeometry, core_data, core_of, needs_radius, parts_of, points_of, unit_of, up_of
+from ..geometry.curves import Curves
+from ..geometry.lines import Lines
+from ..geometry.triangles_boxes import Boxes, Triangles
+from ..query.hit_places import names
+from ..settings.settings import limit_notes
+from ..support.texts import bytes_text
 from ..tree import Tree
 from .app import app
 from .files import Source
@@ -56,7 +56,6 @@ def info(
 
     [cyan]fastlines info scene:photon-beams:10000[/]
     """
-    from ..tree_file import has_checksums
     from .files import open_input
 
     if picture and as_json:
@@ -70,8 +69,7 @@ def info(
     facts: dict[str, Any] = {"name": opened.name, "format": opened.format and opened.format.description}
     facts["lines" if is_lines else "shapes"] = {**describe(opened.geometry), "radius_for_pictures": suits}
     if opened.tree is not None:
-        checksums = "one for each section" if has_checksums(source) else "none (an older version wrote this file)"
-        facts["tree"] = {**opened.tree.stats(), "checksums": checksums}
+        facts["tree"] = opened.tree.stats()
     if as_json:
         typer.echo(json.dumps(facts, indent=2))
         return
@@ -88,7 +86,7 @@ def info(
 
 def _suitable(opened: Source, tree: Tree | None) -> float | None:
     """Return a radius with which a picture of the lines is not almost empty, if they have none."""
-    from ..rendering.radius import suitable_radius
+    from ..rendering.suitable_radius import suitable_radius
 
     if tree is None or not needs_radius(opened.geometry) or not len(opened.geometry):
         return None
@@ -97,7 +95,7 @@ def _suitable(opened: Source, tree: Tree | None) -> float | None:
 
 def draw(opened: Source, tree: Tree, radius: float) -> str:
     """Draw lines as text that fits the terminal, by the default camera."""
-    from ..rendering.depth_tone import grey
+    from ..rendering.shading.depth_tone import grey
     from .terminal import has_colours, picture_text
 
     columns = max(16, min(COLUMNS, shutil.get_terminal_size((COLUMNS, 24)).columns))

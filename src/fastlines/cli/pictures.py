@@ -11,10 +11,9 @@ import fastlines as fl
 
 from ..camera import Camera, Vector
 from ..errors import InputError
-from ..geometry import AnyGeometry, count_text, needs_radius, parts_of
-from ..methods import DEFAULT_METHOD, method_settings
-from ..places import names
-from ..queries import require_radius
+from ..geometry.collection import AnyGeometry, count_text, needs_radius, parts_of
+from ..query.hit_places import names
+from ..query.rays import require_radius
 from ..rendering import (
     MEASURES,
     Measure,
@@ -28,18 +27,19 @@ from ..rendering import (
     turntable_camera,
     write_picture,
 )
-from ..rendering.depth import SIZE, check_size
+from ..rendering.color.palette import check_map
 from ..rendering.looks import Backdrop, Look, check_name, look_for, make_look
-from ..rendering.options import LEVELS, Facts, as_flag, check_options
-from ..rendering.palette import check_map
-from ..rendering.radius import small, suitable_radius
-from ..rendering.renderer import check_exposure, facts_of
+from ..rendering.pictures.options import LEVELS, PictureRequest, as_flag, check_options
+from ..rendering.renderer import check_exposure, request_of
+from ..rendering.shading.depth import SIZE, check_size
+from ..rendering.suitable_radius import small, suitable_radius
+from ..settings.methods import DEFAULT_METHOD, method_settings
 from ..tree import Tree
 from .files import Source, check_output, open_lines, show_progress
 from .hint import hint_at_radius
 from .options import refuse_given, vector
+from .resume import add_samples, check_resume, keep_state, without_interrupts
 from .sequence import check_sequence, write_sequence
-from .unfinished import add_samples, check_resume, keep_state, without_interrupts
 
 
 @dataclass(frozen=True)
@@ -103,10 +103,10 @@ class Plan:
     up: Vector | None
     backdrop: Backdrop | None
 
-    def check(self, facts: Facts) -> None:
+    def check(self, request: PictureRequest) -> None:
         """Refuse options that would change nothing."""
-        look = LEVELS if self.order.levels else facts.look
-        check_options(self.order.given, Facts(look, facts.color, self.extension, self.order.many), as_flag)
+        look = LEVELS if self.order.levels else request.look
+        check_options(self.order.given, PictureRequest(look, request.color, self.extension, self.order.many), as_flag)
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def checked(order: Order) -> Plan:
     if order.focus_distance is not None and not order.lens_radius:
         raise InputError("--focus-distance does not apply without a lens; add --lens-radius, or leave it out")
     plan = Plan(order, extension, radii, view, up, backdrop)
-    plan.check(Facts(look=order.look))
+    plan.check(PictureRequest(look=order.look))
     return plan
 
 
@@ -207,11 +207,11 @@ def _look(plan: Plan, geometry: AnyGeometry) -> tuple[Look | Measure, bool]:
     """Make the look, and return whether its legend is drawn: unless the user says so, that of numbers."""
     order = plan.order
     name = order.look or look_for(geometry)
-    plan.check(Facts(look=name))
+    plan.check(PictureRequest(look=name))
     made = MEASURES.get(name) or make_look(name, geometry, order.color, order.color_map, order.quality)
-    facts = facts_of(name, made, geometry)
-    plan.check(facts)
-    has_bar = facts.color == "number" and plan.extension != ".exr"
+    request = request_of(name, made, geometry)
+    plan.check(request)
+    has_bar = request.color == "number" and plan.extension != ".exr"
     return made, has_bar if order.legend is None else order.legend
 
 

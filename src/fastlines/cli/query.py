@@ -13,10 +13,10 @@ import numpy.typing as npt
 import typer
 from typer import Option
 
-from ..curves import Curves
 from ..errors import InputError
-from ..geometry import AnyGeometry, parts_of
-from ..lines import Lines
+from ..geometry.collection import AnyGeometry, parts_of
+from ..geometry.curves import Curves
+from ..geometry.lines import Lines
 from .app import app
 from .options import Direction, Fov, Json, Radius, TreeFile, Up, refuse_given, size, vector
 
@@ -80,8 +80,8 @@ def query(
 
     [cyan]fastlines query hair.flt --camera 640x480 --radius 0.001 --kind count[/]
     """
-    from ..queries import require_radius
-    from ..rendering.depth import check_size
+    from ..query.rays import require_radius
+    from ..rendering.shading.depth import check_size
     from .files import Source, check_output, open_tree, show_progress, write_npz
     from .hint import hint_at_radius
 

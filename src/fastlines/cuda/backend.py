@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import IntArray
-from ..backend import HitColumns, HitLists
 from ..progress import ProgressCallback
-from ..rays import RayBatch
+from ..query.backend import HitColumns, HitLists
+from ..query.rays import RayBatch
 from .columns import DeviceColumns, scan
 from .device import Memory
 from .records import hits_record, lists_record, rays_record

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..backend import HitColumns
+from ..query.backend import HitColumns
 from .device import Device, Kernels, Memory
 
 #: Numbers that one thread adds up (`kScanRun` in cpp/fastlines/device/kernels.hpp).

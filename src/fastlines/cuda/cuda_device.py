@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import FastlinesError, InputError
-from ..optional import optional
+from ..support.optional import optional
 from .device import Kernels, Memory, ViewedArray
 from .program import BLOCK, GROUP, TUNING, compiled
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..errors import InputError
-from ..rays import limits_of
+from ..geometry.collection import AnyGeometry
+from ..query.rays import is_spread, limits_of, require_radius, scene_bounds
 from .backend import CudaBackend, RaysOnDevice
 from .choice import is_on_device
 from .columns import DeviceColumns
@@ -78,6 +79,38 @@ class DeviceRayBatch:
 
     def _export(self, memory: Any, shape: tuple[int, ...], dtype: Any) -> Any:
         return self.backend.scene.device.export(memory, shape, dtype)
+
+
+def check_device_query(
+    backend: CudaBackend,
+    geometry: AnyGeometry,
+    box: FloatArray,
+    origins: Any,
+    directions: Any,
+    radius: Any,
+    t_min: Any,
+    t_max: Any,
+    invalid: str,
+    spread: Any = 0.0,
+    ignore: Any = None,
+    ignore_strands: Any = None,
+) -> DeviceRayBatch:
+    """Check rays in the memory of a GPU for geometry in this box; see `check_query`."""
+    given = {
+        "invalid": invalid != "error",
+        "ignore": ignore is not None,
+        "ignore_strands": ignore_strands is not None,
+    }
+    for name, is_given in given.items():
+        if is_given:
+            raise InputError(f"rays in the memory of a GPU take no {name}=; leave it out, or pass NumPy arrays")
+    has_spread = is_spread(spread)
+    if radius is None:
+        if not has_spread:
+            require_radius(geometry, radius)
+        radius = 0.0
+    bounds = scene_bounds(geometry, box)
+    return check_device_rays(backend, bounds, origins, directions, radius, t_min, t_max, spread if has_spread else None)
 
 
 def check_device_rays(

@@ -10,8 +10,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from ..atomic_write import atomic_write
 from ..errors import FastlinesError
+from ..support.atomic_write import atomic_write
 
 #: The folder of the package.
 _PACKAGE = Path(__file__).resolve().parents[1]

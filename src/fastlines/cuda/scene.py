@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ..curves import Curves
-from ..custom import Custom
 from ..errors import FastlinesError, InputError
-from ..geometry import AnyGeometry, Geometry, core_data, spread_data
-from ..layout import Layout
+from ..geometry.collection import AnyGeometry, Geometry, core_data, spread_data
+from ..geometry.curves import Curves
+from ..geometry.user_primitives import UserPrimitives
+from ..structure.layout import Layout
 from .device import Device, Kernels, Memory
 from .records import scene_record
 
@@ -85,7 +85,7 @@ def upload(layout: Layout, device: Device, has_spread: bool, blocks: tuple[Memor
 
 def require_primitives(geometry: AnyGeometry) -> None:
     """Refuse what kernels do not know: a class of the user's own, whose `hit` runs in Python."""
-    if isinstance(geometry, Custom):
+    if isinstance(geometry, UserPrimitives):
         raise InputError(
             f"the GPU does not run a class of your own, and this tree is over {type(geometry.source).__name__}; query "
             "it on the CPU"

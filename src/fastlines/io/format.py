@@ -11,10 +11,10 @@ from types import ModuleType
 from typing import Any, Literal, get_args
 
 from ..arrays import did_you_mean
-from ..curves import Curves
 from ..errors import InputError
-from ..geometry import Geometry
-from ..lines import Lines
+from ..geometry.collection import Geometry
+from ..geometry.curves import Curves
+from ..geometry.lines import Lines
 
 #: What a file of lines holds.
 AnyLines = Lines | Curves | Geometry

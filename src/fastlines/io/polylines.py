@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import AnyArray, FloatArray, IntArray
-from ..curves import Curves
-from ..lines import Lines
+from ..geometry.curves import Curves
+from ..geometry.lines import Lines
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from ..arrays import INVALID, choice
-from ..curves import Curves
 from ..errors import FileWarning, InputError
-from ..geometry import Geometry
-from ..lines import Lines
+from ..geometry.collection import Geometry
+from ..geometry.curves import Curves
+from ..geometry.lines import Lines
 from ..progress import ProgressCallback, ProgressOption, reporting
 from . import table
 from .format import AnyLines, Format

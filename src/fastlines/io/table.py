@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..arrays import did_you_mean
-from ..atomic_write import check_target
-from ..curves import Curves
 from ..errors import FileFormatError, InputError
-from ..geometry import Geometry
-from ..lines import Lines
+from ..geometry.collection import Geometry
+from ..geometry.curves import Curves
+from ..geometry.lines import Lines
+from ..support.atomic_write import check_target
 from .format import Format
 
 #: One row for each format; its module says what is read and what is dropped.

@@ -10,15 +10,15 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-from ..atomic_write import atomic_write
-from ..curves import Curves
 from ..errors import FileWarning, InputError
-from ..geometry import AnyGeometry, Geometry, count_text, counted, parts_of
-from ..lines import Lines
-from ..objects import lines as as_lines
+from ..geometry.collection import AnyGeometry, Geometry, count_text, counted, parts_of
+from ..geometry.curves import Curves
+from ..geometry.foreign import lines as as_lines
+from ..geometry.lines import Lines
+from ..support.atomic_write import atomic_write
+from .curves_as_lines import curves_as_lines
 from .format import Format
 from .polylines import begins_of
-from .straight import straightened
 from .table import FORMATS, extension_of, to_write
 
 
@@ -113,7 +113,7 @@ def to_written(
     if type(geometry) in known:
         return geometry, []
     if isinstance(geometry, Curves):
-        return straightened(geometry), ["curves, which are written as their pieces"]
+        return curves_as_lines(geometry), ["curves, which are written as their pieces"]
     if type(geometry) is Lines:
         return geometry, []
     if isinstance(geometry, Geometry):

@@ -7,8 +7,8 @@ from typing import Any
 
 from ..builder import build
 from ..errors import MissingExtraError
-from ..lines import Lines
-from ..objects import of_polydata
+from ..geometry.foreign import of_polydata
+from ..geometry.lines import Lines
 from ..tree import Tree
 from .readers import pyvista
 

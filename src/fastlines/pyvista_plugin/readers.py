@@ -10,14 +10,14 @@ import numpy as np
 
 from ..arrays import AnyArray
 from ..errors import FileWarning
-from ..geometry import Geometry
+from ..geometry.collection import Geometry
+from ..geometry.lines import Lines
+from ..geometry.vtk_cells import RADIUS
 from ..io import read as read_lines
+from ..io.losses import strand_numbers
 from ..io.polylines import polylines_of
 from ..io.writing import to_written
-from ..io.written import strand_numbers
-from ..lines import Lines
-from ..optional import optional
-from ..vtk_cells import RADIUS
+from ..support.optional import optional
 
 
 def pyvista() -> Any:

@@ -1,19 +1,17 @@
 """Pictures of lines and of trees, by queries of a tree: depth images as in the thesis, and levels of trees."""
 
-from typing import Any
-
-from .aovs import AOVS, find_aovs
-from .depth import MAX_PIXELS, depth_image
-from .frames import FRAME_FORMATS, check_frames_path, numbered, write_frames
-from .images import IMAGE_FORMATS, check_image_path, write_depth, write_picture
+from .default_view import complete_size, default_camera, default_size, default_view
 from .levels import level_sheet
 from .measures import MEASURES, Measure, MeasureRenderer
-from .picture import Picture
+from .node_visits import visited_nodes
+from .pictures.frames import FRAME_FORMATS, check_frames_path, numbered, write_frames
+from .pictures.images import IMAGE_FORMATS, check_image_path, write_depth, write_picture
+from .pictures.picture import Picture
 from .progressive import Progressive
 from .renderer import Renderer, finish, render, renderer_of
 from .sequences import radius_sweep, spaced_radii, turntable, turntable_camera
-from .view import complete_size, default_camera, default_size, default_view
-from .work import visited_nodes
+from .shading.aovs import AOVS, find_aovs
+from .shading.depth import MAX_PIXELS, depth_image
 
 __all__ = [
     "AOVS",
@@ -48,12 +46,3 @@ __all__ = [
     "write_frames",
     "write_picture",
 ]
-
-
-def __getattr__(name: str) -> Any:
-    from .former import former
-
-    found = former(name)
-    if found is None:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return found

@@ -13,9 +13,9 @@ from ..arrays import FloatArray, IntArray
 from ..camera import Camera
 from ..progress import ProgressOption
 from ..tree import Tree
-from .depth import check_radius
-from .depth_tone import grey
 from .renderer import render
+from .shading.depth import check_radius
+from .shading.depth_tone import grey
 
 if TYPE_CHECKING:
     from PIL import Image

@@ -12,15 +12,15 @@ from ..arrays import AnyArray, FloatArray, IntArray
 from ..camera import Camera
 from ..errors import InputError
 from ..tree import Tree
-from .legend import ColorBar
-from .lighting import STUDIO
+from .color.legend import ColorBar
 from .looks.look import Backdrop
 from .looks.table import NIGHT
-from .picture import Picture
+from .node_visits import visited_nodes
+from .pictures.picture import Picture
 from .progressive import Progressive
-from .sampling import points_in_pixels
-from .stage import Stage
-from .work import visited_nodes
+from .sampling.sobol import points_in_pixels
+from .shading.lighting import STUDIO
+from .shading.shading_context import ShadingContext
 
 #: The values beyond this quantile have the last colour of the map.
 BRIGHT = 0.99
@@ -92,16 +92,16 @@ class MeasureRenderer(Progressive):
     ) -> None:
         if camera.lens_radius:
             raise InputError(f"{camera!r} has a lens; a measure counts along rays from a pinhole")
-        stage = Stage.of(tree, camera, height, radius, STUDIO)  # whose lights nothing uses
-        super().__init__(stage, width, height, samples, {"total": (), "hit": ()})
+        context = ShadingContext.of(tree, camera, height, radius, STUDIO)  # whose lights nothing uses
+        super().__init__(context, width, height, samples, {"total": (), "hit": ()})
         self.measure = measure
 
     def _sample(self, index: int, pixels: AnyArray) -> dict[str, AnyArray]:
         """Return the numbers of one ray of some pixels, and which are not 0."""
-        stage = self.stage
+        context = self.context
         x, y = points_in_pixels(index if self.samples > 1 else None, pixels, self.width)
-        origins, directions, _ = stage.camera.ray(x, y, self.width, self.height)
-        values = self.measure.count(stage.tree, origins, directions, stage.radius)
+        origins, directions, _ = context.camera.ray(x, y, self.width, self.height)
+        values = self.measure.count(context.tree, origins, directions, context.radius)
         return {"total": values, "hit": values > 0}
 
     def picture(self) -> Picture:

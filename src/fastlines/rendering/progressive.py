@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from ..arrays import AnyArray
-from ..custom import Custom
-from ..geometry import count_text, parts_of
+from ..geometry.collection import count_text, parts_of
+from ..geometry.user_primitives import UserPrimitives
 from ..threads import map_in_threads
-from .depth import MAX_BANDS, MAX_RAYS, bands, check_size
-from .picture import Picture
-from .stage import Stage
+from .pictures.picture import Picture
+from .shading.depth import MAX_BANDS, MAX_RAYS, bands, check_size
+from .shading.shading_context import ShadingContext
 from .state import describe, digest, read_state, write_state
 
 
@@ -28,7 +28,7 @@ class Progressive(ABC):
 
     Parameters
     ----------
-    stage : Stage
+    context : ShadingContext
     width, height : int
     samples : int
         How many samples of a pixel are averaged.
@@ -37,10 +37,10 @@ class Progressive(ABC):
     """
 
     def __init__(
-        self, stage: Stage, width: int, height: int, samples: int, sums: Mapping[str, tuple[int, ...]]
+        self, context: ShadingContext, width: int, height: int, samples: int, sums: Mapping[str, tuple[int, ...]]
     ) -> None:
         check_size(width, height)
-        self.stage, self.width, self.height, self.samples = stage, width, height, samples
+        self.context, self.width, self.height, self.samples = context, width, height, samples
         self._sums: dict[str, AnyArray] = {
             name: np.zeros((height * width, *shape), np.float64) for name, shape in sums.items()
         }
@@ -74,10 +74,10 @@ class Progressive(ABC):
     @property
     def _may_use_threads(self) -> bool:
         """Whether several bands may be sampled at a time: not if code of the user's own runs, nor on a GPU."""
-        tree = self.stage.tree
+        tree = self.context.tree
         is_ours = str(getattr(self._shader, "__module__", "")).partition(".")[0] == "fastlines"
-        is_custom = any(isinstance(part, Custom) for part in parts_of(tree.geometry))
-        return is_ours and not is_custom and tree.backend == "cpu"
+        has_user_methods = any(isinstance(part, UserPrimitives) for part in parts_of(tree.geometry))
+        return is_ours and not has_user_methods and tree.backend == "cpu"
 
     def _sample_rows(self, index: int, rows: slice) -> Mapping[str, AnyArray]:
         return self._sample(index, np.arange(rows.start * self.width, rows.stop * self.width))
@@ -155,14 +155,14 @@ class Progressive(ABC):
     @cached_property
     def _settings(self) -> dict[str, str]:
         """All that the samples depend on, but for the version of fastlines."""
-        stage = self.stage
+        context = self.context
         settings = {
             "size": f"{self.width} × {self.height}",
-            "radius": stage.radius,
-            "camera": stage.camera,
+            "radius": context.radius,
+            "camera": context.camera,
             **self._own_settings(),
-            "lines": count_text(stage.tree.geometry),
-            "checksum": digest(stage.tree.geometry),
+            "lines": count_text(context.tree.geometry),
+            "checksum": digest(context.tree.geometry),
             "rays at a time": MAX_RAYS,
         }
         return {name: value if isinstance(value, str) else describe(value) for name, value in settings.items()}

@@ -11,27 +11,27 @@ from ..arrays import AnyArray, FloatArray, count, instance, number
 from ..builder import build
 from ..camera import Camera
 from ..errors import InputError
-from ..geometry import AnyGeometry, largest_radius, needs_radius
+from ..geometry.collection import AnyGeometry, largest_radius, needs_radius
 from ..progress import ProgressOption, check_progress, reporting
 from ..tree import Tree
-from .aovs import find_aovs
-from .depth import SIZE, check_radius, check_size
-from .fragments import Cones, Fragments, Surfaces
-from .ground import Ground
-from .lighting import Rig
+from .color.palette import GOLDEN, check_map
+from .default_view import complete_size, default_camera, default_size
 from .looks import Backdrop, Look, check_name, look_for, make_look
 from .looks.solid import Solid
 from .looks.traced_hair import TracedHair
 from .measures import MEASURES, Measure, MeasureRenderer
-from .options import NUMBERS, OWN_FLAT, OWN_LIT, Facts, check_options
-from .palette import GOLDEN, check_map
-from .picture import Picture
+from .pictures.options import NUMBERS, OWN_FLAT, OWN_LIT, PictureRequest, check_options
+from .pictures.picture import Picture
 from .progressive import Progressive
-from .radius import suitable_radius
-from .sampler import Sampler
-from .sampling import hashed, points_in_pixels
-from .stage import Stage
-from .view import complete_size, default_camera, default_size
+from .sampling.sampler import Sampler
+from .sampling.sobol import hashed, points_in_pixels
+from .shading.aovs import find_aovs
+from .shading.depth import SIZE, check_radius, check_size
+from .shading.fragments import Cones, Fragments, Surfaces
+from .shading.ground import Ground
+from .shading.lighting import Rig
+from .shading.shading_context import ShadingContext
+from .suitable_radius import suitable_radius
 
 #: The most samples of a pixel.
 MAX_SAMPLES = 1 << 16
@@ -86,14 +86,14 @@ class Renderer(Progressive):
         check_size(width, height)
         check_samples(samples)
         self.look = look
-        stage = Stage.of(tree, camera, height, radius, rig or look.rig)
-        samples = samples or (LENS_SAMPLES if camera.lens_radius else THIN_SAMPLES if stage.thin else SAMPLES)
-        super().__init__(stage, width, height, samples, {"light": (3,), "alpha": (), "shadow": ()})
-        opacity = (radius + largest_radius(tree.geometry)) / max(stage.pixel, 1e-30)
+        context = ShadingContext.of(tree, camera, height, radius, rig or look.rig)
+        samples = samples or (LENS_SAMPLES if camera.lens_radius else THIN_SAMPLES if context.thin else SAMPLES)
+        super().__init__(context, width, height, samples, {"light": (3,), "alpha": (), "shadow": ()})
+        opacity = (radius + largest_radius(tree.geometry)) / max(context.pixel, 1e-30)
         traces_many = isinstance(look, TracedHair) and samples >= MANY_SAMPLES
-        thin = stage.thin and not traces_many
+        thin = context.thin and not traces_many
         self._finder = Cones(tree, radius, camera.spread(height), opacity) if thin else Surfaces(tree, radius)
-        self._ground = Ground(stage) if look.has_ground and len(tree.geometry) else None
+        self._ground = Ground(context) if look.has_ground and len(tree.geometry) else None
 
     def picture(self) -> Picture:
         """Return the picture of all samples so far."""
@@ -104,22 +104,22 @@ class Renderer(Progressive):
             self.done,
             shadow=self._means("shadow").astype(np.float32),
             is_light=self.look.is_light,
-            legend=self.look.color.legend(self.stage) if isinstance(self.look, Solid) else None,
+            legend=self.look.color.legend(self.context) if isinstance(self.look, Solid) else None,
         )
 
     def _sample(self, index: int, pixels: AnyArray) -> dict[str, AnyArray]:
         """Return the light, the alpha and the shadow of one sample of some pixels."""
         seeds = hashed(pixels.astype(np.uint32))
         x, y = points_in_pixels(index, pixels, self.width)
-        origins, directions, _ = self.stage.camera.ray(x, y, self.width, self.height)
-        if self.stage.camera.lens_radius:
+        origins, directions, _ = self.context.camera.ray(x, y, self.width, self.height)
+        if self.context.camera.lens_radius:
             on_lens = Sampler(index, hashed(seeds, 4)).next_2d()
-            origins, directions = self.stage.camera.through_lens(directions, *on_lens)
+            origins, directions = self.context.camera.through_lens(directions, *on_lens)
         offsets = (seeds * 2.0**-32 + index * GOLDEN) % 1
         fragments = self._finder.find(origins, directions, offsets)
         found: dict[str, AnyArray] = {}
         if len(fragments):
-            shaded = self.look.shade(fragments, self.stage, Sampler.of_fragments(index, seeds, fragments.ray))
+            shaded = self.look.shade(fragments, self.context, Sampler.of_fragments(index, seeds, fragments.ray))
             found |= {"light": _summed(fragments, shaded, len(pixels)), "alpha": fragments.opacity}
         if self._ground is not None:
             dark = self._ground.darkness(origins, directions, Sampler(index, hashed(seeds, 3)))
@@ -131,7 +131,7 @@ class Renderer(Progressive):
         return self.look
 
     def _own_settings(self) -> dict[str, Any]:
-        return {"look": self.look, "lights": self.stage.rig, "kind of rays": type(self._finder).__name__}
+        return {"look": self.look, "lights": self.context.rig, "kind of rays": type(self._finder).__name__}
 
 
 def render(
@@ -224,7 +224,7 @@ def render(
         raise InputError(f"look={look!r}; expected the name of a look, or an object with the members of Look")
     given = {"color": color, "color_map": color_map, "rig": rig, "exposure": exposure, "quality": quality}
     given |= {"legend": legend, "lens_radius": camera.lens_radius if camera is not None else None}
-    check_options(given, facts_of(name, made))
+    check_options(given, request_of(name, made))
     if not isinstance(tree, Tree):
         tree = build(tree)
     suitable = (SIZE, SIZE) if camera is not None else default_size(tree.geometry, SIZE)
@@ -237,9 +237,9 @@ def render(
     radius = check_radius(tree, radius)
     if made is None or isinstance(made, str):
         name = made or look_for(tree.geometry)
-        check_options(given, Facts(look=name))
+        check_options(given, PictureRequest(look=name))
         made = make_look(name, tree.geometry, color, color_map, quality)
-    check_options(given, facts_of(name, made, tree.geometry))
+    check_options(given, request_of(name, made, tree.geometry))
     renderer = renderer_of(tree, camera, width, height, radius, made, backdrop, rig, samples)
     with reporting(progress, "render") as callback:
         for _ in renderer.passes(callback):
@@ -247,7 +247,9 @@ def render(
     return finish(renderer, backdrop, exposure, aovs, legend)
 
 
-def facts_of(name: str | None, made: str | Look | Measure | None, geometry: AnyGeometry | None = None) -> Facts:
+def request_of(
+    name: str | None, made: str | Look | Measure | None, geometry: AnyGeometry | None = None
+) -> PictureRequest:
     """Return what is known of a picture.
 
     Parameters
@@ -260,13 +262,13 @@ def facts_of(name: str | None, made: str | Look | Measure | None, geometry: AnyG
         With it, the colours are known too.
     """
     if isinstance(made, Measure):
-        return Facts(look=name or NUMBERS[0], color="number")
+        return PictureRequest(look=name or NUMBERS[0], color="number")
     if made is None or isinstance(made, str):
-        return Facts(look=made)
+        return PictureRequest(look=made)
     look = name or (OWN_LIT if made.is_light else OWN_FLAT)
     if geometry is None:
-        return Facts(look=look)
-    return Facts(look=look, color=made.color.depends_on(geometry) if isinstance(made, Solid) else "other")
+        return PictureRequest(look=look)
+    return PictureRequest(look=look, color=made.color.depends_on(geometry) if isinstance(made, Solid) else "other")
 
 
 def renderer_of(
@@ -306,7 +308,7 @@ def finish(
     picture, size = renderer.picture(), (renderer.width, renderer.height)
     if backdrop is not None:
         picture = replace(picture, backdrop=backdrop.light(*size))
-    found = find_aovs(renderer.stage, *size) if aovs else {}
+    found = find_aovs(renderer.context, *size) if aovs else {}
     return replace(picture, exposure=exposure, aovs=found | picture.aovs, shows_legend=legend)
 
 

@@ -13,15 +13,15 @@ from ..arrays import count, number
 from ..builder import build
 from ..camera import Camera, Vector
 from ..errors import InputError
-from ..geometry import AnyGeometry, needs_radius, points_of
+from ..geometry.collection import AnyGeometry, needs_radius, points_of
 from ..tree import Tree
-from .depth import SIZE, check_size
-from .legend import ColorBar
+from .color.legend import ColorBar
+from .default_view import complete_size, default_camera, default_size, default_view
 from .measures import MEASURES, Measure
-from .picture import Picture
-from .radius import suitable_radius
+from .pictures.picture import Picture
 from .renderer import render
-from .view import complete_size, default_camera, default_size, default_view
+from .shading.depth import SIZE, check_size
+from .suitable_radius import suitable_radius
 
 #: The most pictures of a sequence.
 MAX_PICTURES = 100_000

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from ..arrays import AnyArray
-from ..atomic_write import atomic_write
 from ..errors import InputError
-from ..geometry import AnyGeometry, core_data, parts_of
+from ..geometry.collection import AnyGeometry, core_data, parts_of
+from ..support.atomic_write import atomic_write
 
 #: The format of the file; another order of samples would be another format.
 FORMAT = "fastlines picture 1"
@@ -99,7 +99,7 @@ def describe(value: Any) -> str:
 
     Examples
     --------
-    >>> from fastlines.rendering.lighting import Light
+    >>> from fastlines.rendering.shading.lighting import Light
     >>> describe(Light(direction=(0, 0, 1)))
     'Light(direction=(0, 0, 1), color=(1.0, 1.0, 1.0), angle=2.0)'
     >>> describe(describe)

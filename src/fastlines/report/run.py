@@ -15,12 +15,12 @@ import numpy as np
 
 import fastlines as fl
 
-from ..atomic_write import atomic_write
-from ..methods import METHOD_NOTES
 from ..progress import reporting
 from ..rendering import level_sheet, write_picture
-from ..rendering.depth_tone import grey
+from ..rendering.shading.depth_tone import grey
 from ..scenes import NAMES, RADII, Scene, make
+from ..settings.methods import METHOD_NOTES
+from ..support.atomic_write import atomic_write
 from .measure import QUERIES, TreeFigures, build_within, describe_machine, measure_tree, time_in_turn
 from .page import Section, gallery, page, points
 from .tables import answer_points, print_trees, queries_table, trees_table

@@ -15,7 +15,7 @@ import numpy as np
 from ..arrays import count, did_you_mean
 from ..camera import Camera, Vector
 from ..errors import InputError
-from ..lines import Lines
+from ..geometry.lines import Lines
 from . import beams, bun_hair, spaghetti, straight_hair
 from .interpolated import dense_hair
 

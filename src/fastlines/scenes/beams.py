@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..camera import Float64Array
-from ..lines import Lines
+from ..geometry.lines import Lines
 
 UInt64Array: TypeAlias = npt.NDArray[np.uint64]
 

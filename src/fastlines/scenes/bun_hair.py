@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..camera import Float64Array
-from ..lines import Lines
+from ..geometry.lines import Lines
 from .hair import Head, resample, to_lines, unit
 
 N_PER_STRAND = 50

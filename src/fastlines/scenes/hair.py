@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..camera import Float64Array, Vector
-from ..lines import Lines
+from ..geometry.lines import Lines
 
 #: The middle of the scalp as a direction from the middle of the head: up, and back from the forehead.
 CROWN = np.array([0.0, 0.876, -0.482])

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ..arrays import count
 from ..errors import InputError
-from ..lines import Lines
+from ..geometry.lines import Lines
 
 #: How many guides that start nearest to another one are compared; the two whose ends are nearest are chosen.
 NEAR = 6

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..lines import Lines
+from ..geometry.lines import Lines
 
 
 def generate(n_segments: int, rng: np.random.Generator) -> Lines:

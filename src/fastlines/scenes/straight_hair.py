@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..camera import Float64Array
-from ..lines import Lines
+from ..geometry.lines import Lines
 from .hair import CROWN, Head, resample, to_lines, unit
 
 N_PER_STRAND = 20

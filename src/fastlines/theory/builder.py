@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ..texts import number_text
+from ..support.texts import number_text
 from .node import Node, f
 from .primitive import Box, Prims, hull
 from .splits import Split, Splits

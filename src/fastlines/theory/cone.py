@@ -20,7 +20,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..texts import point_text
+from ..support.texts import point_text
 from .primitive import Block, Box, Point
 
 #: x + y·s.

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from html import escape
 from typing import TypeAlias, TypeVar
 
-from ..texts import count_of
+from ..support.texts import count_of
 from .primitive import Box, Point, Primitive, Prims, Segment
 
 T = TypeVar("T")

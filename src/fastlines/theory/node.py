@@ -6,9 +6,10 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from ..dot import MAX_LEVEL, DotNode, checked_level, dot_text
+from ..arrays import count
 from ..errors import InvalidTreeError
-from ..texts import count_of, number_text
+from ..support.graphviz import MAX_LEVEL, DotNode, dot_text
+from ..support.texts import count_of, number_text
 from .drawing import levels_svg
 from .primitive import Block, Box, Primitive, Prims, hull
 from .splits import BoxRule, cut, tight
@@ -68,7 +69,7 @@ class Node:
         }
         <BLANKLINE>
         """
-        last = checked_level(max_level)
+        last = math.inf if max_level is None else count("max_level", max_level, 0)
 
         def drawn(node: Node, number: int, parent: int | None, level: int) -> Iterator[DotNode]:
             cost, n_prims = number_text(f(node, c_trav, c_prim)), count_of(len(node.prims), "primitive")

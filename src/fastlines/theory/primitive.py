@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..texts import point_text
+from ..support.texts import point_text
 
 Point: TypeAlias = tuple[float, ...]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple, TypeAlias
 
-from ..texts import number_text
+from ..support.texts import number_text
 from .primitive import Box, Primitive, Prims, f32, hull
 
 #: The primitives and the box of a child.

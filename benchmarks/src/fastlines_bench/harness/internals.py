@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from fastlines.arrays import did_you_mean
-from fastlines.atomic_write import atomic_write
-from fastlines.backend import use_engine
 from fastlines.cli.app import Group
 from fastlines.cli.files import SCENE, check_output, note, open_lines, show_progress
 from fastlines.cli.options import Effort
@@ -15,27 +13,29 @@ from fastlines.cuda.device import Device as CudaDevice
 from fastlines.cuda.program import TUNING
 from fastlines.cuda.scene import scene_of
 from fastlines.cuda.scene import upload as upload_scene
+from fastlines.engines import use_engine
 from fastlines.errors import FastlinesError
-from fastlines.geometry import core_data
-from fastlines.immutable import own
-from fastlines.layout import Layout
-from fastlines.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, best_settings, method_settings
-from fastlines.optional import optional
-from fastlines.queries import check_query
-from fastlines.rendering.depth_tone import grey
-from fastlines.rendering.fragments import Surfaces
+from fastlines.geometry.collection import core_data
+from fastlines.query.queries import check_query
+from fastlines.rendering.color.tone import filmic, srgb, to_bytes
 from fastlines.rendering.hair import HairMaterial, longitudinal
-from fastlines.rendering.lighting import Light, Rig, Sky
 from fastlines.rendering.looks.traced_hair import HairScatterer
-from fastlines.rendering.paths import PathSampler, PathTracer
-from fastlines.rendering.sampling import hashed
-from fastlines.rendering.stage import Stage
-from fastlines.rendering.tone import filmic, srgb, to_bytes
-from fastlines.rendering.vertices import seen_vertices
+from fastlines.rendering.path_tracing.path_tracer import PathSampler, PathTracer
+from fastlines.rendering.path_tracing.path_vertices import seen_vertices
+from fastlines.rendering.sampling.sobol import hashed
+from fastlines.rendering.shading.depth_tone import grey
+from fastlines.rendering.shading.fragments import Surfaces
+from fastlines.rendering.shading.lighting import Light, Rig, Sky
+from fastlines.rendering.shading.shading_context import ShadingContext
 from fastlines.report import page
 from fastlines.report.measure import describe_machine
 from fastlines.report.tables import format_3_digits
-from fastlines.settings import REF_LIMIT, limit_notes
+from fastlines.settings.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, best_settings, method_settings
+from fastlines.settings.settings import REF_LIMIT, limit_notes
+from fastlines.structure.layout import Layout
+from fastlines.support.atomic_write import atomic_write
+from fastlines.support.immutable import own
+from fastlines.support.optional import optional
 from fastlines.threads import MAX_THREADS, map_in_threads, num_threads
 
 __all__ = [
@@ -58,8 +58,8 @@ __all__ = [
     "PathSampler",
     "PathTracer",
     "Rig",
+    "ShadingContext",
     "Sky",
-    "Stage",
     "Surfaces",
     "atomic_write",
     "best_settings",

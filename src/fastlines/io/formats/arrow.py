@@ -26,10 +26,10 @@ import numpy as np
 
 from ...arrays import AnyArray, IntArray
 from ...errors import FastlinesError
-from ...lines import AXES, Lines
-from ...optional import optional
+from ...geometry.lines import AXES, Lines
+from ...support.optional import optional
+from ..losses import is_encodable
 from ..source import Source, reason
-from ..written import is_encodable
 
 _SEGMENT = ("x0", "y0", "z0", "x1", "y1", "z1")
 _POINT = ("x", "y", "z")

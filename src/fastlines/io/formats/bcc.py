@@ -18,8 +18,8 @@ from dataclasses import replace
 import numpy as np
 
 from ...arrays import IntArray, choice
-from ...curves import Curves
-from ...lines import AXES, Lines
+from ...geometry.curves import Curves
+from ...geometry.lines import AXES, Lines
 from ..source import Source
 from .counted import counted_points
 

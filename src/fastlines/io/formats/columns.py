@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from ...arrays import AnyArray
-from ...lines import Lines
-from ...strand_values import with_strand_values
+from ...geometry.lines import Lines
+from ...geometry.strand_attributes import with_strand_values
 from ..source import Source
 
 #: What stands for a missing value in text, in lower case.

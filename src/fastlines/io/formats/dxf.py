@@ -20,8 +20,8 @@ import numpy.typing as npt
 
 from ...arrays import LEAST, number
 from ...errors import FileFormatError
-from ...lines import Lines
-from ...optional import optional
+from ...geometry.lines import Lines
+from ...support.optional import optional
 from ..source import BAD_COPY, Source, reason
 from .columns import counted, with_strand_attributes
 

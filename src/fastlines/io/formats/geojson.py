@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...lines import Lines
+from ...geometry.lines import Lines
+from ..losses import conventions, free_name, strand_numbers
 from ..polylines import Polylines, polylines_of
 from ..source import Source, printable, reason
-from ..written import conventions, free_name, strand_numbers
 from .columns import counted, numeric, radius_of, with_strand_attributes
 
 Float64Array = npt.NDArray[np.float64]

@@ -21,7 +21,7 @@ from xml.parsers import expat
 import numpy as np
 
 from ...errors import FileFormatError
-from ...lines import Lines
+from ...geometry.lines import Lines
 from ..source import Source, reason
 from .columns import listed, numeric, with_strand_attributes
 

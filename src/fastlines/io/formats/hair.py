@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ...lines import Lines
+from ...geometry.lines import Lines
+from ..losses import keeps_values, not_held
 from ..polylines import polylines_of
 from ..source import Source
-from ..written import keeps_values, not_held
 
 _HEADER = np.dtype(
     [

@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 
 from ...arrays import choice
-from ...curves import Curves
-from ...lines import Lines
+from ...geometry.curves import Curves
+from ...geometry.lines import Lines
+from ..losses import not_held
 from ..polylines import polylines_of
 from ..source import Source
-from ..written import not_held
 from .number_text import check_columns, number_lines, unify, words_of
 
 BASES = ("linear", "bspline")

@@ -23,8 +23,8 @@ import numpy.typing as npt
 
 from ...arrays import IntArray, count, number
 from ...errors import FileFormatError
-from ...lines import Lines
-from ...optional import optional
+from ...geometry.lines import Lines
+from ...support.optional import optional
 from ..source import Source, reason
 from .bonds import CrowdedError, bonded
 

@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 
 from ...arrays import AnyArray, list_rows
-from ...curve_input import bad_radius
-from ...curves import Curves
-from ...lines import AXES, Lines
+from ...geometry.curve_input import bad_radius
+from ...geometry.curves import Curves
+from ...geometry.lines import AXES, Lines
 from ..source import Source
 
 #: What begins the name of an attribute that could be taken for something else.

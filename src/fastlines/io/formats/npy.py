@@ -16,7 +16,7 @@ from numpy.lib import format as npy_format
 
 from ...arrays import AnyArray
 from ...errors import FileFormatError
-from ...lines import Lines
+from ...geometry.lines import Lines
 from ..source import Source, reason
 
 _HEADER_READERS = {(1, 0): npy_format.read_array_header_1_0, (2, 0): npy_format.read_array_header_2_0}

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.lib import format as npy_format
 
 from ...arrays import AnyArray
-from ...curves import Curves
 from ...errors import FileFormatError
-from ...lines import Lines
+from ...geometry.curves import Curves
+from ...geometry.lines import Lines
 from ..source import Source, reason
 from .named_arrays import FACTS, from_arrays, to_arrays
 from .npy import read_array

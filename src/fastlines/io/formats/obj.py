@@ -17,10 +17,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arrays import FloatArray, IntArray
-from ...lines import Lines
+from ...geometry.lines import Lines
+from ..losses import not_held
 from ..polylines import polylines_of
 from ..source import Source
-from ..written import not_held
 from .number_text import Float64Array, check_columns, number_lines, unify, words_of
 
 #: The elements that are not read, by their keywords.

@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import FloatArray, IntArray
-from ...curves import Curves
+from ...geometry.curves import Curves
 from ..source import UNPACK_BYTES, UNPACK_FACTOR, Source
 from .number_text import Float64Array, number_lines
 from .pbrt_scene import KINDS, Scene

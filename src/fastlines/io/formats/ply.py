@@ -21,10 +21,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arrays import IntArray
-from ...lines import Lines
+from ...geometry.lines import Lines
+from ..losses import not_held, strand_numbers
 from ..polylines import polylines_of
 from ..source import Source
-from ..written import not_held, strand_numbers
 from .ply_elements import TYPES, Columns, read_elements
 
 #: The types that are written for those that PLY does not have.

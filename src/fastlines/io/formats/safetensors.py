@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from ...arrays import AnyArray
-from ...container import ALIGNMENT, DTYPES, MAX_HEADER, NAMES
-from ...curves import Curves
-from ...lines import Lines
+from ...geometry.curves import Curves
+from ...geometry.lines import Lines
+from ...support.container import ALIGNMENT, DTYPES, MAX_HEADER, NAMES
 from ..source import BAD_COPY, Source
 from .named_arrays import from_arrays, to_arrays
 

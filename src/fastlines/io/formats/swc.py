@@ -19,10 +19,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arrays import FloatArray, IntArray
-from ...lines import Lines
+from ...geometry.lines import Lines
+from ..losses import not_held, strand_numbers
 from ..polylines import polylines_of
 from ..source import Source
-from ..written import not_held, strand_numbers
 from .number_text import Float64Array, check_columns, number_lines, one_each, unify, words_of
 from .sections import count_rootless, find_sections
 

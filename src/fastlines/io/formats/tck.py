@@ -21,11 +21,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arrays import IntArray
-from ...lines import Lines
-from ..joining import Joined, warn_if_coarse
+from ...geometry.lines import Lines
+from ..losses import conventions, strand_numbers
 from ..polylines import polylines_of
+from ..segment_collector import SegmentCollector, warn_if_coarse
 from ..source import BAD_COPY, Source
-from ..written import conventions, strand_numbers
 from .streamlines import UNIT, UP
 
 MAGIC = b"mrtrix tracks"
@@ -51,17 +51,17 @@ def read(source: Source, invalid: str) -> Lines:
 
     # Join the points of some streamlines at a time.
     streamlines = _Streamlines(source, start, dtype)
-    joined = Joined(source.size // (3 * dtype.itemsize))
+    collector = SegmentCollector(source.size // (3 * dtype.itemsize))
     found = [np.empty(0, np.int64)]
     for points, counts in streamlines:
-        joined.add(points, counts, {})
+        collector.add(points, counts, {})
         found.append(counts)
     _check_end(source, start, type_name, is_guess, streamlines)
     is_whole, n_left = streamlines.is_whole, streamlines.n_left
     _check_count(source, fields.get("count", []), np.concatenate(found).tolist(), is_whole=is_whole, n_left=n_left)
-    if joined.may_be_coarse:
+    if collector.may_be_coarse:
         warn_if_coarse(points for points, _ in streamlines)
-    return joined.lines(invalid)
+    return collector.lines(invalid)
 
 
 def write(lines: Lines, path: Path) -> list[str]:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...lines import Lines
+from ...geometry.lines import Lines
 from ..source import Source
 
 _COUNTS = [("strands", "<u4"), ("vertices", "<u4")]

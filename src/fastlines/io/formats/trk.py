@@ -23,12 +23,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arrays import AnyArray, FloatArray
-from ...lines import Lines
-from ...strand_values import with_strand_values
-from ..joining import Joined, warn_if_coarse
+from ...geometry.lines import Lines
+from ...geometry.strand_attributes import with_strand_values
+from ..losses import conventions, keeps_values, strand_numbers
 from ..polylines import polylines_of
+from ..segment_collector import SegmentCollector, warn_if_coarse
 from ..source import BAD_COPY, Source
-from ..written import conventions, keeps_values, strand_numbers
 from .streamlines import UNIT, UP, dimensions, split_values
 from .trk_streamlines import Streamlines
 
@@ -79,17 +79,17 @@ def read(source: Source, invalid: str) -> Lines:
 
     # Join the points of some streamlines at a time.
     streamlines = Streamlines(source, HEADER_SIZE, byte_order, 3 + n_scalars, n_properties)
-    joined = Joined(
+    collector = SegmentCollector(
         source.size // (4 * (3 + n_scalars)), _columns(names, np.empty((0, n_scalars), np.float32), "scalars")
     )
     properties = [np.empty((0, n_properties), np.float32)]
     for rows, values, counts in streamlines:
-        joined.add(_apply(transform, rows[:, :3]), counts, _columns(names, rows[:, 3:], "scalars"))
+        collector.add(_apply(transform, rows[:, :3]), counts, _columns(names, rows[:, 3:], "scalars"))
         properties.append(values)
     _check(source, header["n_streamlines"], streamlines)
-    if joined.may_be_coarse:
+    if collector.may_be_coarse:
         warn_if_coarse(_apply(transform, rows[:, :3]) for rows, _, _ in streamlines)
-    lines = joined.lines(invalid)
+    lines = collector.lines(invalid)
     per_strand = _columns(header["property_names"], np.concatenate(properties), "properties")
     return with_strand_values(lines, per_strand, "streamline")
 

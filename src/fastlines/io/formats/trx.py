@@ -22,12 +22,12 @@ import numpy as np
 
 from ...arrays import AnyArray, IntArray
 from ...errors import FileFormatError, InputError
-from ...lines import Lines
-from ...strand_values import with_strand_values
-from ..joining import Joined, warn_if_coarse
+from ...geometry.lines import Lines
+from ...geometry.strand_attributes import with_strand_values
+from ..losses import conventions, free_name, strand_numbers
 from ..polylines import polylines_of
+from ..segment_collector import SegmentCollector, warn_if_coarse
 from ..source import BAD_COPY, PIECE, Source, reason
-from ..written import conventions, free_name, strand_numbers
 from .streamlines import UNIT, UP, dimensions, split_values
 
 _TYPES = {
@@ -98,13 +98,13 @@ def read(source: Source, invalid: str, *, bundle: str | None = None) -> Lines:
     else:
         for name, chosen in groups.items():
             per_strand[GROUP + name] = np.bincount(chosen, minlength=n_streamlines) > 0
-    joined = Joined(len(points), kinds["dpv"])
-    joined.add_in_parts(points, counts, kinds["dpv"])
-    if joined.may_be_coarse:
+    collector = SegmentCollector(len(points), kinds["dpv"])
+    collector.add_in_parts(points, counts, kinds["dpv"])
+    if collector.may_be_coarse:
         warn_if_coarse([points])
     del points, arrays
     kinds.clear()  # which holds the last of the file's bytes
-    return with_strand_values(joined.lines(invalid), per_strand, "streamline")
+    return with_strand_values(collector.lines(invalid), per_strand, "streamline")
 
 
 def write(lines: Lines, path: Path) -> list[str]:

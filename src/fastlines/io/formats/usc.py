@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...lines import Lines
+from ...geometry.lines import Lines
 from ..source import Source
 from .counted import counted_points
 

@@ -32,9 +32,9 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...geometry import Geometry
-from ...lines import Lines
-from ...optional import optional
+from ...geometry.collection import Geometry
+from ...geometry.lines import Lines
+from ...support.optional import optional
 from ..format import AnyLines
 from ..source import UNPACK_BYTES, UNPACK_FACTOR, Source
 from ..units import unit_of

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import AnyArray, IntArray, list_rows
-from ...curve_input import bad_radius, outside
+from ...geometry.curve_input import bad_radius, outside
 from .usd_values import Float64Array, Layout, Remarks, cubic_layout, linear_layout, numbers
 
 _BASES = {"bezier": "bezier", "bspline": "bspline", "catmullRom": "catmull-rom"}

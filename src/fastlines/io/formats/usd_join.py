@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...arrays import AnyArray
-from ...curve_input import Converted, valid
-from ...curves import Curves
-from ...immutable import own
-from ...lines import Lines
+from ...geometry.curve_input import Converted, valid
+from ...geometry.curves import Curves
+from ...geometry.lines import Lines
+from ...support.immutable import own
 from .usd_curves import Strokes
 from .usd_values import Remarks
 

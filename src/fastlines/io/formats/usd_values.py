@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arrays import AnyArray, IntArray, neighbours
-from ...bases import Spans, find_spans, smallest
+from ...geometry.spline_bases import Spans, find_spans, smallest
 from ..source import Source
 
 Float64Array: TypeAlias = npt.NDArray[np.float64]

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from ...arrays import AnyArray, IntArray
-from ...curves import Curves
 from ...errors import InputError
-from ...geometry import Geometry
-from ...lines import Lines
-from ...optional import optional
+from ...geometry.collection import Geometry
+from ...geometry.curves import Curves
+from ...geometry.lines import Lines
+from ...support.optional import optional
+from ..losses import is_encodable, strand_numbers
 from ..polylines import Polylines, begins_of, polylines_of
 from ..units import meters_of
-from ..written import is_encodable, strand_numbers
 
 #: USD's types of arrays by NumPy's, and whether there are vectors of them.
 _TYPES: dict[str, tuple[str, bool]] = {

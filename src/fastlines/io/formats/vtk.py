@@ -6,7 +6,7 @@ Formats: https://docs.vtk.org/en/latest/vtk_file_formats/index.html. `vtk_legacy
 
 from __future__ import annotations
 
-from ...lines import Lines
+from ...geometry.lines import Lines
 from ..source import Source
 from .vtk_data import lines_of
 from .vtk_legacy import read_legacy

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...arrays import AnyArray, IntArray
-from ...lines import Lines
-from ...vtk_cells import Cells, lines_of_cells
+from ...geometry.lines import Lines
+from ...geometry.vtk_cells import Cells, lines_of_cells
 from ..source import Source
 
 #: The types of cells that are read, and what some others are called in warnings.

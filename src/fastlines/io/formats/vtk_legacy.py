@@ -17,7 +17,7 @@ import numpy as np
 
 from ...arrays import AnyArray
 from ...errors import FileFormatError
-from ...vtk_cells import Cells, cells_in_rows
+from ...geometry.vtk_cells import Cells, cells_in_rows
 from ..source import BAD_COPY, Source
 from .vtk_data import DataSet, cells_of
 

@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ...arrays import AnyArray
-from ...vtk_cells import Cells
+from ...geometry.vtk_cells import Cells
 from ..source import BAD_COPY, Source, reason
 from .vtk_data import KINDS, DataSet, cells_of
 from .vtk_legacy import parse_numbers

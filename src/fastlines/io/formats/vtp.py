@@ -13,11 +13,11 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from ...arrays import AnyArray
-from ...lines import Lines
-from ...vtk_cells import RADIUS
+from ...geometry.lines import Lines
+from ...geometry.vtk_cells import RADIUS
+from ..losses import free_name, strand_numbers
 from ..polylines import polylines_of
 from ..source import printable
-from ..written import free_name, strand_numbers
 from .vtk import read as read
 
 _TYPES = {"f": "Float", "i": "Int", "u": "UInt"}

@@ -16,7 +16,7 @@ import sys
 import threading
 from collections.abc import Iterator
 
-from ...lines import Lines
+from ...geometry.lines import Lines
 from ..source import Source, printable, reason
 from .columns import column_of, counted, numeric, radius_of, with_strand_attributes
 from .wkt_text import STARTS, Wkt

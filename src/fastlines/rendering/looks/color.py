@@ -8,16 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import AnyArray, FloatArray, did_you_mean
-from ...curves import Curves
 from ...errors import FileWarning, InputError
-from ...geometry import AnyGeometry, parts_of
-from ...lines import Lines
-from ...places import names
-from ..fragments import Fragments
-from ..legend import ColorBar, Legend, Triad
-from ..palette import hexadecimal, of_directions, of_neurites, of_numbers
-from ..stage import Stage
-from ..tone import linear
+from ...geometry.collection import AnyGeometry, parts_of
+from ...geometry.curves import Curves
+from ...geometry.lines import Lines
+from ...query.hit_places import names
+from ..color.legend import ColorBar, Legend, Triad
+from ..color.palette import hexadecimal, of_directions, of_neurites, of_numbers
+from ..color.tone import linear
+from ..shading.fragments import Fragments
+from ..shading.shading_context import ShadingContext
 
 #: The attribute that holds the colour of lines in USD.
 DISPLAY_COLOR = "displayColor"
@@ -53,7 +53,7 @@ class Color:
     range: tuple[float, float] | None = None
     attribute: str = ""
 
-    def of(self, fragments: Fragments, stage: Stage) -> FloatArray:
+    def of(self, fragments: Fragments, context: ShadingContext) -> FloatArray:
         """Return the colour of each fragment, (n, 3) linear."""
         if self.by == "plain":
             return np.broadcast_to(np.asarray(self.plain, np.float32), (len(fragments), 3))
@@ -65,25 +65,25 @@ class Color:
             return of_neurites(fragments.hits.sample(TYPE))
         values = fragments.hits.sample(self.attribute)
         if values.ndim == 2 and values.shape[1] == 3:
-            return _colors(np.nan_to_num(values), stage.tree.geometry, self.attribute)
+            return _colors(np.nan_to_num(values), context.tree.geometry, self.attribute)
         if values.ndim != 1:
             raise InputError(
                 f"attribute {self.attribute!r} has {values.shape[1:]} numbers a line; a colour needs one or three"
             )
-        return self._bar(stage.tree.geometry).colors(values)
+        return self._bar(context.tree.geometry).colors(values)
 
-    def legend(self, stage: Stage) -> Legend | None:
+    def legend(self, context: ShadingContext) -> Legend | None:
         """Return a colour bar for numbers or a triad for directions; None for other colours."""
         if self.by == "direction":
-            return Triad(stage.camera.axes())
-        return self._bar(stage.tree.geometry) if self.has_bar(stage.tree.geometry) else None
+            return Triad(context.camera.axes())
+        return self._bar(context.tree.geometry) if self.has_bar(context.tree.geometry) else None
 
     def has_bar(self, geometry: AnyGeometry) -> bool:
         """Return whether these are the colours of numbers, which a colour bar explains."""
         return self.by == "attribute" and is_number(geometry, self.attribute)
 
     def depends_on(self, geometry: AnyGeometry) -> str:
-        """Return what these colours depend on, as `options.Facts` names it."""
+        """Return what these colours depend on, as `options.PictureRequest` names it."""
         if self.by in ("attribute", "neurite"):
             return "number" if self.has_bar(geometry) else "other"
         return self.by

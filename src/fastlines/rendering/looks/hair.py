@@ -13,14 +13,13 @@ from functools import cached_property
 import numpy as np
 
 from ...arrays import FloatArray
-from ...vectors import dot
-from ..fragments import Fragments
+from ...support.vectors import across, dot
 from ..hair import AveragedHair, HairMaterial
-from ..lighting import SALON, Rig, sphere
-from ..sampler import Sampler
-from ..sampling import hashed
-from ..stage import Stage
-from ..unit_vectors import across
+from ..sampling.sampler import Sampler
+from ..sampling.sobol import hashed
+from ..shading.fragments import Fragments
+from ..shading.lighting import SALON, Rig, sphere
+from ..shading.shading_context import ShadingContext
 from .look import Backdrop
 
 #: How much brighter or darker than the mean a hair is, for a head has hairs of many shades.
@@ -45,18 +44,20 @@ class Hair:
     def _averaged(self) -> AveragedHair:
         return AveragedHair(self.material)
 
-    def shade(self, fragments: Fragments, stage: Stage, sampler: Sampler) -> FloatArray:
+    def shade(self, fragments: Fragments, context: ShadingContext, sampler: Sampler) -> FloatArray:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""
         light = np.zeros((len(fragments), 3), np.float32)
-        for lamp in stage.rig.lights:
-            towards = lamp.sample(stage.camera, *sampler.next_2d())
-            light += np.asarray(lamp.color, np.float32) * self._scattered(fragments, towards, stage, is_sharp=True)
+        for lamp in context.rig.lights:
+            towards = lamp.sample(context.camera, *sampler.next_2d())
+            light += np.asarray(lamp.color, np.float32) * self._scattered(fragments, towards, context, is_sharp=True)
         towards = sphere(*sampler.next_2d())
-        sky = stage.rig.sky.radiance(towards @ stage.up) * np.float32(4 * np.pi)
-        light += sky * self._scattered(fragments, towards, stage, is_sharp=False)
+        sky = context.rig.sky.radiance(towards @ context.up) * np.float32(4 * np.pi)
+        light += sky * self._scattered(fragments, towards, context, is_sharp=False)
         return light * _shade_of_strand(fragments)[:, None]
 
-    def _scattered(self, fragments: Fragments, towards: FloatArray, stage: Stage, is_sharp: bool) -> FloatArray:
+    def _scattered(
+        self, fragments: Fragments, towards: FloatArray, context: ShadingContext, is_sharp: bool
+    ) -> FloatArray:
         """Return the fraction of the light from a direction that goes to the eye, (n, 3).
 
         Without sharp lobes, the same light is spread evenly over the half space before and the one behind: enough for
@@ -70,9 +71,9 @@ class Hair:
         before, behind = (((1 + side * cos_phi) * cos_i / np.float32(np.pi**2))[:, None] for side in (1, -1))
         once = hair.evaluate(sin_o, sin_i, np.arccos(cos_phi)) if is_sharp else back * before + forward * behind
         # Weaken and tint the light by the hairs that it crosses.
-        passed = forward ** stage.count_crossings(fragments.points, towards)[:, None]
+        passed = forward ** context.count_crossings(fragments.points, towards)[:, None]
         # Stop what has come through the head or the body on which hair grows.
-        passed *= stage.unoccluded(fragments.points, towards, beyond=FAR * stage.size)[:, None]
+        passed *= context.unoccluded(fragments.points, towards, beyond=FAR * context.size)[:, None]
         # Add what the hairs around scatter back.
         forth = forward**2
         around = back * forth / np.maximum(1 - forth, 0.05) * (1 + back**2 / np.maximum(1 - forth, 0.2) ** 2)

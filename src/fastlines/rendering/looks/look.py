@@ -9,12 +9,12 @@ import numpy as np
 
 from ...arrays import FloatArray
 from ...errors import InputError
-from ..fragments import Fragments
-from ..lighting import Rig
-from ..palette import hexadecimal
-from ..sampler import Sampler
-from ..stage import Stage
-from ..tone import linear, srgb
+from ..color.palette import hexadecimal
+from ..color.tone import linear, srgb
+from ..sampling.sampler import Sampler
+from ..shading.fragments import Fragments
+from ..shading.lighting import Rig
+from ..shading.shading_context import ShadingContext
 
 
 @dataclass(frozen=True)
@@ -67,5 +67,5 @@ class Look(Protocol):
     def has_ground(self) -> bool:
         """Whether the lines cast a shadow on the ground."""
 
-    def shade(self, fragments: Fragments, stage: Stage, sampler: Sampler) -> FloatArray:
+    def shade(self, fragments: Fragments, context: ShadingContext, sampler: Sampler) -> FloatArray:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""

@@ -11,12 +11,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...arrays import AnyArray, FloatArray
-from ...vectors import dot
-from ..fragments import Fragments
-from ..lighting import STUDIO, Rig, hemisphere, sphere
-from ..sampler import Sampler
-from ..stage import Stage
-from ..unit_vectors import across, unit
+from ...support.vectors import across, dot, unit
+from ..sampling.sampler import Sampler
+from ..shading.fragments import Fragments
+from ..shading.lighting import STUDIO, Rig, hemisphere, sphere
+from ..shading.shading_context import ShadingContext
 from .color import Color
 from .look import Backdrop
 
@@ -52,19 +51,19 @@ class Solid:
     has_ground: bool = False
     is_light: bool = field(default=True, init=False)
 
-    def shade(self, fragments: Fragments, stage: Stage, sampler: Sampler) -> FloatArray:
+    def shade(self, fragments: Fragments, context: ShadingContext, sampler: Sampler) -> FloatArray:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""
-        base = self.color.of(fragments, stage)
+        base = self.color.of(fragments, context)
         light = np.zeros((len(fragments), 3), np.float32)
-        for lamp in stage.rig.lights:
-            towards = lamp.sample(stage.camera, *sampler.next_2d())
+        for lamp in context.rig.lights:
+            towards = lamp.sample(context.camera, *sampler.next_2d())
             diffuse, shine = self._reflected(fragments, towards)
             lit = np.flatnonzero(diffuse + shine > 0)
-            lit = lit[stage.unoccluded(fragments.points[lit], towards[lit])]
+            lit = lit[context.unoccluded(fragments.points[lit], towards[lit])]
             color = np.asarray(lamp.color, np.float32)
             light[lit] += color * (base[lit] * diffuse[lit, None] + self.gloss * shine[lit, None])
-        light += base * self._ambient(fragments, stage, sampler)
-        return self._hazed(light, fragments, stage)
+        light += base * self._ambient(fragments, context, sampler)
+        return self._hazed(light, fragments, context)
 
     def _reflected(self, fragments: Fragments, towards: FloatArray) -> tuple[AnyArray, AnyArray]:
         """Return the parts of a distant light that are scattered evenly, and that are in the highlight."""
@@ -77,7 +76,7 @@ class Solid:
         shine = np.maximum(1 - dot(fragments.tangents, half) ** 2, 0) ** (SHARP / 2) * even
         return even, shine
 
-    def _ambient(self, fragments: Fragments, stage: Stage, sampler: Sampler) -> FloatArray:
+    def _ambient(self, fragments: Fragments, context: ShadingContext, sampler: Sampler) -> FloatArray:
         """Return the light of the sky that arrives and is scattered evenly, by one ray."""
         if fragments.normals is not None:
             towards = hemisphere(fragments.normals, *sampler.next_2d())
@@ -85,15 +84,15 @@ class Solid:
         else:
             towards = sphere(*sampler.next_2d())
             share = _cylinder(fragments, towards) * np.float32(4 * np.pi)
-        unoccluded = stage.unoccluded(fragments.points, towards, NEAR * stage.size)
-        return stage.rig.sky.radiance(towards @ stage.up) * (share * unoccluded)[:, None]
+        unoccluded = context.unoccluded(fragments.points, towards, NEAR * context.size)
+        return context.rig.sky.radiance(towards @ context.up) * (share * unoccluded)[:, None]
 
-    def _hazed(self, light: FloatArray, fragments: Fragments, stage: Stage) -> FloatArray:
+    def _hazed(self, light: FloatArray, fragments: Fragments, context: ShadingContext) -> FloatArray:
         if not self.haze:
             return light
-        box = stage.tree.nodes["box"][0].astype(np.float64)
-        middle = float(np.sqrt(((box.mean(axis=0) - stage.camera.origin) ** 2).sum()))
-        place = np.clip((fragments.hits.t - middle) / max(stage.size, 1e-30) + 0.5, 0, 1)
+        box = context.tree.nodes["box"][0].astype(np.float64)
+        middle = float(np.sqrt(((box.mean(axis=0) - context.camera.origin) ** 2).sum()))
+        place = np.clip((fragments.hits.t - middle) / max(context.size, 1e-30) + 0.5, 0, 1)
         fade = np.asarray(self.haze * place, np.float32)[:, None]
         behind = self.backdrop.light(1, 1)[0]
         return np.asarray(light + fade * (behind - light), np.float32)

@@ -7,16 +7,15 @@ from collections.abc import Container, Sequence
 import numpy as np
 
 from ...arrays import FloatArray, choice, did_you_mean
-from ...curves import Curves
 from ...errors import InputError
-from ...geometry import AnyGeometry, largest_radius, parts_of, unit_of
-from ...lines import Lines
-from ...places import names
-from ...vectors import dot
-from ..lighting import SOFT
-from ..options import Facts, check_options
-from ..palette import hexadecimal
-from ..unit_vectors import unit
+from ...geometry.collection import AnyGeometry, largest_radius, parts_of, unit_of
+from ...geometry.curves import Curves
+from ...geometry.lines import Lines
+from ...query.hit_places import names
+from ...support.vectors import dot, unit
+from ..color.palette import hexadecimal
+from ..pictures.options import PictureRequest, check_options
+from ..shading.lighting import SOFT
 from . import flat
 from .color import ATTRIBUTE, DISPLAY_COLOR, TYPE, WORDS, Color, make_color
 from .look import Backdrop, Look
@@ -142,7 +141,7 @@ def make_look(
     name = name or look_for(geometry)
     check_name(name, LOOKS)
     choice("quality", quality, QUALITIES)
-    check_options({"color": color, "color_map": color_map, "quality": quality}, Facts(look=name))
+    check_options({"color": color, "color_map": color_map, "quality": quality}, PictureRequest(look=name))
     if name == "hair":
         return _hair(color or "brown", quality, geometry)
     if name in ("fibre", "tube"):

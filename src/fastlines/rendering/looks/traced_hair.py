@@ -8,14 +8,14 @@ import numpy as np
 
 from ...arrays import AnyArray, FloatArray, IntArray
 from ...camera import Vector
-from ...vectors import dot, is_zero
-from ..fragments import Fragments
+from ...support.vectors import dot, is_zero
 from ..hair import FibrePoints, HairMaterial
-from ..lighting import SALON, Rig, hemisphere
-from ..paths import PathSampler, PathTracer
-from ..sampler import Sampler
-from ..stage import Stage
-from ..vertices import Vertices, seen_vertices
+from ..path_tracing.path_tracer import PathSampler, PathTracer
+from ..path_tracing.path_vertices import PathVertices, seen_vertices
+from ..sampling.sampler import Sampler
+from ..shading.fragments import Fragments
+from ..shading.lighting import SALON, Rig, hemisphere
+from ..shading.shading_context import ShadingContext
 from .look import Backdrop
 
 #: The reflectance of what is not a line, such as the skin below the hair.
@@ -31,7 +31,7 @@ class HairScatterer:
     material: HairMaterial
     skin: Vector = SKIN
 
-    def at(self, vertices: Vertices) -> HairScattering:
+    def at(self, vertices: PathVertices) -> HairScattering:
         """Return the scattering at some vertices; see `Scatterer`."""
         points = FibrePoints(self.material, vertices.to_eye, vertices.tangents, vertices.h)
         bare = np.flatnonzero(is_zero(vertices.tangents))
@@ -82,13 +82,13 @@ class TracedHair:
     has_ground: bool = False
     is_light: bool = field(default=True, init=False)
 
-    def shade(self, fragments: Fragments, stage: Stage, sampler: Sampler) -> FloatArray:
+    def shade(self, fragments: Fragments, context: ShadingContext, sampler: Sampler) -> FloatArray:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""
         choice, across = sampler.next_2d()
         rows, times = _one_of_each_ray(fragments, choice)
         numbers = PathSampler(sampler.index, sampler.seeds[rows], sampler.dimension)
-        vertices = seen_vertices(fragments, stage, across).some(rows)
-        traced = PathTracer(stage, HairScatterer(self.material), self.max_bounces).light(vertices, numbers)
+        vertices = seen_vertices(fragments, context, across).some(rows)
+        traced = PathTracer(context, HairScatterer(self.material), self.max_bounces).light(vertices, numbers)
         light = np.zeros((len(fragments), 3), np.float32)
         light[rows] = traced * times[:, None]
         return light

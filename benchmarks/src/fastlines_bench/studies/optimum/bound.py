@@ -15,7 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from fastlines.lines import Lines, as_lines
+from fastlines.geometry.lines import Lines, as_lines
 
 Array = npt.NDArray[np.float64]
 Cells = npt.NDArray[np.bool_]

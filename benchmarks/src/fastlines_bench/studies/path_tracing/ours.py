@@ -18,7 +18,7 @@ from ...harness.internals import (
     PathSampler,
     PathTracer,
     Rig,
-    Stage,
+    ShadingContext,
     Surfaces,
     hashed,
     map_in_threads,
@@ -74,8 +74,10 @@ class OurScene:
     def __init__(self, scene: HairScene, tree: Tree) -> None:
         self.scene, self.tree = scene, TimedTree(tree)
         timed: Any = self.tree
-        self._stage = Stage(timed, scene.query_radius, scene.camera, Rig((scene.light,), scene.sky), 0.0, False)
-        self._tracer = PathTracer(self._stage, HairScatterer(scene.material), scene.max_bounces)
+        self._context = ShadingContext(
+            timed, scene.query_radius, scene.camera, Rig((scene.light,), scene.sky), 0.0, False
+        )
+        self._tracer = PathTracer(self._context, HairScatterer(scene.material), scene.max_bounces)
         self._finder = Surfaces(timed, scene.query_radius)
 
     def render(self, samples: int, seed: int) -> tuple[FloatArray, float]:
@@ -96,8 +98,8 @@ class OurScene:
         x, y = pixels % size + place[:, 0], pixels // size + place[:, 1]
         origins, directions, _ = self.scene.camera.ray(x, y, size, size)
         fragments = self._finder.find(origins, directions, 0.0)
-        light = self._stage.rig.sky.radiance(directions @ self._stage.up)
+        light = self._context.rig.sky.radiance(directions @ self._context.up)
         numbers = PathSampler(index, sampler.seeds[fragments.ray], 2)
-        vertices = seen_vertices(fragments, self._stage, np.zeros(len(fragments), np.float32))
+        vertices = seen_vertices(fragments, self._context, np.zeros(len(fragments), np.float32))
         light[fragments.ray] = self._tracer.light(vertices, numbers)
         return np.asarray(light)

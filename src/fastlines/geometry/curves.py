@@ -1,0 +1,317 @@
+"""Curves: cubic curves with their thickness, strands and attributes, as plain arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import LEAST, FloatArray, IntArray, box_of, choice, kind_of, number, refuse_masked, refuse_rows, unusable
+from ..errors import InputError
+from ..support.display import Shown
+from ..support.immutable import frozen
+from .bezier import Float64Array, evaluate, largest
+from .curve_input import check_attributes, check_columns, convert_bezier, convert_strands, valid
+from .curve_pieces import Pieces, as_places, cut_curves
+from .lines import AXES, check_unit
+
+
+class CurvePoints(NamedTuple):
+    """Points of curves, with their unit tangents, (…, 3), and radii, (…), in float64."""
+
+    points: Float64Array
+    tangents: Float64Array
+    radius: Float64Array
+
+
+@dataclass(frozen=True, eq=False)
+class Curves(Shown):
+    """Immutable cubic curves, with a thickness, strands and other attributes; writeable arrays are copied.
+
+    The constructor takes arrays of exactly these types; `from_bezier` and `from_strands` convert others.
+
+    Attributes
+    ----------
+    control : (n, 4, 3) float32
+        The Bezier control points of each curve.
+    radius : None or (n, 4) float32
+        The Bezier coefficients of the radius, half the thickness. The outer two are the radius at both ends. The inner
+        two may be negative; where the radius would be, it is 0.
+    strands : (n,) int64
+        The strand (hair, fibre, spline) that each curve is part of; -1, the default, where there is none.
+    attributes : mapping of str to array
+        Any other arrays, one row per curve.
+    end_attributes : mapping of str to array
+        What is known at both ends of each curve, (n, 2, …). `attributes` has the value of the first end, by the same
+        name.
+    skipped : (k,) int64
+        Rows of the input that were left out because of ``invalid="skip"``.
+    up : {"x", "y", "z"}, optional
+        The axis that points upwards.
+    unit : str, optional
+        The unit of the coordinates, such as ``"mm"``.
+    tolerance : float, optional
+        How far the pieces may be from the curves at most, as a length; see `pieces`. By default it is 1 % of the local
+        radius, and at most 1e-4 of the curve's box. The local radius is at least a tenth of the curve's largest.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> quarter = fl.Curves.from_bezier([[[1, 0, 0], [1, 0.5523, 0], [0.5523, 1, 0], [0, 1, 0]]], radius=0.1)
+    >>> quarter
+    <Curves: 1 curve, radius>
+    >>> len(quarter.pieces)
+    54
+    >>> print(quarter.evaluate(0, 0.5).points.round(3))
+    [0.707 0.707 0.   ]
+    """
+
+    control: FloatArray
+    radius: FloatArray | None = None
+    strands: IntArray = None  # type: ignore[assignment]  # becomes an array of -1
+    attributes: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
+    end_attributes: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
+    skipped: IntArray = field(default_factory=lambda: np.empty(0, np.int64))
+    up: str | None = None
+    tolerance: float | None = None
+    unit: str | None = None
+
+    def __post_init__(self) -> None:
+        good = isinstance(self.control, np.ndarray) and self.control.flags.c_contiguous
+        if not good or self.control.dtype != np.float32 or self.control.shape[1:] != (4, 3):
+            raise InputError(
+                f"Curves take a contiguous float32 array of shape (n, 4, 3), not {kind_of(self.control)}; "
+                "Curves.from_bezier converts other arrays and lists"
+            )
+        if self.strands is None:
+            object.__setattr__(self, "strands", np.full(len(self), -1, np.int64))
+        check_columns(self.control, self.radius, self.strands, self.skipped)
+        check_attributes(self.attributes, self.end_attributes, len(self))
+        if self.up is not None:
+            choice("up", self.up, AXES)
+        check_unit(self.unit)
+        if self.tolerance is not None:
+            tolerance = number("tolerance", self.tolerance, "a length above 0, or None for the default", LEAST)
+            object.__setattr__(self, "tolerance", tolerance)
+        for name in ("control", "radius", "strands", "skipped", "end_attributes", "attributes"):
+            value = getattr(self, name)
+            if name == "attributes":
+                value = {**value, **{end: values[:, 0] for end, values in self.end_attributes.items()}}
+            refuse_masked(value, name)
+            object.__setattr__(self, name, frozen(value))
+        refuse_rows(unusable(self.control), "curves", "; Curves.from_bezier(…, invalid='skip') leaves them out")
+
+    def __len__(self) -> int:
+        return len(self.control)
+
+    def __repr__(self) -> str:
+        has = [f"{len(self):,} curve{'s' * (len(self) != 1)}"]
+        has += [f"{self.n_strands:,} strand{'s' * (self.n_strands != 1)}"] * (self.n_strands > 0)
+        has += ["radius"] * (self.radius is not None) + list(self.attributes)
+        has += [f"{len(self.skipped):,} skipped"] * (len(self.skipped) > 0)
+        return f"<{type(self).__name__}: {', '.join(has)}>"
+
+    @property
+    def bounds(self) -> FloatArray:
+        """The box of all control points as (2, 3), which holds all curves without their radius.
+
+        The lowest corner is above the highest if there are no curves.
+        """
+        return box_of(self.control.reshape(-1, 3))
+
+    @cached_property
+    def max_radius(self) -> float:
+        """The largest radius anywhere on a curve; 0 if there is none."""
+        if self.radius is None:
+            return 0.0
+        return float(largest(self.radius.astype(np.float64)).max(initial=0))
+
+    @cached_property
+    def n_strands(self) -> int:
+        """The number of different strands of the curves."""
+        return len(np.unique(self.strands[self.strands >= 0]))
+
+    @property
+    def rows(self) -> IntArray:
+        """The row of the input that each curve was, (n,) int64."""
+        return np.delete(np.arange(len(self) + len(self.skipped)), self.skipped)
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """The round cones that stand for the curves: chords that are off by at most the tolerance.
+
+        Each curve is halved until the swept balls of each piece differ from those of its part of the curve by at most
+        the tolerance (Hausdorff distance), and so does the point of the piece from that of the curve with the same
+        parameter. `curve_pieces.py` derives the bound and the default tolerance. Two things come on top:
+
+        - The ends of pieces are rounded to float32.
+        - A curve has at most 4096 pieces; a `PrecisionWarning` reports those that would need more.
+
+        A curve whose control points are all equal is one piece of length zero, with its largest radius.
+        """
+        return cut_curves(self.control, self.radius, self.strands, self.tolerance, up=self.up, unit=self.unit)
+
+    def locate(self, curve: npt.ArrayLike, u: npt.ArrayLike) -> tuple[IntArray, Float64Array]:
+        """Return the piece that a place on a curve is on, and the place on that piece, from 0 to 1.
+
+        Parameters
+        ----------
+        curve : int or (…) array of int
+            The position of each curve in these.
+        u : number or (…) array
+            The parameter, from 0 to 1. Where two pieces meet, it is the start of the latter.
+
+        Examples
+        --------
+        >>> curves = Curves.from_bezier([[[0, 0, 0], [1, 1, 0], [2, 1, 0], [3, 0, 0]]], tolerance=0.2)
+        >>> piece, s = curves.locate(0, [0, 0.3, 0.5, 1])
+        >>> print(piece, s)
+        [0 0 1 1] [0.  0.6 0.  1. ]
+        >>> print(*curves.parameter(piece, s))
+        [0 0 0 0] [0.  0.3 0.5 1. ]
+        """
+        return self.pieces.locate(curve, u)
+
+    def parameter(self, piece: npt.ArrayLike, s: npt.ArrayLike) -> tuple[IntArray, FloatArray]:
+        """Return the curve of a piece, and the parameter of a place on that piece, as float32: `locate` backwards.
+
+        Parameters
+        ----------
+        piece : int or (…) array of int
+            The position of each piece in `pieces`, as `prim` has it for a tree of ``pieces.lines``.
+        s : number or (…) array
+            The place on the piece, from 0 to 1.
+        """
+        return self.pieces.parameter(piece, s)
+
+    def evaluate(self, curve: npt.ArrayLike, u: npt.ArrayLike) -> CurvePoints:
+        """Return points of curves, with the unit tangents and the radii there, in float64.
+
+        Parameters
+        ----------
+        curve : int or (…) array of int
+            The position of each curve in these.
+        u : number or (…) array
+            The parameter, from 0 to 1.
+
+        Returns
+        -------
+        CurvePoints
+            ``points`` and ``tangents``, (…, 3), and ``radius``, (…); 0 if the curves have none. Where a curve stands
+            still, as at a cusp, the tangent is where it goes on; for a curve that is one point, it is NaN.
+
+        Examples
+        --------
+        >>> curves = Curves.from_bezier([[[0, 0, 0], [1, 1, 0], [2, 1, 0], [3, 0, 0]]], radius=[[0.5, 0.1]])
+        >>> at = curves.evaluate(0, [0, 0.5])
+        >>> print(at.points[1], at.tangents[1], at.radius)
+        [1.5  0.75 0.  ] [1. 0. 0.] [0.5 0.3]
+        """
+        rows, at = np.broadcast_arrays(*as_places("curve", curve, len(self), "u", u))
+        flat, along = rows.reshape(-1), at.reshape(-1)
+        points, tangents = evaluate(self.control[flat].astype(np.float64), along)
+        radius = np.zeros(len(flat))
+        if self.radius is not None:
+            radius = np.maximum(evaluate(self.radius[flat, :, None].astype(np.float64), along)[0][:, 0], 0)
+        return CurvePoints(points.reshape(*at.shape, 3), tangents.reshape(*at.shape, 3), radius.reshape(at.shape))
+
+    @classmethod
+    def from_bezier(
+        cls,
+        control: npt.ArrayLike,
+        radius: npt.ArrayLike | None = None,
+        *,
+        strands: npt.ArrayLike | None = None,
+        attributes: Mapping[str, npt.ArrayLike] | None = None,
+        end_attributes: Mapping[str, npt.ArrayLike] | None = None,
+        up: str | None = None,
+        tolerance: float | None = None,
+        invalid: str = "error",
+    ) -> Curves:
+        """Make curves of Bezier control points.
+
+        Parameters
+        ----------
+        control : (n, 4, 3) array
+            Converted to float32.
+        radius : number, (n,), (n, 2) or (n, 4) array, optional
+            One for all; one for each curve; one for each end, linear between them; or the Bezier coefficients.
+        strands, attributes, end_attributes, up, tolerance
+            As in `Curves`.
+        invalid : {"error", "skip"}
+            Refuse curves that hold NaN, Inf, a coordinate beyond 1e30 or a radius outside of 0 to 1e30, or leave them
+            out and record their rows in ``skipped``.
+
+        Raises
+        ------
+        InputError
+            If the shape, the type or a value cannot be used.
+        """
+        made = convert_bezier(control, radius, strands, attributes, end_attributes, invalid)
+        return cls(**valid(made, invalid), up=up, tolerance=tolerance)
+
+    @classmethod
+    def from_strands(
+        cls,
+        points: npt.ArrayLike,
+        counts: npt.ArrayLike,
+        *,
+        basis: str = "bezier",
+        wrap: str = "nonperiodic",
+        radius: npt.ArrayLike | None = None,
+        tangents: npt.ArrayLike | None = None,
+        attributes: Mapping[str, npt.ArrayLike] | None = None,
+        up: str | None = None,
+        tolerance: float | None = None,
+        invalid: str = "error",
+    ) -> Curves:
+        """Make curves of splines, with the meaning that USD's BasisCurves give to bases, wraps and points.
+
+        Parameters
+        ----------
+        points : (m, 3) array
+            The points of all strands, one strand after the other.
+        counts : (k,) array of int
+            How many points each strand has; they add up to m. A strand without points has no curves.
+        basis : {"bezier", "bspline", "catmull-rom", "hermite"}
+            Converted to Bezier curves in float64, and then rounded to float32. A Bezier strand shares points: it has 4,
+            7, 10, … of them. B-splines and Catmull-Rom splines have uniform knots and need 4 points or more, Hermite
+            curves 2.
+        wrap : {"nonperiodic", "periodic", "pinned"}
+            Periodic strands are closed; Bezier ones have 3, 6, 9, … points, others 1 or more. Pinned B-splines and
+            Catmull-Rom splines begin at their first point, end at their last, and have 2 or more. Other curves do so
+            anyway.
+        radius : number or (m,) array, optional
+            Half the thickness, everywhere or at each point, in the same basis; linear along each Hermite curve. Where a
+            Catmull-Rom spline overshoots below 0, the radius is 0.
+        tangents : (m, 3) array, optional
+            The derivative at each point, for Hermite curves only; the parameter of each curve is from 0 to 1.
+        attributes : mapping of str to array of m rows, optional
+            Per point; each curve has the values at both ends (`end_attributes`). At an end of a B-spline's curve,
+            floating-point values are the mean of three points with the weights 1/6, 4/6, 1/6, as the curve itself is;
+            others are those of the middle one.
+        up, tolerance
+            As in `Curves`.
+        invalid : {"error", "skip"}
+            Refuse points as in `from_bezier`, or leave out each curve that depends on one of them.
+
+        Raises
+        ------
+        InputError
+            If the number of points does not fit the basis and the wrap, or an array or a value cannot be used.
+
+        Examples
+        --------
+        >>> square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+        >>> loop = Curves.from_strands(square, [4], basis="catmull-rom", wrap="periodic", radius=0.1)
+        >>> loop
+        <Curves: 4 curves, 1 strand, radius>
+        >>> print(loop.evaluate([0, 3], [0, 1]).points[1])
+        [1. 0. 0.]
+        """
+        made = convert_strands(points, counts, basis, wrap, radius, tangents, attributes, invalid)
+        return cls(**valid(made, invalid), up=up, tolerance=tolerance)

@@ -1,0 +1,397 @@
+"""Lines: segments with their strands, radii and attributes, as plain arrays."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import (
+    COORDINATE_LIMIT,
+    INVALID,
+    FloatArray,
+    IntArray,
+    box_of,
+    choice,
+    column,
+    is_far,
+    kind_of,
+    list_rows,
+    neighbours,
+    own_float32,
+    refuse_masked,
+    refuse_rows,
+    to_float32,
+    to_integers,
+    unusable,
+    warn_of_rounding,
+)
+from ..errors import InputError
+from ..support.display import Shown
+from ..support.immutable import frozen, own
+
+#: What the axes are called.
+AXES = ("x", "y", "z")
+
+
+@dataclass(frozen=True, eq=False)
+class Lines(Shown):
+    """Immutable line segments, with strands, radii and other attributes; writeable arrays are copied.
+
+    The constructor takes arrays of exactly these types; `from_segments`, `from_strands` and `from_points` convert
+    others. An attribute that is an array of Python objects is not copied, only marked read-only.
+
+    Attributes
+    ----------
+    segments : (n, 2, 3) float32
+        Both ends of each segment, in the units of the file that they came from.
+    strands : (n,) int64
+        The strand (hair, streamline, polyline) that each segment is part of; -1, the default, where there is none.
+    radius : None, (n,) or (n, 2) float32
+        Half the thickness, per segment or per end of a segment. Queries test capsules or round cones of this radius;
+        ``fl.build(lines, own_radius=False)`` leaves it out.
+    attributes : mapping of str to array
+        Any other arrays, one row per segment.
+    end_attributes : mapping of str to array
+        What is known at both ends of each segment, (n, 2, …), as `from_points` makes it of values per point.
+        `attributes` has the value of the first end, by the same name.
+    skipped : (k,) int64
+        Rows of the input that were left out because of ``invalid="skip"``. Then `rows` differs from the positions in
+        `segments`.
+    up : {"x", "y", "z"}, optional
+        The axis that points upwards, where the format of their file says so. Pictures are drawn with it.
+    unit : str, optional
+        The unit of the coordinates, such as ``"mm"``, where the format of their file says so.
+    """
+
+    segments: FloatArray
+    strands: IntArray = None  # type: ignore[assignment]  # becomes an array of -1
+    radius: FloatArray | None = None
+    attributes: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
+    skipped: IntArray = field(default_factory=lambda: np.empty(0, np.int64))
+    up: str | None = None
+    end_attributes: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
+    unit: str | None = None
+
+    def __post_init__(self) -> None:
+        good = isinstance(self.segments, np.ndarray) and self.segments.flags.c_contiguous
+        if not good or self.segments.dtype != np.float32 or self.segments.shape[1:] != (2, 3):
+            raise InputError(
+                f"Lines take a contiguous float32 array of shape (n, 2, 3), not {kind_of(self.segments)}; "
+                "Lines.from_segments converts other arrays and lists"
+            )
+        if self.strands is None:
+            object.__setattr__(self, "strands", np.full(len(self.segments), -1, np.int64))
+        self._check_columns()
+        if self.up is not None:
+            choice("up", self.up, AXES)
+        check_unit(self.unit)
+        for name in ("segments", "strands", "radius", "skipped", "end_attributes", "attributes"):
+            value = getattr(self, name)
+            if name == "attributes":
+                value = {**value, **{end: values[:, 0] for end, values in self.end_attributes.items()}}
+            refuse_masked(value, name)
+            object.__setattr__(self, name, frozen(value))
+        refuse_rows(unusable(self.segments), "segments", "; Lines.from_segments(…, invalid='skip') leaves them out")
+
+    def _check_columns(self) -> None:
+        """Refuse columns that do not fit the segments."""
+        n = len(self.segments)
+        expected: dict[str, tuple[Any, type[Any], tuple[tuple[int, ...], ...]]] = {
+            "strands": (self.strands, np.int64, ((n,),)),
+            "radius": (self.radius, np.float32, ((n,), (n, 2))),
+            "skipped": (self.skipped, np.int64, (np.shape(self.skipped)[:1],)),
+        }
+        for name, (values, dtype, shapes) in expected.items():
+            if name == "radius" and values is None:
+                continue
+            if not isinstance(values, np.ndarray) or values.dtype != dtype or values.shape not in shapes:
+                raise InputError(
+                    f"{name}: {kind_of(values)}; Lines of {n} segments take {np.dtype(dtype)} of shape "
+                    f"{' or '.join(map(str, shapes))}, and Lines.from_segments converts other arrays"
+                )
+        if self.radius is not None and not ((self.radius >= 0) & (self.radius <= COORDINATE_LIMIT)).all():
+            raise InputError(f"radius holds values that are not numbers from 0 to {COORDINATE_LIMIT:g}")
+        skipped = self.skipped
+        if len(skipped) and (skipped[0] < 0 or skipped[-1] >= n + len(skipped) or (np.diff(skipped) <= 0).any()):
+            raise InputError(f"skipped are not rising rows of the {n + len(skipped)} that were given")
+        for name, values in _mapping("attributes", self.attributes).items():
+            if not isinstance(values, np.ndarray) or values.ndim == 0 or len(values) != n:
+                raise InputError(f"{name}: {kind_of(values)}; expected an array with one row for each of {n} segments")
+        for name, values in _mapping("end_attributes", self.end_attributes).items():
+            if not isinstance(values, np.ndarray) or values.shape[:2] != (n, 2):
+                raise InputError(
+                    f"{name}: {kind_of(values)}; expected an array of shape ({n}, 2, …), a value for each end"
+                )
+
+    def __len__(self) -> int:
+        return len(self.segments)
+
+    def __repr__(self) -> str:
+        has = [f"{self.n_strands:,} strands"] if self.n_strands else []
+        has += ["radius"] * (self.radius is not None) + list(self.attributes)
+        has += [f"{len(self.skipped):,} skipped"] * (len(self.skipped) > 0)
+        return f"<{type(self).__name__}: {', '.join([f'{len(self):,} segments', *has])}>"
+
+    @property
+    def kind(self) -> str:
+        """What the core calls the primitives that queries test: the `kKind` of a set of them in C++."""
+        return "segments" if self.radius is None else "round cones"
+
+    @cached_property
+    def core_rows(self) -> FloatArray:
+        """One row of numbers for each primitive, as queries read them: both ends, and the radius at each, if any.
+
+        (n, 6) or (n, 8) float32.
+        """
+        if self.radius is None:
+            return self.axes
+        return self.cone_rows
+
+    @cached_property
+    def cone_rows(self) -> FloatArray:
+        """Both ends of each segment and the radius at each, 0 if there is none: (n, 8) float32."""
+        return np.asarray(own(np.concatenate([self.axes, self.end_radii], axis=1)))
+
+    @property
+    def axes(self) -> FloatArray:
+        """Both ends of each segment, (n, 6) float32: what trees are built over, whatever the radius."""
+        return self.segments.reshape(-1, 6)
+
+    @property
+    def rows(self) -> IntArray:
+        """The row of the input that each segment was, (n,) int64; `FirstHits.row` has it for hits."""
+        return np.delete(np.arange(len(self) + len(self.skipped)), self.skipped)
+
+    @property
+    def end_radii(self) -> FloatArray:
+        """The radius at both ends of each segment, (n, 2) float32; 0 if there is none."""
+        radius = np.zeros(1, np.float32) if self.radius is None else self.radius
+        return np.broadcast_to(radius if radius.ndim == 2 else radius[:, None], (len(self), 2))
+
+    @cached_property
+    def max_radius(self) -> float:
+        """The largest radius; 0 if there is none."""
+        return 0.0 if self.radius is None else float(self.radius.max(initial=0))
+
+    def with_radius(self, radius: npt.ArrayLike) -> Lines:
+        """Return the same lines with another radius.
+
+        Parameters
+        ----------
+        radius : number, (n,) or (n, 2) array
+            One for all, one for each segment, or one for each end.
+
+        Examples
+        --------
+        >>> lines = Lines.from_segments([[[0, 0, 0], [1, 0, 0]]])
+        >>> lines.with_radius(0.5).radius
+        array([0.5], dtype=float32)
+        """
+        array = own_float32(radius, "radius")
+        return replace(self, radius=own(np.full(len(self), array)) if array.ndim == 0 else array)
+
+    def without_radius(self) -> Lines:
+        """Return the same lines without their radius."""
+        return Lines(**{name: getattr(self, name) for name in Lines.__dataclass_fields__} | {"radius": None})
+
+    @property
+    def bounds(self) -> FloatArray:
+        """The box of all segments as (2, 3): lowest and highest corner; lowest > highest if there are none."""
+        return box_of(self.segments.reshape(-1, 3))
+
+    @cached_property
+    def n_strands(self) -> int:
+        """The number of different strands of the segments."""
+        strands = self.strands[self.strands >= 0]
+        if (strands[1:] >= strands[:-1]).all():
+            return int(np.count_nonzero(strands[1:] > strands[:-1])) + (len(strands) > 0)
+        if strands.max() < 4 * len(self):
+            return int(np.count_nonzero(np.bincount(strands)))
+        return len(np.unique(strands))
+
+    @classmethod
+    def from_segments(cls, segments: npt.ArrayLike, *, invalid: str = "error", **more: Any) -> Lines:
+        """Check an array of segments and wrap it.
+
+        Parameters
+        ----------
+        segments : (n, 2, 3) or (n, 6) array of numbers
+            Both ends of each segment. Converted to float32.
+        invalid : {"error", "skip"}
+            Refuse segments that hold NaN, Inf or a coordinate beyond 1e30, or leave them out and record their rows in
+            ``skipped``. The ``prim`` of a hit then counts the segments that are left; its ``row``, those of the input.
+        **more
+            ``strands``, ``radius``, ``attributes`` and ``end_attributes``, one row per segment; or one radius for all.
+
+        Raises
+        ------
+        InputError
+            If the shape, the type or a value cannot be used.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> lines = Lines.from_segments([[[0, 0, np.nan], [1, 1, 1]], [[0, 0, 0], [1, 1, 1]]], invalid="skip")
+        >>> hits = fl.build(lines).first_hit([0.5, 0.5, -1], [0, 0, 1], 0.1)
+        >>> print(hits.prim, hits.row)
+        0 1
+        """
+        choice("invalid", invalid, INVALID)
+        expected = "expected (n, 2, 3): n segments, both ends, x y z; Lines.from_strands takes polylines"
+        try:
+            array = own_float32(segments, "segments")
+        except InputError as error:
+            raise InputError(f"{error}; {expected}") from None
+        if array.ndim == 2 and array.shape[1] == 6:
+            array = array.reshape(-1, 2, 3)
+        if array.size == 0 and array.shape in ((0,), (0, 2, 3)):
+            array = array.reshape(0, 2, 3)
+        if array.ndim != 3 or array.shape[1:] != (2, 3):
+            raise InputError(f"segments have shape {array.shape}; {expected}")
+        warn_of_rounding(segments, array)
+        n_given = len(array)
+        strands = to_integers(more.pop("strands", np.broadcast_to(-1, n_given)), "strands")
+        radius = more.pop("radius", None)
+        radius = None if radius is None else own_float32(radius, "radius")
+        if radius is not None and radius.ndim == 0:
+            radius = own(np.full(n_given, radius))
+        attributes, end_attributes = (
+            {
+                name: column(values, name, n_given, "segments")
+                for name, values in _mapping(kind, more.pop(kind, {})).items()
+            }
+            for kind in ("attributes", "end_attributes")
+        )
+        if both := attributes.keys() & end_attributes.keys():
+            raise InputError(f"{min(both)!r} is in attributes and in end_attributes; give it once")
+        if more:
+            raise InputError(
+                f"unknown argument {next(iter(more))!r}; known: strands, radius, attributes, end_attributes"
+            )
+        if strands.shape != (n_given,):
+            raise InputError(f"strands have shape {strands.shape}; expected ({n_given},), one for each segment")
+        if radius is not None and radius.shape not in ((n_given,), (n_given, 2)):
+            raise InputError(
+                f"radius has shape {radius.shape}; expected ({n_given},) or ({n_given}, 2), one for each segment or end"
+            )
+
+        # Mostly all segments are valid, which the constructor checks.
+        try:
+            return cls(array, strands, radius, attributes, end_attributes=end_attributes)
+        except InputError:
+            pass
+
+        # Leave out, or refuse, segments with NaN, Inf or too large a coordinate or radius.
+        bad = unusable(array)
+        if radius is not None:
+            good = (radius >= 0) & (radius <= COORDINATE_LIMIT)
+            bad_radius = ~(good.all(axis=1) if radius.ndim == 2 else good)
+            if invalid == "error" and bad_radius.any():
+                raise InputError(
+                    f"radius: {int(bad_radius.sum())} of {n_given} are not numbers from 0 to {COORDINATE_LIMIT:g} "
+                    f"({list_rows(bad_radius)}); fix them, or leave them out with invalid='skip'"
+                )
+            bad = bad | bad_radius
+        if invalid == "error":
+            how = "invalid='skip' where lines are read or a tree is built, --skip-invalid on the command line"
+            refuse_rows(bad, "segments", f"; fix them, or leave them out: {how}")
+        if bad.any():
+            array, strands = own(array[~bad]), own(strands[~bad])
+            radius = None if radius is None else own(radius[~bad])
+            attributes = {name: own(values[~bad]) for name, values in attributes.items()}
+            end_attributes = {name: own(values[~bad]) for name, values in end_attributes.items()}
+        return cls(array, strands, radius, attributes, np.flatnonzero(bad), end_attributes=end_attributes)
+
+    @classmethod
+    def from_points(
+        cls,
+        points: npt.ArrayLike,
+        counts: npt.ArrayLike,
+        *,
+        radius: npt.ArrayLike | None = None,
+        attributes: Mapping[str, npt.ArrayLike] | None = None,
+        invalid: str = "error",
+    ) -> Lines:
+        """Join consecutive points to strands.
+
+        Parameters
+        ----------
+        points : (m, 3) array
+            The points of all strands, one strand after the other.
+        counts : (k,) array of int
+            How many points each strand has; they add up to m. A strand of one point becomes a segment of length
+            zero, so that nothing is lost.
+        radius : number or (m,) array, optional
+            Half the thickness, everywhere or at each point; becomes one value per end of a segment.
+        attributes : mapping of str to array of m rows, optional
+            Per point; each segment has the values at both ends (`end_attributes`).
+        invalid : {"error", "skip"}
+            See `from_segments`.
+        """
+        given, points = points, _points(points, "points")
+        warn_of_rounding(given, points)
+        counts = to_integers(counts, "counts")
+        if counts.ndim != 1 or (counts < 0).any() or (counts > len(points)).any() or counts.sum() != len(points):
+            raise InputError(
+                f"the counts of the strands do not add up to the {len(points)} points that were given; expected one "
+                "count, 0 or more, for each strand"
+            )
+        per_point = {name: column(values, name, len(points), "points") for name, values in (attributes or {}).items()}
+        radii = None if radius is None else to_float32(radius, "radius")
+        if radii is not None:
+            radii = column(radii if radii.ndim else np.full(len(points), radii), "radius", len(points), "points")
+
+        # Join each point and the next one, but for the last of each strand; a lone point joins itself.
+        sizes = counts[counts > 0]
+        return cls.from_segments(
+            own(neighbours(points, sizes)),
+            strands=own(np.repeat(np.flatnonzero(counts > 0), np.maximum(sizes - 1, 1))),
+            radius=None if radii is None else own(neighbours(radii, sizes)),
+            end_attributes={name: own(neighbours(values, sizes)) for name, values in per_point.items()},
+            invalid=invalid,
+        )
+
+    @classmethod
+    def from_strands(cls, strands: Iterable[npt.ArrayLike], *, invalid: str = "error") -> Lines:
+        """Make lines of a sequence of polylines, each an (m, 3) array of points."""
+        given = list(strands)
+        parts: Sequence[FloatArray] = [_points(strand, f"strand {i}") for i, strand in enumerate(given)]
+        points = np.concatenate(parts) if parts else np.empty((0, 3), np.float32)
+        if is_far(points):
+            warn_of_rounding(np.concatenate([np.reshape(strand, (-1, 3)) for strand in given]), points)
+        return cls.from_points(points, [len(part) for part in parts], invalid=invalid)
+
+
+def check_unit(unit: object) -> None:
+    """Refuse a unit that is not a text of one line."""
+    if unit is not None and not (isinstance(unit, str) and unit and unit.isprintable()):
+        raise InputError(f"unit {unit!r} is not the name of a unit, such as 'mm'")
+
+
+def _mapping(name: str, values: object) -> Mapping[str, Any]:
+    if not isinstance(values, Mapping):
+        raise InputError(f"{name} are a {type(values).__name__}; expected a mapping of names to arrays")
+    return values
+
+
+def _points(values: npt.ArrayLike, name: str) -> FloatArray:
+    array = to_float32(values, name)
+    if array.size == 0:
+        return array.reshape(0, 3)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InputError(f"{name}: the shape is {array.shape}; expected (m, 3): x y z of each point")
+    return array
+
+
+def as_lines(lines: Lines | npt.ArrayLike, *, invalid: str = "error") -> Lines:
+    """Return lines as they are; check and wrap an array of segments."""
+    choice("invalid", invalid, INVALID)
+    if isinstance(lines, str | os.PathLike):
+        raise InputError(f"segments: {str(lines)!r} is the name of a file, not an array; fl.read reads files of lines")
+    return lines if isinstance(lines, Lines) else Lines.from_segments(lines, invalid=invalid)

@@ -1,0 +1,196 @@
+"""Primitives of your own: a class with `bounds` and `hit`, as a container that trees can be built over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar, NamedTuple, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import COORDINATE_LIMIT, FloatArray, IntArray, refuse_rows, unusable
+from ..errors import InputError
+from ..support.display import Shown
+from .triangles_boxes import BOUND, shape_rows
+
+Float64Array = npt.NDArray[np.float64]
+
+#: By how much boxes are grown, as a fraction of the scene's size plus its largest coordinate. It exceeds the rounding
+#: of rays and boxes to float32.
+MARGIN = 2.0**-18
+
+#: How often the boxes of primitives are halved if there is `clipped_bounds`. Smaller boxes replace the box of a
+#: primitive if their surface area is less than this fraction of its area.
+HALVINGS, LESS = 3, 0.9
+
+
+class Rays(NamedTuple):
+    """Rays for `Primitives.hit`, one a row, float64: o + t·d for t in [t_min, t_max]."""
+
+    origins: Float64Array
+    directions: Float64Array
+    t_min: Float64Array
+    t_max: Float64Array
+
+
+class Primitives(Protocol):
+    """The methods of a class of your own that `build` needs.
+
+    Two more methods are optional. Their arrays have one row for each of m primitives.
+
+    - ``clipped_bounds(ids, boxes)`` returns boxes (m, 2, 3) around the part of each primitive in its box (m, 2, 3), or
+      low > high if there is no such part. Trees are then over smaller boxes.
+    - ``normals(ids, points)`` returns unit vectors (m, 3) for `FirstHits.normals`.
+    """
+
+    def bounds(self) -> npt.ArrayLike:
+        """Return the box of each of the n primitives, (n, 2, 3): lowest and highest corner."""
+
+    def hit(self, ids: IntArray, rays: Rays, radius: Float64Array) -> Any:
+        """Test pairs of a primitive and a ray.
+
+        Parameters
+        ----------
+        ids : (m,) int64
+        rays : Rays
+        radius : (m,) float64
+            The radius of the query; you define its meaning. A hit must lie within this distance of the primitive's box.
+
+        Returns
+        -------
+        (m,) array, or mapping of str to (m,) array
+            "t", in units of the direction's length; NaN or inf for a miss. A t outside of [t_min, t_max] counts as a
+            miss. A mapping may also have "u", "distance" and "t_out".
+        """
+
+
+class UserHits(NamedTuple):
+    """The answers of `Primitives.hit`, float32; t is inf for a miss."""
+
+    t: FloatArray
+    u: FloatArray
+    distance: FloatArray
+    t_out: FloatArray
+
+
+def has_user_methods(value: object) -> bool:
+    """Return whether an object, not a class, has the two methods of `Primitives`."""
+    return not isinstance(value, type) and all(callable(getattr(value, name, None)) for name in ("bounds", "hit"))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class UserPrimitives(Shown):
+    """The container that `build` makes from an object with `bounds` and `hit`."""
+
+    #: The name of the boxes' kind in the core.
+    kind: ClassVar[str] = "shapes"
+
+    source: Primitives
+
+    def __repr__(self) -> str:
+        return f"<UserPrimitives: {len(self):,} primitives of {type(self.source).__name__}>"
+
+    def __len__(self) -> int:
+        return len(self._boxes)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        object.__setattr__(self, "source", state["source"])
+
+    @cached_property
+    def _boxes(self) -> Float64Array:
+        """The boxes that `bounds` returns, (n, 2, 3)."""
+        name = f"{type(self.source).__name__}.bounds()"
+        boxes = _checked_boxes(self.source.bounds(), name)
+        refuse_rows(unusable(np.asarray(boxes, np.float32)), f"boxes of {name}")
+        if (boxes[:, 0] > boxes[:, 1]).any():
+            raise InputError(f"{name} has boxes with a low corner above their high one; expected lowest and highest")
+        return boxes
+
+    @property
+    def bounds(self) -> FloatArray:
+        """The box of all primitives as (2, 3): lowest and highest corner; lowest > highest if there are none."""
+        low, high = (part.reshape(-1, 3) for part in (self._boxes[:, 0], self._boxes[:, 1]))
+        return np.stack([low.min(axis=0, initial=np.inf), high.max(axis=0, initial=-np.inf)]).astype(np.float32)
+
+    @cached_property
+    def _pieces(self) -> tuple[Float64Array, IntArray]:
+        """The boxes that trees are over, and the primitive of each."""
+        boxes, owner = self._boxes, np.arange(len(self._boxes))
+        if not callable(clip := getattr(self.source, "clipped_bounds", None)):
+            return boxes, owner
+        name = f"{type(self.source).__name__}.clipped_bounds()"
+        for _ in range(HALVINGS):
+            rows, axis = np.arange(len(boxes)), (boxes[:, 1] - boxes[:, 0]).argmax(axis=1)
+            halves = np.stack([boxes, boxes])
+            halves[0, rows, 1, axis] = halves[1, rows, 0, axis] = boxes.mean(axis=1)[rows, axis]
+            parts = [_checked_boxes(clip(owner, half), name, len(owner)) for half in halves]
+            # Clip the box of each part to its half.
+            found, limits = np.concatenate(parts), np.concatenate(halves)
+            low, high = np.maximum(found[:, 0], limits[:, 0]), np.minimum(found[:, 1], limits[:, 1])
+            is_part = (low <= high).all(axis=1)
+            boxes, owner = np.stack([low, high], axis=1)[is_part], np.concatenate([owner, owner])[is_part]
+        # Keep the whole box of a primitive unless its parts have less surface area.
+        whole = _area(self._boxes)
+        better = np.bincount(owner, _area(boxes), minlength=len(whole)) < LESS * whole
+        better &= np.bincount(owner, minlength=len(whole)) > 0
+        boxes = np.concatenate([boxes[better[owner]], self._boxes[~better]])
+        owner = np.concatenate([owner[better[owner]], np.flatnonzero(~better)])
+        order = np.argsort(owner, kind="stable")
+        return boxes[order], owner[order]
+
+    @property
+    def owner(self) -> IntArray:
+        """The primitive of each row of `core_rows`, (n_rows,) int64."""
+        return self._pieces[1]
+
+    @cached_property
+    def core_rows(self) -> FloatArray:
+        """The boxes that the core searches, grown to cover rounding: (n_rows, 10) float32."""
+        boxes = self._pieces[0].copy()
+        if len(boxes):
+            size = float(np.ptp(boxes.reshape(-1, 3), axis=0).max())
+            margin = MARGIN * (size + float(np.abs(boxes).max())) + 1e-30
+            boxes += np.array([[-margin], [margin]])
+        return shape_rows(
+            BOUND, np.asarray(np.clip(boxes, -COORDINATE_LIMIT, COORDINATE_LIMIT), np.float32).reshape(-1, 6)
+        )
+
+    def hit(self, ids: IntArray, rays: Rays, radius: Float64Array) -> UserHits:
+        """Call `Primitives.hit`, and check and convert its answer."""
+        name = f"{type(self.source).__name__}.hit()"
+        found = self.source.hit(ids, rays, radius)
+        columns = dict(found) if hasattr(found, "keys") else {"t": found}
+        if "t" not in columns or (more := columns.keys() - {"t", "u", "distance", "t_out"}):
+            what = "no 't'" if "t" not in columns else f"{min(more)!r}"
+            raise InputError(f"{name} returned {what}; expected 't', and perhaps 'u', 'distance' and 't_out'")
+        arrays = {key: np.asarray(values, np.float64) for key, values in columns.items()}
+        for key, array in arrays.items():
+            if array.shape != ids.shape:
+                raise InputError(f"{name} returned {key!r} of shape {array.shape} for {len(ids)} pairs")
+        t = arrays["t"]
+        is_hit = np.isfinite(t) & (rays.t_min <= t) & (t <= rays.t_max)
+        zero = np.zeros(len(ids))
+        return UserHits(
+            np.asarray(np.where(is_hit, t, np.inf), np.float32),
+            *(
+                np.asarray(np.where(is_hit, values, missing), np.float32)
+                for values, missing in (
+                    (arrays.get("u", zero), 0.0),
+                    (arrays.get("distance", zero), np.inf),
+                    (arrays.get("t_out", t), np.inf),
+                )
+            ),
+        )
+
+
+def _checked_boxes(values: npt.ArrayLike, name: str, n: int | None = None) -> Float64Array:
+    boxes = np.asarray(values, np.float64)
+    if boxes.ndim != 3 or boxes.shape[1:] != (2, 3) or (n is not None and len(boxes) != n):
+        raise InputError(f"{name} has shape {boxes.shape}; expected ({'n' if n is None else n}, 2, 3): boxes")
+    return boxes
+
+
+def _area(boxes: Float64Array) -> Float64Array:
+    x, y, z = np.maximum(boxes[:, 1] - boxes[:, 0], 0).T
+    return np.asarray(2 * (x * y + x * z + y * z))

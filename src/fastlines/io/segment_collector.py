@@ -1,0 +1,79 @@
+"""Segments of points that are read piece by piece, so that the points of a file are never in memory all at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import AnyArray, IntArray, is_far, neighbours, warn_of_rounding
+from ..geometry.lines import Lines
+from ..support.immutable import own
+
+#: About how many points are joined at a time.
+_PART = 1 << 16
+
+
+class SegmentCollector:
+    """Joins points to lines, as `Lines.from_points` does.
+
+    Parameters
+    ----------
+    n_points : int
+        The most points that may come. Memory is taken as they come.
+    values : mapping of str to array of no rows, optional
+        The types and shapes of what is known of each point.
+    """
+
+    def __init__(self, n_points: int, values: Mapping[str, AnyArray] | None = None) -> None:
+        self._segments = np.empty((n_points, 2, 3), np.float32)
+        self._values = {
+            name: np.empty((n_points, 2, *array.shape[1:]), array.dtype) for name, array in (values or {}).items()
+        }
+        self._counts = [np.empty(0, np.int64)]
+        self._n_segments = 0
+        self._is_rounded = False
+
+    def add(self, points: npt.NDArray[np.floating], counts: IntArray, values: Mapping[str, AnyArray]) -> None:
+        """Add strands: their points, (m, 3), one strand after the other, and how many points each has."""
+        sizes = counts[counts > 0]
+        start, stop = self._n_segments, self._n_segments + int(np.maximum(sizes - 1, 1).sum())
+        self._is_rounded |= points.dtype.itemsize > 4
+        with np.errstate(over="ignore"):  # infinite coordinates are reported with their rows
+            self._segments[start:stop] = neighbours(points.astype(np.float32, copy=False), sizes)
+        for name, array in values.items():
+            self._values[name][start:stop] = neighbours(array, sizes)
+        self._counts.append(counts)
+        self._n_segments = stop
+
+    def add_in_parts(self, points: npt.NDArray[np.floating], counts: IntArray, values: Mapping[str, AnyArray]) -> None:
+        """Add strands as `add` does, some at a time, so that what is made on the way stays small."""
+        offsets = np.append(0, np.cumsum(counts))
+        cuts = np.unique(np.append(np.searchsorted(offsets, np.arange(0, len(points), _PART)), len(counts)))
+        for first, last in pairwise(cuts):
+            part = slice(offsets[first], offsets[last])
+            self.add(points[part], counts[first:last], {name: array[part] for name, array in values.items()})
+
+    @property
+    def may_be_coarse(self) -> bool:
+        """Whether points were rounded to float32, and are so far from zero that this may matter."""
+        return self._is_rounded and is_far(self._segments[: self._n_segments].reshape(-1, 3))
+
+    def lines(self, invalid: str) -> Lines:
+        """Return the lines; nothing can be added any more."""
+        counts = np.concatenate(self._counts)
+        for array in (self._segments, *self._values.values()):
+            array.resize((self._n_segments, *array.shape[1:]), refcheck=False)
+        strands = np.repeat(np.flatnonzero(counts > 0), np.maximum(counts[counts > 0] - 1, 1))
+        values = {name: own(array) for name, array in self._values.items()}
+        return Lines.from_segments(own(self._segments), strands=own(strands), end_attributes=values, invalid=invalid)
+
+
+def warn_if_coarse(parts: Iterable[npt.NDArray[np.floating]]) -> None:
+    """Warn if float32 rounds points noticeably, which are given in parts."""
+    points = np.concatenate(list(parts))
+    with np.errstate(over="ignore"):
+        rounded = points.astype(np.float32)
+    warn_of_rounding(points, rounded)

@@ -1,0 +1,1 @@
+"""Queries: checked rays, backends that answer them, and hits."""

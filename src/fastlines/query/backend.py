@@ -1,0 +1,85 @@
+"""Backends: the engine of an instruction set, on the wide layout, or the core, on a tree as it was built."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..arrays import FloatArray, IntArray
+from ..progress import ProgressCallback
+from ..threads import get_num_threads
+
+if TYPE_CHECKING:
+    from .rays import RayBatch
+
+#: Hits: t, prim, u, distance, and with ``at="surface"`` t_out.
+HitColumns: TypeAlias = tuple[FloatArray, IntArray, FloatArray, FloatArray, FloatArray | None]
+
+#: Lists of hits: offsets (n_rays + 1,), and the columns of all hits.
+HitLists: TypeAlias = tuple[IntArray, HitColumns]
+
+#: The number of each kernel in the engine modules; "binary" searches the tree as it was built.
+KERNELS = {"auto": 0, "single": 1, "wave": 2, "bundle": 3, "binary": -1}
+
+
+class Backend(Protocol):
+    """Answers checked rays about one set of lines; the answers of all backends are the same, bit for bit.
+
+    With `surface`, t is where the ray enters the capsule of its radius around a segment, and ``t_out`` where it leaves;
+    else t is at the closest approach. A long call reports the fraction that is done, and ends at Ctrl-C.
+    """
+
+    def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
+        """Find the nearest hit of each ray; prim is -1 and t and distance are inf for a miss."""
+
+    def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
+        """Find out for each ray whether it hits anything."""
+
+    def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+        """Count the segments that each ray hits."""
+
+    def list_hits(
+        self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
+    ) -> HitLists:
+        """List all hits of each ray by t and prim; or the first k of them; or the k nearest to the ray by distance."""
+
+
+@dataclass(frozen=True)
+class CompiledBackend:
+    """The functions of a compiled module: the engine on a wide layout, or the core on a binary tree or all segments."""
+
+    functions: Any
+    view: _core.LayoutView | _core.BinaryView
+    #: The number of the kernel, for a module that has kernels.
+    kernel: tuple[int, ...] = ()
+
+    def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
+        """See `Backend`."""
+        found: HitColumns = self.functions.first_hit(self.view, rays.arrays(), surface, *self._how(progress))
+        return found
+
+    def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
+        """See `Backend`."""
+        found: npt.NDArray[np.bool_] = self.functions.any_hit(self.view, rays.arrays(), *self._how(progress))
+        return found
+
+    def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+        """See `Backend`."""
+        counts: IntArray = self.functions.count_hits(self.view, rays.arrays(), *self._how(progress))
+        return counts
+
+    def list_hits(
+        self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
+    ) -> HitLists:
+        """See `Backend`."""
+        how = self._how(progress)
+        lists: HitLists = self.functions.list_hits(self.view, rays.arrays(), surface, k, by_distance, *how)
+        return lists
+
+    def _how(self, progress: ProgressCallback | None) -> tuple[Any, ...]:
+        """Return the last arguments of every function of a module."""
+        return (*self.kernel, get_num_threads(), progress)

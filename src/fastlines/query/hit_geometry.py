@@ -1,0 +1,181 @@
+"""Where hits are: points, normals and tangents in float64, and attributes at the place of each hit."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import FloatArray, IntArray
+from ..errors import InputError
+from ..geometry.collection import AnyGeometry
+from . import hit_places
+from .rays import RayBatch
+
+Float64Array = npt.NDArray[np.float64]
+
+#: How far outside a surface a ray has to start, so that the test of that surface, in float32, misses: as a fraction of
+#: the scene's size, its largest coordinate and the radius together.
+OUTSIDE = 2.0**-20
+
+
+class HitGeometry:
+    """The geometry of hits: every array has their shape, and NaN for a miss."""
+
+    t: FloatArray
+    prim: IntArray
+    u: FloatArray
+    t_out: FloatArray | None
+    geometry: AnyGeometry | None
+    rays: RayBatch | None
+
+    def points(self, *, outside: bool = False) -> Float64Array:
+        """Return the point of each hit on its ray, (…, 3) float64.
+
+        With ``at="surface"`` it is where the ray enters the surface, computed in float64.
+
+        Parameters
+        ----------
+        outside : bool
+            Move the points outwards along the normals, so that rays that start there and leave the surface do not hit
+            it again; needs ``at="surface"``, and a ray that comes from outside. The distance is 2⁻²⁰ of the scene's
+            longest side, its largest coordinate and the radius together.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> tree = fl.build(fl.Lines.from_segments([[[-1, 0, 0], [1, 0, 0]]], radius=[0.5]))
+        >>> hits = tree.first_hit([[0, 0, -5], [9, 9, 9]], [0, 0, 2], at="surface")
+        >>> print(hits.points())
+        [[ 0.   0.  -0.5]
+         [ nan  nan  nan]]
+        >>> tree.any_hit(hits.points(outside=True)[0], [1, 0, -1])
+        array(False)
+        """
+        geometry, hits = self._places()
+        points = hit_places.points(geometry, hits)
+        if outside:
+            self._require_surface()
+            bounds = np.asarray(geometry.bounds, np.float64)
+            size = float(np.ptp(bounds, axis=0).max() + np.abs(bounds).max()) if len(geometry) else 0.0
+            distance = OUTSIDE * (size + hit_places.own_radius(geometry, hits.prim) + hits.radius)
+            points = points + distance[:, None] * self._outwards
+        return self._filled(points)
+
+    def normals(self) -> Float64Array:
+        """Return the unit normal of the surface at each point of entry, outwards, (…, 3) float64.
+
+        For a ray that starts inside, it is the direction from the point of the axis at `u`, the centre of the ball in
+        which the ray starts deepest. Where that is the point itself, it is opposite to the ray.
+
+        Raises
+        ------
+        InputError
+            If the query was not ``at="surface"``.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> tree = fl.build([[[-1, 0, 0], [1, 0, 0]]])
+        >>> print(tree.first_hit([0, 0, -5], [0, 0, 1], 0.5, at="surface").normals())
+        [ 0.  0. -1.]
+        """
+        self._require_surface()
+        return self._filled(self._outwards)
+
+    @cached_property
+    def _outwards(self) -> Float64Array:
+        """The normal at each hit, without misses."""
+        return hit_places.outwards(*self._places())
+
+    def _require_surface(self) -> None:
+        """Refuse hits at the closest approach, unless nothing that was hit has an axis to approach."""
+        if self.t_out is None and hit_places.has_axes(self._known()):
+            raise InputError(
+                "normals are those of a surface, and these hits are at the closest approach; query again with "
+                "at='surface'"
+            )
+
+    def tangents(self) -> Float64Array:
+        """Return the unit vector from start to end of each segment that was hit, (…, 3) float64.
+
+        It is NaN for a segment of length zero.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> print(fl.build([[[-1, 0, 0], [1, 0, 0]]]).first_hit([0, 0, -5], [0, 0, 1], 0.5).tangents())
+        [1. 0. 0.]
+        """
+        return self._filled(hit_places.tangents(*self._places(with_rays=False)))
+
+    def sample(self, name: str) -> npt.NDArray[Any]:
+        """Return an attribute of what was hit, or its radius, at each hit; NaN for a miss.
+
+        Values at both ends of a segment or curve are interpolated at `u`, and those at the corners of a triangle at
+        the point. Whole numbers and booleans are those of the nearest end or corner. A value for the whole primitive
+        is constant. Numbers become float64.
+
+        Parameters
+        ----------
+        name : str
+            A key of `attributes`, `end_attributes` or `corner_attributes` of the container, or "radius".
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> lines = fl.Lines.from_points([[0, 0, 0], [1, 0, 0]], [2], attributes={"fa": [0.0, 1.0]})
+        >>> fl.build(lines).first_hit([[0.25, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5).sample("fa")
+        array([0.25,  nan])
+        """
+        geometry = self._known()
+        _, hits = self._places(with_rays=hit_places.has_corner_values(geometry, name))
+        return self._filled(hit_places.sample(geometry, name, hits))
+
+    def _known(self) -> AnyGeometry:
+        if self.geometry is None:
+            raise InputError(
+                "these hits do not know their geometry: a pickle has `row` and `strand` in its place; query again"
+            )
+        return self.geometry
+
+    def _ray_of_hits(self) -> IntArray:
+        """Return the row of the ray of each hit, without misses."""
+        raise NotImplementedError
+
+    def _filled(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Return values of all hits as float64 in the shape of the answer, NaN for misses."""
+        filled = np.full((*self.prim.shape, *values.shape[1:]), np.nan)
+        filled[self.prim >= 0] = values
+        return filled
+
+    @property
+    def prim_number(self) -> IntArray:
+        """The primitive of each hit, counted over all parts of the geometry; -1 for a miss."""
+        raise NotImplementedError
+
+    def _places(self, *, with_rays: bool = True) -> tuple[AnyGeometry, hit_places.HitPlaces]:
+        """Return the geometry, and the place of each hit, without misses; its ray is left out if that is not needed."""
+        geometry, hit = self._known(), self.prim >= 0
+        if not with_rays:
+            return geometry, hit_places.HitPlaces.without_rays(self.prim_number[hit], self.u[hit].astype(np.float64))
+        rays = self._known_rays()
+        row = self._ray_of_hits()
+        t, t_min, t_max = self.t[hit], rays.scalar(rays.t_min, row), rays.scalar(rays.t_max, row)
+        inside = (t != t_min) & (t != t_max)
+        return geometry, hit_places.HitPlaces(
+            self.prim_number[hit],
+            self.u[hit].astype(np.float64),
+            t.astype(np.float64),
+            rays.origins[row].astype(np.float64),
+            rays.directions[row].astype(np.float64),
+            rays.scalar(rays.radius, row).astype(np.float64),
+            inside if self.t_out is not None else np.zeros(len(t), bool),
+        )
+
+    def _known_rays(self) -> RayBatch:
+        if self.rays is None:
+            raise InputError("these hits do not know their rays: a pickle leaves them out; query again")
+        return self.rays.unchanged()

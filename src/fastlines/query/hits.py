@@ -1,0 +1,257 @@
+"""Hits: the answers of queries, as plain arrays."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import FloatArray, IntArray
+from ..errors import InputError
+from ..geometry.collection import AnyGeometry, Geometry, in_parts, parts_of
+from ..geometry.curves import Curves
+from ..geometry.lines import Lines
+from ..support.immutable import own
+from .backend import HitColumns
+from .crossings import crossings, first_hits_of
+from .hit_geometry import HitGeometry
+from .hit_lists import offsets_of
+from .rays import RayBatch
+
+Self = TypeVar("Self")
+
+
+class _OfGeometry(HitGeometry):
+    """The rows and strands of the primitives that were hit, looked up on first use."""
+
+    part: IntArray | None
+
+    @cached_property
+    def row(self) -> IntArray:
+        """The row of the input that each segment was, int64 of the shape of ``prim``; -1 = miss. Read-only.
+
+        It differs from ``prim`` where rows of the input were skipped.
+        """
+        row = self.prim.copy()
+        for of, here in self._parts():
+            if isinstance(of, Lines | Curves):
+                # Count the skipped rows before each segment: those whose position among the kept rows is at or before
+                # its own.
+                before = np.searchsorted(of.skipped - np.arange(len(of.skipped)), self.prim[here], side="right")
+                row[here] += before
+        return own(np.asarray(row))
+
+    @cached_property
+    def strand(self) -> IntArray:
+        """The strand of each segment or curve, int64 of the shape of ``prim``; -1 = miss, or none. Read-only.
+
+        Each part of a `Geometry` counts its own strands.
+        """
+        found = np.full(self.prim.shape, -1)
+        for of, here in self._parts():
+            if isinstance(of, Lines | Curves):
+                found[here] = np.maximum(of.strands[self.prim[here]], -1)
+        return own(found)
+
+    def _parts(self) -> Iterator[tuple[AnyGeometry, npt.NDArray[np.bool_]]]:
+        """Yield each part of the geometry, and which hits are of it."""
+        for i, of in enumerate(parts_of(self._known())):
+            yield of, (self.prim >= 0 if self.part is None else self.part == i)
+
+    @property
+    def prim_number(self) -> IntArray:
+        """The primitive of each hit, counted over all parts of a `Geometry`; -1 for a miss. Else it is `prim`."""
+        geometry = self._known()
+        if self.part is None or not isinstance(geometry, Geometry):
+            return self.prim
+        return np.asarray(np.where(self.prim < 0, -1, geometry.first[self.part] + self.prim))
+
+    def __copy__(self: Self) -> Self:
+        copied = object.__new__(type(self))
+        copied.__dict__.update(self.__dict__)
+        return copied
+
+    def __deepcopy__(self: Self, memo: dict[int, Any]) -> Self:
+        copied, shared = copy.copy(self), ("geometry", "rays", "row", "strand")  # which no hit changes
+        copied.__dict__.update({k: copy.deepcopy(v, memo) for k, v in self.__dict__.items() if k not in shared})
+        return copied
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Pickle the row and the strand of each hit instead of the geometry.
+        known = {"row": self.row, "strand": self.strand} if self.geometry is not None else {}
+        kept = {name: value for name, value in self.__dict__.items() if name != "_outwards"}
+        return kept | known | {"geometry": None, "rays": None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        frozen = {name: own(state[name]) for name in ("row", "strand") if name in state}
+        self.__dict__.update(state | frozen)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FirstHits(_OfGeometry):
+    """The nearest hit of each ray; every array has the shape of the rays.
+
+    Attributes
+    ----------
+    t : float32
+        The position on the ray, in units of its direction's length; inf = miss.
+    prim : int64
+        The index of the segment, curve, triangle or other primitive; -1 = miss. If rows of the input were skipped, it
+        counts only the rows that are left, and `row` is the index in the input.
+    u : float32
+        The position on the segment or curve, from 0 to 1; 0 for what has no axis.
+    distance : float32
+        The distance of the ray from the segment at the closest approach, from its axis if it is thick; inf = miss.
+        Where a segment tapers, the closest approach is the point at which distance less radius is least.
+    t_out : float32 or None
+        With ``at="surface"``, t where the ray leaves the capsule around the segment, or the shape.
+    skipped : (k,) int64
+        With ``invalid="skip"``, the invalid rays, which count as misses.
+    geometry : Lines, Geometry or another container, or None
+        What the tree is over. A pickle of hits leaves out the geometry and the rays, and keeps `row` and `strand`.
+    rays : RayBatch or None
+        The rays of the query, for `points` and `normals`.
+    part : int64 or None
+        The part of a `Geometry` that was hit, -1 = miss; `prim` counts within it. None for a single container.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> lines = fl.Lines.from_strands([[[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 5, 0], [1, 5, 0]]])
+    >>> hits = fl.build(lines).first_hit([[1.5, 0, -1], [0.5, 5, -1], [9, 9, -1]], [0, 0, 1], 0.1)
+    >>> print(hits.prim, hits.strand)
+    [ 1  2 -1] [ 0  1 -1]
+    """
+
+    t: FloatArray
+    prim: IntArray
+    u: FloatArray
+    distance: FloatArray
+    t_out: FloatArray | None
+    skipped: IntArray
+    geometry: AnyGeometry | None = None
+    rays: RayBatch | None = None
+    part: IntArray | None = None
+
+    @classmethod
+    def from_columns(cls, columns: HitColumns, rays: RayBatch, geometry: AnyGeometry) -> FirstHits:
+        """Return the columns of a backend in the shape of the rays."""
+        t, prim, u, distance, t_out = columns
+        shape = rays.shape
+        # NumPy prints C's name of a 64-bit integer, but not its own.
+        part, prim = _parts_of_hits(geometry, prim.reshape(shape).view(np.int64))
+        t_out = None if t_out is None else t_out.reshape(shape)
+        arrays = t.reshape(shape), prim, u.reshape(shape), distance.reshape(shape), t_out
+        return cls(*arrays, rays.skipped, geometry, rays, part)
+
+    def _ray_of_hits(self) -> IntArray:
+        return np.flatnonzero(self.hit)
+
+    def __repr__(self) -> str:
+        return f"<FirstHits: {self.prim.size:,} rays, {int(self.hit.sum()):,} hit>"
+
+    @property
+    def hit(self) -> npt.NDArray[np.bool_]:
+        """Whether each ray hits anything, bool of the shape of the rays."""
+        return self.prim >= 0
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AllHits(_OfGeometry):
+    """All hits of each ray, each once, sorted by (ray, t, prim); with ``rank="distance"`` by (ray, distance, t, prim).
+
+    Those of ray i are entries ``offsets[i]`` to ``offsets[i + 1]`` of the other arrays (compressed sparse rows).
+
+    Attributes
+    ----------
+    offsets : (n_rays + 1,) int64
+        The first entry of each ray, in the order of the flattened input, and the end of the last.
+    t, prim, u, distance, t_out, skipped, geometry, part
+        As in `FirstHits`, one entry a hit; so are `row` and `strand`.
+    """
+
+    offsets: IntArray
+    t: FloatArray
+    prim: IntArray
+    u: FloatArray
+    distance: FloatArray
+    t_out: FloatArray | None
+    skipped: IntArray
+    geometry: AnyGeometry | None = None
+    rays: RayBatch | None = None
+    part: IntArray | None = None
+
+    @classmethod
+    def from_columns(cls, offsets: IntArray, columns: HitColumns, rays: RayBatch, geometry: AnyGeometry) -> AllHits:
+        """Wrap the lists of a backend."""
+        t, prim, u, distance, t_out = columns
+        part, prim = _parts_of_hits(geometry, prim.view(np.int64))
+        return cls(offsets.view(np.int64), t, prim, u, distance, t_out, rays.skipped, geometry, rays, part)
+
+    def _ray_of_hits(self) -> IntArray:
+        return self.ray
+
+    def __len__(self) -> int:
+        return len(self.prim)
+
+    def __repr__(self) -> str:
+        return f"<AllHits: {len(self.offsets) - 1:,} rays, {len(self):,} hits>"
+
+    @property
+    def counts(self) -> IntArray:
+        """The number of hits of each ray, (n_rays,) int64."""
+        return np.diff(self.offsets)
+
+    @property
+    def ray(self) -> IntArray:
+        """The index of the ray of each hit, (n_hits,) int64."""
+        return np.repeat(np.arange(len(self.offsets) - 1), self.counts)
+
+    def of(self, ray: int) -> slice:
+        """Return the slice of the hits of a ray: ``hits.t[hits.of(3)]``.
+
+        Raises
+        ------
+        InputError
+            If there is no such ray; rays count from 0.
+        """
+        n_rays = len(self.offsets) - 1
+        if not 0 <= ray < n_rays:
+            raise InputError(f"ray={ray}: there are {n_rays:,} rays, which count from 0")
+        return slice(int(self.offsets[ray]), int(self.offsets[ray + 1]))
+
+    def merged_by_strand(self) -> AllHits:
+        """Merge hits of the same ray and strand whose intervals from `t` to `t_out` overlap into one.
+
+        A merged hit begins with its first segment and has its `prim`, `u` and `distance`; it ends where the last one
+        does. Segments without a strand stay alone.
+
+        Raises
+        ------
+        InputError
+            If the hits are not those ``at="surface"``, which have intervals.
+        """
+        if self.t_out is None:
+            raise InputError("only hits at='surface' have intervals, from t to t_out, that can be merged")
+        if not len(self):
+            return self
+        # What has no strand is a group of its own, as are strands of different parts.
+        alone = self.strand.max(initial=0) + 1 + self.prim
+        part = np.zeros(len(self), np.int64) if self.part is None else self.part
+        groups = np.stack([part, np.where(self.strand >= 0, self.strand, alone)])
+        group = np.unique(groups, axis=1, return_inverse=True)[1].reshape(-1)
+        first, ends = first_hits_of(crossings(self.ray, group, self.t, self.t_out), self.t_out)
+        offsets = offsets_of(self.ray[first], len(self.offsets) - 1)
+        columns = self.t[first], self.prim[first], self.u[first], self.distance[first], ends
+        kept = None if self.part is None else part[first]
+        return AllHits(offsets, *columns, self.skipped, self.geometry, self.rays, kept)
+
+
+def _parts_of_hits(geometry: AnyGeometry, prim: IntArray) -> tuple[IntArray | None, IntArray]:
+    """Return the part of a `Geometry` that each primitive is of, and its number there."""
+    return in_parts(geometry, prim) if isinstance(geometry, Geometry) else (None, prim)

@@ -1,0 +1,106 @@
+"""What queries leave out: primitives and strands, for all rays or for each ray."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import IntArray, to_integers
+from ..errors import InputError
+from ..geometry.collection import AnyGeometry, parts_of
+from ..geometry.curves import Curves
+from ..geometry.lines import Lines
+
+
+@dataclass(frozen=True)
+class Ignored:
+    """Numbers to leave out, (k,) for all rays or (n_rays, m) for each ray; -1 names nothing."""
+
+    numbers: IntArray
+    #: The number of each primitive that these are compared with; None for its own.
+    of_prim: IntArray | None = None
+
+    @property
+    def is_per_ray(self) -> bool:
+        """Whether each ray has numbers of its own."""
+        return self.numbers.ndim == 2
+
+    def some(self, rows: IntArray) -> Ignored:
+        """Return what the rays in these rows leave out."""
+        return replace(self, numbers=self.numbers[rows]) if self.is_per_ray else self
+
+    def drops(self, prim: IntArray, ray: IntArray) -> npt.NDArray[np.bool_]:
+        """Return whether each hit of a primitive by a ray is left out."""
+        if not len(prim):
+            return np.zeros(0, bool)
+        number = prim if self.of_prim is None else self.of_prim[prim]
+        per_ray = self.is_per_ray
+        same = (self.numbers[ray] == number[:, None]).any(axis=1) if per_ray else np.isin(number, self.numbers)
+        return np.asarray(same & (number >= 0) & (prim >= 0))
+
+
+def ignored_of(geometry: AnyGeometry, shape: tuple[int, ...], ignore: Any, ignore_strands: Any) -> tuple[Ignored, ...]:
+    """Check the arguments `ignore` and `ignore_strands` for rays of some shape."""
+    found = []
+    if ignore is not None:
+        numbers = _numbers("ignore", ignore, shape)
+        _check_range("ignore", numbers, sum(map(len, parts_of(geometry))), "primitives")
+        found.append(Ignored(numbers))
+    if ignore_strands is not None:
+        of_prim = _strand_of_prims(geometry)
+        numbers = _numbers("ignore_strands", ignore_strands, shape)
+        if _is_hits(ignore_strands):
+            _check_range("ignore_strands", numbers, len(of_prim), "primitives")
+            strands = np.full(numbers.shape, -1)
+            strands[numbers >= 0] = of_prim[numbers[numbers >= 0]]
+            numbers = strands
+        else:
+            _check_range("ignore_strands", numbers, int(of_prim.max(initial=-1)) + 1, "strands")
+        found.append(Ignored(numbers, of_prim))
+    return tuple(found)
+
+
+def _is_hits(given: Any) -> bool:
+    return hasattr(given, "prim") and hasattr(given, "part")
+
+
+def _numbers(name: str, given: Any, shape: tuple[int, ...]) -> IntArray:
+    """Return what was given as (k,), or as (n_rays, m) if it is per ray."""
+    if _is_hits(given):
+        if given.prim.shape != shape or hasattr(given, "offsets"):
+            raise InputError(
+                f"{name} are hits of shape {given.prim.shape}; expected first hits, one for each of the rays {shape}; "
+                "for some of them pass hits.prim_number[…]"
+            )
+        return np.asarray(given.prim_number.reshape(-1, 1))
+    numbers = to_integers(given, name)
+    if numbers.ndim == 0:
+        numbers = numbers.reshape(1)
+    if numbers.ndim == 1:
+        return numbers
+    if numbers.shape[:-1] != shape:
+        expected = (*shape, "m")
+        raise InputError(
+            f"{name} has shape {numbers.shape}; expected (k,) for all rays, or {expected} with m numbers for each ray"
+        )
+    return numbers.reshape(math.prod(shape), numbers.shape[-1])
+
+
+def _check_range(name: str, numbers: IntArray, n: int, what: str) -> None:
+    if numbers.size and (numbers.max() >= n or numbers.min() < -1):
+        wrong = numbers.max() if numbers.max() >= n else numbers.min()
+        raise InputError(f"{name} names {wrong}; there are {n} {what}, which count from 0, and -1 is none")
+
+
+def _strand_of_prims(geometry: AnyGeometry) -> IntArray:
+    """Return the strand of each primitive, different for each part; -1 for none."""
+    strands, used = [np.zeros(0, np.int64)], 0
+    for part in parts_of(geometry):
+        of_part = part.strands if isinstance(part, Lines | Curves) else np.full(len(part), -1)
+        strands.append(np.where(of_part < 0, -1, of_part + used))
+        used += int(of_part.max(initial=-1)) + 1
+    return np.concatenate(strands)

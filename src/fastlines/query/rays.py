@@ -1,0 +1,264 @@
+"""Checks of rays, and their conversion to the flat float32 arrays of the core."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import FLOAT32_MAX, INVALID, FloatArray, IntArray, choice, list_rows, to_float32
+from ..engines import engine
+from ..errors import InputError
+from ..geometry.collection import AnyGeometry, Geometry, count_text, needs_radius, radius_beyond
+from ..threads import get_num_threads
+from .ignore import Ignored
+
+#: The largest radius, in units of the scene's size; beyond it squares would overflow.
+RADIUS_LIMIT = 1e12
+
+#: The largest spread; with it, the cone around a ray is all that lies before its origin.
+SPREAD_LIMIT = 1e12
+
+#: No spread, for all rays.
+NO_SPREAD = np.zeros(1, np.float32)
+
+#: The most rays of one call: the core numbers them in 32 bits.
+RAYS_LIMIT = 2**32 - 1
+
+
+#: Origins, directions, radius, t_min, t_max, spread.
+RayArrays: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class RayBatch:
+    """A checked batch of n rays. Those that were `skipped` miss; `shape` is the shape of the answer."""
+
+    shape: tuple[int, ...]
+    #: (n, 3) each; the next four are (n,) or (1,).
+    origins: FloatArray
+    directions: FloatArray
+    radius: FloatArray
+    t_min: FloatArray
+    t_max: FloatArray
+    spread: FloatArray
+    skipped: IntArray
+    #: A checksum of the arrays, by which hits notice that the caller has changed them.
+    digest: int = 0
+    #: What the rays leave out.
+    ignored: tuple[Ignored, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.origins)
+
+    def arrays(self) -> RayArrays:
+        """Return the arrays in the order of the core: origins, directions, radius, t_min, t_max, spread."""
+        return self.origins, self.directions, self.radius, self.t_min, self.t_max, self.spread
+
+    @property
+    def has_spread(self) -> bool:
+        """Whether the reach of any ray grows along it."""
+        return self.spread is not NO_SPREAD and bool(self.spread.any())
+
+    @staticmethod
+    def scalar(values: FloatArray, rows: IntArray) -> FloatArray:
+        """Return the values of these rays, of which there may be one for all."""
+        return np.broadcast_to(values, len(rows)) if len(values) == 1 else values[rows]
+
+    def some(self, rows: IntArray) -> RayBatch:
+        """Return a batch of the rays in these rows."""
+        scalars = (self.radius, self.t_min, self.t_max, self.spread)
+        radius, t_min, t_max, spread = (values if len(values) == 1 else values[rows] for values in scalars)
+        none = np.zeros(0, np.int64)
+        arrays = self.origins[rows], self.directions[rows], radius, t_min, t_max, spread
+        return RayBatch(rows.shape, *arrays, none, ignored=tuple(ignored.some(rows) for ignored in self.ignored))
+
+    def unchanged(self) -> RayBatch:
+        """Return this batch, whose arrays may be the caller's.
+
+        Raises
+        ------
+        InputError
+            If the arrays have changed since the query.
+        """
+        if engine.check_rays(self.arrays(), 0.0, 0.0, get_num_threads())[1] != self.digest:
+            raise InputError(
+                "the arrays of rays have changed since the query, and hits do not keep copies; ask for points before "
+                "you change them, or pass copies to the query"
+            )
+        return self
+
+
+class DeviceRays(Protocol):
+    """Checked rays in the memory of a GPU, which find their own answers; those are arrays of the GPU, too."""
+
+    @property
+    def has_spread(self) -> bool:
+        """Whether the reach of any ray grows along it."""
+
+    def first_hit(self, surface: bool) -> Any:
+        """Find the nearest hit of each ray."""
+
+    def any_hit(self) -> Any:
+        """Find out for each ray whether it hits anything."""
+
+    def count_hits(self) -> Any:
+        """Count the primitives that each ray hits."""
+
+    def list_hits(self, surface: bool, k: int | None, by_distance: bool) -> Any:
+        """List all hits of each ray, or the k best."""
+
+
+#: Rays in the memory of the host, or of a GPU.
+AnyRays: TypeAlias = RayBatch | DeviceRays
+
+
+def check_rays(
+    origins: npt.ArrayLike,
+    directions: npt.ArrayLike,
+    radius: npt.ArrayLike,
+    t_min: npt.ArrayLike,
+    t_max: npt.ArrayLike,
+    invalid: str,
+    bounds: FloatArray,
+    spread: npt.ArrayLike = 0.0,
+) -> RayBatch:
+    """Check rays for a scene with these bounds; `Tree.first_hit` explains the arguments."""
+    choice("invalid", invalid, INVALID)
+    origins, directions = _vectors(origins, "origins"), _vectors(directions, "directions")
+    shape = origins.shape[:-1]
+    if directions.shape != origins.shape:
+        try:
+            shape = np.broadcast_shapes(origins.shape[:-1], directions.shape[:-1])
+        except ValueError:
+            raise InputError(
+                f"origins {origins.shape} and directions {directions.shape} do not match; expected one direction for "
+                "each origin, or one for all"
+            ) from None
+        origins, directions = (np.broadcast_to(array, (*shape, 3)) for array in (origins, directions))
+    if math.prod(shape) > RAYS_LIMIT:
+        raise InputError(
+            f"{math.prod(shape)} rays are more than one call takes, {RAYS_LIMIT}; trace them in several calls"
+        )
+    origins, directions = (np.ascontiguousarray(array).reshape(-1, 3) for array in (origins, directions))
+    scalars: dict[str, FloatArray] = {}
+    for name, value in (("radius", radius), ("t_min", t_min), ("t_max", t_max), ("spread", spread)):
+        if name == "spread" and isinstance(value, float) and value == 0:  # the default, and single rays are in a hurry
+            scalars[name] = NO_SPREAD
+            continue
+        array = to_float32(value, name)
+        if array.ndim:
+            try:
+                array = np.ascontiguousarray(np.broadcast_to(array, shape))
+            except ValueError:
+                raise InputError(
+                    f"{name} has shape {array.shape}; expected a number, or one for each of the rays {shape}"
+                ) from None
+        scalars[name] = array.reshape(-1)
+    radii, starts, ends, spreads = scalars.values()
+    low, high, largest = limits_of(bounds)
+    farthest = max(map(abs, (*low, *high)))
+    arrays = origins, directions, radii, starts, ends, spreads
+    valid, digest = engine.check_rays(arrays, largest, farthest, get_num_threads())
+    if valid:
+        return RayBatch(shape, *arrays, np.zeros(0, np.int64), digest)
+
+    # The core only reports that some ray may be invalid: find out which, and why.
+    n_rays = len(origins)
+    length, to_corner = _extents(origins, directions, np.array((low, high)))
+    with np.errstate(invalid="ignore", over="ignore"):
+        reach = radii + np.where(spreads > 0, spreads.astype(np.float64), 0.0) * to_corner
+        too_short = to_corner + radii > length * FLOAT32_MAX
+    limit = f"{largest:g} ({RADIUS_LIMIT:g} times the scene's size)"
+    faults = {
+        "have an origin that is not finite": ~np.isfinite(origins).all(axis=1),
+        "have a direction that is not finite": ~np.isfinite(directions).all(axis=1),
+        "have a direction of length zero": ~directions.any(axis=1),
+        f"have a radius that is not a number from 0 to {limit}": ~((radii >= 0) & (radii <= largest)),
+        f"have a spread that is not a number from 0 to {SPREAD_LIMIT:g}": ~((spreads >= 0) & (spreads <= SPREAD_LIMIT)),
+        f"have a radius that their spread makes larger than {limit} somewhere in the scene": (spreads > 0)
+        & ~(reach <= largest),
+        "have bounds that are not numbers with t_min <= t_max": ~(starts <= ends) | (starts == np.inf),
+        "have a direction so short that t in the scene is more than float32 can hold": too_short,
+    }
+    skipped = np.zeros(n_rays, bool)
+    found = []
+    for fault, rows in faults.items():
+        bad = np.broadcast_to(rows, n_rays) & ~skipped
+        if bad.any():
+            once = ", ".join(f"{name} = {values[0]:g}" for name, values in scalars.items() if name in fault)
+            where = f" ({list_rows(bad)})" if len(rows) == n_rays else f": {once}, for all"
+            found.append(f"{int(bad.sum())} of {n_rays} rays {fault}{where}")
+        skipped |= bad
+    if found and invalid == "error":
+        raise InputError(f"{'; '.join(found)}; fix them, or let them miss (in Python: invalid='skip')")
+    if skipped.any():
+        # Replace each by a ray that can hit nothing.
+        origins, directions = origins.copy(), directions.copy()
+        origins[skipped], directions[skipped] = 3e38, (0, 0, 1)
+        radii, starts, ends, spreads = (np.broadcast_to(values, n_rays).copy() for values in scalars.values())
+        radii[skipped] = starts[skipped] = ends[skipped] = spreads[skipped] = 0
+    arrays = origins, directions, radii, starts, ends, spreads
+    digest = engine.check_rays(arrays, largest, farthest, get_num_threads())[1]
+    return RayBatch(shape, *arrays, np.flatnonzero(skipped), digest)
+
+
+def limits_of(bounds: FloatArray) -> tuple[list[float], list[float], float]:
+    """Return the corners of a scene, zeros if it has none, and the largest radius of a query there."""
+    low, high = bounds.tolist()
+    if not all(map(math.isfinite, (*low, *high))):
+        low = high = [0.0, 0.0, 0.0]
+    side = max(b - a for a, b in zip(low, high, strict=True))
+    return low, high, min(RADIUS_LIMIT * (side or 1.0), FLOAT32_MAX)
+
+
+def _extents(
+    origins: FloatArray, directions: FloatArray, corners: npt.NDArray[np.float64]
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return the length of each direction, and the distance from each origin to the farthest corner of the scene."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        from_origin = origins.astype(np.float64)
+        farthest_corner = np.maximum(np.abs(corners[0] - from_origin), np.abs(corners[1] - from_origin))
+        to_corner = np.sqrt((farthest_corner**2).sum(axis=1))
+        return np.sqrt((directions.astype(np.float64) ** 2).sum(axis=1)), np.asarray(to_corner)
+
+
+def _vectors(values: npt.ArrayLike, name: str) -> FloatArray:
+    array = to_float32(values, name)
+    if array.shape == (0,):
+        return array.reshape(0, 3)
+    if array.ndim == 0 or array.shape[-1] != 3:
+        raise InputError(f"{name} have shape {array.shape}; expected (…, 3): x y z of each ray")
+    return array
+
+
+def require_radius(geometry: AnyGeometry, radius: npt.ArrayLike | None, spread: npt.ArrayLike = 0.0) -> None:
+    """Refuse a query without a radius and a spread on lines without a radius."""
+    if radius is None and needs_radius(geometry) and np.ndim(spread) == 0 and spread == 0:
+        pass_it = "pass radius=, or --radius on the command line, in the unit of the coordinates"
+        if not isinstance(geometry, Geometry):
+            raise InputError(f"these lines have no radius of their own, so a query needs one: {pass_it}, or spread=")
+        bare = [f"part {i} ({count_text(part)})" for i, part in enumerate(geometry.parts) if needs_radius(part)]
+        raise InputError(
+            f"{', '.join(bare)} of this Geometry has no radius of its own, so a query needs one: {pass_it}, or make "
+            "the parts with one, as lines.with_radius(…) does"
+        )
+
+
+def scene_bounds(geometry: AnyGeometry, box: FloatArray) -> FloatArray:
+    """Return the box of all primitives, from that of their axes; refuse radii that are too large for it."""
+    margin = radius_beyond(geometry)
+    if margin > 0 and margin > RADIUS_LIMIT * (size := float(np.ptp(box, axis=0).max()) or 1.0):
+        raise InputError(
+            f"the largest radius of the lines, {margin:g}, is more than {RADIUS_LIMIT:g} times the size of their axes "
+            f"together, {size:g}; leave such lines out"
+        )
+    return box + np.array([[-margin], [margin]], np.float32)
+
+
+def is_spread(spread: Any) -> bool:
+    """Return whether a spread is given: a number other than 0, or an array, which may be in the memory of a GPU."""
+    return not (isinstance(spread, int | float) and spread == 0)

@@ -1,0 +1,1 @@
+"""Backends that change the answers of another one."""

@@ -1,0 +1,73 @@
+"""Queries that leave out primitives: the answers are those of a tree without them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...arrays import IntArray
+from ...progress import ProgressCallback
+from ..backend import Backend, HitColumns, HitLists
+from ..hit_lists import count_by_listing, first_of_each, offsets_of
+from ..rays import RayBatch
+
+
+@dataclass(frozen=True)
+class IgnoringBackend:
+    """Leaves out what rays ignore; see `Backend`."""
+
+    all: Backend
+
+    def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
+        """See `Backend`; rays whose first hit is left out ask for their next ones, more and more of them."""
+        t, prim, u, distance, t_out = self.all.first_hit(rays, surface, progress)
+        t, prim, u, distance = t.copy(), prim.copy(), u.copy(), distance.copy()
+        t_out = None if t_out is None else t_out.copy()
+        left = np.flatnonzero(_drops(rays, prim, np.arange(len(rays))))
+        k = 1
+        while len(left):
+            k *= 4
+            some = rays.some(left)
+            offsets, lists = self.all.list_hits(some, surface, k, False, None)
+            ray = np.repeat(np.arange(len(left)), np.diff(offsets))
+            kept = np.flatnonzero(~_drops(some, lists[1], ray))
+            found, first = np.unique(ray[kept], return_index=True)
+            pairs: list[tuple[Any, Any]] = list(zip((t, prim, u, distance, t_out), lists, strict=True))
+            for (to, column), missing in zip(pairs, (np.inf, -1, 0, np.inf, np.inf), strict=True):
+                if to is not None:
+                    to[left] = missing
+                    to[left[found]] = column[kept[first]]
+            is_full = np.diff(offsets) == k
+            is_full[found] = False
+            left = left[is_full]
+        return t, prim, u, distance, t_out
+
+    def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
+        """See `Backend`."""
+        return np.asarray(self.first_hit(rays, False, progress)[1] >= 0)
+
+    def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+        """See `Backend`."""
+        return count_by_listing(rays, lambda some: self.list_hits(some, False, None, False, None), progress)
+
+    def list_hits(
+        self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
+    ) -> HitLists:
+        """See `Backend`."""
+        offsets, columns = self.all.list_hits(rays, surface, None, False, progress)
+        ray = np.repeat(np.arange(len(rays)), np.diff(offsets))
+        kept = ~_drops(rays, columns[1], ray)
+        t, prim, u, distance, t_out = columns
+        some = t[kept], prim[kept], u[kept], distance[kept], None if t_out is None else t_out[kept]
+        return first_of_each(offsets_of(ray[kept], len(rays)), some, k, by_distance)
+
+
+def _drops(rays: RayBatch, prim: IntArray, ray: IntArray) -> npt.NDArray[np.bool_]:
+    """Return whether each hit is left out."""
+    dropped = np.zeros(len(prim), bool)
+    for ignored in rays.ignored:
+        dropped |= ignored.drops(prim, ray)
+    return dropped

@@ -1,0 +1,26 @@
+"""Backends for any geometry and rays: they wrap the answers of the core for curves, your own class, and `ignore`."""
+
+from __future__ import annotations
+
+from ...geometry.collection import AnyGeometry, Geometry
+from ...geometry.curves import Curves
+from ...geometry.user_primitives import UserPrimitives
+from ..backend import Backend
+from ..rays import RayBatch
+from .curves import CurveBackend, has_curves
+from .ignore import IgnoringBackend
+from .user_primitives import UserBackend
+
+
+def backend_of(geometry: AnyGeometry, core: Backend | None, rays: RayBatch) -> Backend:
+    """Return the backend for a geometry and rays, from that of its rows in the core: None for brute force."""
+    found: Backend
+    if isinstance(geometry, UserPrimitives):
+        found = UserBackend(geometry, core)
+    else:
+        assert core is not None
+        found = core
+        if has_curves(geometry):
+            assert isinstance(geometry, Curves | Geometry)
+            found = CurveBackend(core, geometry)
+    return IgnoringBackend(found) if rays.ignored else found

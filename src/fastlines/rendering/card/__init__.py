@@ -1,0 +1,1 @@
+"""Cards: what notebooks show of a geometry or a tree."""

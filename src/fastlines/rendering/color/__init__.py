@@ -1,0 +1,1 @@
+"""Colours, the tone curve and legends."""

@@ -1,0 +1,133 @@
+"""The default camera, for lines whose direction of view is not given.
+
+*Up* is the axis that the format of the file gives (`Lines.up`), which trees and their files keep. Without one, lines on
+or above the ground y = 0 have y up, like most models. Lines around the coordinate origin have z up, like most
+measurements. Flat lines, such as a map, are shown from above.
+
+The camera looks along the shorter side, so that the longer one is visible, a little from above and turned towards the
+*front*. The front is the end from which the lines lean away, as hair leans away from the face. Four shapes differ:
+
+- *Flat* lines are shown square to their plane.
+- A *slab*, such as a mohawk, is shown from its side, where nothing hides anything.
+- A *cube* is shown corner on, so that three of its faces are visible.
+- What is *low*, such as a plain or a spreading tree, is shown from higher above.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..camera import Camera, Vector
+from ..geometry.collection import AnyGeometry, points_of, up_of
+from ..geometry.lines import AXES
+
+#: Lines are flat if an extent is at most this fraction of the largest.
+FLAT = 1e-3
+#: A slab is thinner than this fraction of its length, and what is low lower than this fraction of its sides.
+SLAB, LOW = 0.4, 0.6
+#: The extents of a cube are at least this fraction of the largest.
+CUBE = 0.9
+#: The turn towards the front and the tilt from above, as slopes: of most lines, of a cube, and the tilt of what is low.
+TURN, TILT = 0.5, 0.22
+CUBE_TURN, CUBE_TILT = 0.7, 0.45
+LOW_TILT = 0.6
+#: The formats of pictures, as the longer side through the shorter one.
+ASPECT_RATIOS = (1, 4 / 3, 3 / 2, 16 / 9)
+
+
+def default_view(geometry: AnyGeometry) -> tuple[Vector, Vector]:
+    """Choose the direction of view and the upward direction, for `Camera.framing`.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> default_view(fl.Lines.from_segments([[[0, 0, 0], [3, 2, 0]]]))  # flat: from above
+    ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
+    """
+    axes = np.eye(3)
+    points, _ = points_of(geometry)
+    if len(points) == 0:
+        return _tuple(-axes[2]), _tuple(axes[1])
+    low, high = points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
+    extent = high - low
+    flat = 2 - int(extent[::-1].argmin())
+    if extent[flat] <= FLAT * extent.max():
+        return _tuple(-axes[flat]), _tuple(axes[2 if flat == 1 else 1])
+
+    stands = low[1] >= -0.1 * extent[1]
+    up = AXES.index(up_of(geometry) or ("y" if stands else "z"))
+    # Of two equal sides look along z, as in most pictures.
+    short, long = sorted((axis for axis in (2, 1, 0) if axis != up), key=lambda axis: extent[axis])
+    lean = points.mean(axis=0, dtype=np.float64)[long] - (low + high)[long] / 2
+    front = -1.0 if lean > 0 else 1.0
+    turn, tilt = _slopes(extent[up], extent[short], extent[long])
+    return _tuple(-axes[short] - turn * front * axes[long] - tilt * axes[up]), _tuple(axes[up])
+
+
+def _slopes(height: float, short: float, long: float) -> tuple[float, float]:
+    """Return the turn and the tilt for the extents of the lines."""
+    if min(height, short) >= CUBE * max(height, long):
+        return CUBE_TURN, CUBE_TILT
+    return (0.0 if short < SLAB * long else TURN), (LOW_TILT if height < LOW * short else TILT)
+
+
+def default_camera(
+    geometry: AnyGeometry,
+    *,
+    direction: Vector | None = None,
+    up: Vector | None = None,
+    fov_degrees: float = 30.0,
+    aspect: float = 1.0,
+) -> Camera:
+    """Return a camera that frames a geometry; `default_view` chooses the directions that are not given."""
+    default_direction, default_up = default_view(geometry)
+    return Camera.framing(
+        geometry, direction or default_direction, up or default_up, fov_degrees=fov_degrees, aspect=aspect
+    )
+
+
+def default_size(
+    geometry: AnyGeometry, side: int, *, direction: Vector | None = None, up: Vector | None = None
+) -> tuple[int, int]:
+    """Return the width and the height of a picture whose aspect ratio is the nearest to that of the lines in view.
+
+    Aspect ratios are 1:1, 4:3, 3:2 and 16:9, upright or across. All pictures have about side² pixels.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> default_size(fl.Lines.from_segments([[[0, 0, 0], [2, 1, 0]]]), 900)
+    (1200, 675)
+    """
+    points, _ = points_of(geometry)
+    if len(points) == 0:
+        return side, side
+    pixels, _ = default_camera(geometry, direction=direction, up=up).project(points, 1, 1)
+    width, height = np.maximum(np.ptp(pixels, axis=0), 1e-9)
+    ratio = abs(np.log(width / height))
+    root = min(ASPECT_RATIOS, key=lambda each: abs(np.log(each) - ratio)) ** 0.5
+    longer, shorter = round(side * root), round(side / root)
+    return (longer, shorter) if width > height else (shorter, longer)
+
+
+def complete_size(width: int | None, height: int | None, suitable: tuple[int, int]) -> tuple[int, int]:
+    """Return the width and the height of a picture; what is not given follows from a suitable size.
+
+    Examples
+    --------
+    >>> complete_size(None, None, (1200, 900)), complete_size(None, 300, (1200, 900))
+    ((1200, 900), (400, 300))
+    """
+    if width is not None and height is not None:
+        return width, height
+    if width is not None:
+        return width, max(1, round(width * suitable[1] / suitable[0]))
+    if height is not None:
+        return max(1, round(height * suitable[0] / suitable[1])), height
+    return suitable
+
+
+def _tuple(vector: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Vector:
+    x, y, z = vector.tolist()
+    # Avoid negative zeros, which look odd.
+    return x + 0.0, y + 0.0, z + 0.0

@@ -1,0 +1,90 @@
+"""The work of a query: the nodes of the binary tree that rays visit.
+
+A ray visits a node if it hits the node's box, grown on all sides by the radius of the query and the largest own radius
+of the lines. The root counts too, and so do leaves. That is what a traversal for all hits of the tree as it was built
+(``kernel="binary"``) goes through: it tests the boxes of both children of each inner node that it visits.
+
+The core works in float32, and grows boxes by a bound on its rounding too (cpp/fastlines/query/slabs.hpp). Here float64
+needs none. So a ray that misses a box by less than 2⁻¹⁹ of the scene's size may visit one node more in the core.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import IntArray
+from ..geometry.collection import radius_beyond
+from ..tree import Tree
+
+#: The most pairs of a ray and a node that are tested at a time.
+MAX_PAIRS = 1 << 18
+
+Float64Array = npt.NDArray[np.float64]
+
+
+def visited_nodes(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike, radius: float = 0.0) -> IntArray:
+    """Count the nodes of a tree that rays visit in a query for all hits.
+
+    Parameters
+    ----------
+    tree : Tree
+    origins, directions : (n, 3) arrays
+    radius : float
+        That of the query.
+
+    Returns
+    -------
+    (n,) int64
+
+    Notes
+    -----
+    All rays descend together, as pairs of a ray and a node. The pairs that wait take some 16 bytes for each of
+    `MAX_PAIRS` and each level of the tree, however many rays there are.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> tree = fl.build([[[0, 0, 0], [1, 1, 1]], [[8, 8, 8], [9, 9, 9]]], "bvh-cl", cost=fl.Cost(0.1))
+    >>> visited_nodes(tree, [[0.5, 0.5, -9], [4, 4, -9], [99, 0, 0]], [[0, 0, 1]] * 3)
+    array([2, 1, 0])
+    """
+    origins, directions = (np.asarray(a, np.float64).reshape(-1, 3) for a in (origins, directions))
+    counts = np.zeros(len(origins), np.int64)
+    if tree.n_prims == 0:
+        return counts
+    right = tree.nodes["right"]
+    grow = radius + radius_beyond(tree.geometry)
+    # Start in parts that leave room for both children of each node.
+    waiting = [
+        (rays, np.zeros(len(rays), np.int64))
+        for rays in np.array_split(np.arange(len(origins)), max(1, -(-len(origins) // (MAX_PAIRS // 2))))
+    ]
+    while waiting:
+        rays, nodes = waiting.pop()
+        hit = _hits(tree.nodes["box"][nodes], origins[rays], directions[rays], grow)
+        rays, nodes = rays[hit], nodes[hit]
+        counts += np.bincount(rays, minlength=len(counts))
+        # Go on with both children.
+        inner = right[nodes] > 0
+        rays, nodes = np.tile(rays[inner], 2), np.concatenate([nodes[inner] + 1, right[nodes[inner]].astype(np.int64)])
+        parts = max(1, -(-len(rays) // MAX_PAIRS))
+        if len(rays):
+            waiting += zip(np.array_split(rays, parts), np.array_split(nodes, parts), strict=True)
+    return counts
+
+
+def _hits(
+    boxes: npt.NDArray[np.float32], origins: Float64Array, directions: Float64Array, grow: float
+) -> npt.NDArray[np.bool_]:
+    """Return which rays hit their boxes, by slabs."""
+    enter, leave = np.zeros(len(boxes)), np.full(len(boxes), np.inf)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for axis in range(3):
+            low = boxes[:, 0, axis].astype(np.float64) - grow - origins[:, axis]
+            high = boxes[:, 1, axis].astype(np.float64) + grow - origins[:, axis]
+            inverse = 1 / directions[:, axis]
+            one, other = low * inverse, high * inverse
+            # A ray in the plane of a face gives 0·inf = NaN, and hits: fmax and fmin pass over NaN.
+            enter, leave = np.fmax(enter, np.minimum(one, other)), np.fmin(leave, np.maximum(one, other))
+    return np.asarray(enter <= leave)

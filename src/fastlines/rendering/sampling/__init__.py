@@ -1,0 +1,1 @@
+"""Sample points: low-discrepancy numbers, and where they lie in a pixel."""

@@ -1,0 +1,1 @@
+"""What a picture sees, and the lights that it is seen by."""

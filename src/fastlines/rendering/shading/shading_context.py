@@ -1,0 +1,98 @@
+"""What a picture is shaded with: the tree, the camera, the lights, and what can be seen from a point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from ...arrays import FloatArray
+from ...camera import Camera
+from ...geometry.collection import largest_radius, points_of
+from ...geometry.curves import Curves
+from ...geometry.lines import Lines
+from ...tree import Tree
+from .depth import View
+from .depth_tone import PROBE, SPOT, THIN, Tone, pixel_size, probe
+from .lighting import Rig
+
+#: Lines without a radius are counted within this multiple of the radius of a shadow ray, each for less.
+WIDE = 3.0
+
+
+@dataclass(frozen=True)
+class ShadingContext:
+    """What the fragments of a picture are shaded with.
+
+    Attributes
+    ----------
+    tree : Tree
+    radius : float
+        Added to the radius of the lines.
+    camera : Camera
+    rig : Rig
+    pixel : float
+        The side of a pixel at the middle of the geometry.
+    thin : bool
+        Whether lines are thinner than a pixel, so that they have no surfaces to see.
+    """
+
+    tree: Tree
+    radius: float
+    camera: Camera
+    rig: Rig
+    pixel: float
+    thin: bool
+
+    @classmethod
+    def of(cls, tree: Tree, camera: Camera, height: int, radius: float, rig: Rig) -> ShadingContext:
+        """Return the context of a picture of some height."""
+        pixel = pixel_size(tree.geometry, camera, height)
+        largest = radius + largest_radius(tree.geometry)
+        thin = isinstance(tree.geometry, Lines | Curves) and largest < THIN * pixel
+        return cls(tree, radius, camera, rig, pixel, thin)
+
+    @cached_property
+    def size(self) -> float:
+        """The diagonal of the box of the points of the geometry, without their radius."""
+        points, _ = points_of(self.tree.geometry)
+        return float(np.sqrt((np.ptp(points, axis=0).astype(np.float64) ** 2).sum())) if len(points) else 0.0
+
+    @cached_property
+    def extent(self) -> float:
+        """The size and the largest coordinate together: rounding errors are fractions of it."""
+        return self.size + float(np.abs(self.tree.nodes["box"][0]).max())
+
+    @cached_property
+    def up(self) -> FloatArray:
+        """The upward direction, a unit vector."""
+        up = np.asarray(self.camera.up, np.float64)
+        return np.asarray(up / np.sqrt((up**2).sum()), np.float32)
+
+    @cached_property
+    def depth_tone(self) -> Tone:
+        """The brightness of depths."""
+        view = View(self.tree, self.camera, PROBE, PROBE)
+        return Tone(probe(view, SPOT * self.pixel if self.thin else self.radius))
+
+    @cached_property
+    def _start(self) -> float:
+        """How far from a line its rays start: beyond itself, if it has no surface to start from."""
+        return max(2 * self.pixel, 4 * self.radius) if self.thin else 0.0
+
+    def count_crossings(self, points: FloatArray, directions: FloatArray) -> FloatArray:
+        """Return how many lines hide the light from a direction: of thin lines some fraction, from the mean."""
+        own = largest_radius(self.tree.geometry)
+        wide = 1.0 if own > 0 else WIDE
+        start = max(self._start, 2 * wide * (self.radius + own))  # beyond the line itself
+        counts = self.tree.count_hits(points, directions, wide * self.radius, t_min=start)
+        return np.asarray(counts / np.float32(wide), np.float32)
+
+    def unoccluded(
+        self, points: FloatArray, directions: FloatArray, distance: float = np.inf, beyond: float = 0.0
+    ) -> npt.NDArray[np.bool_]:
+        """Return from which points nothing is hit in some direction, beyond one distance and up to another."""
+        start = max(min(self._start, 0.25 * distance), beyond)
+        return ~self.tree.any_hit(points, directions, self.radius, t_min=start, t_max=distance)

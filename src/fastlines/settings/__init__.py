@@ -1,0 +1,1 @@
+"""The settings of a build: split sets, costs, limits and the named trees."""

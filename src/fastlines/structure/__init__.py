@@ -1,0 +1,1 @@
+"""The tree as data: its nodes, its layout, its files."""

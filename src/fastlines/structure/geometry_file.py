@@ -1,0 +1,137 @@
+"""The geometry of a tree as sections and metadata of a file, and back.
+
+Sections of lines have the names of the fields of `Lines`; attributes have a prefix. Of a `Geometry`, those of part 1
+begin with ``parts/1/``. The metadata of a container has its kind, and everything that is not an array.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import InputError
+from ..geometry.collection import AnyGeometry, Geometry
+from ..geometry.curves import Curves
+from ..geometry.lines import Lines
+from ..geometry.spheres import Spheres
+from ..geometry.triangles_boxes import Boxes, Triangles
+from ..support import container
+
+Arrays: TypeAlias = dict[str, npt.NDArray[Any]]
+
+#: The containers that files keep, by name; those of `Lines` have a constructor that takes no more than that of `Lines`.
+KINDS: dict[str, type[Any]] = {kind.__name__: kind for kind in (Lines, Spheres, Curves, Triangles, Boxes)}
+
+#: The arrays of each container: dtype, the shapes that a row may have, and whether it must be there.
+Section: TypeAlias = tuple[str, tuple[tuple[int, ...], ...], bool]
+LINES: dict[str, Section] = {
+    "segments": ("<f4", ((2, 3),), True),
+    "strands": ("<i8", ((),), True),
+    "radius": ("<f4", ((), (2,)), False),
+    "skipped": ("<i8", ((),), False),
+}
+CURVES: dict[str, Section] = {
+    "control": ("<f4", ((4, 3),), True),
+    "strands": ("<i8", ((),), True),
+    "radius": ("<f4", ((4,),), False),
+    "skipped": ("<i8", ((),), False),
+}
+
+
+def _mesh(n_corners: int) -> dict[str, Section]:
+    return {"corners": ("<f4", ((n_corners, 3),), True)}
+
+
+SECTIONS: dict[str, dict[str, Section]] = {
+    "Lines": LINES,
+    "Spheres": LINES,
+    "Curves": CURVES,
+    "Triangles": _mesh(3),
+    "Boxes": _mesh(2),
+}
+
+#: The mappings of attributes of a container, and what their sections begin with.
+ATTRIBUTES = ("attributes", "end_attributes", "corner_attributes")
+
+Refuse: TypeAlias = Callable[[str], Exception]
+
+
+def to_sections(geometry: AnyGeometry) -> tuple[Arrays, dict[str, Any], list[str]]:
+    """Return the sections and the metadata of a geometry, and the attributes that a file cannot keep."""
+    if isinstance(geometry, Geometry):
+        arrays: Arrays = {}
+        parts, all_lost = [], []
+        for i, part in enumerate(geometry.parts):
+            sections, facts, lost = to_sections(part)
+            arrays |= {f"parts/{i}/{name}": array for name, array in sections.items()}
+            parts.append(facts)
+            all_lost += lost
+        return arrays, {"kind": Geometry.__name__, "parts": parts}, all_lost
+    name = type(geometry).__name__
+    if KINDS.get(name) is not type(geometry):
+        raise InputError(
+            f"files keep trees over {', '.join([*KINDS, Geometry.__name__])}, and this one is over {name}; use pickle, "
+            f"or add {name} to KINDS and its arrays to SECTIONS of {__name__}"
+        )
+    arrays = {key: getattr(geometry, key) for key in SECTIONS[name] if getattr(geometry, key) is not None}
+    if not len(arrays.get("skipped", ())):
+        arrays.pop("skipped", None)
+    facts = {key: getattr(geometry, key, None) for key in ("up", "unit", "tolerance")}
+    kept, lost = _attributes(geometry)
+    return arrays | kept, {"kind": name, **facts}, lost
+
+
+def _attributes(geometry: Any) -> tuple[Arrays, list[str]]:
+    """Name the sections of the attributes, and describe those that a file cannot keep."""
+    ends: Mapping[str, Any] = getattr(geometry, "end_attributes", {})
+    arrays = {
+        f"{kind}/{name}": values
+        for kind in ATTRIBUTES
+        for name, values in getattr(geometry, kind, {}).items()
+        if kind != "attributes" or name not in ends  # which is that of the first end
+    }
+    little = {name: values.astype(values.dtype.newbyteorder("<"), copy=False) for name, values in arrays.items()}
+    kept = {name: values for name, values in little.items() if values.dtype in container.NAMES and values.ndim <= 3}
+    lost = [
+        f"{name.partition('/')[2]!r} ({values.dtype}, {values.ndim}-d)"
+        for name, values in little.items()
+        if name not in kept
+    ]
+    return kept, lost
+
+
+def from_sections(arrays: Arrays, facts: Mapping[str, Any], refuse: Refuse) -> AnyGeometry:
+    """Return the geometry of a file, or raise what `refuse` returns."""
+    kind = facts.get("kind") or Lines.__name__
+    if kind == Geometry.__name__:
+        parts = []
+        for i, part in enumerate(facts["parts"]):
+            prefix = f"parts/{i}/"
+            own = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
+            if part.get("kind") == Geometry.__name__:
+                raise refuse("a part of its geometry has parts")
+            parts.append(from_sections(own, part, refuse))
+        return Geometry(parts)  # type: ignore[arg-type]
+    if kind not in KINDS:
+        raise refuse(f"it is over {kind!r}, expected one of {', '.join([*KINDS, Geometry.__name__])}")
+    given: dict[str, Any] = {}
+    for name, (dtype, rows, is_needed) in SECTIONS[kind].items():
+        if name not in arrays and not is_needed:
+            continue
+        if name not in arrays or arrays[name].ndim == 0 or arrays[name].shape[1:] not in rows:
+            raise refuse(f"the section {name!r} is missing or has another shape")
+        if arrays[name].dtype != np.dtype(dtype):
+            raise refuse(f"the section {name!r} has another type")
+        given[name] = arrays[name]
+    for mapping in ATTRIBUTES:
+        prefix = f"{mapping}/"
+        found = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
+        if found:
+            given[mapping] = found
+    corners = (given.pop("corners"),) if "corners" in given else ()
+    given |= {key: facts[key] for key in ("up", "unit", "tolerance") if facts.get(key) is not None}
+    geometry: AnyGeometry = KINDS[kind](*corners, **given)
+    return geometry

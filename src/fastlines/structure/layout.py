@@ -1,0 +1,118 @@
+"""The wide layout, which queries run on. It is made from a tree, and keeps all references."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..engines import engine
+from ..geometry.collection import AnyGeometry, core_data, spread_data
+from ..geometry.lines import Lines
+from ..progress import ProgressCallback, ProgressOption, reporting
+from ..support.immutable import Immutable, frozen, own
+from ..support.shared_property import shared_property
+from ..threads import get_num_threads
+
+#: Boxes are measured grown by this fraction of the scene's longest side, because queries have a radius.
+RADIUS_HINT = 0.001
+
+#: The size of a block in bytes, and its alignment in memory.
+BLOCK = 128
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Layout(Immutable):
+    """The form of a tree that queries run on: 16 children a node, boxes and pieces of segments in bytes.
+
+    Attributes
+    ----------
+    geometry : Lines, Geometry or another container
+        What the tree is over.
+    box : (2, 3) float32
+        The box of the tree's root.
+    nodes, leaves : (n, 128) uint8
+        Blocks of 128 bytes.
+    refs : (n, 2) uint32
+        Of each reference, in the order of the leaves, the primitive, and s0 and s1 as multiples of 1/65536 (the low and
+        the high half). The last piece of a segment has an s1 of 65535.
+    mean_extent : float
+        The mean extent of the leaves, in the frame of the scene, which spans −1 to 1.
+    """
+
+    geometry: AnyGeometry
+    box: npt.NDArray[np.float32]
+    nodes: npt.NDArray[np.uint8]
+    leaves: npt.NDArray[np.uint8]
+    refs: npt.NDArray[np.uint32]
+    mean_extent: float
+
+    def __post_init__(self) -> None:
+        for name in ("box", "refs"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+        for name in ("nodes", "leaves"):
+            object.__setattr__(self, name, _aligned(frozen(getattr(self, name))))
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        super().__setstate__(state)
+        self.__post_init__()
+
+    def __repr__(self) -> str:
+        what = f"{len(self.nodes):,} nodes, {len(self.leaves):,} leaves, {len(self.refs):,} references"
+        return f"<Layout: {what}, {self.n_bytes:,} bytes with primitives>"
+
+    @property
+    def n_bytes(self) -> int:
+        """The memory of the layout and of the primitives."""
+        return self.nodes.nbytes + self.leaves.nbytes + self.refs.nbytes + core_data(self.geometry)[1].nbytes
+
+    @shared_property
+    def view(self) -> _core.LayoutView:
+        """The layout in the form that the engine reads."""
+        return self._view_over(*core_data(self.geometry))
+
+    @shared_property
+    def spread_view(self) -> _core.LayoutView:
+        """The same for rays with a spread. Lines without a radius are copied for it, 32 bytes a segment."""
+        return self._view_over(*spread_data(self.geometry))
+
+    def _view_over(self, kind: str, data: npt.NDArray[np.float32]) -> _core.LayoutView:
+        corners = self.box.reshape(-1).tolist()
+        return _core.LayoutView(kind, data, self.nodes, self.leaves, self.refs, corners, self.mean_extent)
+
+
+def _aligned(blocks: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """Return blocks that begin at a multiple of their size, as the kernels require; copy them if they do not."""
+    if blocks.ctypes.data % BLOCK == 0:
+        return blocks
+    room = np.empty(blocks.nbytes + BLOCK, np.uint8)
+    begin = -room.ctypes.data % BLOCK
+    copied = room[begin : begin + blocks.nbytes].reshape(blocks.shape)
+    copied[:] = blocks
+    return own(copied)
+
+
+def build_layout(
+    geometry: AnyGeometry,
+    nodes: npt.NDArray[np.uint32],
+    refs: npt.NDArray[np.uint32],
+    box: npt.NDArray[np.float32],
+    progress: ProgressOption = False,
+) -> Layout:
+    """Lay out a tree, given as rows of 32-bit words."""
+    with reporting(progress, "layout") as callback:
+        made = engine.build_layout(*core_data(geometry), nodes, refs, RADIUS_HINT, get_num_threads(), callback)
+    wide_nodes, leaves, wide_refs, mean_extent = made
+    return Layout(geometry, box, own(wide_nodes), own(leaves), own(wide_refs), mean_extent)
+
+
+def refit_layout(
+    layout: Layout, lines: Lines, box: npt.NDArray[np.float32], n_threads: int, progress: ProgressCallback | None
+) -> Layout:
+    """Fit a layout to segments that have moved: the same children and pieces, other boxes (`BlockEncoder`)."""
+    moved = replace(layout, geometry=lines, box=box)
+    nodes, leaves, mean_extent = engine.refit_layout(moved.view, n_threads, progress)
+    return Layout(lines, box, own(nodes), own(leaves), layout.refs, mean_extent)

@@ -1,0 +1,112 @@
+"""Trees in files: what a file keeps, and the checks of a file that is read."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import warnings
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ..errors import FileFormatError, InputError, InvalidTreeError
+from ..io import FORMATS
+from ..io.reading import check_path
+from ..settings.settings import Cost, Limits, Presplit, Settings
+from ..settings.splits import split_set_from
+from ..support import container
+from .geometry_file import from_sections, to_sections
+from .tree_data import NODE, REF, TreeData
+
+Tree = TypeVar("Tree", bound=TreeData)
+
+FORMAT = "fastlines tree 2"
+
+#: The sections of nodes and references: the shape of a row of 32-bit words.
+SECTIONS: dict[str, tuple[int, ...]] = {"nodes": (9,), "refs": (3,)}
+
+#: The errors that are raised where the parts of a file do not make a tree.
+UNUSABLE = (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError, InvalidTreeError)
+
+
+def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
+    """Write a tree and its geometry; see `Tree.save`."""
+    name = Path(path).name.lower()
+    extension = Path(name.removesuffix(".gz")).suffix
+    if extension in FORMATS:
+        raise InputError(f"{path}: {extension} files hold lines, this is a tree; save it as .flt")
+    if name.endswith(".gz"):
+        raise InputError(f"{path}: trees are not compressed, so that they can be mapped into memory; save it as .flt")
+    sections, facts, lost = to_sections(tree.geometry)
+    if lost:
+        warnings.warn(
+            f"{path} does not keep the attributes {', '.join(lost)}: it takes booleans, whole numbers and floats of up "
+            "to 8 bytes, in up to 3 dimensions; convert them, or save them beside it",
+            stacklevel=3,
+        )
+    nodes, refs = tree.words()
+    arrays = {"nodes": nodes, "refs": refs, **sections}
+    metadata = {
+        "format": FORMAT,
+        "method": tree.method,
+        "settings": json.dumps(_settings_to_json(tree.settings)),
+        "limits_hit": json.dumps(dict(tree.limits_hit)),
+        "built_cost": None if tree.built_cost is None else repr(tree.built_cost),
+        "kind": None if facts["kind"] == "Lines" else facts["kind"],
+        "up": facts.get("up"),
+        "unit": facts.get("unit"),
+        "tolerance": None if facts.get("tolerance") is None else repr(facts["tolerance"]),
+        "parts": json.dumps(facts["parts"]) if "parts" in facts else None,
+    }
+    # Write larger numbers first, so that each section is aligned for its type.
+    kept = sorted(arrays.items(), key=lambda item: -item[1].dtype.itemsize)
+    container.write(path, dict(kept), {name: text for name, text in metadata.items() if text is not None})
+
+
+def read(kind: type[Tree], path: str | os.PathLike[str], verify: bool | None) -> Tree:
+    """Map a file into memory and make a checked tree of it; see `fastlines.load`."""
+    if not Path(path).exists():
+        check_path(Path(path))
+    arrays, metadata = container.read(path, verify)
+
+    def refuse(why: str) -> FileFormatError:
+        return FileFormatError(f"{path} is not a usable tree file: {why}; build and save the tree again")
+
+    if metadata.get("format") != FORMAT:
+        raise refuse(f"its format is {metadata.get('format')!r}, expected {FORMAT!r}")
+    for name, row in SECTIONS.items():
+        if name not in arrays or arrays[name].ndim == 0 or arrays[name].shape[1:] != row:
+            raise refuse(f"the section {name!r} is missing or has another shape")
+        if arrays[name].dtype != np.dtype("<u4"):
+            raise refuse(f"the section {name!r} has another type")
+    try:
+        settings = _settings_from_json(json.loads(metadata["settings"]))
+        limits_hit = {str(name): int(n) for name, n in json.loads(metadata["limits_hit"]).items()}
+        built_cost = float(metadata["built_cost"]) if "built_cost" in metadata else None
+        facts: dict[str, Any] = {name: metadata.get(name) for name in ("kind", "up", "unit")}
+        facts |= {name: json.loads(metadata[name]) for name in ("tolerance", "parts") if name in metadata}
+        geometry = from_sections(arrays, facts, refuse)
+        nodes, refs = arrays["nodes"].reshape(-1).view(NODE), arrays["refs"].reshape(-1).view(REF)
+        return kind(geometry, nodes, refs, settings, metadata["method"], limits_hit, built_cost)
+    except FileFormatError:
+        raise
+    except UNUSABLE as error:
+        raise refuse(f"{error}") from None
+
+
+def _settings_to_json(settings: Settings) -> dict[str, Any]:
+    splits = [{"name": split.name, **dataclasses.asdict(split)} for split in settings.splits]
+    return dataclasses.asdict(settings) | {"splits": splits}
+
+
+def _settings_from_json(data: dict[str, Any]) -> Settings:
+    parts: dict[str, Any] = {
+        "splits": tuple(split_set_from(entry.pop("name"), entry) for entry in data.pop("splits")),
+        "cost": Cost(**data.pop("cost")),
+        "limits": Limits(**data.pop("limits")),
+    }
+    if data.get("presplit") is not None:
+        parts["presplit"] = Presplit(**data.pop("presplit"))
+    return Settings(**parts, **data)

@@ -1,0 +1,87 @@
+"""The public names of the package, each of which a module of it has."""
+
+from __future__ import annotations
+
+import importlib
+import types
+
+import pytest
+
+import fastlines as fl
+
+#: What `import fastlines as fl` gives; docs/versions.md says what may become of them.
+NAMES = [
+    "METHODS",
+    "AllHits",
+    "BinnedPlanes",
+    "Boxes",
+    "Camera",
+    "Cost",
+    "Curves",
+    "FastlinesError",
+    "FileFormatError",
+    "FileWarning",
+    "FirstHits",
+    "Geometry",
+    "InputError",
+    "InvalidTreeError",
+    "Limits",
+    "Lines",
+    "Median",
+    "Midpoint",
+    "MissingExtraError",
+    "ObjectSweep",
+    "PlaneEvents",
+    "PlaneGrid",
+    "PrecisionWarning",
+    "Presplit",
+    "Primitives",
+    "Rays",
+    "RebuildPolicy",
+    "Settings",
+    "Spheres",
+    "Tree",
+    "Triangles",
+    "available_simd",
+    "brute_force",
+    "build",
+    "get_backend",
+    "get_cmake_dir",
+    "get_include",
+    "get_lib",
+    "get_num_threads",
+    "lines",
+    "load",
+    "read",
+    "render",
+    "scenes",
+    "set_backend",
+    "set_num_threads",
+    "set_simd",
+    "simd",
+    "theory",
+    "write",
+]
+
+
+def test_all_lists_the_public_names() -> None:
+    assert sorted(fl.__all__) == sorted(NAMES)
+    assert {name for name in dir(fl) if not name.startswith("__")} == set(NAMES)
+    assert {"__version__", "__doc__"} <= set(dir(fl))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_module_of_each_name_has_it(name: str) -> None:
+    found = getattr(fl, name)
+    module = getattr(found, "__module__", None)
+    if isinstance(found, types.ModuleType):
+        assert importlib.import_module(f"fastlines.{name}") is found
+    elif isinstance(module, str) and module.startswith("fastlines."):
+        assert getattr(importlib.import_module(module), name) is found
+    else:
+        assert name == "METHODS"
+
+
+def test_a_name_that_is_not_there() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'octrees'"):
+        fl.octrees  # noqa: B018
