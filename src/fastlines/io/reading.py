@@ -39,8 +39,8 @@ def read(
     Parameters
     ----------
     path : str or path-like
-        A file with one of the extensions of `FORMATS`, packed by gzip if ``.gz`` follows. A file of another extension
-        is recognised by its first bytes, where its format has some of its own.
+        A file with one of the extensions of `known_formats`, packed by gzip if ``.gz`` follows. A file of another
+        extension is recognised by its first bytes, where its format has some of its own.
     invalid : {"error", "skip"}
         Refuse segments that hold NaN or Inf, or leave them out and record their rows in ``skipped``.
     format : str, optional
@@ -105,7 +105,7 @@ def format_of(path: Path, name: str | None = None) -> Format:
     """Return the format of a file: the named one, or that of its extension, or else that of its first bytes."""
     if name is not None:
         return table.named(name)
-    known = table.extension_of(path)[0] in table.FORMATS
+    known = table.extension_of(path)[0] in table.known_formats()
     return table.find(path, b"" if known else _start_of(path))
 
 
