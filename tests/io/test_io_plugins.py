@@ -13,10 +13,12 @@ from support.command_line import done, refused, run
 
 import fastlines as fl
 from fastlines.errors import InputError
-from fastlines.io import Format, known_formats, table
+from fastlines.io import Format, known_formats
+from fastlines.io.table import TABLE, by_word
 
 #: A format of pairs of points: it reads text and writes it, and has an option.
-PAIRS = """
+PAIRS = textwrap.dedent(
+    """
     import numpy as np
     import fastlines as fl
     from fastlines.io import Format
@@ -38,31 +40,20 @@ PAIRS = """
     def write(lines, path):
         path.write_text("".join(" ".join(map(repr, row)) + chr(10) for row in lines.segments.reshape(-1, 6).tolist()))
         return ["the colour of the day"]
-"""
+    """
+)
 FILE = b"0 0 0 1 0 0\n2 0 0 2 2 0\n"
 
 
 @pytest.fixture
-def install(tmp_path, monkeypatch):
-    """Install distributions into a folder on the path: a module, and the objects in it that are formats."""
-    folder = tmp_path / "site"
-    folder.mkdir()
-    monkeypatch.syspath_prepend(folder)
-    table._known_words.cache_clear()
+def install(install_format):
+    """Install a distribution of one module with one object that should be a format."""
 
-    def add(distribution, code, *names):
+    def add(distribution, code):
         module = distribution.replace("-", "_")
-        (folder / f"{module}.py").write_text(textwrap.dedent(code))
-        monkeypatch.delitem(sys.modules, module, raising=False)
-        info = folder / f"{module}-1.0.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: 1.0\n")
-        points = "".join(f"{name.lower()} = {module}:{name}\n" for name in names)
-        (info / "entry_points.txt").write_text(f"[fastlines.formats]\n{points}")
-        return folder
+        return install_format(distribution, code, {"format": f"{module}:FORMAT"})
 
-    yield add
-    table._known_words.cache_clear()
+    return add
 
 
 def format_code(name, *extensions):
@@ -73,7 +64,7 @@ def format_code(name, *extensions):
 
 
 def test_a_format_of_another_distribution_is_read_and_written(install, load, tmp_path):
-    install("pairs-of-points", PAIRS, "FORMAT")
+    install("pairs-of-points", PAIRS)
     lines = load(FILE, "a.pairs")
     np.testing.assert_array_equal(lines.segments, [[[0, 0, 0], [1, 0, 0]], [[2, 0, 0], [2, 2, 0]]])
     assert lines.unit == "mm"
@@ -96,7 +87,7 @@ def test_a_format_of_another_distribution_is_read_and_written(install, load, tmp
 @pytest.mark.usefixtures("in_own_folder")
 @pytest.mark.filterwarnings("always::fastlines.FileWarning")
 def test_the_command_line_knows_it(install, tmp_path):
-    install("pairs-of-points", PAIRS, "FORMAT")
+    install("pairs-of-points", PAIRS)
     (tmp_path / "a.pairs").write_bytes(FILE)
     assert done("info", "a.pairs").startswith("a.pairs: pairs of points")
     result = run("convert", "a.pairs", "b.prs", "--option", "scale=2", "--option", "note=42")
@@ -108,7 +99,7 @@ def test_the_command_line_knows_it(install, tmp_path):
 
 
 def test_formats_are_found_on_first_use(install):
-    folder = install("pairs-of-points", PAIRS, "FORMAT")
+    folder = install("pairs-of-points", PAIRS)
     check = """if True:
         import sys
         sys.path.insert(0, sys.argv[1])
@@ -137,8 +128,8 @@ def test_formats_are_found_on_first_use(install):
     ],
 )
 def test_a_broken_format_is_left_out(install, load, code, said):
-    install("broken-pairs", code, "FORMAT")
-    install("pairs-of-points", PAIRS, "FORMAT")
+    install("broken-pairs", code)
+    install("pairs-of-points", PAIRS)
     words = f"the format 'format' of broken-pairs is left out, as its entry point 'broken_pairs:FORMAT' .*{said}"
     with pytest.warns(UserWarning, match=words):
         assert len(load(FILE, "a.pairs")) == 2
@@ -158,8 +149,8 @@ def test_a_broken_format_is_left_out(install, load, code, said):
     ],
 )
 def test_an_extension_that_another_format_has_is_refused(install, load, tmp_path, name, extension, claimed, of):
-    install("pairs-of-points", PAIRS, "FORMAT")
-    install("z-mine", format_code(name, extension), "FORMAT")
+    install("pairs-of-points", PAIRS)
+    install("z-mine", format_code(name, extension))
     both = {of, f"'{name}' of z-mine"}
     for use in (lambda: load(b"what?", "a.npy"), lambda: fl.write(tmp_path / "a.npz", np.zeros((1, 2, 3)))):
         with pytest.raises(InputError, match=f"^two formats claim '{re.escape(claimed)}': ") as error:
@@ -170,10 +161,10 @@ def test_an_extension_that_another_format_has_is_refused(install, load, tmp_path
 
 
 def test_two_rows_of_the_table_may_not_claim_one_extension():
-    rows = [("fastlines", row) for row in table.TABLE]
-    assert set(table.by_word(rows).values()) == set(known_formats().values())
+    rows = [("fastlines", row) for row in TABLE]
+    assert set(by_word(rows).values()) == set(known_formats().values())
     with pytest.raises(
         InputError,
         match=r"^two formats claim '\.vtk': 'vtk' of fastlines and 'new' of fastlines; take it from one of them$",
     ):
-        table.by_word([*rows, ("fastlines", Format("new", (".new", ".vtk"), ""))])
+        by_word([*rows, ("fastlines", Format("new", (".new", ".vtk"), ""))])
