@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
@@ -128,6 +129,14 @@ def known_formats() -> dict[str, Format]:
 def _rows() -> Iterable[Format]:
     """Return each format once, in the order of the table."""
     return dict.fromkeys(_known_words().values())
+
+
+def path_of(path: str | os.PathLike[str]) -> Path:
+    """Return the path of an argument."""
+    try:
+        return Path(path)
+    except TypeError:
+        raise InputError(f"path is a {type(path).__name__}; expected a str or a path") from None
 
 
 def extension_of(path: Path) -> tuple[str, bool]:

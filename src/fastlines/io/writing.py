@@ -19,7 +19,7 @@ from ..support.atomic_write import atomic_write
 from .curves_as_lines import curves_as_lines
 from .format import Format
 from .polylines import begins_of
-from .table import extension_of, known_formats, to_write
+from .table import extension_of, known_formats, path_of, to_write
 
 
 def write(path: str | os.PathLike[str], lines: Any) -> None:
@@ -60,10 +60,7 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
     """
     if isinstance(lines, str | os.PathLike):
         raise InputError(f"lines are {str(lines)!r}, the name of a file; the name comes first: fl.write(path, lines)")
-    try:
-        target = Path(path)
-    except TypeError:
-        raise InputError(f"path is a {type(path).__name__}; expected a str or a path") from None
+    target = path_of(path)
     row = to_write(target)
     try:
         geometry, lost = to_written(lines, row.writes)
