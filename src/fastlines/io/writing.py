@@ -19,7 +19,7 @@ from ..support.atomic_write import atomic_write
 from .curves_as_lines import curves_as_lines
 from .format import Format
 from .polylines import begins_of
-from .table import FORMATS, extension_of, to_write
+from .table import extension_of, known_formats, path_of, to_write
 
 
 def write(path: str | os.PathLike[str], lines: Any) -> None:
@@ -60,10 +60,7 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
     """
     if isinstance(lines, str | os.PathLike):
         raise InputError(f"lines are {str(lines)!r}, the name of a file; the name comes first: fl.write(path, lines)")
-    try:
-        target = Path(path)
-    except TypeError:
-        raise InputError(f"path is a {type(path).__name__}; expected a str or a path") from None
+    target = path_of(path)
     row = to_write(target)
     try:
         geometry, lost = to_written(lines, row.writes)
@@ -95,9 +92,9 @@ def count_strands(part: Lines | Curves, row: Format) -> int:
 
     Examples
     --------
-    >>> from fastlines.io.table import NAMES
+    >>> from fastlines.io import known_formats
     >>> gap = Lines.from_segments([[[0, 0, 0], [1, 0, 0]], [[2, 0, 0], [3, 0, 0]]], strands=[0, 0])
-    >>> [count_strands(gap, NAMES[name]) for name in ("npz", "tck", "npy")]
+    >>> [count_strands(gap, known_formats()[name]) for name in (".npz", ".tck", ".npy")]
     [1, 2, 0]
     """
     if row.strands == "polylines":
@@ -117,7 +114,7 @@ def to_written(
     if type(geometry) is Lines:
         return geometry, []
     if isinstance(geometry, Geometry):
-        several = ", ".join(extension for extension, row in FORMATS.items() if Geometry in row.writes)
+        several = ", ".join(extension for extension, row in known_formats().items() if Geometry in row.writes)
         parts = ", ".join(f"part {i} ({count_text(part)})" for i, part in enumerate(geometry.parts)) or "no parts"
         first = next((i for i, part in enumerate(geometry.parts) if type(part) in (Lines, Curves)), 0)
         raise InputError(
