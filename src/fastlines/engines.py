@@ -76,7 +76,7 @@ def _require_simd() -> tuple[str, ...]:
     if not available:
         raise FastlinesError(
             f"this installation of fastlines is compiled for {', '.join(compiled_simd()) or 'no instruction set'}, and "
-            f"this processor has {_core.best_simd()} at most: install it again on this machine, or for all machines with "
+            f"this processor has {_core.best_simd()} at most: install it again on this machine, or for all with "
             "-C cmake.define.FASTLINES_SIMD=all"
         )
     return available
