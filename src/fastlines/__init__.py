@@ -109,7 +109,7 @@ _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names
 
 __all__ = sorted([*_MODULE_OF, "scenes", "theory"])
 
-draw_with(lambda: import_module(".rendering.card", __name__))
+draw_with(lambda: import_module(".rendering.card.card", __name__))
 
 
 def __getattr__(name: str) -> Any:
