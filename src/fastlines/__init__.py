@@ -11,7 +11,7 @@ array(0)
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .support.display import draw_with
+from .support.painter import draw_with
 
 if TYPE_CHECKING:
     from . import scenes as scenes

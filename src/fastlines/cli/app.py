@@ -10,17 +10,41 @@ import contextlib
 import os
 import sys
 import warnings
+from importlib import import_module
 from typing import Annotated, Any
 
 import typer
 from typer import Option
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from ..errors import FastlinesError
 from ..support import library
 
 #: The environment variable that makes errors show their traceback.
 DEBUG = "FASTLINES_DEBUG"
+
+
+#: The commands in the order of the help: the module that has the function of that name, and what it does. A module is
+#: imported when its command runs.
+COMMANDS = {
+    "demo": ("demo", "Compare trees over five scenes, or your lines, in a page of figures and pictures."),
+    "report": ("demo", "Find which tree suits your lines."),
+    "scene": ("build", "Make one of the five scenes of the thesis."),
+    "build": ("build", "Build a tree and save it in a file."),
+    "info": ("info", "Describe a file of lines or a tree."),
+    "validate": ("info", "Check that a tree satisfies the axioms of the thesis."),
+    "convert": ("convert", "Write lines in another format."),
+    "query": ("query", "Find what rays hit."),
+    "render": ("render", "Render lines: hair, fibres, tubes; or draw the levels of a tree."),
+}
+
+#: Settings of the application, and of each command.
+TYPER: dict[str, Any] = {
+    "add_completion": False,
+    "rich_markup_mode": "rich",
+    "pretty_exceptions_enable": False,
+    "context_settings": {"help_option_names": ["-h", "--help"]},
+}
 
 
 class EndedError(Exception):
@@ -56,6 +80,32 @@ class Group(TyperGroup):
         return code
 
 
+class LazyCommand(TyperCommand):
+    """A command whose module is imported when it runs."""
+
+    def make_context(self, *args: Any, **extra: Any) -> Any:
+        """Parse the arguments of the command."""
+        assert self.name
+        module = import_module(f".{COMMANDS[self.name][0]}", __package__)
+        alone = typer.Typer(**TYPER)
+        alone.command(self.name)(getattr(module, self.name))
+        return typer.main.get_command(alone).make_context(*args, **extra)
+
+
+class LazyGroup(Group):
+    """The group of `COMMANDS`."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names of all commands."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return a command by its name."""
+        if cmd_name not in COMMANDS:
+            return None
+        return LazyCommand(cmd_name, short_help=COMMANDS[cmd_name][1], rich_markup_mode="rich")
+
+
 def warn(message: Warning | str, *_: Any, **__: Any) -> None:
     """Print a warning as one line on stderr."""
     typer.echo(f"warning: {' '.join(str(message).split())}", err=True)
@@ -86,13 +136,7 @@ def explain(error: BaseException) -> tuple[int, str]:
     return code, "error: " + " ".join(text.split())
 
 
-app = typer.Typer(
-    cls=Group,
-    add_completion=False,
-    rich_markup_mode="rich",
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
+app = typer.Typer(cls=LazyGroup, **TYPER)
 
 
 def _version(wanted: bool) -> None:

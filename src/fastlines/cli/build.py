@@ -16,11 +16,9 @@ from ..geometry.collection import count_text
 from ..settings.methods import method_settings
 from ..settings.settings import limit_notes
 from ..support.texts import bytes_text
-from .app import app
 from .options import Effort, FormatName, FormatOptions, Input, Json, Method, Skip, n_bytes
 
 
-@app.command(short_help="Make one of the five scenes of the thesis.")
 def scene(
     name: Annotated[
         str | None, typer.Argument(metavar="[NAME]", help="The scene to make; by default all are listed.")
@@ -60,7 +58,6 @@ def scene(
     typer.echo(f"{output}: {made.title}, {len(made.lines):,} segments, {made.lines.n_strands:,} strands")
 
 
-@app.command(short_help="Build a tree and save it in a file.")
 def build(
     source: Input,
     method: Method = "best",

@@ -11,11 +11,9 @@ from typer import Option
 import fastlines as fl
 
 from ..geometry.collection import count_text, counted
-from .app import app
 from .options import Input, Skip
 
 
-@app.command(short_help="Write lines in another format.")
 def convert(
     source: Input,
     output: Annotated[str, typer.Argument(metavar="OUTPUT", help="The file to write; its extension names the format.")],

@@ -8,11 +8,9 @@ import typer
 from typer import Option
 
 from ..errors import InputError
-from .app import app
 from .options import FormatName, FormatOptions, Input, Skip, refuse_given
 
 
-@app.command(short_help="Compare trees over five scenes, or your lines, in a page of figures and pictures.")
 def demo(
     source: Annotated[
         str | None,
@@ -44,7 +42,6 @@ def demo(
     _write_page(source, output, quick, skip_invalid, format, option, answer=False)
 
 
-@app.command(short_help="Find which tree suits your lines.")
 def report(
     source: Input,
     output: Annotated[

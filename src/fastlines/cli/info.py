@@ -23,7 +23,6 @@ from ..query.hit_places import names
 from ..settings.settings import limit_notes
 from ..support.texts import bytes_text
 from ..tree import Tree
-from .app import app
 from .files import Source
 from .options import FormatName, FormatOptions, Input, Json, TreeFile
 
@@ -31,7 +30,6 @@ from .options import FormatName, FormatOptions, Input, Json, TreeFile
 COLUMNS = 80
 
 
-@app.command(short_help="Describe a file of lines or a tree.")
 def info(
     source: Input,
     picture: Annotated[bool, Option("--picture", "-p", help="Draw it, small, in the terminal.")] = False,
@@ -106,7 +104,6 @@ def draw(opened: Source, tree: Tree, radius: float) -> str:
     return picture_text(image[2 * lit.min(initial=rows) : 2 * lit.max(initial=0) + 2], has_colours())
 
 
-@app.command(short_help="Check that a tree satisfies the axioms of the thesis.")
 def validate(tree_file: TreeFile, as_json: Json = False) -> None:
     """Check a tree: axioms 1 to 5, the axiom of its kind, Theorem 4, and that f = g (Theorem 1).
 

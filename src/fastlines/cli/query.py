@@ -17,7 +17,6 @@ from ..errors import InputError
 from ..geometry.collection import AnyGeometry, parts_of
 from ..geometry.curves import Curves
 from ..geometry.lines import Lines
-from .app import app
 from .options import Direction, Fov, Json, Radius, TreeFile, Up, refuse_given, size, vector
 
 #: The choices of --kind, and the methods of a tree.
@@ -27,7 +26,6 @@ KINDS = {"first": "first_hit", "any": "any_hit", "all": "all_hits", "next": "nex
 WITH_T, LISTS = ("first", "all", "next"), ("all", "next")
 
 
-@app.command(short_help="Find what rays hit.")
 def query(
     tree_file: TreeFile,
     rays: Annotated[

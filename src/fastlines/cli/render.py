@@ -7,7 +7,6 @@ from typing import Annotated
 import typer
 from typer import Option
 
-from .app import app
 from .options import Direction, Focus, FormatName, FormatOptions, Fov, Input, Lens, Radius, Skip, Up
 
 #: The width and the height of a square picture in pixels.
@@ -15,7 +14,6 @@ SIZE = 1024
 WITHOUT_SIZE = f"If neither is given, there are about {SIZE}² pixels, in an aspect ratio that suits the lines."
 
 
-@app.command(short_help="Render lines: hair, fibres, tubes; or draw the levels of a tree.")
 def render(
     source: Input,
     output: Annotated[
