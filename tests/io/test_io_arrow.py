@@ -250,9 +250,9 @@ def test_long_names_of_strands_are_not_repeated(load, extension):
 def test_without_the_library(load, tmp_path, monkeypatch):
     data = file_of(segments())
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(MissingExtraError, match=r"reading .parquet, .*'fastlines\[arrow\]'"):
+    with pytest.raises(MissingExtraError, match=r"reading .parquet, .*the extra 'arrow'"):
         load(data, "a.parquet")
-    with pytest.raises(MissingExtraError, match=r"writing .parquet, .*'fastlines\[arrow\]'"):
+    with pytest.raises(MissingExtraError, match=r"writing .parquet, .*the extra 'arrow'"):
         fl.write(tmp_path / "b.arrow", [[[0, 0, 0], [1, 1, 1]]])
 
 

@@ -151,7 +151,7 @@ def test_bad_tolerance(load):
 def test_without_the_library(load, monkeypatch):
     data = drawing(lambda *_: None)
     monkeypatch.setitem(__import__("sys").modules, "ezdxf", None)
-    with pytest.raises(MissingExtraError, match=r"reading .dxf needs .*fastlines\[cad\]"):
+    with pytest.raises(MissingExtraError, match=r"reading .dxf needs .*the extra 'cad'"):
         load(data, "a.dxf")
 
 

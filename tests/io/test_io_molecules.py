@@ -194,7 +194,7 @@ def test_bad_files(load, name, text, said):
 
 def test_without_the_library(load, monkeypatch):
     monkeypatch.setitem(sys.modules, "gemmi", None)
-    with pytest.raises(MissingExtraError, match=r"reading molecules needs .*fastlines\[molecules\]"):
+    with pytest.raises(MissingExtraError, match=r"reading molecules needs .*the extra 'molecules'"):
         load(PDB.encode(), "a.pdb")
 
 

@@ -137,9 +137,9 @@ def test_changed_file_is_read_again(load):
 
 def test_without_the_library(load, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pxr", None)
-    with pytest.raises(MissingExtraError, match=r"reading USD files .*'fastlines\[usd\]'"):
+    with pytest.raises(MissingExtraError, match=r"reading USD files .*the extra 'usd'"):
         load(usda(curves()), "a.usda")
-    with pytest.raises(MissingExtraError, match=r"writing USD files .*'fastlines\[usd\]'"):
+    with pytest.raises(MissingExtraError, match=r"writing USD files .*the extra 'usd'"):
         fl.write(tmp_path / "b.usda", [[[0, 0, 0], [1, 1, 1]]])
 
 

@@ -56,7 +56,7 @@ def test_missing_pyvista_names_the_extra(monkeypatch):
     from fastlines.pyvista_plugin.readers import to_polydata
 
     monkeypatch.setitem(sys.modules, "pyvista", None)
-    with pytest.raises(fl.MissingExtraError, match=r"fastlines\[pyvista\]"):
+    with pytest.raises(fl.MissingExtraError, match=r"the extra 'pyvista'"):
         to_polydata(fl.Lines.from_points(POINTS, [7]))
 
 

@@ -219,7 +219,7 @@ def test_exr_round_trip(tmp_path):
 
 def test_exr_needs_an_extra(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "OpenEXR", None)
-    with pytest.raises(fl.MissingExtraError, match=r"fastlines\[exr\]"):
+    with pytest.raises(fl.MissingExtraError, match=r"the extra 'exr'"):
         images.check_image_path(tmp_path / "a.exr")
 
 

@@ -127,7 +127,7 @@ def test_a_film_has_all_pictures_and_even_sides(tmp_path):
 
 def test_films_need_an_extra(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    with pytest.raises(fl.MissingExtraError, match=r"fastlines\[video\]"):
+    with pytest.raises(fl.MissingExtraError, match=r"the extra 'video'"):
         write_frames(tmp_path / "x.mp4", pictures())
 
 
