@@ -24,12 +24,13 @@ from .errors import (
     MissingExtraError,
     PrecisionWarning,
 )
+from .geometry.boxes import Boxes
 from .geometry.collection import Geometry
 from .geometry.curves import Curves
 from .geometry.foreign import lines
 from .geometry.lines import Lines
 from .geometry.spheres import Spheres
-from .geometry.triangles_boxes import Boxes, Triangles
+from .geometry.triangles import Triangles
 from .geometry.user_primitives import Primitives, Rays
 from .query.hits import AllHits, FirstHits
 from .query.queries import brute_force

@@ -15,10 +15,11 @@ from typer import Option
 import fastlines as fl
 
 from ..errors import FastlinesError, InputError
+from ..geometry.boxes import Boxes
 from ..geometry.collection import AnyGeometry, core_data, core_of, needs_radius, parts_of, points_of, unit_of, up_of
 from ..geometry.curves import Curves
 from ..geometry.lines import Lines
-from ..geometry.triangles_boxes import Boxes, Triangles
+from ..geometry.triangles import Triangles
 from ..query.hit_places import names
 from ..settings.settings import limit_notes
 from ..support.texts import bytes_text

@@ -13,10 +13,12 @@ from ..arrays import INVALID, FloatArray, IntArray, choice
 from ..errors import InputError
 from ..support.display import Shown
 from ..support.immutable import own
+from .boxes import Boxes
 from .curves import Curves
 from .foreign import lines
 from .lines import Lines
-from .triangles_boxes import ROUND_CONE, Boxes, Triangles, shape_rows
+from .shapes import ROUND_CONE, shape_rows
+from .triangles import Triangles
 from .user_primitives import UserPrimitives, has_user_methods
 
 #: The containers that can be parts of a `Geometry`.

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ..arrays import COORDINATE_LIMIT, FloatArray, IntArray, refuse_rows, unusable
 from ..errors import InputError
 from ..support.display import Shown
-from .triangles_boxes import BOUND, shape_rows
+from .shapes import BOUND, shape_rows
 
 Float64Array = npt.NDArray[np.float64]
 

@@ -10,10 +10,11 @@ import numpy.typing as npt
 
 from ..arrays import IntArray, did_you_mean
 from ..errors import InputError
+from ..geometry.boxes import Boxes
 from ..geometry.collection import AnyGeometry, Geometry, in_parts, parts_of
 from ..geometry.curves import Curves
 from ..geometry.lines import Lines
-from ..geometry.triangles_boxes import Boxes, Triangles, triangle_weights
+from ..geometry.triangles import Triangles, triangle_weights
 from ..geometry.user_primitives import UserPrimitives
 from ..support.vectors import dot, is_zero
 

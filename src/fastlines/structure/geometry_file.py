@@ -13,11 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InputError
+from ..geometry.boxes import Boxes
 from ..geometry.collection import AnyGeometry, Geometry
 from ..geometry.curves import Curves
 from ..geometry.lines import Lines
 from ..geometry.spheres import Spheres
-from ..geometry.triangles_boxes import Boxes, Triangles
+from ..geometry.triangles import Triangles
 from ..support import container
 
 Arrays: TypeAlias = dict[str, npt.NDArray[Any]]

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import FloatArray, IntArray
+from ...geometry.boxes import Boxes
 from ...geometry.collection import AnyGeometry, Part, parts_of
 from ...geometry.curves import Curves
 from ...geometry.lines import Lines
 from ...geometry.spheres import Spheres
-from ...geometry.triangles_boxes import Boxes, Triangles
+from ...geometry.triangles import Triangles
 from ...geometry.user_primitives import UserPrimitives
 
 #: About the most primitives of a sample.

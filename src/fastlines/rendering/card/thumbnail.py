@@ -15,9 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ...camera import Camera
+from ...geometry.boxes import Boxes
 from ...geometry.collection import Geometry, Part, radius_beyond
 from ...geometry.lines import Lines
-from ...geometry.triangles_boxes import Boxes
 from ...structure.tree_data import TreeData
 from ..default_view import default_view
 from ..levels import box_color, box_edges
