@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arrays import (
     INVALID,
+    AnyArray,
     FloatArray,
     IntArray,
     box_of,
@@ -24,16 +25,21 @@ from ..arrays import (
     unusable,
 )
 from ..errors import InputError
-from ..support.display import Shown
 from ..support.immutable import frozen, own
+from ..support.vectors import dot, unit
+from .any_geometry import AnyGeometry, Section
+from .axis_geometry import AxisGeometry
+from .hit_places import Float64Array
 from .line_input import check_columns, convert_segments, join_points, join_strands, valid_segments
+from .smooth_tangents import smooth_tangents
+from .summary import summary_of
 
 #: What the axes are called.
 AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True, eq=False)
-class Lines(Shown):
+class Lines(AxisGeometry):
     """Immutable line segments, with strands, radii and other attributes; writeable arrays are copied.
 
     The constructor takes arrays of exactly these types; `from_segments`, `from_strands` and `from_points` convert
@@ -132,11 +138,6 @@ class Lines(Shown):
         return self.segments.reshape(-1, 6)
 
     @property
-    def rows(self) -> IntArray:
-        """The row of the input that each segment was, (n,) int64; `FirstHits.row` has it for hits."""
-        return np.delete(np.arange(len(self) + len(self.skipped)), self.skipped)
-
-    @property
     def end_radii(self) -> FloatArray:
         """The radius at both ends of each segment, (n, 2) float32; 0 if there is none."""
         radius = np.zeros(1, np.float32) if self.radius is None else self.radius
@@ -166,22 +167,98 @@ class Lines(Shown):
 
     def without_radius(self) -> Lines:
         """Return the same lines without their radius."""
-        return Lines(**{name: getattr(self, name) for name in Lines.__dataclass_fields__} | {"radius": None})
+        return Lines(**{of.name: getattr(self, of.name) for of in fields(Lines)} | {"radius": None})
 
     @property
     def bounds(self) -> FloatArray:
         """The box of all segments as (2, 3): lowest and highest corner; lowest > highest if there are none."""
         return box_of(self.segments.reshape(-1, 3))
 
-    @cached_property
-    def n_strands(self) -> int:
-        """The number of different strands of the segments."""
-        strands = self.strands[self.strands >= 0]
-        if (strands[1:] >= strands[:-1]).all():
-            return int(np.count_nonzero(strands[1:] > strands[:-1])) + (len(strands) > 0)
-        if strands.max() < 4 * len(self):
-            return int(np.count_nonzero(np.bincount(strands)))
-        return len(np.unique(strands))
+    # ------------------------------------------------------------------------ What a kind of geometry answers.
+
+    place_words = "point", "segment"
+    heading = "lines"
+    sections: ClassVar[Mapping[str, Section]] = {
+        "segments": ("<f4", ((2, 3),), True),
+        "strands": ("<i8", ((),), True),
+        "radius": ("<f4", ((), (2,)), False),
+        "skipped": ("<i8", ((),), False),
+    }
+
+    @property
+    def straight(self) -> Lines:
+        """The lines themselves."""
+        return self
+
+    @property
+    def control_points(self) -> FloatArray:
+        """Both ends of each segment."""
+        return self.segments
+
+    def axis_points(self, prim: IntArray, u: AnyArray) -> Float64Array:
+        """See `AnyGeometry`."""
+        ends = self.segments[prim].astype(np.float64)
+        return np.asarray(ends[:, 0] + u[:, None] * (ends[:, 1] - ends[:, 0]))
+
+    def smooth_tangents_at(self, prim: IntArray, u: FloatArray, tangents: FloatArray) -> FloatArray:
+        """See `AnyGeometry`."""
+        return smooth_tangents(self.segments, self.strands, prim, u, tangents)
+
+    def lengths(self) -> Float64Array:
+        """Return the length of each segment."""
+        return np.asarray(np.sqrt((np.diff(self.segments.astype(np.float64), axis=1)[:, 0] ** 2).sum(axis=1)))
+
+    def turns(self) -> FloatArray:
+        """See `AnyGeometry`."""
+        edges = self.segments[:, 1] - self.segments[:, 0]
+        joined = (self.strands[1:] == self.strands[:-1]) & (self.segments[1:, 0] == self.segments[:-1, 1]).all(axis=1)
+        return np.asarray(dot(unit(edges[:-1][joined]), unit(edges[1:][joined])), np.float32)
+
+    @property
+    def noun(self) -> str:
+        """What the primitives are called, in the plural; of a subclass, its name."""
+        return "segments" if self.is_plain else super().noun
+
+    def summary(self) -> dict[str, Any]:
+        """See `AnyGeometry`."""
+        lengths = self.lengths()
+        median = float(np.median(lengths)) if len(self) else None
+        arrays = [values for name, values in self.attributes.items() if name not in self.end_attributes]
+        arrays += [self.segments, self.strands, *self.end_attributes.values()]
+        arrays += [] if self.radius is None else [self.radius]
+        return {
+            **summary_of(self, {"n_segments": len(self)}, {"median_length": median}),
+            "radius": None if self.radius_range is None else list(self.radius_range),
+            "memory_bytes": sum(values.nbytes for values in arrays),
+        }
+
+    def drawn(self, rows: IntArray) -> Sequence[AnyGeometry]:
+        """See `AnyGeometry`."""
+        radius = None if self.radius is None else self.radius[rows]
+        return (type(self)(self.segments[rows], radius=radius, up=self.up),)
+
+    def outlines(self) -> tuple[Float64Array, Float64Array]:
+        """See `AnyGeometry`."""
+        return self.segments.astype(np.float64), self.end_radii.astype(np.float64)
+
+    @property
+    def is_plain(self) -> bool:
+        """See `AnyGeometry`."""
+        return type(self) is Lines
+
+    def as_lines(self) -> Lines | None:
+        """See `AnyGeometry`."""
+        return self if self.is_plain else None
+
+    def moved(self, lines: Any) -> Lines:
+        """See `AnyGeometry`."""
+        moved, kind = as_lines(lines), type(self)
+        if moved is lines and type(moved) is not kind:
+            raise InputError(f"{moved!r} was given for a tree over {kind.__name__}; pass {kind.__name__}, or an array")
+        if len(moved) != len(self):
+            left = "; it skipped some rows: pass array[tree.geometry.rows]" if len(self.skipped) else ""
+            raise InputError(f"{len(moved)} segments were given for a tree over {len(self)}; expected as many{left}")
+        return moved if moved is lines else replace(self, segments=moved.segments)
 
     @classmethod
     def from_segments(cls, segments: npt.ArrayLike, *, invalid: str = "error", **more: Any) -> Lines:

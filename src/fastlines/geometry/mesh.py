@@ -2,35 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar
 
+import numpy as np
 import numpy.typing as npt
 
-from ..arrays import (
-    FloatArray,
-    box_of,
-    column,
-    own_float32,
-    refuse_rows,
-    unusable,
-    warn_of_rounding,
-)
+from ..arrays import FloatArray, IntArray, box_of, column, own_float32, refuse_rows, unusable, warn_of_rounding
 from ..errors import InputError
-from ..support.display import Shown
 from ..support.immutable import frozen
+from .any_geometry import AnyGeometry
+from .hit_places import Float64Array
 from .shapes import shape_rows
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh(Shown):
+class Mesh(AnyGeometry):
     """Primitives as an array of their corners."""
 
-    #: What the core calls the primitives.
     kind: ClassVar[str] = "shapes"
+    can_be_part = True
+    #: The primitives' name, and that of one of them.
     name: ClassVar[str]
+    word: ClassVar[str]
     shape: ClassVar[int]
     n_corners: ClassVar[int]
 
@@ -79,3 +75,31 @@ class Mesh(Shown):
     def bounds(self) -> FloatArray:
         """The box of all primitives as (2, 3): lowest and highest corner; lowest > highest if there are none."""
         return box_of(self.corners.reshape(-1, 3))
+
+    # ------------------------------------------------------------------------ What a kind of geometry answers.
+
+    def span(self) -> tuple[FloatArray, FloatArray]:
+        """Return the corners."""
+        points = self.corners.reshape(-1, 3)
+        return points, np.zeros(len(points), np.float32)
+
+    @property
+    def place_attributes(self) -> Mapping[str, npt.NDArray[Any]]:
+        """The values at the corners."""
+        return self.corner_attributes
+
+    def sample_needs_rays(self, name: str) -> bool:
+        """Values at corners are interpolated at the points of hits."""
+        return name in self.corner_attributes
+
+    def place_of(self, name: str) -> str:
+        """See `AnyGeometry`."""
+        return "corner" if name in self.corner_attributes else self.word
+
+    def drawn(self, rows: IntArray) -> Sequence[AnyGeometry]:
+        """See `AnyGeometry`."""
+        return (type(self)(self.corners[rows]),)
+
+    def outlines(self) -> tuple[Float64Array, Float64Array]:
+        """Return the corners."""
+        return self.corners.astype(np.float64), np.zeros(self.corners.shape[:2])

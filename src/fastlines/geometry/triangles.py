@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import (
-    column,
-    list_rows,
-    own_float32,
-    to_integers,
-    warn_of_rounding,
-)
+from ..arrays import IntArray, column, list_rows, own_float32, to_integers, warn_of_rounding
 from ..errors import InputError
+from ..support.vectors import dot
+from .any_geometry import Section
+from .hit_places import Float64Array, HitPlaces
 from .mesh import Mesh
 from .shapes import TRIANGLE
 
@@ -43,8 +41,10 @@ class Triangles(Mesh):
     """
 
     name = "triangles"
+    word = "triangle"
     shape = TRIANGLE
     n_corners = 3
+    sections: ClassVar[Mapping[str, Section]] = {"corners": ("<f4", ((3, 3),), True)}
 
     @classmethod
     def from_mesh(
@@ -99,8 +99,35 @@ class Triangles(Mesh):
             corner_attributes={name: values[rows] for name, values in per_vertex.items()},
         )
 
+    # ------------------------------------------------------------------------ What a kind of geometry answers.
 
-def triangle_weights(corners: npt.NDArray[np.float64], points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    def points_at(self, hits: HitPlaces) -> Float64Array:
+        """See `AnyGeometry`."""
+        corners, normal = self._planes(hits.prim)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            above, facing = (dot(normal, x) for x in (corners[:, 0] - hits.origins, hits.directions))
+            t = above / facing
+        # If the ray is nearly parallel to the triangle, its plane does not determine t.
+        length = np.sqrt(dot(normal, normal) * dot(hits.directions, hits.directions))
+        return hits.entering_at(np.where(np.abs(facing) > 1e-3 * length, t, np.nan)).on_rays()
+
+    def normals_at(self, hits: HitPlaces) -> Float64Array:
+        """Return the normals of the sides that rays come from."""
+        away = self._planes(hits.prim)[1]
+        away[dot(away, hits.directions) > 0] *= -1
+        return hits.outwards(away)
+
+    def _planes(self, prim: IntArray) -> tuple[Float64Array, Float64Array]:
+        """Return the corners of some triangles, and vectors across them."""
+        corners = self.corners[prim].astype(np.float64)
+        return corners, np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+    def place_weights(self, hits: HitPlaces) -> Float64Array:
+        """See `AnyGeometry`."""
+        return triangle_weights(self.corners[hits.prim].astype(np.float64), hits.on_rays())
+
+
+def triangle_weights(corners: Float64Array, points: Float64Array) -> Float64Array:
     """Return the weights of the three corners of each triangle at a point of it, (n, 3); they add up to 1.
 
     A triangle without area gives each corner the same.

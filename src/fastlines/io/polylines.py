@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from ..arrays import AnyArray, FloatArray, IntArray
-from ..geometry.curves import Curves
 from ..geometry.lines import Lines
 
 
@@ -55,7 +53,7 @@ def polylines_of(lines: Lines) -> Polylines:
     >>> polylines_of(lines).counts
     array([3, 2])
     """
-    n, begins = len(lines), begins_of(lines)
+    n, begins = len(lines), lines.begins()
     first = np.flatnonzero(begins)
     counts = np.diff(np.append(first, n)) + 1
     # A polyline has the first end of each of its segments, and the last end of the last.
@@ -83,21 +81,6 @@ def polylines_of(lines: Lines) -> Polylines:
         else:
             lost.append(f"{name!r}, which differs from segment to segment")
     return Polylines(lines.segments[row, end], counts, lines.strands[first], radius, points, attributes, lost)
-
-
-def begins_of(part: Lines | Curves) -> npt.NDArray[np.bool_]:
-    """Return which segments or curves do not go on where the one before of their strand ends."""
-    begins = np.ones(len(part), np.bool_)
-    if not len(part):
-        return begins
-    same = (part.strands[1:] == part.strands[:-1]) & (part.strands[1:] >= 0)
-    ends = part.control[:, ::3] if isinstance(part, Curves) else part.segments
-    for axis in range(3):
-        same &= ends[1:, 0, axis] == ends[:-1, 1, axis]
-    if isinstance(part, Curves) and part.radius is not None:
-        same &= part.radius[1:, 0] == part.radius[:-1, 3]
-    begins[1:] = ~same
-    return begins
 
 
 def _equal(left: AnyArray, right: AnyArray) -> bool:
