@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 import fastlines as fl
 import fastlines.io
+from fastlines.io import table
 
 # These hold assertions, though no tests: let pytest explain them all the same.
 pytest.register_assert_rewrite("support")
@@ -24,6 +26,29 @@ def load(tmp_path: Path) -> Callable[..., fastlines.io.Lines]:
         return fastlines.io.read(path, **options)
 
     return write_and_read
+
+
+@pytest.fixture
+def install_format(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Path]]:
+    """Install distributions of one module that have entry points of formats; return the folder on the path."""
+    folder = tmp_path / "site"
+    folder.mkdir()
+    monkeypatch.syspath_prepend(folder)
+
+    def install(distribution: str, code: str, points: dict[str, str]) -> Path:
+        module = distribution.replace("-", "_")
+        monkeypatch.delitem(sys.modules, module, raising=False)
+        (folder / f"{module}.py").write_text(code)
+        info = folder / f"{module}-1.0.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: 1.0\n")
+        lines = [f"{name} = {value}" for name, value in points.items()]
+        (info / "entry_points.txt").write_text("\n".join(["[fastlines.formats]", *lines]))
+        return folder
+
+    table._known_words.cache_clear()
+    yield install
+    table._known_words.cache_clear()
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 import textwrap
+import tomllib
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -29,13 +30,13 @@ def block(language: str, contains: str) -> str:
 
 @pytest.fixture
 def module(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Run a block as a module of the package."""
+    """Run code as a module of the package."""
 
-    def run(name: str, contains: str) -> Any:
+    def run(name: str, code: str) -> Any:
         made = ModuleType(f"fastlines.{name}")
         made.__package__ = made.__name__.rpartition(".")[0]
         monkeypatch.setitem(sys.modules, made.__name__, made)
-        exec(compile(block("py", contains), name, "exec"), made.__dict__)
+        exec(compile(code, name, "exec"), made.__dict__)
         return made
 
     return run
@@ -50,7 +51,12 @@ def test_headers_are_those_of_the_cpp_tests(name: str) -> None:
 
 @pytest.mark.parametrize("end", [b"\n", b"\r\n"])
 def test_xyzl(module: Any, end: bytes) -> None:
-    parse = module("io.formats.xyzl", "xyzl").read
+    code = block("py", "xyzl")
+    outside = "from fastlines import Lines\nfrom fastlines.io import Format, Source\n"
+    assert outside in code
+    inside = re.sub(r"FORMAT = .*\n", "", code.replace(outside, block("py", "from ..source import Source")))
+    assert "Format" not in inside
+    parse = module("io.formats.xyzl", inside).read
     lines = parse(Source(end.join([b"", b"0 0 0", b" 1\t0 0 ", b" ", b"", b"5 5 5", b"6 6 6"]), "a.xyzl"), "error")
     np.testing.assert_array_equal(lines.segments, [[[0, 0, 0], [1, 0, 0]], [[5, 5, 5], [6, 6, 6]]])
     assert lines.strands.tolist() == [0, 1]
@@ -64,8 +70,25 @@ def test_xyzl(module: Any, end: bytes) -> None:
         parse(nan, "error")
 
 
+def test_xyzl_in_a_package_of_its_own(install_format: Any, load: Any) -> None:
+    project = tomllib.loads(block("toml", "xyzl"))["project"]
+    install_format(project["name"], block("py", "xyzl"), project["entry-points"]["fastlines.formats"])
+    (printf,) = re.findall(r"printf '(.*)' > a\.xyzl", RECIPES)
+    lines = load(printf.encode().decode("unicode_escape").encode(), "a.xyzl")
+    np.testing.assert_array_equal(
+        lines.segments, np.reshape([0, 0, 0, 1, 0, 0, 1, 0, 0, 1, 1, 0, *[5] * 3, *[6] * 3], (3, 2, 3))
+    )
+    assert lines.strands.tolist() == [0, 0, 1]
+
+
+def test_the_docs_of_formats_have_the_paragraph_to_change() -> None:
+    page = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
+    (paragraph,) = [text for text in page.split("\n\n") if text.startswith("`format=` takes an extension")]
+    assert re.search(r"\. The others are [^.]*\.$", paragraph)
+
+
 def test_tubes(module: Any) -> None:
-    tubes_of = module("geometry.tubes", "class Tubes").Tubes.from_segments
+    tubes_of = module("geometry.tubes", block("py", "class Tubes")).Tubes.from_segments
     tubes = tubes_of(ENDS, radius=[0.5, 0.25])
     assert tubes.kind == "tubes"
     np.testing.assert_array_equal(tubes.core_rows, np.column_stack([ENDS.reshape(-1, 6), [0.5, 0.25]]))
@@ -86,5 +109,5 @@ def test_thirds() -> None:
 
 
 def test_embers(module: Any) -> None:
-    picture = module("embers", "class Embers").picture
+    picture = module("embers", block("py", "class Embers")).picture
     assert picture.light[..., 0].max() > 2 * picture.light[..., 1].max() > 0

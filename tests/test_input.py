@@ -14,6 +14,7 @@ from support.patience import HANGS
 from support.slow import few_of
 
 import fastlines as fl
+from fastlines.settings.splits import SplitSet
 
 ONE = np.array([[[-1, -1, -1], [1, 1, 1]]], np.float32)
 TREE = fl.build(ONE)
@@ -109,7 +110,7 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "splits class": (lambda: fl.build(ONE, splits=fl.PlaneGrid), ["splits", "PlaneGrid(16)"]),
     "splits none": (lambda: fl.build(ONE, splits=[]), ["splits", "PlaneGrid"]),
     "splits None": (lambda: fl.Settings(splits=None), ["splits=None"]),
-    "splits base": (lambda: fl.build(ONE, splits=fl.splits.SplitSet()), ["SplitSet"]),
+    "splits base": (lambda: fl.build(ONE, splits=SplitSet()), ["SplitSet"]),
     "boxes rule": (lambda: fl.build(ONE, boxes="kd"), ["'kd'", "'tight'", "'cut'"]),
     "lookahead negative": (lambda: fl.build(ONE, lookahead=-1), ["lookahead=-1", "0"]),
     "lookahead fraction": (lambda: fl.build(ONE, lookahead=1.5), ["lookahead=1.5", "whole"]),

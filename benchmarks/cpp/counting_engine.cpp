@@ -1,4 +1,4 @@
-// The Python module fastlines_bench._counting: an engine that counts its steps; it must run on one thread.
+// The Python module fastlines_bench._counting: queries on segments that count their steps; they must run on one thread.
 #include <utility>
 
 #include "bindings/engine.hpp"
@@ -30,6 +30,6 @@ nb::dict take_steps() {
 }  // namespace fastlines
 
 NB_MODULE(_counting, m) {
-  fastlines::bind_engine(m);
+  fastlines::bind_queries(m);
   m.def("take_steps", &fastlines::take_steps);
 }

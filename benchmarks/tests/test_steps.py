@@ -44,6 +44,7 @@ def test_run():
 def test_counts():
     """One ray and one segment take one node, one leaf and one exact test."""
     tree = fl.build([[[-1, 0, 0], [1, 0, 0]]])
+    assert tree.layout  # built by the usual engine
     module = compiled("_counting")
     with use_engine(module):
         module.take_steps()
@@ -67,6 +68,7 @@ def test_bundles_are_used_only_where_they_are_faster(pixels, query):
     """
     scene = fl.scenes.make("straight-hair")
     tree = fl.build(scene.lines)
+    assert tree.layout
     origins, directions = scene.camera.rays(pixels, pixels)
     cycles = {"nodes": 65, "leaves": 55, "segments": 40, "lines": 18, "packets": 70, "tests": 50}
     cost = {}

@@ -23,9 +23,12 @@ void run_queries(const LayoutView& layout, const RayBatch& rays, int kernel, uns
                  const nb::object& progress, Run&& run) {
   const bool is_long = may_be_long(rays.size(), layout.refs.size());
   layout.with_view([&]<class P>(const WideBvhView<P>& view) {
-    watch_if(is_long, progress, [&](Progress& watched) {
-      run(LayoutQueries<P>{view, rays, Kernel(kernel), is_long ? n_threads : 1, watched});
-    });
+    if constexpr (kHasQueries<P>)
+      watch_if(is_long, progress, [&](Progress& watched) {
+        run(LayoutQueries<P>{view, rays, Kernel(kernel), is_long ? n_threads : 1, watched});
+      });
+    else
+      throw std::invalid_argument(std::string("this module is compiled for segments alone, not for ") + P::kKind);
   });
 }
 

@@ -62,6 +62,15 @@ void LayoutQueries<P>::list(At at, std::optional<std::size_t> k, bool by_distanc
   dispatch(at, run_at);
 }
 
+/// Whether a module has the queries on P. One that counts steps has those on segments alone, which compiles sooner.
+#ifdef FASTLINES_SEGMENTS_ONLY
+template <RayPrimitive P>
+inline constexpr bool kHasQueries = std::same_as<P, Segments>;
+#else
+template <RayPrimitive P>
+inline constexpr bool kHasQueries = true;
+#endif
+
 extern template struct LayoutQueries<Segments>;
 extern template struct LayoutQueries<RoundCones>;
 extern template struct LayoutQueries<SpreadCones>;

@@ -57,7 +57,9 @@ std::atomic<const Engine*> chosen{nullptr};
 const Engine& current_engine() {
   if (const Engine* engine = chosen.load()) return *engine;
   const char* const given = std::getenv("FASTLINES_SIMD");
-  const Engine& engine = find(given && *given ? given : nullptr);
+  // "host" and "all" name what is compiled, and leave the choice open.
+  const bool is_choice = given && *given && std::strcmp(given, "host") != 0 && std::strcmp(given, "all") != 0;
+  const Engine& engine = find(is_choice ? given : nullptr);
   const Engine* none = nullptr;
   chosen.compare_exchange_strong(none, &engine);  // unless set_simd has chosen one meanwhile
   return *chosen.load();

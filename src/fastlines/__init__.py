@@ -11,114 +11,119 @@ array(0)
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .builder import build
-from .camera import Camera
-from .cuda.choice import get_backend, set_backend
-from .engines import available_simd, set_simd, simd
-from .errors import (
-    FastlinesError,
-    FileFormatError,
-    FileWarning,
-    InputError,
-    InvalidTreeError,
-    MissingExtraError,
-    PrecisionWarning,
-)
-from .geometry.boxes import Boxes
-from .geometry.collection import Geometry
-from .geometry.curves import Curves
-from .geometry.foreign import lines
-from .geometry.lines import Lines
-from .geometry.spheres import Spheres
-from .geometry.triangles import Triangles
-from .geometry.user_primitives import Primitives, Rays
-from .query.hits import AllHits, FirstHits
-from .query.queries import brute_force
-from .refit import RebuildPolicy
-from .settings.methods import METHODS
-from .settings.settings import Cost, Limits, Presplit, Settings
-from .settings.splits import BinnedPlanes, Median, Midpoint, ObjectSweep, PlaneEvents, PlaneGrid
 from .support.display import draw_with
-from .support.library import get_cmake_dir, get_include, get_lib
-from .threads import get_num_threads, set_num_threads
-from .tree import Tree, load
 
 if TYPE_CHECKING:
-    from . import scenes, theory
-    from .io import read, write
-    from .rendering import render
+    from . import scenes as scenes
+    from . import theory as theory
+    from .builder import build as build
+    from .camera import Camera as Camera
+    from .cuda.choice import get_backend as get_backend
+    from .cuda.choice import set_backend as set_backend
+    from .engines import available_simd as available_simd
+    from .engines import set_simd as set_simd
+    from .engines import simd as simd
+    from .errors import FastlinesError as FastlinesError
+    from .errors import FileFormatError as FileFormatError
+    from .errors import FileWarning as FileWarning
+    from .errors import InputError as InputError
+    from .errors import InvalidTreeError as InvalidTreeError
+    from .errors import MissingExtraError as MissingExtraError
+    from .errors import PrecisionWarning as PrecisionWarning
+    from .geometry.boxes import Boxes as Boxes
+    from .geometry.collection import Geometry as Geometry
+    from .geometry.curves import Curves as Curves
+    from .geometry.foreign import lines as lines
+    from .geometry.lines import Lines as Lines
+    from .geometry.spheres import Spheres as Spheres
+    from .geometry.triangles import Triangles as Triangles
+    from .geometry.user_primitives import Primitives as Primitives
+    from .geometry.user_primitives import Rays as Rays
+    from .io import read as read
+    from .io import write as write
+    from .query.hits import AllHits as AllHits
+    from .query.hits import FirstHits as FirstHits
+    from .query.queries import brute_force as brute_force
+    from .refit import RebuildPolicy as RebuildPolicy
+    from .rendering import render as render
+    from .settings.methods import METHODS as METHODS
+    from .settings.settings import Cost as Cost
+    from .settings.settings import Limits as Limits
+    from .settings.settings import Presplit as Presplit
+    from .settings.settings import Settings as Settings
+    from .settings.splits import BinnedPlanes as BinnedPlanes
+    from .settings.splits import Median as Median
+    from .settings.splits import Midpoint as Midpoint
+    from .settings.splits import ObjectSweep as ObjectSweep
+    from .settings.splits import PlaneEvents as PlaneEvents
+    from .settings.splits import PlaneGrid as PlaneGrid
+    from .support.library import get_cmake_dir as get_cmake_dir
+    from .support.library import get_include as get_include
+    from .support.library import get_lib as get_lib
+    from .threads import get_num_threads as get_num_threads
+    from .threads import set_num_threads as set_num_threads
+    from .tree import Tree as Tree
+    from .tree import load as load
 
     __version__: str
 
+#: The public names, by the modules that have them. Each module is imported when a name of it is first used.
+_NAMES = {
+    "builder": ("build",),
+    "camera": ("Camera",),
+    "cuda.choice": ("get_backend", "set_backend"),
+    "engines": ("available_simd", "set_simd", "simd"),
+    "errors": (
+        "FastlinesError",
+        "FileFormatError",
+        "FileWarning",
+        "InputError",
+        "InvalidTreeError",
+        "MissingExtraError",
+        "PrecisionWarning",
+    ),
+    "geometry.boxes": ("Boxes",),
+    "geometry.collection": ("Geometry",),
+    "geometry.curves": ("Curves",),
+    "geometry.foreign": ("lines",),
+    "geometry.lines": ("Lines",),
+    "geometry.spheres": ("Spheres",),
+    "geometry.triangles": ("Triangles",),
+    "geometry.user_primitives": ("Primitives", "Rays"),
+    "io": ("read", "write"),
+    "query.hits": ("AllHits", "FirstHits"),
+    "query.queries": ("brute_force",),
+    "refit": ("RebuildPolicy",),
+    "rendering": ("render",),
+    "settings.methods": ("METHODS",),
+    "settings.settings": ("Cost", "Limits", "Presplit", "Settings"),
+    "settings.splits": ("BinnedPlanes", "Median", "Midpoint", "ObjectSweep", "PlaneEvents", "PlaneGrid"),
+    "support.library": ("get_cmake_dir", "get_include", "get_lib"),
+    "threads": ("get_num_threads", "set_num_threads"),
+    "tree": ("Tree", "load"),
+}
 
-__all__ = [
-    "METHODS",
-    "AllHits",
-    "BinnedPlanes",
-    "Boxes",
-    "Camera",
-    "Cost",
-    "Curves",
-    "FastlinesError",
-    "FileFormatError",
-    "FileWarning",
-    "FirstHits",
-    "Geometry",
-    "InputError",
-    "InvalidTreeError",
-    "Limits",
-    "Lines",
-    "Median",
-    "Midpoint",
-    "MissingExtraError",
-    "ObjectSweep",
-    "PlaneEvents",
-    "PlaneGrid",
-    "PrecisionWarning",
-    "Presplit",
-    "Primitives",
-    "Rays",
-    "RebuildPolicy",
-    "Settings",
-    "Spheres",
-    "Tree",
-    "Triangles",
-    "available_simd",
-    "brute_force",
-    "build",
-    "get_backend",
-    "get_cmake_dir",
-    "get_include",
-    "get_lib",
-    "get_num_threads",
-    "lines",
-    "load",
-    "read",
-    "render",
-    "scenes",
-    "set_backend",
-    "set_num_threads",
-    "set_simd",
-    "simd",
-    "theory",
-    "write",
-]
+#: Modules with names of their own, such as `fl.scenes.make`.
+_MODULES = ("io", "rendering", "scenes", "theory")
 
+_MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
+
+__all__ = sorted([*_MODULE_OF, "scenes", "theory"])
 
 draw_with(lambda: import_module(".rendering.card.card", __name__))
 
 
 def __getattr__(name: str) -> Any:
-    """Import slow modules on first use."""
+    """Import the module of a public name when the name is first used."""
     if name == "__version__":
         from importlib.metadata import version
 
         return version("fastlines")
-    if name in ("io", "rendering", "scenes", "theory"):
+    if name in _MODULES:
         return import_module(f".{name}", __name__)
-    for module, names in {"io": ("read", "write"), "rendering": ("render",)}.items():
-        if name in names:
-            return getattr(import_module(f".{module}", __name__), name)
+    if name in _MODULE_OF:
+        found = globals()[name] = getattr(import_module(f".{_MODULE_OF[name]}", __name__), name)
+        return found
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

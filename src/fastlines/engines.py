@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 #: The instruction sets that modules can be compiled for, the widest first.
 SIMD_NAMES = ("avx512", "avx2", "sse42", "neon", "portable")
 
+#: What FASTLINES_SIMD may also be, while fastlines is installed and later: the set of the processor, or all.
+INSTALL_NAMES = ("host", "all")
+
 _forced: str | None = None
 
 #: The module that `use_engine` has put in the place of the others.
@@ -28,7 +31,8 @@ _given: Any = None
 def set_simd(name: str | None) -> None:
     """Force an instruction set for all later queries; None = the first of `available_simd`.
 
-    The environment variable ``FASTLINES_SIMD`` does it for a whole program. Answers do not depend on it.
+    The environment variable ``FASTLINES_SIMD`` does it for a whole program. Answers do not depend on it. An
+    installation from source has the widest set of its processor, and others only if it was compiled for them.
 
     Parameters
     ----------
@@ -45,7 +49,7 @@ def simd() -> str:
     if _forced is not None:
         return _forced
     given = os.environ.get("FASTLINES_SIMD")
-    if given:
+    if given and given not in INSTALL_NAMES:
         return _check(given, "FASTLINES_SIMD")
     return _require_simd()[0]
 
@@ -57,6 +61,11 @@ def available_simd() -> tuple[str, ...]:
     return tuple(name for name in SIMD_NAMES[at_most:] if _is_compiled(name))
 
 
+def compiled_simd() -> tuple[str, ...]:
+    """List the instruction sets that this installation is compiled for, the widest first."""
+    return tuple(filter(_is_compiled, SIMD_NAMES))
+
+
 def _is_compiled(name: str) -> bool:
     return importlib.util.find_spec(f"{__package__}._engine_{name}") is not None
 
@@ -65,10 +74,10 @@ def _require_simd() -> tuple[str, ...]:
     """Return the available instruction sets; raise an error if there are none."""
     available = available_simd()
     if not available:
-        best, compiled = _core.best_simd(), ", ".join(filter(_is_compiled, SIMD_NAMES)) or "no instruction set"
         raise FastlinesError(
-            f"this build of fastlines is for {compiled}, and the widest set of this machine is {best}; install it "
-            f"again with -C cmake.define.FASTLINES_SIMD={best}, or without that option for all sets"
+            f"this installation of fastlines is compiled for {', '.join(compiled_simd()) or 'no instruction set'}, and "
+            f"this processor has {_core.best_simd()} at most: install it again on this machine, or for all with "
+            "-C cmake.define.FASTLINES_SIMD=all"
         )
     return available
 
@@ -94,7 +103,10 @@ def _module(name: str) -> Any:
 def _check(name: str, what: str) -> str:
     available = _require_simd()
     if name not in available:
-        raise InputError(f"{what}={name!r} is not available here; expected one of {', '.join(available)}")
+        raise InputError(
+            f"{what}={name!r} is not available here; expected one of {', '.join(available)}: a source install compiles "
+            "the widest set of the processor, and -C cmake.define.FASTLINES_SIMD=all compiles all"
+        )
     return name
 
 

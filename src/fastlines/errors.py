@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 
 class FastlinesError(Exception):
     """Base of every error that fastlines raises on purpose; the command line prints it as one line."""
@@ -16,10 +18,22 @@ class FileFormatError(FastlinesError, ValueError):
 
 
 class MissingExtraError(FastlinesError, ImportError):
-    """An optional dependency is needed and not installed."""
+    """An optional dependency is needed and not installed; the message names it and its extra."""
 
     def __init__(self, what: str, extra: str) -> None:
-        super().__init__(f"{what} needs an optional dependency: run  pip install 'fastlines[{extra}]'")
+        super().__init__(f"{what} needs the extra {extra!r}: run  pip install {requirements_of(extra)}")
+
+
+def requirements_of(extra: str) -> str:
+    """Return what `pip install` takes for an extra of this package: its packages, which any folder can install."""
+    from importlib.metadata import PackageNotFoundError, requires
+
+    try:
+        lines = requires("fastlines") or []
+    except PackageNotFoundError:  # sources that are not installed
+        lines = []
+    wanted = [line.partition(";")[0].strip() for line in lines if re.search(rf"extra == .{re.escape(extra)}\W", line)]
+    return " ".join(f"'{package}'" for package in wanted) or f"'.[{extra}]'  in the folder of fastlines"
 
 
 class PrecisionWarning(UserWarning):

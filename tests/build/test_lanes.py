@@ -9,6 +9,7 @@ import pytest
 from support.nasty import named_scene, same
 
 import fastlines as fl
+from fastlines.settings.splits import BoxRule, SplitSet
 
 #: A tree of one split, whatever it costs.
 ONE_SPLIT: dict[str, Any] = {"bad_levels": 1, "prune": False, "limits": fl.Limits(max_depth=1)}
@@ -52,8 +53,8 @@ def test_a_beam_takes_what_looks_cheapest_with_lanes(seed: int) -> None:
 
 
 @pytest.mark.parametrize("boxes", ["tight", "cut"])
-def test_octets_count_as_the_grid_does(boxes: fl.splits.BoxRule) -> None:
-    def split(name: str, splits: fl.splits.SplitSet, lanes: int) -> list[int]:
+def test_octets_count_as_the_grid_does(boxes: BoxRule) -> None:
+    def split(name: str, splits: SplitSet, lanes: int) -> list[int]:
         tree = fl.build(named_scene(name, 70), splits=splits, boxes=boxes, lanes=lanes, **ONE_SPLIT)
         return tree.nodes["n_refs"].tolist()
 
@@ -67,7 +68,7 @@ def test_octets_count_as_the_grid_does(boxes: fl.splits.BoxRule) -> None:
 
 @pytest.mark.parametrize("boxes", ["tight", "cut"])
 @pytest.mark.parametrize("lookahead", [2, 3])
-def test_what_a_search_skips_can_not_pay_with_lanes_either(lookahead: int, boxes: fl.splits.BoxRule) -> None:
+def test_what_a_search_skips_can_not_pay_with_lanes_either(lookahead: int, boxes: BoxRule) -> None:
     given: dict[str, Any] = {"splits": fl.PlaneGrid(4), "boxes": boxes, "lookahead": lookahead, "lanes": 16}
     for seed in range(3):
         ends = np.random.default_rng(seed).random((60, 2, 3), dtype=np.float32)

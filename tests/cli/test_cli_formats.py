@@ -16,7 +16,8 @@ from support.command_line import done, refused, run
 import fastlines as fl
 from fastlines.cli.options import format_options
 from fastlines.cli.terminal import has_colours, picture_text
-from fastlines.io.table import FORMATS, TABLE
+from fastlines.io import known_formats
+from fastlines.io.table import TABLE
 
 pytestmark = [
     pytest.mark.usefixtures("in_own_folder"),
@@ -203,7 +204,7 @@ def test_convert_prints_what_was_written():
     # A strand with a gap is two polylines, and a segment without a strand is another.
     gaps = [[[0, 0, 0], [1, 0, 0]], [[1, 0, 0], [2, 0, 0]], [[5, 0, 0], [6, 0, 0]], [[7, 7, 7], [8, 8, 8]]]
     fl.write("gaps.npz", fl.Lines.from_segments(gaps, strands=[0, 0, 0, -1]))
-    for extension, row in FORMATS.items():
+    for extension, row in known_formats().items():
         if row.writes:
             said = run("convert", "gaps.npz", f"b{extension}").stdout
             if not said:  # a library is missing

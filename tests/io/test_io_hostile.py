@@ -182,7 +182,7 @@ LIES: list[tuple[str, bytes, str]] = [
         "radius must be finite and not negative .see row 0",
     ),
     ("a.npz", npz(segments=POINTS[:2], name=["a", "b"]), "array 'name': holds <U1; expected real"),
-    ("a.npz", b"PK" + bytes(100), "not a whole .npz file .*; check the extension, or write it again"),
+    ("a.npz", b"PK" + bytes(100), "not a whole .npz file .*; check the extension, or the file is cut short"),
     ("a.npy.gz", b"not packed", "is not packed by gzip although its name ends with .gz; rename it"),
     ("a.npy.gz", gzip.compress(bytes(99))[:-9], "not a whole gzip file .*; the file is cut short"),
     ("a.npy.gz", gzip.compress(b""), "is empty once unpacked"),
@@ -222,7 +222,7 @@ def test_shape_of_segments(load):
 
 def test_zip_that_is_no_npz_or_a_bomb(load):
     for method, size, said in [
-        (zipfile.ZIP_BZIP2, 10, "is not an array"),
+        (zipfile.ZIP_BZIP2, 10, "'segments.npy' in it is packed by an unknown method"),
         (zipfile.ZIP_DEFLATED, 60_000_000, "unpacks to more than"),
     ]:
         stream = io.BytesIO()
@@ -239,7 +239,7 @@ def test_arrays_of_one_name(load):
     with zipfile.ZipFile(stream := io.BytesIO(), "w") as archive:
         for value in (0, 1):
             archive.writestr("segments.npy", npy(np.full((1, 2, 3), value)))
-    assert "holds several arrays named 'segments.npy'" in message_of(load, stream.getvalue(), "a.npz")
+    assert "holds several members named 'segments.npy'" in message_of(load, stream.getvalue(), "a.npz")
 
 
 # --- Cut short and damaged ---

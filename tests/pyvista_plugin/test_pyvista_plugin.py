@@ -14,7 +14,7 @@ import pytest
 from support.line_files import POINTS, SAMPLES, STRANDS
 
 import fastlines as fl
-from fastlines.io import FORMATS
+from fastlines.io import known_formats
 
 ENTRIES = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"][
     "entry-points"
@@ -39,7 +39,7 @@ def mesh(pyvista, tmp_path):
 
 def test_entry_points_name_formats_and_exist():
     readers = ENTRIES["pyvista.readers"]
-    assert FORMATS.keys() > OURS
+    assert known_formats().keys() > OURS
     assert set(readers) == OURS | {f"{extension}.gz" for extension in OURS}
     for target in readers.values():
         module, _, name = target.partition(":")

@@ -17,6 +17,7 @@ from support.patience import HANGS
 import fastlines as fl
 from fastlines.query import memory_check
 from fastlines.query.memory_check import AT_ONCE, LATEST, MOST, ONE_OF, MemoryCheck, left_memory
+from fastlines.threads import num_threads
 
 N_RAYS = 1_000_000
 RNG = np.random.default_rng(0)
@@ -170,7 +171,7 @@ def test_a_query_is_refused_at_its_beginning(ask: str, left: Callable[[float], N
 
     left(1e9)
     says = r"hits of 200000 rays do not fit .*by a sample of .* million .* 1.0 GB are left; trace fewer rays"
-    with fl.threads.num_threads(1), pytest.raises(MemoryError, match=says):
+    with num_threads(1), pytest.raises(MemoryError, match=says):
         ASK[ask](*WIDE, 10.0, progress=tell)
 
 

@@ -46,7 +46,7 @@ def test_a_triangle_is_hit_where_it_is_crossed() -> None:
     assert hits.sample("face")[:2].tolist() == [7, 8]
     assert hits.sample("label")[:2].tolist() == [1, 3]  # of the nearest corner
     assert hits.strand.tolist() == [-1, -1, -1]
-    with pytest.raises(fl.InputError, match="no attribute of <Triangles: 2 triangles, face, label, uv>"):
+    with pytest.raises(fl.InputError, match="not an attribute of <Triangles: 2 triangles, face, label, uv>"):
         hits.sample("uw")
 
 
@@ -151,7 +151,7 @@ def test_hits_say_which_part_and_which_primitive() -> None:
     np.testing.assert_allclose(uv[2], [0.1, 0.9], atol=1e-6)
     assert np.isnan(uv[[0, 1, 3, 4]]).all()
     assert hits.sample("radius")[0] == 0.25
-    with pytest.raises(fl.InputError, match="no attribute of any part"):
+    with pytest.raises(fl.InputError, match="not an attribute of any part"):
         hits.sample("colour")
     assert tree.first_hit([[9, 9, 9]], DOWN, at="surface").sample("uv").shape == (1, 2)
     everything = tree.all_hits(origins, DOWN, at="surface")
@@ -183,7 +183,7 @@ def test_files_keep_every_container(tmp_path: Path) -> None:
 
 def test_own_classes_are_not_kept_by_files(tmp_path: Path) -> None:
     tree = fl.build(Balls(np.random.default_rng(0).random((9, 2, 3))))
-    with pytest.raises(fl.InputError, match="this one is over UserPrimitives; pickle keeps it"):
+    with pytest.raises(fl.InputError, match="this one is over UserPrimitives; use pickle"):
         tree.save(tmp_path / "a.flt")
     rays = np.random.default_rng(1).random((50, 3)), [0, 0, 1]
     assert_same(pickle.loads(pickle.dumps(tree)).first_hit(*rays), tree.first_hit(*rays))

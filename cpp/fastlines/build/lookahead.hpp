@@ -117,7 +117,8 @@ class Lookahead {
   /// A lower bound on the cost of any tree: that of a leaf, or of one traversal step.
   double lower_bound(std::size_t n_refs) const { return std::min(cost_of_leaf(n_refs), settings_.cost.c_trav); }
 
-  void for_each_split(Refs refs, const Box& box, bool all, CandidateVisitor visitor) const {
+  template <class Visitor>
+  void for_each_split(Refs refs, const Box& box, bool all, const Visitor& visitor) const {
     unsigned n_visited = 0;
     visit_splits(settings_.splits, prims_, refs, box, settings_.boxes, measure_, all, [&](const Candidate& split) {
       if (++n_visited % 64 == 0) progress_.check();  // finding one split can take time linear in the node

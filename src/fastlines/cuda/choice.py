@@ -37,7 +37,7 @@ def set_backend(name: str) -> None:
     Raises
     ------
     MissingExtraError
-        If the extra ``fastlines[cuda]`` is not installed.
+        If the extra "cuda" is not installed.
     FastlinesError
         If there is no GPU, or no driver.
     """

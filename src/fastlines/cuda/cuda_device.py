@@ -21,7 +21,7 @@ def gpu() -> CudaDevice:
     Raises
     ------
     MissingExtraError
-        If the extra ``fastlines[cuda]`` is not installed.
+        If the extra "cuda" is not installed.
     FastlinesError
         If there is no GPU, or no driver.
     """
@@ -35,7 +35,7 @@ def _open_gpu() -> CudaDevice:
     core = optional("cuda.core", 'the backend "cuda"', "cuda")
     optional("cuda.bindings.nvrtc", 'the backend "cuda"', "cuda")
     if not hasattr(core, "Device"):  # before version 1, they were elsewhere
-        raise FastlinesError("cuda-core is older than version 1; run  pip install --upgrade 'fastlines[cuda]'")
+        raise FastlinesError("cuda-core is older than version 1; run  pip install --upgrade 'cuda-core>=1.0'")
     try:
         device = core.Device()
         device.set_current()

@@ -41,7 +41,7 @@ class PlacedTree(TreeData):
         Raises
         ------
         MissingExtraError
-            If the extra ``fastlines[cuda]`` is not installed.
+            If the extra "cuda" is not installed.
         FastlinesError
             If there is no GPU, or no driver.
         InputError

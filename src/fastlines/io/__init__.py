@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from .format import AnyLines, Format
 from .reading import format_of, read
-from .table import FORMATS, extension_of, to_write
+from .source import Source
+from .table import extension_of, known_formats, to_write
 from .writing import write
 
-__all__ = ["FORMATS", "AnyLines", "Format", "extension_of", "format_of", "read", "to_write", "write"]
+__all__ = [
+    "AnyLines",
+    "Format",
+    "Source",
+    "extension_of",
+    "format_of",
+    "known_formats",
+    "read",
+    "to_write",
+    "write",
+]

@@ -1,8 +1,9 @@
-"""What a file format is: one row of the table `table.FORMATS`."""
+"""What a file format is: one row of the table of formats."""
 
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import import_module
@@ -26,10 +27,8 @@ class Format:
 
     Attributes
     ----------
-    module : str
-        The name of a module of this package. It has ``read(source, invalid, **options)``, which returns lines, curves
-        or several of them; and, if files are written, ``write(geometry, path)``, which returns what the format could
-        not hold, as short texts.
+    name : str
+        What ``format=`` calls it.
     extensions : tuple of str
         In lower case and with the dot. The first is the usual one.
     description : str
@@ -45,9 +44,19 @@ class Format:
         The axis that points upwards by the format's convention.
     unit : str, optional
         The unit of length by the format's convention, such as ``"mm"``.
+    module : str, optional
+        The full name of the module that reads and writes; by default, that of the format's name in
+        `fastlines.io.formats`. It has ``read(source, invalid, **options)``, which returns lines, curves or several of
+        them; and, if files are written, ``write(geometry, path)``, which returns what the format could not hold, as
+        short texts.
+
+    Raises
+    ------
+    InputError
+        If a name of the format or an extension cannot be used.
     """
 
-    module: str
+    name: str
     extensions: tuple[str, ...]
     description: str
     magic: tuple[bytes, ...] = ()
@@ -55,22 +64,29 @@ class Format:
     strands: Literal["polylines", "kept", "none"] = "polylines"
     up: str | None = None
     unit: str | None = None
+    module: str | None = None
 
-    @property
-    def name(self) -> str:
-        """What ``format=`` calls it."""
-        return self.module
+    def __post_init__(self) -> None:
+        if not re.fullmatch("[a-z0-9_-]+", self.name):
+            raise InputError(f"the name of a format is {self.name!r}; expected lower-case letters and digits")
+        for extension in self.extensions:
+            if not re.fullmatch(r"\.[^A-Z.\s]+", extension) or extension in (".gz", ".flt"):
+                raise InputError(
+                    f"the format {self.name!r} has the extension {extension!r}; expected one such as '.xyz', in lower "
+                    "case, other than .gz and .flt"
+                )
 
     @property
     def code(self) -> ModuleType:
         """The module, imported on first use."""
-        return import_module(f".formats.{self.module}", __package__)
+        return import_module(self.module or f"{__package__}.formats.{self.name}")
 
     def options(self) -> dict[str, type[Any]]:
-        """Return the options that its reader takes, and the type of each: str, bool, int or float."""
+        """Return the options that its reader takes, and the type of each: str, bool, int or float; str if not given."""
         parameters = inspect.signature(self.code.read, eval_str=True).parameters.values()
         named = (option for option in parameters if option.kind is inspect.Parameter.KEYWORD_ONLY)
-        return {option.name: (get_args(option.annotation) or (option.annotation,))[0] for option in named}
+        types = {option.name: (get_args(option.annotation) or (option.annotation,))[0] for option in named}
+        return {name: kind if kind in (str, bool, int, float) else str for name, kind in types.items()}
 
     def check_options(self, path: str, options: Iterable[str]) -> None:
         """Refuse options that the reader does not have."""

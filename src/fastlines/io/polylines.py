@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from ..arrays import AnyArray, FloatArray, IntArray
+from ..geometry.axis_geometry import AxisGeometry
 from ..geometry.lines import Lines
 
 
@@ -65,23 +67,31 @@ def polylines_of(lines: Lines) -> Polylines:
     def at_points(name: str, values: AnyArray) -> AnyArray:
         """Take the values at both ends of each segment to points; where they differ, that of the next segment."""
         before, after = values[:-1][~begins[1:], 1], values[1:][~begins[1:], 0]
-        if not _equal(before, after):
+        if not equal(before, after):
             lost.append(f"{name} on both sides of a point, where segments of a strand differ")
         return np.asarray(values[row, end])
 
     radius = None if lines.radius is None else at_points("radius", lines.end_radii)
     points = {name: at_points(repr(name), values) for name, values in lines.end_attributes.items()}
-    attributes = {}
-    owner = np.cumsum(begins) - 1
-    for name, values in lines.attributes.items():
-        if name in points:
-            continue
-        if _equal(values, values[first][owner]):
-            attributes[name] = values[first]
-        else:
-            lost.append(f"{name!r}, which differs from segment to segment")
+    attributes = attributes_of_runs(lines, begins, lost)
     return Polylines(lines.segments[row, end], counts, lines.strands[first], radius, points, attributes, lost)
 
 
-def _equal(left: AnyArray, right: AnyArray) -> bool:
+def attributes_of_runs(part: AxisGeometry, begins: npt.NDArray[np.bool_], lost: list[str]) -> dict[str, AnyArray]:
+    """Return the attributes, without those at ends, that are equal all along each run; record the others in `lost`."""
+    first, run = np.flatnonzero(begins), np.cumsum(begins) - 1
+    row = part.place_words[1]
+    kept = {}
+    for name, values in part.attributes.items():
+        if name in part.end_attributes:
+            continue
+        if equal(values, values[first][run]):
+            kept[name] = values[first]
+        else:
+            lost.append(f"{name!r}, which differs from {row} to {row}")
+    return kept
+
+
+def equal(left: AnyArray, right: AnyArray) -> bool:
+    """Return whether values are the same; NaN equals NaN."""
     return np.array_equal(left, right, equal_nan=left.dtype.kind in "fc")

@@ -39,8 +39,8 @@ def read(
     Parameters
     ----------
     path : str or path-like
-        A file with one of the extensions of `FORMATS`, packed by gzip if ``.gz`` follows. A file of another extension
-        is recognised by its first bytes, where its format has some of its own.
+        A file with one of the extensions of `known_formats`, packed by gzip if ``.gz`` follows. A file of another
+        extension is recognised by its first bytes, where its format has some of its own.
     invalid : {"error", "skip"}
         Refuse segments that hold NaN or Inf, or leave them out and record their rows in ``skipped``.
     format : str, optional
@@ -83,10 +83,7 @@ def read(
     2
     """
     choice("invalid", invalid, INVALID)
-    try:
-        path = Path(path)
-    except TypeError:
-        raise InputError(f"path is a {type(path).__name__}; expected a str or a path") from None
+    path = table.path_of(path)
     if format is not None and not isinstance(format, str):
         raise InputError(f"format is a {type(format).__name__}; expected the name of one, such as 'trk'")
 
@@ -105,7 +102,7 @@ def format_of(path: Path, name: str | None = None) -> Format:
     """Return the format of a file: the named one, or that of its extension, or else that of its first bytes."""
     if name is not None:
         return table.named(name)
-    known = table.extension_of(path)[0] in table.FORMATS
+    known = table.extension_of(path)[0] in table.known_formats()
     return table.find(path, b"" if known else _start_of(path))
 
 
@@ -183,11 +180,7 @@ def _unpack(source: Source, file: BinaryIO, progress: ProgressCallback | None) -
         if not (unpacked.tell() and str(error).startswith("Not a gzipped file")):
             raise source.error(f"not a whole gzip file ({reason(error)}); {BAD_COPY}") from None
         source.warn("the bytes after its packed part are not read")
-    if unpacked.tell() > source.unpack_limit:
-        raise source.error(
-            f"unpacks to more than {source.unpack_limit} bytes, far more than lines would; if it is valid, "
-            "unpack it by gunzip first"
-        )
+    source.check_unpacked(unpacked.tell(), "unpack it by gunzip first")
     if not unpacked.tell():
         raise source.error(f"is empty once unpacked; {BAD_COPY}")
     whole = Source(unpacked.getvalue(), source.name, progress=progress)

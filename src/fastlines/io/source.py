@@ -176,6 +176,13 @@ class Source:
         """The most bytes to which a packed file of this size may unpack."""
         return UNPACK_FACTOR * self.size + UNPACK_BYTES
 
+    def check_unpacked(self, n_bytes: int, fix: str = "write it again without compression") -> None:
+        """Refuse to unpack more than `unpack_limit`."""
+        if n_bytes > self.unpack_limit:
+            raise self.error(
+                f"unpacks to more than {self.unpack_limit} bytes, far more than lines would; if it is valid, {fix}"
+            )
+
     def array(
         self, what: str, dtype: npt.DTypeLike, shape: tuple[int, ...], *, at: int | None = None
     ) -> npt.NDArray[Any]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterable, Sequence
+from functools import cache
 from pathlib import Path
 
 from ..arrays import did_you_mean
@@ -10,9 +13,10 @@ from ..geometry.collection import Geometry
 from ..geometry.curves import Curves
 from ..geometry.lines import Lines
 from ..support.atomic_write import check_target
+from . import plugins
 from .format import Format
 
-#: One row for each format; its module says what is read and what is dropped.
+#: One row for each format of this package; its module says what is read and what is dropped.
 TABLE: tuple[Format, ...] = (
     Format(
         "arrow",
@@ -79,11 +83,6 @@ TABLE: tuple[Format, ...] = (
     Format("wkt", (".csv", ".tsv", ".wkt"), "well-known text, alone or in a column of a table", up="z"),
 )
 
-#: The formats by extension. Each file may be packed by gzip, as in ``.trk.gz``.
-FORMATS: dict[str, Format] = {extension: row for row in TABLE for extension in row.extensions}
-#: The formats by name.
-NAMES: dict[str, Format] = {row.name: row for row in TABLE}
-
 #: Formats that are known by name only, and what to do with them.
 NOT_READ = {
     ".abc": (
@@ -94,6 +93,52 @@ NOT_READ = {
 }
 
 
+@cache
+def _known_words() -> dict[str, Format]:
+    """Return the formats of this package and of others by what `named` takes."""
+    return by_word([("fastlines", row) for row in TABLE] + plugins.find())
+
+
+def by_word(rows: Sequence[tuple[str, Format]]) -> dict[str, Format]:
+    """Return formats by their names and their extensions without dots; refuse a word that two of them claim.
+
+    Parameters
+    ----------
+    rows : sequence of (str, Format)
+        The distribution of each format, and the format.
+    """
+    names = [(row.name, owner, row) for owner, row in rows]
+    claims = names + [(extension, owner, row) for owner, row in rows for extension in row.extensions]
+    found: dict[str, tuple[str, Format]] = {}
+    for claim, owner, row in claims:
+        first, other = found.setdefault(claim.removeprefix("."), (owner, row))
+        if other is not row:
+            uninstall = f", or uninstall {owner}" if owner != "fastlines" else ""
+            raise InputError(
+                f"two formats claim {claim!r}: {other.name!r} of {first} and {row.name!r} of {owner}; take it from one "
+                f"of them{uninstall}"
+            )
+    return {word: row for word, (_, row) in found.items()}
+
+
+def known_formats() -> dict[str, Format]:
+    """Return the formats by extension, those of other distributions included; a file may also be packed by gzip."""
+    return {extension: row for row in _rows() for extension in row.extensions}
+
+
+def _rows() -> Iterable[Format]:
+    """Return each format once, in the order of the table."""
+    return dict.fromkeys(_known_words().values())
+
+
+def path_of(path: str | os.PathLike[str]) -> Path:
+    """Return the path of an argument."""
+    try:
+        return Path(path)
+    except TypeError:
+        raise InputError(f"path is a {type(path).__name__}; expected a str or a path") from None
+
+
 def extension_of(path: Path) -> tuple[str, bool]:
     """Return the extension that names the format, in lower case, and whether ``.gz`` follows it."""
     packed = path.suffix.lower() == ".gz"
@@ -102,29 +147,25 @@ def extension_of(path: Path) -> tuple[str, bool]:
 
 def named(name: str) -> Format:
     """Return the format of a name or an extension."""
-    found = NAMES.get(name.lower()) or FORMATS.get(name.lower() if name.startswith(".") else f".{name.lower()}")
-    if found is None:
-        raise InputError(f"format {name!r} is unknown{did_you_mean(name.removeprefix('.'), _words())}")
-    return found
-
-
-def _words() -> list[str]:
-    """Return what `named` takes: the names of formats, and extensions without their dots."""
-    return list(dict.fromkeys([*NAMES, *(extension[1:] for extension in FORMATS)]))
+    words, word = _known_words(), name.lower().removeprefix(".")
+    if word not in words:
+        raise InputError(f"format {name!r} is unknown{did_you_mean(word, words)}")
+    return words[word]
 
 
 def find(path: Path, start: bytes) -> Format:
     """Return the format of a file by its extension, or else by its first bytes."""
     extension, _ = extension_of(path)
-    if extension in FORMATS:
-        return FORMATS[extension]
+    known = known_formats()
+    if extension in known:
+        return known[extension]
     if extension in NOT_READ:
         raise FileFormatError(f"{path}: {NOT_READ[extension]}")
-    for row in TABLE:
+    for row in _rows():
         if row.magic and start.startswith(row.magic):
             return row
     raise FileFormatError(
-        f"{path}: unknown extension {extension or '(none)'!r}{did_you_mean(extension, FORMATS)}, each also with .gz; "
+        f"{path}: unknown extension {extension or '(none)'!r}{did_you_mean(extension, known)}, each also with .gz; "
         "name the format by format= (--format on the command line), or pass its points to Lines.from_strands"
     )
 
@@ -139,8 +180,9 @@ def to_write(path: Path) -> Format:
             f"{path}: is the name of a tree, not of a file of lines; fl.build(lines).save(path) builds a tree and "
             "saves it, and so does 'fastlines build INPUT -o FILE.flt'"
         )
-    known = {name: row for name, row in FORMATS.items() if row.writes}
-    if extension not in known:
-        hint = f"; known: {', '.join(known)}" if extension in FORMATS else did_you_mean(extension, known)
+    known = known_formats()
+    written = {name: row for name, row in known.items() if row.writes}
+    if extension not in written:
+        hint = f"; known: {', '.join(written)}" if extension in known else did_you_mean(extension, written)
         raise InputError(f"{path}: files of extension {extension or '(none)'!r} are not written{hint}")
-    return known[extension]
+    return written[extension]

@@ -16,7 +16,7 @@ from ..geometry.collection import Geometry
 from ..geometry.foreign import lines as as_lines
 from ..support.atomic_write import atomic_write
 from .format import Format
-from .table import FORMATS, extension_of, to_write
+from .table import extension_of, known_formats, path_of, to_write
 
 
 def write(path: str | os.PathLike[str], lines: Any) -> None:
@@ -57,10 +57,7 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
     """
     if isinstance(lines, str | os.PathLike):
         raise InputError(f"lines are {str(lines)!r}, the name of a file; the name comes first: fl.write(path, lines)")
-    try:
-        target = Path(path)
-    except TypeError:
-        raise InputError(f"path is a {type(path).__name__}; expected a str or a path") from None
+    target = path_of(path)
     row = to_write(target)
     try:
         geometry, lost = to_written(lines, row.writes)
@@ -93,9 +90,9 @@ def count_strands(part: AnyGeometry, row: Format) -> int:
     Examples
     --------
     >>> import fastlines as fl
-    >>> from fastlines.io.table import NAMES
+    >>> from fastlines.io import known_formats
     >>> gap = fl.Lines.from_segments([[[0, 0, 0], [1, 0, 0]], [[2, 0, 0], [3, 0, 0]]], strands=[0, 0])
-    >>> [count_strands(gap, NAMES[name]) for name in ("npz", "tck", "npy")]
+    >>> [count_strands(gap, known_formats()[name]) for name in (".npz", ".tck", ".npy")]
     [1, 2, 0]
     """
     if row.strands == "polylines":
@@ -115,7 +112,7 @@ def to_written(
         return straight, [] if straight is geometry else ["curves, which are written as their pieces"]
     if geometry.has_parts:
         each = geometry.each_part()
-        several = ", ".join(extension for extension, row in FORMATS.items() if Geometry in row.writes)
+        several = ", ".join(extension for extension, row in known_formats().items() if Geometry in row.writes)
         parts = ", ".join(f"part {i} ({part.count_text()})" for i, part in enumerate(each)) or "no parts"
         first = next((i for i, part in enumerate(each) if part.is_plain), 0)
         raise InputError(

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ..errors import FileFormatError, InputError, InvalidTreeError
-from ..io import FORMATS
+from ..io import known_formats
 from ..io.reading import check_path
 from ..settings.settings import Cost, Limits, Presplit, Settings
 from ..settings.splits import split_set_from
@@ -35,7 +35,7 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
     """Write a tree and its geometry; see `Tree.save`."""
     name = Path(path).name.lower()
     extension = Path(name.removesuffix(".gz")).suffix
-    if extension in FORMATS:
+    if extension != ".flt" and extension in known_formats():
         raise InputError(f"{path}: {extension} files hold lines, this is a tree; save it as .flt")
     if name.endswith(".gz"):
         raise InputError(f"{path}: trees are not compressed, so that they can be mapped into memory; save it as .flt")

@@ -131,6 +131,7 @@ def run_steps(
 def count_steps(tree: Tree, query: str, rays: RayBatch, radius: float) -> tuple[dict[str, float], Any]:
     """Query a tree with the counting engine, on one thread; return the steps per ray, by name, and the answer."""
     module = compiled("_counting")
+    assert tree.layout  # built by the usual engine; the counting one only queries
     with use_engine(module):
         module.take_steps()
         answer = query_tree(tree, query, rays, radius)
@@ -162,7 +163,7 @@ def compiled(name: str) -> Any:
     except ImportError:
         raise InputError(
             f"fastlines-bench was built without its module {name}; install it from the repository with all "
-            "instruction sets:  pip install ./benchmarks"
+            "instruction sets:  pip install -C cmake.define.FASTLINES_SIMD=all ./benchmarks"
         ) from None
 
 

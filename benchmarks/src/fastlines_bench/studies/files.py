@@ -131,7 +131,8 @@ def run_files(preset: FilesPreset, progress: Callable[[str, float], None] = lamb
 
 
 def _is_written(extension: str) -> bool:
-    return bool(extension in fl.io.FORMATS and fl.io.FORMATS[extension].writes)
+    known = fl.io.known_formats()
+    return bool(extension in known and known[extension].writes)
 
 
 def _is_there(reader: str) -> bool:

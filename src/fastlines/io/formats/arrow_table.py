@@ -100,7 +100,7 @@ def _check_parquet(source: Source, facts: Any, columns: dict[str, Any]) -> None:
             "holds; if it is valid, write it again without compression"
         )
     # The sizes of single columns are not looked at: pyarrow ends the process if a damaged file has wrong ones.
-    _check_size(source, sum(max(group.total_byte_size, 0) for group in groups))
+    source.check_unpacked(sum(max(group.total_byte_size, 0) for group in groups))
 
 
 def _batches(source: Source, reader: Any) -> list[Any]:
@@ -111,14 +111,6 @@ def _batches(source: Source, reader: Any) -> list[Any]:
     for batch in map(reader.get_batch, range(reader.num_record_batches)) if is_file else reader:
         columns = (column.indices if pa.types.is_dictionary(column.type) else column for column in batch.columns)
         n_bytes += sum(column.nbytes for column in columns)
-        _check_size(source, n_bytes)
+        source.check_unpacked(n_bytes)
         batches.append(batch)
     return batches
-
-
-def _check_size(source: Source, n_bytes: int) -> None:
-    if n_bytes > source.unpack_limit:
-        raise source.error(
-            f"unpacks to more than {source.unpack_limit} bytes, far more than lines would; if it is valid, write it "
-            "again without compression"
-        )

@@ -1,4 +1,4 @@
-"""DXF (``.dxf``): the lines of drawings, text or binary, by the library ezdxf (``fastlines[cad]``).
+"""DXF (``.dxf``): the lines of drawings, text or binary, by the library ezdxf (the extra "cad").
 
 Format: https://help.autodesk.com/view/OARX/2024/ENU/?guid=GUID-235B22E0-A567-4CF6-92D3-38A2306D73F3.
 

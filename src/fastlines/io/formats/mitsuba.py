@@ -20,7 +20,7 @@ from ...geometry.lines import Lines
 from ..losses import not_held
 from ..polylines import polylines_of
 from ..source import Source
-from .number_text import check_columns, number_lines, unify, words_of
+from .number_text import first_columns, number_lines, unify, words_of
 
 BASES = ("linear", "bspline")
 
@@ -36,11 +36,7 @@ def read(source: Source, invalid: str, *, basis: str = "linear") -> Lines | Curv
     choice("basis", basis, BASES)
     lines = number_lines(source, unify(source.data))
     source.drop()
-    check_columns(source, lines, 4, "4, x y z radius")
-    n_long = int((lines.counts > 4).sum())
-    if n_long:
-        source.warn(f"{n_long} of its lines have more than 4 numbers, x y z radius; the others are not read")
-    table = lines.columns(4)
+    table = first_columns(source, lines, "x y z radius")
 
     # A curve begins at a point that does not follow another one line below it.
     where = np.flatnonzero(lines.counts)

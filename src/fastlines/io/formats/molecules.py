@@ -1,4 +1,4 @@
-"""Molecules (``.pdb``, ``.ent``, ``.cif``, ``.mmcif``): bonds as segments, by gemmi (``fastlines[molecules]``).
+"""Molecules (``.pdb``, ``.ent``, ``.cif``, ``.mmcif``): bonds as segments, by gemmi (the extra "molecules").
 
 Formats: https://www.wwpdb.org/documentation/file-format (PDB 3.3) and https://mmcif.wwpdb.org (PDBx/mmCIF).
 

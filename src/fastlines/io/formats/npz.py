@@ -7,21 +7,18 @@ Format: https://numpy.org/doc/stable/reference/generated/numpy.savez.html; `name
 from __future__ import annotations
 
 import zipfile
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 from numpy.lib import format as npy_format
 
 from ...arrays import AnyArray
-from ...errors import FileFormatError
 from ...geometry.curves import Curves
 from ...geometry.lines import Lines
-from ..source import Source, reason
+from ..source import Source
+from .archive import unpack
 from .named_arrays import FACTS, from_arrays, to_arrays
 from .npy import read_array
-
-_COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
 def read(source: Source, invalid: str) -> Lines | Curves:
@@ -34,7 +31,7 @@ def read(source: Source, invalid: str) -> Lines | Curves:
     Any other array has a row for each segment, point or curve and becomes one of the ``attributes``. An array
     ``end_attributes/NAME`` (n, 2, …) becomes one of the ``end_attributes``.
     """
-    arrays = _unzip(source)
+    arrays = _arrays(source)
     facts = {name: str(arrays.pop(name)) for name in FACTS if name in arrays and arrays[name].dtype.kind == "U"}
     return from_arrays(source, arrays, facts, invalid)
 
@@ -51,32 +48,15 @@ def write(geometry: Lines | Curves, path: Path) -> list[str]:
     return lost
 
 
-def _unzip(source: Source) -> dict[str, AnyArray]:
-    """Read all arrays of a ``.npz``, which must not unpack to more than `Source.unpack_limit`."""
-    try:
-        with zipfile.ZipFile(BytesIO(source.data)) as archive:
-            members = archive.infolist()
-            for member in members:
-                if not member.filename.endswith(".npy") or member.compress_type not in _COMPRESSIONS:
-                    raise source.error(
-                        f"{member.filename!r} in it is not an array that numpy.savez wrote; "
-                        "write the file again with numpy.savez"
-                    )
-            names = [member.filename for member in members]
-            if len({*names}) < len(names):
-                twice = next(name for name in names if names.count(name) > 1)
-                raise source.error(f"holds several arrays named {twice!r}; write it again with each name once")
-            if sum(member.file_size for member in members) > source.unpack_limit:
-                raise source.error(
-                    f"unpacks to more than {source.unpack_limit} bytes, far more than lines would; if it is "
-                    "valid, write it again with numpy.savez"
-                )
-            unpacked = {member.filename.removesuffix(".npy"): archive.read(member) for member in members}
-    except FileFormatError:
-        raise
-    except Exception as error:  # zipfile's own errors, and any of zlib and struct
-        raise source.error(f"not a whole .npz file ({reason(error)}); check the extension, or write it again") from None
+def _arrays(source: Source) -> dict[str, AnyArray]:
+    """Return all arrays of a ``.npz``."""
+    members = unpack(source, ".npz")
+    for name in members:
+        if not name.endswith(".npy"):
+            raise source.error(
+                f"{name!r} in it is not an array that numpy.savez wrote; write the file again with numpy.savez"
+            )
     return {
-        name: read_array(Source(data, f"{source.name}, array {name!r}"), text=name in FACTS)
-        for name, data in unpacked.items()
+        name: read_array(Source(members.pop(f"{name}.npy"), f"{source.name}, array {name!r}"), text=name in FACTS)
+        for name in [member.removesuffix(".npy") for member in members]
     }

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...arrays import FloatArray, IntArray
+from ...arrays import AnyArray, FloatArray, IntArray
 from ..source import Source
 
 Float64Array = npt.NDArray[np.float64]
@@ -70,7 +70,7 @@ def number_lines(
     n_before = 0
     for given in _pieces(text):
         piece = given if comment is None else comment.sub(b"", given)
-        parsed = parse_numbers(piece)
+        parsed = _parse_words(piece)
         raw = np.frombuffer(piece, np.uint8)
         ends = np.flatnonzero(raw == ord("\n"))
         if parsed is None:
@@ -90,21 +90,26 @@ def number_lines(
     return NumberLines(np.frombuffer(numbers, np.float64), np.frombuffer(counts, np.int64))
 
 
-def parse_numbers(text: bytes) -> Float64Array | None:
+def parse_numbers(text: bytes, dtype: npt.DTypeLike = np.float64) -> AnyArray | None:
+    """Return the numbers of a text, or None if it holds anything else."""
+    if not text.strip():
+        return np.empty(0, dtype)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # NumPy warns of, or refuses, what it cannot parse
+        try:
+            return np.fromstring(text, dtype, sep=" ")
+        except (DeprecationWarning, ValueError, OverflowError):
+            return None
+
+
+def _parse_words(text: bytes) -> Float64Array | None:
     """Return the numbers of a text, or None if any of its words is not one."""
     n_words = len(_word_starts(np.frombuffer(text, np.uint8)))
     if not n_words:
         return np.empty(0)
-    if b"\0" in text:
-        return None
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")  # NumPy warns of, or refuses, what it cannot parse
-            numbers = np.fromstring(text, np.float64, sep=" ")
-    except (DeprecationWarning, ValueError):
-        return None
+    numbers = None if b"\0" in text else parse_numbers(text)
     # Each word is at least one number, so equal counts show that each is just one.
-    return numbers if len(numbers) == n_words else None
+    return numbers if numbers is not None and len(numbers) == n_words else None
 
 
 def check_columns(
@@ -118,6 +123,16 @@ def check_columns(
             f"line {(row if line_of is None else int(line_of[row])) + 1} has {lines.counts[row]} numbers; expected "
             f"{expected}; fix the line, or check the extension"
         )
+
+
+def first_columns(source: Source, lines: NumberLines, names: str) -> Float64Array:
+    """Return a row for each line with numbers, and a column for each name; refuse fewer numbers, and warn of more."""
+    n = len(names.split())
+    check_columns(source, lines, n, f"{n}, {names}")
+    n_long = int((lines.counts > n).sum())
+    if n_long:
+        source.warn(f"{n_long} of its lines have more than {n} numbers, {names}; the others are not read")
+    return lines.columns(n)
 
 
 def words_of(values: npt.NDArray[np.generic]) -> Iterator[list[list[bytes]]]:

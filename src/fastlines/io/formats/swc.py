@@ -23,7 +23,7 @@ from ...geometry.lines import Lines
 from ..losses import not_held, strand_numbers
 from ..polylines import polylines_of
 from ..source import Source
-from .number_text import Float64Array, check_columns, number_lines, one_each, unify, words_of
+from .number_text import Float64Array, first_columns, number_lines, one_each, unify, words_of
 from .sections import count_rootless, find_sections
 
 UNIT = "µm"
@@ -46,11 +46,7 @@ def read(source: Source, invalid: str) -> Lines:
     lines = number_lines(source, text, comment=_COMMENT if b"#" in text else None)
     del text
     source.drop()
-    check_columns(source, lines, 7, "7, id type x y z radius parent")
-    n_long = int((lines.counts > 7).sum())
-    if n_long:
-        source.warn(f"{n_long} of its lines have more than 7 numbers; the others are not read")
-    table = lines.columns(7)
+    table = first_columns(source, lines, "id type x y z radius parent")
     line_of = np.flatnonzero(lines.counts) + 1
     ids, types, parents = (
         _whole(source, table[:, column], name, line_of) for column, name in ((0, "id"), (1, "type"), (6, "parent"))

@@ -15,19 +15,19 @@ from __future__ import annotations
 import json
 import re
 import zipfile
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 
 from ...arrays import AnyArray, IntArray
-from ...errors import FileFormatError, InputError
+from ...errors import InputError
 from ...geometry.lines import Lines
 from ...geometry.strand_attributes import with_strand_values
 from ..losses import conventions, free_name, strand_numbers
 from ..polylines import polylines_of
 from ..segment_collector import SegmentCollector, warn_if_coarse
-from ..source import BAD_COPY, PIECE, Source, reason
+from ..source import BAD_COPY, Source, reason
+from .archive import unpack
 from .streamlines import UNIT, UP, dimensions, split_values
 
 _TYPES = {
@@ -39,7 +39,6 @@ _TYPES = {
 MAX_GROUPS = 64
 #: What the name of an attribute begins with that is a group.
 GROUP = "group "
-_COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
 def read(source: Source, invalid: str, *, bundle: str | None = None) -> Lines:
@@ -50,8 +49,8 @@ def read(source: Source, invalid: str, *, bundle: str | None = None) -> Lines:
     bundle : str, optional
         Read only the streamlines of the group of this name. They are the strands 0, 1, … in the group's order.
     """
-    members = _unzip(source)
-    n_streamlines, n_points = _header(source, members.pop("header.json", memoryview(b"{}")))
+    members = unpack(source, ".trx")
+    n_streamlines, n_points = _header(source, members.pop("header.json", b"{}"))
     arrays: dict[str, AnyArray] = {}
     for member in list(members):
         _array(source, arrays, member, members.pop(member))
@@ -157,46 +156,10 @@ def _safe(name: str) -> str:
     return re.sub(r"[^\w +()=,-]", "_", name).strip() or "_"
 
 
-def _unzip(source: Source) -> dict[str, memoryview]:
-    """Return the members of the archive, which must not unpack to more than `Source.unpack_limit`."""
-    try:
-        with zipfile.ZipFile(source.open()) as archive:
-            members = [member for member in archive.infolist() if not member.is_dir()]
-            for member in members:
-                if member.compress_type not in _COMPRESSIONS or member.flag_bits & 1:
-                    raise source.error(f"{member.filename!r} in it is packed by an unknown method; write it again")
-            names = [member.filename for member in members]
-            if len({*names}) < len(names):
-                twice = next(name for name in names if names.count(name) > 1)
-                raise source.error(f"holds several members named {twice!r}; write it again with each name once")
-            if sum(member.file_size for member in members) > source.unpack_limit:
-                raise source.error(
-                    f"unpacks to more than {source.unpack_limit} bytes, far more than lines would; if it is valid, "
-                    "write it again without compression"
-                )
-            return {member.filename: _member(source, archive, member) for member in members}
-    except FileFormatError:
-        raise
-    except Exception as error:  # zipfile's own errors, and any of zlib and struct
-        if source.stopped is not None or getattr(error, "errno", None) is not None:
-            raise  # the callback's error, or the disk's
-        raise source.error(f"not a whole .trx file ({reason(error)}); check the extension, or {BAD_COPY}") from None
-
-
-def _member(source: Source, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> memoryview:
-    """Return the bytes of a member, unpacked."""
-    unpacked = BytesIO()
-    with archive.open(member) as file:
-        while piece := file.read(PIECE):
-            unpacked.write(piece)
-            source.advance(2 * member.compress_size * len(piece) // max(member.file_size, 1))
-    return memoryview(unpacked.getvalue())
-
-
-def _header(source: Source, data: memoryview) -> tuple[int, int]:
+def _header(source: Source, data: bytes) -> tuple[int, int]:
     """Return the numbers of streamlines and of points."""
     try:
-        header = json.loads(bytes(data))
+        header = json.loads(data)
         numbers = [header["NB_STREAMLINES"], header["NB_VERTICES"]]
     except (ValueError, LookupError, TypeError, RecursionError) as error:
         raise source.error(
@@ -207,7 +170,7 @@ def _header(source: Source, data: memoryview) -> tuple[int, int]:
     return numbers[0], numbers[1]
 
 
-def _array(source: Source, arrays: dict[str, AnyArray], path: str, data: memoryview) -> None:
+def _array(source: Source, arrays: dict[str, AnyArray], path: str, data: bytes) -> None:
     """Add a member as an array, (n,) or (n, columns), by its path without columns and type."""
     folder, slash, last = path.rpartition("/")
     words = last.split(".")

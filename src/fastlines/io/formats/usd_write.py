@@ -14,7 +14,7 @@ from ...geometry.curves import Curves
 from ...geometry.lines import Lines
 from ...support.optional import optional
 from ..losses import is_encodable, strand_numbers
-from ..polylines import Polylines, polylines_of
+from ..polylines import Polylines, attributes_of_runs, equal, polylines_of
 from ..units import meters_of
 
 #: USD's types of arrays by NumPy's, and whether there are vectors of them.
@@ -177,22 +177,10 @@ def splines_of(curves: Curves) -> Polylines:
     lost: list[str] = []
     at_points = {}
     for name, values in curves.end_attributes.items():
-        if not _equal(values[1:, 0][~begins[1:]], values[:-1, 1][~begins[1:]]):
+        if not equal(values[1:, 0][~begins[1:]], values[:-1, 1][~begins[1:]]):
             lost.append(f"{name!r} on both sides of a point, where curves of a strand differ")
         at_points[name] = values[is_end]
-    attributes = {}
-    owner = np.cumsum(begins) - 1
-    for name, values in curves.attributes.items():
-        if name in at_points:
-            continue
-        if _equal(values, values[first][owner]):
-            attributes[name] = values[first]
-        else:
-            lost.append(f"{name!r}, which differs from curve to curve")
+    attributes = attributes_of_runs(curves, begins, lost)
     radius = None if curves.radius is None else curves.radius[is_point]
     counts = 3 * np.diff(np.append(first, n)) + 1
     return Polylines(curves.control[is_point], counts, curves.strands[first], radius, at_points, attributes, lost)
-
-
-def _equal(left: AnyArray, right: AnyArray) -> bool:
-    return np.array_equal(left, right, equal_nan=left.dtype.kind in "fc")

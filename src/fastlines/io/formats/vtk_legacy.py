@@ -10,7 +10,6 @@ Lookup tables and METADATA are left out.
 from __future__ import annotations
 
 import re
-import warnings
 from urllib.parse import unquote
 
 import numpy as np
@@ -19,6 +18,7 @@ from ...arrays import AnyArray
 from ...errors import FileFormatError
 from ...geometry.vtk_cells import Cells, cells_in_rows
 from ..source import BAD_COPY, Source
+from .number_text import parse_numbers
 from .vtk_data import DataSet, cells_of
 
 _TYPES = {
@@ -236,18 +236,6 @@ class Legacy:
         """Skip lines up to an empty one."""
         while self.at < len(self.source.data) and self.line().strip():
             pass
-
-
-def parse_numbers(text: bytes, dtype: np.dtype[AnyArray]) -> AnyArray | None:  # type: ignore[type-var]
-    """Read all numbers of a text; None if it holds anything else."""
-    if not text.strip():
-        return np.empty(0, dtype)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        try:
-            return np.fromstring(text, dtype, sep=" ")
-        except (DeprecationWarning, ValueError, OverflowError):
-            return None
 
 
 def read_legacy(source: Source) -> DataSet:

@@ -19,8 +19,8 @@ import numpy as np
 from ...arrays import AnyArray
 from ...geometry.vtk_cells import Cells
 from ..source import BAD_COPY, Source, reason
+from .number_text import parse_numbers
 from .vtk_data import KINDS, DataSet, cells_of
-from .vtk_legacy import parse_numbers
 
 _TYPES = {
     **{f"{sign}Int{bits}": f"{sign.lower() or 'i'}{bits // 8}" for sign in ("", "U") for bits in (8, 16, 32, 64)},

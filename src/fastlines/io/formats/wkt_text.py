@@ -9,16 +9,13 @@ parsed.
 from __future__ import annotations
 
 import re
-import warnings
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from ...arrays import IntArray
 from ..source import Source
-
-Float64Array = npt.NDArray[np.float64]
+from .number_text import Float64Array, parse_numbers
 
 #: Types of geometry that hold lines, the parts of collections too.
 LINES = ("LINESTRING", "MULTILINESTRING")
@@ -151,9 +148,13 @@ class Wkt:
         part = np.repeat(np.arange(len(counts)), counts)
         expected = n_numbers[np.cumsum(counts) - counts][part]
         bad = np.flatnonzero((n_numbers != expected) | (n_numbers < 2) | (n_numbers > 4))
-        values = parse_numbers(text)
+        values = _numbers(text)
         if len(bad) or values is None or len(values) != len(starts):
-            wrong = part[bad[0]] if len(bad) else next((i for i, text in enumerate(parts) if _is_wrong(text)), 0)
+            wrong = (
+                part[bad[0]]
+                if len(bad)
+                else next((i for i, text in enumerate(parts) if _numbers(text.encode()) is None), 0)
+            )
             raise source.error(
                 f"line {self.rows[first_part + wrong]}: {parts[wrong][:60]!r} is not a list of points; expected 2, 3 "
                 "or 4 numbers each, equally many, and commas between points; fix it"
@@ -171,15 +172,6 @@ class Wkt:
         return points, counts, m
 
 
-def _is_wrong(text: str) -> bool:
-    return parse_numbers(text.encode()) is None
-
-
-def parse_numbers(text: bytes) -> Float64Array | None:
+def _numbers(text: bytes) -> Float64Array | None:
     """Return the numbers that blanks and commas separate; None if there is anything else."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")  # older versions of NumPy warn of what is not a number
-        try:
-            return np.fromstring(text.replace(b",", b" "), np.float64, sep=" ")
-        except (ValueError, DeprecationWarning):
-            return None
+    return parse_numbers(text.replace(b",", b" "))

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 #: The extensions of many pictures, and what each becomes.
 FRAME_FORMATS = {
     ".png": "a file for each picture, such as x_0001.png",
-    ".exr": "the same, of numbers (needs fastlines[exr])",
+    ".exr": "the same, of numbers (needs the extra 'exr')",
     ".gif": "an animation of 256 colours a picture, which repeats",
-    ".mp4": "a film, H.264 (needs fastlines[video])",
+    ".mp4": "a film, H.264 (needs the extra 'video')",
 }
 #: How long each picture of an animation is shown, unless another time is given.
 SECONDS = 0.04
@@ -61,7 +61,7 @@ def write_frames(
     ----------
     path : str or path
         A .png or .exr, for files that are numbered from 1 on: frames/x.png names frames/x_0001.png and so on. A .gif,
-        or an .mp4 with `fastlines[video]`.
+        or an .mp4 with the extra "video".
     pictures : iterable of Picture
         All of the same size. An .mp4 has an even number of rows and columns; the last ones are repeated.
     seconds : float, optional

@@ -17,7 +17,7 @@ from ...support.optional import optional
 #: The extensions of pictures, and the content of each.
 IMAGE_FORMATS = {
     ".png": "the picture, of 8 bits a channel",
-    ".exr": "linear light, alpha, and depths as channel Z, inf where nothing is hit (needs fastlines[exr])",
+    ".exr": "linear light, alpha, and depths as channel Z, inf where nothing is hit (needs the extra 'exr')",
 }
 #: What renderers call the channels of some AOVs; others keep their names.
 CHANNELS = {"depth": "Z", "normal": "N", "position": "P"}
