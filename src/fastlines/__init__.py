@@ -30,13 +30,13 @@ if TYPE_CHECKING:
     from .errors import InvalidTreeError as InvalidTreeError
     from .errors import MissingExtraError as MissingExtraError
     from .errors import PrecisionWarning as PrecisionWarning
+    from .geometry.boxes import Boxes as Boxes
     from .geometry.collection import Geometry as Geometry
     from .geometry.curves import Curves as Curves
     from .geometry.foreign import lines as lines
     from .geometry.lines import Lines as Lines
     from .geometry.spheres import Spheres as Spheres
-    from .geometry.triangles_boxes import Boxes as Boxes
-    from .geometry.triangles_boxes import Triangles as Triangles
+    from .geometry.triangles import Triangles as Triangles
     from .geometry.user_primitives import Primitives as Primitives
     from .geometry.user_primitives import Rays as Rays
     from .io import read as read
@@ -82,12 +82,13 @@ _NAMES = {
         "MissingExtraError",
         "PrecisionWarning",
     ),
+    "geometry.boxes": ("Boxes",),
     "geometry.collection": ("Geometry",),
     "geometry.curves": ("Curves",),
     "geometry.foreign": ("lines",),
     "geometry.lines": ("Lines",),
     "geometry.spheres": ("Spheres",),
-    "geometry.triangles_boxes": ("Boxes", "Triangles"),
+    "geometry.triangles": ("Triangles",),
     "geometry.user_primitives": ("Primitives", "Rays"),
     "io": ("read", "write"),
     "query.hits": ("AllHits", "FirstHits"),

@@ -223,10 +223,10 @@ def is_far(points: npt.NDArray[np.float32]) -> bool:
     return not far * 2.0**-24 <= size * COARSE  # true for NaN
 
 
-def warn_of_rounding(given: npt.ArrayLike, rounded: npt.NDArray[np.float32]) -> None:
+def warn_of_rounding(given: npt.ArrayLike, rounded: npt.NDArray[np.float32], stacklevel: int = 3) -> None:
     """Warn if the scene is so far from zero, for its size, that float32 rounds its coordinates noticeably.
 
-    Invalid rows are reported elsewhere.
+    Invalid rows are reported elsewhere. By default the warning is for the caller of the function that calls this one.
     """
     kept = rounded.reshape(-1, 3)
     if (isinstance(given, np.ndarray) and given.dtype == np.float32) or not is_far(kept):
@@ -242,5 +242,5 @@ def warn_of_rounding(given: npt.ArrayLike, rounded: npt.NDArray[np.float32]) -> 
             f"float32 rounds coordinates of up to {far:g}, in a scene of size {size:g}, by up to {lost:.2g}; "
             "subtract the middle of the scene from them and from the origins of rays",
             PrecisionWarning,
-            stacklevel=3,
+            stacklevel=stacklevel,
         )

@@ -14,9 +14,8 @@ from . import _core
 from .arrays import instance
 from .engines import engine
 from .errors import InputError
-from .geometry.collection import AnyGeometry, Geometry, as_geometry, build_data, count_text, parts_of
-from .geometry.curves import Curves
-from .geometry.lines import Lines
+from .geometry.any_geometry import AnyGeometry
+from .geometry.collection import as_geometry
 from .geometry.user_primitives import Primitives
 from .progress import ProgressCallback, ProgressOption, reporting
 from .settings.methods import DEFAULT_METHOD, best_settings, method_settings
@@ -126,10 +125,8 @@ def build(
     geometry = as_geometry(geometry, invalid=invalid)
     instance("own_radius", own_radius, bool, "True or False")
     if not own_radius:
-        if not isinstance(geometry, Lines):
-            raise InputError(f"own_radius=False is for lines, {_without_radius(geometry)}")
         geometry = geometry.without_radius()
-    kind, rows = build_data(geometry)
+    kind, rows = geometry.build_data()
     n_prims = len(rows)
     if method is None and not SEARCH & given.keys():
         method = DEFAULT_METHOD
@@ -189,7 +186,7 @@ def first_refs(n_prims: int, settings: Settings) -> int:
 
 def _cheapest_presplit(geometry: AnyGeometry, settings: Settings, name: str, callback: ProgressCallback | None) -> Tree:
     """Build with 1, 2, 4, … references a line as long as the next tree is cheaper by one part in a hundred."""
-    n_prims = len(build_data(geometry)[1])
+    n_prims = len(geometry.build_data()[1])
     best: Tree | None = None
     for doubling in count():
         more = replace(settings, presplit=Presplit(refs=2.0**doubling))
@@ -216,7 +213,7 @@ def _most_first_refs(n_prims: int, settings: Settings) -> int:
 
 def _build(geometry: AnyGeometry, settings: Settings, name: str, callback: ProgressCallback | None) -> Tree:
     splits = settings.splits
-    kind, rows = build_data(geometry)
+    kind, rows = geometry.build_data()
     if kind != "segments":
         splits = tuple(exact for split in splits for exact in split.for_any_primitive(settings.boxes))
     limits, presplit = settings.limits, settings.presplit
@@ -254,22 +251,6 @@ def _build(geometry: AnyGeometry, settings: Settings, name: str, callback: Progr
     nodes, refs = own(nodes).reshape(-1).view(NODE), own(refs).reshape(-1).view(REF)
     counts = dict(zip(("candidates", "carried_out"), searched, strict=True)) if searched[0] else {}
     return Tree(geometry, nodes, refs, settings, name, limits_hit, searched=counts, made_by_core=True)
-
-
-def _without_radius(geometry: AnyGeometry) -> str:
-    """Return what something is, in words, and how to build over it without its radii."""
-    kind = "this is a Geometry" if isinstance(geometry, Geometry) else f"these are {type(geometry).__name__}"
-    numbered = list(enumerate(parts_of(geometry)))
-    thick = [(i, part) for i, part in numbered if _has_radius(part)]
-    if not thick:
-        return f"{kind}; leave it out"
-    which = ", ".join(f"part {i} ({count_text(part)})" for i, part in thick)
-    named = f" of {which}" if isinstance(geometry, Geometry) else ""
-    return f"{kind}; leave it out, or drop the radius{named} first: dataclasses.replace(part, radius=None)"
-
-
-def _has_radius(part: AnyGeometry) -> bool:
-    return isinstance(part, Lines | Curves) and type(part) in (Lines, Curves) and part.radius is not None
 
 
 def _core_split_set(split: SplitSet) -> _core.SizedSplitSet:

@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from .arrays import FloatArray, check_fields, count, number
 from .errors import InputError
-from .geometry.collection import AnyGeometry, points_of
+from .geometry.any_geometry import AnyGeometry
 from .support.vectors import dot
 
 Vector: TypeAlias = tuple[float, float, float]
@@ -366,7 +366,7 @@ def _unit(vector: npt.ArrayLike) -> Float64Array:
 def _to_frame(geometry: AnyGeometry | npt.ArrayLike) -> tuple[Float64Array, Float64Array]:
     """Return the points that a picture must show, at least one, and the radius around each."""
     if isinstance(geometry, AnyGeometry):
-        known, radii = points_of(geometry)
+        known, radii = geometry.span()
         if len(known):
             return known.astype(np.float64), radii.astype(np.float64)
         geometry = []

@@ -11,8 +11,7 @@ import numpy.typing as npt
 from . import _core
 from .arrays import LEAST, number
 from .engines import engine
-from .errors import InputError
-from .geometry.lines import Lines, as_lines
+from .geometry.any_geometry import AnyGeometry
 from .progress import ProgressCallback, ProgressOption, reporting
 from .structure.layout import refit_layout
 from .structure.tree_data import NODE, TreeData
@@ -27,21 +26,7 @@ SHORT_REFIT = 20_000
 SECONDS = "a time in seconds, 0 or more"
 
 
-def moved_lines(tree: TreeData, lines: Lines | npt.ArrayLike) -> Lines:
-    """Check the lines for a refit; an array of segments keeps the strands, radii and attributes of the tree."""
-    if not isinstance(tree.geometry, Lines):
-        raise InputError(f"refits are for lines; this tree is over {type(tree.geometry).__name__}: build it anew")
-    moved = as_lines(lines)
-    kind = type(tree.geometry)
-    if moved is lines and type(moved) is not kind:
-        raise InputError(f"{moved!r} was given for a tree over {kind.__name__}; pass {kind.__name__}, or an array")
-    if len(moved) != tree.n_prims:
-        left = "; it skipped some rows: pass array[tree.geometry.rows]" if len(tree.geometry.skipped) else ""
-        raise InputError(f"{len(moved)} segments were given for a tree over {tree.n_prims}; expected as many{left}")
-    return moved if moved is lines else replace(tree.geometry, segments=moved.segments)
-
-
-def refitted(tree: Tree, lines: Lines, cost: float, progress: ProgressOption) -> Tree:
+def refitted(tree: Tree, lines: AnyGeometry, cost: float, progress: ProgressOption) -> Tree:
     """Refit a tree, and its layout if it has one, to lines that have moved.
 
     The result is a BVH, which measures its growth from `cost`. It needs no check: the core has made its nodes, and the
@@ -60,9 +45,9 @@ def refitted(tree: Tree, lines: Lines, cost: float, progress: ProgressOption) ->
     return made
 
 
-def _refit_nodes(tree: TreeData, lines: Lines, progress: ProgressCallback | None) -> npt.NDArray[Any]:
+def _refit_nodes(tree: TreeData, lines: AnyGeometry, progress: ProgressCallback | None) -> npt.NDArray[Any]:
     """Return the tree's nodes with boxes tight around lines that have moved."""
-    words = engine.refit_tree(lines.axes, *tree.words(), _n_threads(tree), progress)
+    words = engine.refit_tree(lines.build_data()[1], *tree.words(), _n_threads(tree), progress)
     return own(words).reshape(-1).view(NODE)
 
 
@@ -76,7 +61,6 @@ def built_cost(tree: TreeData) -> float:
         return tree.built_cost
     nodes = tree.words()[0]
     if tree.settings.boxes == "cut":
-        assert isinstance(tree.geometry, Lines)
         nodes = _refit_nodes(tree, tree.geometry, None).view(np.uint32).reshape(-1, 9)
     return _core.cost(nodes, tree.settings.cost.c_trav, tree.settings.cost.c_prim)
 

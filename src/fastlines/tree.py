@@ -17,7 +17,6 @@ from .cuda.device_rays import check_device_query
 from .cuda.placed_tree import PlacedTree
 from .engines import engine
 from .errors import InputError
-from .geometry.collection import core_data, spread_data
 from .geometry.lines import Lines
 from .progress import ProgressOption
 from .query.backend import KERNELS, Backend, CompiledBackend
@@ -25,7 +24,7 @@ from .query.hits import AllHits, FirstHits
 from .query.queries import any_hit, check_query, count_hits, first_hit, is_by_distance, is_merge, is_surface, list_hits
 from .query.rays import AnyRays, is_spread
 from .query.wrappers.wrap import backend_of
-from .refit import built_cost, moved_lines, refitted
+from .refit import built_cost, refitted
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -268,11 +267,11 @@ class Tree(PlacedTree):
 
     @cached_property
     def _binary(self) -> Backend:
-        return self._binary_over(*core_data(self.geometry))
+        return self._binary_over(*self.geometry.core_data())
 
     @cached_property
     def _spread_binary(self) -> Backend:
-        return self._binary_over(*spread_data(self.geometry))
+        return self._binary_over(*self.geometry.spread_data())
 
     def _binary_over(self, kind: str, data: FloatArray) -> Backend:
         if self.settings.boxes == "cut":
@@ -330,7 +329,7 @@ class Tree(PlacedTree):
         >>> tree.refit([[[-1, -1, 0], [1, 1, 2]]]).first_hit([0, 0, -5], [0, 0, 1], 0.5).t
         array(6., dtype=float32)
         """
-        return refitted(self, moved_lines(self, lines), self._built_cost, progress)
+        return refitted(self, self.geometry.moved(lines), self._built_cost, progress)
 
     @cached_property
     def _built_cost(self) -> float:

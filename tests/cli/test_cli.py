@@ -18,7 +18,6 @@ from support.patience import HANGS
 
 import fastlines as fl
 from fastlines.cli.app import explain
-from fastlines.cli.info import count_duplicates
 from fastlines.cli.query import KINDS
 from fastlines.support.texts import bytes_text
 
@@ -130,7 +129,7 @@ def test_info_counts_what_is_odd():
     assert (told["n_zero_length"], told["n_duplicates"], told["n_strands"]) == (1, 2, 0)
     assert told["bounds"] == [[0, 0, 0], [1, 2, 4]]
     empty = fl.Lines.from_segments([])
-    assert count_duplicates(empty) == 0
+    assert empty.count_repeats() == 0
     segments[2] = np.nan
     np.save("b.npy", segments)
     result = run("info", "b.npy", "--json")

@@ -20,7 +20,6 @@ import fastlines as fl
 from fastlines.cuda import program
 from fastlines.cuda.columns import SCAN_RUN, scan
 from fastlines.cuda.scene import stack_room
-from fastlines.geometry.collection import core_data
 from fastlines.query.queries import QUERIES, QueryName
 
 #: The kinds of geometry that kernels know: all but one's own.
@@ -65,7 +64,7 @@ def test_shapes_in_several_leaves(kind: str, device: EmulatedDevice) -> None:
     asked, _ = question(case)
     geometry = ALL_KINDS[kind](case.segments)
     tree = fl.build(geometry, splits=fl.PlaneGrid(4), limits=fl.Limits(max_leaf_refs=2, max_refs=400)).to("cuda")
-    assert len(tree.layout.refs) > 1.2 * len(core_data(geometry)[1])
+    assert len(tree.layout.refs) > 1.2 * len(geometry.core_rows)
     for query, how in QUESTIONS:
         expected = fl.brute_force(geometry, **asked, query=query, **how)
         assert_same(getattr(tree, query)(**asked, **how), expected, f"{query}, {how}")

@@ -11,7 +11,6 @@ from support.line_files import lost_by
 
 import fastlines as fl
 from fastlines.errors import InputError
-from fastlines.io.curves_as_lines import curves_as_lines
 from fastlines.io.units import METERS, meters_of, unit_of
 
 LINES = fl.Lines.from_strands(np.arange(12.0).reshape(2, 2, 3))
@@ -143,7 +142,7 @@ def test_pieces_keep_the_attributes_of_curves(tmp_path):
 def test_values_of_pieces_that_are_not_finite():
     ends = {"a": np.array([[np.inf, 1.0]]), "b": np.array([[np.nan, 2.0]]), "c": np.array([[True, False]])}
     curves = fl.Curves.from_bezier(np.random.default_rng(0).random((1, 4, 3)), end_attributes=ends)
-    straight = curves_as_lines(curves)
+    straight = curves.as_lines()
     assert straight.end_attributes["a"][0, 0] == np.inf
     assert straight.end_attributes["a"][-1, 1] == 1
     assert np.isnan(straight.end_attributes["b"][0, 0])

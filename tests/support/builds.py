@@ -9,7 +9,7 @@ import numpy as np
 from support.nasty import boxes_of, triangles_on
 
 import fastlines as fl
-from fastlines.geometry.collection import as_geometry, build_data
+from fastlines.geometry.collection import as_geometry
 
 #: Keeps trees over copies of long lines small, so that the tests are quick; enough for most others.
 BUDGET = 3000
@@ -138,5 +138,5 @@ BUILDS: dict[str, dict[str, Any]] = {
 
 def build(segments: Any, **given: Any) -> fl.Tree:
     """Build a tree that is small enough to be asked much."""
-    limits = fl.Limits(max_refs=max(BUDGET, len(build_data(as_geometry(segments))[1])))
+    limits = fl.Limits(max_refs=max(BUDGET, len(as_geometry(segments).build_data()[1])))
     return fl.build(segments, **{"limits": limits, **given})

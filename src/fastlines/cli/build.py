@@ -12,7 +12,6 @@ from typer import Option
 
 import fastlines as fl
 
-from ..geometry.collection import count_text
 from ..settings.methods import method_settings
 from ..settings.settings import limit_notes
 from ..support.texts import bytes_text
@@ -126,7 +125,7 @@ def build(
         return
     limits = "".join(f"; {said}" for said in limit_notes(tree.limits_hit))
     typer.echo(
-        f"{output or opened.name}: {tree.method} over {count_text(opened.geometry)}: {tree.n_refs:,} references, "
+        f"{output or opened.name}: {tree.method} over {opened.geometry.count_text()}: {tree.n_refs:,} references, "
         f"{tree.n_nodes:,} nodes, depth {stats['depth']}, cost {stats['cost']:.6g}, "
         f"{bytes_text(stats['memory_bytes'])}, built in {seconds:.2f} s{limits}"
     )

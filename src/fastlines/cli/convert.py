@@ -10,7 +10,7 @@ from typer import Option
 
 import fastlines as fl
 
-from ..geometry.collection import count_text, counted
+from ..geometry.any_geometry import counted
 from .options import Input, Skip
 
 
@@ -56,4 +56,4 @@ def convert(
     written = parts_to_write(geometry, row)
     n_strands = sum(count_strands(part, row) for part in written)
     strands = f", {counted(n_strands, 'strands')}" if n_strands else ""
-    typer.echo(f"{output}: {row.description}: {count_text(fl.Geometry(written))}{strands}")
+    typer.echo(f"{output}: {row.description}: {fl.Geometry(written).count_text()}{strands}")

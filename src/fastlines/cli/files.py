@@ -15,8 +15,7 @@ import typer
 from .. import scenes
 from ..camera import Camera, Vector
 from ..errors import InputError
-from ..geometry.collection import AnyGeometry, counted, parts_of
-from ..geometry.curves import Curves
+from ..geometry.any_geometry import AnyGeometry, counted
 from ..geometry.lines import Lines
 from ..io import Format, extension_of, format_of, read
 from ..io.reading import check_path
@@ -98,11 +97,10 @@ def open_input(
     row = format_of(path, format)
     given_options = format_options(options, row.options() if options else {})
     lines = read(path, invalid=invalid, format=format, progress=show_progress(), **given_options)
-    n_skipped = sum(len(part.skipped) for part in parts_of(lines) if isinstance(part, Lines | Curves))
-    if n_skipped:
-        kind = "segments" if isinstance(lines, Lines) else "curves" if isinstance(lines, Curves) else "rows"
-        were = "was" if n_skipped == 1 else "were"
-        note(f"{text}: {counted(n_skipped, kind)} with NaN or Inf {were} left out")
+    if lines.n_skipped:
+        what = counted(lines.n_skipped, "rows" if lines.has_parts else lines.noun)
+        were = "was" if lines.n_skipped == 1 else "were"
+        note(f"{text}: {what} with NaN or Inf {were} left out")
     return Source(text, lines, format=row)
 
 

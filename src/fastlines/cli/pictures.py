@@ -11,8 +11,7 @@ import fastlines as fl
 
 from ..camera import Camera, Vector
 from ..errors import InputError
-from ..geometry.collection import AnyGeometry, count_text, needs_radius, parts_of
-from ..query.hit_places import names
+from ..geometry.any_geometry import AnyGeometry
 from ..query.rays import require_radius
 from ..rendering import (
     MEASURES,
@@ -130,9 +129,9 @@ class Scene:
     @property
     def thickness(self) -> str:
         """What was drawn, and how thick, in words."""
-        is_thick = any("radius" in names(part) for part in parts_of(self.tree.geometry))
+        is_thick = "radius" in self.tree.geometry.sample_names
         suits = ", which suits them; --radius sets another" if self.is_chosen else ""
-        return f"{count_text(self.tree.geometry)}, radius {self.radius:g}{', and their own' if is_thick else suits}"
+        return f"{self.tree.geometry.count_text()}, radius {self.radius:g}{', and their own' if is_thick else suits}"
 
 
 def draw(order: Order) -> str:
@@ -184,7 +183,7 @@ def open_scene(plan: Plan) -> Scene:
     look, legend = _look(plan, opened.geometry)
     camera, size = _view(plan, opened.geometry)
     tree = opened.tree or fl.build(opened.geometry, order.method or DEFAULT_METHOD, progress=show_progress())
-    is_chosen = order.radius is None and not plan.radii and needs_radius(opened.geometry)
+    is_chosen = order.radius is None and not plan.radii and opened.geometry.needs_radius
     radius = _suitable(tree, opened) if is_chosen else order.radius or 0.0
     return Scene(tree, camera, size, look, legend, radius, is_chosen)
 

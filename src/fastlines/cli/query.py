@@ -14,9 +14,7 @@ import typer
 from typer import Option
 
 from ..errors import InputError
-from ..geometry.collection import AnyGeometry, parts_of
-from ..geometry.curves import Curves
-from ..geometry.lines import Lines
+from ..geometry.any_geometry import AnyGeometry
 from .options import Direction, Fov, Json, Radius, TreeFile, Up, refuse_given, size, vector
 
 #: The choices of --kind, and the methods of a tree.
@@ -158,10 +156,9 @@ def _arrays(kind: str, answer: Any, geometry: AnyGeometry) -> dict[str, Any]:
         return {"hit" if kind == "any" else "count": answer}
     names = ["t", "prim", "u", "distance"]
     names += ["offsets"] * (kind in LISTS) + ["t_out"] * (answer.t_out is not None)
-    parts = [part for part in parts_of(geometry) if isinstance(part, Lines | Curves)]
     names += ["part"] * (answer.part is not None)
-    names += ["row"] * any(len(part.skipped) > 0 for part in parts)
-    names += ["strand"] * any(part.n_strands > 0 for part in parts)
+    names += ["row"] * (geometry.n_skipped > 0)
+    names += ["strand"] * (geometry.n_strands > 0)
     return {name: getattr(answer, name) for name in names}
 
 

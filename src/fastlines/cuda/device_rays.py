@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..errors import InputError
-from ..geometry.collection import AnyGeometry
+from ..geometry.any_geometry import AnyGeometry
 from ..query.rays import is_spread, limits_of, require_radius, scene_bounds
 from .backend import CudaBackend, RaysOnDevice
 from .choice import is_on_device

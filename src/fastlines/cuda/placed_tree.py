@@ -55,9 +55,7 @@ class PlacedTree(TreeData):
         'cpu'
         """
         if check_backend(backend) == "cuda":
-            from .scene import require_primitives
-
-            require_primitives(self.geometry)
+            self.geometry.require_gpu()
             _ = self.layout  # so that all trees made from this one share it, and it is uploaded once
         placed = object.__new__(type(self))
         placed.__dict__.update(self.__dict__)

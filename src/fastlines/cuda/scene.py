@@ -9,9 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import FastlinesError, InputError
-from ..geometry.collection import AnyGeometry, Geometry, core_data, spread_data
-from ..geometry.curves import Curves
-from ..geometry.user_primitives import UserPrimitives
+from ..geometry.any_geometry import AnyGeometry
 from ..structure.layout import Layout
 from .device import Device, Kernels, Memory
 from .records import scene_record
@@ -65,8 +63,8 @@ def scene_of(layout: Layout, device: Device, has_spread: bool = False) -> Scene:
 
 def upload(layout: Layout, device: Device, has_spread: bool, blocks: tuple[Memory, ...] | None) -> Scene:
     """Upload a layout, unless its blocks are there, with its primitives; compile the kernels for them."""
-    require_primitives(layout.geometry)
-    kind, items = spread_data(layout.geometry) if has_spread else core_data(layout.geometry)
+    layout.geometry.require_gpu()
+    kind, items = layout.geometry.spread_data() if has_spread else layout.geometry.core_data()
     stack = stack_room(layout.nodes)
     if stack > MAX_STACK:
         raise FastlinesError(
@@ -83,15 +81,6 @@ def upload(layout: Layout, device: Device, has_spread: bool, blocks: tuple[Memor
     return Scene(device, kernels, record, parts, n_bytes, kind == "shapes" and len(layout.refs) > len(items))
 
 
-def require_primitives(geometry: AnyGeometry) -> None:
-    """Refuse what kernels do not know: a class of the user's own, whose `hit` runs in Python."""
-    if isinstance(geometry, UserPrimitives):
-        raise InputError(
-            f"the GPU does not run a class of your own, and this tree is over {type(geometry.source).__name__}; query "
-            "it on the CPU"
-        )
-
-
 def require_cuda(backend: str, geometry: AnyGeometry) -> None:
     """Refuse rays in the memory of a GPU if the CPU has to answer them, or to finish the answers."""
     if backend != "cuda":
@@ -99,11 +88,7 @@ def require_cuda(backend: str, geometry: AnyGeometry) -> None:
             "the rays are in the memory of a GPU, and this tree answers on the CPU; query tree.to('cuda'), or pass "
             "NumPy arrays"
         )
-    if isinstance(geometry, Curves):
-        raise InputError("hits of curves are put together on the CPU; pass rays as NumPy arrays")
-    if isinstance(geometry, Geometry):
-        raise InputError("the CPU says which part of a Geometry is hit; pass rays as NumPy arrays")
-    require_primitives(geometry)
+    geometry.require_gpu_rays()
 
 
 def stack_room(nodes: npt.NDArray[np.uint8]) -> int:

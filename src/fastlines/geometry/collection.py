@@ -1,30 +1,29 @@
-"""What trees are over: a container of primitives, or several of them together."""
+"""Several containers of primitives for one tree, and what a tree can be over."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, NoReturn
 
 import numpy as np
+import numpy.typing as npt
 
-from ..arrays import INVALID, FloatArray, IntArray, choice
+from ..arrays import INVALID, AnyArray, FloatArray, IntArray, choice, did_you_mean
 from ..errors import InputError
-from ..support.display import Shown
 from ..support.immutable import own
-from .curves import Curves
+from .any_geometry import AnyGeometry, counted
 from .foreign import lines
-from .lines import Lines
-from .triangles_boxes import ROUND_CONE, Boxes, Triangles, shape_rows
+from .hit_places import Float64Array, HitPlaces
+from .kinds import KINDS
+from .summary import summary_of
 from .user_primitives import UserPrimitives, has_user_methods
-
-#: The containers that can be parts of a `Geometry`.
-Part: TypeAlias = Lines | Curves | Triangles | Boxes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Geometry(Shown):
+class Geometry(AnyGeometry):
     """Several containers of primitives for one tree; hits say which `part`, and which `prim` of it.
 
     Boxes of its trees bound whole primitives, with their own radii. So a tree over spheres of very different sizes is
@@ -45,20 +44,21 @@ class Geometry(Shown):
     [ 1  0 -1] [ 0  0 -1] [ 3.  9. inf]
     """
 
-    #: What the core calls the primitives.
     kind: ClassVar[str] = "shapes"
+    has_parts = True
 
-    parts: tuple[Part, ...]
+    parts: tuple[AnyGeometry, ...]
 
-    def __init__(self, parts: Sequence[Part]) -> None:
+    def __init__(self, parts: Sequence[AnyGeometry]) -> None:
         if not isinstance(parts, Sequence | Iterator) or isinstance(parts, str):
             raise InputError(f"parts are a {type(parts).__name__}; expected a list of {_names()}")
         parts = tuple(parts)
         for i, part in enumerate(parts):
             if has_user_methods(part) or isinstance(part, UserPrimitives):
                 raise InputError(f"part {i} is a class of your own; build a tree over it alone, and query both trees")
-            if not isinstance(part, Part):
-                raise InputError(f"part {i} is a {type(part).__name__}; expected one of {_names()}")
+            if not isinstance(part, AnyGeometry) or not part.can_be_part:
+                what = "class" if isinstance(part, type) else type(part).__name__
+                raise InputError(f"part {i} is a {what}; expected one of {_names()}")
         object.__setattr__(self, "parts", parts)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -76,31 +76,267 @@ class Geometry(Shown):
         counts = [len(part) for part in self.parts]
         return np.asarray(own(np.concatenate([[0], np.cumsum(counts, dtype=np.int64)])))
 
-    @cached_property
-    def owner(self) -> IntArray:
-        """The primitive of each row of `core_rows`, counted over all parts, (n_rows,) int64."""
-        rows = [
-            first + (part.pieces.curve if isinstance(part, Curves) else np.arange(len(part)))
-            for first, part in zip(self.first, self.parts, strict=False)
-        ]
-        return np.asarray(own(np.concatenate([np.zeros(0, np.int64), *rows])))
-
-    @cached_property
-    def core_rows(self) -> FloatArray:
-        """One row of numbers for each primitive, as the core reads them: (n, 10) float32."""
-        rows = [_shapes(part) for part in self.parts]
-        return np.asarray(own(np.concatenate([np.empty((0, 10), np.float32), *rows])))
-
-    @cached_property
+    @property
     def bounds(self) -> FloatArray:
         """The box of all parts as (2, 3), without their radii: lowest and highest corner."""
         boxes = [part.bounds for part in self.parts] or [np.array([[np.inf] * 3, [-np.inf] * 3], np.float32)]
         corners = np.stack(boxes)
         return np.stack([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
 
+    # ------------------------------------------------------------------------ What the core gets.
 
-#: What a tree can be over.
-AnyGeometry: TypeAlias = Lines | Curves | Triangles | Boxes | Geometry | UserPrimitives
+    @cached_property
+    def core_rows(self) -> FloatArray:
+        """One row of numbers for each primitive, as the core reads them: (n, 10) float32."""
+        rows = [part.shape_rows for part in self.parts]
+        return np.asarray(own(np.concatenate([np.empty((0, 10), np.float32), *rows])))
+
+    @cached_property
+    def owner(self) -> IntArray:
+        """The primitive of each row of `core_rows`, counted over all parts, (n_rows,) int64."""
+        rows = [first + part.owner for first, part in zip(self.first, self.parts, strict=False)]
+        return np.asarray(own(np.concatenate([np.zeros(0, np.int64), *rows])))
+
+    @property
+    def in_pieces(self) -> bool:
+        """See `AnyGeometry`."""
+        return any(part.in_pieces for part in self.parts)
+
+    def parameter(self, piece: IntArray, s: FloatArray) -> tuple[IntArray, FloatArray]:
+        """See `AnyGeometry`."""
+        u, begin = s.copy(), 0
+        for part in self.parts:
+            end = begin + len(part.owner)
+            here = (begin <= piece) & (piece < end)
+            u[here] = part.parameter(piece[here] - begin, s[here])[1]
+            begin = end
+        return self.owner[piece], u
+
+    def require_gpu_rays(self) -> None:
+        """See `AnyGeometry`."""
+        raise InputError("the CPU says which part of a Geometry is hit; pass rays as NumPy arrays")
+
+    # ------------------------------------------------------------------------ Parts.
+
+    def each_part(self) -> tuple[AnyGeometry, ...]:
+        """Return the parts."""
+        return self.parts
+
+    def split(self, prim: IntArray) -> tuple[IntArray, IntArray]:
+        """See `AnyGeometry`."""
+        part = np.searchsorted(self.first, prim, side="right") - 1
+        return part, np.where(prim < 0, -1, prim - self.first[part])
+
+    def number(self, part: IntArray | None, prim: IntArray) -> IntArray:
+        """See `AnyGeometry`."""
+        return prim if part is None else np.where(prim < 0, -1, self.first[part] + prim)
+
+    def _by_part(self, prim: IntArray) -> Iterator[tuple[AnyGeometry, IntArray, IntArray]]:
+        """Yield each part that some primitives are of, with the rows of these, and their numbers there."""
+        part, prim = self.split(prim)
+        for i in np.unique(part):
+            rows = np.flatnonzero(part == i)
+            yield self.parts[i], rows, prim[rows]
+
+    def _at(self, hits: HitPlaces, ask: Callable[[AnyGeometry, HitPlaces], Float64Array]) -> Float64Array:
+        """Return vectors at hits, (n, 3), which each part tells of its own."""
+        found = np.full((len(hits.prim), 3), np.nan)
+        for part, rows, prim in self._by_part(hits.prim):
+            found[rows] = ask(part, hits.some(rows)._replace(prim=prim))
+        return found
+
+    # ------------------------------------------------------------------------ Extent.
+
+    def span(self) -> tuple[FloatArray, FloatArray]:
+        """See `AnyGeometry`."""
+        spans = [part.span() for part in self.parts]
+        points = np.concatenate([np.empty((0, 3), np.float32), *(points for points, _ in spans)])
+        return points, np.concatenate([np.empty(0, np.float32), *(radii for _, radii in spans)])
+
+    @property
+    def max_radius(self) -> float:
+        """See `AnyGeometry`."""
+        return max((part.max_radius for part in self.parts), default=0.0)
+
+    @property
+    def radius_beyond(self) -> float:
+        """Always 0: the boxes of trees include radii."""
+        return 0.0
+
+    @property
+    def radius_range(self) -> tuple[float, float] | None:
+        """See `AnyGeometry`."""
+        known = [found for part in self.parts if (found := part.radius_range) is not None]
+        return (min(low for low, _ in known), max(high for _, high in known)) if known else None
+
+    @property
+    def needs_radius(self) -> bool:
+        """See `AnyGeometry`."""
+        return any(part.needs_radius for part in self.parts)
+
+    def radius_of(self, prim: IntArray) -> Float64Array:
+        """See `AnyGeometry`."""
+        found = np.zeros(len(prim))
+        for part, rows, numbers in self._by_part(prim):
+            found[rows] = part.radius_of(numbers)
+        return found
+
+    # ------------------------------------------------------------------------ Hits.
+
+    @property
+    def has_axes(self) -> bool:
+        """See `AnyGeometry`."""
+        return any(part.has_axes for part in self.parts)
+
+    def points_at(self, hits: HitPlaces) -> Float64Array:
+        """See `AnyGeometry`."""
+        return self._at(hits, lambda part, of_part: part.points_at(of_part))
+
+    def normals_at(self, hits: HitPlaces) -> Float64Array:
+        """See `AnyGeometry`."""
+        return self._at(hits, lambda part, of_part: part.normals_at(of_part))
+
+    def tangents_at(self, hits: HitPlaces) -> Float64Array:
+        """See `AnyGeometry`."""
+        return self._at(hits, lambda part, of_part: part.tangents_at(of_part))
+
+    def smooth_tangents_at(self, prim: IntArray, u: FloatArray, tangents: FloatArray) -> FloatArray:
+        """See `AnyGeometry`."""
+        found = tangents.copy()
+        for part, rows, numbers in self._by_part(prim):
+            found[rows] = part.smooth_tangents_at(numbers, u[rows], tangents[rows])
+        return found
+
+    def rows_of(self, prim: IntArray) -> IntArray:
+        """See `AnyGeometry`."""
+        found = np.empty(len(prim), np.int64)
+        for part, rows, numbers in self._by_part(prim):
+            found[rows] = part.rows_of(numbers)
+        return found
+
+    def strands_of(self, prim: IntArray) -> IntArray:
+        """See `AnyGeometry`; each part counts its own strands."""
+        found = np.empty(len(prim), np.int64)
+        for part, rows, numbers in self._by_part(prim):
+            found[rows] = part.strands_of(numbers)
+        return found
+
+    # ------------------------------------------------------------------------ Attributes.
+
+    @property
+    def sample_names(self) -> Mapping[str, None]:
+        """See `AnyGeometry`."""
+        return dict.fromkeys(name for part in self.parts for name in part.sample_names)
+
+    def sample(self, name: str, hits: HitPlaces) -> npt.NDArray[Any]:
+        """See `AnyGeometry`; NaN at hits of parts without the attribute."""
+        if name not in self.sample_names:
+            raise InputError(f"name={name!r} is not an attribute of any part{did_you_mean(name, self.sample_names)}")
+        asked = [
+            (rows, part.sample(name, hits.some(rows)._replace(prim=prim)))
+            for part, rows, prim in self._by_part(hits.prim)
+            if name in part.sample_names
+        ]
+        found = np.full((len(hits.prim), *self.sample_shape(name)), np.nan)
+        for rows, values in asked:
+            found[rows] = values
+        return found
+
+    def sample_needs_rays(self, name: str) -> bool:
+        """See `AnyGeometry`."""
+        return any(part.sample_needs_rays(name) for part in self.parts)
+
+    def sample_shape(self, name: str) -> tuple[int, ...]:
+        """See `AnyGeometry`; refuse parts whose values differ in it."""
+        shapes = {part.sample_shape(name) for part in self.parts if name in part.sample_names}
+        if len(shapes) > 1:
+            raise InputError(f"{name!r} has different shapes in the parts, {', '.join(map(str, sorted(shapes)))}")
+        return shapes.pop()
+
+    def arrays_of(self, name: str) -> list[tuple[AnyArray, int]]:
+        """See `AnyGeometry`."""
+        return [found for part in self.parts for found in part.arrays_of(name)]
+
+    def attribute_types(self) -> dict[str, str]:
+        """See `AnyGeometry`; of the first part that has the attribute."""
+        found: dict[str, str] = {}
+        for part in self.parts:
+            found = found | {name: kind for name, kind in part.attribute_types().items() if name not in found}
+        return found
+
+    def attribute_texts(self) -> dict[str, list[str]]:
+        """See `AnyGeometry`; several where parts differ."""
+        found: dict[str, dict[str, None]] = {}
+        for part in self.parts:
+            for name, texts in part.attribute_texts().items():
+                found.setdefault(name, {}).update(dict.fromkeys(texts))
+        return {name: list(texts) for name, texts in found.items()}
+
+    # ------------------------------------------------------------------------ Strands, and how lines run.
+
+    @property
+    def n_strands(self) -> int:
+        """See `AnyGeometry`; each part counts its own strands."""
+        return sum(part.n_strands for part in self.parts)
+
+    def strand_sizes(self) -> IntArray:
+        """See `AnyGeometry`."""
+        return np.concatenate([np.zeros(0, np.int64), *(part.strand_sizes() for part in self.parts)])
+
+    @property
+    def total_length(self) -> float:
+        """See `AnyGeometry`."""
+        return float(sum(part.total_length for part in self.parts))
+
+    def strand_lengths(self) -> Float64Array:
+        """See `AnyGeometry`."""
+        return np.concatenate([np.empty(0), *(part.strand_lengths() for part in self.parts)])
+
+    def count_points(self) -> int:
+        """See `AnyGeometry`."""
+        return sum(part.count_points() for part in self.parts)
+
+    def count_repeats(self) -> int:
+        """See `AnyGeometry`; primitives of different parts are different."""
+        return sum(part.count_repeats() for part in self.parts)
+
+    # ------------------------------------------------------------------------ Words.
+
+    def count_text(self) -> str:
+        """See `AnyGeometry`."""
+        counts = Counter[str]()
+        for part in self.parts:
+            counts[part.noun] += len(part)
+        return ", ".join(counted(n, noun) for noun, n in counts.items()) or "nothing"
+
+    @property
+    def n_skipped(self) -> int:
+        """See `AnyGeometry`."""
+        return sum(part.n_skipped for part in self.parts)
+
+    @property
+    def up(self) -> str | None:
+        """The axis that points upwards, of the first part that knows."""
+        return next((part.up for part in self.parts if part.up), None)
+
+    @property
+    def unit(self) -> str | None:
+        """The unit of length, of the first part that knows."""
+        return next((part.unit for part in self.parts if part.unit), None)
+
+    def summary(self) -> dict[str, Any]:
+        """See `AnyGeometry`."""
+        counts = Counter[str]()
+        for part in self.parts:
+            counts[f"n_{type(part).__name__.lower()}"] += len(part)
+        return summary_of(self, counts)
+
+    def without_radius(self) -> NoReturn:
+        """See `AnyGeometry`."""
+        thick = [(i, part) for i, part in enumerate(self.parts) if part.is_plain and part.radius is not None]
+        which = ", ".join(f"part {i} ({part.count_text()})" for i, part in thick)
+        how = f", or drop the radius of {which} first: dataclasses.replace(part, radius=None)" if thick else ""
+        raise InputError(f"own_radius=False is for lines, this is a Geometry; leave it out{how}")
 
 
 def as_geometry(geometry: Any, *, invalid: str = "error") -> AnyGeometry:
@@ -111,116 +347,5 @@ def as_geometry(geometry: Any, *, invalid: str = "error") -> AnyGeometry:
     return UserPrimitives(geometry) if has_user_methods(geometry) else lines(geometry, invalid=invalid)
 
 
-def core_of(geometry: AnyGeometry) -> Lines | Triangles | Boxes | Geometry | UserPrimitives:
-    """Return what the core sees: of curves, their pieces."""
-    return geometry.pieces.lines if isinstance(geometry, Curves) else geometry
-
-
-def core_data(geometry: AnyGeometry) -> tuple[str, FloatArray]:
-    """Return what the core calls the primitives that queries test, and their numbers: one row a primitive."""
-    core = core_of(geometry)
-    return core.kind, core.core_rows
-
-
-def spread_data(geometry: AnyGeometry) -> tuple[str, FloatArray]:
-    """Return the kind and the rows of `core_data` for rays with a spread: round cones, of radius 0 for plain lines."""
-    core = core_of(geometry)
-    if not isinstance(core, Lines) or core.kind not in ("segments", "round cones"):
-        raise InputError(f"a spread is for lines, and this tree is over {type(geometry).__name__}; leave out spread=")
-    return "spread cones", core.cone_rows
-
-
-def build_data(geometry: AnyGeometry) -> tuple[str, FloatArray]:
-    """Return what the core calls the primitives that a tree bounds, and their numbers: the axes of lines."""
-    core = core_of(geometry)
-    return ("segments", core.axes) if isinstance(core, Lines) else (core.kind, core.core_rows)
-
-
-def parts_of(geometry: AnyGeometry) -> tuple[AnyGeometry, ...]:
-    """Return the parts of a `Geometry`; anything else is its own only part."""
-    return geometry.parts if isinstance(geometry, Geometry) else (geometry,)
-
-
-def count_text(geometry: AnyGeometry) -> str:
-    """Return how many primitives of which kind there are, in words."""
-    kinds: dict[str, int] = {}
-    for part in parts_of(geometry):
-        kind = "segments" if type(part) is Lines else type(part).__name__.lower()
-        kinds[kind] = kinds.get(kind, 0) + len(part)
-    return ", ".join(counted(n, kind) for kind, n in kinds.items()) or "nothing"
-
-
-def counted(n: int, kind: str) -> str:
-    """Return a number and what it counts, which is given in the plural.
-
-    Examples
-    --------
-    >>> counted(1, "segments"), counted(2000, "boxes"), counted(1, "boxes")
-    ('1 segment', '2,000 boxes', '1 box')
-    """
-    one = "box" if kind == "boxes" else kind.removesuffix("s")
-    return f"{n:,} {one if n == 1 else kind}"
-
-
-def needs_radius(geometry: AnyGeometry) -> bool:
-    """Return whether a query needs a radius: some lines or curves have none of their own."""
-    return any(isinstance(part, Lines | Curves) and part.radius is None for part in parts_of(geometry))
-
-
-def radius_beyond(geometry: AnyGeometry) -> float:
-    """Return how far primitives extend beyond the boxes of a tree over them."""
-    return geometry.max_radius if isinstance(geometry, Lines | Curves) else 0.0
-
-
-def largest_radius(geometry: AnyGeometry) -> float:
-    """Return the largest radius that lines or curves have of their own; 0 if none has one."""
-    return max((radius_beyond(part) for part in parts_of(geometry)), default=0.0)
-
-
-def points_of(geometry: AnyGeometry) -> tuple[FloatArray, FloatArray]:
-    """Return points that span a geometry, (n, 3), and the radius around each, (n,)."""
-    if isinstance(geometry, Geometry):
-        known = [points_of(part) for part in geometry.parts]
-        all_points = np.concatenate([np.empty((0, 3), np.float32), *(points for points, _ in known)])
-        return all_points, np.concatenate([np.empty(0, np.float32), *(radii for _, radii in known)])
-    core = core_of(geometry)
-    if isinstance(core, Lines):
-        return core.segments.reshape(-1, 3), core.end_radii.reshape(-1)
-    if isinstance(core, Triangles):
-        points = core.corners.reshape(-1, 3)
-    else:
-        corners = core.corners if isinstance(core, Boxes) else np.asarray(core.bounds[None], np.float32)[: len(core)]
-        ends = np.indices((2, 2, 2)).reshape(3, 8).T
-        points = corners[:, ends, np.arange(3)].reshape(-1, 3)
-    return points, np.zeros(len(points), np.float32)
-
-
-def up_of(geometry: AnyGeometry) -> str | None:
-    """Return the axis that points upwards, of the first part that knows."""
-    ups = [part.up for part in parts_of(geometry) if isinstance(part, Lines | Curves)]
-    return next((up for up in ups if up), None)
-
-
-def unit_of(geometry: AnyGeometry) -> str | None:
-    """Return the unit of length, of the first part that knows."""
-    units = [part.unit for part in parts_of(geometry) if isinstance(part, Lines | Curves)]
-    return next((unit for unit in units if unit), None)
-
-
-def _shapes(part: Part) -> FloatArray:
-    core = core_of(part)
-    if not isinstance(core, Lines):
-        return core.core_rows
-    return shape_rows(ROUND_CONE, np.concatenate([core.axes, core.end_radii], axis=1))
-
-
 def _names() -> str:
-    return ", ".join(kind.__name__ for kind in (Lines, Curves, Triangles, Boxes)) + " (or Spheres)"
-
-
-def in_parts(geometry: AnyGeometry, prim: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the part of each primitive, counted over all parts, and its number there; -1 for a miss."""
-    if not isinstance(geometry, Geometry):
-        return np.where(prim < 0, -1, 0), prim
-    part = np.searchsorted(geometry.first, prim, side="right") - 1
-    return part, np.where(prim < 0, -1, prim - geometry.first[part])
+    return ", ".join(name for name, kind in KINDS.items() if kind.can_be_part)

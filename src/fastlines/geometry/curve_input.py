@@ -188,7 +188,7 @@ def convert_strands(
 def valid(made: Converted, invalid: str) -> dict[str, Any]:
     """Round to float32, and leave out or refuse what is invalid; return the fields of `Curves`."""
     control = own_float32(made.control, "control")
-    warn_of_rounding(made.control, control)
+    warn_of_rounding(made.control, control, 4)
     radius = None if made.radius is None else own_float32(made.radius, "radius")
     bad = made.bad | unusable(control)
     if radius is not None:

@@ -18,14 +18,15 @@ with evenly spaced control points, is one piece.
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray, IntArray, kind_of, list_rows
+from ..arrays import AnyArray, FloatArray, IntArray, kind_of, list_rows
 from ..errors import InputError, PrecisionWarning
 from ..support.immutable import Immutable, frozen, own
 from .bezier import MAX_PIECES, UNITS, Chords, Float64Array, cut, largest
@@ -102,6 +103,30 @@ class Pieces(Immutable):
         begin, end = self.begin[number], self.end[number]
         u = begin + at * (end.astype(np.float64) - begin)
         return self.curve[number], np.clip(u.astype(np.float32), begin, end)
+
+    def with_attributes(self, attributes: Mapping[str, AnyArray], end_attributes: Mapping[str, AnyArray]) -> Lines:
+        """Return `lines` with the attributes of the curves; see `Curves.as_lines`."""
+        u = np.stack([self.begin, self.end], axis=1)
+        return replace(
+            self.lines,
+            attributes={name: values[self.curve] for name, values in attributes.items()},
+            end_attributes={name: _between(values[self.curve], u) for name, values in end_attributes.items()},
+        )
+
+
+def _between(ends: AnyArray, u: FloatArray) -> AnyArray:
+    """Interpolate values at both ends of curves, (n, 2, …), at the parameters `u`, (n, 2)."""
+    u = u.reshape(*u.shape, *[1] * (ends.ndim - 2))
+    first, last = ends[:, :1], ends[:, 1:]
+    if ends.dtype.kind != "f":
+        return np.where(u < 0.5, first, last)
+    with np.errstate(invalid="ignore"):  # where one end is infinite, or both are
+        inner = ((1 - u.astype(np.float64)) * first + u * last.astype(np.float64)).astype(ends.dtype)
+    # Take the value of the nearer end where one end is infinite or NaN.
+    is_finite = np.isfinite(first) & np.isfinite(last)
+    inner = np.where(is_finite, inner, np.where(u < 0.5, first, last))
+    # Keep the exact values at the ends of curves, so that neighbours agree.
+    return np.where(u <= 0, first, np.where(u >= 1, last, inner))
 
 
 def as_places(

@@ -2,22 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import LEAST, FloatArray, IntArray, box_of, choice, kind_of, number, refuse_masked, refuse_rows, unusable
+from ..arrays import (
+    LEAST,
+    AnyArray,
+    FloatArray,
+    IntArray,
+    box_of,
+    choice,
+    kind_of,
+    number,
+    refuse_masked,
+    refuse_rows,
+    unusable,
+)
 from ..errors import InputError
-from ..support.display import Shown
 from ..support.immutable import frozen
+from .any_geometry import AnyGeometry, Section
+from .axis_geometry import AxisGeometry
 from .bezier import Float64Array, evaluate, largest
 from .curve_input import check_attributes, check_columns, convert_bezier, convert_strands, valid
 from .curve_pieces import Pieces, as_places, cut_curves
-from .lines import AXES, check_unit
+from .hit_places import HitPlaces, unit
+from .lines import AXES, Lines, check_unit
 
 
 class CurvePoints(NamedTuple):
@@ -29,7 +43,7 @@ class CurvePoints(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Curves(Shown):
+class Curves(AxisGeometry):
     """Immutable cubic curves, with a thickness, strands and other attributes; writeable arrays are copied.
 
     The constructor takes arrays of exactly these types; `from_bezier` and `from_strands` convert others.
@@ -131,16 +145,6 @@ class Curves(Shown):
         return float(largest(self.radius.astype(np.float64)).max(initial=0))
 
     @cached_property
-    def n_strands(self) -> int:
-        """The number of different strands of the curves."""
-        return len(np.unique(self.strands[self.strands >= 0]))
-
-    @property
-    def rows(self) -> IntArray:
-        """The row of the input that each curve was, (n,) int64."""
-        return np.delete(np.arange(len(self) + len(self.skipped)), self.skipped)
-
-    @cached_property
     def pieces(self) -> Pieces:
         """The round cones that stand for the curves: chords that are off by at most the tolerance.
 
@@ -218,6 +222,82 @@ class Curves(Shown):
         if self.radius is not None:
             radius = np.maximum(evaluate(self.radius[flat, :, None].astype(np.float64), along)[0][:, 0], 0)
         return CurvePoints(points.reshape(*at.shape, 3), tangents.reshape(*at.shape, 3), radius.reshape(at.shape))
+
+    # ------------------------------------------------------------------------ What a kind of geometry answers.
+
+    place_words = "end of a curve", "curve"
+    in_pieces = True
+    #: A curve is drawn as this many chords.
+    strokes = 8
+    sections: ClassVar[Mapping[str, Section]] = {
+        "control": ("<f4", ((4, 3),), True),
+        "strands": ("<i8", ((),), True),
+        "radius": ("<f4", ((4,),), False),
+        "skipped": ("<i8", ((),), False),
+    }
+
+    @property
+    def straight(self) -> Lines:
+        """The pieces."""
+        return self.pieces.lines
+
+    @property
+    def control_points(self) -> FloatArray:
+        """The Bezier control points."""
+        return self.control
+
+    def on_straight(self, hits: HitPlaces) -> HitPlaces:
+        """Return hits as hits of the pieces."""
+        piece, s = self.locate(hits.prim, hits.u)
+        return hits._replace(prim=piece, u=s)
+
+    @property
+    def owner(self) -> IntArray:
+        """The curve of each piece."""
+        return self.pieces.curve
+
+    def require_gpu_rays(self) -> None:
+        """See `AnyGeometry`."""
+        raise InputError("hits of curves are put together on the CPU; pass rays as NumPy arrays")
+
+    def tangents_at(self, hits: HitPlaces) -> Float64Array:
+        """See `AnyGeometry`."""
+        return unit(self.evaluate(hits.prim, hits.u).tangents)
+
+    def axis_points(self, prim: IntArray, u: AnyArray) -> Float64Array:
+        """See `AnyGeometry`."""
+        return np.asarray(self.evaluate(prim, u).points, np.float64)
+
+    def radius_at(self, prim: IntArray, u: Float64Array) -> Float64Array:
+        """See `AxisGeometry`."""
+        return self.evaluate(prim, u).radius
+
+    def begins(self) -> npt.NDArray[np.bool_]:
+        """See `AnyGeometry`; curves go on only with the same radius."""
+        begins = super().begins()
+        if self.radius is not None:
+            begins[1:] |= self.radius[1:, 0] != self.radius[:-1, 3]
+        return begins
+
+    def drawn(self, rows: IntArray) -> Sequence[AnyGeometry]:
+        """Return a few chords of each curve."""
+        at = self.evaluate(rows[:, None], np.linspace(0, 1, self.strokes + 1))
+        points, radii = (np.stack([v[:, :-1], v[:, 1:]], axis=2).astype(np.float32) for v in (at.points, at.radius))
+        radius = None if self.radius is None else radii.reshape(-1, 2)
+        return (Lines(points.reshape(-1, 2, 3), radius=radius, up=self.up),)
+
+    @property
+    def is_plain(self) -> bool:
+        """See `AnyGeometry`."""
+        return type(self) is Curves
+
+    def as_lines(self) -> Lines:
+        """Return the pieces as lines with the attributes of the curves.
+
+        Values at both ends of a curve are interpolated linearly in its parameter. Integers and booleans are those of
+        the nearer end.
+        """
+        return self.pieces.with_attributes(self.attributes, self.end_attributes)
 
     @classmethod
     def from_bezier(

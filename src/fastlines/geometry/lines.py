@@ -4,43 +4,42 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arrays import (
-    COORDINATE_LIMIT,
     INVALID,
+    AnyArray,
     FloatArray,
     IntArray,
     box_of,
     choice,
-    column,
-    is_far,
     kind_of,
-    list_rows,
-    neighbours,
     own_float32,
     refuse_masked,
     refuse_rows,
-    to_float32,
-    to_integers,
     unusable,
-    warn_of_rounding,
 )
 from ..errors import InputError
-from ..support.display import Shown
 from ..support.immutable import frozen, own
+from ..support.vectors import dot, unit
+from .any_geometry import AnyGeometry, Section
+from .axis_geometry import AxisGeometry
+from .hit_places import Float64Array
+from .line_input import check_columns, convert_segments, join_points, join_strands, valid_segments
+from .smooth_tangents import smooth_tangents
+from .summary import summary_of
 
 #: What the axes are called.
 AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True, eq=False)
-class Lines(Shown):
+class Lines(AxisGeometry):
     """Immutable line segments, with strands, radii and other attributes; writeable arrays are copied.
 
     The constructor takes arrays of exactly these types; `from_segments`, `from_strands` and `from_points` convert
@@ -101,33 +100,8 @@ class Lines(Shown):
 
     def _check_columns(self) -> None:
         """Refuse columns that do not fit the segments."""
-        n = len(self.segments)
-        expected: dict[str, tuple[Any, type[Any], tuple[tuple[int, ...], ...]]] = {
-            "strands": (self.strands, np.int64, ((n,),)),
-            "radius": (self.radius, np.float32, ((n,), (n, 2))),
-            "skipped": (self.skipped, np.int64, (np.shape(self.skipped)[:1],)),
-        }
-        for name, (values, dtype, shapes) in expected.items():
-            if name == "radius" and values is None:
-                continue
-            if not isinstance(values, np.ndarray) or values.dtype != dtype or values.shape not in shapes:
-                raise InputError(
-                    f"{name}: {kind_of(values)}; Lines of {n} segments take {np.dtype(dtype)} of shape "
-                    f"{' or '.join(map(str, shapes))}, and Lines.from_segments converts other arrays"
-                )
-        if self.radius is not None and not ((self.radius >= 0) & (self.radius <= COORDINATE_LIMIT)).all():
-            raise InputError(f"radius holds values that are not numbers from 0 to {COORDINATE_LIMIT:g}")
-        skipped = self.skipped
-        if len(skipped) and (skipped[0] < 0 or skipped[-1] >= n + len(skipped) or (np.diff(skipped) <= 0).any()):
-            raise InputError(f"skipped are not rising rows of the {n + len(skipped)} that were given")
-        for name, values in _mapping("attributes", self.attributes).items():
-            if not isinstance(values, np.ndarray) or values.ndim == 0 or len(values) != n:
-                raise InputError(f"{name}: {kind_of(values)}; expected an array with one row for each of {n} segments")
-        for name, values in _mapping("end_attributes", self.end_attributes).items():
-            if not isinstance(values, np.ndarray) or values.shape[:2] != (n, 2):
-                raise InputError(
-                    f"{name}: {kind_of(values)}; expected an array of shape ({n}, 2, …), a value for each end"
-                )
+        columns = self.strands, self.radius, self.attributes, self.skipped, self.end_attributes
+        check_columns(len(self.segments), *columns)
 
     def __len__(self) -> int:
         return len(self.segments)
@@ -164,11 +138,6 @@ class Lines(Shown):
         return self.segments.reshape(-1, 6)
 
     @property
-    def rows(self) -> IntArray:
-        """The row of the input that each segment was, (n,) int64; `FirstHits.row` has it for hits."""
-        return np.delete(np.arange(len(self) + len(self.skipped)), self.skipped)
-
-    @property
     def end_radii(self) -> FloatArray:
         """The radius at both ends of each segment, (n, 2) float32; 0 if there is none."""
         radius = np.zeros(1, np.float32) if self.radius is None else self.radius
@@ -198,22 +167,98 @@ class Lines(Shown):
 
     def without_radius(self) -> Lines:
         """Return the same lines without their radius."""
-        return Lines(**{name: getattr(self, name) for name in Lines.__dataclass_fields__} | {"radius": None})
+        return Lines(**{of.name: getattr(self, of.name) for of in fields(Lines)} | {"radius": None})
 
     @property
     def bounds(self) -> FloatArray:
         """The box of all segments as (2, 3): lowest and highest corner; lowest > highest if there are none."""
         return box_of(self.segments.reshape(-1, 3))
 
-    @cached_property
-    def n_strands(self) -> int:
-        """The number of different strands of the segments."""
-        strands = self.strands[self.strands >= 0]
-        if (strands[1:] >= strands[:-1]).all():
-            return int(np.count_nonzero(strands[1:] > strands[:-1])) + (len(strands) > 0)
-        if strands.max() < 4 * len(self):
-            return int(np.count_nonzero(np.bincount(strands)))
-        return len(np.unique(strands))
+    # ------------------------------------------------------------------------ What a kind of geometry answers.
+
+    place_words = "point", "segment"
+    heading = "lines"
+    sections: ClassVar[Mapping[str, Section]] = {
+        "segments": ("<f4", ((2, 3),), True),
+        "strands": ("<i8", ((),), True),
+        "radius": ("<f4", ((), (2,)), False),
+        "skipped": ("<i8", ((),), False),
+    }
+
+    @property
+    def straight(self) -> Lines:
+        """The lines themselves."""
+        return self
+
+    @property
+    def control_points(self) -> FloatArray:
+        """Both ends of each segment."""
+        return self.segments
+
+    def axis_points(self, prim: IntArray, u: AnyArray) -> Float64Array:
+        """See `AnyGeometry`."""
+        ends = self.segments[prim].astype(np.float64)
+        return np.asarray(ends[:, 0] + u[:, None] * (ends[:, 1] - ends[:, 0]))
+
+    def smooth_tangents_at(self, prim: IntArray, u: FloatArray, tangents: FloatArray) -> FloatArray:
+        """See `AnyGeometry`."""
+        return smooth_tangents(self.segments, self.strands, prim, u, tangents)
+
+    def lengths(self) -> Float64Array:
+        """Return the length of each segment."""
+        return np.asarray(np.sqrt((np.diff(self.segments.astype(np.float64), axis=1)[:, 0] ** 2).sum(axis=1)))
+
+    def turns(self) -> FloatArray:
+        """See `AnyGeometry`."""
+        edges = self.segments[:, 1] - self.segments[:, 0]
+        joined = (self.strands[1:] == self.strands[:-1]) & (self.segments[1:, 0] == self.segments[:-1, 1]).all(axis=1)
+        return np.asarray(dot(unit(edges[:-1][joined]), unit(edges[1:][joined])), np.float32)
+
+    @property
+    def noun(self) -> str:
+        """What the primitives are called, in the plural; of a subclass, its name."""
+        return "segments" if self.is_plain else super().noun
+
+    def summary(self) -> dict[str, Any]:
+        """See `AnyGeometry`."""
+        lengths = self.lengths()
+        median = float(np.median(lengths)) if len(self) else None
+        arrays = [values for name, values in self.attributes.items() if name not in self.end_attributes]
+        arrays += [self.segments, self.strands, *self.end_attributes.values()]
+        arrays += [] if self.radius is None else [self.radius]
+        return {
+            **summary_of(self, {"n_segments": len(self)}, {"median_length": median}),
+            "radius": None if self.radius_range is None else list(self.radius_range),
+            "memory_bytes": sum(values.nbytes for values in arrays),
+        }
+
+    def drawn(self, rows: IntArray) -> Sequence[AnyGeometry]:
+        """See `AnyGeometry`."""
+        radius = None if self.radius is None else self.radius[rows]
+        return (type(self)(self.segments[rows], radius=radius, up=self.up),)
+
+    def outlines(self) -> tuple[Float64Array, Float64Array]:
+        """See `AnyGeometry`."""
+        return self.segments.astype(np.float64), self.end_radii.astype(np.float64)
+
+    @property
+    def is_plain(self) -> bool:
+        """See `AnyGeometry`."""
+        return type(self) is Lines
+
+    def as_lines(self) -> Lines | None:
+        """See `AnyGeometry`."""
+        return self if self.is_plain else None
+
+    def moved(self, lines: Any) -> Lines:
+        """See `AnyGeometry`."""
+        moved, kind = as_lines(lines), type(self)
+        if moved is lines and type(moved) is not kind:
+            raise InputError(f"{moved!r} was given for a tree over {kind.__name__}; pass {kind.__name__}, or an array")
+        if len(moved) != len(self):
+            left = "; it skipped some rows: pass array[tree.geometry.rows]" if len(self.skipped) else ""
+            raise InputError(f"{len(moved)} segments were given for a tree over {len(self)}; expected as many{left}")
+        return moved if moved is lines else replace(self, segments=moved.segments)
 
     @classmethod
     def from_segments(cls, segments: npt.ArrayLike, *, invalid: str = "error", **more: Any) -> Lines:
@@ -243,70 +288,14 @@ class Lines(Shown):
         0 1
         """
         choice("invalid", invalid, INVALID)
-        expected = "expected (n, 2, 3): n segments, both ends, x y z; Lines.from_strands takes polylines"
-        try:
-            array = own_float32(segments, "segments")
-        except InputError as error:
-            raise InputError(f"{error}; {expected}") from None
-        if array.ndim == 2 and array.shape[1] == 6:
-            array = array.reshape(-1, 2, 3)
-        if array.size == 0 and array.shape in ((0,), (0, 2, 3)):
-            array = array.reshape(0, 2, 3)
-        if array.ndim != 3 or array.shape[1:] != (2, 3):
-            raise InputError(f"segments have shape {array.shape}; {expected}")
-        warn_of_rounding(segments, array)
-        n_given = len(array)
-        strands = to_integers(more.pop("strands", np.broadcast_to(-1, n_given)), "strands")
-        radius = more.pop("radius", None)
-        radius = None if radius is None else own_float32(radius, "radius")
-        if radius is not None and radius.ndim == 0:
-            radius = own(np.full(n_given, radius))
-        attributes, end_attributes = (
-            {
-                name: column(values, name, n_given, "segments")
-                for name, values in _mapping(kind, more.pop(kind, {})).items()
-            }
-            for kind in ("attributes", "end_attributes")
-        )
-        if both := attributes.keys() & end_attributes.keys():
-            raise InputError(f"{min(both)!r} is in attributes and in end_attributes; give it once")
-        if more:
-            raise InputError(
-                f"unknown argument {next(iter(more))!r}; known: strands, radius, attributes, end_attributes"
-            )
-        if strands.shape != (n_given,):
-            raise InputError(f"strands have shape {strands.shape}; expected ({n_given},), one for each segment")
-        if radius is not None and radius.shape not in ((n_given,), (n_given, 2)):
-            raise InputError(
-                f"radius has shape {radius.shape}; expected ({n_given},) or ({n_given}, 2), one for each segment or end"
-            )
-
+        given = convert_segments(segments, more)
         # Mostly all segments are valid, which the constructor checks.
         try:
-            return cls(array, strands, radius, attributes, end_attributes=end_attributes)
+            return cls(**given._asdict())
         except InputError:
             pass
-
-        # Leave out, or refuse, segments with NaN, Inf or too large a coordinate or radius.
-        bad = unusable(array)
-        if radius is not None:
-            good = (radius >= 0) & (radius <= COORDINATE_LIMIT)
-            bad_radius = ~(good.all(axis=1) if radius.ndim == 2 else good)
-            if invalid == "error" and bad_radius.any():
-                raise InputError(
-                    f"radius: {int(bad_radius.sum())} of {n_given} are not numbers from 0 to {COORDINATE_LIMIT:g} "
-                    f"({list_rows(bad_radius)}); fix them, or leave them out with invalid='skip'"
-                )
-            bad = bad | bad_radius
-        if invalid == "error":
-            how = "invalid='skip' where lines are read or a tree is built, --skip-invalid on the command line"
-            refuse_rows(bad, "segments", f"; fix them, or leave them out: {how}")
-        if bad.any():
-            array, strands = own(array[~bad]), own(strands[~bad])
-            radius = None if radius is None else own(radius[~bad])
-            attributes = {name: own(values[~bad]) for name, values in attributes.items()}
-            end_attributes = {name: own(values[~bad]) for name, values in end_attributes.items()}
-        return cls(array, strands, radius, attributes, np.flatnonzero(bad), end_attributes=end_attributes)
+        kept, skipped = valid_segments(given, invalid)
+        return cls(**kept._asdict(), skipped=skipped)
 
     @classmethod
     def from_points(
@@ -334,59 +323,18 @@ class Lines(Shown):
         invalid : {"error", "skip"}
             See `from_segments`.
         """
-        given, points = points, _points(points, "points")
-        warn_of_rounding(given, points)
-        counts = to_integers(counts, "counts")
-        if counts.ndim != 1 or (counts < 0).any() or (counts > len(points)).any() or counts.sum() != len(points):
-            raise InputError(
-                f"the counts of the strands do not add up to the {len(points)} points that were given; expected one "
-                "count, 0 or more, for each strand"
-            )
-        per_point = {name: column(values, name, len(points), "points") for name, values in (attributes or {}).items()}
-        radii = None if radius is None else to_float32(radius, "radius")
-        if radii is not None:
-            radii = column(radii if radii.ndim else np.full(len(points), radii), "radius", len(points), "points")
-
-        # Join each point and the next one, but for the last of each strand; a lone point joins itself.
-        sizes = counts[counts > 0]
-        return cls.from_segments(
-            own(neighbours(points, sizes)),
-            strands=own(np.repeat(np.flatnonzero(counts > 0), np.maximum(sizes - 1, 1))),
-            radius=None if radii is None else own(neighbours(radii, sizes)),
-            end_attributes={name: own(neighbours(values, sizes)) for name, values in per_point.items()},
-            invalid=invalid,
-        )
+        return cls.from_segments(**join_points(points, counts, radius, attributes), invalid=invalid)
 
     @classmethod
     def from_strands(cls, strands: Iterable[npt.ArrayLike], *, invalid: str = "error") -> Lines:
         """Make lines of a sequence of polylines, each an (m, 3) array of points."""
-        given = list(strands)
-        parts: Sequence[FloatArray] = [_points(strand, f"strand {i}") for i, strand in enumerate(given)]
-        points = np.concatenate(parts) if parts else np.empty((0, 3), np.float32)
-        if is_far(points):
-            warn_of_rounding(np.concatenate([np.reshape(strand, (-1, 3)) for strand in given]), points)
-        return cls.from_points(points, [len(part) for part in parts], invalid=invalid)
+        return cls.from_points(*join_strands(strands), invalid=invalid)
 
 
 def check_unit(unit: object) -> None:
     """Refuse a unit that is not a text of one line."""
     if unit is not None and not (isinstance(unit, str) and unit and unit.isprintable()):
         raise InputError(f"unit {unit!r} is not the name of a unit, such as 'mm'")
-
-
-def _mapping(name: str, values: object) -> Mapping[str, Any]:
-    if not isinstance(values, Mapping):
-        raise InputError(f"{name} are a {type(values).__name__}; expected a mapping of names to arrays")
-    return values
-
-
-def _points(values: npt.ArrayLike, name: str) -> FloatArray:
-    array = to_float32(values, name)
-    if array.size == 0:
-        return array.reshape(0, 3)
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise InputError(f"{name}: the shape is {array.shape}; expected (m, 3): x y z of each point")
-    return array
 
 
 def as_lines(lines: Lines | npt.ArrayLike, *, invalid: str = "error") -> Lines:

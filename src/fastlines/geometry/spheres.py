@@ -27,6 +27,8 @@ class Spheres(Lines):
     [0 1] [8.    7.268]
     """
 
+    run = 1
+
     @property
     def centres(self) -> FloatArray:
         """The centre of each sphere, (n, 3) float32."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, NamedTuple, Protocol
@@ -11,10 +12,10 @@ import numpy.typing as npt
 
 from ..arrays import COORDINATE_LIMIT, FloatArray, IntArray, refuse_rows, unusable
 from ..errors import InputError
-from ..support.display import Shown
-from .triangles_boxes import BOUND, shape_rows
-
-Float64Array = npt.NDArray[np.float64]
+from .any_geometry import AnyGeometry
+from .boxes import Boxes, corners_of
+from .hit_places import Float64Array, HitPlaces
+from .shapes import BOUND, shape_rows
 
 #: By how much boxes are grown, as a fraction of the scene's size plus its largest coordinate. It exceeds the rounding
 #: of rays and boxes to float32.
@@ -80,10 +81,9 @@ def has_user_methods(value: object) -> bool:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class UserPrimitives(Shown):
+class UserPrimitives(AnyGeometry):
     """The container that `build` makes from an object with `bounds` and `hit`."""
 
-    #: The name of the boxes' kind in the core.
     kind: ClassVar[str] = "shapes"
 
     source: Primitives
@@ -155,6 +155,38 @@ class UserPrimitives(Shown):
         return shape_rows(
             BOUND, np.asarray(np.clip(boxes, -COORDINATE_LIMIT, COORDINATE_LIMIT), np.float32).reshape(-1, 6)
         )
+
+    # ------------------------------------------------------------------------ What a kind of geometry answers.
+
+    noun = "primitives"
+    has_user_code = True
+
+    def count_text(self) -> str:
+        """See `AnyGeometry`."""
+        return f"{len(self):,} of your own"
+
+    def require_gpu(self) -> None:
+        """See `AnyGeometry`."""
+        raise InputError(
+            f"the GPU does not run a class of your own, and this tree is over {type(self.source).__name__}; query it "
+            "on the CPU"
+        )
+
+    def span(self) -> tuple[FloatArray, FloatArray]:
+        """Return the corners of the box of all primitives."""
+        points = corners_of(np.asarray(self.bounds[None], np.float32)[: len(self)]).reshape(-1, 3)
+        return points, np.zeros(len(points), np.float32)
+
+    def normals_at(self, hits: HitPlaces) -> Float64Array:
+        """Call the optional method `normals`."""
+        if not callable(normals := getattr(self.source, "normals", None)):
+            raise InputError(f"{type(self.source).__name__} has no method normals(ids, points); add it for normals")
+        return np.asarray(normals(hits.prim, hits.on_rays()), np.float64)
+
+    def drawn(self, rows: IntArray) -> Sequence[AnyGeometry]:
+        """Return the boxes, perhaps several of each primitive."""
+        of_rows = np.isin(self.owner, rows)
+        return (Boxes(self.core_rows[of_rows, :6].reshape(-1, 2, 3)),)
 
     def hit(self, ids: IntArray, rays: Rays, radius: Float64Array) -> UserHits:
         """Call `Primitives.hit`, and check and convert its answer."""

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import AnyArray, FloatArray, IntArray
-from ..geometry.curves import Curves
+from ..geometry.axis_geometry import AxisGeometry
 from ..geometry.lines import Lines
 
 
@@ -55,7 +55,7 @@ def polylines_of(lines: Lines) -> Polylines:
     >>> polylines_of(lines).counts
     array([3, 2])
     """
-    n, begins = len(lines), begins_of(lines)
+    n, begins = len(lines), lines.begins()
     first = np.flatnonzero(begins)
     counts = np.diff(np.append(first, n)) + 1
     # A polyline has the first end of each of its segments, and the last end of the last.
@@ -77,10 +77,10 @@ def polylines_of(lines: Lines) -> Polylines:
     return Polylines(lines.segments[row, end], counts, lines.strands[first], radius, points, attributes, lost)
 
 
-def attributes_of_runs(part: Lines | Curves, begins: npt.NDArray[np.bool_], lost: list[str]) -> dict[str, AnyArray]:
+def attributes_of_runs(part: AxisGeometry, begins: npt.NDArray[np.bool_], lost: list[str]) -> dict[str, AnyArray]:
     """Return the attributes, without those at ends, that are equal all along each run; record the others in `lost`."""
     first, run = np.flatnonzero(begins), np.cumsum(begins) - 1
-    row = "curve" if isinstance(part, Curves) else "segment"
+    row = part.place_words[1]
     kept = {}
     for name, values in part.attributes.items():
         if name in part.end_attributes:
@@ -90,21 +90,6 @@ def attributes_of_runs(part: Lines | Curves, begins: npt.NDArray[np.bool_], lost
         else:
             lost.append(f"{name!r}, which differs from {row} to {row}")
     return kept
-
-
-def begins_of(part: Lines | Curves) -> npt.NDArray[np.bool_]:
-    """Return which segments or curves do not go on where the one before of their strand ends."""
-    begins = np.ones(len(part), np.bool_)
-    if not len(part):
-        return begins
-    same = (part.strands[1:] == part.strands[:-1]) & (part.strands[1:] >= 0)
-    ends = part.control[:, ::3] if isinstance(part, Curves) else part.segments
-    for axis in range(3):
-        same &= ends[1:, 0, axis] == ends[:-1, 1, axis]
-    if isinstance(part, Curves) and part.radius is not None:
-        same &= part.radius[1:, 0] == part.radius[:-1, 3]
-    begins[1:] = ~same
-    return begins
 
 
 def equal(left: AnyArray, right: AnyArray) -> bool:

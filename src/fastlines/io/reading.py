@@ -130,8 +130,8 @@ def _parse(row: Format, source: Source, invalid: str, options: dict[str, Any]) -
         if isinstance(error, InputError):
             raise InputError(f"{source.name}: {error}") from None
         raise
-    parts = [_with_conventions(part, row) for part in (lines.parts if isinstance(lines, Geometry) else [lines])]
-    return Geometry(parts) if isinstance(lines, Geometry) else parts[0]
+    parts = [_with_conventions(part, row) for part in lines.each_part()]
+    return Geometry(parts) if lines.has_parts else parts[0]
 
 
 def _with_conventions(part: Any, row: Format) -> Any:

@@ -11,14 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import FileWarning, InputError
-from ..geometry.collection import AnyGeometry, Geometry, count_text, counted, parts_of
-from ..geometry.curves import Curves
+from ..geometry.any_geometry import AnyGeometry, counted
+from ..geometry.collection import Geometry
 from ..geometry.foreign import lines as as_lines
-from ..geometry.lines import Lines
 from ..support.atomic_write import atomic_write
-from .curves_as_lines import curves_as_lines
 from .format import Format
-from .polylines import begins_of
 from .table import extension_of, known_formats, path_of, to_write
 
 
@@ -73,7 +70,7 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
         lost += row.write(geometry, plain)
         with plain.open("rb") as file, gzip.open(partial, "wb") if packed else partial.open("wb") as out:
             shutil.copyfileobj(file, out)
-    n_skipped = sum(len(part.skipped) for part in parts_of(lines) if isinstance(part, Lines | Curves))
+    n_skipped = lines.n_skipped if isinstance(lines, AnyGeometry) else 0
     if n_skipped:
         lost.append(f"{counted(n_skipped, 'rows')} of the input, skipped for NaN or Inf")
     if lost:
@@ -82,23 +79,24 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
         warnings.warn(f"{target}: {why}: {'; '.join(lost)}", FileWarning, stacklevel=2)
 
 
-def parts_to_write(lines: Any, row: Format) -> list[Lines | Curves]:
+def parts_to_write(lines: Any, row: Format) -> list[AnyGeometry]:
     """Return the lines and curves that a file of a format holds once they are written."""
-    return [part for part in parts_of(to_written(lines, row.writes)[0]) if isinstance(part, Lines | Curves)]
+    return [part for part in to_written(lines, row.writes)[0].each_part() if part.is_plain]
 
 
-def count_strands(part: Lines | Curves, row: Format) -> int:
+def count_strands(part: AnyGeometry, row: Format) -> int:
     """Return how many strands a file of a format holds of lines or curves that are written to it.
 
     Examples
     --------
+    >>> import fastlines as fl
     >>> from fastlines.io import known_formats
-    >>> gap = Lines.from_segments([[[0, 0, 0], [1, 0, 0]], [[2, 0, 0], [3, 0, 0]]], strands=[0, 0])
+    >>> gap = fl.Lines.from_segments([[[0, 0, 0], [1, 0, 0]], [[2, 0, 0], [3, 0, 0]]], strands=[0, 0])
     >>> [count_strands(gap, known_formats()[name]) for name in (".npz", ".tck", ".npy")]
     [1, 2, 0]
     """
     if row.strands == "polylines":
-        return int(begins_of(part).sum())
+        return int(part.begins().sum())
     return part.n_strands if row.strands == "kept" else 0
 
 
@@ -109,14 +107,14 @@ def to_written(
     geometry = lines if isinstance(lines, AnyGeometry) else as_lines(lines)
     if type(geometry) in known:
         return geometry, []
-    if isinstance(geometry, Curves):
-        return curves_as_lines(geometry), ["curves, which are written as their pieces"]
-    if type(geometry) is Lines:
-        return geometry, []
-    if isinstance(geometry, Geometry):
+    straight = geometry.as_lines()
+    if straight is not None:
+        return straight, [] if straight is geometry else ["curves, which are written as their pieces"]
+    if geometry.has_parts:
+        each = geometry.each_part()
         several = ", ".join(extension for extension, row in known_formats().items() if Geometry in row.writes)
-        parts = ", ".join(f"part {i} ({count_text(part)})" for i, part in enumerate(geometry.parts)) or "no parts"
-        first = next((i for i, part in enumerate(geometry.parts) if type(part) in (Lines, Curves)), 0)
+        parts = ", ".join(f"part {i} ({part.count_text()})" for i, part in enumerate(each)) or "no parts"
+        first = next((i for i, part in enumerate(each) if part.is_plain), 0)
         raise InputError(
             f"this is a Geometry of {parts}, and such {keeper} hold one part; write all parts to one of {several}, or "
             f"one by itself, as in {call.format(f'geometry.parts[{first}]')}"

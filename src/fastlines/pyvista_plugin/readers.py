@@ -10,7 +10,6 @@ import numpy as np
 
 from ..arrays import AnyArray
 from ..errors import FileWarning
-from ..geometry.collection import Geometry
 from ..geometry.lines import Lines
 from ..geometry.vtk_cells import RADIUS
 from ..io import read as read_lines
@@ -41,8 +40,8 @@ def read(path: str | os.PathLike[str], **options: Any) -> Any:
         As `to_polydata` makes it. A file with curves beside lines gives a ``pyvista.MultiBlock`` of its parts.
     """
     lines = read_lines(path, **options)
-    if isinstance(lines, Geometry):
-        return pyvista().MultiBlock([to_polydata(part) for part in lines.parts])
+    if lines.has_parts:
+        return pyvista().MultiBlock([to_polydata(part) for part in lines.each_part()])
     return to_polydata(lines)
 
 

@@ -10,11 +10,9 @@ import numpy.typing as npt
 
 from ..arrays import FloatArray, IntArray
 from ..errors import InputError
-from ..geometry.collection import AnyGeometry
-from . import hit_places
+from ..geometry.any_geometry import AnyGeometry
+from ..geometry.hit_places import Float64Array, HitPlaces
 from .rays import RayBatch
-
-Float64Array = npt.NDArray[np.float64]
 
 #: How far outside a surface a ray has to start, so that the test of that surface, in float32, misses: as a fraction of
 #: the scene's size, its largest coordinate and the radius together.
@@ -55,12 +53,12 @@ class HitGeometry:
         array(False)
         """
         geometry, hits = self._places()
-        points = hit_places.points(geometry, hits)
+        points = geometry.points_at(hits)
         if outside:
             self._require_surface()
             bounds = np.asarray(geometry.bounds, np.float64)
             size = float(np.ptp(bounds, axis=0).max() + np.abs(bounds).max()) if len(geometry) else 0.0
-            distance = OUTSIDE * (size + hit_places.own_radius(geometry, hits.prim) + hits.radius)
+            distance = OUTSIDE * (size + geometry.radius_of(hits.prim) + hits.radius)
             points = points + distance[:, None] * self._outwards
         return self._filled(points)
 
@@ -88,11 +86,12 @@ class HitGeometry:
     @cached_property
     def _outwards(self) -> Float64Array:
         """The normal at each hit, without misses."""
-        return hit_places.outwards(*self._places())
+        geometry, hits = self._places()
+        return geometry.normals_at(hits)
 
     def _require_surface(self) -> None:
         """Refuse hits at the closest approach, unless nothing that was hit has an axis to approach."""
-        if self.t_out is None and hit_places.has_axes(self._known()):
+        if self.t_out is None and self._known().has_axes:
             raise InputError(
                 "normals are those of a surface, and these hits are at the closest approach; query again with "
                 "at='surface'"
@@ -109,7 +108,8 @@ class HitGeometry:
         >>> print(fl.build([[[-1, 0, 0], [1, 0, 0]]]).first_hit([0, 0, -5], [0, 0, 1], 0.5).tangents())
         [1. 0. 0.]
         """
-        return self._filled(hit_places.tangents(*self._places(with_rays=False)))
+        geometry, hits = self._places(with_rays=False)
+        return self._filled(geometry.tangents_at(hits))
 
     def sample(self, name: str) -> npt.NDArray[Any]:
         """Return an attribute of what was hit, or its radius, at each hit; NaN for a miss.
@@ -130,9 +130,8 @@ class HitGeometry:
         >>> fl.build(lines).first_hit([[0.25, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5).sample("fa")
         array([0.25,  nan])
         """
-        geometry = self._known()
-        _, hits = self._places(with_rays=hit_places.has_corner_values(geometry, name))
-        return self._filled(hit_places.sample(geometry, name, hits))
+        geometry, hits = self._places(with_rays=self._known().sample_needs_rays(name))
+        return self._filled(geometry.sample(name, hits))
 
     def _known(self) -> AnyGeometry:
         if self.geometry is None:
@@ -156,16 +155,16 @@ class HitGeometry:
         """The primitive of each hit, counted over all parts of the geometry; -1 for a miss."""
         raise NotImplementedError
 
-    def _places(self, *, with_rays: bool = True) -> tuple[AnyGeometry, hit_places.HitPlaces]:
+    def _places(self, *, with_rays: bool = True) -> tuple[AnyGeometry, HitPlaces]:
         """Return the geometry, and the place of each hit, without misses; its ray is left out if that is not needed."""
         geometry, hit = self._known(), self.prim >= 0
         if not with_rays:
-            return geometry, hit_places.HitPlaces.without_rays(self.prim_number[hit], self.u[hit].astype(np.float64))
+            return geometry, HitPlaces.without_rays(self.prim_number[hit], self.u[hit].astype(np.float64))
         rays = self._known_rays()
         row = self._ray_of_hits()
         t, t_min, t_max = self.t[hit], rays.scalar(rays.t_min, row), rays.scalar(rays.t_max, row)
         inside = (t != t_min) & (t != t_max)
-        return geometry, hit_places.HitPlaces(
+        return geometry, HitPlaces(
             self.prim_number[hit],
             self.u[hit].astype(np.float64),
             t.astype(np.float64),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar
@@ -13,9 +13,7 @@ import numpy.typing as npt
 
 from ..arrays import FloatArray, IntArray
 from ..errors import InputError
-from ..geometry.collection import AnyGeometry, Geometry, in_parts, parts_of
-from ..geometry.curves import Curves
-from ..geometry.lines import Lines
+from ..geometry.any_geometry import AnyGeometry
 from ..support.immutable import own
 from .backend import HitColumns
 from .crossings import crossings, first_hits_of
@@ -37,14 +35,7 @@ class _OfGeometry(HitGeometry):
 
         It differs from ``prim`` where rows of the input were skipped.
         """
-        row = self.prim.copy()
-        for of, here in self._parts():
-            if isinstance(of, Lines | Curves):
-                # Count the skipped rows before each segment: those whose position among the kept rows is at or before
-                # its own.
-                before = np.searchsorted(of.skipped - np.arange(len(of.skipped)), self.prim[here], side="right")
-                row[here] += before
-        return own(np.asarray(row))
+        return self._looked_up(self._known().rows_of)
 
     @cached_property
     def strand(self) -> IntArray:
@@ -52,24 +43,18 @@ class _OfGeometry(HitGeometry):
 
         Each part of a `Geometry` counts its own strands.
         """
-        found = np.full(self.prim.shape, -1)
-        for of, here in self._parts():
-            if isinstance(of, Lines | Curves):
-                found[here] = np.maximum(of.strands[self.prim[here]], -1)
-        return own(found)
+        return self._looked_up(self._known().strands_of)
 
-    def _parts(self) -> Iterator[tuple[AnyGeometry, npt.NDArray[np.bool_]]]:
-        """Yield each part of the geometry, and which hits are of it."""
-        for i, of in enumerate(parts_of(self._known())):
-            yield of, (self.prim >= 0 if self.part is None else self.part == i)
+    def _looked_up(self, look_up: Callable[[IntArray], IntArray]) -> IntArray:
+        """Return a number of each primitive that was hit; -1 for a miss."""
+        found, hit = np.full(self.prim.shape, -1), self.prim >= 0
+        found[hit] = look_up(self.prim_number[hit])
+        return np.asarray(own(found))
 
     @property
     def prim_number(self) -> IntArray:
         """The primitive of each hit, counted over all parts of a `Geometry`; -1 for a miss. Else it is `prim`."""
-        geometry = self._known()
-        if self.part is None or not isinstance(geometry, Geometry):
-            return self.prim
-        return np.asarray(np.where(self.prim < 0, -1, geometry.first[self.part] + self.prim))
+        return self._known().number(self.part, self.prim)
 
     def __copy__(self: Self) -> Self:
         copied = object.__new__(type(self))
@@ -144,7 +129,7 @@ class FirstHits(_OfGeometry):
         t, prim, u, distance, t_out = columns
         shape = rays.shape
         # NumPy prints C's name of a 64-bit integer, but not its own.
-        part, prim = _parts_of_hits(geometry, prim.reshape(shape).view(np.int64))
+        part, prim = geometry.split(prim.reshape(shape).view(np.int64))
         t_out = None if t_out is None else t_out.reshape(shape)
         arrays = t.reshape(shape), prim, u.reshape(shape), distance.reshape(shape), t_out
         return cls(*arrays, rays.skipped, geometry, rays, part)
@@ -190,7 +175,7 @@ class AllHits(_OfGeometry):
     def from_columns(cls, offsets: IntArray, columns: HitColumns, rays: RayBatch, geometry: AnyGeometry) -> AllHits:
         """Wrap the lists of a backend."""
         t, prim, u, distance, t_out = columns
-        part, prim = _parts_of_hits(geometry, prim.view(np.int64))
+        part, prim = geometry.split(prim.view(np.int64))
         return cls(offsets.view(np.int64), t, prim, u, distance, t_out, rays.skipped, geometry, rays, part)
 
     def _ray_of_hits(self) -> IntArray:
@@ -250,8 +235,3 @@ class AllHits(_OfGeometry):
         columns = self.t[first], self.prim[first], self.u[first], self.distance[first], ends
         kept = None if self.part is None else part[first]
         return AllHits(offsets, *columns, self.skipped, self.geometry, self.rays, kept)
-
-
-def _parts_of_hits(geometry: AnyGeometry, prim: IntArray) -> tuple[IntArray | None, IntArray]:
-    """Return the part of a `Geometry` that each primitive is of, and its number there."""
-    return in_parts(geometry, prim) if isinstance(geometry, Geometry) else (None, prim)

@@ -11,9 +11,7 @@ import numpy.typing as npt
 
 from ..arrays import IntArray, to_integers
 from ..errors import InputError
-from ..geometry.collection import AnyGeometry, parts_of
-from ..geometry.curves import Curves
-from ..geometry.lines import Lines
+from ..geometry.any_geometry import AnyGeometry
 
 
 @dataclass(frozen=True)
@@ -48,7 +46,7 @@ def ignored_of(geometry: AnyGeometry, shape: tuple[int, ...], ignore: Any, ignor
     found = []
     if ignore is not None:
         numbers = _numbers("ignore", ignore, shape)
-        _check_range("ignore", numbers, sum(map(len, parts_of(geometry))), "primitives")
+        _check_range("ignore", numbers, len(geometry), "primitives")
         found.append(Ignored(numbers))
     if ignore_strands is not None:
         of_prim = _strand_of_prims(geometry)
@@ -99,8 +97,8 @@ def _check_range(name: str, numbers: IntArray, n: int, what: str) -> None:
 def _strand_of_prims(geometry: AnyGeometry) -> IntArray:
     """Return the strand of each primitive, different for each part; -1 for none."""
     strands, used = [np.zeros(0, np.int64)], 0
-    for part in parts_of(geometry):
-        of_part = part.strands if isinstance(part, Lines | Curves) else np.full(len(part), -1)
+    for part in geometry.each_part():
+        of_part = part.strands_of(np.arange(len(part)))
         strands.append(np.where(of_part < 0, -1, of_part + used))
         used += int(of_part.max(initial=-1)) + 1
     return np.concatenate(strands)

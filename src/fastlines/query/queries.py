@@ -12,13 +12,9 @@ from .. import _core
 from ..arrays import FloatArray, IntArray, choice, count
 from ..engines import is_given
 from ..errors import InputError
-from ..geometry.collection import (
-    AnyGeometry,
-    as_geometry,
-    core_data,
-    spread_data,
-)
-from ..geometry.user_primitives import Primitives, UserPrimitives
+from ..geometry.any_geometry import AnyGeometry
+from ..geometry.collection import as_geometry
+from ..geometry.user_primitives import Primitives
 from ..progress import ProgressOption, reporting
 from .backend import Backend, CompiledBackend
 from .hits import AllHits, FirstHits
@@ -218,9 +214,8 @@ def brute_force(
     rays = check_query(
         geometry, box, origins, directions, radius, t_min, t_max, invalid, spread, ignore, ignore_strands
     )
-    own = isinstance(geometry, UserPrimitives)
-    data = spread_data(geometry) if rays.has_spread else core_data(geometry)
-    core = None if own else CompiledBackend(_core, _core.BinaryView.of_primitives(*data))
+    data = geometry.spread_data() if rays.has_spread else geometry.core_data()
+    core = None if geometry.has_user_code else CompiledBackend(_core, _core.BinaryView.of_primitives(*data))
     backend = backend_of(geometry, core, rays)
     if query == "first_hit":
         return first_hit(backend, rays, surface, progress, geometry)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ..arrays import FLOAT32_MAX, INVALID, FloatArray, IntArray, choice, list_rows, to_float32
 from ..engines import engine
 from ..errors import InputError
-from ..geometry.collection import AnyGeometry, Geometry, count_text, needs_radius, radius_beyond
+from ..geometry.any_geometry import AnyGeometry
 from ..threads import get_num_threads
 from .ignore import Ignored
 
@@ -237,11 +237,12 @@ def _vectors(values: npt.ArrayLike, name: str) -> FloatArray:
 
 def require_radius(geometry: AnyGeometry, radius: npt.ArrayLike | None, spread: npt.ArrayLike = 0.0) -> None:
     """Refuse a query without a radius and a spread on lines without a radius."""
-    if radius is None and needs_radius(geometry) and np.ndim(spread) == 0 and spread == 0:
+    if radius is None and geometry.needs_radius and np.ndim(spread) == 0 and spread == 0:
         pass_it = "pass radius=, or --radius on the command line, in the unit of the coordinates"
-        if not isinstance(geometry, Geometry):
+        if not geometry.has_parts:
             raise InputError(f"these lines have no radius of their own, so a query needs one: {pass_it}, or spread=")
-        bare = [f"part {i} ({count_text(part)})" for i, part in enumerate(geometry.parts) if needs_radius(part)]
+        parts = enumerate(geometry.each_part())
+        bare = [f"part {i} ({part.count_text()})" for i, part in parts if part.needs_radius]
         raise InputError(
             f"{', '.join(bare)} of this Geometry has no radius of its own, so a query needs one: {pass_it}, or make "
             "the parts with one, as lines.with_radius(…) does"
@@ -250,7 +251,7 @@ def require_radius(geometry: AnyGeometry, radius: npt.ArrayLike | None, spread: 
 
 def scene_bounds(geometry: AnyGeometry, box: FloatArray) -> FloatArray:
     """Return the box of all primitives, from that of their axes; refuse radii that are too large for it."""
-    margin = radius_beyond(geometry)
+    margin = geometry.radius_beyond
     if margin > 0 and margin > RADIUS_LIMIT * (size := float(np.ptp(box, axis=0).max()) or 1.0):
         raise InputError(
             f"the largest radius of the lines, {margin:g}, is more than {RADIUS_LIMIT:g} times the size of their axes "

@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..camera import Camera, Vector
-from ..geometry.collection import AnyGeometry, points_of, up_of
+from ..geometry.any_geometry import AnyGeometry
 from ..geometry.lines import AXES
 
 #: Lines are flat if an extent is at most this fraction of the largest.
@@ -45,7 +45,7 @@ def default_view(geometry: AnyGeometry) -> tuple[Vector, Vector]:
     ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
     """
     axes = np.eye(3)
-    points, _ = points_of(geometry)
+    points, _ = geometry.span()
     if len(points) == 0:
         return _tuple(-axes[2]), _tuple(axes[1])
     low, high = points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
@@ -55,7 +55,7 @@ def default_view(geometry: AnyGeometry) -> tuple[Vector, Vector]:
         return _tuple(-axes[flat]), _tuple(axes[2 if flat == 1 else 1])
 
     stands = low[1] >= -0.1 * extent[1]
-    up = AXES.index(up_of(geometry) or ("y" if stands else "z"))
+    up = AXES.index(geometry.up or ("y" if stands else "z"))
     # Of two equal sides look along z, as in most pictures.
     short, long = sorted((axis for axis in (2, 1, 0) if axis != up), key=lambda axis: extent[axis])
     lean = points.mean(axis=0, dtype=np.float64)[long] - (low + high)[long] / 2
@@ -99,7 +99,7 @@ def default_size(
     >>> default_size(fl.Lines.from_segments([[[0, 0, 0], [2, 1, 0]]]), 900)
     (1200, 675)
     """
-    points, _ = points_of(geometry)
+    points, _ = geometry.span()
     if len(points) == 0:
         return side, side
     pixels, _ = default_camera(geometry, direction=direction, up=up).project(points, 1, 1)

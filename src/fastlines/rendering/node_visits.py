@@ -14,7 +14,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import IntArray
-from ..geometry.collection import radius_beyond
 from ..tree import Tree
 
 #: The most pairs of a ray and a node that are tested at a time.
@@ -54,7 +53,7 @@ def visited_nodes(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike,
     if tree.n_prims == 0:
         return counts
     right = tree.nodes["right"]
-    grow = radius + radius_beyond(tree.geometry)
+    grow = radius + tree.geometry.radius_beyond
     # Start in parts that leave room for both children of each node.
     waiting = [
         (rays, np.zeros(len(rays), np.int64))

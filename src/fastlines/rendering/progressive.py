@@ -11,8 +11,6 @@ from typing import Any
 import numpy as np
 
 from ..arrays import AnyArray
-from ..geometry.collection import count_text, parts_of
-from ..geometry.user_primitives import UserPrimitives
 from ..threads import map_in_threads
 from .pictures.picture import Picture
 from .shading.depth import MAX_BANDS, MAX_RAYS, bands, check_size
@@ -76,8 +74,7 @@ class Progressive(ABC):
         """Whether several bands may be sampled at a time: not if code of the user's own runs, nor on a GPU."""
         tree = self.context.tree
         is_ours = str(getattr(self._shader, "__module__", "")).partition(".")[0] == "fastlines"
-        has_user_methods = any(isinstance(part, UserPrimitives) for part in parts_of(tree.geometry))
-        return is_ours and not has_user_methods and tree.backend == "cpu"
+        return is_ours and not tree.geometry.has_user_code and tree.backend == "cpu"
 
     def _sample_rows(self, index: int, rows: slice) -> Mapping[str, AnyArray]:
         return self._sample(index, np.arange(rows.start * self.width, rows.stop * self.width))
@@ -161,7 +158,7 @@ class Progressive(ABC):
             "radius": context.radius,
             "camera": context.camera,
             **self._own_settings(),
-            "lines": count_text(context.tree.geometry),
+            "lines": context.tree.geometry.count_text(),
             "checksum": digest(context.tree.geometry),
             "rays at a time": MAX_RAYS,
         }

@@ -11,7 +11,7 @@ from ..arrays import AnyArray, FloatArray, count, instance, number
 from ..builder import build
 from ..camera import Camera
 from ..errors import InputError
-from ..geometry.collection import AnyGeometry, largest_radius, needs_radius
+from ..geometry.any_geometry import AnyGeometry
 from ..progress import ProgressOption, check_progress, reporting
 from ..tree import Tree
 from .color.palette import GOLDEN, check_map
@@ -89,7 +89,7 @@ class Renderer(Progressive):
         context = ShadingContext.of(tree, camera, height, radius, rig or look.rig)
         samples = samples or (LENS_SAMPLES if camera.lens_radius else THIN_SAMPLES if context.thin else SAMPLES)
         super().__init__(context, width, height, samples, {"light": (3,), "alpha": (), "shadow": ()})
-        opacity = (radius + largest_radius(tree.geometry)) / max(context.pixel, 1e-30)
+        opacity = (radius + tree.geometry.max_radius) / max(context.pixel, 1e-30)
         traces_many = isinstance(look, TracedHair) and samples >= MANY_SAMPLES
         thin = context.thin and not traces_many
         self._finder = Cones(tree, radius, camera.spread(height), opacity) if thin else Surfaces(tree, radius)
@@ -232,7 +232,7 @@ def render(
     check_size(width, height)
     if camera is None:
         camera = default_camera(tree.geometry, aspect=width / height)
-    if radius is None and needs_radius(tree.geometry):
+    if radius is None and tree.geometry.needs_radius:
         radius = suitable_radius(tree, camera) if len(tree.geometry) else 0.0
     radius = check_radius(tree, radius)
     if made is None or isinstance(made, str):

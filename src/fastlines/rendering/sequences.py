@@ -13,7 +13,7 @@ from ..arrays import count, number
 from ..builder import build
 from ..camera import Camera, Vector
 from ..errors import InputError
-from ..geometry.collection import AnyGeometry, needs_radius, points_of
+from ..geometry.any_geometry import AnyGeometry
 from ..tree import Tree
 from .color.legend import ColorBar
 from .default_view import complete_size, default_camera, default_size, default_view
@@ -59,7 +59,7 @@ def turntable(
     made = tree if isinstance(tree, Tree) else build(tree)
     width, height = _size(options, (SIZE, SIZE))
     first = camera or turntable_camera(made.geometry, aspect=width / height)
-    if options.get("radius") is None and needs_radius(made.geometry):
+    if options.get("radius") is None and made.geometry.needs_radius:
         options["radius"] = suitable_radius(made, first)
     cameras = (first.orbit(degrees * i / n_pictures) for i in range(n_pictures))
     return _turned(made, cameras, options)
@@ -147,7 +147,7 @@ def turntable_camera(
     """
     default_direction, default_up = default_view(geometry)
     direction, up = direction or default_direction, up or default_up
-    points, radii = (values.astype(np.float64) for values in points_of(geometry))
+    points, radii = (values.astype(np.float64) for values in geometry.span())
     if len(points) == 0:
         return default_camera(geometry, direction=direction, up=up, fov_degrees=fov_degrees, aspect=aspect)
     # Find the cylinder about the upward axis.

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..arrays import AnyArray
 from ..errors import InputError
-from ..geometry.collection import AnyGeometry, core_data, parts_of
+from ..geometry.any_geometry import AnyGeometry
 from ..support.atomic_write import atomic_write
 
 #: The format of the file; another order of samples would be another format.
@@ -83,8 +83,8 @@ def digest(geometry: AnyGeometry) -> str:
     (True, False)
     """
     found = hashlib.blake2b(digest_size=16)
-    found.update(np.ascontiguousarray(core_data(geometry)[1]).tobytes())
-    for part in parts_of(geometry):
+    found.update(np.ascontiguousarray(geometry.core_rows).tobytes())
+    for part in geometry.each_part():
         found.update(f"{type(part).__name__} {len(part)}".encode())
         for columns in ("attributes", "end_attributes", "corner_attributes"):
             for name, values in getattr(part, columns, {}).items():

@@ -13,45 +13,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InputError
-from ..geometry.collection import AnyGeometry, Geometry
-from ..geometry.curves import Curves
+from ..geometry import kinds
+from ..geometry.any_geometry import AnyGeometry
+from ..geometry.collection import Geometry
 from ..geometry.lines import Lines
-from ..geometry.spheres import Spheres
-from ..geometry.triangles_boxes import Boxes, Triangles
 from ..support import container
 
 Arrays: TypeAlias = dict[str, npt.NDArray[Any]]
-
-#: The containers that files keep, by name; those of `Lines` have a constructor that takes no more than that of `Lines`.
-KINDS: dict[str, type[Any]] = {kind.__name__: kind for kind in (Lines, Spheres, Curves, Triangles, Boxes)}
-
-#: The arrays of each container: dtype, the shapes that a row may have, and whether it must be there.
-Section: TypeAlias = tuple[str, tuple[tuple[int, ...], ...], bool]
-LINES: dict[str, Section] = {
-    "segments": ("<f4", ((2, 3),), True),
-    "strands": ("<i8", ((),), True),
-    "radius": ("<f4", ((), (2,)), False),
-    "skipped": ("<i8", ((),), False),
-}
-CURVES: dict[str, Section] = {
-    "control": ("<f4", ((4, 3),), True),
-    "strands": ("<i8", ((),), True),
-    "radius": ("<f4", ((4,),), False),
-    "skipped": ("<i8", ((),), False),
-}
-
-
-def _mesh(n_corners: int) -> dict[str, Section]:
-    return {"corners": ("<f4", ((n_corners, 3),), True)}
-
-
-SECTIONS: dict[str, dict[str, Section]] = {
-    "Lines": LINES,
-    "Spheres": LINES,
-    "Curves": CURVES,
-    "Triangles": _mesh(3),
-    "Boxes": _mesh(2),
-}
 
 #: The mappings of attributes of a container, and what their sections begin with.
 ATTRIBUTES = ("attributes", "end_attributes", "corner_attributes")
@@ -61,22 +29,22 @@ Refuse: TypeAlias = Callable[[str], Exception]
 
 def to_sections(geometry: AnyGeometry) -> tuple[Arrays, dict[str, Any], list[str]]:
     """Return the sections and the metadata of a geometry, and the attributes that a file cannot keep."""
-    if isinstance(geometry, Geometry):
+    if geometry.has_parts:
         arrays: Arrays = {}
         parts, all_lost = [], []
-        for i, part in enumerate(geometry.parts):
+        for i, part in enumerate(geometry.each_part()):
             sections, facts, lost = to_sections(part)
             arrays |= {f"parts/{i}/{name}": array for name, array in sections.items()}
             parts.append(facts)
             all_lost += lost
         return arrays, {"kind": Geometry.__name__, "parts": parts}, all_lost
     name = type(geometry).__name__
-    if KINDS.get(name) is not type(geometry):
+    if kinds.KINDS.get(name) is not type(geometry):
         raise InputError(
-            f"files keep trees over {', '.join([*KINDS, Geometry.__name__])}, and this one is over {name}; use pickle, "
-            f"or add {name} to KINDS and its arrays to SECTIONS of {__name__}"
+            f"files keep trees over {', '.join([*kinds.KINDS, Geometry.__name__])}, and this one is over {name}; use "
+            f"pickle, or add {name} to KINDS of {kinds.__name__}"
         )
-    arrays = {key: getattr(geometry, key) for key in SECTIONS[name] if getattr(geometry, key) is not None}
+    arrays = {key: getattr(geometry, key) for key in geometry.sections if getattr(geometry, key) is not None}
     if not len(arrays.get("skipped", ())):
         arrays.pop("skipped", None)
     facts = {key: getattr(geometry, key, None) for key in ("up", "unit", "tolerance")}
@@ -114,11 +82,11 @@ def from_sections(arrays: Arrays, facts: Mapping[str, Any], refuse: Refuse) -> A
             if part.get("kind") == Geometry.__name__:
                 raise refuse("a part of its geometry has parts")
             parts.append(from_sections(own, part, refuse))
-        return Geometry(parts)  # type: ignore[arg-type]
-    if kind not in KINDS:
-        raise refuse(f"it is over {kind!r}, expected one of {', '.join([*KINDS, Geometry.__name__])}")
+        return Geometry(parts)
+    if kind not in kinds.KINDS:
+        raise refuse(f"it is over {kind!r}, expected one of {', '.join([*kinds.KINDS, Geometry.__name__])}")
     given: dict[str, Any] = {}
-    for name, (dtype, rows, is_needed) in SECTIONS[kind].items():
+    for name, (dtype, rows, is_needed) in kinds.KINDS[kind].sections.items():
         if name not in arrays and not is_needed:
             continue
         if name not in arrays or arrays[name].ndim == 0 or arrays[name].shape[1:] not in rows:
@@ -131,7 +99,6 @@ def from_sections(arrays: Arrays, facts: Mapping[str, Any], refuse: Refuse) -> A
         found = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
         if found:
             given[mapping] = found
-    corners = (given.pop("corners"),) if "corners" in given else ()
     given |= {key: facts[key] for key in ("up", "unit", "tolerance") if facts.get(key) is not None}
-    geometry: AnyGeometry = KINDS[kind](*corners, **given)
+    geometry: AnyGeometry = kinds.KINDS[kind](**given)
     return geometry

@@ -10,8 +10,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..engines import engine
-from ..geometry.collection import AnyGeometry, core_data, spread_data
-from ..geometry.lines import Lines
+from ..geometry.any_geometry import AnyGeometry
 from ..progress import ProgressCallback, ProgressOption, reporting
 from ..support.immutable import Immutable, frozen, own
 from ..support.shared_property import shared_property
@@ -67,17 +66,17 @@ class Layout(Immutable):
     @property
     def n_bytes(self) -> int:
         """The memory of the layout and of the primitives."""
-        return self.nodes.nbytes + self.leaves.nbytes + self.refs.nbytes + core_data(self.geometry)[1].nbytes
+        return self.nodes.nbytes + self.leaves.nbytes + self.refs.nbytes + self.geometry.core_rows.nbytes
 
     @shared_property
     def view(self) -> _core.LayoutView:
         """The layout in the form that the engine reads."""
-        return self._view_over(*core_data(self.geometry))
+        return self._view_over(*self.geometry.core_data())
 
     @shared_property
     def spread_view(self) -> _core.LayoutView:
         """The same for rays with a spread. Lines without a radius are copied for it, 32 bytes a segment."""
-        return self._view_over(*spread_data(self.geometry))
+        return self._view_over(*self.geometry.spread_data())
 
     def _view_over(self, kind: str, data: npt.NDArray[np.float32]) -> _core.LayoutView:
         corners = self.box.reshape(-1).tolist()
@@ -104,13 +103,13 @@ def build_layout(
 ) -> Layout:
     """Lay out a tree, given as rows of 32-bit words."""
     with reporting(progress, "layout") as callback:
-        made = engine.build_layout(*core_data(geometry), nodes, refs, RADIUS_HINT, get_num_threads(), callback)
+        made = engine.build_layout(*geometry.core_data(), nodes, refs, RADIUS_HINT, get_num_threads(), callback)
     wide_nodes, leaves, wide_refs, mean_extent = made
     return Layout(geometry, box, own(wide_nodes), own(leaves), own(wide_refs), mean_extent)
 
 
 def refit_layout(
-    layout: Layout, lines: Lines, box: npt.NDArray[np.float32], n_threads: int, progress: ProgressCallback | None
+    layout: Layout, lines: AnyGeometry, box: npt.NDArray[np.float32], n_threads: int, progress: ProgressCallback | None
 ) -> Layout:
     """Fit a layout to segments that have moved: the same children and pieces, other boxes (`BlockEncoder`)."""
     moved = replace(layout, geometry=lines, box=box)

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from .. import _core
 from ..arrays import IntArray, choice, count, instance
 from ..errors import InputError, InvalidTreeError
-from ..geometry.collection import AnyGeometry, build_data
+from ..geometry.any_geometry import AnyGeometry
 from ..settings.settings import COST, Cost, Settings
 from ..support.display import Shown
 from ..support.graphviz import MAX_LEVEL, dot_nodes, dot_text
@@ -107,7 +107,7 @@ class TreeData(Shown):
             raise InputError(f"built_cost={self.built_cost!r}; expected a cost, or None without a refit")
         if made_by_core:
             return
-        found = _core.check(*build_data(self.geometry), *self.words(), self.settings.boxes)
+        found = _core.check(*self.geometry.build_data(), *self.words(), self.settings.boxes)
         if found is not None:
             raise InvalidTreeError(*found)
 
@@ -120,7 +120,7 @@ class TreeData(Shown):
     @property
     def n_prims(self) -> int:
         """The number of primitives that references name: of curves, the pieces."""
-        return len(build_data(self.geometry)[1])
+        return len(self.geometry.build_data()[1])
 
     @property
     def n_nodes(self) -> int:
@@ -304,7 +304,7 @@ class TreeData(Shown):
         """
         changed = self.settings.presplit is not None or self.settings.reinsertion > 0
         over_pieces = changed or self.built_cost is not None
-        found = _core.validate(*build_data(self.geometry), *self.words(), self.settings.boxes, over_pieces)
+        found = _core.validate(*self.geometry.build_data(), *self.words(), self.settings.boxes, over_pieces)
         if found is not None:
             raise InvalidTreeError(*found)
 

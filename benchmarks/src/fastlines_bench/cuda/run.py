@@ -21,7 +21,7 @@ from ..harness import machine
 from ..harness.arrays import FloatArray
 from ..harness.clock import best_of
 from ..harness.compare import same
-from ..harness.internals import TUNING, CudaBackend, CudaDevice, check_query, core_data, cuda_device, scene_of
+from ..harness.internals import TUNING, CudaBackend, CudaDevice, check_query, cuda_device, scene_of
 from ..harness.preset import Preset, sized
 from ..harness.rays import RayBatch, camera_rays, random_rays
 from ..peers.warp import WarpScene, warp
@@ -198,7 +198,7 @@ def measure(preset: CudaPreset, name: str, device: CudaDevice, result: CudaResul
     on_gpu, on_cpu = tree.to("cuda"), tree.to("cpu")
     backend = CudaBackend(scene_of(tree.layout, device))
     peer = WarpScene(scene.lines, preset.warp) if preset.warp and warp() else None
-    item = core_data(scene.lines)[1].itemsize * core_data(scene.lines)[1].shape[1]
+    item = scene.lines.core_rows.itemsize * scene.lines.core_rows.shape[1]
     random = random_rays(scene.lines, preset.n_rays)
     for batch in (camera_rays(scene.camera, preset.n_rays), random, sorted_rays(random, scene.lines.bounds)):
         rays = batch.origins, batch.directions, preset.radius

@@ -14,7 +14,7 @@ from fastlines import InputError, Tree, build, simd
 
 from ..harness import machine
 from ..harness.clock import best_of
-from ..harness.internals import core_data, num_threads, use_engine
+from ..harness.internals import num_threads, use_engine
 from ..harness.preset import TimedPreset, sized
 from ..harness.rays import KINDS, RayBatch
 from ..harness.subjects import Subject
@@ -143,7 +143,7 @@ def _time_steps(tree: Tree, rays: RayBatch, radius: float, known: dict[str, floa
     """Time each step alone with the current instruction set; return the least nanoseconds so far, by name."""
     layout = tree.layout
     now: dict[str, float] = compiled(f"_step_timings_{simd()}").time_steps(
-        core_data(layout.geometry)[1],
+        layout.geometry.core_rows,
         layout.nodes,
         layout.leaves,
         layout.refs,

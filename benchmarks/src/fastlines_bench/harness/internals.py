@@ -15,7 +15,6 @@ from fastlines.cuda.scene import scene_of
 from fastlines.cuda.scene import upload as upload_scene
 from fastlines.engines import use_engine
 from fastlines.errors import FastlinesError
-from fastlines.geometry.collection import core_data
 from fastlines.query.queries import check_query
 from fastlines.rendering.color.tone import filmic, srgb, to_bytes
 from fastlines.rendering.hair import HairMaterial, longitudinal
@@ -65,7 +64,6 @@ __all__ = [
     "best_settings",
     "check_output",
     "check_query",
-    "core_data",
     "cuda_device",
     "cuda_program",
     "describe_machine",

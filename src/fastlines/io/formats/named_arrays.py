@@ -85,7 +85,7 @@ def from_arrays(source: Source, arrays: dict[str, AnyArray], facts: Mapping[str,
 
 def to_arrays(geometry: Lines | Curves) -> tuple[dict[str, AnyArray], dict[str, str], list[str]]:
     """Return the arrays and the facts of lines or curves, and what has no place in them."""
-    name = "control" if isinstance(geometry, Curves) else "segments"
+    name = next(iter(geometry.sections))
     arrays: dict[str, AnyArray] = {name: getattr(geometry, name), "strands": geometry.strands}
     if geometry.radius is not None:
         arrays["radius"] = geometry.radius

@@ -14,7 +14,7 @@ from ...geometry.curves import Curves
 from ...geometry.lines import Lines
 from ...support.optional import optional
 from ..losses import is_encodable, strand_numbers
-from ..polylines import Polylines, attributes_of_runs, begins_of, equal, polylines_of
+from ..polylines import Polylines, attributes_of_runs, equal, polylines_of
 from ..units import meters_of
 
 #: USD's types of arrays by NumPy's, and whether there are vectors of them.
@@ -43,9 +43,9 @@ def write(geometry: Lines | Curves | Geometry, path: Path) -> list[str]:
     optional("pxr", "writing USD files", "usd")
     from pxr import Sdf, Tf, Usd, UsdGeom, UsdUtils
 
-    parts = list(geometry.parts) if isinstance(geometry, Geometry) else [geometry]
-    kept = [part for part in parts if isinstance(part, Lines | Curves) and type(part) in (Lines, Curves)]
-    lost = [f"part {i}, {type(part).__name__}" for i, part in enumerate(parts) if type(part) not in (Lines, Curves)]
+    parts = geometry.each_part()
+    kept = [part for part in parts if isinstance(part, Lines | Curves) and part.is_plain]
+    lost = [f"part {i}, {type(part).__name__}" for i, part in enumerate(parts) if not part.is_plain]
     if not kept:
         raise InputError("USD curves hold lines and curves, and there are none; write something else")
     plain = path.with_suffix(".usdc") if path.suffix == ".usdz" else path
@@ -169,7 +169,7 @@ def splines_of(curves: Curves) -> Polylines:
 
     The splines have 4, 7, 10, … points. Values at the ends of curves are one more than a spline has curves.
     """
-    n, begins = len(curves), begins_of(curves)
+    n, begins = len(curves), curves.begins()
     first: IntArray = np.flatnonzero(begins)
     ends = np.append(begins[1:], True)[:n]
     is_point, is_end = np.ones((n, 4), np.bool_), np.ones((n, 2), np.bool_)

@@ -13,8 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arrays import IntArray
-from ...geometry.collection import AnyGeometry, Geometry, core_of, parts_of
-from ...geometry.curves import Curves
+from ...geometry.any_geometry import AnyGeometry
 from ...progress import ProgressCallback
 from ..backend import Backend, HitColumns, HitLists
 from ..crossings import crossings, first_hits_of
@@ -22,22 +21,17 @@ from ..hit_lists import count_by_listing, first_of_each, offsets_of
 from ..rays import RayBatch
 
 
-def has_curves(geometry: AnyGeometry) -> bool:
-    """Return whether geometry has curves, for which this backend is needed."""
-    return any(isinstance(part, Curves) for part in parts_of(geometry))
-
-
 @dataclass(frozen=True)
 class CurveBackend:
     """Answers rays about curves, alone or with other geometry; see `Backend`."""
 
     pieces: Backend
-    geometry: Curves | Geometry
+    geometry: AnyGeometry
 
     @property
     def _owner(self) -> IntArray:
         """The primitive of each row of the core, counted over all parts."""
-        return self.geometry.pieces.curve if isinstance(self.geometry, Curves) else self.geometry.owner
+        return self.geometry.owner
 
     def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
         """See `Backend`."""
@@ -87,13 +81,6 @@ class CurveBackend:
     def _named(self, columns: HitColumns) -> HitColumns:
         """Replace pieces by their curves, and u on a piece by the parameter of the curve."""
         t, piece, u, distance, t_out = columns
-        prim, u = np.full(len(piece), -1), u.copy()
-        prim[piece >= 0] = self._owner[piece[piece >= 0]]
-        begin = 0
-        for part in parts_of(self.geometry):
-            end = begin + len(core_of(part))
-            if isinstance(part, Curves):
-                here = (begin <= piece) & (piece < end)
-                u[here] = part.parameter(piece[here] - begin, u[here])[1]
-            begin = end
+        prim, u, hit = np.full(len(piece), -1), u.copy(), piece >= 0
+        prim[hit], u[hit] = self.geometry.parameter(piece[hit], u[hit])
         return t, prim, u, distance, t_out

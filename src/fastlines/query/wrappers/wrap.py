@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from ...geometry.collection import AnyGeometry, Geometry
-from ...geometry.curves import Curves
+from ...geometry.any_geometry import AnyGeometry
 from ...geometry.user_primitives import UserPrimitives
 from ..backend import Backend
 from ..rays import RayBatch
-from .curves import CurveBackend, has_curves
+from .curves import CurveBackend
 from .ignore import IgnoringBackend
 from .user_primitives import UserBackend
 
@@ -19,8 +18,5 @@ def backend_of(geometry: AnyGeometry, core: Backend | None, rays: RayBatch) -> B
         found = UserBackend(geometry, core)
     else:
         assert core is not None
-        found = core
-        if has_curves(geometry):
-            assert isinstance(geometry, Curves | Geometry)
-            found = CurveBackend(core, geometry)
+        found = CurveBackend(core, geometry) if geometry.in_pieces else core
     return IgnoringBackend(found) if rays.ignored else found

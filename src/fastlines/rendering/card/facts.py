@@ -8,10 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ...geometry.collection import AnyGeometry, Geometry, count_text, parts_of, unit_of, up_of
-from ...geometry.curves import Curves
-from ...geometry.lines import Lines
-from ...geometry.user_primitives import UserPrimitives
+from ...geometry.any_geometry import AnyGeometry
 from ...settings.settings import Settings, limit_notes
 from ...settings.splits import SplitSet
 from ...structure.tree_data import TreeData
@@ -33,30 +30,25 @@ def geometry_facts(geometry: AnyGeometry) -> Iterator[Fact]:
     >>> dict(geometry_facts(fl.Lines.from_segments([[[0, 0, 0], [1, 2, 3]]], radius=0.5)))["radius"]
     '0.5'
     """
-    parts = parts_of(geometry)
-    with_strands = [part for part in parts if isinstance(part, Lines | Curves)]
-    if isinstance(geometry, Geometry):
-        yield "parts", listed(f"{i}: {count_text(part)}" for i, part in enumerate(parts)) or "none"
+    if geometry.has_parts:
+        yield "parts", listed(f"{i}: {part.count_text()}" for i, part in enumerate(geometry.each_part())) or "none"
     else:
-        yield _kind(geometry), f"{len(geometry):,}"
-    if n_strands := sum(part.n_strands for part in with_strands):
+        yield geometry.noun, f"{len(geometry):,}"
+    if n_strands := geometry.n_strands:
         yield "strands", f"{n_strands:,}"
-    unit = unit_of(geometry)
+    unit = geometry.unit
     low, high = geometry.bounds.astype(np.float64)
     if (low <= high).all():
         suffix = f" {shortened(unit)}" if unit else ""
         yield "size", " × ".join(map(number_text, high - low)) + suffix
         yield "box", " to ".join(map(point_text, (low, high)))
-    if radii := [radius for part in with_strands if (radius := _radius(part)) is not None]:
-        yield "radius", range_text(min(low for low, _ in radii), max(high for _, high in radii))
-    attributes: dict[str, str] = {}
-    for name, kind in (found for part in parts for found in _attributes(part)):
-        attributes.setdefault(name, kind)
-    if attributes:
+    if radius := geometry.radius_range:
+        yield "radius", range_text(*radius)
+    if attributes := geometry.attribute_types():
         yield "attributes", listed(f"{shortened(name)} ({kind})" for name, kind in attributes.items())
-    if up := up_of(geometry):
+    if up := geometry.up:
         yield "up", up
-    if n_skipped := sum(len(part.skipped) for part in with_strands):
+    if n_skipped := geometry.n_skipped:
         yield "left out", f"{n_skipped:,} that held NaN or Inf"
 
 
@@ -73,8 +65,7 @@ def tree_facts(tree: TreeData) -> Iterator[Fact]:
     yield "method", f"{stats['method']}, a {'KD tree' if tree.settings.boxes == 'cut' else 'BVH'}"
     if settings := settings_text(tree.settings):
         yield "settings", settings
-    custom = isinstance(tree.geometry, UserPrimitives)
-    yield "over", f"{len(tree.geometry):,} of your own" if custom else count_text(tree.geometry)
+    yield "over", tree.geometry.count_text()
     if stats["n_refs"] != stats["n_prims"]:
         yield "references", f"{stats['n_refs']:,}, {stats['refs_per_prim']:.3g} a primitive"
     yield "nodes", f"{stats['n_nodes']:,}, {stats['n_leaves']:,} of them leaves"
@@ -118,24 +109,3 @@ def memory_text(tree: TreeData, n_bytes: int) -> str:
     layout = tree.__dict__.get("layout")
     wide = "the layout is built on the first query" if layout is None else f"{bytes_text(layout.n_bytes)} as laid out"
     return f"{bytes_text(n_bytes)}; {wide}"
-
-
-def _kind(geometry: AnyGeometry) -> str:
-    if isinstance(geometry, UserPrimitives):
-        return "primitives"
-    return "segments" if type(geometry) is Lines else type(geometry).__name__.lower()
-
-
-def _radius(part: Lines | Curves) -> tuple[float, float] | None:
-    """Return the least and the largest radius; None without any."""
-    if part.radius is None or not len(part):
-        return None
-    return max(0.0, float(part.radius.min())), part.max_radius
-
-
-def _attributes(part: AnyGeometry) -> Iterator[tuple[str, str]]:
-    """Yield the name of each attribute, and its type with the number of its components."""
-    for kind in ("end_attributes", "corner_attributes", "attributes"):
-        for name, values in getattr(part, kind, {}).items():
-            shape = values.shape[1 + (kind != "attributes") :]
-            yield name, str(values.dtype) + "".join(f" × {n}" for n in shape)

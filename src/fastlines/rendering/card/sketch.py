@@ -2,32 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from ...arrays import FloatArray, IntArray
-from ...geometry.collection import AnyGeometry, Part, parts_of
-from ...geometry.curves import Curves
-from ...geometry.lines import Lines
-from ...geometry.spheres import Spheres
-from ...geometry.triangles_boxes import Boxes, Triangles
-from ...geometry.user_primitives import UserPrimitives
+from ...arrays import IntArray
+from ...geometry.any_geometry import AnyGeometry
 
 #: About the most primitives of a sample.
 MAX_DRAWN = 20_000
-#: Lines are taken in runs of this many consecutive ones, which often belong to one strand.
-RUN = 32
-#: The number of chords that a curve is drawn with.
-CHORDS = 8
+#: The least share of a part in a sample of several.
+LEAST = 32
 
 
 @dataclass(frozen=True)
 class Sketch:
     """Lines, spheres, triangles and boxes to draw, and how many primitives they stand for."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[AnyGeometry, ...]
     n_drawn: int
     n_prims: int
 
@@ -47,12 +39,11 @@ def sketch(geometry: AnyGeometry, most: int = MAX_DRAWN) -> Sketch:
     'a sample of 992 of 50,000'
     """
     n_prims = len(geometry)
-    drawn, n_drawn = list[Part](), 0
-    for part in parts_of(geometry):
-        share = most if n_prims <= most else max(RUN, int(most * len(part) / n_prims))
-        chords = CHORDS if isinstance(part, Curves) else 1
-        rows = spaced_rows(len(part), max(1, share // chords), 1 if isinstance(part, Spheres) else RUN)
-        drawn += _drawn(part, rows)
+    drawn, n_drawn = list[AnyGeometry](), 0
+    for part in geometry.each_part():
+        share = most if n_prims <= most else max(LEAST, int(most * len(part) / n_prims))
+        rows = spaced_rows(len(part), max(1, share // part.strokes), part.run)
+        drawn += part.drawn(rows)
         n_drawn += len(rows)
     return Sketch(tuple(drawn), n_drawn, n_prims)
 
@@ -70,31 +61,3 @@ def spaced_rows(n: int, most: int, run: int = 1) -> IntArray:
     run = min(run, most)
     starts = np.linspace(0, n - run, max(1, most // run)).astype(np.int64)
     return np.asarray((starts[:, None] + np.arange(run)).ravel())
-
-
-def _drawn(part: AnyGeometry, rows: IntArray) -> Iterator[Part]:
-    """Yield some rows of a container, as lines, spheres, triangles or boxes."""
-    if isinstance(part, Curves):
-        yield _chords(part, rows)
-    elif isinstance(part, Lines):
-        radius = None if part.radius is None else part.radius[rows]
-        yield type(part)(part.segments[rows], radius=radius, up=part.up)
-    elif isinstance(part, Triangles | Boxes):
-        yield type(part)(part.corners[rows])
-    elif isinstance(part, UserPrimitives):
-        # Only the boxes of primitives of your own are known, perhaps several of each.
-        of_rows = np.isin(part.owner, rows)
-        yield Boxes(part.core_rows[of_rows, :6].reshape(-1, 2, 3))
-
-
-def _chords(curves: Curves, rows: IntArray) -> Lines:
-    """Return a few chords of each curve."""
-    at = curves.evaluate(rows[:, None], np.linspace(0, 1, CHORDS + 1))
-    ends = _ends(np.asarray(at.points, np.float32)).reshape(-1, 2, 3)
-    radii = None if curves.radius is None else _ends(np.asarray(at.radius, np.float32)).reshape(-1, 2)
-    return Lines(np.ascontiguousarray(ends), radius=radii, up=curves.up)
-
-
-def _ends(values: FloatArray) -> FloatArray:
-    """Pair each value along axis 1 with the next one."""
-    return np.stack([values[:, :-1], values[:, 1:]], axis=2)

@@ -15,9 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ...camera import Camera
-from ...geometry.collection import Geometry, Part, radius_beyond
-from ...geometry.lines import Lines
-from ...geometry.triangles_boxes import Boxes
+from ...geometry.any_geometry import AnyGeometry
+from ...geometry.collection import Geometry
 from ...structure.tree_data import TreeData
 from ..default_view import default_view
 from ..levels import box_color, box_edges
@@ -39,8 +38,6 @@ FARTHEST, BELOW_BOXES = 0.4, 0.6
 MAX_BOXES = 12
 #: The number of colours of the PNG.
 COLORS = 128
-#: The sides of a box, between corners numbered by their bits x, y, z.
-SIDES = np.array([[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]])
 
 
 class Shapes(NamedTuple):
@@ -70,7 +67,7 @@ def draw_sketch(
     if not parts:
         return None
     seen = Geometry(parts)
-    beyond = radius_beyond(seen if tree is None else tree.geometry)
+    beyond = (seen if tree is None else tree.geometry).radius_beyond
     framed = seen if tree is None else tree.nodes["box"][0] + [[-beyond], [beyond]]
     camera = Camera.framing(framed, *default_view(seen), aspect=width / height)
     large = width * SMOOTH, height * SMOOTH
@@ -90,14 +87,11 @@ def to_png(image: Image.Image) -> bytes:
     return stream.getvalue()
 
 
-def _shapes(part: Part, camera: Camera, width: int, height: int, n_drawn: int) -> Shapes:
+def _shapes(part: AnyGeometry, camera: Camera, width: int, height: int, n_drawn: int) -> Shapes:
     """Project what is to be drawn of a part."""
-    if isinstance(part, Lines):
-        return _strokes(part, camera, width, height, n_drawn)
-    corners = part.corners.astype(np.float64)  # type: ignore[union-attr]
-    if isinstance(part, Boxes):
-        bits = (np.arange(8)[:, None] >> np.arange(3)) & 1
-        corners = corners[:, bits, np.arange(3)][:, SIDES].reshape(-1, 4, 3)
+    corners, radii = part.outlines()
+    if corners.shape[1] == 2:
+        return _strokes(corners, radii, camera, width, height, n_drawn)
     pixels, depth = camera.project(corners.reshape(-1, 3), width, height)
     n, k = corners.shape[:2]
     normals = np.cross(_unit(corners[:, 1] - corners[:, 0]), _unit(corners[:, 2] - corners[:, 0]))
@@ -106,14 +100,13 @@ def _shapes(part: Part, camera: Camera, width: int, height: int, n_drawn: int) -
     return Shapes(pixels.reshape(n, 2 * k), depth.reshape(n, k).mean(axis=1), np.zeros(n), color)
 
 
-def _strokes(lines: Lines, camera: Camera, width: int, height: int, n_drawn: int) -> Shapes:
-    ends = lines.segments.astype(np.float64)
+def _strokes(ends: Float64Array, radii: Float64Array, camera: Camera, width: int, height: int, n_drawn: int) -> Shapes:
     pixels, depths = camera.project(ends.reshape(-1, 3), width, height)
     depth = depths.reshape(-1, 2).mean(axis=1)
     tangents = np.abs(_unit(ends[:, 1] - ends[:, 0]))
     color = np.where(tangents.any(axis=1, keepdims=True), 0.3 + 0.7 * tangents, BALL)
     scale = height / (2 * math.tan(math.radians(camera.fov_degrees) / 2) * depth)
-    thickness = 2 * lines.end_radii.astype(np.float64).mean(axis=1) * scale
+    thickness = 2 * radii.mean(axis=1) * scale
     return Shapes(pixels.reshape(-1, 4), depth, np.maximum(thickness, SMOOTH if n_drawn <= 4000 else 1), color)
 
 

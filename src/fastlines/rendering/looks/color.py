@@ -9,10 +9,7 @@ import numpy as np
 
 from ...arrays import AnyArray, FloatArray, did_you_mean
 from ...errors import FileWarning, InputError
-from ...geometry.collection import AnyGeometry, parts_of
-from ...geometry.curves import Curves
-from ...geometry.lines import Lines
-from ...query.hit_places import names
+from ...geometry.any_geometry import AnyGeometry
 from ..color.legend import ColorBar, Legend, Triad
 from ..color.palette import hexadecimal, of_directions, of_neurites, of_numbers
 from ..color.tone import linear
@@ -25,8 +22,6 @@ DISPLAY_COLOR = "displayColor"
 TYPE = "type"
 #: The words that are colours of lines, and what begins the name of an attribute that could be taken for one of them.
 WORDS, ATTRIBUTE = ("direction", "strand"), "attribute:"
-#: Where containers keep attributes, and how many dimensions the arrays have of one number at each place.
-COLUMNS = {"attributes": 1, "end_attributes": 2, "corner_attributes": 2}
 
 
 @dataclass(frozen=True)
@@ -94,15 +89,9 @@ class Color:
 
 def _colors(values: AnyArray, geometry: AnyGeometry, name: str) -> FloatArray:
     """Return the linear light of colours: of bytes, as files of meshes have them, or of numbers from 0 to 1."""
-    if any(array.dtype == np.uint8 for array in _arrays(geometry, name)):
+    if any(array.dtype == np.uint8 for array, _ in geometry.arrays_of(name)):
         return linear(values / 255)
     return np.asarray(np.clip(values, 0, 1), np.float32)
-
-
-def _arrays(geometry: AnyGeometry, name: str) -> list[AnyArray]:
-    """Return the arrays of an attribute, in all parts that have it."""
-    places = [getattr(part, columns, {}) for part in parts_of(geometry) for columns in COLUMNS]
-    return [attributes[name] for attributes in places if name in attributes]
 
 
 def make_color(by: str, color_map: str, geometry: AnyGeometry) -> Color:
@@ -113,7 +102,7 @@ def make_color(by: str, color_map: str, geometry: AnyGeometry) -> Color:
     """
     if by.startswith("#"):
         return Color("plain", color_map, hexadecimal(by))
-    known = {name: None for part in parts_of(geometry) for name in names(part)}
+    known = geometry.sample_names
     if by in WORDS:
         if by in known:
             text = f"color={by!r} is the {by} of lines; color={ATTRIBUTE + by!r} is their attribute of this name"
@@ -123,7 +112,7 @@ def make_color(by: str, color_map: str, geometry: AnyGeometry) -> Color:
     if name not in known:
         choices = known if by.startswith(ATTRIBUTE) else (*WORDS, "#rrggbb", *known)
         raise InputError(f"lines have no attribute {name!r} to be coloured by{did_you_mean(name, choices)}")
-    for array in _arrays(geometry, name):
+    for array, _ in geometry.arrays_of(name):
         is_vector = array.dtype.kind == "f" and array.shape[-1] == 3 and not is_number(geometry, name)
         if name != DISPLAY_COLOR and is_vector and np.nanmax(array, initial=0) > 1:
             raise InputError(
@@ -134,22 +123,13 @@ def make_color(by: str, color_map: str, geometry: AnyGeometry) -> Color:
 
 def is_number(geometry: AnyGeometry, name: str) -> bool:
     """Return whether an attribute is one number at each place, not a colour or a vector."""
-    return any(name in names(part) for part in parts_of(geometry)) and all(
-        getattr(part, columns, {})[name].ndim == ndim
-        for part in parts_of(geometry)
-        for columns, ndim in COLUMNS.items()
-        if name in getattr(part, columns, {})
-    )
+    return name in geometry.sample_names and all(array.ndim == n for array, n in geometry.arrays_of(name))
 
 
 def value_range(geometry: AnyGeometry, name: str) -> tuple[float, float]:
     """Return the range of an attribute, without the outer hundredths of its values."""
-    found = [
-        np.asarray(values, np.float64).ravel() for values in _arrays(geometry, name) if values.dtype.kind in "biuf"
-    ]
-    for part in parts_of(geometry):
-        if name == "radius" and isinstance(part, Lines | Curves) and part.radius is not None:
-            found.append(np.asarray(part.radius, np.float64).ravel())
+    arrays = (values for values, _ in geometry.arrays_of(name) if values.dtype.kind in "biuf")
+    found = [np.asarray(values, np.float64).ravel() for values in arrays]
     values = np.concatenate([np.zeros(0), *found])
     values = values[np.isfinite(values)]
     if not len(values):

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+from collections.abc import Container
 
 import numpy as np
 
-from ...arrays import FloatArray, choice, did_you_mean
+from ...arrays import choice, did_you_mean
 from ...errors import InputError
-from ...geometry.collection import AnyGeometry, largest_radius, parts_of, unit_of
-from ...geometry.curves import Curves
-from ...geometry.lines import Lines
-from ...query.hit_places import names
-from ...support.vectors import dot, unit
+from ...geometry.any_geometry import AnyGeometry
 from ..color.palette import hexadecimal
 from ..pictures.options import PictureRequest, check_options
 from ..shading.lighting import SOFT
@@ -77,43 +73,34 @@ def look_for(geometry: AnyGeometry) -> str:
     >>> look_for(fl.scenes.make("bun-hair").lines), look_for(fl.lines([[[0, 0, 0], [1, 1, 1]]]))
     ('hair', 'fibre')
     """
-    parts = parts_of(geometry)
-    if largest_radius(geometry) > 0 or not all(isinstance(part, Lines | Curves) for part in parts):
+    parts, unit = geometry.each_part(), geometry.unit
+    if geometry.max_radius > 0 or not all(part.has_axes for part in parts):
         return "tube"
-    unit = unit_of(geometry)
     if unit == "Å":
         return "tube"
-    is_hair = _is_many(parts) and not _is_flat(geometry) and unit in (None, "m", "cm") and all(map(_is_smooth, parts))
+    is_hair = (
+        _is_many(geometry) and not _is_flat(geometry) and unit in (None, "m", "cm") and all(map(_is_smooth, parts))
+    )
     return "hair" if is_hair else "fibre"
 
 
-def _is_many(parts: Sequence[AnyGeometry]) -> bool:
+def _is_many(geometry: AnyGeometry) -> bool:
     """Return whether there are as many strands as hairs, or as of a groom."""
-    strands = [part.strands[part.strands >= 0] for part in parts if isinstance(part, Lines | Curves)]
-    n_segments = [size for each in strands for size in np.unique(each, return_counts=True)[1].tolist()]
-    is_groom = len(set(n_segments)) == 1 and n_segments[0] + 1 in GROOM_POINTS
+    n_segments = geometry.strand_sizes()
+    is_groom = len(np.unique(n_segments)) == 1 and n_segments[0] + 1 in GROOM_POINTS
     return len(n_segments) >= (GROOM if is_groom else HAIRS)
 
 
 def _is_smooth(part: AnyGeometry) -> bool:
     """Return whether strands go on in almost the same direction from segment to segment, as hair does."""
-    turns = _turns(part)
+    turns = part.turns()
     return turns is None or (len(turns) > 0 and float(np.median(turns)) > SMOOTH)
 
 
 def _is_tangled(part: AnyGeometry) -> bool:
     """Return whether strands turn sharply from segment to segment, as a random walk does."""
-    turns = _turns(part)
+    turns = part.turns()
     return turns is not None and len(turns) > 0 and float(np.median(turns)) <= SMOOTH
-
-
-def _turns(part: AnyGeometry) -> FloatArray | None:
-    """Return the cosine of the turn between each two segments of a strand; None for other geometry than lines."""
-    if not isinstance(part, Lines):
-        return None
-    edges = part.segments[:, 1] - part.segments[:, 0]
-    joined = (part.strands[1:] == part.strands[:-1]) & (part.segments[1:, 0] == part.segments[:-1, 1]).all(axis=1)
-    return np.asarray(dot(unit(edges[:-1][joined]), unit(edges[1:][joined])), np.float32)
 
 
 def make_look(
@@ -145,8 +132,8 @@ def make_look(
     if name == "hair":
         return _hair(color or "brown", quality, geometry)
     if name in ("fibre", "tube"):
-        known = {attribute for part in parts_of(geometry) for attribute in names(part)}
-        if color is None and name == "tube" and TYPE in known and unit_of(geometry) == "µm":
+        known = geometry.sample_names
+        if color is None and name == "tube" and TYPE in known and geometry.unit == "µm":
             chosen = Color("neurite")
         else:
             usual = DISPLAY_COLOR if DISPLAY_COLOR in known else _usual_color(name, geometry)
@@ -168,8 +155,8 @@ def _usual_color(look: str, geometry: AnyGeometry) -> str:
     Directions say nothing where lines are flat, or turn all the time.
     """
     if look == "fibre":
-        return AMBER if _is_flat(geometry) or any(map(_is_tangled, parts_of(geometry))) else "direction"
-    return "strand" if unit_of(geometry) == "Å" else CLAY
+        return AMBER if _is_flat(geometry) or any(map(_is_tangled, geometry.each_part())) else "direction"
+    return "strand" if geometry.unit == "Å" else CLAY
 
 
 def _is_flat(geometry: AnyGeometry) -> bool:
@@ -189,7 +176,7 @@ def _hair(color: str, quality: str, geometry: AnyGeometry) -> Look:
         red, green, blue = (max(channel, DARKEST) for channel in hexadecimal(color))
         return kind(HairMaterial.from_reflectance((red, green, blue), **shape), SLATE)
     if color not in HAIR_COLORS:
-        known = {attribute for part in parts_of(geometry) for attribute in names(part)}
+        known = geometry.sample_names
         if color in (*WORDS, *known) or color.startswith(ATTRIBUTE):
             raise InputError(f"color={color!r} is for the looks 'fibre' and 'tube', and this is 'hair'; name the look")
         raise InputError(f"there is no hair colour {color!r}{did_you_mean(color, (*HAIR_COLORS, '#rrggbb'))}")

@@ -17,9 +17,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arrays import FloatArray, IntArray
-from ...geometry.collection import largest_radius
-from ...geometry.curves import Curves
-from ...geometry.lines import Lines
 from ...query.hits import AllHits
 from ...support.vectors import dot, is_zero, unit
 from ..shading.fragments import Fragments
@@ -133,15 +130,11 @@ def hit_vertices(hits: AllHits, rays: IntArray, context: ShadingContext) -> Path
 
 
 def _radius(hits: AllHits, context: ShadingContext) -> FloatArray:
-    own = hits.sample("radius") if largest_radius(context.tree.geometry) > 0 else np.zeros(hits.prim.shape)
+    own = hits.sample("radius") if context.tree.geometry.max_radius > 0 else np.zeros(hits.prim.shape)
     return np.asarray(np.nan_to_num(own) + context.radius, np.float32)
 
 
 def _on_axes(hits: AllHits) -> npt.NDArray[np.float64]:
     """Return the points of the axes that were hit."""
-    geometry = hits.geometry
-    if isinstance(geometry, Curves):
-        return np.asarray(geometry.evaluate(hits.prim, hits.u).points, np.float64)
-    assert isinstance(geometry, Lines)
-    ends = geometry.segments[hits.prim].astype(np.float64)
-    return np.asarray(ends[:, 0] + hits.u[:, None] * (ends[:, 1] - ends[:, 0]))
+    assert hits.geometry is not None
+    return hits.geometry.axis_points(hits.prim, hits.u)

@@ -10,7 +10,6 @@ import numpy as np
 from ...arrays import FloatArray, count, number
 from ...camera import Camera
 from ...errors import InputError
-from ...geometry.collection import needs_radius
 from ...progress import ProgressOption, reporting
 from ...query.rays import require_radius
 from ...tree import Tree
@@ -98,7 +97,7 @@ class View:
 
     def depth(self, radius: float, rows: slice, at: tuple[float, float] = (0.5, 0.5)) -> FloatArray:
         """Return the distance at which each of these rays hits, at the surface if there is one; inf for a miss."""
-        thick = not needs_radius(self.tree.geometry)
+        thick = not self.tree.geometry.needs_radius
         return self.tree.first_hit(*self.rays(rows, at), radius, at="surface" if thick else "closest").t
 
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ...arrays import FloatArray
 from ...camera import Camera, Float64Array
-from ...geometry.collection import AnyGeometry, points_of
+from ...geometry.any_geometry import AnyGeometry
 from ..color.tone import linear, srgb, to_bytes
 from ..pictures.picture import Picture
 from .depth import View
@@ -48,7 +48,7 @@ def probe(view: View, radius: float) -> FloatArray:
     small = replace(view, width=max(1, round(view.width / shrink)), height=max(1, round(view.height / shrink)))
     depth = small.depth(radius, slice(0, small.height))
     if np.isfinite(depth).sum() < 64:
-        offsets = points_of(view.tree.geometry)[0].astype(np.float64) - view.camera.origin
+        offsets = view.tree.geometry.span()[0].astype(np.float64) - view.camera.origin
         depth = np.sqrt((offsets**2).sum(axis=1)).astype(np.float32)
     return depth
 

@@ -19,14 +19,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arrays import FloatArray, IntArray
-from ...geometry.collection import AnyGeometry, radius_beyond
-from ...geometry.curves import Curves
-from ...geometry.lines import Lines
+from ...geometry.any_geometry import AnyGeometry
+from ...geometry.axis_geometry import AxisGeometry
 from ...query.hit_lists import offsets_of
 from ...query.hits import AllHits, FirstHits
 from ...support.vectors import dot
 from ...tree import Tree
-from .smooth_tangents import smooth_tangents
 
 #: The radius of the spot around a ray, in pixels.
 SPOT = 0.75
@@ -79,7 +77,9 @@ class Fragments:
     @cached_property
     def smooth_tangents(self) -> FloatArray:
         """The same without steps from segment to segment, for highlights."""
-        return smooth_tangents(self.hits)
+        geometry, hits = self.hits.geometry, self.hits
+        assert geometry is not None
+        return geometry.smooth_tangents_at(hits.prim_number, hits.u, self.tangents)
 
     @property
     def strand(self) -> IntArray:
@@ -102,7 +102,7 @@ class Cones:
         hits = self.tree.next_hits(origins, directions, self.radius, self.k, spread=self.spread)
         ray = np.asarray(hits.ray)
         kept = self._kept(hits, directions[ray])
-        own = hits.sample("radius") if radius_beyond(self.tree.geometry) > 0 else 0.0
+        own = hits.sample("radius") if self.tree.geometry.radius_beyond > 0 else 0.0
         width, spot = np.float32(self.radius) + own, np.float32(self.spread) * hits.t
         cover = np.where(kept, _share(hits.distance, width, np.maximum(spot, 1e-30)), 0).astype(np.float32)
         # The light of a fragment passes what lies before it.
@@ -164,11 +164,8 @@ def some_hits(hits: AllHits | FirstHits, rows: IntArray, ray: IntArray) -> AllHi
 
 def _following(geometry: AnyGeometry) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
     """Return start, end and direction at the start of each line, (n, 3, 3), and whether the one before leads to it."""
-    if isinstance(geometry, Curves):
-        ends, onward = geometry.control[:, ::3], geometry.control[:, 1] - geometry.control[:, 0]
-    else:
-        assert isinstance(geometry, Lines)
-        ends, onward = geometry.segments, geometry.segments[:, 1] - geometry.segments[:, 0]
+    assert isinstance(geometry, AxisGeometry)
+    ends, onward = geometry.ends, geometry.first_directions
     goes_on = np.zeros(len(ends), bool)
     goes_on[1:] = (ends[1:, 0] == ends[:-1, 1]).all(axis=1)
     return np.concatenate([ends, onward[:, None]], axis=1), goes_on

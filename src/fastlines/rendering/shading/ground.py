@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import FloatArray
-from ...geometry.collection import largest_radius
 from ...support.vectors import dot
 from ..sampling.sampler import Sampler
 from .lighting import hemisphere
@@ -27,7 +26,7 @@ class Ground:
         box = context.tree.nodes["box"][0].astype(np.float64)
         self.middle = box.mean(axis=0)
         lowest = float((self.middle - np.abs(context.up) * (box[1] - box[0]) / 2) @ context.up)
-        self.height = lowest - context.radius - largest_radius(context.tree.geometry)
+        self.height = lowest - context.radius - context.tree.geometry.max_radius
 
     def darkness(self, origins: FloatArray, directions: FloatArray, sampler: Sampler) -> FloatArray:
         """Return how dark the ground is where rays with unit directions meet it, (n,); 0 where they do not."""

@@ -10,9 +10,6 @@ import numpy.typing as npt
 
 from ...arrays import FloatArray
 from ...camera import Camera
-from ...geometry.collection import largest_radius, points_of
-from ...geometry.curves import Curves
-from ...geometry.lines import Lines
 from ...tree import Tree
 from .depth import View
 from .depth_tone import PROBE, SPOT, THIN, Tone, pixel_size, probe
@@ -50,14 +47,14 @@ class ShadingContext:
     def of(cls, tree: Tree, camera: Camera, height: int, radius: float, rig: Rig) -> ShadingContext:
         """Return the context of a picture of some height."""
         pixel = pixel_size(tree.geometry, camera, height)
-        largest = radius + largest_radius(tree.geometry)
-        thin = isinstance(tree.geometry, Lines | Curves) and largest < THIN * pixel
+        largest = radius + tree.geometry.max_radius
+        thin = tree.geometry.takes_spread and largest < THIN * pixel
         return cls(tree, radius, camera, rig, pixel, thin)
 
     @cached_property
     def size(self) -> float:
         """The diagonal of the box of the points of the geometry, without their radius."""
-        points, _ = points_of(self.tree.geometry)
+        points, _ = self.tree.geometry.span()
         return float(np.sqrt((np.ptp(points, axis=0).astype(np.float64) ** 2).sum())) if len(points) else 0.0
 
     @cached_property
@@ -84,7 +81,7 @@ class ShadingContext:
 
     def count_crossings(self, points: FloatArray, directions: FloatArray) -> FloatArray:
         """Return how many lines hide the light from a direction: of thin lines some fraction, from the mean."""
-        own = largest_radius(self.tree.geometry)
+        own = self.tree.geometry.max_radius
         wide = 1.0 if own > 0 else WIDE
         start = max(self._start, 2 * wide * (self.radius + own))  # beyond the line itself
         counts = self.tree.count_hits(points, directions, wide * self.radius, t_min=start)

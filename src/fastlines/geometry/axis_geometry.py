@@ -1,0 +1,272 @@
+"""Primitives around axes: what lines and curves have in common."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import AnyArray, FloatArray, IntArray
+from .any_geometry import AnyGeometry, CoreData
+from .hit_places import Float64Array, HitPlaces, interpolate, unit
+from .round_cone_entry import enter_round_cones
+from .shapes import ROUND_CONE, shape_rows
+
+if TYPE_CHECKING:
+    from .lines import Lines
+
+
+class AxisGeometry(AnyGeometry):
+    """Straight or curved axes with a radius around them, in strands. The core reads them as straight `Lines`."""
+
+    can_be_part = True
+    #: What values are for that are given at both ends, and for a whole primitive.
+    place_words: ClassVar[tuple[str, str]]
+
+    # A subclass has these as fields.
+    strands: IntArray
+    skipped: IntArray
+    attributes: Mapping[str, npt.NDArray[Any]]
+    end_attributes: Mapping[str, npt.NDArray[Any]]
+
+    @property
+    @abstractmethod
+    def straight(self) -> Lines:
+        """The lines that queries test: lines themselves, or the pieces of curves."""
+
+    @property
+    @abstractmethod
+    def control_points(self) -> FloatArray:
+        """The ends of straight axes (n, 2, 3), or the Bezier control points of curved ones (n, 4, 3)."""
+
+    def on_straight(self, hits: HitPlaces) -> HitPlaces:
+        """Return hits as hits of the straight lines."""
+        return hits
+
+    def radius_at(self, prim: IntArray, u: Float64Array) -> npt.NDArray[Any]:
+        """Return the radius at places u."""
+        return interpolate(self.straight.end_radii[prim], np.stack([1 - u, u], axis=1))
+
+    # ------------------------------------------------------------------------ What the core gets.
+
+    @property
+    def kind(self) -> str:
+        """See `AnyGeometry`."""
+        return self.straight.kind
+
+    @property
+    def core_rows(self) -> FloatArray:
+        """See `AnyGeometry`."""
+        return self.straight.core_rows
+
+    def build_data(self) -> CoreData:
+        """Return the axes: trees bound them without radii."""
+        return "segments", self.straight.axes
+
+    @property
+    def takes_spread(self) -> bool:
+        """Whether the core knows the primitives as round cones."""
+        return self.kind in ("segments", "round cones")
+
+    def spread_data(self) -> CoreData:
+        """See `AnyGeometry`."""
+        return ("spread cones", self.straight.cone_rows) if self.takes_spread else super().spread_data()
+
+    @property
+    def shape_rows(self) -> FloatArray:
+        """See `AnyGeometry`."""
+        return shape_rows(ROUND_CONE, self.straight.cone_rows)
+
+    # ------------------------------------------------------------------------ Extent.
+
+    def span(self) -> tuple[FloatArray, FloatArray]:
+        """See `AnyGeometry`."""
+        return self.straight.segments.reshape(-1, 3), self.straight.end_radii.reshape(-1)
+
+    @property
+    def radius_range(self) -> tuple[float, float] | None:
+        """See `AnyGeometry`."""
+        if self.radius is None or not len(self):
+            return None
+        return max(0.0, float(self.radius.min())), self.max_radius
+
+    @property
+    def needs_radius(self) -> bool:
+        """See `AnyGeometry`."""
+        return self.radius is None
+
+    def radius_of(self, prim: IntArray) -> Float64Array:
+        """See `AnyGeometry`."""
+        if self.radius is None:
+            return np.zeros(len(prim))
+        rows = self.radius[prim].reshape(len(prim), math.prod(self.radius.shape[1:]))
+        return np.asarray(rows.max(axis=1, initial=0.0), np.float64)
+
+    # ------------------------------------------------------------------------ Hits.
+
+    @property
+    def has_axes(self) -> bool:
+        """Always, whatever the radius."""
+        return True
+
+    def points_at(self, hits: HitPlaces) -> Float64Array:
+        """See `AnyGeometry`."""
+        return self._enter(hits)[0]
+
+    def normals_at(self, hits: HitPlaces) -> Float64Array:
+        """See `AnyGeometry`."""
+        at, s, start, edge = self._enter(hits)
+        return hits.outwards(at - (start + s[:, None] * edge))
+
+    def tangents_at(self, hits: HitPlaces) -> Float64Array:
+        """See `AnyGeometry`."""
+        return unit(_edges(self.straight.segments[self.on_straight(hits).prim])[1])
+
+    def _enter(self, hits: HitPlaces) -> tuple[Float64Array, Float64Array, Float64Array, Float64Array]:
+        """Return the point of each hit, its place on the axis of a segment, and the start and the edge of this."""
+        # Intersect the surface in float64, except where a bound of the ray cut it off.
+        at = self.on_straight(hits)
+        start, edge = _edges(self.straight.segments[at.prim])
+        radii = self.straight.end_radii[at.prim].astype(np.float64) + hits.radius[:, None]
+        rays = hits.origins, hits.directions
+        t, s = enter_round_cones(start, edge, radii[:, 0], radii[:, 1] - radii[:, 0], *rays)
+        use = hits.enters & np.isfinite(t)
+        return hits.entering_at(t).on_rays(), np.where(use, s, at.u), start, edge
+
+    def rows_of(self, prim: IntArray) -> IntArray:
+        """See `AnyGeometry`."""
+        # Count the skipped rows before each: those whose position among the kept rows is at or before its own.
+        before = np.searchsorted(self.skipped - np.arange(len(self.skipped)), prim, side="right")
+        return np.asarray(prim + before)
+
+    def strands_of(self, prim: IntArray) -> IntArray:
+        """See `AnyGeometry`."""
+        return np.maximum(self.strands[prim], -1)
+
+    # ------------------------------------------------------------------------ Attributes.
+
+    @property
+    def place_attributes(self) -> Mapping[str, npt.NDArray[Any]]:
+        """The values at both ends."""
+        return self.end_attributes
+
+    def place_weights(self, hits: HitPlaces) -> Float64Array:
+        """See `AnyGeometry`."""
+        return np.stack([1 - hits.u, hits.u], axis=1)
+
+    def _samples_radius(self, name: str) -> bool:
+        return name == "radius" and self.radius is not None and name not in self.end_attributes
+
+    @property
+    def sample_names(self) -> Mapping[str, None]:
+        """The names of attributes, and "radius"."""
+        radius = ["radius"] if self.radius is not None else []
+        return dict.fromkeys([*self.end_attributes, *radius, *self.attributes])
+
+    def sample(self, name: str, hits: HitPlaces) -> npt.NDArray[Any]:
+        """See `AnyGeometry`."""
+        return self.radius_at(hits.prim, hits.u) if self._samples_radius(name) else super().sample(name, hits)
+
+    def sample_shape(self, name: str) -> tuple[int, ...]:
+        """See `AnyGeometry`."""
+        return () if self._samples_radius(name) else super().sample_shape(name)
+
+    def arrays_of(self, name: str) -> list[tuple[AnyArray, int]]:
+        """See `AnyGeometry`."""
+        radius = [] if name != "radius" or self.radius is None else [(self.radius, self.radius.ndim)]
+        return super().arrays_of(name) + radius
+
+    def place_of(self, name: str) -> str:
+        """See `AnyGeometry`."""
+        if name in self.end_attributes:
+            return self.place_words[0]
+        values, strands = self.attributes[name], self.strands
+        if 0 < self.n_strands < len(self) and (strands >= 0).all():
+            _, first, strand = np.unique(strands, return_index=True, return_inverse=True)
+            if np.array_equal(values, values[first][strand], equal_nan=values.dtype.kind in "fc"):
+                return "strand"
+        return self.place_words[1]
+
+    # ------------------------------------------------------------------------ Strands, and how lines run.
+
+    @cached_property
+    def n_strands(self) -> int:
+        """The number of different strands of the segments or curves."""
+        strands = self.strands[self.strands >= 0]
+        if (strands[1:] >= strands[:-1]).all():
+            return int(np.count_nonzero(strands[1:] > strands[:-1])) + (len(strands) > 0)
+        if strands.max() < 4 * len(self):
+            return int(np.count_nonzero(np.bincount(strands)))
+        return len(np.unique(strands))
+
+    @property
+    def n_skipped(self) -> int:
+        """See `AnyGeometry`."""
+        return len(self.skipped)
+
+    @property
+    def rows(self) -> IntArray:
+        """The row of the input that each segment or curve was, (n,) int64; `FirstHits.row` has it for hits."""
+        return np.delete(np.arange(len(self) + len(self.skipped)), self.skipped)
+
+    def strand_sizes(self) -> IntArray:
+        """See `AnyGeometry`."""
+        return np.unique(self.strands[self.strands >= 0], return_counts=True)[1]
+
+    @property
+    def ends(self) -> FloatArray:
+        """Both ends of each segment or curve, (n, 2, 3)."""
+        return self.control_points[:, :: self.control_points.shape[1] - 1]
+
+    @property
+    def first_directions(self) -> FloatArray:
+        """The direction at the start of each segment or curve, of any length, (n, 3)."""
+        return self.control_points[:, 1] - self.control_points[:, 0]
+
+    def begins(self) -> npt.NDArray[np.bool_]:
+        """See `AnyGeometry`."""
+        begins = np.ones(len(self), np.bool_)
+        if not len(self):
+            return begins
+        same = (self.strands[1:] == self.strands[:-1]) & (self.strands[1:] >= 0)
+        for axis in range(3):
+            same &= self.ends[1:, 0, axis] == self.ends[:-1, 1, axis]
+        begins[1:] = ~same
+        return begins
+
+    @property
+    def total_length(self) -> float:
+        """See `AnyGeometry`."""
+        return float(self.straight.lengths().sum())
+
+    def strand_lengths(self) -> Float64Array:
+        """See `AnyGeometry`."""
+        lines = self.straight
+        has = lines.strands >= 0
+        strand = np.unique(lines.strands[has], return_inverse=True)[1]
+        return np.asarray(np.bincount(strand, lines.lengths()[has]), np.float64)
+
+    def count_points(self) -> int:
+        """See `AnyGeometry`."""
+        points = self.control_points
+        return int((points == points[:, :1]).all(axis=(1, 2)).sum())
+
+    def count_repeats(self) -> int:
+        """See `AnyGeometry`."""
+        n, size = len(self), 3 * self.control_points.shape[1]
+        points = self.control_points + np.float32(0)  # no negative zeros
+        forwards, backwards = points.reshape(n, size), points[:, ::-1].reshape(n, size)
+        rows, first = np.arange(n), (forwards != backwards).argmax(axis=1)
+        turned = forwards[rows, first] > backwards[rows, first]
+        return n - len(np.unique(np.where(turned[:, None], backwards, forwards), axis=0))
+
+
+def _edges(segments: FloatArray) -> tuple[Float64Array, Float64Array]:
+    """Return the start of each segment, and its end − start."""
+    ends = segments.astype(np.float64)
+    return ends[:, 0], ends[:, 1] - ends[:, 0]

@@ -1,0 +1,45 @@
+"""What `fastlines info` says about a geometry, ready for JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from .any_geometry import AnyGeometry
+
+
+def summary_of(
+    geometry: AnyGeometry, counts: Mapping[str, int], lengths: Mapping[str, float | None] | None = None
+) -> dict[str, Any]:
+    """Return counts and sizes of a geometry, after those of its primitives; `lengths` are more of these."""
+    points, radii = geometry.span()
+    bounds = np.stack([points.min(axis=0), points.max(axis=0)]) if len(points) else None
+    texts = geometry.attribute_texts()
+    return {
+        **counts,
+        "n_strands": geometry.n_strands,
+        "bounds": None if bounds is None else bounds.tolist(),
+        "size": None if bounds is None else (bounds[1] - bounds[0]).tolist(),
+        "total_length": geometry.total_length,
+        **(lengths or {}),
+        "strand_lengths": extremes(geometry.strand_lengths()),
+        "n_zero_length": geometry.count_points(),
+        "n_duplicates": geometry.count_repeats(),
+        "radius": [float(radii.min()), float(radii.max())] if radii.any() else None,
+        "attributes": {name: " or ".join(texts[name]) for name in sorted(texts)},
+        "up": geometry.up,
+        "unit": geometry.unit,
+        "n_skipped": geometry.n_skipped,
+        "memory_bytes": geometry.core_rows.nbytes,
+    }
+
+
+def extremes(lengths: npt.NDArray[np.float64]) -> list[float] | None:
+    """Return the least, the median and the greatest length; None if there are none."""
+    if not len(lengths):
+        return None
+    return [float(lengths.min()), float(np.median(lengths)), float(lengths.max())]
