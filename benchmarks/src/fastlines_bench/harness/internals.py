@@ -17,6 +17,7 @@ from fastlines.engines import use_engine
 from fastlines.errors import FastlinesError
 from fastlines.geometry.collection import core_data
 from fastlines.query.queries import check_query
+from fastlines.query.ray_arguments import RayArguments
 from fastlines.rendering.color.tone import filmic, srgb, to_bytes
 from fastlines.rendering.hair import HairMaterial, longitudinal
 from fastlines.rendering.looks.traced_hair import HairScatterer
@@ -57,6 +58,7 @@ __all__ = [
     "Light",
     "PathSampler",
     "PathTracer",
+    "RayArguments",
     "Rig",
     "ShadingContext",
     "Sky",
