@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arrays import FloatArray, IntArray, choice, count
+from .arrays import FloatArray, IntArray, choice
 from .cuda.choice import is_on_device
 from .cuda.device_rays import check_device_query
 from .cuda.placed_tree import PlacedTree
@@ -21,8 +21,8 @@ from .geometry.lines import Lines
 from .progress import ProgressOption
 from .query.backend import KERNELS, Backend, CompiledBackend
 from .query.hits import AllHits, FirstHits
-from .query.queries import any_hit, check_query, count_hits, first_hit, is_by_distance, is_merge, is_surface, list_hits
-from .query.rays import AnyRays, is_spread
+from .query.queries import Query, check_query
+from .query.ray_arguments import RayArguments, RayOptions, shows_ray_options
 from .query.wrappers.wrap import backend_of
 from .refit import built_cost, refitted
 
@@ -36,21 +36,16 @@ class Tree(PlacedTree):
     its own radius.
     """
 
+    @shows_ray_options
     def first_hit(
         self,
         origins: npt.ArrayLike,
         directions: npt.ArrayLike,
         radius: npt.ArrayLike | None = None,
         *,
-        spread: npt.ArrayLike = 0.0,
-        ignore: Any = None,
-        ignore_strands: Any = None,
-        t_min: npt.ArrayLike = 0.0,
-        t_max: npt.ArrayLike = np.inf,
         at: str = "closest",
-        invalid: str = "error",
-        progress: ProgressOption = False,
         kernel: str = "auto",
+        **options: Unpack[RayOptions],
     ) -> FirstHits:
         """Find the nearest hit of each ray o + t·d.
 
@@ -104,27 +99,19 @@ class Tree(PlacedTree):
         >>> tree.first_hit([0, 0, -5], [0, 0, 1], 0.5).t
         array(5., dtype=float32)
         """
-        backend, rays = self._checked(
-            kernel, (origins, directions, radius, t_min, t_max, invalid, spread, ignore, ignore_strands)
-        )
-        return first_hit(backend, rays, is_surface(at), progress, self.geometry)
+        return self._query(kernel, RayArguments(origins, directions, radius, **options)).first_hit(at)
 
+    @shows_ray_options
     def all_hits(
         self,
         origins: npt.ArrayLike,
         directions: npt.ArrayLike,
         radius: npt.ArrayLike | None = None,
         *,
-        spread: npt.ArrayLike = 0.0,
-        ignore: Any = None,
-        ignore_strands: Any = None,
-        t_min: npt.ArrayLike = 0.0,
-        t_max: npt.ArrayLike = np.inf,
         at: str = "closest",
         merge: str | None = None,
-        invalid: str = "error",
-        progress: ProgressOption = False,
         kernel: str = "auto",
+        **options: Unpack[RayOptions],
     ) -> AllHits:
         """Find every hit of each ray, each once, sorted by t; `first_hit` explains the other parameters.
 
@@ -151,27 +138,17 @@ class Tree(PlacedTree):
         >>> print(hits.offsets, hits.prim, hits.t)
         [0 2 2] [0 1] [5. 6.]
         """
-        backend, rays = self._checked(
-            kernel, (origins, directions, radius, t_min, t_max, invalid, spread, ignore, ignore_strands)
-        )
-        surface, merges = is_surface(at), is_merge(merge, at)
-        hits = list_hits(backend, rays, surface, None, progress, self.geometry)
-        return hits.merged_by_strand() if merges else hits
+        return self._query(kernel, RayArguments(origins, directions, radius, **options)).all_hits(at, merge)
 
+    @shows_ray_options
     def any_hit(
         self,
         origins: npt.ArrayLike,
         directions: npt.ArrayLike,
         radius: npt.ArrayLike | None = None,
         *,
-        spread: npt.ArrayLike = 0.0,
-        ignore: Any = None,
-        ignore_strands: Any = None,
-        t_min: npt.ArrayLike = 0.0,
-        t_max: npt.ArrayLike = np.inf,
-        invalid: str = "error",
-        progress: ProgressOption = False,
         kernel: str = "auto",
+        **options: Unpack[RayOptions],
     ) -> npt.NDArray[np.bool_]:
         """Return whether each ray hits anything, as bool of the shape of the rays; see `first_hit`.
 
@@ -181,27 +158,17 @@ class Tree(PlacedTree):
         >>> fl.build([[[-1, 0, 0], [1, 0, 0]]]).any_hit([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
         array([ True, False])
         """
-        return any_hit(
-            *self._checked(
-                kernel, (origins, directions, radius, t_min, t_max, invalid, spread, ignore, ignore_strands)
-            ),
-            progress,
-        )
+        return self._query(kernel, RayArguments(origins, directions, radius, **options)).any_hit()
 
+    @shows_ray_options
     def count_hits(
         self,
         origins: npt.ArrayLike,
         directions: npt.ArrayLike,
         radius: npt.ArrayLike | None = None,
         *,
-        spread: npt.ArrayLike = 0.0,
-        ignore: Any = None,
-        ignore_strands: Any = None,
-        t_min: npt.ArrayLike = 0.0,
-        t_max: npt.ArrayLike = np.inf,
-        invalid: str = "error",
-        progress: ProgressOption = False,
         kernel: str = "auto",
+        **options: Unpack[RayOptions],
     ) -> IntArray:
         """Count the segments that each ray hits, as int64 of the shape of the rays; see `first_hit`.
 
@@ -212,11 +179,9 @@ class Tree(PlacedTree):
         >>> tree.count_hits([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
         array([2, 0])
         """
-        backend, rays = self._checked(
-            kernel, (origins, directions, radius, t_min, t_max, invalid, spread, ignore, ignore_strands)
-        )
-        return count_hits(backend, rays, progress)
+        return self._query(kernel, RayArguments(origins, directions, radius, **options)).count_hits()
 
+    @shows_ray_options
     def next_hits(
         self,
         origins: npt.ArrayLike,
@@ -225,15 +190,9 @@ class Tree(PlacedTree):
         k: int | None = None,
         *,
         rank: str = "t",
-        spread: npt.ArrayLike = 0.0,
-        ignore: Any = None,
-        ignore_strands: Any = None,
-        t_min: npt.ArrayLike = 0.0,
-        t_max: npt.ArrayLike = np.inf,
         at: str = "closest",
-        invalid: str = "error",
-        progress: ProgressOption = False,
         kernel: str = "auto",
+        **options: Unpack[RayOptions],
     ) -> AllHits:
         """Find the k best hits of each ray, each once, by t or by distance; `first_hit` explains the other parameters.
 
@@ -259,11 +218,7 @@ class Tree(PlacedTree):
         """
         if k is None:
             raise InputError("next_hits needs k=, the number of hits of each ray; radius= comes before it")
-        by_distance = is_by_distance(rank)
-        backend, rays = self._checked(
-            kernel, (origins, directions, radius, t_min, t_max, invalid, spread, ignore, ignore_strands)
-        )
-        return list_hits(backend, rays, is_surface(at), count("k", k, 0), progress, self.geometry, by_distance)
+        return self._query(kernel, RayArguments(origins, directions, radius, **options)).next_hits(k, at, rank)
 
     @cached_property
     def _binary(self) -> Backend:
@@ -278,24 +233,25 @@ class Tree(PlacedTree):
             return CompiledBackend(_core, _core.BinaryView.of_planes(kind, data, *self.planes))
         return CompiledBackend(_core, _core.BinaryView.of_boxes(kind, data, *self.words()))
 
-    def _checked(self, kernel: str, rays: tuple[Any, ...]) -> tuple[Backend, AnyRays]:
-        """Check the rays, given as to `check_query`, and choose the backend."""
+    def _query(self, kernel: str, given: RayArguments) -> Query:
+        """Check the rays, and choose the backend."""
         choice("kernel", kernel, tuple(KERNELS))
-        if is_on_device(rays[0]):
-            backend = self._on_gpu(is_spread(rays[6]), alone=True)
-            return backend, check_device_query(backend, self.geometry, self.nodes["box"][0], *rays)
-        checked = check_query(self.geometry, self.nodes["box"][0], *rays)
+        box = self.nodes["box"][0]
+        if is_on_device(given.origins):
+            gpu = self._on_gpu(given.has_spread, alone=True)
+            return Query(gpu, check_device_query(gpu, self.geometry, box, given), self.geometry)
+        rays = check_query(self.geometry, box, given)
         core: Backend
         if self.backend == "cuda":
             if kernel != "auto":
                 raise InputError(f"kernel={kernel!r} is one of the CPU's; leave it out, or query the tree on the CPU")
-            core = self._on_gpu(checked.has_spread)
+            core = self._on_gpu(rays.has_spread)
         elif kernel == "binary":
-            core = self._spread_binary if checked.has_spread else self._binary
+            core = self._spread_binary if rays.has_spread else self._binary
         else:
-            view = self.layout.spread_view if checked.has_spread else self.layout.view
+            view = self.layout.spread_view if rays.has_spread else self.layout.view
             core = CompiledBackend(engine, view, (KERNELS[kernel],))
-        return backend_of(self.geometry, core, checked), checked
+        return Query(backend_of(self.geometry, core, rays), rays, self.geometry, given.progress)
 
     def refit(self, lines: Lines | npt.ArrayLike, *, progress: ProgressOption = False) -> Tree:
         """Make the same tree over segments that have moved: same nodes and pieces, boxes fitted anew.

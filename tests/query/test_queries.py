@@ -13,7 +13,8 @@ from support.slow import few_of
 
 import fastlines as fl
 from fastlines.query.backend import KERNELS
-from fastlines.query.queries import QUERIES, count_hits, list_hits
+from fastlines.query.queries import QUERIES, Query
+from fastlines.query.ray_arguments import RayArguments
 from fastlines.query.rays import check_rays
 
 SEEDS = range(8)
@@ -232,9 +233,10 @@ class NoRoom:
 
 def test_lists_that_do_not_fit_into_memory_say_what_to_do() -> None:
     lines = fl.Lines.from_segments([[[0, 0, 0], [1, 1, 1]]])
-    rays = check_rays(np.zeros((3, 3)), [0, 0, 1], 0.5, 0.0, np.inf, "error", lines.bounds)
-    for k, says in ((None, r"hits of 3 rays.*next_hits.*count_hits"), (5, r"hits of 3 rays.*a smaller k")):
-        with pytest.raises(MemoryError, match=says):
-            list_hits(NoRoom(), rays, False, k, False, lines)
+    query = Query(NoRoom(), check_rays(RayArguments(np.zeros((3, 3)), [0, 0, 1], 0.5), lines.bounds), lines)
+    with pytest.raises(MemoryError, match=r"hits of 3 rays.*next_hits.*count_hits"):
+        query.all_hits()
+    with pytest.raises(MemoryError, match=r"hits of 3 rays.*a smaller k"):
+        query.next_hits(5)
     with pytest.raises(MemoryError, match="bad_alloc"):
-        count_hits(NoRoom(), rays, False)
+        query.count_hits()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fastlines as fl
-from fastlines.rendering import MEASURES, progressive, renderer_of
+from fastlines.rendering import MEASURES, PictureOptions, PicturePlan, progressive, renderer_of
 from fastlines.rendering.looks import make_look
 from fastlines.rendering.state import describe
 
@@ -20,7 +20,7 @@ SUMS = {"tube": ("light", "alpha", "shadow"), "hits": ("total", "hit")}
 
 def made(tree=TREE, size=(24, 20), radius=0.02, look="tube", samples=3, camera=SCENE.camera, **options):
     made = MEASURES.get(look) or make_look(look, tree.geometry, **options)
-    return renderer_of(tree, camera, *size, radius, made, samples=samples)
+    return renderer_of(PicturePlan(tree, camera, *size, radius, made, PictureOptions(samples=samples)))
 
 
 def finished(one):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fastlines as fl
-from fastlines.rendering import Renderer, progressive
+from fastlines.rendering import PictureOptions, PicturePlan, Renderer, progressive
 from fastlines.rendering.hair import AveragedHair, HairMaterial
 from fastlines.rendering.looks.look import Backdrop
 from fastlines.rendering.looks.traced_hair import TracedHair
@@ -70,7 +70,8 @@ def test_one_bounce_at_a_lone_hair_is_the_averaged_model():
 def test_thin_and_thick_hairs_look_alike_from_afar_and_near():
     rig = Rig((Light((0.5, 0.5, 1.0), (3.0, 3.0, 3.0)),), Sky())
     means = [light(0.02, size, samples, rig=rig)[0] for size, samples in ((24, 16), (160, 2))]
-    assert Renderer(TREE, CAMERA, 24, 24, 0.02, TracedHair(HairMaterial(), BACKDROP), rig, 1).context.thin
+    look, options = TracedHair(HairMaterial(), BACKDROP), PictureOptions(rig=rig, samples=1)
+    assert Renderer(PicturePlan(TREE, CAMERA, 24, 24, 0.02, look, options)).context.thin
     assert means[0] == pytest.approx(means[1], rel=0.12)
 
 

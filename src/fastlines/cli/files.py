@@ -13,7 +13,7 @@ import numpy as np
 import typer
 
 from .. import scenes
-from ..camera import Camera, Vector
+from ..camera import Camera
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry, counted
 from ..geometry.lines import Lines
@@ -45,21 +45,14 @@ class Source:
             raise InputError(f"{self.name}: holds {kind}; this command takes lines only, 'fastlines build' all kinds")
         return self.geometry
 
-    def camera(
-        self,
-        direction: Vector | None = None,
-        up: Vector | None = None,
-        fov: float | None = None,
-        aspect: float = 1.0,
-    ) -> Camera:
-        """Return the camera of queries: with the view that is given, or the scene's, or else the default."""
+    def camera(self) -> Camera:
+        """Return the camera of queries: it looks as that of the scene does, or else the default."""
         from ..rendering import default_camera
 
-        if self.scene is not None and direction is None:
-            direction = tuple(self.scene.camera.axes()[2].tolist())
-            up = up or self.scene.camera.up
-        degrees = 30.0 if fov is None else fov
-        return default_camera(self.geometry, direction=direction, up=up, fov_degrees=degrees, aspect=aspect)
+        if self.scene is None:
+            return default_camera(self.geometry)
+        x, y, z = self.scene.camera.axes()[2].tolist()
+        return default_camera(self.geometry, direction=(x, y, z), up=self.scene.camera.up)
 
 
 def open_lines(

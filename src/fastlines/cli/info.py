@@ -76,11 +76,12 @@ def info(
 
 def _suitable(opened: Source, tree: Tree | None) -> float | None:
     """Return a radius with which a picture of the lines is not almost empty, if they have none."""
+    from ..rendering.plan import PictureOptions, choose_camera
     from ..rendering.suitable_radius import suitable_radius
 
     if tree is None or not opened.geometry.needs_radius or not len(opened.geometry):
         return None
-    return suitable_radius(tree, opened.camera())
+    return suitable_radius(tree, choose_camera(PictureOptions(), tree.geometry)[0])
 
 
 def draw(opened: Source, tree: Tree, radius: float) -> str:

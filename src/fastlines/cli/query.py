@@ -77,8 +77,9 @@ def query(
     [cyan]fastlines query hair.flt --camera 640x480 --radius 0.001 --kind count[/]
     """
     from ..query.rays import require_radius
+    from ..rendering import ViewOptions
     from ..rendering.shading.depth import check_size
-    from .files import Source, check_output, open_tree, show_progress, write_npz
+    from .files import check_output, open_tree, show_progress, write_npz
     from .hint import hint_at_radius
 
     check_output(output, ".npz", inputs=(tree_file, rays))
@@ -99,10 +100,8 @@ def query(
     if camera is not None:
         width, height = size(camera, "--camera")
         check_size(width, height)
-        view = Source(tree_file, tree.geometry, tree=tree).camera(
-            vector(direction, "--direction"), vector(up, "--up"), fov, width / height
-        )
-        origins, directions = view.rays(width, height)
+        view = ViewOptions(vector(direction, "--direction"), vector(up, "--up"), fov)
+        origins, directions = view.camera(tree.geometry, width / height).rays(width, height)
     else:
         origins, directions = read_rays(str(rays))
     ask = getattr(tree, KINDS[kind])

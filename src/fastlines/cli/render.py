@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 from typer import Option
 
-from .options import Direction, Focus, FormatName, FormatOptions, Fov, Input, Lens, Radius, Skip, Up
+from .options import Direction, Focus, FormatName, FormatOptions, Fov, Input, Lens, Radius, Skip, Up, vector
 
 #: The width and the height of a square picture in pixels.
 SIZE = 1024
@@ -121,8 +121,21 @@ def render(
 
     [cyan]fastlines render hair.flt --radius 0.0005 --levels 6 -o levels.png[/]
     """
-    from .pictures import Order, draw
+    from pathlib import Path
 
+    from ..rendering import ViewOptions
+    from .pictures import Order, draw
+    from .sequence import swept_radii
+
+    file = Path(output).suffix.lower()
+    view = ViewOptions(
+        direction=vector(direction, "--direction"),
+        up=vector(up, "--up"),
+        fov_degrees=fov,
+        lens_radius=lens_radius,
+        focus_distance=focus_distance,
+        turns=turntable is not None,
+    )
     order = Order(
         source=source,
         output=output,
@@ -130,20 +143,19 @@ def render(
         radius=radius,
         color=color,
         color_map=color_map,
-        background=background,
+        background=None if background == "transparent" else background,
+        transparent=background == "transparent",
         legend=legend,
+        file=file,
+        aovs=file == ".exr",
         quality=quality,
         exposure=exposure,
         width=width,
         height=height,
         samples=samples,
-        direction=direction,
-        up=up,
-        fov=fov,
-        lens_radius=lens_radius,
-        focus_distance=focus_distance,
+        camera=view,
         turntable=turntable,
-        radius_sweep=radius_sweep,
+        radii=() if radius_sweep is None else swept_radii(radius_sweep),
         seconds=seconds,
         resume=resume,
         levels=levels,

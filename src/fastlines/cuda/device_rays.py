@@ -11,7 +11,8 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
-from ..query.rays import is_spread, limits_of, require_radius, scene_bounds
+from ..query.ray_arguments import RayArguments
+from ..query.rays import limits_of, require_radius, scene_bounds
 from .backend import CudaBackend, RaysOnDevice
 from .choice import is_on_device
 from .columns import DeviceColumns
@@ -82,48 +83,9 @@ class DeviceRayBatch:
 
 
 def check_device_query(
-    backend: CudaBackend,
-    geometry: AnyGeometry,
-    box: FloatArray,
-    origins: Any,
-    directions: Any,
-    radius: Any,
-    t_min: Any,
-    t_max: Any,
-    invalid: str,
-    spread: Any = 0.0,
-    ignore: Any = None,
-    ignore_strands: Any = None,
+    backend: CudaBackend, geometry: AnyGeometry, box: FloatArray, given: RayArguments
 ) -> DeviceRayBatch:
-    """Check rays in the memory of a GPU for geometry in this box; see `check_query`."""
-    given = {
-        "invalid": invalid != "error",
-        "ignore": ignore is not None,
-        "ignore_strands": ignore_strands is not None,
-    }
-    for name, is_given in given.items():
-        if is_given:
-            raise InputError(f"rays in the memory of a GPU take no {name}=; leave it out, or pass NumPy arrays")
-    has_spread = is_spread(spread)
-    if radius is None:
-        if not has_spread:
-            require_radius(geometry, radius)
-        radius = 0.0
-    bounds = scene_bounds(geometry, box)
-    return check_device_rays(backend, bounds, origins, directions, radius, t_min, t_max, spread if has_spread else None)
-
-
-def check_device_rays(
-    backend: CudaBackend,
-    bounds: FloatArray,
-    origins: Any,
-    directions: Any,
-    radius: Any,
-    t_min: Any,
-    t_max: Any,
-    spread: Any = None,
-) -> DeviceRayBatch:
-    """Check rays of which at least origins are in the memory of the GPU, for a scene with these bounds.
+    """Check rays of which at least origins are in the memory of the GPU, for geometry in this box; see `check_query`.
 
     With a spread, the backend must be that of a scene for such rays.
 
@@ -132,14 +94,26 @@ def check_device_rays(
     InputError
         If an array has another type or shape than it should, or a ray is not valid.
     """
+    refused = {
+        "invalid": given.invalid != "error",
+        "ignore": given.ignore is not None,
+        "ignore_strands": given.ignore_strands is not None,
+    }
+    for name, is_given in refused.items():
+        if is_given:
+            raise InputError(f"rays in the memory of a GPU take no {name}=; leave it out, or pass NumPy arrays")
+    if not given.has_spread:
+        require_radius(geometry, given.radius)
+    bounds = scene_bounds(geometry, box)
     device = backend.scene.device
-    points = _viewed(backend, origins, "origins", None)
+    points = _viewed(backend, given.origins, "origins", None)
     if points.shape[-1:] != (3,):
         raise InputError(f"origins have shape {points.shape}; expected (…, 3): x y z of each ray")
     shape = points.shape[:-1]
     n = math.prod(shape)
-    arrays = [points, _viewed(backend, directions, "directions", points.shape, (3,))]
-    scalars = {"radius": radius, "t_min": t_min, "t_max": t_max, "spread": 0.0 if spread is None else spread}
+    arrays = [points, _viewed(backend, given.directions, "directions", points.shape, (3,))]
+    radius = 0.0 if given.radius is None else given.radius
+    scalars = {"radius": radius, "t_min": given.t_min, "t_max": given.t_max, "spread": given.spread}
     for name, values in scalars.items():
         arrays.append(_viewed(backend, values, name, shape, ()))
     steps = [3, 0 if arrays[1].shape == (3,) else 3, *(0 if array.shape == () else 1 for array in arrays[2:])]
@@ -154,7 +128,7 @@ def check_device_rays(
             "or spread that is too large, or bounds that are not in order; pass them as NumPy arrays to learn which "
             "and why"
         )
-    return DeviceRayBatch(backend, rays, shape, spread is not None)
+    return DeviceRayBatch(backend, rays, shape, given.has_spread)
 
 
 def _viewed(backend: CudaBackend, values: Any, name: str, *shapes: tuple[int, ...] | None) -> ViewedArray:

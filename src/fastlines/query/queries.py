@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
+from dataclasses import dataclass, replace
+from typing import Any, Literal, TypeAlias, Unpack, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,7 @@ from .backend import Backend, CompiledBackend
 from .hits import AllHits, FirstHits
 from .ignore import ignored_of
 from .memory_check import MemoryCheck
+from .ray_arguments import RayArguments, RayOptions, shows_ray_options
 from .rays import AnyRays, RayBatch, check_rays, require_radius, scene_bounds
 from .wrappers.wrap import backend_of
 
@@ -27,11 +28,6 @@ from .wrappers.wrap import backend_of
 RANKS = ("t", "distance")
 
 QueryName: TypeAlias = Literal["first_hit", "any_hit", "count_hits", "all_hits", "next_hits"]
-
-if TYPE_CHECKING:
-    pass
-
-
 #: The queries, by the names of their methods.
 QUERIES: tuple[QueryName, ...] = ("first_hit", "any_hit", "count_hits", "all_hits", "next_hits")
 
@@ -56,103 +52,94 @@ def is_merge(merge: str | None, at: str) -> bool:
     return True
 
 
-def check_query(
-    geometry: AnyGeometry,
-    box: FloatArray,
-    origins: npt.ArrayLike,
-    directions: npt.ArrayLike,
-    radius: npt.ArrayLike | None,
-    t_min: npt.ArrayLike,
-    t_max: npt.ArrayLike,
-    invalid: str,
-    spread: npt.ArrayLike = 0.0,
-    ignore: Any = None,
-    ignore_strands: Any = None,
-) -> RayBatch:
+def check_query(geometry: AnyGeometry, box: FloatArray, given: RayArguments) -> RayBatch:
     """Check rays for geometry in this box; of lines it holds the axes."""
-    require_radius(geometry, radius, spread)
-    bounds = scene_bounds(geometry, box)
-    radius = 0.0 if radius is None else radius
-    rays = check_rays(origins, directions, radius, t_min, t_max, invalid, bounds, spread)
-    if ignore is None and ignore_strands is None:
+    require_radius(geometry, given.radius, given.spread)
+    rays = check_rays(given, scene_bounds(geometry, box))
+    if given.ignore is None and given.ignore_strands is None:
         return rays
-    return replace(rays, ignored=ignored_of(geometry, rays.shape, ignore, ignore_strands))
+    return replace(rays, ignored=ignored_of(geometry, rays.shape, given.ignore, given.ignore_strands))
 
 
-def _refuse_surface(rays: AnyRays) -> None:
-    if rays.has_spread:
-        raise InputError(
-            "at='surface' has no meaning with a spread: the reach then grows with the depth of each point of a line, "
-            "and no capsule or round cone of one radius has a surface that the ray could enter; leave out at= or "
-            "spread="
-        )
+@dataclass(frozen=True, eq=False)
+class Query:
+    """Checked rays, and the backend that answers them; rays in the memory of a GPU find their own answers."""
+
+    backend: Backend
+    rays: AnyRays
+    geometry: AnyGeometry
+    progress: ProgressOption = False
+
+    def first_hit(self, at: str = "closest") -> FirstHits:
+        """Find the nearest hit of each ray."""
+        surface = self._is_surface(at)
+        if not isinstance(self.rays, RayBatch):
+            return cast(FirstHits, self.rays.first_hit(surface))
+        with reporting(self.progress, "first hit") as callback:
+            columns = self.backend.first_hit(self.rays, surface, callback)
+        return FirstHits.from_columns(columns, self.rays, self.geometry)
+
+    def any_hit(self) -> npt.NDArray[np.bool_]:
+        """Find out for each ray whether it hits anything."""
+        if not isinstance(self.rays, RayBatch):
+            return cast(npt.NDArray[np.bool_], self.rays.any_hit())
+        with reporting(self.progress, "any hit") as callback:
+            return self.backend.any_hit(self.rays, callback).reshape(self.rays.shape)
+
+    def count_hits(self) -> IntArray:
+        """Count the primitives that each ray hits."""
+        if not isinstance(self.rays, RayBatch):
+            return cast(IntArray, self.rays.count_hits())
+        with reporting(self.progress, "count hits") as callback:
+            counts = self.backend.count_hits(self.rays, callback)
+        return counts.reshape(self.rays.shape).view(np.int64)  # NumPy prints C's name of the type, but not its own
+
+    def all_hits(self, at: str = "closest", merge: str | None = None) -> AllHits:
+        """List all hits of each ray, or those of a strand as one."""
+        surface, merges = self._is_surface(at), is_merge(merge, at)
+        hits = self._list_hits(surface, None, False)
+        return hits.merged_by_strand() if merges else hits
+
+    def next_hits(self, k: int, at: str = "closest", rank: str = "t") -> AllHits:
+        """List the k best hits of each ray."""
+        return self._list_hits(self._is_surface(at), count("k", k, 0), is_by_distance(rank))
+
+    def _is_surface(self, at: str) -> bool:
+        if is_surface(at) and self.rays.has_spread:
+            raise InputError(
+                "at='surface' has no meaning with a spread: the reach then grows with the depth of each point of a "
+                "line, and no capsule or round cone of one radius has a surface that the ray could enter; leave out "
+                "at= or spread="
+            )
+        return at == "surface"
+
+    def _list_hits(self, surface: bool, k: int | None, by_distance: bool) -> AllHits:
+        """List hits, unless a sample says that they will not fit in memory."""
+        backend, rays = self.backend, self.rays
+        if not isinstance(rays, RayBatch):
+            return cast(AllHits, rays.list_hits(surface, k, by_distance))
+
+        def count_some(rows: IntArray) -> IntArray:
+            counts = backend.count_hits(rays.some(rows), None)
+            return counts if k is None else np.minimum(counts, k)
+
+        memory = MemoryCheck(len(rays), 24 if surface else 20, count_some)
+        with reporting(self.progress, "all hits" if k is None else "next hits") as callback:
+            # Without a sample, a module that counts steps counts those of this query alone.
+            watched = callback if is_given() else memory.watch(callback)
+            try:
+                offsets, columns = backend.list_hits(rays, surface, k, by_distance, watched)
+            except MemoryError as error:
+                why = f": {memory.refusal}" if memory.refusal else ""
+                fewer = "next_hits for the nearest" if k is None else "a smaller k"
+                raise MemoryError(
+                    f"the hits of {len(rays)} rays do not fit into memory{why}; trace fewer rays or use a smaller "
+                    f"radius, {fewer}, or count_hits for how many there are"
+                ) from error
+        return AllHits.from_columns(offsets, columns, rays, self.geometry)
 
 
-def first_hit(
-    backend: Backend, rays: AnyRays, surface: bool, progress: ProgressOption, geometry: AnyGeometry
-) -> FirstHits:
-    """Find the nearest hit of each ray."""
-    if surface:
-        _refuse_surface(rays)
-    if not isinstance(rays, RayBatch):
-        return cast(FirstHits, rays.first_hit(surface))
-    with reporting(progress, "first hit") as callback:
-        columns = backend.first_hit(rays, surface, callback)
-    return FirstHits.from_columns(columns, rays, geometry)
-
-
-def any_hit(backend: Backend, rays: AnyRays, progress: ProgressOption) -> npt.NDArray[np.bool_]:
-    """Find out for each ray whether it hits anything."""
-    if not isinstance(rays, RayBatch):
-        return cast(npt.NDArray[np.bool_], rays.any_hit())
-    with reporting(progress, "any hit") as callback:
-        return backend.any_hit(rays, callback).reshape(rays.shape)
-
-
-def count_hits(backend: Backend, rays: AnyRays, progress: ProgressOption) -> IntArray:
-    """Count the primitives that each ray hits."""
-    if not isinstance(rays, RayBatch):
-        return cast(IntArray, rays.count_hits())
-    with reporting(progress, "count hits") as callback:
-        counts = backend.count_hits(rays, callback)
-    return counts.reshape(rays.shape).view(np.int64)  # NumPy prints C's name of the type, but not its own
-
-
-def list_hits(
-    backend: Backend,
-    rays: AnyRays,
-    surface: bool,
-    k: int | None,
-    progress: ProgressOption,
-    geometry: AnyGeometry,
-    by_distance: bool = False,
-) -> AllHits:
-    """List all hits of each ray, or the first k, unless a sample says that they will not fit in memory."""
-    if surface:
-        _refuse_surface(rays)
-    if not isinstance(rays, RayBatch):
-        return cast(AllHits, rays.list_hits(surface, k, by_distance))
-
-    def count_some(rows: IntArray) -> IntArray:
-        counts = backend.count_hits(rays.some(rows), None)
-        return counts if k is None else np.minimum(counts, k)
-
-    memory = MemoryCheck(len(rays), 24 if surface else 20, count_some)
-    with reporting(progress, "all hits" if k is None else "next hits") as callback:
-        # Without a sample, a module that counts steps counts those of this query alone.
-        watched = callback if is_given() else memory.watch(callback)
-        try:
-            offsets, columns = backend.list_hits(rays, surface, k, by_distance, watched)
-        except MemoryError as error:
-            why = f": {memory.refusal}" if memory.refusal else ""
-            fewer = "next_hits for the nearest" if k is None else "a smaller k"
-            raise MemoryError(
-                f"the hits of {len(rays)} rays do not fit into memory{why}; trace fewer rays or use a smaller radius, "
-                f"{fewer}, or count_hits for how many there are"
-            ) from error
-    return AllHits.from_columns(offsets, columns, rays, geometry)
-
-
+@shows_ray_options
 def brute_force(
     geometry: AnyGeometry | Primitives | npt.ArrayLike,
     origins: npt.ArrayLike,
@@ -160,17 +147,11 @@ def brute_force(
     radius: npt.ArrayLike | None = None,
     *,
     query: QueryName = "all_hits",
-    spread: npt.ArrayLike = 0.0,
-    ignore: Any = None,
-    ignore_strands: Any = None,
-    t_min: npt.ArrayLike = 0.0,
-    t_max: npt.ArrayLike = np.inf,
     at: str = "closest",
     k: int | None = None,
     rank: str = "t",
     merge: str | None = None,
-    invalid: str = "error",
-    progress: ProgressOption = False,
+    **options: Unpack[RayOptions],
 ) -> Any:
     """Answer a query by testing every primitive against every ray; the answer of every tree is the same, bit for bit.
 
@@ -196,32 +177,26 @@ def brute_force(
     >>> brute_force([[[-1, -1, -1], [1, 1, 1]]], [0, 0, -5], [0, 0, 1], 0.5).prim
     array([0])
     """
+    given = RayArguments(origins, directions, radius, **options)
     choice("query", query, QUERIES)
-    surface = is_surface(at)
+    is_surface(at)
     if query != "next_hits" and k is not None:
         raise InputError(f"k={k!r} is for query='next_hits', this is {query!r}; leave it out")
     if query == "next_hits" and k is None:
         raise InputError("query='next_hits' needs k=, the number of hits of each ray")
-    k = count("k", k, 0) if query == "next_hits" else None
-    by_distance = is_by_distance(rank)
-    if query != "next_hits" and by_distance:
+    if query != "next_hits" and is_by_distance(rank):
         raise InputError(f"rank={rank!r} is for query='next_hits', this is {query!r}; leave it out")
-    merges = is_merge(merge, at)
-    if query != "all_hits" and merges:
+    if query != "all_hits" and is_merge(merge, at):
         raise InputError(f"merge={merge!r} is for query='all_hits', this is {query!r}; leave it out")
+    own: dict[QueryName, dict[str, Any]] = {
+        "first_hit": {"at": at},
+        "all_hits": {"at": at, "merge": merge},
+        "next_hits": {"k": k, "at": at, "rank": rank},
+    }
     geometry = as_geometry(geometry)
     box = np.array(geometry.bounds, np.float32) if len(geometry) else np.zeros((2, 3), np.float32)
-    rays = check_query(
-        geometry, box, origins, directions, radius, t_min, t_max, invalid, spread, ignore, ignore_strands
-    )
+    rays = check_query(geometry, box, given)
     data = geometry.spread_data() if rays.has_spread else geometry.core_data()
     core = None if geometry.has_user_code else CompiledBackend(_core, _core.BinaryView.of_primitives(*data))
-    backend = backend_of(geometry, core, rays)
-    if query == "first_hit":
-        return first_hit(backend, rays, surface, progress, geometry)
-    if query == "any_hit":
-        return any_hit(backend, rays, progress)
-    if query == "count_hits":
-        return count_hits(backend, rays, progress)
-    hits = list_hits(backend, rays, surface, k, progress, geometry, by_distance)
-    return hits.merged_by_strand() if merges else hits
+    asked = Query(backend_of(geometry, core, rays), rays, geometry, given.progress)
+    return getattr(asked, query)(**own.get(query, {}))

@@ -15,6 +15,7 @@ from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..threads import get_num_threads
 from .ignore import Ignored
+from .ray_arguments import RayArguments
 
 #: The largest radius, in units of the scene's size; beyond it squares would overflow.
 RADIUS_LIMIT = 1e12
@@ -116,19 +117,10 @@ class DeviceRays(Protocol):
 AnyRays: TypeAlias = RayBatch | DeviceRays
 
 
-def check_rays(
-    origins: npt.ArrayLike,
-    directions: npt.ArrayLike,
-    radius: npt.ArrayLike,
-    t_min: npt.ArrayLike,
-    t_max: npt.ArrayLike,
-    invalid: str,
-    bounds: FloatArray,
-    spread: npt.ArrayLike = 0.0,
-) -> RayBatch:
-    """Check rays for a scene with these bounds; `Tree.first_hit` explains the arguments."""
-    choice("invalid", invalid, INVALID)
-    origins, directions = _vectors(origins, "origins"), _vectors(directions, "directions")
+def check_rays(given: RayArguments, bounds: FloatArray) -> RayBatch:
+    """Check rays for a scene with these bounds; without a radius it is 0."""
+    choice("invalid", given.invalid, INVALID)
+    origins, directions = _vectors(given.origins, "origins"), _vectors(given.directions, "directions")
     shape = origins.shape[:-1]
     if directions.shape != origins.shape:
         try:
@@ -145,7 +137,8 @@ def check_rays(
         )
     origins, directions = (np.ascontiguousarray(array).reshape(-1, 3) for array in (origins, directions))
     scalars: dict[str, FloatArray] = {}
-    for name, value in (("radius", radius), ("t_min", t_min), ("t_max", t_max), ("spread", spread)):
+    radius = 0.0 if given.radius is None else given.radius
+    for name, value in (("radius", radius), ("t_min", given.t_min), ("t_max", given.t_max), ("spread", given.spread)):
         if name == "spread" and isinstance(value, float) and value == 0:  # the default, and single rays are in a hurry
             scalars[name] = NO_SPREAD
             continue
@@ -193,7 +186,7 @@ def check_rays(
             where = f" ({list_rows(bad)})" if len(rows) == n_rays else f": {once}, for all"
             found.append(f"{int(bad.sum())} of {n_rays} rays {fault}{where}")
         skipped |= bad
-    if found and invalid == "error":
+    if found and given.invalid == "error":
         raise InputError(f"{'; '.join(found)}; fix them, or let them miss (in Python: invalid='skip')")
     if skipped.any():
         # Replace each by a ray that can hit nothing.
@@ -258,8 +251,3 @@ def scene_bounds(geometry: AnyGeometry, box: FloatArray) -> FloatArray:
             f"together, {size:g}; leave such lines out"
         )
     return box + np.array([[-margin], [margin]], np.float32)
-
-
-def is_spread(spread: Any) -> bool:
-    """Return whether a spread is given: a number other than 0, or an array, which may be in the memory of a GPU."""
-    return not (isinstance(spread, int | float) and spread == 0)

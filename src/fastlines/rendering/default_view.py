@@ -15,6 +15,9 @@ The camera looks along the shorter side, so that the longer one is visible, a li
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass, replace
+
 import numpy as np
 
 from ..camera import Camera, Vector
@@ -31,6 +34,8 @@ CUBE = 0.9
 TURN, TILT = 0.5, 0.22
 CUBE_TURN, CUBE_TILT = 0.7, 0.45
 LOW_TILT = 0.6
+#: The vertical field of view of a camera.
+FOV_DEGREES = 30.0
 #: The formats of pictures, as the longer side through the shorter one.
 ASPECT_RATIOS = (1, 4 / 3, 3 / 2, 16 / 9)
 
@@ -76,7 +81,7 @@ def default_camera(
     *,
     direction: Vector | None = None,
     up: Vector | None = None,
-    fov_degrees: float = 30.0,
+    fov_degrees: float = FOV_DEGREES,
     aspect: float = 1.0,
 ) -> Camera:
     """Return a camera that frames a geometry; `default_view` chooses the directions that are not given."""
@@ -84,6 +89,78 @@ def default_camera(
     return Camera.framing(
         geometry, direction or default_direction, up or default_up, fov_degrees=fov_degrees, aspect=aspect
     )
+
+
+def turntable_camera(
+    geometry: AnyGeometry,
+    *,
+    direction: Vector | None = None,
+    up: Vector | None = None,
+    fov_degrees: float = FOV_DEGREES,
+    aspect: float = 1.0,
+) -> Camera:
+    """Return a camera that shows all lines at every angle of a turn; `default_view` chooses what is not given.
+
+    It frames the upright cylinder around the lines. Its target is on the cylinder's axis.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> lines = fl.lines([[[0, 0, 0], [4, 0, 0]], [[2, -1, -2], [2, 1, 2]]])
+    >>> camera = turntable_camera(lines, direction=(0, 0, -1), up=(0, 1, 0))
+    >>> [round(x, 6) for x in camera.target]
+    [2.0, 0.0, 0.0]
+    """
+    default_direction, default_up = default_view(geometry)
+    direction, up = direction or default_direction, up or default_up
+    points, radii = (values.astype(np.float64) for values in geometry.span())
+    if len(points) == 0:
+        return default_camera(geometry, direction=direction, up=up, fov_degrees=fov_degrees, aspect=aspect)
+    # Find the cylinder about the upward axis.
+    axis = np.asarray(up, np.float64) / math.sqrt(sum(x * x for x in up))
+    centre = (points.min(axis=0) + points.max(axis=0)) / 2
+    height = ((points - centre) * axis).sum(axis=1)
+    away = points - centre - height[:, None] * axis
+    wide = float((np.sqrt((away**2).sum(axis=1)) + radii).max())
+    low, high = float((height - radii).min()), float((height + radii).max())
+    # Frame two of its circles.
+    one = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    one /= math.sqrt(float((one**2).sum()))
+    turns = np.linspace(0, 2 * np.pi, 64, endpoint=False)[:, None]
+    circle = wide * (np.cos(turns) * one + np.sin(turns) * np.cross(axis, one))
+    rims = np.concatenate([centre + low * axis + circle, centre + high * axis + circle])
+    camera = Camera.framing(rims, direction, up, fov_degrees=fov_degrees, aspect=aspect)
+    # Move the target along the view to the axis.
+    forward, start = camera.axes()[2], np.subtract(camera.origin, centre)
+    across = forward - (forward * axis).sum() * axis
+    level = float((across**2).sum())
+    if level < 1e-12:
+        return camera
+    distance = -float((start * across).sum()) / level
+    x, y, z = (camera.origin + distance * forward).tolist()
+    return replace(camera, target=(x, y, z))
+
+
+@dataclass(frozen=True)
+class ViewOptions:
+    """How to choose a camera; what is None is chosen to suit the lines.
+
+    With `turns` all lines are visible at every angle of a turn.
+    """
+
+    direction: Vector | None = None
+    up: Vector | None = None
+    fov_degrees: float | None = None
+    lens_radius: float | None = None
+    focus_distance: float | None = None
+    turns: bool = False
+
+    def camera(self, geometry: AnyGeometry, aspect: float = 1.0) -> Camera:
+        """Return a camera that frames a geometry."""
+        frame = turntable_camera if self.turns else default_camera
+        fov = FOV_DEGREES if self.fov_degrees is None else self.fov_degrees
+        camera = frame(geometry, direction=self.direction, up=self.up, fov_degrees=fov, aspect=aspect)
+        return replace(camera, lens_radius=self.lens_radius or 0.0, focus_distance=self.focus_distance)
 
 
 def default_size(

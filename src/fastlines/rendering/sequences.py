@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
@@ -10,25 +9,28 @@ from typing import Any
 import numpy as np
 
 from ..arrays import count, number
-from ..builder import build
-from ..camera import Camera, Vector
+from ..camera import Camera
 from ..errors import InputError
-from ..geometry.any_geometry import AnyGeometry
-from ..tree import Tree
+from ..progress import ProgressOption
 from .color.legend import ColorBar
-from .default_view import complete_size, default_camera, default_size, default_view
-from .measures import MEASURES, Measure
+from .default_view import ViewOptions
+from .measures import Measure
 from .pictures.picture import Picture
-from .renderer import render
-from .shading.depth import SIZE, check_size
-from .suitable_radius import suitable_radius
+from .plan import PictureOptions, PicturePlan, plan_picture
+from .renderer import draw
 
 #: The most pictures of a sequence.
 MAX_PICTURES = 100_000
 
 
 def turntable(
-    tree: Any, n_pictures: int, camera: Camera | None = None, *, degrees: float = 360.0, **options: Any
+    tree: Any,
+    n_pictures: int,
+    camera: Camera | None = None,
+    *,
+    degrees: float = 360.0,
+    progress: ProgressOption = False,
+    **options: Any,
 ) -> Iterator[Picture]:
     """Render pictures from a camera that turns around the lines.
 
@@ -41,8 +43,11 @@ def turntable(
         The first view; it turns about its upward axis through its target. By default `turntable_camera`.
     degrees : float
         The whole turn, seen from above counter-clockwise.
+    progress : bool or callable
+        Of each picture.
     **options
-        Those of `render`. A radius that is not given is chosen once, and so is the range of the colours of a measure.
+        The others of `render`. A radius that is not given is chosen once, and so is the range of the colours of a
+        measure.
 
     Yields
     ------
@@ -56,16 +61,18 @@ def turntable(
     [np.True_, np.True_, np.True_]
     """
     count("n_pictures", n_pictures, 1, MAX_PICTURES)
-    made = tree if isinstance(tree, Tree) else build(tree)
-    width, height = _size(options, (SIZE, SIZE))
-    first = camera or turntable_camera(made.geometry, aspect=width / height)
-    if options.get("radius") is None and made.geometry.needs_radius:
-        options["radius"] = suitable_radius(made, first)
-    cameras = (first.orbit(degrees * i / n_pictures) for i in range(n_pictures))
-    return _turned(made, cameras, options)
+    plan = plan_picture(tree, PictureOptions(camera=camera or ViewOptions(turns=True), **options))
+    return turned(plan, n_pictures, degrees, progress)
 
 
-def radius_sweep(tree: Any, radii: Sequence[float], camera: Camera | None = None, **options: Any) -> Iterator[Picture]:
+def radius_sweep(
+    tree: Any,
+    radii: Sequence[float],
+    camera: Camera | None = None,
+    *,
+    progress: ProgressOption = False,
+    **options: Any,
+) -> Iterator[Picture]:
     """Render pictures of the same lines with other radii, all from one tree.
 
     Parameters
@@ -75,8 +82,10 @@ def radius_sweep(tree: Any, radii: Sequence[float], camera: Camera | None = None
         `spaced_radii` makes them.
     camera : Camera, optional
         By default one that frames the geometry.
+    progress : bool or callable
+        Of each picture.
     **options
-        Those of `render`, without the radius. The colours of a measure have a range of their own in each picture,
+        The others of `render`, without the radius. The colours of a measure have a range of their own in each picture,
         unless the measure has one.
 
     Yields
@@ -96,18 +105,24 @@ def radius_sweep(tree: Any, radii: Sequence[float], camera: Camera | None = None
         raise InputError("radius_sweep takes the radii, one for each picture; leave out radius=")
     for radius in radii:
         number("radius", radius, "a finite number that is not negative", 0.0)
-    made = tree if isinstance(tree, Tree) else build(tree)
-    suitable = (SIZE, SIZE) if camera is not None else default_size(made.geometry, SIZE)
-    options["width"], options["height"] = _size(options, suitable)
-    view = camera or default_camera(made.geometry, aspect=options["width"] / options["height"])
-    return (render(made, view, radius=radius, **options) for radius in radii)
+    return swept(plan_picture(tree, PictureOptions(camera=camera, **options), radii=radii), radii, progress)
 
 
-def _size(options: dict[str, Any], suitable: tuple[int, int]) -> tuple[int, int]:
-    """Return the size of pictures; what is not given follows from a suitable one."""
-    given = options.get("width"), options.get("height")
-    check_size(*(SIZE if side is None else side for side in given))
-    return complete_size(*given, suitable)
+def turned(
+    plan: PicturePlan, n_pictures: int, degrees: float = 360.0, progress: ProgressOption = False
+) -> Iterator[Picture]:
+    """Draw a plan from each camera of a turn; keep the range of a measure of the first picture."""
+    for i in range(n_pictures):
+        picture = draw(replace(plan, camera=plan.camera.orbit(degrees * i / n_pictures)), progress)
+        look = plan.look
+        if isinstance(look, Measure) and look.range is None and isinstance(picture.legend, ColorBar):
+            plan = replace(plan, look=replace(look, range=(picture.legend.low, picture.legend.high)))
+        yield picture
+
+
+def swept(plan: PicturePlan, radii: Sequence[float], progress: ProgressOption = False) -> Iterator[Picture]:
+    """Draw a plan with each radius."""
+    return (draw(replace(plan, radius=radius), progress) for radius in radii)
 
 
 def spaced_radii(first: float, last: float, n_radii: int) -> list[float]:
@@ -123,64 +138,3 @@ def spaced_radii(first: float, last: float, n_radii: int) -> list[float]:
         number("radius", radius, "a finite number that is not negative", 0.0)
     spaced = np.geomspace if first > 0 and last > 0 else np.linspace
     return [float(f"{radius:.12g}") for radius in spaced(first, last, n_radii)]
-
-
-def turntable_camera(
-    geometry: AnyGeometry,
-    *,
-    direction: Vector | None = None,
-    up: Vector | None = None,
-    fov_degrees: float = 30.0,
-    aspect: float = 1.0,
-) -> Camera:
-    """Return a camera that shows all lines at every angle of a turn; `default_view` chooses what is not given.
-
-    It frames the upright cylinder around the lines. Its target is on the cylinder's axis.
-
-    Examples
-    --------
-    >>> import fastlines as fl
-    >>> lines = fl.lines([[[0, 0, 0], [4, 0, 0]], [[2, -1, -2], [2, 1, 2]]])
-    >>> camera = turntable_camera(lines, direction=(0, 0, -1), up=(0, 1, 0))
-    >>> [round(x, 6) for x in camera.target]
-    [2.0, 0.0, 0.0]
-    """
-    default_direction, default_up = default_view(geometry)
-    direction, up = direction or default_direction, up or default_up
-    points, radii = (values.astype(np.float64) for values in geometry.span())
-    if len(points) == 0:
-        return default_camera(geometry, direction=direction, up=up, fov_degrees=fov_degrees, aspect=aspect)
-    # Find the cylinder about the upward axis.
-    axis = np.asarray(up, np.float64) / math.sqrt(sum(x * x for x in up))
-    centre = (points.min(axis=0) + points.max(axis=0)) / 2
-    height = ((points - centre) * axis).sum(axis=1)
-    away = points - centre - height[:, None] * axis
-    wide = float((np.sqrt((away**2).sum(axis=1)) + radii).max())
-    low, high = float((height - radii).min()), float((height + radii).max())
-    # Frame two of its circles.
-    one = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
-    one /= math.sqrt(float((one**2).sum()))
-    turns = np.linspace(0, 2 * np.pi, 64, endpoint=False)[:, None]
-    circle = wide * (np.cos(turns) * one + np.sin(turns) * np.cross(axis, one))
-    rims = np.concatenate([centre + low * axis + circle, centre + high * axis + circle])
-    camera = Camera.framing(rims, direction, up, fov_degrees=fov_degrees, aspect=aspect)
-    # Move the target along the view to the axis.
-    forward, start = camera.axes()[2], np.subtract(camera.origin, centre)
-    across = forward - (forward * axis).sum() * axis
-    level = float((across**2).sum())
-    if level < 1e-12:
-        return camera
-    distance = -float((start * across).sum()) / level
-    x, y, z = (camera.origin + distance * forward).tolist()
-    return replace(camera, target=(x, y, z))
-
-
-def _turned(tree: Tree, cameras: Iterator[Camera], options: dict[str, Any]) -> Iterator[Picture]:
-    """Render from each camera; keep the range of a measure of the first picture."""
-    for camera in cameras:
-        picture = render(tree, camera, **options)
-        look = options.get("look")
-        measure = MEASURES.get(look) if isinstance(look, str) else look
-        if isinstance(measure, Measure) and measure.range is None and isinstance(picture.legend, ColorBar):
-            options["look"] = replace(measure, range=(picture.legend.low, picture.legend.high))
-        yield picture

@@ -21,7 +21,15 @@ from ..harness import machine
 from ..harness.arrays import FloatArray
 from ..harness.clock import best_of
 from ..harness.compare import same
-from ..harness.internals import TUNING, CudaBackend, CudaDevice, check_query, cuda_device, scene_of
+from ..harness.internals import (
+    TUNING,
+    CudaBackend,
+    CudaDevice,
+    RayArguments,
+    check_query,
+    cuda_device,
+    scene_of,
+)
 from ..harness.preset import Preset, sized
 from ..harness.rays import RayBatch, camera_rays, random_rays
 from ..peers.warp import WarpScene, warp
@@ -271,8 +279,8 @@ def count_steps(backend: CudaBackend, tree: fl.Tree, batch: RayBatch, radius: fl
 
 def checked(tree: fl.Tree, batch: RayBatch, radius: float) -> Any:
     """Return checked rays."""
-    box = tree.nodes["box"][0]
-    return check_query(tree.geometry, box, batch.origins, batch.directions, radius, batch.t_min, batch.t_max, "error")
+    given = RayArguments(batch.origins, batch.directions, radius, t_min=batch.t_min, t_max=batch.t_max)
+    return check_query(tree.geometry, tree.nodes["box"][0], given)
 
 
 def _prims(answer: Any) -> Any:

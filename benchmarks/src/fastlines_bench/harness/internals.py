@@ -16,6 +16,7 @@ from fastlines.cuda.scene import upload as upload_scene
 from fastlines.engines import use_engine
 from fastlines.errors import FastlinesError
 from fastlines.query.queries import check_query
+from fastlines.query.ray_arguments import RayArguments
 from fastlines.rendering.color.tone import filmic, srgb, to_bytes
 from fastlines.rendering.hair import HairMaterial, longitudinal
 from fastlines.rendering.looks.traced_hair import HairScatterer
@@ -56,6 +57,7 @@ __all__ = [
     "Light",
     "PathSampler",
     "PathTracer",
+    "RayArguments",
     "Rig",
     "ShadingContext",
     "Sky",

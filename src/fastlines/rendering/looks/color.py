@@ -106,7 +106,7 @@ def make_color(by: str, color_map: str, geometry: AnyGeometry) -> Color:
     if by in WORDS:
         if by in known:
             text = f"color={by!r} is the {by} of lines; color={ATTRIBUTE + by!r} is their attribute of this name"
-            warnings.warn(text, FileWarning, stacklevel=4)
+            warnings.warn(text, FileWarning, stacklevel=6)
         return Color(by, color_map)
     name = by.removeprefix(ATTRIBUTE)
     if name not in known:

@@ -1,0 +1,203 @@
+"""The plan of a picture: its look, size, camera and radius. It is made once, here, for Python and the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from ..arrays import count, instance, number
+from ..builder import build
+from ..camera import Camera
+from ..errors import InputError
+from ..geometry.any_geometry import AnyGeometry
+from ..geometry.collection import as_geometry
+from ..progress import ProgressOption
+from ..tree import Tree
+from .color.palette import check_map
+from .default_view import ViewOptions, complete_size, default_size
+from .looks import Backdrop, Look, check_name, look_for, make_look
+from .looks.solid import Solid
+from .measures import MEASURES, Measure
+from .pictures.options import NUMBERS, OWN_FLAT, OWN_LIT, PictureRequest, check_options
+from .shading.depth import SIZE, check_radius, check_size
+from .shading.lighting import Rig
+from .suitable_radius import suitable_radius
+
+#: The most samples of a pixel.
+MAX_SAMPLES = 1 << 16
+
+
+@dataclass(frozen=True, kw_only=True)
+class PictureOptions:
+    """The options of `render`, as they are given: what is None is chosen to suit the lines.
+
+    They are checked as far as that can be done without the lines.
+
+    Attributes
+    ----------
+    camera : Camera or ViewOptions, optional
+        A camera, or how to choose one.
+    legend : bool, optional
+        By default the colours of numbers have a legend, unless the file holds numbers itself.
+    file : str, optional
+        The extension of the picture's file, if it is known.
+    """
+
+    camera: Camera | ViewOptions | None = None
+    width: int | None = None
+    height: int | None = None
+    look: str | Look | Measure | None = None
+    radius: float | None = None
+    samples: int | None = None
+    color: str | None = None
+    color_map: str | None = None
+    background: str | None = None
+    rig: Rig | None = None
+    exposure: float = 0.0
+    quality: str = "normal"
+    aovs: bool = False
+    legend: bool | None = False
+    file: str | None = None
+
+    def __post_init__(self) -> None:
+        check_size(SIZE if self.width is None else self.width, SIZE if self.height is None else self.height)
+        if self.samples is not None:
+            count("samples", self.samples, 1, MAX_SAMPLES)
+        number("exposure", self.exposure, "a number from -60 to 60", -60.0, 60.0)  # else light overflows or vanishes
+        if self.color_map is not None:
+            check_map(self.color_map)
+        if not (self.camera is None or isinstance(self.camera, ViewOptions)):
+            instance("camera", self.camera, Camera, "a Camera")
+        if self.rig is not None:
+            instance("rig", self.rig, Rig, "a Rig, such as STUDIO")
+        _ = self.backdrop
+        if isinstance(self.look, str):
+            check_name(self.look)
+        elif not (self.look is None or isinstance(self.look, Measure) or hasattr(self.look, "shade")):
+            raise InputError(f"look={self.look!r}; expected the name of a look, or an object with the members of Look")
+        self.check(_request(self.look, MEASURES.get(self.look) if isinstance(self.look, str) else self.look))
+
+    @property
+    def backdrop(self) -> Backdrop | None:
+        """What is behind the picture, if that is not what its look has."""
+        return None if self.background is None else Backdrop.of(self.background)
+
+    @property
+    def given(self) -> Mapping[str, object]:
+        """The options as `check_options` takes them."""
+        return vars(self) | {"lens_radius": None if self.camera is None else self.camera.lens_radius}
+
+    def check(self, known: PictureRequest) -> None:
+        """Refuse options that would change nothing in a picture of which this is known."""
+        check_options(self.given, replace(known, file=self.file))
+
+
+@dataclass(frozen=True)
+class PicturePlan:
+    """All that a picture is made from.
+
+    Attributes
+    ----------
+    tree : Tree
+    camera : Camera
+    width, height : int
+    radius : float
+        Added to the radius of the lines.
+    look : Look or Measure
+    options : PictureOptions
+        The rest: the lights, the number of samples, the exposure, the backdrop and the AOVs.
+    legend : bool
+        Whether what the colours mean is drawn.
+    is_suitable : bool
+        Whether the radius was chosen to suit the lines.
+    """
+
+    tree: Tree
+    camera: Camera
+    width: int
+    height: int
+    radius: float
+    look: Look | Measure
+    options: PictureOptions = field(default_factory=PictureOptions)
+    legend: bool = False
+    is_suitable: bool = False
+
+
+def plan_picture(
+    lines: Any,
+    options: PictureOptions,
+    *,
+    radii: Sequence[float] = (),
+    method: str | None = None,
+    progress: ProgressOption = False,
+) -> PicturePlan:
+    """Choose all that the options leave open.
+
+    Parameters
+    ----------
+    lines : Tree, or what `build` takes
+    options : PictureOptions
+    radii : sequence of numbers
+        Those of a sweep, of which the plan has the first.
+    method, progress
+        Of the build, unless `lines` is a tree.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> plan = plan_picture(fl.scenes.make("spaghetti", 100).lines, PictureOptions(width=32))
+    >>> plan.height, plan.radius, type(plan.look).__name__
+    (32, 0.002, 'Solid')
+    """
+    geometry = lines.geometry if isinstance(lines, Tree) else as_geometry(lines)
+    look, legend = _look(options, geometry)
+    camera, width, height = choose_camera(options, geometry)
+    tree = lines if isinstance(lines, Tree) else build(geometry, method, progress=progress)
+    radius = radii[0] if radii else options.radius
+    is_suitable = radius is None and geometry.needs_radius
+    if is_suitable:
+        radius = suitable_radius(tree, camera) if len(geometry) else 0.0
+    return PicturePlan(tree, camera, width, height, check_radius(tree, radius), look, options, legend, is_suitable)
+
+
+def choose_camera(options: PictureOptions, geometry: AnyGeometry) -> tuple[Camera, int, int]:
+    """Return the camera, the width and the height of a picture."""
+    view = options.camera or ViewOptions()
+    suitable = (SIZE, SIZE)
+    if isinstance(view, ViewOptions) and not view.turns:
+        suitable = default_size(geometry, SIZE, direction=view.direction, up=view.up)
+    width, height = complete_size(options.width, options.height, suitable)
+    check_size(width, height)
+    return (view.camera(geometry, width / height) if isinstance(view, ViewOptions) else view), width, height
+
+
+def _look(options: PictureOptions, geometry: AnyGeometry) -> tuple[Look | Measure, bool]:
+    """Return the look, and whether its legend is drawn; lines that fade do so into the backdrop."""
+    name = look_for(geometry) if options.look is None else options.look
+    made = MEASURES.get(name, name) if isinstance(name, str) else name
+    if isinstance(made, str):
+        options.check(PictureRequest(look=made))
+        made = make_look(made, geometry, options.color, options.color_map, options.quality)
+    request = _request(name, made, geometry)
+    options.check(request)
+    backdrop = options.backdrop
+    if backdrop is not None and isinstance(made, Solid):
+        made = replace(made, backdrop=backdrop)
+    has_bar = request.color == "number" and options.file != ".exr"
+    return made, has_bar if options.legend is None else options.legend
+
+
+def _request(
+    look: str | Look | Measure | None, made: Look | Measure | None, geometry: AnyGeometry | None = None
+) -> PictureRequest:
+    """Return what is known of a picture from its look, as it was given and as it was made, and from its lines."""
+    name = look if isinstance(look, str) else None
+    if isinstance(made, Measure):
+        return PictureRequest(look=name or NUMBERS[0], color="number")
+    if made is None:
+        return PictureRequest(look=name)
+    name = name or (OWN_LIT if made.is_light else OWN_FLAT)
+    if geometry is None:
+        return PictureRequest(look=name)
+    return PictureRequest(look=name, color=made.color.depends_on(geometry) if isinstance(made, Solid) else "other")
