@@ -327,3 +327,11 @@ def test_commands_take_trees_over_other_shapes(kind: str, tmp_path: Path) -> Non
     with np.load(tmp_path / "hits.npz") as hits:
         assert ("part" in hits) == (kind == "both")
         assert len(hits["prim"]) > 0
+
+
+def test_info_without_a_file_describes_the_installation():
+    said = done("info")
+    assert said.splitlines()[0].startswith(f"fastlines {fl.__version__}, Python 3.")
+    assert f"instruction set  {fl.simd()}\n" in said
+    assert fl.simd() in json.loads(done("info", "--json"))["compiled"]
+    assert "there is no INPUT" in refused("info", "--picture")[1]

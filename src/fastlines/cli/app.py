@@ -31,7 +31,7 @@ COMMANDS = {
     "report": ("demo", "Find which tree suits your lines."),
     "scene": ("build", "Make one of the five scenes of the thesis."),
     "build": ("build", "Build a tree and save it in a file."),
-    "info": ("info", "Describe a file of lines or a tree."),
+    "info": ("info", "Describe a file of lines or a tree, or the installation."),
     "validate": ("info", "Check that a tree satisfies the axioms of the thesis."),
     "convert": ("convert", "Write lines in another format."),
     "query": ("query", "Find what rays hit."),

@@ -17,20 +17,23 @@ from ..settings.settings import limit_notes
 from ..support.texts import bytes_text
 from ..tree import Tree
 from .files import Source
-from .options import FormatName, FormatOptions, Input, Json, TreeFile
+from .installation import describe_installation, installation_text
+from .options import FormatName, FormatOptions, Json, OptionalInput, TreeFile, refuse_given
 
 #: The most characters a line of a picture.
 COLUMNS = 80
 
 
 def info(
-    source: Input,
+    source: OptionalInput = None,
     picture: Annotated[bool, Option("--picture", "-p", help="Draw it, small, in the terminal.")] = False,
     format: FormatName = None,
     option: FormatOptions = None,
     as_json: Json = False,
 ) -> None:
     """Describe a file: the number and size of its lines, their attributes, and their oddities.
+
+    Without a file, describe the installation: its version, and the instruction sets that it is compiled for.
 
     Segments that hold NaN or Inf are left out and counted. The radius for pictures is the least of 1, 2, 5, 10 … with
     which dense lines look closed; lines with a radius of their own need none.
@@ -51,6 +54,13 @@ def info(
 
     if picture and as_json:
         raise InputError("--picture does not apply to --json; give one of them")
+    if source is None:
+        refuse_given(
+            {"--picture": picture or None, "--format": format, "--option": option or None}, "there is no INPUT"
+        )
+        installed = describe_installation()
+        typer.echo(json.dumps(installed, indent=2) if as_json else installation_text(installed))
+        return
     opened = open_input(source, True, format, option)
     tree = opened.tree
     if tree is None and len(opened.geometry) and (picture or opened.geometry.needs_radius):
