@@ -44,7 +44,7 @@ def on_cpu_afterwards():
     fl.set_backend("cpu")
 
 
-@pytest.mark.parametrize("name", few_of(nasty.NAMES, 8))
+@pytest.mark.parametrize("name", few_of(nasty.NAMES, 3))
 @pytest.mark.parametrize("kind", KINDS)
 def test_answers_are_those_of_brute_force(kind: str, name: str, device: EmulatedDevice) -> None:
     case = cases(0, n_rays=60)[name]
@@ -72,7 +72,7 @@ def test_shapes_in_several_leaves(kind: str, device: EmulatedDevice) -> None:
     assert ("count_prims" in device.launched) == (kind != "a mixture")  # crossings of curves are counted on the CPU
 
 
-@pytest.mark.parametrize("name", few_of(nasty.NAMES, 4))
+@pytest.mark.parametrize("name", few_of(nasty.NAMES, 2))
 @pytest.mark.parametrize("kind", LINES)
 def test_rays_with_a_spread(kind: str, name: str, device: EmulatedDevice) -> None:
     case = cases(0, n_rays=60)[name]
@@ -128,7 +128,7 @@ def test_threads_that_ask_one_tree_upload_it_once(device: EmulatedDevice) -> Non
     assert device.uploaded.count(lines.segments.nbytes) == 1
 
 
-@pytest.mark.parametrize("tuning", TUNINGS, ids=str)
+@pytest.mark.parametrize("tuning", few_of(TUNINGS, 1), ids=str)
 def test_tuning_changes_no_answer(
     tuning: dict[str, int], device: EmulatedDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -37,7 +37,7 @@ def pictures(n: int) -> dict[str, tuple[Any, Any]]:
 
 
 @pytest.mark.parametrize("scene", few_of(fl.scenes.NAMES, n=1))
-@pytest.mark.parametrize("rays", ["from far", "from inside", "shuffled"])
+@pytest.mark.parametrize("rays", few_of(["from far", "from inside", "shuffled"]))
 def test_pictures_of_scenes(scene: str, rays: str) -> None:
     lines = fl.scenes.make(scene, 400).lines
     tree = fl.build(lines)

@@ -45,6 +45,7 @@ def width_at(distance, **lens):
     return float(np.sqrt((across * place**2).sum() / across.sum()))
 
 
+@pytest.mark.slow
 def test_a_line_is_blurred_by_the_circle_of_confusion():
     sharp, blurred = width_at(4, lens_radius=0.2), width_at(2, lens_radius=0.2)
     assert max(sharp, width_at(2, lens_radius=0.2, focus_distance=2.0)) < 0.6

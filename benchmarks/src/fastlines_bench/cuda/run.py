@@ -21,15 +21,7 @@ from ..harness import machine
 from ..harness.arrays import FloatArray
 from ..harness.clock import best_of
 from ..harness.compare import same
-from ..harness.internals import (
-    TUNING,
-    CudaBackend,
-    CudaDevice,
-    RayArguments,
-    check_query,
-    cuda_device,
-    scene_of,
-)
+from ..harness.internals import TUNING, CudaBackend, CudaDevice, RayArguments, check_query, cuda_device, scene_of
 from ..harness.preset import Preset, sized
 from ..harness.rays import RayBatch, camera_rays, random_rays
 from ..peers.warp import WarpScene, warp
