@@ -294,6 +294,9 @@ class AnyGeometry(Shown, ABC):
         """Return how many primitives of which kind there are, in words."""
         return counted(len(self), self.noun)
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.count_text()}>"
+
     @property
     def n_skipped(self) -> int:
         """How many rows of the input were left out."""
