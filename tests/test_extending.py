@@ -14,7 +14,10 @@ import numpy as np
 import pytest
 
 import fastlines as fl
+from fastlines.geometry import kinds
+from fastlines.geometry.hit_places import HitPlaces
 from fastlines.io.source import Source
+from fastlines.structure.geometry_file import from_sections, to_sections
 
 ROOT = Path(__file__).parents[1]
 RECIPES = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
@@ -97,6 +100,34 @@ def test_tubes(module: Any) -> None:
     for radius in (None, [[0.5, 0.5], [0.25, 0.25]]):
         with pytest.raises(fl.InputError, match="tubes need a radius of shape"):
             tubes_of(ENDS, radius=radius)
+
+
+def test_tori(module: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    tori_of = module("geometry.tori", block("py", "class Tori")).Tori
+    rows = np.float32([[0, 0, 0, 0, 0, 1, 2, 0.5], [9, 0, 0, 0, 1, 0, 1, 0.25]])
+    tori = tori_of(rows)
+    assert tori.core_data() == tori.build_data() == ("tori", tori.core_rows)
+    np.testing.assert_array_equal(tori.bounds, [[-2.5, -2.5, -2.5], [10.25, 2.5, 2.5]])
+    assert tori_of(np.empty((0, 8))).bounds.tolist() == [[np.inf] * 3, [-np.inf] * 3]
+    with pytest.raises(fl.InputError, match=r"tori have shape \(2, 7\); expected \(n, 8\)"):
+        tori_of(rows[:, :7])
+
+    # A ray from above hits the top of the tube.
+    rays = np.array([[2.0, 0, 9]]), np.array([[0.0, 0, -1]])
+    hits = HitPlaces(np.zeros(1, int), np.zeros(1), np.array([8.5]), *rays, np.zeros(1), np.ones(1, bool))
+    np.testing.assert_allclose(tori.normals_at(hits), [[0, 0, 1]])
+    assert np.isnan(tori.tangents_at(hits)).all()
+
+    # What has a default: words, facts, a camera, files.
+    assert (tori.count_text(), tori.summary()["n_tori"], tori.needs_radius) == ("2 tori", 2, False)
+    assert repr(tori) == "<Tori: 2 tori>"
+    assert fl.Camera.framing(tori, (0, 0, -1)).target[2] == 0
+    monkeypatch.setitem(kinds.KINDS, "Tori", tori_of)
+    arrays, facts, lost = to_sections(tori)
+    np.testing.assert_array_equal(from_sections(arrays, facts, ValueError).rows, rows)
+    assert lost == []
+    with pytest.raises(fl.InputError, match="part 0 is a Tori; expected one of Lines"):
+        fl.Geometry([tori])
 
 
 def test_thirds() -> None:

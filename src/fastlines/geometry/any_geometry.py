@@ -32,7 +32,7 @@ class AnyGeometry(Shown, ABC):
     its parts.
     """
 
-    # ------------------------------------------------------------------------ What the core gets.
+    # --- What the core gets ---
 
     @property
     @abstractmethod
@@ -95,7 +95,7 @@ class AnyGeometry(Shown, ABC):
         """Refuse rays in the memory of a GPU if the CPU finishes their answers."""
         self.require_gpu()
 
-    # ------------------------------------------------------------------------ Parts.
+    # --- Parts ---
 
     #: Whether it is several containers.
     has_parts: ClassVar[bool] = False
@@ -112,7 +112,7 @@ class AnyGeometry(Shown, ABC):
         """Return the numbers over all parts of primitives of some parts; -1 for a miss."""
         return prim
 
-    # ------------------------------------------------------------------------ Extent.
+    # --- Extent ---
 
     @abstractmethod
     def __len__(self) -> int:
@@ -156,7 +156,7 @@ class AnyGeometry(Shown, ABC):
         """Return the largest radius of each of some primitives; 0 for those without."""
         return np.zeros(len(prim))
 
-    # ------------------------------------------------------------------------ Hits.
+    # --- Hits ---
 
     @property
     def has_axes(self) -> bool:
@@ -191,7 +191,7 @@ class AnyGeometry(Shown, ABC):
         """Return the strand of each of some primitives; -1 for none."""
         return np.full(len(prim), -1)
 
-    # ------------------------------------------------------------------------ Attributes.
+    # --- Attributes ---
 
     #: A row for each primitive, by name.
     attributes: Mapping[str, npt.NDArray[Any]] = NO_ATTRIBUTES
@@ -247,7 +247,7 @@ class AnyGeometry(Shown, ABC):
         """Return what an attribute has a value for, such as "strand"."""
         return "primitive"
 
-    # ------------------------------------------------------------------------ Strands, and how lines run.
+    # --- Strands, and how lines run ---
 
     @property
     def n_strands(self) -> int:
@@ -283,7 +283,7 @@ class AnyGeometry(Shown, ABC):
         """Return how many primitives are the same as an earlier one, in either direction."""
         return 0
 
-    # ------------------------------------------------------------------------ Words.
+    # --- Words ---
 
     @property
     def noun(self) -> str:
@@ -293,6 +293,9 @@ class AnyGeometry(Shown, ABC):
     def count_text(self) -> str:
         """Return how many primitives of which kind there are, in words."""
         return counted(len(self), self.noun)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.count_text()}>"
 
     @property
     def n_skipped(self) -> int:
@@ -316,7 +319,7 @@ class AnyGeometry(Shown, ABC):
         """Return counts and sizes, ready for JSON, as `fastlines info` prints them."""
         return summary_of(self, {f"n_{type(self).__name__.lower()}": len(self)})
 
-    # ------------------------------------------------------------------------ Pictures.
+    # --- Pictures ---
 
     #: How many strokes draw a primitive, and how many consecutive ones are taken together in a sample.
     strokes: ClassVar[int] = 1
@@ -330,7 +333,7 @@ class AnyGeometry(Shown, ABC):
         """Return what draws the primitives: strokes or polygons (n, k, 3), and the radius at each point, (n, k)."""
         return np.empty((0, 2, 3)), np.empty((0, 2))
 
-    # ------------------------------------------------------------------------ Files, and other lines.
+    # --- Files, and other lines ---
 
     #: The arrays that tree files keep, by name; attributes are kept besides.
     sections: ClassVar[Mapping[str, Section]] = NO_ATTRIBUTES

@@ -52,7 +52,7 @@ class AxisGeometry(AnyGeometry):
         """Return the radius at places u."""
         return interpolate(self.straight.end_radii[prim], np.stack([1 - u, u], axis=1))
 
-    # ------------------------------------------------------------------------ What the core gets.
+    # --- What the core gets ---
 
     @property
     def kind(self) -> str:
@@ -82,7 +82,7 @@ class AxisGeometry(AnyGeometry):
         """See `AnyGeometry`."""
         return shape_rows(ROUND_CONE, self.straight.cone_rows)
 
-    # ------------------------------------------------------------------------ Extent.
+    # --- Extent ---
 
     def span(self) -> tuple[FloatArray, FloatArray]:
         """See `AnyGeometry`."""
@@ -107,7 +107,7 @@ class AxisGeometry(AnyGeometry):
         rows = self.radius[prim].reshape(len(prim), math.prod(self.radius.shape[1:]))
         return np.asarray(rows.max(axis=1, initial=0.0), np.float64)
 
-    # ------------------------------------------------------------------------ Hits.
+    # --- Hits ---
 
     @property
     def has_axes(self) -> bool:
@@ -148,7 +148,7 @@ class AxisGeometry(AnyGeometry):
         """See `AnyGeometry`."""
         return np.maximum(self.strands[prim], -1)
 
-    # ------------------------------------------------------------------------ Attributes.
+    # --- Attributes ---
 
     @property
     def place_attributes(self) -> Mapping[str, npt.NDArray[Any]]:
@@ -192,7 +192,7 @@ class AxisGeometry(AnyGeometry):
                 return "strand"
         return self.place_words[1]
 
-    # ------------------------------------------------------------------------ Strands, and how lines run.
+    # --- Strands, and how lines run ---
 
     @cached_property
     def n_strands(self) -> int:

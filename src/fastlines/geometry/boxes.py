@@ -54,7 +54,7 @@ class Boxes(Mesh):
                 f"{int(inverted.sum())} boxes have a low corner above their high one ({list_rows(inverted)})"
             )
 
-    # ------------------------------------------------------------------------ What a kind of geometry answers.
+    # --- What a kind of geometry answers ---
 
     def span(self) -> tuple[FloatArray, FloatArray]:
         """Return all eight corners of each box."""

@@ -83,7 +83,7 @@ class Geometry(AnyGeometry):
         corners = np.stack(boxes)
         return np.stack([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
 
-    # ------------------------------------------------------------------------ What the core gets.
+    # --- What the core gets ---
 
     @cached_property
     def core_rows(self) -> FloatArray:
@@ -116,7 +116,7 @@ class Geometry(AnyGeometry):
         """See `AnyGeometry`."""
         raise InputError("the CPU says which part of a Geometry is hit; pass rays as NumPy arrays")
 
-    # ------------------------------------------------------------------------ Parts.
+    # --- Parts ---
 
     def each_part(self) -> tuple[AnyGeometry, ...]:
         """Return the parts."""
@@ -145,7 +145,7 @@ class Geometry(AnyGeometry):
             found[rows] = ask(part, hits.some(rows)._replace(prim=prim))
         return found
 
-    # ------------------------------------------------------------------------ Extent.
+    # --- Extent ---
 
     def span(self) -> tuple[FloatArray, FloatArray]:
         """See `AnyGeometry`."""
@@ -181,7 +181,7 @@ class Geometry(AnyGeometry):
             found[rows] = part.radius_of(numbers)
         return found
 
-    # ------------------------------------------------------------------------ Hits.
+    # --- Hits ---
 
     @property
     def has_axes(self) -> bool:
@@ -221,7 +221,7 @@ class Geometry(AnyGeometry):
             found[rows] = part.strands_of(numbers)
         return found
 
-    # ------------------------------------------------------------------------ Attributes.
+    # --- Attributes ---
 
     @property
     def sample_names(self) -> Mapping[str, None]:
@@ -272,7 +272,7 @@ class Geometry(AnyGeometry):
                 found.setdefault(name, {}).update(dict.fromkeys(texts))
         return {name: list(texts) for name, texts in found.items()}
 
-    # ------------------------------------------------------------------------ Strands, and how lines run.
+    # --- Strands, and how lines run ---
 
     @property
     def n_strands(self) -> int:
@@ -300,7 +300,7 @@ class Geometry(AnyGeometry):
         """See `AnyGeometry`; primitives of different parts are different."""
         return sum(part.count_repeats() for part in self.parts)
 
-    # ------------------------------------------------------------------------ Words.
+    # --- Words ---
 
     def count_text(self) -> str:
         """See `AnyGeometry`."""

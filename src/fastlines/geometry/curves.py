@@ -223,7 +223,7 @@ class Curves(AxisGeometry):
             radius = np.maximum(evaluate(self.radius[flat, :, None].astype(np.float64), along)[0][:, 0], 0)
         return CurvePoints(points.reshape(*at.shape, 3), tangents.reshape(*at.shape, 3), radius.reshape(at.shape))
 
-    # ------------------------------------------------------------------------ What a kind of geometry answers.
+    # --- What a kind of geometry answers ---
 
     place_words = "end of a curve", "curve"
     in_pieces = True

@@ -174,7 +174,7 @@ class Lines(AxisGeometry):
         """The box of all segments as (2, 3): lowest and highest corner; lowest > highest if there are none."""
         return box_of(self.segments.reshape(-1, 3))
 
-    # ------------------------------------------------------------------------ What a kind of geometry answers.
+    # --- What a kind of geometry answers ---
 
     place_words = "point", "segment"
     heading = "lines"

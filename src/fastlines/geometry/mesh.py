@@ -76,7 +76,7 @@ class Mesh(AnyGeometry):
         """The box of all primitives as (2, 3): lowest and highest corner; lowest > highest if there are none."""
         return box_of(self.corners.reshape(-1, 3))
 
-    # ------------------------------------------------------------------------ What a kind of geometry answers.
+    # --- What a kind of geometry answers ---
 
     def span(self) -> tuple[FloatArray, FloatArray]:
         """Return the corners."""

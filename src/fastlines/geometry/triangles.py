@@ -99,7 +99,7 @@ class Triangles(Mesh):
             corner_attributes={name: values[rows] for name, values in per_vertex.items()},
         )
 
-    # ------------------------------------------------------------------------ What a kind of geometry answers.
+    # --- What a kind of geometry answers ---
 
     def points_at(self, hits: HitPlaces) -> Float64Array:
         """See `AnyGeometry`."""

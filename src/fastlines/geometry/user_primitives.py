@@ -156,7 +156,7 @@ class UserPrimitives(AnyGeometry):
             BOUND, np.asarray(np.clip(boxes, -COORDINATE_LIMIT, COORDINATE_LIMIT), np.float32).reshape(-1, 6)
         )
 
-    # ------------------------------------------------------------------------ What a kind of geometry answers.
+    # --- What a kind of geometry answers ---
 
     noun = "primitives"
     has_user_code = True
