@@ -8,8 +8,8 @@ namespace fastlines {
 struct Thirds {
   static constexpr bool kTightOnly = false;  // planes suit both kinds of boxes
 
-  template <Primitives P, class Visitor>
-  void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, Visitor&& visitor) const {
+  template <Primitives P>
+  void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, CandidateVisitor visitor) const {
     const int axis = box.longest_axis();
     for (const double share : {1.0 / 3.0, 2.0 / 3.0}) {
       const float plane = float(box.lo[axis] + share * (double(box.hi[axis]) - double(box.lo[axis])));
