@@ -195,7 +195,7 @@ def test_an_empty_array_can_be_looked_at_but_not_built():
         (("demo", "-o", "s.flt/x"), 1, "s.flt"),
         (("report", "s.flt", "-o", "s.flt"), 1, "s.flt"),
         (("frobnicate",), 2, "frobnicate"),
-        (("info",), 2, "INPUT"),
+        (("validate",), 2, "TREE"),
         (("info", "s.flt", "--frob"), 2, "--frob"),
         (("info", "a\nb.tfx"), 1, "no such file"),
     ],
