@@ -48,7 +48,7 @@ endfunction()
 
 # The instruction sets to compile for. Whatever is to run on other machines needs all of them.
 set(FASTLINES_SIMD host CACHE STRING "The instruction sets to compile for: host, all, or a list")
-if(FASTLINES_SIMD STREQUAL "host")
+if(FASTLINES_SIMD STREQUAL "host" OR FASTLINES_SIMD STREQUAL "")
   find_host_simd(simd_to_build)
 elseif(FASTLINES_SIMD STREQUAL "all")
   set(simd_to_build ${simd_sets})

@@ -143,11 +143,11 @@ def test_a_module_loads_without_its_neighbours() -> None:
 
 
 def test_a_kind_of_geometry_answers_for_itself() -> None:
-    """Outside of `geometry`, these modules alone test for a class: two need its type, and one takes only lines."""
+    """Outside of `geometry`, these modules alone test for a class: one needs its type, and one takes only lines."""
     tests = re.compile(r"isinstance\([^)]*\b(Lines|Curves|Spheres|Triangles|Boxes|Mesh|Geometry|UserPrimitives)\b")
     files = {path.relative_to(PACKAGE).as_posix(): path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")}
     found = {name for name, text in files.items() if tests.search(text) and not name.startswith("geometry/")}
-    assert found == {"cli/files.py", "io/formats/usd_write.py", "query/wrappers/wrap.py"}
+    assert found == {"cli/files.py", "io/formats/usd_write.py"}
 
 
 def own_files() -> list[Path]:

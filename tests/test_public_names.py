@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import types
+from pathlib import Path
 
 import pytest
 
@@ -80,6 +82,19 @@ def test_the_module_of_each_name_has_it(name: str) -> None:
         assert getattr(importlib.import_module(module), name) is found
     else:
         assert name == "METHODS"
+
+
+def test_type_checkers_see_the_same_names() -> None:
+    text = Path(fl.__file__).read_text(encoding="utf-8")
+    block = next(node for node in ast.parse(text).body if isinstance(node, ast.If))
+    seen = {
+        alias.asname: imported.module
+        for imported in block.body
+        if isinstance(imported, ast.ImportFrom)
+        for alias in imported.names
+    }
+    assert {name: module for name, module in seen.items() if module} == fl._MODULE_OF
+    assert {name for name, module in seen.items() if not module} == {"scenes", "theory"}
 
 
 def test_a_name_that_is_not_there() -> None:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 #: The instruction sets that modules can be compiled for, the widest first.
 SIMD_NAMES = ("avx512", "avx2", "sse42", "neon", "portable")
 
-#: What FASTLINES_SIMD may also be, while fastlines is installed and later: the set of the processor, or all.
+#: What FASTLINES_SIMD may also be, at install time and at run time, besides a list: the set of the processor, or all.
 INSTALL_NAMES = ("host", "all")
 
 _forced: str | None = None
@@ -49,7 +49,7 @@ def simd() -> str:
     if _forced is not None:
         return _forced
     given = os.environ.get("FASTLINES_SIMD")
-    if given and given not in INSTALL_NAMES:
+    if given and given not in INSTALL_NAMES and ";" not in given:
         return _check(given, "FASTLINES_SIMD")
     return _require_simd()[0]
 
@@ -76,8 +76,8 @@ def _require_simd() -> tuple[str, ...]:
     if not available:
         raise FastlinesError(
             f"this installation of fastlines is compiled for {', '.join(compiled_simd()) or 'no instruction set'}, and "
-            f"this processor has {_core.best_simd()} at most: install it again on this machine, or for all with "
-            "-C cmake.define.FASTLINES_SIMD=all"
+            f"this processor has {_core.best_simd()} at most: install it again on this machine, or with all "
+            "sets: -C cmake.define.FASTLINES_SIMD=all"
         )
     return available
 
@@ -103,10 +103,10 @@ def _module(name: str) -> Any:
 def _check(name: str, what: str) -> str:
     available = _require_simd()
     if name not in available:
-        raise InputError(
-            f"{what}={name!r} is not available here; expected one of {', '.join(available)}: a source install compiles "
-            "the widest set of the processor, and -C cmake.define.FASTLINES_SIMD=all compiles all"
-        )
+        advice = ""
+        if name in SIMD_NAMES:
+            advice = "; a source install has that of its processor, or all with -C cmake.define.FASTLINES_SIMD=all"
+        raise InputError(f"{what}={name!r} is not available here; expected one of {', '.join(available)}{advice}")
     return name
 
 

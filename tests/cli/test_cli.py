@@ -335,3 +335,7 @@ def test_info_without_a_file_describes_the_installation():
     assert f"instruction set  {fl.simd()}\n" in said
     assert fl.simd() in json.loads(done("info", "--json"))["compiled"]
     assert "there is no INPUT" in refused("info", "--picture")[1]
+
+
+def test_a_mistyped_command_has_a_suggestion():
+    assert "'render'" in refused("rendr")[1]

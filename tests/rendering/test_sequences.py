@@ -159,3 +159,8 @@ def test_what_is_no_animation_is_refused(tmp_path):
     with pytest.raises(fl.InputError, match="seconds=0"):
         write_frames(tmp_path / "x.gif", pictures(), seconds=0)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_radii_may_be_an_array():
+    tree = fl.build([[[-1, 0, 0], [1, 0, 0]]])
+    assert len(list(fl.rendering.radius_sweep(tree, np.geomspace(0.01, 0.1, 2), width=8, height=8))) == 2

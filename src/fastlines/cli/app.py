@@ -95,15 +95,10 @@ class LazyCommand(TyperCommand):
 class LazyGroup(Group):
     """The group of `COMMANDS`."""
 
-    def list_commands(self, ctx: Any) -> list[str]:
-        """Return the names of all commands."""
-        return list(COMMANDS)
-
-    def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return a command by its name."""
-        if cmd_name not in COMMANDS:
-            return None
-        return LazyCommand(cmd_name, short_help=COMMANDS[cmd_name][1], rich_markup_mode="rich")
+    def __init__(self, **extra: Any) -> None:
+        super().__init__(**extra)
+        for name, (_, short_help) in COMMANDS.items():
+            self.commands[name] = LazyCommand(name, short_help=short_help, rich_markup_mode="rich")
 
 
 def warn(message: Warning | str, *_: Any, **__: Any) -> None:

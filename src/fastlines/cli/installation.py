@@ -25,11 +25,12 @@ EXTRAS = {
 
 
 def describe_installation() -> dict[str, Any]:
-    """Return what is installed, by name; an instruction set that cannot be used is an error in words."""
+    """Return what is installed, by name; `error` says why no instruction set can be used."""
+    simd = error = None
     try:
         simd = fl.simd()
-    except FastlinesError as error:
-        simd = str(error)
+    except FastlinesError as why:
+        error = str(why)
     try:
         library = fl.get_lib()
     except FastlinesError:
@@ -39,6 +40,7 @@ def describe_installation() -> dict[str, Any]:
         "version": fl.__version__,
         "python": platform.python_version(),
         "simd": simd,
+        "error": error,
         "compiled": list(compiled_simd()),
         "threads": fl.get_num_threads(),
         "library": library,
@@ -50,7 +52,7 @@ def describe_installation() -> dict[str, Any]:
 def installation_text(found: dict[str, Any]) -> str:
     """Return what is installed as lines of text."""
     rows = {
-        "instruction set": found["simd"],
+        "instruction set": found["simd"] or found["error"],
         "compiled for": ", ".join(found["compiled"]) or "none",
         "threads": found["threads"],
         "library for C++": found["library"] or "not installed",

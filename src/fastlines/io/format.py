@@ -46,9 +46,9 @@ class Format:
         The unit of length by the format's convention, such as ``"mm"``.
     module : str, optional
         The full name of the module that reads and writes; by default, that of the format's name in
-        `fastlines.io.formats`. It has ``read(source, invalid, **options)``, which returns lines, curves or several of
-        them; and, if files are written, ``write(geometry, path)``, which returns what the format could not hold, as
-        short texts.
+        `fastlines.io.formats`. It has ``read(source, invalid, **options)``, which returns lines, curves or a `Geometry`
+        of several. If files are written, it has ``write(geometry, path)``, which returns what the format could not
+        hold, as short texts.
 
     Raises
     ------

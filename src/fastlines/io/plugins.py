@@ -22,6 +22,8 @@ def find() -> list[tuple[str, Format]]:
             row = point.load()
             if not isinstance(row, Format):
                 raise TypeError(f"it is a {type(row).__name__}; expected a fastlines.io.Format")
+            if row.module is None:
+                raise TypeError("it names no module; pass module=__name__")
         except Exception as error:  # that of anyone's module
             warnings.warn(
                 f"the format {point.name!r} of {owner} is left out, as its entry point {point.value!r} cannot be used "

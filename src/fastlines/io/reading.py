@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from ..arrays import INVALID, choice
-from ..errors import FileWarning, InputError
+from ..errors import FileFormatError, FileWarning, InputError
+from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import Geometry
 from ..geometry.curves import Curves
 from ..geometry.lines import Lines
@@ -130,6 +131,11 @@ def _parse(row: Format, source: Source, invalid: str, options: dict[str, Any]) -
         if isinstance(error, InputError):
             raise InputError(f"{source.name}: {error}") from None
         raise
+    if not isinstance(lines, AnyGeometry):
+        raise FileFormatError(
+            f"{source.name}: the format {row.name!r} returned a {type(lines).__name__}; expected Lines, Curves or a "
+            "Geometry of several"
+        )
     parts = [_with_conventions(part, row) for part in lines.each_part()]
     return Geometry(parts) if lines.has_parts else parts[0]
 

@@ -113,10 +113,10 @@ def by_word(rows: Sequence[tuple[str, Format]]) -> dict[str, Format]:
     for claim, owner, row in claims:
         first, other = found.setdefault(claim.removeprefix("."), (owner, row))
         if other is not row:
-            uninstall = f", or uninstall {owner}" if owner != "fastlines" else ""
+            others = [distribution for distribution in (owner, first) if distribution != "fastlines"]
+            what_to_do = f"uninstall {others[0]}" if others else "remove it from one of them"
             raise InputError(
-                f"two formats claim {claim!r}: {other.name!r} of {first} and {row.name!r} of {owner}; take it from one "
-                f"of them{uninstall}"
+                f"two formats claim {claim!r}: {other.name!r} of {first} and {row.name!r} of {owner}; {what_to_do}"
             )
     return {word: row for word, (_, row) in found.items()}
 

@@ -67,7 +67,7 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
     # Libraries want the usual extension, and gzip a whole file.
     with atomic_write(target) as partial, tempfile.TemporaryDirectory(dir=partial.parent) as folder:
         plain = Path(folder) / f"lines{extension}"
-        lost += row.write(geometry, plain)
+        lost += row.write(geometry, plain) or []
         with plain.open("rb") as file, gzip.open(partial, "wb") if packed else partial.open("wb") as out:
             shutil.copyfileobj(file, out)
     n_skipped = lines.n_skipped if isinstance(lines, AnyGeometry) else 0

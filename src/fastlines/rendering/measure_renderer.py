@@ -28,8 +28,8 @@ class MeasureRenderer(Progressive):
     Parameters
     ----------
     plan : PicturePlan
-        Whose look is a measure. By default a pixel has one ray, through its centre; of several, `Picture.aovs` has the
-        mean.
+        The plan, whose look is a measure. By default a pixel has one ray, through its centre. Of several rays,
+        `Picture.aovs` has the mean.
 
     Examples
     --------

@@ -154,7 +154,7 @@ def plan_picture(
     look, legend = _look(options, geometry)
     camera, width, height = choose_camera(options, geometry)
     tree = lines if isinstance(lines, Tree) else build(geometry, method, progress=progress)
-    radius = radii[0] if radii else options.radius
+    radius = radii[0] if len(radii) else options.radius
     is_suitable = radius is None and geometry.needs_radius
     if is_suitable:
         radius = suitable_radius(tree, camera) if len(geometry) else 0.0

@@ -40,10 +40,9 @@ def to_sections(geometry: AnyGeometry) -> tuple[Arrays, dict[str, Any], list[str
         return arrays, {"kind": Geometry.__name__, "parts": parts}, all_lost
     name = type(geometry).__name__
     if kinds.KINDS.get(name) is not type(geometry):
-        raise InputError(
-            f"files keep trees over {', '.join([*kinds.KINDS, Geometry.__name__])}, and this one is over {name}; use "
-            f"pickle, or add {name} to KINDS of {kinds.__name__}"
-        )
+        known = ", ".join([*kinds.KINDS, Geometry.__name__])
+        other = "" if geometry.has_user_code else f", or add {name} to KINDS of {kinds.__name__}"
+        raise InputError(f"files keep trees over {known}, and this one is over {name}; use pickle{other}")
     arrays = {key: getattr(geometry, key) for key in geometry.sections if getattr(geometry, key) is not None}
     if not len(arrays.get("skipped", ())):
         arrays.pop("skipped", None)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 from ...geometry.any_geometry import AnyGeometry
 from ...geometry.user_primitives import UserPrimitives
 from ..backend import Backend
@@ -14,8 +16,8 @@ from .user_primitives import UserBackend
 def backend_of(geometry: AnyGeometry, core: Backend | None, rays: RayBatch) -> Backend:
     """Return the backend for a geometry and rays, from that of its rows in the core: None for brute force."""
     found: Backend
-    if isinstance(geometry, UserPrimitives):
-        found = UserBackend(geometry, core)
+    if geometry.has_user_code:
+        found = UserBackend(cast(UserPrimitives, geometry), core)
     else:
         assert core is not None
         found = CurveBackend(core, geometry) if geometry.in_pieces else core
