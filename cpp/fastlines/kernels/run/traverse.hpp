@@ -53,7 +53,7 @@ struct VisitHits : ChosenAt {
 /// part of a primitive that led to the hit.
 ///
 /// A line that is in several leaves is reported for each, and one of its pieces owns the hit: `owns(piece.s0, piece.s1,
-/// hit.s)`. Primitives without an axis have no such pieces, and may be reported several times.
+/// hit.s)`. Only an `AxisPrimitive` has such pieces; any other may be reported several times.
 ///
 /// The function may lower `limit`, the t in the frame beyond which no hit is needed. With `kNoMoreHits` the traversal
 /// ends.
