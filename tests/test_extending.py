@@ -52,6 +52,10 @@ def test_headers_are_those_of_the_cpp_tests(name: str) -> None:
     assert block("cpp", f"struct {name.capitalize()[:-1]}") == here
 
 
+def test_queries_are_those_of_the_example() -> None:
+    assert block("cpp", "float least_distance(") in (ROOT / "examples" / "own_queries.cpp").read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize("end", [b"\n", b"\r\n"])
 def test_xyzl(module: Any, end: bytes) -> None:
     code = block("py", "xyzl")

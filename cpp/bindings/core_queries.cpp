@@ -113,15 +113,10 @@ ListTuple list(const BinaryView& tree, RayArrays rays, bool surface, std::option
                unsigned n_threads, nb::object progress) {
   std::optional<HitAssembler> lists;
   const At at = surface ? At::surface : At::closest;
+  const Keep keep = !k ? Keep::all : by_distance ? Keep::nearest : Keep::first;
   tree.with_search(n_rays(rays), progress, [&](const auto& search, Progress& watched) {
     lists.emplace(n_rays(rays), surface);
-    const auto run = [&](auto&& make, std::optional<std::size_t> n_nearest) {
-      list_hits(search, batch_of(rays), n_threads, watched, *lists, make, n_nearest);
-    };
-    if (k && !by_distance)
-      run([&](const Ray& ray) { return KNearestSink(at, ray, *k); }, {});
-    else
-      run([&](const Ray& ray) { return AllSink(at, ray); }, k);
+    list_hits(search, batch_of(rays), n_threads, watched, *lists, at, keep, k.value_or(~0ull));
   });
   return arrays_of(*lists);
 }

@@ -1,7 +1,8 @@
-// Collectors get the same hits in any order, 16 rays at a time or one by one. They keep what sorting all hits by (t in
-// units of the caller's ray, prim) gives.
+// Collectors get the same hits in any order: 16 rays at a time, one by one, or of one ray alone. They keep what sorting
+// all hits by (t in units of the caller's ray, prim) gives.
 #include <algorithm>
 #include <memory>
+#include <tuple>
 #include <vector>
 
 #include "check.hpp"
@@ -10,6 +11,7 @@
 #include "fastlines/kernels/collect/count_hits.hpp"
 #include "fastlines/kernels/collect/first_hit.hpp"
 #include "fastlines/kernels/collect/k_nearest.hpp"
+#include "fastlines/query/hit_vector.hpp"
 #include "random.hpp"
 
 using namespace fastlines;
@@ -42,6 +44,7 @@ struct Scene {
   std::vector<Vec3> origins, directions;
   float radius = 0.1f, t_min = 0.0f, t_max = 10.0f;
   std::unique_ptr<RayGroup> rays = std::make_unique<RayGroup>();
+  Frame frame = frame_of(Box{{-1, -1, -1}, {1, 1, 1}});
   std::vector<PacketHits> packets;
   std::vector<Hit> hits[kGroupSize];  // the expected hits of each ray, sorted
 
@@ -52,7 +55,6 @@ struct Scene {
       directions.push_back({0.0f, 0.0f, 1.0f + random.uniform()});
       ids[i] = std::uint32_t(i);
     }
-    const Frame frame = frame_of(Box{{-1, -1, -1}, {1, 1, 1}});
     rays->fill({origins, directions, {&radius, 1}, {&t_min, 1}, {&t_max, 1}}, frame, kGroupSize, ids);
     // Few values of t, so that many hits tie. Some differ by one ulp, which is lost in units of the caller's ray.
     const std::size_t n_steps = 1 + random.below(40);
@@ -89,6 +91,19 @@ struct Scene {
         if (packet.hit >> i & 1)
           collector.add_hit(*rays, packet.first + i, {packet.s[i], packet.t[i], packet.dist2[i], true},
                             Reference{packet.prim});
+  }
+
+  /// The ray in a lane.
+  Ray ray(int lane) const {
+    return prepare({origins[std::size_t(lane)], directions[std::size_t(lane)], t_min, t_max, radius}, frame);
+  }
+
+  /// Adds the hits of one ray to a collector of one.
+  template <RayCollector C>
+  void add_to(C& collector, int lane) const {
+    for (const PacketHits& packet : packets)
+      if (const int i = lane - packet.first; i >= 0 && i < kSimdWidth && (packet.hit >> i & 1))
+        collector.add({packet.s[i], packet.t[i], packet.dist2[i], true}, Reference{packet.prim});
   }
 };
 
@@ -147,6 +162,54 @@ void check_all(const Scene& scene) {
   }
 }
 
+void check_list(const Scene& scene, int lane, Keep keep, std::size_t k) {
+  const Ray ray = scene.ray(lane);
+  std::vector<fastlines::Hit> expected, got;
+  for (const PacketHits& packet : scene.packets)
+    if (const int i = lane - packet.first; i >= 0 && i < kSimdWidth && (packet.hit >> i & 1))
+      expected.push_back({ray.t_ray(packet.t[i]), packet.prim, packet.s[i], ray.distance(packet.dist2[i])});
+  std::sort(expected.begin(), expected.end(), [&](const fastlines::Hit& a, const fastlines::Hit& b) {
+    return std::tuple(keep == Keep::nearest ? a.distance : 0.0f, a.t, a.prim) <
+           std::tuple(keep == Keep::nearest ? b.distance : 0.0f, b.t, b.prim);
+  });
+  expected.resize(std::min(k, expected.size()));
+  const auto check_with = [&](auto&& list, const char* what) {
+    scene.add_to(list, lane);
+    list.finish();
+    bool equal = got.size() == expected.size() && list.size() == got.size();
+    for (std::size_t i = 0; equal && i < got.size(); ++i)
+      equal = got[i].t == expected[i].t && got[i].prim == expected[i].prim && got[i].u == expected[i].u &&
+              got[i].distance == expected[i].distance;
+    check(equal, what);
+    got.clear();
+  };
+  check_with(HitVectorOfRay<fastlines::Hit>(ray, At::closest, keep, got, k), "the list of a ray");
+  using InPlace = HitListOfRay<ChosenList, HitVector<fastlines::Hit>>;
+  check_with(InPlace(ray, {{At::closest}, keep}, {got}, k), "the list of a ray, sorted in place");
+}
+
+/// The collectors of one ray.
+void check_one_ray(const Scene& scene, int lane) {
+  const Ray ray = scene.ray(lane);
+  const std::vector<Hit>& hits = scene.hits[lane];
+  FirstHitOfRay<ChosenAt> first(ray, {At::closest});
+  AnyHitOfRay any(ray);
+  HitCountOfRay count(ray), two(ray, 2), none(ray, 0);
+  scene.add_to(first, lane);
+  scene.add_to(any, lane);
+  for (HitCountOfRay* each : {&count, &two, &none}) scene.add_to(*each, lane);
+  check(first.found() == !hits.empty(), "a ray has a first hit if it has a hit");
+  if (first.found()) check(first.hit().t == hits[0].t_ray && first.prim == hits[0].prim, "the first hit of a ray");
+  check(any.found == !hits.empty(), "whether a ray has a hit");
+  check(count.n == hits.size() && two.n == std::min<std::size_t>(2, hits.size()) && none.n == 0, "the hits of a ray");
+  check((two.limit == kNoMoreHits) == (hits.size() >= 2), "a ray that is counted up to 2 needs no more hits");
+  check_list(scene, lane, Keep::all, ~std::size_t(0));
+  for (const std::size_t k : {0, 1, 3, 20}) {
+    check_list(scene, lane, Keep::first, k);
+    check_list(scene, lane, Keep::nearest, k);
+  }
+}
+
 }  // namespace
 
 int main() {
@@ -163,6 +226,7 @@ int main() {
         check_k_nearest(scene, k, one_by_one);
       }
       check_all(scene);
+      for (int lane = 0; lane < kGroupSize; lane += 7) check_one_ray(scene, lane);
     }
   });
 }

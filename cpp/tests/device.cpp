@@ -50,23 +50,22 @@ Answers answers_of(const Numbers& numbers) {
   return answers;
 }
 
-/// The answers of the kernels; those of `k_nearest` by t or by distance.
+/// The answers of the kernels; those of `k_nearest` by t, or by distance with `Keep::nearest`.
 template <At at, class P>
-Answers answer_on_device(const EmulatedDevice<P>& device, Ask query, Rank rank) {
+Answers answer_on_device(const EmulatedDevice<P>& device, Ask query, Keep keep) {
   if (query == Ask::first) return answers_of(device.template first<at>(), at);
   if (query == Ask::any) return answers_of(device.any());
   if (query == Ask::count) return answers_of(device.count());
-  if (query == Ask::all) return answers_of(device.template list<at, Rank::t, false>(), at);
-  if (rank == Rank::t) return answers_of(device.template list<at, Rank::t, true>(kNearest), at);
-  return answers_of(device.template list<at, Rank::distance, false>(kNearest), at);
+  if (query == Ask::all) return answers_of(device.template list<at, Keep::all>(), at);
+  if (keep == Keep::first) return answers_of(device.template list<at, Keep::first>(kNearest), at);
+  return answers_of(device.template list<at, Keep::nearest>(kNearest), at);
 }
 
 /// The nearest hits by brute force.
 template <At at, class P>
 Answers nearest_by_brute_force(const Brute<P>& brute) {
   HitAssembler lists(brute.rays.size(), at == At::surface);
-  list_hits(
-      brute.search, brute.rays, 1, brute.progress, lists, [](const Ray& ray) { return AllSink(at, ray); }, kNearest);
+  list_hits(brute.search, brute.rays, 1, brute.progress, lists, at, Keep::nearest, kNearest);
   OwnedHits hits;
   const auto offsets = lists.offsets();
   hits.offsets.assign(offsets.begin(), offsets.end());
@@ -83,10 +82,10 @@ Answers nearest_by_brute_force(const Brute<P>& brute) {
 
 /// Compare one query on a scene.
 template <At at, class P, class D>
-void check_query(const Brute<P>& brute, const EmulatedDevice<D>& device, const Case& test_case, Rank rank,
+void check_query(const Brute<P>& brute, const EmulatedDevice<D>& device, const Case& test_case, Keep keep,
                  const std::string& where) {
-  const Answers expected = rank == Rank::t ? answer(brute, test_case) : nearest_by_brute_force<at>(brute);
-  const Answers given = answer_on_device<at>(device, test_case.query, rank);
+  const Answers expected = keep == Keep::first ? answer(brute, test_case) : nearest_by_brute_force<at>(brute);
+  const Answers given = answer_on_device<at>(device, test_case.query, keep);
   n_answers += brute.rays.size();
   n_decisions += brute.rays.size() * brute.search.prims.size();
   for (std::size_t ray = 0; ray < brute.rays.size(); ++ray) {
@@ -152,11 +151,11 @@ void check_scene(const std::string& name, const Lines& lines, const Built& built
     const Brute<P> brute{{prims, view.frame}, batch, 1, progress};
     const std::string where = P::kKind + (" \"" + name) + "\", rays \"" + rays.name + '"';
     for (const Case& test_case : kCases)
-      for (const Rank rank : {Rank::t, Rank::distance}) {
-        if (rank == Rank::distance && test_case.query != Ask::k_nearest) continue;
+      for (const Keep keep : {Keep::first, Keep::nearest}) {
+        if (keep == Keep::nearest && test_case.query != Ask::k_nearest) continue;
         if (test_case.at == At::surface && !kHasSpread<D>)
-          check_query<At::surface>(brute, device, test_case, rank, where);
-        if (test_case.at == At::closest) check_query<At::closest>(brute, device, test_case, rank, where);
+          check_query<At::surface>(brute, device, test_case, keep, where);
+        if (test_case.at == At::closest) check_query<At::closest>(brute, device, test_case, keep, where);
       }
   }
   check(std::size_t(deepest_stack) <= room, "no stack is deeper than foreseen");

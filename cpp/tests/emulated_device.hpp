@@ -111,14 +111,14 @@ struct EmulatedDevice {
   }
 
   /// All hits, or the k best.
-  template <At at, Rank rank, bool shrinks_limit>
+  template <At at, Keep keep>
   OwnedHits list(std::uint64_t k = ~0ull) const {
     OwnedHits lists, kept;
     lists.offsets = offsets_of_found(k);
     kept.offsets.assign(rays.n + 1, 0);
     const DeviceHits columns = lists.columns(std::size_t(lists.offsets.back()));
     const DeviceLists found{lists.offsets.data(), columns, has_repeats ? kept.offsets.data() + 1 : nullptr};
-    emulate_rays(rays.n, list_hits_of_thread<P, at, rank, shrinks_limit>, scene, rays, found);
+    emulate_rays(rays.n, list_hits_of_thread<P, at, keep>, scene, rays, found);
     if (!has_repeats) return lists;
     scan(kept.offsets, 1);
     const DeviceLists to{kept.offsets.data(), kept.columns(std::size_t(kept.offsets.back())), nullptr};

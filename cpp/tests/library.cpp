@@ -66,8 +66,6 @@ bool same_lists(const A& a, const B& b) {
   return equal;
 }
 
-fl::Hit hit_of(const fastlines::Hit& hit) { return {hit.t, hit.prim, hit.u, hit.distance, hit.t_out}; }
-
 /// All hits of each ray by brute force.
 template <class P>
 std::vector<std::vector<fl::Hit>> expected_hits(const P& prims, const Rays& rays, fl::At at) {
@@ -79,12 +77,13 @@ std::vector<std::vector<fl::Hit>> expected_hits(const P& prims, const Rays& rays
     const auto &o = rays.origins[i], &d = rays.directions[i];
     const fastlines::Ray ray = fastlines::prepare(
         {{o.x, o.y, o.z}, {d.x, d.y, d.z}, rays.t_min[i], rays.t_max[i], rays.radius[i]}, brute.frame);
-    fastlines::AllSink sink(core_at, ray);
-    typename fastlines::BruteForce<P>::Scratch scratch;
-    brute(ray, sink, scratch);
-    std::sort(sink.hits.begin(), sink.hits.end());
     found.emplace_back();
-    for (const fastlines::Hit& hit : sink.hits) found.back().push_back(hit_of(hit));
+    fastlines::HitVectorOfRay<fl::Hit> list(ray, core_at, fastlines::Keep::all, found.back());
+    typename fastlines::BruteForce<P>::Scratch scratch;
+    brute(ray, list, scratch);
+    list.finish();
+    if (at == fl::At::surface)
+      for (fl::Hit& hit : found.back()) hit.t_out = fastlines::exit_of(brute, ray, hit.prim);
   }
   return found;
 }

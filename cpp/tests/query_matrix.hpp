@@ -73,11 +73,11 @@ struct Brute {
   void count(std::span<std::int64_t> to) const { count_hits(search, rays, n_threads, progress, to); }
   template <At at>
   void all(HitAssembler& to) const {
-    list_hits(search, rays, n_threads, progress, to, [](const Ray& ray) { return AllSink(at, ray); });
+    list_hits(search, rays, n_threads, progress, to, at);
   }
   template <At at>
   void k_nearest(HitAssembler& to) const {
-    list_hits(search, rays, n_threads, progress, to, [](const Ray& ray) { return KNearestSink(at, ray, kNearest); });
+    list_hits(search, rays, n_threads, progress, to, at, Keep::first, kNearest);
   }
 };
 

@@ -45,7 +45,7 @@ Found search_all(const Search& search, const RayBatch& rays, Progress& progress)
              [&](std::size_t i, const Hit& hit) { found.columns().set(i, hit); });
   count_hits(search, rays, 1, progress, found.count);
   HitAssembler lists(rays.size(), true);
-  list_hits(search, rays, 1, progress, lists, [](const Ray& ray) { return AllSink(At::surface, ray); });
+  list_hits(search, rays, 1, progress, lists, At::surface);
   found.add(lists);
   return found;
 }
@@ -135,11 +135,12 @@ void check_balls() {
   const Tube ball{{{1, 2, 3}, {1, 2, 3}}, 0.25f};
   const BruteForce<Tubes> search{Tubes{{&ball, 1}}, frame_of(Box{{0, 0, 0}, {4, 4, 4}})};
   const Ray ray = prepare({{1, 2, -1}, {0, 0, 2}, 0.0f, 100.0f, 0.0f}, search.frame);
-  FirstSink sink(At::surface, ray);
+  FirstHitOfRay<ChosenAt> first(ray, {At::surface});
   BruteForce<Tubes>::Scratch scratch;
-  search(ray, sink, scratch);
-  check(std::abs(sink.best.t - 1.875f) < 1e-5f && std::abs(sink.best.t_out - 2.125f) < 1e-5f, "a ball is hit");
-  check(sink.best.distance < 1e-6f, "the distance is that of the axis");
+  search(ray, first, scratch);
+  check(std::abs(first.hit().t - 1.875f) < 1e-5f, "a ball is hit");
+  check(std::abs(exit_of(search, ray, 0) - 2.125f) < 1e-5f, "a ray leaves a ball");
+  check(first.hit().distance < 1e-6f, "the distance is that of the axis");
 }
 
 }  // namespace

@@ -119,7 +119,7 @@ Answer answer(const BinaryTraversal<Segments>& search, const RayBatch& rays, uns
   for (const Hit& hit : hits) answer.add(std::span(&hit.t, 1), 1);
   answer.add(n_hits, kRays);
   HitAssembler all(kRays, false);
-  list_hits(search, rays, n_threads, progress, all, [](const Ray& ray) { return AllSink(At::closest, ray); });
+  list_hits(search, rays, n_threads, progress, all, At::closest);
   answer.add(all);
   return answer;
 }

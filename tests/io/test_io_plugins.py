@@ -57,7 +57,7 @@ def install(install_format):
 
 
 def format_code(name, *extensions):
-    return f"from fastlines.io import Format\nFORMAT = Format({name!r}, {extensions!r}, '')"
+    return f"from fastlines.io import Format\nFORMAT = Format({name!r}, {extensions!r}, '', module=__name__)"
 
 
 # --- Formats of others ---

@@ -2,25 +2,19 @@
 // several leaves.
 #pragma once
 
-#include "device_heap.hpp"
-#include "device_primitives.hpp"
-#include "records.hpp"
+#include "../query/ray_collectors.hpp"
 
 namespace fastlines {
 
 /// Lists the ids of all primitives that a ray hits. A count has told how much room they need.
-class PrimListOfRay {
+class PrimListOfRay : public FixedAt<At::closest> {
  public:
-  static constexpr At kAt = At::closest;
-  static constexpr bool kShrinksLimit = false;
+  static constexpr bool kShrinksLimit = false, kDropsFarther = false;
   float limit;
 
   PrimListOfRay(const Ray& ray, std::uint32_t* prims) : limit(ray.t_max), prims_(prims) {}
 
-  template <class Test>
-  void add(const Test&, const WideRef& ref) {
-    prims_[n_++] = ref.prim;
-  }
+  void add(const ClosestApproach<float>&, const Reference& ref) { prims_[n_++] = ref.prim; }
 
   /// Count the primitives.
   std::uint64_t count() {

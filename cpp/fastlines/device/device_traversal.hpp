@@ -5,10 +5,11 @@
 // node is popped. The stack has the room that the tree needs (device_stack.hpp).
 #pragma once
 
-#include "device_collectors.hpp"
+#include "../query/ray_collectors.hpp"
 #include "device_cull.hpp"
+#include "device_primitives.hpp"
 #include "device_stack.hpp"
-#include "thread.hpp"
+#include "records.hpp"
 
 namespace fastlines {
 
@@ -24,7 +25,7 @@ inline void count_device_step(Collector& to, std::uint32_t DeviceSteps::* step, 
 }
 
 /// Report the hits of a ray to the collector.
-template <class P, class Collector>
+template <class P, RayCollector Collector>
 void trace_by_thread(const DeviceScene& scene, const RayOf<P>& ray, Collector& to) {
   const DeviceCullRay cull(ray);
   ThreadStack stack;
@@ -63,7 +64,7 @@ void trace_by_thread(const DeviceScene& scene, const RayOf<P>& ray, Collector& t
         const WideRef ref = scene.refs[i];
         const typename P::Test test =
             device_test<P>(ray, scene.items + std::uint64_t(ref.prim) * P::kFloats, scene.frame);
-        if (test.closest.hit) to.add(test, ref);
+        if (test.closest.hit) to.add(approach_at(to.at, test), ref);
       }
     }
     // Pop the next node that is not beyond the limit.

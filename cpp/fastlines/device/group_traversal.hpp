@@ -9,13 +9,6 @@
 
 namespace fastlines {
 
-/// What a lane's exact test found, for the leader's collector: the approach at the point where the collector takes t.
-struct ShuffledTest {
-  ClosestApproach<float> closest;
-
-  const ClosestApproach<float>& entry() const { return closest; }
-};
-
 /// Push the children of a mask: the nearest on top if they are sorted, and in their order otherwise.
 template <bool sorted>
 [[gnu::always_inline]] inline void push_children(GroupStack& stack, int size, std::uint32_t children,
@@ -84,7 +77,7 @@ template <class P, class Collector>
     const std::uint64_t prim = scene.refs[leaf.first_ref + std::uint32_t(lane)].prim;
     const typename P::Test test = device_test<P>(ray, scene.items + prim * P::kFloats, scene.frame);
     if (!test.closest.hit) return;
-    const ClosestApproach<float> approach = approach_at(Collector::kAt, test);
+    const ClosestApproach<float> approach = approach_at(to.at, test);
     is_hit[lane] = true;
     s[lane] = approach.s;
     t[lane] = approach.t;
@@ -95,14 +88,14 @@ template <class P, class Collector>
   if (!hits) return;
   for (; hits; hits &= hits - 1) {
     const int lane = lowest_bit(hits);
-    const ShuffledTest test{{shuffle(s, lane), shuffle(t, lane), shuffle(dist2, lane), true}};
-    if (is_leader()) to.add(test, scene.refs[leaf.first_ref + std::uint32_t(lane)]);
+    const ClosestApproach<float> approach{shuffle(s, lane), shuffle(t, lane), shuffle(dist2, lane), true};
+    if (is_leader()) to.add(approach, scene.refs[leaf.first_ref + std::uint32_t(lane)]);
   }
   to.limit = from_leader(to.limit);
 }
 
 /// Report the hits of a ray to the leader's collector.
-template <class P, class Collector>
+template <class P, RayCollector Collector>
 void trace_by_group(const DeviceScene& scene, const RayOf<P>& ray, Collector& to) {
   const DeviceCullRay cull(ray);
   GroupStack stack;

@@ -4,7 +4,6 @@
 // Numbers come as 64 bits, so that a launch passes pointers and numbers alike. Threads beyond the last ray do nothing.
 #pragma once
 
-#include "device_hit_list.hpp"
 #include "device_prim_list.hpp"
 #include "device_ray_check.hpp"
 #include "device_traversal.hpp"
@@ -49,7 +48,7 @@ float exit_of(const DeviceScene& scene, const RayOf<P>& ray, std::uint64_t prim)
 }
 
 /// Report the hits of a ray to the collector; to that of the group's leader, if a group takes the ray.
-template <class P, class Collector>
+template <class P, RayCollector Collector>
 void trace(const DeviceScene& scene, const RayOf<P>& ray, Collector& to) {
   if constexpr (kGroup > 1)
     trace_by_group<P>(scene, ray, to);
@@ -62,15 +61,12 @@ void first_hit_of_thread(const DeviceScene& scene, const DeviceRays& rays, const
   const std::uint64_t i = ray_of_thread(rays);
   if (i == rays.n) return;
   const RayOf<P> ray = prepared_ray<P>(rays, i, scene.frame);
-  FirstHitOfRay<at> found(ray);
-  trace<P>(scene, ray, found);
+  FirstHitOfRay<FixedAt<at>> first(ray);
+  trace<P>(scene, ray, first);
   if (!is_leader()) return;
-  const bool hit = found.prim != kNoDevicePrim;
-  to.t[i] = hit ? found.t_ray : kInfinity;
-  to.prim[i] = hit ? std::int64_t(found.prim) : -1;
-  to.u[i] = found.s;
-  to.distance[i] = hit ? float(std::sqrt(found.dist2) * ray.inv_scale) : kInfinity;
-  if constexpr (at == At::surface) to.t_out[i] = hit ? exit_of<P>(scene, ray, found.prim) : kInfinity;
+  Hit hit = first.hit();
+  if (at == At::surface && first.found()) hit.t_out = exit_of<P>(scene, ray, first.prim);
+  to.set(i, hit);
 }
 
 template <class P>
@@ -95,19 +91,22 @@ void count_hits_of_thread(const DeviceScene& scene, const DeviceRays& rays, std:
   to[i] = std::int64_t(found.n);
 }
 
-template <class P, At at, Rank rank, bool shrinks_limit>
+template <class P, At at, Keep keep>
 void list_hits_of_thread(const DeviceScene& scene, const DeviceRays& rays, const DeviceLists& to) {
   const std::uint64_t i = ray_of_thread(rays);
   if (i == rays.n) return;
   const RayOf<P> ray = prepared_ray<P>(rays, i, scene.frame);
   const auto first = std::uint64_t(to.offsets[i]), room = std::uint64_t(to.offsets[i + 1]) - first;
-  HitListOfRay<at, rank, shrinks_limit, P::kHasBoxes> list(ray, to.hits, first, room);
+  DeviceHits store = to.hits.from(first);
+  store.t_out = nullptr;  // of those that are kept, in the end
+  HitListOfRay<FixedList<at, keep>, DeviceHits, P::kHasBoxes> list(ray, {}, store, room);
   trace<P>(scene, ray, list);
   if (!is_leader()) return;
   list.finish();
   if (to.n_hits) to.n_hits[i] = std::int64_t(list.size());
   if constexpr (at == At::surface)
-    for (std::uint64_t j = 0; j < list.size(); ++j) to.hits.t_out[first + j] = exit_of<P>(scene, ray, list.prim(j));
+    for (std::uint64_t j = 0; j < list.size(); ++j)
+      to.hits.t_out[first + j] = exit_of<P>(scene, ray, std::uint64_t(list[j].prim));
 }
 
 /// Count each primitive that a ray hits once, where it may be in several leaves. The lists of `offsets`, from a count
@@ -125,7 +124,7 @@ void count_prims_of_thread(const DeviceScene& scene, const DeviceRays& rays, con
 }
 
 /// The first hit of a ray, and the steps that it takes.
-struct CountedFirstHit : FirstHitOfRay<At::closest>, DeviceSteps {
+struct CountedFirstHit : FirstHitOfRay<FixedAt<At::closest>>, DeviceSteps {
   using FirstHitOfRay::FirstHitOfRay;
 };
 
@@ -175,29 +174,29 @@ FASTLINES_KERNEL count_prims(const DeviceScene* __restrict__ scene, const Device
 /// All hits.
 FASTLINES_KERNEL all_closest(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
                              const DeviceLists* to) {
-  list_hits_of_thread<FASTLINES_PRIMITIVES, At::closest, Rank::t, false>(*scene, *rays, *to);
+  list_hits_of_thread<FASTLINES_PRIMITIVES, At::closest, Keep::all>(*scene, *rays, *to);
 }
 FASTLINES_KERNEL all_surface(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
                              const DeviceLists* to) {
-  list_hits_of_thread<FASTLINES_PRIMITIVES, At::surface, Rank::t, false>(*scene, *rays, *to);
+  list_hits_of_thread<FASTLINES_PRIMITIVES, At::surface, Keep::all>(*scene, *rays, *to);
 }
 /// The first hits by t, of which there is room for k or all.
 FASTLINES_KERNEL next_closest(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
                               const DeviceLists* to) {
-  list_hits_of_thread<FASTLINES_PRIMITIVES, At::closest, Rank::t, true>(*scene, *rays, *to);
+  list_hits_of_thread<FASTLINES_PRIMITIVES, At::closest, Keep::first>(*scene, *rays, *to);
 }
 FASTLINES_KERNEL next_surface(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
                               const DeviceLists* to) {
-  list_hits_of_thread<FASTLINES_PRIMITIVES, At::surface, Rank::t, true>(*scene, *rays, *to);
+  list_hits_of_thread<FASTLINES_PRIMITIVES, At::surface, Keep::first>(*scene, *rays, *to);
 }
 /// The hits that are nearest to the ray.
 FASTLINES_KERNEL near_closest(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
                               const DeviceLists* to) {
-  list_hits_of_thread<FASTLINES_PRIMITIVES, At::closest, Rank::distance, false>(*scene, *rays, *to);
+  list_hits_of_thread<FASTLINES_PRIMITIVES, At::closest, Keep::nearest>(*scene, *rays, *to);
 }
 FASTLINES_KERNEL near_surface(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
                               const DeviceLists* to) {
-  list_hits_of_thread<FASTLINES_PRIMITIVES, At::surface, Rank::distance, false>(*scene, *rays, *to);
+  list_hits_of_thread<FASTLINES_PRIMITIVES, At::surface, Keep::nearest>(*scene, *rays, *to);
 }
 
 /// Move each of n lists, of which n_hits are left, to a place for exactly as many hits; one thread a list.
@@ -207,11 +206,9 @@ FASTLINES_KERNEL move_lists(const DeviceLists* from, std::uint64_t n, const Devi
   const DeviceHits &source = from->hits, &target = to->hits;
   std::int64_t j = from->offsets[i];
   for (std::int64_t k = to->offsets[i]; k < to->offsets[i + 1]; ++j, ++k) {
-    target.t[k] = source.t[j];
-    target.prim[k] = source.prim[j];
-    target.u[k] = source.u[j];
-    target.distance[k] = source.distance[j];
-    if (target.t_out) target.t_out[k] = source.t_out[j];
+    Hit hit = source[j];
+    if (target.t_out) hit.t_out = source.t_out[j];
+    target.set(k, hit);
   }
 }
 

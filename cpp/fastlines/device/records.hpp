@@ -3,6 +3,7 @@
 
 #include "../layout/wide_blocks.hpp"
 #include "../rays/frame.hpp"
+#include "../rays/hit.hpp"
 
 namespace fastlines {
 
@@ -33,12 +34,8 @@ struct DeviceLimits {
 };
 static_assert(sizeof(DeviceLimits) == 56);
 
-/// Hits as columns; t_out may be null.
-struct DeviceHits {
-  float* t;
-  std::int64_t* prim;
-  float *u, *distance, *t_out;
-};
+/// Hits as columns in the memory of the device; t_out may be null.
+using DeviceHits = HitColumns;
 static_assert(sizeof(DeviceHits) == 40);
 
 /// Lists of hits: those of ray i are at offsets[i] up to offsets[i + 1].
@@ -50,11 +47,5 @@ struct DeviceLists {
   std::int64_t* n_hits;
 };
 static_assert(sizeof(DeviceLists) == 56);
-
-/// The id of no primitive.
-inline constexpr std::uint32_t kNoDevicePrim = 0xffff'ffff;
-
-/// The limit of a ray that needs no more hits: below every t.
-inline constexpr float kNoMoreDeviceHits = -3.402823466e38f;
 
 }  // namespace fastlines

@@ -18,6 +18,7 @@
 
 #include "../simd/float_x16.hpp"
 #include "closest_approach.hpp"
+#include "ray_view.hpp"
 #include "segments.hpp"
 
 namespace fastlines {
@@ -31,7 +32,8 @@ using Fields = std::array<N, P::kFields>;
 /// Two members are templates, which a concept cannot name:
 /// - `P::fields(floats, frame)` returns the `Fields` in the frame. `floats` is the item as an array of sizeof(Item) / 4
 ///   numbers, in the order of its members.
-/// - `P::test<N>(ray, fields)` returns the exact test, an object with `closest`, `entry()` and `exit()`.
+/// - `P::test<N>(ray, fields)` returns the exact test, an object with `closest`, `entry()` and `exit()`. The ray is a
+///   `RayView` of N.
 ///
 /// The radius of a query counts as the exact test counts it. A hit must lie within that radius of the primitive's box.
 template <class P>

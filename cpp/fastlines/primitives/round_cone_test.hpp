@@ -28,7 +28,7 @@
 
 namespace fastlines {
 
-/// A ray, or 16, with a spread: `spread` is κ, and `spread_at_0` is κ times the depth of t = 0 of the frame.
+/// A `RayView` with a spread: `spread` is κ, and `spread_at_0` is κ times the depth of t = 0 of the frame.
 template <class R>
 concept HasSpread = requires(const R& ray) {
   ray.spread;

@@ -35,8 +35,8 @@ template <class N, class A, class B>
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// Transform a segment into the basis of a ray. `R` has o, u, v, r. The fields are those of `Segments`: the start and
-/// e = end − start, in the frame.
+/// Transform a segment into the basis of a ray. The ray is a `RayView`. The fields are those of `Segments`: the start
+/// and e = end − start, in the frame.
 template <class N, class R, class V>
 [[gnu::always_inline]] inline SegmentInRayFrame<N> to_ray_frame(const R& ray, const V& fields) {
   const N p[3] = {fields[0] - ray.o[0], fields[1] - ray.o[1], fields[2] - ray.o[2]};
@@ -60,7 +60,7 @@ template <class N>
   return min(max(s, N(0.0f)), N(1.0f));
 }
 
-/// The closest approach of a ray to a segment. `R` has t_min, t_max, radius2.
+/// The closest approach of a ray to a segment.
 template <class N, class R>
 [[gnu::always_inline]] inline ClosestApproach<N> closest_approach(const R& ray, const SegmentInRayFrame<N>& g) {
   // Take the closest approach of the whole line of the ray.

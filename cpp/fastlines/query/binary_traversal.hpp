@@ -5,13 +5,13 @@
 #include <vector>
 
 #include "../tree/tree.hpp"
-#include "sinks.hpp"
 #include "slabs.hpp"
+#include "test_primitive.hpp"
 #include "visited_set.hpp"
 
 namespace fastlines {
 
-/// Traverses depth first, the nearer child first. Skips subtrees that the ray enters beyond the sink's limit.
+/// Traverses depth first, the nearer child first. Skips subtrees that the ray enters beyond the collector's limit.
 template <RayPrimitive P>
 struct BinaryTraversal {
   static constexpr bool kTestsAll = false;
@@ -31,24 +31,23 @@ struct BinaryTraversal {
   P prims;
   Frame frame;
 
-  template <class Sink>
-  void operator()(const RayOf<P>& ray, Sink& sink, Scratch& scratch) const {
+  template <RayCollector C>
+  void operator()(const RayOf<P>& ray, C& to, Scratch& scratch) const {
     constexpr float miss = kInfinity;
     const Slabs slabs(ray, frame, max_radius_of(prims));
     auto& stack = scratch.stack;
     stack.clear();
     if constexpr (!AxisPrimitive<P>) scratch.visited.clear();
-    stack.push_back({0, slabs.enter(nodes[0].box, sink.limit)});
+    stack.push_back({0, slabs.enter(nodes[0].box, to.limit)});
     while (!stack.empty()) {
       auto [index, enter] = stack.back();
       stack.pop_back();
-      if (!(enter <= sink.limit)) continue;
+      if (!(enter <= to.limit)) continue;
 
       // Descend to a leaf; push the farther children.
       while (enter != miss && !nodes[index].is_leaf()) {
         std::uint32_t near = index + 1, far = nodes[index].right;
-        float enter_near = slabs.enter(nodes[near].box, sink.limit),
-              enter_far = slabs.enter(nodes[far].box, sink.limit);
+        float enter_near = slabs.enter(nodes[near].box, to.limit), enter_far = slabs.enter(nodes[far].box, to.limit);
         if (enter_far < enter_near) {
           std::swap(near, far);
           std::swap(enter_near, enter_far);
@@ -65,8 +64,7 @@ struct BinaryTraversal {
       for (const Reference& ref : refs.subspan(leaf.first_ref, leaf.n_refs)) {
         if constexpr (!AxisPrimitive<P>)
           if (!scratch.visited.insert(ref.prim)) continue;
-        test_primitive(prims, ray, frame, ref, sink);
-        if (sink.done()) return;
+        if (test_primitive(prims, ray, frame, ref, to)) return;
       }
     }
   }

@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "sinks.hpp"
+#include "test_primitive.hpp"
 
 namespace fastlines {
 
@@ -17,12 +17,10 @@ struct BruteForce {
   P prims;
   Frame frame;
 
-  template <class Sink>
-  void operator()(const RayOf<P>& ray, Sink& sink, Scratch&) const {
-    for (std::size_t prim = 0; prim < prims.size(); ++prim) {
-      test_primitive(prims, ray, frame, Reference{std::uint32_t(prim)}, sink);
-      if (sink.done()) return;
-    }
+  template <RayCollector C>
+  void operator()(const RayOf<P>& ray, C& to, Scratch&) const {
+    for (std::size_t prim = 0; prim < prims.size(); ++prim)
+      if (test_primitive(prims, ray, frame, Reference{std::uint32_t(prim)}, to)) return;
   }
 };
 

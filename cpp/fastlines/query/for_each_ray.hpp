@@ -5,73 +5,85 @@
 #include "../parallel/parallel_for.hpp"
 #include "../rays/ray_batch.hpp"
 #include "hit_assembler.hpp"
-#include "sinks.hpp"
+#include "hit_vector.hpp"
+#include "test_primitive.hpp"
 
 namespace fastlines {
 
-/// Search for one ray; returns the sink that make(ray) has made, with its hits.
-template <class Search, class Make>
-auto search_ray(const Search& search, const RayQuery& query, typename Search::Scratch& scratch, Make&& make) {
-  using P = std::remove_cvref_t<decltype(search.prims)>;
-  const auto ray = prepare_for<P>(query, search.frame);
-  auto sink = make(ray);
-  SinkRef<P> to(sink);
-  search(ray, to, scratch);
-  return sink;
+/// Report the hits of a ray to the collector.
+template <class Search, class Ray, RayCollector C>
+void search_ray(const Search& search, const Ray& ray, typename Search::Scratch& scratch, C& to) {
+  RayCollectorRef any(to);
+  search(ray, any, scratch);
+}
+
+/// Where a ray leaves a primitive that a search has found.
+template <class Search, class Ray>
+float exit_of(const Search& search, const Ray& ray, std::int64_t prim) {
+  return exit_of(search.prims, ray, search.frame, std::uint32_t(prim));
 }
 
 /// Rays that a thread takes at a time.
 inline constexpr std::size_t kRaysPerChunk = 256;
 
-/// Search for every ray. make(ray) returns the ray's sink; store(i, sink) stores its result.
-template <class Search, class Make, class Store>
-void for_each_ray(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress, Make&& make,
-                  Store&& store) {
+/// Call answer(i, ray, scratch) for every ray, prepared for the search.
+template <class Search, class Answer>
+void for_each_ray(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress, Answer&& answer) {
+  using P = std::remove_cvref_t<decltype(search.prims)>;
   using Scratch = typename Search::Scratch;
   parallel_for_chunks(
       rays.size(), kRaysPerChunk, n_threads, progress, [] { return Scratch{}; },
       [&](Scratch& scratch, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
           progress.check();
-          store(i, search_ray(search, rays[i], scratch, make));
+          answer(i, prepare_for<P>(rays[i], search.frame), scratch);
         }
       });
 }
 
-/// Call store(i, hit) with the nearest hit of every ray.
+/// Call store(i, hit) with the first hit of every ray.
 template <class Search, class Store>
 void first_hits(const Search& search, const RayBatch& rays, At at, unsigned n_threads, Progress& progress,
                 Store&& store) {
-  for_each_ray(
-      search, rays, n_threads, progress, [at](const Ray& ray) { return FirstSink(at, ray); },
-      [&](std::size_t i, const FirstSink& sink) { store(i, sink.best); });
+  for_each_ray(search, rays, n_threads, progress, [&](std::size_t i, const auto& ray, auto& scratch) {
+    FirstHitOfRay<ChosenAt> first(ray, {at});
+    search_ray(search, ray, scratch, first);
+    Hit hit = first.hit();
+    if (at == At::surface && first.found()) hit.t_out = exit_of(search, ray, hit.prim);
+    store(i, hit);
+  });
 }
 
 /// Write whether each ray hits anything.
 template <class Search>
 void any_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress,
               std::span<bool> found) {
-  for_each_ray(
-      search, rays, n_threads, progress, [](const Ray& ray) { return AnySink(ray); },
-      [&](std::size_t i, const AnySink& sink) { found[i] = sink.found; });
+  for_each_ray(search, rays, n_threads, progress, [&](std::size_t i, const auto& ray, auto& scratch) {
+    AnyHitOfRay any(ray);
+    search_ray(search, ray, scratch, any);
+    found[i] = any.found;
+  });
 }
 
 /// Write how many primitives each ray hits.
 template <class Search>
 void count_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress,
                 std::span<std::int64_t> counts) {
-  for_each_ray(
-      search, rays, n_threads, progress, [](const Ray& ray) { return CountSink(ray); },
-      [&](std::size_t i, const CountSink& sink) { counts[i] = sink.n_hits; });
+  for_each_ray(search, rays, n_threads, progress, [&](std::size_t i, const auto& ray, auto& scratch) {
+    HitCountOfRay count(ray);
+    search_ray(search, ray, scratch, count);
+    counts[i] = std::int64_t(count.n);
+  });
 }
 
-/// Assemble the lists of hits of the sinks that make(ray) returns, sorted by t; or of each ray the `n_nearest` hits
-/// that are nearest to it, in order of their distance.
-template <class Search, class Make>
+/// Assemble the lists of hits of all rays: all hits of each by t, its first k by t, or the k nearest to it by distance.
+template <class Search>
 void list_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress, HitAssembler& to,
-               Make&& make, std::optional<std::size_t> n_nearest = {}) {
+               At at, Keep keep = Keep::all, std::uint64_t k = ~0ull) {
+  using P = std::remove_cvref_t<decltype(search.prims)>;
   struct Worker {
     typename Search::Scratch scratch;
+    std::vector<Hit> hits;
     HitBuffer lists;
   };
   const std::size_t n_chunks = (rays.size() + kRaysPerChunk - 1) / kRaysPerChunk;
@@ -82,8 +94,13 @@ void list_hits(const Search& search, const RayBatch& rays, unsigned n_threads, P
         const std::size_t end = std::min(rays.size(), (chunk + 1) * kRaysPerChunk);
         for (std::size_t i = chunk * kRaysPerChunk; i < end; ++i) {
           progress.check();
-          auto sink = search_ray(search, rays[i], worker.scratch, make);
-          worker.lists.add(std::uint32_t(i), sink.hits, n_nearest);
+          const auto ray = prepare_for<P>(rays[i], search.frame);
+          HitVectorOfRay<Hit> list(ray, at, keep, worker.hits, k);
+          search_ray(search, ray, worker.scratch, list);
+          list.finish();
+          if (at == At::surface)
+            for (Hit& hit : worker.hits) hit.t_out = exit_of(search, ray, hit.prim);
+          worker.lists.add(std::uint32_t(i), worker.hits);
         }
         to.add(chunk, n_chunks, end, worker.lists);
       });

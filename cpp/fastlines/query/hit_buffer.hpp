@@ -1,10 +1,8 @@
 // Buffers the sorted hits of some rays until a `HitAssembler` copies them into the final arrays.
 #pragma once
 
-#include <algorithm>
 #include <cstring>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "../memory/arena.hpp"
@@ -50,12 +48,8 @@ struct HitBuffer {
   /// End the block, whose hits are all written; it keeps its first n_columns.
   void end(std::uint32_t n_columns) { arena.end(n_columns * std::size_t(blocks.back().n_hits) * sizeof(float)); }
 
-  /// Add a block for one ray. Sorts the hits by t, or keeps the `n_nearest` that are nearest to the ray.
-  void add(std::uint32_t ray, std::vector<Hit>& of_ray, std::optional<std::size_t> n_nearest = {}) {
-    if (n_nearest)
-      keep_nearest(of_ray, *n_nearest);
-    else
-      std::sort(of_ray.begin(), of_ray.end());
+  /// Add a block with the hits of one ray, in their order.
+  void add(std::uint32_t ray, const std::vector<Hit>& of_ray) {
     if (of_ray.empty()) return;
     const ListColumns to = begin(std::uint32_t(of_ray.size()));
     for (std::size_t i = 0; i < of_ray.size(); ++i) to.set(i, of_ray[i]);

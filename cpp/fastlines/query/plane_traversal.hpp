@@ -11,12 +11,13 @@
 #pragma once
 
 #include "plane_tree.hpp"
-#include "sinks.hpp"
+#include "slabs.hpp"
+#include "test_primitive.hpp"
 #include "visited_set.hpp"
 
 namespace fastlines {
 
-/// Traverses depth first, the nearer child first. Skips nodes that the ray enters beyond the sink's limit.
+/// Traverses depth first, the nearer child first. Skips nodes that the ray enters beyond the collector's limit.
 template <RayPrimitive P>
 struct PlaneTraversal {
   static constexpr bool kTestsAll = false;
@@ -37,19 +38,19 @@ struct PlaneTraversal {
   Box box;  ///< of the root
   Frame frame;
 
-  template <class Sink>
-  void operator()(const RayOf<P>& ray, Sink& sink, Scratch& scratch) const {
+  template <RayCollector C>
+  void operator()(const RayOf<P>& ray, C& to, Scratch& scratch) const {
     using Entry = typename Scratch::Entry;
     const Slabs slabs(ray, frame, max_radius_of(prims));
     // Each level pushes at most one node.
     if (scratch.stack.size() <= depth) scratch.stack.resize(depth + 1);
     scratch.visited.clear();
-    const auto [root_enter, root_leave] = slabs.clip(box, sink.limit);
+    const auto [root_enter, root_leave] = slabs.clip(box, to.limit);
     Entry *const bottom = scratch.stack.data(), *top = bottom;
     *top++ = {0, root_enter, root_leave};
     while (top != bottom) {
       auto [index, t_enter, t_leave] = *--top;
-      t_leave = std::min(t_leave, sink.limit);
+      t_leave = std::min(t_leave, to.limit);
       if (!(t_enter <= t_leave)) continue;
 
       // Descend to a leaf; push the farther children. The next child is unpredictable, so no branch depends on it.
@@ -80,8 +81,7 @@ struct PlaneTraversal {
       scratch.visited.reserve(below.size());
       for (const std::uint32_t prim : below) {
         if (!scratch.visited.insert(prim)) continue;
-        test_primitive(prims, ray, frame, Reference{prim}, sink);
-        if (sink.done()) return;
+        if (test_primitive(prims, ray, frame, Reference{prim}, to)) return;
       }
     }
   }

@@ -47,6 +47,9 @@ struct Ray {
   /// t in units of the caller's ray.
   float t_ray(float t) const { return to_ray_t(t, t_min, t_max, t_min_ray, t_max_ray, t0, inv_scale, inv_length); }
 
+  /// The distance in units of the scene, from its square in the frame.
+  float distance(float dist2) const { return float(std::sqrt(dist2) * inv_scale); }
+
   /// An upper bound on all t in the frame that are at most `t_ray` in units of the caller's ray.
   float max_t(float t_ray) const {
     return std::min(t_max, float((double(t_ray) / inv_length - t0) / inv_scale) + 2.0f * tie_tolerance);

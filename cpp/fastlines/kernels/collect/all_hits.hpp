@@ -145,9 +145,8 @@ struct AllHitsQuery {
     for (int i = first; i < end; ++i) {
       const ListColumns from = sorted.from(sorter_.begin(i % kSimdWidth));
       of_ray_.resize(n_hits(i % kSimdWidth));
-      for (std::size_t j = 0; j < of_ray_.size(); ++j)
-        of_ray_[j] = {from.t[j], from.prim[j], from.u[j], from.distance[j]};
-      keep_nearest(of_ray_, *n_nearest_);
+      for (std::size_t j = 0; j < of_ray_.size(); ++j) of_ray_[j] = from[j];
+      keep_nearest(of_ray_);
       for (std::size_t j = 0; j < of_ray_.size(); ++j) to.set(j, of_ray_[j]);
       store_exits(rays, i, to, n_kept(i));
       lists.add(rays.id[i], n_kept(i));
@@ -156,6 +155,14 @@ struct AllHitsQuery {
     lists.end(n_hit_columns(at_));
     ranked_.end(0);
     ranked_.clear();
+  }
+
+  /// Keep the nearest hits of a ray, sorted by distance.
+  void keep_nearest(std::vector<Hit>& hits) const {
+    const std::size_t n = std::min(hits.size(), *n_nearest_);
+    std::partial_sort(hits.begin(), hits.begin() + std::ptrdiff_t(n), hits.end(),
+                      [](const Hit& a, const Hit& b) { return comes_first(Keep::nearest, a, b); });
+    hits.resize(n);
   }
 
   void store_exits(const RayGroup& rays, int i, const ListColumns& of_ray, std::uint32_t n) const {
@@ -231,18 +238,27 @@ struct AllHitsQuery {
       for (std::size_t k = first; k < end; ++k) {
         std::size_t to = k;
         while (to > 0 && hits.precedes(k, to - 1)) --to;
-        if (to < k) hits.move(k, to);
+        if (to < k) move(hits, k, to);
         if ((n_passed += k - to) > 4 * n) return false;
       }
     }
     return true;
   }
 
+  /// Move hit i to place j < i; hits from j on move up by one.
+  static void move(const ListColumns& hits, std::size_t i, std::size_t j) {
+    const auto rotate = [=](auto* column) { std::rotate(column + j, column + i, column + i + 1); };
+    rotate(hits.t);
+    rotate(hits.prim);
+    rotate(hits.u);
+    rotate(hits.distance);
+  }
+
   /// Sort the hits of one ray, without t_out.
   static void sort(const ListColumns& hits, std::size_t n) {
     std::vector<Hit> sorted(n);
-    for (std::size_t i = 0; i < n; ++i) sorted[i] = {hits.t[i], hits.prim[i], hits.u[i], hits.distance[i]};
-    std::sort(sorted.begin(), sorted.end());
+    for (std::size_t i = 0; i < n; ++i) sorted[i] = hits[i];
+    std::sort(sorted.begin(), sorted.end(), [](const Hit& a, const Hit& b) { return comes_first(Keep::all, a, b); });
     for (std::size_t i = 0; i < n; ++i) hits.set(i, sorted[i]);
   }
 };

@@ -3,7 +3,6 @@
 
 #include <bit>
 
-#include "../../references/reference.hpp"
 #include "collector.hpp"
 
 namespace fastlines {

@@ -1,8 +1,8 @@
 // Two concepts: a collector records the hits that a kernel reports for a group of 64 rays. A query writes what the
 // collector has found to the caller's arrays.
 //
-// Each query has a file, which also holds its collector. A collector does in lanes what a sink (query/sinks.hpp) does
-// for one ray; the sinks are the definition.
+// Each query has a file, which also holds its collector. A collector does in lanes what that of one ray, which defines
+// the query, does (query/ray_collectors.hpp).
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 #include <limits>
 
 #include "../../primitives/ray_primitive.hpp"
-#include "../../references/reference.hpp"
+#include "../../query/ray_collectors.hpp"
 #include "../rays/ray_group.hpp"
 
 namespace fastlines {
@@ -58,12 +58,6 @@ concept Query = Collector<typename Q::Collector> &&
                   query.store(rays, collector, lane, lane);
                 };
 
-/// The id of no primitive.
-inline constexpr std::uint32_t kNoPrim = 0xffff'ffff;
-
-/// The limit of a ray that needs no more hits: below every t.
-inline constexpr float kNoMoreHits = -std::numeric_limits<float>::max();
-
 /// Set the limits of lanes [first, end) to t_max, and those of the lanes without a ray to `kNoMoreHits`.
 inline void begin_limits(const RayGroup& rays, int first, int end, float (&limit)[kGroupSize]) {
   std::copy(rays.t_max + first, rays.t_max + end, limit + first);
@@ -83,30 +77,25 @@ inline constexpr std::size_t kMaxBlockHits = std::numeric_limits<std::int32_t>::
 /// How many columns of a hit are stored.
 constexpr std::uint32_t n_hit_columns(At at) { return at == At::surface ? 5 : 4; }
 
-/// A collector of any type, for `SingleRay`: the search is then compiled once for all queries.
-class CollectorRef {
-  using AddHit = void (*)(void*, const RayGroup&, int, const ClosestApproach<float>&, const Reference&);
-
+/// One lane of a collector: the collector of one ray.
+template <class C>
+class CollectorLane {
  public:
-  static constexpr QueryTraits kTraits{};
+  static constexpr bool kShrinksLimit = C::kTraits.shrinks_limit, kDropsFarther = C::kTraits.drops_farther;
   const At at;
-  const float* const limit;
+  const float& limit;
 
-  template <class C>
-  explicit CollectorRef(C& collector)
-      : at(collector.at),
-        limit(collector.limit),
-        collector_(&collector),
-        add_hit_([](void* to, const RayGroup& rays, int lane, const ClosestApproach<float>& approach,
-                    const Reference& ref) { static_cast<C*>(to)->add_hit(rays, lane, approach, ref); }) {}
+  CollectorLane(const RayGroup& rays, int lane, C& collector)
+      : at(collector.at), limit(collector.limit[lane]), rays_(rays), lane_(lane), collector_(collector) {}
 
-  void add_hit(const RayGroup& rays, int lane, const ClosestApproach<float>& approach, const Reference& ref) const {
-    add_hit_(collector_, rays, lane, approach, ref);
+  void add(const ClosestApproach<float>& approach, const Reference& ref) {
+    collector_.add_hit(rays_, lane_, approach, ref);
   }
 
  private:
-  void* const collector_;
-  const AddHit add_hit_;
+  const RayGroup& rays_;
+  const int lane_;
+  C& collector_;
 };
 
 }  // namespace fastlines

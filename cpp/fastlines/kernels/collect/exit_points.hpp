@@ -17,19 +17,26 @@ template <RayPrimitive P, class Ray>
   return P::template test<FloatX16>(ray, fields).exit();
 }
 
-/// Write where the ray in this lane leaves n primitives, in units of the caller's ray. Writes 16 at a time: `to` has
-/// room for n rounded up.
-template <RayPrimitive P>
-void store_exits_of_ray(const WideBvhView<P>& tree, const RayGroup& rays, int lane, const std::uint32_t* prims,
-                        std::uint32_t n, float* to) {
+/// Write where a ray leaves n primitives, in units of the caller's ray, to which `convert` converts. Writes 16 at a
+/// time: `to` has room for n rounded up.
+template <RayPrimitive P, class R, class Convert>
+void store_exits(const WideBvhView<P>& tree, const R& ray, const Convert& convert, const std::uint32_t* prims,
+                 std::uint32_t n, float* to) {
   for (std::uint32_t k = 0; k < n; k += kSimdWidth) {
     std::uint32_t batch[kSimdWidth];
     for (std::uint32_t i = 0; i < kSimdWidth; ++i) batch[i] = prims[std::min(k + i, n - 1)];
     float t[kSimdWidth], t_ray[kSimdWidth];
-    exit_t(tree, LaneView(rays, lane), batch).store(t);
-    for (int i = 0; i < kSimdWidth; ++i) t_ray[i] = rays.t_ray(lane, t[i]);
+    exit_t(tree, ray, batch).store(t);
+    for (int i = 0; i < kSimdWidth; ++i) t_ray[i] = convert(t[i]);
     std::memcpy(to + k, t_ray, sizeof t_ray);
   }
+}
+
+/// The same for the ray in a lane.
+template <RayPrimitive P>
+void store_exits_of_ray(const WideBvhView<P>& tree, const RayGroup& rays, int lane, const std::uint32_t* prims,
+                        std::uint32_t n, float* to) {
+  store_exits(tree, LaneView(rays, lane), [&](float t) { return rays.t_ray(lane, t); }, prims, n, to);
 }
 
 /// Write where each ray of the packet at `first` leaves its primitive, in units of the caller's ray; ∞ for `kNoPrim`.

@@ -1,24 +1,13 @@
-// Views of the rays of a group as the exact test reads them: one ray, a packet of 16, or any 16 by index.
+// Views of the rays of a group as the exact test reads them (primitives/ray_view.hpp): one ray, a packet of 16, or any
+// 16 by index.
 #pragma once
 
 #include <algorithm>
-#include <concepts>
 
+#include "../../primitives/ray_view.hpp"
 #include "ray_group.hpp"
 
 namespace fastlines {
-
-/// What the exact test reads of a ray, or of 16: the origin, the basis u, v, r, bounds on t, and the squared radius.
-template <class R, class N>
-concept RayView = requires(const R& ray, int k) {
-  { ray.o[k] } -> std::convertible_to<N>;
-  { ray.u[k] } -> std::convertible_to<N>;
-  { ray.v[k] } -> std::convertible_to<N>;
-  { ray.r[k] } -> std::convertible_to<N>;
-  { ray.t_min } -> std::convertible_to<N>;
-  { ray.t_max } -> std::convertible_to<N>;
-  { ray.radius2 } -> std::convertible_to<N>;
-};
 
 /// The ray in one lane.
 struct LaneView {
@@ -63,7 +52,7 @@ struct PacketView {
         t_max{lanes.t_max + first},
         radius2{lanes.radius2 + first} {}
 };
-static_assert(RayView<LaneView, float> && RayView<PacketView, FloatX16>);
+static_assert(RayView<Ray, float> && RayView<LaneView, float> && RayView<PacketView, FloatX16>);
 
 /// 16 of N rays by index, repeats allowed; N is 16 or kGroupSize. F is FloatX16, as a template parameter: a table of
 /// more than 16 floats is then instantiated only where the instruction set can permute it.

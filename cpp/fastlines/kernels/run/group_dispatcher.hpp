@@ -120,10 +120,11 @@ class GroupDispatcher {
 
   void trace_single(int first, int end) {
     collector_.begin(rays_, first, end);
-    CollectorRef collector(collector_);
     for (int i = first; i < end; ++i) {
       if (i % kSimdWidth == 0) cull_rays(rays_, i, cull_);
-      single_.search(tree_, rays_, i, cull_[i % kSimdWidth], collector);
+      CollectorLane lane(rays_, i, collector_);
+      RayCollectorRef collector(lane);
+      single_.search(tree_, LaneViewOf<P>(rays_, i), cull_[i % kSimdWidth], collector);
     }
     query.store(rays_, collector_, first, end);
   }

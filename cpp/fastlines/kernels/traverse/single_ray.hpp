@@ -27,19 +27,18 @@ struct SingleRayTuning {
 template <RayPrimitive P>
 class SingleRay {
  public:
-  /// Report the hits of the ray in this lane to the collector.
-  template <class Collector>
-  void search(const WideBvhView<P>& tree, const RayGroupOf<P>& rays, int lane, const CullRay& cull,
-              Collector& collector) {
-    search(tree, rays, lane, cull, collector, [] {});
+  /// Report the hits of a ray to the collector. The ray is what the exact test reads: a `Ray`, or a lane of a group.
+  template <class R, RayCollector C>
+  void search(const WideBvhView<P>& tree, const R& ray, const CullRay& cull, C& collector) {
+    search(tree, ray, cull, collector, [] {});
   }
 
-  /// The same, where `prepare_leaves` completes `cull` before leaves are culled; many rays reach none.
-  template <class Collector, class PrepareLeaves>
-  void search(const WideBvhView<P>& tree_, const RayGroupOf<P>& rays, int lane, const CullRay& cull,
-              Collector& collector, PrepareLeaves&& prepare_leaves) {
+  /// The same, where `prepare_leaves` completes `cull` before leaves are culled; many rays have none.
+  template <class R, RayCollector C, class PrepareLeaves>
+  void search(const WideBvhView<P>& tree_, const R& ray, const CullRay& cull, C& collector,
+              PrepareLeaves&& prepare_leaves) {
     const WideBvhView<P> tree = tree_;  // a copy, so that no store can alias it
-    const float& limit = collector.limit[lane];
+    const float& limit = collector.limit;
     std::size_t depth = 0;  // frames in use
     Next next;
     for (;;) {
@@ -54,7 +53,7 @@ class SingleRay {
       if (const std::uint32_t leaves = lanes >> node.n_inner) {
         prepare_leaves();
         if (const std::uint32_t n = cull_leaves(tree, cull, node, leaves)) {
-          test_survivors(tree, rays, lane, n, collector);
+          test_survivors(tree, ray, n, collector);
           if (limit == kNoMoreHits) return;
         }
       }
@@ -133,34 +132,29 @@ class SingleRay {
   }
 
   /// Test the n survivors, 16 at a time unless they are few.
-  template <class Collector>
-  void test_survivors(const WideBvhView<P>& tree, const RayGroupOf<P>& rays, int lane, std::uint32_t n,
-                      Collector& collector) {
+  template <class R, RayCollector C>
+  void test_survivors(const WideBvhView<P>& tree, const R& ray, std::uint32_t n, C& collector) {
     count_step(&StepCounters::tests, n);
     if (FloatX16::kMaxPermuteTable > 0 && n > SingleRayTuning::kMaxScalarTests) {
       for (std::uint32_t j = 0; j < n; j += kSimdWidth)
-        test_packet(tree, rays, lane, survivors_ + j, std::min(n - j, std::uint32_t(kSimdWidth)), collector);
+        test_packet(tree, ray, survivors_ + j, std::min(n - j, std::uint32_t(kSimdWidth)), collector);
       return;
     }
     for (std::uint32_t j = 0; j < n; ++j) {
       __builtin_prefetch(tree.items + tree.refs[survivors_[std::min(j + 1, n - 1)]].prim);
-      test_one(tree, rays, lane, tree.refs[survivors_[j]], collector);
+      test_one(tree, ray, tree.refs[survivors_[j]], collector);
     }
   }
 
-  template <class Collector>
-  [[gnu::always_inline]] void test_one(const WideBvhView<P>& tree, const RayGroupOf<P>& rays, int lane,
-                                       const Reference& ref, Collector& collector) {
-    const LaneViewOf<P> ray(rays, lane);
+  template <class R, RayCollector C>
+  [[gnu::always_inline]] void test_one(const WideBvhView<P>& tree, const R& ray, const Reference& ref, C& collector) {
     const auto test = P::template test<float>(ray, fields_of<P>(tree.items[ref.prim], tree.frame));
-    if (test.closest.hit) collector.add_hit(rays, lane, approach_at(collector.at, test), ref);
+    if (test.closest.hit) collector.add(approach_at(collector.at, test), ref);
   }
 
   /// Test n survivors, at most 16, with one ray.
-  template <class Collector>
-  void test_packet(const WideBvhView<P>& tree, const RayGroupOf<P>& rays, int lane, const std::uint32_t* refs,
-                   std::uint32_t n, Collector& collector) {
-    const LaneViewOf<P> ray(rays, lane);
+  template <class R, RayCollector C>
+  void test_packet(const WideBvhView<P>& tree, const R& ray, const std::uint32_t* refs, std::uint32_t n, C& collector) {
     const auto fields =
         load_fields(tree, [&](int i) { return tree.refs[refs[std::min(std::uint32_t(i), n - 1)]].prim; });
     const auto test = P::template test<FloatX16>(ray, fields);
@@ -170,13 +164,13 @@ class SingleRay {
     approach.t.store(t);
     approach.dist2.store(dist2);
     std::uint32_t hit = approach.hit.bits() & lane_mask(n);
-    if constexpr (Collector::kTraits.drops_farther) {  // keep the nearest, and ties with it
+    if constexpr (C::kDropsFarther) {  // keep the nearest, and ties with it
       const FloatX16 nearest = reduce_min(blend(hit, approach.t, kInfinity));
-      hit &= may_precede(approach.t, nearest, FloatX16(rays.tie_tolerance[lane])).bits();
+      hit &= may_precede(approach.t, nearest, FloatX16(ray.tie_tolerance)).bits();
     }
     for (; hit; hit &= hit - 1) {
       const int i = std::countr_zero(hit);
-      collector.add_hit(rays, lane, {s[i], t[i], dist2[i], true}, tree.refs[refs[i]]);
+      collector.add({s[i], t[i], dist2[i], true}, tree.refs[refs[i]]);
     }
   }
 

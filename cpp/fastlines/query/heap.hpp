@@ -1,4 +1,4 @@
-// A list of a thread as a heap in place, with the last of its items on top, and its sort.
+// A list as a heap in place, with the last of its items on top, and its sort.
 //
 // A list has `comes_first(i, j)`, whether item i comes before item j, and `swap(i, j)`.
 #pragma once
