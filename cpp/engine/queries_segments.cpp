@@ -1,4 +1,4 @@
 // Compiles the kernels for segments.
-#include "layout_queries.hpp"
+#include "layout_kernels.hpp"
 
 template struct fastlines::LayoutQueries<fastlines::Segments>;

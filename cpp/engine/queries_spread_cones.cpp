@@ -1,4 +1,4 @@
 // Compiles the kernels for rays with a spread.
-#include "layout_queries.hpp"
+#include "layout_kernels.hpp"
 
 template struct fastlines::LayoutQueries<fastlines::SpreadCones>;

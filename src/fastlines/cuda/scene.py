@@ -65,6 +65,8 @@ def upload(layout: Layout, device: Device, has_spread: bool, blocks: tuple[Memor
     """Upload a layout, unless its blocks are there, with its primitives; compile the kernels for them."""
     layout.geometry.require_gpu()
     kind, items = layout.geometry.spread_data() if has_spread else layout.geometry.core_data()
+    if kind not in PRIMITIVES:
+        raise InputError(f"a GPU has no kernels for {kind}, only for {', '.join(PRIMITIVES)}; query them on the CPU")
     stack = stack_room(layout.nodes)
     if stack > MAX_STACK:
         raise FastlinesError(

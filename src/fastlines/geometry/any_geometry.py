@@ -121,7 +121,7 @@ class AnyGeometry(Shown, ABC):
     @property
     @abstractmethod
     def bounds(self) -> FloatArray:
-        """The box of all primitives without radii, (2, 3): lowest and highest corner; lowest > highest if none."""
+        """The box of all primitives without their `radius`, (2, 3): lowest corner, highest; lowest > highest if none."""
 
     @abstractmethod
     def span(self) -> tuple[FloatArray, FloatArray]:

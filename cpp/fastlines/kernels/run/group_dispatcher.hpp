@@ -14,11 +14,9 @@
 #include "../traverse/single_ray.hpp"
 #include "../traverse/wavefront.hpp"
 #include "bundle_heuristic.hpp"
+#include "kernel.hpp"
 
 namespace fastlines {
-
-/// Which kernel to use; `automatic` chooses by the divergence of each group and by measured costs.
-enum class Kernel { automatic, single, wave, bundle };
 
 /// The kernel for incoherent rays: a stream if the order of hits does not matter, otherwise a wavefront.
 template <class Query, RayPrimitive P>

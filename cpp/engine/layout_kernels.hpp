@@ -1,0 +1,44 @@
+// What the queries on a layout run. Each queries_*.cpp includes this for one kind of primitive.
+#pragma once
+
+#include "fastlines/kernels/run/run_batch.hpp"
+#include "layout_queries.hpp"
+
+namespace fastlines {
+
+/// Calls run_at<at>().
+template <RayPrimitive P, class RunAt>
+void dispatch(At at, const RunAt& run_at) {
+  if constexpr (!kHasSpread<P>)
+    if (at == At::surface) return run_at.template operator()<At::surface>();
+  run_at.template operator()<At::closest>();
+}
+
+template <RayPrimitive P>
+void LayoutQueries<P>::find_first(At at, const HitColumns& to) const {
+  const auto run_at = [&]<At which>() {
+    run_batch(tree, rays, kernel, FirstHitQuery<P, which>{tree, to}, n_threads, progress);
+  };
+  dispatch<P>(at, run_at);
+}
+
+template <RayPrimitive P>
+void LayoutQueries<P>::find_any(bool* to) const {
+  run_batch(tree, rays, kernel, AnyHitQuery{to}, n_threads, progress);
+}
+
+template <RayPrimitive P>
+void LayoutQueries<P>::count(std::int64_t* to) const {
+  run_batch(tree, rays, kernel, CountHitsQuery{to}, n_threads, progress);
+}
+
+template <RayPrimitive P>
+void LayoutQueries<P>::list(At at, std::optional<std::size_t> k, bool by_distance, HitAssembler& to) const {
+  if (!k || by_distance) return run_lists(tree, rays, kernel, AllHitsQuery<P>(tree, at, k), n_threads, progress, to);
+  const auto run_at = [&]<At which>() {
+    run_lists(tree, rays, kernel, KNearestQuery<P, which>(tree, *k), n_threads, progress, to);
+  };
+  dispatch<P>(at, run_at);
+}
+
+}  // namespace fastlines
