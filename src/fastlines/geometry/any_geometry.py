@@ -121,7 +121,7 @@ class AnyGeometry(Shown, ABC):
     @property
     @abstractmethod
     def bounds(self) -> FloatArray:
-        """The box of all primitives without their `radius`, (2, 3): lowest corner, highest; lowest > highest if none."""
+        """The box without any `radius`, (2, 3): the lowest and the highest corner; lowest > highest if there are none."""
 
     @abstractmethod
     def span(self) -> tuple[FloatArray, FloatArray]:
