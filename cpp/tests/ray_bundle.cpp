@@ -1,5 +1,5 @@
-// Bundles of coherent rays: every ray stays within the reach of the axis wherever it is inside the scene's box, and
-// BundleLineTest keeps every segment that the exact test hits.
+// Bundles of coherent rays: every ray stays within the culling radius of the axis wherever it is inside the scene's
+// box, and BundleLineTest keeps every segment that the exact test hits.
 #include <cmath>
 
 #include "check.hpp"
@@ -50,7 +50,7 @@ double off_axis(const RayBundle& bundle, const Vec3& axis_from, const double (&p
   return std::sqrt(off2);
 }
 
-void check_reach(const RayBundle& bundle, const RayGroup& rays, const Box& scene, int n) {
+void check_cull_radius(const RayBundle& bundle, const RayGroup& rays, const Box& scene, int n) {
   Vec3 mean{0, 0, 0};  // a point of the axis; `bundle.centre` may have been moved along it
   for (int i = 0; i < round_up_to_width(n); ++i)
     for (int k = 0; k < 3; ++k) mean[k] += rays.o[k][i] / float(round_up_to_width(n));
@@ -62,7 +62,9 @@ void check_reach(const RayBundle& bundle, const RayGroup& rays, const Box& scene
         at[k] = rays.o[k][i] + step * 0.05 * rays.r[k][i];
         inside &= scene.lo[k] <= at[k] && at[k] <= scene.hi[k];
       }
-      if (inside) check(off_axis(bundle, mean, at) + rays.reach[i] <= bundle.offset, "a ray stays within the reach");
+      if (inside)
+        check(off_axis(bundle, mean, at) + rays.cull_radius[i] <= bundle.offset,
+              "a ray stays within the culling radius");
     }
 }
 
@@ -116,7 +118,7 @@ int main() {
       if (!bundle->try_fit(*rays, 0, round_up_to_width(n), scene)) continue;
       ++n_bundles[kind];
       n_from_apex += bundle->from_apex;
-      check_reach(*bundle, *rays, scene, n);
+      check_cull_radius(*bundle, *rays, scene, n);
       const WideBvhView<Segments> tree{frame, scene, 1.0f, nullptr, nullptr, nullptr, segments.data()};
       n_hits[kind] += check_lines(*bundle, *rays, tree, segments.size(), n);
     }

@@ -29,16 +29,16 @@ struct alignas(16) PlaneRow {
 /// A ray prepared for culling (`CullRayOf` and `ProjectedRayOf` in kernels/intersect).
 struct DeviceCullRay {
   const Ray& ray;
-  float reach;
+  float cull_radius;
   float inverse[3], near[3], far[3];  // t of a near plane: q·(scale·inverse) + (org·inverse + near)
   int near_row[3], far_row[3];        // rows of planes
   float offset_u, offset_v;           // minus the projections of the ray's origin
 
-  explicit DeviceCullRay(const Ray& ray_) : ray(ray_), reach(ray_.radius + ray_.eps) {
+  explicit DeviceCullRay(const Ray& ray_) : ray(ray_), cull_radius(ray_.radius + ray_.eps) {
     for (int k = 0; k < 3; ++k) {
       const bool back = ray.r[k] < 0.0f;
       inverse[k] = (back ? -1.0f : 1.0f) / max(abs(ray.r[k]), 1e-18f);
-      const float grow = back ? 0.0f - reach : reach;
+      const float grow = back ? 0.0f - cull_radius : cull_radius;
       near[k] = (0.0f - (ray.o[k] + grow)) * inverse[k];
       far[k] = (grow - ray.o[k]) * inverse[k];
       near_row[k] = back ? k + 3 : k;
@@ -68,8 +68,8 @@ struct DeviceBoxCull {
     }
   }
 
-  /// Whether the ray may hit a box, grown by the reach, before `limit`, and where it enters: t in the frame. near(k)
-  /// and far(k) are the box's planes on axis k, in quanta, in the order in which the ray meets them.
+  /// Whether the ray may hit a box, grown by the culling radius, before `limit`, and where it enters: t in the frame.
+  /// near(k) and far(k) are the box's planes on axis k, in quanta, in the order in which the ray meets them.
   template <class Near, class Far>
   bool clip(const Near& near, const Far& far, float limit, float& enter) const {
     float leave = limit;
@@ -82,8 +82,8 @@ struct DeviceBoxCull {
   }
 };
 
-/// Calls visit(i, enter) for each of the first n boxes of a block that the ray, with its reach, may hit before `limit`;
-/// in their order. `enter` is where it enters the box: t in the frame.
+/// Calls visit(i, enter) for each of the first n boxes of a block that the ray, with its culling radius, may hit before
+/// `limit`; in their order. `enter` is where it enters the box: t in the frame.
 template <class Block, class Visit>
 [[gnu::always_inline]] inline void cull_boxes(const DeviceCullRay& ray, const Block& block, const std::uint8_t* planes,
                                               int n, float limit, const Visit& visit) {
@@ -141,10 +141,10 @@ template <class Visit>
 template <bool has_radius>
 struct DeviceAxisCull {
   const Vec3 &axis_u, &axis_v;
-  float u, v, reach2;
+  float u, v, cull_radius2;
 
   DeviceAxisCull(const DeviceCullRay& ray, const WideLeaf& leaf) : axis_u(ray.ray.u), axis_v(ray.ray.v) {
-    // If the reach is twice as large as the leaf, all pieces that can be in reach pass: also where squares overflow.
+    // If it is twice as large as the leaf, all pieces that can be within it pass: also where squares overflow.
     constexpr float pass_all = 512.0f, huge = 1e30f, farthest = 1e15f;
     const auto start = [&](const Vec3& axis, float offset) {
       const float at = DeviceCullRay::along(axis, leaf.org[0], leaf.org[1], leaf.org[2], offset) * leaf.inv_scale;
@@ -152,28 +152,28 @@ struct DeviceAxisCull {
     };
     u = start(axis_u, ray.offset_u);
     v = start(axis_v, ray.offset_v);
-    float reach = fma(ray.reach, leaf.inv_scale, 0.89f);
-    if constexpr (has_radius) reach += leaf.radius;
-    reach2 = max(reach * reach, fma(reach, huge, -huge * pass_all));
+    float cull_radius = fma(ray.cull_radius, leaf.inv_scale, 0.89f);
+    if constexpr (has_radius) cull_radius += leaf.radius;
+    cull_radius2 = max(cull_radius * cull_radius, fma(cull_radius, huge, -huge * pass_all));
   }
 
-  /// Whether a piece from a to c, in quanta, may come within reach of the ray's line.
+  /// Whether a piece from a to c, in quanta, may come within the culling radius of the ray's line.
   bool may_hit(float ax, float ay, float az, float cx, float cy, float cz) const {
     constexpr float rounding = 0.5f, tiny = 1e-30f;
     const float au = DeviceCullRay::along(axis_u, ax, ay, az, u), av = DeviceCullRay::along(axis_v, ax, ay, az, v);
     const float cu = DeviceCullRay::along(axis_u, cx, cy, cz, u), cv = DeviceCullRay::along(axis_v, cx, cy, cz, v);
     const float back_u = au - cu, wv = cv - av;  // w = c − a with u negated, so that the cross product is a sum
     const float cross = fma(au, wv, av * back_u), ww = fma(back_u, back_u, wv * wv);
-    const float a_near = fma(-au, au, fma(-av, av, reach2)), c_near = fma(-cu, cu, fma(-cv, cv, reach2));
-    // The line is out of reach if the piece is a point: then the ends decide.
-    const float line = fma(-cross, cross, fma(ww, reach2, -tiny));
+    const float a_near = fma(-au, au, fma(-av, av, cull_radius2)), c_near = fma(-cu, cu, fma(-cv, cv, cull_radius2));
+    // The line fails if the piece is a point: then the ends decide.
+    const float line = fma(-cross, cross, fma(ww, cull_radius2, -tiny));
     // The foot of the perpendicular is between the ends.
     const float inside = (ww + rounding) - abs(a_near - c_near);
     return !((line < 0.0f || inside < 0.0f) && a_near < 0.0f && c_near < 0.0f);
   }
 };
 
-/// A mask of the pieces of a leaf of axes that may come within reach of the ray's line.
+/// A mask of the pieces of a leaf of axes that may come within the culling radius of the ray's line.
 template <bool has_radius>
 [[gnu::always_inline]] inline std::uint32_t cull_axes(const DeviceCullRay& ray, const WideLeaf& leaf) {
   const DeviceAxisCull<has_radius> cull(ray, leaf);
@@ -192,7 +192,7 @@ template <bool has_radius>
   return near & ((1u << leaf.n_refs) - 1);
 }
 
-/// A mask of the pieces of a leaf that may come within reach of the ray, or of its line.
+/// A mask of the pieces of a leaf that may come within the culling radius of the ray, or of its line.
 template <class P>
 [[gnu::always_inline]] inline std::uint32_t cull_pieces(const DeviceCullRay& ray, const WideLeaf& leaf) {
   if constexpr (P::kHasBoxes)

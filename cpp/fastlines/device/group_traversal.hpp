@@ -45,7 +45,7 @@ template <class Block>
   return ballot(survives);
 }
 
-/// A mask of the pieces of a leaf that may come within reach of the ray, or of its line.
+/// A mask of the pieces of a leaf that may come within the culling radius of the ray, or of its line.
 template <class P>
 [[gnu::always_inline]] inline std::uint32_t cull_pieces_by_group(const DeviceCullRay& ray, const WideLeaf& leaf) {
   if constexpr (P::kHasBoxes)

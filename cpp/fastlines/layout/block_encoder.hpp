@@ -137,7 +137,7 @@ class BlockEncoder {
     const WideRef* const refs = refs_.data() + first_ref;
     const std::size_t last = refs_.size() - first_ref - 1;
     PieceEndpoints ends[kSimdWidth];
-    BoxX4 box = BoxX4::empty(), reach = BoxX4::empty();  // of the axes, and of the axes grown by their radii
+    BoxX4 box = BoxX4::empty(), grown = BoxX4::empty();  // of the axes, and of the axes grown by their radii
     float radius = 0.0f;
     for (std::uint32_t i = 0; i < n_refs; ++i) {
       __builtin_prefetch(prims_.items() + refs[std::min(i + kPrefetchDistance, last)].prim);
@@ -147,11 +147,11 @@ class BlockEncoder {
       box.grow(piece);
       if constexpr (kHasRadius<P>) {
         const float prim_radius = P::radius(prims_.item(refs[i].prim)) * scale_[0];
-        reach.grow({piece.lo - broadcast_x4(prim_radius), piece.hi + broadcast_x4(prim_radius)});
+        grown.grow({piece.lo - broadcast_x4(prim_radius), piece.hi + broadcast_x4(prim_radius)});
         radius = std::max(radius, prim_radius);
       }
     }
-    leaf_boxes_[index] = kHasRadius<P> ? reach : box;
+    leaf_boxes_[index] = kHasRadius<P> ? grown : box;
 
     // Choose the grid: its origin is the low corner, the longest side takes 255 quanta.
     const FloatX4 org = n_refs ? box.lo : FloatX4{};

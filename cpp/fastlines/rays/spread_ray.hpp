@@ -4,7 +4,7 @@
 // With z(s) the depth of the axis of a primitive at s, the reach is R(s) = r(s) + ρ + κ·z(s). In the frame the caller's
 // origin lies t0·scale behind t = 0, so that z = t0·scale + p_r for a point p relative to o'.
 //
-// Culling uses one reach for the whole ray, ρ + G + ε, where
+// Culling uses one radius for the whole ray, ρ + G + ε, where
 //
 //     G = κ·max(0, t0·scale + |r_x| + |r_y| + |r_z| + δ),      δ = 2⁻¹⁹·(4 + |t0·scale| + |o'|∞).
 //
@@ -31,7 +31,7 @@ inline constexpr bool kHasSpread = requires { requires P::kHasSpread; };
 struct SpreadInFrame {
   float at_0;           ///< κ·t0·scale: by how much the reach is larger where t = 0
   float growth;         ///< G, a bound on κ·z in the scene
-  float reach;          ///< what culling adds to the reach for it: G, and its rounding
+  float cull_growth;    ///< what is added to the culling radius: G, and its rounding
   float tie_tolerance;  ///< what is added to the tie tolerance
 
   /// `o` and `r` are those of the prepared ray.
@@ -42,7 +42,7 @@ struct SpreadInFrame {
     const double depth = depth_of_0 + across + 0x1p-19 * (4.0 + std::fabs(depth_of_0) + largest);
     at_0 = float(rate * depth_of_0);
     growth = float(rate * (depth > 0.0 ? depth : 0.0));
-    reach = growth * (1.0f + 0x1p-20f);
+    cull_growth = growth * (1.0f + 0x1p-20f);
     tie_tolerance = growth * 0x1p-19f;
   }
 };
@@ -64,7 +64,7 @@ RayOf<P> prepare_for(const RayQuery& query, const Frame& frame) {
     const SpreadInFrame spread(query.spread, ray.o, ray.r, ray.t0, frame.scale);
     ray.spread_at_0 = spread.at_0;
     ray.radius += spread.growth;
-    ray.eps += spread.reach - spread.growth;
+    ray.eps += spread.cull_growth - spread.growth;
     ray.tie_tolerance += spread.tie_tolerance;
     return ray;
   } else {

@@ -11,8 +11,8 @@
 
 namespace fastlines {
 
-/// A ray, or the axis of a bundle, prepared for culling: its line and its reach, in the frame. N is float, or FloatX16
-/// for a packet. Fields are groups of four values, so that a 16×4 transpose turns a packet into 16 rays.
+/// A ray, or the axis of a bundle, prepared for culling: its line and its culling radius, in the frame. N is float, or
+/// FloatX16 for a packet. Fields are groups of four values, so that a 16×4 transpose turns a packet into 16 rays.
 template <class N>
 struct alignas(64) CullRayOf {
   N inverse[4], near[4], far[4];  // t of a near plane: q·(scale·inverse) + (org·inverse + near); [3] is padding
@@ -21,13 +21,13 @@ struct alignas(64) CullRayOf {
   ProjectedRayOf<N> projected;  // for leaf culling
 
   CullRayOf() = default;
-  CullRayOf(const N (&o)[3], const N (&r)[3], const N (&u)[3], const N (&v)[3], N reach, N t_min_)
-      : near_rows(kRows), far_rows(kRows), t_min(t_min_), unused(0.0f), projected(o, r, u, v, reach) {
+  CullRayOf(const N (&o)[3], const N (&r)[3], const N (&u)[3], const N (&v)[3], N cull_radius, N t_min_)
+      : near_rows(kRows), far_rows(kRows), t_min(t_min_), unused(0.0f), projected(o, r, u, v, cull_radius) {
     inverse[3] = near[3] = far[3] = 0.0f;
     for (int k = 0; k < 3; ++k) {
       const auto back = r[k] < N(0.0f);
       inverse[k] = blend(back, N(-1.0f), N(1.0f)) / max(abs(r[k]), N(1e-18f));
-      const N grow = blend(back, N(0.0f) - reach, reach);
+      const N grow = blend(back, N(0.0f) - cull_radius, cull_radius);
       near[k] = (N(0.0f) - (o[k] + grow)) * inverse[k];
       far[k] = (grow - o[k]) * inverse[k];
       const N low = float(k * kSimdWidth << 8 * k), high = float((k + 3) * kSimdWidth << 8 * k);
@@ -47,23 +47,23 @@ struct alignas(64) CullRayOf {
 using CullRay = CullRayOf<float>;
 
 /// The projection along one ray with origin o, direction r, and u and v perpendicular to it.
-inline ProjectedRay project(const Vec3& o, const Vec3& r, const Vec3& u, const Vec3& v, float reach) {
+inline ProjectedRay project(const Vec3& o, const Vec3& r, const Vec3& u, const Vec3& v, float cull_radius) {
   const auto copy = [](const Vec3& x, float (&to)[3]) { std::copy_n(x.data(), 3, to); };
   float a[3], b[3], c[3], d[3];
   copy(o, a);
   copy(r, b);
   copy(u, c);
   copy(v, d);
-  return {a, b, c, d, reach};
+  return {a, b, c, d, cull_radius};
 }
 
 /// Prepare one ray for nodes; `projected`, for leaves, stays unset. Vectors are computed and stored as such: a vector
 /// that is loaded after four stores of scalars has to wait for them.
-[[gnu::always_inline]] inline void prepare_planes(CullRay& ray, const Vec3& o, const Vec3& r, float reach,
+[[gnu::always_inline]] inline void prepare_planes(CullRay& ray, const Vec3& o, const Vec3& r, float cull_radius,
                                                   float t_min) {
   const FloatX4 origin{o[0], o[1], o[2], 0.0f}, direction{r[0], r[1], r[2], 1.0f};
   const auto back = direction < 0.0f;
-  const FloatX4 grow = back ? broadcast_x4(-reach) : broadcast_x4(reach);
+  const FloatX4 grow = back ? broadcast_x4(-cull_radius) : broadcast_x4(cull_radius);
   const FloatX4 inverse =
       (back ? broadcast_x4(-1.0f) : broadcast_x4(1.0f)) / max(back ? -direction : direction, broadcast_x4(1e-18f));
   const FloatX4 near = -(origin + grow) * inverse, far = (grow - origin) * inverse;
@@ -82,10 +82,10 @@ inline ProjectedRay project(const Vec3& o, const Vec3& r, const Vec3& u, const V
 }
 
 /// Prepare one ray for nodes and leaves.
-inline CullRay cull_ray(const Vec3& o, const Vec3& r, const Vec3& u, const Vec3& v, float reach, float t_min) {
+inline CullRay cull_ray(const Vec3& o, const Vec3& r, const Vec3& u, const Vec3& v, float cull_radius, float t_min) {
   CullRay ray;
-  prepare_planes(ray, o, r, reach, t_min);
-  ray.projected = project(o, r, u, v, reach);
+  prepare_planes(ray, o, r, cull_radius, t_min);
+  ray.projected = project(o, r, u, v, cull_radius);
   return ray;
 }
 
@@ -100,7 +100,7 @@ inline CullRay cull_ray(const Vec3& o, const Vec3& r, const Vec3& u, const Vec3&
   point(rays.r, r);
   point(rays.u, u);
   point(rays.v, v);
-  return {o, r, u, v, at(rays.reach), at(rays.t_min)};
+  return {o, r, u, v, at(rays.cull_radius), at(rays.t_min)};
 }
 
 /// Transpose a packet into 16 rays.
@@ -122,8 +122,8 @@ FloatX4 origin_of(const Block& block) {
   return origin;
 }
 
-/// A mask of the first n boxes of a block that the ray may hit before `limit`, each grown by the reach. Sets `enter` to
-/// where it enters each box: t in the frame.
+/// A mask of the first n boxes of a block that the ray may hit before `limit`, each grown by the culling radius. Sets
+/// `enter` to where it enters each box: t in the frame.
 template <class Block>
 [[gnu::always_inline]] inline std::uint32_t cull_boxes(const CullRay& ray, const Block& block,
                                                        const std::uint8_t* planes, unsigned n, float limit,
@@ -150,7 +150,8 @@ template <class Block>
   return cull_boxes(ray, node, node.planes, node.n_children, limit, enter);
 }
 
-/// A mask of the pieces of a leaf that may come within reach of the ray, or of its line. `offset` is that of axes.
+/// A mask of the pieces of a leaf that may come within the culling radius of the ray, or of its line. `offset` is that
+/// of axes.
 template <RayPrimitive P>
 [[gnu::always_inline]] inline std::uint32_t cull_pieces(const CullRay& ray, const WideLeaf& leaf,
                                                         const LeafOffset& offset) {

@@ -10,7 +10,7 @@
 //   127.5·(|r_x| + |r_y| + |r_z|) quanta.
 // - U' and V' turn a circle into an ellipse, whose longer semi-axis counts.
 //
-// Both make the reach larger, so that nothing is lost. With axes of length 126 the reach grows by half a quantum on
+// Both make the culling radius larger, so that nothing is lost. With axes of length 126 it grows by half a quantum on
 // average and by 2.2 at most. With axes of length 72 these are 0.9 and 3.9 quanta.
 #pragma once
 
@@ -19,18 +19,19 @@
 namespace fastlines {
 
 /// The projection along a ray. N is float, or FloatX16 for a packet. `offset_from_ray` computes the offset of a leaf
-/// from origin_offset and rounding_slack as one vector of four: along U, along V, the reach, and a factor for radii.
+/// from origin_offset and rounding_slack as one vector of four: along U, along V, the culling radius, and a factor for
+/// radii.
 template <class N>
 struct ProjectedRayOf {
   N x[2], y[2], z[2];  // the axes U and V, or U' and V' where they are integers
   N packed[2];         // U and V as bytes, where they are integers
   N origin_offset[4];  // in the frame, times the length of the axes; [3] is 0
-  // In quanta, times the length of the axes: corrections for the middle of the leaf, the slack of the reach, the
+  // In quanta, times the length of the axes: corrections for the middle of the leaf, the slack of the radius, the
   // length.
   N rounding_slack[4];
 
   ProjectedRayOf() = default;
-  ProjectedRayOf(const N (&o)[3], const N (&r)[3], const N (&u)[3], const N (&v)[3], N reach) {
+  ProjectedRayOf(const N (&o)[3], const N (&r)[3], const N (&u)[3], const N (&v)[3], N cull_radius) {
     N length = 1.0f, max_error = 0.0f;  // of the axes; of projected points
     for (int i = 0; i < 2; ++i) {
       const N(&axis)[3] = i == 0 ? u : v;
@@ -56,7 +57,7 @@ struct ProjectedRayOf {
                   N(2.0f);  // truncation
     }
     for (int i = 0; i < 2; ++i) origin_offset[i] = N(0.0f) - fma(x[i], o[0], fma(y[i], o[1], z[i] * o[2]));
-    origin_offset[2] = reach * length;
+    origin_offset[2] = cull_radius * length;
     rounding_slack[2] = fma(N(0.89f), length, max_error);
     origin_offset[3] = 0.0f;
     rounding_slack[3] = length;

@@ -20,7 +20,7 @@ struct alignas(64) RayGroup {
   float o[3][kGroupSize], u[3][kGroupSize], v[3][kGroupSize], r[3][kGroupSize];
   float t_min[kGroupSize], t_max[kGroupSize], radius2[kGroupSize];
   float tie_tolerance[kGroupSize];
-  float reach[kGroupSize];  ///< radius + eps, in the frame
+  float cull_radius[kGroupSize];  ///< radius + eps, in the frame
   float t_min_ray[kGroupSize], t_max_ray[kGroupSize];
   double t0[kGroupSize], inv_length[kGroupSize];
   double inv_scale;
@@ -98,7 +98,7 @@ struct alignas(64) RayGroup {
     t_min[i] = ray.t_min;
     t_max[i] = ray.t_max;
     radius2[i] = ray.radius2;
-    reach[i] = ray.radius + ray.eps;
+    cull_radius[i] = ray.radius + ray.eps;
     tie_tolerance[i] = ray.tie_tolerance;
     t_min_ray[i] = ray.t_min_ray;
     t_max_ray[i] = ray.t_max_ray;

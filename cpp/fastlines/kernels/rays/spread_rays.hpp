@@ -10,7 +10,7 @@
 
 namespace fastlines {
 
-/// A group of rays with a spread. `reach` and `tie_tolerance` include it.
+/// A group of rays with a spread. `cull_radius` and `tie_tolerance` include it.
 struct SpreadRayGroup : RayGroup {
   float spread[kGroupSize], spread_at_0[kGroupSize];
 
@@ -22,7 +22,7 @@ struct SpreadRayGroup : RayGroup {
     for (int i = 0; i < padded; ++i) {
       const SpreadInFrame of(spread[i], {o[0][i], o[1][i], o[2][i]}, {r[0][i], r[1][i], r[2][i]}, t0[i], frame.scale);
       spread_at_0[i] = of.at_0;
-      reach[i] += of.reach;
+      cull_radius[i] += of.cull_growth;
       tie_tolerance[i] += of.tie_tolerance;
     }
   }

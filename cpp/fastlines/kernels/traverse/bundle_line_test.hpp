@@ -68,12 +68,12 @@ struct BundleLineTest {
     // Bound the moment and the depth. Lengths count as at least 1e-18: the squares of shorter ones underflow, but m
     // does not.
     const F e_perp2 = fma(ex, ex, fma(ey, ey, F(1e-36f))), length = sqrt(fma(ez, ez, e_perp2));
-    F reach = 1.0001f * bundle.reach, depth = bundle.depth;
+    F cull_radius = 1.0001f * bundle.cull_radius, depth = bundle.depth;
     if constexpr (kHasRadius<P>) {
-      reach = reach + F(1.0001f) * P::frame_radius(segments);
+      cull_radius = cull_radius + F(1.0001f) * P::frame_radius(segments);
       depth = depth - P::frame_radius(segments);
     }
-    fma(fma(F(bundle.slope), length, sqrt(e_perp2)), reach, F(bundle.resolution) * length).store(max_moment);
+    fma(fma(F(bundle.slope), length, sqrt(e_perp2)), cull_radius, F(bundle.resolution) * length).store(max_moment);
     (pz + depth + min(ez, zero)).store(min_depth);
   }
 

@@ -18,15 +18,15 @@ namespace fastlines {
 struct RayBundle {
   int first = 0, end = 0;  // its lanes, whole packets
   CullRay axis;
-  Vec3 centre, u, v, c;     // origin and basis of the line test; c is the direction of the axis
-  float offset = 0.0f;      // R, the reach of the axis
-  float divergence = 0.0f;  // the largest distance of a ray from the axis near the scene
-  float reach = 0.0f;       // the largest reach of a ray: radius and rounding
-  float slope = 0.0f;       // the largest |(x', y')|
-  float resolution = 0.0f;  // rounding may change the moment m of a line by resolution · |e|
-  bool from_apex = false;   // whether the lines of all rays pass through `centre`, up to `resolution`
-  float depth = 0.0f;       // of `centre`, from the mean of the rays' origins
-  float max_abs_t = 0.0f;   // bounds on t are clamped to ± this, which lies outside the scene
+  Vec3 centre, u, v, c;      // origin and basis of the line test; c is the direction of the axis
+  float offset = 0.0f;       // R, the culling radius of the axis
+  float divergence = 0.0f;   // the largest distance of a ray from the axis near the scene
+  float cull_radius = 0.0f;  // the largest culling radius of a ray
+  float slope = 0.0f;        // the largest |(x', y')|
+  float resolution = 0.0f;   // rounding may change the moment m of a line by resolution · |e|
+  bool from_apex = false;    // whether the lines of all rays pass through `centre`, up to `resolution`
+  float depth = 0.0f;        // of `centre`, from the mean of the rays' origins
+  float max_abs_t = 0.0f;    // bounds on t are clamped to ± this, which lies outside the scene
 
   /// Rays in the basis U, V, c around the mean of their origins. At depth z a ray is at (x + z·dx, y + z·dy), and its
   /// moment is x·dy − y·dx. At t its depth is depth_at_0 + depth_per_t·t. No hit begins beyond max_depth.
@@ -60,9 +60,9 @@ struct RayBundle {
     for (int k = 0; k < 3; ++k) farthest = std::max({farthest, std::abs(scene.lo[k]), std::abs(scene.hi[k])});
     max_abs_t = 8.0f * farthest;
     FloatX16 largest = 0.0f;
-    for (int i = first; i < end; i += kSimdWidth) largest = max(largest, FloatX16::load(rays.reach + i));
-    reach = reduce_max(largest);
-    half += reach;
+    for (int i = first; i < end; i += kSimdWidth) largest = max(largest, FloatX16::load(rays.cull_radius + i));
+    cull_radius = reduce_max(largest);
+    half += cull_radius;
     // Transform the rays into the basis, and bound their distances from the axis.
     FloatX16 offset2 = 0.0f, slope2 = 0.0f, min_cosine = 1.0f, earliest = std::numeric_limits<float>::max();
     for (int i = first; i < end; i += kSimdWidth) {
@@ -95,8 +95,8 @@ struct RayBundle {
     divergence = std::sqrt(reduce_max(offset2));
     slope = std::sqrt(reduce_max(slope2));
     resolution = resolution_from(centre);
-    offset = reach + divergence * 1.0002f + 4e-6f;
-    axis = cull_ray(centre, c, u, v, offset, reduce_min(earliest) - divergence - reach - 1e-5f);
+    offset = cull_radius + divergence * 1.0002f + 4e-6f;
+    axis = cull_ray(centre, c, u, v, offset, reduce_min(earliest) - divergence - cull_radius - 1e-5f);
     depth = 0.0f;
     find_apex();
     return true;
@@ -106,7 +106,7 @@ struct RayBundle {
   /// hits.
   float update_depths(const float* limit) {
     FloatX16 deepest = -std::numeric_limits<float>::max();
-    const FloatX16 more = reach + resolution;
+    const FloatX16 more = cull_radius + resolution;
     for (int i = first; i < end; i += kSimdWidth) {
       const FloatX16 here = fma(FloatX16::load(depth_per_t + i), min(FloatX16::load(limit + i), FloatX16(max_abs_t)),
                                 FloatX16::load(depth_at_0 + i));
