@@ -58,8 +58,8 @@ const Engine& current_engine() {
   if (const Engine* engine = chosen.load()) return *engine;
   const char* const given = std::getenv("FASTLINES_SIMD");
   // "host", "all" and lists name what is compiled, and leave the choice open.
-  const bool is_choice = given && *given && std::strcmp(given, "host") != 0 && std::strcmp(given, "all") != 0 &&
-                         !std::strchr(given, ';');
+  const bool is_choice =
+      given && *given && std::strcmp(given, "host") != 0 && std::strcmp(given, "all") != 0 && !std::strchr(given, ';');
   const Engine& engine = find(is_choice ? given : nullptr);
   const Engine* none = nullptr;
   chosen.compare_exchange_strong(none, &engine);  // unless set_simd has chosen one meanwhile

@@ -192,8 +192,7 @@ ReadFile parse(std::vector<std::byte> bytes) {
 
   const std::string format = file.text("format");
   const Section* const sums = file.find("crc32");
-  if (format != kFormat)
-    throw std::runtime_error("its format is \"" + format + "\", expected \"" + kFormat + "\"");
+  if (format != kFormat) throw std::runtime_error("its format is \"" + format + "\", expected \"" + kFormat + "\"");
   if (!sums) throw std::runtime_error("it has no checksums");
   if (sums != &file.sections.back() || sums->bytes.size() != 4 * file.sections.size())
     throw std::runtime_error("its checksums are not one for the header and each section before");

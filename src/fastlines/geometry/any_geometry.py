@@ -121,7 +121,7 @@ class AnyGeometry(Shown, ABC):
     @property
     @abstractmethod
     def bounds(self) -> FloatArray:
-        """The box without any `radius`, (2, 3): the lowest and the highest corner; lowest > highest if there are none."""
+        """The box without any `radius`, (2, 3): its lowest and highest corner; lowest > highest if it is empty."""
 
     @abstractmethod
     def span(self) -> tuple[FloatArray, FloatArray]:
