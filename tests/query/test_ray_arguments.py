@@ -61,5 +61,5 @@ def test_an_unknown_keyword_is_named(name):
     given |= {"geometry": segments} if name == "brute_force" else {}
     given |= {"k": 1} if name == "next_hits" else {}
     for keyword in {"t_maxx", "kernel"} - set(OWN[name]):
-        with pytest.raises(TypeError, match=f"unexpected keyword argument '{keyword}'"):
+        with pytest.raises(TypeError, match=rf"^{name}\(\) got an unexpected keyword argument '{keyword}'"):
             ask(**given, **{keyword: "auto"})

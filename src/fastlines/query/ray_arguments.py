@@ -6,10 +6,11 @@ keywords, with their defaults, into the signature that `help` and the documentat
 
 from __future__ import annotations
 
+import functools
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Any, TypedDict, TypeVar
+from typing import Any, TypedDict, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -71,5 +72,13 @@ def shows_ray_options(query: Function) -> Function:
         if field.name in RayOptions.__annotations__
     ]
     shown = sorted([*shared, *own], key=lambda parameter: parameter.kind)
-    query.__dict__["__signature__"] = signature.replace(parameters=shown)
-    return query
+    known = {parameter.name for parameter in shown}
+
+    @functools.wraps(query)
+    def checked(*arguments: Any, **options: Any) -> Any:
+        if unknown := options.keys() - known:
+            raise TypeError(f"{query.__name__}() got an unexpected keyword argument {min(unknown)!r}")
+        return query(*arguments, **options)
+
+    checked.__dict__["__signature__"] = signature.replace(parameters=shown)
+    return cast(Function, checked)
