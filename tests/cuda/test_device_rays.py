@@ -56,6 +56,7 @@ def test_answers_are_those_on_the_host(query: str, device: EmulatedDevice) -> No
     assert max(device.uploaded) <= max(88, 8 * (ORIGINS.size // 3 + 1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("query", QUERIES)
 def test_rays_with_a_spread(query: str, device: EmulatedDevice) -> None:
     how = {"k": 2} if query == "next_hits" else {}
@@ -68,6 +69,7 @@ def test_rays_with_a_spread(query: str, device: EmulatedDevice) -> None:
             assert_same(got, getattr(tree, query)(ORIGINS, DIRECTIONS, 0.01, spread=spread, **how))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["bvh-cl", "kd-cl"])
 @pytest.mark.parametrize("query", QUERIES)
 def test_triangles(query: str, method: str, device: EmulatedDevice) -> None:
