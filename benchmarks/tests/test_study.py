@@ -76,7 +76,7 @@ def test_banner():
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["budgets", "spaghetti:10", "max_refs"], "is no budget"),
+        (["budgets", "spaghetti:10", "max_refs"], "is not a budget"),
         (["options", "--table", "lane"], "did you mean 'lanes'"),
         (["retraced", "--scene", "one"], "--scene 'one' is not a scene"),
         (["retraced", "--effort", "x"], "--effort 'x' is not one or more numbers"),
