@@ -24,9 +24,6 @@ class Lookahead {
     std::optional<Candidate> split;  ///< the first split of that tree; none for a leaf
   };
 
-  /// Decides whether a split may be applied to a node.
-  using Allowed = FunctionRef<bool(const Candidate&)>;
-
   /// Boxes are measured with `margin` added on all sides.
   Lookahead(const P& prims, const Settings& settings, Progress& progress, double margin)
       : prims_(prims), settings_(settings), progress_(progress), measure_{margin, settings.lanes} {
@@ -45,7 +42,8 @@ class Lookahead {
 
   /// The first split of the cheapest tree of depth `lookahead`, among the splits that `allowed` accepts; none if no
   /// tree costs less than `limit`.
-  Choice best_split(Refs refs, const Box& box, int lookahead, double limit, Allowed allowed) {
+  template <class Allowed>
+  Choice best_split(Refs refs, const Box& box, int lookahead, double limit, const Allowed& allowed) {
     Choice best{limit, {}};
     if (lookahead == 0 || limit <= settings_.cost.c_trav) return best;  // no split costs less than one traversal step
     progress_.check();
@@ -72,7 +70,8 @@ class Lookahead {
   }
 
   /// The cheapest uncut split, for nodes of any size: every reference stays whole.
-  Choice best_uncut(Refs refs, const Box& box, double limit, Allowed allowed) const {
+  template <class Allowed>
+  Choice best_uncut(Refs refs, const Box& box, double limit, const Allowed& allowed) const {
     Choice best{limit, {}};
     if (settings_.boxes == BoxRule::cut) return best;
     const double area = area_of(box);
@@ -129,7 +128,8 @@ class Lookahead {
   /// A search of more than one level, by branch and bound. The most promising branches come first, and
   /// a branch that cannot beat the best so far is skipped. The result is that of exhaustive search: the first of
   /// equally cheap splits.
-  Choice look_ahead(Refs refs, const Box& box, int lookahead, Choice best, Allowed allowed) {
+  template <class Allowed>
+  Choice look_ahead(Refs refs, const Box& box, int lookahead, Choice best, const Allowed& allowed) {
     const double area = area_of(box), c_trav = settings_.cost.c_trav;
     const bool exhaustive = settings_.exhaustive;
     const bool by_bounds = lookahead <= 3 && !exhaustive && has_bounds(refs.size(), area);

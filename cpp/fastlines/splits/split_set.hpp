@@ -45,16 +45,15 @@ inline int n_kept_planes(const Splits& splits) {
 }
 
 /// Pass the candidates for a node to `visitor`. `BinnedPlanes` offers only the cheapest of each axis, unless `all`.
-template <Primitives P>
+template <Primitives P, class Visitor>
 void visit_splits(const Splits& splits, const P& prims, Refs refs, const Box& box, BoxRule rule, const Measure& measure,
-                  bool all, CandidateVisitor visitor) {
+                  bool all, const Visitor& visitor) {
   const bool by_overlap = std::ranges::any_of(splits, [](const auto& sized) { return sized.min_overlap > 0.0; });
   Overlap overlap;
-  const auto measured = [&](const Candidate& split) {
-    if (split.kind == Candidate::Kind::objects) overlap.add(split);
+  const auto offer = [&](const Candidate& split) {
+    if (by_overlap && split.kind == Candidate::Kind::objects) overlap.add(split);
     visitor(split);
   };
-  const CandidateVisitor offer = by_overlap ? CandidateVisitor(measured) : visitor;
   for (const SizedSplitSet& sized : splits) {
     if (refs.size() > sized.max_refs || (sized.min_overlap > 0.0 && overlap.area() <= sized.min_overlap)) continue;
     std::visit(
