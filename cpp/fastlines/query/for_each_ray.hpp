@@ -26,9 +26,16 @@ float exit_of(const Search& search, const Ray& ray, std::int64_t prim) {
 /// Rays that a thread takes at a time.
 inline constexpr std::size_t kRaysPerChunk = 256;
 
-/// Call answer(i, ray, scratch) for every ray, prepared for the search.
-template <class Search, class Answer>
-void for_each_ray(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress, Answer&& answer) {
+/// The prepared rays of a search.
+template <class Search>
+using RayOfSearch = RayOf<std::remove_cvref_t<decltype(std::declval<Search>().prims)>>;
+
+/// Call answer(i, ray, scratch) for every ray, prepared for the search. Compiled once for all queries.
+template <class Search>
+void for_each_ray(
+    const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress,
+    std::type_identity_t<FunctionRef<void(std::size_t, const RayOfSearch<Search>&, typename Search::Scratch&)>>
+        answer) {
   using P = std::remove_cvref_t<decltype(search.prims)>;
   using Scratch = typename Search::Scratch;
   parallel_for_chunks(
