@@ -9,7 +9,7 @@ import pytest
 
 import fastlines as fl
 
-#: Scene, method, least and largest cost, number of nodes if it is told. Random scenes are not copies of the thesis's.
+#: Scene, method, least and largest cost, number of nodes if the thesis gives it. Random scenes are not its very scenes.
 COSTS = [
     ("spaghetti", "bvh-cl", 0.95 * 1331, 1.05 * 1331, None),
     ("spaghetti", "bvh-ss", 2000, 2000, 1),

@@ -1,4 +1,4 @@
-"""The nearest hits, and where rays enter capsules: each hit once, though a segment is met by its pieces."""
+"""The nearest hits, and where rays enter capsules: each hit once, even if several pieces of a segment are hit."""
 
 from __future__ import annotations
 

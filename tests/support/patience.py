@@ -1,3 +1,3 @@
-"""How long tests wait for programs: a guard against hanging for ever, as machines may be busy."""
+"""How long tests wait for programs: long enough for a busy machine, and a guard against hanging."""
 
 HANGS = 1800.0  # seconds
