@@ -92,7 +92,7 @@ def read(
     row = format_of(path, format)
     row.check_options(str(path), options)
     with reporting(progress, "read") as callback, path.open("rb") as file:
-        source = _open(file, path, callback)
+        source = open_source(file, path, callback)
         lines = _parse(row, source, invalid, options)
     for oddity in source.oddities:
         warnings.warn(oddity, FileWarning, stacklevel=2)
@@ -158,7 +158,7 @@ def _start_of(path: Path) -> bytes:
         return b""
 
 
-def _open(file: BinaryIO, path: Path, progress: ProgressCallback | None) -> Source:
+def open_source(file: BinaryIO, path: Path, progress: ProgressCallback | None) -> Source:
     """Return the bytes of a file, unpacked."""
     packed = path.suffix.lower() == ".gz"
     source = Source(file, str(path), None if packed else path, progress)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from collections.abc import Sequence
 from io import BytesIO
 
 from ...errors import FileFormatError
@@ -11,8 +12,11 @@ from ..source import BAD_COPY, PIECE, Source, reason
 _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
-def unpack(source: Source, kind: str) -> dict[str, bytes]:
-    """Return the members of an archive, without folders; they may not unpack to more than `Source.unpack_limit`."""
+def unpack(source: Source, kind: str, only: Sequence[str] | None = None) -> dict[str, bytes]:
+    """Return the members of an archive, or some of them, without folders.
+
+    They may not unpack to more than `Source.unpack_limit`.
+    """
     try:
         with zipfile.ZipFile(source.open()) as archive:
             members: dict[str, zipfile.ZipInfo] = {}
@@ -22,7 +26,7 @@ def unpack(source: Source, kind: str) -> dict[str, bytes]:
                     raise source.error(f"{name!r} in it is packed by an unknown method; write it again")
                 if name in members:
                     raise source.error(f"holds several members named {name!r}; write it again with each name once")
-                if not member.is_dir():
+                if not member.is_dir() and (only is None or name in only):
                     members[name] = member
             source.check_unpacked(sum(member.file_size for member in members.values()))
             return {name: _unpacked(source, archive, member) for name, member in members.items()}
