@@ -127,9 +127,8 @@ def _offset(source: Source, text: bytes) -> Float64Array:
         if name == "OFFSET":
             offset = numbers
         elif (numbers != 1).any():
-            source.warn(
-                f"its comment {name} is {' '.join(f'{factor:g}' for factor in numbers)}; coordinates are not scaled by it"
-            )
+            factors = " ".join(f"{factor:g}" for factor in numbers)
+            source.warn(f"its comment {name} is {factors}; coordinates are not scaled by it")
     units = {word.decode("utf-8", "replace").strip() for word in _UNITS.findall(text)}
     if wrong := sorted(unit for unit in units if unit.lower() not in _MICRONS):
         source.warn(f"its comments say that the unit is {wrong[0]!r}; by the format, µm is taken")
