@@ -157,6 +157,8 @@ def references(image: Path) -> dict[str, object]:
     fl.write(image.parent / "own.trx", IN_WORLD, reference=loaded)
     packed = image.parent / "packed.trk.gz"
     packed.write_bytes(gzip.compress((image.parent / "own.trk").read_bytes()))
+    with zipfile.ZipFile(image.parent / "own.trx") as archive:
+        archive.extractall(image.parent / "folder")
     mgh = nibabel.MGHImage(np.zeros(SHAPE, np.float32), TO_WORLD)
     nibabel.save(mgh, image.parent / "t1.mgz")
     tractogram = nibabel.streamlines.load(str(image.parent / "own.trk"))
@@ -174,6 +176,7 @@ def references(image: Path) -> dict[str, object]:
         "path of a .trk": image.parent / "own.trk",
         "path of a .trk.gz": packed,
         "path of a .trx": image.parent / "own.trx",
+        "path of a folder of .trx": image.parent / "folder",
         "tractogram": tractogram,
         "header of a tractogram": tractogram.header,
         "header of a .trx": {"DIMENSIONS": np.array(SHAPE), "VOXEL_TO_RASMM": TO_WORLD},

@@ -51,13 +51,13 @@ def grid_to_write(
 
 def _of_file(path: Path) -> VoxelGrid | None:
     check_path(path)
-    row = table.known_formats().get(table.extension_of(path)[0])
+    row = table.of_folder(path) if path.is_dir() else table.known_formats().get(table.extension_of(path)[0])
     if row is not None:
         if not hasattr(row.code, "read_grid"):
             return None
-        with path.open("rb") as file:
-            made: VoxelGrid | None = row.code.read_grid(open_source(file, path, None))
-            return made
+        with open_source(path, row) as source:
+            grid: VoxelGrid | None = row.code.read_grid(source)
+        return grid
     nibabel = optional("nibabel", "an image as reference=", "nifti")
     try:
         image = nibabel.load(path)

@@ -80,7 +80,16 @@ TABLE: tuple[Format, ...] = (
         up="z",
         unit="mm",
     ),
-    Format("trx", (".trx",), "streamlines, TRX", writes=(Lines,), metadata=("grid",), up="z", unit="mm"),
+    Format(
+        "trx",
+        (".trx",),
+        "streamlines, TRX",
+        writes=(Lines,),
+        metadata=("grid",),
+        up="z",
+        unit="mm",
+        folder="header.json",
+    ),
     Format("usc", (".data",), "hair of the USC-HairSalon database", up="y"),
     Format(
         "usd",
@@ -165,10 +174,20 @@ def named(name: str) -> Format:
     return words[word]
 
 
+def of_folder(path: Path) -> Format | None:
+    """Return the format of which a folder is a file, by its extension, or else by what is in it; None if it is not."""
+    row = known_formats().get(path.suffix.lower())
+    if row is not None and row.folder:
+        return row
+    return next((row for row in _rows() if row.folder and (path / row.folder).is_file()), None)
+
+
 def find(path: Path, start: bytes) -> Format:
     """Return the format of a file by its extension, or else by its first bytes."""
     extension, _ = extension_of(path)
     known = known_formats()
+    if path.is_dir() and (folder := of_folder(path)):
+        return folder
     if extension in known:
         return known[extension]
     if extension in NOT_READ:
