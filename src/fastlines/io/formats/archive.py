@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import zipfile
 from io import BytesIO
 from pathlib import Path
@@ -35,7 +36,8 @@ def unpack(source: Source, kind: str) -> dict[str, bytes]:
     except FileFormatError:
         raise
     except Exception as error:  # zipfile's own errors, and any of zlib and struct
-        if source.stopped is not None or getattr(error, "errno", None) is not None:
+        # A place before the file's start is no error of the disk.
+        if source.stopped is not None or getattr(error, "errno", None) not in (None, errno.EINVAL):
             raise  # the callback's error, or the disk's
         raise source.error(f"not a whole {kind} file ({reason(error)}); check the extension, or {BAD_COPY}") from None
 
