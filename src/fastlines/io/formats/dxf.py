@@ -4,9 +4,12 @@ Format: https://help.autodesk.com/view/OARX/2024/ENU/?guid=GUID-235B22E0-A567-4C
 
 Of the model space are read LINE, LWPOLYLINE and POLYLINE (2D and 3D) with their bulges, ARC, CIRCLE, ELLIPSE, SPLINE
 and HELIX, also in blocks, as each INSERT places them. Each entity is a strand. Curves, splines too, become polylines
-within a tolerance; the arcs of polylines are off by up to 3e-4 of their radius besides. The attribute ``layer`` counts
-the layers in the order of the file's table; their names, colours and line weights are dropped. Other entities are
-dropped with a warning, and so are layouts. The unit is that of ``$INSUNITS``.
+within a tolerance; the arcs of polylines are off by up to 3e-4 of their radius besides. The unit is that of
+``$INSUNITS``. Other entities are dropped with a warning, and so are layouts. Colours and line weights are dropped.
+
+The attribute ``feature`` counts the entities of the model space, of all types: ``list(drawing.modelspace())[feature]``
+is the entity in ezdxf; of lines in blocks, it is the INSERT. ``handle`` is the entity's own handle, and ``layer_name``
+the name of its layer. ``layer`` counts the layers in the order of the file's table.
 """
 
 from __future__ import annotations
@@ -23,7 +26,7 @@ from ...errors import FileFormatError
 from ...geometry.lines import Lines
 from ...support.optional import optional
 from ..source import BAD_COPY, Source, reason
-from .columns import counted, with_strand_attributes
+from .columns import NO_TEXT, counted, objects, with_features
 
 Float64Array = npt.NDArray[np.float64]
 
@@ -65,15 +68,21 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
     others: dict[str, int] = {}
     strands: list[Float64Array] = []
     numbers: list[int] = []
+    features: list[int] = []
+    texts: dict[str, list[str]] = {"layer_name": [], "handle": []}
     n_points = 0
     try:
-        for entity, matrices in _exploded(source, drawing.modelspace(), others, [_MAX_ENTITIES + source.size]):
+        for feature, entity, matrices in _lines_of(source, drawing.modelspace(), others):
             points = _points(entity, path.make_path(entity), matrices, tolerance)
             n_points += len(points)
             if 12 * n_points > source.unpack_limit:
                 raise source.error("its curves become far more points than a drawing has; raise tolerance=")
             strands.append(points)
-            numbers.append(layers.setdefault(str(entity.dxf.layer).lower(), len(layers)))
+            layer = str(entity.dxf.layer)
+            numbers.append(layers.setdefault(layer.lower(), len(layers)))
+            features.append(feature)
+            texts["layer_name"].append(layer)
+            texts["handle"].append(str(entity.dxf.get("handle") or NO_TEXT))
     except FileFormatError:
         raise
     except Exception as error:  # whatever the library raises for values that make no sense
@@ -88,7 +97,8 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
     points = np.concatenate([np.empty((0, 3)), *strands])
     lines = Lines.from_points(points, [len(part) for part in strands], invalid=invalid)
     unit = _UNITS.get(drawing.header.get("$INSUNITS", 0))
-    return with_strand_attributes(lines, {"layer": np.array(numbers, np.int64)}, unit)
+    named = {name: objects(column) for name, column in texts.items()}
+    return with_features(lines, features, {"layer": np.array(numbers, np.int64), **named}, unit)
 
 
 def _open(source: Source, ezdxf: Any) -> Any:
@@ -106,6 +116,16 @@ def _open(source: Source, ezdxf: Any) -> Any:
             raise source.error(f"is not a DXF drawing: {why}; check the extension, or save it again") from None
     source.warn(f"breaks the rules of the format ({why}); {len(audit.fixes)} mistakes were repaired to read it")
     return drawing
+
+
+def _lines_of(
+    source: Source, entities: Iterable[Any], others: dict[str, int]
+) -> Iterator[tuple[int, Any, tuple[Any, ...]]]:
+    """Yield the entities that are lines, with the number of the one they are in and the matrices of the blocks."""
+    n_left = [_MAX_ENTITIES + source.size]
+    for feature, entity in enumerate(entities):
+        for part, matrices in _exploded(source, [entity], others, n_left):
+            yield feature, part, matrices
 
 
 def _exploded(
