@@ -313,6 +313,9 @@ class AnyGeometry(Shown, ABC):
         """The unit of length, if it is known."""
         return None
 
+    #: What is known of the whole, as JSON holds it; read-only.
+    metadata: Mapping[str, Any] = NO_ATTRIBUTES
+
     #: What `fastlines info` calls it.
     heading: ClassVar[str] = "shapes"
 

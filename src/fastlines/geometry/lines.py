@@ -26,6 +26,7 @@ from ..arrays import (
 )
 from ..errors import InputError
 from ..support.immutable import frozen, own
+from ..support.metadata import read_only
 from ..support.vectors import dot, unit
 from .any_geometry import AnyGeometry, Section
 from .axis_geometry import AxisGeometry
@@ -66,6 +67,9 @@ class Lines(AxisGeometry):
         The axis that points upwards, where the format of their file says so. Pictures are drawn with it.
     unit : str, optional
         The unit of the coordinates, such as ``"mm"``, where the format of their file says so.
+    metadata : mapping of str to value
+        What is known of the lines as a whole: texts, numbers, lists and mappings of these, as JSON holds them. It is
+        read-only, and lists and arrays become tuples.
     """
 
     segments: FloatArray
@@ -76,6 +80,7 @@ class Lines(AxisGeometry):
     up: str | None = None
     end_attributes: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
     unit: str | None = None
+    metadata: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         good = isinstance(self.segments, np.ndarray) and self.segments.flags.c_contiguous
@@ -90,6 +95,7 @@ class Lines(AxisGeometry):
         if self.up is not None:
             choice("up", self.up, AXES)
         check_unit(self.unit)
+        object.__setattr__(self, "metadata", read_only(self.metadata))
         for name in ("segments", "strands", "radius", "skipped", "end_attributes", "attributes"):
             value = getattr(self, name)
             if name == "attributes":

@@ -23,6 +23,8 @@ Arrays: TypeAlias = dict[str, npt.NDArray[Any]]
 
 #: The mappings of attributes of a container, and what their sections begin with.
 ATTRIBUTES = ("attributes", "end_attributes", "corner_attributes")
+#: What is known of a container beside its arrays and its metadata.
+FACTS = ("up", "unit", "tolerance")
 
 Refuse: TypeAlias = Callable[[str], Exception]
 
@@ -46,7 +48,7 @@ def to_sections(geometry: AnyGeometry) -> tuple[Arrays, dict[str, Any], list[str
     arrays = {key: getattr(geometry, key) for key in geometry.sections if getattr(geometry, key) is not None}
     if not len(arrays.get("skipped", ())):
         arrays.pop("skipped", None)
-    facts = {key: getattr(geometry, key, None) for key in ("up", "unit", "tolerance")}
+    facts = {key: getattr(geometry, key, None) for key in FACTS} | {"metadata": geometry.metadata or None}
     kept, lost = _attributes(geometry)
     return arrays | kept, {"kind": name, **facts}, lost
 
@@ -98,6 +100,6 @@ def from_sections(arrays: Arrays, facts: Mapping[str, Any], refuse: Refuse) -> A
         found = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
         if found:
             given[mapping] = found
-    given |= {key: facts[key] for key in ("up", "unit", "tolerance") if facts.get(key) is not None}
+    given |= {key: facts[key] for key in (*FACTS, "metadata") if facts.get(key) is not None}
     geometry: AnyGeometry = kinds.KINDS[kind](**given)
     return geometry

@@ -9,7 +9,8 @@
 | ``end_attributes/NAME`` (n, 2, …)         | values at both ends of each segment or curve                 |
 | ``attributes/NAME``, or any other name    | attributes: one row for each segment, point or curve         |
 
-Facts are texts beside the arrays: ``up`` ("x", "y" or "z"), ``unit`` ("mm" or another) and, of curves, ``tolerance``.
+Facts are texts beside the arrays: ``up`` ("x", "y" or "z"), ``unit`` ("mm" or another), ``metadata`` (JSON) and, of
+curves, ``tolerance``.
 """
 
 from __future__ import annotations
@@ -21,15 +22,17 @@ from typing import Any
 import numpy as np
 
 from ...arrays import AnyArray, list_rows
+from ...errors import InputError
 from ...geometry.curve_input import bad_radius
 from ...geometry.curves import Curves
 from ...geometry.lines import AXES, Lines
+from ...support.metadata import from_json, to_json
 from ..source import Source
 
 #: What begins the name of an attribute that could be taken for something else.
 ENDS, ATTRIBUTES = "end_attributes/", "attributes/"
 #: The texts beside the arrays.
-FACTS = ("up", "unit", "tolerance")
+FACTS = ("up", "unit", "tolerance", "metadata")
 _RESERVED = {"segments", "points", "counts", "control", "strands", "radius", *FACTS}
 
 
@@ -98,9 +101,14 @@ def to_arrays(geometry: Lines | Curves) -> tuple[dict[str, AnyArray], dict[str, 
                 continue
             plain = prefix == ATTRIBUTES and column not in _RESERVED and not column.startswith((ENDS, ATTRIBUTES))
             arrays[column if plain else prefix + column] = values
-    facts = {fact: getattr(geometry, fact, None) for fact in FACTS}
-    texts = {fact: repr(value) if fact == "tolerance" else value for fact, value in facts.items() if value is not None}
-    return arrays, texts, lost
+    tolerance = getattr(geometry, "tolerance", None)
+    facts = {
+        "up": geometry.up,
+        "unit": geometry.unit,
+        "tolerance": None if tolerance is None else repr(tolerance),
+        "metadata": to_json(geometry.metadata) if geometry.metadata else None,
+    }
+    return arrays, {name: text for name, text in facts.items() if text is not None}, lost
 
 
 def _curves(source: Source, control: AnyArray, radius: AnyArray | None, **more: Any) -> Curves:
@@ -150,6 +158,12 @@ def _facts(source: Source, given: Mapping[str, str], *, is_curves: bool) -> dict
             facts["tolerance"] = np.nan
         if not is_curves or not 0 < facts["tolerance"] < np.inf:
             raise source.error(f"'tolerance' is {given['tolerance']!r}; expected a length above 0, and of curves only")
+    if "metadata" in facts:
+        try:
+            facts["metadata"] = from_json(facts["metadata"])
+        except InputError as error:
+            source.warn(f"its 'metadata' are left out: {error}")
+            del facts["metadata"]
     return facts
 
 
