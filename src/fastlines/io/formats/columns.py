@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ...arrays import AnyArray
 from ...geometry.lines import Lines
-from ...geometry.strand_attributes import with_strand_values
+from ...geometry.strand_attributes import FEATURE, NO_TEXT, array_of, objects, with_strand_values
 from ..source import Source
 
 #: What stands for a missing value in text, in lower case.
 MISSING = frozenset(("", "na", "n/a", "nan", "none", "null"))
 #: Truth values in text, in lower case.
 TRUTH = {"true": True, "false": False}
-#: The attribute with the number of the feature, row, track or entity of the file that a strand is of, from 0.
-FEATURE = "feature"
-#: What stands for a missing text in an array.
-NO_TEXT = ""
 #: The most memory that columns take: a multiple of the bytes of their file, plus a constant.
 BUDGET_FACTOR, BUDGET_BYTES = 4, 1 << 20
 #: How many dropped columns a warning names.
@@ -68,48 +61,6 @@ def column_of(words: Sequence[str]) -> Sequence[object]:
             if isinstance(values[-1], str):
                 return words
         return values
-
-
-def array_of(values: Sequence[object]) -> AnyArray | None:
-    """Return a column as an array; None if it holds nothing, or values that are neither numbers nor texts.
-
-    Numbers are bool, int64, or float64 with NaN where a value is None. Texts are objects, `NO_TEXT` where a value is
-    None; numbers among texts become texts.
-
-    Examples
-    --------
-    >>> array_of([1, 2]), array_of([True, False]), array_of([1, None]), array_of([1, "oak", None])
-    (array([1, 2]), array([ True, False]), array([ 1., nan]), array(['1', 'oak', ''], dtype=object))
-    """
-    kinds = {type(value) for value in values}
-    if kinds == {bool}:
-        return np.array(values, np.bool_)
-    if not kinds - {type(None)} or not kinds <= {bool, int, float, str, type(None)}:
-        return None
-    if str in kinds:
-        return objects(NO_TEXT if value is None else value if isinstance(value, str) else json.dumps(value)
-                       for value in values)  # fmt: skip
-    if kinds <= {bool, int}:
-        try:
-            return np.array(values, np.int64)
-        except OverflowError:
-            pass
-    return np.array([_float(value) for value in values], np.float64)
-
-
-def objects(values: Iterable[object]) -> AnyArray:
-    """Return an array of Python objects."""
-    listed = list(values)
-    array = np.empty(len(listed), object)
-    array[:] = listed
-    return array
-
-
-def _float(value: Any) -> float:
-    try:
-        return math.nan if value is None else float(value)
-    except OverflowError:  # an integer beyond the largest number of float64
-        return math.copysign(math.inf, value)
 
 
 def arrays_of(

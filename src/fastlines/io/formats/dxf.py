@@ -24,9 +24,10 @@ import numpy.typing as npt
 from ...arrays import LEAST, number
 from ...errors import FileFormatError
 from ...geometry.lines import Lines
+from ...geometry.strand_attributes import NO_TEXT, objects
 from ...support.optional import optional
 from ..source import BAD_COPY, Source, reason
-from .columns import NO_TEXT, counted, objects, with_features
+from .columns import counted, with_features
 
 Float64Array = npt.NDArray[np.float64]
 

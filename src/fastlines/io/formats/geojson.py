@@ -23,10 +23,11 @@ import numpy.typing as npt
 
 from ...arrays import IntArray, is_text
 from ...geometry.lines import Lines
+from ...geometry.strand_attributes import FEATURE
 from ..losses import conventions, free_name, strand_numbers
 from ..polylines import Polylines, polylines_of
 from ..source import Source, printable, reason
-from .columns import FEATURE, arrays_of, counted, radius_of, with_features
+from .columns import arrays_of, counted, radius_of, with_features
 
 Float64Array = npt.NDArray[np.float64]
 

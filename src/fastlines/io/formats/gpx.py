@@ -24,9 +24,9 @@ import numpy as np
 from ...arrays import AnyArray
 from ...errors import FileFormatError
 from ...geometry.lines import Lines
-from ...geometry.strand_attributes import with_strand_values
+from ...geometry.strand_attributes import FEATURE, with_strand_values
 from ..source import Source, printable, reason
-from .columns import FEATURE, arrays_of, column_of, listed, with_features
+from .columns import arrays_of, column_of, listed, with_features
 
 _POINTS = {"trkpt": "trkseg", "rtept": "rte"}
 #: The attribute that counts tracks.

@@ -25,10 +25,10 @@ import numpy.typing as npt
 from ...arrays import IntArray, count, number
 from ...errors import FileFormatError
 from ...geometry.lines import Lines
+from ...geometry.strand_attributes import objects
 from ...support.optional import optional
 from ..source import Source, reason
 from .bonds import CrowdedError, bonded
-from .columns import objects
 
 _CIF = re.compile(r"(?:\s|#[^\n]*\n)*(?:data_|global_|loop_)", re.IGNORECASE)
 #: Types of listed connections that are bonds.
