@@ -29,10 +29,10 @@ from ..support.immutable import frozen, own
 from ..support.metadata import read_only
 from ..support.vectors import dot, unit
 from .any_geometry import AnyGeometry, Section
-from .axis_geometry import AxisGeometry
 from .hit_places import Float64Array
 from .line_input import check_columns, convert_segments, join_points, join_strands, valid_segments
 from .smooth_tangents import smooth_tangents
+from .strand_points import StrandPoints
 from .summary import summary_of
 
 #: What the axes are called.
@@ -40,7 +40,7 @@ AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True, eq=False)
-class Lines(AxisGeometry):
+class Lines(StrandPoints):
     """Immutable line segments, with strands, radii and other attributes; writeable arrays are copied.
 
     The constructor takes arrays of exactly these types; `from_segments`, `from_strands` and `from_points` convert
@@ -332,9 +332,32 @@ class Lines(AxisGeometry):
         return cls.from_segments(**join_points(points, counts, radius, attributes), invalid=invalid)
 
     @classmethod
-    def from_strands(cls, strands: Iterable[npt.ArrayLike], *, invalid: str = "error") -> Lines:
-        """Make lines of a sequence of polylines, each an (m, 3) array of points."""
-        return cls.from_points(*join_strands(strands), invalid=invalid)
+    def from_strands(
+        cls,
+        strands: Iterable[npt.ArrayLike],
+        *,
+        radius: npt.ArrayLike | Iterable[npt.ArrayLike] | None = None,
+        attributes: Mapping[str, npt.ArrayLike | Iterable[npt.ArrayLike]] | None = None,
+        invalid: str = "error",
+    ) -> Lines:
+        """Make lines of a sequence of polylines, each an (m, 3) array of points.
+
+        Parameters
+        ----------
+        strands : sequence of arrays
+        radius, attributes : optional
+            As in `from_points`, for the points of all strands one after the other; or a sequence with an array for the
+            points of each strand.
+        invalid : {"error", "skip"}
+            See `from_segments`.
+
+        Examples
+        --------
+        >>> strands = [[[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[5, 5, 5], [6, 6, 6]]]
+        >>> Lines.from_strands(strands, radius=[[1, 2, 3], [0.5, 0.5]]).radius.tolist()
+        [[1.0, 2.0], [2.0, 3.0], [0.5, 0.5]]
+        """
+        return cls.from_points(**join_strands(strands, radius, attributes or {}), invalid=invalid)
 
 
 def check_unit(unit: object) -> None:
