@@ -111,7 +111,8 @@ def test_tolerance_and_models(load):
     far = atom(1, " C  ", "GLY", "A", 1, 0, 0, 0, "C"), atom(2, " C  ", "GLY", "A", 1, 1.95, 0, 0, "C")
     text = "MODEL        1\n" + "\n".join(far) + "\nENDMDL\nMODEL        2\n" + PDB.partition("3.50\nATOM")[2]
     text = text.replace("MODEL        2\n", "MODEL        2\nATOM")
-    assert len(load(text.encode(), "a.pdb")) == 0
+    with pytest.warns(fl.FileWarning, match="its 2 atoms are not read, as no bond joins them"):
+        assert len(load(text.encode(), "a.pdb")) == 0
     assert len(load(text.encode(), "a.pdb", tolerance=0.5)) == 1
     assert len(load(text.encode(), "a.pdb", model=2)) == len(BONDS) - 1  # without LINK
     assert bonds_of(load(PDB.encode(), "a.pdb", tolerance=-1), places(PDB)) == {(5, 7), (7, 8)}

@@ -36,6 +36,61 @@ def test_types_of_positions(load, dtype):
     np.testing.assert_array_equal(load(trx(points=points), "a.trx").segments, expected)
 
 
+def repacked(data: bytes, name: str, others: dict[str, bytes] | None = None) -> bytes:
+    """Pack the members of an archive again, by other names."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as given, zipfile.ZipFile(stream, "w") as archive:
+        for member in given.namelist():
+            archive.writestr(name.format(member), given.read(member))
+        for member, more in (others or {}).items():
+            archive.writestr(member, more)
+    return stream.getvalue()
+
+
+LEFT_BY_SYSTEMS = {"__MACOSX/tracts/._header.json": b"x", "tracts/.DS_Store": b"x", "tracts/dpv/Thumbs.db": b"x"}
+
+
+@pytest.mark.parametrize("name", ["tracts/{}", "a.trx/{}", "./{}", "deep/in/{}", "/{}", "tracts\\{}"])
+def test_archives_of_a_folder(load, name):
+    lines = load(repacked(trx(extra=TRX_EXTRA), name, LEFT_BY_SYSTEMS), "a.trx")
+    np.testing.assert_array_equal(lines.segments, SEGMENTS)
+    np.testing.assert_array_equal(lines.end_attributes["fa"], np.stack([FIRST, LAST], axis=1))
+    assert sorted(lines.attributes) == ["colour", "fa", "group left"]
+
+
+def test_archives_of_several_folders(load):
+    both = repacked(trx(), "left/{}", {"right/header.json": b"{}"})
+    assert "holds several files of streamlines, in the folders 'left/' and 'right/'" in message_of(load, both, "a.trx")
+
+
+@pytest.mark.parametrize("name", ["a.trx", "a.TRX", "tracts"])
+@pytest.mark.parametrize("inside", ["", "tracts"])
+def test_unpacked_archives(tmp_path, name, inside):
+    folder = tmp_path / name
+    with zipfile.ZipFile(io.BytesIO(trx(extra=TRX_EXTRA))) as archive:
+        archive.extractall(folder / inside)
+    (folder / ".DS_Store").write_bytes(b"x")
+    if (name, inside) == ("tracts", "tracts"):
+        with pytest.raises(IsADirectoryError):
+            fl.read(folder)
+        return
+    done: list[float] = []
+    lines = fl.read(folder, progress=done.append)
+    np.testing.assert_array_equal(lines.segments, SEGMENTS)
+    np.testing.assert_array_equal(lines.attributes["group left"], [True, True, False, False, True])
+    assert (lines.unit, done[-1]) == ("mm", 1)
+    assert fl.read(folder, bundle="left").n_strands == 2
+    assert fl.read(folder, format="trx").n_strands == 4
+    with pytest.raises(OSError, match=r"directory|denied|Directory"):
+        fl.read(folder, format="swc")
+
+
+def test_folders_that_are_not_whole(tmp_path):
+    (tmp_path / "a.trx").mkdir()
+    with pytest.raises(fl.FileFormatError, match=r"holds no 'header.json', so it is not a whole"):
+        fl.read(tmp_path / "a.trx")
+
+
 def test_bundle(load):
     data = trx(extra={**TRX_EXTRA, "groups/none.uint32": b"", "groups/back.int64": np.array([2, 0]).tobytes()})
     lines = load(data, "a.trx", bundle="back")
@@ -90,7 +145,7 @@ def test_oddities_are_told(load, options, said):
         (trx(header="[]"), "'header.json' does not count streamlines and vertices"),
         (trx(header="{"), "'header.json' does not count"),
         (trx(header="[" * 9999), "'header.json' does not count"),
-        (trx(without="header"), "'header.json' does not count"),
+        (trx(without="header"), "holds no 'header.json', so it is not a whole .trx file"),
         (trx(header='{"NB_STREAMLINES": 4.0, "NB_VERTICES": 7}'), "are not whole numbers"),
         (trx(header='{"NB_STREAMLINES": 4, "NB_VERTICES": -7}'), "are not whole numbers"),
         (trx(header='{"NB_STREAMLINES": 4, "NB_VERTICES": 8}'), r"positions are float32 of shape \(7, 3\); .*\(8, 3\)"),

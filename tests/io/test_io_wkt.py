@@ -120,6 +120,52 @@ def test_hits_lead_back_to_rows(load):
     assert lines.attributes["feature"].tolist() == [1, 2, 2]
 
 
+OTHERS = [
+    "POINT (1 1)",
+    "point z(1 1 1)",
+    "POINT EMPTY",
+    "LINESTRING EMPTY",
+    "LINESTRING Z EMPTY",
+    "MULTILINESTRING EMPTY;",
+    "MULTIPOINT ((1 1), EMPTY)",
+    "SRID=4326;POLYGON ((0 0, 1 0, 1 1, 0 0))",
+    "MULTIPOLYGON ZM (((0 0 1 1, 1 0 1 1, 1 1 1 1, 0 0 1 1)))",
+    "GEOMETRYCOLLECTION EMPTY",
+    "GEOMETRYCOLLECTION (POINT (1 1))",
+    "GEOMETRYCOLLECTION (POINT EMPTY)",
+    "POLYGON ((0 0,\n1 0, 1 1, 0 0))",
+    "TRIANGLE ((0 0, 1 0, 1 1, 0 0))",
+    "LINESTRING\nEMPTY",
+    "POLYGON\n((0 0, 1 0, 1 1, 0 0))",
+]
+
+
+@pytest.mark.filterwarnings("ignore::fastlines.FileWarning")
+@pytest.mark.parametrize("text", OTHERS)
+def test_files_that_begin_with_no_line(load, text):
+    for data in (f"{text}\nLINESTRING (0 0, 1 0)\n", f"# roads\n\n{text}\n# more\nLINESTRING (0 0, 1 0)"):
+        assert load(data.encode(), "a.wkt").segments.tolist() == [[[0, 0, 0], [1, 0, 0]]]
+    for data in (f'"{text}",7\n"LINESTRING (0 0, 1 0)",8\n', f"id,way\n7,'{text}'\n8,'LINESTRING (0 0, 1 0)'\n"):
+        lines = load(data.encode(), "a.csv")
+        assert lines.segments.tolist() == [[[0, 0, 0], [1, 0, 0]]]
+        assert [values.tolist() for values in lines.attributes.values()] == [[1], [8]]
+    assert len(load(text.encode(), "a.wkt")) == 0
+
+
+def test_other_geometries_alone_are_told(load):
+    for name, text in (("a.wkt", "POINT (1 1)\nPOINT (2 2)\n"), ("a.csv", "id,way\n1,POINT (1 1)\n2,POINT (2 2)\n")):
+        with pytest.warns(FileWarning, match="without a line are not read: 2 POINT"):
+            assert len(load(text.encode(), name)) == 0
+    with pytest.warns(FileWarning) as told:
+        assert len(load(b'id,place,way\n1,POINT (1 1),POINT (3 3)\n2,,"LINESTRING (0 0, 1 1)"\n', "a.csv")) == 1
+    assert ["not kept: 'place'" in str(told[1].message), len(told)] == [True, 2]
+
+
+def test_titles_of_columns_are_no_geometries(load):
+    lines = load(b'Point (m),wkt\noak,"LINESTRING (0 0, 1 1)"\n', "a.csv")
+    assert lines.attributes["Point (m)"].tolist() == ["oak"]
+
+
 def test_lines_of_one_point_and_tables_without_lines(load):
     assert load(b"wkt\nLINESTRING (1 2)\n", "a.csv").segments.tolist() == [[[1, 2, 0]] * 2]
     for text in ("wkt,id\nLINESTRING EMPTY,1\n", "wkt,id\n"):

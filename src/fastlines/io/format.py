@@ -44,6 +44,8 @@ class Format:
         The axis that points upwards by the format's convention.
     unit : str, optional
         The unit of length by the format's convention, such as ``"mm"``.
+    folder : str, optional
+        The name of the file by which a folder is recognised as a file of the format. By default, no folder is one.
     module : str, optional
         The full name of the module that reads and writes; by default, that of the format's name in
         `fastlines.io.formats`. It has ``read(source, invalid, **options)``, which returns lines, curves or a `Geometry`
@@ -64,6 +66,7 @@ class Format:
     strands: Literal["polylines", "kept", "none"] = "polylines"
     up: str | None = None
     unit: str | None = None
+    folder: str | None = None
     module: str | None = None
 
     def __post_init__(self) -> None:

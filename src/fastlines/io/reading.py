@@ -7,6 +7,7 @@ import gzip
 import os
 import stat
 import warnings
+from contextlib import nullcontext
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
@@ -41,7 +42,7 @@ def read(
     ----------
     path : str or path-like
         A file with one of the extensions of `known_formats`, packed by gzip if ``.gz`` follows. A file of another
-        extension is recognised by its first bytes, where its format has some of its own.
+        extension is recognised by its first bytes, where its format has some of its own. A ``.trx`` may be a folder.
     invalid : {"error", "skip"}
         Refuse segments that hold NaN or Inf, or leave them out and record their rows in ``skipped``.
     format : str, optional
@@ -91,8 +92,9 @@ def read(
     check_path(path)
     row = format_of(path, format)
     row.check_options(str(path), options)
-    with reporting(progress, "read") as callback, path.open("rb") as file:
-        source = _open(file, path, callback)
+    is_folder = row.folder is not None and path.is_dir()
+    with reporting(progress, "read") as callback, nullcontext() if is_folder else path.open("rb") as file:
+        source = Source(b"", str(path), path, callback) if file is None else _open(file, path, callback)
         lines = _parse(row, source, invalid, options)
     for oddity in source.oddities:
         warnings.warn(oddity, FileWarning, stacklevel=2)
@@ -108,7 +110,7 @@ def format_of(path: Path, name: str | None = None) -> Format:
 
 
 def check_path(path: Path) -> None:
-    """Refuse what is not a regular file, before it is opened: a pipe would block."""
+    """Refuse what is not a regular file, nor a folder of a format, before it is opened: a pipe would block."""
     try:
         mode = path.stat().st_mode
     except FileNotFoundError as error:
@@ -117,6 +119,8 @@ def check_path(path: Path) -> None:
     except ValueError as error:  # a NUL in the path
         raise InputError(f"{path}: cannot be read: {error}") from None
     if stat.S_ISDIR(mode):
+        if table.of_folder(path):
+            return
         raise IsADirectoryError(errno.EISDIR, "is a directory; expected a file of lines", str(path))
     if not stat.S_ISREG(mode):
         raise InputError(f"{path}: is a device or a pipe; expected a regular file")

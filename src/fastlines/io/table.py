@@ -68,7 +68,7 @@ TABLE: tuple[Format, ...] = (
     Format("tck", (".tck",), "streamlines, MRtrix", magic=(b"mrtrix tracks",), writes=(Lines,), up="z", unit="mm"),
     Format("tfx", (".tfx",), "hair, AMD TressFX versions 3 and 4", up="y"),
     Format("trk", (".trk",), "streamlines, TrackVis", magic=(b"TRACK",), writes=(Lines,), up="z", unit="mm"),
-    Format("trx", (".trx",), "streamlines, TRX", writes=(Lines,), up="z", unit="mm"),
+    Format("trx", (".trx",), "streamlines, TRX", writes=(Lines,), up="z", unit="mm", folder="header.json"),
     Format("usc", (".data",), "hair of the USC-HairSalon database", up="y"),
     Format(
         "usd",
@@ -153,10 +153,20 @@ def named(name: str) -> Format:
     return words[word]
 
 
+def of_folder(path: Path) -> Format | None:
+    """Return the format of which a folder is a file, by its extension, or else by what is in it; None if it is not."""
+    row = known_formats().get(path.suffix.lower())
+    if row is not None and row.folder:
+        return row
+    return next((row for row in _rows() if row.folder and (path / row.folder).is_file()), None)
+
+
 def find(path: Path, start: bytes) -> Format:
     """Return the format of a file by its extension, or else by its first bytes."""
     extension, _ = extension_of(path)
     known = known_formats()
+    if path.is_dir() and (folder := of_folder(path)):
+        return folder
     if extension in known:
         return known[extension]
     if extension in NOT_READ:

@@ -1,9 +1,10 @@
-"""The members of zip archives, which are checked before anything is unpacked."""
+"""The members of zip archives, which are checked before anything is unpacked; or the files of an unpacked one."""
 
 from __future__ import annotations
 
 import zipfile
 from io import BytesIO
+from pathlib import Path
 
 from ...errors import FileFormatError
 from ..source import BAD_COPY, PIECE, Source, reason
@@ -12,7 +13,12 @@ _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
 def unpack(source: Source, kind: str) -> dict[str, bytes]:
-    """Return the members of an archive, without folders; they may not unpack to more than `Source.unpack_limit`."""
+    """Return the members of an archive, without folders; they may not unpack to more than `Source.unpack_limit`.
+
+    Of a folder, return its files, those in folders below it too.
+    """
+    if source.path is not None and source.path.is_dir():
+        return _files(source, source.path)
     try:
         with zipfile.ZipFile(source.open()) as archive:
             members: dict[str, zipfile.ZipInfo] = {}
@@ -32,6 +38,18 @@ def unpack(source: Source, kind: str) -> dict[str, bytes]:
         if source.stopped is not None or getattr(error, "errno", None) is not None:
             raise  # the callback's error, or the disk's
         raise source.error(f"not a whole {kind} file ({reason(error)}); check the extension, or {BAD_COPY}") from None
+
+
+def _files(source: Source, folder: Path) -> dict[str, bytes]:
+    """Return the bytes of each file of a folder, by its path below the folder."""
+    paths = [path for path in sorted(folder.rglob("*")) if path.is_file()]
+    source.size = sum(path.stat().st_size for path in paths)
+    files = {}
+    for path in paths:
+        name = path.relative_to(folder).as_posix()
+        files[name] = path.read_bytes()
+        source.advance(2 * len(files[name]))
+    return files
 
 
 def _unpacked(source: Source, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:

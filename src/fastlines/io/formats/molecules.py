@@ -64,6 +64,8 @@ def read(source: Source, invalid: str, *, model: int = 1, tolerance: float = 0.4
             near = bonded(atoms.points, atoms.radii, atoms.places, tolerance)
         except CrowdedError as error:
             raise source.error(f"{error}; its coordinates are damaged") from None
+    if not len(listed) and not len(near):
+        source.warn(f"its {len(atoms.points)} atoms are not read, as no bond joins them")
     bonds, where = np.unique(np.concatenate([listed, near]), axis=0, return_index=True)
     return Lines.from_segments(
         atoms.points[bonds],

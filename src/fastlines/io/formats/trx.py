@@ -8,6 +8,8 @@ vertex), ``dps/NAME.3.uint8`` (three values per streamline), ``groups/NAME.uint3
 A group becomes a boolean attribute ``group NAME``. Of its values (``dpg``) and of members that the format does not
 define, a warning tells. Arrays are little-endian. They are read here, and not with trx-python, which extracts the
 archive to the disk and refuses a whole file for one array of a wrong length.
+
+The file may also be a folder, which holds the same as the archive does. The members may be in a folder of the archive.
 """
 
 from __future__ import annotations
@@ -35,6 +37,9 @@ _TYPES = {
     for kind, sizes in {"float": (16, 32, 64), "int": (8, 16, 32, 64), "uint": (8, 16, 32, 64)}.items()
     for bits in sizes
 }
+_HEADER = "header.json"
+#: What file managers leave in folders and archives.
+_HIDDEN = re.compile(r"(?:^|/)(?:\.|__MACOSX/|Thumbs\.db$|desktop\.ini$)", re.IGNORECASE)
 #: More groups than these do not become attributes.
 MAX_GROUPS = 64
 #: What the name of an attribute begins with that is a group.
@@ -49,8 +54,8 @@ def read(source: Source, invalid: str, *, bundle: str | None = None) -> Lines:
     bundle : str, optional
         Read only the streamlines of the group of this name. They are the strands 0, 1, … in the group's order.
     """
-    members = unpack(source, ".trx")
-    n_streamlines, n_points = _header(source, members.pop("header.json", b"{}"))
+    members = _without_folder(source, unpack(source, ".trx"))
+    n_streamlines, n_points = _header(source, members.pop(_HEADER))
     arrays: dict[str, AnyArray] = {}
     for member in list(members):
         _array(source, arrays, member, members.pop(member))
@@ -154,6 +159,22 @@ def _add(
 def _safe(name: str) -> str:
     """Return a name without what separates the parts of members' names."""
     return re.sub(r"[^\w +()=,-]", "_", name).strip() or "_"
+
+
+def _without_folder(source: Source, members: dict[str, bytes]) -> dict[str, bytes]:
+    """Return the members by their names in the folder of the header, and none that systems leave beside them."""
+    named = {name.replace("\\", "/"): data for name, data in members.items()}
+    folders = [name.removesuffix(_HEADER) for name in named if f"/{name}".endswith(f"/{_HEADER}")]
+    if not folders:
+        raise source.error(f"holds no {_HEADER!r}, so it is not a whole .trx file; check the extension, or {BAD_COPY}")
+    folder = min(folders, key=len)
+    if others := [other for other in folders if not other.startswith(folder)]:
+        raise source.error(
+            f"holds several files of streamlines, in the folders {folder!r} and {others[0]!r}; unpack it, and read "
+            "one of these folders"
+        )
+    within = {name.removeprefix(folder): data for name, data in named.items() if name.startswith(folder)}
+    return {name: data for name, data in within.items() if not _HIDDEN.search(name)}
 
 
 def _header(source: Source, data: bytes) -> tuple[int, int]:

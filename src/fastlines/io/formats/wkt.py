@@ -20,7 +20,7 @@ from collections.abc import Iterator
 from ...geometry.lines import Lines
 from ..source import Source, printable, reason
 from .columns import arrays_of, column_of, counted, listed, radius_of, with_features
-from .wkt_text import STARTS, Wkt
+from .wkt_text import BARE_START, START, STARTS, STARTS_LINES, Wkt
 
 #: Names of a column of geometries, in lower case, the usual ones first.
 NAMES = ("geometry", "wkt", "geom", "the_geom", "wkt_geom", "shape", "geography", "linestring")
@@ -31,7 +31,8 @@ DEGREES = frozenset(("4326", "4269", "4258", "4979"))
 _LOCK = threading.Lock()
 
 _COMMENTS = re.compile(r"(?:\s*#[^\n]*\n)*")
-_QUOTED_START = re.compile(r"(['\"])\s*(?:SRID=\d+\s*;\s*)?(?:(?:MULTI)?LINESTRING|GEOMETRYCOLLECTION)", re.IGNORECASE)
+_QUOTED_START = re.compile(rf"(['\"]){START}", re.IGNORECASE)
+_ENDS = re.compile(r"(?:\)|\bEMPTY)\s*;?\s*$", re.IGNORECASE)
 _BINARY = re.compile(r"\s*(?:\\x)?0[01](?:[0-9A-F]{2}){8,}\s*", re.IGNORECASE)
 
 
@@ -44,7 +45,7 @@ def read(source: Source, invalid: str, *, column: str | None = None, radius: str
     ----------
     column : str, optional
         The column of the lines. By default it is named geometry, wkt, geom, the_geom, shape or alike, in either case,
-        or is the first that begins with a line.
+        or is the first that begins with a line, or else with another geometry.
     radius : str, optional
         The column of the radius, in the unit of the coordinates.
     """
@@ -120,17 +121,17 @@ def _is_line(word: object) -> bool:
 
 
 def _is_table(text: str, start: int) -> bool:
-    """Return whether text that begins with a line has other columns too."""
+    """Return whether text that begins with a geometry has other columns too."""
     first = text[start : start + (1 << 16)].lstrip().partition("\n")[0]
-    return first.count("(") == first.count(")") and not re.search(r"\)\s*(?:;\s*)?$", first)
+    return first.count("(") == first.count(")") and not (_ENDS.search(first) or BARE_START.fullmatch(first))
 
 
 def _plain(source: Source, text: str, invalid: str, radius: str | None) -> Lines:
     """Read geometries one after the other: one a line, or over several lines."""
     source.drop()
     lines = [(i, line) for i, line in enumerate(text.splitlines(), start=1) if line.strip() and line[0] != "#"]
-    if any(line.count("(") != line.count(")") for _, line in lines):
-        lines = [(1, text)]
+    if any(line.count("(") != line.count(")") or BARE_START.fullmatch(line) for _, line in lines):
+        lines = [(1, "\n".join(line for _, line in lines))]
     wkt = Wkt()
     for number, line in lines:
         wrong = wkt.add(line, number)
@@ -194,10 +195,11 @@ def _geometry_column(source: Source, names: list[str], rows: list[tuple[int, lis
     for name in NAMES:
         if name in lower:
             return lower.index(name)
-    for _, row in rows[:100]:
-        for i, word in enumerate(row[: len(names)]):
-            if STARTS.match(word):
-                return i
+    for starts in (STARTS_LINES, STARTS):
+        for _, row in rows[:100]:
+            for i, word in enumerate(row[: len(names)]):
+                if starts.match(word):
+                    return i
     raise source.error(
         f"has no column of lines (named {', '.join(NAMES[:4])} …, or with LINESTRING in it); its columns are "
         f"{', '.join(map(repr, names[:20]))}; name it with column=, or read columns of x, y and z by NumPy and pass "

@@ -32,11 +32,17 @@ _TAG = re.compile(
 _BETWEEN = re.compile(r"[\s,;()]*")
 #: The points of a line string, and what follows them.
 _PART = re.compile(r"\s*(?:\((?P<points>[^()]*)\)|EMPTY)\s*(?P<next>[,)]?)", re.IGNORECASE)
-#: How a text with lines may begin.
-STARTS = re.compile(
-    r"\s*(?:SRID=\d+\s*;\s*)?(?:(?:MULTI)?LINESTRING|GEOMETRYCOLLECTION)\s*(?:(?:ZM|Z|M)\s*)?(?:\(|EMPTY)",
-    re.IGNORECASE,
+_KINDS = (
+    r"(?:MULTI)?(?:POINT|LINESTRING|POLYGON|CURVE|SURFACE)|GEOMETRYCOLLECTION|LINEARRING|CIRCULARSTRING|COMPOUNDCURVE|"
+    "CURVEPOLYGON|POLYHEDRALSURFACE|TIN|TRIANGLE"
 )
+#: The first words of a geometry of any type.
+_WORDS = rf"\s*(?:SRID=\d+\s*;\s*)?(?:{_KINDS})\s*(?:(?:ZM|Z|M)\s*)?"
+#: How a text with geometries may begin, of any type or of one that holds lines. A title such as "Point (m)" is none.
+START = _WORDS + r"(?:\(\s*(?:[-+.\d()]|nan\b|inf|[A-Z]+\s*(?:(?:ZM|Z|M)\s*)?(?:\(|\bEMPTY\b)|EMPTY\b)|\bEMPTY\b)"
+STARTS = re.compile(START, re.IGNORECASE)
+BARE_START = re.compile(rf"{_WORDS}|\s*SRID=\d+\s*;\s*", re.IGNORECASE)
+STARTS_LINES = re.compile(START.replace(_KINDS, "(?:MULTI)?LINESTRING|GEOMETRYCOLLECTION"), re.IGNORECASE)
 
 
 @dataclass
