@@ -87,7 +87,7 @@ def to_polydata(lines: Any) -> Any:
         if text is not None:
             mesh.GetFieldData().AddArray(_text(name, text))
     if lost:
-        warnings.warn(f"not kept in PolyData: {'; '.join(lost)}", FileWarning, stacklevel=3)
+        warnings.warn(f"not kept in PolyData: {'; '.join(lost)}", FileWarning, stacklevel=2)
     return mesh
 
 
