@@ -52,6 +52,8 @@ def test_straight_entities_layers_and_units(load):
     layer = lines.attributes["layer"]
     assert (layer[0], layer[1], layer[-1]) == (2, 0, 0)  # after 0 and Defpoints
     assert layer[lines.strands == 2].tolist() == [3]
+    assert lines.attributes["feature"].tolist() == [0, 1, 1, 1, 2, 3]
+    assert lines.attributes["layer_name"].tolist() == ["WALLS", "0", "0", "0", "new", "0"]
     assert (lines.unit, lines.up) == ("mm", "z")
     assert load(drawing(lambda _, space: space.add_line((0, 0), (1, 1)), units=0), "a.dxf").unit is None
 
@@ -79,6 +81,24 @@ def test_curves_are_within_the_tolerance(load, tolerance):
     assert points_of(lines, 0)[0] == pytest.approx(points_of(lines, 0)[-1], abs=1e-5)
     assert points_of(lines, 1)[[0, -1]] == pytest.approx(np.float32([[0, 5, 0], [-5, 0, 0]]), abs=1e-5)
     assert (points_of(lines, 4)[:, 1] == 0).all()
+
+
+def test_hits_lead_back_to_entities(load):
+    def draw(document, space):
+        document.blocks.new("block").add_line((0, 0), (0, 1))
+        space.add_text("oak")
+        for x in (5, 6):
+            space.add_blockref("block", (x, 0))
+        space.add_line((7, 0), (7, 1))
+
+    data = drawing(draw)
+    with pytest.warns(FileWarning, match="1 TEXT"):
+        lines = load(data, "a.dxf")
+    assert lines.attributes["feature"].tolist() == [1, 2, 3]
+    entities = list(ezdxf.read(io.StringIO(data.decode())).modelspace())
+    hits = fl.build(lines).first_hit([7, 0.5, -1], [0, 0, 1], 0.1)
+    entity = entities[lines.attributes["feature"][hits.prim]]
+    assert (entity.dxftype(), entity.dxf.handle) == ("LINE", lines.attributes["handle"][hits.prim])
 
 
 def test_blocks_are_placed(load):

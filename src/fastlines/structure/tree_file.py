@@ -43,8 +43,8 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
     sections, facts, lost = to_sections(tree.geometry)
     if lost:
         warnings.warn(
-            f"{path} does not keep the attributes {', '.join(lost)}: it takes booleans, whole numbers and floats of up "
-            "to 8 bytes, in up to 3 dimensions; convert them, or save them beside it",
+            f"{path} does not keep the attributes {', '.join(lost)}: it takes texts, booleans, whole numbers and "
+            "floats of up to 8 bytes, in up to 3 dimensions; convert them, or save them beside it",
             stacklevel=3,
         )
     nodes, refs = tree.words()

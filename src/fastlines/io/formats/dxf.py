@@ -4,10 +4,13 @@ Format: https://help.autodesk.com/view/OARX/2024/ENU/?guid=GUID-235B22E0-A567-4C
 
 Of the model space are read LINE, LWPOLYLINE and POLYLINE (2D and 3D) with their bulges, ARC, CIRCLE, ELLIPSE, SPLINE
 and HELIX, also in blocks, as each INSERT places them. Each entity is a strand. Curves, splines too, become polylines
-within a tolerance; the arcs of polylines are off by up to 3e-4 of their radius besides. The attribute ``layer`` counts
-the layers in the order of the file's table; their names, colours and line weights are dropped. Other entities are
-dropped with a warning, and so are layouts, and entities that break the rules of the format. The unit is that of
-``$INSUNITS``.
+within a tolerance; the arcs of polylines are off by up to 3e-4 of their radius besides. The unit is that of
+``$INSUNITS``. Other entities are dropped with a warning, and so are layouts, and entities that break the
+rules of the format. Colours and line weights are dropped.
+
+The attribute ``feature`` counts the entities of the model space, of all types: ``list(drawing.modelspace())[feature]``
+is the entity in ezdxf; of lines in blocks, it is the INSERT. ``handle`` is the entity's own handle, and ``layer_name``
+the name of its layer. ``layer`` counts the layers in the order of the file's table.
 """
 
 from __future__ import annotations
@@ -22,9 +25,10 @@ import numpy.typing as npt
 
 from ...arrays import LEAST, number
 from ...geometry.lines import Lines
+from ...geometry.strand_attributes import NO_TEXT, objects
 from ...support.optional import optional
 from ..source import BAD_COPY, Source, reason
-from .columns import counted, with_strand_attributes
+from .columns import counted, with_features
 from .dxf_records import Record, without_bad
 
 Float64Array = npt.NDArray[np.float64]
@@ -69,12 +73,14 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
     bad: dict[str, int] = {}
     strands: list[Float64Array] = []
     numbers: list[int] = []
+    features: list[int] = []
+    texts: dict[str, list[str]] = {"layer_name": [], "handle": []}
     n_points = 0
     why = "it has no size"
-    for entity, matrices in _exploded(source, drawing.modelspace(), others, bad, [_MAX_ENTITIES + source.size]):
+    for feature, entity, matrices in _lines_of(source, drawing.modelspace(), others, bad):
         try:
             points = _points(entity, path.make_path(entity), matrices, tolerance)
-            layer = str(entity.dxf.layer).lower()
+            layer, handle = str(entity.dxf.layer), str(entity.dxf.get("handle") or NO_TEXT)
         except Exception as error:  # whatever the library raises for values that make no sense
             points, why = np.empty((0, 3)), reason(error)
         if not len(points):
@@ -84,7 +90,10 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
         if 12 * n_points > source.unpack_limit:
             raise source.error("its curves become far more points than a drawing has; raise tolerance=")
         strands.append(points)
-        numbers.append(layers.setdefault(layer, len(layers)))
+        numbers.append(layers.setdefault(layer.lower(), len(layers)))
+        features.append(feature)
+        texts["layer_name"].append(layer)
+        texts["handle"].append(handle)
     if bad:
         source.warn(f"entities that cannot be read are left out: {counted(bad)} ({why.rstrip('.')})")
     n_elsewhere = sum(entity.dxftype() in _LINES for name in drawing.layouts.names() if name != "Model"
@@ -96,7 +105,8 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
     points = np.concatenate([np.empty((0, 3)), *strands])
     lines = Lines.from_points(points, [len(part) for part in strands], invalid=invalid)
     unit = _UNITS.get(drawing.header.get("$INSUNITS", 0))
-    return with_strand_attributes(lines, {"layer": np.array(numbers, np.int64)}, unit)
+    named = {name: objects(column) for name, column in texts.items()}
+    return with_features(lines, features, {"layer": np.array(numbers, np.int64), **named}, unit)
 
 
 def _open(source: Source, ezdxf: Any) -> Any:
@@ -135,6 +145,16 @@ def _open(source: Source, ezdxf: Any) -> Any:
     else:
         source.warn(f"breaks the rules of the format ({why}); {len(audit.fixes)} mistakes were repaired to read it")
     return drawing
+
+
+def _lines_of(
+    source: Source, entities: Iterable[Any], others: dict[str, int], bad: dict[str, int]
+) -> Iterator[tuple[int, Any, tuple[Any, ...]]]:
+    """Yield the entities that are lines, with the number of the one they are in and the matrices of the blocks."""
+    n_left = [_MAX_ENTITIES + source.size]
+    for feature, entity in enumerate(entities):
+        for part, matrices in _exploded(source, [entity], others, bad, n_left):
+            yield feature, part, matrices
 
 
 def _exploded(

@@ -3,8 +3,9 @@
 Formats: RFC 4180 for tables, and OGC 06-103r4 for well-known text; `wkt_text` reads the latter.
 
 LINESTRING and MULTILINESTRING are read, in collections too, with z and m. Each line string is a strand; m is an
-attribute of each point. Columns of numbers or of truth values become attributes of strands. Other geometries and other
-columns are dropped, each with a warning.
+attribute of each point. The attribute ``feature`` counts the rows of the table below its names, blank lines left out,
+or the geometries of plain text, one in a collection not counted. Columns of numbers, of truth values or of texts become
+attributes of strands. Other geometries are dropped with a warning.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from collections.abc import Iterator
 
 from ...geometry.lines import Lines
 from ..source import Source, printable, reason
-from .columns import column_of, counted, numeric, radius_of, with_strand_attributes
+from .columns import arrays_of, column_of, counted, listed, radius_of, with_features
 from .wkt_text import BARE_START, START, STARTS, STARTS_LINES, Wkt
 
 #: Names of a column of geometries, in lower case, the usual ones first.
@@ -96,19 +97,27 @@ def _lines(
     if without or wkt.others:
         source.warn(f"rows and geometries without a line are not read: {counted({**without, **wkt.others})}")
     points, counts, m = wkt.numbers(source)
-    row_of = dict(rows)
-    owners = [row_of[line] for line in wkt.rows]
+    row_of = {line: (number, row) for number, (line, row) in enumerate(rows)}
+    features, owners = [row_of[line][0] for line in wkt.rows], [row_of[line][1] for line in wkt.rows]
     table = {
         name: (range(len(owners)), column_of([row[i] if i < len(row) else "" for row in owners]))
         for i, name in enumerate(names)
         if i != at and owners
     }
-    per_strand = numeric(source, table, len(owners), "columns")
+    lines_too = [name for name, (_, words) in table.items() if any(map(_is_line, words))]
+    if lines_too:
+        source.warn(f"other columns of lines are not read (column= names the one to read): {listed(sorted(lines_too))}")
+    table = {name: column for name, column in table.items() if name not in lines_too}
+    per_strand = arrays_of(source, table, len(owners), "columns")
     radii = radius_of(source, per_strand, radius, "column")
     attributes = {} if m is None else {"m": m}
     lines = Lines.from_points(points, counts, attributes=attributes, invalid=invalid)
     unit = "degree" if wkt.srids and wkt.srids <= DEGREES else None
-    return with_strand_attributes(lines, per_strand, unit, radii)
+    return with_features(lines, features if names else wkt.features, per_strand, unit, radii)
+
+
+def _is_line(word: object) -> bool:
+    return isinstance(word, str) and STARTS.match(word) is not None
 
 
 def _is_table(text: str, start: int) -> bool:
