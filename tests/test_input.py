@@ -33,7 +33,7 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "segments 1d": (lambda: fl.build([1, 2, 3]), ["segments", "(3,)", "(n, 2, 3)"]),
     "segments points": (lambda: fl.build(np.zeros((4, 3))), ["segments", "(4, 3)", "(n, 2, 3)"]),
     "segments of 3 ends": (lambda: fl.build(np.zeros((4, 3, 3))), ["(4, 3, 3)", "(n, 2, 3)"]),
-    "segments 2d space": (lambda: fl.build(np.zeros((4, 2, 2))), ["(4, 2, 2)", "(n, 2, 3)"]),
+    "segments of 4 axes": (lambda: fl.build(np.zeros((4, 2, 4))), ["(4, 2, 4)", "(n, 2, 3)"]),
     "segments empty, odd shape": (lambda: fl.build(np.zeros((0, 7))), ["(0, 7)", "(n, 2, 3)"]),
     "segments scalar": (lambda: fl.build(3.0), ["()", "(n, 2, 3)"]),
     "segments text": (lambda: fl.build("hair.tfx"), ["segments", "fl.read"]),

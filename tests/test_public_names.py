@@ -62,6 +62,7 @@ NAMES = [
     "set_simd",
     "simd",
     "theory",
+    "to_polydata",
     "write",
 ]
 

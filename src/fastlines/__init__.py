@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from .geometry.user_primitives import Rays as Rays
     from .io import read as read
     from .io import write as write
+    from .pyvista_plugin.readers import to_polydata as to_polydata
     from .query.hits import AllHits as AllHits
     from .query.hits import FirstHits as FirstHits
     from .query.queries import brute_force as brute_force
@@ -91,6 +92,7 @@ _NAMES = {
     "geometry.triangles": ("Triangles",),
     "geometry.user_primitives": ("Primitives", "Rays"),
     "io": ("read", "write"),
+    "pyvista_plugin.readers": ("to_polydata",),
     "query.hits": ("AllHits", "FirstHits"),
     "query.queries": ("brute_force",),
     "refit": ("RebuildPolicy",),

@@ -207,6 +207,11 @@ def refuse_rows(bad: npt.NDArray[np.bool_], name: str, advice: str = "") -> None
         )
 
 
+def is_text(values: AnyArray) -> bool:
+    """Return whether an array holds texts, as Python objects or as NumPy's own type."""
+    return values.dtype.kind == "U" or (values.dtype == object and all(type(value) is str for value in values.flat))
+
+
 def kind_of(values: object) -> str:
     """Describe a value that was given, for an error message."""
     if isinstance(values, np.ndarray):

@@ -59,19 +59,20 @@ def test_a_tree_over_curves_is_built_from_their_file():
 def test_info_describes_lines(table):
     result = run("info", table, "--json")
     assert result.exit_code == 0
-    assert re.fullmatch(
-        r"warning: roads.csv: columns that do not hold numbers are not kept: 'name', 'way'\n", result.stderr
+    assert result.stderr == (
+        "warning: roads.csv: other columns of lines are not read (column= names the one to read): 'way'\n"
     )
     told = json.loads(result.stdout)
     assert told["format"] == "well-known text, alone or in a column of a table"
     lines = told["lines"]
     assert lines["strand_lengths"] == [1, 4, 7]
-    assert lines["attributes"] == {"id": "int64 per strand"}
+    texts = {"feature": "int64 per strand", "id": "int64 per strand", "name": "text per strand"}
+    assert lines["attributes"] == texts
     assert (lines["unit"], lines["up"], lines["n_strands"], lines["n_segments"]) == (None, "z", 2, 3)
     assert 0 < lines["radius_for_pictures"] < 3
     text = run("info", table).stdout
     assert text.startswith("roads.csv: well-known text")
-    assert re.search(r"lines  attributes +id \(int64 per strand\)\n", text)
+    assert re.search(r"lines  attributes +feature \(int64 per strand\), id \(int64 per strand\), name \(text", text)
     assert re.search(r"lines  radius for pictures +0\.\d", text)
 
 
@@ -182,11 +183,13 @@ def test_convert(table):
     result = run("convert", table, "roads.geojson")
     assert result.exit_code == 0
     assert result.stdout == "roads.geojson: maps, GeoJSON, also one feature a line: 3 segments, 2 strands\n"
-    assert result.stderr.startswith("warning: roads.csv: columns that do not hold numbers")
+    assert result.stderr.startswith("warning: roads.csv: other columns of lines are not read")
     lines = fl.read("roads.geojson")
+    assert lines.attributes["name"].tolist() == ["oak", "oak", ""]
     assert lines.attributes["id"].tolist() == [1, 1, 2]
     assert done("convert", "roads.geojson", "roads.npz.gz").endswith(": 3 segments, 2 strands\n")
     assert (fl.read("roads.npz.gz").segments == lines.segments).all()
+    assert fl.read("roads.npz.gz").attributes["name"].tolist() == ["oak", "oak", ""]
     result = run("convert", "roads.geojson", "roads.npy")
     assert result.exit_code == 0
     assert "800 segments" in done("convert", "scene:bun-hair:800", "hair.npz")
@@ -230,6 +233,22 @@ def test_convert_notes_what_is_lost(tracts):
     result = run("convert", tracts, "a.geojson")
     assert result.exit_code == 0
     assert re.search("warning: a.geojson: not kept, as the format has no place for it: .*'mm'", result.stderr)
+
+
+def test_convert_takes_options_of_the_output():
+    lines = replace(fl.Lines.from_strands([[[0, 0, 0], [1, 0, 0]]]), unit="mm")
+    grid = {"dimensions": [3, 4, 5], "voxel_to_rasmm": np.diag([-2.0, 2, 2, 1])}
+    fl.write("own.trk", replace(lines, metadata={"grid": grid}))
+    fl.write("a.npz", lines)
+    done("convert", "a.npz", "a.trx", "--output-option", "reference=own.trk")
+    assert fl.read("a.trx").metadata["grid"]["dimensions"] == (3, 4, 5)
+    for option, said in (
+        ("reference", "--output-option 'reference' is not a name and a value"),
+        ("size=3", "has no option 'size' of its writer; known: reference"),
+        ("reference=none.trk", "none.trk: no such file"),
+    ):
+        assert said in refused("convert", "a.npz", "b.trk", "--output-option", option)[1]
+    assert not Path("b.trk").exists()
 
 
 def test_convert_refuses(table):

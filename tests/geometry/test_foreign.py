@@ -65,6 +65,28 @@ def test_polylines_of_two_points() -> None:
     assert fl.lines(ragged).n_strands == 2
 
 
+def test_points_in_the_plane() -> None:
+    flat = POINTS[:, :2]
+    expected = POINTS[ENDS] * np.float32([1, 1, 0])
+    for given in ([part[:, :2] for part in PARTS], [part[:, :2].tolist() for part in PARTS], (flat, [0, 3, 5, 7])):
+        with pytest.warns(FileWarning, match="the points have two coordinates, x and y; z is 0") as told:
+            lines = fl.lines(given)
+        assert told[0].filename == __file__
+        np.testing.assert_array_equal(lines.segments, expected)
+        np.testing.assert_array_equal(lines.strands, STRANDS)
+    pairs = flat[:6].reshape(3, 2, 2)
+    for given in (pairs, memoryview(pairs), pairs.astype("i4")):
+        with pytest.warns(FileWarning, match="z is 0"):
+            lines = fl.lines(given)
+        np.testing.assert_array_equal(lines.segments[..., :2], np.asarray(given))
+        assert (lines.segments[..., 2] == 0).all()
+        assert lines.n_strands == 0
+    with pytest.warns(FileWarning, match="z is 0"):
+        assert fl.build([[[0, 0], [4, 0]]]).first_hit([2, 0, -1], [0, 0, 1], 0.1).prim == 0
+    with pytest.raises(InputError, match=r"strand 1: the shape is \(7, 1\); expected \(m, 3\)"):
+        fl.lines([flat, POINTS[:, :1]])
+
+
 def test_points_and_offsets() -> None:
     check(fl.lines((POINTS, [0, 3, 5, 7])))
     check(fl.lines((POINTS.astype("f8"), np.array([0, 3, 5, 7], "u4"))))
@@ -95,7 +117,7 @@ def test_nan_is_refused_or_skipped() -> None:
         ("a.trk", "is the name of a file, not an array; fl.read reads files"),
         (fl.Lines, "lines are a class, Lines; expected an object of it"),
         (fl.Curves.from_bezier(POINTS[:4][None]), "lines are Curves; curves.pieces.lines are lines"),
-        ([POINTS[:, :2]], "segments"),
+        (POINTS[:, :2], "segments"),
         ([POINTS, POINTS[:, :2]], r"strand 1: the shape is \(7, 2\)"),
         ({}, "segments"),
         (fl.build(POINTS[:2][None]), r"lines are a Tree; expected lines: pass tree\.geometry"),

@@ -52,6 +52,8 @@ def test_straight_entities_layers_and_units(load):
     layer = lines.attributes["layer"]
     assert (layer[0], layer[1], layer[-1]) == (2, 0, 0)  # after 0 and Defpoints
     assert layer[lines.strands == 2].tolist() == [3]
+    assert lines.attributes["feature"].tolist() == [0, 1, 1, 1, 2, 3]
+    assert lines.attributes["layer_name"].tolist() == ["WALLS", "0", "0", "0", "new", "0"]
     assert (lines.unit, lines.up) == ("mm", "z")
     assert load(drawing(lambda _, space: space.add_line((0, 0), (1, 1)), units=0), "a.dxf").unit is None
 
@@ -79,6 +81,24 @@ def test_curves_are_within_the_tolerance(load, tolerance):
     assert points_of(lines, 0)[0] == pytest.approx(points_of(lines, 0)[-1], abs=1e-5)
     assert points_of(lines, 1)[[0, -1]] == pytest.approx(np.float32([[0, 5, 0], [-5, 0, 0]]), abs=1e-5)
     assert (points_of(lines, 4)[:, 1] == 0).all()
+
+
+def test_hits_lead_back_to_entities(load):
+    def draw(document, space):
+        document.blocks.new("block").add_line((0, 0), (0, 1))
+        space.add_text("oak")
+        for x in (5, 6):
+            space.add_blockref("block", (x, 0))
+        space.add_line((7, 0), (7, 1))
+
+    data = drawing(draw)
+    with pytest.warns(FileWarning, match="1 TEXT"):
+        lines = load(data, "a.dxf")
+    assert lines.attributes["feature"].tolist() == [1, 2, 3]
+    entities = list(ezdxf.read(io.StringIO(data.decode())).modelspace())
+    hits = fl.build(lines).first_hit([7, 0.5, -1], [0, 0, 1], 0.1)
+    entity = entities[lines.attributes["feature"][hits.prim]]
+    assert (entity.dxftype(), entity.dxf.handle) == ("LINE", lines.attributes["handle"][hits.prim])
 
 
 def test_blocks_are_placed(load):
@@ -134,6 +154,61 @@ def test_bad_files(load):
         assert "has no section ENTITIES; check the extension" in message_of(load, text.encode(), "a.dxf")
     for text in ("ENTITIES\nEOF", "AutoCAD Binary DXF\r\n\x1a\0ENTITIES\0EOF"):
         assert re.search("is not a DXF drawing: .*; check the extension", message_of(load, text.encode(), "a.dxf"))
+
+
+def with_all_kinds(document, space):
+    space.add_line((0, 0), (1, 0))
+    space.add_spline([(0, 0), (1, 1), (2, 0), (3, 1)])
+    space.add_circle((0, 0), 2)
+    space.add_ellipse((0, 0), (5, 0), 0.5)
+    space.add_polyline2d([(0, 0), (2, 2), (3, 3)])
+    document.blocks.new("b").add_circle((0, 0), 1)
+    space.add_blockref("b", (3, 3))
+
+
+def changed(text: str, kind: str, code: int, old: str, new: str | None, *, section: str = "ENTITIES") -> bytes:
+    """Replace the first value of a code in the first entity of a kind, or remove it."""
+    start = text.index(f"\n{kind}\n", text.index(f"\n{section}\n"))
+    at = text.index(f"\n{code:3}\n{old}", start)
+    return (text[:at] + ("" if new is None else f"\n{code:3}\n{new}") + text[at + 5 + len(old) :]).encode()
+
+
+@pytest.mark.parametrize(
+    ("kind", "code", "old", "new", "said"),
+    [
+        ("SPLINE", 100, "AcDbSpline", None, "break the rules of the format are left out: 1 SPLINE .missing 'AcDbSpl"),
+        ("SPLINE", 71, "3", "oak", "break the rules of the format are left out: 1 SPLINE .Invalid tag"),
+        ("CIRCLE", 40, "2.0", "oak", "break the rules of the format are left out: 1 CIRCLE .Invalid tag"),
+        ("CIRCLE", 40, "2.0", "nan", "cannot be read are left out: 1 CIRCLE .it has no size."),
+        ("CIRCLE", 40, "2.0", "0.0", "cannot be read are left out: 1 CIRCLE .it has no size."),
+        ("CIRCLE", 40, "2.0", "1" + "0" * 400, "cannot be read are left out: 1 CIRCLE"),
+        ("ELLIPSE", 11, "5.0", "0.0", "cannot be read are left out: 1 ELLIPSE .Invalid major axis"),
+        ("ELLIPSE", 40, "0.5", "0.0", "cannot be read are left out: 1 ELLIPSE"),
+        ("POLYLINE", 70, "0", "x", "break the rules of the format are left out: 1 POLYLINE .Invalid tag"),
+        ("INSERT", 10, "3.0", "x", "break the rules of the format are left out: 1 INSERT .Invalid"),
+        ("LINE", 11, "1.0", "x", "break the rules of the format are left out: 1 LINE .Invalid"),
+    ],
+)
+def test_one_bad_entity_is_left_out(load, kind, code, old, new, said):
+    good = drawing(with_all_kinds).decode()
+    with pytest.warns(FileWarning) as told:
+        lines = load(changed(good, kind, code, old, new), "a.dxf")
+    assert len(told) == 1
+    assert re.search(said, str(told[0].message)), told[0].message
+    whole = load(good.encode(), "a.dxf")
+    kinds = ["LINE", "SPLINE", "CIRCLE", "ELLIPSE", "POLYLINE", "INSERT"]
+    kept = np.concatenate([whole.segments[whole.strands == i] for i in range(6) if kinds[i] != kind])
+    np.testing.assert_array_equal(lines.segments, kept)
+
+
+def test_bad_entities_in_blocks_and_several(load):
+    text = changed(drawing(with_all_kinds).decode(), "CIRCLE", 40, "1.0", "oak", section="BLOCKS").decode()
+    text = changed(text, "SPLINE", 100, "AcDbSpline", None).decode()
+    with pytest.warns(FileWarning, match="left out: 1 CIRCLE, 1 SPLINE, 1 ELLIPSE"):
+        lines = load(changed(text, "ELLIPSE", 40, "0.5", "oak").replace(b"oak", b"x y"), "a.dxf")
+    assert lines.n_strands == 3  # the line, the circle and the polyline; the block is empty
+    lost = text.replace("\n  2\nTABLES\n", "\n  2\nTABLES\nzz\n")
+    assert "cannot be read as a DXF drawing: " in message_of(load, lost.encode(), "a.dxf")
 
 
 def test_drawings_that_are_cut_short(load):

@@ -47,18 +47,47 @@ def test_everything(load):
     assert lines.strands.tolist() == [0, 0, 1, 2, 2, 3]
     assert lines.segments[:, 1].tolist() == [[1, 0.5, 0], [1, 2, 0], [6, 6, 0], [8, 8, 2], [9, 9, 3], [4, 4, 0]]
     assert {name: values.dtype for name, values in lines.attributes.items()} == {
+        "feature": np.int64,
         "lanes": np.int64,
+        "name": np.object_,
         "length": np.float64,
         "wet": np.bool_,
         "id": np.float64,
     }
+    assert lines.attributes["feature"].tolist() == [0, 0, 1, 1, 1, 4]
+    assert lines.attributes["name"].tolist() == ["oak", "oak", "", "", "", ""]
     assert lines.attributes["lanes"].tolist() == [2, 2, 3, 3, 3, 4]
     np.testing.assert_array_equal(lines.attributes["id"], [7, 7, 8, 8, 8, np.nan])
     assert (lines.unit, lines.up) == ("degree", "z")
     texts = [str(warning.message) for warning in told]
     assert "without a line are not read: 2 Polygon, 1 without a geometry" in texts[0]
-    assert "properties that do not hold numbers are not kept: 'name', 'tags'" in texts[1]
+    assert "properties that hold neither numbers nor texts are not kept: 'tags'" in texts[1]
     assert len(texts) == 2
+
+
+def test_hits_lead_back_to_features(load):
+    names = ["oak", None, 3, True, "ölm"]
+    document = {"type": "FeatureCollection", "features": [
+        feature(line([i, 0], [i, 1], [i, 2]), {"name": name, "feature": 7}) for i, name in enumerate(names)
+    ]}  # fmt: skip
+    lines = load(encoded(document), "a.geojson")
+    assert lines.attributes["name"][::2].tolist() == ["oak", "", "3", "true", "ölm"]
+    assert lines.attributes["feature of strand"].tolist() == [7] * 10
+    assert lines.attribute_texts()["name"] == ["text per strand"]
+    hits = fl.build(lines).first_hit([[4, 1.5, -1], [9, 9, 9], [0, 0.5, -1]], [0, 0, 1], 0.1)
+    assert lines.attributes["name"][hits.prim[hits.hit]].tolist() == ["ölm", "oak"]
+    assert document["features"][lines.attributes["feature"][hits.prim[0]]]["properties"]["name"] == "ölm"
+    with pytest.raises(fl.InputError, match="'name' holds object, expected numbers"):
+        hits.sample("name")
+
+
+def test_geometries_count_as_features(load):
+    point = {"type": "Point", "coordinates": [0, 0]}
+    parts = {"type": "GeometryCollection", "geometries": [point, line([1, 2], [3, 4]), point, line([5, 6], [7, 8])]}
+    with pytest.warns(FileWarning, match="2 Point"):
+        assert load(encoded(parts), "a.json").attributes["feature"].tolist() == [1, 3]
+    with pytest.warns(FileWarning, match="2 Point"):
+        assert load(encoded(feature(parts)), "a.json").attributes["feature"].tolist() == [0, 0]
 
 
 @pytest.mark.parametrize("name", ["a.json", "a.geojsonl", "a.ndjson", "a.geojson"])
@@ -101,9 +130,10 @@ def test_precision_radius_and_nan(load):
     with pytest.warns(fl.PrecisionWarning):
         load(encoded(line([16.123456789, 48.2], [16.1234568, 48.2])), "a.geojson")
     document = feature(line([0, 0], [1, 1]), {"width": 0.5, "type": "LineString"})
-    with pytest.warns(FileWarning, match="not kept: 'type'$"):
-        lines = load(encoded(document), "a.geojson", radius="width")
-    assert (lines.radius.tolist(), dict(lines.attributes)) == ([0.5], {})
+    lines = load(encoded(document), "a.geojson", radius="width")
+    assert (lines.radius.tolist(), lines.attributes["type"].tolist()) == ([0.5], ["LineString"])
+    with pytest.raises(fl.FileFormatError, match=r"no property 'type' of numbers for the radius; .*: 'width'"):
+        load(encoded(document), "a.geojson", radius="type")
     text = b'{"type": "LineString", "coordinates": [[0, 0], [NaN, 1], [2, 2], [3, 3]]}'
     assert "rows 0, 1" in message_of(load, text, "a.json", fl.InputError)
     assert load(text, "a.json", invalid="skip").skipped.tolist() == [0, 1]
@@ -191,11 +221,12 @@ def test_what_has_no_place_is_told(tmp_path):
     with pytest.warns(FileWarning) as told:
         write(tmp_path / "a.geojson", lines)
     text = str(told[0].message)
-    for part in ("'heat' of each point", "'rgb' of each point", "'each', which differs", "'name' (<U1", "the unit 'mm'",
+    for part in ("'heat' of each point", "'rgb' of each point", "'each', which differs", "the unit 'mm'",
                  "infinite values of 'far'", "radius='radius'"):  # fmt: skip
         assert part in text, text
-    with pytest.warns(FileWarning):
-        assert read(tmp_path / "a.geojson", radius="radius").radius.tolist() == [0.5, 0.5]
+    with pytest.warns(FileWarning, match="neither numbers nor texts are not kept: 'far'"):
+        again = read(tmp_path / "a.geojson", radius="radius")
+    assert (again.radius.tolist(), again.attributes["name"].tolist()) == ([0.5, 0.5], ["a", "a"])
     with pytest.warns(FileWarning, match="the radius, which differs along the lines"):
         write(tmp_path / "a.geojson", fl.Lines.from_points([[0, 0, 0], [1, 0, 0]], [2], radius=[1, 2]))
 
@@ -218,7 +249,22 @@ def test_names_that_change_are_told_and_kept_apart(tmp_path):
     names = {"a\nb": np.array([1]), "a?b": np.array([2])}
     lines = fl.Lines(np.ones((1, 2, 3), np.float32), np.zeros(1, int), attributes=names)
     assert lost_by(tmp_path / "a.geojson", lines) == [r"the name 'a\nb' ('a?b_' is written)"]
-    assert read(tmp_path / "a.geojson").attributes == {"a?b_": 1, "a?b": 2}
+    assert read(tmp_path / "a.geojson").attributes == {"feature": 0, "a?b_": 1, "a?b": 2}
+
+
+def test_features_are_written_as_they_were(tmp_path, load):
+    parts = {"type": "MultiLineString", "coordinates": [[[0.0, 1.0], [2.0, 3.0]], [[4.0, 5.0], [6.0, 7.0], [8.0, 9.0]]]}
+    features = [feature(line([0.5, 0.0], [1.0, 0.0]), {"name": "a"}), feature(parts, {"name": "b"}),
+                feature(line([0.0, 1.5], [1.0, 1.0]), {"name": "b"})]  # fmt: skip
+    lines = load(encoded({"type": "FeatureCollection", "features": features}), "a.geojson")
+    assert lost_by(tmp_path / "b.geojson", lines) == []
+    assert json.loads((tmp_path / "b.geojson").read_text())["features"] == features
+    again = read(tmp_path / "b.geojson")
+    assert again.attributes["feature"].tolist() == lines.attributes["feature"].tolist() == [0, 1, 1, 1, 2]
+    some = fl.Lines(lines.segments[1:], lines.strands[1:], unit="degree",
+                    attributes={name: values[1:] for name, values in lines.attributes.items()})  # fmt: skip
+    assert "the numbers of features, which are counted from 0" in lost_by(tmp_path / "c.geojson", some)
+    assert json.loads((tmp_path / "c.geojson").read_text())["features"] == features[1:]
 
 
 @pytest.mark.parametrize("name", ["a.geojsonl", "a.ndjson", "A.NDJSON.gz"])

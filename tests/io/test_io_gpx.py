@@ -39,6 +39,8 @@ def test_everything(load):
     assert lines.strands.tolist() == [0, 1, 1, 3]
     assert lines.segments[:, 1].tolist() == [[21, 11, 5], [16.5, 48.75, 0], [16.75, 49, 201], [1, 0, 0]]
     assert lines.attributes["track"].tolist() == [-1, 0, 0, 1]
+    assert lines.attributes["feature"].tolist() == [0, 1, 1, 2]
+    assert lines.attributes["name"].tolist() == ["r", "t", "t", ""]
     nan = np.nan
     np.testing.assert_array_equal(lines.end_attributes["hr"], [[nan, nan], [90, nan], [nan, nan], [nan, nan]])
     np.testing.assert_array_equal(lines.end_attributes["speed"], [[nan, nan], [nan, 2], [2, nan], [nan, nan]])
@@ -57,6 +59,22 @@ def test_an_element_called_track_does_not_replace_the_counter(load):
     lines = load(text.encode(), "a.gpx")
     assert lines.attributes["track"].tolist() == [0]
     assert lines.attributes["track of points"].tolist() == [7]
+
+
+def test_elements_of_tracks_and_of_points_are_kept_apart(load):
+    text = (
+        f"{ROOT}<trk><name>walk</name><number>3</number><track>x</track><link><text>no</text></link>"
+        '<trkseg><trkpt lat="1" lon="2"><name>1</name></trkpt></trkseg></trk>'
+        '<rte><desc>a &amp;\n b</desc><name>sail</name><rtept lat="3" lon="4"><feature>9</feature></rtept></rte></gpx>'
+    )
+    columns = load(text.encode(), "a.gpx").attributes
+    assert columns["name"].tolist() == ["walk", "sail"]
+    np.testing.assert_array_equal(columns["name of points"], [1, np.nan])
+    np.testing.assert_array_equal(columns["number"], [3, np.nan])
+    assert columns["desc"].tolist() == ["", "a &\n b"]
+    assert (columns["feature"].tolist(), columns["feature of points"].tolist()[1]) == ([0, 1], 9)
+    assert (columns["track"].tolist(), columns["track of strand"].tolist()) == ([0, -1], ["x", ""])
+    assert "text" not in columns
 
 
 def test_without_elevation(load):
@@ -126,4 +144,8 @@ def test_many_names_take_little_memory(load):
     text = f"{ROOT}<trk><trkseg>{points}</trkseg></trk></gpx>"
     with pytest.warns(FileWarning, match="elements of points with few values are not kept"):
         lines = load(text.encode(), "a.gpx")
+    assert 10 < len(lines.attributes) < 100
+    tracks = "".join(f'<trk><x{i}>1</x{i}><trkseg><trkpt lat="{i}" lon="0"/></trkseg></trk>' for i in range(10_000))
+    with pytest.warns(FileWarning, match="elements of tracks with few values are not kept"):
+        lines = load(f"{ROOT}{tracks}</gpx>".encode(), "a.gpx")
     assert 10 < len(lines.attributes) < 100

@@ -80,6 +80,26 @@ def test_bonds(load, name):
     assert lines.end_attributes["chain"][far].tolist() == [0, 1]
     assert lines.end_attributes["residue"][row[2, 4]].tolist() == [1, 2]
     assert lines.strands[[first, far, row[7, 8]]].tolist() == [0, 0, 1]
+    ends = {name: lines.end_attributes[name] for name in ("atom", "name", "chain_name", "residue_name")}
+    assert ends["atom"][far].tolist() == [4, 6]
+    assert ends["name"][far].tolist() == ["OD1", "ZN"]
+    assert (ends["chain_name"][far].tolist(), ends["residue_name"][far].tolist()) == (["A", "B"], ["ASP", "ZN"])
+
+
+def test_atoms_count_in_the_order_of_the_file(load):
+    """Chains that go on behind another one are joined, but the atoms keep their numbers."""
+    rows = [line for line in PDB.splitlines() if line.startswith(("ATOM", "HETATM"))]
+    rows = [*rows[3:6], *rows[6:], *rows[:3]]
+    lines = load("\n".join(rows).encode(), "a.pdb")
+    assert len(lines) == 6
+    points = np.float32([row[30:54].split() for row in rows])
+    assert (points[lines.end_attributes["atom"]] == lines.segments).all()
+    assert lines.end_attributes["name"].tolist() == [
+        [rows[i][12:16].strip() for i in pair] for pair in lines.end_attributes["atom"]
+    ]
+    hits = fl.build(lines).first_hit([0.2, 0, -9], [0, 0, 1], 0.1)
+    assert hits.sample("atom") == 7 + 0  # the end that is nearer: N, behind the other seven
+    assert lines.end_attributes["name"][hits.prim, round(float(hits.u))] == "N"
 
 
 def test_listed_bonds_of_missing_atoms(load):
@@ -91,7 +111,8 @@ def test_tolerance_and_models(load):
     far = atom(1, " C  ", "GLY", "A", 1, 0, 0, 0, "C"), atom(2, " C  ", "GLY", "A", 1, 1.95, 0, 0, "C")
     text = "MODEL        1\n" + "\n".join(far) + "\nENDMDL\nMODEL        2\n" + PDB.partition("3.50\nATOM")[2]
     text = text.replace("MODEL        2\n", "MODEL        2\nATOM")
-    assert len(load(text.encode(), "a.pdb")) == 0
+    with pytest.warns(fl.FileWarning, match="its 2 atoms are not read, as no bond joins them"):
+        assert len(load(text.encode(), "a.pdb")) == 0
     assert len(load(text.encode(), "a.pdb", tolerance=0.5)) == 1
     assert len(load(text.encode(), "a.pdb", model=2)) == len(BONDS) - 1  # without LINK
     assert bonds_of(load(PDB.encode(), "a.pdb", tolerance=-1), places(PDB)) == {(5, 7), (7, 8)}

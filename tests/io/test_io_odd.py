@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from support.line_files import FIRST, LAST, POINTS, SAMPLES, STRANDS, tck, trk
+from support.line_files import FIRST, LAST, POINTS, SAMPLES, STRANDS, tck, trk, usc
 
 import fastlines as fl
 from fastlines.io.source import Source
@@ -79,6 +79,41 @@ def test_each_oddity_is_told(load):
 def test_trk_that_ends_with_zeros_has_streamlines_without_points_there(load):
     with pytest.warns(fl.FileWarning, match="counts 4 streamlines, but the file holds 5"):
         assert len(load(trk(tail=bytes(4)), "a.trk")) == len(FIRST)
+
+
+PLY_POINTS = (
+    "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+)
+PDB_ATOM = "HETATM{0:5}  O   HOH A{0:4}     {0:2}0.000  10.000  10.000  1.00 20.00           O\n"
+VTK_GRID = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 2 float\n0 0 0 1 0 0\n"
+VTP = (
+    '<VTKFile type="PolyData"><PolyData><Piece NumberOfPoints="2"><Points><DataArray type="Float32" '
+    'NumberOfComponents="3" format="ascii">0 0 0 1 0 0</DataArray></Points></Piece></PolyData></VTKFile>'
+)
+
+#: Files of points alone.
+POINTS_ALONE: list[tuple[str, str | bytes, str]] = [
+    ("a.ply", f"{PLY_POINTS}0 0 0\n1 0 0\n", "its 2 vertices are not read, as no edge joins them"),
+    ("a.obj", "v 0 0 0\nv 1 0 0\n", "its 2 vertices are not read, as no element l joins them"),
+    ("a.obj", "v 0 0 0\nv 1 0 0\np 1 2\n", "its 1 points are not read"),
+    ("a.vtk", VTK_GRID, "its 2 points are left out, as no line joins them"),
+    ("a.vtp", VTP, "its 2 points are left out, as no line joins them"),
+    ("a.vtu", f"{VTK_GRID}CELLS 2 4\n1 0\n1 1\nCELL_TYPES 2\n1\n1\n", "2 other cells left out"),
+    ("a.geojson", '{"type": "MultiPoint", "coordinates": [[1, 2]]}', "without a line are not read: 1 MultiPoint"),
+    ("a.csv", "id,wkt\n1,POINT (1 1)\n", "without a line are not read: 1 POINT"),
+    ("a.gpx", '<gpx><wpt lat="1" lon="2"/></gpx>', "1 waypoints are not read"),
+    ("a.data", usc(counts=[1] * 7), "no hair grows from its 7 roots, so there are no lines"),
+    ("a.pdb", PDB_ATOM.format(1) + PDB_ATOM.format(2), "its 2 atoms are not read, as no bond joins them"),
+]
+
+
+@pytest.mark.parametrize(("name", "data", "said"), POINTS_ALONE)
+def test_points_alone_are_told(load, name, data, said):
+    if name == "a.pdb":
+        pytest.importorskip("gemmi")
+    with pytest.warns(fl.FileWarning, match=said) as told:
+        assert len(load(data.encode() if isinstance(data, str) else data, name)) == 0
+    assert len(told) == 1
 
 
 @pytest.mark.parametrize("name", SAMPLES)

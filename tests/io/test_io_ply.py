@@ -37,6 +37,33 @@ def test_line_ends_of_the_header(load, end):
     assert len(load(ply("").replace(b"\n", end), "a.ply")) == 4
 
 
+@pytest.mark.parametrize("order", ["", "<", ">"])
+@pytest.mark.parametrize("others", [(), ((0, 1, 2), (3, 4, 5)), ((0, 1), (), (1, 2, 3))])
+@pytest.mark.parametrize("begin", [b"\n", b"\r\n", b"\r"])
+@pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
+def test_mixed_line_ends_of_the_header(load, order, others, begin, end):
+    """The data that end with the file prove where they start."""
+    header, body = ply(order, others=others).split(b"end_header\n")
+    for lines in (header.replace(b"\n", begin), header.replace(b"\n", begin, 3)):
+        read = load(lines + b"end_header" + end + body, "a.ply")
+        np.testing.assert_array_equal(read.segments, POINTS.astype("f4")[EDGES])
+
+
+@pytest.mark.parametrize("begin", [b"\n", b"\r"])
+def test_data_that_begin_as_a_line_ends(load, begin):
+    x = np.array([0x0A, 0, 0x40, 0x40], np.uint8).view("<f4")
+    header = PLY_HEADER.format(format="binary_little_endian", vertices=2, other="patch", others=0, edges=1)
+    vertex = x.tobytes() + bytes(3 * 4 + 1 + 2 * 4)
+    data = vertex + bytes(len(vertex)) + struct.pack("<2ih", 0, 1, 0)
+    read = load(header.replace("\n", begin.decode()).encode() + data, "a.ply")
+    assert read.segments[0, 0, 0] == x[0]
+
+
+def test_comments_may_hold_carriage_returns(load):
+    data = ply("<").replace(b"\nelement", b"\ncomment a\rb\nelement", 1)
+    np.testing.assert_array_equal(load(data, "a.ply").segments, POINTS.astype("f4")[EDGES])
+
+
 def test_faces_are_counted(load):
     with pytest.warns(fl.FileWarning, match="its 2 faces are not read; only its edges are lines"):
         assert len(load(ply(other="face"), "a.ply")) == 4

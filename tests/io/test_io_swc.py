@@ -52,6 +52,31 @@ def test_order_and_line_ends_do_not_matter(load):
         np.testing.assert_array_equal(chain[1:, 0], chain[:-1, 1])
 
 
+@pytest.mark.parametrize(
+    ("comment", "first"),
+    [
+        ("# OFFSET 72000.0 15000.5 31000.25", [72001, 15002.5, 31003.25]),
+        ("#offset: -1, 2e0, +.5", [0, 4, 3.5]),
+        ("# OFFSET\t0 0 100\n# SCALE 1 1 1", [1, 2, 103]),
+        ("# OFFSET 5 6", [1, 2, 3]),
+        ("# OFFSET of the soma", [1, 2, 3]),
+        ("# OFFSET 1 2 nan", [1, 2, 3]),
+        ("# OFFSET 5\n# 6 7", [1, 2, 3]),
+        ('# Meta: {"units": "1 micrometer"}', [1, 2, 3]),
+    ],
+)
+def test_offset_is_added(load, comment, first):
+    rows = "\n1 0 1 2 3 1 -1\n2 0 2 2 3 1 1 # OFFSET 9 9 9\n"
+    lines = load((comment + rows).encode(), "a.swc")
+    np.testing.assert_array_equal(lines.segments, np.float32([[first, [first[0] + 1, *first[1:]]]]))
+
+
+def test_offset_that_float32_rounds(load):
+    with pytest.warns(fl.PrecisionWarning):
+        lines = load(b"# OFFSET 1e7 0 0\n1 0 0.25 0 0 1 -1\n2 0 3.5 0 0 1 1\n", "a.swc")
+    np.testing.assert_array_equal(lines.segments[0, :, 0], np.float32([1e7 + 0.25, 1e7 + 3.5]))
+
+
 def test_lone_root_is_a_segment_of_zero_length(load):
     lines = load(b"7 1 1 2 3 4 -1", "a.swc")
     np.testing.assert_array_equal(lines.segments, [[[1, 2, 3]] * 2])
@@ -80,7 +105,10 @@ def test_lone_root_is_a_segment_of_zero_length(load):
             [[1, 1], [1, 2]],
         ),
         (b"1 1 0 0 0 1 -1\n2 1 1 0 0 1 1\n2 1 2 0 0 1 1", "1 of its nodes have the id", [[1, 2], [1, 2]]),
-        (b"# scale 1.0 1 0.5\n1 1 0 0 0 1 -1", "SCALE is 1.0 1 0.5; coordinates are not scaled", [[1, 1]]),
+        (b"# scale 1.0 1 0.5\n1 1 0 0 0 1 -1", "SCALE is 1 1 0.5; coordinates are not scaled", [[1, 1]]),
+        (b"#SHRINKAGE_CORRECTION 1.2 1 1\n1 1 0 0 0 1 -1", "SHRINKAGE_CORRECTION is 1.2 1 1; coord", [[1, 1]]),
+        (b"# OFFSET 0 0 0\n# OFFSET 1 0 0\n1 1 0 0 0 1 -1", "several comments OFFSET; only the first", [[1, 1]]),
+        (b'# Meta: {"units": "8 nanometer"}\n1 1 0 0 0 1 -1', "the unit is '8 nanometer'; by the format, µm", [[1, 1]]),
         (b"1 1 0 0 0 1 -1 99", "1 of its lines have more than 7 numbers", [[1, 1]]),
     ],
 )

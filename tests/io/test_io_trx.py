@@ -7,10 +7,11 @@ import io
 import re
 import warnings
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.line_files import FIRST, LAST, POINTS, STRANDS, TRX_EXTRA, message_of, trx
+from support.line_files import AROUND, FIRST, LAST, POINTS, STRANDS, TRX_EXTRA, message_of, trx
 
 import fastlines as fl
 from fastlines.errors import FastlinesError
@@ -34,6 +35,73 @@ def test_types_of_positions(load, dtype):
     points = POINTS.astype(dtype)
     expected = points.astype(np.float32)[np.stack([FIRST, LAST], axis=1)]
     np.testing.assert_array_equal(load(trx(points=points), "a.trx").segments, expected)
+
+
+def test_places_outside_of_the_file(load):
+    """The central directory of an archive may point anywhere; before the file there is nothing to read."""
+    data = trx(extra=TRX_EXTRA)
+    end = data.rindex(b"PK\5\6")
+    directory = int.from_bytes(data[end + 16 : end + 20], "little")
+    for place in (0, 7, directory - 1, directory + 9, len(data), 2**31, 2**32 - 1):
+        for at, offset in ((end + 16, place), (directory + 42, place)):
+            damaged = data[:at] + offset.to_bytes(4, "little") + data[at + 4 :]
+            if offset or at == end + 16:
+                assert "not a whole .trx file" in message_of(load, damaged, "a.trx")
+
+
+def repacked(data: bytes, name: str, others: dict[str, bytes] | None = None) -> bytes:
+    """Pack the members of an archive again, by other names."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as given, zipfile.ZipFile(stream, "w") as archive:
+        for member in given.namelist():
+            archive.writestr(name.format(member), given.read(member))
+        for member, more in (others or {}).items():
+            archive.writestr(member, more)
+    return stream.getvalue()
+
+
+LEFT_BY_SYSTEMS = {"__MACOSX/tracts/._header.json": b"x", "tracts/.DS_Store": b"x", "tracts/dpv/Thumbs.db": b"x"}
+
+
+@pytest.mark.parametrize("name", ["tracts/{}", "a.trx/{}", "./{}", "deep/in/{}", "/{}", "tracts\\{}"])
+def test_archives_of_a_folder(load, name):
+    lines = load(repacked(trx(extra=TRX_EXTRA), name, LEFT_BY_SYSTEMS), "a.trx")
+    np.testing.assert_array_equal(lines.segments, SEGMENTS)
+    np.testing.assert_array_equal(lines.end_attributes["fa"], np.stack([FIRST, LAST], axis=1))
+    assert sorted(lines.attributes) == ["colour", "fa", "group left"]
+
+
+def test_archives_of_several_folders(load):
+    both = repacked(trx(), "left/{}", {"right/header.json": b"{}"})
+    assert "holds several files of streamlines, in the folders 'left/' and 'right/'" in message_of(load, both, "a.trx")
+
+
+@pytest.mark.parametrize("name", ["a.trx", "a.TRX", "tracts"])
+@pytest.mark.parametrize("inside", ["", "tracts"])
+def test_unpacked_archives(tmp_path, name, inside):
+    folder = tmp_path / name
+    with zipfile.ZipFile(io.BytesIO(trx(extra=TRX_EXTRA))) as archive:
+        archive.extractall(folder / inside)
+    (folder / ".DS_Store").write_bytes(b"x")
+    if (name, inside) == ("tracts", "tracts"):
+        with pytest.raises(IsADirectoryError):
+            fl.read(folder)
+        return
+    done: list[float] = []
+    lines = fl.read(folder, progress=done.append)
+    np.testing.assert_array_equal(lines.segments, SEGMENTS)
+    np.testing.assert_array_equal(lines.attributes["group left"], [True, True, False, False, True])
+    assert (lines.unit, done[-1]) == ("mm", 1)
+    assert fl.read(folder, bundle="left").n_strands == 2
+    assert fl.read(folder, format="trx").n_strands == 4
+    with pytest.raises(OSError, match=r"directory|denied|Directory"):
+        fl.read(folder, format="swc")
+
+
+def test_folders_that_are_not_whole(tmp_path):
+    (tmp_path / "a.trx").mkdir()
+    with pytest.raises(fl.FileFormatError, match=r"holds no 'header.json', so it is not a whole"):
+        fl.read(tmp_path / "a.trx")
 
 
 def test_bundle(load):
@@ -90,7 +158,7 @@ def test_oddities_are_told(load, options, said):
         (trx(header="[]"), "'header.json' does not count streamlines and vertices"),
         (trx(header="{"), "'header.json' does not count"),
         (trx(header="[" * 9999), "'header.json' does not count"),
-        (trx(without="header"), "'header.json' does not count"),
+        (trx(without="header"), "holds no 'header.json', so it is not a whole .trx file"),
         (trx(header='{"NB_STREAMLINES": 4.0, "NB_VERTICES": 7}'), "are not whole numbers"),
         (trx(header='{"NB_STREAMLINES": 4, "NB_VERTICES": -7}'), "are not whole numbers"),
         (trx(header='{"NB_STREAMLINES": 4, "NB_VERTICES": 8}'), r"positions are float32 of shape \(7, 3\); .*\(8, 3\)"),
@@ -139,7 +207,7 @@ def test_damaged_members(load):
 
 
 def test_round_trip(tmp_path, load):
-    lines = load(trx(extra=TRX_EXTRA), "a.trx")
+    lines = replace(load(trx(extra=TRX_EXTRA), "a.trx"), metadata=AROUND)
     fl.write(tmp_path / "b.trx", lines)
     again = fl.read(tmp_path / "b.trx")
     np.testing.assert_array_equal(again.segments, lines.segments)
@@ -182,7 +250,7 @@ def test_trx_python_reads_it(tmp_path, load):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         library = pytest.importorskip("trx.trx_file_memmap")
-    fl.write(tmp_path / "b.trx", load(trx(extra=TRX_EXTRA), "a.trx"))
+    fl.write(tmp_path / "b.trx", load(trx(extra=TRX_EXTRA), "a.trx"), reference=AROUND["grid"])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         file = library.load(str(tmp_path / "b.trx"))

@@ -68,6 +68,45 @@ def test_point_instancer_in_a_point_instancer(load):
     np.testing.assert_array_equal(lines.strands, range(4))
 
 
+MOTION = {
+    "velocities": "vector3f[] velocities.timeSamples = { 3: [(0, 0, 1), (0, 7, 0)] }",
+    "accelerations": "vector3f[] accelerations.timeSamples = { 3: [(0, 1, 0), (9, 0, 0)] }",
+    "angularVelocities": "vector3f[] angularVelocities.timeSamples = { 3: [(0, 0, 50), (20, 0, 0)] }",
+    "values without samples": "vector3f[] velocities = [(0, 0, 1), (0, 7, 0)]",
+}
+
+
+@pytest.mark.parametrize("time", [None, 3])
+@pytest.mark.parametrize("names", [*([name] for name in MOTION), ["velocities", "accelerations", "angularVelocities"]])
+def test_moving_point_instancers_stand_still_at_the_default_time(load, names, time):
+    places = (
+        "point3f[] positions.timeSamples = { 3: [(5, 0, 0), (0, 6, 0)], 4: [(6, 0, 0), (0, 6, 0)] }\n"
+        "quath[] orientations.timeSamples = { 3: [(1, 0, 0, 0), (0, 0, 0, 1)] }\n"
+        "float3[] scales.timeSamples = { 3: [(1, 1, 1), (2, 2, 2)] }\n"
+    )
+    inside = places + "\n".join(MOTION[name] for name in names) + "\n" + curves([(0, 0, 0), (1, 0, 0)], name="a")
+    data = instancer("", indices=(0, 0), targets="</p/a>").replace("point3f[] positions", "point3f[] unused")
+    lines, text = warned(load, usda(data.removesuffix("}\n") + inside + "}\n"), time=time)
+    assert time or not text  # at a time, USD asks for velocities with the same samples as positions
+    # The second instance is turned by half a turn about z.
+    np.testing.assert_array_equal(lines.segments, np.float32([[[5, 0, 0], [6, 0, 0]], [[0, 6, 0], [-2, 6, 0]]]))
+
+
+@pytest.mark.parametrize("before", ["held", "linear", "sloped(2)", "loop repeat", "none"])
+def test_splines_are_read_at_their_first_knot_at_the_default_time(load, before):
+    pytest.importorskip("pxr.Ts")
+    spline = f"{{ bezier, pre: {before}, 1: 5; post linear, 2: 10; post linear }}"
+    more = (
+        f"double xformOp:translateX.spline = {spline}\ndouble primvars:q.spline = {spline}\n"
+        'uniform token[] xformOpOrder = ["xformOp:translateX"]'
+    )
+    data = usda(xform(curves(SEVEN[:2], more=more), move=(0, 0, 7), scale=(2, 2, 2)))
+    lines = load(data, "a.usda")
+    np.testing.assert_array_equal(lines.segments, np.float32([[[10, 0, 7], [12, 2, 9]]]))
+    np.testing.assert_array_equal(lines.attributes["q"], [5])
+    np.testing.assert_array_equal(load(data, "a.usda", time=1.5).segments[0, 0], [15, 0, 7])
+
+
 def test_odd_point_instancers(load):
     masked = "int64[] invisibleIds = [1]\nint64[] ids = [4, 1, 5]\n"
     lines, text = warned(load, usda(instancer(curves(SEVEN[:2], name="a"), more=masked, indices=(0, 0, 7))))

@@ -87,6 +87,19 @@ def test_radius_of_cells(load):
     assert set(lines.attributes) == {"thickness", "the colour"}
 
 
+@pytest.mark.parametrize(("data", "name", "usual"), [(xml(), "a.vtp", "RADIUS"), (legacy(), "a.vtk", "Radius")])
+@pytest.mark.filterwarnings("ignore::fastlines.FileWarning")
+def test_radius_by_its_name(load, data, name, usual):
+    lines = load(data, name, radius="number")
+    np.testing.assert_array_equal(lines.radius, np.stack([CELL_NUMBERS] * 2, axis=1))
+    assert set(lines.attributes) == {"the colour", f"{usual} of point"}
+    again = load(data.replace(usual.encode(), b"weight"), name, radius="weight")
+    np.testing.assert_array_equal(again.radius, RADIUS[ROWS])
+    for wrong in ("the colour", "oak"):
+        with pytest.raises(fl.InputError, match=f"no array '{wrong}' of one number each .* those are: '{usual}'"):
+            load(data, name, radius=wrong)
+
+
 def test_arrays_that_cannot_be_used_are_told(load):
     fields = '<FieldData><Array type="String" Name="unit" format="ascii">109 109 0</Array>'
     fields += '<DataArray type="Float32" Name="TIME" format="ascii">1.5</DataArray></FieldData>'

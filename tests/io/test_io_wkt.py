@@ -42,17 +42,20 @@ def test_table_with_everything(load):
         [[7, 7, 0], [8, 8, 0], [9, 9, 0]],
     ]
     assert {name: values.dtype for name, values in lines.attributes.items()} == {
+        "feature": np.int64,
         "id": np.int64,
+        "name": np.object_,
         "length": np.float64,
         "wet": np.bool_,
     }
+    assert lines.attributes["feature"].tolist() == [0, 0, 1, 1, 1]
+    assert lines.attributes["name"].tolist() == ["oak street"] * 2 + ["elm; lane"] * 3
     assert lines.attributes["id"].tolist() == [1, 1, 2, 2, 2]
     assert lines.attributes["wet"].tolist() == [True, True, False, False, False]
     np.testing.assert_array_equal(lines.attributes["length"], [1.5, 1.5, np.nan, np.nan, np.nan])
     texts = [str(warning.message) for warning in told]
-    assert len(texts) == 2
+    assert len(texts) == 1
     assert "without a line are not read: 1 without a geometry, 1 POINT" in texts[0]
-    assert "columns that do not hold numbers are not kept: 'name'" in texts[1]
     assert (lines.up, lines.unit) == ("z", None)
 
 
@@ -100,15 +103,74 @@ def test_plain_text_of_several_geometries(load):
         lines = load(text.encode(), "a.wkt")
     assert lines.segments[:, 1, 0].tolist() == [1, 2, 4, 6]
     assert lines.strands.tolist() == [0, 1, 2, 3]
+    assert lines.attributes["feature"].tolist() == [0, 3, 4, 4]
     over_lines = "LINESTRING (0 0,\n1 1);\nLINESTRING (2 2,\n3 3)"
     assert load(over_lines.encode(), "a.wkt").segments[:, 1, 0].tolist() == [1, 3]
+    assert load(over_lines.encode(), "a.wkt").attributes["feature"].tolist() == [0, 1]
+    nested = "GEOMETRYCOLLECTION (POINT (0 0),\nLINESTRING (0 0, 1 1)), POINT (1 1), LINESTRING (2 2,\n3 3)"
+    with pytest.warns(FileWarning, match="2 POINT"):
+        assert load(nested.encode(), "a.wkt").attributes["feature"].tolist() == [0, 2]
+
+
+def test_hits_lead_back_to_rows(load):
+    text = 'name,wkt\noak,\n\n7,LINESTRING (0 0)\nelm,"MULTILINESTRING ((5 5, 6 6), (7 7, 8 8))"\n'
+    with pytest.warns(FileWarning, match="1 without a geometry"):
+        lines = load(text.encode(), "a.csv")
+    assert lines.attributes["name"].tolist() == ["7", "elm", "elm"]
+    assert lines.attributes["feature"].tolist() == [1, 2, 2]
+
+
+OTHERS = [
+    "POINT (1 1)",
+    "point z(1 1 1)",
+    "POINT EMPTY",
+    "LINESTRING EMPTY",
+    "LINESTRING Z EMPTY",
+    "MULTILINESTRING EMPTY;",
+    "MULTIPOINT ((1 1), EMPTY)",
+    "SRID=4326;POLYGON ((0 0, 1 0, 1 1, 0 0))",
+    "MULTIPOLYGON ZM (((0 0 1 1, 1 0 1 1, 1 1 1 1, 0 0 1 1)))",
+    "GEOMETRYCOLLECTION EMPTY",
+    "GEOMETRYCOLLECTION (POINT (1 1))",
+    "GEOMETRYCOLLECTION (POINT EMPTY)",
+    "POLYGON ((0 0,\n1 0, 1 1, 0 0))",
+    "TRIANGLE ((0 0, 1 0, 1 1, 0 0))",
+    "LINESTRING\nEMPTY",
+    "POLYGON\n((0 0, 1 0, 1 1, 0 0))",
+]
+
+
+@pytest.mark.filterwarnings("ignore::fastlines.FileWarning")
+@pytest.mark.parametrize("text", OTHERS)
+def test_files_that_begin_with_no_line(load, text):
+    for data in (f"{text}\nLINESTRING (0 0, 1 0)\n", f"# roads\n\n{text}\n# more\nLINESTRING (0 0, 1 0)"):
+        assert load(data.encode(), "a.wkt").segments.tolist() == [[[0, 0, 0], [1, 0, 0]]]
+    for data in (f'"{text}",7\n"LINESTRING (0 0, 1 0)",8\n', f"id,way\n7,'{text}'\n8,'LINESTRING (0 0, 1 0)'\n"):
+        lines = load(data.encode(), "a.csv")
+        assert lines.segments.tolist() == [[[0, 0, 0], [1, 0, 0]]]
+        assert [values.tolist() for values in lines.attributes.values()] == [[1], [8]]
+    assert len(load(text.encode(), "a.wkt")) == 0
+
+
+def test_other_geometries_alone_are_told(load):
+    for name, text in (("a.wkt", "POINT (1 1)\nPOINT (2 2)\n"), ("a.csv", "id,way\n1,POINT (1 1)\n2,POINT (2 2)\n")):
+        with pytest.warns(FileWarning, match="without a line are not read: 2 POINT"):
+            assert len(load(text.encode(), name)) == 0
+    with pytest.warns(FileWarning) as told:
+        assert len(load(b'id,place,way\n1,POINT (1 1),POINT (3 3)\n2,,"LINESTRING (0 0, 1 1)"\n', "a.csv")) == 1
+    assert ["not kept: 'place'" in str(told[1].message), len(told)] == [True, 2]
+
+
+def test_titles_of_columns_are_no_geometries(load):
+    lines = load(b'Point (m),wkt\noak,"LINESTRING (0 0, 1 1)"\n', "a.csv")
+    assert lines.attributes["Point (m)"].tolist() == ["oak"]
 
 
 def test_lines_of_one_point_and_tables_without_lines(load):
     assert load(b"wkt\nLINESTRING (1 2)\n", "a.csv").segments.tolist() == [[[1, 2, 0]] * 2]
     for text in ("wkt,id\nLINESTRING EMPTY,1\n", "wkt,id\n"):
         lines = load(text.encode(), "a.csv")
-        assert (len(lines), dict(lines.attributes)) == (0, {})
+        assert (len(lines), list(lines.attributes)) == (0, ["feature"])
 
 
 def test_columns_are_chosen(load):
@@ -118,11 +180,11 @@ def test_columns_are_chosen(load):
     with pytest.warns(FileWarning, match="'road', 'ways'"):
         lines = load(text.encode(), "a.csv", radius="width")
     assert lines.segments[0, 0, 0] == 4
-    assert (lines.radius.tolist(), dict(lines.attributes)) == ([0.5], {})
+    assert (lines.radius.tolist(), list(lines.attributes)) == ([0.5], ["feature"])
     with pytest.warns(FileWarning, match="'ways'"):
         assert load(text.replace("geometry", "other").encode(), "a.csv").segments[0, 0, 0] == 0
     assert load(b'"LINESTRING (0 0, 1 1)",7\n', "a.csv").attributes["column 2"].tolist() == [7]
-    assert list(load(b"geom,a,a,\nLINESTRING (0 0),1,2,3\n", "a.csv").attributes) == ["a", "a 3", "column 4"]
+    assert list(load(b"geom,a,a,\nLINESTRING (0 0),1,2,3\n", "a.csv").attributes) == ["feature", "a", "a 3", "column 4"]
 
 
 def test_long_fields_and_the_limit_of_the_csv_module(load):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import tomllib
@@ -19,8 +20,9 @@ from fastlines.io import known_formats
 ENTRIES = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"][
     "entry-points"
 ]
-#: Extensions that PyVista does not read, and that only files of lines have.
-OURS = {".bcc", ".hair", ".pbrt", ".swc", ".tck", ".tfx", ".trk", ".trx"}
+#: Extensions of ours that PyVista reads itself, as meshes.
+THEIRS = {".obj", ".pdb", ".ply", ".vtk", ".vtp", ".vtu"}
+OURS = known_formats().keys() - THEIRS
 
 
 @pytest.fixture
@@ -39,12 +41,25 @@ def mesh(pyvista, tmp_path):
 
 def test_entry_points_name_formats_and_exist():
     readers = ENTRIES["pyvista.readers"]
-    assert known_formats().keys() > OURS
+    assert known_formats().keys() > THEIRS
     assert set(readers) == OURS | {f"{extension}.gz" for extension in OURS}
     for target in readers.values():
         module, _, name = target.partition(":")
         assert callable(getattr(import_module(module), name))
     assert ENTRIES["pyvista.accessors"] == {"fastlines": "fastlines.pyvista_plugin.accessor"}
+
+
+def test_pyvista_reads_the_others_itself(pyvista):
+    from pyvista.core.utilities.reader import CLASS_READERS
+
+    assert known_formats().keys() & CLASS_READERS.keys() == THEIRS
+
+
+def test_the_docs_name_what_pyvista_reads_itself():
+    text = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
+    said = re.search(r"`pyvista.read` reads all formats of the table but (.*?), which", " ".join(text.split()))
+    assert said is not None
+    assert set(re.findall(r"`(.*?)`", said[1])) == THEIRS
 
 
 def test_pyvista_is_imported_only_if_used():
@@ -76,6 +91,28 @@ def test_radius_and_what_is_lost(pyvista):
         mesh = to_polydata(lines)
     np.testing.assert_array_equal(mesh.point_data["radius"], range(7))
     assert to_polydata(fl.Lines.from_segments(np.empty((0, 2, 3)))).n_points == 0
+
+
+@pytest.mark.parametrize("unit", ["µm", "Å"])
+def test_units_that_are_not_ascii(pyvista, tmp_path, unit):
+    from fastlines.pyvista_plugin.readers import read, to_polydata
+
+    (tmp_path / "a.swc").write_text("1 1 0 0 0 1 -1\n2 3 5 0 0 1 1\n3 3 9 0 0 1 2\n")
+    assert list(read(tmp_path / "a.swc").field_data["unit"]) == ["µm"]
+    mesh = to_polydata(replace(fl.Lines.from_points(POINTS, [7]), unit=unit, up="y"))
+    assert (list(mesh.field_data["unit"]), list(mesh.field_data["up"])) == ([unit], ["y"])
+    assert (fl.lines(mesh).unit, fl.lines(mesh.copy()).unit) == (unit, unit)
+    mesh.save(tmp_path / "a.vtp")
+    assert pyvista.read(tmp_path / "a.vtp").field_data["unit"][0] == fl.read(tmp_path / "a.vtp").unit == unit
+
+
+def test_names_that_are_no_text(pyvista):
+    from fastlines.pyvista_plugin.readers import to_polydata
+
+    lines = fl.Lines.from_points(POINTS, [7], attributes={"\udc80": np.zeros(7), "a\0b": np.ones(7), "µ": np.arange(7)})
+    with pytest.warns(fl.FileWarning, match="not kept in PolyData"):
+        mesh = to_polydata(lines)
+    assert list(mesh.point_data) == ["µ"]
 
 
 def test_curves_and_several_parts(pyvista, tmp_path, monkeypatch):

@@ -52,7 +52,6 @@ def test_skipped_rows_and_no_rows(tmp_path):
 
 def test_attributes_that_can_not_be_kept_are_named(tmp_path):
     lost = {
-        "name": np.full(15, "x"),
         "wide": np.zeros(15, np.longdouble),
         "wave": np.zeros(15, complex),
         "deep": np.zeros((15, 1, 1, 1)),
@@ -67,6 +66,37 @@ def test_attributes_that_can_not_be_kept_are_named(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert fl.load(tmp_path / "a.flt").geometry.attributes.keys() == {"id"}
+
+
+def test_texts_are_kept(tmp_path):
+    names = np.array(["oak", "", "ölm\n", "oak", "\ud800"] * 3, object)
+    ends = np.stack([names, names[::-1]], axis=1)
+    lines = back(tmp_path, attributes={"name": names, "kind": np.full(15, "x")}, end_attributes={"atom": ends})
+    assert lines.attributes["name"].tolist() == names.tolist()
+    assert lines.attributes["kind"].tolist() == ["x"] * 15
+    assert lines.end_attributes["atom"].tolist() == ends.tolist()
+    assert lines.attributes["atom"].tolist() == names.tolist()
+    with pytest.raises(ValueError, match="read-only"):
+        lines.attributes["name"][0] = "elm"
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"texts/attributes/name": np.frombuffer(b'["oak"]', np.uint8)},
+        {"texts/attributes/name": np.frombuffer(b"[1, 2]", np.uint8)},
+        {"texts/attributes/name": np.frombuffer(b'["oak', np.uint8)},
+        {"attributes/name": np.full(15, -1, np.int32)},
+        {"attributes/name": np.zeros(15)},
+    ],
+)
+def test_texts_that_do_not_fit_are_refused(tmp_path, wrong):
+    fl.build(fl.Lines.from_segments(SEGMENTS, attributes={"name": ["oak", "elm", "ash"] * 5})).save(tmp_path / "a.flt")
+    arrays, metadata = container.read(tmp_path / "a.flt")
+    arrays = {name: np.array(array) for name, array in arrays.items()}
+    container.write(tmp_path / "b.flt", {**arrays, **wrong}, metadata)
+    with pytest.raises(fl.FileFormatError, match="not a usable tree file"):
+        fl.load(tmp_path / "b.flt")
 
 
 def test_an_attribute_without_a_row_for_each_segment_is_refused(tmp_path):

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import AnyArray, FloatArray, IntArray, did_you_mean
+from ..arrays import AnyArray, FloatArray, IntArray, did_you_mean, is_text
 from ..errors import InputError
 from ..support.display import Shown
 from .hit_places import Float64Array, HitPlaces, interpolate, require_numbers
@@ -234,10 +234,11 @@ class AnyGeometry(Shown, ABC):
         return [(arrays[name], n) for arrays, n in columns if name in arrays]
 
     def attribute_types(self) -> dict[str, str]:
-        """Return the type of each attribute, with the shape of one value, such as "float32 × 3"."""
+        """Return the type of each attribute, with the shape of one value, such as "float32 × 3" or "text"."""
         arrays = {**self.attributes, **self.place_attributes}
         names = dict.fromkeys([*self.place_attributes, *self.attributes])
-        return {name: " × ".join(map(str, (arrays[name].dtype, *self.sample_shape(name)))) for name in names}
+        types = {name: "text" if is_text(arrays[name]) else arrays[name].dtype for name in names}
+        return {name: " × ".join(map(str, (types[name], *self.sample_shape(name)))) for name in names}
 
     def attribute_texts(self) -> dict[str, list[str]]:
         """Return the type of each attribute, and what it has a value for, such as "float32 per strand"."""
@@ -311,6 +312,9 @@ class AnyGeometry(Shown, ABC):
     def unit(self) -> str | None:
         """The unit of length, if it is known."""
         return None
+
+    #: What is known of the whole, as JSON holds it; read-only.
+    metadata: Mapping[str, Any] = NO_ATTRIBUTES
 
     #: What `fastlines info` calls it.
     heading: ClassVar[str] = "shapes"

@@ -5,20 +5,26 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arrays import AnyArray, FloatArray, IntArray
+from ..errors import InputError
+from ..support.immutable import own
 from .any_geometry import AnyGeometry, CoreData
 from .hit_places import Float64Array, HitPlaces, interpolate, unit
 from .round_cone_entry import enter_round_cones
+from .selection import rows_of_prims, rows_of_strands
 from .shapes import ROUND_CONE, shape_rows
 
 if TYPE_CHECKING:
     from .lines import Lines
+
+Self = TypeVar("Self", bound="AxisGeometry")
 
 
 class AxisGeometry(AnyGeometry):
@@ -51,6 +57,66 @@ class AxisGeometry(AnyGeometry):
     def radius_at(self, prim: IntArray, u: Float64Array) -> npt.NDArray[Any]:
         """Return the radius at places u."""
         return interpolate(self.straight.end_radii[prim], np.stack([1 - u, u], axis=1))
+
+    # --- Selections ---
+
+    def __getitem__(self: Self, prims: slice | npt.ArrayLike) -> Self:
+        """Return some of the primitives; see `select`."""
+        rows = rows_of_prims(prims, len(self))
+
+        def some(values: AnyArray) -> AnyArray:
+            return own(values[rows])
+
+        arrays = {name: getattr(self, name) for name in self.sections if name != "skipped"}
+        return replace(
+            self,
+            **{name: some(values) for name, values in arrays.items() if values is not None},
+            attributes={name: some(values) for name, values in self.attributes.items()},
+            end_attributes={name: some(values) for name, values in self.end_attributes.items()},
+            skipped=np.empty(0, np.int64),
+        )
+
+    #: A container is no sequence of containers: loop over its arrays instead.
+    __iter__ = None
+
+    def __array__(self, *_: Any, **__: Any) -> npt.NDArray[np.object_]:
+        """Return an array of one object, without dimensions: NumPy would index what is a sequence to it."""
+        array = np.empty((), object)
+        array[()] = self
+        return array
+
+    def select(self: Self, *, strands: npt.ArrayLike | None = None, prims: slice | npt.ArrayLike | None = None) -> Self:
+        """Return some of the strands, or some of the segments or curves, with all that is known of them.
+
+        They keep their radii, attributes and numbers of strands, and the unit, the upward axis and the metadata. They
+        stand in the order in which they were named. `skipped` is empty: `rows` counts what was selected.
+
+        Parameters
+        ----------
+        strands : (k,) array of int or (n_strands,) array of bool, optional
+            The numbers of strands, such as ``np.unique(hits.strand[hits.strand >= 0])``; or which of the strands, in
+            the order of their numbers, as `strand_lengths` has them.
+        prims : slice, (k,) array of int or (n,) array of bool, optional
+            Positions of segments or curves, or which of them. ``lines[prims]`` is the same.
+
+        Raises
+        ------
+        InputError
+            If there is no such strand, segment or curve; -1 is none.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> lines = fl.Lines.from_strands([[[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 5, 0], [1, 5, 0]]])
+        >>> hits = fl.build(lines).first_hit([[0.5, 5, -1], [9, 9, -1]], [0, 0, 1], 0.1)
+        >>> lines.select(strands=np.unique(hits.strand[hits.hit]))
+        <Lines: 1 segments, 1 strands>
+        >>> lines.select(strands=lines.strand_lengths() > 1.5).strands, lines[:2].strands
+        (array([0, 0]), array([0, 0]))
+        """
+        if (strands is None) == (prims is None):
+            raise InputError("select takes either strands= or prims=")
+        return self[prims if strands is None else rows_of_strands(strands, self.strands)]  # type: ignore[index]
 
     # --- What the core gets ---
 
@@ -245,7 +311,7 @@ class AxisGeometry(AnyGeometry):
         return float(self.straight.lengths().sum())
 
     def strand_lengths(self) -> Float64Array:
-        """See `AnyGeometry`."""
+        """Return the length of each strand, in the order of their numbers, (n_strands,) float64."""
         lines = self.straight
         has = lines.strands >= 0
         strand = np.unique(lines.strands[has], return_inverse=True)[1]

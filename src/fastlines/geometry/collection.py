@@ -14,7 +14,7 @@ import numpy.typing as npt
 from ..arrays import INVALID, AnyArray, FloatArray, IntArray, choice, did_you_mean
 from ..errors import InputError
 from ..support.immutable import own
-from .any_geometry import AnyGeometry, counted
+from .any_geometry import NO_ATTRIBUTES, AnyGeometry, counted
 from .foreign import lines
 from .hit_places import Float64Array, HitPlaces
 from .kinds import KINDS
@@ -323,6 +323,11 @@ class Geometry(AnyGeometry):
     def unit(self) -> str | None:
         """The unit of length, of the first part that knows."""
         return next((part.unit for part in self.parts if part.unit), None)
+
+    @property
+    def metadata(self) -> Mapping[str, Any]:  # type: ignore[override]
+        """The metadata of the first part that has any."""
+        return next((part.metadata for part in self.parts if part.metadata), NO_ATTRIBUTES)
 
     def summary(self) -> dict[str, Any]:
         """See `AnyGeometry`."""

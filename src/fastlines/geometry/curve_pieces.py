@@ -52,9 +52,9 @@ class Pieces(Immutable):
     Attributes
     ----------
     lines : Lines
-        The pieces, with the radius at both ends (if the curves have one), the strands, the unit and the upward axis of
-        their curves. Attributes stay with the curves: those of the pieces are ``curves.attributes[name][curve]``, with
-        the array `curve` of the pieces.
+        The pieces, with the radius at both ends (if the curves have one), the strands, the unit, the upward axis and
+        the metadata of their curves. Attributes stay with the curves: those of the pieces are
+        ``curves.attributes[name][curve]``, with the array `curve` of the pieces.
     curve : (n_pieces,) int64
         The curve of each piece.
     first : (n_curves + 1,) int64
@@ -160,11 +160,12 @@ def cut_curves(
     radius: FloatArray | None,
     strands: IntArray,
     tolerance: float | None,
-    *,
-    up: str | None,
-    unit: str | None,
+    facts: Mapping[str, Any],
 ) -> Pieces:
-    """Cut curves into round cones: (n, 4, 3) control points and (n, 4) radii of Bezier curves."""
+    """Cut curves into round cones: (n, 4, 3) control points and (n, 4) radii of Bezier curves.
+
+    `facts` has the upward axis, the unit and the metadata of `Lines`.
+    """
     n = len(control)
     batches = [slice(start, start + BATCH) for start in range(0, max(n, 1), BATCH)]
     parts = []
@@ -187,8 +188,7 @@ def cut_curves(
         own(ends[..., :3].astype(np.float32)),
         own(strands[curve]),
         None if radius is None else own(np.maximum(ends[..., 3], 0).astype(np.float32)),
-        up=up,
-        unit=unit,
+        **facts,
     )
     first = np.concatenate([[0], np.cumsum(np.bincount(curve, minlength=n))])
     units = [(column / UNITS).astype(np.float32) for column in (begin, end)]

@@ -25,6 +25,7 @@ from ..arrays import (
 )
 from ..errors import InputError
 from ..support.immutable import frozen
+from ..support.metadata import read_only
 from .any_geometry import AnyGeometry, Section
 from .axis_geometry import AxisGeometry
 from .bezier import Float64Array, evaluate, largest
@@ -71,6 +72,8 @@ class Curves(AxisGeometry):
     tolerance : float, optional
         How far the pieces may be from the curves at most, as a length; see `pieces`. By default it is 1 % of the local
         radius, and at most 1e-4 of the curve's box. The local radius is at least a tenth of the curve's largest.
+    metadata : mapping of str to value
+        As of `Lines`.
 
     Examples
     --------
@@ -93,6 +96,7 @@ class Curves(AxisGeometry):
     up: str | None = None
     tolerance: float | None = None
     unit: str | None = None
+    metadata: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         good = isinstance(self.control, np.ndarray) and self.control.flags.c_contiguous
@@ -108,6 +112,7 @@ class Curves(AxisGeometry):
         if self.up is not None:
             choice("up", self.up, AXES)
         check_unit(self.unit)
+        object.__setattr__(self, "metadata", read_only(self.metadata))
         if self.tolerance is not None:
             tolerance = number("tolerance", self.tolerance, "a length above 0, or None for the default", LEAST)
             object.__setattr__(self, "tolerance", tolerance)
@@ -131,10 +136,7 @@ class Curves(AxisGeometry):
 
     @property
     def bounds(self) -> FloatArray:
-        """The box of all control points as (2, 3), which holds all curves without their radius.
-
-        The lowest corner is above the highest if there are no curves.
-        """
+        """The box of all control points as (2, 3), without any radius; lowest > highest corner if there are none."""
         return box_of(self.control.reshape(-1, 3))
 
     @cached_property
@@ -157,7 +159,8 @@ class Curves(AxisGeometry):
 
         A curve whose control points are all equal is one piece of length zero, with its largest radius.
         """
-        return cut_curves(self.control, self.radius, self.strands, self.tolerance, up=self.up, unit=self.unit)
+        facts = {"up": self.up, "unit": self.unit, "metadata": self.metadata}
+        return cut_curves(self.control, self.radius, self.strands, self.tolerance, facts)
 
     def locate(self, curve: npt.ArrayLike, u: npt.ArrayLike) -> tuple[IntArray, Float64Array]:
         """Return the piece that a place on a curve is on, and the place on that piece, from 0 to 1.

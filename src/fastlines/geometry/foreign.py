@@ -5,7 +5,8 @@
 | tractograms of nibabel, and files of them                 | ``streamlines``, ``data_per_point``                  |
 | ``TrxFile`` of trx                                        | ``streamlines``, ``data_per_vertex``                 |
 | ``ArraySequence`` and ``Streamlines`` of nibabel and dipy | ``_data``, ``_offsets``, ``_lengths``                |
-| ``PolyData`` of PyVista                                   | ``lines``, ``points``, ``point_data``, ``cell_data`` |
+| meshes of PyVista and VTK, and several of them            | see `vtk_objects`                                    |
+| geometries of shapely, tables of geopandas                | see `map_features`                                   |
 | ``Path3D`` of trimesh                                     | ``entities``, ``vertices``                           |
 | points and offsets                                        | a tuple of (m, 3) and (k + 1,) arrays                |
 | polylines                                                 | a list, a tuple or an iterator of (m, 3) arrays      |
@@ -15,7 +16,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -24,8 +25,12 @@ import numpy as np
 from ..arrays import INVALID, AnyArray, IntArray, choice, kind_of, to_integers
 from ..errors import FileWarning, InputError
 from .lines import Lines, as_lines
+from .map_features import of_features
 from .strand_attributes import with_strand_values
-from .vtk_cells import cells_in_rows, lines_of_cells
+from .vtk_objects import Warn, of_vtk
+
+#: What a warning says of points without z.
+_FLAT = "the points have two coordinates, x and y; z is 0"
 
 
 def lines(obj: Any, *, invalid: str = "error") -> Lines:
@@ -40,8 +45,13 @@ def lines(obj: Any, *, invalid: str = "error") -> Lines:
         - A tractogram of nibabel, or a ``TrxFile`` of trx. Values per point become ``end_attributes``, those per
           streamline ``attributes``. A tractogram's ``affine_to_rasmm`` is applied.
         - An ``ArraySequence`` or ``Streamlines``.
-        - A ``PolyData`` of PyVista: its lines, with the arrays of their points and of their cells; the array
-          ``radius``, in either case, and the texts ``unit`` and ``up`` of its field data mean the same as in a file.
+        - A ``PolyData`` or an ``UnstructuredGrid`` of PyVista or VTK: its lines, with the arrays of their points and of
+          their cells; the array ``radius``, in either case, and the texts ``unit`` and ``up`` of its field data mean
+          the same as in a file. Of a ``MultiBlock``, the lines of all blocks; the attribute ``block`` counts these.
+        - A geometry of shapely, or several: lines and rings, those of polygons and in collections too. z is 0 where
+          there is none. The attribute ``feature`` is the position of the geometry in a list or an array.
+        - A ``GeoDataFrame`` or ``GeoSeries`` of geopandas: the same. Columns of numbers and texts become
+          attributes, and ``frame.iloc[feature]`` is the row.
         - A ``Path3D`` of trimesh: each entity as a polyline.
         - A tuple of points, (m, 3), and offsets, (k + 1,) integers from 0 to m: strand i has the points from
           ``offsets[i]`` to ``offsets[i + 1]``. A pair of arrays that are both (m, 3) is two polylines.
@@ -49,6 +59,9 @@ def lines(obj: Any, *, invalid: str = "error") -> Lines:
           all have two points.
         - Segments without strands, (n, 2, 3) or (n, 6): a NumPy array, or what has ``__dlpack__`` or ``__array__``, as
           arrays of PyTorch, JAX and Arrow do.
+
+        Points may have two coordinates, x and y, also in an array of segments (n, 2, 2); z is then 0, and a warning
+        says so.
 
         Values by the name ``radius`` become the radius.
     invalid : {"error", "skip"}
@@ -62,7 +75,7 @@ def lines(obj: Any, *, invalid: str = "error") -> Lines:
     Warns
     -----
     FileWarning
-        Of everything that lines cannot hold.
+        Of everything that lines cannot hold, and of points whose z is taken as 0.
 
     Examples
     --------
@@ -75,31 +88,42 @@ def lines(obj: Any, *, invalid: str = "error") -> Lines:
     array([0, 0, 1])
     """
     choice("invalid", invalid, INVALID)
+    told: list[str] = []
+    made = _lines_of(obj, invalid, told.append)
+    for text in told:
+        warnings.warn(text, FileWarning, stacklevel=2)
+    return made
+
+
+def _lines_of(obj: Any, invalid: str, warn: Warn) -> Lines:
+    """Make lines of an object; `warn` takes what is left out, in words."""
     if isinstance(obj, Lines):
         return obj
     if isinstance(obj, type):
         raise InputError(f"lines are a class, {obj.__name__}; expected an object of it")
     if _has(obj, "tractogram"):
-        return lines(obj.tractogram, invalid=invalid)
+        return _lines_of(obj.tractogram, invalid, warn)
     if _has(obj, "streamlines", "data_per_point") or _has(obj, "streamlines", "data_per_vertex"):
-        return _of_tractogram(obj, invalid)
+        return _of_tractogram(obj, invalid, warn)
     if _is_sequence(obj):
         return Lines.from_points(*_points_and_counts(obj), invalid=invalid)
-    if _has(obj, "lines", "points", "point_data", "cell_data"):
-        return of_polydata(obj, invalid, _warn)
+    for of_others in (of_vtk, of_features):
+        if (made := of_others(obj, invalid, warn)) is not None:
+            return made
     if _has(obj, "entities", "vertices"):
         return _of_path(obj, invalid)
     if isinstance(obj, Iterator):
-        obj = list(obj)
+        return _lines_of(list(obj), invalid, warn)
     if isinstance(obj, list | tuple) or (isinstance(obj, np.ndarray) and obj.dtype == object and obj.ndim == 1):
-        return _of_list(obj, invalid)
+        return _of_list(obj, invalid, warn)
     if _has(obj, "control", "pieces"):
         raise InputError("lines are Curves; curves.pieces.lines are lines, and build takes curves as they are")
     if _has(obj, "geometry", "first_hit"):
         raise InputError(
             f"lines are a {type(obj).__name__}; expected lines: pass tree.geometry, or save the tree by tree.save"
         )
-    return as_lines(to_array(obj), invalid=invalid)
+    array = to_array(obj)
+    return as_lines(_in_space(array, warn) if _shape(array)[1:] == (2, 2) else array, invalid=invalid)
 
 
 def to_array(obj: Any) -> Any:
@@ -159,7 +183,7 @@ def _points_and_counts(sequence: Any) -> tuple[AnyArray, IntArray]:
     return data[np.repeat(offsets - starts, counts) + np.arange(int(counts.sum()))], counts
 
 
-def _of_tractogram(obj: Any, invalid: str) -> Lines:
+def _of_tractogram(obj: Any, invalid: str, warn: Warn) -> Lines:
     """Make lines of a tractogram of nibabel or a TrxFile."""
     is_trx = not _has(obj, "data_per_point")
     points, counts = _points_and_counts(obj.streamlines)
@@ -178,7 +202,7 @@ def _of_tractogram(obj: Any, invalid: str) -> Lines:
         for name, values in _items(obj.data_per_streamline)
     }
     if left_out := [name for name in ("groups", "data_per_group") if len(getattr(obj, name, None) or ())]:
-        _warn(f"{' and '.join(left_out)} of {kind_of(obj)} are not read")
+        warn(f"{' and '.join(left_out)} of {kind_of(obj)} are not read")
     for name, values in per_strand.items():
         if len(values) != len(counts):
             raise InputError(f"{name!r} has {len(values)} values; expected one for each streamline, {len(counts)}")
@@ -194,28 +218,6 @@ def _of_tractogram(obj: Any, invalid: str) -> Lines:
     return replace(made, unit="mm", up="z") if is_trx or affine is not None else made
 
 
-def of_polydata(obj: Any, invalid: str, warn: Callable[[str], None]) -> Lines:
-    """Make lines of the lines of a PolyData; `warn` takes what is left out, in words."""
-    points = np.asarray(obj.points)
-    cells = cells_in_rows(np.asarray(obj.lines))
-    if cells is None or ((cells.points < 0) | (cells.points >= len(points))).any():
-        raise InputError(f"{kind_of(obj)}: its lines name points beyond its {len(points)} points, or are cut short")
-    # Cells are vertices, lines, faces and strips, in this order.
-    first, n_lines, n_cells = int(obj.n_verts), len(cells.counts), int(obj.n_cells)
-    per_cell = {name: np.asarray(values)[first : first + n_lines] for name, values in _items(obj.cell_data)}
-    if n_cells > n_lines:
-        warn(f"{n_cells - n_lines} cells of {kind_of(obj)} are vertices, faces or strips, and are not read")
-    return lines_of_cells(
-        points[cells.points],
-        cells.counts,
-        {name: _column(np.asarray(values)[cells.points]) for name, values in _items(obj.point_data)},
-        {name: _column(values) for name, values in per_cell.items()},
-        {name: np.asarray(values) for name, values in _items(getattr(obj, "field_data", {}))},
-        invalid=invalid,
-        warn=lambda text: warn(f"{kind_of(obj)}: {text}"),
-    )
-
-
 def _of_path(obj: Any, invalid: str) -> Lines:
     """Make lines of the entities of a Path3D."""
     vertices = np.asarray(obj.vertices)
@@ -229,17 +231,33 @@ def _of_path(obj: Any, invalid: str) -> Lines:
     return replace(made, unit=unit) if isinstance(unit, str) and unit else made
 
 
-def _of_list(obj: Any, invalid: str) -> Lines:
+def _of_list(obj: Any, invalid: str, warn: Warn) -> Lines:
     """Make lines of points and offsets, of polylines, or of nested numbers."""
     if isinstance(obj, tuple) and len(obj) == 2:
         points, offsets = (to_array(part) for part in obj)
         if np.ndim(points) == 2 and np.ndim(offsets) == 1:
+            points = _in_space(points, warn) if _shape(points)[1] == 2 else points
             return _of_offsets(points, np.asarray(offsets), invalid)
     lead = next((part for part in map(to_array, obj) if _shape(part) not in ((0,), (0, 3))), None)
     shape = _shape(lead)
-    if len(shape) != 2 or shape[1] != 3:
+    if len(shape) != 2 or shape[1] not in (2, 3):
         return as_lines(obj, invalid=invalid)
-    return Lines.from_strands([to_array(part) for part in obj], invalid=invalid)
+    parts = [to_array(part) for part in obj]
+    if shape[1] == 2:
+        parts = [_padded(part) if _shape(part)[1:] == (2,) else part for part in parts]
+        warn(_FLAT)
+    return Lines.from_strands(parts, invalid=invalid)
+
+
+def _in_space(points: Any, warn: Warn) -> AnyArray:
+    """Return points (…, 2) with z = 0, and warn."""
+    warn(_FLAT)
+    return _padded(points)
+
+
+def _padded(points: Any) -> AnyArray:
+    array = np.asarray(points)
+    return np.concatenate([array, np.zeros_like(array[..., :1])], axis=-1)
 
 
 def _of_offsets(points: Any, offsets: AnyArray, invalid: str) -> Lines:
@@ -268,7 +286,3 @@ def _shape(part: Any) -> tuple[int, ...]:
         return np.shape(part)
     except ValueError:  # its parts differ in length
         return ()
-
-
-def _warn(text: str) -> None:
-    warnings.warn(text, FileWarning, stacklevel=4)

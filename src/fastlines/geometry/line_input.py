@@ -168,14 +168,35 @@ def join_points(
     }
 
 
-def join_strands(strands: Iterable[npt.ArrayLike]) -> tuple[FloatArray, list[int]]:
-    """Return the points of polylines, one after the other, and how many each has."""
+def join_strands(strands: Iterable[npt.ArrayLike], radius: Any, attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """Join polylines and their values; return the arguments of `Lines.from_points`."""
     given = list(strands)
     parts: Sequence[FloatArray] = [_points(strand, f"strand {i}") for i, strand in enumerate(given)]
     points = np.concatenate(parts) if parts else np.empty((0, 3), np.float32)
     if is_far(points):
         warn_of_rounding(np.concatenate([np.reshape(strand, (-1, 3)) for strand in given]), points, 4)
-    return points, [len(part) for part in parts]
+    counts = [len(part) for part in parts]
+    return {
+        "points": points,
+        "counts": counts,
+        "radius": _per_point("radius", radius, counts),
+        "attributes": {name: _per_point(name, values, counts) for name, values in attributes.items()},
+    }
+
+
+def _per_point(name: str, values: Any, counts: list[int]) -> Any:
+    """Join arrays of the values of each strand; return what else was given, such as one number, as it is."""
+    if not hasattr(values, "__len__") or (isinstance(values, np.ndarray) and values.ndim == 0):
+        return values
+    if len(values) != len(counts) or not all(hasattr(part, "__len__") for part in values):
+        return values
+    sizes = [len(part) for part in values]
+    if sizes == counts:
+        return np.concatenate([np.asarray(part) for part in values]) if counts else values
+    if sum(counts) == len(counts):
+        return values
+    i = next(i for i, size in enumerate(sizes) if size != counts[i])
+    raise InputError(f"{name} has {sizes[i]} values for strand {i}; expected {counts[i]}, one for each of its points")
 
 
 def _mapping(name: str, values: object) -> Mapping[str, Any]:

@@ -26,12 +26,13 @@ from ..arrays import (
 )
 from ..errors import InputError
 from ..support.immutable import frozen, own
+from ..support.metadata import read_only
 from ..support.vectors import dot, unit
 from .any_geometry import AnyGeometry, Section
-from .axis_geometry import AxisGeometry
 from .hit_places import Float64Array
 from .line_input import check_columns, convert_segments, join_points, join_strands, valid_segments
 from .smooth_tangents import smooth_tangents
+from .strand_points import StrandPoints
 from .summary import summary_of
 
 #: What the axes are called.
@@ -39,7 +40,7 @@ AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True, eq=False)
-class Lines(AxisGeometry):
+class Lines(StrandPoints):
     """Immutable line segments, with strands, radii and other attributes; writeable arrays are copied.
 
     The constructor takes arrays of exactly these types; `from_segments`, `from_strands` and `from_points` convert
@@ -66,6 +67,9 @@ class Lines(AxisGeometry):
         The axis that points upwards, where the format of their file says so. Pictures are drawn with it.
     unit : str, optional
         The unit of the coordinates, such as ``"mm"``, where the format of their file says so.
+    metadata : mapping of str to value
+        What is known of the lines as a whole: texts, numbers, lists and mappings of these, as JSON holds them. It is
+        read-only, and lists and arrays become tuples.
     """
 
     segments: FloatArray
@@ -76,6 +80,7 @@ class Lines(AxisGeometry):
     up: str | None = None
     end_attributes: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
     unit: str | None = None
+    metadata: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         good = isinstance(self.segments, np.ndarray) and self.segments.flags.c_contiguous
@@ -90,6 +95,7 @@ class Lines(AxisGeometry):
         if self.up is not None:
             choice("up", self.up, AXES)
         check_unit(self.unit)
+        object.__setattr__(self, "metadata", read_only(self.metadata))
         for name in ("segments", "strands", "radius", "skipped", "end_attributes", "attributes"):
             value = getattr(self, name)
             if name == "attributes":
@@ -326,9 +332,32 @@ class Lines(AxisGeometry):
         return cls.from_segments(**join_points(points, counts, radius, attributes), invalid=invalid)
 
     @classmethod
-    def from_strands(cls, strands: Iterable[npt.ArrayLike], *, invalid: str = "error") -> Lines:
-        """Make lines of a sequence of polylines, each an (m, 3) array of points."""
-        return cls.from_points(*join_strands(strands), invalid=invalid)
+    def from_strands(
+        cls,
+        strands: Iterable[npt.ArrayLike],
+        *,
+        radius: npt.ArrayLike | Iterable[npt.ArrayLike] | None = None,
+        attributes: Mapping[str, npt.ArrayLike | Iterable[npt.ArrayLike]] | None = None,
+        invalid: str = "error",
+    ) -> Lines:
+        """Make lines of a sequence of polylines, each an (m, 3) array of points.
+
+        Parameters
+        ----------
+        strands : sequence of arrays
+        radius, attributes : optional
+            As in `from_points`, for the points of all strands one after the other; or a sequence with an array for the
+            points of each strand.
+        invalid : {"error", "skip"}
+            See `from_segments`.
+
+        Examples
+        --------
+        >>> strands = [[[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[5, 5, 5], [6, 6, 6]]]
+        >>> Lines.from_strands(strands, radius=[[1, 2, 3], [0.5, 0.5]]).radius.tolist()
+        [[1.0, 2.0], [2.0, 3.0], [0.5, 0.5]]
+        """
+        return cls.from_points(**join_strands(strands, radius, attributes or {}), invalid=invalid)
 
 
 def check_unit(unit: object) -> None:

@@ -1,7 +1,8 @@
 """Cells and arrays of VTK as lines: the one rule for data sets in files and for meshes in memory.
 
 - Cells that are lines become strands, by their number among the lines.
-- An array of points or of cells whose name is ``radius``, in upper or lower case, is the radius; points come first.
+- An array of points or of cells whose name is ``radius``, in upper or lower case, is the radius; points come first. A
+  reader's option can name another array; then one of the name ``radius`` is an attribute.
 - Other arrays are attributes. Where an array of cells has a name that is taken, `` of cell`` is appended to it.
 - The texts ``unit`` and ``up`` in the field data are the unit and the upward axis.
 """
@@ -14,10 +15,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..arrays import AnyArray, IntArray
+from ..errors import InputError
 from .lines import AXES, Lines
 from .strand_attributes import with_strand_values
 
 RADIUS = "radius"
+#: The types of cells that are lines.
+LINE, POLYLINE = 3, 4
 _NO_INTS = np.empty(0, np.int64)
 
 
@@ -55,6 +59,12 @@ def cells_in_rows(rows: AnyArray) -> Cells | None:
     return Cells(rows[is_point], rows[begins] if begins else _NO_INTS)
 
 
+def line_cells(cells: Cells, types: AnyArray) -> tuple[Cells, IntArray]:
+    """Return the cells that are lines, and their rows among cells of these types."""
+    is_line = (types == LINE) | (types == POLYLINE)
+    return Cells(cells.points[np.repeat(is_line, cells.counts)], cells.counts[is_line]), np.flatnonzero(is_line)
+
+
 def lines_of_cells(
     points: AnyArray,
     counts: IntArray,
@@ -65,6 +75,7 @@ def lines_of_cells(
     invalid: str,
     warn: Callable[[str], None],
     check: Callable[[str, AnyArray], AnyArray] = lambda what, values: values,
+    radius_name: str | None = None,
 ) -> Lines:
     """Return lines of cells that are lines.
 
@@ -84,11 +95,24 @@ def lines_of_cells(
         Takes what is left out, in words.
     check : callable, optional
         Takes what the radius is called, and the radius; returns it, or raises.
+    radius_name : str, optional
+        The array that is the radius.
+
+    Raises
+    ------
+    InputError
+        If no array of numbers, one each, has the name of the radius.
     """
     per_point, per_cell = dict(per_point), dict(per_cell)
-    radius = _take_radius(per_point, check)
-    if radius is None and (of_cells := _take_radius(per_cell, check)) is not None:
+    radius = _take_radius(per_point, check, radius_name)
+    if radius is None and (of_cells := _take_radius(per_cell, check, radius_name)) is not None:
         radius = np.repeat(of_cells, counts)
+    if radius is None and radius_name is not None:
+        arrays = {**per_point, **per_cell}
+        known = ", ".join(repr(name) for name, values in arrays.items() if _is_number(values)) or "none"
+        raise InputError(f"there is no array {radius_name!r} of one number each for the radius; those are: {known}")
+    if radius_name is not None:
+        per_point = {f"{name} of point" if _is_radius(name, v) else name: v for name, v in per_point.items()}
     texts = _texts(field_data, warn)
     made = Lines.from_points(points, counts, radius=radius, attributes=per_point, invalid=invalid)
 
@@ -100,13 +124,20 @@ def lines_of_cells(
     return replace(made, unit=texts.get("unit"), up=texts.get("up"))
 
 
+def _is_number(values: AnyArray) -> bool:
+    return values.ndim == 1 and values.dtype.kind in "fiub"
+
+
 def _is_radius(name: str, values: AnyArray) -> bool:
-    return name.casefold() == RADIUS and values.ndim == 1 and values.dtype.kind in "fiub"
+    return name.casefold() == RADIUS and _is_number(values)
 
 
-def _take_radius(arrays: dict[str, AnyArray], check: Callable[[str, AnyArray], AnyArray]) -> AnyArray | None:
-    """Remove the radius from arrays, and return it if there is one."""
-    name = next((name for name, values in arrays.items() if _is_radius(name, values)), None)
+def _take_radius(
+    arrays: dict[str, AnyArray], check: Callable[[str, AnyArray], AnyArray], wanted: str | None
+) -> AnyArray | None:
+    """Remove the radius from arrays, and return it if there is one: the wanted array, or that of the usual name."""
+    is_it = _is_radius if wanted is None else lambda name, values: name == wanted and _is_number(values)
+    name = next((name for name, values in arrays.items() if is_it(name, values)), None)
     return None if name is None else check(f"values of {name!r}", arrays.pop(name))
 
 

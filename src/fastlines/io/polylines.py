@@ -55,13 +55,9 @@ def polylines_of(lines: Lines) -> Polylines:
     >>> polylines_of(lines).counts
     array([3, 2])
     """
-    n, begins = len(lines), lines.begins()
-    first = np.flatnonzero(begins)
-    counts = np.diff(np.append(first, n)) + 1
-    # A polyline has the first end of each of its segments, and the last end of the last.
-    row = np.insert(np.arange(n), np.append(first[1:], n) if n else [], (np.append(first[1:], n) - 1) if n else [])
-    end = np.zeros(len(row), np.int64)
-    end[np.cumsum(counts) - 1] = 1
+    first = lines.offsets[:-1] - np.arange(len(lines.offsets) - 1)
+    begins = np.zeros(len(lines), np.bool_)
+    begins[first] = True
     lost: list[str] = []
 
     def at_points(name: str, values: AnyArray) -> AnyArray:
@@ -69,12 +65,13 @@ def polylines_of(lines: Lines) -> Polylines:
         before, after = values[:-1][~begins[1:], 1], values[1:][~begins[1:], 0]
         if not equal(before, after):
             lost.append(f"{name} on both sides of a point, where segments of a strand differ")
-        return np.asarray(values[row, end])
+        return lines.at_points(values)
 
     radius = None if lines.radius is None else at_points("radius", lines.end_radii)
     points = {name: at_points(repr(name), values) for name, values in lines.end_attributes.items()}
     attributes = attributes_of_runs(lines, begins, lost)
-    return Polylines(lines.segments[row, end], counts, lines.strands[first], radius, points, attributes, lost)
+    at = lines.at_points(lines.segments)
+    return Polylines(at, np.diff(lines.offsets), lines.strands[first], radius, points, attributes, lost)
 
 
 def attributes_of_runs(part: AxisGeometry, begins: npt.NDArray[np.bool_], lost: list[str]) -> dict[str, AnyArray]:

@@ -6,14 +6,21 @@ import errno
 import gzip
 import os
 import stat
+import struct
 import warnings
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
+from zipfile import BadZipFile
+
+import numpy as np
 
 from ..arrays import INVALID, choice
-from ..errors import FileFormatError, FileWarning, InputError
+from ..errors import FastlinesError, FileFormatError, FileWarning, InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import Geometry
 from ..geometry.curves import Curves
@@ -25,6 +32,8 @@ from .source import BAD_COPY, Source, reason
 
 #: So many of the first bytes of a file tell its format, if its extension does not.
 N_START = 64
+#: What Python and its parsers raise for values that no reader expects. Errors of the disk and of programs are not.
+_DAMAGE = (ArithmeticError, EOFError, LookupError, RecursionError, ValueError, BadZipFile, struct.error, zlib.error)
 
 
 def read(
@@ -41,7 +50,7 @@ def read(
     ----------
     path : str or path-like
         A file with one of the extensions of `known_formats`, packed by gzip if ``.gz`` follows. A file of another
-        extension is recognised by its first bytes, where its format has some of its own.
+        extension is recognised by its first bytes, where its format has some of its own. A ``.trx`` may be a folder.
     invalid : {"error", "skip"}
         Refuse segments that hold NaN or Inf, or leave them out and record their rows in ``skipped``.
     format : str, optional
@@ -91,8 +100,8 @@ def read(
     check_path(path)
     row = format_of(path, format)
     row.check_options(str(path), options)
-    with reporting(progress, "read") as callback, path.open("rb") as file:
-        source = _open(file, path, callback)
+    with reporting(progress, "read") as callback, open_source(path, row, callback) as opened:
+        source = opened.as_utf8() if row.text else opened
         lines = _parse(row, source, invalid, options)
     for oddity in source.oddities:
         warnings.warn(oddity, FileWarning, stacklevel=2)
@@ -108,7 +117,7 @@ def format_of(path: Path, name: str | None = None) -> Format:
 
 
 def check_path(path: Path) -> None:
-    """Refuse what is not a regular file, before it is opened: a pipe would block."""
+    """Refuse what is not a regular file, nor a folder of a format, before it is opened: a pipe would block."""
     try:
         mode = path.stat().st_mode
     except FileNotFoundError as error:
@@ -117,6 +126,8 @@ def check_path(path: Path) -> None:
     except ValueError as error:  # a NUL in the path
         raise InputError(f"{path}: cannot be read: {error}") from None
     if stat.S_ISDIR(mode):
+        if table.of_folder(path):
+            return
         raise IsADirectoryError(errno.EISDIR, "is a directory; expected a file of lines", str(path))
     if not stat.S_ISREG(mode):
         raise InputError(f"{path}: is a device or a pipe; expected a regular file")
@@ -124,12 +135,16 @@ def check_path(path: Path) -> None:
 
 def _parse(row: Format, source: Source, invalid: str, options: dict[str, Any]) -> AnyLines:
     try:
-        lines: AnyLines = row.code.read(source, invalid, **options)
+        with np.errstate(all="ignore"):  # what is NaN or Inf in the end is reported with its row
+            lines: AnyLines = row.code.read(source, invalid, **options)
     except Exception as error:
         if source.stopped is not None:
             raise source.stopped from None
         if isinstance(error, InputError):
             raise InputError(f"{source.name}: {error}") from None
+        if isinstance(error, _DAMAGE) and not isinstance(error, FastlinesError):
+            kind = type(error).__name__
+            raise source.error(f"cannot be read as {row.name} ({kind}: {reason(error)}); {BAD_COPY}") from error
         raise
     if not isinstance(lines, AnyGeometry):
         raise FileFormatError(
@@ -156,6 +171,16 @@ def _start_of(path: Path) -> bytes:
             return bytes(file.read(N_START))
     except (OSError, EOFError, ValueError):
         return b""
+
+
+@contextmanager
+def open_source(path: Path, row: Format, progress: ProgressCallback | None = None) -> Iterator[Source]:
+    """Open a file, or a folder that is a file of its format."""
+    if row.folder is not None and path.is_dir():
+        yield Source(b"", str(path), path, progress)
+        return
+    with path.open("rb") as file:
+        yield _open(file, path, progress)
 
 
 def _open(file: BinaryIO, path: Path, progress: ProgressCallback | None) -> Source:

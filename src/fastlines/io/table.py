@@ -25,20 +25,24 @@ TABLE: tuple[Format, ...] = (
         magic=(b"PAR1", b"ARROW1"),
         writes=(Lines,),
         strands="kept",
+        metadata="kept",
     ),
     Format("bcc", (".bcc",), "yarns, Cem Yuksel's Binary Curve Collections", magic=(b"BCC\x44",)),
-    Format("dxf", (".dxf",), "drawings, DXF", magic=(b"AutoCAD Binary DXF",), up="z"),
+    Format("dxf", (".dxf",), "drawings, DXF", magic=(b"AutoCAD Binary DXF",), up="z", text=True),
     Format(
         "geojson",
         (".geojson", ".geojsonl", ".ndjson", ".json"),
         "maps, GeoJSON, also one feature a line",
         writes=(Lines,),
         up="z",
+        text=True,
     ),
-    Format("gpx", (".gpx",), "tracks and routes, GPX", up="z", unit="degree"),
+    Format("gpx", (".gpx",), "tracks and routes, GPX", up="z", unit="degree", text=True),
     Format("hair", (".hair",), "hair, Cem Yuksel's HAIR files", magic=(b"HAIR", b"hair"), writes=(Lines,)),
-    Format("mitsuba", (".txt", ".curves"), "curves of Mitsuba 3, linearcurve and bsplinecurve", writes=(Lines,)),
-    Format("molecules", (".pdb", ".ent", ".cif", ".mmcif"), "bonds of molecules, PDB and mmCIF", unit="Å"),
+    Format(
+        "mitsuba", (".txt", ".curves"), "curves of Mitsuba 3, linearcurve and bsplinecurve", writes=(Lines,), text=True
+    ),
+    Format("molecules", (".pdb", ".ent", ".cif", ".mmcif"), "bonds of molecules, PDB and mmCIF", unit="Å", text=True),
     Format(
         "npy",
         (".npy",),
@@ -53,22 +57,42 @@ TABLE: tuple[Format, ...] = (
         "NumPy arrays: 'segments', 'points' and 'counts', or 'control'; optionally 'radius' and others",
         writes=(Lines, Curves),
         strands="kept",
+        metadata="kept",
     ),
-    Format("obj", (".obj",), "lines of Wavefront OBJ", writes=(Lines,)),
-    Format("pbrt", (".pbrt",), "curves of pbrt scenes, versions 3 and 4"),
-    Format("ply", (".ply",), "edges of PLY", magic=(b"ply\n", b"ply\r"), writes=(Lines,), strands="kept"),
+    Format("obj", (".obj",), "lines of Wavefront OBJ", writes=(Lines,), text=True),
+    Format("pbrt", (".pbrt",), "curves of pbrt scenes, versions 3 and 4", text=True),
+    Format("ply", (".ply",), "edges of PLY", magic=(b"ply\n", b"ply\r"), writes=(Lines,), strands="kept", text=True),
     Format(
         "safetensors",
         (".safetensors",),
         "tensors: the same arrays as in .npz",
         writes=(Lines, Curves),
         strands="kept",
+        metadata="kept",
     ),
-    Format("swc", (".swc",), "neurons, SWC", writes=(Lines,), unit="µm"),
+    Format("swc", (".swc",), "neurons, SWC", writes=(Lines,), unit="µm", text=True),
     Format("tck", (".tck",), "streamlines, MRtrix", magic=(b"mrtrix tracks",), writes=(Lines,), up="z", unit="mm"),
     Format("tfx", (".tfx",), "hair, AMD TressFX versions 3 and 4", up="y"),
-    Format("trk", (".trk",), "streamlines, TrackVis", magic=(b"TRACK",), writes=(Lines,), up="z", unit="mm"),
-    Format("trx", (".trx",), "streamlines, TRX", writes=(Lines,), up="z", unit="mm"),
+    Format(
+        "trk",
+        (".trk",),
+        "streamlines, TrackVis",
+        magic=(b"TRACK",),
+        writes=(Lines,),
+        metadata=("grid",),
+        up="z",
+        unit="mm",
+    ),
+    Format(
+        "trx",
+        (".trx",),
+        "streamlines, TRX",
+        writes=(Lines,),
+        metadata=("grid",),
+        up="z",
+        unit="mm",
+        folder="header.json",
+    ),
     Format("usc", (".data",), "hair of the USC-HairSalon database", up="y"),
     Format(
         "usd",
@@ -77,10 +101,17 @@ TABLE: tuple[Format, ...] = (
         magic=(b"#usda", b"PXR-USDC"),
         writes=(Lines, Curves, Geometry),
         up="y",
+        text=True,
     ),
-    Format("vtk", (".vtk", ".vtu"), "polylines, VTK legacy files and unstructured grids", magic=(b"# vtk DataFile",)),
-    Format("vtp", (".vtp",), "polylines, VTK polydata", writes=(Lines,)),
-    Format("wkt", (".csv", ".tsv", ".wkt"), "well-known text, alone or in a column of a table", up="z"),
+    Format(
+        "vtk",
+        (".vtk", ".vtu"),
+        "polylines, VTK legacy files and unstructured grids",
+        magic=(b"# vtk DataFile",),
+        text=True,
+    ),
+    Format("vtp", (".vtp",), "polylines, VTK polydata", writes=(Lines,), text=True),
+    Format("wkt", (".csv", ".tsv", ".wkt"), "well-known text, alone or in a column of a table", up="z", text=True),
 )
 
 #: Formats that are known by name only, and what to do with them.
@@ -153,10 +184,20 @@ def named(name: str) -> Format:
     return words[word]
 
 
+def of_folder(path: Path) -> Format | None:
+    """Return the format of which a folder is a file, by its extension, or else by what is in it; None if it is not."""
+    row = known_formats().get(path.suffix.lower())
+    if row is not None and row.folder:
+        return row
+    return next((row for row in _rows() if row.folder and (path / row.folder).is_file()), None)
+
+
 def find(path: Path, start: bytes) -> Format:
     """Return the format of a file by its extension, or else by its first bytes."""
     extension, _ = extension_of(path)
     known = known_formats()
+    if path.is_dir() and (folder := of_folder(path)):
+        return folder
     if extension in known:
         return known[extension]
     if extension in NOT_READ:

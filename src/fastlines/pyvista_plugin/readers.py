@@ -13,7 +13,7 @@ from ..errors import FileWarning
 from ..geometry.lines import Lines
 from ..geometry.vtk_cells import RADIUS
 from ..io import read as read_lines
-from ..io.losses import strand_numbers
+from ..io.losses import is_encodable, strand_numbers
 from ..io.polylines import polylines_of
 from ..io.writing import to_written
 from ..support.optional import optional
@@ -30,7 +30,8 @@ def read(path: str | os.PathLike[str], **options: Any) -> Any:
     Parameters
     ----------
     path : str or path-like
-        A file in a format of `fastlines.read`.
+        A file in a format of `fastlines.read`. ``pyvista.read`` calls this function for those that PyVista does not
+        read itself.
     **options
         As for `fastlines.read`.
 
@@ -84,15 +85,24 @@ def to_polydata(lines: Any) -> Any:
         lost += strand_numbers(parts.strand)
     for name, text in (("unit", straight.unit), ("up", straight.up)):
         if text is not None:
-            mesh.field_data[name] = [text]
+            mesh.GetFieldData().AddArray(_text(name, text))
     if lost:
-        warnings.warn(f"not kept in PolyData: {'; '.join(lost)}", FileWarning, stacklevel=3)
+        warnings.warn(f"not kept in PolyData: {'; '.join(lost)}", FileWarning, stacklevel=2)
     return mesh
+
+
+def _text(name: str, text: str) -> Any:
+    """Return an array of one text in any letters: `field_data` takes only ASCII, but units are µm and Å."""
+    array = optional("vtkmodules.vtkCommonCore", "exchange of lines with PyVista", "pyvista").vtkStringArray()
+    array.SetName(name)
+    array.InsertNextValue(text)
+    return array
 
 
 def _is_held(name: str, values: AnyArray) -> bool:
     """Return whether PolyData holds an attribute; by the name ``radius``, it would be read as the radius."""
+    is_name = name and "\0" not in name and is_encodable(name)
     is_number = values.dtype.kind in "fiub" and values.dtype.itemsize <= 8
     # PyVista refuses empty arrays of vectors.
     is_held = values.ndim == 1 or (values.ndim == 2 and values.size > 0)
-    return is_number and is_held and name.casefold() != RADIUS
+    return bool(is_name) and is_number and is_held and name.casefold() != RADIUS

@@ -1,7 +1,8 @@
 """The geometry of a tree as sections and metadata of a file, and back.
 
 Sections of lines have the names of the fields of `Lines`; attributes have a prefix. Of a `Geometry`, those of part 1
-begin with ``parts/1/``. The metadata of a container has its kind, and everything that is not an array.
+begin with ``parts/1/``. The metadata of a container has its kind, and everything that is not an array. An attribute of
+texts is a section of numbers of texts, and the different texts are a section ``texts/…``, the bytes of a list in JSON.
 """
 
 from __future__ import annotations
@@ -12,17 +13,21 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import is_text
 from ..errors import InputError
 from ..geometry import kinds
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import Geometry
 from ..geometry.lines import Lines
 from ..support import container
+from ..support.text_columns import TEXTS, numbered, texts_of
 
 Arrays: TypeAlias = dict[str, npt.NDArray[Any]]
 
 #: The mappings of attributes of a container, and what their sections begin with.
 ATTRIBUTES = ("attributes", "end_attributes", "corner_attributes")
+#: What is known of a container beside its arrays and its metadata.
+FACTS = ("up", "unit", "tolerance")
 
 Refuse: TypeAlias = Callable[[str], Exception]
 
@@ -46,7 +51,7 @@ def to_sections(geometry: AnyGeometry) -> tuple[Arrays, dict[str, Any], list[str
     arrays = {key: getattr(geometry, key) for key in geometry.sections if getattr(geometry, key) is not None}
     if not len(arrays.get("skipped", ())):
         arrays.pop("skipped", None)
-    facts = {key: getattr(geometry, key, None) for key in ("up", "unit", "tolerance")}
+    facts = {key: getattr(geometry, key, None) for key in FACTS} | {"metadata": geometry.metadata or None}
     kept, lost = _attributes(geometry)
     return arrays | kept, {"kind": name, **facts}, lost
 
@@ -60,6 +65,8 @@ def _attributes(geometry: Any) -> tuple[Arrays, list[str]]:
         for name, values in getattr(geometry, kind, {}).items()
         if kind != "attributes" or name not in ends  # which is that of the first end
     }
+    for name in [name for name, values in arrays.items() if is_text(values) and values.ndim <= 3]:
+        arrays[name], arrays[TEXTS + name] = numbered(arrays[name])
     little = {name: values.astype(values.dtype.newbyteorder("<"), copy=False) for name, values in arrays.items()}
     kept = {name: values for name, values in little.items() if values.dtype in container.NAMES and values.ndim <= 3}
     lost = [
@@ -96,8 +103,13 @@ def from_sections(arrays: Arrays, facts: Mapping[str, Any], refuse: Refuse) -> A
     for mapping in ATTRIBUTES:
         prefix = f"{mapping}/"
         found = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
+        found |= {
+            name: texts_of(values, arrays[TEXTS + prefix + name])
+            for name, values in found.items()
+            if TEXTS + prefix + name in arrays
+        }
         if found:
             given[mapping] = found
-    given |= {key: facts[key] for key in ("up", "unit", "tolerance") if facts.get(key) is not None}
+    given |= {key: facts[key] for key in (*FACTS, "metadata") if facts.get(key) is not None}
     geometry: AnyGeometry = kinds.KINDS[kind](**given)
     return geometry

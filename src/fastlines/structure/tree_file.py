@@ -17,6 +17,7 @@ from ..io.reading import check_path
 from ..settings.settings import Cost, Limits, Presplit, Settings
 from ..settings.splits import split_set_from
 from ..support import container
+from ..support.metadata import to_json
 from .geometry_file import from_sections, to_sections
 from .tree_data import NODE, REF, TreeData
 
@@ -42,8 +43,8 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
     sections, facts, lost = to_sections(tree.geometry)
     if lost:
         warnings.warn(
-            f"{path} does not keep the attributes {', '.join(lost)}: it takes booleans, whole numbers and floats of up "
-            "to 8 bytes, in up to 3 dimensions; convert them, or save them beside it",
+            f"{path} does not keep the attributes {', '.join(lost)}: it takes texts, booleans, whole numbers and "
+            "floats of up to 8 bytes, in up to 3 dimensions; convert them, or save them beside it",
             stacklevel=3,
         )
     nodes, refs = tree.words()
@@ -58,7 +59,7 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
         "up": facts.get("up"),
         "unit": facts.get("unit"),
         "tolerance": None if facts.get("tolerance") is None else repr(facts["tolerance"]),
-        "parts": json.dumps(facts["parts"]) if "parts" in facts else None,
+        **{name: to_json(facts[name]) for name in ("metadata", "parts") if facts.get(name)},
     }
     # Write larger numbers first, so that each section is aligned for its type.
     kept = sorted(arrays.items(), key=lambda item: -item[1].dtype.itemsize)
@@ -86,7 +87,7 @@ def read(kind: type[Tree], path: str | os.PathLike[str], verify: bool | None) ->
         limits_hit = {str(name): int(n) for name, n in json.loads(metadata["limits_hit"]).items()}
         built_cost = float(metadata["built_cost"]) if "built_cost" in metadata else None
         facts: dict[str, Any] = {name: metadata.get(name) for name in ("kind", "up", "unit")}
-        facts |= {name: json.loads(metadata[name]) for name in ("tolerance", "parts") if name in metadata}
+        facts |= {name: json.loads(metadata[name]) for name in ("tolerance", "metadata", "parts") if name in metadata}
         geometry = from_sections(arrays, facts, refuse)
         nodes, refs = arrays["nodes"].reshape(-1).view(NODE), arrays["refs"].reshape(-1).view(REF)
         return kind(geometry, nodes, refs, settings, metadata["method"], limits_hit, built_cost)

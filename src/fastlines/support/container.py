@@ -60,7 +60,8 @@ def write(path: str | os.PathLike[str], arrays: Mapping[str, npt.NDArray[Any]], 
     text += b" " * (-(8 + len(text)) % ALIGNMENT)
     if len(text) > MAX_HEADER:
         raise InputError(
-            f"{path}: the names of its sections take {len(text)} bytes, more than {MAX_HEADER}; shorten them"
+            f"{path}: the names of its sections and its metadata take {len(text)} bytes, more than {MAX_HEADER}; "
+            "shorten them"
         )
     with atomic_write(path) as partial, partial.open("wb") as file:
         for i, part in enumerate([len(text).to_bytes(8, "little") + text, *arrays.values()]):

@@ -35,8 +35,7 @@ class Immutable:
         return self
 
     def __getstate__(self) -> dict[str, Any]:
-        state = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {name: dict(value) if isinstance(value, Mapping) else value for name, value in state.items()}
+        return {field.name: _thawed(getattr(self, field.name)) for field in fields(self)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for name, value in state.items():
@@ -44,12 +43,21 @@ class Immutable:
 
 
 def frozen(value: Any) -> Any:
-    """Return an immutable array, or a mapping of such arrays; writeable memory is copied."""
+    """Return an immutable array, or a mapping or a tuple of such arrays; writeable memory is copied."""
     if isinstance(value, Mapping):
         return MappingProxyType({name: frozen(part) for name, part in value.items()})
+    if type(value) is tuple:
+        return tuple(frozen(part) for part in value)
     if not isinstance(value, np.ndarray) or (value.flags.aligned and _is_immutable(value)):
         return value
     return own(np.array(value, order="C"))
+
+
+def _thawed(value: Any) -> Any:
+    """Return a value whose mappings are dictionaries, which can be pickled."""
+    if isinstance(value, Mapping):
+        return {name: _thawed(part) for name, part in value.items()}
+    return tuple(_thawed(part) for part in value) if type(value) is tuple else value
 
 
 def own(array: npt.NDArray[Any]) -> npt.NDArray[Any]:

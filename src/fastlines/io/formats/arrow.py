@@ -25,8 +25,9 @@ from typing import Any
 import numpy as np
 
 from ...arrays import AnyArray, IntArray
-from ...errors import FastlinesError
+from ...errors import FastlinesError, InputError
 from ...geometry.lines import AXES, Lines
+from ...support.metadata import from_json, to_json
 from ...support.optional import optional
 from ..losses import is_encodable
 from ..source import Source, reason
@@ -36,6 +37,8 @@ _POINT = ("x", "y", "z")
 #: What marks a column of values at both ends of segments, in the metadata of its field.
 _KEY, _ENDS = b"fastlines", b"end_attributes"
 _GEO = b"geo"
+#: What the metadata of a schema have of lines as a whole.
+_FACTS = ("up", "unit", "metadata")
 
 
 def read(source: Source, invalid: str) -> Lines:
@@ -82,6 +85,7 @@ def write(lines: Lines, path: Path) -> list[str]:
         columns[name] = column
         fields.append(pa.field(name, column.type, metadata={_KEY: _ENDS} if at_ends else None))
     facts = {name: value for name in ("up", "unit") if (value := getattr(lines, name))}
+    facts |= {"metadata": to_json(lines.metadata)} if lines.metadata else {}
     table = pa.Table.from_arrays(list(columns.values()), schema=pa.schema(fields, metadata=facts or None))
     if path.suffix == ".parquet":
         from pyarrow import parquet
@@ -229,8 +233,8 @@ def _column(values: AnyArray) -> Any:
 
 
 def _with_facts(source: Source, lines: Lines, metadata: dict[bytes, bytes]) -> Lines:
-    """Set the axis that points upwards and the unit, if the table has them and they are such."""
-    texts = {name: metadata.get(name.encode(), b"").decode("utf-8", "replace") for name in ("up", "unit")}
+    """Set the upward axis, the unit and the metadata, if the table has them and they are such."""
+    texts = {name: metadata.get(name.encode(), b"").decode("utf-8", "replace") for name in _FACTS}
     if texts["up"] and texts["up"] not in AXES:
         source.warn(f"its 'up' is {texts['up']!r}, no axis, and is not used")
         texts["up"] = ""
@@ -238,4 +242,10 @@ def _with_facts(source: Source, lines: Lines, metadata: dict[bytes, bytes]) -> L
         source.warn("its 'unit' is not text, and is not used")
         texts["unit"] = ""
     facts: dict[str, Any] = {name: text for name, text in texts.items() if text}
+    if "metadata" in facts:
+        try:
+            facts["metadata"] = from_json(facts["metadata"])
+        except InputError as error:
+            source.warn(f"its 'metadata' are left out: {error}")
+            del facts["metadata"]
     return replace(lines, **facts) if facts else lines

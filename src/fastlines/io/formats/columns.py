@@ -1,17 +1,16 @@
-"""Values of strands from a table, such as the rows of a text file: which columns hold numbers, and their arrays."""
+"""Values of strands from a table, such as the rows of a text file: columns of numbers and of texts, as arrays."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ...arrays import AnyArray
 from ...geometry.lines import Lines
-from ...geometry.strand_attributes import with_strand_values
+from ...geometry.strand_attributes import FEATURE, NO_TEXT, array_of, objects, with_strand_values
 from ..source import Source
 
 #: What stands for a missing value in text, in lower case.
@@ -46,12 +45,12 @@ def value_of(text: str) -> object:
 
 
 def column_of(words: Sequence[str]) -> Sequence[object]:
-    """Return the values of a column of texts, up to the first that is neither a number nor a truth value.
+    """Return the values of a column of texts: numbers and truth values, or the texts themselves if any is neither.
 
     Examples
     --------
     >>> column_of(["1", "2"]), column_of(["1.5", ""]), column_of(["oak", "2"])
-    ([1, 2], [1.5, None], ['oak'])
+    ([1, 2], [1.5, None], ['oak', '2'])
     """
     try:
         return list(map(int, words))
@@ -60,42 +59,14 @@ def column_of(words: Sequence[str]) -> Sequence[object]:
         for word in words:
             values.append(value_of(word))
             if isinstance(values[-1], str):
-                break
+                return words
         return values
 
 
-def array_of(values: Sequence[object]) -> AnyArray | None:
-    """Return a column as an array: bool, int64, or float64 with NaN where a value is None; None if it holds others.
-
-    Examples
-    --------
-    >>> array_of([1, 2]), array_of([True, False]), array_of([1, None]), array_of([1, "oak"])
-    (array([1, 2]), array([ True, False]), array([ 1., nan]), None)
-    """
-    kinds = {type(value) for value in values}
-    if kinds == {bool}:
-        return np.array(values, np.bool_)
-    if not kinds or kinds == {type(None)} or not kinds <= {bool, int, float, type(None)}:
-        return None
-    if kinds <= {bool, int}:
-        try:
-            return np.array(values, np.int64)
-        except OverflowError:
-            pass
-    return np.array([_float(value) for value in values], np.float64)
-
-
-def _float(value: Any) -> float:
-    try:
-        return math.nan if value is None else float(value)
-    except OverflowError:  # an integer beyond the largest number of float64
-        return math.copysign(math.inf, value)
-
-
-def numeric(
+def arrays_of(
     source: Source, columns: Mapping[str, tuple[Sequence[int], Sequence[object]]], n_rows: int, what: str
 ) -> dict[str, AnyArray]:
-    """Return the columns of numbers as arrays of n rows, and warn once of the others.
+    """Return the columns of numbers and of texts as arrays of n rows, and warn once of the others.
 
     Each column is given as some rows and their values. The fullest ones are kept, as many as go well with the size of
     the file: columns with few values could take far more memory than their file.
@@ -112,10 +83,11 @@ def numeric(
         elif np.array_equal(rows, np.arange(n_rows)):
             arrays[name] = found
         else:
-            arrays[name] = np.full(n_rows, np.nan)
+            missing = objects([NO_TEXT]) if found.dtype == object else np.array([np.nan])
+            arrays[name] = np.repeat(missing, n_rows)
             arrays[name][rows] = found
     if dropped:
-        source.warn(f"{what} that do not hold numbers are not kept: {listed(sorted(dropped))}")
+        source.warn(f"{what} that hold neither numbers nor texts are not kept: {listed(sorted(dropped))}")
     if sparse:
         source.warn(f"{len(sparse)} {what} with few values are not kept: {listed(sorted(sparse))}")
     return {name: arrays[name] for name in columns if name in arrays}
@@ -145,11 +117,16 @@ def counted(kinds: Mapping[str, int]) -> str:
     return ", ".join(f"{n} {kind}" for kind, n in kinds.items())
 
 
-def with_strand_attributes(
-    lines: Lines, per_strand: Mapping[str, AnyArray], unit: str | None = None, radius: AnyArray | None = None
+def with_features(
+    lines: Lines,
+    feature: npt.ArrayLike,
+    per_strand: Mapping[str, AnyArray],
+    unit: str | None = None,
+    radius: AnyArray | None = None,
 ) -> Lines:
-    """Return the lines with a unit, and with values and the radius of strands, which are rows of the arrays."""
-    lines = replace(with_strand_values(lines, per_strand), unit=unit)
+    """Return the lines with a unit, the number of each strand's feature, and values and the radius of strands."""
+    features = {FEATURE: np.asarray(feature, np.int64)}
+    lines = replace(with_strand_values(with_strand_values(lines, features), per_strand), unit=unit)
     return lines if radius is None else lines.with_radius(radius[lines.strands])
 
 
@@ -157,7 +134,7 @@ def radius_of(source: Source, per_strand: dict[str, AnyArray], name: str | None,
     """Take the radius of strands out of the column of this name."""
     if name is None:
         return None
-    if name not in per_strand:
-        known = listed(per_strand) or "none"
+    if name not in per_strand or per_strand[name].dtype == object:
+        known = listed(name for name, values in per_strand.items() if values.dtype != object) or "none"
         raise source.error(f"has no {what} {name!r} of numbers for the radius; those of numbers are: {known}")
     return source.radius(f"values of {name!r}, taken as the radius,", per_strand.pop(name))

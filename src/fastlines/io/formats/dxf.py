@@ -4,26 +4,32 @@ Format: https://help.autodesk.com/view/OARX/2024/ENU/?guid=GUID-235B22E0-A567-4C
 
 Of the model space are read LINE, LWPOLYLINE and POLYLINE (2D and 3D) with their bulges, ARC, CIRCLE, ELLIPSE, SPLINE
 and HELIX, also in blocks, as each INSERT places them. Each entity is a strand. Curves, splines too, become polylines
-within a tolerance; the arcs of polylines are off by up to 3e-4 of their radius besides. The attribute ``layer`` counts
-the layers in the order of the file's table; their names, colours and line weights are dropped. Other entities are
-dropped with a warning, and so are layouts. The unit is that of ``$INSUNITS``.
+within a tolerance; the arcs of polylines are off by up to 3e-4 of their radius besides. The unit is that of
+``$INSUNITS``. Other entities are dropped with a warning, and so are layouts, and entities that break the
+rules of the format. Colours and line weights are dropped.
+
+The attribute ``feature`` counts the entities of the model space, of all types: ``list(drawing.modelspace())[feature]``
+is the entity in ezdxf; of lines in blocks, it is the INSERT. ``handle`` is the entity's own handle, and ``layer_name``
+the name of its layer. ``layer`` counts the layers in the order of the file's table.
 """
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Iterable, Iterator, Sequence
+from io import BytesIO
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ...arrays import LEAST, number
-from ...errors import FileFormatError
 from ...geometry.lines import Lines
+from ...geometry.strand_attributes import NO_TEXT, objects
 from ...support.optional import optional
 from ..source import BAD_COPY, Source, reason
-from .columns import counted, with_strand_attributes
+from .columns import counted, with_features
+from .dxf_records import Record, without_bad
 
 Float64Array = npt.NDArray[np.float64]
 
@@ -33,6 +39,7 @@ _UNITS = {
     1: "in", 2: "ft", 3: "mi", 4: "mm", 5: "cm", 6: "m", 7: "km", 8: "µin", 9: "mil", 10: "yd", 11: "Å", 12: "nm",
     13: "µm", 14: "dm", 15: "dam", 16: "hm", 17: "Gm", 18: "au", 19: "ly", 20: "pc",
 }  # fmt: skip
+_BINARY = b"AutoCAD Binary DXF"
 #: What may follow the end.
 _BLANK = b" \t\r\n\0\x1a"
 #: The default tolerance, as a fraction of the size of each curve.
@@ -63,22 +70,32 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
     drawing = _open(source, ezdxf)
     layers = {str(layer.dxf.name).lower(): i for i, layer in enumerate(drawing.layers)}
     others: dict[str, int] = {}
+    bad: dict[str, int] = {}
     strands: list[Float64Array] = []
     numbers: list[int] = []
+    features: list[int] = []
+    texts: dict[str, list[str]] = {"layer_name": [], "handle": []}
     n_points = 0
-    try:
-        for entity, matrices in _exploded(source, drawing.modelspace(), others, [_MAX_ENTITIES + source.size]):
+    why = "it has no size"
+    for feature, entity, matrices in _lines_of(source, drawing.modelspace(), others, bad):
+        try:
             points = _points(entity, path.make_path(entity), matrices, tolerance)
-            n_points += len(points)
-            if 12 * n_points > source.unpack_limit:
-                raise source.error("its curves become far more points than a drawing has; raise tolerance=")
-            strands.append(points)
-            numbers.append(layers.setdefault(str(entity.dxf.layer).lower(), len(layers)))
-    except FileFormatError:
-        raise
-    except Exception as error:  # whatever the library raises for values that make no sense
-        raise source.error(f"an entity cannot be read: {reason(error)}; audit the drawing, and save it again") from None
-
+            layer, handle = str(entity.dxf.layer), str(entity.dxf.get("handle") or NO_TEXT)
+        except Exception as error:  # whatever the library raises for values that make no sense
+            points, why = np.empty((0, 3)), reason(error)
+        if not len(points):
+            bad[entity.dxftype()] = bad.get(entity.dxftype(), 0) + 1
+            continue
+        n_points += len(points)
+        if 12 * n_points > source.unpack_limit:
+            raise source.error("its curves become far more points than a drawing has; raise tolerance=")
+        strands.append(points)
+        numbers.append(layers.setdefault(layer.lower(), len(layers)))
+        features.append(feature)
+        texts["layer_name"].append(layer)
+        texts["handle"].append(handle)
+    if bad:
+        source.warn(f"entities that cannot be read are left out: {counted(bad)} ({why.rstrip('.')})")
     n_elsewhere = sum(entity.dxftype() in _LINES for name in drawing.layouts.names() if name != "Model"
                       for entity in drawing.layouts.get(name))  # fmt: skip
     if n_elsewhere:
@@ -88,11 +105,15 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
     points = np.concatenate([np.empty((0, 3)), *strands])
     lines = Lines.from_points(points, [len(part) for part in strands], invalid=invalid)
     unit = _UNITS.get(drawing.header.get("$INSUNITS", 0))
-    return with_strand_attributes(lines, {"layer": np.array(numbers, np.int64)}, unit)
+    named = {name: objects(column) for name, column in texts.items()}
+    return with_features(lines, features, {"layer": np.array(numbers, np.int64), **named}, unit)
 
 
 def _open(source: Source, ezdxf: Any) -> Any:
-    """Open the drawing; one that breaks the rules of the format is repaired as far as the library can."""
+    """Open the drawing; one that breaks the rules of the format is repaired as far as the library can.
+
+    Where it cannot, the entities that it refuses are left out.
+    """
     logging.getLogger("ezdxf").addHandler(logging.NullHandler())  # or the library prints to stderr
     recover = optional("ezdxf.recover", "reading .dxf", "cad")
     with source.file(".dxf") as file:
@@ -100,18 +121,51 @@ def _open(source: Source, ezdxf: Any) -> Any:
             return ezdxf.readfile(file)
         except Exception as error:  # the library raises many types for damaged files
             why = reason(error).rstrip(".")
+
+    def load(data: bytes) -> Any:
         try:
-            drawing, audit = recover.readfile(file)
+            return recover.read(BytesIO(data))
         except Exception:
-            raise source.error(f"is not a DXF drawing: {why}; check the extension, or save it again") from None
-    source.warn(f"breaks the rules of the format ({why}); {len(audit.fixes)} mistakes were repaired to read it")
+            return None
+
+    loaded = load(source.data)
+    bad: list[Record] = []
+    if loaded is None and not source.data.startswith(_BINARY):
+        rest, bad = without_bad(source.data, lambda data: load(data) is not None)
+        loaded = load(rest) if bad else None
+    if loaded is None:
+        if b"SECTION" in source.data:
+            raise source.error(f"cannot be read as a DXF drawing: {why}; audit the drawing, and save it again")
+        raise source.error(f"is not a DXF drawing: {why}; check the extension, or save it again")
+    drawing, audit = loaded
+    if bad:
+        kinds = [record.kind for record in bad]
+        numbers = counted({kind: kinds.count(kind) for kind in dict.fromkeys(kinds)})
+        source.warn(f"entities that break the rules of the format are left out: {numbers} ({why})")
+    else:
+        source.warn(f"breaks the rules of the format ({why}); {len(audit.fixes)} mistakes were repaired to read it")
     return drawing
 
 
+def _lines_of(
+    source: Source, entities: Iterable[Any], others: dict[str, int], bad: dict[str, int]
+) -> Iterator[tuple[int, Any, tuple[Any, ...]]]:
+    """Yield the entities that are lines, with the number of the one they are in and the matrices of the blocks."""
+    n_left = [_MAX_ENTITIES + source.size]
+    for feature, entity in enumerate(entities):
+        for part, matrices in _exploded(source, [entity], others, bad, n_left):
+            yield feature, part, matrices
+
+
 def _exploded(
-    source: Source, entities: Iterable[Any], others: dict[str, int], n_left: list[int], matrices: tuple[Any, ...] = ()
+    source: Source,
+    entities: Iterable[Any],
+    others: dict[str, int],
+    bad: dict[str, int],
+    n_left: list[int],
+    matrices: tuple[Any, ...] = (),
 ) -> Iterator[tuple[Any, tuple[Any, ...]]]:
-    """Yield the entities that are lines, with the matrices of the blocks around them, and count the others."""
+    """Yield the entities that are lines, with the matrices of the blocks around them; count others and bad ones."""
     if len(matrices) > _MAX_DEPTH:
         raise source.error(f"its blocks are nested more than {_MAX_DEPTH} deep, perhaps in themselves; fix them")
     for entity in entities:
@@ -121,8 +175,13 @@ def _exploded(
         kind = entity.dxftype()
         block = entity.block() if kind == "INSERT" else None
         if block is not None:
-            for insert in entity.multi_insert() if entity.mcount > 1 else [entity]:
-                yield from _exploded(source, block, others, n_left, (insert.matrix44(), *matrices))
+            try:
+                places = [one.matrix44() for one in (entity.multi_insert() if entity.mcount > 1 else [entity])]
+            except Exception:  # whatever the library raises for values that make no sense
+                bad[kind] = bad.get(kind, 0) + 1
+                continue
+            for place in places:
+                yield from _exploded(source, block, others, bad, n_left, (place, *matrices))
         elif kind in _LINES and not (kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline)):
             yield entity, matrices
         else:

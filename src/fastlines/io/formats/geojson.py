@@ -2,8 +2,9 @@
 
 Format: RFC 7946 (https://www.rfc-editor.org/rfc/rfc7946), RFC 8142 for sequences, and ``crs`` of GeoJSON 2008.
 
-LineString and MultiLineString are read, in features and collections too; each line is a strand. Properties of numbers
-or of truth values become attributes of strands. Points, polygons and other properties are dropped, each with a warning.
+LineString and MultiLineString are read, in features and collections too; each line is a strand. The attribute
+``feature`` counts the features of the file, and geometries outside of features. Properties of numbers, of truth values
+or of texts become attributes of strands. Points, polygons and other properties are dropped, each with a warning.
 Coordinates are longitude, latitude and height, and the unit is the degree, unless ``crs`` says otherwise. In float32, a
 longitude of 180° is exact to 8e-6°, about 1 m.
 """
@@ -13,17 +14,20 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from ...arrays import IntArray, is_text
 from ...geometry.lines import Lines
+from ...geometry.strand_attributes import FEATURE
 from ..losses import conventions, free_name, strand_numbers
 from ..polylines import Polylines, polylines_of
 from ..source import Source, printable, reason
-from .columns import counted, numeric, radius_of, with_strand_attributes
+from .columns import arrays_of, counted, radius_of, with_features
 
 Float64Array = npt.NDArray[np.float64]
 
@@ -73,12 +77,12 @@ def read(source: Source, invalid: str, *, radius: str | None = None) -> Lines:
             rows, values = columns.setdefault(printable(name), ([], []))
             rows.append(row)
             values.append(value)
-    per_feature = numeric(source, columns, len(features), "properties")
+    per_feature = arrays_of(source, columns, len(features), "properties")
     per_strand = {name: values[owner] for name, values in per_feature.items()}
     radii = radius_of(source, per_strand, radius, "property")
     points = np.concatenate([np.empty((0, 3)), *found.points])
     lines = Lines.from_points(points, [len(part) for part in found.points], invalid=invalid)
-    return with_strand_attributes(lines, per_strand, found.unit, radii)
+    return with_features(lines, found.owner, per_strand, found.unit, radii)
 
 
 def _documents(source: Source) -> list[Any]:
@@ -172,6 +176,8 @@ class _Found:
             elif kind in _LINES:
                 self._add_lines(item, kind, row)
             else:
+                if row is None:
+                    self.properties.append({})
                 name = kind if isinstance(kind, str) else "without a geometry" if item is None else "unknown"
                 self.others[name] = self.others.get(name, 0) + 1
 
@@ -225,13 +231,19 @@ def _properties(feature: dict[str, Any]) -> dict[str, Any]:
 def write(lines: Lines, path: Path) -> list[str]:
     """Write a feature for each polyline, whose properties are its attributes; NaN is null.
 
-    Coordinates have as few digits as give the same float32 again, and no z where it is 0 everywhere. Without the unit
-    degree, ``"crs": null`` says that they are not longitudes and latitudes. ``.geojsonl`` and ``.ndjson`` have one
-    feature a line, and no place for ``crs``.
+    Polylines that follow one another and have the same attribute ``feature`` are one MultiLineString. Coordinates have
+    as few digits as give the same float32 again, and no z where it is 0 everywhere. Without the unit degree,
+    ``"crs": null`` says that they are not longitudes and latitudes. ``.geojsonl`` and ``.ndjson`` have one feature a
+    line, and no place for ``crs``.
     """
     one_a_line = path.suffix in _ONE_A_LINE
     joined = polylines_of(lines)
     columns, lost = _columns(joined)
+    firsts = _first_polylines(joined, columns)
+    if FEATURE in joined.attributes:
+        numbers = joined.attributes[FEATURE]
+        if not np.array_equal(numbers, np.repeat(np.arange(len(firsts)), np.diff(firsts, append=len(numbers)))):
+            lost.append("the numbers of features, which are counted from 0")
     lost += [f"{name!r} of each point" for name in joined.point_attributes]
     lost += strand_numbers(joined.strand)
     if lines.unit not in (None, "degree"):
@@ -241,15 +253,26 @@ def write(lines: Lines, path: Path) -> list[str]:
     lost += conventions(lines, lines.unit, "z")
     with path.open("w", encoding="utf-8", newline="\n") as file:
         if one_a_line and len(lines):
-            file.writelines(f"{line}\n" for line in _features(joined, columns))
+            file.writelines(f"{line}\n" for line in _features(joined, columns, firsts))
             return lost
         # Write an empty collection if there are no lines: an empty file could not be read.
         crs = "" if lines.unit == "degree" else '"crs": null, '
         file.write(f'{{"type": "FeatureCollection", {crs}"features": [')
-        for i, line in enumerate(_features(joined, columns)):
+        for i, line in enumerate(_features(joined, columns, firsts)):
             file.write(f"{',' if i else ''}\n{line}")
         file.write("]}\n" if one_a_line else "\n]}\n")
     return lost
+
+
+def _first_polylines(joined: Polylines, columns: dict[str, list[str]]) -> IntArray:
+    """Return the first polyline of each feature: where its number or any of its properties changes."""
+    numbers = joined.attributes.get(FEATURE)
+    if numbers is None or numbers.ndim != 1 or numbers.dtype.kind not in "iu":
+        return np.arange(len(joined.counts))
+    begins = np.append(True, (numbers[1:] != numbers[:-1]) | (numbers[1:] < 0))[: len(numbers)]
+    for texts in columns.values():
+        begins[1:] |= np.array([before != after for before, after in pairwise(texts)], np.bool_)
+    return np.flatnonzero(begins)
 
 
 def _columns(joined: Polylines) -> tuple[dict[str, list[str]], list[str]]:
@@ -257,7 +280,9 @@ def _columns(joined: Polylines) -> tuple[dict[str, list[str]], list[str]]:
     columns, lost = {}, list(joined.lost)
     taken = {*joined.attributes}
     for name, values in joined.attributes.items():
-        if values.ndim == 1 and values.dtype.kind in "fiub":
+        if name == FEATURE and values.ndim == 1 and values.dtype.kind in "iu":
+            continue
+        if values.ndim == 1 and (values.dtype.kind in "fiub" or is_text(values)):
             columns[free_name(name, printable(name), taken, lost)] = _texts(values)
             if values.dtype.kind == "f" and np.isinf(values).any():
                 lost.append(f"infinite values of {name!r}")
@@ -274,23 +299,27 @@ def _columns(joined: Polylines) -> tuple[dict[str, list[str]], list[str]]:
 
 
 def _texts(values: npt.NDArray[Any]) -> list[str]:
-    """Return numbers as JSON, each with as few digits as its type needs."""
+    """Return numbers as JSON, each with as few digits as its type needs, or texts."""
     if values.dtype.kind == "f":
         return [text if np.isfinite(value) else "null" for text, value in zip(values.astype(str), values, strict=True)]
     return [json.dumps(value) for value in values.tolist()]
 
 
-def _features(joined: Polylines, columns: dict[str, list[str]]) -> Iterator[str]:
+def _features(joined: Polylines, columns: dict[str, list[str]], firsts: IntArray) -> Iterator[str]:
     """Yield the features as JSON."""
     flat = not (joined.points[:, 2].any() or np.signbit(joined.points[:, 2]).any())
     n_axes = 2 if flat else 3
     names = [json.dumps(name) for name in columns]
-    rows = zip(*columns.values(), strict=True) if columns else iter([()] * len(joined.counts))
-    for start, count, row in zip(joined.offsets, joined.counts, rows, strict=False):
-        texts = joined.points[start : start + count, :n_axes].astype(str)
-        points = ", ".join(f"[{', '.join(point)}]" for point in texts.tolist())
-        properties = ", ".join(f"{name}: {text}" for name, text in zip(names, row, strict=True))
+    starts = joined.offsets.tolist()
+    for first, end in pairwise([*firsts.tolist(), len(joined.counts)]):
+        parts = []
+        for start, stop in pairwise(starts[first : end + 1]):
+            texts = joined.points[start:stop, :n_axes].astype(str)
+            points = ", ".join(f"[{', '.join(point)}]" for point in texts.tolist())
+            parts.append(f"[{points}]")
+        properties = ", ".join(f"{name}: {texts[first]}" for name, texts in zip(names, columns.values(), strict=True))
+        kind, coordinates = ("LineString", parts[0]) if len(parts) == 1 else (_LINES[1], f"[{', '.join(parts)}]")
         yield (
             f'{{"type": "Feature", "properties": {{{properties}}}, '
-            f'"geometry": {{"type": "LineString", "coordinates": [{points}]}}}}'
+            f'"geometry": {{"type": "{kind}", "coordinates": {coordinates}}}}}'
         )

@@ -5,8 +5,9 @@ Format: https://www.topografix.com/GPX/1/1/, versions 1.0 and 1.1.
 Each segment of a track, and each route, is a strand. x is the longitude and y the latitude, in degrees of WGS 84; z is
 the elevation in **metres**, 0 where there is none. Attributes of points are ``time``, in seconds since 1970-01-01 UTC,
 and every other element of a point that holds a number, those of extensions too, such as ``hr``; NaN where missing. The
-attribute ``track`` counts the tracks of the file, -1 for routes; an element of that name becomes ``track of points``.
-Waypoints and texts are dropped, each with a warning.
+attribute ``feature`` counts the tracks and routes of the file together, in its order; ``track`` counts the tracks
+alone, -1 for routes. The texts and numbers of tracks and routes, such as ``name``, are attributes too. An element of
+points by one of these names becomes ``… of points``. Waypoints and texts of points are dropped, each with a warning.
 
 Files with a document type are refused, for entities could make them grow without limit.
 """
@@ -20,12 +21,19 @@ from xml.parsers import expat
 
 import numpy as np
 
+from ...arrays import AnyArray
 from ...errors import FileFormatError
 from ...geometry.lines import Lines
-from ..source import Source, reason
-from .columns import listed, numeric, with_strand_attributes
+from ...geometry.strand_attributes import FEATURE, with_strand_values
+from ..source import Source, printable, reason
+from .columns import arrays_of, column_of, listed, with_features
 
 _POINTS = {"trkpt": "trkseg", "rtept": "rte"}
+#: The attribute that counts tracks.
+TRACK = "track"
+#: The elements that are features, and those in them that have no text of their own.
+_FEATURES = ("trk", "rte")
+_WITHOUT_TEXT = ("trkseg", "rtept", "link", "extensions")
 #: Bytes that are parsed at a time.
 _BLOCK = 1 << 20
 
@@ -49,15 +57,18 @@ def read(source: Source, invalid: str, *, elevation: bool = True) -> Lines:
 
     points = np.zeros((len(reader.longitudes), 3))
     points[:, 0], points[:, 1] = reader.longitudes, reader.latitudes
-    attributes = numeric(source, reader.columns, len(points), "elements of points")
+    attributes = arrays_of(source, reader.columns, len(points), "elements of points")
     heights = attributes.get("ele")
     if elevation and heights is not None:
         del attributes["ele"]
         points[:, 2] = np.where(np.isnan(heights), 0, heights)
         if points[:, 2].any():
             source.warn("z is in metres and x and y are in degrees; elevation=False leaves z at 0")
+    tracks, texts = {TRACK: np.array(reader.tracks, np.int64)}, reader.texts_of_strands()
+    taken = {FEATURE, TRACK, *texts}
+    attributes = {f"{name} of points" if name in taken else name: values for name, values in attributes.items()}
     lines = Lines.from_points(points, reader.counts, attributes=attributes, invalid=invalid)
-    return with_strand_attributes(lines, {"track": np.array(reader.tracks, np.int64)}, "degree")
+    return with_strand_values(with_features(lines, reader.features, tracks, "degree"), texts)
 
 
 class _Reader:
@@ -69,6 +80,8 @@ class _Reader:
         self.latitudes = array("d")
         self.counts: list[int] = []
         self.tracks: list[int] = []
+        self.features: list[int] = []
+        self.properties: list[dict[str, str]] = []
         self.columns: dict[str, tuple[array[int], array[float]]] = {}
         self.texts: set[str] = set()
         self.n_waypoints = self.n_bad_times = 0
@@ -113,13 +126,29 @@ class _Reader:
             self._inside = 0
             self._add(attributes)
             self._parser.CharacterDataHandler = self._text_handler
-        elif name == "trk" and len(self._path) == 2:
-            self._track += 1
-        elif (name == "trkseg" and self._path[-2] == "trk") or (name == "rte" and len(self._path) == 2):
-            self.counts.append(0)
-            self.tracks.append(self._track if name == "trkseg" else -1)
+        elif name in _FEATURES and len(self._path) == 2:
+            self.properties.append({})
+            self._track += name == "trk"
+            if name == "rte":
+                self._begin(-1)
+        elif name == "trkseg" and self._path[-2] == "trk":
+            self._begin(self._track)
         elif name == "wpt":
             self.n_waypoints += 1
+        elif self._is_property():
+            self._text = []
+            self._parser.CharacterDataHandler = self._text_handler
+
+    def _begin(self, track: int) -> None:
+        """Begin a strand."""
+        self.counts.append(0)
+        self.tracks.append(track)
+        self.features.append(len(self.properties) - 1)
+
+    def _is_property(self) -> bool:
+        """Whether the element that is open has a text about a track or a route."""
+        is_direct = len(self._path) == 3 and self._path[-2] in _FEATURES
+        return is_direct and bool(self.properties) and self._path[-1] not in _WITHOUT_TEXT
 
     def _add(self, attributes: dict[str, str]) -> None:
         """Add a point."""
@@ -137,6 +166,8 @@ class _Reader:
 
     def _end(self, tag: str) -> None:
         if self._inside <= 0:
+            if self._inside < 0 and self._is_property() and (text := "".join(self._text).strip()):
+                self.properties[-1].setdefault(self._path[-1], text)
             self._path.pop()
             self._inside = -1
             self._parser.CharacterDataHandler = None
@@ -151,8 +182,6 @@ class _Reader:
         """Keep the text of an element of the current point, if it is a number, or the time of the point itself."""
         if not is_own and name in ("ele", "time"):
             name = f"{name} of extension"
-        elif name == "track":  # which counts tracks
-            name = "track of points"
         is_time = name == "time"
         try:
             value = _seconds(text) if is_time else float(text)
@@ -165,6 +194,17 @@ class _Reader:
         rows, values = self.columns.get(name) or self.columns.setdefault(name, (array("q"), array("d")))
         rows.append(len(self.longitudes) - 1)
         values.append(value)
+
+    def texts_of_strands(self) -> dict[str, AnyArray]:
+        """Return what the texts of tracks and routes say, a row for each strand; numbers where all of them are."""
+        found: dict[str, tuple[list[int], list[str]]] = {}
+        for row, feature in enumerate(self.features):
+            for name, text in self.properties[feature].items():
+                rows, texts = found.setdefault(printable(name), ([], []))
+                rows.append(row)
+                texts.append(text)
+        columns = {name: (rows, column_of(texts)) for name, (rows, texts) in found.items()}
+        return arrays_of(self.source, columns, len(self.features), "elements of tracks")
 
 
 def _seconds(text: str) -> float:

@@ -7,9 +7,10 @@ symmetry), and those that distances show, for files list few: `bonds` has the ru
 file has them. Bonds between alternate places of atoms are left out. Atoms without bonds, such as ions and most waters,
 have no segment. A strand is a chain. Sticks have no radius of their own.
 
-Attributes of both ends are ``element`` (the atomic number), ``b_factor`` (Å²), ``chain`` and ``residue`` (their
-numbers: chains counted from 0, residues as in the file). ``listed`` says whether the file lists the bond. Names,
-occupancies, anisotropic displacements and everything beside atoms and bonds are dropped.
+Attributes of both ends are ``atom`` (the number of the atom, from 0 in the order of the model in the file), its
+``name``, ``element`` (the atomic number), ``b_factor`` (Å²), ``chain`` and ``residue`` (their numbers: chains counted
+from 0, residues as in the file), ``chain_name`` and ``residue_name``. ``listed`` says whether the file lists the bond.
+Occupancies, anisotropic displacements and everything beside atoms and bonds are dropped.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ import numpy.typing as npt
 from ...arrays import IntArray, count, number
 from ...errors import FileFormatError
 from ...geometry.lines import Lines
+from ...geometry.strand_attributes import objects
 from ...support.optional import optional
 from ..source import Source, reason
 from .bonds import CrowdedError, bonded
@@ -50,8 +52,9 @@ def read(source: Source, invalid: str, *, model: int = 1, tolerance: float = 0.4
     structure = _structure(source, gemmi)
     if model > len(structure):
         raise source.error(f"has {len(structure)} models; expected {model} or more for model={model}")
+    serials = _number_atoms(structure[model - 1])
     structure.merge_chain_parts()
-    atoms = _atoms(source, structure[model - 1])
+    atoms = _atoms(source, structure[model - 1], serials)
 
     # Join the bonds of the file and those by distance.
     listed = _listed(source, gemmi, structure, structure[model - 1], atoms)
@@ -61,6 +64,8 @@ def read(source: Source, invalid: str, *, model: int = 1, tolerance: float = 0.4
             near = bonded(atoms.points, atoms.radii, atoms.places, tolerance)
         except CrowdedError as error:
             raise source.error(f"{error}; its coordinates are damaged") from None
+    if not len(listed) and not len(near):
+        source.warn(f"its {len(atoms.points)} atoms are not read, as no bond joins them")
     bonds, where = np.unique(np.concatenate([listed, near]), axis=0, return_index=True)
     return Lines.from_segments(
         atoms.points[bonds],
@@ -134,13 +139,26 @@ class _Atoms:
     ends: dict[str, npt.NDArray[Any]]
 
 
-def _atoms(source: Source, model: Any) -> _Atoms:
+def _number_atoms(model: Any) -> IntArray:
+    """Replace the serial numbers of atoms by their place in the model, from 0; return the former ones."""
+    serials = []
+    for chain in model:
+        for residue in chain:
+            for atom in residue:
+                serials.append(atom.serial)
+                atom.serial = len(serials) - 1
+    return np.array(serials, np.int64)
+
+
+def _atoms(source: Source, model: Any, serials: IntArray) -> _Atoms:
     rows = []
+    names: list[tuple[str, str, str]] = []
     for i, chain in enumerate(model):
         for residue in chain:
             n = residue.seqid.num
             for atom in residue:
                 at, element = atom.pos, atom.element
+                names.append((atom.name, chain.name, residue.name))
                 rows.append(
                     (at.x, at.y, at.z, element.covalent_r, ord(atom.altloc), atom.serial, element.atomic_number,
                      atom.b_iso, i, n if n is not None else -1)
@@ -151,13 +169,16 @@ def _atoms(source: Source, model: Any) -> _Atoms:
     columns = {"element": (6, np.uint8), "b_factor": (7, np.float32), "chain": (8, np.int32), "residue": (9, np.int32)}
     with np.errstate(invalid="ignore", over="ignore"):
         ends = {name: table[:, at].astype(dtype) for name, (at, dtype) in columns.items()}
-    places = table[:, 4].astype(np.uint8)
-    return _Atoms(table[:, :3].copy(), table[:, 3].copy(), places, table[:, 5].astype(np.int64), ends)
+    atom = table[:, 5].astype(np.int64)
+    texts = zip(("name", "chain_name", "residue_name"), zip(*names, strict=True), strict=True)
+    ends = {"atom": atom, **ends, **{name: objects(column) for name, column in texts}}
+    return _Atoms(table[:, :3].copy(), table[:, 3].copy(), table[:, 4].astype(np.uint8), serials[atom], ends)
 
 
 def _listed(source: Source, gemmi: Any, structure: Any, model: Any, atoms: _Atoms) -> IntArray:
     """Return the pairs of atoms whose bonds the file lists, (n, 2), the lower number first."""
     row_of = {serial: row for row, serial in enumerate(atoms.serials.tolist())}
+    row_of_atom = {atom: row for row, atom in enumerate(atoms.ends["atom"].tolist())}
     pairs: set[tuple[int, int]] = set()
     excluded: set[tuple[int, int]] = set()
     n_missing = 0
@@ -166,7 +187,7 @@ def _listed(source: Source, gemmi: Any, structure: Any, model: Any, atoms: _Atom
         if None in ends:
             n_missing += 1
             continue
-        pair = (row_of[ends[0].serial], row_of[ends[1].serial])
+        pair = (row_of_atom[ends[0].serial], row_of_atom[ends[1].serial])
         is_bond = connection.type.name in _BONDS and connection.asu != gemmi.Asu.Different
         (pairs if is_bond else excluded).add((min(pair), max(pair)))
     if n_missing:

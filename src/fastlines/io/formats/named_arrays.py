@@ -8,8 +8,10 @@
 | ``radius``                                | (n,) or (n, 2) of segments; (m,) of points; also (n, 4) of curves |
 | ``end_attributes/NAME`` (n, 2, …)         | values at both ends of each segment or curve                 |
 | ``attributes/NAME``, or any other name    | attributes: one row for each segment, point or curve         |
+| ``texts/`` and the name of an attribute   | the different texts of an attribute that has the number of each text |
 
-Facts are texts beside the arrays: ``up`` ("x", "y" or "z"), ``unit`` ("mm" or another) and, of curves, ``tolerance``.
+Facts are texts beside the arrays: ``up`` ("x", "y" or "z"), ``unit`` ("mm" or another), ``metadata`` (JSON) and, of
+curves, ``tolerance``.
 """
 
 from __future__ import annotations
@@ -20,16 +22,20 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import AnyArray, list_rows
+from ...arrays import AnyArray, is_text, list_rows
+from ...errors import InputError
 from ...geometry.curve_input import bad_radius
 from ...geometry.curves import Curves
 from ...geometry.lines import AXES, Lines
+from ...support.metadata import from_json, to_json
+from ...support.text_columns import TEXTS, numbered, texts_of
 from ..source import Source
 
 #: What begins the name of an attribute that could be taken for something else.
 ENDS, ATTRIBUTES = "end_attributes/", "attributes/"
 #: The texts beside the arrays.
-FACTS = ("up", "unit", "tolerance")
+FACTS = ("up", "unit", "tolerance", "metadata")
+_PREFIXES = (ENDS, ATTRIBUTES, TEXTS)
 _RESERVED = {"segments", "points", "counts", "control", "strands", "radius", *FACTS}
 
 
@@ -93,14 +99,23 @@ def to_arrays(geometry: Lines | Curves) -> tuple[dict[str, AnyArray], dict[str, 
     per_row = {name: values for name, values in geometry.attributes.items() if name not in geometry.end_attributes}
     for prefix, columns in ((ATTRIBUTES, per_row), (ENDS, geometry.end_attributes)):
         for column, values in columns.items():
-            if values.dtype.kind not in "fiub" or not column.isprintable():
+            has_texts = is_text(values)
+            if not (has_texts or values.dtype.kind in "fiub") or not column.isprintable():
                 lost.append(f"{column!r} ({values.dtype})")
                 continue
-            plain = prefix == ATTRIBUTES and column not in _RESERVED and not column.startswith((ENDS, ATTRIBUTES))
-            arrays[column if plain else prefix + column] = values
-    facts = {fact: getattr(geometry, fact, None) for fact in FACTS}
-    texts = {fact: repr(value) if fact == "tolerance" else value for fact, value in facts.items() if value is not None}
-    return arrays, texts, lost
+            plain = prefix == ATTRIBUTES and column not in _RESERVED and not column.startswith(_PREFIXES)
+            key = column if plain else prefix + column
+            arrays[key] = values
+            if has_texts:
+                arrays[key], arrays[TEXTS + key] = numbered(values)
+    tolerance = getattr(geometry, "tolerance", None)
+    facts = {
+        "up": geometry.up,
+        "unit": geometry.unit,
+        "tolerance": None if tolerance is None else repr(tolerance),
+        "metadata": to_json(geometry.metadata) if geometry.metadata else None,
+    }
+    return arrays, {name: text for name, text in facts.items() if text is not None}, lost
 
 
 def _curves(source: Source, control: AnyArray, radius: AnyArray | None, **more: Any) -> Curves:
@@ -124,6 +139,11 @@ def _attributes(
     """Separate the attributes per row from those at both ends, and check their shapes."""
     per_row: dict[str, AnyArray] = {}
     per_end: dict[str, AnyArray] = {}
+    for name in [name for name in arrays if TEXTS + name in arrays]:
+        try:
+            arrays[name] = texts_of(arrays[name], arrays.pop(TEXTS + name))
+        except (TypeError, ValueError):
+            raise source.error(f"the texts of {name!r} do not fit its numbers; the file is damaged") from None
     for name, values in arrays.items():
         if ends and name.startswith(ENDS):
             _check(source, name, values, (n_rows, 2, *values.shape[2:]))
@@ -150,6 +170,12 @@ def _facts(source: Source, given: Mapping[str, str], *, is_curves: bool) -> dict
             facts["tolerance"] = np.nan
         if not is_curves or not 0 < facts["tolerance"] < np.inf:
             raise source.error(f"'tolerance' is {given['tolerance']!r}; expected a length above 0, and of curves only")
+    if "metadata" in facts:
+        try:
+            facts["metadata"] = from_json(facts["metadata"])
+        except InputError as error:
+            source.warn(f"its 'metadata' are left out: {error}")
+            del facts["metadata"]
     return facts
 
 

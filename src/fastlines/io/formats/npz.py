@@ -1,7 +1,7 @@
 """Several NumPy arrays in one file (``.npz``): segments, points or curves, and their columns.
 
 Format: https://numpy.org/doc/stable/reference/generated/numpy.savez.html; `named_arrays.py` lists the names. The facts
-``up``, ``unit`` and ``tolerance`` are arrays of one text, without dimensions.
+``up``, ``unit``, ``metadata`` and ``tolerance`` are arrays of one text, without dimensions.
 """
 
 from __future__ import annotations

@@ -45,11 +45,13 @@ def read(source: Source, invalid: str) -> Lines:
     numbers = np.arange(len(starts)) + np.searchsorted(np.flatnonzero(raw == ord(_CONTINUED)), starts)
     if not _KNOWN.search(text):
         raise source.error("has no line that begins as one of an OBJ file does; check the extension")
-    _warn_of_others(source, text, raw, starts)
+    n_others = _warn_of_others(source, text, raw, starts)
 
     is_vertex, is_line = _keyword(raw, starts, "v"), _keyword(raw, starts, "l")
     points, color = _vertices(source, _values(text, starts, is_vertex), numbers[is_vertex])
     rows = np.flatnonzero(is_line)
+    if len(points) and not len(rows) and not n_others:
+        source.warn(f"its {len(points)} vertices are not read, as no element l joins them")
     elements = number_lines(source, _TEXTURE.sub(b"", _values(text, starts, is_line)), numbers[rows])
     counts = elements.counts[: len(rows)]
     del text, raw
@@ -140,7 +142,8 @@ def _vertices(source: Source, text: bytes | bytearray, line_of: IntArray) -> tup
     return points, None
 
 
-def _warn_of_others(source: Source, text: bytes, raw: npt.NDArray[np.uint8], starts: IntArray) -> None:
+def _warn_of_others(source: Source, text: bytes, raw: npt.NDArray[np.uint8], starts: IntArray) -> int:
+    """Warn of elements that are not read, and return how many there are."""
     numbers: dict[str, int] = {}
     for word, name in _OTHERS.items():
         if word in text:
@@ -148,3 +151,4 @@ def _warn_of_others(source: Source, text: bytes, raw: npt.NDArray[np.uint8], sta
     for name, number in numbers.items():
         if number:
             source.warn(f"its {number} {name} are not read; only its elements l are lines")
+    return sum(numbers.values())

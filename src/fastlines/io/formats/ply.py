@@ -42,6 +42,8 @@ def read(source: Source, invalid: str) -> Lines:
     if n_faces := elements.counts.get("face", 0):
         source.warn(f"its {n_faces} faces are not read; only its edges are lines")
     if not elements.counts.get("edge"):
+        if (n_vertices := elements.counts.get("vertex", 0)) and not n_faces:
+            source.warn(f"its {n_vertices} vertices are not read, as no edge joins them")
         return Lines.from_segments(np.empty((0, 2, 3)))
     vertices, edges = elements.columns.get("vertex", {}), elements.columns["edge"]
     for element, columns, names in (("vertex", vertices, _VERTEX), ("edge", edges, _EDGE)):

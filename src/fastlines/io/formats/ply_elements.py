@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arrays import IntArray
+from ...errors import FileFormatError
 from ..source import BAD_COPY, Source
 from .number_text import number_lines, unify
 
@@ -25,6 +26,7 @@ TYPES = {
     "float32": "f4", "float64": "f8", "int64": "i8", "uint64": "u8",
 }  # fmt: skip
 _CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "i8": "q", "u8": "Q", "f4": "f", "f8": "d"}
+_COMMENTS = (b"comment", b"obj_info")
 _ORDERS: dict[bytes, Literal["<", ">"] | None] = {
     b"ascii": None,
     b"binary_little_endian": "<",
@@ -58,27 +60,45 @@ class Elements(NamedTuple):
 
 def read_elements(source: Source, wanted: Collection[str]) -> Elements:
     """Read the scalar properties of some elements, and check that all elements are there."""
-    elements, body, start, n_header_lines = _header(source)
+    elements, body, starts, n_header_lines = _header(source)
     store: _Store
     if body is None:
-        text = unify(source.data[start:])
+        text = unify(source.data[starts[0] :])
         numbers = number_lines(source, text, np.arange(text.count(b"\n") + 1) + n_header_lines).numbers
-        store = _Text(numbers)
+        store, starts = _Text(numbers), [0]
     else:
         store = _Binary(source.data, body)
-    at = start if body is not None else 0
+    columns, end = _read_all(source, store, elements, starts, wanted)
+    for element in elements:
+        found = columns.get(element.name, {})
+        for prop in element.properties:
+            if prop.name in found and found[prop.name].dtype != prop.type:
+                what = f"{prop.name!r} of element {element.name!r}"
+                source.warn(f"some of its numbers {what} are not of their type; all are read as float64")
+    if end < store.stop:
+        source.warn(f"{store.stop - end} {store.unit} after its last element are not read")
+    return Elements({element.name: element.n_rows for element in elements}, columns)
+
+
+def _read_all(
+    source: Source, store: _Store, elements: list[Element], starts: list[int], wanted: Collection[str]
+) -> tuple[dict[str, Columns], int]:
+    """Return the columns of the wanted elements, and where all elements end; they start at one of several places."""
+    # Where the end of the header is ambiguous, the data that end with the file prove it.
+    for start in starts if len(starts) > 1 else []:
+        try:
+            read = _read_all(source, store, elements, [start], wanted)
+        except FileFormatError:
+            continue
+        if read[1] == store.stop:
+            return read
+    at = starts[0]
     columns: dict[str, Columns] = {}
     for element in elements:
         found, at = _read(source, store, element, at, keep=element.name in wanted)
         if element.name in wanted:
             columns[element.name] = found
-            for prop in element.properties:
-                if prop.name in found and found[prop.name].dtype != prop.type:
-                    what = f"{prop.name!r} of element {element.name!r}"
-                    source.warn(f"some of its numbers {what} are not of their type; all are read as float64")
-    if at < store.stop:
-        source.warn(f"{store.stop - at} {store.unit} after its last element are not read")
-    return Elements({element.name: element.n_rows for element in elements}, columns)
+    return columns, at
 
 
 class _Store(Protocol):
@@ -162,23 +182,31 @@ class _Text:
         return values.astype(kind) if fits.all() else values
 
 
-def _header(source: Source) -> tuple[list[Element], Literal["<", ">"] | None, int, int]:
-    """Return the elements, the byte order (None for text), where the data start, and the lines of the header."""
+def _header(source: Source) -> tuple[list[Element], Literal["<", ">"] | None, list[int], int]:
+    """Return the elements, the byte order (None for text), where the data may start, and the lines of the header.
+
+    Some programs end the lines of a header differently. A carriage return and a line feed behind it are one end or two:
+    the second may be the first byte of the data.
+    """
     begin = re.match(rb"ply[ \t]*(\r\n|\n|\r)", source.data)
     if not begin:
         raise source.error(f"starts with {source.data[:4]!r}, a .ply file with b'ply' on a line; check the extension")
-    end_line = begin[1]
-    end = re.compile(rb"(?<=" + end_line + rb")end_header[ \t]*(?:" + end_line + rb"|\Z)").search(source.data)
+    end = re.compile(rb"(?<=[\r\n])end_header[ \t]*(\r\n|\n|\r|\Z)").search(source.data, begin.end() - 1)
     if not end:
         raise source.error(f"its header has no line end_header; {BAD_COPY}")
-    lines = source.data[begin.end() : end.start()].split(end_line)
+    starts = [end.end(), end.end() - 1] if end[1] == b"\r\n" else [end.end()]
+    if begin[1] == b"\r":
+        starts.reverse()
+    lines = _split_lines(source.data[begin.end() : end.start()])
     order: Literal["<", ">"] | None = None
     has_format = False
     elements: list[Element] = []
     for number, line in enumerate(lines, start=2):
         words = line.split()
         match words:
-            case [] | [b"comment" | b"obj_info", *_]:
+            case []:
+                pass
+            case [word, *_] if word in _COMMENTS:
                 pass
             case [b"format", kind, *_] if kind in _ORDERS:
                 order, has_format = _ORDERS[kind], True
@@ -195,7 +223,15 @@ def _header(source: Source) -> tuple[list[Element], Literal["<", ">"] | None, in
     names = [element.name for element in elements]
     if len(set(names)) < len(names):
         raise source.error(f"its header has several elements of one name ({', '.join(names)[:80]}); fix it")
-    return elements, order, end.end(), len(lines) + 2
+    return elements, order, starts, len(lines) + 2
+
+
+def _split_lines(header: bytes) -> list[bytes]:
+    """Return the lines of a header, whatever ends each of them; comments may hold carriage returns."""
+    if b"\n" not in header:
+        return header.split(b"\r")
+    lines = re.split(rb"\r*\n", header)
+    return [part for line in lines for part in ([line] if line.startswith(_COMMENTS) else line.split(b"\r"))]
 
 
 def _add(source: Source, number: int, element: Element, name: bytes, kind: bytes, count_type: bytes | None) -> None:

@@ -2,7 +2,8 @@
 
 Format: https://huggingface.co/docs/safetensors/index#format. Eight bytes hold the length of a header in JSON, which has
 the type, the shape and the first and last byte of each array; the arrays follow without gaps. `named_arrays.py` lists
-the names. ``up``, ``unit`` and ``tolerance`` are among the texts of ``__metadata__``; other texts there are not read.
+the names. ``up``, ``unit``, ``metadata`` and ``tolerance`` are among the texts of ``__metadata__``; others
+there are not read.
 """
 
 from __future__ import annotations

@@ -4,6 +4,9 @@ Format: http://www.neuronland.org/NLMorphologyConverter/MorphologyFormats/SWC/Sp
 ``id type x y z radius parent``, in micrometres; ``#`` begins a comment. A segment joins a node to its parent, with the
 radius at both ends. A strand is an unbranched section. A root without children is a segment of zero length.
 
+The comment ``# OFFSET x y z``, by which Janelia's workstation keeps coordinates small, is added to them. ``SCALE`` and
+``SHRINKAGE_CORRECTION`` are not used, nor is another unit in the comments; a warning says so.
+
 Segments are as the file has them: those between a soma's point and the dendrites at it too, and in the three-point
 soma those from node 1 to the other two. Files in the wild have nodes in any order, several roots, parents that are not
 there, cycles, and ids that repeat. What has one meaning is read, and what is odd gives a warning.
@@ -23,12 +26,19 @@ from ...geometry.lines import Lines
 from ..losses import not_held, strand_numbers
 from ..polylines import polylines_of
 from ..source import Source
-from .number_text import Float64Array, first_columns, number_lines, one_each, unify, words_of
+from .number_text import Float64Array, first_columns, number_lines, one_each, parse_numbers, unify, words_of
 from .sections import count_rootless, find_sections
 
 UNIT = "µm"
 _COMMENT = re.compile(rb"#[^\n]*")
-_SCALE = re.compile(rb"^#\s*SCALE\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE | re.MULTILINE)
+#: The words of comments that change what coordinates mean, and three numbers each.
+_WORDS = re.compile(
+    rb"^[ \t]*#[ \t]*(OFFSET|SCALE|SHRINKAGE_CORRECTION)[ \t:=]+([^\s,]+)[ \t,]+([^\s,]+)[ \t,]+([^\s,]+)[ \t]*$",
+    re.IGNORECASE | re.MULTILINE,
+)
+_UNITS = re.compile(rb"^[ \t]*#[^\n]*\"units?\"\s*:\s*\"(?:1 )?([^\"\n]*)\"", re.IGNORECASE | re.MULTILINE)
+#: What files call the unit of the format.
+_MICRONS = ("µm", "μm", "um", "micron", "microns", "micrometer", "micrometers", "micrometre", "micrometres")
 #: The largest whole number up to which float64 holds all of them.
 _LARGEST_ID = 2**53
 
@@ -39,10 +49,7 @@ def read(source: Source, invalid: str) -> Lines:
     The first end of a segment is the parent. Sections are numbered in the order in which the file begins them.
     """
     text = unify(source.data)
-    scales = [words for words in _SCALE.findall(text) if any(word.strip(b"0.") != b"1" for word in words)]
-    if scales:
-        given = b" ".join(scales[0])[:60].decode("latin-1")
-        source.warn(f"its comment SCALE is {given}; coordinates are not scaled by it")
+    offset = _offset(source, text)
     lines = number_lines(source, text, comment=_COMMENT if b"#" in text else None)
     del text
     source.drop()
@@ -52,6 +59,7 @@ def read(source: Source, invalid: str) -> Lines:
         _whole(source, table[:, column], name, line_of) for column, name in ((0, "id"), (1, "type"), (6, "parent"))
     )
     radius = source.radius("radii", table[:, 5])
+    points = table[:, 2:5] + offset if offset.any() else table[:, 2:5]  # which keeps -0
     parent = _find_parents(source, ids, parents, table, line_of)
 
     # Make one segment for each node with a parent, and for each root without children.
@@ -64,7 +72,7 @@ def read(source: Source, invalid: str) -> Lines:
     first, sections, order = find_sections(parent, child)
     ends = np.stack([first, child], axis=1)[order]
     return Lines.from_segments(
-        table[:, 2:5][ends],
+        points[ends],
         strands=sections,
         radius=radius[ends],
         end_attributes={"id": ids[ends], "type": types[ends]},
@@ -103,6 +111,28 @@ def write(lines: Lines, path: Path) -> list[str]:
             file.write(b" ".join([node, kind, *row, parent]) + b"\n")
     held = not_held(lines, polylines, radius=True, needs_radius=True, attributes=kept, strands=True, unit=UNIT)
     return lost + held
+
+
+def _offset(source: Source, text: bytes) -> Float64Array:
+    """Return what the comment OFFSET adds to coordinates, (3,); warn of comments that say more and are not used."""
+    offset = np.zeros(3)
+    found: dict[str, Float64Array] = {}
+    for word, *given in _WORDS.findall(text):
+        name, numbers = word.decode().upper(), parse_numbers(b" ".join(given))
+        if numbers is None or len(numbers) != 3 or not np.isfinite(numbers).all():
+            continue  # prose that begins with the word
+        if not np.array_equal(found.setdefault(name, numbers), numbers):
+            source.warn(f"has several comments {name}; only the first is used")
+    for name, numbers in found.items():
+        if name == "OFFSET":
+            offset = numbers
+        elif (numbers != 1).any():
+            factors = " ".join(f"{factor:g}" for factor in numbers)
+            source.warn(f"its comment {name} is {factors}; coordinates are not scaled by it")
+    units = {word.decode("utf-8", "replace").strip() for word in _UNITS.findall(text)}
+    if wrong := sorted(unit for unit in units if unit.lower() not in _MICRONS):
+        source.warn(f"its comments say that the unit is {wrong[0]!r}; by the format, µm is taken")
+    return offset
 
 
 def _whole(source: Source, values: Float64Array, name: str, line_of: IntArray) -> IntArray:

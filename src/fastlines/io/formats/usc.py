@@ -22,4 +22,6 @@ def read(source: Source, invalid: str) -> Lines:
         raise source.error(f"announces {n_strands} strands; expected 0 or more; check the extension")
     points, counts = counted_points(source, n_strands)
     bald = counts == 1
+    if len(counts) and bald.all():
+        source.warn(f"no hair grows from its {len(counts)} roots, so there are no lines")
     return Lines.from_points(points[~np.repeat(bald, counts)], np.where(bald, 0, counts), invalid=invalid)

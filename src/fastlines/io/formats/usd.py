@@ -57,8 +57,8 @@ def read(source: Source, invalid: str, *, time: float | None = None, prim: str |
     Parameters
     ----------
     time : number, optional
-        The time code at which everything is read. Without it, each value is the earliest one: its first sample, or its
-        default if it has no samples.
+        The time code at which everything is read. Without it, each value is the earliest one: its first sample, the
+        first knot of its spline, or its default if it has neither; nothing moves by its velocity.
     prim : str, optional
         The path of a prim, such as ``"/World/Hair"``: only what is below it is read, at its place in the world.
     """

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...arrays import AnyArray, IntArray, list_rows
 from ...geometry.curve_input import bad_radius, outside
+from .usd_time import time_of
 from .usd_values import Float64Array, Layout, Remarks, cubic_layout, linear_layout, numbers
 
 _BASES = {"bezier": "bezier", "bspline": "bspline", "catmullRom": "catmull-rom"}
@@ -209,7 +210,7 @@ def _primvars(
 
 def _flat(primvar: Any, time: Any) -> Any:
     """Return the values of a primvar with its indices resolved; None if an index has no value."""
-    values = primvar.Get(time)
+    values = primvar.Get(time_of(primvar.GetAttr(), time))
     array = numbers(values)
     if array is None or not primvar.GetTypeName().isArray:
         return array

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..source import Source
+from .usd_time import Transforms
 from .usd_values import Float64Array, Remarks, numbers
 
 #: How many bytes a visit counts as, against the limit of what a file may unpack to: of any prim, of one with curves,
@@ -29,10 +30,8 @@ class Walk:
     """
 
     def __init__(self, source: Source, time: Any, remarks: Remarks, limit: int) -> None:
-        from pxr import UsdGeom
-
         self.source, self.time, self.remarks, self.left, self.limit = source, time, remarks, limit, limit
-        self.cache = UsdGeom.XformCache(time)
+        self.transforms = Transforms(time)
         self.other: dict[str, int] = {}
         self._shown: dict[Any, bool] = {}
 
@@ -72,8 +71,7 @@ class Walk:
             if not self._is_shown(prim, origin):
                 self.remarks.add("left out, as it is invisible", prim.GetPath())
                 continue
-            matrix, _ = self.cache.ComputeRelativeTransform(prim, origin)
-            places = np.asarray(matrix, np.float64) @ frames
+            places = np.asarray(self.transforms.relative(prim, origin), np.float64) @ frames
             if is_curve:
                 if (purpose := str(UsdGeom.Imageable(prim).ComputePurpose())) in ("guide", "proxy"):
                     self.remarks.add(f"is read, though its purpose is {purpose!r}; prim= reads a part", prim.GetPath())
@@ -93,8 +91,7 @@ class Walk:
         instancer = UsdGeom.PointInstancer(prim)
         indices = numbers(instancer.GetProtoIndicesAttr().Get(self.time))
         prototypes = instancer.GetPrototypesRel().GetForwardedTargets()
-        plain, unmasked = instancer.ExcludeProtoXform, instancer.IgnoreMask
-        made = instancer.ComputeInstanceTransformsAtTime(self.time, self.time, plain, unmasked)
+        made = self.transforms.instances(instancer)
         if indices is None or indices.ndim != 1 or len(made) != len(indices):
             self.remarks.add("left out: it does not have one position for each instance", prim.GetPath())
             return
@@ -112,7 +109,7 @@ class Walk:
             if not root or not len(chosen):
                 continue
             self.spend(_BYTES_PER_COPY * len(chosen) * len(places))
-            local, _ = self.cache.GetLocalTransformation(root)
+            local, _ = self.transforms.local(root)
             frames = np.asarray(local, np.float64) @ chosen[None] @ places[:, None]
             yield from self._below(root, frames.reshape(-1, 4, 4), root, within, usd)
 

@@ -13,10 +13,15 @@ from .vtk_legacy import read_legacy
 from .vtk_xml import read_xml
 
 
-def read(source: Source, invalid: str) -> Lines:
+def read(source: Source, invalid: str, *, radius: str | None = None) -> Lines:
     """Read the line and polyline cells of a file, their radius, and arrays of points and cells as attributes.
 
     The first bytes tell a legacy file from XML, whatever its extension.
+
+    Parameters
+    ----------
+    radius : str, optional
+        The array of points or cells that is the radius; by default the one of the name ``radius``, in either case.
     """
     is_legacy = source.data[:64].lstrip()[:5].lower() == b"# vtk"
-    return lines_of(source, (read_legacy if is_legacy else read_xml)(source), invalid)
+    return lines_of(source, (read_legacy if is_legacy else read_xml)(source), invalid, radius)

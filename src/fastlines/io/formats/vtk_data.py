@@ -13,11 +13,10 @@ import numpy as np
 
 from ...arrays import AnyArray, IntArray
 from ...geometry.lines import Lines
-from ...geometry.vtk_cells import Cells, lines_of_cells
+from ...geometry.vtk_cells import Cells, line_cells, lines_of_cells
 from ..source import Source
 
-#: The types of cells that are read, and what some others are called in warnings.
-LINE, POLYLINE = 3, 4
+#: Types of cells that are not read, and what they are called in warnings.
 _CURVES = {21: "quadratic edges", 35: "cubic lines", 68: "Lagrange curves", 75: "Bezier curves"}
 _NO_INTS = np.empty(0, np.int64)
 
@@ -38,8 +37,8 @@ class DataSet:
 KINDS = {"verts": "vertices", "lines": "lines", "polys": "polygons", "strips": "triangle strips"}
 
 
-def lines_of(source: Source, data: DataSet, invalid: str) -> Lines:
-    """Return the lines of a data set."""
+def lines_of(source: Source, data: DataSet, invalid: str, radius: str | None) -> Lines:
+    """Return the lines of a data set; `radius` names the array that is the radius."""
     cells, rows, others = _line_cells(source, data)
     left_out = [f"{n} {what}" for what, n in others.items() if n]
     if left_out:
@@ -65,6 +64,7 @@ def lines_of(source: Source, data: DataSet, invalid: str) -> Lines:
         invalid=invalid,
         warn=source.warn,
         check=source.radius,
+        radius_name=radius,
     )
 
 
@@ -89,11 +89,10 @@ def _line_cells(source: Source, data: DataSet) -> tuple[Cells, IntArray, dict[st
     cells = data.cells.get("cells", Cells())
     if len(data.types) != len(cells.counts):
         raise source.error(f"it has {len(cells.counts)} cells, but the types of {len(data.types)}; it is damaged")
-    is_line = (data.types == LINE) | (data.types == POLYLINE)
+    used, rows = line_cells(cells, data.types)
     others = {what: int((data.types == number).sum()) for number, what in _CURVES.items()}
-    others["other cells"] = int((~is_line).sum()) - sum(others.values())
-    used = Cells(cells.points[np.repeat(is_line, cells.counts)], cells.counts[is_line])
-    return used, np.flatnonzero(is_line), others
+    others["other cells"] = len(data.types) - len(rows) - sum(others.values())
+    return used, rows, others
 
 
 def _checked(source: Source, arrays: Mapping[str, AnyArray], n: int, what: str) -> dict[str, AnyArray]:

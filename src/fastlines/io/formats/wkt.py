@@ -3,8 +3,9 @@
 Formats: RFC 4180 for tables, and OGC 06-103r4 for well-known text; `wkt_text` reads the latter.
 
 LINESTRING and MULTILINESTRING are read, in collections too, with z and m. Each line string is a strand; m is an
-attribute of each point. Columns of numbers or of truth values become attributes of strands. Other geometries and other
-columns are dropped, each with a warning.
+attribute of each point. The attribute ``feature`` counts the rows of the table below its names, blank lines left out,
+or the geometries of plain text, one in a collection not counted. Columns of numbers, of truth values or of texts become
+attributes of strands. Other geometries are dropped with a warning.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ from collections.abc import Iterator
 
 from ...geometry.lines import Lines
 from ..source import Source, printable, reason
-from .columns import column_of, counted, numeric, radius_of, with_strand_attributes
-from .wkt_text import STARTS, Wkt
+from .columns import arrays_of, column_of, counted, listed, radius_of, with_features
+from .wkt_text import BARE_START, START, STARTS, STARTS_LINES, Wkt
 
 #: Names of a column of geometries, in lower case, the usual ones first.
 NAMES = ("geometry", "wkt", "geom", "the_geom", "wkt_geom", "shape", "geography", "linestring")
@@ -30,7 +31,8 @@ DEGREES = frozenset(("4326", "4269", "4258", "4979"))
 _LOCK = threading.Lock()
 
 _COMMENTS = re.compile(r"(?:\s*#[^\n]*\n)*")
-_QUOTED_START = re.compile(r"(['\"])\s*(?:SRID=\d+\s*;\s*)?(?:(?:MULTI)?LINESTRING|GEOMETRYCOLLECTION)", re.IGNORECASE)
+_QUOTED_START = re.compile(rf"(['\"]){START}", re.IGNORECASE)
+_ENDS = re.compile(r"(?:\)|\bEMPTY)\s*;?\s*$", re.IGNORECASE)
 _BINARY = re.compile(r"\s*(?:\\x)?0[01](?:[0-9A-F]{2}){8,}\s*", re.IGNORECASE)
 
 
@@ -43,7 +45,7 @@ def read(source: Source, invalid: str, *, column: str | None = None, radius: str
     ----------
     column : str, optional
         The column of the lines. By default it is named geometry, wkt, geom, the_geom, shape or alike, in either case,
-        or is the first that begins with a line.
+        or is the first that begins with a line, or else with another geometry.
     radius : str, optional
         The column of the radius, in the unit of the coordinates.
     """
@@ -95,33 +97,41 @@ def _lines(
     if without or wkt.others:
         source.warn(f"rows and geometries without a line are not read: {counted({**without, **wkt.others})}")
     points, counts, m = wkt.numbers(source)
-    row_of = dict(rows)
-    owners = [row_of[line] for line in wkt.rows]
+    row_of = {line: (number, row) for number, (line, row) in enumerate(rows)}
+    features, owners = [row_of[line][0] for line in wkt.rows], [row_of[line][1] for line in wkt.rows]
     table = {
         name: (range(len(owners)), column_of([row[i] if i < len(row) else "" for row in owners]))
         for i, name in enumerate(names)
         if i != at and owners
     }
-    per_strand = numeric(source, table, len(owners), "columns")
+    lines_too = [name for name, (_, words) in table.items() if any(map(_is_line, words))]
+    if lines_too:
+        source.warn(f"other columns of lines are not read (column= names the one to read): {listed(sorted(lines_too))}")
+    table = {name: column for name, column in table.items() if name not in lines_too}
+    per_strand = arrays_of(source, table, len(owners), "columns")
     radii = radius_of(source, per_strand, radius, "column")
     attributes = {} if m is None else {"m": m}
     lines = Lines.from_points(points, counts, attributes=attributes, invalid=invalid)
     unit = "degree" if wkt.srids and wkt.srids <= DEGREES else None
-    return with_strand_attributes(lines, per_strand, unit, radii)
+    return with_features(lines, features if names else wkt.features, per_strand, unit, radii)
+
+
+def _is_line(word: object) -> bool:
+    return isinstance(word, str) and STARTS.match(word) is not None
 
 
 def _is_table(text: str, start: int) -> bool:
-    """Return whether text that begins with a line has other columns too."""
+    """Return whether text that begins with a geometry has other columns too."""
     first = text[start : start + (1 << 16)].lstrip().partition("\n")[0]
-    return first.count("(") == first.count(")") and not re.search(r"\)\s*(?:;\s*)?$", first)
+    return first.count("(") == first.count(")") and not (_ENDS.search(first) or BARE_START.fullmatch(first))
 
 
 def _plain(source: Source, text: str, invalid: str, radius: str | None) -> Lines:
     """Read geometries one after the other: one a line, or over several lines."""
     source.drop()
     lines = [(i, line) for i, line in enumerate(text.splitlines(), start=1) if line.strip() and line[0] != "#"]
-    if any(line.count("(") != line.count(")") for _, line in lines):
-        lines = [(1, text)]
+    if any(line.count("(") != line.count(")") or BARE_START.fullmatch(line) for _, line in lines):
+        lines = [(1, "\n".join(line for _, line in lines))]
     wkt = Wkt()
     for number, line in lines:
         wrong = wkt.add(line, number)
@@ -185,10 +195,11 @@ def _geometry_column(source: Source, names: list[str], rows: list[tuple[int, lis
     for name in NAMES:
         if name in lower:
             return lower.index(name)
-    for _, row in rows[:100]:
-        for i, word in enumerate(row[: len(names)]):
-            if STARTS.match(word):
-                return i
+    for starts in (STARTS_LINES, STARTS):
+        for _, row in rows[:100]:
+            for i, word in enumerate(row[: len(names)]):
+                if starts.match(word):
+                    return i
     raise source.error(
         f"has no column of lines (named {', '.join(NAMES[:4])} …, or with LINESTRING in it); its columns are "
         f"{', '.join(map(repr, names[:20]))}; name it with column=, or read columns of x, y and z by NumPy and pass "

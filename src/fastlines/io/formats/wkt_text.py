@@ -32,11 +32,17 @@ _TAG = re.compile(
 _BETWEEN = re.compile(r"[\s,;()]*")
 #: The points of a line string, and what follows them.
 _PART = re.compile(r"\s*(?:\((?P<points>[^()]*)\)|EMPTY)\s*(?P<next>[,)]?)", re.IGNORECASE)
-#: How a text with lines may begin.
-STARTS = re.compile(
-    r"\s*(?:SRID=\d+\s*;\s*)?(?:(?:MULTI)?LINESTRING|GEOMETRYCOLLECTION)\s*(?:(?:ZM|Z|M)\s*)?(?:\(|EMPTY)",
-    re.IGNORECASE,
+_KINDS = (
+    r"(?:MULTI)?(?:POINT|LINESTRING|POLYGON|CURVE|SURFACE)|GEOMETRYCOLLECTION|LINEARRING|CIRCULARSTRING|COMPOUNDCURVE|"
+    "CURVEPOLYGON|POLYHEDRALSURFACE|TIN|TRIANGLE"
 )
+#: The first words of a geometry of any type.
+_WORDS = rf"\s*(?:SRID=\d+\s*;\s*)?(?:{_KINDS})\s*(?:(?:ZM|Z|M)\s*)?"
+#: How a text with geometries may begin, of any type or of one that holds lines. A title such as "Point (m)" is none.
+START = _WORDS + r"(?:\(\s*(?:[-+.\d()]|nan\b|inf|[A-Z]+\s*(?:(?:ZM|Z|M)\s*)?(?:\(|\bEMPTY\b)|EMPTY\b)|\bEMPTY\b)"
+STARTS = re.compile(START, re.IGNORECASE)
+BARE_START = re.compile(rf"{_WORDS}|\s*SRID=\d+\s*;\s*", re.IGNORECASE)
+STARTS_LINES = re.compile(START.replace(_KINDS, "(?:MULTI)?LINESTRING|GEOMETRYCOLLECTION"), re.IGNORECASE)
 
 
 @dataclass
@@ -51,17 +57,23 @@ class Wkt:
         What its third and fourth numbers are: ``""`` (by their count), ``"Z"``, ``"M"`` or ``"ZM"``.
     rows : list of int
         The row of each line string.
+    features : list of int
+        The geometry, counted over all texts, that each line string is or is in.
     srids : set of str
         The reference systems that are named.
     others : dict
         How many geometries of each other type there are.
+    n_geometries : int
+        How many geometries there are, those in collections not counted.
     """
 
     parts: list[str] = field(default_factory=list)
     dims: list[str] = field(default_factory=list)
     rows: list[int] = field(default_factory=list)
+    features: list[int] = field(default_factory=list)
     srids: set[str] = field(default_factory=set)
     others: dict[str, int] = field(default_factory=dict)
+    n_geometries: int = 0
 
     def add(self, text: str, row: int) -> str | None:
         """Find the line strings of a text; return what is wrong with it, if anything."""
@@ -70,6 +82,7 @@ class Wkt:
             srid, dims, body = simple.groups()
             if srid:
                 self.srids.add(srid)
+            self.n_geometries += 1
             self._add(body, dims, row)
             return None
         return self._scan(text, row)
@@ -79,15 +92,20 @@ class Wkt:
             self.parts.append(body)
             self.dims.append((dims or "").upper())
             self.rows.append(row)
+            self.features.append(self.n_geometries - 1)
 
     def _scan(self, text: str, row: int) -> str | None:
         """Find the line strings among geometries of any type, one after the other or in collections."""
         at, is_other, collection = 0, False, ""
+        counted, depth = 0, 0  # the parentheses that are open after so many characters
         for tag in _TAG.finditer(text):
             if tag.start() < at:  # within the geometry before
                 continue
             if not is_other and not _BETWEEN.fullmatch(text, at, tag.start()):
                 return f"{text[at : at + 40]!r} is not a geometry"
+            depth += text.count("(", counted, tag.start()) - text.count(")", counted, tag.start())
+            counted = tag.start()
+            self.n_geometries += depth == 0
             kind, dims = tag["type"].upper(), tag["dims"] or collection
             if tag["srid"]:
                 self.srids.add(tag["srid"])

@@ -1,0 +1,156 @@
+"""Lines from meshes of VTK and PyVista in memory, which are recognised by their attributes: neither is imported here.
+
+| object                                                         | recognised by                                    |
+|----------------------------------------------------------------|--------------------------------------------------|
+| ``PolyData`` of PyVista                                        | ``lines``, ``points``, ``point_data``, ``n_verts`` |
+| ``UnstructuredGrid`` of PyVista                                | ``cells``, ``celltypes``, ``points``             |
+| ``vtkPolyData``, ``vtkUnstructuredGrid``                       | ``GetLines``, or ``GetCells``; ``GetPointData``  |
+| ``MultiBlock`` of PyVista, ``vtkMultiBlockDataSet``            | ``GetBlock``, ``GetNumberOfBlocks``              |
+
+`vtk_cells` says what becomes of their arrays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from ..arrays import AnyArray, kind_of
+from ..errors import InputError
+from .join_lines import join_lines
+from .lines import Lines
+from .vtk_cells import cells_in_rows, line_cells, lines_of_cells
+
+#: Takes what is left out, in words.
+Warn = Callable[[str], None]
+#: The attribute that counts the blocks of a MultiBlock.
+BLOCK = "block"
+#: Blocks in blocks, at most.
+_MAX_DEPTH = 64
+
+
+def of_vtk(obj: Any, invalid: str, warn: Warn) -> Lines | None:
+    """Return the lines of a mesh or of several; None if the object is none."""
+    if _has(obj, "GetBlock", "GetNumberOfBlocks"):
+        return _of_blocks(obj, invalid, warn)
+    if _has(obj, "GetPointData", "GetCellData") and not _has(obj, "point_data", "n_cells"):
+        return _of_mesh(_arrays_of(obj), kind_of(obj), invalid, warn)
+    return _of_mesh(obj, kind_of(obj), invalid, warn)
+
+
+def _of_mesh(mesh: Any, name: str, invalid: str, warn: Warn) -> Lines | None:
+    if _has(mesh, "lines", "points", "point_data", "cell_data"):
+        rows = np.asarray(mesh.lines)
+        # Cells are vertices, lines, faces and strips, in this order.
+        first, n_cells, others = int(mesh.n_verts), int(mesh.n_cells), "vertices, faces or strips"
+        types = None
+    elif _has(mesh, "cells", "celltypes", "points", "point_data", "cell_data"):
+        rows, types = np.asarray(mesh.cells), np.asarray(mesh.celltypes)
+        first, n_cells, others = 0, len(types), "neither lines nor polylines"
+    else:
+        return None
+    points = np.asarray(mesh.points).reshape(-1, 3)
+    cells = cells_in_rows(rows)
+    used = np.arange(0 if cells is None else len(cells.counts))
+    if cells is not None and types is not None:
+        cells, used = line_cells(cells, types) if len(types) == len(cells.counts) else (None, used)
+    if cells is None or ((cells.points < 0) | (cells.points >= len(points))).any():
+        raise InputError(f"{name}: its lines name points beyond its {len(points)} points, or are cut short")
+    if n_cells > len(cells.counts):
+        warn(f"{n_cells - len(cells.counts)} cells of {name} are {others}, and are not read")
+    return lines_of_cells(
+        points[cells.points],
+        cells.counts,
+        {name: _column(values[cells.points]) for name, values in _items(mesh.point_data)},
+        {name: _column(values[first + used]) for name, values in _items(mesh.cell_data)},
+        dict(_items(getattr(mesh, "field_data", {}))),
+        invalid=invalid,
+        warn=lambda text: warn(f"{name}: {text}"),
+    )
+
+
+def _of_blocks(obj: Any, invalid: str, warn: Warn) -> Lines:
+    """Join the lines of all blocks, those in blocks too."""
+    parts: list[Lines] = []
+    numbers: list[int] = []
+    others: dict[str, int] = {}
+    for number, block in enumerate(_blocks(obj, 0)):
+        made = None if block is None else of_vtk(block, invalid, warn)
+        if made is not None:
+            parts.append(made)
+            numbers.append(number)
+        elif block is not None:
+            others[type(block).__name__] = others.get(type(block).__name__, 0) + 1
+    if others:
+        warn(f"blocks of {kind_of(obj)} that are no lines are not read: {_counted(others)}")
+    if not parts:
+        raise InputError(f"{kind_of(obj)} has no block of lines; expected a PolyData or an UnstructuredGrid in it")
+    return join_lines(parts, BLOCK, numbers, lambda text: warn(f"{kind_of(obj)}: {text}"))
+
+
+def _blocks(obj: Any, depth: int) -> Iterator[Any]:
+    """Yield the blocks that are no blocks of blocks, in their order; None for one that is empty."""
+    if depth > _MAX_DEPTH:
+        raise InputError(f"{kind_of(obj)}: its blocks are nested more than {_MAX_DEPTH} deep")
+    for i in range(obj.GetNumberOfBlocks()):
+        block = obj.GetBlock(i)
+        if _has(block, "GetBlock", "GetNumberOfBlocks"):
+            yield from _blocks(block, depth + 1)
+        else:
+            yield block
+
+
+def _arrays_of(obj: Any) -> SimpleNamespace:
+    """Return the arrays of an object of VTK by the names that PyVista gives them."""
+    to_numpy = import_module("vtkmodules.util.numpy_support").vtk_to_numpy  # of the library that made the object
+
+    def columns(data: Any) -> dict[str, AnyArray]:
+        arrays = [data.GetAbstractArray(i) for i in range(data.GetNumberOfArrays())]
+        return {array.GetName() or f"array {i}": _values(array, to_numpy) for i, array in enumerate(arrays)}
+
+    def rows(cells: Any) -> AnyArray:
+        ends, ids = to_numpy(cells.GetOffsetsArray()), to_numpy(cells.GetConnectivityArray())
+        return np.insert(ids, ends[:-1], np.diff(ends)) if len(ends) else ids
+
+    points = obj.GetPoints()
+    found = SimpleNamespace(
+        points=np.empty((0, 3), np.float32) if points is None else to_numpy(points.GetData()),
+        point_data=columns(obj.GetPointData()),
+        cell_data=columns(obj.GetCellData()),
+        field_data=columns(obj.GetFieldData()),
+        n_cells=obj.GetNumberOfCells(),
+    )
+    if _has(obj, "GetLines", "GetNumberOfVerts"):
+        found.lines, found.n_verts = rows(obj.GetLines()), obj.GetNumberOfVerts()
+    elif _has(obj, "GetCells", "GetCellType"):
+        found.cells = rows(obj.GetCells())
+        found.celltypes = np.array([obj.GetCellType(i) for i in range(found.n_cells)], np.int64)
+    return found
+
+
+def _values(array: Any, to_numpy: Callable[[Any], AnyArray]) -> AnyArray:
+    """Return an array of VTK, which may hold texts."""
+    if not array.IsA("vtkDataArray"):
+        return np.array([str(array.GetValue(i)) for i in range(array.GetNumberOfValues())])
+    return to_numpy(array)
+
+
+def _counted(kinds: dict[str, int]) -> str:
+    return ", ".join(f"{n} {kind}" for kind, n in kinds.items())
+
+
+def _items(data: Any) -> list[tuple[str, AnyArray]]:
+    return [(str(name), np.asarray(data[name])) for name in list(data.keys())]
+
+
+def _column(values: AnyArray) -> AnyArray:
+    """Return values without a last dimension of size 1."""
+    return values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
+
+
+def _has(obj: object, *names: str) -> bool:
+    return all(hasattr(obj, name) for name in names)
