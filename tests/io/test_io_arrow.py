@@ -263,6 +263,7 @@ def test_without_the_library(load, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("extension", [*EXTENSIONS, ".parquet.gz"])
+@pytest.mark.filterwarnings("ignore:.*its radius is up to:fastlines.FileWarning")
 def test_round_trip(tmp_path, extension):
     rng = np.random.default_rng(0)
     n = 5

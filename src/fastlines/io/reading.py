@@ -152,8 +152,19 @@ def _parse(row: Format, source: Source, invalid: str, options: dict[str, Any]) -
             f"{source.name}: the format {row.name!r} returned a {type(lines).__name__}; expected Lines, Curves or a "
             "Geometry of several"
         )
+    _warn_of_thickness(source, lines)
     parts = [_with_conventions(part, row) for part in lines.each_part()]
     return Geometry(parts) if lines.has_parts else parts[0]
+
+
+def _warn_of_thickness(source: Source, lines: AnyLines) -> None:
+    """Warn of lines that are thicker than all of them are long; a single point may be a ball."""
+    radius, size = lines.max_radius, float(np.ptp(lines.bounds, axis=0).max()) if len(lines) else 0.0
+    if radius > size > 0:
+        source.warn(
+            f"its radius is up to {radius:.4g}, more than the size of its whole scene, {size:.4g}; if that is a "
+            "mistake, replace it by lines.with_radius(…)"
+        )
 
 
 def _with_conventions(part: Any, row: Format) -> Any:
