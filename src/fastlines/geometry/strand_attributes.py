@@ -83,4 +83,4 @@ def _float(value: Any) -> float:
     try:
         return math.nan if value is None else float(value)
     except OverflowError:  # an integer beyond the largest number of float64
-        return math.copysign(math.inf, value)
+        return math.inf if value > 0 else -math.inf

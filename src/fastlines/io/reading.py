@@ -6,15 +6,21 @@ import errno
 import gzip
 import os
 import stat
+import struct
 import warnings
-from contextlib import nullcontext
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
+from zipfile import BadZipFile
+
+import numpy as np
 
 from ..arrays import INVALID, choice
-from ..errors import FileFormatError, FileWarning, InputError
+from ..errors import FastlinesError, FileFormatError, FileWarning, InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import Geometry
 from ..geometry.curves import Curves
@@ -26,6 +32,8 @@ from .source import BAD_COPY, Source, reason
 
 #: So many of the first bytes of a file tell its format, if its extension does not.
 N_START = 64
+#: What Python and its parsers raise for values that no reader expects. Errors of the disk and of programs are not.
+_DAMAGE = (ArithmeticError, EOFError, LookupError, RecursionError, ValueError, BadZipFile, struct.error, zlib.error)
 
 
 def read(
@@ -92,9 +100,7 @@ def read(
     check_path(path)
     row = format_of(path, format)
     row.check_options(str(path), options)
-    is_folder = row.folder is not None and path.is_dir()
-    with reporting(progress, "read") as callback, nullcontext() if is_folder else path.open("rb") as file:
-        source = Source(b"", str(path), path, callback) if file is None else _open(file, path, callback)
+    with reporting(progress, "read") as callback, open_source(path, row, callback) as source:
         lines = _parse(row, source, invalid, options)
     for oddity in source.oddities:
         warnings.warn(oddity, FileWarning, stacklevel=2)
@@ -128,12 +134,16 @@ def check_path(path: Path) -> None:
 
 def _parse(row: Format, source: Source, invalid: str, options: dict[str, Any]) -> AnyLines:
     try:
-        lines: AnyLines = row.code.read(source, invalid, **options)
+        with np.errstate(all="ignore"):  # what is NaN or Inf in the end is reported with its row
+            lines: AnyLines = row.code.read(source, invalid, **options)
     except Exception as error:
         if source.stopped is not None:
             raise source.stopped from None
         if isinstance(error, InputError):
             raise InputError(f"{source.name}: {error}") from None
+        if isinstance(error, _DAMAGE) and not isinstance(error, FastlinesError):
+            kind = type(error).__name__
+            raise source.error(f"cannot be read as {row.name} ({kind}: {reason(error)}); {BAD_COPY}") from error
         raise
     if not isinstance(lines, AnyGeometry):
         raise FileFormatError(
@@ -160,6 +170,16 @@ def _start_of(path: Path) -> bytes:
             return bytes(file.read(N_START))
     except (OSError, EOFError, ValueError):
         return b""
+
+
+@contextmanager
+def open_source(path: Path, row: Format, progress: ProgressCallback | None = None) -> Iterator[Source]:
+    """Open a file, or a folder that is a file of its format."""
+    if row.folder is not None and path.is_dir():
+        yield Source(b"", str(path), path, progress)
+        return
+    with path.open("rb") as file:
+        yield _open(file, path, progress)
 
 
 def _open(file: BinaryIO, path: Path, progress: ProgressCallback | None) -> Source:
