@@ -235,6 +235,22 @@ def test_convert_notes_what_is_lost(tracts):
     assert re.search("warning: a.geojson: not kept, as the format has no place for it: .*'mm'", result.stderr)
 
 
+def test_convert_takes_options_of_the_output():
+    lines = replace(fl.Lines.from_strands([[[0, 0, 0], [1, 0, 0]]]), unit="mm")
+    grid = {"dimensions": [3, 4, 5], "voxel_to_rasmm": np.diag([-2.0, 2, 2, 1])}
+    fl.write("own.trk", replace(lines, metadata={"grid": grid}))
+    fl.write("a.npz", lines)
+    done("convert", "a.npz", "a.trx", "--output-option", "reference=own.trk")
+    assert fl.read("a.trx").metadata["grid"]["dimensions"] == (3, 4, 5)
+    for option, said in (
+        ("reference", "--output-option 'reference' is not a name and a value"),
+        ("size=3", "has no option 'size' of its writer; known: reference"),
+        ("reference=none.trk", "none.trk: no such file"),
+    ):
+        assert said in refused("convert", "a.npz", "b.trk", "--output-option", option)[1]
+    assert not Path("b.trk").exists()
+
+
 def test_convert_refuses(table):
     before = Path(table).read_bytes()
     np.save("nan.npy", np.full((1, 2, 3), np.nan))

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.line_files import POINTS, lost_by, trk
+from support.line_files import AROUND, POINTS, lost_by, trk
 
 import fastlines as fl
 
@@ -15,21 +15,25 @@ nibabel = pytest.importorskip("nibabel")
 
 #: Coordinates of which many bits would be lost by adding half a voxel and subtracting it.
 NASTY = np.array([[1e-30, -0.0, 0.1], [1e7 / 3, -1e-12, 5.5], [0.0, 1 / 3, -2e5], [1, 2, 3]], np.float32)
+#: The same within the grid that a .trk gets where none is known.
+FROM_0 = np.array([[1e-30, -0.0, 0.1], [512, 1e-12, 5.5], [0.0, 1 / 3, 511.99], [1, 2, 3]], np.float32)
 
 
-@pytest.mark.parametrize("name", ["a.trk", "a.tck", "a.trk.gz", "A.TCK"])
-@pytest.mark.filterwarnings("ignore::fastlines.PrecisionWarning")
-def test_points_keep_their_bits(tmp_path, name):
-    lines = replace(fl.Lines.from_points(NASTY[[0, 1, 2, 3, 3, 0, 1]], [4, 1, 2]), unit="mm")
+@pytest.mark.parametrize(
+    ("name", "points"), [("a.trk", FROM_0), ("a.tck", NASTY), ("a.trk.gz", FROM_0), ("A.TCK", NASTY), ("a.trx", NASTY)]
+)
+@pytest.mark.filterwarnings("ignore::fastlines.PrecisionWarning", "ignore:.*no voxel grid:fastlines.FileWarning")
+def test_points_keep_their_bits(tmp_path, name, points):
+    lines = replace(fl.Lines.from_points(points[[0, 1, 2, 3, 3, 0, 1]], [4, 1, 2]), unit="mm")
     fl.write(tmp_path / name, lines)
     again = fl.read(tmp_path / name)
     np.testing.assert_array_equal(again.segments.view(np.int32), lines.segments.view(np.int32))
     np.testing.assert_array_equal(again.strands, lines.strands)
     assert (again.unit, again.up) == ("mm", "z")
-    if not name.endswith(".gz"):
+    if not name.endswith((".gz", ".trx")):
         streamlines = nibabel.streamlines.load(str(tmp_path / name)).streamlines
-        for streamline, points in zip(streamlines, [NASTY, NASTY[[3, 3]], NASTY[:2]], strict=True):
-            np.testing.assert_array_equal(streamline, points)
+        for streamline, expected in zip(streamlines, [points, points[[3, 3]], points[:2]], strict=True):
+            np.testing.assert_array_equal(streamline, expected)
 
 
 @pytest.mark.parametrize("extension", [".trk", ".tck"])
@@ -41,7 +45,7 @@ def test_nothing(tmp_path, extension):
 
 def test_values_of_trk_come_back(tmp_path, load):
     names = (b"a\0" + b"2", b"b")
-    lines = load(trk(n_scalars=3, n_properties=3, names=names), "a.trk")
+    lines = replace(load(trk(n_scalars=3, n_properties=3, names=names), "a.trk"), metadata=AROUND)
     fl.write(tmp_path / "b.trk", lines)
     again = fl.read(tmp_path / "b.trk")
     assert list(again.attributes) == ["a", "b", "a of streamline", "b of streamline"]
@@ -50,7 +54,7 @@ def test_values_of_trk_come_back(tmp_path, load):
     assert set(again.end_attributes) == {"a", "b"}
     tractogram = nibabel.streamlines.load(str(tmp_path / "b.trk")).tractogram
     assert {name: values.get_data().shape[1] for name, values in tractogram.data_per_point.items()} == {"a": 2, "b": 1}
-    np.testing.assert_array_equal(tractogram.data_per_streamline["b of streamline"][:, 0], range(4))
+    np.testing.assert_array_equal(tractogram.data_per_streamline["b"][:, 0], range(4))
 
 
 def test_what_is_lost_is_told(tmp_path):
@@ -103,7 +107,7 @@ def test_strands_that_fork_or_are_none(tmp_path):
     ],
 )
 def test_values_that_float32_does_not_keep_are_told(tmp_path, values, said):
-    lines = replace(fl.Lines.from_points(POINTS, [7], attributes={"v": values}), unit="mm")
+    lines = replace(fl.Lines.from_points(POINTS, [7], attributes={"v": values}), unit="mm", metadata=AROUND)
     assert lost_by(tmp_path / "a.trk", lines) == ([said] if said else [])
     np.testing.assert_array_equal(fl.read(tmp_path / "a.trk").attributes["v"], values[:6].astype("f4"))
 
@@ -124,6 +128,7 @@ def test_segments_of_no_strand_are_told_once(tmp_path, name):
         np.testing.assert_array_equal(back.strands, [0, 1, 2])
 
 
+@pytest.mark.filterwarnings("ignore:.*no voxel grid:fastlines.FileWarning")
 @pytest.mark.parametrize(("extension", "n_bytes"), [(".trk", 40), (".tck", 40), (".trx", 50)])
 def test_memory_of_reading(tmp_path, extension, n_bytes):
     """Each point takes 12 bytes in the file and 32 in lines; pieces of a file are freed before the next one is read."""

@@ -7,10 +7,11 @@ import io
 import re
 import warnings
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.line_files import FIRST, LAST, POINTS, STRANDS, TRX_EXTRA, message_of, trx
+from support.line_files import AROUND, FIRST, LAST, POINTS, STRANDS, TRX_EXTRA, message_of, trx
 
 import fastlines as fl
 from fastlines.errors import FastlinesError
@@ -206,7 +207,7 @@ def test_damaged_members(load):
 
 
 def test_round_trip(tmp_path, load):
-    lines = load(trx(extra=TRX_EXTRA), "a.trx")
+    lines = replace(load(trx(extra=TRX_EXTRA), "a.trx"), metadata=AROUND)
     fl.write(tmp_path / "b.trx", lines)
     again = fl.read(tmp_path / "b.trx")
     np.testing.assert_array_equal(again.segments, lines.segments)
@@ -249,7 +250,7 @@ def test_trx_python_reads_it(tmp_path, load):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         library = pytest.importorskip("trx.trx_file_memmap")
-    fl.write(tmp_path / "b.trx", load(trx(extra=TRX_EXTRA), "a.trx"))
+    fl.write(tmp_path / "b.trx", load(trx(extra=TRX_EXTRA), "a.trx"), reference=AROUND["grid"])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         file = library.load(str(tmp_path / "b.trx"))

@@ -18,6 +18,8 @@ from fastlines.errors import FileFormatError
 
 POINTS = np.arange(21, dtype="<f4").reshape(7, 3) ** 1.5
 COUNTS = [3, 1, 2, 1]
+#: Metadata of lines with a voxel grid around these points, whose voxel millimetres are those of the world.
+AROUND = {"grid": {"dimensions": [100] * 3, "voxel_to_rasmm": np.eye(4) + 0.5 * np.eye(4)[3] * [[1], [1], [1], [0]]}}
 #: The first and last point of each segment of strands with these counts; a lone point joins itself.
 FIRST, LAST = [0, 1, 3, 4, 6], [1, 2, 3, 5, 6]
 STRANDS = [0, 0, 1, 2, 3]

@@ -11,7 +11,7 @@ from typer import Option
 import fastlines as fl
 
 from ..geometry.any_geometry import counted
-from .options import Input, Skip
+from .options import Input, Skip, format_options
 
 
 def convert(
@@ -28,6 +28,14 @@ def convert(
         list[str] | None,
         Option("--option", metavar="NAME=VALUE", help="An option of INPUT's format, such as model=2; may be repeated."),
     ] = None,
+    output_option: Annotated[
+        list[str] | None,
+        Option(
+            "--output-option",
+            metavar="NAME=VALUE",
+            help="An option of OUTPUT's format, such as reference=t1.nii.gz; may be repeated.",
+        ),
+    ] = None,
 ) -> None:
     """Read lines and write them in another format. A warning names what that format has no place for.
 
@@ -41,6 +49,8 @@ def convert(
 
     [cyan]fastlines convert nodes.dat neuron.npz --format swc[/]
 
+    [cyan]fastlines convert tracts.tck tracts.trk --output-option reference=t1.nii.gz[/]
+
     [cyan]fastlines convert scene:bun-hair hair.npy[/]
     """
     from ..io import to_write
@@ -49,9 +59,11 @@ def convert(
 
     row = to_write(Path(output))
     check_output(output, inputs=(source,))
+    options = format_options(output_option, row.options("write") if output_option else {}, "--output-option")
+    row.check_options(output, options, "write")
     opened = open_input(source, skip_invalid, format, option)
     geometry = opened.geometry
-    fl.write(output, geometry)
+    fl.write(output, geometry, **options)
     # Count what was written, which may be the pieces of curves.
     written = parts_to_write(geometry, row)
     n_strands = sum(count_strands(part, row) for part in written)

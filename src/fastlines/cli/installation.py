@@ -18,6 +18,7 @@ EXTRAS = {
     "cuda": "cuda",
     "exr": "OpenEXR",
     "molecules": "gemmi",
+    "nifti": "nibabel",
     "pyvista": "pyvista",
     "usd": "pxr",
     "video": "imageio_ffmpeg",

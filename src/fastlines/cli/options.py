@@ -120,20 +120,22 @@ def size(text: str, name: str) -> tuple[int, int]:
 _EXPECTED: dict[type[Any], str] = {bool: "true or false", int: "a whole number", float: "a number"}
 
 
-def format_options(texts: Sequence[str] | None, types: Mapping[str, type[Any]]) -> dict[str, Any]:
+def format_options(
+    texts: Sequence[str] | None, types: Mapping[str, type[Any]], flag: str = "--option"
+) -> dict[str, Any]:
     """Read options of a format, such as model=2, each by its type; those that the format does not have stay texts."""
     options: dict[str, Any] = {}
     for text in texts or ():
         name, equals, value = text.partition("=")
         if not name or not equals:
-            raise InputError(f"--option {text!r} is not a name and a value, such as model=2")
+            raise InputError(f"{flag} {text!r} is not a name and a value, such as model=2")
         if name in options:
-            raise InputError(f"--option {name} is given twice; give it once")
+            raise InputError(f"{flag} {name} is given twice; give it once")
         kind = types.get(name, str)
         try:
             options[name] = {"true": True, "false": False}[value.lower()] if kind is bool else kind(value)
         except (ValueError, KeyError):
-            raise InputError(f"--option {name} is {value!r}; expected {_EXPECTED[kind]}") from None
+            raise InputError(f"{flag} {name} is {value!r}; expected {_EXPECTED[kind]}") from None
     return options
 
 

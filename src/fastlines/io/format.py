@@ -7,7 +7,6 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import import_module
-from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal, get_args
 
@@ -40,6 +39,8 @@ class Format:
     strands : {"polylines", "kept", "none"}
         What becomes of strands when lines are written: they are the polylines that follow one another in the file; or
         they are kept as they are; or files hold none.
+    metadata : {"kept"} or tuple of str
+        The metadata of lines that are written: all of them, or those of some names.
     up : {"x", "y", "z"}, optional
         The axis that points upwards by the format's convention.
     unit : str, optional
@@ -51,8 +52,8 @@ class Format:
     module : str, optional
         The full name of the module that reads and writes; by default, that of the format's name in
         `fastlines.io.formats`. It has ``read(source, invalid, **options)``, which returns lines, curves or a `Geometry`
-        of several. If files are written, it has ``write(geometry, path)``, which returns what the format could not
-        hold, as short texts.
+        of several. If files are written, it has ``write(geometry, path, **options)``, which returns what the format
+        could not hold, as short texts. Options are keyword-only parameters.
 
     Raises
     ------
@@ -66,6 +67,7 @@ class Format:
     magic: tuple[bytes, ...] = ()
     writes: tuple[type[Any], ...] = ()
     strands: Literal["polylines", "kept", "none"] = "polylines"
+    metadata: Literal["kept"] | tuple[str, ...] = ()
     up: str | None = None
     unit: str | None = None
     text: bool = False
@@ -87,23 +89,24 @@ class Format:
         """The module, imported on first use."""
         return import_module(self.module or f"{__package__}.formats.{self.name}")
 
-    def options(self) -> dict[str, type[Any]]:
-        """Return the options that its reader takes, and the type of each: str, bool, int or float; str if not given."""
-        parameters = inspect.signature(self.code.read, eval_str=True).parameters.values()
+    def options(self, of: Literal["read", "write"] = "read") -> dict[str, type[Any]]:
+        """Return the options of its reader or writer, and the type of each: str, bool, int or float; else str."""
+        parameters = inspect.signature(getattr(self.code, of), eval_str=True).parameters.values()
         named = (option for option in parameters if option.kind is inspect.Parameter.KEYWORD_ONLY)
         types = {option.name: (get_args(option.annotation) or (option.annotation,))[0] for option in named}
         return {name: kind if kind in (str, bool, int, float) else str for name, kind in types.items()}
 
-    def check_options(self, path: str, options: Iterable[str]) -> None:
-        """Refuse options that the reader does not have."""
-        known = self.options()
+    def check_options(self, path: str, options: Iterable[str], of: Literal["read", "write"] = "read") -> None:
+        """Refuse options that the reader or the writer does not have."""
+        known = self.options(of)
         for name in options:
             if name not in known:
+                what = " of its writer" if of == "write" else ""
                 has = did_you_mean(name, known) if known else "; it has no options"
-                raise InputError(f"{path}: the format {self.name!r} has no option {name!r}{has}")
+                raise InputError(f"{path}: the format {self.name!r} has no option {name!r}{what}{has}")
 
     @property
-    def write(self) -> Callable[[Any, Path], list[str]]:
+    def write(self) -> Callable[..., list[str]]:
         """The writer."""
-        writer: Callable[[Any, Path], list[str]] = self.code.write
+        writer: Callable[..., list[str]] = self.code.write
         return writer

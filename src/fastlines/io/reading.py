@@ -9,7 +9,8 @@ import stat
 import struct
 import warnings
 import zlib
-from contextlib import nullcontext
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
@@ -99,10 +100,7 @@ def read(
     check_path(path)
     row = format_of(path, format)
     row.check_options(str(path), options)
-    is_folder = row.folder is not None and path.is_dir()
-    with reporting(progress, "read") as callback, nullcontext() if is_folder else path.open("rb") as file:
-        source = Source(b"", str(path), path, callback) if file is None else _open(file, path, callback)
-        source = source.as_utf8() if row.text else source
+    with reporting(progress, "read") as callback, open_source(path, row, callback) as source:
         lines = _parse(row, source, invalid, options)
     for oddity in source.oddities:
         warnings.warn(oddity, FileWarning, stacklevel=2)
@@ -183,6 +181,17 @@ def _start_of(path: Path) -> bytes:
             return bytes(file.read(N_START))
     except (OSError, EOFError, ValueError):
         return b""
+
+
+@contextmanager
+def open_source(path: Path, row: Format, progress: ProgressCallback | None = None) -> Iterator[Source]:
+    """Open a file, or a folder that is a file of its format; text becomes UTF-8."""
+    if row.folder is not None and path.is_dir():
+        yield Source(b"", str(path), path, progress)
+        return
+    with path.open("rb") as file:
+        source = _open(file, path, progress)
+        yield source.as_utf8() if row.text else source
 
 
 def _open(file: BinaryIO, path: Path, progress: ProgressCallback | None) -> Source:

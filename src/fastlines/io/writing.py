@@ -19,7 +19,7 @@ from .format import Format
 from .table import extension_of, known_formats, path_of, to_write
 
 
-def write(path: str | os.PathLike[str], lines: Any) -> None:
+def write(path: str | os.PathLike[str], lines: Any, **options: Any) -> None:
     """Write lines or curves to a file; its extension, in either case, names the format.
 
     The file appears whole or not at all. Points keep their bits where the format stores float32.
@@ -31,11 +31,13 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
         other extension lists those.
     lines : Lines, Curves, or what `fastlines.lines` takes
         Where the format has no curves, they are cut into the pieces that queries test, which keep their attributes.
+    **options
+        Options of the format, such as ``reference=`` of ``.trk`` and ``.trx``: whose voxel grid is written.
 
     Raises
     ------
     InputError
-        If no format has this extension, or `lines` are not lines.
+        If no format has this extension, `lines` are not lines, or the format has no such option.
     MissingExtraError
         If the format needs a library that is not there.
     OSError
@@ -59,6 +61,7 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
         raise InputError(f"lines are {str(lines)!r}, the name of a file; the name comes first: fl.write(path, lines)")
     target = path_of(path)
     row = to_write(target)
+    row.check_options(str(target), options, "write")
     try:
         geometry, lost = to_written(lines, row.writes)
     except InputError as error:
@@ -67,9 +70,15 @@ def write(path: str | os.PathLike[str], lines: Any) -> None:
     # Libraries want the usual extension, and gzip a whole file.
     with atomic_write(target) as partial, tempfile.TemporaryDirectory(dir=partial.parent) as folder:
         plain = Path(folder) / f"lines{extension}"
-        lost += row.write(geometry, plain) or []
+        try:
+            lost += row.write(geometry, plain, **options) or []
+        except InputError as error:
+            raise InputError(f"{target}: {error}") from None
         with plain.open("rb") as file, gzip.open(partial, "wb") if packed else partial.open("wb") as out:
             shutil.copyfileobj(file, out)
+    if row.metadata != "kept":
+        names = dict.fromkeys(name for part in geometry.each_part() for name in part.metadata)
+        lost += [f"the metadata {name!r}" for name in names if name not in row.metadata]
     n_skipped = lines.n_skipped if isinstance(lines, AnyGeometry) else 0
     if n_skipped:
         lost.append(f"{counted(n_skipped, 'rows')} of the input, skipped for NaN or Inf")

@@ -13,13 +13,13 @@ from ..source import BAD_COPY, PIECE, Source, reason
 _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
-def unpack(source: Source, kind: str) -> dict[str, bytes]:
+def unpack(source: Source, kind: str, ending: str = "") -> dict[str, bytes]:
     """Return the members of an archive, without folders; they may not unpack to more than `Source.unpack_limit`.
 
-    Of a folder, return its files, those in folders below it too.
+    Of a folder, return its files, those in folders below it too. Only members whose names end so are read.
     """
     if source.path is not None and source.path.is_dir():
-        return _files(source, source.path)
+        return _files(source, source.path, ending)
     try:
         with zipfile.ZipFile(source.open()) as archive:
             members: dict[str, zipfile.ZipInfo] = {}
@@ -29,7 +29,7 @@ def unpack(source: Source, kind: str) -> dict[str, bytes]:
                     raise source.error(f"{name!r} in it is packed by an unknown method; write it again")
                 if name in members:
                     raise source.error(f"holds several members named {name!r}; write it again with each name once")
-                if not member.is_dir():
+                if not member.is_dir() and name.endswith(ending):
                     members[name] = member
             source.check_unpacked(sum(member.file_size for member in members.values()))
             return {name: _unpacked(source, archive, member) for name, member in members.items()}
@@ -42,9 +42,9 @@ def unpack(source: Source, kind: str) -> dict[str, bytes]:
         raise source.error(f"not a whole {kind} file ({reason(error)}); check the extension, or {BAD_COPY}") from None
 
 
-def _files(source: Source, folder: Path) -> dict[str, bytes]:
-    """Return the bytes of each file of a folder, by its path below the folder."""
-    paths = [path for path in sorted(folder.rglob("*")) if path.is_file()]
+def _files(source: Source, folder: Path, ending: str) -> dict[str, bytes]:
+    """Return the bytes of each file of a folder whose name ends so, by its path below the folder."""
+    paths = [path for path in sorted(folder.rglob("*")) if path.is_file() and path.name.endswith(ending)]
     source.size = sum(path.stat().st_size for path in paths)
     files = {}
     for path in paths:

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from ...arrays import AnyArray, FloatArray
+from ...arrays import AnyArray
 from ..polylines import Polylines
 
 UNIT = "mm"
 UP = "z"
-
-
-def dimensions(points: FloatArray) -> list[int]:
-    """Return the numbers of voxels of 1 mm in an image from 0 to the farthest point, as far as 16 bits can count."""
-    far = points.max(axis=0, initial=0).astype(np.float64)
-    return [int(n) for n in np.clip(np.ceil(far + 0.5), 1, np.iinfo(np.int16).max)]
+#: What follows the name of a value per streamline that a value per point has too.
+OF_STREAMLINE = " of streamline"
 
 
 def split_values(lines: Polylines) -> tuple[dict[str, AnyArray], dict[str, AnyArray], list[str]]:
@@ -26,4 +20,10 @@ def split_values(lines: Polylines) -> tuple[dict[str, AnyArray], dict[str, AnyAr
             name += "_"
         per_point[name] = lines.radius
         lost.append(f"that {name!r} is the radius, and not just a value per point")
-    return per_point, dict(lines.attributes), lost
+    # Readers tell values of streamlines from those of points by a longer name.
+    names = {name: name.removesuffix(OF_STREAMLINE) for name in lines.attributes}
+    per_strand = {
+        short if short in per_point and short not in lines.attributes else name: lines.attributes[name]
+        for name, short in names.items()
+    }
+    return per_point, per_strand, lost

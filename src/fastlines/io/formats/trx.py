@@ -17,7 +17,9 @@ from __future__ import annotations
 import json
 import re
 import zipfile
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -25,12 +27,14 @@ from ...arrays import AnyArray, IntArray
 from ...errors import InputError
 from ...geometry.lines import Lines
 from ...geometry.strand_attributes import with_strand_values
+from ..grid_reference import grid_to_write
 from ..losses import conventions, free_name, strand_numbers
 from ..polylines import polylines_of
 from ..segment_collector import SegmentCollector, warn_if_coarse
 from ..source import BAD_COPY, Source, reason
+from ..voxel_grid import GRID, VoxelGrid
 from .archive import unpack
-from .streamlines import UNIT, UP, dimensions, split_values
+from .streamlines import UNIT, UP, split_values
 
 _TYPES = {
     f"{kind}{bits}": np.dtype(f"{kind}{bits}").newbyteorder("<")
@@ -55,7 +59,8 @@ def read(source: Source, invalid: str, *, bundle: str | None = None) -> Lines:
         Read only the streamlines of the group of this name. They are the strands 0, 1, … in the group's order.
     """
     members = _without_folder(source, unpack(source, ".trx"))
-    n_streamlines, n_points = _header(source, members.pop(_HEADER))
+    header = _header(source, members.pop(_HEADER))
+    n_streamlines, n_points = header["NB_STREAMLINES"], header["NB_VERTICES"]
     arrays: dict[str, AnyArray] = {}
     for member in list(members):
         _array(source, arrays, member, members.pop(member))
@@ -108,11 +113,24 @@ def read(source: Source, invalid: str, *, bundle: str | None = None) -> Lines:
         warn_if_coarse([points])
     del points, arrays
     kinds.clear()  # which holds the last of the file's bytes
-    return with_strand_values(collector.lines(invalid), per_strand, "streamline")
+    lines = with_strand_values(collector.lines(invalid), per_strand, "streamline")
+    grid = _grid(header)
+    return lines if grid is None else replace(lines, metadata={GRID: grid.to_metadata()})
 
 
-def write(lines: Lines, path: Path) -> list[str]:
-    """Write positions in float32, attributes in their own type, and boolean attributes ``group NAME`` as groups."""
+def read_grid(source: Source) -> VoxelGrid | None:
+    """Read the voxel grid alone."""
+    return _grid(_header(source, _without_folder(source, unpack(source, ".trx", _HEADER))[_HEADER]))
+
+
+def write(lines: Lines, path: Path, *, reference: Any = None) -> list[str]:
+    """Write positions in float32, attributes in their own type, and boolean attributes ``group NAME`` as groups.
+
+    Parameters
+    ----------
+    reference : object or path, optional
+        Whose voxel grid the header names, as of ``.trk``.
+    """
     parts = polylines_of(lines)
     per_point, per_strand, lost = split_values(parts)
     arrays: dict[str, AnyArray] = {
@@ -127,9 +145,11 @@ def write(lines: Lines, path: Path) -> list[str]:
     for folder, several in (("dpv", per_point), ("dps", per_strand)):
         for name, values in several.items():
             _add(arrays, folder, name, values, taken, lost)
+    grid, said = grid_to_write(lines, parts.points, reference, in_world=True)
+    assert grid.voxel_to_rasmm is not None
     header = {
-        "DIMENSIONS": dimensions(parts.points),
-        "VOXEL_TO_RASMM": np.eye(4).tolist(),
+        "DIMENSIONS": grid.dimensions.tolist(),
+        "VOXEL_TO_RASMM": grid.voxel_to_rasmm.tolist(),
         "NB_VERTICES": len(parts.points),
         "NB_STREAMLINES": len(parts.counts),
     }
@@ -139,7 +159,7 @@ def write(lines: Lines, path: Path) -> list[str]:
             dtype = _TYPES[name.rpartition(".")[2]]
             with archive.open(zipfile.ZipInfo(name), "w", force_zip64=values.nbytes > 1 << 30) as member:
                 member.write(np.ascontiguousarray(values, dtype).reshape(-1).view(np.uint8).data)
-    return lost + strand_numbers(parts.strand) + conventions(lines, UNIT, UP)
+    return said + lost + strand_numbers(parts.strand) + conventions(lines, UNIT, UP)
 
 
 def _add(
@@ -177,8 +197,17 @@ def _without_folder(source: Source, members: dict[str, bytes]) -> dict[str, byte
     return {name: data for name, data in within.items() if not _HIDDEN.search(name)}
 
 
-def _header(source: Source, data: bytes) -> tuple[int, int]:
-    """Return the numbers of streamlines and of points."""
+def _grid(header: dict[str, Any]) -> VoxelGrid | None:
+    """Return the voxel grid of a header; None if it has none that can be used."""
+    try:
+        grid = VoxelGrid.from_mapping(header, "the header")
+    except InputError:
+        return None
+    return None if grid.voxel_to_rasmm is None else grid
+
+
+def _header(source: Source, data: bytes) -> dict[str, Any]:
+    """Return the header, which counts streamlines and points."""
     try:
         header = json.loads(data)
         numbers = [header["NB_STREAMLINES"], header["NB_VERTICES"]]
@@ -188,7 +217,7 @@ def _header(source: Source, data: bytes) -> tuple[int, int]:
         ) from None
     if not all(type(number) is int and number >= 0 for number in numbers):
         raise source.error("NB_STREAMLINES and NB_VERTICES in its 'header.json' are not whole numbers; fix them")
-    return numbers[0], numbers[1]
+    return dict(header)
 
 
 def _array(source: Source, arrays: dict[str, AnyArray], path: str, data: bytes) -> None:
