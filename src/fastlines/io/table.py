@@ -21,7 +21,7 @@ TABLE: tuple[Format, ...] = (
     Format(
         "arrow",
         (".parquet", ".feather", ".arrow"),
-        "tables of Parquet and Arrow: a row a segment, or a row a point",
+        "tables of Parquet and Arrow: a row a segment, a point or, in GeoParquet, a geometry",
         magic=(b"PAR1", b"ARROW1"),
         writes=(Lines,),
         strands="kept",
