@@ -80,7 +80,7 @@ def test_info_of_points_units_and_radii(tracts):
     lines = json.loads(done("info", tracts, "--json"))["lines"]
     assert "float32 × 3 per point" in lines["attributes"].values()
     assert lines["unit"] == "mm"
-    np.savez("a.npz", segments=np.eye(6).reshape(6, 2, 3), radius=np.linspace(1, 2, 6))
+    np.savez("a.npz", segments=4 * np.eye(6).reshape(6, 2, 3), radius=np.linspace(1, 2, 6))
     lines = json.loads(done("info", "a.npz", "--json"))["lines"]
     assert lines["radius"] == [1, 2]
     assert lines["radius_for_pictures"] is None

@@ -86,6 +86,7 @@ def test_what_is_odd_is_told(load, text, said):
         assert len(load(text, "a.txt")) == 2
 
 
+@pytest.mark.filterwarnings("ignore:.*its radius is up to:fastlines.FileWarning")
 def test_nan_is_refused_or_skipped(load):
     text = b"0 0 nan 1\n1 1 1 1\n2 2 2 1\n3 3 3 3\n4 4 4 4"
     for basis, n in (("linear", 3), ("bspline", 1)):

@@ -86,6 +86,7 @@ def all_kinds() -> dict[str, fl.Lines | fl.Curves]:
 
 @pytest.mark.parametrize("extension", [".npz", ".safetensors", ".npz.gz", ".safetensors.GZ"])
 @pytest.mark.parametrize("kind", all_kinds())
+@pytest.mark.filterwarnings("ignore:.*its radius is up to:fastlines.FileWarning")
 def test_round_trip(tmp_path, extension, kind):
     given = all_kinds()[kind]
     fl.write(tmp_path / f"a{extension}", given)
@@ -254,6 +255,7 @@ def test_texts(tmp_path, load, extension):
     assert "the texts of 'name' do not fit its numbers" in message_of(load, data, f"b{extension}")
 
 
+@pytest.mark.filterwarnings("ignore:.*its radius is up to:fastlines.FileWarning")
 def test_damaged_curves(load):
     data = safetensors(
         {"unit": "m", "tolerance": "0.5"}, control=CONTROL, radius=COEFFICIENTS, **{"end_attributes/t": np.ones((3, 2))}

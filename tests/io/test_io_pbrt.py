@@ -74,6 +74,7 @@ def evaluate(curves: fl.Curves, u: float) -> np.ndarray:
 
 @pytest.mark.parametrize("basis", ["bezier", "bspline"])
 @pytest.mark.parametrize("degree", [2, 3])
+@pytest.mark.filterwarnings("ignore:.*its radius is up to:fastlines.FileWarning")
 def test_bases_and_degrees(load, basis, degree):
     points = np.random.default_rng(degree).random((7, 3))
     text = f'Shape "curve" "string basis" "{basis}" "integer degree" {degree} "float width0" 0 "float width1" [ 12 ] '

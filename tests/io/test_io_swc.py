@@ -187,6 +187,7 @@ def test_neuron_comes_back_as_it_was_written(load, tmp_path):
     np.testing.assert_array_equal(back.end_attributes["type"], lines.end_attributes["type"])
 
 
+@pytest.mark.filterwarnings("ignore:.*its radius is up to:fastlines.FileWarning")
 def test_other_lines_are_written_as_trees_of_their_own(tmp_path):
     rng = np.random.default_rng(3)
     lines = replace(fl.Lines.from_points(rng.random((9, 3)), [4, 3, 2], radius=rng.random(9)), unit="µm")
@@ -234,6 +235,7 @@ def test_types_are_kept_only_at_ends_and_as_whole_numbers(load, tmp_path):
         fl.write(tmp_path / "b.swc", given)
 
 
+@pytest.mark.filterwarnings("ignore:.*its radius is up to:fastlines.FileWarning")
 def test_ids_that_make_no_trees_are_not_kept(tmp_path):
     lines = fl.Lines.from_points(
         np.random.default_rng(3).random((4, 3)), [2, 2], radius=1, attributes={"id": [1, 2, 1, 2]}

@@ -37,6 +37,18 @@ def test_types_of_positions(load, dtype):
     np.testing.assert_array_equal(load(trx(points=points), "a.trx").segments, expected)
 
 
+def test_places_outside_of_the_file(load):
+    """The central directory of an archive may point anywhere; before the file there is nothing to read."""
+    data = trx(extra=TRX_EXTRA)
+    end = data.rindex(b"PK\5\6")
+    directory = int.from_bytes(data[end + 16 : end + 20], "little")
+    for place in (0, 7, directory - 1, directory + 9, len(data), 2**31, 2**32 - 1):
+        for at, offset in ((end + 16, place), (directory + 42, place)):
+            damaged = data[:at] + offset.to_bytes(4, "little") + data[at + 4 :]
+            if offset or at == end + 16:
+                assert "not a whole .trx file" in message_of(load, damaged, "a.trx")
+
+
 def repacked(data: bytes, name: str, others: dict[str, bytes] | None = None) -> bytes:
     """Pack the members of an archive again, by other names."""
     stream = io.BytesIO()

@@ -59,6 +59,7 @@ def test_cubic_curves_are_those_of_from_strands(load, basis, wrap, n):
     np.testing.assert_array_equal(made.end_attributes["age"], expected.end_attributes["age"])
 
 
+@pytest.mark.filterwarnings("ignore:.*its radius is up to:fastlines.FileWarning")
 def test_hermite_curves(load):
     more = f"vector3f[] tangents = {[tuple(map(float, point)) for point in SQUARE]}"
     data = usda(curves(of="HermiteCurves", more=more, widths=("vertex", [2, 4, 6, 8])))
@@ -106,6 +107,7 @@ def test_widths_of_linear_curves_are_diameters(load, widths, radius):
     np.testing.assert_array_equal(lines.radius, radius)
 
 
+@pytest.mark.filterwarnings("ignore:.*its radius is up to:fastlines.FileWarning")
 def test_varying_widths_of_cubic_curves_are_linear(load):
     data = usda(curves(SEVEN + SEVEN[:4], [7, 4], kind="cubic", widths=("varying", [0, 6, 18, 2, 8])))
     np.testing.assert_array_equal(load(data, "a.usda").radius, [[0, 1, 2, 3], [3, 5, 7, 9], [1, 2, 3, 4]])
@@ -125,6 +127,7 @@ def test_widths_whose_number_says_what_they_are(load):
     assert "its widths are not read: their number does not fit the interpolation 'vertex' (/c)" in text
 
 
+@pytest.mark.filterwarnings("ignore:.*its radius is up to:fastlines.FileWarning")
 def test_primvars_come_before_widths(load):
     more = 'float[] primvars:widths = [8] (interpolation = "constant")'
     lines = load(usda(curves(widths=("constant", [2]), more=more)), "a.usda")

@@ -152,6 +152,13 @@ def test_files_that_begin_with_no_line(load, text):
     assert len(load(text.encode(), "a.wkt")) == 0
 
 
+@pytest.mark.filterwarnings("ignore::fastlines.FileWarning")
+@pytest.mark.parametrize("name", ["a.csv", "a.wkt"])
+def test_quotes_where_they_are_needed(load, name):
+    lines = load(b'POINT (1 1)\n"LINESTRING (0 0, 1 0)"\nPOINT EMPTY\n', name)
+    assert lines.segments.tolist() == [[[0, 0, 0], [1, 0, 0]]]
+
+
 def test_other_geometries_alone_are_told(load):
     for name, text in (("a.wkt", "POINT (1 1)\nPOINT (2 2)\n"), ("a.csv", "id,way\n1,POINT (1 1)\n2,POINT (2 2)\n")):
         with pytest.warns(FileWarning, match="without a line are not read: 2 POINT"):

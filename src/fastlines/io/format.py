@@ -45,6 +45,8 @@ class Format:
         The axis that points upwards by the format's convention.
     unit : str, optional
         The unit of length by the format's convention, such as ``"mm"``.
+    text : bool
+        Whether its files are text, or text with binary data behind it: the reader gets UTF-8 where they are UTF-16.
     folder : str, optional
         The name of the file by which a folder is recognised as a file of the format. By default, no folder is one.
     module : str, optional
@@ -68,6 +70,7 @@ class Format:
     metadata: Literal["kept"] | tuple[str, ...] = ()
     up: str | None = None
     unit: str | None = None
+    text: bool = False
     folder: str | None = None
     module: str | None = None
 

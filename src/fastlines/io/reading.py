@@ -161,10 +161,21 @@ def _parse(row: Format, source: Source, invalid: str, options: dict[str, Any]) -
             f"{source.name}: the format {row.name!r} returned a {type(lines).__name__}; expected Lines, Curves or a "
             "Geometry of several"
         )
+    _warn_of_thickness(source, lines)
     parts = [_with_conventions(part, row) for part in lines.each_part()]
     if row.module is not None and source.offset is not None:  # readers of others know of no offset
         parts = [with_offset(part, source.offset) if part.offset == NO_OFFSET else part for part in parts]
     return Geometry(parts) if lines.has_parts else parts[0]
+
+
+def _warn_of_thickness(source: Source, lines: AnyLines) -> None:
+    """Warn of lines that are thicker than all of them are long; a single point may be a ball."""
+    radius, size = lines.max_radius, float(np.ptp(lines.bounds, axis=0).max()) if len(lines) else 0.0
+    if radius > size > 0:
+        source.warn(
+            f"its radius is up to {radius:.4g}, more than the size of its whole scene, {size:.4g}; if that is a "
+            "mistake, replace it by lines.with_radius(…)"
+        )
 
 
 def _with_conventions(part: Any, row: Format) -> Any:
@@ -187,12 +198,13 @@ def _start_of(path: Path) -> bytes:
 
 @contextmanager
 def open_source(path: Path, row: Format, progress: ProgressCallback | None = None) -> Iterator[Source]:
-    """Open a file, or a folder that is a file of its format."""
+    """Open a file, or a folder that is a file of its format; text becomes UTF-8."""
     if row.folder is not None and path.is_dir():
         yield Source(b"", str(path), path, progress)
         return
     with path.open("rb") as file:
-        yield _open(file, path, progress)
+        source = _open(file, path, progress)
+        yield source.as_utf8() if row.text else source
 
 
 def _open(file: BinaryIO, path: Path, progress: ProgressCallback | None) -> Source:

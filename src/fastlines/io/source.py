@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import codecs
 import math
 import os
+import re
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -27,6 +29,14 @@ _STEP = 1e-3
 #: A packed file may grow by this factor and this many bytes; one that grows more is refused as a decompression bomb.
 UNPACK_FACTOR = 200
 UNPACK_BYTES = 16 << 20
+
+#: The byte order marks of text; those of UTF-32 come first, as they begin as those of UTF-16 do.
+_MARKS = {
+    codecs.BOM_UTF32_LE: "utf-32", codecs.BOM_UTF32_BE: "utf-32", codecs.BOM_UTF16_LE: "utf-16",
+    codecs.BOM_UTF16_BE: "utf-16", codecs.BOM_UTF8: "utf-8",
+}  # fmt: skip
+#: XML names its encoding.
+_XML_ENCODING = re.compile(r"\A(\s*<\?xml[^>]*encoding\s*=\s*[\"'])[\w-]+")
 
 BAD_COPY = "the file is cut short or damaged: get a fresh copy"
 
@@ -171,6 +181,31 @@ class Source:
         except UnicodeDecodeError:
             self.encoding = "latin-1"
             return self.data.decode("latin-1")
+
+    def as_utf8(self) -> Source:
+        """Return text as UTF-8 without a byte order mark, where it is UTF-16 or UTF-32, or has such a mark."""
+        start = self.start(64)
+        encoding = next((name for mark, name in _MARKS.items() if start.startswith(mark)), None)
+        if encoding is None and len(start) >= 4:
+            # Without a mark, every second byte is zero.
+            odd, even = start[::2], start[1::2]
+            encoding = (
+                "utf-16-le" if all(odd) and not any(even) else "utf-16-be" if all(even) and not any(odd) else None
+            )
+        if encoding is None:
+            return self
+        data = self.data.removeprefix(codecs.BOM_UTF8)
+        if encoding != "utf-8":
+            try:
+                text = data.decode(encoding)
+            except UnicodeDecodeError as error:
+                name = encoding[:6].upper()
+                raise self.error(f"is {name} text, but not whole ({reason(error)}); save it as UTF-8") from None
+            data = _XML_ENCODING.sub(r"\g<1>utf-8", text).encode()
+        utf8 = Source(data, self.name, progress=self._progress)
+        utf8.oddities += self.oddities
+        self.drop()
+        return utf8
 
     @contextmanager
     def file(self, extension: str) -> Iterator[Path]:

@@ -21,25 +21,28 @@ TABLE: tuple[Format, ...] = (
     Format(
         "arrow",
         (".parquet", ".feather", ".arrow"),
-        "tables of Parquet and Arrow: a row a segment, or a row a point",
+        "tables of Parquet and Arrow: a row a segment, a point or, in GeoParquet, a geometry",
         magic=(b"PAR1", b"ARROW1"),
         writes=(Lines,),
         strands="kept",
         metadata="kept",
     ),
     Format("bcc", (".bcc",), "yarns, Cem Yuksel's Binary Curve Collections", magic=(b"BCC\x44",)),
-    Format("dxf", (".dxf",), "drawings, DXF", magic=(b"AutoCAD Binary DXF",), up="z"),
+    Format("dxf", (".dxf",), "drawings, DXF", magic=(b"AutoCAD Binary DXF",), up="z", text=True),
     Format(
         "geojson",
         (".geojson", ".geojsonl", ".ndjson", ".json"),
         "maps, GeoJSON, also one feature a line",
         writes=(Lines,),
         up="z",
+        text=True,
     ),
-    Format("gpx", (".gpx",), "tracks and routes, GPX", up="z", unit="degree"),
+    Format("gpx", (".gpx",), "tracks and routes, GPX", up="z", unit="degree", text=True),
     Format("hair", (".hair",), "hair, Cem Yuksel's HAIR files", magic=(b"HAIR", b"hair"), writes=(Lines,)),
-    Format("mitsuba", (".txt", ".curves"), "curves of Mitsuba 3, linearcurve and bsplinecurve", writes=(Lines,)),
-    Format("molecules", (".pdb", ".ent", ".cif", ".mmcif"), "bonds of molecules, PDB and mmCIF", unit="Å"),
+    Format(
+        "mitsuba", (".txt", ".curves"), "curves of Mitsuba 3, linearcurve and bsplinecurve", writes=(Lines,), text=True
+    ),
+    Format("molecules", (".pdb", ".ent", ".cif", ".mmcif"), "bonds of molecules, PDB and mmCIF", unit="Å", text=True),
     Format(
         "npy",
         (".npy",),
@@ -56,9 +59,9 @@ TABLE: tuple[Format, ...] = (
         strands="kept",
         metadata="kept",
     ),
-    Format("obj", (".obj",), "lines of Wavefront OBJ", writes=(Lines,)),
-    Format("pbrt", (".pbrt",), "curves of pbrt scenes, versions 3 and 4"),
-    Format("ply", (".ply",), "edges of PLY", magic=(b"ply\n", b"ply\r"), writes=(Lines,), strands="kept"),
+    Format("obj", (".obj",), "lines of Wavefront OBJ", writes=(Lines,), text=True),
+    Format("pbrt", (".pbrt",), "curves of pbrt scenes, versions 3 and 4", text=True),
+    Format("ply", (".ply",), "edges of PLY", magic=(b"ply\n", b"ply\r"), writes=(Lines,), strands="kept", text=True),
     Format(
         "safetensors",
         (".safetensors",),
@@ -67,7 +70,7 @@ TABLE: tuple[Format, ...] = (
         strands="kept",
         metadata="kept",
     ),
-    Format("swc", (".swc",), "neurons, SWC", writes=(Lines,), unit="µm"),
+    Format("swc", (".swc",), "neurons, SWC", writes=(Lines,), unit="µm", text=True),
     Format("tck", (".tck",), "streamlines, MRtrix", magic=(b"mrtrix tracks",), writes=(Lines,), up="z", unit="mm"),
     Format("tfx", (".tfx",), "hair, AMD TressFX versions 3 and 4", up="y"),
     Format(
@@ -98,10 +101,17 @@ TABLE: tuple[Format, ...] = (
         magic=(b"#usda", b"PXR-USDC"),
         writes=(Lines, Curves, Geometry),
         up="y",
+        text=True,
     ),
-    Format("vtk", (".vtk", ".vtu"), "polylines, VTK legacy files and unstructured grids", magic=(b"# vtk DataFile",)),
-    Format("vtp", (".vtp",), "polylines, VTK polydata", writes=(Lines,)),
-    Format("wkt", (".csv", ".tsv", ".wkt"), "well-known text, alone or in a column of a table", up="z"),
+    Format(
+        "vtk",
+        (".vtk", ".vtu"),
+        "polylines, VTK legacy files and unstructured grids",
+        magic=(b"# vtk DataFile",),
+        text=True,
+    ),
+    Format("vtp", (".vtp",), "polylines, VTK polydata", writes=(Lines,), text=True),
+    Format("wkt", (".csv", ".tsv", ".wkt"), "well-known text, alone or in a column of a table", up="z", text=True),
 )
 
 #: Formats that are known by name only, and what to do with them.

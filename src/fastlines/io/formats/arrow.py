@@ -10,8 +10,8 @@ version 2 is the latter in a file. The library pyarrow reads and writes them.
 
 ``strand`` holds whole numbers, which are kept, or texts, which are numbered in the order in which they come first.
 ``radius``, or ``radius0`` and ``radius1`` of segments, is the radius. Other columns of numbers, or of lists of numbers
-of fixed size, become attributes. Columns of other types are not read, with a warning. Geometries of GeoParquet, which
-are bytes, are none of these.
+of fixed size, become attributes. Columns of other types are not read, with a warning. Tables without such rows may have
+geometries, as GeoParquet has them: `geoparquet` reads those.
 
 pyarrow does not check all of a file before it uses it: a damaged one may end the program.
 """
@@ -38,7 +38,6 @@ _SEGMENT = ("x0", "y0", "z0", "x1", "y1", "z1")
 _POINT = ("x", "y", "z")
 #: What marks a column of values at both ends of segments, in the metadata of its field.
 _KEY, _ENDS = b"fastlines", b"end_attributes"
-_GEO = b"geo"
 #: What the metadata of a schema have of lines as a whole.
 _FACTS = ("up", "unit", "metadata")
 
@@ -49,13 +48,15 @@ def read(source: Source, invalid: str) -> Lines:
     from .arrow_table import read_table
 
     try:
-        table, schema = read_table(source)
+        table, schema, geometries = read_table(source, _has_lines)
     except FastlinesError:
         raise
     except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
         raise source.error(f"not a whole table ({reason(error)}); check the extension, or write it again") from None
     used = table.column_names
     left_out = [f"{field.name} ({field.type})" for field in schema if field.name not in used]
+    if geometries is not None:
+        return _geometry_lines(source, table, geometries, left_out, invalid)
     columns = {name: _values(source, name, table.column(name)) for name in used if name != "strand"}
     ends = {name for name in columns if (schema.field(name).metadata or {}).get(_KEY) == _ENDS}
     strand = _strands(source, table.column("strand")) if "strand" in used else None
@@ -63,6 +64,26 @@ def read(source: Source, invalid: str) -> Lines:
     if left_out:
         source.warn(f"columns that are not numbers are not read: {', '.join(left_out)}")
     return _with_facts(source, made, schema.metadata or {})
+
+
+def _has_lines(names: list[str]) -> bool:
+    """Return whether there are columns of segments, or of points with their strand."""
+    has_points = {*_POINT} <= {*names} or "point" in names
+    return {*_SEGMENT} <= {*names} or "segment" in names or (has_points and "strand" in names)
+
+
+def _geometry_lines(source: Source, table: Any, geometries: Any, left_out: list[str], invalid: str) -> Lines:
+    """Return the lines of a column of geometries; the other columns are values of rows."""
+    from .arrow_table import has_texts
+    from .geoparquet import lines_of
+
+    texts = [field.name for field in table.schema if has_texts(field.type)]
+    numbers = [name for name in table.column_names if name not in (*texts, geometries.name)]
+    per_row = {name: _values(source, name, table.column(name)) for name in numbers}
+    lines = lines_of(source, table, geometries, per_row, texts, invalid)
+    if left_out := [text for text in left_out if text.partition(" ")[0] not in geometries.hidden]:
+        source.warn(f"columns that are neither numbers nor texts are not read: {', '.join(left_out)}")
+    return lines
 
 
 def write(lines: Lines, path: Path) -> list[str]:
@@ -173,9 +194,9 @@ def _lines(
     segments, points = _take(columns, _SEGMENT, "segment", 6), _take(columns, _POINT, "point", 3)
     if (segments is None) == (points is None):
         what = "columns of segments and of points" if segments is not None else f"the columns {schema.names}"
-        geo = " (it is GeoParquet: convert it to .gpkg, .geojson or .shp)" if _GEO in (schema.metadata or {}) else ""
         raise source.error(
-            f"has {what}{geo}; expected x0 y0 z0 x1 y1 z1 for a row a segment, or x y z and strand for a row a point"
+            f"has {what}; expected x0 y0 z0 x1 y1 z1 for a row a segment, or x y z and strand for a row a point, or "
+            "geometries as in GeoParquet"
         )
     if segments is not None:
         radius = columns.pop("radius", None)

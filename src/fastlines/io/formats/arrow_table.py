@@ -8,19 +8,40 @@ Arrow are added up one by one.
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
 
 import pyarrow as pa
 import pyarrow.ipc
 from pyarrow import parquet
 
 from ..source import Source
+from .geoparquet import Geometries, find_geometries
 
 STRAND = "strand"
+#: How many rows of lists are read at once.
+_BATCH = 4096
 
 
-def read_table(source: Source) -> tuple[Any, Any]:
-    """Return a table of the usable columns, and the schema of the file, which has all columns."""
+class Columns(NamedTuple):
+    """A table of the usable columns, the schema of the file, which has all columns, and which has geometries, if any.
+
+    Only beside geometries are texts usable.
+    """
+
+    table: Any
+    schema: Any
+    geometries: Geometries | None
+
+
+def read_table(source: Source, has_lines: Callable[[list[str]], bool]) -> Columns:
+    """Return the usable columns of a file.
+
+    Parameters
+    ----------
+    has_lines : callable
+        Takes the names of columns, and returns whether they hold lines without geometries.
+    """
     start = source.data[:6]
     if start[:4] == b"FEA1":
         raise source.error("is Feather of version 1; write it again as version 2, or as Parquet")
@@ -36,21 +57,31 @@ def read_table(source: Source) -> tuple[Any, Any]:
     names = schema.names
     if len(set(names)) < len(names):
         raise source.error("has several columns of one name; rename them")
-    used = [i for i, field in enumerate(schema) if _is_used(source, field.name, field.type)]
+    geometries = None if has_lines(names) else find_geometries(schema)
+    if geometries is None:
+        used = [i for i, field in enumerate(schema) if _is_used(source, field.name, field.type)]
+    else:
+        of_rows = [has_texts(field.type) or numbers_of(field.type) is not None for field in schema]
+        used = [i for i, name in enumerate(names) if of_rows[i] or name == geometries.name]
     if not used:
-        return schema.empty_table(), schema
+        return Columns(schema.empty_table(), schema, None)
     if is_parquet:
         used_names = [names[i] for i in used]
         _check_parquet(source, file.metadata, {name: schema.field(name).type for name in used_names})
-        if STRAND in used_names and is_text(schema.field(STRAND).type):
-            # Read each text once: a long one may be in many rows.
-            file = parquet.ParquetFile(pa.BufferReader(buffer), metadata=file.metadata, read_dictionary=[STRAND])
-        table = file.read(columns=used_names).select(used_names)
+        # Read each text once: a long one may be in many rows. The same holds for geometries.
+        coded = [name for name in used_names if _is_bytes(schema.field(name).type)]
+        if coded:
+            file = parquet.ParquetFile(pa.BufferReader(buffer), metadata=file.metadata, read_dictionary=coded)
+        if geometries is None:
+            table = file.read(columns=used_names).select(used_names)
+        else:
+            batches = _limited(source, file.iter_batches(_BATCH, columns=used_names))
+            table = pa.Table.from_batches(batches, None if batches else file.schema_arrow).select(used_names)
     else:
         reader = open_ipc(buffer, options=pa.ipc.IpcReadOptions(included_fields=used))
         table = pa.Table.from_batches(_batches(source, reader), reader.schema)
     table.validate(full=True)
-    return table, schema
+    return Columns(table, schema, geometries)
 
 
 def numbers_of(kind: Any) -> tuple[Any, list[int]] | None:
@@ -71,6 +102,15 @@ def numbers_of(kind: Any) -> tuple[Any, list[int]] | None:
 def is_text(kind: Any) -> bool:
     """Return whether values of a type are texts."""
     return bool(pa.types.is_string(kind) or pa.types.is_large_string(kind))
+
+
+def has_texts(kind: Any) -> bool:
+    """Return whether values of a type are texts, which may be in a dictionary."""
+    return is_text(kind.value_type if pa.types.is_dictionary(kind) else kind)
+
+
+def _is_bytes(kind: Any) -> bool:
+    return is_text(kind) or bool(pa.types.is_binary(kind) or pa.types.is_large_binary(kind))
 
 
 def _is_number(kind: Any) -> bool:
@@ -106,9 +146,14 @@ def _check_parquet(source: Source, facts: Any, columns: dict[str, Any]) -> None:
 def _batches(source: Source, reader: Any) -> list[Any]:
     """Read the batches of an Arrow file or stream, up to a limit."""
     is_file = isinstance(reader, pa.ipc.RecordBatchFileReader)
+    return _limited(source, map(reader.get_batch, range(reader.num_record_batches)) if is_file else reader)
+
+
+def _limited(source: Source, given: Iterable[Any]) -> list[Any]:
+    """Return batches; refuse more bytes than a file of this size unpacks to."""
     batches = []
     n_bytes = 0
-    for batch in map(reader.get_batch, range(reader.num_record_batches)) if is_file else reader:
+    for batch in given:
         columns = (column.indices if pa.types.is_dictionary(column.type) else column for column in batch.columns)
         n_bytes += sum(column.nbytes for column in columns)
         source.check_unpacked(n_bytes)

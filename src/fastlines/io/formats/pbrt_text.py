@@ -155,7 +155,7 @@ class Includes:
         self.n_read += len(data)
         if self.n_read > UNPACK_FACTOR * self.n_unique + UNPACK_BYTES:
             raise words.error(f"includes {text[:80]!r} too often; {self.n_read} bytes would be read in all")
-        source = Source(data, f"{self.main.name}, included {text[:80]!r}")
+        source = Source(data, f"{self.main.name}, included {text[:80]!r}").as_utf8()
         source.oddities = self.main.oddities
         return Words(source)
 

@@ -32,6 +32,7 @@ _LOCK = threading.Lock()
 
 _COMMENTS = re.compile(r"(?:\s*#[^\n]*\n)*")
 _QUOTED_START = re.compile(rf"(['\"]){START}", re.IGNORECASE)
+_QUOTED = re.compile(r"\s*(['\"])(.*)\1\s*")
 _ENDS = re.compile(r"(?:\)|\bEMPTY)\s*;?\s*$", re.IGNORECASE)
 _BINARY = re.compile(r"\s*(?:\\x)?0[01](?:[0-9A-F]{2}){8,}\s*", re.IGNORECASE)
 
@@ -134,7 +135,8 @@ def _plain(source: Source, text: str, invalid: str, radius: str | None) -> Lines
         lines = [(1, "\n".join(line for _, line in lines))]
     wkt = Wkt()
     for number, line in lines:
-        wrong = wkt.add(line, number)
+        quoted = _QUOTED.fullmatch(line)
+        wrong = wkt.add(quoted[2] if quoted else line, number)
         if wrong is not None:
             raise source.error(f"line {number}: {wrong}; expected a LINESTRING or another geometry")
     return _lines(source, wkt, [], -1, [(number, []) for number, _ in lines], 0, invalid, radius)
