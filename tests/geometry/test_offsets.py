@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import pickle
 import warnings
@@ -234,6 +235,13 @@ def test_trees_in_files(tmp_path, lines):
     assert again.first_hit(origin, [0, 0, 1], 0.01).points().tolist() == pytest.approx(POINTS[3].tolist(), abs=1e-4)
 
 
+def optional_arrow():
+    try:
+        return importlib.import_module("pyarrow")
+    except ImportError:
+        return None
+
+
 def test_readers_subtract_before_they_round(tmp_path):
     """Each of these formats holds more digits than float32 in its own way."""
     west, south = 500000.123, 5300000.1
@@ -248,7 +256,13 @@ def test_readers_subtract_before_they_round(tmp_path):
         f"WorldBegin\nTranslate {west} {south} 0\n"
         'Shape "curve" "point3 P" [0 0 0 3 0 0 6 0 0 9 0 0] "float width" [1]\n'
     )
-    for name in ("a.csv", "a.geojson", "a.obj", "a.swc", "a.npy", "a.pbrt"):
+    if pa := optional_arrow():
+        ends = [[[west, south], [west + 9, south]]]
+        kind = pa.list_(pa.list_(pa.float64(), 2))
+        field = pa.field("geometry", kind, metadata={"ARROW:extension:name": "geoarrow.linestring"})
+        pq = pytest.importorskip("pyarrow.parquet")
+        pq.write_table(pa.Table.from_arrays([pa.array(ends, kind)], schema=pa.schema([field])), tmp_path / "a.parquet")
+    for name in ("a.csv", "a.geojson", "a.obj", "a.swc", "a.npy", "a.pbrt", *["a.parquet"] * (pa is not None)):
         lines = fl.read(tmp_path / name, offset="auto")
         assert lines.offset == (500005.0, 5300000.0, 0.0), name
         assert (

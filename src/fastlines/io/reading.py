@@ -110,7 +110,8 @@ def read(
     check_path(path)
     row = format_of(path, format)
     row.check_options(str(path), options)
-    with reporting(progress, "read") as callback, open_source(path, row, callback) as source:
+    with reporting(progress, "read") as callback, open_source(path, row, callback) as opened:
+        source = opened.as_utf8() if row.text else opened
         source.offset = wanted
         lines = _parse(row, source, invalid, options)
     for oddity in source.oddities:

@@ -11,12 +11,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, box_of
 from ..errors import InputError
 
 Matrix: TypeAlias = npt.NDArray[np.float64]
@@ -147,6 +148,11 @@ class VoxelGrid:
 
     def count_outside(self, points: FloatArray) -> int:
         """Return how many points in RASMM lie outside of the voxels."""
+        # Mostly the whole box of the points is inside.
+        corners = np.array(list(product(*box_of(points).T)))
+        return self._count_outside(points) if len(points) and self._count_outside(corners) else 0
+
+    def _count_outside(self, points: FloatArray) -> int:
         if self.voxel_to_rasmm is None:
             return 0
         at = transform(inverse(self.voxel_to_rasmm[:3]), points) + 0.5
