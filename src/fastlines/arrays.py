@@ -228,7 +228,17 @@ def is_far(points: npt.NDArray[np.float32]) -> bool:
     return not far * 2.0**-24 <= size * COARSE  # true for NaN
 
 
-def warn_of_rounding(given: npt.ArrayLike, rounded: npt.NDArray[np.float32], stacklevel: int = 3) -> None:
+#: How lines keep the digits that float32 loses, and how other primitives do.
+OFFSET_ADVICE = (
+    "offset='auto' where lines are read or made keeps these digits (--option offset=auto on the command line)"
+)
+FLOAT64_ADVICE = "write a format whose coordinates are float64, such as .tck, .trx, .vtp or .npz"
+SHIFT_ADVICE = "subtract the middle of the scene from them and from the origins of rays"
+
+
+def warn_of_rounding(
+    given: npt.ArrayLike, rounded: npt.NDArray[np.float32], stacklevel: int = 3, advice: str = OFFSET_ADVICE
+) -> None:
     """Warn if the scene is so far from zero, for its size, that float32 rounds its coordinates noticeably.
 
     Invalid rows are reported elsewhere. By default the warning is for the caller of the function that calls this one.
@@ -244,8 +254,7 @@ def warn_of_rounding(given: npt.ArrayLike, rounded: npt.NDArray[np.float32], sta
     lost = float(np.abs(points - kept[good]).max())
     if lost > size * COARSE > 0:
         warnings.warn(
-            f"float32 rounds coordinates of up to {far:g}, in a scene of size {size:g}, by up to {lost:.2g}; "
-            "subtract the middle of the scene from them and from the origins of rays",
+            f"float32 rounds coordinates of up to {far:g}, in a scene of size {size:g}, by up to {lost:.2g}; {advice}",
             PrecisionWarning,
             stacklevel=stacklevel,
         )

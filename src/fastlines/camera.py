@@ -18,7 +18,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from .arrays import FloatArray, check_fields, count, number
+from .arrays import COARSE, AnyArray, FloatArray, check_fields, count, number
 from .errors import InputError
 from .geometry.any_geometry import AnyGeometry
 from .support.vectors import dot
@@ -90,16 +90,14 @@ class Camera:
         """Return the unit vectors to the right, up and forward in the picture, as a (3, 3) float64 array."""
         return _axes(np.subtract(self.target, self.origin), self.up)
 
-    def rays(self, width: int, height: int) -> tuple[FloatArray, FloatArray]:
+    def rays(self, width: int, height: int) -> tuple[AnyArray, FloatArray]:
         """Return rays through the pixel centres, row by row from the top left of a picture of this size.
 
-        Returns
-        -------
-        origins, directions : (height * width, 3) float32
-            The directions are of unit length.
+        Origins and directions are (height * width, 3) float32, and directions of unit length. Origins are float64 where
+        float32 is too coarse for the view.
         """
         directions = self.directions(width, height).reshape(-1, 3)
-        return np.full(directions.shape, self.origin, np.float32), directions
+        return self._origins(directions), directions
 
     def directions(
         self, width: int, height: int, rows: slice | None = None, at: tuple[float, float] = (0.5, 0.5)
@@ -117,8 +115,7 @@ class Camera:
 
         Returns
         -------
-        (n_rows, width, 3) float32
-            Unit vectors.
+        Unit vectors, (n_rows, width, 3) float32.
         """
         tan_x, tan_y = self._tangents(width, height)
         right, up, forward = self.axes()
@@ -142,7 +139,7 @@ class Camera:
         """
         return self._tangents(1, height)[1] / height
 
-    def ray(self, x: npt.ArrayLike, y: npt.ArrayLike, width: int, height: int) -> tuple[FloatArray, FloatArray, float]:
+    def ray(self, x: npt.ArrayLike, y: npt.ArrayLike, width: int, height: int) -> tuple[AnyArray, FloatArray, float]:
         """Return the ray through a point of the picture, or through several, for picking.
 
         Parameters
@@ -156,7 +153,7 @@ class Camera:
         Returns
         -------
         origin, direction : (3,) or (…, 3) float32
-            The direction is of unit length.
+            As `rays` returns them.
         spread : float
             That of half a pixel, ``self.spread(height)``.
 
@@ -181,12 +178,12 @@ class Camera:
         directions = forward + upwards[..., None] * up + across[..., None] * right
         directions /= np.sqrt((directions**2).sum(axis=-1, keepdims=True))
         directions = np.asarray(directions, np.float32)
-        return np.full(directions.shape, self.origin, np.float32), directions, self.spread(height)
+        return self._origins(directions), directions, self.spread(height)
 
     def through_lens(
         self, directions: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return rays from points of the lens that meet the rays from the pinhole where they are in focus.
+    ) -> tuple[AnyArray, FloatArray]:
+        """Return rays from points of the lens that meet the rays from the pinhole where they are in focus, as `rays`.
 
         Parameters
         ----------
@@ -194,11 +191,6 @@ class Camera:
             The directions of rays from the pinhole, as `ray` and `rays` return them.
         u, v : (…) array_like
             Uniform numbers from 0 to 1, which choose the point of the lens.
-
-        Returns
-        -------
-        origins, directions : (…, 3) float32
-            The directions are of unit length.
 
         Raises
         ------
@@ -230,7 +222,7 @@ class Camera:
         on_lens = radius * (np.cos(turn) * right + np.sin(turn) * up)
         ways = (self.focus / depth)[..., None] * pinhole - on_lens
         ways /= np.sqrt(dot(ways, ways))[..., None]
-        return np.asarray(self.origin + on_lens, np.float32), np.asarray(ways, np.float32)
+        return self._origins(on_lens, on_lens), np.asarray(ways, np.float32)
 
     def orbit(self, degrees: float) -> Camera:
         """Return the camera after a turn about the upward axis through its target; from above, counter-clockwise.
@@ -335,6 +327,11 @@ class Camera:
         target = apex - min(nearest) * axes[2]
         return cls(_vector(apex, "origin"), _vector(target, "target"), upwards, fov_degrees)
 
+    def _origins(self, like: AnyArray, beside: npt.ArrayLike = 0.0) -> AnyArray:
+        """Return the origin as often as `like` has vectors, or points beside it, in float64 if float32 is coarse."""
+        is_coarse = max(map(abs, self.origin)) * 2.0**-24 > math.dist(self.origin, self.target) * COARSE
+        return np.full(like.shape, np.add(self.origin, beside), np.float64 if is_coarse else np.float32)
+
     def _tangents(self, width: int, height: int) -> tuple[float, float]:
         """Return half the extent of the picture at depth 1."""
         tan = math.tan(math.radians(self.fov_degrees) / 2)
@@ -368,7 +365,7 @@ def _to_frame(geometry: AnyGeometry | npt.ArrayLike) -> tuple[Float64Array, Floa
     if isinstance(geometry, AnyGeometry):
         known, radii = geometry.span()
         if len(known):
-            return known.astype(np.float64), radii.astype(np.float64)
+            return known.astype(np.float64) + geometry.offset, radii.astype(np.float64)
         geometry = []
     elif np.shape(geometry) == (2, 3):
         low, high = np.asarray(geometry, np.float64)

@@ -253,6 +253,16 @@ class Tree(PlacedTree):
             core = CompiledBackend(engine, view, (KERNELS[kernel],))
         return Query(backend_of(self.geometry, core, rays), rays, self.geometry, given.progress)
 
+    def without_offset(self) -> Tree:
+        """Return the tree over the same lines without their offset: rays and points are then less it."""
+        geometry = self.geometry.without_offset()
+        if geometry is self.geometry:
+            return self
+        made = object.__new__(type(self))
+        made.__dict__.update(self.__dict__)
+        made.__dict__["geometry"] = geometry
+        return made
+
     def refit(self, lines: Lines | npt.ArrayLike, *, progress: ProgressOption = False) -> Tree:
         """Make the same tree over segments that have moved: same nodes and pieces, boxes fitted anew.
 

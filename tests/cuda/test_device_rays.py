@@ -24,6 +24,20 @@ def on_device(array: Any) -> DeviceArray:
     return DeviceArray(np.array(array, np.float32))
 
 
+def test_lines_with_an_offset_are_refused(device: EmulatedDevice) -> None:
+    tree = fl.build(fl.lines(LINES, offset=(1, 0, 0)))
+    placed = tree.to("cuda")
+    with pytest.raises(
+        fl.InputError,
+        match=r"have an offset, \(1.0, 0.0, 0.0\).*pass rays as NumPy arrays, or query tree.without_offset",
+    ):
+        placed.first_hit(on_device(ORIGINS), on_device(DIRECTIONS), 0.01)
+    placed.without_offset().first_hit(on_device(ORIGINS), on_device(DIRECTIONS), 0.01)
+    assert placed.first_hit(ORIGINS, DIRECTIONS, 0.01).t.tobytes() == (
+        tree.first_hit(ORIGINS, DIRECTIONS, 0.01).t.tobytes()
+    )
+
+
 def assert_same(got: Any, expected: Any) -> None:
     if not isinstance(got, DeviceHits):
         got, expected = {"answer": got}, {"answer": expected}

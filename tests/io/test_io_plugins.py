@@ -56,6 +56,16 @@ def install(install_format):
     return add
 
 
+def test_an_offset_is_subtracted_and_added_for_formats_of_others(install, tmp_path):
+    install("fastlines-pairs", PAIRS)
+    (tmp_path / "a.pairs").write_bytes(b"8000 0 0 8002 0 0\n")
+    lines = fl.read(tmp_path / "a.pairs", offset="auto")
+    assert (lines.offset, lines.segments[0, 0].tolist()) == ((8001.0, 0.0, 0.0), [-1, 0, 0])
+    with pytest.warns(fl.FileWarning, match="the colour of the day"):
+        fl.write(tmp_path / "b.pairs", lines)
+    assert fl.read(tmp_path / "b.pairs").segments.tolist() == [[[8000, 0, 0], [8002, 0, 0]]]
+
+
 def format_code(name, *extensions):
     return f"from fastlines.io import Format\nFORMAT = Format({name!r}, {extensions!r}, '', module=__name__)"
 

@@ -17,6 +17,7 @@ from ..camera import Camera
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry, counted
 from ..geometry.lines import Lines
+from ..geometry.offsets import AUTO, OFFSET, Offset, check_offset
 from ..io import Format, extension_of, format_of, read
 from ..io.reading import check_path
 from ..support.atomic_write import atomic_write, check_target
@@ -89,12 +90,22 @@ def open_input(
     invalid = "skip" if skip_invalid else "error"
     row = format_of(path, format)
     given_options = format_options(options, row.options() if options else {})
+    if OFFSET in given_options:
+        given_options[OFFSET] = _offset(given_options[OFFSET])
     lines = read(path, invalid=invalid, format=format, progress=show_progress(), **given_options)
     if lines.n_skipped:
         what = counted(lines.n_skipped, "rows" if lines.has_parts else lines.noun)
         were = "was" if lines.n_skipped == 1 else "were"
         note(f"{text}: {what} with NaN or Inf {were} left out")
     return Source(text, lines, format=row)
+
+
+def _offset(text: str) -> Offset | str:
+    """Read "auto" or three numbers separated by commas."""
+    try:
+        return check_offset(text if text == AUTO else text.split(","))
+    except InputError:
+        raise InputError(f"--option {OFFSET} is {text!r}; expected auto, or three numbers such as 500000,0,0") from None
 
 
 def open_tree(text: str) -> Tree:

@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
+from ..geometry.offsets import NO_OFFSET
 from ..query.ray_arguments import RayArguments
 from ..query.rays import limits_of, require_radius, scene_bounds
 from .backend import CudaBackend, RaysOnDevice
@@ -102,6 +103,12 @@ def check_device_query(
     for name, is_given in refused.items():
         if is_given:
             raise InputError(f"rays in the memory of a GPU take no {name}=; leave it out, or pass NumPy arrays")
+    if geometry.offset != NO_OFFSET:
+        raise InputError(
+            f"the lines have an offset, {geometry.offset}, which is subtracted from origins in float64, and rays in "
+            "the memory of a GPU are float32; pass rays as NumPy arrays, or query tree.without_offset() with rays less "
+            "the offset"
+        )
     if not given.has_spread:
         require_radius(geometry, given.radius)
     bounds = scene_bounds(geometry, box)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, ClassVar, TypeAlias
 
@@ -14,6 +15,7 @@ from ..arrays import AnyArray, FloatArray, IntArray, did_you_mean, is_text
 from ..errors import InputError
 from ..support.display import Shown
 from .hit_places import Float64Array, HitPlaces, interpolate, require_numbers
+from .offsets import NO_OFFSET, OFFSET, Offset, offset_of
 from .summary import summary_of
 
 #: What the core gets: the name of the kind of primitives, and a row of numbers for each.
@@ -315,6 +317,17 @@ class AnyGeometry(Shown, ABC):
 
     #: What is known of the whole, as JSON holds it; read-only.
     metadata: Mapping[str, Any] = NO_ATTRIBUTES
+
+    @property
+    def offset(self) -> Offset:
+        """What was subtracted from x, y and z in float64, and is added to points again; see `fastlines.read`."""
+        return offset_of(self.metadata)
+
+    def without_offset(self) -> AnyGeometry:
+        """Return the same primitives, whose coordinates are those in their arrays."""
+        if self.offset == NO_OFFSET:
+            return self
+        return replace(self, metadata={name: v for name, v in self.metadata.items() if name != OFFSET})
 
     #: What `fastlines info` calls it.
     heading: ClassVar[str] = "shapes"

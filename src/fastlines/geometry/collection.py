@@ -18,6 +18,7 @@ from .any_geometry import NO_ATTRIBUTES, AnyGeometry, counted
 from .foreign import lines
 from .hit_places import Float64Array, HitPlaces
 from .kinds import KINDS
+from .offsets import NO_OFFSET, Offset
 from .summary import summary_of
 from .user_primitives import UserPrimitives, has_user_methods
 
@@ -60,6 +61,9 @@ class Geometry(AnyGeometry):
                 what = "class" if isinstance(part, type) else type(part).__name__
                 raise InputError(f"part {i} is a {what}; expected one of {_names()}")
         object.__setattr__(self, "parts", parts)
+        if len(offsets := {part.offset for part in parts if part.has_axes}) > 1:
+            several = " and ".join(map(str, sorted(offsets)))
+            raise InputError(f"parts have different offsets, {several}; read or make all of them with the same offset=")
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         object.__setattr__(self, "parts", state["parts"])
@@ -328,6 +332,15 @@ class Geometry(AnyGeometry):
     def metadata(self) -> Mapping[str, Any]:  # type: ignore[override]
         """The metadata of the first part that has any."""
         return next((part.metadata for part in self.parts if part.metadata), NO_ATTRIBUTES)
+
+    @property
+    def offset(self) -> Offset:
+        """The offset of lines and curves, which all have the same; triangles and boxes are to be less it, too."""
+        return next((part.offset for part in self.parts if part.has_axes), NO_OFFSET)
+
+    def without_offset(self) -> AnyGeometry:
+        """See `AnyGeometry`."""
+        return self if self.offset == NO_OFFSET else Geometry([part.without_offset() for part in self.parts])
 
     def summary(self) -> dict[str, Any]:
         """See `AnyGeometry`."""

@@ -27,6 +27,7 @@ from ..arrays import (
 from ..errors import InputError
 from ..support.immutable import own
 from .bezier import Float64Array
+from .offsets import reduced
 from .spline_bases import find_spans
 
 BoolArray = npt.NDArray[np.bool_]
@@ -185,10 +186,11 @@ def convert_strands(
         )
 
 
-def valid(made: Converted, invalid: str) -> dict[str, Any]:
-    """Round to float32, and leave out or refuse what is invalid; return the fields of `Curves`."""
-    control = own_float32(made.control, "control")
-    warn_of_rounding(made.control, control, 4)
+def valid(made: Converted, invalid: str, offset: Any = None) -> dict[str, Any]:
+    """Round to float32, less the offset, and leave out or refuse what is invalid; return the fields of `Curves`."""
+    given, facts = reduced(made.control, offset)
+    control = own_float32(given, "control")
+    warn_of_rounding(given, control, 4)
     radius = None if made.radius is None else own_float32(made.radius, "radius")
     bad = made.bad | unusable(control)
     if radius is not None:
@@ -197,7 +199,8 @@ def valid(made: Converted, invalid: str) -> dict[str, Any]:
         refuse_rows(bad, "curves", "; fix them, or leave them out with invalid='skip'")
     columns = made._asdict() | {"control": control, "radius": radius}
     del columns["bad"]
-    return {name: _without(bad, values) for name, values in columns.items()} | {"skipped": np.flatnonzero(bad)}
+    kept = {name: _without(bad, values) for name, values in columns.items()}
+    return kept | {"skipped": np.flatnonzero(bad), "metadata": facts}
 
 
 def _without(bad: BoolArray, values: Any) -> Any:

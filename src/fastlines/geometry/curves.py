@@ -25,7 +25,6 @@ from ..arrays import (
 )
 from ..errors import InputError
 from ..support.immutable import frozen
-from ..support.metadata import read_only
 from .any_geometry import AnyGeometry, Section
 from .axis_geometry import AxisGeometry
 from .bezier import Float64Array, evaluate, largest
@@ -33,6 +32,7 @@ from .curve_input import check_attributes, check_columns, convert_bezier, conver
 from .curve_pieces import Pieces, as_places, cut_curves
 from .hit_places import HitPlaces, unit
 from .lines import AXES, Lines, check_unit
+from .offsets import checked_metadata
 
 
 class CurvePoints(NamedTuple):
@@ -61,8 +61,7 @@ class Curves(AxisGeometry):
     attributes : mapping of str to array
         Any other arrays, one row per curve.
     end_attributes : mapping of str to array
-        What is known at both ends of each curve, (n, 2, …). `attributes` has the value of the first end, by the same
-        name.
+        What is known at both ends, (n, 2, …). `attributes` has the value of the first end, by the same name.
     skipped : (k,) int64
         Rows of the input that were left out because of ``invalid="skip"``.
     up : {"x", "y", "z"}, optional
@@ -112,7 +111,7 @@ class Curves(AxisGeometry):
         if self.up is not None:
             choice("up", self.up, AXES)
         check_unit(self.unit)
-        object.__setattr__(self, "metadata", read_only(self.metadata))
+        object.__setattr__(self, "metadata", checked_metadata(self.metadata))
         if self.tolerance is not None:
             tolerance = number("tolerance", self.tolerance, "a length above 0, or None for the default", LEAST)
             object.__setattr__(self, "tolerance", tolerance)
@@ -152,10 +151,10 @@ class Curves(AxisGeometry):
 
         Each curve is halved until the swept balls of each piece differ from those of its part of the curve by at most
         the tolerance (Hausdorff distance), and so does the point of the piece from that of the curve with the same
-        parameter. `curve_pieces.py` derives the bound and the default tolerance. Two things come on top:
+        parameter. `curve_pieces.py` derives the bound and the default tolerance.
 
-        - The ends of pieces are rounded to float32.
-        - A curve has at most 4096 pieces; a `PrecisionWarning` reports those that would need more.
+        The ends of pieces are rounded to float32. A curve has at most 4096 pieces; a `PrecisionWarning` reports those
+        that would need more.
 
         A curve whose control points are all equal is one piece of length zero, with its largest radius.
         """
@@ -208,8 +207,8 @@ class Curves(AxisGeometry):
         Returns
         -------
         CurvePoints
-            ``points`` and ``tangents``, (…, 3), and ``radius``, (…); 0 if the curves have none. Where a curve stands
-            still, as at a cusp, the tangent is where it goes on; for a curve that is one point, it is NaN.
+            ``points`` and ``tangents``, (…, 3), and ``radius``, (…); 0 if there is none. Where a curve stands still, as
+            at a cusp, the tangent is where it goes on; for a curve that is one point, it is NaN.
 
         Examples
         --------
@@ -224,7 +223,9 @@ class Curves(AxisGeometry):
         radius = np.zeros(len(flat))
         if self.radius is not None:
             radius = np.maximum(evaluate(self.radius[flat, :, None].astype(np.float64), along)[0][:, 0], 0)
-        return CurvePoints(points.reshape(*at.shape, 3), tangents.reshape(*at.shape, 3), radius.reshape(at.shape))
+        return CurvePoints(
+            points.reshape(*at.shape, 3) + self.offset, tangents.reshape(*at.shape, 3), radius.reshape(at.shape)
+        )
 
     # --- What a kind of geometry answers ---
 
@@ -269,7 +270,7 @@ class Curves(AxisGeometry):
 
     def axis_points(self, prim: IntArray, u: AnyArray) -> Float64Array:
         """See `AnyGeometry`."""
-        return np.asarray(self.evaluate(prim, u).points, np.float64)
+        return np.asarray(self.evaluate(prim, u).points - self.offset, np.float64)
 
     def radius_at(self, prim: IntArray, u: Float64Array) -> Float64Array:
         """See `AxisGeometry`."""
@@ -285,7 +286,8 @@ class Curves(AxisGeometry):
     def drawn(self, rows: IntArray) -> Sequence[AnyGeometry]:
         """Return a few chords of each curve."""
         at = self.evaluate(rows[:, None], np.linspace(0, 1, self.strokes + 1))
-        points, radii = (np.stack([v[:, :-1], v[:, 1:]], axis=2).astype(np.float32) for v in (at.points, at.radius))
+        both = at.points - self.offset, at.radius
+        points, radii = (np.stack([v[:, :-1], v[:, 1:]], axis=2).astype(np.float32) for v in both)
         radius = None if self.radius is None else radii.reshape(-1, 2)
         return (Lines(points.reshape(-1, 2, 3), radius=radius, up=self.up),)
 
@@ -297,8 +299,7 @@ class Curves(AxisGeometry):
     def as_lines(self) -> Lines:
         """Return the pieces as lines with the attributes of the curves.
 
-        Values at both ends of a curve are interpolated linearly in its parameter. Integers and booleans are those of
-        the nearer end.
+        Values at both ends are interpolated linearly in the parameter; integers and booleans are those of the nearer.
         """
         return self.pieces.with_attributes(self.attributes, self.end_attributes)
 
@@ -313,6 +314,7 @@ class Curves(AxisGeometry):
         end_attributes: Mapping[str, npt.ArrayLike] | None = None,
         up: str | None = None,
         tolerance: float | None = None,
+        offset: Any = None,
         invalid: str = "error",
     ) -> Curves:
         """Make curves of Bezier control points.
@@ -323,11 +325,10 @@ class Curves(AxisGeometry):
             Converted to float32.
         radius : number, (n,), (n, 2) or (n, 4) array, optional
             One for all; one for each curve; one for each end, linear between them; or the Bezier coefficients.
-        strands, attributes, end_attributes, up, tolerance
-            As in `Curves`.
+        strands, attributes, end_attributes, up, tolerance, offset
+            As in `Curves`; the offset as in `Lines.from_segments`.
         invalid : {"error", "skip"}
-            Refuse curves that hold NaN, Inf, a coordinate beyond 1e30 or a radius outside of 0 to 1e30, or leave them
-            out and record their rows in ``skipped``.
+            Refuse curves with NaN, Inf, a coordinate beyond 1e30 or a radius outside of 0 to 1e30, or leave them out.
 
         Raises
         ------
@@ -335,7 +336,7 @@ class Curves(AxisGeometry):
             If the shape, the type or a value cannot be used.
         """
         made = convert_bezier(control, radius, strands, attributes, end_attributes, invalid)
-        return cls(**valid(made, invalid), up=up, tolerance=tolerance)
+        return cls(**valid(made, invalid, offset), up=up, tolerance=tolerance)
 
     @classmethod
     def from_strands(
@@ -350,6 +351,7 @@ class Curves(AxisGeometry):
         attributes: Mapping[str, npt.ArrayLike] | None = None,
         up: str | None = None,
         tolerance: float | None = None,
+        offset: Any = None,
         invalid: str = "error",
     ) -> Curves:
         """Make curves of splines, with the meaning that USD's BasisCurves give to bases, wraps and points.
@@ -377,10 +379,8 @@ class Curves(AxisGeometry):
             Per point; each curve has the values at both ends (`end_attributes`). At an end of a B-spline's curve,
             floating-point values are the mean of three points with the weights 1/6, 4/6, 1/6, as the curve itself is;
             others are those of the middle one.
-        up, tolerance
-            As in `Curves`.
-        invalid : {"error", "skip"}
-            Refuse points as in `from_bezier`, or leave out each curve that depends on one of them.
+        up, tolerance, offset, invalid
+            As in `from_bezier`; each curve that depends on an invalid point is left out.
 
         Raises
         ------
@@ -397,4 +397,4 @@ class Curves(AxisGeometry):
         [1. 0. 0.]
         """
         made = convert_strands(points, counts, basis, wrap, radius, tangents, attributes, invalid)
-        return cls(**valid(made, invalid), up=up, tolerance=tolerance)
+        return cls(**valid(made, invalid, offset), up=up, tolerance=tolerance)

@@ -25,15 +25,17 @@ import numpy as np
 from ..arrays import INVALID, AnyArray, IntArray, choice, kind_of, to_integers
 from ..errors import FileWarning, InputError
 from .lines import Lines, as_lines
+from .making import Making
 from .map_features import of_features
+from .offsets import check_offset, with_offset
 from .strand_attributes import with_strand_values
-from .vtk_objects import Warn, of_vtk
+from .vtk_objects import of_vtk
 
 #: What a warning says of points without z.
 _FLAT = "the points have two coordinates, x and y; z is 0"
 
 
-def lines(obj: Any, *, invalid: str = "error") -> Lines:
+def lines(obj: Any, *, offset: Any = None, invalid: str = "error") -> Lines:
     """Make lines of an object of another library, of polylines, or of an array of segments.
 
     Parameters
@@ -64,6 +66,8 @@ def lines(obj: Any, *, invalid: str = "error") -> Lines:
         says so.
 
         Values by the name ``radius`` become the radius.
+    offset : "auto" or three numbers, optional
+        Subtracted from x, y and z in float64 before they are rounded to float32; see `fastlines.read`.
     invalid : {"error", "skip"}
         Refuse segments that hold NaN or Inf, or leave them out, as in `Lines.from_segments`.
 
@@ -89,33 +93,35 @@ def lines(obj: Any, *, invalid: str = "error") -> Lines:
     """
     choice("invalid", invalid, INVALID)
     told: list[str] = []
-    made = _lines_of(obj, invalid, told.append)
+    made = _lines_of(obj, Making(invalid, check_offset(offset), told.append))
+    if isinstance(obj, Lines) and offset is not None and obj.offset != check_offset(offset):
+        made = with_offset(obj, offset)
     for text in told:
         warnings.warn(text, FileWarning, stacklevel=2)
     return made
 
 
-def _lines_of(obj: Any, invalid: str, warn: Warn) -> Lines:
-    """Make lines of an object; `warn` takes what is left out, in words."""
+def _lines_of(obj: Any, how: Making) -> Lines:
+    """Make lines of an object."""
     if isinstance(obj, Lines):
         return obj
     if isinstance(obj, type):
         raise InputError(f"lines are a class, {obj.__name__}; expected an object of it")
     if _has(obj, "tractogram"):
-        return _lines_of(obj.tractogram, invalid, warn)
+        return _lines_of(obj.tractogram, how)
     if _has(obj, "streamlines", "data_per_point") or _has(obj, "streamlines", "data_per_vertex"):
-        return _of_tractogram(obj, invalid, warn)
+        return _of_tractogram(obj, how)
     if _is_sequence(obj):
-        return Lines.from_points(*_points_and_counts(obj), invalid=invalid)
+        return Lines.from_points(*_points_and_counts(obj), **how.options)
     for of_others in (of_vtk, of_features):
-        if (made := of_others(obj, invalid, warn)) is not None:
+        if (made := of_others(obj, how)) is not None:
             return made
     if _has(obj, "entities", "vertices"):
-        return _of_path(obj, invalid)
+        return _of_path(obj, how)
     if isinstance(obj, Iterator):
-        return _lines_of(list(obj), invalid, warn)
+        return _lines_of(list(obj), how)
     if isinstance(obj, list | tuple) or (isinstance(obj, np.ndarray) and obj.dtype == object and obj.ndim == 1):
-        return _of_list(obj, invalid, warn)
+        return _of_list(obj, how)
     if _has(obj, "control", "pieces"):
         raise InputError("lines are Curves; curves.pieces.lines are lines, and build takes curves as they are")
     if _has(obj, "geometry", "first_hit"):
@@ -123,7 +129,7 @@ def _lines_of(obj: Any, invalid: str, warn: Warn) -> Lines:
             f"lines are a {type(obj).__name__}; expected lines: pass tree.geometry, or save the tree by tree.save"
         )
     array = to_array(obj)
-    return as_lines(_in_space(array, warn) if _shape(array)[1:] == (2, 2) else array, invalid=invalid)
+    return as_lines(_in_space(array, how) if _shape(array)[1:] == (2, 2) else array, **how.options)
 
 
 def to_array(obj: Any) -> Any:
@@ -183,7 +189,7 @@ def _points_and_counts(sequence: Any) -> tuple[AnyArray, IntArray]:
     return data[np.repeat(offsets - starts, counts) + np.arange(int(counts.sum()))], counts
 
 
-def _of_tractogram(obj: Any, invalid: str, warn: Warn) -> Lines:
+def _of_tractogram(obj: Any, how: Making) -> Lines:
     """Make lines of a tractogram of nibabel or a TrxFile."""
     is_trx = not _has(obj, "data_per_point")
     points, counts = _points_and_counts(obj.streamlines)
@@ -202,12 +208,12 @@ def _of_tractogram(obj: Any, invalid: str, warn: Warn) -> Lines:
         for name, values in _items(obj.data_per_streamline)
     }
     if left_out := [name for name in ("groups", "data_per_group") if len(getattr(obj, name, None) or ())]:
-        warn(f"{' and '.join(left_out)} of {kind_of(obj)} are not read")
+        how.warn(f"{' and '.join(left_out)} of {kind_of(obj)} are not read")
     for name, values in per_strand.items():
         if len(values) != len(counts):
             raise InputError(f"{name!r} has {len(values)} values; expected one for each streamline, {len(counts)}")
     radius = per_point.pop("radius", None)
-    made = Lines.from_points(points, counts, radius=radius, attributes=per_point, invalid=invalid)
+    made = Lines.from_points(points, counts, radius=radius, attributes=per_point, **how.options)
     if "radius" in per_strand:
         of_strands = per_strand.pop("radius")
         if radius is None and of_strands.ndim == 1:
@@ -218,7 +224,7 @@ def _of_tractogram(obj: Any, invalid: str, warn: Warn) -> Lines:
     return replace(made, unit="mm", up="z") if is_trx or affine is not None else made
 
 
-def _of_path(obj: Any, invalid: str) -> Lines:
+def _of_path(obj: Any, how: Making) -> Lines:
     """Make lines of the entities of a Path3D."""
     vertices = np.asarray(obj.vertices)
     if vertices.ndim != 2 or vertices.shape[1] != 3:
@@ -226,32 +232,32 @@ def _of_path(obj: Any, invalid: str) -> Lines:
             f"{kind_of(obj)} has vertices of shape {vertices.shape}; expected (m, 3), as to_3D() makes them"
         )
     parts = [np.asarray(entity.discrete(vertices, scale=obj.scale)) for entity in obj.entities]
-    made = Lines.from_strands([part.reshape(-1, 3) for part in parts], invalid=invalid)
+    made = Lines.from_strands([part.reshape(-1, 3) for part in parts], **how.options)
     unit = getattr(obj, "units", None)
     return replace(made, unit=unit) if isinstance(unit, str) and unit else made
 
 
-def _of_list(obj: Any, invalid: str, warn: Warn) -> Lines:
+def _of_list(obj: Any, how: Making) -> Lines:
     """Make lines of points and offsets, of polylines, or of nested numbers."""
     if isinstance(obj, tuple) and len(obj) == 2:
         points, offsets = (to_array(part) for part in obj)
         if np.ndim(points) == 2 and np.ndim(offsets) == 1:
-            points = _in_space(points, warn) if _shape(points)[1] == 2 else points
-            return _of_offsets(points, np.asarray(offsets), invalid)
+            points = _in_space(points, how) if _shape(points)[1] == 2 else points
+            return _of_offsets(points, np.asarray(offsets), how)
     lead = next((part for part in map(to_array, obj) if _shape(part) not in ((0,), (0, 3))), None)
     shape = _shape(lead)
     if len(shape) != 2 or shape[1] not in (2, 3):
-        return as_lines(obj, invalid=invalid)
+        return as_lines(obj, **how.options)
     parts = [to_array(part) for part in obj]
     if shape[1] == 2:
         parts = [_padded(part) if _shape(part)[1:] == (2,) else part for part in parts]
-        warn(_FLAT)
-    return Lines.from_strands(parts, invalid=invalid)
+        how.warn(_FLAT)
+    return Lines.from_strands(parts, **how.options)
 
 
-def _in_space(points: Any, warn: Warn) -> AnyArray:
+def _in_space(points: Any, how: Making) -> AnyArray:
     """Return points (…, 2) with z = 0, and warn."""
-    warn(_FLAT)
+    how.warn(_FLAT)
     return _padded(points)
 
 
@@ -260,7 +266,7 @@ def _padded(points: Any) -> AnyArray:
     return np.concatenate([array, np.zeros_like(array[..., :1])], axis=-1)
 
 
-def _of_offsets(points: Any, offsets: AnyArray, invalid: str) -> Lines:
+def _of_offsets(points: Any, offsets: AnyArray, how: Making) -> Lines:
     places = to_integers(offsets, "offsets")
     n = len(points)
     if not len(places) or places[0] != 0 or places[-1] != n or (np.diff(places) < 0).any():
@@ -268,7 +274,7 @@ def _of_offsets(points: Any, offsets: AnyArray, invalid: str) -> Lines:
             f"the offsets do not rise from 0 to the number of points, {n}; expected one more than there are strands; "
             "of numbers of points, Lines.from_points makes lines"
         )
-    return Lines.from_points(points, np.diff(places), invalid=invalid)
+    return Lines.from_points(points, np.diff(places), **how.options)
 
 
 def _column(values: AnyArray) -> AnyArray:

@@ -10,6 +10,7 @@ import numpy as np
 from ..arrays import AnyArray, IntArray
 from ..support.immutable import own
 from .lines import Lines
+from .offsets import OFFSET
 
 
 def join_lines(parts: Sequence[Lines], name: str, numbers: Sequence[int], warn: Callable[[str], None]) -> Lines:
@@ -18,7 +19,7 @@ def join_lines(parts: Sequence[Lines], name: str, numbers: Sequence[int], warn: 
     Parameters
     ----------
     parts : sequence of Lines
-        At least one.
+        At least one; all have the same offset.
     name : str
         The attribute that has the number of the part of each segment.
     numbers : sequence of int
@@ -53,6 +54,7 @@ def join_lines(parts: Sequence[Lines], name: str, numbers: Sequence[int], warn: 
         up=first.up,
         unit=first.unit,
         end_attributes=ends,
+        metadata={OFFSET: first.metadata[OFFSET]} if OFFSET in first.metadata else {},
     )
 
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ..arrays import (
     COORDINATE_LIMIT,
+    AnyArray,
     FloatArray,
     IntArray,
     column,
@@ -26,6 +27,7 @@ from ..arrays import (
 )
 from ..errors import InputError
 from ..support.immutable import own
+from .offsets import NO_OFFSET, check_offset
 
 Columns = Mapping[str, npt.NDArray[Any]]
 
@@ -168,17 +170,22 @@ def join_points(
     }
 
 
-def join_strands(strands: Iterable[npt.ArrayLike], radius: Any, attributes: Mapping[str, Any]) -> dict[str, Any]:
+def join_strands(
+    strands: Iterable[npt.ArrayLike], radius: Any, attributes: Mapping[str, Any], offset: Any
+) -> dict[str, Any]:
     """Join polylines and their values; return the arguments of `Lines.from_points`."""
     given = list(strands)
     parts: Sequence[FloatArray] = [_points(strand, f"strand {i}") for i, strand in enumerate(given)]
-    points = np.concatenate(parts) if parts else np.empty((0, 3), np.float32)
-    if is_far(points):
+    points: AnyArray = np.concatenate(parts) if parts else np.empty((0, 3), np.float32)
+    if parts and check_offset(offset) != NO_OFFSET:
+        points = np.concatenate([np.reshape(np.asarray(strand, np.float64), (-1, 3)) for strand in given])
+    elif is_far(points):
         warn_of_rounding(np.concatenate([np.reshape(strand, (-1, 3)) for strand in given]), points, 4)
     counts = [len(part) for part in parts]
     return {
         "points": points,
         "counts": counts,
+        "offset": offset,
         "radius": _per_point("radius", radius, counts),
         "attributes": {name: _per_point(name, values, counts) for name, values in attributes.items()},
     }

@@ -26,11 +26,11 @@ from ..arrays import (
 )
 from ..errors import InputError
 from ..support.immutable import frozen, own
-from ..support.metadata import read_only
 from ..support.vectors import dot, unit
 from .any_geometry import AnyGeometry, Section
 from .hit_places import Float64Array
-from .line_input import check_columns, convert_segments, join_points, join_strands, valid_segments
+from .line_input import Converted, check_columns, convert_segments, join_points, join_strands, valid_segments
+from .offsets import checked_metadata, reduced
 from .smooth_tangents import smooth_tangents
 from .strand_points import StrandPoints
 from .summary import summary_of
@@ -69,7 +69,7 @@ class Lines(StrandPoints):
         The unit of the coordinates, such as ``"mm"``, where the format of their file says so.
     metadata : mapping of str to value
         What is known of the lines as a whole: texts, numbers, lists and mappings of these, as JSON holds them. It is
-        read-only, and lists and arrays become tuples.
+        read-only, and lists and arrays become tuples. ``offset`` is what was subtracted from x, y and z (`offset`).
     """
 
     segments: FloatArray
@@ -95,7 +95,7 @@ class Lines(StrandPoints):
         if self.up is not None:
             choice("up", self.up, AXES)
         check_unit(self.unit)
-        object.__setattr__(self, "metadata", read_only(self.metadata))
+        object.__setattr__(self, "metadata", checked_metadata(self.metadata))
         for name in ("segments", "strands", "radius", "skipped", "end_attributes", "attributes"):
             value = getattr(self, name)
             if name == "attributes":
@@ -258,7 +258,9 @@ class Lines(StrandPoints):
 
     def moved(self, lines: Any) -> Lines:
         """See `AnyGeometry`."""
-        moved, kind = as_lines(lines), type(self)
+        moved, kind = lines if isinstance(lines, Lines) else as_lines(reduced(lines, self.offset)[0]), type(self)
+        if moved is lines and moved.offset != self.offset:
+            raise InputError(f"lines with the offset {moved.offset} were given for a tree with {self.offset}; use that")
         if moved is lines and type(moved) is not kind:
             raise InputError(f"{moved!r} was given for a tree over {kind.__name__}; pass {kind.__name__}, or an array")
         if len(moved) != len(self):
@@ -267,13 +269,17 @@ class Lines(StrandPoints):
         return moved if moved is lines else replace(self, segments=moved.segments)
 
     @classmethod
-    def from_segments(cls, segments: npt.ArrayLike, *, invalid: str = "error", **more: Any) -> Lines:
+    def from_segments(
+        cls, segments: npt.ArrayLike, *, offset: Any = None, invalid: str = "error", **more: Any
+    ) -> Lines:
         """Check an array of segments and wrap it.
 
         Parameters
         ----------
         segments : (n, 2, 3) or (n, 6) array of numbers
             Both ends of each segment. Converted to float32.
+        offset : "auto" or three numbers, optional
+            Subtracted from x, y and z in float64 before they are rounded; see `fastlines.read`.
         invalid : {"error", "skip"}
             Refuse segments that hold NaN, Inf or a coordinate beyond 1e30, or leave them out and record their rows in
             ``skipped``. The ``prim`` of a hit then counts the segments that are left; its ``row``, those of the input.
@@ -294,14 +300,19 @@ class Lines(StrandPoints):
         0 1
         """
         choice("invalid", invalid, INVALID)
-        given = convert_segments(segments, more)
+        segments, facts = reduced(segments, offset)
+        return cls._valid(convert_segments(segments, more), invalid, facts)
+
+    @classmethod
+    def _valid(cls, given: Converted, invalid: str, facts: Mapping[str, Any]) -> Lines:
+        """Leave out, or refuse, invalid rows."""
         # Mostly all segments are valid, which the constructor checks.
         try:
-            return cls(**given._asdict())
+            return cls(**given._asdict(), metadata=facts)
         except InputError:
             pass
         kept, skipped = valid_segments(given, invalid)
-        return cls(**kept._asdict(), skipped=skipped)
+        return cls(**kept._asdict(), skipped=skipped, metadata=facts)
 
     @classmethod
     def from_points(
@@ -311,6 +322,7 @@ class Lines(StrandPoints):
         *,
         radius: npt.ArrayLike | None = None,
         attributes: Mapping[str, npt.ArrayLike] | None = None,
+        offset: Any = None,
         invalid: str = "error",
     ) -> Lines:
         """Join consecutive points to strands.
@@ -326,10 +338,13 @@ class Lines(StrandPoints):
             Half the thickness, everywhere or at each point; becomes one value per end of a segment.
         attributes : mapping of str to array of m rows, optional
             Per point; each segment has the values at both ends (`end_attributes`).
-        invalid : {"error", "skip"}
+        offset, invalid
             See `from_segments`.
         """
-        return cls.from_segments(**join_points(points, counts, radius, attributes), invalid=invalid)
+        choice("invalid", invalid, INVALID)
+        points, facts = reduced(points, offset)
+        joined = join_points(points, counts, radius, attributes)
+        return cls._valid(convert_segments(joined.pop("segments"), joined), invalid, facts)
 
     @classmethod
     def from_strands(
@@ -338,6 +353,7 @@ class Lines(StrandPoints):
         *,
         radius: npt.ArrayLike | Iterable[npt.ArrayLike] | None = None,
         attributes: Mapping[str, npt.ArrayLike | Iterable[npt.ArrayLike]] | None = None,
+        offset: Any = None,
         invalid: str = "error",
     ) -> Lines:
         """Make lines of a sequence of polylines, each an (m, 3) array of points.
@@ -348,7 +364,7 @@ class Lines(StrandPoints):
         radius, attributes : optional
             As in `from_points`, for the points of all strands one after the other; or a sequence with an array for the
             points of each strand.
-        invalid : {"error", "skip"}
+        offset, invalid
             See `from_segments`.
 
         Examples
@@ -357,7 +373,7 @@ class Lines(StrandPoints):
         >>> Lines.from_strands(strands, radius=[[1, 2, 3], [0.5, 0.5]]).radius.tolist()
         [[1.0, 2.0], [2.0, 3.0], [0.5, 0.5]]
         """
-        return cls.from_points(**join_strands(strands, radius, attributes or {}), invalid=invalid)
+        return cls.from_points(**join_strands(strands, radius, attributes or {}, offset), invalid=invalid)
 
 
 def check_unit(unit: object) -> None:
@@ -366,9 +382,9 @@ def check_unit(unit: object) -> None:
         raise InputError(f"unit {unit!r} is not the name of a unit, such as 'mm'")
 
 
-def as_lines(lines: Lines | npt.ArrayLike, *, invalid: str = "error") -> Lines:
+def as_lines(lines: Lines | npt.ArrayLike, *, offset: Any = None, invalid: str = "error") -> Lines:
     """Return lines as they are; check and wrap an array of segments."""
     choice("invalid", invalid, INVALID)
     if isinstance(lines, str | os.PathLike):
         raise InputError(f"segments: {str(lines)!r} is the name of a file, not an array; fl.read reads files of lines")
-    return lines if isinstance(lines, Lines) else Lines.from_segments(lines, invalid=invalid)
+    return lines if isinstance(lines, Lines) else Lines.from_segments(lines, offset=offset, invalid=invalid)

@@ -13,7 +13,6 @@ strand. z is 0 where a geometry has none. The attribute ``feature`` is the posit
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from typing import Any
@@ -23,26 +22,25 @@ import numpy as np
 from ..arrays import AnyArray, IntArray, kind_of
 from ..errors import InputError
 from .lines import Lines
+from .making import Making
 from .strand_attributes import FEATURE, array_of, objects, with_strand_values
 
-#: Takes what is left out, in words.
-Warn = Callable[[str], None]
 #: The numbers that shapely has for types of geometries.
 _LINES, _POLYGON, _MANY = (1, 2), 3, (4, 5, 6, 7)
 #: The unit of a reference system that is not in degrees, by its name in PROJ.
 _UNITS = {"metre": "m", "foot": "ft", "kilometre": "km", "degree": "degree"}
 
 
-def of_features(obj: Any, invalid: str, warn: Warn) -> Lines | None:
+def of_features(obj: Any, how: Making) -> Lines | None:
     """Return the lines of geometries; None if the object is none."""
     if _is_geometry(obj):
-        return _of_geometries(objects([obj]), invalid, warn)
+        return _of_geometries(objects([obj]), how)
     if _has(obj, "geometry", "columns", "crs"):
-        return _of_frame(obj, invalid, warn)
+        return _of_frame(obj, how)
     if _has(obj, "geom_type", "crs"):
-        return replace(_of_geometries(objects(obj), invalid, warn), **_facts(obj.crs))
+        return replace(_of_geometries(objects(obj), how), **_facts(obj.crs))
     if isinstance(obj, list | tuple | np.ndarray) and _is_geometry(_first(obj)):
-        return _of_geometries(objects(obj), invalid, warn)
+        return _of_geometries(objects(obj), how)
     return None
 
 
@@ -56,7 +54,7 @@ def _first(obj: Any) -> object:
     return next((item for item in obj if item is not None), None)
 
 
-def _of_geometries(geometries: AnyArray, invalid: str, warn: Warn) -> Lines:
+def _of_geometries(geometries: AnyArray, how: Making) -> Lines:
     """Make a strand of each line and ring."""
     shapely = import_module("shapely")  # which made the geometries
     for i, geometry in enumerate(geometries):
@@ -83,12 +81,12 @@ def _of_geometries(geometries: AnyArray, invalid: str, warn: Warn) -> Lines:
         others[part.geom_type] = others.get(part.geom_type, 0) + 1
     if others:
         counted = ", ".join(f"{n} {kind}" for kind, n in others.items())
-        warn(f"geometries without a line are not read: {counted}")
+        how.warn(f"geometries without a line are not read: {counted}")
     is_line &= ~shapely.is_empty(parts)
     parts, owner = parts[is_line], owner[is_line]
     points, line = shapely.get_coordinates(parts, include_z=True, return_index=True)
     points[~shapely.has_z(parts)[line], 2] = 0
-    made = Lines.from_points(points, np.bincount(line, minlength=len(parts)), invalid=invalid)
+    made = Lines.from_points(points, np.bincount(line, minlength=len(parts)), **how.options)
     return with_strand_values(made, {FEATURE: owner})
 
 
@@ -101,10 +99,10 @@ def _in_order(
     return np.concatenate([parts[~replaced], inner])[order], owner[place[order]]
 
 
-def _of_frame(frame: Any, invalid: str, warn: Warn) -> Lines:
+def _of_frame(frame: Any, how: Making) -> Lines:
     """Make lines of a table, whose columns of numbers and texts become attributes."""
     geometry = frame.geometry
-    made = _of_geometries(objects(geometry), invalid, warn)
+    made = _of_geometries(objects(geometry), how)
     feature = made.attributes[FEATURE]
     columns, left_out, radius = {}, [], None
     for name in frame.columns:
@@ -118,7 +116,7 @@ def _of_frame(frame: Any, invalid: str, warn: Warn) -> Lines:
         else:
             columns[str(name)] = values
     if left_out:
-        warn(f"columns that hold neither numbers nor texts are not kept: {', '.join(left_out)}")
+        how.warn(f"columns that hold neither numbers nor texts are not kept: {', '.join(left_out)}")
     made = with_strand_values(made, {name: _per_strand(made, values) for name, values in columns.items()})
     made = made if radius is None else made.with_radius(radius)
     return replace(made, **_facts(frame.crs))

@@ -10,7 +10,17 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray, IntArray, box_of, column, own_float32, refuse_rows, unusable, warn_of_rounding
+from ..arrays import (
+    SHIFT_ADVICE,
+    FloatArray,
+    IntArray,
+    box_of,
+    column,
+    own_float32,
+    refuse_rows,
+    unusable,
+    warn_of_rounding,
+)
 from ..errors import InputError
 from ..support.immutable import frozen
 from .any_geometry import AnyGeometry
@@ -46,7 +56,7 @@ class Mesh(AnyGeometry):
             array = array.reshape(0, self.n_corners, 3)
         if array.ndim != 3 or array.shape[1:] != (self.n_corners, 3):
             raise InputError(f"{self.name} have shape {array.shape}; expected (n, {self.n_corners}, 3)")
-        warn_of_rounding(corners, array)
+        warn_of_rounding(corners, array, advice=SHIFT_ADVICE)
         refuse_rows(unusable(array), self.name)
         object.__setattr__(self, "corners", array)
         for kind, given in (("attributes", attributes), ("corner_attributes", corner_attributes)):

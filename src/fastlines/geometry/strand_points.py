@@ -10,6 +10,7 @@ import numpy as np
 from ..arrays import AnyArray, FloatArray, IntArray
 from ..support.immutable import own
 from .axis_geometry import AxisGeometry
+from .offsets import NO_OFFSET
 
 
 class StrandPoints(AxisGeometry):
@@ -28,10 +29,10 @@ class StrandPoints(AxisGeometry):
         return np.asarray(own(first + np.arange(len(first))))
 
     @cached_property
-    def points(self) -> FloatArray:
-        """The points of all strands, one strand after the other, (m, 3) float32.
+    def points(self) -> AnyArray:
+        """The points of all strands, one strand after the other, (m, 3) float32; float64 if the lines have an `offset`.
 
-        A strand of one point, which is a segment of length zero, has it twice.
+        The offset is added to them. A strand of one point, which is a segment of length zero, has it twice.
 
         Examples
         --------
@@ -40,7 +41,8 @@ class StrandPoints(AxisGeometry):
         >>> len(lines.points), lines.offsets
         (5, array([0, 3, 5]))
         """
-        return np.asarray(own(self.at_points(self.segments)))
+        points = self.at_points(self.segments)
+        return np.asarray(own(points if self.offset == NO_OFFSET else points + np.array(self.offset)))
 
     def at_points(self, values: AnyArray) -> AnyArray:
         """Return values at both ends of segments, (n, 2, …), as values of `points`, (m, …).
@@ -58,7 +60,7 @@ class StrandPoints(AxisGeometry):
         is_last[self.offsets[1:] - 1] = 1
         return np.asarray(values[np.arange(len(is_last)) - np.cumsum(is_last), is_last])
 
-    def to_strands(self) -> list[FloatArray]:
+    def to_strands(self) -> list[AnyArray]:
         """Return the points of each strand, (m, 3) arrays that share the memory of `points`: `from_strands` backwards.
 
         Examples

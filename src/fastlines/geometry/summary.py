@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from .offsets import NO_OFFSET
+
 if TYPE_CHECKING:
     from .any_geometry import AnyGeometry
 
@@ -18,11 +20,12 @@ def summary_of(
     """Return counts and sizes of a geometry, after those of its primitives; `lengths` are more of these."""
     points, radii = geometry.span()
     bounds = np.stack([points.min(axis=0), points.max(axis=0)]) if len(points) else None
+    corners = bounds if bounds is None or geometry.offset == NO_OFFSET else bounds + np.array(geometry.offset)
     texts = geometry.attribute_texts()
     return {
         **counts,
         "n_strands": geometry.n_strands,
-        "bounds": None if bounds is None else bounds.tolist(),
+        "bounds": None if corners is None else corners.tolist(),
         "size": None if bounds is None else (bounds[1] - bounds[0]).tolist(),
         "total_length": geometry.total_length,
         **(lengths or {}),
@@ -31,6 +34,7 @@ def summary_of(
         "n_duplicates": geometry.count_repeats(),
         "radius": [float(radii.min()), float(radii.max())] if radii.any() else None,
         "attributes": {name: " or ".join(texts[name]) for name in sorted(texts)},
+        **({} if geometry.offset == NO_OFFSET else {"offset": list(geometry.offset)}),
         "up": geometry.up,
         "unit": geometry.unit,
         "n_skipped": geometry.n_skipped,

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import IntArray, column, list_rows, own_float32, to_integers, warn_of_rounding
+from ..arrays import SHIFT_ADVICE, IntArray, column, list_rows, own_float32, to_integers, warn_of_rounding
 from ..errors import InputError
 from ..support.vectors import dot
 from .any_geometry import Section
@@ -89,7 +89,7 @@ class Triangles(Mesh):
                 f"{int(wrong.sum())} faces name none of the {len(points)} vertices ({list_rows(wrong)}); they count "
                 "from 0"
             )
-        warn_of_rounding(vertices, points)
+        warn_of_rounding(vertices, points, advice=SHIFT_ADVICE)
         per_vertex = {
             name: column(values, name, len(points), "vertices") for name, values in (attributes or {}).items()
         }

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -76,6 +77,7 @@ def lines_of_cells(
     warn: Callable[[str], None],
     check: Callable[[str, AnyArray], AnyArray] = lambda what, values: values,
     radius_name: str | None = None,
+    offset: Any = None,
 ) -> Lines:
     """Return lines of cells that are lines.
 
@@ -89,7 +91,7 @@ def lines_of_cells(
         Values of these points, m rows, and of these cells, k rows.
     field_data : mapping of str to array
         What belongs to the data set as a whole.
-    invalid : {"error", "skip"}
+    invalid, offset
         As in `Lines.from_points`.
     warn : callable
         Takes what is left out, in words.
@@ -114,7 +116,7 @@ def lines_of_cells(
     if radius_name is not None:
         per_point = {f"{name} of point" if _is_radius(name, v) else name: v for name, v in per_point.items()}
     texts = _texts(field_data, warn)
-    made = Lines.from_points(points, counts, radius=radius, attributes=per_point, invalid=invalid)
+    made = Lines.from_points(points, counts, radius=radius, attributes=per_point, offset=offset, invalid=invalid)
 
     # A second radius is an attribute of cells.
     second = {

@@ -13,6 +13,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from importlib import import_module
 from types import SimpleNamespace
 from typing import Any
@@ -23,26 +24,26 @@ from ..arrays import AnyArray, kind_of
 from ..errors import InputError
 from .join_lines import join_lines
 from .lines import Lines
+from .making import Making
+from .offsets import AUTO, middle_of
 from .vtk_cells import cells_in_rows, line_cells, lines_of_cells
 
-#: Takes what is left out, in words.
-Warn = Callable[[str], None]
 #: The attribute that counts the blocks of a MultiBlock.
 BLOCK = "block"
 #: Blocks in blocks, at most.
 _MAX_DEPTH = 64
 
 
-def of_vtk(obj: Any, invalid: str, warn: Warn) -> Lines | None:
+def of_vtk(obj: Any, how: Making) -> Lines | None:
     """Return the lines of a mesh or of several; None if the object is none."""
     if _has(obj, "GetBlock", "GetNumberOfBlocks"):
-        return _of_blocks(obj, invalid, warn)
+        return _of_blocks(obj, how)
     if _has(obj, "GetPointData", "GetCellData") and not _has(obj, "point_data", "n_cells"):
-        return _of_mesh(_arrays_of(obj), kind_of(obj), invalid, warn)
-    return _of_mesh(obj, kind_of(obj), invalid, warn)
+        return _of_mesh(_arrays_of(obj), kind_of(obj), how)
+    return _of_mesh(obj, kind_of(obj), how)
 
 
-def _of_mesh(mesh: Any, name: str, invalid: str, warn: Warn) -> Lines | None:
+def _of_mesh(mesh: Any, name: str, how: Making) -> Lines | None:
     if _has(mesh, "lines", "points", "point_data", "cell_data"):
         rows = np.asarray(mesh.lines)
         # Cells are vertices, lines, faces and strips, in this order.
@@ -61,35 +62,39 @@ def _of_mesh(mesh: Any, name: str, invalid: str, warn: Warn) -> Lines | None:
     if cells is None or ((cells.points < 0) | (cells.points >= len(points))).any():
         raise InputError(f"{name}: its lines name points beyond its {len(points)} points, or are cut short")
     if n_cells > len(cells.counts):
-        warn(f"{n_cells - len(cells.counts)} cells of {name} are {others}, and are not read")
+        how.warn(f"{n_cells - len(cells.counts)} cells of {name} are {others}, and are not read")
     return lines_of_cells(
         points[cells.points],
         cells.counts,
         {name: _column(values[cells.points]) for name, values in _items(mesh.point_data)},
         {name: _column(values[first + used]) for name, values in _items(mesh.cell_data)},
         dict(_items(getattr(mesh, "field_data", {}))),
-        invalid=invalid,
-        warn=lambda text: warn(f"{name}: {text}"),
+        **how.options,
+        warn=lambda text: how.warn(f"{name}: {text}"),
     )
 
 
-def _of_blocks(obj: Any, invalid: str, warn: Warn) -> Lines:
+def _of_blocks(obj: Any, how: Making) -> Lines:
     """Join the lines of all blocks, those in blocks too."""
     parts: list[Lines] = []
     numbers: list[int] = []
     others: dict[str, int] = {}
-    for number, block in enumerate(_blocks(obj, 0)):
-        made = None if block is None else of_vtk(block, invalid, warn)
+    blocks = list(_blocks(obj, 0))
+    if how.offset == AUTO:  # the same one for all blocks
+        places = [_points_of(block) for block in blocks if block is not None]
+        how = replace(how, offset=middle_of(np.concatenate([np.empty((0, 3)), *places])))
+    for number, block in enumerate(blocks):
+        made = None if block is None else of_vtk(block, how)
         if made is not None:
             parts.append(made)
             numbers.append(number)
         elif block is not None:
             others[type(block).__name__] = others.get(type(block).__name__, 0) + 1
     if others:
-        warn(f"blocks of {kind_of(obj)} that are no lines are not read: {_counted(others)}")
+        how.warn(f"blocks of {kind_of(obj)} that are no lines are not read: {_counted(others)}")
     if not parts:
         raise InputError(f"{kind_of(obj)} has no block of lines; expected a PolyData or an UnstructuredGrid in it")
-    return join_lines(parts, BLOCK, numbers, lambda text: warn(f"{kind_of(obj)}: {text}"))
+    return join_lines(parts, BLOCK, numbers, lambda text: how.warn(f"{kind_of(obj)}: {text}"))
 
 
 def _blocks(obj: Any, depth: int) -> Iterator[Any]:
@@ -102,6 +107,12 @@ def _blocks(obj: Any, depth: int) -> Iterator[Any]:
             yield from _blocks(block, depth + 1)
         else:
             yield block
+
+
+def _points_of(mesh: Any) -> AnyArray:
+    """Return the points of a mesh of PyVista or VTK."""
+    points = mesh.points if _has(mesh, "point_data", "n_cells") else _arrays_of(mesh).points
+    return np.asarray(points).reshape(-1, 3)
 
 
 def _arrays_of(obj: Any) -> SimpleNamespace:

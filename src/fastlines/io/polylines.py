@@ -18,7 +18,7 @@ class Polylines:
 
     Attributes
     ----------
-    points : (m, 3) float32
+    points : (m, 3) float32, or float64 if the lines have an offset, which is added
     counts : (k,) int64
         How many points each polyline has: 2 or more.
     strand : (k,) int64
@@ -31,7 +31,7 @@ class Polylines:
         What differs on both sides of a point, or along a polyline, in words.
     """
 
-    points: FloatArray
+    points: AnyArray
     counts: IntArray
     strand: IntArray
     radius: FloatArray | None
@@ -70,8 +70,7 @@ def polylines_of(lines: Lines) -> Polylines:
     radius = None if lines.radius is None else at_points("radius", lines.end_radii)
     points = {name: at_points(repr(name), values) for name, values in lines.end_attributes.items()}
     attributes = attributes_of_runs(lines, begins, lost)
-    at = lines.at_points(lines.segments)
-    return Polylines(at, np.diff(lines.offsets), lines.strands[first], radius, points, attributes, lost)
+    return Polylines(lines.points, np.diff(lines.offsets), lines.strands[first], radius, points, attributes, lost)
 
 
 def attributes_of_runs(part: AxisGeometry, begins: npt.NDArray[np.bool_], lost: list[str]) -> dict[str, AnyArray]:

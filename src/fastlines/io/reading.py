@@ -25,6 +25,7 @@ from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import Geometry
 from ..geometry.curves import Curves
 from ..geometry.lines import Lines
+from ..geometry.offsets import NO_OFFSET, check_offset, with_offset
 from ..progress import ProgressCallback, ProgressOption, reporting
 from . import table
 from .format import AnyLines, Format
@@ -39,6 +40,7 @@ _DAMAGE = (ArithmeticError, EOFError, LookupError, RecursionError, ValueError, B
 def read(
     path: str | os.PathLike[str],
     *,
+    offset: Any = None,
     invalid: str = "error",
     format: str | None = None,
     progress: ProgressOption = False,
@@ -51,6 +53,11 @@ def read(
     path : str or path-like
         A file with one of the extensions of `known_formats`, packed by gzip if ``.gz`` follows. A file of another
         extension is recognised by its first bytes, where its format has some of its own. A ``.trx`` may be a folder.
+    offset : "auto" or three numbers, optional
+        Subtracted from x, y and z in float64, before they are rounded to float32; ``"auto"`` is the middle of the
+        lines, rounded to whole numbers (to as many decimals as the lines need, where they are smaller than 1). Arrays
+        such as ``lines.segments`` are less the offset, and ``lines.offset`` has it. Rays, points, cameras and written
+        files have the coordinates of the file.
     invalid : {"error", "skip"}
         Refuse segments that hold NaN or Inf, or leave them out and record their rows in ``skipped``.
     format : str, optional
@@ -82,6 +89,8 @@ def read(
     FileWarning
         If the file has an oddity (two counts in its header, bytes after its end), or lacks something that had to be
         assumed (the transform of a ``.trk``). The lines that could be read with certainty are returned.
+    PrecisionWarning
+        If float32 rounds coordinates noticeably; an offset keeps them.
 
     Examples
     --------
@@ -97,10 +106,12 @@ def read(
     if format is not None and not isinstance(format, str):
         raise InputError(f"format is a {type(format).__name__}; expected the name of one, such as 'trk'")
 
+    wanted = None if offset is None else check_offset(offset)
     check_path(path)
     row = format_of(path, format)
     row.check_options(str(path), options)
     with reporting(progress, "read") as callback, open_source(path, row, callback) as source:
+        source.offset = wanted
         lines = _parse(row, source, invalid, options)
     for oddity in source.oddities:
         warnings.warn(oddity, FileWarning, stacklevel=2)
@@ -152,6 +163,8 @@ def _parse(row: Format, source: Source, invalid: str, options: dict[str, Any]) -
         )
     _warn_of_thickness(source, lines)
     parts = [_with_conventions(part, row) for part in lines.each_part()]
+    if row.module is not None and source.offset is not None:  # readers of others know of no offset
+        parts = [with_offset(part, source.offset) if part.offset == NO_OFFSET else part for part in parts]
     return Geometry(parts) if lines.has_parts else parts[0]
 
 

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import AnyArray, IntArray, is_far, neighbours, warn_of_rounding
+from ..arrays import COORDINATE_LIMIT, AnyArray, IntArray, is_far, neighbours, warn_of_rounding
 from ..geometry.lines import Lines
+from ..geometry.offsets import NO_OFFSET, OFFSET, Offset, check_offset, rounded_middle
 from ..support.immutable import own
+from .source import Source
 
 #: About how many points are joined at a time.
 _PART = 1 << 16
@@ -25,9 +28,12 @@ class SegmentCollector:
         The most points that may come. Memory is taken as they come.
     values : mapping of str to array of no rows, optional
         The types and shapes of what is known of each point.
+    offset : three numbers
+        Subtracted from points in float64.
     """
 
-    def __init__(self, n_points: int, values: Mapping[str, AnyArray] | None = None) -> None:
+    def __init__(self, n_points: int, values: Mapping[str, AnyArray] | None = None, offset: Offset = NO_OFFSET) -> None:
+        self._offset = offset
         self._segments = np.empty((n_points, 2, 3), np.float32)
         self._values = {
             name: np.empty((n_points, 2, *array.shape[1:]), array.dtype) for name, array in (values or {}).items()
@@ -40,6 +46,8 @@ class SegmentCollector:
         """Add strands: their points, (m, 3), one strand after the other, and how many points each has."""
         sizes = counts[counts > 0]
         start, stop = self._n_segments, self._n_segments + int(np.maximum(sizes - 1, 1).sum())
+        if self._offset != NO_OFFSET:
+            points = points - np.array(self._offset)
         self._is_rounded |= points.dtype.itemsize > 4
         with np.errstate(over="ignore"):  # infinite coordinates are reported with their rows
             self._segments[start:stop] = neighbours(points.astype(np.float32, copy=False), sizes)
@@ -68,12 +76,28 @@ class SegmentCollector:
             array.resize((self._n_segments, *array.shape[1:]), refcheck=False)
         strands = np.repeat(np.flatnonzero(counts > 0), np.maximum(counts[counts > 0] - 1, 1))
         values = {name: own(array) for name, array in self._values.items()}
-        return Lines.from_segments(own(self._segments), strands=own(strands), end_attributes=values, invalid=invalid)
+        made = Lines.from_segments(own(self._segments), strands=own(strands), end_attributes=values, invalid=invalid)
+        return made if self._offset == NO_OFFSET else replace(made, metadata={OFFSET: self._offset})
 
 
-def warn_if_coarse(parts: Iterable[npt.NDArray[np.floating]]) -> None:
-    """Warn if float32 rounds points noticeably, which are given in parts."""
-    points = np.concatenate(list(parts))
+def offset_for(source: Source, parts: Iterable[npt.NDArray[np.floating]]) -> Offset:
+    """Return the offset that was asked for, of points that come in parts."""
+    wanted = check_offset(source.offset)
+    if not isinstance(wanted, str):
+        return wanted
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for points in parts:
+        usable = points[(np.abs(points) <= COORDINATE_LIMIT).all(axis=1)]
+        low, high = (
+            np.minimum(low, usable.min(axis=0, initial=np.inf)),
+            np.maximum(high, usable.max(axis=0, initial=-np.inf)),
+        )
+    return rounded_middle(low, high) if (low <= high).all() else NO_OFFSET
+
+
+def warn_if_coarse(parts: Iterable[npt.NDArray[np.floating]], offset: Offset) -> None:
+    """Warn if float32 rounds points noticeably, which are given in parts and less an offset."""
+    points = np.concatenate(list(parts)) - np.array(offset)
     with np.errstate(over="ignore"):
         rounded = points.astype(np.float32)
     warn_of_rounding(points, rounded)

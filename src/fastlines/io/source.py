@@ -7,7 +7,7 @@ import math
 import os
 import re
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
@@ -17,7 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import FloatArray, list_rows
-from ..errors import FileFormatError
+from ..errors import FileFormatError, InputError
+from ..geometry.offsets import Offset, offset_of
 from ..progress import ProgressCallback
 
 #: So many bytes are read at once.
@@ -81,6 +82,8 @@ class Source:
         self.position = 0
         #: The encoding that `text` has found.
         self.encoding = "utf-8-sig"
+        #: What is subtracted from coordinates in float64: None, "auto" or three numbers.
+        self.offset: Offset | str | None = None
         self.oddities: list[str] = []
         self._taken: list[tuple[int, int, str]] = []
         #: The error of the callback or of the disk, which is raised again as it is.
@@ -102,6 +105,15 @@ class Source:
             self._data = whole.getvalue()
             self.size = len(self._data)
         return self._data
+
+    def offset_or(self, metadata: Mapping[str, Any]) -> Offset | str | None:
+        """Return the offset that was asked for, or else that of the file's metadata."""
+        if self.offset is not None:
+            return self.offset
+        try:
+            return offset_of(metadata)
+        except InputError as error:
+            raise self.error(f"{error}; fix the file") from None
 
     def drop(self) -> None:
         """Free the bytes, once they are needed no longer; to ask for them again is an error of the program."""

@@ -14,6 +14,7 @@ from ..errors import FileWarning, InputError
 from ..geometry.any_geometry import AnyGeometry, counted
 from ..geometry.collection import Geometry
 from ..geometry.foreign import lines as as_lines
+from ..geometry.offsets import NO_OFFSET, OFFSET, with_offset
 from ..support.atomic_write import atomic_write
 from .format import Format
 from .table import extension_of, known_formats, path_of, to_write
@@ -66,6 +67,8 @@ def write(path: str | os.PathLike[str], lines: Any, **options: Any) -> None:
         geometry, lost = to_written(lines, row.writes)
     except InputError as error:
         raise InputError(f"{target}: {error}") from None
+    if row.module is not None and geometry.offset != NO_OFFSET:  # writers of others know of no offset
+        geometry = with_offset(geometry, None)
     extension, packed = extension_of(target)
     # Libraries want the usual extension, and gzip a whole file.
     with atomic_write(target) as partial, tempfile.TemporaryDirectory(dir=partial.parent) as folder:
@@ -77,7 +80,7 @@ def write(path: str | os.PathLike[str], lines: Any, **options: Any) -> None:
         with plain.open("rb") as file, gzip.open(partial, "wb") if packed else partial.open("wb") as out:
             shutil.copyfileobj(file, out)
     if row.metadata != "kept":
-        names = dict.fromkeys(name for part in geometry.each_part() for name in part.metadata)
+        names = dict.fromkeys(name for part in geometry.each_part() for name in part.metadata if name != OFFSET)
         lost += [f"the metadata {name!r}" for name in names if name not in row.metadata]
     n_skipped = lines.n_skipped if isinstance(lines, AnyGeometry) else 0
     if n_skipped:

@@ -8,6 +8,8 @@ from typing import Any
 from ..builder import build
 from ..errors import MissingExtraError
 from ..geometry.lines import Lines
+from ..geometry.making import Making
+from ..geometry.offsets import NO_OFFSET
 from ..geometry.vtk_objects import of_vtk
 from ..tree import Tree
 from .readers import pyvista
@@ -48,7 +50,7 @@ class FastlinesAccessor:
         self._refresh()
         if self._lines is None:
             # Do not warn of polygons and other oddities of a mesh: its owner knows them.
-            self._lines = of_vtk(self._mesh, "error", lambda text: None)
+            self._lines = of_vtk(self._mesh, Making("error", NO_OFFSET, lambda text: None))
         assert self._lines is not None
         return self._lines
 

@@ -12,6 +12,7 @@ from ..arrays import FloatArray, IntArray
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.hit_places import Float64Array, HitPlaces
+from ..geometry.offsets import NO_OFFSET
 from .rays import RayBatch
 
 #: How far outside a surface a ray has to start, so that the test of that surface, in float32, misses: as a fraction of
@@ -32,7 +33,8 @@ class HitGeometry:
     def points(self, *, outside: bool = False) -> Float64Array:
         """Return the point of each hit on its ray, (…, 3) float64.
 
-        With ``at="surface"`` it is where the ray enters the surface, computed in float64.
+        With ``at="surface"`` it is where the ray enters the surface, computed in float64. The offset of the lines is
+        added, so that the point has the coordinates that rays and files have.
 
         Parameters
         ----------
@@ -60,7 +62,7 @@ class HitGeometry:
             size = float(np.ptp(bounds, axis=0).max() + np.abs(bounds).max()) if len(geometry) else 0.0
             distance = OUTSIDE * (size + geometry.radius_of(hits.prim) + hits.radius)
             points = points + distance[:, None] * self._outwards
-        return self._filled(points)
+        return self._filled(points if geometry.offset == NO_OFFSET else points + np.array(geometry.offset))
 
     def normals(self) -> Float64Array:
         """Return the unit normal of the surface at each point of entry, outwards, (…, 3) float64.

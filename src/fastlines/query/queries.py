@@ -14,6 +14,7 @@ from ..engines import is_given
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import as_geometry
+from ..geometry.offsets import NO_OFFSET
 from ..geometry.user_primitives import Primitives
 from ..progress import ProgressOption, reporting
 from .backend import Backend, CompiledBackend
@@ -21,7 +22,7 @@ from .hits import AllHits, FirstHits
 from .ignore import ignored_of
 from .memory_check import MemoryCheck
 from .ray_arguments import RayArguments, RayOptions, shows_ray_options
-from .rays import AnyRays, RayBatch, check_rays, require_radius, scene_bounds
+from .rays import AnyRays, RayBatch, check_rays, less_offset, require_radius, scene_bounds
 from .wrappers.wrap import backend_of
 
 #: What the hits of a ray can be ranked by.
@@ -53,9 +54,10 @@ def is_merge(merge: str | None, at: str) -> bool:
 
 
 def check_query(geometry: AnyGeometry, box: FloatArray, given: RayArguments) -> RayBatch:
-    """Check rays for geometry in this box; of lines it holds the axes."""
+    """Check rays for geometry in this box; of lines it holds the axes. The rays are not yet less the offset."""
     require_radius(geometry, given.radius, given.spread)
-    rays = check_rays(given, scene_bounds(geometry, box))
+    bounds = scene_bounds(geometry, box)
+    rays = check_rays(given if geometry.offset == NO_OFFSET else less_offset(given, geometry.offset, bounds), bounds)
     if given.ignore is None and given.ignore_strands is None:
         return rays
     return replace(rays, ignored=ignored_of(geometry, rays.shape, given.ignore, given.ignore_strands))

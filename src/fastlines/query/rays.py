@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+import warnings
+from dataclasses import dataclass, replace
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FLOAT32_MAX, INVALID, FloatArray, IntArray, choice, list_rows, to_float32
+from ..arrays import COARSE, FLOAT32_MAX, INVALID, FloatArray, IntArray, choice, list_rows, to_float32
 from ..engines import engine
-from ..errors import InputError
+from ..errors import InputError, PrecisionWarning
 from ..geometry.any_geometry import AnyGeometry
+from ..geometry.offsets import Offset, reduced
 from ..threads import get_num_threads
 from .ignore import Ignored
 from .ray_arguments import RayArguments
@@ -197,6 +199,24 @@ def check_rays(given: RayArguments, bounds: FloatArray) -> RayBatch:
     arrays = origins, directions, radii, starts, ends, spreads
     digest = engine.check_rays(arrays, largest, farthest, get_num_threads())[1]
     return RayBatch(shape, *arrays, np.flatnonzero(skipped), digest)
+
+
+def less_offset(given: RayArguments, offset: Offset, bounds: FloatArray) -> RayArguments:
+    """Return rays less the offset of their scene, which has these bounds; float32 that is too coarse for that warns."""
+    origins, _ = reduced(given.origins, offset)
+    exact = given.origins is not origins and np.asarray(given.origins).dtype != np.float32
+    if not exact and np.size(origins):
+        low, high, _ = limits_of(bounds)
+        far = float(np.nanmax(np.abs(given.origins)))
+        scale = max(float(np.nanmax(np.abs(origins))), *map(abs, (*low, *high)))
+        if far * 2.0**-24 > scale * COARSE:
+            warnings.warn(
+                f"the origins of rays are float32, which rounds {far:g} by up to {far * 2.0**-24:.2g}, and the lines "
+                f"have an offset, {offset}, because that is too coarse; give the origins as float64",
+                PrecisionWarning,
+                stacklevel=6,
+            )
+    return replace(given, origins=origins)
 
 
 def limits_of(bounds: FloatArray) -> tuple[list[float], list[float], float]:

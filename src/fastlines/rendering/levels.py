@@ -16,6 +16,7 @@ from ..tree import Tree
 from .renderer import render
 from .shading.depth import check_radius
 from .shading.depth_tone import grey
+from .shading.own_frame import in_own_frame
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -67,11 +68,12 @@ def level_sheet(
     """
     from PIL import Image, ImageDraw, ImageFont
 
+    tree, camera = in_own_frame(tree, camera)
     nodes = tree.levels()
     wanted = range(levels) if isinstance(levels, int) else levels
     shown = [level for level in wanted if level < len(nodes)]
     camera = Camera.framing(tree.nodes["box"][0], camera.axes()[2], camera.up, camera.fov_degrees)
-    radius, drawn = check_radius(tree, radius), behind or tree
+    radius, drawn = check_radius(tree, radius), (behind or tree).without_offset()
     square: dict[str, Any] = {"width": panel, "height": panel}
     lines = grey(render(drawn, camera, look="depth", radius=radius, samples=SAMPLES, progress=progress, **square))
     dimmed = Image.fromarray((lines * DIMMED).astype(np.uint8))

@@ -48,7 +48,8 @@ def visited_nodes(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike,
     >>> visited_nodes(tree, [[0.5, 0.5, -9], [4, 4, -9], [99, 0, 0]], [[0, 0, 1]] * 3)
     array([2, 1, 0])
     """
-    origins, directions = (np.asarray(a, np.float64).reshape(-1, 3) for a in (origins, directions))
+    origins, directions = (np.array(a, np.float64).reshape(-1, 3) for a in (origins, directions))
+    origins -= tree.geometry.offset
     counts = np.zeros(len(origins), np.int64)
     if tree.n_prims == 0:
         return counts

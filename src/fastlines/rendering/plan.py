@@ -6,12 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+
 from ..arrays import count, instance, number
 from ..builder import build
 from ..camera import Camera
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import as_geometry
+from ..geometry.offsets import NO_OFFSET, Offset
 from ..progress import ProgressOption
 from ..tree import Tree
 from .color.palette import check_map
@@ -22,6 +25,7 @@ from .measures import MEASURES, Measure
 from .pictures.options import NUMBERS, OWN_FLAT, OWN_LIT, PictureRequest, check_options
 from .shading.depth import SIZE, check_radius, check_size
 from .shading.lighting import Rig
+from .shading.own_frame import moved
 from .suitable_radius import suitable_radius
 
 #: The most samples of a pixel.
@@ -111,6 +115,8 @@ class PicturePlan:
         Whether what the colours mean is drawn.
     is_suitable : bool
         Whether the radius was chosen to suit the lines.
+    offset : three numbers
+        The offset of the lines. The tree is over lines without it, and the camera is less it.
     """
 
     tree: Tree
@@ -122,6 +128,12 @@ class PicturePlan:
     options: PictureOptions = field(default_factory=PictureOptions)
     legend: bool = False
     is_suitable: bool = False
+    offset: Offset = NO_OFFSET
+
+    @property
+    def given_camera(self) -> Camera:
+        """The camera in the coordinates in which lines and rays are given."""
+        return moved(self.camera, self.offset)
 
 
 def plan_picture(
@@ -151,6 +163,12 @@ def plan_picture(
     (32, 0.002, 'Solid')
     """
     geometry = lines.geometry if isinstance(lines, Tree) else as_geometry(lines)
+    offset = geometry.offset
+    if offset != NO_OFFSET:
+        geometry = geometry.without_offset()
+        lines = lines.without_offset() if isinstance(lines, Tree) else geometry
+        if isinstance(options.camera, Camera):
+            options = replace(options, camera=moved(options.camera, np.negative(offset)))
     look, legend = _look(options, geometry)
     camera, width, height = choose_camera(options, geometry)
     tree = lines if isinstance(lines, Tree) else build(geometry, method, progress=progress)
@@ -158,7 +176,8 @@ def plan_picture(
     is_suitable = radius is None and geometry.needs_radius
     if is_suitable:
         radius = suitable_radius(tree, camera) if len(geometry) else 0.0
-    return PicturePlan(tree, camera, width, height, check_radius(tree, radius), look, options, legend, is_suitable)
+    radius = check_radius(tree, radius)
+    return PicturePlan(tree, camera, width, height, radius, look, options, legend, is_suitable, offset)
 
 
 def choose_camera(options: PictureOptions, geometry: AnyGeometry) -> tuple[Camera, int, int]:

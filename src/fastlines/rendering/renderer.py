@@ -10,6 +10,7 @@ import numpy as np
 from ..arrays import AnyArray, FloatArray
 from ..camera import Camera
 from ..errors import InputError
+from ..geometry.offsets import NO_OFFSET
 from ..progress import ProgressOption, check_progress, reporting
 from .color.palette import GOLDEN
 from .looks import Look
@@ -205,6 +206,8 @@ def finish(renderer: Progressive, plan: PicturePlan) -> Picture:
     if options.backdrop is not None:
         picture = replace(picture, backdrop=options.backdrop.light(*size))
     found = find_aovs(renderer.context, *size) if options.aovs else {}
+    if found and plan.offset != NO_OFFSET:
+        found["position"] = found["position"] + np.array(plan.offset)
     return replace(picture, exposure=options.exposure, aovs=found | picture.aovs, shows_legend=plan.legend)
 
 

@@ -68,7 +68,7 @@ def some_rays(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike, **b
     # Spread the tried rays evenly, also over the rows and columns of a picture, by multiples of the golden ratio.
     tried = np.unique((np.arange(TRIED) * ((5**0.5 - 1) / 2) % 1 * len(origins)).astype(np.int64))
     origins, directions = origins[tried], directions[tried]
-    crossing = cross(tree.nodes["box"][0], origins, directions, **bounds)
+    crossing = cross(tree.nodes["box"][0], origins - np.array(tree.geometry.offset), directions, **bounds)
     return (origins[crossing], directions[crossing]) if crossing.sum() >= LEAST else None
 
 

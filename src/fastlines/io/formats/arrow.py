@@ -18,6 +18,7 @@ pyarrow does not check all of a file before it uses it: a damaged one may end th
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,7 @@ import numpy as np
 from ...arrays import AnyArray, IntArray
 from ...errors import FastlinesError, InputError
 from ...geometry.lines import AXES, Lines
+from ...geometry.offsets import in_file, with_metadata
 from ...support.metadata import from_json, to_json
 from ...support.optional import optional
 from ..losses import is_encodable
@@ -87,7 +89,7 @@ def _geometry_lines(source: Source, table: Any, geometries: Any, left_out: list[
 def write(lines: Lines, path: Path) -> list[str]:
     """Write a row for each segment: ``x0`` … ``z1``, ``strand`` and radii, and attributes by their names."""
     pa = _pyarrow("writing .parquet, .feather and .arrow")
-    given: dict[str, AnyArray] = dict(zip(_SEGMENT, lines.axes.T, strict=True))
+    given: dict[str, AnyArray] = dict(zip(_SEGMENT, in_file(lines, lines.segments).reshape(-1, 6).T, strict=True))
     if (lines.strands >= 0).any():
         given["strand"] = lines.strands
     if lines.radius is not None:
@@ -188,6 +190,7 @@ def _lines(
     invalid: str,
 ) -> Lines:
     """Make lines of the columns of a table of n rows."""
+    offset = source.offset_or(_metadata(source, schema.metadata or {}))
     segments, points = _take(columns, _SEGMENT, "segment", 6), _take(columns, _POINT, "point", 3)
     if (segments is None) == (points is None):
         what = "columns of segments and of points" if segments is not None else f"the columns {schema.names}"
@@ -210,6 +213,7 @@ def _lines(
             radius=None if radius is None else source.radius("radius", radius),
             attributes=columns,
             end_attributes=at_ends,
+            offset=offset,
             invalid=invalid,
         )
     assert points is not None
@@ -227,7 +231,7 @@ def _lines(
     counts = np.diff(np.append(first, len(strand)))
     radius = columns.pop("radius", None)
     radius = None if radius is None else source.radius("radius", radius)
-    made = Lines.from_points(points, counts, radius=radius, attributes=columns, invalid=invalid)
+    made = Lines.from_points(points, counts, radius=radius, attributes=columns, offset=offset, invalid=invalid)
     return replace(made, strands=strand[first][made.strands])
 
 
@@ -263,10 +267,17 @@ def _with_facts(source: Source, lines: Lines, metadata: dict[bytes, bytes]) -> L
         source.warn("its 'unit' is not text, and is not used")
         texts["unit"] = ""
     facts: dict[str, Any] = {name: text for name, text in texts.items() if text}
-    if "metadata" in facts:
-        try:
-            facts["metadata"] = from_json(facts["metadata"])
-        except InputError as error:
-            source.warn(f"its 'metadata' are left out: {error}")
-            del facts["metadata"]
+    facts.pop("metadata", None)
+    if metadata_of := _metadata(source, metadata):
+        facts["metadata"] = with_metadata(lines, metadata_of)
     return replace(lines, **facts) if facts else lines
+
+
+def _metadata(source: Source, metadata: dict[bytes, bytes]) -> Mapping[str, Any]:
+    """Return the metadata of lines, if the table has them and they are such."""
+    text = metadata.get(b"metadata", b"").decode("utf-8", "replace")
+    try:
+        return from_json(text) if text else {}
+    except InputError as error:
+        source.warn(f"its 'metadata' are left out: {error}")
+        return {}

@@ -71,7 +71,7 @@ def read(source: Source, invalid: str, *, basis: str | None = None) -> Lines | C
     closed, sizes = counts < 0, np.abs(counts)
     if basis == "linear":
         rows, n_rows = _extended(sizes, np.zeros_like(sizes), (closed & (sizes > 1)).astype(np.int64))
-        return replace(Lines.from_points(points[rows], n_rows, invalid=invalid), up=up)
+        return replace(Lines.from_points(points[rows], n_rows, offset=source.offset, invalid=invalid), up=up)
 
     # Put a point in front of each curve, and one behind it, or two to close it; a lone point is four times the same.
     rows, n_rows = _extended(sizes, np.minimum(sizes, 1), np.where(sizes > 0, 1 + (closed | (sizes == 1)), 0))
@@ -82,7 +82,7 @@ def read(source: Source, invalid: str, *, basis: str | None = None) -> Lines | C
     with np.errstate(invalid="ignore", over="ignore"):  # NaN and Inf are reported with their rows
         control[first] = 2 * control[first + 1] - control[first + 2]
         control[last] = 2 * control[last - 1] - control[last - 2]
-    return Curves.from_strands(control, n_rows, basis=basis, up=up, invalid=invalid)
+    return Curves.from_strands(control, n_rows, basis=basis, up=up, offset=source.offset, invalid=invalid)
 
 
 def _extended(sizes: IntArray, n_before: IntArray, n_after: IntArray) -> tuple[IntArray, IntArray]:

@@ -103,7 +103,7 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
     if others:
         source.warn(f"entities other than lines of the model space are not read: {counted(others)}")
     points = np.concatenate([np.empty((0, 3)), *strands])
-    lines = Lines.from_points(points, [len(part) for part in strands], invalid=invalid)
+    lines = Lines.from_points(points, [len(part) for part in strands], offset=source.offset, invalid=invalid)
     unit = _UNITS.get(drawing.header.get("$INSUNITS", 0))
     named = {name: objects(column) for name, column in texts.items()}
     return with_features(lines, features, {"layer": np.array(numbers, np.int64), **named}, unit)

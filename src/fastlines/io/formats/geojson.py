@@ -81,7 +81,7 @@ def read(source: Source, invalid: str, *, radius: str | None = None) -> Lines:
     per_strand = {name: values[owner] for name, values in per_feature.items()}
     radii = radius_of(source, per_strand, radius, "property")
     points = np.concatenate([np.empty((0, 3)), *found.points])
-    lines = Lines.from_points(points, [len(part) for part in found.points], invalid=invalid)
+    lines = Lines.from_points(points, [len(part) for part in found.points], offset=source.offset, invalid=invalid)
     return with_features(lines, found.owner, per_strand, found.unit, radii)
 
 

@@ -120,7 +120,8 @@ def lines_of(
     radius = None
     if "radius" in values and values["radius"].ndim == 1 and values["radius"].dtype != object:
         radius = source.radius("radius", values.pop("radius"))
-    lines = Lines.from_points(points, counts, attributes={} if m is None else {"m": m}, invalid=invalid)
+    attributes = {} if m is None else {"m": m}
+    lines = Lines.from_points(points, counts, attributes=attributes, offset=source.offset, invalid=invalid)
     return replace(with_features(lines, rows, values, geometries.unit, radius), up="z")
 
 

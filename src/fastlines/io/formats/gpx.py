@@ -67,7 +67,7 @@ def read(source: Source, invalid: str, *, elevation: bool = True) -> Lines:
     tracks, texts = {TRACK: np.array(reader.tracks, np.int64)}, reader.texts_of_strands()
     taken = {FEATURE, TRACK, *texts}
     attributes = {f"{name} of points" if name in taken else name: values for name, values in attributes.items()}
-    lines = Lines.from_points(points, reader.counts, attributes=attributes, invalid=invalid)
+    lines = Lines.from_points(points, reader.counts, attributes=attributes, offset=source.offset, invalid=invalid)
     return with_strand_values(with_features(lines, reader.features, tracks, "degree"), texts)
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...arrays import FLOAT64_ADVICE, warn_of_rounding
 from ...geometry.lines import Lines
 from ..losses import keeps_values, not_held
 from ..polylines import polylines_of
@@ -91,7 +92,9 @@ def read(source: Source, invalid: str) -> Lines:
     elif header["thickness"] != 0:
         default = source.radius("default thickness", np.array([header["thickness"]])) / 2
         radius = np.repeat(default, n_points)
-    return Lines.from_points(points, counts, radius=radius, attributes=attributes, invalid=invalid)
+    return Lines.from_points(
+        points, counts, radius=radius, attributes=attributes, offset=source.offset, invalid=invalid
+    )
 
 
 def write(lines: Lines, path: Path) -> list[str]:
@@ -114,7 +117,9 @@ def write(lines: Lines, path: Path) -> list[str]:
 
     # Add the arrays in the order of their bits.
     bits = _SEGMENTS | _POINTS
-    arrays = [(counts - 1).astype("<u2"), polylines.points[rows].astype("<f4")]
+    points = polylines.points[rows].astype("<f4")
+    warn_of_rounding(polylines.points[rows], points, 4, FLOAT64_ADVICE)
+    arrays = [(counts - 1).astype("<u2"), points]
     if polylines.radius is not None:
         bits |= _THICKNESS
         arrays.append((2 * polylines.radius[rows]).astype("<f4"))

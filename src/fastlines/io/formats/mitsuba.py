@@ -46,14 +46,14 @@ def read(source: Source, invalid: str, *, basis: str = "linear") -> Lines | Curv
     if basis == "linear":
         if n_lone := int((counts == 1).sum()):
             source.warn(f"{n_lone} of its curves have one point, and become segments of zero length")
-        return Lines.from_points(points, counts, radius=radius, invalid=invalid)
+        return Lines.from_points(points, counts, radius=radius, offset=source.offset, invalid=invalid)
     few = np.flatnonzero(counts < 4)
     if len(few):
         raise source.error(
             f"the curve at line {int(where[begins[few[0]]]) + 1} has {counts[few[0]]} points; a B-spline has 4 or "
             "more; fix the file, or read it with basis='linear'"
         )
-    return Curves.from_strands(points, counts, basis=basis, radius=radius, invalid=invalid)
+    return Curves.from_strands(points, counts, basis=basis, radius=radius, offset=source.offset, invalid=invalid)
 
 
 def write(lines: Lines, path: Path) -> list[str]:

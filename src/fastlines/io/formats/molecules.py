@@ -72,6 +72,7 @@ def read(source: Source, invalid: str, *, model: int = 1, tolerance: float = 0.4
         strands=atoms.ends["chain"][bonds[:, 0]].astype(np.int64),
         end_attributes={name: values[bonds] for name, values in atoms.ends.items()},
         attributes={"listed": where < len(listed)},
+        offset=source.offset,
         invalid=invalid,
     )
 

@@ -27,6 +27,7 @@ from ...errors import InputError
 from ...geometry.curve_input import bad_radius
 from ...geometry.curves import Curves
 from ...geometry.lines import AXES, Lines
+from ...geometry.offsets import in_file, with_metadata
 from ...support.metadata import from_json, to_json
 from ...support.text_columns import TEXTS, numbered, texts_of
 from ..source import Source
@@ -67,14 +68,17 @@ def from_arrays(source: Source, arrays: dict[str, AnyArray], facts: Mapping[str,
         per_row = radius.shape[1:] if radius.ndim == 2 and radius.shape[1] in widest else ()
         _check(source, "radius", radius, (n_rows, *per_row))
     attributes, end_attributes = _attributes(source, arrays, n_rows, ends=name != "points")
+    known = _facts(source, facts, is_curves=name == "control")
+    offset = source.offset_or(known.get("metadata", {}))
     made: Lines | Curves
     if name == "control":
         more: dict[str, Any] = {"attributes": attributes, "end_attributes": end_attributes, "invalid": invalid}
+        more["offset"] = offset
         made = _curves(source, given, radius, strands=strands, **more)
     else:
         radius = None if radius is None else source.radius("radius", radius)
         made = (
-            Lines.from_points(given, counts, radius=radius, attributes=attributes, invalid=invalid)
+            Lines.from_points(given, counts, radius=radius, attributes=attributes, offset=offset, invalid=invalid)
             if name == "points"
             else Lines.from_segments(
                 given,
@@ -82,17 +86,20 @@ def from_arrays(source: Source, arrays: dict[str, AnyArray], facts: Mapping[str,
                 radius=radius,
                 attributes=attributes,
                 end_attributes=end_attributes,
+                offset=offset,
                 invalid=invalid,
             )
         )
-    known = _facts(source, facts, is_curves=name == "control")
+    if "metadata" in known:
+        known["metadata"] = with_metadata(made, known["metadata"])
     return replace(made, **known) if known else made
 
 
 def to_arrays(geometry: Lines | Curves) -> tuple[dict[str, AnyArray], dict[str, str], list[str]]:
     """Return the arrays and the facts of lines or curves, and what has no place in them."""
     name = next(iter(geometry.sections))
-    arrays: dict[str, AnyArray] = {name: getattr(geometry, name), "strands": geometry.strands}
+    points = getattr(geometry, name)
+    arrays: dict[str, AnyArray] = {name: in_file(geometry, points), "strands": geometry.strands}
     if geometry.radius is not None:
         arrays["radius"] = geometry.radius
     lost = []

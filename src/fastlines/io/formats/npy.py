@@ -17,6 +17,7 @@ from numpy.lib import format as npy_format
 from ...arrays import AnyArray
 from ...errors import FileFormatError
 from ...geometry.lines import Lines
+from ...geometry.offsets import in_file
 from ..source import Source, reason
 
 _HEADER_READERS = {(1, 0): npy_format.read_array_header_1_0, (2, 0): npy_format.read_array_header_2_0}
@@ -24,13 +25,13 @@ _HEADER_READERS = {(1, 0): npy_format.read_array_header_1_0, (2, 0): npy_format.
 
 def read(source: Source, invalid: str) -> Lines:
     """Read segments without strands from a ``.npy`` file: an array (n, 2, 3) or (n, 6) of any real numbers."""
-    return Lines.from_segments(read_array(source), invalid=invalid)
+    return Lines.from_segments(read_array(source), offset=source.offset, invalid=invalid)
 
 
 def write(lines: Lines, path: Path) -> list[str]:
-    """Write the ends of segments, (n, 2, 3) float32, and nothing else."""
+    """Write the ends of segments, (n, 2, 3) float32, and nothing else; float64 if the lines have an offset."""
     with path.open("wb") as file:
-        np.save(file, lines.segments)
+        np.save(file, in_file(lines, lines.segments))
     has = {
         "strands": lines.n_strands > 0,
         "radius": lines.radius is not None,

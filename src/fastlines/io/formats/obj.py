@@ -73,7 +73,7 @@ def read(source: Source, invalid: str) -> Lines:
         source.warn(f"{n_lone} of its elements l have less than two vertices; one becomes a segment of zero length")
     chosen = index.astype(np.int64)
     attributes = {} if color is None else {"color": color[chosen]}
-    return Lines.from_points(points[chosen], counts, attributes=attributes, invalid=invalid)
+    return Lines.from_points(points[chosen], counts, attributes=attributes, offset=source.offset, invalid=invalid)
 
 
 def write(lines: Lines, path: Path) -> list[str]:

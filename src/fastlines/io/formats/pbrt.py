@@ -15,6 +15,7 @@ Cameras, lights, materials, media, textures and motion are not read. The format 
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from ...arrays import FloatArray, IntArray
 from ...geometry.curves import Curves
@@ -69,7 +70,8 @@ def read(source: Source, invalid: str) -> Curves:
     with np.errstate(all="ignore"):
         width = (1 - along) * widths[owner, :1] + along * widths[owner, 1:]
         radius: FloatArray = source.radius("widths of curves", width * scales[which[owner]][:, None] / 2)
-    return Curves.from_bezier(_moved(control, rows, matrices, which[owner]), radius, strands=owner, invalid=invalid)
+    moved = _moved(control, rows, matrices, which[owner], np.float32 if source.offset is None else np.float64)
+    return Curves.from_bezier(moved, radius, strands=owner, offset=source.offset, invalid=invalid)
 
 
 def _bezier(source: Source, scene: Scene) -> tuple[Float64Array, IntArray]:
@@ -132,9 +134,11 @@ def _ranges(first: IntArray, sizes: IntArray) -> IntArray:
     return np.asarray(np.arange(int(sizes.sum())) + np.repeat(first - (np.cumsum(sizes) - sizes), sizes))
 
 
-def _moved(control: Float64Array, rows: IntArray, matrices: Float64Array, which: IntArray) -> FloatArray:
-    """Return some curves as float32, each transformed by one of the matrices."""
-    moved = np.empty((len(rows), 4, 3), np.float32)
+def _moved(
+    control: Float64Array, rows: IntArray, matrices: Float64Array, which: IntArray, dtype: type[np.floating]
+) -> npt.NDArray[np.floating]:
+    """Return some curves as floats of a type, each transformed by one of the matrices."""
+    moved = np.empty((len(rows), 4, 3), dtype)
     for start in range(0, len(rows), _ROWS):
         part = slice(start, start + _ROWS)
         matrix = matrices[which[part]]

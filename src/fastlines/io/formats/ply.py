@@ -74,6 +74,7 @@ def read(source: Source, invalid: str) -> Lines:
         radius=radius,
         attributes=attributes,
         end_attributes=at_ends,
+        offset=source.offset,
         invalid=invalid,
     )
 

@@ -21,8 +21,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...arrays import FloatArray, IntArray
+from ...arrays import AnyArray, FloatArray, IntArray
 from ...geometry.lines import Lines
+from ...geometry.offsets import in_file
 from ..losses import not_held, strand_numbers
 from ..polylines import polylines_of
 from ..source import Source
@@ -76,6 +77,7 @@ def read(source: Source, invalid: str) -> Lines:
         strands=sections,
         radius=radius[ends],
         end_attributes={"id": ids[ends], "type": types[ends]},
+        offset=source.offset,
         invalid=invalid,
     )
 
@@ -179,7 +181,7 @@ def _find_parents(source: Source, ids: IntArray, parents: IntArray, table: Float
 
 def _nodes_by_id(
     lines: Lines, given_types: npt.NDArray[Any] | None
-) -> tuple[IntArray, IntArray, FloatArray, FloatArray, IntArray] | None:
+) -> tuple[IntArray, IntArray, AnyArray, FloatArray, IntArray] | None:
     """Return ids, parents, points, radii and types of nodes, if the ends of segments have ids that make trees."""
     ends = lines.end_attributes.get("id")
     if ends is None or ends.shape != (len(lines), 2) or ends.dtype.kind not in "iu":
@@ -189,7 +191,11 @@ def _nodes_by_id(
     types = np.zeros_like(ends) if given_types is None else given_types
     flat = ends.reshape(-1).astype(np.int64)
     ids, first, node = np.unique(flat, return_index=True, return_inverse=True)
-    points, radius, kinds = lines.segments.reshape(-1, 3), lines.end_radii.reshape(-1), types.reshape(-1)
+    points, radius, kinds = (
+        in_file(lines, lines.segments).reshape(-1, 3),
+        lines.end_radii.reshape(-1),
+        types.reshape(-1),
+    )
     if not all(np.array_equal(values, values[first][node]) for values in (points, radius, kinds)):
         return None
     parents = np.full(len(ids), -1)

@@ -24,7 +24,7 @@ from ...arrays import IntArray
 from ...geometry.lines import Lines
 from ..losses import conventions, strand_numbers
 from ..polylines import polylines_of
-from ..segment_collector import SegmentCollector, warn_if_coarse
+from ..segment_collector import SegmentCollector, offset_for, warn_if_coarse
 from ..source import BAD_COPY, Source
 from .streamlines import UNIT, UP
 
@@ -51,7 +51,8 @@ def read(source: Source, invalid: str) -> Lines:
 
     # Join the points of some streamlines at a time.
     streamlines = _Streamlines(source, start, dtype)
-    collector = SegmentCollector(source.size // (3 * dtype.itemsize))
+    offset = offset_for(source, (points for points, _ in streamlines))
+    collector = SegmentCollector(source.size // (3 * dtype.itemsize), offset=offset)
     found = [np.empty(0, np.int64)]
     for points, counts in streamlines:
         collector.add(points, counts, {})
@@ -60,19 +61,20 @@ def read(source: Source, invalid: str) -> Lines:
     is_whole, n_left = streamlines.is_whole, streamlines.n_left
     _check_count(source, fields.get("count", []), np.concatenate(found).tolist(), is_whole=is_whole, n_left=n_left)
     if collector.may_be_coarse:
-        warn_if_coarse(points for points, _ in streamlines)
+        warn_if_coarse((points for points, _ in streamlines), offset)
     return collector.lines(invalid)
 
 
 def write(lines: Lines, path: Path) -> list[str]:
-    """Write the points to a ``.tck`` file, in Float32LE."""
+    """Write the points to a ``.tck`` file, in Float32LE; in Float64LE if the lines have an offset."""
     parts = polylines_of(lines)
-    head = f"mrtrix tracks\ncount: {len(parts.counts)}\ndatatype: Float32LE\nfile: . {{}}\nEND\n"
-    start = -(-len(head.format("0" * 4)) // 4) * 4  # data of 4 bytes each start at a multiple of 4
+    size = parts.points.dtype.itemsize
+    head = f"mrtrix tracks\ncount: {len(parts.counts)}\ndatatype: Float{8 * size}LE\nfile: . {{}}\nEND\n"
+    start = -(-len(head.format("0" * 4)) // size) * size  # data of so many bytes each start at a multiple of it
     is_point = np.ones(len(parts.points) + len(parts.counts) + 1, np.bool_)
     ends = parts.offsets[1:] + np.arange(len(parts.counts))
     is_point[ends] = is_point[-1] = False
-    triples = np.empty((len(is_point), 3), "<f4")
+    triples = np.empty((len(is_point), 3), f"<f{size}")
     triples[is_point], triples[ends], triples[-1] = parts.points, np.nan, np.inf
     with path.open("wb") as file:
         file.write(head.format(start).encode().ljust(start, b"\0"))

@@ -81,4 +81,6 @@ def read(source: Source, invalid: str) -> Lines:
     if "thickness" in attributes:
         radius = source.radius("thickness", attributes.pop("thickness")[:, 0]) / 2
     counts = np.full(n_strands, n_vertices, np.int64)
-    return Lines.from_points(positions[:, :3], counts, radius=radius, attributes=attributes, invalid=invalid)
+    return Lines.from_points(
+        positions[:, :3], counts, radius=radius, attributes=attributes, offset=source.offset, invalid=invalid
+    )

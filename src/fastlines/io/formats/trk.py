@@ -18,14 +18,15 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ...arrays import AnyArray, FloatArray
+from ...arrays import FLOAT64_ADVICE, AnyArray, FloatArray, warn_of_rounding
 from ...errors import InputError
 from ...geometry.lines import Lines
+from ...geometry.offsets import NO_OFFSET
 from ...geometry.strand_attributes import with_strand_values
 from ..grid_reference import grid_to_write
 from ..losses import conventions, keeps_values, strand_numbers
 from ..polylines import polylines_of
-from ..segment_collector import SegmentCollector, warn_if_coarse
+from ..segment_collector import SegmentCollector, offset_for, warn_if_coarse
 from ..source import BAD_COPY, Source
 from ..voxel_grid import DEFAULT_ORDER, GRID, VoxelGrid, inverse, is_order, transform
 from .streamlines import UNIT, UP, split_values
@@ -72,8 +73,9 @@ def read(source: Source, invalid: str) -> Lines:
 
     # Join the points of some streamlines at a time.
     streamlines = Streamlines(source, HEADER_SIZE, byte_order, 3 + n_scalars, n_properties)
+    offset = offset_for(source, (transform(matrix, rows[:, :3]) for rows, _, _ in streamlines))
     collector = SegmentCollector(
-        source.size // (4 * (3 + n_scalars)), _columns(names, np.empty((0, n_scalars), np.float32), "scalars")
+        source.size // (4 * (3 + n_scalars)), _columns(names, np.empty((0, n_scalars), np.float32), "scalars"), offset
     )
     properties = [np.empty((0, n_properties), np.float32)]
     for rows, values, counts in streamlines:
@@ -81,7 +83,7 @@ def read(source: Source, invalid: str) -> Lines:
         properties.append(values)
     _check(source, header["n_streamlines"], streamlines)
     if collector.may_be_coarse:
-        warn_if_coarse(transform(matrix, rows[:, :3]) for rows, _, _ in streamlines)
+        warn_if_coarse((transform(matrix, rows[:, :3]) for rows, _, _ in streamlines), offset)
     lines = collector.lines(invalid)
     per_strand = _columns(header["property_names"], np.concatenate(properties), "properties")
     lines = with_strand_values(lines, per_strand, "streamline")
@@ -90,7 +92,7 @@ def read(source: Source, invalid: str) -> Lines:
     orientation = {name: header[name] for name in _ORIENTATION if any(header[name])}
     if "storage_order" in orientation:
         orientation["storage_order"] = header["storage_order"].decode("latin-1")
-    return replace(lines, metadata={GRID: grid.to_metadata() | orientation})
+    return replace(lines, metadata={**lines.metadata, GRID: grid.to_metadata() | orientation})
 
 
 def read_grid(source: Source) -> VoxelGrid:
@@ -129,6 +131,8 @@ def write(lines: Lines, path: Path, *, reference: Any = None) -> list[str]:
         if name in _ORIENTATION:
             header[name] = value.encode("latin-1", "replace") if isinstance(value, str) else value
     points = transform(inverse(grid.to_rasmm()), parts.points)
+    if lines.offset != NO_OFFSET:
+        warn_of_rounding(points, points.astype(np.float32), 4, FLOAT64_ADVICE)
     header["n_scalars"], header["n_properties"] = scalars.shape[1], properties.shape[1]
     header["scalar_names"][: len(scalar_names)] = scalar_names
     header["property_names"][: len(property_names)] = property_names

@@ -30,7 +30,7 @@ from ...geometry.strand_attributes import with_strand_values
 from ..grid_reference import grid_to_write
 from ..losses import conventions, free_name, strand_numbers
 from ..polylines import polylines_of
-from ..segment_collector import SegmentCollector, warn_if_coarse
+from ..segment_collector import SegmentCollector, offset_for, warn_if_coarse
 from ..source import BAD_COPY, Source, reason
 from ..voxel_grid import GRID, VoxelGrid
 from .archive import unpack
@@ -107,15 +107,16 @@ def read(source: Source, invalid: str, *, bundle: str | None = None) -> Lines:
     else:
         for name, chosen in groups.items():
             per_strand[GROUP + name] = np.bincount(chosen, minlength=n_streamlines) > 0
-    collector = SegmentCollector(len(points), kinds["dpv"])
+    offset = offset_for(source, [points])
+    collector = SegmentCollector(len(points), kinds["dpv"], offset)
     collector.add_in_parts(points, counts, kinds["dpv"])
     if collector.may_be_coarse:
-        warn_if_coarse([points])
+        warn_if_coarse([points], offset)
     del points, arrays
     kinds.clear()  # which holds the last of the file's bytes
     lines = with_strand_values(collector.lines(invalid), per_strand, "streamline")
     grid = _grid(header)
-    return lines if grid is None else replace(lines, metadata={GRID: grid.to_metadata()})
+    return lines if grid is None else replace(lines, metadata={**lines.metadata, GRID: grid.to_metadata()})
 
 
 def read_grid(source: Source) -> VoxelGrid | None:
@@ -126,6 +127,8 @@ def read_grid(source: Source) -> VoxelGrid | None:
 def write(lines: Lines, path: Path, *, reference: Any = None) -> list[str]:
     """Write positions in float32, attributes in their own type, and boolean attributes ``group NAME`` as groups.
 
+    Positions are float64 if the lines have an offset.
+
     Parameters
     ----------
     reference : object or path, optional
@@ -134,7 +137,7 @@ def write(lines: Lines, path: Path, *, reference: Any = None) -> list[str]:
     parts = polylines_of(lines)
     per_point, per_strand, lost = split_values(parts)
     arrays: dict[str, AnyArray] = {
-        "positions.3.float32": parts.points,
+        f"positions.3.{parts.points.dtype.name}": parts.points,
         "offsets.uint32" if len(parts.points) < 2**32 else "offsets.uint64": parts.offsets,
     }
     taken = {*per_point, *per_strand}

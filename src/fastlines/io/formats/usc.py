@@ -24,4 +24,6 @@ def read(source: Source, invalid: str) -> Lines:
     bald = counts == 1
     if len(counts) and bald.all():
         source.warn(f"no hair grows from its {len(counts)} roots, so there are no lines")
-    return Lines.from_points(points[~np.repeat(bald, counts)], np.where(bald, 0, counts), invalid=invalid)
+    return Lines.from_points(
+        points[~np.repeat(bald, counts)], np.where(bald, 0, counts), offset=source.offset, invalid=invalid
+    )

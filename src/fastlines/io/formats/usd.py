@@ -34,6 +34,7 @@ import numpy as np
 from ...errors import InputError
 from ...geometry.collection import Geometry
 from ...geometry.lines import Lines
+from ...geometry.offsets import AUTO, middle_of
 from ...support.optional import optional
 from ..format import AnyLines
 from ..source import UNPACK_BYTES, UNPACK_FACTOR, Source
@@ -122,6 +123,9 @@ def _read(source: Source, path: Path, invalid: str, time: float | None, prim: st
         n_prims += made.n_prims
     _tell_of_others(walk, remarks)
 
+    if source.offset == AUTO:  # the same one for lines and curves
+        every = [strokes.control.reshape(-1, 3) for some in parts.values() for strokes in some]
+        source.offset = middle_of(np.concatenate([np.empty((0, 3)), *every]))
     facts = _facts(source, stage)
     found = [joined(some, remarks, invalid, number_prims=n_prims > 1) for some in parts.values() if some]
     remarks.warn()

@@ -36,10 +36,13 @@ def joined(parts: Sequence[Strokes], remarks: Remarks, invalid: str, *, number_p
             radius=None if radius is None else own(radius),
             attributes=attributes,
             end_attributes=end_attributes,
+            offset=remarks.source.offset,
             invalid=invalid,
         )
     bad = np.zeros(len(control), np.bool_)
-    return Curves(**valid(Converted(control, radius, bad, strands, attributes, end_attributes), invalid))
+    return Curves(
+        **valid(Converted(control, radius, bad, strands, attributes, end_attributes), invalid, remarks.source.offset)
+    )
 
 
 def _together(arrays: Sequence[AnyArray]) -> AnyArray:

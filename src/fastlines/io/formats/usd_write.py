@@ -12,6 +12,7 @@ from ...errors import InputError
 from ...geometry.collection import Geometry
 from ...geometry.curves import Curves
 from ...geometry.lines import Lines
+from ...geometry.offsets import NO_OFFSET
 from ...support.optional import optional
 from ..losses import is_encodable, strand_numbers
 from ..polylines import Polylines, attributes_of_runs, equal, polylines_of
@@ -97,7 +98,7 @@ def _facts(stage: Any, parts: list[Any]) -> list[str]:
 
 def _curves(stage: Any, path: str, part: Lines | Curves, strips: Polylines, first: int) -> list[str]:
     """Write one prim, whose first strand will be read as the number `first`."""
-    from pxr import Sdf, UsdGeom, Vt
+    from pxr import Gf, Sdf, UsdGeom, Vt
 
     is_cubic = isinstance(part, Curves)
     prim = UsdGeom.BasisCurves.Define(stage, path)
@@ -105,7 +106,11 @@ def _curves(stage: Any, path: str, part: Lines | Curves, strips: Polylines, firs
     if is_cubic:
         prim.CreateBasisAttr("bezier")
     prim.CreateWrapAttr("nonperiodic")
-    prim.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(strips.points)))
+    # Points are float32 and the transform is float64.
+    points = strips.points if is_cubic else strips.points - np.array(part.offset)
+    prim.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(np.asarray(points, np.float32, order="C")))
+    if part.offset != NO_OFFSET:
+        prim.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Vec3d(*part.offset))
     prim.CreateCurveVertexCountsAttr(Vt.IntArray.FromNumpy(strips.counts.astype(np.int32)))
     if strips.radius is not None:
         prim.CreateWidthsAttr(Vt.FloatArray.FromNumpy(np.ascontiguousarray(2 * strips.radius)))

@@ -65,6 +65,7 @@ def lines_of(source: Source, data: DataSet, invalid: str, radius: str | None) ->
         warn=source.warn,
         check=source.radius,
         radius_name=radius,
+        offset=source.offset,
     )
 
 

@@ -112,7 +112,7 @@ def _lines(
     per_strand = arrays_of(source, table, len(owners), "columns")
     radii = radius_of(source, per_strand, radius, "column")
     attributes = {} if m is None else {"m": m}
-    lines = Lines.from_points(points, counts, attributes=attributes, invalid=invalid)
+    lines = Lines.from_points(points, counts, attributes=attributes, offset=source.offset, invalid=invalid)
     unit = "degree" if wkt.srids and wkt.srids <= DEGREES else None
     return with_features(lines, features if names else wkt.features, per_strand, unit, radii)
 

@@ -33,7 +33,8 @@ def find_aovs(context: ShadingContext, width: int, height: int) -> dict[str, Any
     -------
     dict of str to array
         (height, width) float32 for "depth"; (height, width, 3) float32 for "position", "normal" and "tangent", in the
-        coordinates of the scene; (height, width) int64 for "id" and "prim".
+        coordinates of the scene; (height, width) int64 for "id" and "prim". In a picture of lines with an offset, the
+        position is float64.
 
     Examples
     --------

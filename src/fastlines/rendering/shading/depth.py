@@ -13,6 +13,7 @@ from ...errors import InputError
 from ...progress import ProgressOption, reporting
 from ...query.rays import require_radius
 from ...tree import Tree
+from .own_frame import in_own_frame
 
 #: The most pixels of a picture: an 8K screen has fewer.
 MAX_PIXELS = 1 << 25
@@ -64,6 +65,7 @@ def depth_image(
     [inf, 4.0, inf]
     """
     check_size(width, height)
+    tree, camera = in_own_frame(tree, camera)
     view = View(tree, camera, width, height)
     radius = check_radius(tree, radius)
     depth = np.empty((height, width), np.float32)
