@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +95,19 @@ def open_input(
         were = "was" if lines.n_skipped == 1 else "were"
         note(f"{text}: {what} with NaN or Inf {were} left out")
     return Source(text, lines, format=row)
+
+
+def flattened(source: Source) -> Source:
+    """Leave z at 0 in a map whose heights are in metres: a picture would show them as a needle beside degrees."""
+    lines = source.geometry
+    if source.tree is not None or not isinstance(lines, Lines) or lines.unit != "degree" or not len(lines):
+        return source
+    *sides, height = np.ptp(lines.bounds.astype(np.float64), axis=0).tolist()
+    if height <= max(sides):
+        return source
+    note(f"{source.name}: pictures leave z at 0, because x and y are in degrees, and z is in metres")
+    flat = lines.segments * np.array([1, 1, 0], np.float32)
+    return replace(source, geometry=replace(lines, segments=flat))
 
 
 def open_tree(text: str) -> Tree:

@@ -42,16 +42,17 @@ Effort = Annotated[
         help="For best: from 0, the fastest build, to 1, the best tree. The default is 0.5, or 0 for a large input."
     ),
 ]
-Radius = Annotated[
-    float | None,
-    Option(
-        "--radius",
-        "-r",
-        callback=_finite,
-        help="How near a ray must come, in the unit of the coordinates. It is added to the radius of the lines, and is "
-        "needed if they have none.",
-        show_default=False,
-    ),
+
+
+def _radius(what: str, without: str) -> Any:
+    """Return the option --radius of a command."""
+    text = f"{what}, in the unit of the coordinates. It is added to the radius of the lines; {without}."
+    return Option("--radius", "-r", callback=_finite, help=text, show_default=False)
+
+
+Radius = Annotated[float | None, _radius("How near a ray must come", "lines without one need it")]
+PictureRadius = Annotated[
+    float | None, _radius("Half the thickness of the lines", "by default 0, or for lines without one what suits them")
 ]
 Json = Annotated[bool, Option("--json", help="Print JSON.")]
 Skip = Annotated[bool, Option("--skip-invalid", help="Leave out segments that hold NaN or Inf.")]

@@ -20,7 +20,7 @@ from ..rendering.pictures.options import LEVELS, PictureRequest, as_flag, check_
 from ..rendering.sequences import swept, turned
 from ..rendering.suitable_radius import small
 from ..settings.methods import method_settings
-from .files import check_output, open_lines, show_progress
+from .files import check_output, flattened, open_lines, show_progress
 from .hint import hint_at_radius
 from .options import refuse_given
 from .resume import add_samples, check_resume, keep_state, without_interrupts
@@ -74,7 +74,7 @@ class Order(PictureOptions):
 
 def draw(order: Order) -> str:
     """Write the pictures of an order; return what was written, in words."""
-    opened = open_lines(order.source, order.skip_invalid, order.format, order.option)
+    opened = flattened(open_lines(order.source, order.skip_invalid, order.format, order.option))
     if opened.tree is not None:
         refuse_given({"--method": order.method}, f"{order.source} is a tree already; 'fastlines build' makes another")
     lines = opened.tree or opened.geometry

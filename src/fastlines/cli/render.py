@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 from typer import Option
 
-from .options import Direction, Focus, FormatName, FormatOptions, Fov, Input, Lens, Radius, Skip, Up, vector
+from .options import Direction, Focus, FormatName, FormatOptions, Fov, Input, Lens, PictureRadius, Skip, Up, vector
 
 #: The width and the height of a square picture in pixels.
 SIZE = 1024
@@ -30,7 +30,7 @@ def render(
         str | None,
         Option(metavar="NAME", help="hair, fibre, tube, depth, id, normal, tangent, hits or work; chosen by default."),
     ] = None,
-    radius: Radius = None,
+    radius: PictureRadius = None,
     color: Annotated[
         str | None,
         Option(

@@ -63,7 +63,7 @@ class Renderer(Progressive):
         context = ShadingContext.of(tree, camera, plan.height, radius, options.rig or look.rig)
         samples = options.samples or (LENS_SAMPLES if camera.lens_radius else THIN_SAMPLES if context.thin else SAMPLES)
         super().__init__(context, plan.width, plan.height, samples, {"light": (3,), "alpha": (), "shadow": ()})
-        opacity = (radius + tree.geometry.max_radius) / max(context.pixel, 1e-30)
+        opacity = (radius + tree.geometry.max_radius) / max(context.pixel, 1e-300)
         traces_many = isinstance(look, TracedHair) and samples >= MANY_SAMPLES
         thin = context.thin and not traces_many
         self._finder = Cones(tree, radius, camera.spread(plan.height), opacity) if thin else Surfaces(tree, radius)
