@@ -314,13 +314,14 @@ class Camera:
         points, radius = _to_frame(geometry)
 
         # Work relative to the middle of the geometry: it may lie far from the coordinate origin.
-        low, high = (points - radius[:, None]).min(axis=0), (points + radius[:, None]).max(axis=0)
+        low = np.array([(column - radius).min() for column in points.T])
+        high = np.array([(column + radius).max() for column in points.T])
         centre = low + (high - low) / 2
         size = float((high - low).max())
         if is_point(low, high):
             size = max(1.0, 1e-3 * float(np.abs(centre).max()))
         axes = _axes(view, upwards)
-        x, y, depth = (dot(points - centre, axis) for axis in axes)
+        x, y, depth = dot((points - centre)[None], axes[:, None])
 
         # Put the apex of the frame's pyramid where two opposite sides touch the balls around the points.
         tan = math.tan(math.radians(fov_degrees) / 2) * (1 - 2 * margin)

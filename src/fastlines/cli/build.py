@@ -77,6 +77,9 @@ def build(
         ),
     ] = None,
     max_leaf_refs: Annotated[int | None, Option(help="No leaf has more references (BVHs only).")] = None,
+    own_radius: Annotated[
+        bool, Option("--own-radius/--no-own-radius", help="Whether the tree keeps the radius that lines have.")
+    ] = True,
     skip_invalid: Skip = False,
     format: FormatName = None,
     option: FormatOptions = None,
@@ -106,7 +109,7 @@ def build(
     memory = None if max_bytes is None else n_bytes(max_bytes, "--max-bytes")
     bounds = {"max_depth": max_depth, "max_refs": max_refs, "max_bytes": memory, "max_leaf_refs": max_leaf_refs}
     given: dict[str, Any] = {name: value for name, value in bounds.items() if value is not None}
-    opened = open_lines(source, skip_invalid, format, option)
+    opened = open_lines(source, skip_invalid, format, option, own_radius)
     start = time.perf_counter()
     tree = fl.build(
         opened.geometry,

@@ -16,6 +16,8 @@ from .. import scenes
 from ..camera import Camera
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry, counted
+from ..geometry.collection import Geometry
+from ..geometry.curves import Curves
 from ..geometry.lines import Lines
 from ..io import Format, extension_of, format_of, read
 from ..io.reading import check_path
@@ -56,19 +58,32 @@ class Source:
 
 
 def open_lines(
-    text: str, skip_invalid: bool = False, format: str | None = None, options: Sequence[str] | None = None
+    text: str,
+    skip_invalid: bool = False,
+    format: str | None = None,
+    options: Sequence[str] | None = None,
+    own_radius: bool = True,
 ) -> Source:
     """Read an input; refuse one without lines, which is most likely a mistake."""
-    source = open_input(text, skip_invalid, format, options)
+    source = open_input(text, skip_invalid, format, options, own_radius)
     if len(source.geometry) == 0:
         raise InputError(f"{text}: holds no segments; expected at least one ('fastlines info' shows what is in a file)")
     return source
 
 
 def open_input(
-    text: str, skip_invalid: bool = False, format: str | None = None, options: Sequence[str] | None = None
+    text: str,
+    skip_invalid: bool = False,
+    format: str | None = None,
+    options: Sequence[str] | None = None,
+    own_radius: bool = True,
 ) -> Source:
-    """Read a file of lines, a tree or a scene, as the argument INPUT names it."""
+    """Read a file of lines, a tree or a scene, as the argument INPUT names it; leave out the radius if wanted."""
+    source = _open(text, skip_invalid, format, options)
+    return source if own_radius else _without_radius(source)
+
+
+def _open(text: str, skip_invalid: bool, format: str | None, options: Sequence[str] | None) -> Source:
     path = Path(text)
     given = {"--format": format, "--option": options or None}
     if text.startswith(SCENE):
@@ -95,6 +110,31 @@ def open_input(
         were = "was" if lines.n_skipped == 1 else "were"
         note(f"{text}: {what} with NaN or Inf {were} left out")
     return Source(text, lines, format=row)
+
+
+def _without_radius(source: Source) -> Source:
+    """Leave out the radius that lines have of their own."""
+    geometry, leave_out = source.geometry, "leave out --no-own-radius"
+    if all(part.radius is None for part in geometry.each_part()):
+        raise InputError(f"{source.name}: has no radius of its own; {leave_out}")
+    if source.tree is None:
+        parts = [_bare(part) for part in geometry.each_part()]
+        return replace(source, geometry=Geometry(parts) if geometry.has_parts else parts[0])
+    if not isinstance(geometry, Lines):
+        kind = type(geometry).__name__
+        raise InputError(
+            f"{source.name}: is a tree over {kind}, whose boxes hold its radius; build one with "
+            f"'fastlines build INPUT --no-own-radius', or {leave_out}"
+        )
+    # The boxes of a tree over lines are those of the axes.
+    tree = replace(source.tree, geometry=geometry.without_radius(), made_by_core=True)
+    return replace(source, geometry=tree.geometry, tree=tree)
+
+
+def _bare(part: AnyGeometry) -> AnyGeometry:
+    if isinstance(part, Lines):
+        return part.without_radius()
+    return replace(part, radius=None) if isinstance(part, Curves) else part
 
 
 def flattened(source: Source) -> Source:

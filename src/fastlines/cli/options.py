@@ -16,7 +16,7 @@ from ..errors import InputError
 INPUT_HELP = "A file of lines, a tree (.flt), or a scene: scene:NAME, scene:NAME:SEGMENTS or scene:NAME:SEGMENTS:SEED."
 
 
-def _finite(value: float | None) -> float | None:
+def finite(value: float | None) -> float | None:
     """Refuse a bad radius before any work is done."""
     if value is not None and not 0 <= value < math.inf:
         raise typer.BadParameter(f"{value!r} is not a finite number that is 0 or more.")
@@ -47,12 +47,19 @@ Effort = Annotated[
 def _radius(what: str, without: str) -> Any:
     """Return the option --radius of a command."""
     text = f"{what}, in the unit of the coordinates. It is added to the radius of the lines; {without}."
-    return Option("--radius", "-r", callback=_finite, help=text, show_default=False)
+    return Option("--radius", "-r", callback=finite, help=text, show_default=False)
 
 
 Radius = Annotated[float | None, _radius("How near a ray must come", "lines without one need it")]
 PictureRadius = Annotated[
     float | None, _radius("Half the thickness of the lines", "by default 0, or for lines without one what suits them")
+]
+OwnRadius = Annotated[
+    bool,
+    Option(
+        "--own-radius/--no-own-radius",
+        help="Whether the radius that lines have of their own counts. If not, --radius replaces it.",
+    ),
 ]
 Json = Annotated[bool, Option("--json", help="Print JSON.")]
 Skip = Annotated[bool, Option("--skip-invalid", help="Leave out segments that hold NaN or Inf.")]
@@ -70,7 +77,7 @@ Lens = Annotated[
     float | None,
     Option(
         "--lens-radius",
-        callback=_finite,
+        callback=finite,
         metavar="R",
         help="Blur what is out of focus, as a lens of this radius does, in the unit of the coordinates.",
         show_default=False,

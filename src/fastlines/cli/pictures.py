@@ -44,6 +44,7 @@ class Order(PictureOptions):
     skip_invalid: bool
     format: str | None
     option: list[str] | None
+    own_radius: bool
 
     def __post_init__(self) -> None:
         """Check the options as far as that can be done without the lines."""
@@ -74,7 +75,8 @@ class Order(PictureOptions):
 
 def draw(order: Order) -> str:
     """Write the pictures of an order; return what was written, in words."""
-    opened = flattened(open_lines(order.source, order.skip_invalid, order.format, order.option))
+    reading = order.skip_invalid, order.format, order.option, order.own_radius
+    opened = flattened(open_lines(order.source, *reading))
     if opened.tree is not None:
         refuse_given({"--method": order.method}, f"{order.source} is a tree already; 'fastlines build' makes another")
     lines = opened.tree or opened.geometry

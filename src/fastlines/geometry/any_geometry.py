@@ -152,6 +152,11 @@ class AnyGeometry(Shown, ABC):
         """Whether queries need a radius: some lines or curves have none of their own."""
         return False
 
+    @property
+    def is_bare(self) -> bool:
+        """Whether pictures need a radius: some lines or curves have none of their own, or one that is 0 everywhere."""
+        return any(part.has_axes and part.max_radius == 0 for part in self.each_part())
+
     def radius_of(self, prim: IntArray) -> Float64Array:
         """Return the largest radius of each of some primitives; 0 for those without."""
         return np.zeros(len(prim))

@@ -206,7 +206,11 @@ class Lines(AxisGeometry):
 
     def lengths(self) -> Float64Array:
         """Return the length of each segment."""
-        return np.asarray(np.sqrt((np.diff(self.segments.astype(np.float64), axis=1)[:, 0] ** 2).sum(axis=1)))
+        squares = np.zeros(len(self))
+        for axis in range(3):
+            edges = self.segments[:, 1, axis].astype(np.float64) - self.segments[:, 0, axis]
+            squares += edges**2
+        return np.asarray(np.sqrt(squares))
 
     def turns(self) -> FloatArray:
         """See `AnyGeometry`."""

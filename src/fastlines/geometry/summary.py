@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import box_of
+
 if TYPE_CHECKING:
     from .any_geometry import AnyGeometry
 
@@ -17,7 +19,7 @@ def summary_of(
 ) -> dict[str, Any]:
     """Return counts and sizes of a geometry, after those of its primitives; `lengths` are more of these."""
     points, radii = geometry.span()
-    bounds = np.stack([points.min(axis=0), points.max(axis=0)]) if len(points) else None
+    bounds = box_of(points) if len(points) else None
     texts = geometry.attribute_texts()
     return {
         **counts,
@@ -28,7 +30,6 @@ def summary_of(
         **(lengths or {}),
         "strand_lengths": extremes(geometry.strand_lengths()),
         "n_zero_length": geometry.count_points(),
-        "n_duplicates": geometry.count_repeats(),
         "radius": [float(radii.min()), float(radii.max())] if radii.any() else None,
         "attributes": {name: " or ".join(texts[name]) for name in sorted(texts)},
         "up": geometry.up,

@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import box_of
 from ..camera import Camera, Vector
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.lines import AXES
@@ -57,7 +58,7 @@ def default_view(geometry: AnyGeometry) -> tuple[Vector, Vector]:
     points, _ = geometry.span()
     if len(points) == 0:
         return _tuple(-axes[2]), _tuple(axes[1])
-    low, high = points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
+    low, high = box_of(points).astype(np.float64)
     extent = high - low
     flat = 2 - int(extent[::-1].argmin())
     if extent[flat] <= FLAT * extent.max():
@@ -67,7 +68,7 @@ def default_view(geometry: AnyGeometry) -> tuple[Vector, Vector]:
     up = AXES.index(geometry.up or ("y" if stands else "z"))
     # Of two equal sides look along z, as in most pictures.
     short, long = sorted((axis for axis in (2, 1, 0) if axis != up), key=lambda axis: extent[axis])
-    lean = points.mean(axis=0, dtype=np.float64)[long] - (low + high)[long] / 2
+    lean = points[:, long].mean(dtype=np.float64) - (low + high)[long] / 2
     front = -1.0 if lean > 0 else 1.0
     turn, tilt = _slopes(extent[up], extent[short], extent[long])
     views = [-axes[short] - turn * side * axes[long] - tilt * axes[up] for side in (front, -front)]

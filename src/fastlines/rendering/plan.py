@@ -155,15 +155,10 @@ def plan_picture(
     camera, width, height = choose_camera(options, geometry)
     tree = lines if isinstance(lines, Tree) else build(geometry, method, progress=progress)
     radius = radii[0] if len(radii) else options.radius
-    is_suitable = radius is None and is_bare(geometry)
+    is_suitable = radius is None and geometry.is_bare
     if is_suitable:
         radius = suitable_radius(tree, camera) if len(geometry) else 0.0
     return PicturePlan(tree, camera, width, height, check_radius(tree, radius), look, options, legend, is_suitable)
-
-
-def is_bare(geometry: AnyGeometry) -> bool:
-    """Return whether some lines have no radius of their own, or one that is 0 everywhere."""
-    return any(part.has_axes and part.max_radius == 0 for part in geometry.each_part())
 
 
 def choose_camera(options: PictureOptions, geometry: AnyGeometry) -> tuple[Camera, int, int]:
