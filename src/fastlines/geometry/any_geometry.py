@@ -13,6 +13,7 @@ import numpy.typing as npt
 from ..arrays import AnyArray, FloatArray, IntArray, did_you_mean
 from ..errors import InputError
 from ..support.display import Shown
+from ..support.immutable import Immutable
 from .hit_places import Float64Array, HitPlaces, interpolate, require_numbers
 from .summary import summary_of
 
@@ -24,7 +25,7 @@ Section: TypeAlias = tuple[str, tuple[tuple[int, ...], ...], bool]
 NO_ATTRIBUTES: Mapping[str, Any] = MappingProxyType({})
 
 
-class AnyGeometry(Shown, ABC):
+class AnyGeometry(Shown, Immutable, ABC):
     """Primitives that a tree can be over. A kind of geometry is a subclass, and a row of `kinds.KINDS`.
 
     Each member is one question about the kind, and the rest of the package asks these instead of testing for classes. A

@@ -12,7 +12,7 @@ from ..camera import Camera
 from ..errors import InputError
 from ..progress import ProgressOption, check_progress, reporting
 from .color.palette import GOLDEN
-from .looks import Look
+from .looks import ColorOption, Look
 from .looks.solid import Solid
 from .looks.traced_hair import TracedHair
 from .measure_renderer import MeasureRenderer
@@ -79,6 +79,10 @@ class Renderer(Progressive):
             shadow=self._means("shadow").astype(np.float32),
             is_light=self.look.is_light,
             legend=self.look.color.legend(self.context) if isinstance(self.look, Solid) else None,
+            camera=self.context.camera,
+            radius=self.context.radius,
+            look=self.look,
+            rig=self.context.rig if self.look.is_light else None,
         )
 
     def _sample(self, index: int, pixels: AnyArray) -> dict[str, AnyArray]:
@@ -117,7 +121,7 @@ def render(
     look: str | Look | Measure | None = None,
     radius: float | None = None,
     samples: int | None = None,
-    color: str | None = None,
+    color: ColorOption | None = None,
     color_map: str | None = None,
     background: str | None = None,
     rig: Rig | None = None,
@@ -144,15 +148,16 @@ def render(
     samples : int, optional
         How many samples of a pixel are averaged. By default there are 16, or 4 if lines are thinner than a pixel, or 64
         if the camera has a lens; of a measure there is one, through the pixel's centre.
-    color : str, optional
-        Of hair: "blond", "brown" and others, or "#rrggbb". Of fibres and tubes: "direction", "strand", the name of an
-        attribute, or "#rrggbb"; "attribute:strand" is an attribute of the name of one of these words.
+    color : str, three numbers or HairMaterial, optional
+        Of hair: "blond", "brown" and others, "#rrggbb", or a material. Of fibres and tubes: "direction", "strand", the
+        name of an attribute, or "#rrggbb"; "attribute:strand" is an attribute of the name of one of these words. Three
+        numbers from 0 to 1 are red, green and blue as a screen shows them: (1, 0.5, 0) is "#ff8000".
     color_map : str, optional
         For an attribute: "viridis", "magma", "inferno", "coolwarm" or "gray".
     background : str, optional
         One colour, or those at the top and at the bottom: "#fff" or "#fff:#ccc".
     rig : Rig, optional
-        The lights.
+        The lights; by default those of the look. `RIGS` has some by name.
     exposure : float
         Multiply the light by 2 to this power.
     quality : {"normal", "high"}
@@ -166,6 +171,7 @@ def render(
     Returns
     -------
     Picture
+        It keeps its camera, radius, look and rig.
 
     Raises
     ------

@@ -21,7 +21,7 @@ from ..geometry.any_geometry import AnyGeometry
 from ..settings.settings import COST, Cost, Settings
 from ..support.display import Shown
 from ..support.graphviz import MAX_LEVEL, dot_nodes, dot_text
-from ..support.immutable import frozen, own
+from ..support.immutable import Immutable, frozen, own
 from ..support.texts import count_of
 
 #: A node: its box, the index of its right child (0 = leaf; the left child is the next node), and the range of the
@@ -48,7 +48,7 @@ class Planes(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class TreeData(Shown):
+class TreeData(Shown, Immutable):
     """An acceleration tree over primitives, as plain immutable data.
 
     The constructor checks all that queries rely on: axioms 1 to 4, a depth of at most `MAX_DEPTH`, and the KD axiom
