@@ -15,13 +15,14 @@ import typer
 from .. import scenes
 from ..camera import Camera
 from ..errors import InputError
-from ..geometry.any_geometry import AnyGeometry, counted
+from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import Geometry
 from ..geometry.curves import Curves
 from ..geometry.lines import Lines
 from ..io import Format, extension_of, format_of, read
 from ..io.reading import check_path
 from ..support.atomic_write import atomic_write, check_target
+from ..support.texts import counted
 from ..tree import Tree, load
 from .options import format_options, refuse_given
 

@@ -17,7 +17,7 @@ import fastlines as fl
 from ..errors import FastlinesError, InputError
 from ..progress import reporting
 from ..settings.settings import limit_notes
-from ..support.texts import bytes_text
+from ..support.texts import bytes_text, counted
 from ..tree import Tree
 from .files import Source
 from .installation import describe_installation, installation_text
@@ -161,7 +161,7 @@ def validate(tree_file: TreeFile, as_json: Json = False) -> None:
         typer.echo(json.dumps({"valid": True, "kind": kind, "n_nodes": tree.n_nodes, "cost_f": f, "cost_g": g}))
         return
     typer.echo(
-        f"{tree_file}: valid: axioms 1 to 5, the {kind} axiom and Theorem 4 hold at all {tree.n_nodes:,} nodes; "
+        f"{tree_file}: valid: axioms 1 to 5, the {kind} axiom and Theorem 4 hold at {counted(tree.n_nodes, 'nodes')}; "
         f"f = g = {f:.9g} (they differ by {difference:.0e})"
     )
 

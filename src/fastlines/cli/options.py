@@ -31,7 +31,7 @@ def _above_0(value: float | None) -> float | None:
 
 
 Input = Annotated[str, typer.Argument(metavar="INPUT", help=INPUT_HELP)]
-OptionalInput = Annotated[str | None, typer.Argument(metavar="[INPUT]", help=INPUT_HELP, show_default=False)]
+OptionalInput = Annotated[str | None, typer.Argument(metavar="INPUT", help=INPUT_HELP, show_default=False)]
 TreeFile = Annotated[str, typer.Argument(metavar="TREE", help="A tree file (.flt).")]
 Method = Annotated[
     str, Option("--method", "-m", help="The tree: best, bvh-cl, bvh-ss, bvh-d2, kd-cl or kd-d2.", metavar="NAME")

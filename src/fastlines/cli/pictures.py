@@ -20,6 +20,7 @@ from ..rendering.pictures.options import LEVELS, PictureRequest, as_flag, check_
 from ..rendering.sequences import swept, turned
 from ..rendering.suitable_radius import small
 from ..settings.methods import method_settings
+from ..support.texts import counted
 from .files import check_output, flattened, open_lines, show_progress
 from .hint import hint_at_radius
 from .options import refuse_given
@@ -90,7 +91,7 @@ def write_levels(order: Order, plan: PicturePlan) -> str:
     """Write a sheet of the levels of the tree; return what was written, in words."""
     view = order.camera.camera(plan.tree.geometry)
     write_picture(order.output, level_sheet(plan.tree, view, plan.radius, order.levels, progress=show_progress()))
-    return f"{order.output}: {order.levels} levels, {thickness(plan)}"
+    return f"{order.output}: {counted(order.levels, 'levels')}, {thickness(plan)}"
 
 
 def write_many(order: Order, plan: PicturePlan) -> str:
@@ -99,7 +100,7 @@ def write_many(order: Order, plan: PicturePlan) -> str:
     pictures = swept(plan, order.radii) if order.radii else turned(plan, n_pictures)
     written = write_sequence(order.output, pictures, n_pictures, order.seconds, order.transparent)
     what = f"radii {order.radii[0]:g} to {order.radii[-1]:g}" if order.radii else thickness(plan)
-    return f"{written}: {n_pictures} pictures of {plan.width} × {plan.height} pixels, {focus(plan)}{what}"
+    return f"{written}: {counted(n_pictures, 'pictures')} of {plan.width} × {plan.height} pixels, {focus(plan)}{what}"
 
 
 def write_one(order: Order, plan: PicturePlan) -> str:

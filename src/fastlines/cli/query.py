@@ -12,7 +12,7 @@ from typer import Option
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..query.ray_arguments import RayOptions
-from ..support.texts import count_of
+from ..support.texts import counted
 from .options import (
     Direction,
     FormatName,
@@ -50,7 +50,7 @@ def query(
     rays: Annotated[
         str | None,
         typer.Argument(
-            metavar="[RAYS]", help="An array (n, 6) in a .npy file, or origins and directions (n, 3) in a .npz file."
+            metavar="RAYS", help="An array (n, 6) in a .npy file, or origins and directions (n, 3) in a .npz file."
         ),
     ] = None,
     radius: Radius = None,
@@ -180,13 +180,13 @@ def query(
         hint_at_radius(tree, origins, directions, radius, **bounds)
     n_rays, n_found = len(directions), _count(kind, answer)
     if as_json:
-        counted = "n_hits" if kind in (*LISTS, "count") else "n_rays_that_hit"
-        facts = {"n_rays": n_rays, "kind": kind, "radius": radius, counted: n_found}
+        what = "n_hits" if kind in (*LISTS, "count") else "n_rays_that_hit"
+        facts = {"n_rays": n_rays, "kind": kind, "radius": radius, what: n_found}
         typer.echo(json.dumps({**facts, "seconds": seconds, "output": output}, indent=2))
         return
-    found = count_of(n_found, "hit") if kind in (*LISTS, "count") else f"{n_found:,} of them hit something"
+    found = counted(n_found, "hits") if kind in (*LISTS, "count") else f"{n_found:,} of them hit something"
     rate = f", {n_rays / seconds / 1e6:.3g} million rays a second" if n_rays else ""
-    typer.echo(f"{output or opened.name}: {count_of(n_rays, 'ray')}, {found}, in {seconds:.3f} s{rate}")
+    typer.echo(f"{output or opened.name}: {counted(n_rays, 'rays')}, {found}, in {seconds:.3f} s{rate}")
 
 
 def _arrays(kind: str, answer: Any, geometry: AnyGeometry) -> dict[str, Any]:

@@ -36,7 +36,7 @@ def render(
             "-o",
             metavar="FILE",
             help="The picture: a .png for the eye, or an .exr of numbers. Many pictures: x.png for x_0001.png and so "
-            "on, a .gif, or an .mp4 (needs the extra video).",
+            "on, a .gif, or an .mp4 (needs the package imageio-ffmpeg).",
         ),
     ],
     look: Annotated[

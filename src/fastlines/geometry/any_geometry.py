@@ -14,6 +14,7 @@ from ..arrays import AnyArray, FloatArray, IntArray, did_you_mean
 from ..errors import InputError
 from ..support.display import Shown
 from ..support.immutable import Immutable
+from ..support.texts import counted
 from .hit_places import Float64Array, HitPlaces, interpolate, require_numbers
 from .summary import summary_of
 
@@ -362,15 +363,3 @@ class AnyGeometry(Shown, Immutable, ABC):
     def moved(self, lines: Any) -> AnyGeometry:
         """Return the lines for a refit; an array of segments keeps the strands, radii and attributes of these."""
         raise InputError(f"refits are for lines; this tree is over {type(self).__name__}: build it anew")
-
-
-def counted(n: int, noun: str) -> str:
-    """Return a number and what it counts, which is given in the plural.
-
-    Examples
-    --------
-    >>> counted(1, "segments"), counted(2000, "boxes"), counted(1, "boxes")
-    ('1 segment', '2,000 boxes', '1 box')
-    """
-    one = "box" if noun == "boxes" else noun.removesuffix("s")
-    return f"{n:,} {one if n == 1 else noun}"

@@ -96,9 +96,7 @@ def lines(obj: Any, *, invalid: str = "error") -> Lines:
     if _has(obj, "control", "pieces"):
         raise InputError("lines are Curves; curves.pieces.lines are lines, and build takes curves as they are")
     if _has(obj, "geometry", "first_hit"):
-        raise InputError(
-            f"lines are a {type(obj).__name__}; expected lines: pass tree.geometry, or save the tree by tree.save"
-        )
+        raise InputError(f"lines are {kind_of(obj)}; expected lines: pass tree.geometry, or save the tree by tree.save")
     return as_lines(to_array(obj), invalid=invalid)
 
 

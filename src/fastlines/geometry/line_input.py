@@ -180,7 +180,7 @@ def join_strands(strands: Iterable[npt.ArrayLike]) -> tuple[FloatArray, list[int
 
 def _mapping(name: str, values: object) -> Mapping[str, Any]:
     if not isinstance(values, Mapping):
-        raise InputError(f"{name} are a {type(values).__name__}; expected a mapping of names to arrays")
+        raise InputError(f"{name} are {kind_of(values)}; expected a mapping of names to arrays")
     return values
 
 

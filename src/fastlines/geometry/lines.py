@@ -26,6 +26,7 @@ from ..arrays import (
 )
 from ..errors import InputError
 from ..support.immutable import frozen, own
+from ..support.texts import counted
 from ..support.vectors import dot, unit
 from .any_geometry import AnyGeometry, Section
 from .axis_geometry import AxisGeometry
@@ -107,10 +108,10 @@ class Lines(AxisGeometry):
         return len(self.segments)
 
     def __repr__(self) -> str:
-        has = [f"{self.n_strands:,} strands"] if self.n_strands else []
+        has = [self.count_text()] + [counted(self.n_strands, "strands")] * (self.n_strands > 0)
         has += ["radius"] * (self.radius is not None) + list(self.attributes)
         has += [f"{len(self.skipped):,} skipped"] * (len(self.skipped) > 0)
-        return f"<{type(self).__name__}: {', '.join([f'{len(self):,} segments', *has])}>"
+        return f"<{type(self).__name__}: {', '.join(has)}>"
 
     @property
     def kind(self) -> str:

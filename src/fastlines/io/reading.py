@@ -12,7 +12,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from ..arrays import INVALID, choice
+from ..arrays import INVALID, choice, kind_of
 from ..errors import FileFormatError, FileWarning, InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import Geometry
@@ -86,7 +86,7 @@ def read(
     choice("invalid", invalid, INVALID)
     path = table.path_of(path)
     if format is not None and not isinstance(format, str):
-        raise InputError(f"format is a {type(format).__name__}; expected the name of one, such as 'trk'")
+        raise InputError(f"format is {kind_of(format)}; expected the name of one, such as 'trk'")
 
     check_path(path)
     row = format_of(path, format)
@@ -133,7 +133,7 @@ def _parse(row: Format, source: Source, invalid: str, options: dict[str, Any]) -
         raise
     if not isinstance(lines, AnyGeometry):
         raise FileFormatError(
-            f"{source.name}: the format {row.name!r} returned a {type(lines).__name__}; expected Lines, Curves or a "
+            f"{source.name}: the format {row.name!r} returned {kind_of(lines)}; expected Lines, Curves or a "
             "Geometry of several"
         )
     parts = [_with_conventions(part, row) for part in lines.each_part()]

@@ -22,7 +22,7 @@ from ..settings.settings import COST, Cost, Settings
 from ..support.display import Shown
 from ..support.graphviz import MAX_LEVEL, dot_nodes, dot_text
 from ..support.immutable import Immutable, frozen, own
-from ..support.texts import count_of
+from ..support.texts import counted
 
 #: A node: its box, the index of its right child (0 = leaf; the left child is the next node), and the range of the
 #: references at or below it.
@@ -113,8 +113,8 @@ class TreeData(Shown, Immutable):
 
     def __repr__(self) -> str:
         return (
-            f"<Tree {self.method}: {self.n_prims:,} primitives, {self.n_refs:,} references, {self.n_nodes:,} nodes, "
-            f"cost {self.cost():.6g}>"
+            f"<Tree {self.method}: {counted(self.n_prims, 'primitives')}, {counted(self.n_refs, 'references')}, "
+            f"{counted(self.n_nodes, 'nodes')}, cost {self.cost():.6g}>"
         )
 
     @property
@@ -246,7 +246,7 @@ class TreeData(Shown, Immutable):
         costs, areas = self._node_costs(self.settings.cost), self.areas
         last = math.inf if max_level is None else count("max_level", max_level, 0)
         drawn = dot_nodes(self.nodes["right"], self.nodes["n_refs"], costs, areas, last)
-        return dot_text(f"{self.method}, a tree of {count_of(self.n_prims, 'primitive')}", drawn)
+        return dot_text(f"{self.method}, a tree of {counted(self.n_prims, 'primitives')}", drawn)
 
     @cached_property
     def growth(self) -> float:

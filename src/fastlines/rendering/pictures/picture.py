@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ...arrays import AnyArray, FloatArray
 from ...camera import Camera
-from ...support.texts import count_of
+from ...support.texts import counted
 from ..color.legend import Legend, draw_legend
 from ..color.tone import bleed, dithered, filmic, srgb, to_bytes
 from .images import check_image_path, write_light, write_picture
@@ -82,7 +82,7 @@ class Picture:
 
     def __repr__(self) -> str:
         height, width = self.alpha.shape
-        return f"<Picture: {width} × {height} pixels, {count_of(self.samples, 'sample')}>"
+        return f"<Picture: {width} × {height} pixels, {counted(self.samples, 'samples')}>"
 
     def _repr_png_(self) -> bytes:
         from PIL import Image
