@@ -26,6 +26,8 @@ bool is_valid(float radius) { return radius >= 0 && radius <= kCoordinateLimit; 
 /// Copies lines into the core's form. Throws InputError for the first one that cannot be used.
 template <class To, class From>
 std::vector<To> checked_copy(std::span<const From> lines) {
+  if (!lines.data() && !lines.empty())
+    throw InputError("the array of lines is null; expected a pointer to " + std::to_string(lines.size()) + " lines");
   if (lines.size() > kMaxRefs)
     throw InputError(std::to_string(lines.size()) + " lines are more than a tree can index; build several trees");
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -51,8 +53,8 @@ std::span<const fastlines::Segment> axes_of(std::span<const fastlines::Segment> 
 template <class P, class Line>
 TreePointer build(std::span<const Line> lines, const BuildOptions& options) {
   using Item = typename P::Item;
+  fastlines::Settings settings = method_settings(options, lines.size());
   std::vector<Item> items = checked_copy<Item>(lines);
-  fastlines::Settings settings = method_settings(options, items.size());
   settings.n_threads = n_threads_of(options.n_threads);
   TreeOrigin origin{method_name(options.method), settings.cost.c_trav,
                     settings.cost.c_prim,        settings.boxes == fastlines::BoxRule::cut,

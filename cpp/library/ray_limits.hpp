@@ -80,8 +80,13 @@ struct RayLimits {
     if (rays.directions.size() != n)
       throw InputError(std::to_string(n) + " origins and " + std::to_string(rays.directions.size()) +
                        " directions; expected as many");
+    const auto is_null = [](const auto& values) { return !values.data() && !values.empty(); };
+    if (is_null(rays.origins) || is_null(rays.directions))
+      throw InputError("the origins or the directions of the rays are null; expected pointers to " + std::to_string(n) +
+                       " vectors each");
     if (n > 0xffff'ffff) throw InputError("more than 2^32 − 1 rays; trace them in several calls");
-    const auto fits = [n](std::span<const float> values, const char* name) {
+    const auto fits = [n, is_null](std::span<const float> values, const char* name) {
+      if (is_null(values)) throw InputError(std::string(name) + " is null; expected a pointer to its numbers");
       if (values.size() != 1 && values.size() != n)
         throw InputError(std::string(name) + " has " + std::to_string(values.size()) +
                          " numbers; expected one, or one for each of " + std::to_string(n) + " rays");

@@ -92,13 +92,9 @@ Tree load(const std::string& path) { return Tree(detail::read_tree(path)); }
 
 void AccTree::Build(const float* lines, int n) {
   if (n < 0) throw InputError("Build: " + std::to_string(n) + " lines; expected 0 or more");
-  std::vector<Segment> segments;
-  segments.reserve(std::size_t(n));
-  for (const float* line = lines; line != lines + 6 * std::ptrdiff_t(n); line += 6)
-    segments.push_back({{line[0], line[1], line[2]}, {line[3], line[4], line[5]}});
   BuildOptions options;
   options.method = method_;
-  tree_ = build(segments, options);
+  tree_ = build(std::span(reinterpret_cast<const Segment*>(lines), std::size_t(n)), options);
 }
 
 bool AccTree::Intersect(const Ray& ray, Intersection* hit, float d) const {

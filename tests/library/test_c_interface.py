@@ -252,6 +252,44 @@ def test_bad_input_has_a_message(library: Library, lines: fl.Lines) -> None:
     assert not made
 
 
+def test_null_pointers_are_refused_by_name(library: Library, lines: fl.Lines) -> None:
+    built, point = library.build(lines), pointer(np.zeros(3, np.float32))
+    tree = built.tree
+    ray, rays, made = Ray((c.c_float * 3)(), (c.c_float * 3)(0, 0, 1), 0, 1), Rays(1, point, point), c.c_void_p()
+    room, radius, n = c.byref(c.create_string_buffer(64)), c.c_float(0.1), c.c_size_t(1)
+    calls: list[tuple[str, list[Any], dict[int, str]]] = [
+        ("fl_build", [point, n, None, room], {0: "the array of lines", 3: "tree"}),
+        ("fl_build_round_cones", [point, n, None, room], {0: "the array of lines", 3: "tree"}),
+        ("fl_load", [b"none.flt", c.byref(made)], {0: "path", 1: "tree"}),
+        ("fl_save", [tree, b"none/none.flt"], {0: "tree", 1: "path"}),
+        ("fl_get_facts", [tree, room], {0: "tree", 1: "facts"}),
+        ("fl_first_hit", [tree, c.byref(ray), radius, 0, room], {0: "tree", 1: "ray", 4: "hit"}),
+        ("fl_any_hit", [tree, c.byref(ray), radius, room], {0: "tree", 1: "ray", 3: "found"}),
+        ("fl_count_hits", [tree, c.byref(ray), radius, room], {0: "tree", 1: "ray", 3: "n"}),
+        ("fl_all_hits", [tree, c.byref(ray), radius, 0, room, n, room], {0: "tree", 1: "ray", 4: "hits", 6: "n"}),
+        ("fl_next_hits", [tree, c.byref(ray), radius, 0, n, room, room], {0: "tree", 1: "ray", 5: "hits", 6: "n"}),
+        ("fl_first_hits", [tree, c.byref(rays), *[None] * 5], {0: "tree", 1: "rays"}),
+        ("fl_any_hits", [tree, c.byref(rays), room], {0: "tree", 1: "rays", 2: "found"}),
+        ("fl_counts", [tree, c.byref(rays), room], {0: "tree", 1: "rays", 2: "n"}),
+        ("fl_list_hits", [tree, c.byref(rays), n, 0, c.byref(made)], {0: "tree", 1: "rays", 4: "lists"}),
+    ]
+    for name, arguments, pointers in calls:
+        for place, what in pointers.items():
+            given = [*arguments[:place], None, *arguments[place + 1 :]]
+            with pytest.raises(RuntimeError, match=f"^{what} is NULL"):
+                library.call(name, *given)
+    for nothing in (Rays(1, None, point), Rays(1, point, None), Rays(2**64 - 1, point, point)):
+        with pytest.raises(RuntimeError, match=r"is NULL|2\^32"):
+            library.call("fl_counts", tree, c.byref(nothing), room)
+    for count in (2**64 - 1, 2**63):
+        with pytest.raises(RuntimeError, match="more than a tree can index"):
+            library.call("fl_build", point, c.c_size_t(count), None, c.byref(made))
+    assert library.dll.fl_get_lists(None).n_rays == 0
+    library.dll.fl_free_tree(None)
+    library.dll.fl_free_lists(None)
+    library.call("fl_set_simd", None)
+
+
 def test_versions_agree(library: Library) -> None:
     assert library.dll.fl_version().decode() == fl.__version__
 
