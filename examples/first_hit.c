@@ -1,6 +1,6 @@
 /* The example of the thesis (§5.4.3) in C: one segment and one ray.
  *
- *     gcc -c $(python -m fastlines --cflags | sed s/-std=c++20//) examples/first_hit.c -o first_hit.o
+ *     gcc -c $(python -m fastlines --cflags) examples/first_hit.c -o first_hit.o
  *     g++ first_hit.o $(python -m fastlines --libs) -o first_hit && ./first_hit
  */
 #include <fastlines/fastlines.h>
@@ -17,8 +17,7 @@ int main(void) {
     fl_tree* tree = NULL;
     fl_hit hit;
     options.method = methods[i];
-    if (fl_build(line, 1, &options, &tree) != FL_OK ||
-        fl_first_hit(tree, &ray, 0.5f, FL_CLOSEST, &hit) != FL_OK) {
+    if (fl_build(line, 1, &options, &tree) != FL_OK || fl_first_hit(tree, &ray, 0.5f, FL_CLOSEST, &hit) != FL_OK) {
       fprintf(stderr, "%s\n", fl_error_message());
       fl_free_tree(tree);
       return 1;

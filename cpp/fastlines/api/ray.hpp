@@ -1,6 +1,10 @@
 // Rays, lines and hits of the library. They are plain data; all coordinates are in units of the scene.
 #pragma once
 
+#ifndef __cpp_concepts
+#error "fastlines needs C++20 or later: compile with -std=c++20 or -std=c++23"
+#endif
+
 #include <cstddef>
 #include <cstdint>
 #include <limits>
