@@ -73,7 +73,10 @@ class Library:
     """The shared library; calls raise what `fl_error_message` says."""
 
     def __init__(self) -> None:
-        (path,) = [p for p in Path(fl.get_lib()).glob("*fastlines.*") if p.suffix in (".so", ".dylib", ".dll")]
+        shared = [
+            p.resolve() for p in Path(fl.get_lib()).glob("*fastlines.*") if {".so", ".dylib", ".dll"} & {*p.suffixes}
+        ]
+        (path,) = set(shared)  # the file, without the links to it
         self.dll = c.CDLL(str(path))
         self.dll.fl_error_message.restype = self.dll.fl_version.restype = self.dll.fl_simd.restype = c.c_char_p
         self.dll.fl_free_tree.argtypes = self.dll.fl_free_lists.argtypes = self.dll.fl_get_lists.argtypes = [c.c_void_p]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 import shutil
 import subprocess
@@ -92,6 +93,28 @@ def test_cmake_finds_the_package(target: str, tmp_path: Path) -> None:
     run(cmake, "-S", ".", "-B", "build", f"-Dfastlines_DIR={fl.get_cmake_dir()}", cwd=tmp_path)
     run(cmake, "--build", "build", cwd=tmp_path)
     assert run("build/first_hit", cwd=tmp_path) == ANSWER
+    if target == "fastlines::shared" and sys.platform == "linux":
+        name = interface_name()
+        assert re.search(
+            rf"^\s*{name} => \S+/{name} ", run(needs("ldd"), "build/first_hit", cwd=tmp_path), re.MULTILINE
+        )
+
+
+def interface_name() -> str:
+    """Return the name by which programs ask for the shared library: until 1.0, a minor version may change it."""
+    major, minor, _ = fl.__version__.split(".", 2)
+    return f"libfastlines.so.{'0.' + minor if major == '0' else major}"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="shared libraries have other names here")
+def test_a_program_asks_for_the_version_of_the_shared_library(tmp_path: Path) -> None:
+    compiler, source, name = needs("g++"), str(EXAMPLES / "first_hit.cpp"), interface_name()
+    lib = Path(fl.get_lib())
+    assert (lib / name).is_file()
+    ours = [*flags("--cflags", cwd=tmp_path), str(lib / name), f"-Wl,-rpath,{lib}"]
+    run(compiler, "-std=c++20", source, *ours, "-o", "first_hit", cwd=tmp_path)
+    assert run("./first_hit", cwd=tmp_path) == ANSWER
+    assert f"{name} => {lib / name} " in run(needs("ldd"), "first_hit", cwd=tmp_path)
 
 
 def test_the_commands_print_the_folders(tmp_path: Path) -> None:
