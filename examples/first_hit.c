@@ -9,7 +9,7 @@
 
 int main(void) {
   const float line[6] = {-1, -1, -1, 1, 1, 1};
-  const fl_ray ray = {{0, 0, -5}, {0, 0, 1}, 0.0f, INFINITY};
+  const fl_ray ray = {.origin = {0, 0, -5}, .direction = {0, 0, 1}, .t_max = INFINITY};
   const fl_method methods[2] = {FL_BVH_D2, FL_KD_D2};
   const char* names[2] = {"BVH", "KD tree"};
   fl_options options = {0};
