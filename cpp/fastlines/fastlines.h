@@ -4,7 +4,7 @@
  * expected and what to do. A tree does not change, so any number of threads may query it at the same time.
  *
  *     const float line[6] = {-1, -1, -1, 1, 1, 1};
- *     const fl_ray ray = {{0, 0, -5}, {0, 0, 1}, 0.0f, INFINITY};
+ *     const fl_ray ray = {.origin = {0, 0, -5}, .direction = {0, 0, 1}, .t_max = INFINITY};
  *     fl_tree* tree = NULL;
  *     fl_hit hit;
  *     if (fl_build(line, 1, NULL, &tree) == FL_OK && fl_first_hit(tree, &ray, 0.5f, FL_CLOSEST, &hit) == FL_OK)
@@ -49,6 +49,12 @@ typedef enum fl_at {
   FL_SURFACE = 1  /* Where the ray enters the surface around the line. */
 } fl_at;
 
+/* What the hits of a ray are ranked by. */
+typedef enum fl_rank {
+  FL_BY_T = 0,       /* Their place on the ray. */
+  FL_BY_DISTANCE = 1 /* The distance of the line from the ray, and then t. */
+} fl_rank;
+
 /* A callback for long calls. It gets the fraction that is done, on the thread that called. If it returns 0, the call
    fails with `FL_CANCELLED`. */
 typedef int (*fl_progress)(double done, void* user_data);
@@ -61,13 +67,20 @@ typedef struct fl_options {
   unsigned n_threads;   /* The number of threads; 0 means one for each core. The tree does not depend on it. */
   fl_progress progress; /* It is called while the tree is built. It may be NULL. */
   void* user_data;      /* It is passed to the callback. */
+  const int64_t*
+      strands; /* The strand (hair, polyline) of each line, -1 for none. They are copied. NULL: no strands. */
 } fl_options;
 
-/* The points `origin` + t * `direction` with `t_min` <= t <= `t_max`. */
+/* The points `origin` + t * `direction` with `t_min` <= t <= `t_max`. Set the members that you do not need to 0. */
 typedef struct fl_ray {
-  float origin[3];    /* Where t is 0. */
-  float direction[3]; /* It need not have length 1, but it must not be zero. */
-  float t_min, t_max; /* The ends of the ray. `t_min` must be below infinity. */
+  float origin[3];               /* Where t is 0. */
+  float direction[3];            /* It need not have length 1, but it must not be zero. */
+  float t_min, t_max;            /* The ends of the ray. `t_min` must be below infinity. */
+  float spread;                  /* By how much the radius of the query grows for each unit of length along the ray. */
+  const int64_t* ignore;         /* The lines that queries leave out, as if they were not there; -1 names none. */
+  size_t n_ignore;               /* Their number. */
+  const int64_t* ignore_strands; /* The strands that queries leave out. */
+  size_t n_ignore_strands;       /* Their number. */
 } fl_ray;
 
 /* A hit, or a miss. */
@@ -79,7 +92,7 @@ typedef struct fl_hit {
   int64_t prim;   /* The index of the line, or -1 for a miss. */
 } fl_hit;
 
-/* A batch of rays. */
+/* A batch of rays. Set the members that you do not need to 0. */
 typedef struct fl_rays {
   size_t n;                /* The number of rays. */
   const float* origins;    /* The origins, 3 floats each. */
@@ -89,6 +102,12 @@ typedef struct fl_rays {
   const float* radii;      /* One number for each ray. If it is NULL, `radius` is for all rays. */
   float radius;            /* The radius for all rays. */
   unsigned n_threads;      /* The number of threads; 0 means one for each core. Short batches take one. */
+  const float* spreads;    /* By how much each ray's radius grows along it. If it is NULL, `spread` is for all rays. */
+  float spread;            /* The spread for all rays. */
+  const int64_t* ignore;   /* The lines that all rays leave out; -1 names none. */
+  size_t n_ignore;         /* Their number. */
+  const int64_t* ignore_strands; /* The strands that all rays leave out. */
+  size_t n_ignore_strands;       /* Their number. */
 } fl_rays;
 
 /* Properties of a tree. */
@@ -102,6 +121,14 @@ typedef struct fl_facts {
   char method[16];       /* The name of the method in Python, such as "bvh-cl", or "custom". */
   char simd[16];         /* The instruction set of the queries. */
 } fl_facts;
+
+/* Where a hit is. All members of a miss are NaN. */
+typedef struct fl_place {
+  double point[3];   /* The point of the ray at t. With `FL_SURFACE`, it is where the ray enters the surface. */
+  double normal[3];  /* The unit normal of the surface there, outwards, with `FL_SURFACE`; otherwise NaN. */
+  double tangent[3]; /* The unit vector from the start to the end of the line. NaN if its length is zero. */
+  double outside[3]; /* The point, moved along the normal: a ray that starts here does not hit the surface again. */
+} fl_place;
 
 /* A tree over lines. It does not change, so any number of threads may query it at the same time. */
 typedef struct fl_tree fl_tree;
@@ -125,10 +152,29 @@ FASTLINES_API fl_status fl_build(const float* segments, size_t n, const fl_optio
 FASTLINES_API fl_status fl_build_round_cones(const float* cones, size_t n, const fl_options* options, fl_tree** tree);
 /* Reads a tree over lines that this library or Python has written. */
 FASTLINES_API fl_status fl_load(const char* path, fl_tree** tree);
+/* Makes the same tree over as many segments, or round cones, that have moved, with new boxes. It is faster to make than
+   a new tree, and slower to query the farther lines have moved. `n_threads` 0 means one for each core. */
+FASTLINES_API fl_status fl_refit(const fl_tree* tree, const float* segments, size_t n, unsigned n_threads,
+                                 fl_tree** refitted);
+/* Does the same for a tree over round cones. */
+FASTLINES_API fl_status fl_refit_round_cones(const fl_tree* tree, const float* cones, size_t n, unsigned n_threads,
+                                             fl_tree** refitted);
 /* Writes the tree and its lines to a file (`.flt`), which Python reads too. */
 FASTLINES_API fl_status fl_save(const fl_tree* tree, const char* path);
 /* Gets the tree's size, cost and box. */
 FASTLINES_API fl_status fl_get_facts(const fl_tree* tree, fl_facts* facts);
+/* The lines of a tree. The arrays are valid until the tree is freed. */
+typedef struct fl_line_arrays {
+  size_t n;               /* The number of lines. */
+  int has_radii;          /* Whether lines have radii of their own: 1 for round cones, 0 for segments. */
+  const float* lines;     /* 8 floats for each round cone, 6 for each segment, as they were given. */
+  const int64_t* strands; /* The strand of each line, -1 for none. It is NULL if no line has one. */
+} fl_line_arrays;
+/* Returns the lines of a tree that was built or loaded. */
+FASTLINES_API fl_line_arrays fl_get_lines(const fl_tree* tree);
+/* Finds where a hit is. The ray and the radius are those of the query. */
+FASTLINES_API fl_status fl_get_place(const fl_tree* tree, const fl_ray* ray, float radius, const fl_hit* hit,
+                                     fl_place* place);
 /* Frees a tree. It may be NULL. */
 FASTLINES_API void fl_free_tree(fl_tree* tree);
 
@@ -142,9 +188,9 @@ FASTLINES_API fl_status fl_count_hits(const fl_tree* tree, const fl_ray* ray, fl
    all hits, which may be more. */
 FASTLINES_API fl_status fl_all_hits(const fl_tree* tree, const fl_ray* ray, float radius, fl_at at, fl_hit* hits,
                                     size_t room, size_t* n);
-/* Writes the first k of all hits, and sets `n` to their number. `hits` has room for k. */
+/* Writes the first k of all hits by their rank, and sets `n` to their number. `hits` has room for k. */
 FASTLINES_API fl_status fl_next_hits(const fl_tree* tree, const fl_ray* ray, float radius, fl_at at, size_t k,
-                                     fl_hit* hits, size_t* n);
+                                     fl_rank rank, fl_hit* hits, size_t* n);
 
 /* Finds the hit of each ray that has the least t, or a miss. Each array has room for a number for each ray, or is
    NULL if it is not wanted. With `t_out`, t is where rays enter the surfaces, as with `FL_SURFACE`. */
@@ -155,8 +201,8 @@ FASTLINES_API fl_status fl_any_hits(const fl_tree* tree, const fl_rays* rays, ui
 /* Counts the lines that each ray hits. */
 FASTLINES_API fl_status fl_counts(const fl_tree* tree, const fl_rays* rays, int64_t* n);
 
-/* Lists the first k of all hits of each ray, in the order of t. `SIZE_MAX` lists all hits. */
-FASTLINES_API fl_status fl_list_hits(const fl_tree* tree, const fl_rays* rays, size_t k, fl_at at,
+/* Lists the first k of all hits of each ray by their rank. `SIZE_MAX` lists all hits, which takes `FL_BY_T`. */
+FASTLINES_API fl_status fl_list_hits(const fl_tree* tree, const fl_rays* rays, size_t k, fl_at at, fl_rank rank,
                                      fl_hit_lists** lists);
 /* The arrays of lists of hits. They are valid until the lists are freed. */
 typedef struct fl_list_arrays {

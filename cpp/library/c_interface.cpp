@@ -52,14 +52,27 @@ void require(const void* pointer, const char* name) {
 }
 
 fl::Vec3 vector_of(const float (&v)[3]) { return {v[0], v[1], v[2]}; }
-fl::Ray ray_of(const fl_ray& ray) { return {vector_of(ray.origin), vector_of(ray.direction), ray.t_min, ray.t_max}; }
+fl::Ray ray_of(const fl_ray& given) {
+  fl::Ray ray(vector_of(given.origin), vector_of(given.direction), given.t_min, given.t_max);
+  ray.spread = given.spread;
+  ray.ignore = {given.ignore, given.n_ignore};
+  ray.ignore_strands = {given.ignore_strands, given.n_ignore_strands};
+  return ray;
+}
+fl::Rank rank_of(fl_rank rank) {
+  if (rank != FL_BY_T && rank != FL_BY_DISTANCE)
+    throw fl::InputError("unknown fl_rank; expected FL_BY_T or FL_BY_DISTANCE");
+  return rank == FL_BY_DISTANCE ? fl::Rank::distance : fl::Rank::t;
+}
 fl::At at_of(fl_at at) {
   if (at != FL_CLOSEST && at != FL_SURFACE) throw fl::InputError("unknown fl_at; expected FL_CLOSEST or FL_SURFACE");
   return at == FL_SURFACE ? fl::At::surface : fl::At::closest;
 }
 fl_hit hit_of(const fl::Hit& hit) { return {hit.t, hit.u, hit.distance, hit.t_out, hit.prim}; }
 
-fl::BuildOptions options_of(const fl_options* given) {
+fl::Hit hit_of(const fl_hit& hit) { return {hit.t, hit.prim, hit.u, hit.distance, hit.t_out}; }
+
+fl::BuildOptions options_of(const fl_options* given, std::size_t n_lines) {
   fl::BuildOptions options;
   if (!given) return options;
   if (given->method < FL_BEST || given->method > FL_KD_D2)
@@ -67,6 +80,7 @@ fl::BuildOptions options_of(const fl_options* given) {
   options.method = fl::Method(given->method);
   if (given->has_effort) options.effort = given->effort;
   options.n_threads = given->n_threads;
+  if (given->strands) options.strands = {given->strands, n_lines};
   if (given->progress)
     options.progress = [progress = given->progress, data = given->user_data](double done) {
       return progress(done, data) != 0;
@@ -80,7 +94,7 @@ struct Batch {
   fl::PerRay radius = 0.0f;
   fl::QueryOptions options;
 
-  explicit Batch(const fl_rays* given, fl::At at = fl::At::closest) {
+  explicit Batch(const fl_rays* given, fl::At at = fl::At::closest, fl::Rank rank = fl::Rank::t) {
     require(given, "rays");
     const std::size_t n = given->n;
     if (n > 0) require(given->origins, "rays->origins"), require(given->directions, "rays->directions");
@@ -90,7 +104,11 @@ struct Batch {
     if (given->t_min) rays.t_min = each(given->t_min);
     if (given->t_max) rays.t_max = each(given->t_max);
     radius = given->radii ? fl::PerRay(each(given->radii)) : fl::PerRay(given->radius);
+    rays.spread = given->spreads ? fl::PerRay(each(given->spreads)) : fl::PerRay(given->spread);
+    rays.ignore = {given->ignore, given->n_ignore};
+    rays.ignore_strands = {given->ignore_strands, given->n_ignore_strands};
     options.at = at;
+    options.rank = rank;
     options.n_threads = given->n_threads;
   }
 };
@@ -113,7 +131,18 @@ fl_status build(const float* lines, std::size_t n, const fl_options* options, fl
     require(tree, "tree");
     *tree = nullptr;
     if (n > 0) require(lines, "the array of lines");
-    *tree = new fl_tree{fl::build(std::span(reinterpret_cast<const Line*>(lines), n), options_of(options))};
+    *tree = new fl_tree{fl::build(std::span(reinterpret_cast<const Line*>(lines), n), options_of(options, n))};
+  });
+}
+
+template <class Line>
+fl_status refit(const fl_tree* tree, const float* lines, std::size_t n, unsigned n_threads, fl_tree** refitted) {
+  return guarded([&] {
+    require(tree, "tree");
+    require(refitted, "refitted");
+    *refitted = nullptr;
+    if (n > 0) require(lines, "the array of lines");
+    *refitted = new fl_tree{tree->tree.refit(std::span(reinterpret_cast<const Line*>(lines), n), n_threads)};
   });
 }
 
@@ -136,6 +165,14 @@ fl_status fl_build(const float* segments, size_t n, const fl_options* options, f
 }
 fl_status fl_build_round_cones(const float* cones, size_t n, const fl_options* options, fl_tree** tree) {
   return build<fl::RoundCone>(cones, n, options, tree);
+}
+
+fl_status fl_refit(const fl_tree* tree, const float* segments, size_t n, unsigned n_threads, fl_tree** refitted) {
+  return refit<fl::Segment>(tree, segments, n, n_threads, refitted);
+}
+fl_status fl_refit_round_cones(const fl_tree* tree, const float* cones, size_t n, unsigned n_threads,
+                               fl_tree** refitted) {
+  return refit<fl::RoundCone>(tree, cones, n, n_threads, refitted);
 }
 
 fl_status fl_load(const char* path, fl_tree** tree) {
@@ -170,6 +207,30 @@ fl_status fl_get_facts(const fl_tree* tree, fl_facts* facts) {
               {}};
     copy_name(of.method, facts->method);
     copy_name(of.simd, facts->simd);
+  });
+}
+
+fl_line_arrays fl_get_lines(const fl_tree* tree) {
+  if (!tree) return {};
+  const std::span<const fl::Segment> segments = tree->tree.segments();
+  const std::span<const fl::RoundCone> cones = tree->tree.round_cones();
+  const std::span<const std::int64_t> strands = tree->tree.strands();
+  const auto* const lines =
+      segments.empty() ? reinterpret_cast<const float*>(cones.data()) : reinterpret_cast<const float*>(segments.data());
+  return {tree->tree.size(), !cones.empty(), lines, strands.empty() ? nullptr : strands.data()};
+}
+
+fl_status fl_get_place(const fl_tree* tree, const fl_ray* ray, float radius, const fl_hit* hit, fl_place* place) {
+  return guarded([&] {
+    require(tree, "tree");
+    require(ray, "ray");
+    require(hit, "hit");
+    require(place, "place");
+    const auto [point, normal, tangent, outside] = tree->tree.place(ray_of(*ray), radius, hit_of(*hit));
+    *place = {{point.x, point.y, point.z},
+              {normal.x, normal.y, normal.z},
+              {tangent.x, tangent.y, tangent.z},
+              {outside.x, outside.y, outside.z}};
   });
 }
 
@@ -217,15 +278,15 @@ fl_status fl_all_hits(const fl_tree* tree, const fl_ray* ray, float radius, fl_a
   });
 }
 
-fl_status fl_next_hits(const fl_tree* tree, const fl_ray* ray, float radius, fl_at at, size_t k, fl_hit* hits,
-                       size_t* n) {
+fl_status fl_next_hits(const fl_tree* tree, const fl_ray* ray, float radius, fl_at at, size_t k, fl_rank rank,
+                       fl_hit* hits, size_t* n) {
   return guarded([&] {
     require(tree, "tree");
     require(ray, "ray");
     require(n, "n");
     if (k > 0) require(hits, "hits");
     std::vector<fl::Hit>& found = fl::detail::thread_hits();
-    tree->tree.next_hits(ray_of(*ray), radius, k, found, at_of(at));
+    tree->tree.next_hits(ray_of(*ray), radius, k, found, at_of(at), rank_of(rank));
     *n = found.size();
     for (std::size_t i = 0; i < found.size(); ++i) hits[i] = hit_of(found[i]);
     fl::detail::release_large(found);
@@ -264,12 +325,13 @@ fl_status fl_counts(const fl_tree* tree, const fl_rays* rays, int64_t* n) {
   });
 }
 
-fl_status fl_list_hits(const fl_tree* tree, const fl_rays* rays, size_t k, fl_at at, fl_hit_lists** lists) {
+fl_status fl_list_hits(const fl_tree* tree, const fl_rays* rays, size_t k, fl_at at, fl_rank rank,
+                       fl_hit_lists** lists) {
   return guarded([&] {
     require(tree, "tree");
     require(lists, "lists");
     *lists = nullptr;
-    const Batch batch(rays, at_of(at));
+    const Batch batch(rays, at_of(at), rank_of(rank));
     *lists = new fl_hit_lists{k == SIZE_MAX ? tree->tree.all_hits(batch.rays, batch.radius, batch.options)
                                             : tree->tree.next_hits(batch.rays, batch.radius, k, batch.options)};
   });

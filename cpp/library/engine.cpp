@@ -1,7 +1,6 @@
 // The engine of one instruction set: builds trees, and restores them from files.
 #include "engine.hpp"
 
-#include <cmath>
 #include <cstring>
 
 #include "fastlines/tree/usable.hpp"
@@ -15,48 +14,19 @@ namespace {
 using fastlines::RoundCones;
 using fastlines::Segments;
 
-/// Beyond this, squares of coordinates would overflow in the builder.
-constexpr float kCoordinateLimit = 1e30f;
-
-bool is_valid(const Vec3& v) {
-  return std::fabs(v.x) <= kCoordinateLimit && std::fabs(v.y) <= kCoordinateLimit && std::fabs(v.z) <= kCoordinateLimit;
-}
-bool is_valid(float radius) { return radius >= 0 && radius <= kCoordinateLimit; }
-
-/// Copies lines into the core's form. Throws InputError for the first one that cannot be used.
-template <class To, class From>
-std::vector<To> checked_copy(std::span<const From> lines) {
-  if (lines.size() > kMaxRefs)
-    throw InputError(std::to_string(lines.size()) + " lines are more than a tree can index; build several trees");
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    const auto fail = [&](const char* what) { throw InputError("line " + std::to_string(i) + " has " + what); };
-    if (!is_valid(lines[i].p) || !is_valid(lines[i].q)) fail("a coordinate that is not a number from −1e30 to 1e30");
-    if constexpr (std::is_same_v<From, RoundCone>)
-      if (!is_valid(lines[i].radius_p) || !is_valid(lines[i].radius_q))
-        fail("a radius that is not a number from 0 to 1e30");
-  }
-  const auto from = view_as<To>(lines);
-  return {from.begin(), from.end()};
-}
-
-/// The axes of lines, which trees are over.
-std::vector<fastlines::Segment> axes_of(std::span<const fastlines::RoundCone> cones) {
-  std::vector<fastlines::Segment> axes;
-  axes.reserve(cones.size());
-  for (const auto& cone : cones) axes.push_back(cone.axis);
-  return axes;
-}
-std::span<const fastlines::Segment> axes_of(std::span<const fastlines::Segment> segments) { return segments; }
-
 template <class P, class Line>
 TreePointer build(std::span<const Line> lines, const BuildOptions& options) {
   using Item = typename P::Item;
+  fastlines::Settings settings = method_settings(options, lines.size());
   std::vector<Item> items = checked_copy<Item>(lines);
-  fastlines::Settings settings = method_settings(options, items.size());
   settings.n_threads = n_threads_of(options.n_threads);
+  if (!options.strands.empty() && (options.strands.size() != items.size() || !options.strands.data()))
+    throw InputError(std::to_string(options.strands.size()) + " strands, or a null array of them; expected one for " +
+                     "each of " + std::to_string(items.size()) + " lines");
   TreeOrigin origin{method_name(options.method), settings.cost.c_trav,
                     settings.cost.c_prim,        settings.boxes == fastlines::BoxRule::cut,
-                    json_of(settings),           {}};
+                    json_of(settings),           {},
+                    strands_of(options.strands)};
   TreePointer built;
   watch(options.progress, [&](fastlines::Progress& progress) {
     fastlines::Tree tree;

@@ -2,6 +2,8 @@
 // set export only their `Engine`, so no function of one is ever called by another (cpp/library/CMakeLists.txt).
 #pragma once
 
+#include <algorithm>
+
 #include "fastlines/api/tree.hpp"
 
 namespace fl::detail {
@@ -16,6 +18,12 @@ struct FileRest {
   std::vector<std::pair<std::string, std::string>> metadata;
 };
 
+/// A copy of the strands of lines, which is empty if no line has one.
+inline std::vector<std::int64_t> strands_of(std::span<const std::int64_t> given) {
+  const bool has_strand = std::ranges::any_of(given, [](std::int64_t strand) { return strand >= 0; });
+  return has_strand ? std::vector(given.begin(), given.end()) : std::vector<std::int64_t>();
+}
+
 /// What a tree is besides its arrays.
 struct TreeOrigin {
   std::string method;                      ///< its name in Python
@@ -23,7 +31,12 @@ struct TreeOrigin {
   bool is_cut;                             ///< whether its boxes are cut, as in KD trees
   std::string settings;                    ///< all settings of the build, as JSON
   std::string limits_hit;                  ///< the number of nodes that each limit affected, as JSON
+  std::vector<std::int64_t> strands;       ///< of each line, or none
+  std::optional<double> built_cost{};      ///< of a tree that was refitted: its cost before
   std::shared_ptr<const FileRest> rest{};  ///< of a tree from a file, to be saved again
+
+  /// Records that all boxes are tight, as after a refit.
+  void be_tight();
 };
 
 /// The arrays of a tree as a file keeps them: rows of 9 words for a node, of 3 for a reference. The lines are those of
@@ -44,7 +57,7 @@ class TreeImpl {
   virtual bool any_hit(const Ray& ray, float radius) const = 0;
   virtual std::size_t count_hits(const Ray& ray, float radius) const = 0;
   virtual void all_hits(const Ray& ray, float radius, At at, std::vector<Hit>& to) const = 0;
-  virtual void next_hits(const Ray& ray, float radius, std::size_t k, At at, std::vector<Hit>& to) const = 0;
+  virtual void next_hits(const Ray& ray, float radius, std::size_t k, At at, Rank rank, std::vector<Hit>& to) const = 0;
 
   virtual Hits first_hits(const Rays& rays, const PerRay& radius, const QueryOptions& options) const = 0;
   virtual std::vector<std::uint8_t> any_hits(const Rays& rays, const PerRay& radius,
@@ -53,10 +66,16 @@ class TreeImpl {
                                                const QueryOptions& options) const = 0;
   /// Throws InputError for a batch that cannot be used.
   virtual void check(const Rays& rays, const PerRay& radius, const QueryOptions& options) const = 0;
-  /// All hits, or the first k.
-  virtual HitLists list_hits(const Rays& rays, const PerRay& radius, std::optional<std::size_t> k,
-                             const QueryOptions& options) const = 0;
+  /// All hits, or the first k; nothing if there are more than `max_hits`.
+  virtual std::optional<HitLists> list_hits(const Rays& rays, const PerRay& radius, std::optional<std::size_t> k,
+                                            const QueryOptions& options, std::size_t max_hits) const = 0;
 
+  /// The same tree over lines that have moved. Throws InputError if they are not as many, or of the other kind.
+  virtual std::shared_ptr<const TreeImpl> refit(std::span<const Segment> lines, unsigned n_threads) const = 0;
+  virtual std::shared_ptr<const TreeImpl> refit(std::span<const RoundCone> lines, unsigned n_threads) const = 0;
+
+  /// How large and how far from zero the scene is.
+  virtual double scene_size() const = 0;
   virtual TreeFacts facts() const = 0;
   virtual std::size_t size() const = 0;
   virtual const TreeOrigin& origin() const = 0;

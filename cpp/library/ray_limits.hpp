@@ -13,6 +13,7 @@ namespace fl::detail {
 struct RayLimits {
   float max_radius;  ///< beyond it, squares would overflow
   float farthest;    ///< the largest coordinate of the scene
+  double size;       ///< the longest side of the scene and its largest coordinate together
 
   explicit RayLimits(const fastlines::Box& box) {
     constexpr float sizes = 1e12f, largest = std::numeric_limits<float>::max();
@@ -24,6 +25,7 @@ struct RayLimits {
       }
     max_radius = float(std::min(double(sizes) * (side > 0.0 ? side : 1.0), double(largest)));
     farthest = float(far);
+    size = side + far;
   }
 
   /// Whether a ray is certainly valid: a quick check, which most rays pass.
@@ -42,8 +44,8 @@ struct RayLimits {
 
   /// Whether a ray is valid, as in a batch of one.
   bool allow(const fastlines::RayQuery& ray) const {
-    const fastlines::RayBatch batch{
-        {&ray.origin, 1}, {&ray.direction, 1}, {&ray.radius, 1}, {&ray.t_min, 1}, {&ray.t_max, 1}};
+    const fastlines::RayBatch batch{{&ray.origin, 1}, {&ray.direction, 1}, {&ray.radius, 1},
+                                    {&ray.t_min, 1},  {&ray.t_max, 1},     {&ray.spread, 1}};
     return fastlines::check_rays(batch, max_radius, farthest, 1).valid;
   }
 
@@ -61,6 +63,11 @@ struct RayLimits {
              std::to_string(max_radius);
     if (!(ray.t_min <= ray.t_max) || std::isinf(ray.t_min))
       return "bounds that are not numbers with t_min <= t_max, t_min below infinity";
+    if (!(ray.spread >= 0.0f && ray.spread <= fastlines::kMaxSpread))
+      return "a spread of " + std::to_string(ray.spread) + ", which is not a number from 0 to 1e12";
+    if (const fastlines::RayQuery narrow{ray.origin, ray.direction, ray.t_min, ray.t_max, ray.radius}; allow(narrow))
+      return "a spread of " + std::to_string(ray.spread) + ", with which its radius grows beyond " +
+             std::to_string(max_radius) + " in the scene";
     return "a direction so short that t in the scene is more than float can hold";
   }
 
@@ -80,8 +87,13 @@ struct RayLimits {
     if (rays.directions.size() != n)
       throw InputError(std::to_string(n) + " origins and " + std::to_string(rays.directions.size()) +
                        " directions; expected as many");
+    const auto is_null = [](const auto& values) { return !values.data() && !values.empty(); };
+    if (is_null(rays.origins) || is_null(rays.directions))
+      throw InputError("the origins or the directions of the rays are null; expected pointers to " + std::to_string(n) +
+                       " vectors each");
     if (n > 0xffff'ffff) throw InputError("more than 2^32 − 1 rays; trace them in several calls");
-    const auto fits = [n](std::span<const float> values, const char* name) {
+    const auto fits = [n, is_null](std::span<const float> values, const char* name) {
+      if (is_null(values)) throw InputError(std::string(name) + " is null; expected a pointer to its numbers");
       if (values.size() != 1 && values.size() != n)
         throw InputError(std::string(name) + " has " + std::to_string(values.size()) +
                          " numbers; expected one, or one for each of " + std::to_string(n) + " rays");
@@ -89,6 +101,7 @@ struct RayLimits {
     fits(rays.radius, "radius");
     fits(rays.t_min, "t_min");
     fits(rays.t_max, "t_max");
+    fits(rays.spread, "spread");
     // The check of all rays together may reject valid ones.
     if (fastlines::check_rays(rays, max_radius, farthest, n_threads).valid) return;
     for (std::size_t i = 0; i < n; ++i)

@@ -3,6 +3,7 @@
 
 #include "engine.hpp"
 #include "fastlines/api/acc_tree.hpp"
+#include "place.hpp"
 #include "thread_hits.hpp"
 #include "tree_file.hpp"
 
@@ -13,6 +14,39 @@ InputError::~InputError() = default;
 FileError::~FileError() = default;
 Cancelled::~Cancelled() = default;
 detail::TreeImpl::~TreeImpl() = default;
+
+void detail::TreeOrigin::be_tight() {
+  if (!is_cut) return;
+  const std::string cut = R"("boxes": "cut")";
+  if (const std::size_t at = settings.find(cut); at != std::string::npos)
+    settings.replace(at, cut.size(), R"("boxes": "tight")");
+  is_cut = false;
+  method = "custom";
+}
+
+namespace {
+
+/// As many hits as there are.
+constexpr std::size_t kNoLimit = ~std::size_t(0);
+
+/// How many hits a sink lets be in memory at a time.
+struct SinkTuning {
+  std::size_t max_hits = 1 << 21;    ///< of 20 or 24 bytes each
+  std::size_t max_rays = 1 << 16;    ///< that are traced at a time
+  std::size_t first_rays = 1 << 12;  ///< that are traced at first, before anything is known about their hits
+};
+
+/// The rays from `first` on, `n` of them.
+Rays part_of(const Rays& rays, std::size_t first, std::size_t n) {
+  Rays part = rays;
+  part.origins = rays.origins.subspan(first, n);
+  part.directions = rays.directions.subspan(first, n);
+  for (PerRay* each : {&part.t_min, &part.t_max, &part.spread})
+    if (each->values().size() == rays.size()) *each = each->values().subspan(first, n);
+  return part;
+}
+
+}  // namespace
 
 Tree::Tree() {
   static const Tree none = build(std::span<const Segment>());
@@ -26,17 +60,17 @@ std::size_t Tree::count_hits(const Ray& ray, float radius) const { return impl_-
 void Tree::all_hits(const Ray& ray, float radius, std::vector<Hit>& to, At at) const {
   impl_->all_hits(ray, radius, at, to);
 }
-void Tree::next_hits(const Ray& ray, float radius, std::size_t k, std::vector<Hit>& to, At at) const {
-  impl_->next_hits(ray, radius, k, at, to);
+void Tree::next_hits(const Ray& ray, float radius, std::size_t k, std::vector<Hit>& to, At at, Rank rank) const {
+  impl_->next_hits(ray, radius, k, at, rank, to);
 }
 std::vector<Hit> Tree::all_hits(const Ray& ray, float radius, At at) const {
   std::vector<Hit> hits;
   all_hits(ray, radius, hits, at);
   return hits;
 }
-std::vector<Hit> Tree::next_hits(const Ray& ray, float radius, std::size_t k, At at) const {
+std::vector<Hit> Tree::next_hits(const Ray& ray, float radius, std::size_t k, At at, Rank rank) const {
   std::vector<Hit> hits;
-  next_hits(ray, radius, k, hits, at);
+  next_hits(ray, radius, k, hits, at, rank);
   return hits;
 }
 
@@ -50,37 +84,66 @@ std::vector<std::int64_t> Tree::count_hits(const Rays& rays, const PerRay& radiu
   return impl_->count_hits(rays, radius, options);
 }
 HitLists Tree::all_hits(const Rays& rays, const PerRay& radius, const QueryOptions& options) const {
-  return impl_->list_hits(rays, radius, {}, options);
+  return *impl_->list_hits(rays, radius, {}, options, kNoLimit);
 }
 HitLists Tree::next_hits(const Rays& rays, const PerRay& radius, std::size_t k, const QueryOptions& options) const {
-  return impl_->list_hits(rays, radius, k, options);
+  return *impl_->list_hits(rays, radius, k, options, kNoLimit);
 }
 
 void Tree::all_hits(const Rays& rays, const PerRay& radius, const Sink& sink, const QueryOptions& options) const {
-  constexpr std::size_t n_at_once = 1 << 16;  // rays
+  constexpr SinkTuning tuning;
   if (!sink) throw InputError("the sink is empty; expected a function");
   impl_->check(rays, radius, options);
   const std::size_t n = rays.size();
-  for (std::size_t first = 0; first < n; first += n_at_once) {
+  std::size_t n_at_once = tuning.first_rays;
+  double reported = 0;
+  for (std::size_t first = 0; first < n;) {
     const std::size_t n_part = std::min(n_at_once, n - first);
-    const auto part_of = [=](const PerRay& of) {
-      return of.values().size() == n ? PerRay(of.values().subspan(first, n_part)) : of;
-    };
-    const Rays part{rays.origins.subspan(first, n_part), rays.directions.subspan(first, n_part), part_of(rays.t_min),
-                    part_of(rays.t_max)};
+    const PerRay radius_of_part = radius.values().size() == n ? PerRay(radius.values().subspan(first, n_part)) : radius;
     QueryOptions of_part = options;
     if (options.progress)
       of_part.progress = [&](double done) {
-        return options.progress((double(first) + done * double(n_part)) / double(n));
+        reported = std::max(reported, (double(first) + done * double(n_part)) / double(n));
+        return options.progress(reported);
       };
-    const HitLists lists = all_hits(part, part_of(radius), of_part);
-    for (std::size_t i = 0; i < n_part; ++i) sink(first + i, lists[i]);
+    const auto lists = impl_->list_hits(part_of(rays, first, n_part), radius_of_part, {}, of_part,
+                                        n_part > 1 ? tuning.max_hits : kNoLimit);
+    if (!lists) {
+      n_at_once = (n_part + 3) / 4;
+      continue;
+    }
+    for (std::size_t i = 0; i < n_part; ++i) sink(first + i, (*lists)[i]);
+    first += n_part;
+    // Trace more rays at a time while they have few hits.
+    if (lists->hits.size() < tuning.max_hits / 8) n_at_once = std::min(4 * n_at_once, tuning.max_rays);
   }
 }
 
-TreeFacts Tree::facts() const { return impl_->facts(); }
 std::size_t Tree::size() const { return impl_->size(); }
+std::span<const Segment> Tree::segments() const { return impl_->arrays().segments; }
+std::span<const RoundCone> Tree::round_cones() const { return impl_->arrays().cones; }
+RoundCone Tree::line(std::int64_t prim) const {
+  if (prim < 0 || std::size_t(prim) >= size())
+    throw InputError("there is no line " + std::to_string(prim) + "; expected an index below " +
+                     std::to_string(size()));
+  const detail::TreeArrays arrays = impl_->arrays();
+  if (arrays.has_radius) return arrays.cones[std::size_t(prim)];
+  const Segment& segment = arrays.segments[std::size_t(prim)];
+  return {segment.p, segment.q};
+}
+std::span<const std::int64_t> Tree::strands() const { return impl_->origin().strands; }
+Place Tree::place(const Ray& ray, float radius, const Hit& hit) const {
+  return hit ? detail::place_of(line(hit.prim), ray, radius, hit, impl_->scene_size()) : detail::place_of_miss();
+}
+TreeFacts Tree::facts() const { return impl_->facts(); }
 void Tree::save(const std::string& path) const { detail::write_tree(*impl_, path); }
+
+Tree Tree::refit(std::span<const Segment> segments, unsigned n_threads) const {
+  return Tree(impl_->refit(segments, n_threads));
+}
+Tree Tree::refit(std::span<const RoundCone> cones, unsigned n_threads) const {
+  return Tree(impl_->refit(cones, n_threads));
+}
 
 Tree build(std::span<const Segment> segments, const BuildOptions& options) {
   return Tree(detail::current_engine().build_segments(segments, options));
@@ -92,13 +155,9 @@ Tree load(const std::string& path) { return Tree(detail::read_tree(path)); }
 
 void AccTree::Build(const float* lines, int n) {
   if (n < 0) throw InputError("Build: " + std::to_string(n) + " lines; expected 0 or more");
-  std::vector<Segment> segments;
-  segments.reserve(std::size_t(n));
-  for (const float* line = lines; line != lines + 6 * std::ptrdiff_t(n); line += 6)
-    segments.push_back({{line[0], line[1], line[2]}, {line[3], line[4], line[5]}});
   BuildOptions options;
   options.method = method_;
-  tree_ = build(segments, options);
+  tree_ = build(std::span(reinterpret_cast<const Segment*>(lines), std::size_t(n)), options);
 }
 
 bool AccTree::Intersect(const Ray& ray, Intersection* hit, float d) const {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -237,14 +238,19 @@ TreePointer restore(const ReadFile& file, const Engine& engine) {
           {arrays.segments[i].p, arrays.segments[i].q, radius[two ? 2 * i : i], radius[two ? 2 * i + 1 : i]});
     arrays.cones = cones;
   }
+  const auto strands = rows<std::int64_t>(file, "strands", "I64", "]");
+  if (strands.size() != n) throw std::runtime_error("its strands are not one for each line");
   auto rest = std::make_shared<FileRest>();
+  const std::initializer_list<std::string_view> used{"nodes", "refs", "segments", "radius", "strands"};
   for (const Section& section : file.sections)
-    if (section.name != "nodes" && section.name != "refs" && section.name != "segments" && section.name != "radius")
+    if (std::ranges::find(used, section.name) == used.end())
       rest->sections.push_back(
           {section.name, section.dtype, section.shape, {section.bytes.begin(), section.bytes.end()}});
   for (const auto& [name, text] : file.metadata)
-    if (name != "format" && name != "method" && name != "settings" && name != "limits_hit")
+    if (name != "format" && name != "method" && name != "settings" && name != "limits_hit" && name != "built_cost")
       rest->metadata.emplace_back(name, text);
+  std::optional<double> built_cost;
+  if (const std::string text = file.text("built_cost"); !text.empty()) built_cost = Json::parse(text).as_number();
   const Json settings = Json::parse(file.text("settings")), &cost = settings.at("cost");
   const TreeOrigin origin{.method = file.text("method"),
                           .c_trav = cost.at("c_trav").as_number(),
@@ -252,6 +258,8 @@ TreePointer restore(const ReadFile& file, const Engine& engine) {
                           .is_cut = settings.at("boxes").as_string() == "cut",
                           .settings = file.text("settings"),
                           .limits_hit = file.text("limits_hit"),
+                          .strands = strands_of(strands),
+                          .built_cost = built_cost,
                           .rest = std::move(rest)};
   return engine.restore(arrays, origin);
 }
@@ -263,12 +271,12 @@ void write_tree(const TreeImpl& tree, const std::string& path) {
   const TreeArrays arrays = tree.arrays();
   const std::size_t n = tree.size();
   const ConeColumns columns(arrays.cones);
-  const std::vector<std::int64_t> strands(n, -1);
+  std::vector<std::int64_t> strands = origin.strands;
+  strands.resize(n, -1);
   std::vector<Section> given;
   if (origin.rest)
     for (const auto& [name, dtype, shape, bytes] : origin.rest->sections) given.push_back({name, dtype, shape, bytes});
-  else
-    given.push_back({"strands", "I64", shape_of({n}), bytes_of(std::span(strands))});
+  given.push_back({"strands", "I64", shape_of({n}), bytes_of(std::span<const std::int64_t>(strands))});
   given.push_back({"nodes", "U32", shape_of({arrays.nodes.size() / 9, 9}), bytes_of(arrays.nodes)});
   given.push_back({"refs", "U32", shape_of({arrays.refs.size() / 3, 3}), bytes_of(arrays.refs)});
   const std::span<const Segment> segments = arrays.has_radius ? std::span(columns.segments) : arrays.segments;
@@ -283,6 +291,11 @@ void write_tree(const TreeImpl& tree, const std::string& path) {
   std::string header =
       "{\"__metadata__\": {\"format\": " + json_string(kFormat) + ", \"method\": " + json_string(origin.method) +
       ", \"settings\": " + json_string(origin.settings) + ", \"limits_hit\": " + json_string(origin.limits_hit);
+  if (origin.built_cost) {
+    char text[32];
+    const char* const end = std::to_chars(text, std::end(text), *origin.built_cost).ptr;
+    header += ", \"built_cost\": " + json_string({text, end});
+  }
   if (origin.rest)
     for (const auto& [name, text] : origin.rest->metadata)
       header += ", " + json_string(name) + ": " + json_string(text);

@@ -1,26 +1,28 @@
 // A tree over one kind of line, compiled for one instruction set.
 #pragma once
 
+#include <mutex>
+
 #include "engine.hpp"
 #include "engine/layout_queries.hpp"
 #include "engine/trees.hpp"
+#include "fastlines/build/refit.hpp"
 #include "fastlines/kernels/run/one_ray.hpp"
 #include "fastlines/tree/cost.hpp"
+#include "hit_arrays.hpp"
+#include "line_input.hpp"
 #include "ray_limits.hpp"
+#include "special_rays.hpp"
 #include "watch.hpp"
 
 namespace fl::detail {
 
-/// The same array as another type of the same floats in the same order.
-template <class To, class From>
-std::span<const To> view_as(std::span<const From> items) {
-  static_assert(sizeof(To) == sizeof(From) && alignof(To) == alignof(From));
-  return {reinterpret_cast<const To*>(items.data()), items.size()};
-}
-
 inline fastlines::Vec3 core_vector(const Vec3& v) { return {v.x, v.y, v.z}; }
 inline Vec3 vector_of(const fastlines::Vec3& v) { return {v[0], v[1], v[2]}; }
 inline fastlines::At core_at(At at) { return at == At::surface ? fastlines::At::surface : fastlines::At::closest; }
+inline fastlines::Keep core_keep(Rank rank) {
+  return rank == Rank::distance ? fastlines::Keep::nearest : fastlines::Keep::first;
+}
 inline fastlines::Kernel core_kernel(QueryOptions::Kernel kernel) {
   using enum fastlines::Kernel;
   constexpr fastlines::Kernel kernels[] = {automatic, single, wave, bundle};
@@ -45,33 +47,51 @@ class TreeOf final : public TreeImpl {
         view_(fastlines::view_of(wide_, prims_)),
         limits_(tree_.nodes[0].box) {}
 
-  // One ray.
+  // One ray. A special one is a batch.
 
   Hit first_hit(const Ray& ray, float radius, At at) const override {
+    if (is_special(ray)) [[unlikely]]
+      return first_hits(batch_of(ray), radius, options_of(at))[0];
     return hit_of(fastlines::OneRay<P>(view_, checked(ray, radius)).first_hit(core_at(at)));
   }
   bool any_hit(const Ray& ray, float radius) const override {
+    if (is_special(ray)) [[unlikely]]
+      return any_hits(batch_of(ray), radius, {})[0];
     return fastlines::OneRay<P>(view_, checked(ray, radius)).any_hit();
   }
   std::size_t count_hits(const Ray& ray, float radius) const override {
+    if (is_special(ray)) [[unlikely]]
+      return std::size_t(count_hits(batch_of(ray), radius, {})[0]);
     return fastlines::OneRay<P>(view_, checked(ray, radius)).count_hits();
   }
   void all_hits(const Ray& ray, float radius, At at, std::vector<Hit>& to) const override {
+    if (is_special(ray)) [[unlikely]]
+      return list_special(ray, radius, {}, options_of(at), to);
     fastlines::OneRay<P>(view_, checked(ray, radius)).all_hits(core_at(at), to);
   }
-  void next_hits(const Ray& ray, float radius, std::size_t k, At at, std::vector<Hit>& to) const override {
-    fastlines::OneRay<P>(view_, checked(ray, radius)).next_hits(k, core_at(at), to);
+  void next_hits(const Ray& ray, float radius, std::size_t k, At at, Rank rank, std::vector<Hit>& to) const override {
+    if (is_special(ray)) [[unlikely]]
+      return list_special(ray, radius, k, options_of(at, rank), to);
+    fastlines::OneRay<P>(view_, checked(ray, radius)).next_hits(k, core_at(at), core_keep(rank), to);
   }
 
   // Batches.
 
   void check(const Rays& rays, const PerRay& radius, const QueryOptions& options) const override {
     checked(rays, radius, options);
+    if (is_special(rays)) ignored_of(rays);
   }
   Hits first_hits(const Rays& rays, const PerRay& radius, const QueryOptions& options) const override {
     const Batch batch = checked(rays, radius, options);
     const auto to = std::make_shared<HitArrays>(rays.size(), options.at);
-    run(batch, options, [&](const auto& queries) { queries.find_first(core_at(options.at), to->columns()); });
+    if (is_special(rays))
+      run_special(rays, options, [&](const auto& search, fastlines::Progress& progress) {
+        fastlines::first_hits(
+            search, batch.rays, core_at(options.at), batch.n_threads, progress,
+            [columns = to->columns()](std::size_t i, const fastlines::Hit& hit) { columns.set(i, hit); });
+      });
+    else
+      run(batch, options, [&](const auto& queries) { queries.find_first(core_at(options.at), to->columns()); });
     return to->hits(to);
   }
   std::vector<std::uint8_t> any_hits(const Rays& rays, const PerRay& radius,
@@ -79,27 +99,61 @@ class TreeOf final : public TreeImpl {
     static_assert(sizeof(bool) == 1);
     const Batch batch = checked(rays, radius, options);
     std::vector<std::uint8_t> found(rays.size());
-    run(batch, options, [&](const auto& queries) { queries.find_any(reinterpret_cast<bool*>(found.data())); });
+    bool* const to = reinterpret_cast<bool*>(found.data());
+    if (is_special(rays))
+      run_special(rays, options, [&](const auto& search, fastlines::Progress& progress) {
+        fastlines::any_hits(search, batch.rays, batch.n_threads, progress, {to, found.size()});
+      });
+    else
+      run(batch, options, [&](const auto& queries) { queries.find_any(to); });
     return found;
   }
   std::vector<std::int64_t> count_hits(const Rays& rays, const PerRay& radius,
                                        const QueryOptions& options) const override {
     const Batch batch = checked(rays, radius, options);
     std::vector<std::int64_t> counts(rays.size());
-    run(batch, options, [&](const auto& queries) { queries.count(counts.data()); });
+    if (is_special(rays))
+      run_special(rays, options, [&](const auto& search, fastlines::Progress& progress) {
+        fastlines::count_hits(search, batch.rays, batch.n_threads, progress, counts);
+      });
+    else
+      run(batch, options, [&](const auto& queries) { queries.count(counts.data()); });
     return counts;
   }
-  HitLists list_hits(const Rays& rays, const PerRay& radius, std::optional<std::size_t> k,
-                     const QueryOptions& options) const override {
-    const Batch batch = checked(rays, radius, options);
-    fastlines::HitAssembler lists(rays.size(), options.at == At::surface);
-    run(batch, options,
-        [&](const auto& queries) { queries.list(core_at(options.at), k, /*by_distance=*/false, lists); });
+  std::optional<HitLists> list_hits(const Rays& rays, const PerRay& radius, std::optional<std::size_t> k,
+                                    const QueryOptions& options, std::size_t max_hits) const override {
+    const Batch batch = checked(rays, radius, options, k.has_value());
+    fastlines::HitAssembler lists(rays.size(), options.at == At::surface, max_hits);
+    const fastlines::Keep keep = k ? core_keep(options.rank) : fastlines::Keep::all;
+    // An engine catches its own exceptions: its types are not those of the others.
+    try {
+      if (is_special(rays))
+        run_special(rays, options, [&](const auto& search, fastlines::Progress& progress) {
+          fastlines::list_hits(search, batch.rays, batch.n_threads, progress, lists, core_at(options.at), keep,
+                               k.value_or(~std::size_t(0)));
+        });
+      else
+        run(batch, options, [&](const auto& queries) {
+          queries.list(core_at(options.at), k, keep == fastlines::Keep::nearest, lists);
+        });
+    } catch (const fastlines::TooManyHits&) {
+      return {};
+    }
     const auto offsets = std::make_shared<fastlines::LargeVector<std::int64_t>>(lists.offsets());
     const auto hits = std::make_shared<HitArrays>(std::move(lists), std::size_t(offsets->back()));
-    return {*offsets, hits->hits(hits), offsets};
+    return HitLists{*offsets, hits->hits(hits), offsets};
   }
 
+  // Lines that have moved.
+
+  TreePointer refit(std::span<const Segment> lines, unsigned n_threads) const override {
+    return refit_to(lines, n_threads);
+  }
+  TreePointer refit(std::span<const RoundCone> lines, unsigned n_threads) const override {
+    return refit_to(lines, n_threads);
+  }
+
+  double scene_size() const override { return limits_.size; }
   TreeFacts facts() const override {
     const fastlines::Box& box = tree_.nodes[0].box;
     const std::size_t n_bytes = std::span(items_).size_bytes() + std::span(tree_.nodes).size_bytes() +
@@ -135,38 +189,96 @@ class TreeOf final : public TreeImpl {
   }
 
  private:
-  /// Hits as arrays of the library's own.
-  struct HitArrays {
-    fastlines::Buffer<float> t, u, distance, t_out;
-    fastlines::Buffer<std::int64_t> prim;
-
-    HitArrays(std::size_t n, At at) {
-      for (auto* column : {&t, &u, &distance}) column->reset(n);
-      prim.reset(n);
-      if (at == At::surface) t_out.reset(n);
-      set_size(n, at == At::surface);
-    }
-    HitArrays(fastlines::HitAssembler&& lists, std::size_t n)
-        : t(std::move(lists.t)),
-          u(std::move(lists.u)),
-          distance(std::move(lists.distance)),
-          t_out(std::move(lists.t_out)),
-          prim(std::move(lists.prim)) {
-      set_size(n, lists.with_t_out());
-    }
-
-    fastlines::HitColumns columns() {
-      return {t.data(), prim.data(), u.data(), distance.data(), t_out.size() ? t_out.data() : nullptr};
-    }
-    Hits hits(std::shared_ptr<const void> owner) const { return {t, prim, u, distance, t_out, std::move(owner)}; }
-
-   private:
-    void set_size(std::size_t n, bool with_t_out) {
-      for (auto* column : {&t, &u, &distance}) column->set_size(n);
-      prim.set_size(n);
-      t_out.set_size(with_t_out ? n : 0);
-    }
+  /// A batch as the core has it, and how many threads trace it.
+  struct Batch {
+    fastlines::RayBatch rays;
+    unsigned n_threads;
   };
+
+  static bool is_special(const auto& rays) {
+    return has_spread(rays.spread) || !rays.ignore.empty() || !rays.ignore_strands.empty();
+  }
+  static bool has_spread(float spread) { return spread != 0.0f; }
+  static bool has_spread(const PerRay& spread) {
+    return std::ranges::any_of(spread.values(), [](float each) { return each != 0.0f; });
+  }
+
+  static Rays batch_of(const Ray& ray) {
+    return {{&ray.origin, 1}, {&ray.direction, 1}, ray.t_min, ray.t_max, ray.spread, ray.ignore, ray.ignore_strands};
+  }
+  static QueryOptions options_of(At at, Rank rank = Rank::t) {
+    QueryOptions options;
+    options.at = at;
+    options.rank = rank;
+    return options;
+  }
+
+  void list_special(const Ray& ray, float radius, std::optional<std::size_t> k, const QueryOptions& options,
+                    std::vector<Hit>& to) const {
+    const auto lists = list_hits(batch_of(ray), radius, k, options, ~std::size_t(0));
+    to.clear();
+    for (std::size_t i = 0; i < lists->hits.size(); ++i) to.push_back(lists->hits[i]);
+  }
+
+  Ignored ignored_of(const Rays& rays) const {
+    return {rays.ignore, rays.ignore_strands, items_.size(), origin_.strands};
+  }
+
+  /// Calls run_search(search, progress) with a search for special rays.
+  template <class RunSearch>
+  void run_special(const Rays& rays, const QueryOptions& options, RunSearch&& run_search) const {
+    const Ignored ignored = ignored_of(rays);
+    watch(options.progress, [&](fastlines::Progress& progress) {
+      if (!has_spread(rays.spread)) return run_search(LayoutSearch<P>{view_, prims_, ignored}, progress);
+      const fastlines::SpreadCones prims(spread_items());
+      const auto view = fastlines::view_of(wide_, prims);
+      run_search(LayoutSearch<fastlines::SpreadCones>{view, prims, ignored}, progress);
+    });
+  }
+
+  /// The lines as round cones, as rays with a spread test them. Those of segments are made by the first query.
+  std::span<const fastlines::RoundCone> spread_items() const {
+    if constexpr (P::kHasRadius) {
+      return items_;
+    } else {
+      std::call_once(spread_items_once_, [this] {
+        spread_items_.reserve(items_.size());
+        for (const Item& segment : items_) spread_items_.push_back({segment, 0.0f, 0.0f});
+      });
+      return spread_items_;
+    }
+  }
+
+  template <class Line>
+  TreePointer refit_to(std::span<const Line> lines, unsigned n_threads) const {
+    if constexpr (sizeof(Line) != sizeof(Item)) {
+      throw InputError(
+          "lines of the other kind were given to refit; expected segments for a tree over segments, and "
+          "round cones for one over round cones");
+    } else {
+      std::vector<Item> items = checked_copy<Item>(lines);
+      if (items.size() != items_.size())
+        throw InputError(std::to_string(items.size()) + " lines were given for a tree over " +
+                         std::to_string(items_.size()) + "; expected as many");
+      const unsigned threads = n_threads_of(n_threads);
+      fastlines::Progress progress;
+      fastlines::Tree tree{fastlines::LargeVector<fastlines::Node>(tree_.nodes.size()), tree_.refs};
+      const auto fit = [&](const std::vector<Item>& to, fastlines::LargeVector<fastlines::Node>& nodes) {
+        const auto axes = axes_of(std::span<const Item>(to));
+        fastlines::Refit<fastlines::Segments>(tree_.nodes, tree_.refs, fastlines::Segments{axes}, nodes.data())(
+            threads, progress);
+      };
+      TreeOrigin origin = origin_;
+      if (!origin.built_cost) {
+        // The growth of a refitted tree is relative to its cost with tight boxes.
+        if (origin.is_cut) fit(items_, tree.nodes);
+        origin.built_cost = fastlines::cost_of(origin.is_cut ? tree.nodes : tree_.nodes, origin.c_trav, origin.c_prim);
+      }
+      fit(items, tree.nodes);
+      origin.be_tight();
+      return std::make_shared<TreeOf<P>>(std::move(items), std::move(tree), std::move(origin), threads, progress);
+    }
+  }
 
   /// The ray as the core has it. Throws InputError if it is not valid.
   fastlines::RayQuery checked(const Ray& ray, float radius) const {
@@ -175,21 +287,23 @@ class TreeOf final : public TreeImpl {
     return query;
   }
 
-  /// A batch as the core has it, and how many threads trace it.
-  struct Batch {
-    fastlines::RayBatch rays;
-    unsigned n_threads;
-  };
-
   /// Throws InputError if the batch cannot be used. Short batches take one thread.
-  Batch checked(const Rays& rays, const PerRay& radius, const QueryOptions& options) const {
-    const fastlines::RayBatch batch{view_as<fastlines::Vec3>(rays.origins), view_as<fastlines::Vec3>(rays.directions),
-                                    radius.values(), rays.t_min.values(), rays.t_max.values()};
+  Batch checked(const Rays& rays, const PerRay& radius, const QueryOptions& options, bool has_rank = false) const {
+    const fastlines::RayBatch batch{view_as<fastlines::Vec3>(rays.origins),
+                                    view_as<fastlines::Vec3>(rays.directions),
+                                    radius.values(),
+                                    rays.t_min.values(),
+                                    rays.t_max.values(),
+                                    rays.spread.values()};
     if (options.kernel < Kernel::automatic || options.kernel > Kernel::bundle)
       throw InputError("unknown kernel; expected one of fl::QueryOptions::Kernel");
     const bool is_long = fastlines::may_be_long(batch.size(), wide_.refs.size());
     const unsigned n_threads = is_long ? n_threads_of(options.n_threads) : 1;
+    if (options.rank != Rank::t && !(has_rank && options.rank == Rank::distance))
+      throw InputError("Rank::distance is for next_hits; leave it out, or use that query");
     limits_.check(batch, n_threads);
+    if (options.at == At::surface && has_spread(rays.spread))
+      throw InputError("At::surface has no meaning with a spread: a line then has no one surface; leave out either");
     return {batch, n_threads};
   }
 
@@ -209,6 +323,8 @@ class TreeOf final : public TreeImpl {
   const fastlines::WideBvh wide_;
   const fastlines::WideBvhView<P> view_;
   const RayLimits limits_;
+  mutable std::once_flag spread_items_once_;
+  mutable std::vector<fastlines::RoundCone> spread_items_;
 };
 
 }  // namespace fl::detail

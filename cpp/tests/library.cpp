@@ -1,16 +1,13 @@
 // The library: on every instruction set of this machine, each query gives the answers of brute force, one ray at a time
-// and in batches, with every kernel; files keep trees; bad input is refused. Threads share a tree (ThreadSanitizer).
+// and in batches, with every kernel; files keep trees. Threads share a tree (ThreadSanitizer).
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <locale>
 #include <thread>
 
-#include "check.hpp"
-#include "fastlines/fastlines.hpp"
-#include "scenes.hpp"
+#include "library.hpp"
 
-using fastlines::test::check;
 using fastlines::test::Scene;
 
 namespace {
@@ -20,72 +17,6 @@ std::vector<Scene> small_scenes() {
   std::vector<Scene> scenes = fastlines::test::scenes();
   std::erase_if(scenes, [](const Scene& scene) { return scene.lines.size() > 300; });
   return scenes;
-}
-
-std::vector<fl::Segment> segments_of(const std::vector<fastlines::Segment>& lines) {
-  std::vector<fl::Segment> segments;
-  for (const auto& [p, q] : lines) segments.push_back({{p[0], p[1], p[2]}, {q[0], q[1], q[2]}});
-  return segments;
-}
-
-/// The same lines with radii that differ from end to end.
-std::vector<fl::RoundCone> cones_of(const std::vector<fl::Segment>& segments, float size) {
-  std::vector<fl::RoundCone> cones;
-  for (std::size_t i = 0; i < segments.size(); ++i)
-    cones.push_back({segments[i].p, segments[i].q, size * 0.01f * float(i % 3), size * 0.01f * float(i % 5)});
-  return cones;
-}
-
-struct Rays {
-  std::vector<fl::Vec3> origins, directions;
-  std::vector<float> radius, t_min, t_max;
-
-  Rays(const fastlines::test::Rays& from) {
-    const auto batch = from.batch();
-    for (std::size_t i = 0; i < batch.size(); ++i) {
-      const fastlines::RayQuery ray = batch[i];
-      origins.push_back({ray.origin[0], ray.origin[1], ray.origin[2]});
-      directions.push_back({ray.direction[0], ray.direction[1], ray.direction[2]});
-      radius.push_back(ray.radius);
-      t_min.push_back(ray.t_min);
-      t_max.push_back(ray.t_max);
-    }
-  }
-  std::size_t size() const { return origins.size(); }
-  fl::Ray one(std::size_t i) const { return {origins[i], directions[i], t_min[i], t_max[i]}; }
-  fl::Rays all() const { return {origins, directions, std::span<const float>(t_min), std::span<const float>(t_max)}; }
-};
-
-bool same(const fl::Hit& a, const fl::Hit& b) {
-  return a.t == b.t && a.prim == b.prim && a.u == b.u && a.distance == b.distance && a.t_out == b.t_out;
-}
-template <class A, class B>
-bool same_lists(const A& a, const B& b) {
-  bool equal = a.size() == b.size();
-  for (std::size_t i = 0; equal && i < a.size(); ++i) equal = same(a[i], b[i]);
-  return equal;
-}
-
-/// All hits of each ray by brute force.
-template <class P>
-std::vector<std::vector<fl::Hit>> expected_hits(const P& prims, const Rays& rays, fl::At at) {
-  const fastlines::At core_at = at == fl::At::surface ? fastlines::At::surface : fastlines::At::closest;
-  fastlines::Box box = fastlines::bounds_of_all(prims);
-  const fastlines::BruteForce<P> brute{prims, fastlines::frame_of(box, fastlines::max_radius_of(prims))};
-  std::vector<std::vector<fl::Hit>> found;
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    const auto &o = rays.origins[i], &d = rays.directions[i];
-    const fastlines::Ray ray = fastlines::prepare(
-        {{o.x, o.y, o.z}, {d.x, d.y, d.z}, rays.t_min[i], rays.t_max[i], rays.radius[i]}, brute.frame);
-    found.emplace_back();
-    fastlines::HitVectorOfRay<fl::Hit> list(ray, core_at, fastlines::Keep::all, found.back());
-    typename fastlines::BruteForce<P>::Scratch scratch;
-    brute(ray, list, scratch);
-    list.finish();
-    if (at == fl::At::surface)
-      for (fl::Hit& hit : found.back()) hit.t_out = fastlines::exit_of(brute, ray, hit.prim);
-  }
-  return found;
 }
 
 void check_answers(const fl::Tree& tree, const Rays& rays, const std::vector<std::vector<fl::Hit>>& expected,
@@ -154,44 +85,6 @@ void check_scene(const Scene& scene) {
   }
 }
 
-/// What a call throws, or an empty text.
-template <class Error, class Call>
-std::string message_of(Call&& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return {};
-}
-
-void check_bad_input() {
-  const auto nan = std::numeric_limits<float>::quiet_NaN();
-  const std::vector<fl::Segment> bad{{{0, 0, 0}, {1, 1, 1}}, {{0, nan, 0}, {1, 1, 1}}};
-  const std::string why = message_of<fl::InputError>([&] { fl::build(bad); });
-  check(why.find("line 1") != std::string::npos, "a bad line is named");
-  const fl::Tree tree = fl::build(std::span(bad).first(1));
-  const fl::Ray ray({0, 0, -5}, {0, 0, 1});
-  const auto refuses = [&](const fl::Ray& of, float radius) {
-    return !message_of<fl::InputError>([&] { tree.first_hit(of, radius); }).empty() &&
-           !message_of<fl::InputError>([&] { tree.all_hits(of, radius); }).empty();
-  };
-  check(!refuses(ray, 0.5f), "a good ray is traced");
-  check(refuses(ray, nan) && refuses(ray, -1), "a radius is a number that is not negative");
-  check(refuses(fl::Ray({0, 0, nan}, {0, 0, 1}), 0), "origins are finite");
-  check(refuses(fl::Ray({0, 0, 0}, {0, 0, 0}), 0), "directions are not zero");
-  check(refuses(fl::Ray({0, 0, 0}, {0, 0, 1}, 2, 1), 0), "t_min is at most t_max");
-  const std::vector<fl::Vec3> three(3), two(2);
-  check(!message_of<fl::InputError>([&] { tree.all_hits(fl::Rays{three, three}, 0.1f, fl::Tree::Sink()); }).empty(),
-        "an empty sink is refused");
-  check(!message_of<fl::InputError>([&] { tree.first_hit(fl::Rays{three, two}, 0.1f); }).empty(), "sizes must match");
-  check(!message_of<fl::InputError>([&] { tree.all_hits(fl::Rays{three, two}, 0.1f, [](auto, auto&&) {}); }).empty(),
-        "sizes must match for a sink");
-  check(!message_of<fl::InputError>([] { fl::set_simd("mmx"); }).empty(), "an unknown instruction set is refused");
-  check(!message_of<fl::FileError>([] { fl::load("no/such/file.flt"); }).empty(), "a missing file is refused");
-  check(!message_of<fl::FileError>([&] { tree.save("no/such/folder/a.flt"); }).empty(), "a missing folder is refused");
-}
-
 void check_empty() {
   const fl::Tree none;
   const fl::Ray ray({0, 0, -5}, {0, 0, 1});
@@ -236,21 +129,6 @@ void check_files() {
     check(!message_of<fl::FileError>([&] { fl::load(path); }).empty(), "a truncated file is refused");
   }
   std::filesystem::remove(path);
-}
-
-/// A sink gets no hits before all rays are checked, however many they are.
-void check_sink() {
-  constexpr std::size_t n = 200'000;
-  const fl::Tree tree = fl::build(segments_of(fastlines::test::hair(16)));
-  std::vector<fl::Vec3> origins(n, fl::Vec3{0.5f, 0.5f, -1}), directions(n, fl::Vec3{0, 0, 1});
-  const fl::Rays rays{origins, directions};
-  const std::vector<float> too_few(n / 2, 0.01f);
-  std::size_t n_calls = 0;
-  const auto count = [&](std::size_t, const fl::Hits&) { ++n_calls; };
-  check(!message_of<fl::InputError>([&] { tree.all_hits(rays, too_few, count); }).empty(), "radii that do not match");
-  directions[150'000] = {0, 0, 0};
-  const std::string why = message_of<fl::InputError>([&] { tree.all_hits(rays, 0.01f, count); });
-  check(why.find("ray 150000") != std::string::npos && n_calls == 0, "a bad ray is named before any hit is given");
 }
 
 /// Numbers in files do not depend on the locale of the program.
@@ -300,11 +178,9 @@ void check_threads() {
 
 void check_library() {
   check_empty();
-  check_bad_input();
   check_cancel();
   check_files();
   check_threads();
-  check_sink();
   check_locale();
   static const AtExit at_exit;
   for (const char* simd : {"avx512", "avx2", "sse42", "neon", "portable"}) {

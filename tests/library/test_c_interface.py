@@ -10,133 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from support.c_library import IGNORE, METHODS, Hit, Library, Ray, Rays, pointer
 
 import fastlines as fl
-from fastlines.settings.methods import THESIS_METHODS
-
-METHODS = ("best", *THESIS_METHODS)
-FloatPointer = c.POINTER(c.c_float)
-
-
-class Options(c.Structure):
-    _fields_ = (
-        ("method", c.c_int),
-        ("has_effort", c.c_int),
-        ("effort", c.c_float),
-        ("n_threads", c.c_uint),
-        ("progress", c.c_void_p),
-        ("user_data", c.c_void_p),
-    )
-
-
-class Ray(c.Structure):
-    _fields_ = (("origin", c.c_float * 3), ("direction", c.c_float * 3), ("t_min", c.c_float), ("t_max", c.c_float))
-
-
-class Hit(c.Structure):
-    _fields_ = (
-        ("t", c.c_float),
-        ("u", c.c_float),
-        ("distance", c.c_float),
-        ("t_out", c.c_float),
-        ("prim", c.c_int64),
-    )
-
-
-class Rays(c.Structure):
-    _fields_ = (
-        ("n", c.c_size_t),
-        ("origins", FloatPointer),
-        ("directions", FloatPointer),
-        ("t_min", FloatPointer),
-        ("t_max", FloatPointer),
-        ("radii", FloatPointer),
-        ("radius", c.c_float),
-        ("n_threads", c.c_uint),
-    )
-
-
-class Lists(c.Structure):
-    _fields_ = (
-        ("n_rays", c.c_size_t),
-        ("n_hits", c.c_size_t),
-        ("offsets", c.POINTER(c.c_int64)),
-        ("t", FloatPointer),
-        ("prim", c.POINTER(c.c_int64)),
-        ("u", FloatPointer),
-        ("distance", FloatPointer),
-        ("t_out", FloatPointer),
-    )
-
-
-class Library:
-    """The shared library; calls raise what `fl_error_message` says."""
-
-    def __init__(self) -> None:
-        (path,) = [p for p in Path(fl.get_lib()).glob("*fastlines.*") if p.suffix in (".so", ".dylib", ".dll")]
-        self.dll = c.CDLL(str(path))
-        self.dll.fl_error_message.restype = self.dll.fl_version.restype = self.dll.fl_simd.restype = c.c_char_p
-        self.dll.fl_free_tree.argtypes = self.dll.fl_free_lists.argtypes = self.dll.fl_get_lists.argtypes = [c.c_void_p]
-        self.dll.fl_get_lists.restype = Lists
-
-    def call(self, name: str, *arguments: Any) -> None:
-        if getattr(self.dll, name)(*arguments):
-            raise RuntimeError(self.dll.fl_error_message().decode())
-
-    def build(self, geometry: fl.Lines, method: str = "best") -> CTree:
-        options = Options(method=METHODS.index(method))
-        rows = geometry.segments.reshape(-1, 6)
-        name = "fl_build"
-        if geometry.radius is not None:
-            rows, name = np.hstack([rows, geometry.radius]), "fl_build_round_cones"
-        tree = c.c_void_p()
-        self.call(name, pointer(np.ascontiguousarray(rows)), c.c_size_t(len(rows)), c.byref(options), c.byref(tree))
-        return CTree(self, tree)
-
-    def load(self, path: Path) -> CTree:
-        tree = c.c_void_p()
-        self.call("fl_load", str(path).encode(), c.byref(tree))
-        return CTree(self, tree)
-
-
-class CTree:
-    def __init__(self, library: Library, tree: c.c_void_p) -> None:
-        self.library, self.tree = library, tree
-
-    def __del__(self) -> None:
-        self.library.dll.fl_free_tree(self.tree)
-
-    def save(self, path: Path) -> None:
-        self.library.call("fl_save", self.tree, str(path).encode())
-
-    def first_hit(self, origin: Any, direction: Any, radius: float, at: int) -> Hit:
-        ray, hit = Ray((c.c_float * 3)(*origin), (c.c_float * 3)(*direction), 0, np.inf), Hit()
-        self.library.call("fl_first_hit", self.tree, c.byref(ray), c.c_float(radius), at, c.byref(hit))
-        return hit
-
-    def first_hits(self, rays: Rays) -> tuple[npt.NDArray[Any], ...]:
-        columns = [np.empty(rays.n, dtype) for dtype in (np.float32, np.int64, np.float32, np.float32, np.float32)]
-        self.library.call(
-            "fl_first_hits", self.tree, c.byref(rays), *(column.ctypes.data_as(c.c_void_p) for column in columns)
-        )
-        return tuple(columns)
-
-    def all_hits(self, rays: Rays, at: int) -> dict[str, npt.NDArray[Any]]:
-        lists = c.c_void_p()
-        self.library.call("fl_list_hits", self.tree, c.byref(rays), c.c_size_t(-1), at, c.byref(lists))
-        found = self.library.dll.fl_get_lists(lists)
-        lengths = {"offsets": found.n_rays + 1} | dict.fromkeys(("t", "prim", "u", "distance"), found.n_hits)
-        arrays = {
-            name: np.ctypeslib.as_array(getattr(found, name), (n,)).copy() for name, n in lengths.items() if n > 0
-        }
-        self.library.dll.fl_free_lists(lists)
-        return arrays
-
-
-def pointer(array: npt.NDArray[np.float32]) -> Any:
-    assert array.flags.c_contiguous
-    assert array.dtype == np.float32
-    return array.ctypes.data_as(FloatPointer)
 
 
 @pytest.fixture(scope="module")
@@ -167,7 +43,12 @@ def test_trees_and_answers_are_those_of_python(library: Library, lines: fl.Lines
     assert theirs.method == method
     assert theirs.settings == mine.settings
     assert theirs.limits_hit == mine.limits_hit
+    for each in (tree, library.load(tmp_path / "c.flt")):
+        rows, strands = each.lines()
+        np.testing.assert_array_equal(rows, lines.core_rows)
+        np.testing.assert_array_equal(strands, lines.strands)
     np.testing.assert_array_equal(theirs.geometry.segments, lines.segments)
+    np.testing.assert_array_equal(theirs.geometry.strands, lines.strands)
 
     camera = fl.Camera.framing(lines)
     origins, directions = (np.ascontiguousarray(a.reshape(-1, 3)) for a in camera.rays(width=40, height=30))
@@ -182,6 +63,86 @@ def test_trees_and_answers_are_those_of_python(library: Library, lines: fl.Lines
     for i in range(0, len(origins), 37):
         hit = tree.first_hit(origins[i], directions[i], 0.01, at=1)
         assert (hit.t, hit.prim, hit.t_out) == (expected.t[i], expected.prim[i], expected.t_out[i])
+
+
+@pytest.mark.parametrize("at", ["closest", "surface"])
+def test_a_hit_has_the_place_of_python(library: Library, lines: fl.Lines, at: str) -> None:
+    tree, mine = library.build(lines), fl.build(lines)
+    origins, directions = (a.reshape(-1, 3) for a in fl.Camera.framing(lines).rays(width=40, height=30))
+    rng = np.random.default_rng(7)
+    inside = lines.segments[::3].mean(axis=1)  # rays that start within reach of a line
+    origins = np.concatenate([origins, inside]).astype(np.float32)
+    directions = np.concatenate([3 * directions, rng.normal(size=inside.shape)]).astype(np.float32)
+    hits = mine.first_hit(origins, directions, 0.01, at=at)
+    nan = np.full(hits.points().shape, np.nan)
+    expected = {"point": hits.points(), "tangent": hits.tangents()}
+    is_surface = at == "surface"
+    expected |= {"normal": hits.normals() if is_surface else nan}
+    expected |= {"outside": hits.points(outside=True) if is_surface else nan}
+    assert 100 < hits.hit.sum() < len(hits.hit)
+    for i in range(len(origins)):
+        hit = tree.first_hit(origins[i], directions[i], 0.01, at=int(is_surface))
+        place = tree.place(origins[i], directions[i], 0.01, hit)
+        for name, values in expected.items():
+            np.testing.assert_array_equal(getattr(place, name), values[i], err_msg=f"{name} of ray {i}")
+    with pytest.raises(RuntimeError, match="there is no line 300; expected an index below 300"):
+        tree.place(origins[0], directions[0], 0.01, Hit(prim=len(lines)))
+
+
+def assert_same_lists(found: dict[str, npt.NDArray[Any]], expected: fl.AllHits) -> None:
+    assert len(expected) > 100
+    for name, values in found.items():
+        np.testing.assert_array_equal(values, getattr(expected, name), err_msg=name)
+
+
+def test_special_rays_have_the_answers_of_python(library: Library, lines: fl.Lines) -> None:
+    tree, mine = library.build(lines), fl.build(lines)
+    origins, directions = (
+        np.ascontiguousarray(a.reshape(-1, 3)) for a in fl.Camera.framing(lines).rays(width=40, height=30)
+    )
+    ignore, strands = np.array([5, -1, 60]), np.array([0, 7, 21])
+    given = tuple(a.ctypes.data_as(c.POINTER(c.c_int64)) for a in (ignore, strands))
+    left_out = dict(zip((name for name, _ in IGNORE), (given[0], 3, given[1], 3), strict=True))
+    rays = Rays(len(origins), pointer(origins), pointer(directions), radius=0.02, **left_out)
+    options: dict[str, Any] = {"ignore": ignore, "ignore_strands": strands}
+    assert_same_lists(tree.all_hits(rays, at=1), mine.all_hits(origins, directions, 0.02, at="surface", **options))
+    first = mine.first_hit(origins, directions, 0.02, at="surface", **options)
+    np.testing.assert_array_equal(tree.first_hits(rays)[1], first.prim)
+
+    spreads = np.linspace(0, 0.01, len(origins), dtype=np.float32)
+    rays.spreads = pointer(spreads)
+    options["spread"] = spreads
+    assert_same_lists(tree.all_hits(rays, at=0), mine.all_hits(origins, directions, 0.02, **options))
+    nearest = mine.next_hits(origins, directions, 0.02, k=3, rank="distance", **options)
+    assert_same_lists(tree.all_hits(rays, 0, k=3, by_distance=True), nearest)
+    plain = Rays(len(origins), pointer(origins), pointer(directions), radius=0.02)
+    nearest = mine.next_hits(origins, directions, 0.02, k=3, rank="distance")
+    assert_same_lists(tree.all_hits(plain, 0, k=3, by_distance=True), nearest)
+    with pytest.raises(RuntimeError, match="At::surface has no meaning with a spread"):
+        tree.all_hits(rays, at=1)
+    with pytest.raises(RuntimeError, match="is for next_hits"):
+        tree.all_hits(plain, at=0, by_distance=True)
+    rays.n_ignore, ignore[0] = 1, 300
+    with pytest.raises(RuntimeError, match="ignore names 300; there are 300 lines"):
+        tree.all_hits(rays, at=0)
+
+
+@pytest.mark.parametrize("method", ["best", "kd-d2"])
+def test_a_refit_is_that_of_python(library: Library, lines: fl.Lines, method: str, tmp_path: Path) -> None:
+    built, mine = library.build(lines, method), fl.build(lines, method)
+    rows = np.array(lines.core_rows)
+    rows[:, :6] *= np.linspace(1, 1.2, len(rows), dtype=np.float32)[:, None]
+    tree, moved = built.refit(rows), mine.refit(rows[:, :6].reshape(-1, 2, 3))
+    tree.save(tmp_path / "refitted.flt")
+    library.load(tmp_path / "refitted.flt").save(tmp_path / "again.flt")
+    for path in (tmp_path / "refitted.flt", tmp_path / "again.flt"):
+        theirs = fl.load(path, verify=True)
+        for ours, other in zip(moved.words(), theirs.words(), strict=True):
+            np.testing.assert_array_equal(ours, other)
+        assert (theirs.method, theirs.settings) == (moved.method, moved.settings)
+        assert theirs.growth == moved.growth > 1
+    with pytest.raises(RuntimeError, match="299 lines were given for a tree over 300; expected as many"):
+        built.refit(rows[:-1])
 
 
 def test_files_of_python_keep_everything(library: Library, tmp_path: Path) -> None:
@@ -250,6 +211,47 @@ def test_bad_input_has_a_message(library: Library, lines: fl.Lines) -> None:
     with pytest.raises(RuntimeError, match="line 7"):
         library.call("fl_build", pointer(bad.reshape(-1, 6)), c.c_size_t(len(bad)), None, c.byref(made))
     assert not made
+
+
+def test_null_pointers_are_refused_by_name(library: Library, lines: fl.Lines) -> None:
+    built, point = library.build(lines), pointer(np.zeros(3, np.float32))
+    tree = built.tree
+    ray, rays, made = Ray((c.c_float * 3)(), (c.c_float * 3)(0, 0, 1), 0, 1), Rays(1, point, point), c.c_void_p()
+    room, radius, n = c.byref(c.create_string_buffer(64)), c.c_float(0.1), c.c_size_t(1)
+    calls: list[tuple[str, list[Any], dict[int, str]]] = [
+        ("fl_build", [point, n, None, room], {0: "the array of lines", 3: "tree"}),
+        ("fl_build_round_cones", [point, n, None, room], {0: "the array of lines", 3: "tree"}),
+        ("fl_load", [b"none.flt", c.byref(made)], {0: "path", 1: "tree"}),
+        ("fl_save", [tree, b"none/none.flt"], {0: "tree", 1: "path"}),
+        ("fl_get_facts", [tree, room], {0: "tree", 1: "facts"}),
+        ("fl_first_hit", [tree, c.byref(ray), radius, 0, room], {0: "tree", 1: "ray", 4: "hit"}),
+        ("fl_get_place", [tree, c.byref(ray), radius, room, room], {0: "tree", 1: "ray", 3: "hit", 4: "place"}),
+        ("fl_any_hit", [tree, c.byref(ray), radius, room], {0: "tree", 1: "ray", 3: "found"}),
+        ("fl_count_hits", [tree, c.byref(ray), radius, room], {0: "tree", 1: "ray", 3: "n"}),
+        ("fl_all_hits", [tree, c.byref(ray), radius, 0, room, n, room], {0: "tree", 1: "ray", 4: "hits", 6: "n"}),
+        ("fl_next_hits", [tree, c.byref(ray), radius, 0, n, 0, room, room], {0: "tree", 1: "ray", 6: "hits", 7: "n"}),
+        ("fl_first_hits", [tree, c.byref(rays), *[None] * 5], {0: "tree", 1: "rays"}),
+        ("fl_any_hits", [tree, c.byref(rays), room], {0: "tree", 1: "rays", 2: "found"}),
+        ("fl_counts", [tree, c.byref(rays), room], {0: "tree", 1: "rays", 2: "n"}),
+        ("fl_list_hits", [tree, c.byref(rays), n, 0, 0, c.byref(made)], {0: "tree", 1: "rays", 5: "lists"}),
+        ("fl_refit", [tree, point, n, 0, c.byref(made)], {0: "tree", 1: "the array of lines", 4: "refitted"}),
+        ("fl_refit_round_cones", [tree, point, n, 0, c.byref(made)], {0: "tree", 4: "refitted"}),
+    ]
+    for name, arguments, pointers in calls:
+        for place, what in pointers.items():
+            given = [*arguments[:place], None, *arguments[place + 1 :]]
+            with pytest.raises(RuntimeError, match=f"^{what} is NULL"):
+                library.call(name, *given)
+    for nothing in (Rays(1, None, point), Rays(1, point, None), Rays(2**64 - 1, point, point)):
+        with pytest.raises(RuntimeError, match=r"is NULL|2\^32"):
+            library.call("fl_counts", tree, c.byref(nothing), room)
+    for count in (2**64 - 1, 2**63):
+        with pytest.raises(RuntimeError, match="more than a tree can index"):
+            library.call("fl_build", point, c.c_size_t(count), None, c.byref(made))
+    assert library.dll.fl_get_lists(None).n_rays == library.dll.fl_get_lines(None).n == 0
+    library.dll.fl_free_tree(None)
+    library.dll.fl_free_lists(None)
+    library.call("fl_set_simd", None)
 
 
 def test_versions_agree(library: Library) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 import shutil
 import subprocess
@@ -38,28 +39,43 @@ def needs(program: str) -> str:
     return found
 
 
-@pytest.mark.parametrize("example", ["first_hit.cpp", "first_hit.c"])
-def test_one_command_compiles_a_program(example: str, tmp_path: Path) -> None:
-    compiler = needs("g++")
-    flags = run(sys.executable, "-m", "fastlines", "--cflags", "--libs", cwd=tmp_path).split()
-    source = EXAMPLES / example
-    if source.suffix == ".c":
-        include = f"-I{fl.get_include()}"
-        run(
-            needs("gcc"),
-            "-std=c99",
-            "-Wall",
-            "-Wextra",
-            "-Werror",
-            "-pedantic",
-            include,
-            "-c",
-            str(source),
-            cwd=tmp_path,
-        )
-        source = tmp_path / "first_hit.o"
-    run(compiler, "-Wall", "-Wextra", "-Werror", str(source), *flags, "-o", "first_hit", cwd=tmp_path)
+WARNINGS = "-Wall", "-Wextra", "-Werror", "-pedantic"
+
+
+def flags(*options: str, cwd: Path) -> list[str]:
+    """Return what the command line prints for a compiler."""
+    return run(sys.executable, "-m", "fastlines", *options, cwd=cwd).split()
+
+
+@pytest.mark.parametrize("standard", ["c++20", "c++23"])
+def test_one_command_compiles_a_program(standard: str, tmp_path: Path) -> None:
+    compiler, source = needs("g++"), str(EXAMPLES / "first_hit.cpp")
+    ours = flags("--cflags", "--libs", cwd=tmp_path)
+    run(compiler, f"-std={standard}", *WARNINGS, source, *ours, "-o", "first_hit", cwd=tmp_path)
     assert run("./first_hit", cwd=tmp_path) == ANSWER
+
+
+def test_one_command_compiles_a_program_in_c(tmp_path: Path) -> None:
+    compiler, linker, source = needs("gcc"), needs("g++"), str(EXAMPLES / "first_hit.c")
+    run(compiler, "-std=c99", *WARNINGS, *flags("--cflags", cwd=tmp_path), "-c", source, cwd=tmp_path)
+    run(linker, "first_hit.o", *flags("--libs", cwd=tmp_path), "-o", "first_hit", cwd=tmp_path)
+    assert run("./first_hit", cwd=tmp_path) == ANSWER
+
+
+@pytest.mark.parametrize(("standard", "version"), [("c++20", 202002), ("c++23", 202100)])
+def test_the_flags_keep_the_standard_that_is_given(standard: str, version: int, tmp_path: Path) -> None:
+    (tmp_path / "version.cpp").write_text(
+        f"#include <fastlines/fastlines.hpp>\nstatic_assert(__cplusplus >= {version}L);\nint main() {{ return 0; }}\n"
+    )
+    ours = flags("--cflags", cwd=tmp_path)
+    run(needs("g++"), f"-std={standard}", "version.cpp", *ours, "-fsyntax-only", cwd=tmp_path)
+
+
+def test_an_older_standard_is_refused_by_name(tmp_path: Path) -> None:
+    command = [needs("g++"), "-std=c++17", "-fsyntax-only", "-xc++", "-", *flags("--cflags", cwd=tmp_path)]
+    program = "#include <fastlines/fastlines.hpp>\n"
+    found = subprocess.run(command, input=program, capture_output=True, text=True, timeout=60).stderr
+    assert "fastlines needs C++20 or later: compile with -std=c++20 or -std=c++23" in found
 
 
 @pytest.mark.parametrize("target", ["fastlines::fastlines", "fastlines::shared"])
@@ -77,6 +93,28 @@ def test_cmake_finds_the_package(target: str, tmp_path: Path) -> None:
     run(cmake, "-S", ".", "-B", "build", f"-Dfastlines_DIR={fl.get_cmake_dir()}", cwd=tmp_path)
     run(cmake, "--build", "build", cwd=tmp_path)
     assert run("build/first_hit", cwd=tmp_path) == ANSWER
+    if target == "fastlines::shared" and sys.platform == "linux":
+        name = interface_name()
+        assert re.search(
+            rf"^\s*{name} => \S+/{name} ", run(needs("ldd"), "build/first_hit", cwd=tmp_path), re.MULTILINE
+        )
+
+
+def interface_name() -> str:
+    """Return the name by which programs ask for the shared library: until 1.0, a minor version may change it."""
+    major, minor, _ = fl.__version__.split(".", 2)
+    return f"libfastlines.so.{'0.' + minor if major == '0' else major}"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="shared libraries have other names here")
+def test_a_program_asks_for_the_version_of_the_shared_library(tmp_path: Path) -> None:
+    compiler, source, name = needs("g++"), str(EXAMPLES / "first_hit.cpp"), interface_name()
+    lib = Path(fl.get_lib())
+    assert (lib / name).is_file()
+    ours = [*flags("--cflags", cwd=tmp_path), str(lib / name), f"-Wl,-rpath,{lib}"]
+    run(compiler, "-std=c++20", source, *ours, "-o", "first_hit", cwd=tmp_path)
+    assert run("./first_hit", cwd=tmp_path) == ANSWER
+    assert f"{name} => {lib / name} " in run(needs("ldd"), "first_hit", cwd=tmp_path)
 
 
 def test_the_commands_print_the_folders(tmp_path: Path) -> None:

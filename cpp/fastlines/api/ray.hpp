@@ -1,6 +1,10 @@
 // Rays, lines and hits of the library. They are plain data; all coordinates are in units of the scene.
 #pragma once
 
+#ifndef __cpp_concepts
+#error "fastlines needs C++20 or later: compile with -std=c++20 or -std=c++23"
+#endif
+
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -18,6 +22,11 @@ struct Vec3 {
   float x = 0, y = 0, z = 0;  ///< The coordinates.
 };
 
+/// A point or a direction in double.
+struct Vec3d {
+  double x = 0, y = 0, z = 0;  ///< The coordinates.
+};
+
 /// A line from p to q. The radius of a query says how near a ray must come to hit it.
 struct Segment {
   Vec3 p, q;  ///< The ends.
@@ -29,17 +38,29 @@ struct RoundCone {
   float radius_p = 0, radius_q = 0;  ///< The radius at each end.
 };
 
-/// The points `origin` + t·`direction` with `t_min` ≤ t ≤ `t_max`.
+/// The points `origin` + t·`direction` with `t_min` ≤ t ≤ `t_max`. Rays with a spread, or that leave lines out, are
+/// traced by a slower kernel.
 struct Ray {
   Vec3 origin;                        ///< Where t is 0.
   Vec3 direction;                     ///< It need not have length 1, but it must not be zero.
   float t_min = 0, t_max = infinity;  ///< The ends of the ray. `t_min` must be below infinity.
+  float spread = 0;  ///< By how much the radius of the query grows for each unit of length along the ray.
+  /// The lines that queries leave out, as if they were not there; −1 names none. The numbers are not copied.
+  std::span<const std::int64_t> ignore = std::span<const std::int64_t>();
+  /// The strands that queries leave out. Lines without a strand stay.
+  std::span<const std::int64_t> ignore_strands = std::span<const std::int64_t>();
 
   /// Makes a ray whose direction has yet to be set.
   Ray() = default;
   /// Makes a ray, by default one without an end.
   Ray(Vec3 origin_, Vec3 direction_, float t_min_ = 0, float t_max_ = infinity)
       : origin(origin_), direction(direction_), t_min(t_min_), t_max(t_max_) {}
+};
+
+/// What the hits of a ray are ranked by.
+enum class Rank {
+  t,         ///< Their place on the ray.
+  distance,  ///< The distance of the line from the ray, and then t.
 };
 
 /// The place on the ray that t of a hit means.
@@ -60,6 +81,18 @@ struct Hit {
   explicit operator bool() const { return prim >= 0; }
 };
 
+/// Where a hit is. All members of a miss are NaN.
+struct Place {
+  /// The point of the ray at t. With `At::surface`, it is where the ray enters the surface, computed in double.
+  Vec3d point;
+  /// The unit normal of the surface there, outwards, with `At::surface`; otherwise NaN. For a ray that starts inside,
+  /// it is the direction from the point of the axis at u, or opposite to the ray if that is the point itself.
+  Vec3d normal;
+  Vec3d tangent;  ///< The unit vector from p to q. It is NaN for a line of length zero.
+  /// The point, moved along the normal: a ray that starts here and leaves the surface does not hit it again.
+  Vec3d outside;
+};
+
 /// One number for all rays of a batch, or one for each.
 class PerRay {
  public:
@@ -72,6 +105,8 @@ class PerRay {
 
   /// Returns the numbers: one, or as many as there are rays.
   std::span<const float> values() const { return is_each_ ? each_ : std::span<const float>(&for_all_, 1); }
+  /// Returns the number of ray i.
+  float operator[](std::size_t i) const { return is_each_ && each_.size() > 1 ? each_[i] : values()[0]; }
 
  private:
   float for_all_ = 0;
@@ -83,9 +118,22 @@ class PerRay {
 struct Rays {
   std::span<const Vec3> origins, directions;  ///< Both are of the same length.
   PerRay t_min = 0.0f, t_max = infinity;      ///< The ends of the rays.
+  PerRay spread = 0.0f;                       ///< By how much radii grow for each unit of length along the rays.
+  /// The lines that all rays leave out.
+  std::span<const std::int64_t> ignore = std::span<const std::int64_t>();
+  /// The strands that all rays leave out.
+  std::span<const std::int64_t> ignore_strands = std::span<const std::int64_t>();
 
   /// Returns the number of rays.
   std::size_t size() const { return origins.size(); }
+  /// Returns ray i.
+  Ray operator[](std::size_t i) const {
+    Ray ray(origins[i], directions[i], t_min[i], t_max[i]);
+    ray.spread = spread[i];
+    ray.ignore = ignore;
+    ray.ignore_strands = ignore_strands;
+    return ray;
+  }
 };
 
 /// Hits, as one array for each member of `Hit`. Copies share the arrays.

@@ -55,6 +55,9 @@ struct BuildOptions {
   std::optional<float> effort = std::nullopt;
   unsigned n_threads = 0;       ///< The number of threads; 0 means one for each core. The tree does not depend on it.
   Progress progress = nullptr;  ///< It is called while the tree is built.
+  /// The strand (hair, streamline, polyline) that each line is part of, −1 for none. The tree copies them. By default,
+  /// no line has one.
+  std::span<const std::int64_t> strands = std::span<const std::int64_t>();
 };
 
 /// How a batch of rays is traced. The kernel and the number of threads do not change the answers.
@@ -68,6 +71,7 @@ struct QueryOptions {
   };
 
   At at = At::closest;                ///< The place on the ray that t of a hit means.
+  Rank rank = Rank::t;                ///< What `next_hits` ranks hits by. No other query has it.
   Kernel kernel = Kernel::automatic;  ///< How rays are traced.
   unsigned n_threads = 0;             ///< The number of threads; 0 means one for each core. Short batches take one.
   Progress progress = nullptr;        ///< It is called during the query.
@@ -113,10 +117,12 @@ class FASTLINES_API Tree {
   std::vector<Hit> all_hits(const Ray& ray, float radius, At at = At::closest) const;
   /// Writes all hits to a vector, which is cleared first. So calls can share its memory.
   void all_hits(const Ray& ray, float radius, std::vector<Hit>& to, At at = At::closest) const;
-  /// Returns the first k of all hits, or fewer if there are fewer.
-  std::vector<Hit> next_hits(const Ray& ray, float radius, std::size_t k, At at = At::closest) const;
+  /// Returns the first k of all hits by t, or by their distance, or fewer if there are fewer.
+  std::vector<Hit> next_hits(const Ray& ray, float radius, std::size_t k, At at = At::closest,
+                             Rank rank = Rank::t) const;
   /// Writes the first k of all hits to a vector, which is cleared first.
-  void next_hits(const Ray& ray, float radius, std::size_t k, std::vector<Hit>& to, At at = At::closest) const;
+  void next_hits(const Ray& ray, float radius, std::size_t k, std::vector<Hit>& to, At at = At::closest,
+                 Rank rank = Rank::t) const;
 
   // Batches of rays, on several threads.
 
@@ -133,16 +139,35 @@ class FASTLINES_API Tree {
 
   /// A callback that gets the index of a ray and the hits of that ray.
   using Sink = std::function<void(std::size_t ray, const Hits& hits)>;
-  /// Calls `sink` for each ray, in the order of the rays, on the calling thread. Only the hits of some rays are in
-  /// memory at a time, so all of them together may need more than there is. All rays are checked first.
+  /// Calls `sink` for each ray, in the order of the rays, on the calling thread. Only up to two million hits are in
+  /// memory at a time, or those of one ray if it has more. All rays are checked first.
   void all_hits(const Rays& rays, const PerRay& radius, const Sink& sink, const QueryOptions& options = {}) const;
+
+  // The lines, and hits on them. Arrays are valid as long as the tree or a copy of it.
+
+  /// Returns the number of lines.
+  std::size_t size() const;
+  /// Returns the lines of a tree over segments. Of one over round cones, it returns none.
+  std::span<const Segment> segments() const;
+  /// Returns the lines of a tree over round cones. Of one over segments, it returns none.
+  std::span<const RoundCone> round_cones() const;
+  /// Returns a line of either kind. Segments have radii of 0.
+  RoundCone line(std::int64_t prim) const;
+  /// Returns the strand of each line, −1 for none. It is empty if no line has one.
+  std::span<const std::int64_t> strands() const;
+  /// Returns where a hit is, and how the line and its surface lie there. The ray and the radius are those of the query.
+  Place place(const Ray& ray, float radius, const Hit& hit) const;
 
   // The tree itself.
 
   /// Returns the tree's size, cost and box.
   TreeFacts facts() const;
-  /// Returns the number of lines.
-  std::size_t size() const;
+
+  /// Returns the same tree over as many lines that have moved, with new boxes. It is faster to make than a new tree,
+  /// and slower to query the farther lines have moved. Strands are kept.
+  Tree refit(std::span<const Segment> segments, unsigned n_threads = 0) const;
+  /// Returns the same tree over round cones that have moved.
+  Tree refit(std::span<const RoundCone> cones, unsigned n_threads = 0) const;
 
   /// Writes the tree and its lines to a file (`.flt`), which Python reads too. Throws `FileError`.
   void save(const std::string& path) const;

@@ -2,6 +2,7 @@
 // offsets[i] up to offsets[i + 1]. A ray's offset is known once the hits of all rays before it are counted.
 #pragma once
 
+#include <exception>
 #include <map>
 #include <mutex>
 #include <shared_mutex>
@@ -11,12 +12,18 @@
 
 namespace fastlines {
 
+/// Thrown by `HitAssembler::add` if there are more hits than may be in memory.
+struct TooManyHits : std::exception {
+  const char* what() const noexcept override { return "more hits than may be in memory"; }
+};
+
 /// Copies hits to their final places while other rays are still being traced. A quarter of all chunks, spread over all
 /// rays, is traced first, to estimate the total number of hits. From then on, the hits of a chunk stay buffered only
 /// until all rays before its last one are counted. So buffers stay small, and their memory is soon reused.
 class HitAssembler {
  public:
-  HitAssembler(std::size_t n_rays, bool with_t_out) : with_t_out_(with_t_out), offsets_(n_rays + 1) {}
+  HitAssembler(std::size_t n_rays, bool with_t_out, std::size_t max_hits = ~std::size_t(0))
+      : with_t_out_(with_t_out), max_hits_(max_hits), offsets_(n_rays + 1) {}
 
   /// The i-th chunk to trace: every fourth one, then the others.
   static std::size_t sample_first(std::size_t i, std::size_t n_chunks) {
@@ -39,6 +46,7 @@ class HitAssembler {
       const std::lock_guard lock(mutex_);
       waiting_.emplace(chunk, std::move(added));
       n_hits_added_ += n_hits;
+      if (n_hits_added_ > max_hits_) throw TooManyHits{};
       if (const std::size_t n_added = ++n_added_; 4 * n_added >= n_chunks) {
         count();
         while (!waiting_.empty() && waiting_.begin()->first < next_ && waiting_.begin()->second.end <= n_counted_)
@@ -134,6 +142,7 @@ class HitAssembler {
   }
 
   const bool with_t_out_;
+  const std::size_t max_hits_;
   LargeVector<std::int64_t> offsets_;  // beyond `n_counted_`: how many hits the previous ray has
   std::mutex mutex_;                   // guards what follows
   std::size_t n_added_ = 0, n_hits_added_ = 0;

@@ -38,8 +38,8 @@ def get_cmake_dir() -> str:
 
 
 def compiler_flags() -> str:
-    """Return the flags that compile a program, for a compiler that takes those of GCC."""
-    return f"-std=c++20 -I{get_include()}"
+    """Return the flags that compile a program in C, or in C++20 or later, with a compiler that takes those of GCC."""
+    return f"-I{get_include()}"
 
 
 def linker_flags() -> str:

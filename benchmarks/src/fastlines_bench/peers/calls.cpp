@@ -17,7 +17,7 @@ struct Batch {
     return {{o[0], o[1], o[2]}, {d[0], d[1], d[2]}, t_min, t_max};
   }
   fl_ray c_ray(std::size_t i) const {
-    fl_ray ray;
+    fl_ray ray{};
     std::memcpy(ray.origin, origins + 3 * i, sizeof ray.origin);
     std::memcpy(ray.direction, directions + 3 * i, sizeof ray.direction);
     ray.t_min = t_min;

@@ -44,10 +44,10 @@ class OneRay {
     list_hits(at, Keep::all, ~0ull, to);
   }
 
-  /// Replace `to` by the first k hits, in their order.
+  /// Replace `to` by the first k hits, or the k nearest to the ray, in their order.
   template <class AnyHit>
-  void next_hits(std::size_t k, At at, std::vector<AnyHit>& to) const {
-    list_hits(at, Keep::first, k, to);
+  void next_hits(std::size_t k, At at, Keep keep, std::vector<AnyHit>& to) const {
+    list_hits(at, keep, k, to);
   }
 
  private:
