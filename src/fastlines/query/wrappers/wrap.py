@@ -10,15 +10,17 @@ from ..backend import Backend
 from ..rays import RayBatch
 from .curves import CurveBackend
 from .ignore import IgnoringBackend
+from .pieces import Pieces, View
 from .user_primitives import UserBackend
 
 
-def backend_of(geometry: AnyGeometry, core: Backend | None, rays: RayBatch) -> Backend:
+def backend_of(geometry: AnyGeometry, core: Backend | None, view: View | None, rays: RayBatch) -> Backend:
     """Return the backend for a geometry and rays, from that of its rows in the core: None for brute force."""
     found: Backend
     if geometry.has_user_code:
         found = UserBackend(cast(UserPrimitives, geometry), core)
     else:
         assert core is not None
-        found = CurveBackend(core, geometry) if geometry.in_pieces else core
+        assert view is not None
+        found = CurveBackend(Pieces(core, geometry, view)) if geometry.in_pieces else core
     return IgnoringBackend(found) if rays.ignored else found
