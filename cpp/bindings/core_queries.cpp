@@ -1,4 +1,4 @@
-// Queries on the binary tree, by its boxes or its planes, and by brute force.
+// Queries on the binary tree, by its boxes or its planes, and by brute force; and crossings, from what any query finds.
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
@@ -8,6 +8,7 @@
 #include "core.hpp"
 #include "fastlines/query/binary_traversal.hpp"
 #include "fastlines/query/brute_force.hpp"
+#include "fastlines/query/crossings.hpp"
 #include "fastlines/query/for_each_ray.hpp"
 #include "fastlines/query/plane_traversal.hpp"
 #include "layout.hpp"
@@ -61,6 +62,12 @@ class BinaryView {
           watch_if(is_long, progress, [&](Progress& watched) { run(search, watched); });
         },
         search_);
+  }
+
+  /// Calls use(prims, frame).
+  template <class Use>
+  void with_prims(Use&& use) const {
+    std::visit([&](const auto& search) { use(search.prims, search.frame); }, search_);
   }
 
  private:
@@ -121,6 +128,38 @@ ListTuple list(const BinaryView& tree, RayArrays rays, bool surface, std::option
   return arrays_of(*lists);
 }
 
+void use_prims(const BinaryView& tree, auto&& use) { tree.with_prims(use); }
+void use_prims(const LayoutView& layout, auto&& use) {
+  std::visit([&](const auto& prims) { use(prims, layout.frame); }, layout.prims);
+}
+
+/// The crossings of rays with the primitives that these pieces belong to, as lists of hits of pieces. `owner` has the
+/// primitive of each piece; without it each is one. Unless `is_complete`, a ray may hit more pieces of the same.
+template <class View>
+ListTuple crossings(const View& view, RayArrays rays, Input<std::int64_t> offsets, Input<std::int64_t> pieces,
+                    std::optional<Input<std::int64_t>> owner, bool is_complete, bool surface,
+                    std::optional<std::size_t> k, bool by_distance, unsigned n_threads, nb::object progress) {
+  const auto owners = owner ? rows<std::int64_t>(*owner) : std::span<const std::int64_t>();
+  const PieceLists lists{rows<std::int64_t>(offsets), rows<std::int64_t>(pieces), owners, is_complete};
+  const RayBatch batch = batch_of(rays);
+  const Keep keep = by_distance ? Keep::nearest : Keep::first;
+  const bool is_long = may_be_long(batch.size(), lists.pieces.size());
+  HitAssembler to(batch.size(), surface);
+  use_prims(view, [&](const auto& prims, const Frame& frame) {
+    watch_if(is_long, progress, [&](Progress& watched) {
+      list_crossings(prims, frame, batch, lists, is_long ? n_threads : 1, watched, to,
+                     surface ? At::surface : At::closest, keep, k.value_or(~0ull));
+    });
+  });
+  return arrays_of(to);
+}
+
+template <class View>
+void bind_crossings(nb::module_& m) {
+  m.def("crossings", &crossings<View>, "view"_a, "rays"_a, "offsets"_a, "pieces"_a, "owner"_a.none(), "is_complete"_a,
+        "surface"_a, "k"_a.none(), "by_distance"_a, "n_threads"_a, "progress"_a.none());
+}
+
 }  // namespace
 
 void bind_binary_queries(nb::module_& m) {
@@ -135,6 +174,8 @@ void bind_binary_queries(nb::module_& m) {
   m.def("count_hits", &count, "tree"_a, "rays"_a, "n_threads"_a, "progress"_a.none());
   m.def("list_hits", &list, "tree"_a, "rays"_a, "surface"_a, "k"_a.none(), "by_distance"_a, "n_threads"_a,
         "progress"_a.none());
+  bind_crossings<BinaryView>(m);
+  bind_crossings<LayoutView>(m);
 }
 
 }  // namespace fastlines

@@ -1,6 +1,7 @@
 """The C++ core of fastlines. Use the functions of the package; they check what they are given."""
 
 from collections.abc import Sequence
+from typing import overload
 
 import numpy
 from numpy.typing import NDArray
@@ -193,6 +194,66 @@ def list_hits(
         NDArray[numpy.float32],
         NDArray[numpy.float32],
     ],
+    surface: bool,
+    k: int | None,
+    by_distance: bool,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[
+    NDArray[numpy.int64],
+    tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.int64],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32] | None,
+    ],
+]: ...
+@overload
+def crossings(
+    view: BinaryView,
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    offsets: NDArray[numpy.int64],
+    pieces: NDArray[numpy.int64],
+    owner: NDArray[numpy.int64] | None,
+    is_complete: bool,
+    surface: bool,
+    k: int | None,
+    by_distance: bool,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[
+    NDArray[numpy.int64],
+    tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.int64],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32] | None,
+    ],
+]: ...
+@overload
+def crossings(
+    view: LayoutView,
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    offsets: NDArray[numpy.int64],
+    pieces: NDArray[numpy.int64],
+    owner: NDArray[numpy.int64] | None,
+    is_complete: bool,
     surface: bool,
     k: int | None,
     by_distance: bool,

@@ -23,6 +23,7 @@ from .query.backend import KERNELS, Backend, CompiledBackend
 from .query.hits import AllHits, FirstHits
 from .query.queries import Query, check_query
 from .query.ray_arguments import RayArguments, RayOptions, shows_ray_options
+from .query.wrappers.pieces import View
 from .query.wrappers.wrap import backend_of
 from .refit import built_cost, refitted
 
@@ -221,17 +222,17 @@ class Tree(PlacedTree):
         return self._query(kernel, RayArguments(origins, directions, radius, **options)).next_hits(k, at, rank)
 
     @cached_property
-    def _binary(self) -> Backend:
+    def _binary_view(self) -> _core.BinaryView:
         return self._binary_over(*self.geometry.core_data())
 
     @cached_property
-    def _spread_binary(self) -> Backend:
+    def _spread_binary_view(self) -> _core.BinaryView:
         return self._binary_over(*self.geometry.spread_data())
 
-    def _binary_over(self, kind: str, data: FloatArray) -> Backend:
+    def _binary_over(self, kind: str, data: FloatArray) -> _core.BinaryView:
         if self.settings.boxes == "cut":
-            return CompiledBackend(_core, _core.BinaryView.of_planes(kind, data, *self.planes))
-        return CompiledBackend(_core, _core.BinaryView.of_boxes(kind, data, *self.words()))
+            return _core.BinaryView.of_planes(kind, data, *self.planes)
+        return _core.BinaryView.of_boxes(kind, data, *self.words())
 
     def _query(self, kernel: str, given: RayArguments) -> Query:
         """Check the rays, and choose the backend."""
@@ -241,17 +242,19 @@ class Tree(PlacedTree):
             gpu = self._on_gpu(given.has_spread, alone=True)
             return Query(gpu, check_device_query(gpu, self.geometry, box, given), self.geometry)
         rays = check_query(self.geometry, box, given)
+        if self.backend == "cuda" and kernel != "auto":
+            raise InputError(f"kernel={kernel!r} is one of the CPU's; leave it out, or query the tree on the CPU")
         core: Backend
-        if self.backend == "cuda":
-            if kernel != "auto":
-                raise InputError(f"kernel={kernel!r} is one of the CPU's; leave it out, or query the tree on the CPU")
-            core = self._on_gpu(rays.has_spread)
-        elif kernel == "binary":
-            core = self._spread_binary if rays.has_spread else self._binary
+        view: View
+        if kernel == "binary":
+            view = self._spread_binary_view if rays.has_spread else self._binary_view
+            core = CompiledBackend(_core, view)
         else:
             view = self.layout.spread_view if rays.has_spread else self.layout.view
             core = CompiledBackend(engine, view, (KERNELS[kernel],))
-        return Query(backend_of(self.geometry, core, rays), rays, self.geometry, given.progress)
+        if self.backend == "cuda":
+            core = self._on_gpu(rays.has_spread)
+        return Query(backend_of(self.geometry, core, view, rays), rays, self.geometry, given.progress)
 
     def without_offset(self) -> Tree:
         """Return the tree over the same lines without their offset: rays and points are then less it."""

@@ -155,9 +155,9 @@ def merge_one_by_one(hits):
         for indices in of_strand.values():
             for i in indices:  # by t
                 if indices[0] != i and hits.t[i] <= found[-1][2]:
-                    found[-1][2] = max(found[-1][2], hits.t_out[i])
+                    found[-1][2:] = max(found[-1][2], hits.t_out[i]), min(found[-1][3], hits.distance[i])
                 else:
-                    found.append([ray, i, hits.t_out[i]])
+                    found.append([ray, i, hits.t_out[i], hits.distance[i]])
     return sorted(found, key=lambda one: (one[0], hits.t[one[1]], hits.prim[one[1]]))
 
 
@@ -174,11 +174,13 @@ def test_hits_of_a_strand_merge_where_they_overlap(ask):
     merged = query(origins, directions, 0.1, at="surface", merge="strand")
     expected = merge_one_by_one(every)
     assert 200 < len(merged) < 0.7 * len(every)
-    assert merged.ray.tolist() == [ray for ray, _, _ in expected]
-    indices = [i for _, i, _ in expected]
-    for column in ("prim", "t", "u", "distance", "strand"):
+    ray, indices, t_out, distance = (list(column) for column in zip(*expected, strict=True))
+    assert merged.ray.tolist() == ray
+    for column in ("prim", "t", "u", "strand"):
         assert getattr(merged, column).tolist() == getattr(every, column)[indices].tolist()
-    assert merged.t_out.tolist() == [t_out for _, _, t_out in expected]
+    assert merged.t_out.tolist() == t_out
+    assert merged.distance.tolist() == distance
+    assert (merged.distance < every.distance[indices]).any()
     assert (np.abs(merged.normals()).max(axis=1) <= 1).all()
     assert len(query([9, 9, 9], [0, 0, 1], 0.1, at="surface", merge="strand")) == 0
 

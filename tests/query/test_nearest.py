@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
@@ -55,3 +56,55 @@ def test_rays_that_graze_capsules(radius: float) -> None:
     for kernel in WIDE:
         assert_same(tree.next_hits(**rays, k=2, kernel=kernel), expected)
         assert_same(tree.first_hit(**rays, kernel=kernel), fl.brute_force(lines, **rays, query="first_hit"))
+
+
+def everything(kind: str) -> Any:
+    rng = np.random.default_rng(8)
+    ends = (rng.uniform(-1, 1, (400, 1, 3)) ** 3 + rng.normal(0, 0.1, (400, 2, 3))).astype(np.float32)
+    ends[50:60] = ends[40:50]  # ties
+    lines = fl.Lines.from_segments(ends, radius=rng.uniform(0, 0.1, (400, 2)), strands=np.arange(400) // 8)
+    control = np.einsum("ij,njk->nik", [[1, 0], [0.6, 0.5], [0.3, 0.6], [0, 1]], ends[:60])
+    curves = fl.Curves.from_bezier(control, rng.uniform(0, 0.05, (60, 4)))
+    triangles = fl.Triangles.from_mesh(ends[:30, 0] * 3, np.arange(30).reshape(10, 3))
+    return {
+        "lines": fl.Lines.from_segments(ends),
+        "round cones": lines,
+        "curves": curves,
+        "geometry": fl.Geometry([triangles, lines, curves]),
+        "one point": fl.Lines.from_segments(np.ones((3, 2, 3))),
+    }[kind]
+
+
+@pytest.mark.parametrize("how", ["rays", "points", "spread", "ignore", "surface"])
+@pytest.mark.parametrize("kind", ["lines", "round cones", "curves", "geometry", "one point"])
+def test_the_nearest_by_distance_are_those_of_brute_force(kind: str, how: str) -> None:
+    """Whatever the radius is, though rays look for them within smaller ones."""
+    if kind == "geometry" and how == "spread":
+        return
+    geometry, rng, n = everything(kind), np.random.default_rng(2), 60
+    # From within and from far away, past and through the scene, for bounds of every kind.
+    origins = rng.normal(size=(n, 3)) * 10 ** rng.uniform(-1, 2, (n, 1))
+    directions = rng.normal(0, 1, (n, 3)) - origins
+    t_min, t_max = np.where(rng.random(n) < 0.2, -np.inf, 0), np.where(rng.random(n) < 0.5, np.inf, rng.random(n))
+    rays: dict[str, Any] = {"origins": origins, "directions": directions, "t_min": t_min, "t_max": t_max}
+    rays["radius"] = 10.0 ** rng.integers(-2, 4, n)
+    if how == "points":
+        rays |= {"t_min": 0, "t_max": 0}
+    elif how == "spread":
+        rays["spread"] = np.where(rng.random(n) < 0.8, rng.random(n), 0)
+    elif how == "ignore":
+        rays["ignore"] = rng.integers(-1, len(geometry), (n, 3))
+    elif how == "surface":
+        rays["at"] = "surface"
+    tree = fl.build(geometry)
+    for k in (0, 1, 3, 10_000):
+        asked = rays | {"k": k, "rank": "distance"}
+        expected = fl.brute_force(geometry, **asked, query="next_hits")
+        for kernel in KERNELS:
+            assert_same(tree.next_hits(**asked, kernel=kernel), expected)
+    all_of_each = fl.brute_force(geometry, **rays)
+    assert np.array_equal(expected.counts, all_of_each.counts)
+    for ray in np.flatnonzero(expected.counts):
+        of_ray = all_of_each.of(ray)
+        order = np.argsort(all_of_each.distance[of_ray], kind="stable")
+        assert np.array_equal(expected.prim_number[expected.of(ray)], all_of_each.prim_number[of_ray][order])

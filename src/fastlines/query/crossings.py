@@ -1,4 +1,4 @@
-"""Crossings: hits of one ray and one strand or curve whose intervals from t to t_out overlap."""
+"""Crossings: hits of one ray and one strand whose intervals from t to t_out overlap."""
 
 from __future__ import annotations
 
@@ -44,14 +44,12 @@ def _by_group(ray: IntArray, group: IntArray, t: FloatArray) -> IntArray:
     return np.lexsort((t, group, ray))
 
 
-def first_hits_of(crossing: IntArray, t_out: FloatArray | None) -> tuple[IntArray, FloatArray | None]:
-    """Return the first hit of each crossing, in the order of the hits, and where the last hit of each ends."""
+def merged(crossing: IntArray, t_out: FloatArray, distance: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return the first hit of each crossing, in the order of the hits; where the last ends; and the least distance."""
     n = int(crossing.max(initial=-1)) + 1
-    first = np.full(n, len(crossing))
+    first, ends, least = np.full(n, len(crossing)), np.full(n, -np.inf, np.float32), np.full(n, np.inf, np.float32)
     np.minimum.at(first, crossing, np.arange(len(crossing)))
-    first.sort()
-    if t_out is None:
-        return first, None
-    ends = np.full(n, -np.inf, np.float32)
     np.maximum.at(ends, crossing, t_out)
-    return first, ends[crossing[first]]
+    np.minimum.at(least, crossing, distance)
+    first.sort()
+    return first, ends[crossing[first]], least[crossing[first]]

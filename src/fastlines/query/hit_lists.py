@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from ..arrays import IntArray
 from ..progress import ProgressCallback
@@ -31,6 +32,23 @@ def first_of_each(offsets: IntArray, columns: HitColumns, k: int | None, by_dist
     kept = order[np.arange(len(ray)) - offsets[ray] < k]
     to = np.concatenate([[0], np.cumsum(np.minimum(counts, k), dtype=np.int64)])
     return to, (t[kept], prim[kept], u[kept], distance[kept], None if t_out is None else t_out[kept])
+
+
+def chosen(offsets: IntArray, columns: HitColumns, kept: npt.NDArray[np.bool_]) -> HitLists:
+    """Keep some of the hits."""
+    t, prim, u, distance, t_out = columns
+    ray = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))[kept]
+    some = t[kept], prim[kept], u[kept], distance[kept], None if t_out is None else t_out[kept]
+    return offsets_of(ray, len(offsets) - 1), some
+
+
+def joined(n_rays: int, parts: Sequence[tuple[IntArray, HitLists]]) -> HitLists:
+    """Return the lists of n rays from parts: rows of rays, and their lists. Each ray has hits in one part at most."""
+    ray = np.concatenate([np.repeat(rows, np.diff(offsets)) for rows, (offsets, _) in parts])
+    order = np.argsort(ray, kind="stable")
+    t, prim, u, distance = (np.concatenate([columns[i] for _, (_, columns) in parts])[order] for i in range(4))
+    ends = [columns[4] for _, (_, columns) in parts if columns[4] is not None]
+    return offsets_of(ray, n_rays), (t, prim, u, distance, np.concatenate(ends)[order] if ends else None)
 
 
 def count_by_listing(

@@ -18,7 +18,7 @@ from ..support.display import Shown
 from ..support.immutable import own
 from ..support.texts import counted
 from .backend import HitColumns
-from .crossings import crossings, first_hits_of
+from .crossings import crossings, merged
 from .hit_geometry import HitGeometry
 from .hit_lists import offsets_of
 from .rays import RayBatch
@@ -215,8 +215,8 @@ class AllHits(_OfGeometry):
     def merged_by_strand(self) -> AllHits:
         """Merge hits of the same ray and strand whose intervals from `t` to `t_out` overlap into one.
 
-        A merged hit begins with its first segment and has its `prim`, `u` and `distance`; it ends where the last one
-        does. Segments without a strand stay alone.
+        A merged hit begins with its first segment and has its `prim` and `u`; it ends where the last one does. Its
+        `distance` is the least of its segments. Segments without a strand stay alone.
 
         Raises
         ------
@@ -232,8 +232,8 @@ class AllHits(_OfGeometry):
         part = np.zeros(len(self), np.int64) if self.part is None else self.part
         groups = np.stack([part, np.where(self.strand >= 0, self.strand, alone)])
         group = np.unique(groups, axis=1, return_inverse=True)[1].reshape(-1)
-        first, ends = first_hits_of(crossings(self.ray, group, self.t, self.t_out), self.t_out)
+        first, ends, distance = merged(crossings(self.ray, group, self.t, self.t_out), self.t_out, self.distance)
         offsets = offsets_of(self.ray[first], len(self.offsets) - 1)
-        columns = self.t[first], self.prim[first], self.u[first], self.distance[first], ends
+        columns = self.t[first], self.prim[first], self.u[first], distance, ends
         kept = None if self.part is None else part[first]
         return AllHits(offsets, *columns, self.skipped, self.geometry, self.rays, kept)

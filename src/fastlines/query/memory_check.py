@@ -41,13 +41,16 @@ ROOT = Path("/")
 class MemoryCheck:
     """Refuses a query whose hits will not fit into memory.
 
-    `count_hits` returns the numbers of hits of the rays in given rows. `refusal` is the reason of a refusal, or empty.
+    `count_hits` returns the numbers of hits of the rays in given rows, and no ray has more than `most_hits`. `refusal`
+    is the reason of a refusal, or empty.
     """
 
-    def __init__(self, n_rays: int, bytes_a_hit: int, count_hits: Callable[[IntArray], IntArray]) -> None:
+    def __init__(
+        self, n_rays: int, bytes_a_hit: int, count_hits: Callable[[IntArray], IntArray], most_hits: float = math.inf
+    ) -> None:
         self.refusal = ""
         self._n_rays, self._bytes_a_hit, self._count_hits = n_rays, bytes_a_hit, count_hits
-        self._n_most = min(MOST, n_rays // ONE_OF)
+        self._n_most = min(MOST, n_rays // ONE_OF) if n_rays * most_hits * bytes_a_hit > SMALL else 0
         self._addresses = left_addresses() if self._n_most >= AT_ONCE else math.inf
         self._counts = np.zeros(0, np.int64)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeAlias, Unpack, cast
 
@@ -126,7 +127,7 @@ class Query:
             counts = backend.count_hits(rays.some(rows), None)
             return counts if k is None else np.minimum(counts, k)
 
-        memory = MemoryCheck(len(rays), 24 if surface else 20, count_some)
+        memory = MemoryCheck(len(rays), 24 if surface else 20, count_some, math.inf if k is None else k)
         with reporting(self.progress, "all hits" if k is None else "next hits") as callback:
             # Without a sample, a module that counts steps counts those of this query alone.
             watched = callback if is_given() else memory.watch(callback)
@@ -200,6 +201,7 @@ def brute_force(
     box = np.array(geometry.bounds, np.float32) if len(geometry) else np.zeros((2, 3), np.float32)
     rays = check_query(geometry, box, given)
     data = geometry.spread_data() if rays.has_spread else geometry.core_data()
-    core = None if geometry.has_user_code else CompiledBackend(_core, _core.BinaryView.of_primitives(*data))
-    asked = Query(backend_of(geometry, core, rays), rays, geometry, given.progress)
+    view = None if geometry.has_user_code else _core.BinaryView.of_primitives(*data)
+    core = None if view is None else CompiledBackend(_core, view)
+    asked = Query(backend_of(geometry, core, view, rays, is_tree=False), rays, geometry, given.progress)
     return getattr(asked, query)(**own.get(query, {}))

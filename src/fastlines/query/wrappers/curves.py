@@ -1,86 +1,79 @@
 """Queries on curves: the core answers for their pieces, and here a hit gets the curve and its parameter.
 
-A ray may meet several pieces of a curve where it crosses the curve once. Hits of one curve whose intervals at the
-surface overlap are one crossing; its first piece is the hit. Rays with a spread have no such intervals: there,
-neighbouring pieces are one crossing.
+A ray may meet several pieces of a curve where it crosses the curve once; `Pieces.crossings` joins them.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ...arrays import IntArray
-from ...geometry.any_geometry import AnyGeometry
+from ...arrays import FloatArray, IntArray
 from ...progress import ProgressCallback
-from ..backend import Backend, HitColumns, HitLists
-from ..crossings import crossings, first_hits_of
-from ..hit_lists import count_by_listing, first_of_each, offsets_of
+from ..backend import HitColumns, HitLists
+from ..hit_lists import count_by_listing
 from ..rays import RayBatch
+from .pieces import Pieces
+
+#: A bound on what rounding may change in t, as a fraction of the length from the origin of a ray to its end.
+ROUNDING = 2.0**-16
 
 
 @dataclass(frozen=True)
 class CurveBackend:
     """Answers rays about curves, alone or with other geometry; see `Backend`."""
 
-    pieces: Backend
-    geometry: AnyGeometry
-
-    @property
-    def _owner(self) -> IntArray:
-        """The primitive of each row of the core, counted over all parts."""
-        return self.geometry.owner
+    pieces: Pieces
 
     def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
         """See `Backend`."""
-        return self._named(self.pieces.first_hit(rays, surface, progress))
+        found = self.pieces.backend.first_hit(rays, surface, progress)
+        hit = np.flatnonzero(found[1] >= 0)
+        t, piece = found[0][hit], found[1][hit]
+        some = rays if len(hit) == len(rays) else rays.some(hit)
+        best = self.pieces.crossings(some, (np.arange(len(hit) + 1), piece), False, surface, 1)[1]
+        _set(found, hit, best)
+        # At the surface, the first piece begins the first crossing. The closest approach of its crossing may be later,
+        # and that of another crossing before: look through all that have a piece up to there.
+        left = hit[:0] if surface else hit[best[0] > t]
+        if len(left):
+            near = self._ending(rays.some(left), found[0][left])
+            offsets, (_, listed, *_) = self.pieces.backend.list_hits(near, False, None, False, None)
+            _set(found, left, self.pieces.crossings(rays.some(left), (offsets, listed), False, False, 1)[1])
+        return self.pieces.named(found)
+
+    def _ending(self, rays: RayBatch, t: FloatArray) -> RayBatch:
+        """Return rays that end at t, or later by more than rounding can change."""
+        low, high = np.asarray(self.pieces.geometry.bounds, np.float64)
+        lengths = np.linalg.norm(rays.directions.astype(np.float64), axis=1)
+        around = np.linalg.norm(rays.origins - (low + high) / 2, axis=1) + np.linalg.norm(high - low)
+        end = t + ROUNDING * (np.abs(t) + around / lengths)
+        t_max = np.minimum(end, rays.scalar(rays.t_max, np.arange(len(rays))))
+        return replace(rays, t_max=t_max.astype(np.float32))
 
     def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
         """See `Backend`."""
-        return self.pieces.any_hit(rays, progress)
+        return self.pieces.backend.any_hit(rays, progress)
 
     def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
-        # A list at the surface needs one search of the pieces, one at the closest approach needs two.
-        surface = not rays.has_spread
-        return count_by_listing(rays, lambda some: self.list_hits(some, surface, None, False, None), progress)
+        return count_by_listing(rays, lambda some: self.list_hits(some, False, None, False, None), progress)
 
     def list_hits(
         self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:
         """See `Backend`."""
-        offsets, (t, piece, u, distance, t_out) = self.pieces.list_hits(rays, surface, None, False, progress)
-        ray = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
-        if t_out is not None:
-            crossing = crossings(ray, self._owner[piece], t, t_out)
-        elif rays.has_spread:
-            crossing = self._runs(ray, piece)
-        else:
-            # The same pieces are hit at their surface, in another order.
-            entry, other, _, _, leave = self.pieces.list_hits(rays, True, None, False, progress)[1]
-            assert leave is not None
-            crossing = np.empty(len(ray), np.int64)
-            at_surface = crossings(ray, self._owner[other], entry, leave)
-            crossing[np.lexsort((piece, ray))] = at_surface[np.lexsort((other, ray))]
-        first, ends = first_hits_of(crossing, t_out)
-        columns = self._named((t[first], piece[first], u[first], distance[first], ends))
-        return first_of_each(offsets_of(ray[first], len(rays)), columns, k, by_distance)
+        offsets, (_, listed, *_) = self.pieces.backend.list_hits(rays, False, None, False, progress)
+        offsets, columns = self.pieces.crossings(rays, (offsets, listed), True, surface, k, by_distance, progress)
+        return offsets, self.pieces.named(columns)
 
-    def _runs(self, ray: IntArray, piece: IntArray) -> IntArray:
-        """Number runs of neighbouring pieces of a curve: the crossings of rays with a spread, which meet no surface."""
-        order = np.lexsort((piece, ray))
-        ray, piece, owner = ray[order], piece[order], self._owner[piece[order]]
-        begins = np.ones(len(order), bool)
-        begins[1:] = (ray[1:] != ray[:-1]) | (owner[1:] != owner[:-1]) | (piece[1:] != piece[:-1] + 1)
-        crossing = np.empty(len(order), np.int64)
-        crossing[order] = np.cumsum(begins) - 1
-        return crossing
 
-    def _named(self, columns: HitColumns) -> HitColumns:
-        """Replace pieces by their curves, and u on a piece by the parameter of the curve."""
-        t, piece, u, distance, t_out = columns
-        prim, u, hit = np.full(len(piece), -1), u.copy(), piece >= 0
-        prim[hit], u[hit] = self.geometry.parameter(piece[hit], u[hit])
-        return t, prim, u, distance, t_out
+def _set(columns: HitColumns, rows: IntArray, hits: HitColumns) -> None:
+    """Replace the hits in these rows."""
+    pairs: list[tuple[Any, Any]] = list(zip(columns, hits, strict=True))
+    for to, column in pairs:
+        if to is not None:
+            to[rows] = column

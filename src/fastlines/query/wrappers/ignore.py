@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ...arrays import IntArray
 from ...progress import ProgressCallback
 from ..backend import Backend, HitColumns, HitLists
-from ..hit_lists import count_by_listing, first_of_each, offsets_of
+from ..hit_lists import chosen, count_by_listing, joined
 from ..rays import RayBatch
 
 
@@ -57,12 +57,26 @@ class IgnoringBackend:
         self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:
         """See `Backend`."""
-        offsets, columns = self.all.list_hits(rays, surface, None, False, progress)
+        if k is None or not len(rays):
+            return self._kept(rays, self.all.list_hits(rays, surface, k, by_distance, progress))
+        # Ask for more hits until k of them are left, or the ray has no more.
+        left, asked, parts = np.arange(len(rays)), max(k, 1), []
+        while len(left):
+            some = rays.some(left)
+            listed = self.all.list_hits(some, surface, asked, by_distance, progress)
+            offsets, columns = self._kept(some, listed)
+            is_done = (np.diff(offsets) >= k) | (np.diff(listed[0]) < asked)
+            of_ray = np.repeat(np.arange(len(left)), np.diff(offsets))
+            is_kept = is_done[of_ray] & (np.arange(len(of_ray)) - offsets[of_ray] < k)
+            parts.append((left, chosen(offsets, columns, is_kept)))
+            left, asked = left[~is_done], 4 * asked
+        return joined(len(rays), parts)
+
+    def _kept(self, rays: RayBatch, lists: HitLists) -> HitLists:
+        """Return the lists without what is left out."""
+        offsets, columns = lists
         ray = np.repeat(np.arange(len(rays)), np.diff(offsets))
-        kept = ~_drops(rays, columns[1], ray)
-        t, prim, u, distance, t_out = columns
-        some = t[kept], prim[kept], u[kept], distance[kept], None if t_out is None else t_out[kept]
-        return first_of_each(offsets_of(ray[kept], len(rays)), some, k, by_distance)
+        return chosen(offsets, columns, ~_drops(rays, columns[1], ray))
 
 
 def _drops(rays: RayBatch, prim: IntArray, ray: IntArray) -> npt.NDArray[np.bool_]:

@@ -10,15 +10,23 @@ from ..backend import Backend
 from ..rays import RayBatch
 from .curves import CurveBackend
 from .ignore import IgnoringBackend
+from .nearest import NearestBackend
+from .pieces import Pieces, View
 from .user_primitives import UserBackend
 
 
-def backend_of(geometry: AnyGeometry, core: Backend | None, rays: RayBatch) -> Backend:
+def backend_of(
+    geometry: AnyGeometry, core: Backend | None, view: View | None, rays: RayBatch, *, is_tree: bool = True
+) -> Backend:
     """Return the backend for a geometry and rays, from that of its rows in the core: None for brute force."""
     found: Backend
     if geometry.has_user_code:
         found = UserBackend(cast(UserPrimitives, geometry), core)
     else:
         assert core is not None
-        found = CurveBackend(core, geometry) if geometry.in_pieces else core
+        assert view is not None
+        pieces = Pieces(core, geometry, view)
+        found = CurveBackend(pieces) if geometry.in_pieces else core
+        # Brute force tests all pairs, whatever the radius is.
+        found = NearestBackend(found, pieces) if is_tree else found
     return IgnoringBackend(found) if rays.ignored else found

@@ -1,0 +1,240 @@
+// Crossings: where a ray passes once through a primitive that is cut into pieces, as a curve is into round cones.
+//
+// Pieces of one primitive whose intervals from entry to exit overlap are one crossing. A ray with a spread has no such
+// intervals; there, a run of neighbouring pieces is a crossing. The closest approach of a crossing is that of its piece
+// with the least D − R, the distance of the ray from the axis less the reach; then of the lower t, then the lower
+// piece. So it depends neither on the radius of the query nor on how finely the primitive is cut.
+//
+// Pieces are rows of the primitives that searches find. The pieces of one primitive follow each other.
+#pragma once
+
+#include <concepts>
+
+#include "../primitives/shapes.hpp"
+#include "../simd/transpose.hpp"
+#include "for_each_ray.hpp"
+
+namespace fastlines {
+
+/// Pieces that each ray hits, and the primitives that they belong to.
+struct PieceLists {
+  std::span<const std::int64_t> offsets;  ///< the pieces of ray i are those from offsets[i] up to offsets[i + 1]
+  std::span<const std::int64_t> pieces;
+  std::span<const std::int64_t> owner;  ///< the primitive of each piece; empty if each piece is one
+  bool is_complete;                     ///< whether all pieces that a ray hits are listed, or some of each primitive
+
+  bool is_of_same(std::int64_t piece, std::int64_t other) const {
+    return owner.empty() ? piece == other : owner[std::size_t(piece)] == owner[std::size_t(other)];
+  }
+  std::int64_t n_pieces(std::size_t n_prims) const { return std::int64_t(owner.empty() ? n_prims : owner.size()); }
+};
+
+/// The radius that a primitive has of its own at s, in units of the scene.
+template <class Item>
+double own_radius(const Item& item, double s) {
+  if constexpr (requires { item.radius1; })
+    return item.radius0 + s * (double(item.radius1) - item.radius0);
+  else if constexpr (std::same_as<Item, Shape>)
+    return item.kind() == Shape::round_cone ? own_radius(item.template as<RoundCone>(), s) : 0.0;
+  else
+    return 0.0;
+}
+
+/// Finds the crossings of rays; one per thread.
+template <RayPrimitive P>
+class CrossingFinder {
+ public:
+  CrossingFinder(const P& prims, const Frame& frame, const PieceLists& lists, At at)
+      : prims_(prims), frame_(frame), lists_(lists), at_(at) {}
+
+  /// Replace `to` by the crossings of ray i, as hits of one of their pieces: at the surface the first, else that of the
+  /// closest approach.
+  void find(const RayQuery& query, std::size_t i, std::vector<Hit>& to) {
+    to.clear();
+    hits_.clear();
+    const auto first = std::size_t(lists_.offsets[i]), end = std::size_t(lists_.offsets[i + 1]);
+    if (first == end) return;
+    const auto ray = prepare_for<P>(query, frame_);
+    choose_pieces(ray, lists_.pieces.subspan(first, end - first));
+    test(query, ray);
+    // Join the hits of each primitive.
+    for (auto begin = hits_.begin(), next = begin; begin != hits_.end(); begin = next) {
+      while (next != hits_.end() && lists_.is_of_same(begin->closest.prim, next->closest.prim)) ++next;
+      list_crossings(std::span(begin, next), to);
+    }
+  }
+
+ private:
+  /// A piece that the ray hits, in units of the caller's ray and of the scene.
+  struct PieceHit {
+    Hit closest;
+    double gap;  // D − R, up to a constant of the primitive
+    float t_in, u_in, t_out;
+  };
+
+  /// Choose the pieces to test, rising: those listed, or all that the ray may hit of their primitives.
+  void choose_pieces(const RayOf<P>& ray, std::span<const std::int64_t> listed) {
+    pieces_.assign(listed.begin(), listed.end());
+    std::sort(pieces_.begin(), pieces_.end());
+    if (lists_.is_complete) return;
+    std::swap(pieces_, listed_);
+    pieces_.clear();
+    const std::int64_t n = lists_.n_pieces(prims_.size());
+    for (auto next = listed_.begin(); next != listed_.end();) {
+      std::int64_t piece = *next;
+      while (piece > 0 && lists_.is_of_same(*next, piece - 1)) --piece;
+      for (; piece < n && lists_.is_of_same(*next, piece); ++piece)
+        if (may_hit(ray, prims_.item(std::uint32_t(piece)))) pieces_.push_back(piece);
+      while (next != listed_.end() && *next < piece) ++next;
+    }
+  }
+
+  /// Whether the line of a ray comes within reach of the ball around a piece; `slack` covers all rounding.
+  bool may_hit(const RayOf<P>& ray, const typename P::Item& item) const {
+    if constexpr (AxisPrimitive<P> || MixedPrimitive<P>) {
+      if constexpr (MixedPrimitive<P>)
+        if (!P::has_axis(item)) return true;
+      const Segment& axis = P::axis(item);
+      const Vec3 from = frame_(axis.p) - ray.o, half = (axis.q - axis.p) * (0.5f * frame_.scale), c = from + half;
+      const Vec3 across{c[1] * ray.r[2] - c[2] * ray.r[1], c[2] * ray.r[0] - c[0] * ray.r[2],
+                        c[0] * ray.r[1] - c[1] * ray.r[0]};
+      const float slack = 1e-5f * (1.0f + std::abs(c[0]) + std::abs(c[1]) + std::abs(c[2]));
+      const float reach = ray.radius + ray.eps + P::radius(item) * frame_.scale + std::sqrt(dot(half, half)) + slack;
+      return dot(across, across) <= 1.0001f * reach * reach;
+    } else {
+      return true;
+    }
+  }
+
+  /// Test the chosen pieces, 16 at a time, and list those that the ray hits.
+  void test(const RayQuery& query, const RayOf<P>& ray) {
+    constexpr int n_floats = sizeof(typename P::Item) / sizeof(float);
+    for (std::size_t j = 0; j < pieces_.size(); j += kSimdWidth) {
+      const std::size_t n = std::min<std::size_t>(pieces_.size() - j, kSimdWidth);
+      const float* rows[kSimdWidth];
+      for (std::size_t lane = 0; lane < kSimdWidth; ++lane)
+        rows[lane] = reinterpret_cast<const float*>(prims_.items() + pieces_[j + std::min(lane, n - 1)]);
+      FloatX16 floats[n_floats];
+      transpose_rows(rows, floats);
+      const auto fields = P::fields(floats, frame_);
+      const auto test = P::template test<FloatX16>(ray, fields);
+      const std::uint32_t bits = test.closest.hit.bits() & lane_mask(n);
+      if (!bits) continue;
+      float t[kSimdWidth], s[kSimdWidth], dist2[kSimdWidth], t_in[kSimdWidth], u_in[kSimdWidth], t_out[kSimdWidth];
+      test.closest.t.store(t);
+      test.closest.s.store(s);
+      test.closest.dist2.store(dist2);
+      if constexpr (!kHasSpread<P>) {
+        const auto in = test.entry();
+        in.t.store(t_in);
+        in.s.store(u_in);
+        test.exit().store(t_out);
+      }
+      for (std::size_t lane = 0; lane < n; ++lane) {
+        if (!(bits >> lane & 1)) continue;
+        PieceHit hit{{ray.t_ray(t[lane]), pieces_[j + lane], s[lane], ray.distance(dist2[lane])}, 0.0, 0, 0, 0};
+        hit.gap = gap(query, hit.closest);
+        if constexpr (!kHasSpread<P>) {
+          hit.t_in = ray.t_ray(t_in[lane]);
+          hit.u_in = u_in[lane];
+          hit.t_out = ray.t_ray(t_out[lane]);
+        }
+        hits_.push_back(hit);
+      }
+    }
+  }
+
+  /// D − R at a closest approach, up to a constant of the primitive, so that radii that are equal cancel exactly.
+  double gap(const RayQuery& query, const Hit& closest) {
+    const auto& item = prims_.item(std::uint32_t(closest.prim));
+    if (hits_.empty() || !lists_.is_of_same(hits_.back().closest.prim, closest.prim))
+      reference_ = own_radius(item, 0.0);
+    double found = double(closest.distance) - (own_radius(item, closest.u) - reference_);
+    if constexpr (kHasSpread<P>) found -= double(query.spread) * depth(query, P::axis(item), closest.u);
+    return found;
+  }
+
+  /// How far along the ray the point of an axis is from the ray's origin.
+  static double depth(const RayQuery& query, const Segment& axis, double s) {
+    double along = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      const double from = axis.p[k], at = from + s * (axis.q[k] - from);
+      along += (at - query.origin[k]) * query.direction[k];
+    }
+    return along / length_of(query.direction);
+  }
+
+  /// Join the hits of one primitive into crossings, and append these.
+  void list_crossings(std::span<PieceHit> hits, std::vector<Hit>& to) const {
+    if constexpr (!kHasSpread<P>)
+      std::sort(hits.begin(), hits.end(), [](const PieceHit& a, const PieceHit& b) {
+        return precedes(a.t_in, a.closest.prim, b.t_in, b.closest.prim);
+      });
+    for (std::size_t first = 0, end = 0; first < hits.size(); first = end) {
+      const PieceHit* nearest = &hits[first];
+      float t_out = nearest->t_out;
+      for (end = first + 1; end < hits.size() && continues(hits[end], hits[end - 1], t_out); ++end) {
+        t_out = std::max(t_out, hits[end].t_out);
+        if (is_nearer(hits[end], *nearest)) nearest = &hits[end];
+      }
+      Hit hit = nearest->closest;
+      if (at_ == At::surface) {
+        hit.t = hits[first].t_in;
+        hit.prim = hits[first].closest.prim;
+        hit.u = hits[first].u_in;
+      }
+      hit.t_out = t_out;
+      to.push_back(hit);
+    }
+  }
+
+  /// Whether a hit belongs to the crossing of the hit before it, which ends at t_out.
+  static bool continues(const PieceHit& hit, const PieceHit& before, float t_out) {
+    if constexpr (kHasSpread<P>)
+      return hit.closest.prim == before.closest.prim + 1;
+    else
+      return hit.t_in <= t_out;
+  }
+
+  static bool is_nearer(const PieceHit& a, const PieceHit& b) {
+    if (a.gap != b.gap) return a.gap < b.gap;
+    return precedes(a.closest.t, a.closest.prim, b.closest.t, b.closest.prim);
+  }
+
+  const P& prims_;
+  const Frame& frame_;
+  const PieceLists& lists_;
+  At at_;
+  double reference_ = 0.0;  // a radius of the primitive at hand
+  std::vector<std::int64_t> listed_, pieces_;
+  std::vector<PieceHit> hits_;
+};
+
+/// Assemble the crossings of all rays: all of each by t, its first k by t, or the k nearest to it by distance.
+template <RayPrimitive P>
+void list_crossings(const P& prims, const Frame& frame, const RayBatch& rays, const PieceLists& lists,
+                    unsigned n_threads, Progress& progress, HitAssembler& to, At at, Keep keep, std::uint64_t k) {
+  struct Worker {
+    CrossingFinder<P> finder;
+    std::vector<Hit> hits;
+    HitBuffer lists;
+  };
+  const std::size_t n_chunks = (rays.size() + kRaysPerChunk - 1) / kRaysPerChunk;
+  parallel_for(
+      n_chunks, n_threads, progress, [&] { return Worker{{prims, frame, lists, at}, {}, {}}; },
+      [&](Worker& worker, std::size_t i_chunk) {
+        const std::size_t chunk = HitAssembler::sample_first(i_chunk, n_chunks);
+        const std::size_t end = std::min(rays.size(), (chunk + 1) * kRaysPerChunk);
+        for (std::size_t i = chunk * kRaysPerChunk; i < end; ++i) {
+          progress.check();
+          worker.finder.find(rays[i], i, worker.hits);
+          std::sort(worker.hits.begin(), worker.hits.end(),
+                    [keep](const Hit& a, const Hit& b) { return comes_first(keep, a, b); });
+          if (worker.hits.size() > k) worker.hits.resize(k);
+          worker.lists.add(std::uint32_t(i), worker.hits);
+        }
+        to.add(chunk, n_chunks, end, worker.lists);
+      });
+}
+
+}  // namespace fastlines
