@@ -14,6 +14,7 @@ import fastlines as fl
 #: What `import fastlines as fl` gives; docs/versions.md says what may become of them.
 NAMES = [
     "METHODS",
+    "RIGS",
     "AllHits",
     "BinnedPlanes",
     "Boxes",
@@ -25,14 +26,17 @@ NAMES = [
     "FileWarning",
     "FirstHits",
     "Geometry",
+    "HairMaterial",
     "InputError",
     "InvalidTreeError",
+    "Light",
     "Limits",
     "Lines",
     "Median",
     "Midpoint",
     "MissingExtraError",
     "ObjectSweep",
+    "Picture",
     "PlaneEvents",
     "PlaneGrid",
     "PrecisionWarning",
@@ -40,13 +44,16 @@ NAMES = [
     "Primitives",
     "Rays",
     "RebuildPolicy",
+    "Rig",
     "Settings",
+    "Sky",
     "Spheres",
     "Tree",
     "Triangles",
     "available_simd",
     "brute_force",
     "build",
+    "default_camera",
     "get_backend",
     "get_cmake_dir",
     "get_include",
@@ -82,7 +89,7 @@ def test_the_module_of_each_name_has_it(name: str) -> None:
     elif isinstance(module, str) and module.startswith("fastlines."):
         assert getattr(importlib.import_module(module), name) is found
     else:
-        assert name == "METHODS"
+        assert name in ("METHODS", "RIGS")
 
 
 def test_type_checkers_see_the_same_names() -> None:

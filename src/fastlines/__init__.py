@@ -46,7 +46,14 @@ if TYPE_CHECKING:
     from .query.hits import FirstHits as FirstHits
     from .query.queries import brute_force as brute_force
     from .refit import RebuildPolicy as RebuildPolicy
+    from .rendering import default_camera as default_camera
     from .rendering import render as render
+    from .rendering.hair.material import HairMaterial as HairMaterial
+    from .rendering.pictures.picture import Picture as Picture
+    from .rendering.shading.lighting import RIGS as RIGS
+    from .rendering.shading.lighting import Light as Light
+    from .rendering.shading.lighting import Rig as Rig
+    from .rendering.shading.lighting import Sky as Sky
     from .settings.methods import METHODS as METHODS
     from .settings.settings import Cost as Cost
     from .settings.settings import Limits as Limits
@@ -96,7 +103,10 @@ _NAMES = {
     "query.hits": ("AllHits", "FirstHits"),
     "query.queries": ("brute_force",),
     "refit": ("RebuildPolicy",),
-    "rendering": ("render",),
+    "rendering": ("default_camera", "render"),
+    "rendering.hair.material": ("HairMaterial",),
+    "rendering.pictures.picture": ("Picture",),
+    "rendering.shading.lighting": ("RIGS", "Light", "Rig", "Sky"),
     "settings.methods": ("METHODS",),
     "settings.settings": ("Cost", "Limits", "Presplit", "Settings"),
     "settings.splits": ("BinnedPlanes", "Median", "Midpoint", "ObjectSweep", "PlaneEvents", "PlaneGrid"),

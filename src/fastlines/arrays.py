@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from .errors import InputError, PrecisionWarning
 from .support.immutable import frozen, own
+from .support.texts import with_article
 
 AnyArray: TypeAlias = npt.NDArray[Any]
 FloatArray: TypeAlias = npt.NDArray[np.float32]
@@ -216,7 +217,7 @@ def kind_of(values: object) -> str:
     """Describe a value that was given, for an error message."""
     if isinstance(values, np.ndarray):
         return f"an array of {values.dtype} of shape {values.shape}"
-    return f"a {type(values).__name__}"
+    return with_article(type(values).__name__)
 
 
 def is_far(points: npt.NDArray[np.float32]) -> bool:

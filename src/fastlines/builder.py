@@ -23,6 +23,7 @@ from .settings.settings import REF_LIMIT, Cost, Limits, Presplit, Settings
 from .settings.splits import BoxRule, SplitSet
 from .structure.tree_data import NODE, REF
 from .support.immutable import own
+from .support.texts import counted
 from .threads import get_num_threads
 from .tree import Tree
 
@@ -148,20 +149,20 @@ def build(
     limits = settings.limits
     most = limits.refs_for(n_prims, settings.boxes)
     if n_prims > REF_LIMIT:
-        raise InputError(f"{n_prims} primitives are more than a tree can index, {REF_LIMIT}; build several trees")
+        raise InputError(f"{n_prims:,} primitives are more than a tree can index, {REF_LIMIT}; build several trees")
     if limits.max_refs is not None and limits.max_refs < n_prims:
         raise InputError(
-            f"max_refs={limits.max_refs} is less than the {n_prims} primitives, which need a reference each"
+            f"max_refs={limits.max_refs} is less than one for each of the {counted(n_prims, 'primitives')}"
         )
     if limits.max_bytes is not None and most < n_prims:
         raise InputError(
-            f"max_bytes={limits.max_bytes} is less than a tree over {n_prims} primitives takes; allow "
+            f"max_bytes={limits.max_bytes} is less than a tree over {counted(n_prims, 'primitives')} takes; allow "
             f"{limits.bytes_for(n_prims, settings.boxes)} or more"
         )
     if not limits.hold(n_prims):
         raise InputError(
             f"max_leaf_refs={limits.max_leaf_refs} cannot be kept within max_depth={limits.max_depth} for "
-            f"{n_prims} primitives; raise one of them"
+            f"{counted(n_prims, 'primitives')}; raise one of them"
         )
     if kind != "segments" and (settings.presplit is not None or settings.reinsertion > 0):
         raise InputError(f"presplit and reinsertion are for lines, these are {type(geometry).__name__}; leave them out")

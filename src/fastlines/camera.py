@@ -21,7 +21,7 @@ import numpy.typing as npt
 from .arrays import COARSE, AnyArray, FloatArray, check_fields, count, number
 from .errors import InputError
 from .geometry.any_geometry import AnyGeometry
-from .support.vectors import dot
+from .support.vectors import dot, is_point
 
 Vector: TypeAlias = tuple[float, float, float]
 Float64Array: TypeAlias = npt.NDArray[np.float64]
@@ -306,14 +306,14 @@ class Camera:
         points, radius = _to_frame(geometry)
 
         # Work relative to the middle of the geometry: it may lie far from the coordinate origin.
-        low, high = (points - radius[:, None]).min(axis=0), (points + radius[:, None]).max(axis=0)
+        low = np.array([(column - radius).min() for column in points.T])
+        high = np.array([(column + radius).max() for column in points.T])
         centre = low + (high - low) / 2
-        # Give a size to geometry that float32 cannot distinguish from a single point.
-        size, away = float((high - low).max()), float(np.abs(centre).max())
-        if size <= 1e-7 * away or size == 0:
-            size = max(1.0, 1e-3 * away)
+        size = float((high - low).max())
+        if is_point(low, high):
+            size = max(1.0, 1e-3 * float(np.abs(centre).max()))
         axes = _axes(view, upwards)
-        x, y, depth = (dot(points - centre, axis) for axis in axes)
+        x, y, depth = dot((points - centre)[None], axes[:, None])
 
         # Put the apex of the frame's pyramid where two opposite sides touch the balls around the points.
         tan = math.tan(math.radians(fov_degrees) / 2) * (1 - 2 * margin)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import re
@@ -339,3 +340,24 @@ def test_info_without_a_file_describes_the_installation():
 
 def test_a_mistyped_command_has_a_suggestion():
     assert "'render'" in refused("rendr")[1]
+
+
+@pytest.mark.parametrize("columns", [80, 100, 130])
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_fills_the_width_of_the_terminal(command, columns, monkeypatch):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    lines = done(command, "--help").splitlines()
+    assert max(map(len, lines)) <= columns
+    # A line of the description ends where the next word has no place, or at the end of a paragraph.
+    described = [line.strip() for line in lines]
+    end = next(i for i, line in enumerate(described) if re.search("(Arguments|Options)( |:)", line))
+    for line, following in itertools.pairwise(described[:end]):
+        if line and following:
+            assert len(line) + 1 + len(following.split()[0]) > columns - 6, line
+
+
+def test_help_names_whole_options(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    text = done("render", "--help")
+    assert "--focus-distance D" in text
+    assert "'#rrggbb:#rrggbb' from top" in text

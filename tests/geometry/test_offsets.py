@@ -304,6 +304,10 @@ def test_pictures_are_those_of_lines_near_zero(lines, near):
         assert picture.light.tobytes() == same.light.tobytes()
         np.testing.assert_allclose(picture.aovs["position"] - MIDDLE, same.aovs["position"], atol=1e-6)
         assert picture.alpha.any()
+        np.testing.assert_allclose(np.subtract(picture.camera.origin, MIDDLE), same.camera.origin, atol=1e-6)
+        row, column = np.argwhere(picture.alpha > 0)[0]
+        origin, direction, _ = picture.camera.ray(column + 0.5, row + 0.5, 48, 48)
+        assert tree.first_hit(origin, direction, 1.0).hit
     camera, other = fl.Camera(tuple(np.add(MIDDLE, (0, 0, 60))), MIDDLE), fl.Camera((0, 0, 60), (0, 0, 0))
     assert depth_image(tree, camera, 32, 32, 0.3).tobytes() == depth_image(expected, other, 32, 32, 0.3).tobytes()
     sheets = [level_sheet(one, seen, 0.3, 2, 64) for one, seen in ((tree, camera), (expected, other))]

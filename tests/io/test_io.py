@@ -133,7 +133,7 @@ def test_paths_that_are_no_file(tmp_path, load):
         read("nul\0.hair")
     with pytest.raises(OSError, match="too long"):
         read("x" * 5000 + ".hair")
-    with pytest.raises(InputError, match="path is a int"):
+    with pytest.raises(InputError, match="path is an int"):
         read(5)
     with pytest.raises(InputError, match="invalid='drop' is not a choice"):
         read(tmp_path / "gone.hair", invalid="drop")

@@ -371,8 +371,8 @@ def test_own_classes_are_clipped_to_smaller_boxes() -> None:
 def test_geometry_says_what_it_takes() -> None:
     for wrong, words in (
         ([Balls(np.zeros((1, 2, 3)))], "part 0 is a class of your own"),
-        ([mesh(), 3], "part 1 is a int"),
-        (mesh(), "parts are a Triangles"),
+        ([mesh(), 3], "part 1 is an int"),
+        (mesh(), "parts are Triangles"),
     ):
         with pytest.raises(fl.InputError, match=words):
             fl.Geometry(wrong)  # type: ignore[arg-type]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import dataclasses
 import io
+import pickle
 import re
 import subprocess
 import sys
@@ -160,6 +161,38 @@ def test_facts_of_trees():
     assert "as laid out" in facts(tree)["memory"]
     assert "growth" in facts(SHOWN["refitted"])
     assert facts(fl.build(Balls()))["over"] == "60 of your own"
+
+
+def test_facts_of_hits():
+    def rows(hits):
+        """Return the table of the card of hits."""
+        assert hits._repr_png_() is None
+        text = Checker(hits._repr_html_()).text
+        assert text[0] == type(hits).__name__
+        return dict(zip(text[1::2], text[2::2], strict=True))
+
+    tree = fl.build(fl.Lines.from_strands([[[-1, 0, 0], [1, 0, 0], [3, 0, 0]], [[0, -1, 1], [0, 1, 1]]]))
+    origins = np.float32([[[0, 0, -5], [2, 0.25, -5], [9, 9, 9]], [[0, 0, -5], [0, 0.5, -5], [2, 0, -5]]])
+    first = tree.first_hit(origins, [0, 0, 1], 0.5)
+    expected = {
+        "rays": "6, 2 × 3",
+        "that hit": "5, 83.3 %",
+        "t": "5",
+        "distance": "0 to 0.5",
+        "different prims": "2",
+        "different strands": "1",
+        "of": "3 segments",
+    }
+    assert rows(first) == expected
+    known = {name: text for name, text in expected.items() if name not in ("different strands", "of")}
+    assert rows(pickle.loads(pickle.dumps(first))) == known
+    every = rows(tree.all_hits(origins, [0, 0, 1], 0.5, at="surface"))
+    assert (every["rays"], every["hits"]) == ("6", "8, 1.33 a ray, 2 at most")
+    assert every["t"].endswith(", at surfaces")
+    assert rows(tree.first_hit([np.nan, 0, 0], [0, 0, 1], 1, invalid="skip"))["invalid rays"] == "1, which miss"
+    assert rows(tree.first_hit(np.zeros((0, 3)), [0, 0, 1], 1)) == {"rays": "0", "of": "3 segments"}
+    parts = fl.build(fl.Geometry([MESH, LINES])).all_hits(POINTS - 1, [1, 1, 1], 0.1)
+    assert rows(parts)["hits of parts"] == f"0: {(parts.part == 0).sum():,}, 1: {(parts.part == 1).sum():,}"
 
 
 def test_what_files_say_is_escaped():

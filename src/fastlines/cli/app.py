@@ -7,13 +7,16 @@ for a wrong command line. A bug in fastlines gives 70, Ctrl-C 130, and a closed 
 from __future__ import annotations
 
 import contextlib
+import inspect
 import os
+import shutil
 import sys
 import warnings
 from importlib import import_module
 from typing import Annotated, Any
 
 import typer
+from rich.text import Text
 from typer import Option
 from typer.core import TyperCommand, TyperGroup
 
@@ -37,6 +40,9 @@ COMMANDS = {
     "query": ("query", "Find what rays hit."),
     "render": ("render", "Render lines: hair, fibres, tubes; or draw the levels of a tree."),
 }
+
+#: The least number of columns for help in tables.
+WIDE = 100
 
 #: Settings of the application, and of each command.
 TYPER: dict[str, Any] = {
@@ -87,9 +93,14 @@ class LazyCommand(TyperCommand):
         """Parse the arguments of the command."""
         assert self.name
         module = import_module(f".{COMMANDS[self.name][0]}", __package__)
-        alone = typer.Typer(**TYPER)
-        alone.command(self.name)(getattr(module, self.name))
-        return typer.main.get_command(alone).make_context(*args, **extra)
+        alone, function = typer.Typer(**TYPER), getattr(module, self.name)
+        alone.command(self.name, help=paragraphs(function.__doc__))(function)
+        command = typer.main.get_command(alone)
+        if shutil.get_terminal_size().columns < WIDE:
+            # Rich leaves a few columns to the texts of options: write them without its tables.
+            command.rich_markup_mode = None  # type: ignore[attr-defined]
+            command.help = Text.from_markup(command.help or "").plain
+        return command.make_context(*args, **extra)
 
 
 class LazyGroup(Group):
@@ -99,6 +110,17 @@ class LazyGroup(Group):
         super().__init__(**extra)
         for name, (_, short_help) in COMMANDS.items():
             self.commands[name] = LazyCommand(name, short_help=short_help, rich_markup_mode="rich")
+
+
+def paragraphs(text: str) -> str:
+    """Return a docstring with a line for each paragraph, so that help wraps at the width of the terminal.
+
+    Examples
+    --------
+    >>> paragraphs("One" + chr(10) + "    and two." + 2 * chr(10) + "    Three.").splitlines()
+    ['One and two.', '', 'Three.']
+    """
+    return "\n\n".join(" ".join(part.splitlines()) for part in inspect.cleandoc(text).split("\n\n"))
 
 
 def warn(message: Warning | str, *_: Any, **__: Any) -> None:

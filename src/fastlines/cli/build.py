@@ -14,13 +14,13 @@ import fastlines as fl
 
 from ..settings.methods import method_settings
 from ..settings.settings import limit_notes
-from ..support.texts import bytes_text
+from ..support.texts import bytes_text, counted
 from .options import Effort, FormatName, FormatOptions, Input, Json, Method, Skip, n_bytes
 
 
 def scene(
     name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="The scene to make; by default all are listed.")
+        str | None, typer.Argument(metavar="NAME", help="The scene to make; by default all are listed.")
     ] = None,
     output: Annotated[
         str | None, Option("--output", "-o", metavar="FILE.npz", help="The file to write; NAME.npz by default.")
@@ -54,7 +54,7 @@ def scene(
     check_output(output, ".npz")
     made = scenes.make(name, n_segments, seed)
     write_npz(output, segments=made.lines.segments, strands=made.lines.strands)
-    typer.echo(f"{output}: {made.title}, {len(made.lines):,} segments, {made.lines.n_strands:,} strands")
+    typer.echo(f"{output}: {made.title}, {made.lines.count_text()}, {counted(made.lines.n_strands, 'strands')}")
 
 
 def build(
@@ -77,6 +77,9 @@ def build(
         ),
     ] = None,
     max_leaf_refs: Annotated[int | None, Option(help="No leaf has more references (BVHs only).")] = None,
+    own_radius: Annotated[
+        bool, Option("--own-radius/--no-own-radius", help="Whether the tree keeps the radius that lines have.")
+    ] = True,
     skip_invalid: Skip = False,
     format: FormatName = None,
     option: FormatOptions = None,
@@ -106,7 +109,7 @@ def build(
     memory = None if max_bytes is None else n_bytes(max_bytes, "--max-bytes")
     bounds = {"max_depth": max_depth, "max_refs": max_refs, "max_bytes": memory, "max_leaf_refs": max_leaf_refs}
     given: dict[str, Any] = {name: value for name, value in bounds.items() if value is not None}
-    opened = open_lines(source, skip_invalid, format, option)
+    opened = open_lines(source, skip_invalid, format, option, own_radius)
     start = time.perf_counter()
     tree = fl.build(
         opened.geometry,
@@ -125,7 +128,7 @@ def build(
         return
     limits = "".join(f"; {said}" for said in limit_notes(tree.limits_hit))
     typer.echo(
-        f"{output or opened.name}: {tree.method} over {opened.geometry.count_text()}: {tree.n_refs:,} references, "
-        f"{tree.n_nodes:,} nodes, depth {stats['depth']}, cost {stats['cost']:.6g}, "
-        f"{bytes_text(stats['memory_bytes'])}, built in {seconds:.2f} s{limits}"
+        f"{output or opened.name}: {tree.method} over {opened.geometry.count_text()}: "
+        f"{counted(tree.n_refs, 'references')}, {counted(tree.n_nodes, 'nodes')}, depth {stats['depth']}, "
+        f"cost {stats['cost']:.6g}, {bytes_text(stats['memory_bytes'])}, built in {seconds:.2f} s{limits}"
     )

@@ -10,7 +10,7 @@ from typer import Option
 
 import fastlines as fl
 
-from ..geometry.any_geometry import counted
+from ..support.texts import counted
 from .options import Input, Skip, format_options
 
 

@@ -15,7 +15,7 @@ def demo(
     source: Annotated[
         str | None,
         typer.Argument(
-            metavar="[INPUT]",
+            metavar="INPUT",
             help="A file of lines, a tree (.flt) or a scene (scene:NAME); the five scenes by default.",
         ),
     ] = None,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +15,15 @@ import typer
 from .. import scenes
 from ..camera import Camera
 from ..errors import InputError
-from ..geometry.any_geometry import AnyGeometry, counted
+from ..geometry.any_geometry import AnyGeometry
+from ..geometry.collection import Geometry
+from ..geometry.curves import Curves
 from ..geometry.lines import Lines
 from ..geometry.offsets import AUTO, OFFSET, Offset, check_offset
 from ..io import Format, extension_of, format_of, read
 from ..io.reading import check_path
 from ..support.atomic_write import atomic_write, check_target
+from ..support.texts import counted
 from ..tree import Tree, load
 from .options import format_options, refuse_given
 
@@ -57,19 +60,32 @@ class Source:
 
 
 def open_lines(
-    text: str, skip_invalid: bool = False, format: str | None = None, options: Sequence[str] | None = None
+    text: str,
+    skip_invalid: bool = False,
+    format: str | None = None,
+    options: Sequence[str] | None = None,
+    own_radius: bool = True,
 ) -> Source:
     """Read an input; refuse one without lines, which is most likely a mistake."""
-    source = open_input(text, skip_invalid, format, options)
+    source = open_input(text, skip_invalid, format, options, own_radius)
     if len(source.geometry) == 0:
         raise InputError(f"{text}: holds no segments; expected at least one ('fastlines info' shows what is in a file)")
     return source
 
 
 def open_input(
-    text: str, skip_invalid: bool = False, format: str | None = None, options: Sequence[str] | None = None
+    text: str,
+    skip_invalid: bool = False,
+    format: str | None = None,
+    options: Sequence[str] | None = None,
+    own_radius: bool = True,
 ) -> Source:
-    """Read a file of lines, a tree or a scene, as the argument INPUT names it."""
+    """Read a file of lines, a tree or a scene, as the argument INPUT names it; leave out the radius if wanted."""
+    source = _open(text, skip_invalid, format, options)
+    return source if own_radius else _without_radius(source)
+
+
+def _open(text: str, skip_invalid: bool, format: str | None, options: Sequence[str] | None) -> Source:
     path = Path(text)
     given = {"--format": format, "--option": options or None}
     if text.startswith(SCENE):
@@ -106,6 +122,44 @@ def _offset(text: str) -> Offset | str:
         return check_offset(text if text == AUTO else text.split(","))
     except InputError:
         raise InputError(f"--option {OFFSET} is {text!r}; expected auto, or three numbers such as 500000,0,0") from None
+
+
+def _without_radius(source: Source) -> Source:
+    """Leave out the radius that lines have of their own."""
+    geometry, leave_out = source.geometry, "leave out --no-own-radius"
+    if all(part.radius is None for part in geometry.each_part()):
+        raise InputError(f"{source.name}: has no radius of its own; {leave_out}")
+    if source.tree is None:
+        parts = [_bare(part) for part in geometry.each_part()]
+        return replace(source, geometry=Geometry(parts) if geometry.has_parts else parts[0])
+    if not isinstance(geometry, Lines):
+        kind = type(geometry).__name__
+        raise InputError(
+            f"{source.name}: is a tree over {kind}, whose boxes hold its radius; build one with "
+            f"'fastlines build INPUT --no-own-radius', or {leave_out}"
+        )
+    # The boxes of a tree over lines are those of the axes.
+    tree = replace(source.tree, geometry=geometry.without_radius(), made_by_core=True)
+    return replace(source, geometry=tree.geometry, tree=tree)
+
+
+def _bare(part: AnyGeometry) -> AnyGeometry:
+    if isinstance(part, Lines):
+        return part.without_radius()
+    return replace(part, radius=None) if isinstance(part, Curves) else part
+
+
+def flattened(source: Source) -> Source:
+    """Leave z at 0 in a map whose heights are in metres: a picture would show them as a needle beside degrees."""
+    lines = source.geometry
+    if source.tree is not None or not isinstance(lines, Lines) or lines.unit != "degree" or not len(lines):
+        return source
+    *sides, height = np.ptp(lines.bounds.astype(np.float64), axis=0).tolist()
+    if height <= max(sides):
+        return source
+    note(f"{source.name}: pictures leave z at 0, because x and y are in degrees, and z is in metres")
+    flat = lines.segments * np.array([1, 1, 0], np.float32)
+    return replace(source, geometry=replace(lines, segments=flat))
 
 
 def open_tree(text: str) -> Tree:

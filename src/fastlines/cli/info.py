@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Annotated, Any
 
 import numpy as np
@@ -13,20 +15,28 @@ from typer import Option
 import fastlines as fl
 
 from ..errors import FastlinesError, InputError
+from ..progress import reporting
 from ..settings.settings import limit_notes
-from ..support.texts import bytes_text
+from ..support.texts import bytes_text, counted
 from ..tree import Tree
 from .files import Source
 from .installation import describe_installation, installation_text
-from .options import FormatName, FormatOptions, Json, OptionalInput, TreeFile, refuse_given
+from .options import FormatName, FormatOptions, Json, OptionalInput, OwnRadius, TreeFile, refuse_given
 
 #: The most characters a line of a picture.
 COLUMNS = 80
+#: Of so many primitives everything is found, which takes a fraction of a second. Of more, what takes at most half the
+#: time of a build, unless all is wanted.
+QUICK = 1 << 16
 
 
 def info(
     source: OptionalInput = None,
     picture: Annotated[bool, Option("--picture", "-p", help="Draw it, small, in the terminal.")] = False,
+    full: Annotated[
+        bool, Option("--full", help="Find the radius for pictures and the duplicates also of a large file.")
+    ] = False,
+    own_radius: OwnRadius = True,
     format: FormatName = None,
     option: FormatOptions = None,
     as_json: Json = False,
@@ -36,7 +46,8 @@ def info(
     Without a file, describe the installation: its version, and the instruction sets that it is compiled for.
 
     Segments that hold NaN or Inf are left out and counted. The radius for pictures is the least of 1, 2, 5, 10 … with
-    which dense lines look closed; lines with a radius of their own need none.
+    which dense lines look closed; lines with a radius of their own need none. It takes a tree, and of more than 65,536
+    segments it is found with [cyan]--full[/] only. So are duplicates.
 
     [bold]Examples[/]
 
@@ -48,28 +59,35 @@ def info(
 
     [cyan]fastlines info protein.pdb --option model=2[/]
 
-    [cyan]fastlines info scene:photon-beams:10000[/]
+    [cyan]fastlines info scene:photon-beams:10000 --full[/]
     """
-    from .files import open_input
+    from .files import flattened, open_input
 
     if picture and as_json:
         raise InputError("--picture does not apply to --json; give one of them")
     if source is None:
-        refuse_given(
-            {"--picture": picture or None, "--format": format, "--option": option or None}, "there is no INPUT"
-        )
+        given = {"--picture": picture or None, "--full": full or None, "--no-own-radius": None if own_radius else True}
+        refuse_given({**given, "--format": format, "--option": option or None}, "there is no INPUT")
         installed = describe_installation()
         typer.echo(json.dumps(installed, indent=2) if as_json else installation_text(installed))
         return
-    opened = open_input(source, True, format, option)
-    tree = opened.tree
-    if tree is None and len(opened.geometry) and (picture or opened.geometry.needs_radius):
-        tree = fl.build(opened.geometry, effort=0)
-    suits = _suitable(opened, tree)
+    opened = open_input(source, True, format, option, own_radius)
+    is_quick = len(opened.geometry) > QUICK and not full
     facts: dict[str, Any] = {"name": opened.name, "format": opened.format and opened.format.description}
-    facts[opened.geometry.heading] = {**opened.geometry.summary(), "radius_for_pictures": suits}
+    about = facts[opened.geometry.heading] = opened.geometry.summary()
     if opened.tree is not None:
         facts["tree"] = opened.tree.stats()
+    shown, tree, radius = opened, opened.tree, None
+    with _steps(len(opened.geometry) > QUICK) as step:
+        if not is_quick:
+            about["n_duplicates"] = opened.geometry.count_repeats()
+            step(0.4)
+        if len(opened.geometry) and (picture or (not is_quick and opened.geometry.is_bare)):
+            shown = flattened(opened)
+            tree = tree or fl.build(shown.geometry, effort=0, progress=lambda done: step(0.4 + 0.5 * done))
+            radius = _suitable(tree)
+        if picture or not is_quick:
+            about["radius_for_pictures"] = radius
     if as_json:
         typer.echo(json.dumps(facts, indent=2))
         return
@@ -77,19 +95,31 @@ def info(
     for part in ("lines", "shapes", "tree"):
         for key, value in facts.get(part, {}).items():
             if key == "radius_for_pictures" and value is None:
-                continue  # they have their own radius, or there is nothing to draw
+                continue  # they have their own radius
             name = key.removeprefix("n_").removesuffix("_bytes").replace("_", " ")
             typer.echo(f"{part:>7}  {name:<19} {_text(key, value)}")
+    if is_quick:
+        needs = "" if picture or not opened.geometry.is_bare else ", and finds a radius for pictures"
+        typer.echo(f"         --full counts duplicates{needs}")
     if picture and tree is not None:
-        typer.echo(draw(opened, tree, suits or 0.0))
+        typer.echo(draw(shown, tree, radius or 0.0))
 
 
-def _suitable(opened: Source, tree: Tree | None) -> float | None:
-    """Return a radius with which a picture of the lines is not almost empty, if they have none."""
+@contextmanager
+def _steps(is_long: bool) -> Iterator[Callable[[float], object]]:
+    """Show a bar of what takes long; yield what takes the fraction that is done."""
+    from .files import show_progress
+
+    with reporting(show_progress() and is_long, "info") as callback:
+        yield (lambda done: None) if callback is None else callback
+
+
+def _suitable(tree: Tree) -> float | None:
+    """Return the radius of pictures, if the lines have none."""
     from ..rendering.plan import PictureOptions, choose_camera
     from ..rendering.suitable_radius import suitable_radius
 
-    if tree is None or not opened.geometry.needs_radius or not len(opened.geometry):
+    if not tree.geometry.is_bare:
         return None
     return suitable_radius(tree, choose_camera(PictureOptions(), tree.geometry)[0])
 
@@ -131,7 +161,7 @@ def validate(tree_file: TreeFile, as_json: Json = False) -> None:
         typer.echo(json.dumps({"valid": True, "kind": kind, "n_nodes": tree.n_nodes, "cost_f": f, "cost_g": g}))
         return
     typer.echo(
-        f"{tree_file}: valid: axioms 1 to 5, the {kind} axiom and Theorem 4 hold at all {tree.n_nodes:,} nodes; "
+        f"{tree_file}: valid: axioms 1 to 5, the {kind} axiom and Theorem 4 hold at {counted(tree.n_nodes, 'nodes')}; "
         f"f = g = {f:.9g} (they differ by {difference:.0e})"
     )
 

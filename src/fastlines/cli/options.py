@@ -16,7 +16,7 @@ from ..errors import InputError
 INPUT_HELP = "A file of lines, a tree (.flt), or a scene: scene:NAME, scene:NAME:SEGMENTS or scene:NAME:SEGMENTS:SEED."
 
 
-def _finite(value: float | None) -> float | None:
+def finite(value: float | None) -> float | None:
     """Refuse a bad radius before any work is done."""
     if value is not None and not 0 <= value < math.inf:
         raise typer.BadParameter(f"{value!r} is not a finite number that is 0 or more.")
@@ -31,7 +31,7 @@ def _above_0(value: float | None) -> float | None:
 
 
 Input = Annotated[str, typer.Argument(metavar="INPUT", help=INPUT_HELP)]
-OptionalInput = Annotated[str | None, typer.Argument(metavar="[INPUT]", help=INPUT_HELP, show_default=False)]
+OptionalInput = Annotated[str | None, typer.Argument(metavar="INPUT", help=INPUT_HELP, show_default=False)]
 TreeFile = Annotated[str, typer.Argument(metavar="TREE", help="A tree file (.flt).")]
 Method = Annotated[
     str, Option("--method", "-m", help="The tree: best, bvh-cl, bvh-ss, bvh-d2, kd-cl or kd-d2.", metavar="NAME")
@@ -42,15 +42,23 @@ Effort = Annotated[
         help="For best: from 0, the fastest build, to 1, the best tree. The default is 0.5, or 0 for a large input."
     ),
 ]
-Radius = Annotated[
-    float | None,
+
+
+def _radius(what: str, without: str) -> Any:
+    """Return the option --radius of a command."""
+    text = f"{what}, in the unit of the coordinates. It is added to the radius of the lines; {without}."
+    return Option("--radius", "-r", callback=finite, help=text, show_default=False)
+
+
+Radius = Annotated[float | None, _radius("How near a ray must come", "lines without one need it")]
+PictureRadius = Annotated[
+    float | None, _radius("Half the thickness of the lines", "by default 0, or for lines without one what suits them")
+]
+OwnRadius = Annotated[
+    bool,
     Option(
-        "--radius",
-        "-r",
-        callback=_finite,
-        help="How near a ray must come, in the unit of the coordinates. It is added to the radius of the lines, and is "
-        "needed if they have none.",
-        show_default=False,
+        "--own-radius/--no-own-radius",
+        help="Whether the radius that lines have of their own counts. If not, --radius replaces it.",
     ),
 ]
 Json = Annotated[bool, Option("--json", help="Print JSON.")]
@@ -69,7 +77,7 @@ Lens = Annotated[
     float | None,
     Option(
         "--lens-radius",
-        callback=_finite,
+        callback=finite,
         metavar="R",
         help="Blur what is out of focus, as a lens of this radius does, in the unit of the coordinates.",
         show_default=False,

@@ -20,7 +20,8 @@ from ..rendering.pictures.options import LEVELS, PictureRequest, as_flag, check_
 from ..rendering.sequences import swept, turned
 from ..rendering.suitable_radius import small
 from ..settings.methods import method_settings
-from .files import check_output, open_lines, show_progress
+from ..support.texts import counted
+from .files import check_output, flattened, open_lines, show_progress
 from .hint import hint_at_radius
 from .options import refuse_given
 from .resume import add_samples, check_resume, keep_state, without_interrupts
@@ -44,6 +45,7 @@ class Order(PictureOptions):
     skip_invalid: bool
     format: str | None
     option: list[str] | None
+    own_radius: bool
 
     def __post_init__(self) -> None:
         """Check the options as far as that can be done without the lines."""
@@ -74,7 +76,8 @@ class Order(PictureOptions):
 
 def draw(order: Order) -> str:
     """Write the pictures of an order; return what was written, in words."""
-    opened = open_lines(order.source, order.skip_invalid, order.format, order.option)
+    reading = order.skip_invalid, order.format, order.option, order.own_radius
+    opened = flattened(open_lines(order.source, *reading))
     if opened.tree is not None:
         refuse_given({"--method": order.method}, f"{order.source} is a tree already; 'fastlines build' makes another")
     lines = opened.tree or opened.geometry
@@ -88,7 +91,7 @@ def write_levels(order: Order, plan: PicturePlan) -> str:
     """Write a sheet of the levels of the tree; return what was written, in words."""
     view = order.camera.camera(plan.tree.geometry)
     write_picture(order.output, level_sheet(plan.tree, view, plan.radius, order.levels, progress=show_progress()))
-    return f"{order.output}: {order.levels} levels, {thickness(plan)}"
+    return f"{order.output}: {counted(order.levels, 'levels')}, {thickness(plan)}"
 
 
 def write_many(order: Order, plan: PicturePlan) -> str:
@@ -97,7 +100,7 @@ def write_many(order: Order, plan: PicturePlan) -> str:
     pictures = swept(plan, order.radii) if order.radii else turned(plan, n_pictures)
     written = write_sequence(order.output, pictures, n_pictures, order.seconds, order.transparent)
     what = f"radii {order.radii[0]:g} to {order.radii[-1]:g}" if order.radii else thickness(plan)
-    return f"{written}: {n_pictures} pictures of {plan.width} × {plan.height} pixels, {focus(plan)}{what}"
+    return f"{written}: {counted(n_pictures, 'pictures')} of {plan.width} × {plan.height} pixels, {focus(plan)}{what}"
 
 
 def write_one(order: Order, plan: PicturePlan) -> str:

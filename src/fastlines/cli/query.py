@@ -3,19 +3,33 @@
 from __future__ import annotations
 
 import json
-import re
 import time
-import zipfile
 from typing import Annotated, Any
 
-import numpy as np
-import numpy.typing as npt
 import typer
 from typer import Option
 
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
-from .options import Direction, Fov, Json, Radius, TreeFile, Up, refuse_given, size, vector
+from ..query.ray_arguments import RayOptions
+from ..support.texts import counted
+from .options import (
+    Direction,
+    FormatName,
+    FormatOptions,
+    Fov,
+    Input,
+    Json,
+    OwnRadius,
+    Radius,
+    Skip,
+    Up,
+    finite,
+    refuse_given,
+    size,
+    vector,
+)
+from .ray_files import numbers, read_rays
 
 #: The choices of --kind, and the methods of a tree.
 KINDS = {"first": "first_hit", "any": "any_hit", "all": "all_hits", "next": "next_hits", "count": "count_hits"}
@@ -23,18 +37,29 @@ KINDS = {"first": "first_hit", "any": "any_hit", "all": "all_hits", "next": "nex
 #: The kinds whose answer has t, and the kinds that list several hits of each ray.
 WITH_T, LISTS = ("first", "all", "next"), ("all", "next")
 
+#: Which kinds the options apply to that do not apply to all of them, and why not to the others.
+ONLY = {
+    "at": (WITH_T, "it returns no t"),
+    "rank": (("next",), "only next chooses hits"),
+    "merge": (("all",), "only all lists what can be merged"),
+}
+
 
 def query(
-    tree_file: TreeFile,
+    source: Input,
     rays: Annotated[
         str | None,
         typer.Argument(
-            metavar="[RAYS]", help="An array (n, 6) in a .npy file, or origins and directions (n, 3) in a .npz file."
+            metavar="RAYS", help="An array (n, 6) in a .npy file, or origins and directions (n, 3) in a .npz file."
         ),
     ] = None,
     radius: Radius = None,
+    own_radius: OwnRadius = True,
     kind: Annotated[str, Option("--kind", "-k", metavar="KIND", help="first, any, all, next or count.")] = "first",
     nearest: Annotated[int | None, Option(metavar="N", help="The number of hits of each ray, for --kind next.")] = None,
+    rank: Annotated[
+        str | None, Option(metavar="BY", help="Which hits come first, for next: by t (the default) or distance.")
+    ] = None,
     output: Annotated[
         str | None,
         Option("--output", "-o", metavar="FILE.npz", help="Write the answer to this file; else only print figures."),
@@ -47,6 +72,10 @@ def query(
     fov: Fov = None,
     t_min: Annotated[float, Option(help="The ray begins at this t, in units of its direction's length.")] = 0.0,
     t_max: Annotated[float, Option(help="The ray ends at this t.")] = float("inf"),
+    spread: Annotated[
+        float | None,
+        Option(callback=finite, help="By how much the radius grows for each unit of length along the ray."),
+    ] = None,
     at: Annotated[
         str | None,
         Option(
@@ -54,9 +83,26 @@ def query(
             help="Take t at the closest approach (closest, the default) or surface; for first, all and next.",
         ),
     ] = None,
+    merge: Annotated[
+        str | None,
+        Option(metavar="strand", help="Make one hit of those of a strand that overlap; for all, with --at surface."),
+    ] = None,
+    ignore: Annotated[
+        str | None,
+        Option(
+            metavar="N,N,…",
+            help="Primitives to leave out: their numbers, or a .npy file, (k,) for all rays or (n, m) for each.",
+        ),
+    ] = None,
+    ignore_strands: Annotated[str | None, Option(metavar="N,N,…", help="Strands to leave out, likewise.")] = None,
+    skip_invalid: Skip = False,
+    format: FormatName = None,
+    option: FormatOptions = None,
     as_json: Json = False,
 ) -> None:
     r"""Find what rays hit, with any radius, and write the answer as arrays.
+
+    For a file of lines or a scene, build a tree first; [cyan]fastlines build[/] keeps one for many queries.
 
     For the kinds first, all and next the file has the arrays t, prim, u and distance. For all and next it also has
     offsets: the hits of ray i are those from offsets\[i] to offsets\[i + 1]. For any it has hit, for count count.
@@ -70,83 +116,77 @@ def query(
 
     [cyan]fastlines query hair.flt rays.npy --radius 0.001 -o hits.npz[/]
 
-    [cyan]fastlines query hair.flt rays.npz --radius 0.001 --kind all -o hits.npz[/]
+    [cyan]fastlines query hair.tfx rays.npz --radius 0.001 --kind all -o hits.npz[/]
 
-    [cyan]fastlines query hair.flt rays.npz --radius 0.001 --kind next --nearest 4 -o hits.npz[/]
+    [cyan]fastlines query hair.flt rays.npz --radius 0.01 --kind next --nearest 4 --rank distance -o hits.npz[/]
+
+    [cyan]fastlines query neuron.swc rays.npy --kind all --at surface --merge strand -o hits.npz[/]
 
     [cyan]fastlines query hair.flt --camera 640x480 --radius 0.001 --kind count[/]
     """
+    from ..builder import build
     from ..query.rays import require_radius
     from ..rendering import ViewOptions
     from ..rendering.shading.depth import check_size
-    from .files import check_output, open_tree, show_progress, write_npz
+    from .files import check_output, open_input, show_progress, write_npz
     from .hint import hint_at_radius
 
-    check_output(output, ".npz", inputs=(tree_file, rays))
+    check_output(output, ".npz", inputs=(source, rays))
     if kind not in KINDS:
         raise InputError(f"--kind {kind!r} is not a choice: use one of {', '.join(KINDS)}")
     if (rays is None) == (camera is None):
         raise InputError("give the rays either as a file or by --camera, such as --camera 640x480")
     if (kind == "next") != (nearest is not None):
         raise InputError("--kind next and --nearest go together: give the number of hits, such as --nearest 4")
-    if kind not in WITH_T:
-        refuse_given({"--at": at}, f"--kind {kind} returns no t")
+    only: dict[str, Any] = {"at": at, "rank": rank, "merge": merge}
+    for name, value in only.items():
+        kinds, why = ONLY[name]
+        if kind not in kinds:
+            refuse_given({f"--{name}": value}, f"this is --kind {kind}, and {why}")
     if camera is None:
         looks = {"--direction": direction, "--up": up, "--fov": fov}
         refuse_given(looks, "the rays come from a file, not from a camera")
-    tree = open_tree(tree_file)
-    require_radius(tree.geometry, radius)
+    # The options of all queries, as `RayOptions` names them.
+    bounds: RayOptions = {"t_min": t_min, "t_max": t_max}
+    ray_options: RayOptions = {
+        **bounds,
+        "spread": spread or 0.0,
+        "ignore": numbers(ignore, "--ignore"),
+        "ignore_strands": numbers(ignore_strands, "--ignore-strands"),
+        "progress": show_progress(),
+    }
+
+    opened = open_input(source, skip_invalid, format, option, own_radius)
+    require_radius(opened.geometry, radius, spread or 0.0)
     radius = radius or 0.0
     if camera is not None:
         width, height = size(camera, "--camera")
         check_size(width, height)
         view = ViewOptions(vector(direction, "--direction"), vector(up, "--up"), fov)
-        origins, directions = view.camera(tree.geometry, width / height).rays(width, height)
+        origins, directions = view.camera(opened.geometry, width / height).rays(width, height)
     else:
         origins, directions = read_rays(str(rays))
-    ask = getattr(tree, KINDS[kind])
-    given = {"at": at, "k": nearest, "t_min": t_min, "t_max": t_max, "progress": show_progress()}
-    options = {name: value for name, value in given.items() if value is not None}
+    tree = opened.tree or build(opened.geometry, progress=show_progress())
+    tree.layout  # noqa: B018  (so that only the query is timed)
+    given = {name: value for name, value in (only | {"k": nearest}).items() if value is not None}
     start = time.perf_counter()
-    answer = ask(origins, directions, radius, **options)
+    answer = getattr(tree, KINDS[kind])(origins, directions, radius, **given, **ray_options)
     seconds = time.perf_counter() - start
 
     # Write the arrays, and report counts and time.
     if output is not None:
         write_npz(output, **_arrays(kind, answer, tree.geometry))
-    hint_at_radius(tree, origins, directions, radius, t_min=t_min, t_max=t_max)
+    if not spread:
+        hint_at_radius(tree, origins, directions, radius, **bounds)
     n_rays, n_found = len(directions), _count(kind, answer)
     if as_json:
-        counted = "n_hits" if kind in (*LISTS, "count") else "n_rays_that_hit"
-        facts = {"n_rays": n_rays, "kind": kind, "radius": radius, counted: n_found}
+        what = "n_hits" if kind in (*LISTS, "count") else "n_rays_that_hit"
+        facts = {"n_rays": n_rays, "kind": kind, "radius": radius, what: n_found}
         typer.echo(json.dumps({**facts, "seconds": seconds, "output": output}, indent=2))
         return
-    found = f"{n_found:,} hits" if kind in (*LISTS, "count") else f"{n_found:,} of them hit something"
+    found = counted(n_found, "hits") if kind in (*LISTS, "count") else f"{n_found:,} of them hit something"
     rate = f", {n_rays / seconds / 1e6:.3g} million rays a second" if n_rays else ""
-    typer.echo(f"{output or tree_file}: {n_rays:,} rays, {found}, in {seconds:.3f} s{rate}")
-
-
-def read_rays(path: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    """Read rays from a .npy or .npz file."""
-    if not path.lower().endswith((".npy", ".npz")):
-        raise InputError(f"{path}: rays are read from .npy, an array (n, 6), or .npz, with origins and directions")
-    try:
-        if path.lower().endswith(".npz"):
-            with open(path, "rb") as file, np.load(file, allow_pickle=False) as arrays:
-                missing = {"origins", "directions"} - set(arrays)
-                if missing:
-                    raise InputError(f"{path}: has no array {' and no '.join(sorted(missing))}; expected both")
-                return arrays["origins"], arrays["directions"]
-        # Map the file: NumPy then compares it with its header before it allocates memory.
-        loaded = np.load(path, mmap_mode="r", allow_pickle=False)
-    except InputError:
-        raise
-    except (ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
-        why = "it holds Python objects, not numbers" if re.search("pickle|objects", str(error)) else error
-        raise InputError(f"{path}: cannot be read as an array of rays: {why}") from None
-    if loaded.ndim != 2 or loaded.shape[1] != 6:
-        raise InputError(f"{path}: has the shape {loaded.shape}; expected (n, 6): origin and direction of each ray")
-    return np.asarray(loaded[:, :3]), np.asarray(loaded[:, 3:])
+    typer.echo(f"{output or opened.name}: {counted(n_rays, 'rays')}, {found}, in {seconds:.3f} s{rate}")
 
 
 def _arrays(kind: str, answer: Any, geometry: AnyGeometry) -> dict[str, Any]:

@@ -7,7 +7,20 @@ from typing import Annotated
 import typer
 from typer import Option
 
-from .options import Direction, Focus, FormatName, FormatOptions, Fov, Input, Lens, Radius, Skip, Up, vector
+from .options import (
+    Direction,
+    Focus,
+    FormatName,
+    FormatOptions,
+    Fov,
+    Input,
+    Lens,
+    OwnRadius,
+    PictureRadius,
+    Skip,
+    Up,
+    vector,
+)
 
 #: The width and the height of a square picture in pixels.
 SIZE = 1024
@@ -23,14 +36,15 @@ def render(
             "-o",
             metavar="FILE",
             help="The picture: a .png for the eye, or an .exr of numbers. Many pictures: x.png for x_0001.png and so "
-            "on, a .gif, or an .mp4 (needs the extra video).",
+            "on, a .gif, or an .mp4 (needs the package imageio-ffmpeg).",
         ),
     ],
     look: Annotated[
         str | None,
         Option(metavar="NAME", help="hair, fibre, tube, depth, id, normal, tangent, hits or work; chosen by default."),
     ] = None,
-    radius: Radius = None,
+    radius: PictureRadius = None,
+    own_radius: OwnRadius = True,
     color: Annotated[
         str | None,
         Option(
@@ -163,5 +177,6 @@ def render(
         skip_invalid=skip_invalid,
         format=format,
         option=option,
+        own_radius=own_radius,
     )
     typer.echo(draw(order))

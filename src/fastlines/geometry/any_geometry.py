@@ -14,6 +14,8 @@ import numpy.typing as npt
 from ..arrays import AnyArray, FloatArray, IntArray, did_you_mean, is_text
 from ..errors import InputError
 from ..support.display import Shown
+from ..support.immutable import Immutable
+from ..support.texts import counted
 from .hit_places import Float64Array, HitPlaces, interpolate, require_numbers
 from .offsets import NO_OFFSET, OFFSET, Offset, offset_of
 from .summary import summary_of
@@ -26,7 +28,7 @@ Section: TypeAlias = tuple[str, tuple[tuple[int, ...], ...], bool]
 NO_ATTRIBUTES: Mapping[str, Any] = MappingProxyType({})
 
 
-class AnyGeometry(Shown, ABC):
+class AnyGeometry(Shown, Immutable, ABC):
     """Primitives that a tree can be over. A kind of geometry is a subclass, and a row of `kinds.KINDS`.
 
     Each member is one question about the kind, and the rest of the package asks these instead of testing for classes. A
@@ -153,6 +155,11 @@ class AnyGeometry(Shown, ABC):
     def needs_radius(self) -> bool:
         """Whether queries need a radius: some lines or curves have none of their own."""
         return False
+
+    @property
+    def is_bare(self) -> bool:
+        """Whether pictures need a radius: some lines or curves have none of their own, or one that is 0 everywhere."""
+        return any(part.has_axes and part.max_radius == 0 for part in self.each_part())
 
     def radius_of(self, prim: IntArray) -> Float64Array:
         """Return the largest radius of each of some primitives; 0 for those without."""
@@ -373,15 +380,3 @@ class AnyGeometry(Shown, ABC):
     def moved(self, lines: Any) -> AnyGeometry:
         """Return the lines for a refit; an array of segments keeps the strands, radii and attributes of these."""
         raise InputError(f"refits are for lines; this tree is over {type(self).__name__}: build it anew")
-
-
-def counted(n: int, noun: str) -> str:
-    """Return a number and what it counts, which is given in the plural.
-
-    Examples
-    --------
-    >>> counted(1, "segments"), counted(2000, "boxes"), counted(1, "boxes")
-    ('1 segment', '2,000 boxes', '1 box')
-    """
-    one = "box" if noun == "boxes" else noun.removesuffix("s")
-    return f"{n:,} {one if n == 1 else noun}"

@@ -314,13 +314,21 @@ class AxisGeometry(AnyGeometry):
         """Return the length of each strand, in the order of their numbers, (n_strands,) float64."""
         lines = self.straight
         has = lines.strands >= 0
-        strand = np.unique(lines.strands[has], return_inverse=True)[1]
+        strands = lines.strands[has]
+        steps = strands[1:] - strands[:-1]
+        if (steps >= 0).all():
+            strand = np.cumsum(np.append(np.zeros(min(1, len(strands)), bool), steps > 0))
+        else:
+            strand = np.unique(strands, return_inverse=True)[1]
         return np.asarray(np.bincount(strand, lines.lengths()[has]), np.float64)
 
     def count_points(self) -> int:
         """See `AnyGeometry`."""
         points = self.control_points
-        return int((points == points[:, :1]).all(axis=(1, 2)).sum())
+        same = np.ones(len(points), np.bool_)
+        for axis in range(3):
+            same &= (points[:, 1:, axis] == points[:, :1, axis]).all(axis=1)
+        return int(same.sum())
 
     def count_repeats(self) -> int:
         """See `AnyGeometry`."""

@@ -51,7 +51,8 @@ class Boxes(Mesh):
         inverted: npt.NDArray[np.bool_] = (self.corners[:, 1] - self.corners[:, 0]).min(axis=1, initial=0) < 0
         if inverted.any():
             raise InputError(
-                f"{int(inverted.sum())} boxes have a low corner above their high one ({list_rows(inverted)})"
+                f"{int(inverted.sum())} of {len(inverted)} boxes have a low corner above their high one "
+                f"({list_rows(inverted)})"
             )
 
     # --- What a kind of geometry answers ---

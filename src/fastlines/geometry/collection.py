@@ -11,10 +11,11 @@ from typing import Any, ClassVar, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import INVALID, AnyArray, FloatArray, IntArray, choice, did_you_mean
+from ..arrays import INVALID, AnyArray, FloatArray, IntArray, choice, did_you_mean, kind_of
 from ..errors import InputError
 from ..support.immutable import own
-from .any_geometry import NO_ATTRIBUTES, AnyGeometry, counted
+from ..support.texts import counted
+from .any_geometry import NO_ATTRIBUTES, AnyGeometry
 from .foreign import lines
 from .hit_places import Float64Array, HitPlaces
 from .kinds import KINDS
@@ -52,14 +53,14 @@ class Geometry(AnyGeometry):
 
     def __init__(self, parts: Sequence[AnyGeometry]) -> None:
         if not isinstance(parts, Sequence | Iterator) or isinstance(parts, str):
-            raise InputError(f"parts are a {type(parts).__name__}; expected a list of {_names()}")
+            raise InputError(f"parts are {kind_of(parts)}; expected a list of {_names()}")
         parts = tuple(parts)
         for i, part in enumerate(parts):
             if has_user_methods(part) or isinstance(part, UserPrimitives):
                 raise InputError(f"part {i} is a class of your own; build a tree over it alone, and query both trees")
             if not isinstance(part, AnyGeometry) or not part.can_be_part:
-                what = "class" if isinstance(part, type) else type(part).__name__
-                raise InputError(f"part {i} is a {what}; expected one of {_names()}")
+                what = "a class" if isinstance(part, type) else kind_of(part)
+                raise InputError(f"part {i} is {what}; expected one of {_names()}")
         object.__setattr__(self, "parts", parts)
         if len(offsets := {part.offset for part in parts if part.has_axes}) > 1:
             several = " and ".join(map(str, sorted(offsets)))

@@ -250,7 +250,7 @@ def refuse_radius(bad: BoolArray, of: str) -> None:
 def mapping(name: str, values: object) -> Mapping[str, Any]:
     """Check a mapping of names to arrays; None is an empty one."""
     if not isinstance(values, Mapping | None):
-        raise InputError(f"{name} are a {type(values).__name__}; expected a mapping of names to arrays")
+        raise InputError(f"{name} are {kind_of(values)}; expected a mapping of names to arrays")
     return values or {}
 
 

@@ -29,6 +29,7 @@ import numpy.typing as npt
 from ..arrays import AnyArray, FloatArray, IntArray, kind_of, list_rows
 from ..errors import InputError, PrecisionWarning
 from ..support.immutable import Immutable, frozen, own
+from ..support.texts import counted
 from .bezier import MAX_PIECES, UNITS, Chords, Float64Array, cut, largest
 from .lines import Lines
 
@@ -80,7 +81,7 @@ class Pieces(Immutable):
         return len(self.curve)
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__}: {len(self):,} of {len(self.first) - 1:,} curves>"
+        return f"<{type(self).__name__}: {len(self):,} of {counted(len(self.first) - 1, 'curves')}>"
 
     def locate(self, curve: npt.ArrayLike, u: npt.ArrayLike) -> tuple[IntArray, Float64Array]:
         """Return the piece that a place on a curve is on, and the place on that piece; see `Curves.locate`."""

@@ -25,6 +25,7 @@ from ..arrays import (
 )
 from ..errors import InputError
 from ..support.immutable import frozen
+from ..support.texts import counted
 from .any_geometry import AnyGeometry, Section
 from .axis_geometry import AxisGeometry
 from .bezier import Float64Array, evaluate, largest
@@ -127,8 +128,7 @@ class Curves(AxisGeometry):
         return len(self.control)
 
     def __repr__(self) -> str:
-        has = [f"{len(self):,} curve{'s' * (len(self) != 1)}"]
-        has += [f"{self.n_strands:,} strand{'s' * (self.n_strands != 1)}"] * (self.n_strands > 0)
+        has = [self.count_text()] + [counted(self.n_strands, "strands")] * (self.n_strands > 0)
         has += ["radius"] * (self.radius is not None) + list(self.attributes)
         has += [f"{len(self.skipped):,} skipped"] * (len(self.skipped) > 0)
         return f"<{type(self).__name__}: {', '.join(has)}>"

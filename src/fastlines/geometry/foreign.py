@@ -125,9 +125,7 @@ def _lines_of(obj: Any, how: Making) -> Lines:
     if _has(obj, "control", "pieces"):
         raise InputError("lines are Curves; curves.pieces.lines are lines, and build takes curves as they are")
     if _has(obj, "geometry", "first_hit"):
-        raise InputError(
-            f"lines are a {type(obj).__name__}; expected lines: pass tree.geometry, or save the tree by tree.save"
-        )
+        raise InputError(f"lines are {kind_of(obj)}; expected lines: pass tree.geometry, or save the tree by tree.save")
     array = to_array(obj)
     return as_lines(_in_space(array, how) if _shape(array)[1:] == (2, 2) else array, **how.options)
 

@@ -208,7 +208,7 @@ def _per_point(name: str, values: Any, counts: list[int]) -> Any:
 
 def _mapping(name: str, values: object) -> Mapping[str, Any]:
     if not isinstance(values, Mapping):
-        raise InputError(f"{name} are a {type(values).__name__}; expected a mapping of names to arrays")
+        raise InputError(f"{name} are {kind_of(values)}; expected a mapping of names to arrays")
     return values
 
 

@@ -26,6 +26,7 @@ from ..arrays import (
 )
 from ..errors import InputError
 from ..support.immutable import frozen, own
+from ..support.texts import counted
 from ..support.vectors import dot, unit
 from .any_geometry import AnyGeometry, Section
 from .hit_places import Float64Array
@@ -113,10 +114,10 @@ class Lines(StrandPoints):
         return len(self.segments)
 
     def __repr__(self) -> str:
-        has = [f"{self.n_strands:,} strands"] if self.n_strands else []
+        has = [self.count_text()] + [counted(self.n_strands, "strands")] * (self.n_strands > 0)
         has += ["radius"] * (self.radius is not None) + list(self.attributes)
         has += [f"{len(self.skipped):,} skipped"] * (len(self.skipped) > 0)
-        return f"<{type(self).__name__}: {', '.join([f'{len(self):,} segments', *has])}>"
+        return f"<{type(self).__name__}: {', '.join(has)}>"
 
     @property
     def kind(self) -> str:
@@ -212,7 +213,11 @@ class Lines(StrandPoints):
 
     def lengths(self) -> Float64Array:
         """Return the length of each segment."""
-        return np.asarray(np.sqrt((np.diff(self.segments.astype(np.float64), axis=1)[:, 0] ** 2).sum(axis=1)))
+        squares = np.zeros(len(self))
+        for axis in range(3):
+            edges = self.segments[:, 1, axis].astype(np.float64) - self.segments[:, 0, axis]
+            squares += edges**2
+        return np.asarray(np.sqrt(squares))
 
     def turns(self) -> FloatArray:
         """See `AnyGeometry`."""

@@ -73,7 +73,7 @@ class Mesh(AnyGeometry):
         return len(self.corners)
 
     def __repr__(self) -> str:
-        has = [f"{len(self):,} {self.name}", *self.attributes, *self.corner_attributes]
+        has = [self.count_text(), *self.attributes, *self.corner_attributes]
         return f"<{type(self).__name__}: {', '.join(has)}>"
 
     @cached_property

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import box_of
 from .offsets import NO_OFFSET
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ def summary_of(
 ) -> dict[str, Any]:
     """Return counts and sizes of a geometry, after those of its primitives; `lengths` are more of these."""
     points, radii = geometry.span()
-    bounds = np.stack([points.min(axis=0), points.max(axis=0)]) if len(points) else None
+    bounds = box_of(points) if len(points) else None
     corners = bounds if bounds is None or geometry.offset == NO_OFFSET else bounds + np.array(geometry.offset)
     texts = geometry.attribute_texts()
     return {
@@ -31,7 +32,6 @@ def summary_of(
         **(lengths or {}),
         "strand_lengths": extremes(geometry.strand_lengths()),
         "n_zero_length": geometry.count_points(),
-        "n_duplicates": geometry.count_repeats(),
         "radius": [float(radii.min()), float(radii.max())] if radii.any() else None,
         "attributes": {name: " or ".join(texts[name]) for name in sorted(texts)},
         **({} if geometry.offset == NO_OFFSET else {"offset": list(geometry.offset)}),

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from ..arrays import COORDINATE_LIMIT, FloatArray, IntArray, refuse_rows, unusable
 from ..errors import InputError
+from ..support.texts import counted
 from .any_geometry import AnyGeometry
 from .boxes import Boxes, corners_of
 from .hit_places import Float64Array, HitPlaces
@@ -89,7 +90,7 @@ class UserPrimitives(AnyGeometry):
     source: Primitives
 
     def __repr__(self) -> str:
-        return f"<UserPrimitives: {len(self):,} primitives of {type(self.source).__name__}>"
+        return f"<UserPrimitives: {counted(len(self), 'primitives')} of {type(self.source).__name__}>"
 
     def __len__(self) -> int:
         return len(self._boxes)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 
+from ..arrays import kind_of
 from .format import Format
 from .source import reason
 
@@ -21,7 +22,7 @@ def find() -> list[tuple[str, Format]]:
         try:
             row = point.load()
             if not isinstance(row, Format):
-                raise TypeError(f"it is a {type(row).__name__}; expected a fastlines.io.Format")
+                raise TypeError(f"it is {kind_of(row)}; expected a fastlines.io.Format")
             if row.module is None:
                 raise TypeError("it names no module; pass module=__name__")
         except Exception as error:  # that of anyone's module

@@ -19,7 +19,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from ..arrays import INVALID, choice
+from ..arrays import INVALID, choice, kind_of
 from ..errors import FastlinesError, FileFormatError, FileWarning, InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import Geometry
@@ -104,7 +104,7 @@ def read(
     choice("invalid", invalid, INVALID)
     path = table.path_of(path)
     if format is not None and not isinstance(format, str):
-        raise InputError(f"format is a {type(format).__name__}; expected the name of one, such as 'trk'")
+        raise InputError(f"format is {kind_of(format)}; expected the name of one, such as 'trk'")
 
     wanted = None if offset is None else check_offset(offset)
     check_path(path)
@@ -159,7 +159,7 @@ def _parse(row: Format, source: Source, invalid: str, options: dict[str, Any]) -
         raise
     if not isinstance(lines, AnyGeometry):
         raise FileFormatError(
-            f"{source.name}: the format {row.name!r} returned a {type(lines).__name__}; expected Lines, Curves or a "
+            f"{source.name}: the format {row.name!r} returned {kind_of(lines)}; expected Lines, Curves or a "
             "Geometry of several"
         )
     _warn_of_thickness(source, lines)

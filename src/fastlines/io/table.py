@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
 
-from ..arrays import did_you_mean
+from ..arrays import did_you_mean, kind_of
 from ..errors import FileFormatError, InputError
 from ..geometry.collection import Geometry
 from ..geometry.curves import Curves
@@ -167,7 +167,7 @@ def path_of(path: str | os.PathLike[str]) -> Path:
     try:
         return Path(path)
     except TypeError:
-        raise InputError(f"path is a {type(path).__name__}; expected a str or a path") from None
+        raise InputError(f"path is {kind_of(path)}; expected a str or a path") from None
 
 
 def extension_of(path: Path) -> tuple[str, bool]:

@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import FileWarning, InputError
-from ..geometry.any_geometry import AnyGeometry, counted
+from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import Geometry
 from ..geometry.foreign import lines as as_lines
 from ..geometry.offsets import NO_OFFSET, OFFSET, with_offset
 from ..support.atomic_write import atomic_write
+from ..support.texts import counted
 from .format import Format
 from .table import extension_of, known_formats, path_of, to_write
 

@@ -14,7 +14,9 @@ import numpy.typing as npt
 from ..arrays import FloatArray, IntArray
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
+from ..support.display import Shown
 from ..support.immutable import own
+from ..support.texts import counted
 from .backend import HitColumns
 from .crossings import crossings, first_hits_of
 from .hit_geometry import HitGeometry
@@ -24,7 +26,7 @@ from .rays import RayBatch
 Self = TypeVar("Self")
 
 
-class _OfGeometry(HitGeometry):
+class _OfGeometry(HitGeometry, Shown):
     """The rows and strands of the primitives that were hit, looked up on first use."""
 
     part: IntArray | None
@@ -138,7 +140,7 @@ class FirstHits(_OfGeometry):
         return np.flatnonzero(self.hit)
 
     def __repr__(self) -> str:
-        return f"<FirstHits: {self.prim.size:,} rays, {int(self.hit.sum()):,} hit>"
+        return f"<FirstHits: {counted(self.prim.size, 'rays')}, {int(self.hit.sum()):,} hit>"
 
     @property
     def hit(self) -> npt.NDArray[np.bool_]:
@@ -185,7 +187,7 @@ class AllHits(_OfGeometry):
         return len(self.prim)
 
     def __repr__(self) -> str:
-        return f"<AllHits: {len(self.offsets) - 1:,} rays, {len(self):,} hits>"
+        return f"<AllHits: {counted(len(self.offsets) - 1, 'rays')}, {counted(len(self), 'hits')}>"
 
     @property
     def counts(self) -> IntArray:
@@ -207,7 +209,7 @@ class AllHits(_OfGeometry):
         """
         n_rays = len(self.offsets) - 1
         if not 0 <= ray < n_rays:
-            raise InputError(f"ray={ray}: there are {n_rays:,} rays, which count from 0")
+            raise InputError(f"ray={ray}; expected a number from 0 to below {n_rays:,}, the number of rays")
         return slice(int(self.offsets[ray]), int(self.offsets[ray + 1]))
 
     def merged_by_strand(self) -> AllHits:

@@ -17,6 +17,7 @@ from ..geometry.collection import as_geometry
 from ..geometry.offsets import NO_OFFSET
 from ..geometry.user_primitives import Primitives
 from ..progress import ProgressOption, reporting
+from ..support.texts import counted
 from .backend import Backend, CompiledBackend
 from .hits import AllHits, FirstHits
 from .ignore import ignored_of
@@ -135,8 +136,8 @@ class Query:
                 why = f": {memory.refusal}" if memory.refusal else ""
                 fewer = "next_hits for the nearest" if k is None else "a smaller k"
                 raise MemoryError(
-                    f"the hits of {len(rays)} rays do not fit into memory{why}; trace fewer rays or use a smaller "
-                    f"radius, {fewer}, or count_hits for how many there are"
+                    f"the hits of {counted(len(rays), 'rays')} do not fit into memory{why}; trace fewer rays or use a "
+                    f"smaller radius, {fewer}, or count_hits for how many there are"
                 ) from error
         return AllHits.from_columns(offsets, columns, rays, self.geometry)
 

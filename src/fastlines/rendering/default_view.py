@@ -5,9 +5,10 @@ or above the ground y = 0 have y up, like most models. Lines around the coordina
 measurements. Flat lines, such as a map, are shown from above.
 
 The camera looks along the shorter side, so that the longer one is visible, a little from above and turned towards the
-*front*. The front is the end from which the lines lean away, as hair leans away from the face. Four shapes differ:
+*front*. The front is the end from which the lines lean away, as hair leans away from the face. Five shapes differ:
 
 - *Flat* lines are shown square to their plane.
+- What would be seen *end on*, such as one line from corner to corner, is turned to the other side.
 - A *slab*, such as a mohawk, is shown from its side, where nothing hides anything.
 - A *cube* is shown corner on, so that three of its faces are visible.
 - What is *low*, such as a plain or a spreading tree, is shown from higher above.
@@ -19,7 +20,9 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
+from ..arrays import box_of
 from ..camera import Camera, Vector
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.lines import AXES
@@ -34,6 +37,8 @@ CUBE = 0.9
 TURN, TILT = 0.5, 0.22
 CUBE_TURN, CUBE_TILT = 0.7, 0.45
 LOW_TILT = 0.6
+#: Points are seen end on if this fraction of their variance, at least, is along the view. About how many are looked at.
+END_ON, SOME = 0.8, 4096
 #: The vertical field of view of a camera.
 FOV_DEGREES = 30.0
 #: The formats of pictures, as the longer side through the shorter one.
@@ -53,7 +58,7 @@ def default_view(geometry: AnyGeometry) -> tuple[Vector, Vector]:
     points, _ = geometry.span()
     if len(points) == 0:
         return _tuple(-axes[2]), _tuple(axes[1])
-    low, high = points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
+    low, high = box_of(points).astype(np.float64)
     extent = high - low
     flat = 2 - int(extent[::-1].argmin())
     if extent[flat] <= FLAT * extent.max():
@@ -63,10 +68,26 @@ def default_view(geometry: AnyGeometry) -> tuple[Vector, Vector]:
     up = AXES.index(geometry.up or ("y" if stands else "z"))
     # Of two equal sides look along z, as in most pictures.
     short, long = sorted((axis for axis in (2, 1, 0) if axis != up), key=lambda axis: extent[axis])
-    lean = points.mean(axis=0, dtype=np.float64)[long] - (low + high)[long] / 2
+    lean = points[:, long].mean(dtype=np.float64) - (low + high)[long] / 2
     front = -1.0 if lean > 0 else 1.0
     turn, tilt = _slopes(extent[up], extent[short], extent[long])
-    return _tuple(-axes[short] - turn * front * axes[long] - tilt * axes[up]), _tuple(axes[up])
+    views = [-axes[short] - turn * side * axes[long] - tilt * axes[up] for side in (front, -front)]
+    return _tuple(views[is_end_on(points, views[0])]), _tuple(axes[up])
+
+
+def is_end_on(points: npt.NDArray[np.floating], direction: npt.NDArray[np.float64]) -> bool:
+    """Return whether points are spread mostly along a direction, so that hardly anything is visible from there.
+
+    Examples
+    --------
+    >>> line = np.float32([[0, 0, 0], [1, 1, 1]])
+    >>> is_end_on(line, np.array([1.0, 0.8, 1.0])), is_end_on(line, np.array([-1.0, 0.8, 1.0]))
+    (True, False)
+    """
+    some = points[:: len(points) // SOME + 1].astype(np.float64)
+    away = some - some.mean(axis=0)
+    along = (away @ direction) ** 2 / (direction @ direction)
+    return bool(along.sum() > END_ON * (away**2).sum())
 
 
 def _slopes(height: float, short: float, long: float) -> tuple[float, float]:

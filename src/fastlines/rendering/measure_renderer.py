@@ -75,6 +75,9 @@ class MeasureRenderer(Progressive):
             is_light=False,
             aovs={measure.name: mean.astype(np.float32)},
             legend=bar,
+            camera=self.context.camera,
+            radius=self.context.radius,
+            look=measure,
         )
 
     @property

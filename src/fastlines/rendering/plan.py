@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import count, instance, number
+from ..arrays import choice, count, instance, number
 from ..builder import build
 from ..camera import Camera
 from ..errors import InputError
@@ -19,7 +19,7 @@ from ..progress import ProgressOption
 from ..tree import Tree
 from .color.palette import check_map
 from .default_view import ViewOptions, complete_size, default_size
-from .looks import Backdrop, Look, check_name, look_for, make_look
+from .looks import QUALITIES, Backdrop, ColorOption, Look, check_color, check_name, look_for, make_look
 from .looks.solid import Solid
 from .measures import MEASURES, Measure
 from .pictures.options import NUMBERS, OWN_FLAT, OWN_LIT, PictureRequest, check_options
@@ -54,7 +54,7 @@ class PictureOptions:
     look: str | Look | Measure | None = None
     radius: float | None = None
     samples: int | None = None
-    color: str | None = None
+    color: ColorOption | None = None
     color_map: str | None = None
     background: str | None = None
     rig: Rig | None = None
@@ -69,12 +69,17 @@ class PictureOptions:
         if self.samples is not None:
             count("samples", self.samples, 1, MAX_SAMPLES)
         number("exposure", self.exposure, "a number from -60 to 60", -60.0, 60.0)  # else light overflows or vanishes
+        check_color(self.color)
+        choice("quality", self.quality, QUALITIES)
+        instance("aovs", self.aovs, bool, "True or False")
+        if self.legend is not None:
+            instance("legend", self.legend, bool, "True or False")
         if self.color_map is not None:
             check_map(self.color_map)
         if not (self.camera is None or isinstance(self.camera, ViewOptions)):
             instance("camera", self.camera, Camera, "a Camera")
         if self.rig is not None:
-            instance("rig", self.rig, Rig, "a Rig, such as STUDIO")
+            instance("rig", self.rig, Rig, "a Rig, such as fl.RIGS['studio']")
         _ = self.backdrop
         if isinstance(self.look, str):
             check_name(self.look)
@@ -173,7 +178,7 @@ def plan_picture(
     camera, width, height = choose_camera(options, geometry)
     tree = lines if isinstance(lines, Tree) else build(geometry, method, progress=progress)
     radius = radii[0] if len(radii) else options.radius
-    is_suitable = radius is None and geometry.needs_radius
+    is_suitable = radius is None and geometry.is_bare
     if is_suitable:
         radius = suitable_radius(tree, camera) if len(geometry) else 0.0
     radius = check_radius(tree, radius)

@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..geometry.offsets import NO_OFFSET
 from ..progress import ProgressOption, check_progress, reporting
 from .color.palette import GOLDEN
-from .looks import Look
+from .looks import ColorOption, Look
 from .looks.solid import Solid
 from .looks.traced_hair import TracedHair
 from .measure_renderer import MeasureRenderer
@@ -64,7 +64,7 @@ class Renderer(Progressive):
         context = ShadingContext.of(tree, camera, plan.height, radius, options.rig or look.rig)
         samples = options.samples or (LENS_SAMPLES if camera.lens_radius else THIN_SAMPLES if context.thin else SAMPLES)
         super().__init__(context, plan.width, plan.height, samples, {"light": (3,), "alpha": (), "shadow": ()})
-        opacity = (radius + tree.geometry.max_radius) / max(context.pixel, 1e-30)
+        opacity = (radius + tree.geometry.max_radius) / max(context.pixel, 1e-300)
         traces_many = isinstance(look, TracedHair) and samples >= MANY_SAMPLES
         thin = context.thin and not traces_many
         self._finder = Cones(tree, radius, camera.spread(plan.height), opacity) if thin else Surfaces(tree, radius)
@@ -80,6 +80,10 @@ class Renderer(Progressive):
             shadow=self._means("shadow").astype(np.float32),
             is_light=self.look.is_light,
             legend=self.look.color.legend(self.context) if isinstance(self.look, Solid) else None,
+            camera=self.context.camera,
+            radius=self.context.radius,
+            look=self.look,
+            rig=self.context.rig if self.look.is_light else None,
         )
 
     def _sample(self, index: int, pixels: AnyArray) -> dict[str, AnyArray]:
@@ -118,7 +122,7 @@ def render(
     look: str | Look | Measure | None = None,
     radius: float | None = None,
     samples: int | None = None,
-    color: str | None = None,
+    color: ColorOption | None = None,
     color_map: str | None = None,
     background: str | None = None,
     rig: Rig | None = None,
@@ -145,15 +149,16 @@ def render(
     samples : int, optional
         How many samples of a pixel are averaged. By default there are 16, or 4 if lines are thinner than a pixel, or 64
         if the camera has a lens; of a measure there is one, through the pixel's centre.
-    color : str, optional
-        Of hair: "blond", "brown" and others, or "#rrggbb". Of fibres and tubes: "direction", "strand", the name of an
-        attribute, or "#rrggbb"; "attribute:strand" is an attribute of the name of one of these words.
+    color : str, three numbers or HairMaterial, optional
+        Of hair: "blond", "brown" and others, "#rrggbb", or a material. Of fibres and tubes: "direction", "strand", the
+        name of an attribute, or "#rrggbb"; "attribute:strand" is an attribute of the name of one of these words. Three
+        numbers from 0 to 1 are red, green and blue as a screen shows them: (1, 0.5, 0) is "#ff8000".
     color_map : str, optional
         For an attribute: "viridis", "magma", "inferno", "coolwarm" or "gray".
     background : str, optional
         One colour, or those at the top and at the bottom: "#fff" or "#fff:#ccc".
     rig : Rig, optional
-        The lights.
+        The lights; by default those of the look. `RIGS` has some by name.
     exposure : float
         Multiply the light by 2 to this power.
     quality : {"normal", "high"}
@@ -167,6 +172,7 @@ def render(
     Returns
     -------
     Picture
+        It keeps its camera, radius, look and rig.
 
     Raises
     ------
@@ -206,8 +212,9 @@ def finish(renderer: Progressive, plan: PicturePlan) -> Picture:
     if options.backdrop is not None:
         picture = replace(picture, backdrop=options.backdrop.light(*size))
     found = find_aovs(renderer.context, *size) if options.aovs else {}
-    if found and plan.offset != NO_OFFSET:
-        found["position"] = found["position"] + np.array(plan.offset)
+    if plan.offset != NO_OFFSET:
+        picture = replace(picture, camera=plan.given_camera)
+        found |= {name: values + np.array(plan.offset) for name, values in found.items() if name == "position"}
     return replace(picture, exposure=options.exposure, aovs=found | picture.aovs, shows_legend=plan.legend)
 
 

@@ -101,7 +101,7 @@ def describe(value: Any) -> str:
     --------
     >>> from fastlines.rendering.shading.lighting import Light
     >>> describe(Light(direction=(0, 0, 1)))
-    'Light(direction=(0, 0, 1), color=(1.0, 1.0, 1.0), angle=2.0)'
+    'Light(direction=(0.0, 0.0, 1.0), color=(1.0, 1.0, 1.0), angle=2.0)'
     >>> describe(describe)
     'fastlines.rendering.state.describe'
     """

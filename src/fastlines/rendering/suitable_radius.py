@@ -9,7 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..camera import Camera
+from ..support.vectors import is_point
 from ..tree import Tree
+from .shading.depth_tone import pixel_size
 
 #: A radius suits a query if at least this fraction of the rays that cross the box of the lines hit.
 MANY = 0.25
@@ -17,16 +19,25 @@ MANY = 0.25
 THINNEST, THICKEST, COARSE = 1 / 1500, 1 / 400, 1 / 100
 #: At least this fraction of the rays hit that hit with the coarse radius.
 CLOSED = 0.8
-#: How many rays are tried, spread evenly over all; there is no radius if fewer than `LEAST` of them cross the box.
+#: The radius of what is a single point, as a fraction of the height of the picture.
+DOT = 1 / 20
+#: How many rays are tried, spread evenly over all; they say nothing if fewer than `LEAST` of them cross the box.
 TRIED, LEAST = 4096, 100
 
 
-def suitable_radius(tree: Tree, camera: Camera) -> float | None:
+def suitable_radius(tree: Tree, camera: Camera) -> float:
     """Return the least of the radii 1, 2, 5, 10 … with which lines look closed where they are dense.
 
     With it, `CLOSED` of the rays of a picture hit that hit with the radius `COARSE`. It is not less than `THINNEST` and
-    not more than `THICKEST`, all of them times the longest side of the box. Flat lines have the least radius. None if
-    too few rays cross the box.
+    not more than `THICKEST`, all of them times the longest side of the box. Flat lines have the least radius. Lines
+    that are nowhere dense have the largest, such as a single one. Points may be as thick as `COARSE`, and so may lines
+    that are shorter than that altogether. What is a single point has the radius `DOT`.
+
+    Parameters
+    ----------
+    tree : Tree
+        Over at least one primitive.
+    camera : Camera
 
     Examples
     --------
@@ -34,16 +45,25 @@ def suitable_radius(tree: Tree, camera: Camera) -> float | None:
     >>> scene = fl.scenes.make("spaghetti")
     >>> suitable_radius(fl.build(scene.lines), scene.camera)
     0.002
+    >>> line = fl.lines([[[0, 0, 0], [0, 0, 1]]])
+    >>> suitable_radius(fl.build(line), fl.Camera.framing(line))
+    0.002
     """
-    side = round(TRIED**0.5)
-    rays = some_rays(tree, *camera.rays(side, side))
-    if rays is None:
-        return None
-    extent = np.ptp(tree.nodes["box"][0], axis=0)
+    low, high = tree.nodes["box"][0].astype(np.float64)
+    if is_point(low, high):
+        return round_number(DOT * pixel_size(tree.geometry, camera, 1))
+    extent = high - low
     size = float(extent.max())
     least, most, coarse = (round_number(part * size) for part in (THINNEST, THICKEST, COARSE))
-    enough = CLOSED * tree.any_hit(rays[0], rays[1], coarse).sum()
-    if extent.min() == 0:
+    are_dots = tree.geometry.total_length <= coarse and all(part.has_axes for part in tree.geometry.each_part())
+    if are_dots:
+        most = coarse
+    side = round(TRIED**0.5)
+    rays = some_rays(tree, *camera.rays(side, side))
+    enough = 0.0 if rays is None else CLOSED * tree.any_hit(rays[0], rays[1], coarse).sum()
+    if rays is None or enough == 0:
+        return most
+    if extent.min() == 0 and not are_dots:
         return least  # flat lines, such as a map, have gaps
     tried = [least, *round_numbers(least, most)]
     return next((radius for radius in tried if tree.any_hit(rays[0], rays[1], radius).sum() >= enough), most)

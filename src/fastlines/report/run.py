@@ -136,7 +136,7 @@ def _write(
             if answer:
                 sections.append(Section("answer", "Which tree suits these lines", points(answer_points(rows))))
             listed = ", ".join(f"{letter} = {radius:.3g}" for letter, radius in radii.items())
-            text = f"<p>{len(scene.lines):,} segments. Lighter is nearer. One tree serves all radii: {listed}.</p>"
+            text = f"<p>{scene.lines.count_text()}. Lighter is nearer. One tree serves all radii: {listed}.</p>"
             lines_drawn, levels_drawn = _draw(scene, preset, radii, trees, folder / IMAGES)
             step()
             body = [text, lines_drawn, trees_table(rows), queries_table(rows), levels_drawn]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..support.texts import counted
 from .measure import QUERIES, TreeFigures
 from .page import cell, table
 
@@ -60,7 +61,7 @@ def queries_table(rows: Sequence[TreeFigures]) -> str:
 
 def print_trees(title: str, n_segments: int, rows: Sequence[TreeFigures]) -> None:
     """Print a line for each tree."""
-    print(f"{title}: {n_segments:,} segments")
+    print(f"{title}: {counted(n_segments, 'segments')}")
     print(f"{'tree':8}{'build s':>9}{'cost':>10}{'MB':>8}{'first M':>11}{'all M':>11}   Mrays/s")
     for row in rows:
         if row.over_s is not None:

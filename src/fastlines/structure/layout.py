@@ -14,6 +14,7 @@ from ..geometry.any_geometry import AnyGeometry
 from ..progress import ProgressCallback, ProgressOption, reporting
 from ..support.immutable import Immutable, frozen, own
 from ..support.shared_property import shared_property
+from ..support.texts import counted
 from ..threads import get_num_threads
 
 #: Boxes are measured grown by this fraction of the scene's longest side, because queries have a radius.
@@ -60,7 +61,8 @@ class Layout(Immutable):
         self.__post_init__()
 
     def __repr__(self) -> str:
-        what = f"{len(self.nodes):,} nodes, {len(self.leaves):,} leaves, {len(self.refs):,} references"
+        each = {"nodes": len(self.nodes), "leaves": len(self.leaves), "references": len(self.refs)}
+        what = ", ".join(counted(n, nouns) for nouns, n in each.items())
         return f"<Layout: {what}, {self.n_bytes:,} bytes with primitives>"
 
     @property

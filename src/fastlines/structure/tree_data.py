@@ -21,8 +21,8 @@ from ..geometry.any_geometry import AnyGeometry
 from ..settings.settings import COST, Cost, Settings
 from ..support.display import Shown
 from ..support.graphviz import MAX_LEVEL, dot_nodes, dot_text
-from ..support.immutable import frozen, own
-from ..support.texts import count_of
+from ..support.immutable import Immutable, frozen, own
+from ..support.texts import counted
 
 #: A node: its box, the index of its right child (0 = leaf; the left child is the next node), and the range of the
 #: references at or below it.
@@ -48,7 +48,7 @@ class Planes(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class TreeData(Shown):
+class TreeData(Shown, Immutable):
     """An acceleration tree over primitives, as plain immutable data.
 
     The constructor checks all that queries rely on: axioms 1 to 4, a depth of at most `MAX_DEPTH`, and the KD axiom
@@ -113,8 +113,8 @@ class TreeData(Shown):
 
     def __repr__(self) -> str:
         return (
-            f"<Tree {self.method}: {self.n_prims:,} primitives, {self.n_refs:,} references, {self.n_nodes:,} nodes, "
-            f"cost {self.cost():.6g}>"
+            f"<Tree {self.method}: {counted(self.n_prims, 'primitives')}, {counted(self.n_refs, 'references')}, "
+            f"{counted(self.n_nodes, 'nodes')}, cost {self.cost():.6g}>"
         )
 
     @property
@@ -246,7 +246,7 @@ class TreeData(Shown):
         costs, areas = self._node_costs(self.settings.cost), self.areas
         last = math.inf if max_level is None else count("max_level", max_level, 0)
         drawn = dot_nodes(self.nodes["right"], self.nodes["n_refs"], costs, areas, last)
-        return dot_text(f"{self.method}, a tree of {count_of(self.n_prims, 'primitive')}", drawn)
+        return dot_text(f"{self.method}, a tree of {counted(self.n_prims, 'primitives')}", drawn)
 
     @cached_property
     def growth(self) -> float:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from .immutable import Immutable
 from .painter import painter
 
 
-class Shown(Immutable):
-    """Base of immutable dataclasses that notebooks show as a card, and other front ends as a picture.
+class Shown:
+    """Base of what notebooks show as a card, and other front ends as a picture if there is one.
 
     Examples
     --------

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy.typing as npt
 
-from .texts import count_of, number_text
+from .texts import counted, number_text
 
 Numbers: TypeAlias = npt.NDArray[Any]
 
@@ -51,7 +51,7 @@ def dot_text(name: str, nodes: Sequence[DotNode]) -> str:
     <BLANKLINE>
     """
     n_left_out = sum(node.n_left_out for node in nodes)
-    caption = f"{name}: {count_of(len(nodes) + n_left_out, 'node')}"
+    caption = f"{name}: {counted(len(nodes) + n_left_out, 'nodes')}"
     if n_left_out:
         caption += f", of which {n_left_out:,} are left out; raise max_level to draw them"
     lines = [f"graph [label={_quoted(caption)}]", "node [shape=box]"]
@@ -59,7 +59,7 @@ def dot_text(name: str, nodes: Sequence[DotNode]) -> str:
         label = f"{node.number}: " + "\n".join(node.label)
         more = ", shape=ellipse" if node.is_leaf else ""
         if node.n_left_out:
-            label += f"\n{count_of(node.n_left_out, 'node')} below"
+            label += f"\n{counted(node.n_left_out, 'nodes')} below"
             more = ", style=dashed"
         lines.append(f"n{node.number} [label={_quoted(label)}{more}]")
     lines += [f"n{node.parent} -> n{node.number}" for node in nodes if node.parent is not None]
@@ -86,7 +86,7 @@ def dot_nodes(
     while ahead:
         node, parent, level, end = ahead.pop()
         measures = f"cost {number_text(costs[node])}, area {number_text(areas[node])}"
-        label = count_of(int(n_refs[node]), "reference"), measures
+        label = counted(int(n_refs[node]), "references"), measures
         middle, is_last = int(right[node]), level == last
         drawn.append(DotNode(node, parent, label, middle == 0, end - node - 1 if is_last else 0))
         if middle and not is_last:

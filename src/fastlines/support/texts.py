@@ -39,15 +39,48 @@ def bytes_text(number: int) -> str:
     return f"{number / 1e3:.1f} kB" if number < 999_950 else f"{number / 1e6:,.1f} MB"
 
 
-def count_of(number: int, noun: str) -> str:
-    """Write a number of things.
+#: Plurals that do not only end in s, and what is singular instead.
+SINGULARS = {"leaves": "leaf", "vertices": "vertex", "indices": "index"}
+
+
+def counted(number: int, nouns: str) -> str:
+    """Write a number of things, whose noun is given in the plural.
 
     Examples
     --------
-    >>> count_of(1, "node"), count_of(1200, "node")
-    ('1 node', '1,200 nodes')
+    >>> counted(1, "nodes"), counted(1200, "nodes"), counted(0, "boxes"), counted(1, "boxes"), counted(1, "leaves")
+    ('1 node', '1,200 nodes', '0 boxes', '1 box', '1 leaf')
     """
-    return f"{number:,} {noun}{'s' * (number != 1)}"
+    return f"{number:,} {singular(nouns) if number == 1 else nouns}"
+
+
+def singular(nouns: str) -> str:
+    """Return a noun in the singular.
+
+    Examples
+    --------
+    >>> [singular(nouns) for nouns in ("rays", "boxes", "meshes", "bodies", "tori", "of your own")]
+    ['ray', 'box', 'mesh', 'body', 'torus', 'of your own']
+    """
+    if nouns in SINGULARS:
+        return SINGULARS[nouns]
+    for plural, one in (("ies", "y"), ("xes", "x"), ("shes", "sh"), ("ches", "ch"), ("sses", "ss"), ("i", "us")):
+        if nouns.endswith(plural):
+            return nouns.removesuffix(plural) + one
+    return nouns.removesuffix("s")
+
+
+def with_article(name: str) -> str:
+    """Return the name of a type with its article; a plural, such as that of a container, has none.
+
+    Examples
+    --------
+    >>> with_article("list"), with_article("int"), with_article("Triangles"), with_article("Picture")
+    ('a list', 'an int', 'Triangles', 'a Picture')
+    """
+    if name[:1].isupper() and name.endswith("s") and not name.endswith("ss"):
+        return name
+    return f"{'an' if name[:1].lower() in 'aeiou' else 'a'} {name}"
 
 
 def listed(texts: Iterable[str], between: str = ", ", most: int = 8) -> str:

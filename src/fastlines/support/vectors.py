@@ -11,6 +11,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+#: The squares of larger numbers, and of smaller ones than its reciprocal, are not safe in float32.
+FAR = 1e15
+
 
 def dot(a: npt.NDArray[Any], b: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Return the inner products of vectors (…, 3) with vectors of that shape, or with one, (…).
@@ -34,8 +37,29 @@ def is_zero(vectors: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
     return np.asarray((vectors[..., 0] == 0) & (vectors[..., 1] == 0) & (vectors[..., 2] == 0))
 
 
+def is_point(low: npt.NDArray[Any], high: npt.NDArray[Any]) -> bool:
+    """Return whether float32 cannot distinguish a box from a single point, so that it has no size in a picture.
+
+    Examples
+    --------
+    >>> is_point(np.zeros(3), np.array([0, 0, 1e-9])), is_point(np.full(3, 1e3), np.full(3, 1e3 + 1e-6))
+    (False, True)
+    """
+    return bool((high - low).max() <= 1e-7 * np.abs(low + (high - low) / 2).max())
+
+
 def unit(vectors: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
-    """Return vectors at length one, as float32; zero where they are zero."""
+    """Return vectors at length one, as float32; zero where they are zero.
+
+    Examples
+    --------
+    >>> unit(np.float32([[0, 3e29, 4e29], [0, 0, 0]])).tolist()
+    [[0.0, 0.6000000238418579, 0.800000011920929], [0.0, 0.0, 0.0]]
+    """
+    largest = np.abs(vectors).max(initial=0)
+    if largest > FAR or 0 < largest < 1 / FAR:  # the squares would over- or underflow
+        scale = np.abs(vectors).max(axis=-1, keepdims=True)
+        vectors = np.divide(vectors, scale, out=np.zeros_like(vectors), where=scale > 0)
     length = np.sqrt(dot(vectors, vectors))
     return np.asarray(vectors * (1 / np.maximum(length, 1e-30))[:, None], np.float32)
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from html import escape
 from typing import TypeAlias, TypeVar
 
-from ..support.texts import count_of
+from ..support.texts import counted
 from .primitive import Box, Point, Primitive, Prims, Segment
 
 T = TypeVar("T")
@@ -62,11 +62,11 @@ def levels_svg(title: str, prims: Prims, levels: Sequence[Level]) -> str | None:
         rects += "".join(_rect(box, at, _color(k, len(boxes))) for k, box in enumerate(boxes))
         panels.append(
             f'<g transform="translate({x:g} {y:.1f})"><text y="11" fill="#ddd">level {i} · '
-            f'{count_of(len(level), "node")}</text><g transform="translate(0 {CAPTION})">'
+            f'{counted(len(level), "nodes")}</text><g transform="translate(0 {CAPTION})">'
             f'<path d="{strokes}" stroke="#8a93a6" stroke-width=".6"/>{rects}</g></g>'
         )
     more = [f"{'xyz'[across]} to the right, {'xyz'[upwards]} upwards"]
-    more += [f"{count_of(len(levels) - MAX_LEVELS, 'level')} more"] if len(levels) > MAX_LEVELS else []
+    more += [f"{counted(len(levels) - MAX_LEVELS, 'levels')} more"] if len(levels) > MAX_LEVELS else []
     more += [f"{MAX_PRIMS} of {len(prims):,} primitives"] if len(prims) > MAX_PRIMS else []
     more += [f"at most {MAX_BOXES} boxes a level"] if max(map(len, drawn)) > MAX_BOXES else []
     n_rows, n_columns = -(-len(drawn) // COLUMNS), COLUMNS if len(more) > 1 else min(len(drawn), COLUMNS)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from ..arrays import count
 from ..errors import InvalidTreeError
 from ..support.graphviz import MAX_LEVEL, DotNode, dot_text
-from ..support.texts import count_of, number_text
+from ..support.texts import counted, number_text
 from .drawing import levels_svg
 from .primitive import Block, Box, Primitive, Prims, hull
 from .splits import BoxRule, cut, tight
@@ -25,7 +25,7 @@ class Node:
     right: Node | None = None
 
     def __repr__(self) -> str:
-        n_prims, n_nodes = count_of(len(self.prims), "primitive"), count_of(len(self.nodes()), "node")
+        n_prims, n_nodes = counted(len(self.prims), "primitives"), counted(len(self.nodes()), "nodes")
         return f"<Node: {n_prims}, {n_nodes} at and below it>"
 
     def nodes(self) -> list[Node]:
@@ -72,7 +72,7 @@ class Node:
         last = math.inf if max_level is None else count("max_level", max_level, 0)
 
         def drawn(node: Node, number: int, parent: int | None, level: int) -> Iterator[DotNode]:
-            cost, n_prims = number_text(f(node, c_trav, c_prim)), count_of(len(node.prims), "primitive")
+            cost, n_prims = number_text(f(node, c_trav, c_prim)), counted(len(node.prims), "primitives")
             label = n_prims, f"cost {cost}, area {number_text(node.box.area())}"
             n_left_out = len(node.nodes()) - 1 if level == last else 0
             yield DotNode(number, parent, label, not node.children(), n_left_out)
@@ -81,7 +81,7 @@ class Node:
                 yield from drawn(child, at, number, level + 1)
                 at += len(child.nodes())
 
-        return dot_text(f"a tree of {count_of(len(self.prims), 'primitive')}", [*drawn(self, 0, None, 0)])
+        return dot_text(f"a tree of {counted(len(self.prims), 'primitives')}", [*drawn(self, 0, None, 0)])
 
     def _repr_svg_(self) -> str | None:
         levels = [[(node.box, not node.children()) for node in level] for level in self.levels()]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple, TypeAlias
 
-from ..support.texts import number_text
+from ..support.texts import counted, number_text
 from .primitive import Box, Primitive, Prims, f32, hull
 
 #: The primitives and the box of a child.
@@ -23,7 +23,7 @@ class Split(NamedTuple):
     def __repr__(self) -> str:
         (left, left_box), (right, right_box) = self
         areas = f"{number_text(left_box.area())} and {number_text(right_box.area())}"
-        return f"<Split: {len(left)} and {len(right)} primitives, in boxes of area {areas}>"
+        return f"<Split: {len(left)} and {counted(len(right), 'primitives')}, in boxes of area {areas}>"
 
 
 def tight(prims: Prims, half: Box) -> Box | None:

@@ -1,1 +1,1 @@
-"""Cards: what notebooks show of a geometry or a tree."""
+"""Cards: what notebooks show of a geometry, a tree or hits."""

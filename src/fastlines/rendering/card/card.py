@@ -1,4 +1,4 @@
-"""Cards: what notebooks show of a geometry or a tree, a thumbnail beside a table of facts, as one piece of HTML.
+"""Cards: what notebooks show of a geometry, a tree or hits: a thumbnail beside a table of facts, as one piece of HTML.
 
 A card has no scripts and no style sheet, because notebooks remove or share them. Each style stands at its element. Text
 and lines take the colour of the page, so that cards suit light and dark themes.
@@ -11,8 +11,10 @@ from collections.abc import Iterable
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+from ...query.hits import AllHits, FirstHits
 from ...structure.tree_data import TreeData
 from .facts import Fact, geometry_facts, tree_facts
+from .hit_facts import hit_facts
 from .sketch import Sketch, sketch
 from .thumbnail import HEIGHT, WIDTH, draw_sketch, to_png
 
@@ -32,7 +34,7 @@ VALUE = "text-align:left;vertical-align:top;padding:1px 0;border:0;max-width:34e
 
 
 def card(shown: Any) -> str:
-    """Return a card of a geometry or a tree.
+    """Return a card of a geometry, a tree or hits, which have no picture.
 
     Examples
     --------
@@ -41,6 +43,8 @@ def card(shown: Any) -> str:
     >>> "data:image/png;base64," in html, "<script" in html
     (True, False)
     """
+    if isinstance(shown, FirstHits | AllHits):
+        return _face("", title(shown), hit_facts(shown))
     drawn, image = picture_of(shown)
     if image is None:
         picture = f'<div style="{EMPTY}">nothing to draw</div>'
@@ -48,15 +52,20 @@ def card(shown: Any) -> str:
         data = base64.b64encode(to_png(image)).decode()
         picture = f'<img style="{PICTURE}" alt="{escape(title(shown))}" src="data:image/png;base64,{data}">'
     caption = f'<div style="{CAPTION}">{escape(drawn.caption)}</div>' if drawn.caption else ""
-    facts = table(tree_facts(shown) if isinstance(shown, TreeData) else geometry_facts(shown))
-    return (
-        f'<div style="{FACE}"><div>{picture}{caption}</div>'
-        f'<div><div style="font-weight:600;margin-bottom:3px">{escape(title(shown))}</div>{facts}</div></div>'
-    )
+    facts = tree_facts(shown) if isinstance(shown, TreeData) else geometry_facts(shown)
+    return _face(f"<div>{picture}{caption}</div>", title(shown), facts)
+
+
+def _face(picture: str, name: str, facts: Iterable[Fact]) -> str:
+    """Return a picture beside a titled table."""
+    head = f'<div style="font-weight:600;margin-bottom:3px">{escape(name)}</div>'
+    return f'<div style="{FACE}">{picture}<div>{head}{table(facts)}</div></div>'
 
 
 def thumbnail(shown: Any) -> bytes | None:
     """Return the picture of a card as PNG; None where there is nothing to draw."""
+    if isinstance(shown, FirstHits | AllHits):
+        return None
     image = picture_of(shown)[1]
     return None if image is None else to_png(image)
 

@@ -59,7 +59,7 @@ def of_neurites(types: npt.NDArray[np.floating]) -> FloatArray:
 
 def check_map(name: str) -> None:
     """Refuse an unknown colour map."""
-    if name not in MAPS:
+    if not isinstance(name, str) or name not in MAPS:
         raise InputError(f"there is no colour map {name!r}{did_you_mean(name, tuple(MAPS))}")
 
 
@@ -76,6 +76,26 @@ def hexadecimal(text: str) -> Vector:
     if not re.fullmatch("[0-9a-fA-F]{6}", digits):
         raise InputError(f"{text!r} is not a colour; expected # and six hexadecimal digits, such as #c08040")
     red, green, blue = linear([int(digits[i : i + 2], 16) / 255 for i in (0, 2, 4)]).tolist()
+    return red, green, blue
+
+
+def light_of(color: object) -> Vector | None:
+    """Return the linear light of "#rrggbb" or of three numbers from 0 to 1, as a screen shows them; None for a word.
+
+    Examples
+    --------
+    >>> light_of("#fff"), light_of((1, 1, 1.0)), light_of("blond")
+    ((1.0, 1.0, 1.0), (1.0, 1.0, 1.0), None)
+    """
+    if isinstance(color, str):
+        return hexadecimal(color) if color.startswith("#") else None
+    try:
+        values = np.asarray(color, np.float64)
+    except (TypeError, ValueError, OverflowError):
+        values = np.empty(0)
+    if values.shape != (3,) or not ((values >= 0) & (values <= 1)).all():
+        raise InputError(f"color={color!r}; expected the name of a colour, '#rrggbb', or three numbers from 0 to 1")
+    red, green, blue = linear(values).tolist()
     return red, green, blue
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from ...arrays import AnyArray, FloatArray, did_you_mean
 from ...errors import FileWarning, InputError
 from ...geometry.any_geometry import AnyGeometry
 from ..color.legend import ColorBar, Legend, Triad
-from ..color.palette import hexadecimal, of_directions, of_neurites, of_numbers
+from ..color.palette import light_of, of_directions, of_neurites, of_numbers
 from ..color.tone import linear
 from ..shading.fragments import Fragments
 from ..shading.shading_context import ShadingContext
@@ -94,14 +95,16 @@ def _colors(values: AnyArray, geometry: AnyGeometry, name: str) -> FloatArray:
     return np.asarray(np.clip(values, 0, 1), np.float32)
 
 
-def make_color(by: str, color_map: str, geometry: AnyGeometry) -> Color:
-    """Return the colour that a text describes; refuse an attribute that no part of the geometry has.
+def make_color(by: str | Sequence[float], color_map: str, geometry: AnyGeometry) -> Color:
+    """Return the colour that a text or three numbers describe; refuse an attribute that no part of the geometry has.
 
     The words "direction" and "strand" keep their meaning, and so does "#" before digits, whatever attributes there are.
     "attribute:" names an attribute in any case.
     """
-    if by.startswith("#"):
-        return Color("plain", color_map, hexadecimal(by))
+    plain = light_of(by)
+    if plain is not None:
+        return Color("plain", color_map, plain)
+    assert isinstance(by, str)
     known = geometry.sample_names
     if by in WORDS:
         if by in known:

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Container, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
 from ...arrays import choice, did_you_mean
 from ...errors import InputError
 from ...geometry.any_geometry import AnyGeometry
-from ..color.palette import hexadecimal
+from ..color.palette import light_of
+from ..hair.material import HairMaterial
 from ..pictures.options import PictureRequest, check_options
 from ..shading.lighting import SOFT
 from . import flat
 from .color import ATTRIBUTE, DISPLAY_COLOR, TYPE, WORDS, Color, make_color
 from .look import Backdrop, Look
 from .solid import Solid
+
+#: What colours lines: a word, "#rrggbb" or an attribute's name; three numbers from 0 to 1; or what hair is made of.
+ColorOption: TypeAlias = str | Sequence[float] | HairMaterial
 
 #: The looks, and half a line about each.
 LOOKS = {
@@ -106,7 +111,7 @@ def _is_tangled(part: AnyGeometry) -> bool:
 def make_look(
     name: str | None,
     geometry: AnyGeometry,
-    color: str | None = None,
+    color: ColorOption | None = None,
     color_map: str | None = None,
     quality: str = "normal",
 ) -> Look:
@@ -117,9 +122,10 @@ def make_look(
     name : str or None
         One of `LOOKS`.
     geometry : Lines or another container
-    color : str, optional
-        Of hair: one of `HAIR_COLORS`, or a colour such as "#c08040". Of fibres and tubes: "direction", "strand", the
-        name of an attribute, or a colour; "attribute:strand" is an attribute of the name of one of these words.
+    color : str, three numbers or HairMaterial, optional
+        Of hair: one of `HAIR_COLORS`, a colour such as "#c08040", or a material. Of fibres and tubes: "direction",
+        "strand", the name of an attribute, or a colour; "attribute:strand" is an attribute of the name of one of these
+        words. Three numbers are a colour from 0 to 1, as a screen shows it.
     color_map : str, optional
         One of `palette.MAPS`, for an attribute; "viridis" by default.
     quality : str
@@ -130,17 +136,25 @@ def make_look(
     choice("quality", quality, QUALITIES)
     check_options({"color": color, "color_map": color_map, "quality": quality}, PictureRequest(look=name))
     if name == "hair":
-        return _hair(color or "brown", quality, geometry)
+        return _hair("brown" if color is None else color, quality, geometry)
+    if isinstance(color, HairMaterial):
+        raise InputError("color is a HairMaterial, which is for the look 'hair'; name that look, or another colour")
     if name in ("fibre", "tube"):
         known = geometry.sample_names
         if color is None and name == "tube" and TYPE in known and geometry.unit == "µm":
             chosen = Color("neurite")
         else:
             usual = DISPLAY_COLOR if DISPLAY_COLOR in known else _usual_color(name, geometry)
-            chosen = make_color(color or usual, color_map or DEFAULT_MAP, geometry)
+            chosen = make_color(usual if color is None else color, color_map or DEFAULT_MAP, geometry)
         return Solid(chosen, NIGHT, SOFT, haze=0.5) if name == "fibre" else Solid(chosen, PAPER, has_ground=True)
     shown = {"depth": flat.depth, "id": flat.ids, "normal": flat.normals, "tangent": flat.tangents}
     return flat.Flat(shown[name])
+
+
+def check_color(color: object) -> None:
+    """Refuse what is no colour: neither a text, nor three numbers, nor a material."""
+    if color is not None and not isinstance(color, HairMaterial):
+        light_of(color)
 
 
 def check_name(name: str, known: Container[str] = (*LOOKS, *NUMBERS)) -> None:
@@ -164,17 +178,20 @@ def _is_flat(geometry: AnyGeometry) -> bool:
     return len(geometry) == 0 or bool((geometry.bounds[1] == geometry.bounds[0]).any())
 
 
-def _hair(color: str, quality: str, geometry: AnyGeometry) -> Look:
-    """Make hair of a natural colour, or of any."""
-    from ..hair import HairMaterial
+def _hair(color: ColorOption, quality: str, geometry: AnyGeometry) -> Look:
+    """Make hair of a natural colour, of any, or of a material."""
     from .hair import Hair
     from .traced_hair import TracedHair
 
     kind = TracedHair if quality == "high" else Hair
+    if isinstance(color, HairMaterial):
+        return kind(color, SLATE)
     shape = {"scale_tilt": TILT, "longitudinal_roughness": ROUGHNESS}
-    if color.startswith("#"):
-        red, green, blue = (max(channel, DARKEST) for channel in hexadecimal(color))
+    light = light_of(color)
+    if light is not None:
+        red, green, blue = (max(channel, DARKEST) for channel in light)
         return kind(HairMaterial.from_reflectance((red, green, blue), **shape), SLATE)
+    assert isinstance(color, str)
     if color not in HAIR_COLORS:
         known = geometry.sample_names
         if color in (*WORDS, *known) or color.startswith(ATTRIBUTE):

@@ -5,11 +5,14 @@ from __future__ import annotations
 import io
 import os
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ...arrays import AnyArray, FloatArray
+from ...camera import Camera
+from ...support.texts import counted
 from ..color.legend import Legend, draw_legend
 from ..color.tone import bleed, dithered, filmic, srgb, to_bytes
 from .images import check_image_path, write_light, write_picture
@@ -42,6 +45,24 @@ class Picture:
         What the colours mean.
     shows_legend : bool
         Whether the legend is drawn.
+    camera : Camera, optional
+        The camera, for picking: `Camera.ray` returns the ray of a pixel, and `Camera.project` the pixel of a point.
+    radius : float, optional
+        What was added to the radius of the lines.
+    look : Look or Measure, optional
+        What shaded the lines. Hair has its `material`.
+    rig : Rig, optional
+        The lights; None where the look shows no light.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> tree = fl.build([[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 0]]])
+    >>> picture = fl.render(tree, width=64, height=64, samples=1)
+    >>> pixels, _ = picture.camera.project([[0.5, 1, 0]], 64, 64)   # a point on the upper line
+    >>> origin, direction, _ = picture.camera.ray(*pixels[0], 64, 64)
+    >>> tree.first_hit(origin, direction, picture.radius).prim
+    array(1)
     """
 
     light: FloatArray
@@ -54,10 +75,14 @@ class Picture:
     aovs: dict[str, AnyArray] = field(default_factory=dict)
     legend: Legend | None = None
     shows_legend: bool = False
+    camera: Camera | None = None
+    radius: float | None = None
+    look: Any = None
+    rig: Any = None
 
     def __repr__(self) -> str:
         height, width = self.alpha.shape
-        return f"<Picture: {width} × {height} pixels, {self.samples} samples>"
+        return f"<Picture: {width} × {height} pixels, {counted(self.samples, 'samples')}>"
 
     def _repr_png_(self) -> bytes:
         from PIL import Image

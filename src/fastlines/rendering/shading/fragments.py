@@ -104,7 +104,7 @@ class Cones:
         kept = self._kept(hits, directions[ray])
         own = hits.sample("radius") if self.tree.geometry.radius_beyond > 0 else 0.0
         width, spot = np.float32(self.radius) + own, np.float32(self.spread) * hits.t
-        cover = np.where(kept, _share(hits.distance, width, np.maximum(spot, 1e-30)), 0).astype(np.float32)
+        cover = np.where(kept, _share(hits.distance, width, np.maximum(spot, np.float32(1e-45))), 0).astype(np.float32)
         # The light of a fragment passes what lies before it.
         passed = np.concatenate([[0.0], np.cumsum(np.log1p(-np.minimum(cover, np.float32(0.9999)), dtype=np.float64))])
         before = passed[:-1] - passed[hits.offsets[ray]]
@@ -131,7 +131,7 @@ class Cones:
         point = self._edges[prim[ends], 1] - rays.origins[hits.ray[ends]]
         along = directions[ends]
         away = point - dot(point, along)[:, None] * along
-        onward = self._edges[prim[ends] + 1, 2]
+        onward = self._edges[prim[ends] + 1, 2].astype(np.float64)  # else huge products overflow
         kept[ends[dot(away, onward) < 0]] = False
         return kept
 

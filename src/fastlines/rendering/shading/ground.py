@@ -41,9 +41,12 @@ class Ground:
         fade = np.exp(-dot(away, away) / (FADE * max(context.size, context.radius, 1e-15)) ** 2)
         near = fade > 0.01
         rows, points, fade = rows[near], points[near], fade[near]
-        key = context.rig.lights[0].sample(context.camera, *(each[rows] for each in numbers[0]))
+        no_key = np.zeros(len(rows), np.bool_)
+        if context.rig.lights:
+            key = context.rig.lights[0].sample(context.camera, *(each[rows] for each in numbers[0]))
+            no_key = ~context.unoccluded(points, key)
         up = np.broadcast_to(context.up, points.shape)
         sky = hemisphere(up, *(each[rows] for each in numbers[1]))
-        no_key, no_sky = ~context.unoccluded(points, key), ~context.unoccluded(points, sky, NEAR * context.size)
+        no_sky = ~context.unoccluded(points, sky, NEAR * context.size)
         dark[rows] = fade * (KEY * no_key + SKY * no_sky)
         return dark

@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
+import math
+import sys
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...arrays import FloatArray
+from ...arrays import FloatArray, check_fields, instance, number
 from ...camera import Camera, Float64Array, Vector
+from ...errors import InputError
 from ...support.vectors import unit
 
 #: A whole turn in radians.
 TURN = 2 * np.pi
+#: What is expected of the colour of a light.
+LIGHT = "a colour: three numbers that are not negative, linear red, green and blue"
+
+
+def _three(name: str, values: object, expected: str, least: float) -> Vector:
+    """Return three finite numbers, each at least the least."""
+    found = tuple(values) if isinstance(values, Iterable) else ()
+    if len(found) != 3:
+        raise InputError(f"{name}={values!r}; expected {expected}")
+    x, y, z = (number(name, value, expected, max(least, -sys.float_info.max)) for value in found)
+    return x, y, z
 
 
 @dataclass(frozen=True)
@@ -25,12 +40,32 @@ class Light:
     color : (3,) numbers
         The irradiance on a surface that faces the light, linear red, green and blue.
     angle : float
-        The radius of its disc in degrees; the larger it is, the softer are shadows.
+        The radius of its disc in degrees, from 0 to less than 90; the larger it is, the softer are shadows.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite or out of range, or the direction is zero.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> lamp = fl.Light((-1, 1, 1), color=(6, 5, 4))                # from the upper left, warm
+    >>> picture = fl.render([[[0, 0, 0], [1, 1, 1]]], rig=fl.Rig([lamp]), width=32, samples=1)
+    >>> picture.rig.lights[0].color
+    (6.0, 5.0, 4.0)
     """
 
     direction: Vector
     color: Vector = (1.0, 1.0, 1.0)
     angle: float = 2.0
+
+    def __post_init__(self) -> None:
+        check_fields(self, ("direction",), _three, "a direction: three finite numbers, not all 0", -math.inf)
+        if not any(self.direction):
+            raise InputError(f"direction={self.direction!r}; expected a direction: three finite numbers, not all 0")
+        check_fields(self, ("color",), _three, LIGHT, 0.0)
+        check_fields(self, ("angle",), number, "an angle: a number of degrees from 0 to less than 90", 0.0, 89.99)
 
     def sample(self, camera: Camera, first: FloatArray, second: FloatArray) -> FloatArray:
         """Return unit vectors towards points of the light, one for each pair of uniform numbers, (n, 3)."""
@@ -45,11 +80,14 @@ class Light:
 
 @dataclass(frozen=True)
 class Sky:
-    """Light from all directions: its radiance at the top, at the horizon and at the bottom."""
+    """Light from all directions: its radiance at the top, at the horizon and at the bottom, linear RGB."""
 
     top: Vector = (0.55, 0.62, 0.72)
     horizon: Vector = (0.42, 0.42, 0.44)
     bottom: Vector = (0.20, 0.17, 0.14)
+
+    def __post_init__(self) -> None:
+        check_fields(self, ("top", "horizon", "bottom"), _three, LIGHT, 0.0)
 
     def radiance(self, height: FloatArray) -> FloatArray:
         """Return the radiance from directions whose upward parts are given, (n, 3)."""
@@ -60,10 +98,16 @@ class Sky:
 
 @dataclass(frozen=True)
 class Rig:
-    """The lights of a picture: distant ones, and the sky."""
+    """The lights of a picture: distant ones, and the sky. `RIGS` has those of the looks."""
 
-    lights: tuple[Light, ...]
+    lights: Sequence[Light]
     sky: Sky = field(default_factory=Sky)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.lights, Sequence) or not all(isinstance(light, Light) for light in self.lights):
+            raise InputError(f"lights={self.lights!r}; expected a list of Light, which may be empty")
+        object.__setattr__(self, "lights", tuple(self.lights))
+        instance("sky", self.sky, Sky, "a Sky")
 
 
 #: A key light from the upper left, a fill light, and a rim light from behind.
@@ -88,6 +132,9 @@ SOFT = Rig(
     (Light((-0.4, 0.7, 1.0), (4.2, 4.2, 4.2), 25.0),),
     Sky((1.05, 1.05, 1.05), (0.85, 0.85, 0.85), (0.55, 0.55, 0.55)),
 )
+
+#: The lights of the looks by name: of tubes, of hair, and of fibres.
+RIGS = {"studio": STUDIO, "salon": SALON, "soft": SOFT}
 
 
 def sphere(first: FloatArray, second: FloatArray) -> FloatArray:
