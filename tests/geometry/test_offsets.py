@@ -158,6 +158,11 @@ def test_origins_in_float32_warn(lines):
         tree.first_hit(POINTS[:0].astype(np.float32), [0, 0, 1], 1.0)
     with pytest.raises(InputError, match="origins have shape"):
         tree.first_hit([1.0, 2.0], [0, 0, 1], 1.0)
+    for wrong in ("north", [["a", "b", "c"]], [[1], [1, 2]]):
+        with pytest.raises(InputError, match="origins"):
+            tree.first_hit(wrong, [0, 0, 1], 1.0)
+    nothing = np.full((2, 3), np.nan, np.float32)
+    assert tree.first_hit(nothing, [0, 0, 1], 1.0, invalid="skip").skipped.tolist() == [0, 1]
     assert tree.first_hit([[np.nan] * 3, POINTS[0]], [0, 0, 1], 1.0, invalid="skip").skipped.tolist() == [0]
 
 
@@ -175,7 +180,9 @@ def test_refits_take_what_has_moved_in_the_same_place(lines):
 def test_parts_have_one_offset(lines):
     curves = fl.Curves.from_strands(POINTS, [40], basis="bspline", offset=MIDDLE)
     ball = fl.Boxes([[[-1, -1, 40], [1, 1, 42]]])  # less the offset
-    tree = fl.build(fl.Geometry([ball, lines, curves]))
+    spheres = fl.Spheres.from_centres(POINTS, 0.5, offset=MIDDLE)
+    assert np.abs(spheres.centres.astype(np.float64) + MIDDLE - POINTS).max() < SMALL
+    tree = fl.build(fl.Geometry([ball, lines, curves, spheres]))
     assert tree.geometry.offset == MIDDLE
     hits = tree.first_hit(np.add(MIDDLE, (0, 0, 90)), [0, 0, -1], 0.0, at="surface")
     assert (hits.part, hits.points().tolist()) == (0, [MIDDLE[0], MIDDLE[1], MIDDLE[2] + 42])
