@@ -333,6 +333,10 @@ def test_the_command_line(lines):
     told = json.loads(done("info", "a.tck", "--option", "offset=auto", "--json"))["lines"]
     assert told["offset"] == list(MIDDLE)
     np.testing.assert_allclose(told["bounds"], [POINTS.min(axis=0), POINTS.max(axis=0)], atol=SMALL)
+    low = ", ".join(f"{value:.10g}" for value in (lines.bounds.astype(np.float64) + MIDDLE)[0].tolist()[:2])
+    assert f"lines  bounds              ({low}, " in done("info", "a.tck", "--option", "offset=auto")
+    assert "box" in lines._repr_html_()
+    assert "5,299,99" in lines._repr_html_()
     done("build", "a.tck", "--option", "offset=5300000,410000,0", "-o", "a.flt")
     assert fl.load("a.flt").geometry.offset == (5.3e6, 4.1e5, 0)
     done("render", "a.tck", "--option", "offset=auto", "-o", "a.png", "--width", "16", "--radius", "0.3")
