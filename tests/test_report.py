@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
 from dataclasses import replace
@@ -9,6 +10,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from PIL import Image
 from support.command_line import done, refused
 
 import fastlines as fl
@@ -90,6 +92,41 @@ def test_json_has_everything(folder):
             assert row["cost"] == tree.cost(model=fl.Cost(0.6 if row["method"].startswith("kd") else 2.0))
             assert list(row["mrays"]) == [f"{query} {letter}" for query in ("first", "all") for letter in RADII]
             assert min([*row["mrays"].values(), *row["as_built"].values()]) > 0
+
+
+def test_page_explains_its_figures(folder):
+    text = Page((folder / "index.html").read_text(encoding="utf-8")).text
+    assert "best is built for that" in text
+    noise = re.findall(r"The median round took ([\d.e+]+) % longer: smaller differences are noise", text)
+    assert len(noise) == 5
+    for subject in json.loads((folder / "table.json").read_text())["subjects"]:
+        for row in subject["trees"]:
+            assert len(row["noise"]) == len(row["mrays"]) + len(row["as_built"])
+            assert min(row["noise"]) >= 0
+
+
+def test_pictures_are_shaded(folder):
+    for name in NAMES:
+        picture = np.asarray(Image.open(folder / "images" / f"{name}-M.png"))
+        assert picture.ndim == 3
+        assert (picture[..., 0] != picture[..., 2]).any()
+
+
+def test_the_bar_moves_within_steps(tmp_path, monkeypatch):
+    told = []
+
+    @contextlib.contextmanager
+    def listening(progress, what):
+        yield told.append
+
+    monkeypatch.setattr("fastlines.report.run.reporting", listening)
+    scene = fl.scenes.make("spaghetti", 2000)
+    preset = replace(TINY, methods=("best", "bvh-d2"))
+    report_page(tmp_path, preset, "it", scene.lines, scene.camera)
+    assert told == sorted(told)
+    assert told[-1] == 1
+    n_steps = 2 + 6 + 1
+    assert len({round(share * n_steps, 6) for share in told}) > 3 * n_steps
 
 
 def test_presets():

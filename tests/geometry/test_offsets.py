@@ -158,6 +158,11 @@ def test_origins_in_float32_warn(lines):
         tree.first_hit(POINTS[:0].astype(np.float32), [0, 0, 1], 1.0)
     with pytest.raises(InputError, match="origins have shape"):
         tree.first_hit([1.0, 2.0], [0, 0, 1], 1.0)
+    for wrong in ("north", [["a", "b", "c"]], [[1], [1, 2]]):
+        with pytest.raises(InputError, match="origins"):
+            tree.first_hit(wrong, [0, 0, 1], 1.0)
+    nothing = np.full((2, 3), np.nan, np.float32)
+    assert tree.first_hit(nothing, [0, 0, 1], 1.0, invalid="skip").skipped.tolist() == [0, 1]
     assert tree.first_hit([[np.nan] * 3, POINTS[0]], [0, 0, 1], 1.0, invalid="skip").skipped.tolist() == [0]
 
 
@@ -175,7 +180,9 @@ def test_refits_take_what_has_moved_in_the_same_place(lines):
 def test_parts_have_one_offset(lines):
     curves = fl.Curves.from_strands(POINTS, [40], basis="bspline", offset=MIDDLE)
     ball = fl.Boxes([[[-1, -1, 40], [1, 1, 42]]])  # less the offset
-    tree = fl.build(fl.Geometry([ball, lines, curves]))
+    spheres = fl.Spheres.from_centres(POINTS, 0.5, offset=MIDDLE)
+    assert np.abs(spheres.centres.astype(np.float64) + MIDDLE - POINTS).max() < SMALL
+    tree = fl.build(fl.Geometry([ball, lines, curves, spheres]))
     assert tree.geometry.offset == MIDDLE
     hits = tree.first_hit(np.add(MIDDLE, (0, 0, 90)), [0, 0, -1], 0.0, at="surface")
     assert (hits.part, hits.points().tolist()) == (0, [MIDDLE[0], MIDDLE[1], MIDDLE[2] + 42])
@@ -304,6 +311,10 @@ def test_pictures_are_those_of_lines_near_zero(lines, near):
         assert picture.light.tobytes() == same.light.tobytes()
         np.testing.assert_allclose(picture.aovs["position"] - MIDDLE, same.aovs["position"], atol=1e-6)
         assert picture.alpha.any()
+        np.testing.assert_allclose(np.subtract(picture.camera.origin, MIDDLE), same.camera.origin, atol=1e-6)
+        row, column = np.argwhere(picture.alpha > 0)[0]
+        origin, direction, _ = picture.camera.ray(column + 0.5, row + 0.5, 48, 48)
+        assert tree.first_hit(origin, direction, 1.0).hit
     camera, other = fl.Camera(tuple(np.add(MIDDLE, (0, 0, 60))), MIDDLE), fl.Camera((0, 0, 60), (0, 0, 0))
     assert depth_image(tree, camera, 32, 32, 0.3).tobytes() == depth_image(expected, other, 32, 32, 0.3).tobytes()
     sheets = [level_sheet(one, seen, 0.3, 2, 64) for one, seen in ((tree, camera), (expected, other))]
@@ -322,6 +333,10 @@ def test_the_command_line(lines):
     told = json.loads(done("info", "a.tck", "--option", "offset=auto", "--json"))["lines"]
     assert told["offset"] == list(MIDDLE)
     np.testing.assert_allclose(told["bounds"], [POINTS.min(axis=0), POINTS.max(axis=0)], atol=SMALL)
+    low = ", ".join(f"{value:.10g}" for value in (lines.bounds.astype(np.float64) + MIDDLE)[0].tolist()[:2])
+    assert f"lines  bounds              ({low}, " in done("info", "a.tck", "--option", "offset=auto")
+    assert "box" in lines._repr_html_()
+    assert "5,299,99" in lines._repr_html_()
     done("build", "a.tck", "--option", "offset=5300000,410000,0", "-o", "a.flt")
     assert fl.load("a.flt").geometry.offset == (5.3e6, 4.1e5, 0)
     done("render", "a.tck", "--option", "offset=auto", "-o", "a.png", "--width", "16", "--radius", "0.3")

@@ -179,7 +179,7 @@ def _text(key: str, value: Any) -> str:
     if isinstance(value, dict):
         return ", ".join(limit_notes(value)) or "none"
     if isinstance(value, float):
-        return f"{value:.6g}"
+        return f"{value:.6g}" if not 1e5 <= abs(value) < 1e9 else f"{value:.10g}"  # coordinates far from zero
     if isinstance(value, int):
         return f"{value:,}"
     return "none" if value is None else str(value)

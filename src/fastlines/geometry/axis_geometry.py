@@ -110,7 +110,7 @@ class AxisGeometry(AnyGeometry):
         >>> lines = fl.Lines.from_strands([[[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 5, 0], [1, 5, 0]]])
         >>> hits = fl.build(lines).first_hit([[0.5, 5, -1], [9, 9, -1]], [0, 0, 1], 0.1)
         >>> lines.select(strands=np.unique(hits.strand[hits.hit]))
-        <Lines: 1 segments, 1 strands>
+        <Lines: 1 segment, 1 strand>
         >>> lines.select(strands=lines.strand_lengths() > 1.5).strands, lines[:2].strands
         (array([0, 0]), array([0, 0]))
         """

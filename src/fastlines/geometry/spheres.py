@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +13,7 @@ from ..arrays import FloatArray, own_float32
 from ..errors import InputError
 from ..support.immutable import own
 from .lines import Lines
+from .offsets import reduced
 
 
 class Spheres(Lines):
@@ -41,6 +44,7 @@ class Spheres(Lines):
         radius: npt.ArrayLike,
         *,
         attributes: Mapping[str, npt.ArrayLike] | None = None,
+        offset: Any = None,
         invalid: str = "error",
     ) -> Spheres:
         """Make spheres.
@@ -52,7 +56,7 @@ class Spheres(Lines):
         radius : number or (n,) array
             One for all or one for each, in the unit of the centres.
         attributes : mapping of str to array of n rows, optional
-        invalid : {"error", "skip"}
+        offset, invalid
             As in `Lines.from_segments`.
 
         Raises
@@ -60,6 +64,7 @@ class Spheres(Lines):
         InputError
             If the shape, the type or a value cannot be used.
         """
+        centres, facts = reduced(centres, offset)
         points = own_float32(centres, "centres")
         if points.shape == (0,):
             points = points.reshape(0, 3)
@@ -71,7 +76,7 @@ class Spheres(Lines):
         ends = own(np.stack([points, points], axis=1))
         made = cls.from_segments(ends, radius=radii, attributes=attributes or {}, invalid=invalid)
         assert isinstance(made, cls)
-        return made
+        return replace(made, metadata=facts) if facts else made
 
     def _check_columns(self) -> None:
         super()._check_columns()

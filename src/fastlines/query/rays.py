@@ -204,11 +204,12 @@ def check_rays(given: RayArguments, bounds: FloatArray) -> RayBatch:
 def less_offset(given: RayArguments, offset: Offset, bounds: FloatArray) -> RayArguments:
     """Return rays less the offset of their scene, which has these bounds; float32 that is too coarse for that warns."""
     origins, _ = reduced(given.origins, offset)
-    exact = given.origins is not origins and np.asarray(given.origins).dtype != np.float32
-    if not exact and np.size(origins):
+    if origins is given.origins:  # no numbers, which is an error later
+        return given
+    if (coarse := np.asarray(given.origins)).dtype == np.float32:
         low, high, _ = limits_of(bounds)
-        far = float(np.nanmax(np.abs(given.origins)))
-        scale = max(float(np.nanmax(np.abs(origins))), *map(abs, (*low, *high)))
+        far, near = (float(np.abs(points[np.isfinite(points)]).max(initial=0)) for points in (coarse, origins))
+        scale = max(near, *map(abs, (*low, *high)))
         if far * 2.0**-24 > scale * COARSE:
             warnings.warn(
                 f"the origins of rays are float32, which rounds {far:g} by up to {far * 2.0**-24:.2g}, and the lines "

@@ -212,8 +212,9 @@ def finish(renderer: Progressive, plan: PicturePlan) -> Picture:
     if options.backdrop is not None:
         picture = replace(picture, backdrop=options.backdrop.light(*size))
     found = find_aovs(renderer.context, *size) if options.aovs else {}
-    if found and plan.offset != NO_OFFSET:
-        found["position"] = found["position"] + np.array(plan.offset)
+    if plan.offset != NO_OFFSET:
+        picture = replace(picture, camera=plan.given_camera)
+        found |= {name: values + np.array(plan.offset) for name, values in found.items() if name == "position"}
     return replace(picture, exposure=options.exposure, aovs=found | picture.aovs, shows_legend=plan.legend)
 
 

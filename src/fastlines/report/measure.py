@@ -5,11 +5,12 @@ from __future__ import annotations
 import datetime
 import platform
 import re
+import statistics
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -25,6 +26,9 @@ QUERIES = tuple((query, letter) for query in ("first", "all") for letter in RADI
 
 #: The rays of a square picture of up to COMPARED pixels a side are compared: fewer, if they take more than TESTS tests.
 COMPARED, TESTS = 64, 4e7
+
+#: What is called with the part of a step that is done, from 0 to 1.
+Watch: TypeAlias = Callable[[float], object]
 
 #: The least and the most rounds of a timing, in which trees take turns; the best time counts.
 LEAST, MOST = 3, 20
@@ -50,22 +54,25 @@ class TreeFigures:
     #: Millions of rays a second: of each query ("first W", …), and of a search of the binary tree with the radius M.
     mrays: dict[str, float] = field(default_factory=dict)
     as_built: dict[str, float] = field(default_factory=dict)
+    #: By which part the median round of each timing, in their order, took longer than the best.
+    noise: list[float] = field(default_factory=list)
     #: How many answers equal those of the reference tree.
     n_compared: int = 0
     #: The limit in seconds that the build exceeded; then nothing else is known.
     over_s: float | None = None
 
 
-def build_within(lines: fl.Lines, method: str, limit: float) -> tuple[fl.Tree | None, float]:
+def build_within(lines: fl.Lines, method: str, limit: float, watch: Watch) -> tuple[fl.Tree | None, float]:
     """Build a tree with its layout, validate it, and return it with its seconds; None if the build exceeds a limit."""
     start = time.perf_counter()
 
-    def watch(share: float) -> None:
+    def check(share: float) -> None:
         if time.perf_counter() - start > limit:
             raise TimeoutError
+        watch(share)
 
     try:
-        tree = fl.build(lines, method, progress=watch)
+        tree = fl.build(lines, method, progress=check)
     except TimeoutError:
         return None, limit
     tree.layout  # noqa: B018
@@ -103,24 +110,37 @@ def compare(tree: fl.Tree, reference: fl.Tree, camera: fl.Camera, radius: float,
 
 
 def time_in_turn(
-    trees: Mapping[str, fl.Tree], query: str, radius: float, kernel: str, camera: fl.Camera, size: int, budget: float
-) -> dict[str, float]:
-    """Time a query on trees in turn; return by name the millions of rays a second of the best round.
+    trees: Mapping[str, fl.Tree],
+    query: str,
+    radius: float,
+    kernel: str,
+    camera: fl.Camera,
+    size: int,
+    budget: float,
+    watch: Watch,
+) -> dict[str, tuple[float, float]]:
+    """Time a query on trees in turn; return by name the millions of rays a second of the best round, and the noise.
+
+    The noise is the part by which the median round took longer than the best.
 
     The rays are those of a square picture of `size` pixels a side, or fewer where a turn would take more than `budget`
     seconds.
     """
     pixels = {name: _fitting(tree, query, radius, kernel, camera, size, budget) for name, tree in trees.items()}
     rays = {n: camera.rays(n, n) for n in set(pixels.values())}
-    best = dict.fromkeys(trees, float("inf"))
-    begun, n_rounds = time.perf_counter(), 0
-    while n_rounds < LEAST or (n_rounds < MOST and time.perf_counter() - begun < budget * len(trees)):
+    rounds: dict[str, list[float]] = {name: [] for name in trees}
+    begun, n_rounds, whole = time.perf_counter(), 0, budget * len(trees)
+    while n_rounds < LEAST or (n_rounds < MOST and time.perf_counter() - begun < whole):
         n_rounds += 1
         for name, tree in trees.items():
             start = time.perf_counter()
             trace(tree, query, rays[pixels[name]], radius, kernel)
-            best[name] = min(best[name], time.perf_counter() - start)
-    return {name: pixels[name] ** 2 / max(seconds, 1e-9) / 1e6 for name, seconds in best.items()}
+            rounds[name].append(max(time.perf_counter() - start, 1e-9))
+        watch(min(1.0, max(n_rounds / MOST, (time.perf_counter() - begun) / max(whole, 1e-9))))
+    return {
+        name: (pixels[name] ** 2 / min(seconds) / 1e6, statistics.median(seconds) / min(seconds) - 1)
+        for name, seconds in rounds.items()
+    }
 
 
 def _fitting(tree: fl.Tree, query: str, radius: float, kernel: str, camera: fl.Camera, size: int, budget: float) -> int:

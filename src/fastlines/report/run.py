@@ -7,7 +7,7 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from itertools import count
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,8 @@ from .tables import answer_points, print_trees, queries_table, trees_table
 IMAGES = "images"
 #: The trees whose levels are drawn.
 DRAWN = ("best", "bvh-d2", "kd-d2")
+#: The looks of the scenes, whatever their size.
+LOOKS = {"bun-hair": "hair", "straight-hair": "hair", "spaghetti": "tube", "spaghetti-2": "tube"}
 #: The radius of the lines behind the boxes of a tree, as a multiple of the radius M.
 BEHIND = 2.0
 
@@ -121,14 +123,9 @@ def _write(
     sections, subjects = [], []
     n_steps = len(scenes) * (len(preset.methods) + len(QUERIES) + 1)
     with reporting(show_progress, "trees") as callback:
-        steps = count(1)
-
-        def step() -> None:
-            if callback is not None:
-                callback(next(steps) / n_steps)
-
+        steps = Steps(n_steps, callback)
         for scene in scenes:
-            rows, trees = _measure(scene, preset, radii, step)
+            rows, trees = _measure(scene, preset, radii, steps)
             every += [row for row in rows if row.over_s is None]
             what = {"name": scene.name, "title": scene.title, "n_segments": len(scene.lines), "radii": dict(radii)}
             subjects.append({**what, "trees": [asdict(row) for row in rows]})
@@ -136,10 +133,10 @@ def _write(
             if answer:
                 sections.append(Section("answer", "Which tree suits these lines", points(answer_points(rows))))
             listed = ", ".join(f"{letter} = {radius:.3g}" for letter, radius in radii.items())
-            text = f"<p>{scene.lines.count_text()}. Lighter is nearer. One tree serves all radii: {listed}.</p>"
-            lines_drawn, levels_drawn = _draw(scene, preset, radii, trees, folder / IMAGES)
-            step()
-            body = [text, lines_drawn, trees_table(rows), queries_table(rows), levels_drawn]
+            about = f"{scene.lines.count_text()}. One tree serves all radii: {listed}. In grey, lighter is nearer."
+            lines_drawn, levels_drawn = _draw(scene, preset, radii, trees, folder / IMAGES, steps)
+            steps.end()
+            body = [f"<p>{about}</p>", lines_drawn, trees_table(rows), queries_table(rows), levels_drawn]
             sections.append(Section(scene.name, scene.title, "\n".join(body)))
 
     # Write the verdicts, the machine and all figures.
@@ -170,42 +167,71 @@ def _write(
     return folder / "index.html"
 
 
+class Steps:
+    """Counts steps, and reports how far the current one is, so that the time that is left never stands still."""
+
+    def __init__(self, n_steps: int, callback: Callable[[float], object] | None) -> None:
+        self.n_steps, self.callback, self.done = n_steps, callback, 0
+
+    def within(self, share: float, part: int = 0, n_parts: int = 1) -> None:
+        """Report how much of the current step is done, or of one of its equal parts."""
+        if self.callback is not None:
+            self.callback((self.done + (part + share) / n_parts) / self.n_steps)
+
+    def end(self) -> None:
+        """End the current step."""
+        self.done += 1
+        self.within(0.0)
+
+
 def _measure(
-    scene: Scene, preset: Preset, radii: Mapping[str, float], step: Callable[[], object]
+    scene: Scene, preset: Preset, radii: Mapping[str, float], steps: Steps
 ) -> tuple[list[TreeFigures], dict[str, fl.Tree]]:
     """Build the trees of a scene, compare them, and time their queries in turn."""
     rows: dict[str, TreeFigures] = {}
     trees: dict[str, fl.Tree] = {}
     best = fl.build(scene.lines)
     for method in preset.methods:
-        tree, seconds = build_within(scene.lines, method, preset.build_limit)
+        tree, seconds = build_within(scene.lines, method, preset.build_limit, steps.within)
         if tree is None:
             rows[method] = TreeFigures(method, over_s=preset.build_limit)
         else:
             trees[method] = tree
             rows[method] = measure_tree(tree, seconds, best, scene.camera, radii["M"])
-        step()
+        steps.end()
     for query, letter in QUERIES:
-        for kernel in ("auto", "binary") if letter == "M" else ("auto",):
-            rates = time_in_turn(trees, query, radii[letter], kernel, scene.camera, preset.size, preset.budget)
-            for method, rate in rates.items():
+        kernels = ("auto", "binary") if letter == "M" else ("auto",)
+        for i, kernel in enumerate(kernels):
+            sizes = scene.camera, preset.size, preset.budget
+            watch = partial(steps.within, part=i, n_parts=len(kernels))
+            rates = time_in_turn(trees, query, radii[letter], kernel, *sizes, watch)
+            for method, (rate, noise) in rates.items():
+                rows[method].noise.append(noise)
                 if kernel == "auto":
                     rows[method].mrays[f"{query} {letter}"] = rate
                 else:
                     rows[method].as_built[query] = rate
-        step()
+        steps.end()
     return list(rows.values()), trees
 
 
 def _draw(
-    scene: Scene, preset: Preset, radii: Mapping[str, float], trees: Mapping[str, fl.Tree], folder: Path
+    scene: Scene,
+    preset: Preset,
+    radii: Mapping[str, float],
+    trees: Mapping[str, fl.Tree],
+    folder: Path,
+    steps: Steps,
 ) -> tuple[str, str]:
-    """Draw the lines, first with the radius M, and the levels of some trees, a gallery each."""
+    """Draw the lines, shaded with the radius M and by depth with the others, and the levels of some trees."""
     best = trees.get("best") or fl.build(scene.lines)
     pictures, sheets = [], []
-    for letter in ("M", "W", "N"):
-        size: dict[str, Any] = {"width": preset.picture, "height": preset.picture, "samples": preset.samples}
-        drawn = grey(fl.render(best, scene.camera, look="depth", radius=radii[letter], **size))
+    size: dict[str, Any] = {"width": preset.picture, "height": preset.picture, "samples": preset.samples}
+    for i, letter in enumerate(("M", "W", "N")):
+        watch = partial(steps.within, part=i, n_parts=3)
+        look = LOOKS.get(scene.name) if letter == "M" else "depth"  # else the one that suits the lines
+        picture = fl.render(best, scene.camera, look=look, radius=radii[letter], progress=watch, **size)
+        drawn = grey(picture) if look == "depth" else picture.to_bytes()
         file, radius = f"{scene.name}-{letter}.png", f"{radii[letter]:.3g}"
         write_picture(folder / file, drawn)
         pictures.append((f"{IMAGES}/{file}", f"radius {letter} = {radius}", f"{scene.title} with the radius {radius}"))

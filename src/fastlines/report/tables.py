@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import statistics
 from collections.abc import Sequence
 
 from ..support.texts import counted
-from .measure import QUERIES, TreeFigures
+from .measure import LEAST, QUERIES, TreeFigures
 from .page import cell, table
 
 #: The answer also names trees that take at most this many times as long as the fastest.
@@ -37,7 +38,9 @@ def trees_table(rows: Sequence[TreeFigures]) -> str:
         body.append([cell(row.method, tag="th"), *counts, *figures])
     note = (
         "The cost is that of a random line through the scene (thesis §3.3), with c_prim = 1 and c_trav = 2 for BVHs, "
-        "0.6 for KD trees. The memory is that of the layout and the segments."
+        "0.6 for KD trees. It counts one test at a time. Queries test up to 16 segments at once, in the leaves of the "
+        "layout, and best is built for that: it has few, large leaves. So its cost is often the highest, though its "
+        "queries are fast. The memory is that of the layout and the segments."
     )
     return table(heads, body, "The trees", note)
 
@@ -53,10 +56,23 @@ def queries_table(rows: Sequence[TreeFigures]) -> str:
     heads = ["tree", *(f"{query.capitalize()} {letter}" for query, letter in QUERIES)]
     note = (
         "First finds the nearest hit of each ray, All lists all hits. The camera's rays are traced on all threads. "
-        "As built searches the binary tree, one ray at a time, and shows how the trees differ."
+        "As built searches the binary tree, one ray at a time, and shows how the trees differ. " + noise_text(rows)
     )
     caption = "Queries: millions of rays a second; a longer bar is faster"
     return table([*heads, "First M, as built", "All M, as built"], body, caption, note)
+
+
+def noise_text(rows: Sequence[TreeFigures]) -> str:
+    """Say how noisy the times are.
+
+    Examples
+    --------
+    >>> noise_text([TreeFigures("best", noise=[0.02, 0.08, 0.05])])
+    'The best of at least 3 rounds counts. The median round took 5 % longer: smaller differences are noise.'
+    """
+    noise = [each for row in rows for each in row.noise]
+    typical = f" The median round took {100 * statistics.median(noise):.2g} % longer" if noise else ""
+    return f"The best of at least {LEAST} rounds counts.{typical}{': smaller differences are noise.' if noise else ''}"
 
 
 def print_trees(title: str, n_segments: int, rows: Sequence[TreeFigures]) -> None:

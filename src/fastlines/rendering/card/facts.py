@@ -41,7 +41,7 @@ def geometry_facts(geometry: AnyGeometry) -> Iterator[Fact]:
     if (low <= high).all():
         suffix = f" {shortened(unit)}" if unit else ""
         yield "size", " × ".join(map(number_text, high - low)) + suffix
-        yield "box", " to ".join(map(point_text, (low, high)))
+        yield "box", " to ".join(point_text(corner + geometry.offset) for corner in (low, high))
     if radius := geometry.radius_range:
         yield "radius", range_text(*radius)
     if attributes := geometry.attribute_types():
