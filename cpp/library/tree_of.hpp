@@ -7,6 +7,7 @@
 #include "engine/layout_queries.hpp"
 #include "engine/trees.hpp"
 #include "fastlines/build/refit.hpp"
+#include "fastlines/kernels/intersect/scene_cull.hpp"
 #include "fastlines/kernels/run/one_ray.hpp"
 #include "fastlines/tree/cost.hpp"
 #include "hit_arrays.hpp"
@@ -45,34 +46,42 @@ class TreeOf final : public TreeImpl {
         origin_(std::move(origin)),
         wide_(fastlines::collapse<P>(tree_.nodes, tree_.refs, prims_, {.radius_hint = 0.001}, n_threads, progress)),
         view_(fastlines::view_of(wide_, prims_)),
+        scene_(view_),
         limits_(tree_.nodes[0].box) {}
 
-  // One ray. A special one is a batch.
+  // One ray. A special one is a batch of one.
 
   Hit first_hit(const Ray& ray, float radius, At at) const override {
     if (is_special(ray)) [[unlikely]]
-      return first_hits(batch_of(ray), radius, options_of(at))[0];
-    return hit_of(fastlines::OneRay<P>(view_, checked(ray, radius)).first_hit(core_at(at)));
+      return first_special(ray, radius, at);
+    const fastlines::RayQuery query = checked(ray, radius);
+    return scene_.surely_misses(query) ? Hit() : hit_of(fastlines::OneRay<P>(view_, query).first_hit(core_at(at)));
   }
   bool any_hit(const Ray& ray, float radius) const override {
     if (is_special(ray)) [[unlikely]]
-      return any_hits(batch_of(ray), radius, {})[0];
-    return fastlines::OneRay<P>(view_, checked(ray, radius)).any_hit();
+      return first_special(ray, radius, At::closest).prim >= 0;
+    const fastlines::RayQuery query = checked(ray, radius);
+    return !scene_.surely_misses(query) && fastlines::OneRay<P>(view_, query).any_hit();
   }
   std::size_t count_hits(const Ray& ray, float radius) const override {
     if (is_special(ray)) [[unlikely]]
-      return std::size_t(count_hits(batch_of(ray), radius, {})[0]);
-    return fastlines::OneRay<P>(view_, checked(ray, radius)).count_hits();
+      return count_special(ray, radius);
+    const fastlines::RayQuery query = checked(ray, radius);
+    return scene_.surely_misses(query) ? 0 : fastlines::OneRay<P>(view_, query).count_hits();
   }
   void all_hits(const Ray& ray, float radius, At at, std::vector<Hit>& to) const override {
     if (is_special(ray)) [[unlikely]]
       return list_special(ray, radius, {}, options_of(at), to);
-    fastlines::OneRay<P>(view_, checked(ray, radius)).all_hits(core_at(at), to);
+    const fastlines::RayQuery query = checked(ray, radius);
+    if (scene_.surely_misses(query)) return to.clear();
+    fastlines::OneRay<P>(view_, query).all_hits(core_at(at), to);
   }
   void next_hits(const Ray& ray, float radius, std::size_t k, At at, Rank rank, std::vector<Hit>& to) const override {
     if (is_special(ray)) [[unlikely]]
       return list_special(ray, radius, k, options_of(at, rank), to);
-    fastlines::OneRay<P>(view_, checked(ray, radius)).next_hits(k, core_at(at), core_keep(rank), to);
+    const fastlines::RayQuery query = checked(ray, radius);
+    if (scene_.surely_misses(query)) return to.clear();
+    fastlines::OneRay<P>(view_, query).next_hits(k, core_at(at), core_keep(rank), to);
   }
 
   // Batches.
@@ -213,8 +222,14 @@ class TreeOf final : public TreeImpl {
     return options;
   }
 
-  void list_special(const Ray& ray, float radius, std::optional<std::size_t> k, const QueryOptions& options,
-                    std::vector<Hit>& to) const {
+  [[gnu::noinline]] Hit first_special(const Ray& ray, float radius, At at) const {
+    return first_hits(batch_of(ray), radius, options_of(at))[0];
+  }
+  [[gnu::noinline]] std::size_t count_special(const Ray& ray, float radius) const {
+    return std::size_t(count_hits(batch_of(ray), radius, {})[0]);
+  }
+  [[gnu::noinline]] void list_special(const Ray& ray, float radius, std::optional<std::size_t> k,
+                                      const QueryOptions& options, std::vector<Hit>& to) const {
     const auto lists = list_hits(batch_of(ray), radius, k, options, ~std::size_t(0));
     to.clear();
     for (std::size_t i = 0; i < lists->hits.size(); ++i) to.push_back(lists->hits[i]);
@@ -322,6 +337,7 @@ class TreeOf final : public TreeImpl {
   const TreeOrigin origin_;
   const fastlines::WideBvh wide_;
   const fastlines::WideBvhView<P> view_;
+  const fastlines::SceneCull scene_;
   const RayLimits limits_;
   mutable std::once_flag spread_items_once_;
   mutable std::vector<fastlines::RoundCone> spread_items_;

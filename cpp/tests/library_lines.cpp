@@ -2,6 +2,7 @@
 // hits to a sink.
 #include <cmath>
 #include <cstring>
+#include <random>
 
 #include "library.hpp"
 
@@ -185,7 +186,72 @@ void check_refit() {
   check(fl::Tree().refit(std::span<const fl::Segment>()).size() == 0, "an empty tree can be refitted");
 }
 
+/// Rays that graze the scene, from near and far, alone and in a batch: only single rays are culled by the scene's box.
+void check_grazing() {
+  std::mt19937 random(8);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const auto sphere = [&] {
+    const double z = uniform(-1, 1), angle = uniform(0, 6.2831853), side = std::sqrt(1 - z * z);
+    return fl::Vec3d{side * std::cos(angle), side * std::sin(angle), z};
+  };
+  struct Setting {
+    double size, offset;
+  };
+  for (const auto& [size, offset] : {Setting{1, 0}, {1e-20, 0}, {1e15, 1e14}, {1, 1e5}, {1e-3, 20}}) {
+    for (const float own : {0.0f, 0.25f}) {
+      const auto place = [&, size = size, offset = offset](double x) { return float(offset + size * x); };
+      std::vector<fl::RoundCone> cones;
+      for (int i = 0; i < 20; ++i) {
+        const auto point = [&] {
+          return fl::Vec3{place(uniform(-1, 1)), place(uniform(-1, 1)), place(uniform(-1, 1))};
+        };
+        cones.push_back({point(), point(), own * float(size), own * float(size * uniform(0, 1))});
+      }
+      cones[7].q = cones[7].p;
+      const fl::Tree tree = fl::build(cones);
+      const double reach_of_query = size * uniform(0, 0.1);
+      std::vector<fl::Vec3> origins, directions;
+      std::vector<float> t_min, t_max;
+      for (int i = 0; i < 4000; ++i) {
+        // Pass an end of a line at its reach, up to rounding, seen from a random side or along an axis.
+        const fl::RoundCone& cone = cones[std::size_t(i) % cones.size()];
+        const fl::Vec3d out = sphere(), other = sphere();
+        fl::Vec3d d{out.y * other.z - out.z * other.y, out.z * other.x - out.x * other.z,
+                    out.x * other.y - out.y * other.x};
+        if (i % 4 == 0) d = {0, -out.z, out.y};
+        if (i % 8 == 1) d = {-out.y, out.x, 0};
+        const double reach = (double(cone.radius_p) + reach_of_query) * (1 + uniform(-1e-6, 1e-6));
+        const double back = size * std::pow(10.0, uniform(-2, 5)) * (i % 16 == 3 ? 0 : 1),
+                     scale = std::pow(10.0, uniform(-3, 3));
+        const auto from = [&](float p, double o, double along) { return float(p + reach * o - back * along); };
+        origins.push_back({from(cone.p.x, out.x, d.x), from(cone.p.y, out.y, d.y), from(cone.p.z, out.z, d.z)});
+        directions.push_back({float(scale * d.x), float(scale * d.y), float(scale * d.z)});
+        // End at the line, or begin there, or do neither.
+        const auto at_line = float(back / scale * (1 + uniform(-1e-6, 1e-6)));
+        t_min.push_back(i % 3 == 0 ? at_line : i % 5 == 0 ? -fl::infinity : 0);
+        t_max.push_back(i % 3 == 1 ? at_line : fl::infinity);
+        if (!(t_min.back() <= t_max.back())) t_min.back() = t_max.back();
+      }
+      const fl::Rays batch{origins, directions, std::span<const float>(t_min), std::span<const float>(t_max)};
+      const auto radius = float(reach_of_query);
+      const fl::HitLists all = tree.all_hits(batch, radius);
+      std::size_t n_hit = 0;
+      for (std::size_t i = 0; i < batch.size(); ++i) {
+        const fl::Hits of_ray = all[i];
+        check(same_lists(tree.all_hits(batch[i], radius), of_ray), "a grazing ray alone");
+        check(tree.first_hit(batch[i], radius).prim == (of_ray.size() ? of_ray.prim[0] : -1), "its first hit");
+        check(tree.any_hit(batch[i], radius) == (of_ray.size() > 0), "whether it hits");
+        n_hit += of_ray.size() > 0;
+      }
+      check(n_hit > batch.size() / 10 && n_hit < batch.size(), "some rays hit, and some miss");
+    }
+  }
+}
+
 void check_all() {
+  check_grazing();
   check_lines();
   check_ignored();
   check_ranks_and_spreads();
