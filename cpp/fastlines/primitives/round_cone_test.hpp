@@ -15,13 +15,25 @@
 // for what lies behind the origin: there the ray does not hit.
 //
 // The ray enters the round cone at the least t of the balls B(P + s·e, R(s)): the least z(s) − √Q(s), with z the depth
-// along the ray and Q(s) = R(s)² − |a + s·b|². Let s* be the closest approach, σ = s − s*, and
+// along the ray and Q(s) = R(s)² − |a + s·b|². Around any s₀, with σ = s − s₀ and c₂ = m² − |b|², let
 // Q = c₀ + 2·c₁·σ + c₂·σ². A stationary point has
 //
-//     k = √Q = √((c₁² − c₀·c₂)/(|e|² − m²)),    σ = (±e_r·k − c₁)/c₂,    + for the entry and − for the exit.
+//     k = √Q = √(D/(|e|² − m²)),    D = c₁² − c₀·c₂,    σ = (w − c₁)/c₂,    w = ±e_r·k,
 //
-// If its s is in [0, 1], the ray meets the side of the cone there. If not, it meets the ball around an end. Since s* is
-// a hit, c₀ ≥ 0, and nothing cancels.
+// with + for the entry and − for the exit. There the ray touches a ball on the side of the cone. z − √Q is convex, so s
+// is clamped to [0, 1]. If c₂ ≥ 0, the ray meets the side only if |m| < |e| and w has the sign of m; otherwise it meets
+// the larger end.
+//
+// At a tip, where R is 0, rounding must not grow with the radius of the other end:
+//
+// - Q is expanded around the smaller end if |b|² < 2·m². Then no |a + σ·b| is much larger than the reach at s, and Q is
+//   off by a few roundings of R(s)². Otherwise Q is expanded around the closest approach, where R is of the same size.
+// - If c₂ < 0, D is computed at the closest approach: since that is a hit, c₀ ≥ 0, and nothing cancels. Otherwise
+//   D = |m·a − R·b|² − (a × b)², which is 0 only for a ray through the apex. Both are the same around each s₀.
+// - If w and c₁ have the same sign, σ = (c₁² − e_r²·c₀)/((|e|² − m²)·(w + c₁)).
+// - If the ray grazes the side along its whole length, c₁ and c₂ are rounding noise. If the ray then misses the ball
+//   by more than it dips into that of the closest approach, the latter is taken. With R and c₀ at the closest approach,
+//   it dips by about c₀/(2·R).
 #pragma once
 
 #include "segment_test.hpp"
@@ -51,7 +63,9 @@ class RoundConeTest {
   [[gnu::always_inline]] ClosestApproach<N> entry() const {
     const SurfacePoint in = intersect<-1>();
     const N t = min(max(in.t, N(ray_.t_min)), N(ray_.t_max));
-    const N s = blend((t < in.t) | (in.t < t), nearest_to_point(t), in.s);
+    const MaskOf<N> moved = (t < in.t) | (in.t < t);
+    N s = in.s;
+    if (any(moved)) s = blend(moved, nearest_to_point(t), s);
     return {s, t, closest.dist2, closest.hit};
   }
 
@@ -114,35 +128,55 @@ class RoundConeTest {
       return {s, t, dist2, dist2 <= reach * reach};
   }
 
+  /// The ball at s: its centre across the ray, its reach, Q, and half the derivative of Q.
+  struct Ball {
+    N x, y, reach, c0, c1;
+  };
+
+  [[gnu::always_inline]] Ball ball_at(const N& s) const {
+    const N x = g_.pu + s * g_.eu, y = g_.pv + s * g_.ev, reach = reach_ + s * slope_;
+    return {x, y, reach, reach * reach - (x * x + y * y), reach * slope_ - (x * g_.eu + y * g_.ev)};
+  }
+
   /// Where the ray's line enters (sign −1) or leaves (sign +1) the round cone. If the ray does not hit, the result is
   /// undefined and may be NaN.
   template <int sign>
   [[gnu::always_inline]] SurfacePoint intersect() const {
-    const N zero = 0.0f, one = 1.0f, side = float(sign);
-    // Expand Q(s) around the closest approach.
-    const N x = g_.pu + closest.s * g_.eu, y = g_.pv + closest.s * g_.ev;
-    const N depth = g_.pr + closest.s * g_.er, reach = reach_ + closest.s * slope_;
-    const N c0 = max(reach * reach - (x * x + y * y), zero);
-    const N c1 = reach * slope_ - (x * g_.eu + y * g_.ev), c2 = slope_ * slope_ - g_.e_perp2;
-    // Meet the side.
-    const N length2 = g_.er * g_.er - c2, discriminant = c1 * c1 - c0 * c2;
-    const N k = sqrt(max(discriminant, zero) / length2), w = (zero - side) * g_.er * k;
-    const N stable = (c1 * c1 - g_.er * g_.er * c0) / (length2 * (w + c1));
-    const N step = blend(zero < w * c1, stable, (w - c1) / c2);
-    const N s = closest.s + step;
-    const N has_side = blend(g_.parallel, abs(slope_), one);  // a capsule parallel to the ray is met at an end
-    const auto on_side = (zero <= s) & (s <= one) & (zero <= discriminant) & (zero < length2) & (zero < has_side);
-    // Meet the ball around an end: that which the ray enters first or leaves last. Taking √Q(s) for k makes the error
-    // of t on the side quadratic in that of s.
-    const auto half_chord2 = [&](const N& to) { return c0 + to * (c1 + c1 + to * c2); };
-    const auto t_of_ball = [&](const N& to, const N& q) { return depth + to * g_.er + side * sqrt(max(q, zero)); };
-    const N step0 = zero - closest.s, step1 = one - closest.s;
-    const N q0 = half_chord2(step0), q1 = half_chord2(step1);
-    const N t = t_of_ball(step, half_chord2(step)), t0 = t_of_ball(step0, q0), t1 = t_of_ball(step1, q1);
-    const N s_end =
-        blend((q0 < zero) | (q1 < zero), blend(q0 < q1, one, zero), blend(side * t0 < side * t1, one, zero));
-    const N t_end = blend(zero < s_end, t1, t0);
-    return {blend(on_side, t, t_end), blend(on_side, s, s_end)};
+    const N zero = 0.0f, one = 1.0f, side = float(sign), ahead = (zero - side) * g_.er;
+    const N m2 = slope_ * slope_, c2 = m2 - g_.e_perp2, length2 = g_.er * g_.er - c2;
+    const MaskOf<N> tapers = g_.e_perp2 < m2 + m2, is_steep = zero <= c2;
+    // Expand Q.
+    const Ball deepest = ball_at(closest.s);
+    Ball ball = deepest;
+    N from = closest.s, discriminant = ball.c1 * ball.c1 - ball.c0 * c2;
+    if (any(tapers)) {
+      from = blend(tapers, blend(zero < slope_, zero, one), from);
+      ball = ball_at(from);
+      const N x = slope_ * ball.x - ball.reach * g_.eu, y = slope_ * ball.y - ball.reach * g_.ev;
+      const N across = ball.x * g_.ev - ball.y * g_.eu;
+      discriminant = blend(is_steep, x * x + y * y - across * across, discriminant);
+    }
+    // Find the ball that the ray touches.
+    const N w = ahead * sqrt(max(discriminant, zero) / length2);
+    const MaskOf<N> cancels = zero < w * ball.c1;
+    const N step = blend(cancels, ball.c1 * ball.c1 - g_.er * g_.er * ball.c0, w - ball.c1) /
+                   blend(cancels, length2 * (w + ball.c1), c2);
+    // Stay on the axis. A capsule parallel to the ray is met at an end.
+    const N touched = from + step;
+    const MaskOf<N> at_end = (is_steep & ((ahead * slope_ <= zero) | (length2 <= zero))) | (g_.parallel & (m2 <= zero));
+    N s = blend(at_end, larger_end(blend(ahead < zero, one, zero)), clamp01(touched));
+    const N to = blend((s <= touched) & (touched <= s), step, s - from);
+    N depth = g_.pr + from * g_.er + to * g_.er, q = ball.c0 + to * (ball.c1 + ball.c1 + to * c2);
+    // Take the ball at the closest approach if the ray misses this one by more.
+    if (any(tapers)) {
+      const N reach = ball.reach + to * slope_;
+      const MaskOf<N> misses = tapers & (deepest.c0 * (reach * deepest.reach + N(0.25f) * deepest.c0) <
+                                         (zero - q) * (deepest.reach * deepest.reach));
+      s = blend(misses, closest.s, s);
+      depth = blend(misses, g_.pr + closest.s * g_.er, depth);
+      q = blend(misses, deepest.c0, q);
+    }
+    return {depth + side * sqrt(max(q, zero)), s};
   }
 
   const R& ray_;

@@ -50,17 +50,31 @@ def enter_round_cones(
     offset = start - origins - shift[:, None] * ray
     p_r, e_r = dot(offset, ray), dot(edge, ray)
     a, b = offset - p_r[:, None] * ray, edge - e_r[:, None] * ray
-    ab, b2, e2 = dot(a, b), dot(b, b), dot(edge, edge)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        # Q(s) = c0 + 2·c1·s + c2·s², the squared half chord in the ball at s.
-        c0, c1, c2 = radius0**2 - dot(a, a), radius0 * slope - ab, slope**2 - b2
-        k = np.sqrt((c1**2 - c0 * c2) / (e2 - slope**2))
-        w = e_r * k
-        s = np.where(w * c1 > 0, (c1**2 - e_r**2 * c0) / ((e2 - slope**2) * (w + c1)), (w - c1) / c2)
-        half_chord = np.sqrt(np.stack([c0 + s * (2 * c1 + s * c2), c0, c0 + 2 * c1 + c2]))
-    t = p_r + np.stack([s * e_r, 0 * e_r, e_r]) - half_chord
-    on_side = (s >= 0) & (s <= 1) & (e2 > slope**2) & np.isfinite(t[0])
-    at_end = np.where(np.isnan(t[1]) | (t[2] < t[1]), 1.0, 0.0)
-    found = np.where(on_side, s, at_end)
-    depth = np.where(on_side, t[0], np.fmin(t[1], t[2]))
-    return (depth + shift) / length, found
+    b2, m2 = dot(b, b), slope**2
+    c2 = m2 - b2
+    length2 = e_r**2 - c2
+    is_steep = c2 >= 0
+    larger_end, smaller_end = np.where(slope > 0, 1.0, 0.0), np.where(slope > 0, 0.0, 1.0)
+
+    def ball(s: Float64Array) -> tuple[Float64Array, Float64Array, Float64Array, Float64Array]:
+        """Return the centre of the ball at s across the ray, its radius, Q(s), and half the derivative of Q there."""
+        x, reach = a + s[:, None] * b, radius0 + s * slope
+        return x, reach, reach**2 - dot(x, x), reach * slope - dot(x, b)
+
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        # The line hits if the largest Q, the squared half chord in the ball at s, is 0 or more.
+        inmost = np.where(is_steep, larger_end, np.clip((dot(a, b) - radius0 * slope) / c2, 0, 1))
+        _, _, c0, c1 = ball(inmost)
+        hits, flat = c0 >= 0, c1**2 - c0 * c2
+        # Expand Q where the radius is least, and find the ball that the line touches.
+        expanded_at = np.where(b2 < 2 * m2, smaller_end, inmost)
+        x, reach, c0, c1 = ball(expanded_at)
+        g = slope[:, None] * x - reach[:, None] * b
+        steep = dot(g, g) - dot(np.cross(x, b), ray) ** 2
+        w = e_r * np.sqrt(np.maximum(np.where(is_steep, steep, flat), 0) / length2)
+        step = np.where(w * c1 > 0, (c1**2 - e_r**2 * c0) / (length2 * (w + c1)), (w - c1) / c2)
+        end = np.where(slope == 0, np.where(e_r < 0, 1.0, 0.0), larger_end)
+        at_end = is_steep & ((e_r * slope <= 0) | (length2 <= 0))
+        s = np.where(at_end, end, np.clip(np.nan_to_num(expanded_at + step), 0, 1))
+        depth = np.where(hits, p_r + s * e_r - np.sqrt(np.maximum(ball(s)[2], 0)), np.nan)
+    return (depth + shift) / length, s
