@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import AnyArray, FloatArray, IntArray
+from ..support.distinct import distinct
 from .any_geometry import AnyGeometry, CoreData
 from .hit_places import Float64Array, HitPlaces, interpolate, unit
 from .round_cone_entry import enter_round_cones
@@ -202,7 +203,7 @@ class AxisGeometry(AnyGeometry):
             return int(np.count_nonzero(strands[1:] > strands[:-1])) + (len(strands) > 0)
         if strands.max() < 4 * len(self):
             return int(np.count_nonzero(np.bincount(strands)))
-        return len(np.unique(strands))
+        return len(distinct(strands))
 
     @property
     def n_skipped(self) -> int:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from ..arrays import INVALID, AnyArray, FloatArray, IntArray, choice, did_you_mean
 from ..errors import InputError
+from ..support.distinct import distinct
 from ..support.immutable import own
 from .any_geometry import AnyGeometry, counted
 from .foreign import lines
@@ -134,7 +135,7 @@ class Geometry(AnyGeometry):
     def _by_part(self, prim: IntArray) -> Iterator[tuple[AnyGeometry, IntArray, IntArray]]:
         """Yield each part that some primitives are of, with the rows of these, and their numbers there."""
         part, prim = self.split(prim)
-        for i in np.unique(part):
+        for i in distinct(part):
             rows = np.flatnonzero(part == i)
             yield self.parts[i], rows, prim[rows]
 

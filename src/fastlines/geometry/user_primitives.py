@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from ..arrays import COORDINATE_LIMIT, FloatArray, IntArray, refuse_rows, unusable
 from ..errors import InputError
+from ..support.distinct import is_among
 from .any_geometry import AnyGeometry
 from .boxes import Boxes, corners_of
 from .hit_places import Float64Array, HitPlaces
@@ -185,7 +186,7 @@ class UserPrimitives(AnyGeometry):
 
     def drawn(self, rows: IntArray) -> Sequence[AnyGeometry]:
         """Return the boxes, perhaps several of each primitive."""
-        of_rows = np.isin(self.owner, rows)
+        of_rows = is_among(self.owner, rows)
         return (Boxes(self.core_rows[of_rows, :6].reshape(-1, 2, 3)),)
 
     def hit(self, ids: IntArray, rays: Rays, radius: Float64Array) -> UserHits:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ..arrays import IntArray, to_integers
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
+from ..support.distinct import is_among
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class Ignored:
             return np.zeros(0, bool)
         number = prim if self.of_prim is None else self.of_prim[prim]
         per_ray = self.is_per_ray
-        same = (self.numbers[ray] == number[:, None]).any(axis=1) if per_ray else np.isin(number, self.numbers)
+        same = (self.numbers[ray] == number[:, None]).any(axis=1) if per_ray else is_among(number, self.numbers)
         return np.asarray(same & (number >= 0) & (prim >= 0))
 
 
