@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Unpack
 
 import numpy as np
@@ -25,6 +24,7 @@ from .query.queries import Query, check_query
 from .query.ray_arguments import RayArguments, RayOptions, shows_ray_options
 from .query.wrappers.wrap import backend_of
 from .refit import built_cost, refitted
+from .support.computed_once import computed_once
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -220,11 +220,11 @@ class Tree(PlacedTree):
             raise InputError("next_hits needs k=, the number of hits of each ray; radius= comes before it")
         return self._query(kernel, RayArguments(origins, directions, radius, **options)).next_hits(k, at, rank)
 
-    @cached_property
+    @computed_once
     def _binary(self) -> Backend:
         return self._binary_over(*self.geometry.core_data())
 
-    @cached_property
+    @computed_once
     def _spread_binary(self) -> Backend:
         return self._binary_over(*self.geometry.spread_data())
 
@@ -287,7 +287,7 @@ class Tree(PlacedTree):
         """
         return refitted(self, self.geometry.moved(lines), self._built_cost, progress)
 
-    @cached_property
+    @computed_once
     def _built_cost(self) -> float:
         return built_cost(self)
 

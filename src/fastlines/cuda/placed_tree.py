@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..structure.layout import Layout, build_layout
 from ..structure.tree_data import TreeData
-from ..support.shared_property import shared_property
+from ..support.computed_once import computed_once
 from .choice import check_backend, device, get_backend
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ class PlacedTree(TreeData):
     def __getstate__(self) -> dict[str, Any]:
         return super().__getstate__() | ({"layout": self.layout} if "layout" in self.__dict__ else {})
 
-    @shared_property
+    @computed_once
     def layout(self) -> Layout:
         """The wide layout, which queries run on; built on the first query, and kept."""
         return build_layout(self.geometry, *self.words(), self.nodes["box"][0])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy.typing as npt
 from ..errors import FastlinesError, InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..structure.layout import Layout
+from ..support.computed_once import held
 from .device import Device, Kernels, Memory
 from .records import scene_record
 
@@ -27,10 +27,6 @@ STACK_STEP = 64
 
 #: The most entries of a stack. Each takes 8 bytes in each thread that a GPU can hold.
 MAX_STACK = 4096
-
-
-#: Held while one thread uploads, so that others wait for it.
-_UPLOADS = threading.Lock()
 
 
 @dataclass(frozen=True)
@@ -52,7 +48,7 @@ def scene_of(layout: Layout, device: Device, has_spread: bool = False) -> Scene:
 
     For rays with a spread, the primitives are others.
     """
-    with _UPLOADS:
+    with held(layout, "_scenes"):
         scenes: dict[bool, Scene] = layout.__dict__.setdefault("_scenes", {})
         known, other = scenes.get(has_spread), scenes.get(not has_spread)
         if known is None or known.device is not device:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arrays import AnyArray, FloatArray, IntArray
+from ..support.computed_once import computed_once
 from ..support.distinct import distinct
 from .any_geometry import AnyGeometry, CoreData
 from .hit_places import Float64Array, HitPlaces, interpolate, unit
@@ -195,7 +195,7 @@ class AxisGeometry(AnyGeometry):
 
     # --- Strands, and how lines run ---
 
-    @cached_property
+    @computed_once
     def n_strands(self) -> int:
         """The number of different strands of the segments or curves."""
         strands = self.strands[self.strands >= 0]

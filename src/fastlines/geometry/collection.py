@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, ClassVar, NoReturn
 
 import numpy as np
@@ -13,6 +12,7 @@ import numpy.typing as npt
 
 from ..arrays import INVALID, AnyArray, FloatArray, IntArray, choice, did_you_mean
 from ..errors import InputError
+from ..support.computed_once import computed_once
 from ..support.distinct import distinct
 from ..support.immutable import own
 from .any_geometry import AnyGeometry, counted
@@ -71,7 +71,7 @@ class Geometry(AnyGeometry):
     def __repr__(self) -> str:
         return f"<Geometry: {', '.join(map(repr, self.parts))}>"
 
-    @cached_property
+    @computed_once
     def first(self) -> IntArray:
         """The number of primitives in the parts before each one, and in all, (n_parts + 1,) int64."""
         counts = [len(part) for part in self.parts]
@@ -86,13 +86,13 @@ class Geometry(AnyGeometry):
 
     # --- What the core gets ---
 
-    @cached_property
+    @computed_once
     def core_rows(self) -> FloatArray:
         """One row of numbers for each primitive, as the core reads them: (n, 10) float32."""
         rows = [part.shape_rows for part in self.parts]
         return np.asarray(own(np.concatenate([np.empty((0, 10), np.float32), *rows])))
 
-    @cached_property
+    @computed_once
     def owner(self) -> IntArray:
         """The primitive of each row of `core_rows`, counted over all parts, (n_rows,) int64."""
         rows = [first + part.owner for first, part in zip(self.first, self.parts, strict=False)]

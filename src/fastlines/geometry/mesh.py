@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy.typing as npt
 
 from ..arrays import FloatArray, IntArray, box_of, column, own_float32, refuse_rows, unusable, warn_of_rounding
 from ..errors import InputError
+from ..support.computed_once import computed_once
 from ..support.immutable import frozen
 from .any_geometry import AnyGeometry
 from .hit_places import Float64Array
@@ -66,7 +66,7 @@ class Mesh(AnyGeometry):
         has = [f"{len(self):,} {self.name}", *self.attributes, *self.corner_attributes]
         return f"<{type(self).__name__}: {', '.join(has)}>"
 
-    @cached_property
+    @computed_once
     def core_rows(self) -> FloatArray:
         """One row of numbers for each primitive, as the core reads them: (n, 10) float32."""
         return shape_rows(self.shape, self.corners.reshape(-1, 3 * self.n_corners))

@@ -12,8 +12,8 @@ from .. import _core
 from ..engines import engine
 from ..geometry.any_geometry import AnyGeometry
 from ..progress import ProgressCallback, ProgressOption, reporting
+from ..support.computed_once import computed_once
 from ..support.immutable import Immutable, frozen, own
-from ..support.shared_property import shared_property
 from ..threads import get_num_threads
 
 #: Boxes are measured grown by this fraction of the scene's longest side, because queries have a radius.
@@ -68,12 +68,12 @@ class Layout(Immutable):
         """The memory of the layout and of the primitives."""
         return self.nodes.nbytes + self.leaves.nbytes + self.refs.nbytes + self.geometry.core_rows.nbytes
 
-    @shared_property
+    @computed_once
     def view(self) -> _core.LayoutView:
         """The layout in the form that the engine reads."""
         return self._view_over(*self.geometry.core_data())
 
-    @shared_property
+    @computed_once
     def spread_view(self) -> _core.LayoutView:
         """The same for rays with a spread. Lines without a radius are copied for it, 32 bytes a segment."""
         return self._view_over(*self.geometry.spread_data())
