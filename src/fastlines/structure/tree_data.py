@@ -52,8 +52,8 @@ class TreeData(Shown):
     """An acceleration tree over primitives, as plain immutable data.
 
     The constructor checks all that queries rely on: axioms 1 to 4, a depth of at most `MAX_DEPTH`, and the KD axiom
-    where boxes are cut. The pieces of each primitive must tile it and lie in the boxes of their leaves. `validate`
-    checks the rest.
+    where boxes are cut. The pieces of each primitive must tile it and lie in the boxes of their leaves; a primitive
+    without pieces must be covered by the leaves that list it. `validate` checks the rest.
 
     Attributes
     ----------
