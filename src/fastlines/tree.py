@@ -65,7 +65,8 @@ class Tree(PlacedTree):
             one for each. `Camera.spread` is that of half a pixel. Needs ``at="closest"``.
         ignore, ignore_strands : int array or hits, optional
             Primitives and strands to leave out, as if they were not there: (k,) for all rays, or (…, m) with m numbers
-            for each ray, of which -1 is none. First hits of the shape of the rays stand for what each of them has hit.
+            for each ray, of which -1 is none. First hits stand for what each of them has hit. Both broadcast to the
+            shape of the rays.
             In a `Geometry`, primitives have their ``hits.prim_number``, and strands count on from part to part.
         t_min, t_max : number or (…) array
             Bounds on t: one for all rays or one for each.

@@ -70,23 +70,31 @@ def _is_hits(given: Any) -> bool:
 def _numbers(name: str, given: Any, shape: tuple[int, ...]) -> IntArray:
     """Return what was given as (k,), or as (n_rays, m) if it is per ray."""
     if _is_hits(given):
-        if given.prim.shape != shape or hasattr(given, "offsets"):
+        if hasattr(given, "offsets"):
             raise InputError(
-                f"{name} are hits of shape {given.prim.shape}; expected first hits, one for each of the rays {shape}; "
-                "for some of them pass hits.prim_number[…]"
+                f"{name} are lists of hits; expected first hits, one for each of the rays {shape}, or numbers of "
+                "primitives, such as hits.prim_number[…]"
             )
-        return np.asarray(given.prim_number.reshape(-1, 1))
-    numbers = to_integers(given, name)
-    if numbers.ndim == 0:
-        numbers = numbers.reshape(1)
-    if numbers.ndim == 1:
-        return numbers
-    if numbers.shape[:-1] != shape:
-        expected = (*shape, "m")
+        numbers = given.prim_number[..., None]
+    else:
+        numbers = np.atleast_1d(to_integers(given, name))
+        if numbers.ndim == 1:
+            return numbers
+    m = numbers.shape[-1]
+    try:
+        per_ray = np.broadcast_to(numbers, (*shape, m))
+    except ValueError:
+        expected = f"that of the rays {shape}, or one that broadcasts to it"
+        if _is_hits(given):
+            raise InputError(
+                f"{name} are hits of shape {given.prim.shape}; expected {expected}; for some of them pass "
+                "hits.prim_number[…]"
+            ) from None
         raise InputError(
-            f"{name} has shape {numbers.shape}; expected (k,) for all rays, or {expected} with m numbers for each ray"
-        )
-    return numbers.reshape(math.prod(shape), numbers.shape[-1])
+            f"{name} has shape {numbers.shape}; expected (k,) for all rays, or (…, m) with m numbers for each ray, "
+            f"where … is {expected}"
+        ) from None
+    return per_ray.reshape(math.prod(shape), m)
 
 
 def _check_range(name: str, numbers: IntArray, n: int, what: str) -> None:
