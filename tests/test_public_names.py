@@ -36,6 +36,7 @@ NAMES = [
     "PlaneEvents",
     "PlaneGrid",
     "PrecisionWarning",
+    "QueryWarning",
     "Presplit",
     "Primitives",
     "Rays",

@@ -68,6 +68,9 @@ class Tree(PlacedTree):
             for each ray, of which -1 is none. First hits stand for what each of them has hit. Both broadcast to the
             shape of the rays.
             In a `Geometry`, primitives have their ``hits.prim_number``, and strands count on from part to part.
+        parts : int or sequence of ints, optional
+            The parts of a `Geometry` that rays see, as if it had no others; by default all. Hits name parts and
+            primitives as without it.
         t_min, t_max : number or (…) array
             Bounds on t: one for all rays or one for each.
         at : {"closest", "surface"}
@@ -225,6 +228,9 @@ class Tree(PlacedTree):
     def _binary(self) -> Backend:
         return self._binary_over(*self.geometry.core_data())
 
+    def _binary_of_parts(self, parts: tuple[int, ...] | None) -> Backend:
+        return self._binary if parts is None else self._binary_over(*self.geometry.seen_data(parts))
+
     @computed_once
     def _spread_binary(self) -> Backend:
         return self._binary_over(*self.geometry.spread_data())
@@ -246,11 +252,11 @@ class Tree(PlacedTree):
         if self.backend == "cuda":
             if kernel != "auto":
                 raise InputError(f"kernel={kernel!r} is one of the CPU's; leave it out, or query the tree on the CPU")
-            core = self._on_gpu(rays.has_spread)
+            core = self._on_gpu(rays.has_spread, rays.parts)
         elif kernel == "binary":
-            core = self._spread_binary if rays.has_spread else self._binary
+            core = self._spread_binary if rays.has_spread else self._binary_of_parts(rays.parts)
         else:
-            view = self.layout.spread_view if rays.has_spread else self.layout.view
+            view = self.layout.spread_view if rays.has_spread else self.layout.view_of_parts(rays.parts)
             core = CompiledBackend(engine, view, (KERNELS[kernel],))
         return Query(backend_of(self.geometry, core, rays), rays, self.geometry, given.progress)
 

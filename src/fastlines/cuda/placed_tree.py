@@ -67,7 +67,7 @@ class PlacedTree(TreeData):
         """Which backend answers queries: "cpu" or "cuda"."""
         return str(self.__dict__.get("_backend") or get_backend())
 
-    def _on_gpu(self, has_spread: bool, alone: bool = False) -> CudaBackend:
+    def _on_gpu(self, has_spread: bool, parts: tuple[int, ...] | None = None, *, alone: bool = False) -> CudaBackend:
         """Return the backend that queries the GPU.
 
         Rays in the memory of the GPU are answered by it `alone`: it is an error if that is not possible.
@@ -77,4 +77,4 @@ class PlacedTree(TreeData):
 
         if alone:
             require_cuda(self.backend, self.geometry)
-        return CudaBackend(scene_of(self.layout, device(), has_spread))
+        return CudaBackend(scene_of(self.layout, device(), has_spread, parts))

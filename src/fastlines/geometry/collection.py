@@ -10,17 +10,25 @@ from typing import Any, ClassVar, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import INVALID, AnyArray, FloatArray, IntArray, choice, did_you_mean
+from ..arrays import INVALID, AnyArray, FloatArray, IntArray, choice, did_you_mean, to_integers
 from ..errors import InputError
-from ..support.computed_once import computed_once
+from ..support.computed_once import computed_once, held
 from ..support.distinct import distinct
 from ..support.immutable import own
-from .any_geometry import AnyGeometry, counted
+from ..support.texts import count_of
+from .any_geometry import AnyGeometry, CoreData, counted
 from .foreign import lines
 from .hit_places import Float64Array, HitPlaces
 from .kinds import KINDS
+from .shapes import BOX, shape_rows
 from .summary import summary_of
 from .user_primitives import UserPrimitives, has_user_methods
+
+#: A row of the core that no ray hits: a box whose low corner lies beyond its high one.
+HIDDEN = shape_rows(BOX, np.array([[3e38] * 3 + [-3e38] * 3], np.float32))[0]
+
+#: The most selections of parts whose rows are kept.
+MOST_SEEN = 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -98,6 +106,22 @@ class Geometry(AnyGeometry):
         rows = [first + part.owner for first, part in zip(self.first, self.parts, strict=False)]
         return np.asarray(own(np.concatenate([np.zeros(0, np.int64), *rows])))
 
+    def seen_data(self, parts: tuple[int, ...] | None) -> CoreData:
+        """See `AnyGeometry`; the rows of other parts are boxes that no ray hits."""
+        if parts is None:
+            return self.core_data()
+        with held(self, "_seen"):
+            seen: dict[tuple[int, ...], FloatArray] = self.__dict__.setdefault("_seen", {})
+            if parts not in seen:
+                rows = self.core_rows.copy()
+                ends = np.cumsum([len(part.owner) for part in self.parts])
+                for i in set(range(len(self.parts))).difference(parts):
+                    rows[ends[i] - len(self.parts[i].owner) : ends[i]] = HIDDEN
+                while len(seen) >= MOST_SEEN:
+                    del seen[next(iter(seen))]
+                seen[parts] = np.asarray(own(rows))
+            return self.kind, seen[parts]
+
     @property
     def in_pieces(self) -> bool:
         """See `AnyGeometry`."""
@@ -122,6 +146,17 @@ class Geometry(AnyGeometry):
     def each_part(self) -> tuple[AnyGeometry, ...]:
         """Return the parts."""
         return self.parts
+
+    def check_parts(self, parts: npt.ArrayLike) -> tuple[int, ...] | None:
+        """See `AnyGeometry`."""
+        given = to_integers(parts, "parts")
+        if given.ndim > 1:
+            raise InputError(f"parts have shape {given.shape}; expected the number of a part, or several")
+        numbers = distinct(given)
+        if len(numbers) and not 0 <= numbers[0] <= numbers[-1] < len(self.parts):
+            wrong = numbers[0] if numbers[0] < 0 else numbers[-1]
+            raise InputError(f"parts names {wrong}; there are {count_of(len(self.parts), 'part')}, which count from 0")
+        return None if len(numbers) == len(self.parts) else tuple(numbers.tolist())
 
     def split(self, prim: IntArray) -> tuple[IntArray, IntArray]:
         """See `AnyGeometry`."""
@@ -153,6 +188,11 @@ class Geometry(AnyGeometry):
         spans = [part.span() for part in self.parts]
         points = np.concatenate([np.empty((0, 3), np.float32), *(points for points, _ in spans)])
         return points, np.concatenate([np.empty(0, np.float32), *(radii for _, radii in spans)])
+
+    @property
+    def takes_radius(self) -> bool:
+        """See `AnyGeometry`."""
+        return any(part.takes_radius for part in self.parts)
 
     @property
     def max_radius(self) -> float:

@@ -78,6 +78,11 @@ class Mesh(AnyGeometry):
 
     # --- What a kind of geometry answers ---
 
+    @property
+    def takes_radius(self) -> bool:
+        """See `AnyGeometry`."""
+        return False
+
     def span(self) -> tuple[FloatArray, FloatArray]:
         """Return the corners."""
         points = self.corners.reshape(-1, 3)

@@ -78,6 +78,10 @@ class Layout(Immutable):
         """The same for rays with a spread. Lines without a radius are copied for it, 32 bytes a segment."""
         return self._view_over(*self.geometry.spread_data())
 
+    def view_of_parts(self, parts: tuple[int, ...] | None) -> _core.LayoutView:
+        """The layout for rays that see some parts of a `Geometry`."""
+        return self.view if parts is None else self._view_over(*self.geometry.seen_data(parts))
+
     def _view_over(self, kind: str, data: npt.NDArray[np.float32]) -> _core.LayoutView:
         corners = self.box.reshape(-1).tolist()
         return _core.LayoutView(kind, data, self.nodes, self.leaves, self.refs, corners, self.mean_extent)
