@@ -1,11 +1,15 @@
 """The end of Python while threads query, build or report progress."""
 
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from support.patience import HANGS
 from support.slow import few_of
+
+import fastlines as fl
 
 #: What a thread may be in when Python ends; `tell` is a progress callback.
 UNDER_WAY = {
@@ -92,3 +96,11 @@ def test_no_end_aborts_in_code_of_numpy(what: str) -> None:
     """NumPy's own C++ may wait for the GIL, too; one end in four aborted there."""
     for _ in range(6):
         end_with_threads(UNDER_WAY[what], "for _ in range(4): threading.Thread(target=run, daemon=True).start()")
+
+
+def test_queries_do_not_use_what_aborts() -> None:
+    """`support/distinct.py` says why, and has what to use instead."""
+    for folder in ("query", "geometry"):
+        for path in (Path(fl.__file__).parent / folder).rglob("*.py"):
+            calls = re.findall(r"np\.(?:isin|unique)\((?![^\n]*(?:return_|axis=))", path.read_text(encoding="utf-8"))
+            assert not calls, path
