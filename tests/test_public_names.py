@@ -40,6 +40,7 @@ NAMES = [
     "PlaneEvents",
     "PlaneGrid",
     "PrecisionWarning",
+    "QueryWarning",
     "Presplit",
     "Primitives",
     "Rays",

@@ -44,10 +44,10 @@ class BinaryView {
     return {std::visit(search, ray_primitives<QueryPrimitives>(kind, data)), data, {nodes, refs}};
   }
 
-  /// Brute force: tests every primitive.
-  static BinaryView of_primitives(const std::string& kind, Input<float> data) {
-    const auto search = []<class P>(const P& prims) -> Search {
-      const Box box = bounds_of_all(prims);
+  /// Brute force: tests every primitive. The frame is that of all primitives, of which `data` may hide some.
+  static BinaryView of_primitives(const std::string& kind, Input<float> data, Input<float> all) {
+    const auto search = [&]<class P>(const P& prims) -> Search {
+      const Box box = bounds_of_all(primitives_in<P>(all));
       return BruteForce<P>{prims, frame_of(box.is_empty() ? Box{{0, 0, 0}, {0, 0, 0}} : box, max_radius_of(prims))};
     };
     return {std::visit(search, ray_primitives<QueryPrimitives>(kind, data)), data, {}};
@@ -168,7 +168,7 @@ void bind_binary_queries(nb::module_& m) {
                   "refs"_a.noconvert())
       .def_static("of_planes", &BinaryView::of_planes, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(),
                   "refs"_a.noconvert(), "depth"_a, "corners"_a)
-      .def_static("of_primitives", &BinaryView::of_primitives, "kind"_a, "data"_a.noconvert());
+      .def_static("of_primitives", &BinaryView::of_primitives, "kind"_a, "data"_a.noconvert(), "all"_a.noconvert());
   m.def("first_hit", &first, "tree"_a, "rays"_a, "surface"_a, "n_threads"_a, "progress"_a.none());
   m.def("any_hit", &any_of, "tree"_a, "rays"_a, "n_threads"_a, "progress"_a.none());
   m.def("count_hits", &count, "tree"_a, "rays"_a, "n_threads"_a, "progress"_a.none());

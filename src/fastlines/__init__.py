@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from .errors import InvalidTreeError as InvalidTreeError
     from .errors import MissingExtraError as MissingExtraError
     from .errors import PrecisionWarning as PrecisionWarning
+    from .errors import QueryWarning as QueryWarning
     from .geometry.boxes import Boxes as Boxes
     from .geometry.collection import Geometry as Geometry
     from .geometry.curves import Curves as Curves
@@ -89,6 +90,7 @@ _NAMES = {
         "InvalidTreeError",
         "MissingExtraError",
         "PrecisionWarning",
+        "QueryWarning",
     ),
     "geometry.boxes": ("Boxes",),
     "geometry.collection": ("Geometry",),

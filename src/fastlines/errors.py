@@ -51,6 +51,10 @@ class FileWarning(UserWarning):
     """
 
 
+class QueryWarning(UserWarning):
+    """A query with an argument that does not count for what it asks, such as a radius for triangles alone."""
+
+
 class InvalidTreeError(FastlinesError):
     """A tree that breaks an axiom.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Unpack
 
 import numpy as np
@@ -26,6 +25,7 @@ from .query.ray_arguments import RayArguments, RayOptions, shows_ray_options
 from .query.wrappers.pieces import View
 from .query.wrappers.wrap import backend_of
 from .refit import built_cost, refitted
+from .support.computed_once import computed_once
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -66,8 +66,12 @@ class Tree(PlacedTree):
             one for each. `Camera.spread` is that of half a pixel. Needs ``at="closest"``.
         ignore, ignore_strands : int array or hits, optional
             Primitives and strands to leave out, as if they were not there: (k,) for all rays, or (…, m) with m numbers
-            for each ray, of which -1 is none. First hits of the shape of the rays stand for what each of them has hit.
+            for each ray, of which -1 is none. First hits stand for what each of them has hit. Both broadcast to the
+            shape of the rays.
             In a `Geometry`, primitives have their ``hits.prim_number``, and strands count on from part to part.
+        parts : int or sequence of ints, optional
+            The parts of a `Geometry` that rays see, as if it had no others; by default all. Hits name parts and
+            primitives as without it.
         t_min, t_max : number or (…) array
             Bounds on t: one for all rays or one for each.
         at : {"closest", "surface"}
@@ -221,11 +225,14 @@ class Tree(PlacedTree):
             raise InputError("next_hits needs k=, the number of hits of each ray; radius= comes before it")
         return self._query(kernel, RayArguments(origins, directions, radius, **options)).next_hits(k, at, rank)
 
-    @cached_property
+    @computed_once
     def _binary_view(self) -> _core.BinaryView:
         return self._binary_over(*self.geometry.core_data())
 
-    @cached_property
+    def _binary_view_of_parts(self, parts: tuple[int, ...] | None) -> _core.BinaryView:
+        return self._binary_view if parts is None else self._binary_over(*self.geometry.seen_data(parts))
+
+    @computed_once
     def _spread_binary_view(self) -> _core.BinaryView:
         return self._binary_over(*self.geometry.spread_data())
 
@@ -247,13 +254,13 @@ class Tree(PlacedTree):
         core: Backend
         view: View
         if kernel == "binary":
-            view = self._spread_binary_view if rays.has_spread else self._binary_view
+            view = self._spread_binary_view if rays.has_spread else self._binary_view_of_parts(rays.parts)
             core = CompiledBackend(_core, view)
         else:
-            view = self.layout.spread_view if rays.has_spread else self.layout.view
+            view = self.layout.spread_view if rays.has_spread else self.layout.view_of_parts(rays.parts)
             core = CompiledBackend(engine, view, (KERNELS[kernel],))
         if self.backend == "cuda":
-            core = self._on_gpu(rays.has_spread)
+            core = self._on_gpu(rays.has_spread, rays.parts)
         return Query(backend_of(self.geometry, core, view, rays), rays, self.geometry, given.progress)
 
     def without_offset(self) -> Tree:
@@ -300,7 +307,7 @@ class Tree(PlacedTree):
         """
         return refitted(self, self.geometry.moved(lines), self._built_cost, progress)
 
-    @cached_property
+    @computed_once
     def _built_cost(self) -> float:
         return built_cost(self)
 

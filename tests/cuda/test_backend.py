@@ -72,6 +72,18 @@ def test_shapes_in_several_leaves(kind: str, device: EmulatedDevice) -> None:
     assert ("count_prims" in device.launched) == (kind != "a mixture")  # crossings of curves are counted on the CPU
 
 
+def test_rays_that_see_some_parts(device: EmulatedDevice) -> None:
+    """The layout is uploaded once, and the primitives again for other parts."""
+    case = cases(0, n_rays=60)["hair"]
+    asked, _ = question(case)
+    geometry = fl.Geometry([ALL_KINDS[kind](case.segments) for kind in ("round cones", "triangles", "curves")])
+    tree = fl.build(geometry).to("cuda")
+    for parts in (None, [0, 2], 1, [0, 2]):
+        for query, how in QUESTIONS[::3]:
+            expected = fl.brute_force(geometry, **asked, parts=parts, query=query, **how)
+            assert_same(getattr(tree, query)(**asked, parts=parts, **how), expected, f"{query}, {how}, {parts}")
+
+
 @pytest.mark.parametrize("name", few_of(nasty.NAMES, 2))
 @pytest.mark.parametrize("kind", LINES)
 def test_rays_with_a_spread(kind: str, name: str, device: EmulatedDevice) -> None:

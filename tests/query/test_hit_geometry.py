@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import pickle
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -171,13 +172,80 @@ def test_sample_interpolates_what_is_known_at_both_ends() -> None:
         hits.sample("name")
 
 
-def test_rays_that_were_changed_are_noticed() -> None:
-    origins, directions = rays()
-    hits = fl.build(tapered()).first_hit(origins, directions, at="surface")
-    hits.points()
-    origins[7] += 1
-    with pytest.raises(fl.InputError, match="rays have changed since the query"):
-        hits.points()
+def negate(array: np.ndarray) -> None:
+    array *= -1
+
+
+def add(array: np.ndarray) -> None:
+    array += 1
+
+
+def clear(array: np.ndarray) -> None:
+    array[:] = 0
+
+
+def reverse(array: np.ndarray) -> None:
+    array[:] = array[::-1].copy()
+
+
+def swap(array: np.ndarray) -> None:
+    array[[0, -1]] = array[[-1, 0]]
+
+
+def flip_a_bit(array: np.ndarray) -> None:
+    array.view(np.uint32).reshape(-1)[len(array) // 2] ^= np.uint32(1)
+
+
+def flip_a_bit_of_all(array: np.ndarray) -> None:
+    array.view(np.uint32)[:] ^= np.uint32(1 << 30)
+
+
+CHANGES = [negate, add, clear, reverse, swap, flip_a_bit, flip_a_bit_of_all]
+
+
+@pytest.mark.parametrize("change", CHANGES, ids=lambda change: change.__name__)
+@pytest.mark.parametrize("n", [1, 2, 3, 700, 40_000])
+def test_rays_that_were_changed_are_noticed(n: int, change: Callable[[np.ndarray], None]) -> None:
+    tree = fl.build([[[-1, 0, 0], [1, 0, 0]]])
+    for seed in range(10 if n < 10 else 1):
+        rng = np.random.default_rng(seed)
+        arrays = {name: rng.normal(size=(n, 3)).astype(np.float32) for name in ("origins", "directions")}
+        arrays |= {name: rng.random(n).astype(np.float32) for name in ("radius", "t_max")}
+        arrays["t_min"] = -arrays["t_max"][::-1] - 9
+        for array in arrays.values():
+            hits, before = tree.first_hit(**arrays), array.copy()
+            hits.points()
+            change(array)
+            if not np.array_equal(array, before):
+                with pytest.raises(fl.InputError, match="rays have changed since the query"):
+                    hits.points()
+            array[:] = before
+            hits.points()
+
+
+def test_arrays_of_rays_that_change_together_are_noticed() -> None:
+    origins, directions = rays(50)
+    radius = np.array(0.1, np.float32)  # one for all
+    hits = fl.build(tapered()).first_hit(origins, directions, radius, at="surface")
+    before = [array.copy() for array in (origins, directions, radius)]
+    for changed in ([before[1], before[0], before[2]], [before[0], before[1], before[2] * 2]):
+        for array, values in zip((origins, directions, radius), changed, strict=True):
+            array[...] = values
+        for ask in (hits.points, hits.normals):
+            with pytest.raises(fl.InputError, match="rays have changed since the query"):
+                ask()
+        assert np.isfinite(hits.tangents()[hits.hit]).all()  # which need no rays
+
+
+@pytest.mark.parametrize("n", [1, 3, 40_000])
+def test_the_checksum_is_that_of_every_instruction_set(n: int) -> None:
+    given = fl.query.rays.RayArguments(*rays(n), np.arange(n))
+    digests = set()
+    for name in fl.available_simd():
+        fl.set_simd(name)
+        digests.add(fl.query.rays.check_rays(given, np.float32([[0, 0, 0], [1, 1, 1]])).digest)
+    fl.set_simd(None)
+    assert len(digests) == 1
 
 
 def test_pickled_hits_have_no_points() -> None:

@@ -17,6 +17,7 @@ SHARED = {
     "spread": 0.0,
     "ignore": None,
     "ignore_strands": None,
+    "parts": None,
     "t_min": 0.0,
     "t_max": math.inf,
     "invalid": "error",

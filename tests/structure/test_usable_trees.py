@@ -7,6 +7,7 @@ import os
 import pickle
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -225,3 +226,121 @@ def test_boxes_that_are_a_little_too_small(tmp_path: Path, method: str, where: f
             assert_answers(made, rays, radius)
     assert n_made > 0
     assert n_refused > 0
+
+
+def triangles(rng: np.random.Generator) -> fl.Triangles:
+    corners = rng.random((60, 1, 3)) + rng.normal(0, 0.3, (60, 3, 3))
+    corners[::3, :, 2] = corners[::3, :1, 2]  # some lie in a plane that a tree may cut
+    return fl.Triangles(corners)
+
+
+def boxes(rng: np.random.Generator) -> fl.Boxes:
+    ends = rng.random((60, 1, 3)) + rng.normal(0, 0.2, (60, 2, 3))
+    return fl.Boxes(np.stack([ends.min(axis=1), ends.max(axis=1)], axis=1))
+
+
+#: Primitives without pieces, which may be in several leaves as a whole.
+WHOLE: dict[str, Callable[[np.random.Generator], Any]] = {
+    "triangles": triangles,
+    "boxes": boxes,
+    "spheres": lambda rng: fl.Geometry([fl.Spheres.from_centres(rng.random((60, 3)), rng.random(60) * 0.2)]),
+    "several": lambda rng: fl.Geometry(
+        [
+            triangles(rng),
+            fl.Lines.from_segments(rng.random((30, 2, 3)), radius=rng.random((30, 2)) * 0.1),
+            fl.Curves.from_bezier(rng.random((5, 4, 3)), 0.02),
+        ]
+    ),
+    "own": lambda rng: Balls(rng.random((60, 3)), rng.random(60) * 0.2),
+}
+
+
+class Balls:
+    """A class of the user's own."""
+
+    def __init__(self, centre: np.ndarray, radius: np.ndarray) -> None:
+        self.centre, self.radius = centre, radius
+
+    def bounds(self) -> np.ndarray:
+        return np.stack([self.centre - self.radius[:, None], self.centre + self.radius[:, None]], axis=1)
+
+    def hit(self, ids: np.ndarray, rays: Any, radius: np.ndarray) -> np.ndarray:
+        to, along = self.centre[ids] - rays.origins, rays.directions
+        t = (to * along).sum(axis=1) / (along * along).sum(axis=1)
+        gap = np.linalg.norm(t[:, None] * along - to, axis=1)
+        return np.where(gap <= self.radius[ids] + radius, t, np.inf)
+
+
+def changed(tree: fl.Tree, rng: np.random.Generator) -> dict[str, Any]:
+    """Nodes and references of which one was changed: a hand's slip, or a hair's breadth."""
+    nodes, refs = tree.nodes.copy(), tree.refs.copy()
+    i, j = rng.integers(len(refs), size=2)
+    node = int(rng.choice(np.flatnonzero(~tree.is_leaf)))
+    left, right = node + 1, int(nodes["right"][node])
+    match rng.integers(6):
+        case 0:  # references in each other's leaves
+            refs[[i, j]] = refs[[j, i]]
+        case 1:  # a reference to another primitive
+            refs["prim"][i] = refs["prim"][j]
+        case 2:  # the children's boxes in each other's place
+            nodes["box"][[left, right]] = nodes["box"][[right, left]]
+        case 3:  # a box that is too small
+            leaf, axis = rng.choice(np.flatnonzero(tree.is_leaf)), rng.integers(3)
+            low, high = nodes["box"][leaf, :, axis]
+            nodes["box"][leaf, 0, axis] += (high - low) * rng.choice([1e-7, 1e-3, 0.5, 1])
+        case 4:  # another plane: that of another axis, or one beside
+            axis = rng.integers(3)
+            nodes["box"][[left, right]] = nodes["box"][node]
+            nodes["box"][left, 1, axis] = nodes["box"][right, 0, axis] = nodes["box"][node, :, axis].mean()
+        case 5:  # a reference fewer
+            leaves = (nodes["first_ref"] <= i) & (i < nodes["first_ref"] + nodes["n_refs"])
+            nodes["n_refs"][leaves] -= 1
+            nodes["first_ref"][nodes["first_ref"] > i] -= 1
+            refs = np.delete(refs, i)
+    return {"nodes": nodes, "refs": refs}
+
+
+@pytest.mark.parametrize("method", ["bvh-cl", "bvh-d2", "kd-d2"])
+@pytest.mark.parametrize("kind", WHOLE)
+def test_whole_primitives_are_covered_by_their_leaves(kind: str, method: str) -> None:
+    """What is changed by hand is refused, or does not show in answers."""
+    limits = None if method == "kd-d2" else fl.Limits(max_leaf_refs=3)
+    n_made = 0
+    for seed in range(2):
+        rng = np.random.default_rng(seed)
+        tree = fl.build(WHOLE[kind](rng), method, limits=limits)
+        assert dataclasses.replace(tree) is not tree  # a tree of the builder is accepted
+        origins = rng.normal(0.5, 1.5, (150, 3))
+        rays = origins, rng.random((150, 3)) - origins
+        for _ in range(15):
+            try:
+                made = dataclasses.replace(tree, **changed(tree, rng))
+            except fl.InvalidTreeError:
+                continue
+            assert_answers(made, rays, 0.01)
+            n_made += 1
+    assert n_made < 20
+
+
+def test_references_in_the_wrong_leaves_of_a_kd_tree(tmp_path: Path) -> None:
+    tree = fl.build(triangles(np.random.default_rng(0)), "kd-d2")
+    refs = tree.refs.copy()
+    refs["prim"] = np.roll(refs["prim"], len(refs) // 2)
+    tree.save(tmp_path / "a.flt")
+    assert_refused(tmp_path / "a.flt", tree, "axiom 5", refs=refs)
+
+
+def test_a_gap_between_two_leaves_of_a_bvh() -> None:
+    """Both leaves list a triangle, and together they reach from end to end, but not over its middle."""
+    long = np.float32([[0, 0, 0], [9, 0, 0], [9, 1, 0]])
+    small = np.float32([[0, 0, 0], [0.1, 0, 0], [0, 1, 0]])
+    geometry = fl.Triangles([long, small, small + np.float32([8.9, 0, 0])])
+    nodes, refs = np.zeros(3, NODE), np.zeros(4, REF)
+    nodes["right"][0], nodes["n_refs"], nodes["first_ref"][2] = 2, [4, 2, 2], 2
+    refs["prim"], refs["s1"] = [0, 1, 0, 2], np.inf
+    nodes["box"] = [[[0, 0, 0], [9, 1, 0]], [[0, 0, 0], [4, 1, 0]], [[4, 0, 0], [9, 1, 0]]]
+    made = fl.Tree(geometry, nodes, refs, fl.Settings())
+    assert made.all_hits([[3.9, 0.1, 1], [4.1, 0.1, 1]], [0, 0, -1]).prim.tolist() == [0, 0]
+    nodes["box"][1, 1, 0] = 3.5
+    with pytest.raises(fl.InvalidTreeError, match="a part of primitive 0 is in none of the leaves that list it"):
+        fl.Tree(geometry, nodes, refs, fl.Settings())

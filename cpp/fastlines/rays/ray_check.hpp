@@ -8,6 +8,7 @@
 #include <mutex>
 
 #include "../parallel/parallel_for.hpp"
+#include "digest.hpp"
 #include "ray_batch.hpp"
 
 namespace fastlines {
@@ -17,9 +18,8 @@ struct RayExtremes {
   /// The bits of the largest origin, and of the largest and the smallest direction.
   std::int32_t far_origin = 0, longest = 0, shortest = std::numeric_limits<std::int32_t>::max();
   float max_radius = 0.0f, max_spread = 0.0f;
-  bool valid = true;  ///< whether radii, spreads and bounds are valid
-  /// A checksum of all numbers, which depends on their places. Those of parts add up to that of the whole.
-  std::uint64_t digest = 0;
+  bool valid = true;         ///< whether radii, spreads and bounds are valid
+  std::uint64_t digest = 0;  ///< the checksum of all numbers
 
   void add(const RayExtremes& other) {
     far_origin = std::max(far_origin, other.far_origin);
@@ -31,14 +31,6 @@ struct RayExtremes {
     digest += other.digest;
   }
 };
-
-/// The checksum of some numbers, the first of which is in place `first` of an array.
-inline std::uint64_t digest_of(const float* numbers, std::size_t n, std::size_t first) {
-  std::uint64_t sum = 0;
-  for (std::size_t i = 0; i < n; ++i)
-    sum += std::uint64_t(std::bit_cast<std::uint32_t>(numbers[i])) * std::uint32_t(2 * (first + i) + 1);
-  return sum;
-}
 
 /// The extremes of rays [begin, end).
 inline RayExtremes extremes_of(const RayBatch& rays, std::size_t begin, std::size_t end, float largest_radius) {
@@ -66,10 +58,14 @@ inline RayExtremes extremes_of(const RayBatch& rays, std::size_t begin, std::siz
     const float start = RayBatch::value_of(starts, i), end_of_ray = RayBatch::value_of(ends, i);
     extremes.valid &= (start <= end_of_ray) & (start <= std::numeric_limits<float>::max());
   }
+  // Each array has a seed of its own, and a value for all rays is part of the first chunk.
+  std::uint64_t seed = 0;
   for (const auto& points : {rays.origins, rays.directions})
-    extremes.digest += digest_of(points[begin].data(), 3 * (end - begin), 3 * begin);
-  for (const auto& values : {rays.radius, rays.t_min, rays.t_max, rays.spread})
-    if (values.size() > 1) extremes.digest += digest_of(&values[begin], end - begin, begin);
+    extremes.digest += digest_of({points[begin].data(), 3 * (end - begin)}, 3 * begin, seed++);
+  for (const auto& values : {rays.radius, rays.t_min, rays.t_max, rays.spread}) {
+    if (values.size() > 1 || begin == 0) extremes.digest += digest_of(part(values), begin, seed);
+    ++seed;
+  }
   return extremes;
 }
 
@@ -86,6 +82,7 @@ struct CheckedRays {
 inline CheckedRays check_rays(const RayBatch& rays, float largest_radius, float farthest, unsigned n_threads) {
   if (rays.size() == 0) return {true, 0};
   constexpr std::size_t chunk_size = 1 << 14;  // rays
+  static_assert(chunk_size % kDigestBlock == 0);
   constexpr double largest = std::numeric_limits<float>::max();
   RayExtremes all;
   std::mutex mutex;

@@ -1,9 +1,11 @@
-// Checks all that queries, layouts and refits rely on in a tree, in time linear in its size.
+// Checks all that queries, layouts and refits rely on in a tree. The time is linear in its size; a primitive without
+// pieces in k leaves takes about k·log k.
 //
 //   - The tree is binary, in preorder, and no deeper than kMaxDepth. Its leaves list each reference once (axioms 1, 2).
 //   - Boxes are finite and not empty (axiom 2), they are nested (axiom 4), and the root's box bounds all primitives
 //     (axiom 3). In a KD tree the children's boxes cut their parent's in two.
-//   - Pieces tile their primitives and lie in the boxes of their leaves (what remains of axiom 5).
+//   - Pieces tile their primitives and lie in the boxes of their leaves. Primitives without pieces are covered by the
+//     leaves that list them (what remains of axiom 5).
 //
 // The axioms are those of thesis §3.2; `Validator` checks the rest of them.
 #pragma once
@@ -16,6 +18,7 @@
 #include "../primitives/segments.hpp"
 #include "../references/slack.hpp"
 #include "../splits/box_rule.hpp"
+#include "coverage.hpp"
 #include "tree.hpp"
 
 namespace fastlines {
@@ -157,12 +160,12 @@ class Usable {
   }
 
   /// Each hit is found at most once because the pieces of a primitive tile it, and at least once because each piece
-  /// lies in its leaf's box.
+  /// lies in its leaf's box. Queries count a primitive without pieces once, wherever they find it.
   bool check_pieces() {
     if constexpr (Curves<P>)
       return check_tiles() && check_leaves();
     else
-      return true;
+      return check_coverage();
   }
 
   /// The pieces of each primitive tile it.
@@ -204,6 +207,24 @@ class Usable {
           if (ends.lo[axis] < box.lo[axis] - slack || ends.hi[axis] > box.hi[axis] + slack)
             return fail(i, "axiom 5", "a piece of primitive " + std::to_string(prim) + " is not in its leaf's box");
       }
+    }
+    return true;
+  }
+
+  /// The leaves that list a primitive cover it.
+  bool check_coverage() {
+    std::vector<std::uint32_t> leaf_of_ref(refs_.size());
+    for (std::uint32_t i = 0; i < nodes_.size(); ++i)
+      if (nodes_[i].is_leaf()) std::fill_n(leaf_of_ref.begin() + nodes_[i].first_ref, nodes_[i].n_refs, i);
+    Coverage<P> covers(prims_, 2.0 * slack_of(nodes_[0].box));
+    std::vector<Box> leaves;
+    for (std::uint32_t prim = 0; prim < prims_.size(); ++prim) {
+      check_cancelled(prim);
+      leaves.clear();
+      for (const std::uint32_t ref : refs_to(prim)) leaves.push_back(nodes_[leaf_of_ref[ref]].box);
+      if (!covers(prim, leaves))
+        return fail(leaf_of_ref[refs_to(prim).front()], "axiom 5",
+                    "a part of primitive " + std::to_string(prim) + " is in none of the leaves that list it");
     }
     return true;
   }

@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.offsets import NO_OFFSET
 from ..query.ray_arguments import RayArguments
-from ..query.rays import limits_of, require_radius, scene_bounds
+from ..query.rays import limits_of, require_radius, scene_bounds, warn_of_radius
 from .backend import CudaBackend, RaysOnDevice
 from .choice import is_on_device
 from .columns import DeviceColumns
@@ -99,6 +99,7 @@ def check_device_query(
         "invalid": given.invalid != "error",
         "ignore": given.ignore is not None,
         "ignore_strands": given.ignore_strands is not None,
+        "parts": given.parts is not None,
     }
     for name, is_given in refused.items():
         if is_given:
@@ -120,6 +121,8 @@ def check_device_query(
     n = math.prod(shape)
     arrays = [points, _viewed(backend, given.directions, "directions", points.shape, (3,))]
     radius = 0.0 if given.radius is None else given.radius
+    if not is_on_device(radius):
+        warn_of_radius(geometry, radius)
     scalars = {"radius": radius, "t_min": given.t_min, "t_max": given.t_max, "spread": given.spread}
     for name, values in scalars.items():
         arrays.append(_viewed(backend, values, name, shape, ()))

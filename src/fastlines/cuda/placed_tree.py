@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..structure.layout import Layout, build_layout
 from ..structure.tree_data import TreeData
-from ..support.shared_property import shared_property
+from ..support.computed_once import computed_once
 from .choice import check_backend, device, get_backend
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ class PlacedTree(TreeData):
     def __getstate__(self) -> dict[str, Any]:
         return super().__getstate__() | ({"layout": self.layout} if "layout" in self.__dict__ else {})
 
-    @shared_property
+    @computed_once
     def layout(self) -> Layout:
         """The wide layout, which queries run on; built on the first query, and kept."""
         return build_layout(self.geometry, *self.words(), self.nodes["box"][0])
@@ -67,7 +67,7 @@ class PlacedTree(TreeData):
         """Which backend answers queries: "cpu" or "cuda"."""
         return str(self.__dict__.get("_backend") or get_backend())
 
-    def _on_gpu(self, has_spread: bool, alone: bool = False) -> CudaBackend:
+    def _on_gpu(self, has_spread: bool, parts: tuple[int, ...] | None = None, *, alone: bool = False) -> CudaBackend:
         """Return the backend that queries the GPU.
 
         Rays in the memory of the GPU are answered by it `alone`: it is an error if that is not possible.
@@ -77,4 +77,4 @@ class PlacedTree(TreeData):
 
         if alone:
             require_cuda(self.backend, self.geometry)
-        return CudaBackend(scene_of(self.layout, device(), has_spread))
+        return CudaBackend(scene_of(self.layout, device(), has_spread, parts))

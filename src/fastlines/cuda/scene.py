@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy.typing as npt
 from ..errors import FastlinesError, InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..structure.layout import Layout
+from ..support.computed_once import held
 from .device import Device, Kernels, Memory
 from .records import scene_record
 
@@ -29,10 +29,6 @@ STACK_STEP = 64
 MAX_STACK = 4096
 
 
-#: Held while one thread uploads, so that others wait for it.
-_UPLOADS = threading.Lock()
-
-
 @dataclass(frozen=True)
 class Scene:
     """What kernels read besides rays."""
@@ -47,24 +43,34 @@ class Scene:
     has_repeats: bool
 
 
-def scene_of(layout: Layout, device: Device, has_spread: bool = False) -> Scene:
+def scene_of(layout: Layout, device: Device, has_spread: bool = False, seen: tuple[int, ...] | None = None) -> Scene:
     """Return a layout on a device; it is uploaded once, and stays there as long as the layout lives.
 
-    For rays with a spread, the primitives are others.
+    For rays with a spread, the primitives are others. For rays that see some parts, they are uploaded again, and kept
+    until rays see other parts.
     """
-    with _UPLOADS:
-        scenes: dict[bool, Scene] = layout.__dict__.setdefault("_scenes", {})
-        known, other = scenes.get(has_spread), scenes.get(not has_spread)
-        if known is None or known.device is not device:
-            blocks = other.parts[:3] if other is not None and other.device is device else None
-            known = scenes[has_spread] = upload(layout, device, has_spread, blocks)
+    with held(layout, "_scenes"):
+        scenes: dict[tuple[bool, bool], tuple[Scene, tuple[int, ...] | None]]
+        scenes = layout.__dict__.setdefault("_scenes", {})
+        key = has_spread, seen is not None
+        known, parts = scenes.get(key, (None, None))
+        if known is None or known.device is not device or parts != seen:
+            same = [scene.parts[:3] for scene, _ in scenes.values() if scene.device is device]
+            known = upload(layout, device, has_spread, same[0] if same else None, seen)
+            scenes[key] = known, seen
         return known
 
 
-def upload(layout: Layout, device: Device, has_spread: bool, blocks: tuple[Memory, ...] | None) -> Scene:
+def upload(
+    layout: Layout,
+    device: Device,
+    has_spread: bool,
+    blocks: tuple[Memory, ...] | None,
+    seen: tuple[int, ...] | None = None,
+) -> Scene:
     """Upload a layout, unless its blocks are there, with its primitives; compile the kernels for them."""
     layout.geometry.require_gpu()
-    kind, items = layout.geometry.spread_data() if has_spread else layout.geometry.core_data()
+    kind, items = layout.geometry.spread_data() if has_spread else layout.geometry.seen_data(seen)
     if kind not in PRIMITIVES:
         raise InputError(f"a GPU has no kernels for {kind}, only for {', '.join(PRIMITIVES)}; query them on the CPU")
     stack = stack_room(layout.nodes)

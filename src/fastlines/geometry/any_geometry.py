@@ -52,6 +52,10 @@ class AnyGeometry(Shown, Immutable, ABC):
         """Return the kind and the rows of what queries test."""
         return self.kind, self.core_rows
 
+    def seen_data(self, parts: tuple[int, ...] | None) -> CoreData:
+        """Return the kind and the rows of what rays test that see some `parts`, or all of it."""
+        return self.core_data()
+
     def build_data(self) -> CoreData:
         """Return the kind and the rows of what trees bound."""
         return self.core_data()
@@ -108,6 +112,10 @@ class AnyGeometry(Shown, Immutable, ABC):
         """Return the parts; what has none is its own only part."""
         return (self,)
 
+    def check_parts(self, parts: npt.ArrayLike) -> tuple[int, ...] | None:
+        """Check numbers of parts, and return them in their order; None for all."""
+        raise InputError(f"parts={parts!r} names parts of a Geometry, and this is {type(self).__name__}; leave it out")
+
     def split(self, prim: IntArray) -> tuple[IntArray | None, IntArray]:
         """Return the part of each primitive, if there are any, and its number there; -1 for a miss."""
         return None, prim
@@ -135,6 +143,11 @@ class AnyGeometry(Shown, Immutable, ABC):
     def radius(self) -> FloatArray | None:
         """The radius that primitives have of their own; None if they have none."""
         return None
+
+    @property
+    def takes_radius(self) -> bool:
+        """Whether the radius of a query counts for any primitive."""
+        return True
 
     @property
     def max_radius(self) -> float:

@@ -6,7 +6,6 @@ import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
@@ -14,6 +13,8 @@ import numpy.typing as npt
 
 from ..arrays import AnyArray, FloatArray, IntArray
 from ..errors import InputError
+from ..support.computed_once import computed_once
+from ..support.distinct import distinct
 from ..support.immutable import own
 from .any_geometry import AnyGeometry, CoreData
 from .hit_places import Float64Array, HitPlaces, interpolate, unit
@@ -260,7 +261,7 @@ class AxisGeometry(AnyGeometry):
 
     # --- Strands, and how lines run ---
 
-    @cached_property
+    @computed_once
     def n_strands(self) -> int:
         """The number of different strands of the segments or curves."""
         strands = self.strands[self.strands >= 0]
@@ -268,7 +269,7 @@ class AxisGeometry(AnyGeometry):
             return int(np.count_nonzero(strands[1:] > strands[:-1])) + (len(strands) > 0)
         if strands.max() < 4 * len(self):
             return int(np.count_nonzero(np.bincount(strands)))
-        return len(np.unique(strands))
+        return len(distinct(strands))
 
     @property
     def n_skipped(self) -> int:

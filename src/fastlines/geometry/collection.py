@@ -5,23 +5,31 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import INVALID, AnyArray, FloatArray, IntArray, choice, did_you_mean, kind_of
+from ..arrays import INVALID, AnyArray, FloatArray, IntArray, choice, did_you_mean, kind_of, to_integers
 from ..errors import InputError
+from ..support.computed_once import computed_once, held
+from ..support.distinct import distinct
 from ..support.immutable import own
-from ..support.texts import counted
-from .any_geometry import NO_ATTRIBUTES, AnyGeometry
+from ..support.texts import count_of, counted
+from .any_geometry import NO_ATTRIBUTES, AnyGeometry, CoreData
 from .foreign import lines
 from .hit_places import Float64Array, HitPlaces
 from .kinds import KINDS
 from .offsets import NO_OFFSET, Offset
+from .shapes import BOX, shape_rows
 from .summary import summary_of
 from .user_primitives import UserPrimitives, has_user_methods
+
+#: A row of the core that no ray hits: a box whose low corner lies beyond its high one.
+HIDDEN = shape_rows(BOX, np.array([[3e38] * 3 + [-3e38] * 3], np.float32))[0]
+
+#: The most selections of parts whose rows are kept.
+MOST_SEEN = 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -75,7 +83,7 @@ class Geometry(AnyGeometry):
     def __repr__(self) -> str:
         return f"<Geometry: {', '.join(map(repr, self.parts))}>"
 
-    @cached_property
+    @computed_once
     def first(self) -> IntArray:
         """The number of primitives in the parts before each one, and in all, (n_parts + 1,) int64."""
         counts = [len(part) for part in self.parts]
@@ -90,17 +98,33 @@ class Geometry(AnyGeometry):
 
     # --- What the core gets ---
 
-    @cached_property
+    @computed_once
     def core_rows(self) -> FloatArray:
         """One row of numbers for each primitive, as the core reads them: (n, 10) float32."""
         rows = [part.shape_rows for part in self.parts]
         return np.asarray(own(np.concatenate([np.empty((0, 10), np.float32), *rows])))
 
-    @cached_property
+    @computed_once
     def owner(self) -> IntArray:
         """The primitive of each row of `core_rows`, counted over all parts, (n_rows,) int64."""
         rows = [first + part.owner for first, part in zip(self.first, self.parts, strict=False)]
         return np.asarray(own(np.concatenate([np.zeros(0, np.int64), *rows])))
+
+    def seen_data(self, parts: tuple[int, ...] | None) -> CoreData:
+        """See `AnyGeometry`; the rows of other parts are boxes that no ray hits."""
+        if parts is None:
+            return self.core_data()
+        with held(self, "_seen"):
+            seen: dict[tuple[int, ...], FloatArray] = self.__dict__.setdefault("_seen", {})
+            if parts not in seen:
+                rows = self.core_rows.copy()
+                ends = np.cumsum([len(part.owner) for part in self.parts])
+                for i in set(range(len(self.parts))).difference(parts):
+                    rows[ends[i] - len(self.parts[i].owner) : ends[i]] = HIDDEN
+                while len(seen) >= MOST_SEEN:
+                    del seen[next(iter(seen))]
+                seen[parts] = np.asarray(own(rows))
+            return self.kind, seen[parts]
 
     @property
     def in_pieces(self) -> bool:
@@ -127,6 +151,17 @@ class Geometry(AnyGeometry):
         """Return the parts."""
         return self.parts
 
+    def check_parts(self, parts: npt.ArrayLike) -> tuple[int, ...] | None:
+        """See `AnyGeometry`."""
+        given = to_integers(parts, "parts")
+        if given.ndim > 1:
+            raise InputError(f"parts have shape {given.shape}; expected the number of a part, or several")
+        numbers = distinct(given)
+        if len(numbers) and not 0 <= numbers[0] <= numbers[-1] < len(self.parts):
+            wrong = numbers[0] if numbers[0] < 0 else numbers[-1]
+            raise InputError(f"parts names {wrong}; there are {count_of(len(self.parts), 'part')}, which count from 0")
+        return None if len(numbers) == len(self.parts) else tuple(numbers.tolist())
+
     def split(self, prim: IntArray) -> tuple[IntArray, IntArray]:
         """See `AnyGeometry`."""
         part = np.searchsorted(self.first, prim, side="right") - 1
@@ -139,7 +174,7 @@ class Geometry(AnyGeometry):
     def _by_part(self, prim: IntArray) -> Iterator[tuple[AnyGeometry, IntArray, IntArray]]:
         """Yield each part that some primitives are of, with the rows of these, and their numbers there."""
         part, prim = self.split(prim)
-        for i in np.unique(part):
+        for i in distinct(part):
             rows = np.flatnonzero(part == i)
             yield self.parts[i], rows, prim[rows]
 
@@ -157,6 +192,11 @@ class Geometry(AnyGeometry):
         spans = [part.span() for part in self.parts]
         points = np.concatenate([np.empty((0, 3), np.float32), *(points for points, _ in spans)])
         return points, np.concatenate([np.empty(0, np.float32), *(radii for _, radii in spans)])
+
+    @property
+    def takes_radius(self) -> bool:
+        """See `AnyGeometry`."""
+        return any(part.takes_radius for part in self.parts)
 
     @property
     def max_radius(self) -> float:

@@ -20,7 +20,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -28,6 +27,7 @@ import numpy.typing as npt
 
 from ..arrays import AnyArray, FloatArray, IntArray, kind_of, list_rows
 from ..errors import InputError, PrecisionWarning
+from ..support.computed_once import computed_once
 from ..support.immutable import Immutable, frozen, own
 from ..support.texts import counted
 from .bezier import MAX_PIECES, UNITS, Chords, Float64Array, cut, largest
@@ -92,7 +92,7 @@ class Pieces(Immutable):
         begin, end = self.begin[piece].astype(np.float64), self.end[piece].astype(np.float64)
         return piece, np.asarray((at - begin) / (end - begin))
 
-    @cached_property
+    @computed_once
     def _begins(self) -> IntArray:
         """Where each piece begins, in units of 1/UNITS, counted over all curves."""
         units = (self.begin.astype(np.float64) * UNITS).astype(np.int64)

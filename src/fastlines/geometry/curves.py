@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -24,6 +23,7 @@ from ..arrays import (
     unusable,
 )
 from ..errors import InputError
+from ..support.computed_once import computed_once
 from ..support.immutable import frozen
 from ..support.texts import counted
 from .any_geometry import AnyGeometry, Section
@@ -138,14 +138,14 @@ class Curves(AxisGeometry):
         """The box of all control points as (2, 3), without any radius; lowest > highest corner if there are none."""
         return box_of(self.control.reshape(-1, 3))
 
-    @cached_property
+    @computed_once
     def max_radius(self) -> float:
         """The largest radius anywhere on a curve; 0 if there is none."""
         if self.radius is None:
             return 0.0
         return float(largest(self.radius.astype(np.float64)).max(initial=0))
 
-    @cached_property
+    @computed_once
     def pieces(self) -> Pieces:
         """The round cones that stand for the curves: chords that are off by at most the tolerance.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -25,6 +24,7 @@ from ..arrays import (
     unusable,
 )
 from ..errors import InputError
+from ..support.computed_once import computed_once
 from ..support.immutable import frozen, own
 from ..support.texts import counted
 from ..support.vectors import dot, unit
@@ -124,7 +124,7 @@ class Lines(StrandPoints):
         """What the core calls the primitives that queries test: the `kKind` of a set of them in C++."""
         return "segments" if self.radius is None else "round cones"
 
-    @cached_property
+    @computed_once
     def core_rows(self) -> FloatArray:
         """One row of numbers for each primitive, as queries read them: both ends, and the radius at each, if any.
 
@@ -134,7 +134,7 @@ class Lines(StrandPoints):
             return self.axes
         return self.cone_rows
 
-    @cached_property
+    @computed_once
     def cone_rows(self) -> FloatArray:
         """Both ends of each segment and the radius at each, 0 if there is none: (n, 8) float32."""
         return np.asarray(own(np.concatenate([self.axes, self.end_radii], axis=1)))
@@ -150,7 +150,7 @@ class Lines(StrandPoints):
         radius = np.zeros(1, np.float32) if self.radius is None else self.radius
         return np.broadcast_to(radius if radius.ndim == 2 else radius[:, None], (len(self), 2))
 
-    @cached_property
+    @computed_once
     def max_radius(self) -> float:
         """The largest radius; 0 if there is none."""
         return 0.0 if self.radius is None else float(self.radius.max(initial=0))

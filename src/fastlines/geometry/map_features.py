@@ -21,6 +21,7 @@ import numpy as np
 
 from ..arrays import AnyArray, IntArray, kind_of
 from ..errors import InputError
+from ..support.distinct import is_among
 from .lines import Lines
 from .making import Making
 from .strand_attributes import FEATURE, array_of, objects, with_strand_values
@@ -67,7 +68,7 @@ def _of_geometries(geometries: AnyArray, how: Making) -> Lines:
     # Take collections apart, as often as they are in each other; then polygons.
     while True:
         types = shapely.get_type_id(parts)
-        is_many = np.isin(types, _MANY)
+        is_many = is_among(types, np.array(_MANY))
         if not is_many.any():
             break
         inner, row = shapely.get_parts(parts[is_many], return_index=True)
@@ -76,7 +77,7 @@ def _of_geometries(geometries: AnyArray, how: Making) -> Lines:
     rings, row = shapely.get_rings(parts[is_polygon], return_index=True)
     parts, owner = _in_order(parts, owner, is_polygon, rings, row)
     types = shapely.get_type_id(parts)
-    is_line = np.isin(types, _LINES)
+    is_line = is_among(types, np.array(_LINES))
     for part in parts[~is_line & (types >= 0)]:
         others[part.geom_type] = others.get(part.geom_type, 0) + 1
     if others:

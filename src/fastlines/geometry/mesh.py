@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -22,6 +21,7 @@ from ..arrays import (
     warn_of_rounding,
 )
 from ..errors import InputError
+from ..support.computed_once import computed_once
 from ..support.immutable import frozen
 from .any_geometry import AnyGeometry
 from .hit_places import Float64Array
@@ -76,7 +76,7 @@ class Mesh(AnyGeometry):
         has = [self.count_text(), *self.attributes, *self.corner_attributes]
         return f"<{type(self).__name__}: {', '.join(has)}>"
 
-    @cached_property
+    @computed_once
     def core_rows(self) -> FloatArray:
         """One row of numbers for each primitive, as the core reads them: (n, 10) float32."""
         return shape_rows(self.shape, self.corners.reshape(-1, 3 * self.n_corners))
@@ -87,6 +87,11 @@ class Mesh(AnyGeometry):
         return box_of(self.corners.reshape(-1, 3))
 
     # --- What a kind of geometry answers ---
+
+    @property
+    def takes_radius(self) -> bool:
+        """See `AnyGeometry`."""
+        return False
 
     def span(self) -> tuple[FloatArray, FloatArray]:
         """Return the corners."""

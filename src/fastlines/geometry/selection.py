@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from ..arrays import AnyArray, IntArray, list_rows, to_integers
 from ..errors import InputError
+from ..support.distinct import distinct
 
 
 def rows_of_prims(key: slice | npt.ArrayLike, n: int) -> IntArray:
@@ -43,7 +44,7 @@ def rows_of_strands(chosen: npt.ArrayLike, strands: IntArray) -> IntArray:
     """
     order = np.argsort(strands, kind="stable")
     in_order = strands[order]
-    known = np.unique(in_order[in_order >= 0])
+    known = distinct(in_order[in_order >= 0])
     numbers = _numbers("strands", chosen, len(known), "strands", "np.unique(hits.strand[hits.strand >= 0])")
     if np.asarray(chosen).dtype == np.bool_:
         numbers = known[numbers]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
 from ..arrays import AnyArray, FloatArray, IntArray
+from ..support.computed_once import computed_once
 from ..support.immutable import own
 from .axis_geometry import AxisGeometry
 from .offsets import NO_OFFSET
@@ -19,7 +19,7 @@ class StrandPoints(AxisGeometry):
     # A subclass has it as a field.
     segments: FloatArray
 
-    @cached_property
+    @computed_once
     def offsets(self) -> IntArray:
         """The first of the `points` of each strand, and the number of points, (n_polylines + 1,) int64.
 
@@ -28,7 +28,7 @@ class StrandPoints(AxisGeometry):
         first = np.append(np.flatnonzero(self.begins()), len(self))
         return np.asarray(own(first + np.arange(len(first))))
 
-    @cached_property
+    @computed_once
     def points(self) -> AnyArray:
         """The points of all strands, one strand after the other, (m, 3) float32; float64 if the lines have an `offset`.
 

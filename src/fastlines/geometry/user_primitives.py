@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -12,6 +11,8 @@ import numpy.typing as npt
 
 from ..arrays import COORDINATE_LIMIT, FloatArray, IntArray, refuse_rows, unusable
 from ..errors import InputError
+from ..support.computed_once import computed_once
+from ..support.distinct import is_among
 from ..support.texts import counted
 from .any_geometry import AnyGeometry
 from .boxes import Boxes, corners_of
@@ -98,7 +99,7 @@ class UserPrimitives(AnyGeometry):
     def __setstate__(self, state: dict[str, Any]) -> None:
         object.__setattr__(self, "source", state["source"])
 
-    @cached_property
+    @computed_once
     def _boxes(self) -> Float64Array:
         """The boxes that `bounds` returns, (n, 2, 3)."""
         name = f"{type(self.source).__name__}.bounds()"
@@ -114,7 +115,7 @@ class UserPrimitives(AnyGeometry):
         low, high = (part.reshape(-1, 3) for part in (self._boxes[:, 0], self._boxes[:, 1]))
         return np.stack([low.min(axis=0, initial=np.inf), high.max(axis=0, initial=-np.inf)]).astype(np.float32)
 
-    @cached_property
+    @computed_once
     def _pieces(self) -> tuple[Float64Array, IntArray]:
         """The boxes that trees are over, and the primitive of each."""
         boxes, owner = self._boxes, np.arange(len(self._boxes))
@@ -145,7 +146,7 @@ class UserPrimitives(AnyGeometry):
         """The primitive of each row of `core_rows`, (n_rows,) int64."""
         return self._pieces[1]
 
-    @cached_property
+    @computed_once
     def core_rows(self) -> FloatArray:
         """The boxes that the core searches, grown to cover rounding: (n_rows, 10) float32."""
         boxes = self._pieces[0].copy()
@@ -186,7 +187,7 @@ class UserPrimitives(AnyGeometry):
 
     def drawn(self, rows: IntArray) -> Sequence[AnyGeometry]:
         """Return the boxes, perhaps several of each primitive."""
-        of_rows = np.isin(self.owner, rows)
+        of_rows = is_among(self.owner, rows)
         return (Boxes(self.core_rows[of_rows, :6].reshape(-1, 2, 3)),)
 
     def hit(self, ids: IntArray, rays: Rays, radius: Float64Array) -> UserHits:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ..arrays import COORDINATE_LIMIT, AnyArray, IntArray, is_far, neighbours, warn_of_rounding
 from ..geometry.lines import Lines
 from ..geometry.offsets import NO_OFFSET, OFFSET, Offset, check_offset, rounded_middle
+from ..support.distinct import distinct
 from ..support.immutable import own
 from .source import Source
 
@@ -59,7 +60,7 @@ class SegmentCollector:
     def add_in_parts(self, points: npt.NDArray[np.floating], counts: IntArray, values: Mapping[str, AnyArray]) -> None:
         """Add strands as `add` does, some at a time, so that what is made on the way stays small."""
         offsets = np.append(0, np.cumsum(counts))
-        cuts = np.unique(np.append(np.searchsorted(offsets, np.arange(0, len(points), _PART)), len(counts)))
+        cuts = distinct(np.append(np.searchsorted(offsets, np.arange(0, len(points), _PART)), len(counts)))
         for first, last in pairwise(cuts):
             part = slice(offsets[first], offsets[last])
             self.add(points[part], counts[first:last], {name: array[part] for name, array in values.items()})

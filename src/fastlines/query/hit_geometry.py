@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.hit_places import Float64Array, HitPlaces
 from ..geometry.offsets import NO_OFFSET
+from ..support.computed_once import computed_once
 from .rays import RayBatch
 
 #: How far outside a surface a ray has to start, so that the test of that surface, in float32, misses: as a fraction of
@@ -85,7 +85,7 @@ class HitGeometry:
         self._require_surface()
         return self._filled(self._outwards)
 
-    @cached_property
+    @computed_once
     def _outwards(self) -> Float64Array:
         """The normal at each hit, without misses."""
         geometry, hits = self._places()

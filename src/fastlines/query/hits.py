@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -14,6 +13,7 @@ import numpy.typing as npt
 from ..arrays import FloatArray, IntArray
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
+from ..support.computed_once import computed_once
 from ..support.display import Shown
 from ..support.immutable import own
 from ..support.texts import counted
@@ -31,7 +31,7 @@ class _OfGeometry(HitGeometry, Shown):
 
     part: IntArray | None
 
-    @cached_property
+    @computed_once
     def row(self) -> IntArray:
         """The row of the input that each segment was, int64 of the shape of ``prim``; -1 = miss. Read-only.
 
@@ -39,7 +39,7 @@ class _OfGeometry(HitGeometry, Shown):
         """
         return self._looked_up(self._known().rows_of)
 
-    @cached_property
+    @computed_once
     def strand(self) -> IntArray:
         """The strand of each segment or curve, int64 of the shape of ``prim``; -1 = miss, or none. Read-only.
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ..arrays import IntArray, to_integers
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
+from ..support.distinct import is_among
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class Ignored:
             return np.zeros(0, bool)
         number = prim if self.of_prim is None else self.of_prim[prim]
         per_ray = self.is_per_ray
-        same = (self.numbers[ray] == number[:, None]).any(axis=1) if per_ray else np.isin(number, self.numbers)
+        same = (self.numbers[ray] == number[:, None]).any(axis=1) if per_ray else is_among(number, self.numbers)
         return np.asarray(same & (number >= 0) & (prim >= 0))
 
 
@@ -69,23 +70,31 @@ def _is_hits(given: Any) -> bool:
 def _numbers(name: str, given: Any, shape: tuple[int, ...]) -> IntArray:
     """Return what was given as (k,), or as (n_rays, m) if it is per ray."""
     if _is_hits(given):
-        if given.prim.shape != shape or hasattr(given, "offsets"):
+        if hasattr(given, "offsets"):
             raise InputError(
-                f"{name} are hits of shape {given.prim.shape}; expected first hits, one for each of the rays {shape}; "
-                "for some of them pass hits.prim_number[…]"
+                f"{name} are lists of hits; expected first hits, one for each of the rays {shape}, or numbers of "
+                "primitives, such as hits.prim_number[…]"
             )
-        return np.asarray(given.prim_number.reshape(-1, 1))
-    numbers = to_integers(given, name)
-    if numbers.ndim == 0:
-        numbers = numbers.reshape(1)
-    if numbers.ndim == 1:
-        return numbers
-    if numbers.shape[:-1] != shape:
-        expected = (*shape, "m")
+        numbers = given.prim_number[..., None]
+    else:
+        numbers = np.atleast_1d(to_integers(given, name))
+        if numbers.ndim == 1:
+            return numbers
+    m = numbers.shape[-1]
+    try:
+        per_ray = np.broadcast_to(numbers, (*shape, m))
+    except ValueError:
+        expected = f"that of the rays {shape}, or one that broadcasts to it"
+        if _is_hits(given):
+            raise InputError(
+                f"{name} are hits of shape {given.prim.shape}; expected {expected}; for some of them pass "
+                "hits.prim_number[…]"
+            ) from None
         raise InputError(
-            f"{name} has shape {numbers.shape}; expected (k,) for all rays, or {expected} with m numbers for each ray"
-        )
-    return numbers.reshape(math.prod(shape), numbers.shape[-1])
+            f"{name} has shape {numbers.shape}; expected (k,) for all rays, or (…, m) with m numbers for each ray, "
+            f"where … is {expected}"
+        ) from None
+    return per_ray.reshape(math.prod(shape), m)
 
 
 def _check_range(name: str, numbers: IntArray, n: int, what: str) -> None:

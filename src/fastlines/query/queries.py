@@ -24,7 +24,7 @@ from .hits import AllHits, FirstHits
 from .ignore import ignored_of
 from .memory_check import MemoryCheck
 from .ray_arguments import RayArguments, RayOptions, shows_ray_options
-from .rays import AnyRays, RayBatch, check_rays, less_offset, require_radius, scene_bounds
+from .rays import AnyRays, RayBatch, check_rays, less_offset, require_radius, scene_bounds, warn_of_radius
 from .wrappers.wrap import backend_of
 
 #: What the hits of a ray can be ranked by.
@@ -57,12 +57,15 @@ def is_merge(merge: str | None, at: str) -> bool:
 
 def check_query(geometry: AnyGeometry, box: FloatArray, given: RayArguments) -> RayBatch:
     """Check rays for geometry in this box; of lines it holds the axes. The rays are not yet less the offset."""
-    require_radius(geometry, given.radius, given.spread)
+    parts = None if given.parts is None else geometry.check_parts(given.parts)
+    require_radius(geometry, given.radius, given.spread, parts)
     bounds = scene_bounds(geometry, box)
     rays = check_rays(given if geometry.offset == NO_OFFSET else less_offset(given, geometry.offset, bounds), bounds)
-    if given.ignore is None and given.ignore_strands is None:
+    warn_of_radius(geometry, rays.radius, parts)
+    if given.ignore is None and given.ignore_strands is None and parts is None:
         return rays
-    return replace(rays, ignored=ignored_of(geometry, rays.shape, given.ignore, given.ignore_strands))
+    ignored = ignored_of(geometry, rays.shape, given.ignore, given.ignore_strands)
+    return replace(rays, ignored=ignored, parts=parts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +167,7 @@ def brute_force(
     geometry : Lines, Geometry, another container, or (n, 2, 3) array
         As in `build`.
     query : {"all_hits", "first_hit", "any_hit", "count_hits", "next_hits"}
-    origins, directions, radius, spread, ignore, ignore_strands, t_min, t_max, at, invalid, progress
+    origins, directions, radius, spread, ignore, ignore_strands, parts, t_min, t_max, at, invalid, progress
         As in `Tree.first_hit`.
     k, rank
         As in `Tree.next_hits`; for no other query.
@@ -200,8 +203,9 @@ def brute_force(
     geometry = as_geometry(geometry)
     box = np.array(geometry.bounds, np.float32) if len(geometry) else np.zeros((2, 3), np.float32)
     rays = check_query(geometry, box, given)
-    data = geometry.spread_data() if rays.has_spread else geometry.core_data()
-    view = None if geometry.has_user_code else _core.BinaryView.of_primitives(*data)
+    kind, rows = geometry.spread_data() if rays.has_spread else geometry.core_data()
+    seen = rows if rays.parts is None else geometry.seen_data(rays.parts)[1]
+    view = None if geometry.has_user_code else _core.BinaryView.of_primitives(kind, seen, rows)
     core = None if view is None else CompiledBackend(_core, view)
     asked = Query(backend_of(geometry, core, view, rays, is_tree=False), rays, geometry, given.progress)
     return getattr(asked, query)(**own.get(query, {}))

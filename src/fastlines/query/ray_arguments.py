@@ -26,6 +26,7 @@ class RayOptions(TypedDict, total=False):
     spread: npt.ArrayLike
     ignore: Any
     ignore_strands: Any
+    parts: npt.ArrayLike | None
     t_min: npt.ArrayLike
     t_max: npt.ArrayLike
     invalid: str
@@ -42,6 +43,7 @@ class RayArguments:
     spread: npt.ArrayLike = 0.0
     ignore: Any = None
     ignore_strands: Any = None
+    parts: npt.ArrayLike | None = None
     t_min: npt.ArrayLike = 0.0
     t_max: npt.ArrayLike = np.inf
     invalid: str = "error"

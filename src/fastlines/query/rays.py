@@ -12,9 +12,10 @@ import numpy.typing as npt
 
 from ..arrays import COARSE, FLOAT32_MAX, INVALID, FloatArray, IntArray, choice, list_rows, to_float32
 from ..engines import engine
-from ..errors import InputError, PrecisionWarning
+from ..errors import InputError, PrecisionWarning, QueryWarning
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.offsets import Offset, reduced
+from ..support.warn_caller import warn_caller
 from ..threads import get_num_threads
 from .ignore import Ignored
 from .ray_arguments import RayArguments
@@ -53,6 +54,8 @@ class RayBatch:
     digest: int = 0
     #: What the rays leave out.
     ignored: tuple[Ignored, ...] = ()
+    #: The parts of a `Geometry` that they see; None for all.
+    parts: tuple[int, ...] | None = None
 
     def __len__(self) -> int:
         return len(self.origins)
@@ -77,7 +80,8 @@ class RayBatch:
         radius, t_min, t_max, spread = (values if len(values) == 1 else values[rows] for values in scalars)
         none = np.zeros(0, np.int64)
         arrays = self.origins[rows], self.directions[rows], radius, t_min, t_max, spread
-        return RayBatch(rows.shape, *arrays, none, ignored=tuple(ignored.some(rows) for ignored in self.ignored))
+        ignored = tuple(each.some(rows) for each in self.ignored)
+        return RayBatch(rows.shape, *arrays, none, ignored=ignored, parts=self.parts)
 
     def unchanged(self) -> RayBatch:
         """Return this batch, whose arrays may be the caller's.
@@ -249,9 +253,21 @@ def _vectors(values: npt.ArrayLike, name: str) -> FloatArray:
     return array
 
 
-def require_radius(geometry: AnyGeometry, radius: npt.ArrayLike | None, spread: npt.ArrayLike = 0.0) -> None:
+def seen_of(geometry: AnyGeometry, parts: tuple[int, ...] | None) -> tuple[AnyGeometry, ...]:
+    """Return the parts that rays see, or the whole."""
+    return (geometry,) if parts is None else tuple(geometry.each_part()[i] for i in parts)
+
+
+def require_radius(
+    geometry: AnyGeometry,
+    radius: npt.ArrayLike | None,
+    spread: npt.ArrayLike = 0.0,
+    seen_parts: tuple[int, ...] | None = None,
+) -> None:
     """Refuse a query without a radius and a spread on lines without a radius."""
-    if radius is None and geometry.needs_radius and np.ndim(spread) == 0 and spread == 0:
+    if radius is not None or np.ndim(spread) > 0 or spread != 0:
+        return
+    if any(part.needs_radius for part in seen_of(geometry, seen_parts)):
         pass_it = "pass radius=, or --radius on the command line, in the unit of the coordinates"
         if not geometry.has_parts:
             raise InputError(f"these lines have no radius of their own, so a query needs one: {pass_it}, or spread=")
@@ -261,6 +277,19 @@ def require_radius(geometry: AnyGeometry, radius: npt.ArrayLike | None, spread: 
             f"{', '.join(bare)} of this Geometry has no radius of its own, so a query needs one: {pass_it}, or make "
             "the parts with one, as lines.with_radius(…) does"
         )
+
+
+def warn_of_radius(geometry: AnyGeometry, radius: npt.ArrayLike, seen_parts: tuple[int, ...] | None = None) -> None:
+    """Warn of a radius that counts for nothing that rays see."""
+    seen = seen_of(geometry, seen_parts)
+    if not seen or any(part.takes_radius for part in seen) or not np.any(np.asarray(radius) > 0):
+        return
+    what = ", ".join(part.count_text() for part in seen)
+    warn_caller(
+        f"the radius of a query does not count for triangles and boxes, and rays see nothing else here ({what}): they "
+        "hit what they cross, and nothing near it; leave radius= out",
+        QueryWarning,
+    )
 
 
 def scene_bounds(geometry: AnyGeometry, box: FloatArray) -> FloatArray:

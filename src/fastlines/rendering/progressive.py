@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ..arrays import AnyArray
+from ..support.computed_once import computed_once
 from ..threads import map_in_threads
 from .pictures.picture import Picture
 from .shading.depth import MAX_BANDS, MAX_RAYS, bands, check_size
@@ -149,7 +150,7 @@ class Progressive(ABC):
     def _state(self) -> dict[str, AnyArray]:
         return {**self._sums, "counts": self._counts}
 
-    @cached_property
+    @computed_once
     def _settings(self) -> dict[str, str]:
         """All that the samples depend on, but for the version of fastlines."""
         context = self.context

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..camera import Camera
+from ..support.distinct import distinct
 from ..support.vectors import is_point
 from ..tree import Tree
 from .shading.depth_tone import pixel_size
@@ -86,7 +87,7 @@ def some_rays(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike, **b
     if len(origins) < LEAST or tree.n_prims == 0:
         return None
     # Spread the tried rays evenly, also over the rows and columns of a picture, by multiples of the golden ratio.
-    tried = np.unique((np.arange(TRIED) * ((5**0.5 - 1) / 2) % 1 * len(origins)).astype(np.int64))
+    tried = distinct((np.arange(TRIED) * ((5**0.5 - 1) / 2) % 1 * len(origins)).astype(np.int64))
     origins, directions = origins[tried], directions[tried]
     crossing = cross(tree.nodes["box"][0], origins - np.array(tree.geometry.offset), directions, **bounds)
     return (origins[crossing], directions[crossing]) if crossing.sum() >= LEAST else None

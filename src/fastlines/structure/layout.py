@@ -12,8 +12,8 @@ from .. import _core
 from ..engines import engine
 from ..geometry.any_geometry import AnyGeometry
 from ..progress import ProgressCallback, ProgressOption, reporting
+from ..support.computed_once import computed_once
 from ..support.immutable import Immutable, frozen, own
-from ..support.shared_property import shared_property
 from ..support.texts import counted
 from ..threads import get_num_threads
 
@@ -70,15 +70,19 @@ class Layout(Immutable):
         """The memory of the layout and of the primitives."""
         return self.nodes.nbytes + self.leaves.nbytes + self.refs.nbytes + self.geometry.core_rows.nbytes
 
-    @shared_property
+    @computed_once
     def view(self) -> _core.LayoutView:
         """The layout in the form that the engine reads."""
         return self._view_over(*self.geometry.core_data())
 
-    @shared_property
+    @computed_once
     def spread_view(self) -> _core.LayoutView:
         """The same for rays with a spread. Lines without a radius are copied for it, 32 bytes a segment."""
         return self._view_over(*self.geometry.spread_data())
+
+    def view_of_parts(self, parts: tuple[int, ...] | None) -> _core.LayoutView:
+        """The layout for rays that see some parts of a `Geometry`."""
+        return self.view if parts is None else self._view_over(*self.geometry.seen_data(parts))
 
     def _view_over(self, kind: str, data: npt.NDArray[np.float32]) -> _core.LayoutView:
         corners = self.box.reshape(-1).tolist()

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import InitVar, dataclass, field
-from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -19,6 +18,7 @@ from ..arrays import IntArray, choice, count, instance
 from ..errors import InputError, InvalidTreeError
 from ..geometry.any_geometry import AnyGeometry
 from ..settings.settings import COST, Cost, Settings
+from ..support.computed_once import computed_once
 from ..support.display import Shown
 from ..support.graphviz import MAX_LEVEL, dot_nodes, dot_text
 from ..support.immutable import Immutable, frozen, own
@@ -52,8 +52,8 @@ class TreeData(Shown, Immutable):
     """An acceleration tree over primitives, as plain immutable data.
 
     The constructor checks all that queries rely on: axioms 1 to 4, a depth of at most `MAX_DEPTH`, and the KD axiom
-    where boxes are cut. The pieces of each primitive must tile it and lie in the boxes of their leaves. `validate`
-    checks the rest.
+    where boxes are cut. The pieces of each primitive must tile it and lie in the boxes of their leaves; a primitive
+    without pieces must be covered by the leaves that list it. `validate` checks the rest.
 
     Attributes
     ----------
@@ -170,11 +170,11 @@ class TreeData(Shown, Immutable):
     def _children(self, inner: IntArray) -> tuple[IntArray, IntArray]:
         return inner + 1, self.nodes["right"][inner].astype(np.int64)
 
-    @cached_property
+    @computed_once
     def _levels(self) -> list[IntArray]:
         return self.levels()
 
-    @cached_property
+    @computed_once
     def areas(self) -> npt.NDArray[np.float64]:
         """The surface area of each node's box, (n_nodes,) float64."""
         box = self.nodes["box"].astype(np.float64)
@@ -248,7 +248,7 @@ class TreeData(Shown, Immutable):
         drawn = dot_nodes(self.nodes["right"], self.nodes["n_refs"], costs, areas, last)
         return dot_text(f"{self.method}, a tree of {counted(self.n_prims, 'primitives')}", drawn)
 
-    @cached_property
+    @computed_once
     def growth(self) -> float:
         """The factor by which the cost has grown since the tree was built; 1 unless it was refitted.
 
@@ -308,7 +308,7 @@ class TreeData(Shown, Immutable):
         if found is not None:
             raise InvalidTreeError(*found)
 
-    @cached_property
+    @computed_once
     def planes(self) -> Planes:
         """A KD tree in the form that ``kernel="binary"`` searches; made on the first such query, and kept."""
         nodes, prims, depth = _core.planes(*self.words())

@@ -24,6 +24,7 @@ import numpy.typing as npt
 from ...arrays import AnyArray, FloatArray, IntArray
 from ...geometry.lines import Lines
 from ...geometry.offsets import in_file
+from ...support.distinct import distinct, is_among
 from ..losses import not_held, strand_numbers
 from ..polylines import polylines_of
 from ..source import Source
@@ -162,7 +163,7 @@ def _find_parents(source: Source, ids: IntArray, parents: IntArray, table: Float
     again = np.flatnonzero(sorted_ids[1:] == sorted_ids[:-1]) + 1
     if len(again):
         same = (table[order[again], 2:6] == table[order[again - 1], 2:6]).all(axis=1)
-        unclear = again[~same & np.isin(sorted_ids[again], parents[there])]
+        unclear = again[~same & is_among(sorted_ids[again], parents[there])]
         if len(unclear):
             lines = line_of[order[unclear[0] - 1 : unclear[0] + 1]]
             raise source.error(
@@ -201,7 +202,7 @@ def _nodes_by_id(
     parents = np.full(len(ids), -1)
     is_root = ends[:, 0] == ends[:, 1]
     children = node.reshape(-1, 2)[~is_root, 1]
-    if len(np.unique(ends[:, 1])) < len(ends) or is_root[np.isin(ends[:, 0], ends[~is_root])].any():
+    if len(distinct(ends[:, 1])) < len(ends) or is_root[is_among(ends[:, 0], ends[~is_root])].any():
         return None
     parents[children] = ends[~is_root, 0]
     return np.asarray(ids), parents, points[first], radius[first], kinds[first].astype(np.int64)
@@ -211,7 +212,7 @@ def _reordered(lines: Lines, ids: IntArray, parents: IntArray) -> list[str]:
     """Return what is lost as sections of nodes, whose ids rise, are read in another order or as other strands."""
     is_root = parents < 0
     parent = np.where(is_root, np.arange(len(ids)), np.searchsorted(ids, parents))
-    has_children = np.isin(np.arange(len(ids)), parent[~is_root])
+    has_children = is_among(np.arange(len(ids)), parent[~is_root])
     child = np.flatnonzero(~is_root | ~has_children)
     _, sections, order = find_sections(parent, child)
     # Each segment is the only one that ends at its node.

@@ -16,6 +16,7 @@ import re
 import sys
 import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 
 from ...geometry.lines import Lines
 from ..source import Source, printable, reason
@@ -27,8 +28,10 @@ NAMES = ("geometry", "wkt", "geom", "the_geom", "wkt_geom", "shape", "geography"
 DELIMITERS = ",;\t|"
 #: Reference systems whose unit is the degree: WGS 84 and those of North America and Europe like it.
 DEGREES = frozenset(("4326", "4269", "4258", "4979"))
-#: The limit of the csv module is global: one reader at a time changes it.
+#: Guards the two numbers below.
 _LOCK = threading.Lock()
+#: The limit of the csv module on fields is global: how many readers need none, and what it was before them.
+_n_readers, _limit = 0, 0
 
 _COMMENTS = re.compile(r"(?:\s*#[^\n]*\n)*")
 _QUOTED_START = re.compile(rf"(['\"]){START}", re.IGNORECASE)
@@ -148,12 +151,8 @@ def _plain(source: Source, text: str, invalid: str, radius: str | None) -> Lines
 def _table(source: Source, delimiter: str, quote: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
     """Return the names of the columns, and the rows with the number of the line that each ends at."""
     try:
-        with _LOCK:
-            limit = csv.field_size_limit(min(len(source.data) + 1, sys.maxsize))
-            try:
-                rows = list(_rows(source, delimiter, quote))
-            finally:
-                csv.field_size_limit(limit)
+        with _long_fields():
+            rows = list(_rows(source, delimiter, quote))
     except csv.Error as error:
         raise source.error(f"is not a table that can be read ({reason(error)}); write it again as CSV") from None
     if not rows:
@@ -166,6 +165,23 @@ def _table(source: Source, delimiter: str, quote: str) -> tuple[list[str], list[
         name = printable(word.strip()) or f"column {i}"
         names.append(f"{name} {i}" if name in names else name)
     return names, rows[1:]
+
+
+@contextmanager
+def _long_fields() -> Iterator[None]:
+    """Let the csv module read fields of any length, in several threads."""
+    global _n_readers, _limit
+    with _LOCK:
+        if _n_readers == 0:
+            _limit = csv.field_size_limit(sys.maxsize)
+        _n_readers += 1
+    try:
+        yield
+    finally:
+        with _LOCK:
+            _n_readers -= 1
+            if _n_readers == 0:
+                csv.field_size_limit(_limit)
 
 
 def _rows(source: Source, delimiter: str, quote: str) -> Iterator[tuple[int, list[str]]]:

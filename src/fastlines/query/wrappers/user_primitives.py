@@ -15,6 +15,7 @@ import numpy.typing as npt
 from ...arrays import IntArray
 from ...geometry.user_primitives import Rays, UserHits, UserPrimitives
 from ...progress import ProgressCallback
+from ...support.distinct import distinct
 from ..backend import Backend, HitColumns, HitLists
 from ..hit_lists import first_of_each, offsets_of
 from ..rays import RayBatch
@@ -109,7 +110,7 @@ class UserBackend:
         """Return all hits of some rays, each once: the ray, counted from the first row, the primitive, and the rest."""
         offsets, ids, _ = self._candidates(rays, rows)
         ray = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
-        ray, ids = np.divmod(np.unique(ray * len(self.primitives) + ids), max(1, len(self.primitives)))
+        ray, ids = np.divmod(distinct(ray * len(self.primitives) + ids), max(1, len(self.primitives)))
         found = self._hit(ids, rays, rows.start + ray)
         hit = np.isfinite(found.t)
         return ray[hit], ids[hit], UserHits(*(column[hit] for column in found))

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...arrays import AnyArray, IntArray
 from ...query.hits import AllHits, FirstHits
+from ...support.distinct import distinct
 from ...support.texts import listed, range_text
 from .facts import Fact
 
@@ -56,4 +57,4 @@ def _range(values: AnyArray) -> str:
 def _count_different(numbers: IntArray, part: IntArray | int) -> int:
     """Count the different numbers of all parts; -1 is none."""
     keys = part * (numbers.max() + 1) + numbers
-    return len(np.unique(keys[numbers >= 0]))
+    return len(distinct(keys[numbers >= 0]))

@@ -8,11 +8,11 @@ of Zinke et al. (2008), with one count of hairs in the place of its two passes.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
 from ...arrays import FloatArray
+from ...support.computed_once import computed_once
 from ...support.vectors import across, dot
 from ..hair import AveragedHair, HairMaterial
 from ..sampling.sampler import Sampler
@@ -40,7 +40,7 @@ class Hair:
     is_light: bool = field(default=True, init=False)
     has_ground: bool = False
 
-    @cached_property
+    @computed_once
     def _averaged(self) -> AveragedHair:
         return AveragedHair(self.material)
 

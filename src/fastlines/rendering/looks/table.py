@@ -10,6 +10,7 @@ import numpy as np
 from ...arrays import choice, did_you_mean
 from ...errors import InputError
 from ...geometry.any_geometry import AnyGeometry
+from ...support.distinct import distinct
 from ..color.palette import light_of
 from ..hair.material import HairMaterial
 from ..pictures.options import PictureRequest, check_options
@@ -92,7 +93,7 @@ def look_for(geometry: AnyGeometry) -> str:
 def _is_many(geometry: AnyGeometry) -> bool:
     """Return whether there are as many strands as hairs, or as of a groom."""
     n_segments = geometry.strand_sizes()
-    is_groom = len(np.unique(n_segments)) == 1 and n_segments[0] + 1 in GROOM_POINTS
+    is_groom = len(distinct(n_segments)) == 1 and n_segments[0] + 1 in GROOM_POINTS
     return len(n_segments) >= (GROOM if is_groom else HAIRS)
 
 

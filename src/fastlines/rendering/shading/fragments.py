@@ -12,7 +12,6 @@ Thicker lines, and all other shapes, are hit by rays at their surface, and cover
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from ...geometry.any_geometry import AnyGeometry
 from ...geometry.axis_geometry import AxisGeometry
 from ...query.hit_lists import offsets_of
 from ...query.hits import AllHits, FirstHits
+from ...support.computed_once import computed_once
 from ...support.vectors import dot
 from ...tree import Tree
 
@@ -69,12 +69,12 @@ class Fragments:
     def __len__(self) -> int:
         return len(self.ray)
 
-    @cached_property
+    @computed_once
     def tangents(self) -> FloatArray:
         """The unit direction of the line of each fragment, (n, 3); zero where there is none."""
         return np.nan_to_num(self.hits.tangents()).astype(np.float32)
 
-    @cached_property
+    @computed_once
     def smooth_tangents(self) -> FloatArray:
         """The same without steps from segment to segment, for highlights."""
         geometry, hits = self.hits.geometry, self.hits

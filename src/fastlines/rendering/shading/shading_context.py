@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from ...arrays import FloatArray
 from ...camera import Camera
+from ...support.computed_once import computed_once
 from ...tree import Tree
 from .depth import View
 from .depth_tone import PROBE, SPOT, THIN, Tone, pixel_size, probe
@@ -51,30 +51,30 @@ class ShadingContext:
         thin = tree.geometry.takes_spread and largest < THIN * pixel
         return cls(tree, radius, camera, rig, pixel, thin)
 
-    @cached_property
+    @computed_once
     def size(self) -> float:
         """The diagonal of the box of the points of the geometry, without their radius."""
         points, _ = self.tree.geometry.span()
         return float(np.sqrt((np.ptp(points, axis=0).astype(np.float64) ** 2).sum())) if len(points) else 0.0
 
-    @cached_property
+    @computed_once
     def extent(self) -> float:
         """The size and the largest coordinate together: rounding errors are fractions of it."""
         return self.size + float(np.abs(self.tree.nodes["box"][0]).max())
 
-    @cached_property
+    @computed_once
     def up(self) -> FloatArray:
         """The upward direction, a unit vector."""
         up = np.asarray(self.camera.up, np.float64)
         return np.asarray(up / np.sqrt((up**2).sum()), np.float32)
 
-    @cached_property
+    @computed_once
     def depth_tone(self) -> Tone:
         """The brightness of depths."""
         view = View(self.tree, self.camera, PROBE, PROBE)
         return Tone(probe(view, SPOT * self.pixel if self.thin else self.radius))
 
-    @cached_property
+    @computed_once
     def _start(self) -> float:
         """How far from a line its rays start: beyond itself, if it has no surface to start from."""
         return max(2 * self.pixel, 4 * self.radius) if self.thin else 0.0
