@@ -67,6 +67,11 @@ class Group(TyperGroup):
         except (KeyboardInterrupt, OSError) as error:
             raise EndedError from error
 
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return a command by its name."""
+        found = super().get_command(ctx, cmd_name)
+        return found if found is None or isinstance(found, LazyCommand | TyperGroup) else fitted(found)
+
     def main(self, *args: Any, **extra: Any) -> Any:
         """Run a command and exit, or return its exit code."""
         standalone = extra.pop("standalone_mode", True)
@@ -93,14 +98,9 @@ class LazyCommand(TyperCommand):
         """Parse the arguments of the command."""
         assert self.name
         module = import_module(f".{COMMANDS[self.name][0]}", __package__)
-        alone, function = typer.Typer(**TYPER), getattr(module, self.name)
-        alone.command(self.name, help=paragraphs(function.__doc__))(function)
-        command = typer.main.get_command(alone)
-        if shutil.get_terminal_size().columns < WIDE:
-            # Rich leaves a few columns to the texts of options: write them without its tables.
-            command.rich_markup_mode = None  # type: ignore[attr-defined]
-            command.help = Text.from_markup(command.help or "").plain
-        return command.make_context(*args, **extra)
+        alone = typer.Typer(**TYPER)
+        alone.command(self.name)(getattr(module, self.name))
+        return fitted(typer.main.get_command(alone)).make_context(*args, **extra)
 
 
 class LazyGroup(Group):
@@ -110,6 +110,16 @@ class LazyGroup(Group):
         super().__init__(**extra)
         for name, (_, short_help) in COMMANDS.items():
             self.commands[name] = LazyCommand(name, short_help=short_help, rich_markup_mode="rich")
+
+
+def fitted(command: Any) -> Any:
+    """Return a command whose help fits the terminal."""
+    command.help = paragraphs(command.help or "")
+    if shutil.get_terminal_size().columns < WIDE:
+        # Rich leaves a few columns to the texts of options: write them without its tables.
+        command.rich_markup_mode = None
+        command.help = Text.from_markup(command.help).plain
+    return command
 
 
 def paragraphs(text: str) -> str:
