@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..support.computed_once import computed_once, held
 from ..support.distinct import distinct
 from ..support.immutable import own
-from ..support.texts import count_of, counted
+from ..support.texts import counted
 from .any_geometry import NO_ATTRIBUTES, AnyGeometry, CoreData
 from .foreign import lines
 from .hit_places import Float64Array, HitPlaces
@@ -159,7 +159,7 @@ class Geometry(AnyGeometry):
         numbers = distinct(given)
         if len(numbers) and not 0 <= numbers[0] <= numbers[-1] < len(self.parts):
             wrong = numbers[0] if numbers[0] < 0 else numbers[-1]
-            raise InputError(f"parts names {wrong}; there are {count_of(len(self.parts), 'part')}, which count from 0")
+            raise InputError(f"parts names {wrong}; there are {counted(len(self.parts), 'parts')}, which count from 0")
         return None if len(numbers) == len(self.parts) else tuple(numbers.tolist())
 
     def split(self, prim: IntArray) -> tuple[IntArray, IntArray]:
