@@ -2,6 +2,7 @@
 // Python's geometry/round_cone_entry.py, so that both give the same bits.
 #include "place.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace fl::detail {
@@ -16,6 +17,10 @@ Vec3d operator+(const Vec3d& a, const Vec3d& b) { return {a.x + b.x, a.y + b.y, 
 Vec3d operator-(const Vec3d& a, const Vec3d& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 Vec3d operator*(double s, const Vec3d& v) { return {s * v.x, s * v.y, s * v.z}; }
 double dot(const Vec3d& a, const Vec3d& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+Vec3d cross(const Vec3d& a, const Vec3d& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 
 /// The vector at length one, without negative zeros; NaN for one of length zero.
 Vec3d unit(const Vec3d& v) {
@@ -43,16 +48,36 @@ Entry enter(const Cone& cone, const Vec3d& origin, const Vec3d& direction) {
   const Vec3d offset = cone.start - origin - shift * ray;
   const double p_r = dot(offset, ray), e_r = dot(cone.edge, ray);
   const Vec3d a = offset - p_r * ray, b = cone.edge - e_r * ray;
-  const double slope2 = cone.slope * cone.slope, e2 = dot(cone.edge, cone.edge);
-  // Q(s) = c0 + 2·c1·s + c2·s², the squared half chord in the ball at s.
-  const double c0 = cone.radius * cone.radius - dot(a, a), c1 = cone.radius * cone.slope - dot(a, b);
-  const double c2 = slope2 - dot(b, b);
-  const double k = std::sqrt((c1 * c1 - c0 * c2) / (e2 - slope2)), w = e_r * k;
-  const double s = w * c1 > 0 ? (c1 * c1 - e_r * e_r * c0) / ((e2 - slope2) * (w + c1)) : (w - c1) / c2;
-  const double t = p_r + s * e_r - std::sqrt(c0 + s * (2 * c1 + s * c2));
-  if (s >= 0 && s <= 1 && e2 > slope2 && std::isfinite(t)) return {(t + shift) / length, s};
-  const double t0 = p_r - std::sqrt(c0), t1 = p_r + e_r - std::sqrt(c0 + 2 * c1 + c2);
-  return {(std::fmin(t0, t1) + shift) / length, std::isnan(t0) || t1 < t0 ? 1.0 : 0.0};
+  const double b2 = dot(b, b), m2 = cone.slope * cone.slope, c2 = m2 - b2, length2 = e_r * e_r - c2;
+  const bool is_steep = c2 >= 0;
+  const double larger_end = cone.slope > 0 ? 1.0 : 0.0, smaller_end = 1.0 - larger_end;
+  // The centre of the ball at s across the ray, its radius, Q(s), and half the derivative of Q there.
+  struct Ball {
+    Vec3d x;
+    double reach, c0, c1;
+  };
+  const auto ball_at = [&](double s) {
+    const Vec3d x = a + s * b;
+    const double reach = cone.radius + s * cone.slope;
+    return Ball{x, reach, reach * reach - dot(x, x), reach * cone.slope - dot(x, b)};
+  };
+  // The line hits if the largest Q, the squared half chord in the ball at s, is 0 or more.
+  const double inmost = is_steep ? larger_end : std::clamp((dot(a, b) - cone.radius * cone.slope) / c2, 0.0, 1.0);
+  const Ball near = ball_at(inmost);
+  if (!(near.c0 >= 0)) return {kNan, kNan};
+  // Expand Q where the radius is least, and find the ball that the line touches.
+  const double from = b2 < 2 * m2 ? smaller_end : inmost;
+  const auto [x, reach, c0, c1] = ball_at(from);
+  const Vec3d g = cone.slope * x - reach * b;
+  const double h = dot(cross(x, b), ray),
+               discriminant = is_steep ? dot(g, g) - h * h : near.c1 * near.c1 - near.c0 * c2;
+  const double w = e_r * std::sqrt((discriminant < 0 ? 0.0 : discriminant) / length2);
+  const double step = w * c1 > 0 ? (c1 * c1 - e_r * e_r * c0) / (length2 * (w + c1)) : (w - c1) / c2;
+  const double touched = std::isnan(from + step) ? 0.0 : std::clamp(from + step, 0.0, 1.0);
+  const double end = cone.slope != 0 ? larger_end : e_r < 0 ? 1.0 : 0.0;
+  const double s = is_steep && (e_r * cone.slope <= 0 || length2 <= 0) ? end : touched;
+  const double half_chord2 = ball_at(s).c0;
+  return {(p_r + s * e_r - std::sqrt(half_chord2 < 0 ? 0.0 : half_chord2) + shift) / length, s};
 }
 
 }  // namespace
