@@ -28,6 +28,7 @@ class Spheres(Lines):
     """
 
     run = 1
+    noun = "spheres"
 
     @property
     def centres(self) -> FloatArray:
