@@ -95,6 +95,9 @@ def query(
         ),
     ] = None,
     ignore_strands: Annotated[str | None, Option(metavar="N,N,…", help="Strands to leave out, likewise.")] = None,
+    parts: Annotated[
+        str | None, Option(metavar="N,N,…", help="The parts of a tree of several kinds that rays see.")
+    ] = None,
     skip_invalid: Skip = False,
     format: FormatName = None,
     option: FormatOptions = None,
@@ -153,11 +156,13 @@ def query(
         "spread": spread or 0.0,
         "ignore": numbers(ignore, "--ignore"),
         "ignore_strands": numbers(ignore_strands, "--ignore-strands"),
+        "parts": numbers(parts, "--parts"),
         "progress": show_progress(),
     }
 
     opened = open_input(source, skip_invalid, format, option, own_radius)
-    require_radius(opened.geometry, radius, spread or 0.0)
+    seen = ray_options["parts"]
+    require_radius(opened.geometry, radius, spread or 0.0, None if seen is None else opened.geometry.check_parts(seen))
     radius = radius or 0.0
     if camera is not None:
         width, height = size(camera, "--camera")

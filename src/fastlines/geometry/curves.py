@@ -230,6 +230,7 @@ class Curves(AxisGeometry):
     # --- What a kind of geometry answers ---
 
     place_words = "end of a curve", "curve"
+    noun = "curves"
     in_pieces = True
     #: A curve is drawn as this many chords.
     strokes = 8

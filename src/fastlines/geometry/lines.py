@@ -184,6 +184,7 @@ class Lines(StrandPoints):
     # --- What a kind of geometry answers ---
 
     place_words = "point", "segment"
+    noun = "segments"
     heading = "lines"
     sections: ClassVar[Mapping[str, Section]] = {
         "segments": ("<f4", ((2, 3),), True),
@@ -224,11 +225,6 @@ class Lines(StrandPoints):
         edges = self.segments[:, 1] - self.segments[:, 0]
         joined = (self.strands[1:] == self.strands[:-1]) & (self.segments[1:, 0] == self.segments[:-1, 1]).all(axis=1)
         return np.asarray(dot(unit(edges[:-1][joined]), unit(edges[1:][joined])), np.float32)
-
-    @property
-    def noun(self) -> str:
-        """What the primitives are called, in the plural; of a subclass, its name."""
-        return "segments" if self.is_plain else super().noun
 
     def summary(self) -> dict[str, Any]:
         """See `AnyGeometry`."""

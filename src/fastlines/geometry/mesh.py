@@ -76,6 +76,11 @@ class Mesh(AnyGeometry):
         has = [self.count_text(), *self.attributes, *self.corner_attributes]
         return f"<{type(self).__name__}: {', '.join(has)}>"
 
+    @property
+    def noun(self) -> str:
+        """What the primitives are called, in the plural."""
+        return self.name
+
     @computed_once
     def core_rows(self) -> FloatArray:
         """One row of numbers for each primitive, as the core reads them: (n, 10) float32."""

@@ -31,6 +31,7 @@ class Spheres(Lines):
     """
 
     run = 1
+    noun = "spheres"
 
     @property
     def centres(self) -> FloatArray:
