@@ -95,9 +95,7 @@ def query(
         ),
     ] = None,
     ignore_strands: Annotated[str | None, Option(metavar="N,N,…", help="Strands to leave out, likewise.")] = None,
-    parts: Annotated[
-        str | None, Option(metavar="N,N,…", help="The parts of a tree of several kinds that rays see.")
-    ] = None,
+    parts: Annotated[str | None, Option(metavar="N,N,…", help="The parts that rays see, of a tree of several.")] = None,
     skip_invalid: Skip = False,
     format: FormatName = None,
     option: FormatOptions = None,
