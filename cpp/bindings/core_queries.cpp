@@ -53,13 +53,16 @@ class BinaryView {
     return {std::visit(search, ray_primitives<QueryPrimitives>(kind, data)), data, {}};
   }
 
-  /// Calls run(search, progress); watches for Ctrl-C if n_rays may take long.
+  /// Calls run(search, progress).
   template <class Run>
   void with_search(std::size_t n_rays, const nb::object& progress, Run&& run) const {
     std::visit(
         [&]<class S>(const S& search) {
           const bool is_long = S::kTestsAll || may_be_long(n_rays, search.prims.size());
-          watch_if(is_long, progress, [&](Progress& watched) { run(search, watched); });
+          watch_if(is_long, progress, [&](Progress& watched) {
+            watched.per_step = 1.0 / (double(n_rays) * double(search.prims.size()));
+            run(search, watched);
+          });
         },
         search_);
   }

@@ -16,8 +16,7 @@ namespace {
 
 At at_of(bool surface) { return surface ? At::surface : At::closest; }
 
-/// Calls run(queries) with the LayoutQueries of a batch of rays. A short batch runs on one thread and is not watched
-/// for Ctrl-C.
+/// Calls run(queries) with the LayoutQueries of a batch of rays. A short batch runs on one thread.
 template <class Run>
 void run_queries(const LayoutView& layout, const RayBatch& rays, int kernel, unsigned n_threads,
                  const nb::object& progress, Run&& run) {
@@ -25,6 +24,7 @@ void run_queries(const LayoutView& layout, const RayBatch& rays, int kernel, uns
   layout.with_view([&]<class P>(const WideBvhView<P>& view) {
     if constexpr (kHasQueries<P>)
       watch_if(is_long, progress, [&](Progress& watched) {
+        watched.per_step = 1.0 / (double(rays.size()) * double(layout.leaves.size()));
         run(LayoutQueries<P>{view, rays, Kernel(kernel), is_long ? n_threads : 1, watched});
       });
     else

@@ -1,5 +1,6 @@
 // Runs long calls on a worker thread without the GIL. The calling thread polls the worker, reports progress to Python,
-// and stops the worker on Ctrl-C or when the progress callback raises.
+// and stops the worker on Ctrl-C or when the progress callback raises. Short calls run on the calling thread, which
+// polls by itself if they take long.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -9,13 +10,13 @@
 
 namespace fastlines {
 
-/// Calls job(progress) on a worker thread. `callback` is None or takes the fraction done, every 50 ms.
+/// Calls job(progress), on a worker thread if it is long. `callback` is None or takes the fraction done, every 50 ms.
 template <class Job>
-void watch(Job&& job, nanobind::object callback) {
+void watch_if(bool is_long, const nanobind::object& callback, Job&& job) {
   std::exception_ptr error;
   {
     WithoutGil without_gil;
-    error = run_watched(job, [&](double done) {
+    const auto poll = [&](double done) {
       bool stop = false;
       without_gil.with_gil([&] {
         stop = PyErr_CheckSignals() != 0;
@@ -25,19 +26,17 @@ void watch(Job&& job, nanobind::object callback) {
         Py_XDECREF(result);
       });
       return !stop;
-    });
+    };
+    error = is_long ? run_watched(job, poll) : run_polling(job, poll);
   }
   if (PyErr_Occurred()) throw nanobind::python_error();
   if (error) std::rethrow_exception(error);
 }
 
-/// Calls job(progress), watched if it is long; short work runs on the calling thread.
+/// Calls job(progress) on a worker thread.
 template <class Job>
-void watch_if(bool is_long, const nanobind::object& callback, Job&& job) {
-  if (is_long) return watch(job, callback);
-  const WithoutGil without_gil;
-  Progress unwatched;
-  job(unwatched);
+void watch(Job&& job, const nanobind::object& callback) {
+  watch_if(true, callback, job);
 }
 
 }  // namespace fastlines

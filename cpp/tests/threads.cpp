@@ -7,6 +7,7 @@
 
 #include "check.hpp"
 #include "fastlines/core.hpp"
+#include "fastlines/parallel/run_watched.hpp"
 #include "fastlines/rays/ray_check.hpp"
 
 using namespace fastlines;
@@ -203,6 +204,17 @@ void run_threads() {
     // Cancel calls midway.
     cancel([&](Progress& own) { answer(view, batch, Kernel::automatic, kThreads, own); });
     cancel([&](Progress& own) { answer(search, batch, kThreads, own); });
+
+    // End calls that poll on their own thread.
+    const auto ends = [](const auto& call) {
+      const auto endless = [&](Progress& own) {
+        for (;;) call(own);
+      };
+      test::check(run_polling(endless, [](double) { return false; }) != nullptr, "a call ends when its poll says so");
+    };
+    for (const Kernel kernel : {Kernel::automatic, Kernel::single, Kernel::wave, Kernel::bundle})
+      ends([&](Progress& own) { answer(view, batch, kernel, 1, own); });
+    ends([&](Progress& own) { answer(search, batch, 1, own); });
   }
   cancel([&](Progress& own) { build(kThreads, own); });
   cancel([&](Progress& own) { move(tree, kThreads, own); });

@@ -77,3 +77,15 @@ def test_what_is_neither_a_switch_nor_a_function_is_refused(call, progress, tmp_
     with pytest.raises(fl.InputError, match=re.escape(f"progress={progress!r}; expected True, False, or a function")):
         CALLS[call](tmp_path / "a.npy", progress)
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("kernel", ["auto", "binary"])
+def test_a_few_rays_that_take_long_show_progress(kernel):
+    """They are one group, which kernels trace together, on the calling thread."""
+    rng, shares = np.random.default_rng(1), []
+    start = rng.uniform(-1, 1, (60_000, 1, 3))
+    tree = fl.build(start + rng.normal(0, 0.01, (60_000, 2, 3)), "bvh-cl")
+    tree.all_hits(*rng.uniform(-1, 1, (2, 64, 3)), 10, kernel=kernel, progress=shares.append)
+    within = [share for share in shares if 0 < share < 1]
+    assert len(within) > 2
+    assert within == sorted(within)

@@ -198,6 +198,10 @@ ENDLESS = {
         "r = rays(255); t = fl.build(lines(3_000_000), limits=fl.Limits(max_depth=0)); t.layout",
         "t.count_hits(*r, 10, progress=say)",
     ),
+    "a group of rays": (
+        "t = fl.build(lines(300_000), 'bvh-cl'); r = rays(64); t.layout",
+        "t.all_hits(*r, 10, progress=say)",
+    ),
     "all hits": ("t = fl.build(lines(20_000), 'bvh-cl'); r = rays(500_000)", "t.all_hits(*r, 0.05, progress=say)"),
 }
 

@@ -2,7 +2,11 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
+#include <cstdint>
 #include <exception>
+
+#include "../memory/function_ref.hpp"
 
 namespace fastlines {
 
@@ -11,16 +15,78 @@ struct Cancelled : std::exception {
   const char* what() const noexcept override { return "cancelled"; }
 };
 
-struct Progress {
+/// How often a watcher is asked whether to go on.
+inline constexpr std::chrono::milliseconds kPollInterval{50};
+
+class Progress {
+ public:
   std::atomic<double> done{0.0};  // the fraction of the work
   std::atomic<bool> cancel{false};
+  double per_step = 0.0;  // at most the fraction of the work that is one step of `Checkpoint`
+
+  Progress() = default;
+  /// The progress of work on the watcher's own thread, which then asks poll(done) itself whether to go on.
+  explicit Progress(const FunctionRef<bool(double)>* poll) : poll_(poll) {}
 
   /// Throws Cancelled if the watcher has requested it.
   void check() const {
     if (cancel.load(std::memory_order_relaxed)) throw Cancelled{};
+    if (poll_) poll();
   }
   /// Adds a fraction of the work to what is done.
   void add(double share) { done.fetch_add(share, std::memory_order_relaxed); }
+
+ private:
+  void poll() const {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_poll_ < kPollInterval) return;
+    if (!(*poll_)(done.load())) throw Cancelled{};
+    last_poll_ = std::chrono::steady_clock::now();
+  }
+
+  const FunctionRef<bool(double)>* poll_ = nullptr;
+  // Of the one thread that works.
+  mutable std::chrono::steady_clock::time_point last_poll_ = std::chrono::steady_clock::now();
 };
+
+/// What a thread passes at every step of a long task; it costs few instructions.
+class Checkpoint {
+ public:
+  explicit Checkpoint(Progress& progress) : progress_(progress) {}
+
+  /// Throws Cancelled if the watcher has requested it; counts steps as done.
+  [[gnu::always_inline]] void pass(std::uint64_t n_steps = 1) {
+    n_steps_ += n_steps;
+    if ((n_steps_ >= kStepsPerReport) | progress_.cancel.load(std::memory_order_relaxed)) [[unlikely]]
+      report();
+  }
+
+  /// The same after a part of the work that takes milliseconds.
+  void check() const { progress_.check(); }
+
+ private:
+  static constexpr std::uint64_t kStepsPerReport = 1 << 14;
+
+  [[gnu::noinline, gnu::cold]] void report() {
+    progress_.add(double(n_steps_) * progress_.per_step);
+    n_steps_ = 0;
+    progress_.check();
+  }
+
+  Progress& progress_;
+  std::uint64_t n_steps_ = 0;
+};
+
+/// Call work(i) for i in [0, n), and pass the checkpoint now and then, if there is one.
+template <class Work>
+[[gnu::always_inline]] inline void for_each_index(std::uint32_t n, Checkpoint* checkpoint, const Work& work) {
+  constexpr std::uint32_t at_once = 1 << 20;
+  for (std::uint32_t begin = 0; begin < n;) {
+    const std::uint32_t end = n - begin > at_once ? begin + at_once : n;
+    for (std::uint32_t i = begin; i < end; ++i) work(i);
+    begin = end;
+    if (checkpoint) checkpoint->check();
+  }
+}
 
 }  // namespace fastlines

@@ -44,7 +44,7 @@ std::exception_ptr run_watched(Job&& job, Poll&& poll) {
   }
   std::unique_lock lock(mutex);
   double shown = 0.0;
-  while (!done.wait_for(lock, std::chrono::milliseconds(50), [&] { return finished; })) {
+  while (!done.wait_for(lock, kPollInterval, [&] { return finished; })) {
     if (progress.cancel.load()) continue;
     // Threads report their shares in any order, and rounding may raise their sum above 1.
     shown = std::clamp(progress.done.load(), shown, 1.0);
@@ -53,6 +53,20 @@ std::exception_ptr run_watched(Job&& job, Poll&& poll) {
   lock.unlock();
   worker.join();
   return error;
+}
+
+/// The same without a worker thread, for work that is mostly short: this thread does the job, and polls if it takes
+/// long.
+template <class Job, class Poll>
+std::exception_ptr run_polling(Job&& job, Poll&& poll) {
+  const FunctionRef<bool(double)> to_poll = poll;
+  Progress progress(&to_poll);
+  try {
+    job(progress);
+  } catch (...) {
+    return std::current_exception();
+  }
+  return nullptr;
 }
 
 }  // namespace fastlines

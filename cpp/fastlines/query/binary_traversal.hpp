@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "../parallel/progress.hpp"
 #include "../tree/tree.hpp"
 #include "slabs.hpp"
 #include "test_primitive.hpp"
@@ -22,6 +23,7 @@ struct BinaryTraversal {
       std::uint32_t node;
       float enter;
     };
+    Checkpoint* checkpoint = nullptr;
     std::vector<Entry> stack;
     VisitedSet visited;  // used unless pieces own hits
   };
@@ -60,6 +62,7 @@ struct BinaryTraversal {
 
       // Test the references of the leaf.
       const Node& leaf = nodes[index];
+      if (scratch.checkpoint) scratch.checkpoint->pass(leaf.n_refs);
       if constexpr (!AxisPrimitive<P>) scratch.visited.reserve(leaf.n_refs);
       for (const Reference& ref : refs.subspan(leaf.first_ref, leaf.n_refs)) {
         if constexpr (!AxisPrimitive<P>)

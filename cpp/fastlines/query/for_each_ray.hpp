@@ -37,13 +37,17 @@ void for_each_ray(
     std::type_identity_t<FunctionRef<void(std::size_t, const RayOfSearch<Search>&, typename Search::Scratch&)>>
         answer) {
   using P = std::remove_cvref_t<decltype(search.prims)>;
-  using Scratch = typename Search::Scratch;
+  struct Worker {
+    Checkpoint checkpoint;
+    typename Search::Scratch scratch;
+  };
   parallel_for_chunks(
-      rays.size(), kRaysPerChunk, n_threads, progress, [] { return Scratch{}; },
-      [&](Scratch& scratch, std::size_t begin, std::size_t end) {
+      rays.size(), kRaysPerChunk, n_threads, progress, [&] { return Worker{Checkpoint(progress), {}}; },
+      [&](Worker& worker, std::size_t begin, std::size_t end) {
+        worker.scratch.checkpoint = &worker.checkpoint;
         for (std::size_t i = begin; i < end; ++i) {
-          progress.check();
-          answer(i, prepare_for<P>(rays[i], search.frame), scratch);
+          worker.checkpoint.pass();
+          answer(i, prepare_for<P>(rays[i], search.frame), worker.scratch);
         }
       });
 }
@@ -89,22 +93,26 @@ void list_hits(const Search& search, const RayBatch& rays, unsigned n_threads, P
                At at, Keep keep = Keep::all, std::uint64_t k = ~0ull) {
   using P = std::remove_cvref_t<decltype(search.prims)>;
   struct Worker {
+    Checkpoint checkpoint;
     typename Search::Scratch scratch;
     std::vector<Hit> hits;
     HitBuffer lists;
   };
   const std::size_t n_chunks = (rays.size() + kRaysPerChunk - 1) / kRaysPerChunk;
+  to.progress = &progress;
   parallel_for(
-      n_chunks, n_threads, progress, [] { return Worker{}; },
+      n_chunks, n_threads, progress, [&] { return Worker{Checkpoint(progress), {}, {}, {}}; },
       [&](Worker& worker, std::size_t i_chunk) {
+        worker.scratch.checkpoint = &worker.checkpoint;
         const std::size_t chunk = HitAssembler::sample_first(i_chunk, n_chunks);
         const std::size_t end = std::min(rays.size(), (chunk + 1) * kRaysPerChunk);
         for (std::size_t i = chunk * kRaysPerChunk; i < end; ++i) {
-          progress.check();
+          worker.checkpoint.pass();
           const auto ray = prepare_for<P>(rays[i], search.frame);
           HitVectorOfRay<Hit> list(ray, at, keep, worker.hits, k);
           search_ray(search, ray, worker.scratch, list);
           list.finish();
+          worker.checkpoint.check();
           if (at == At::surface)
             for (Hit& hit : worker.hits) hit.t_out = exit_of(search, ray, hit.prim);
           worker.lists.add(std::uint32_t(i), worker.hits);

@@ -8,6 +8,7 @@
 #include <shared_mutex>
 
 #include "../memory/buffer.hpp"
+#include "../parallel/progress.hpp"
 #include "hit_buffer.hpp"
 
 namespace fastlines {
@@ -66,8 +67,11 @@ class HitAssembler {
 
   Buffer<float> t, u, distance, t_out;  ///< t_out is empty unless requested
   Buffer<std::int64_t> prim;
+  const Progress* progress = nullptr;  ///< checked while hits are copied, if there is one
 
  private:
+  static constexpr std::size_t kCopiedAtOnce = 1 << 20;  // hits
+
   /// The lists of a chunk; all its rays with hits come before `end`.
   struct Chunk {
     std::size_t until, end;
@@ -114,8 +118,12 @@ class HitAssembler {
       while (run != last) {
         const auto at = std::size_t(offsets_[run->ray]);
         for (; run != last && std::size_t(offsets_[run->ray]) - at == end - begin; ++run) end += run->n_hits;
-        copy(columns.from(begin), to.from(at), end - begin);
-        begin = end;
+        const std::size_t first = begin;
+        for (std::size_t n = 0; begin < end; begin += n) {
+          n = std::min(end - begin, kCopiedAtOnce);
+          copy(columns.from(begin), to.from(at + (begin - first)), n);
+          if (progress) progress->check();
+        }
       }
     }
   }

@@ -10,6 +10,7 @@
 // each segment once per ray, so each hit counts once. A first hit cuts off every node that the ray enters beyond it.
 #pragma once
 
+#include "../parallel/progress.hpp"
 #include "plane_tree.hpp"
 #include "slabs.hpp"
 #include "test_primitive.hpp"
@@ -27,6 +28,7 @@ struct PlaneTraversal {
       std::uint32_t node;
       float t_enter, t_leave;
     };
+    Checkpoint* checkpoint = nullptr;
     std::vector<Entry> stack;
     VisitedSet visited;
   };
@@ -76,6 +78,7 @@ struct PlaneTraversal {
       // Test the primitives of the leaf that are not visited yet.
       const std::span<const std::uint32_t> below =
           node.n_refs() == 1 ? std::span(&node.word, 1) : refs.subspan(node.word, node.n_refs());
+      if (scratch.checkpoint) scratch.checkpoint->pass(below.size());
       if (below.size() > 1)
         for (const std::uint32_t prim : below) __builtin_prefetch(prims.items() + prim);
       scratch.visited.reserve(below.size());

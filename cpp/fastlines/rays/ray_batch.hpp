@@ -34,8 +34,8 @@ struct RayBatch {
   static float value_of(std::span<const float> values, std::size_t i) { return values[values.size() == 1 ? 0 : i]; }
 };
 
-/// Whether a query may take long: with many rays, or many pairs of a ray and a reference. Others run on one thread, and
-/// are not watched for cancellation.
+/// Whether a query may take long: with many rays, or many pairs of a ray and a reference. Others run on the calling
+/// thread.
 inline bool may_be_long(std::size_t n_rays, std::size_t n_refs) {
   constexpr std::size_t max_rays = 256, max_pairs = 10'000'000;
   return n_rays > max_rays || n_rays * n_refs > max_pairs;

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..arrays import IntArray
 from ..progress import ProgressCallback
 from ..query.backend import HitColumns, HitLists
-from ..query.rays import RayBatch
+from ..query.rays import NO_SPREAD, RayBatch
 from .columns import DeviceColumns, scan
 from .device import Memory
 from .records import hits_record, lists_record, rays_record
@@ -153,11 +153,13 @@ class CudaBackend:
 
     def upload(self, rays: RayBatch) -> RaysOnDevice:
         """Copy checked rays to the device."""
-        arrays = rays.arrays() if rays.has_spread else rays.arrays()[:-1]
+        # Some of the rays of a batch may have no spread, when others have one.
+        has_spread = rays.spread is not NO_SPREAD
+        arrays = rays.arrays() if has_spread else rays.arrays()[:-1]
         parts = [self.scene.device.upload(array) for array in arrays]
         pointers = [part.pointer for part in parts]
         steps = [0 if len(array) <= 1 else array.size // len(array) for array in arrays]
-        if not rays.has_spread:  # kernels do not read it
+        if not has_spread:  # kernels do not read it
             pointers, steps = [*pointers, 0], [*steps, 0]
         return self.rays_on_device(pointers, len(rays), steps, parts)
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "../../parallel/progress.hpp"
 #include "../../query/hit_buffer.hpp"
 #include "collector.hpp"
 #include "exit_points.hpp"
@@ -71,6 +72,7 @@ template <RayPrimitive P>
 struct AllHitsQuery {
   using Collector = AllHitsCollector;
   HitBuffer lists;
+  Checkpoint* checkpoint = nullptr;  ///< passed between the steps of a list, if there is one
 
   AllHitsQuery(const WideBvhView<P>& tree, At at, std::optional<std::size_t> n_nearest = {})
       : tree_(tree), at_(at), n_nearest_(n_nearest) {}
@@ -112,22 +114,24 @@ struct AllHitsQuery {
   void list(const RayGroup& rays, int first, int end, const Collector::Hits& found) {
     if (found.n > kMaxBlockHits) throw std::bad_alloc();
     const auto n = std::uint32_t(found.n);
-    sorter_.sort(found.lane.data(), found.t.data(), found.prim.data(), n);
+    sorter_.sort(found.lane.data(), found.t.data(), found.prim.data(), n, checkpoint);
+    check();
     const ListColumns to = (n_nearest_ ? ranked_ : lists).begin(n);
     if (const std::size_t room = found.n + kSimdWidth; t_.size() < room)
       for (auto* floats : {&t_, &dist2_}) floats->resize(2 * room);
     // Gather the hits in order.
-    for (std::uint32_t k = 0; k < n; ++k) {
+    for_each_index(n, checkpoint, [&](std::uint32_t k) {
       const std::uint32_t j = sorter_[k];
       t_[k] = found.t[j];
       dist2_[k] = found.dist2[j];
       to.u[k] = found.s[j];
       to.prim[k] = found.prim[j];
-    }
+    });
     store_t_and_distance(rays, first / kSimdWidth * kSimdWidth, found, to, n);
     sort_each_ray(to, n);
     if (n_nearest_) return list_nearest(rays, first, end, to);
     for (int i = first; i < end; ++i) {
+      check();
       store_exits(rays, i, to.from(sorter_.begin(i % kSimdWidth)), n_hits(i % kSimdWidth));
       lists.add(rays.id[i], n_hits(i % kSimdWidth));
     }
@@ -143,6 +147,7 @@ struct AllHitsQuery {
     for (int i = first; i < end; ++i) n += n_kept(i);
     ListColumns to = lists.begin(n);
     for (int i = first; i < end; ++i) {
+      check();
       const ListColumns from = sorted.from(sorter_.begin(i % kSimdWidth));
       of_ray_.resize(n_hits(i % kSimdWidth));
       for (std::size_t j = 0; j < of_ray_.size(); ++j) of_ray_[j] = from[j];
@@ -169,6 +174,10 @@ struct AllHitsQuery {
     if (at_ == At::surface) store_exits_of_ray(tree_, rays, i, of_ray.prim, n, of_ray.t_out);
   }
 
+  void check() {
+    if (checkpoint) checkpoint->check();
+  }
+
   /// How many hits the ray in this lane of the packet has.
   std::uint32_t n_hits(int lane) const { return sorter_.begin(lane + 1) - sorter_.begin(lane); }
 
@@ -191,7 +200,7 @@ struct AllHitsQuery {
         std::memcpy(to.t + k, batch, sizeof batch);
       }
     } else {
-      for (int lane = 0; lane < kSimdWidth; ++lane)
+      for (int lane = 0; lane < kSimdWidth; ++lane, check())
         for (std::uint32_t k = sorter_.begin(lane); k < sorter_.begin(lane + 1); k += kSimdWidth) {
           const float* const t = t_.data() + k;
           for (int i = 0; i < kSimdWidth; ++i) batch[i] = rays.t_ray(first + lane, t[i]);
@@ -206,7 +215,7 @@ struct AllHitsQuery {
   }
 
   /// Sort the hits of each ray exactly; most are in order already.
-  void sort_each_ray(const ListColumns& hits, std::uint32_t n) const {
+  void sort_each_ray(const ListColumns& hits, std::uint32_t n) {
     constexpr std::uint32_t max_insertions = 32;  // with more descents, sorting is faster than insertion
     std::uint32_t n_left = n_descents(hits, n);
     // A descent from one ray to the next does not count.
@@ -214,6 +223,7 @@ struct AllHitsQuery {
       if (const std::uint32_t k = sorter_.begin(lane); sorter_.begin(lane - 1) < k && k < n)
         n_left -= hits.precedes(k, k - 1);
     for (int lane = 0; n_left > 0 && lane < kSimdWidth; ++lane) {
+      check();
       const ListColumns of_ray = hits.from(sorter_.begin(lane));
       const std::uint32_t n_out_of_order = n_descents(of_ray, n_hits(lane));
       n_left -= n_out_of_order;

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "../../memory/large_vector.hpp"
+#include "../../parallel/progress.hpp"
 #include "../rays/ray_group.hpp"
 #include "column_sorter.hpp"
 
@@ -35,8 +36,10 @@ class HitSorter {
   using Tuning = HitSorterTuning;
 
  public:
-  /// Sort hits 0 … n − 1, n ≥ 1. Hit j is of the ray in lane[j], at t[j], with primitive prim[j].
-  void sort(const std::uint32_t* lane, const float* t, const std::uint32_t* prim, std::uint32_t n) {
+  /// Sort hits 0 … n − 1, n ≥ 1. Hit j is of the ray in lane[j], at t[j], with primitive prim[j]. A long sort passes
+  /// the checkpoint, if there is one.
+  void sort(const std::uint32_t* lane, const float* t, const std::uint32_t* prim, std::uint32_t n,
+            Checkpoint* checkpoint = nullptr) {
     if (const std::size_t room = n + Tuning::kMaxColumnHits; order_.size() < room)
       for (auto* indices : {&order_, &place_, &key_}) indices->resize(2 * room);
     const std::uint32_t longest = find_begins(lane, n), n_rows = ColumnSorter::rows_for(longest);
@@ -45,9 +48,9 @@ class HitSorter {
     else if (n <= Tuning::kMaxCountedHits)
       counting_sort(lane, t, prim, n);
     else if (n <= Tuning::kMaxByteDigitHits)
-      radix_sort<8>(lane, t, prim, n);
+      radix_sort<8>(lane, t, prim, n, nullptr);
     else
-      radix_sort<11>(lane, t, prim, n);
+      radix_sort<11>(lane, t, prim, n, checkpoint);
   }
 
   /// The index of the hit that comes k-th.
@@ -151,7 +154,8 @@ class HitSorter {
 
   /// Radix sort by three digits of the keys, the lowest first. A key moves with its hit, so that reads are sequential.
   template <int digit_bits>
-  void radix_sort(const std::uint32_t* lane, const float* t, const std::uint32_t* prim, std::uint32_t n) {
+  void radix_sort(const std::uint32_t* lane, const float* t, const std::uint32_t* prim, std::uint32_t n,
+                  Checkpoint* checkpoint) {
     constexpr int n_digits = 3;
     constexpr std::uint32_t n_values = 1 << digit_bits;
     make_keys(t, prim, n, std::min(n_digits * digit_bits, 32) - kLaneBits, [lane](std::uint32_t j) { return lane[j]; });
@@ -166,9 +170,10 @@ class HitSorter {
     const std::uint32_t* const key = key_.data();
     KeyedHit *const first = first_.data(), *const second = second_.data();
     std::uint32_t* const order = order_.data();
-    for (std::uint32_t j = 0; j < n; ++j) first[places[0][digit(key[j], 0)]++] = {key[j], j};
-    for (std::uint32_t k = 0; k < n; ++k) second[places[1][digit(first[k].key, 1)]++] = first[k];
-    for (std::uint32_t k = 0; k < n; ++k) order[places[2][digit(second[k].key, 2)]++] = second[k].hit;
+    for_each_index(n, checkpoint, [&](std::uint32_t j) { first[places[0][digit(key[j], 0)]++] = {key[j], j}; });
+    for_each_index(n, checkpoint, [&](std::uint32_t k) { second[places[1][digit(first[k].key, 1)]++] = first[k]; });
+    for_each_index(n, checkpoint,
+                   [&](std::uint32_t k) { order[places[2][digit(second[k].key, 2)]++] = second[k].hit; });
   }
 
   /// A key and the index of its hit.

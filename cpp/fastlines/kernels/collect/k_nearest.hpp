@@ -6,6 +6,7 @@
 #include <numeric>
 #include <vector>
 
+#include "../../parallel/progress.hpp"
 #include "../../query/hit_buffer.hpp"
 #include "collector.hpp"
 #include "exit_points.hpp"
@@ -116,6 +117,7 @@ template <RayPrimitive P, At at>
 struct KNearestQuery {
   using Collector = KNearestCollector<FixedAt<at>, !AxisPrimitive<P>>;
   HitBuffer lists;
+  Checkpoint* checkpoint = nullptr;  ///< passed before each list, if there is one
 
   KNearestQuery(const WideBvhView<P>& tree, std::size_t k) : tree_(tree), k_(k) {}
   Collector collector() const { return Collector(k_); }
@@ -130,6 +132,7 @@ struct KNearestQuery {
     for (int i = first; i < end; ++i) {
       const KNearest& hits = found.hits[i];
       const ListColumns of_ray = to.from(begin);
+      if (checkpoint) checkpoint->check();
       list(rays, hits, of_ray);
       // Writing past the end is safe: t_out is the last column, and the next rays are written later.
       if constexpr (at == At::surface) store_exits_of_ray(tree_, rays, i, of_ray.prim, hits.n, of_ray.t_out);

@@ -20,19 +20,27 @@ namespace fastlines {
 
 /// The kernel for incoherent rays: a stream if the order of hits does not matter, otherwise a wavefront.
 template <class Query, RayPrimitive P>
-auto make_incoherent_tracer(const WideBvhView<P>& tree, const Query& query) {
+auto make_incoherent_tracer(const WideBvhView<P>& tree, const Query& query, Checkpoint& checkpoint) {
   if constexpr (Query::Collector::kTraits.order_independent)
-    return RayStream<P>(tree);
+    return RayStream<P>(tree, checkpoint);
   else
-    return Wavefront<P, Query>(tree, query);
+    return Wavefront<P, Query>(tree, query, checkpoint);
 }
 
 /// Traces groups of rays for one query; one per thread.
 template <RayPrimitive P, class Query>
 class GroupDispatcher {
  public:
-  GroupDispatcher(const WideBvhView<P>& tree, const RayBatch& batch, Kernel kernel, Query query)
-      : query(std::move(query)), tree_(tree), batch_(batch), kernel_(kernel), collector_(this->query.collector()) {}
+  GroupDispatcher(const WideBvhView<P>& tree, const RayBatch& batch, Kernel kernel, Query query, Progress& progress)
+      : query(std::move(query)),
+        tree_(tree),
+        batch_(batch),
+        kernel_(kernel),
+        checkpoint_(progress),
+        collector_(this->query.collector()) {
+    single_.checkpoint = &checkpoint_;
+    if constexpr (requires { this->query.checkpoint; }) this->query.checkpoint = &checkpoint_;
+  }
 
   /// Trace the rays with these ids, 1 to 64 of them. A wavefront may keep some unanswered until `flush`.
   void trace(const std::uint32_t* ids, int n) {
@@ -55,7 +63,7 @@ class GroupDispatcher {
   static constexpr bool kHasBundles = AxisPrimitive<P> && !kHasSpread<P>;
   /// In the place of the bundles that there are not.
   struct NoBundles {
-    explicit NoBundles(const WideBvhView<P>&) {}
+    NoBundles(const WideBvhView<P>&, Checkpoint&) {}
   };
 
   /// Trace the group as bundles where its rays are coherent.
@@ -130,14 +138,16 @@ class GroupDispatcher {
   const WideBvhView<P>& tree_;
   const RayBatch& batch_;
   Kernel kernel_;
+  Checkpoint checkpoint_;
   BundleHeuristic heuristic_{tree_.mean_extent};
   RayGroupOf<P> rays_;
   RayBundle bundle_;
   CullRay cull_[kSimdWidth];  // the packet that `trace_single` is in
   SingleRay<P> single_;
-  std::conditional_t<kHasBundles, BundleTraversal<P>, NoBundles> bundle_traversal_{tree_};
+  std::conditional_t<kHasBundles, BundleTraversal<P>, NoBundles> bundle_traversal_{tree_, checkpoint_};
   typename Query::Collector collector_;
-  decltype(make_incoherent_tracer<Query>(tree_, query)) incoherent_ = make_incoherent_tracer<Query>(tree_, query);
+  decltype(make_incoherent_tracer<Query>(tree_, query, checkpoint_)) incoherent_ =
+      make_incoherent_tracer<Query>(tree_, query, checkpoint_);
 };
 
 }  // namespace fastlines

@@ -29,7 +29,7 @@ void run_batch(const WideBvhView<P>& tree, const RayBatch& rays, const RayTiling
   const std::size_t n_chunks = (n_groups + per_chunk - 1) / per_chunk;
   parallel_for(
       n_chunks, n_threads, progress,
-      [&] { return std::make_unique<GroupDispatcher<P, Query>>(tree, rays, kernel, query); },
+      [&] { return std::make_unique<GroupDispatcher<P, Query>>(tree, rays, kernel, query, progress); },
       [&](auto& dispatcher, std::size_t i_chunk) {
         const std::size_t chunk = chunk_order(i_chunk, n_chunks);
         const std::size_t begin = chunk * per_chunk, end = std::min(n_groups, begin + per_chunk);
@@ -61,6 +61,7 @@ template <RayPrimitive P, class Query>
 void run_lists(const WideBvhView<P>& tree, const RayBatch& rays, Kernel kernel, const Query& query, unsigned n_threads,
                Progress& progress, HitAssembler& to) {
   const RayTiling tiling(rays);
+  to.progress = &progress;
   run_batch(tree, rays, tiling, kernel, query, n_threads, progress, HitAssembler::sample_first,
             [&](Query& done, const GroupChunk& chunk) {
               to.add(chunk.index, chunk.n_chunks, tiling.n_rays_in(chunk.end), done.lists);

@@ -14,6 +14,7 @@
 
 #include <utility>
 
+#include "../../parallel/progress.hpp"
 #include "../../query/visited_set.hpp"
 #include "../collect/collector.hpp"
 #include "../cost/step_cost.hpp"
@@ -35,7 +36,7 @@ struct BundleTraversalTuning {
 template <RayPrimitive P>
 class BundleTraversal {
  public:
-  explicit BundleTraversal(const WideBvhView<P>& tree) : tree_(tree) {}
+  BundleTraversal(const WideBvhView<P>& tree, Checkpoint& checkpoint) : tree_(tree), checkpoint_(checkpoint) {}
 
   /// Report the hits of the rays of a bundle to the collector. Returns the cost in cycles. A search that costs more
   /// than `budget` cycles is aborted; the hits are then incomplete.
@@ -51,6 +52,7 @@ class BundleTraversal {
     stack_.push({0, bundle.axis.t_min});
     while (!stack_.empty() && cost_ <= budget) {
       cull_nodes<Collector::kTraits.order_independent ? kNodesAtOnce : 1>(bundle.axis, deepest);
+      checkpoint_.pass(std::uint64_t(n_leaves_) * std::uint64_t(bundle.end - bundle.first));
       if (n_leaves_ == 0) continue;
       cull_leaves(bundle.axis.projected);
       test_all(rays, bundle, Collector::kTraits.order_independent ? kSimdWidth : 1, collector);
@@ -231,6 +233,7 @@ class BundleTraversal {
   }
 
   const WideBvhView<P>& tree_;
+  Checkpoint& checkpoint_;
   std::uint64_t cost_ = 0, budget_ = 0;
   TraversalStack stack_;
   VisitedSet visited_;

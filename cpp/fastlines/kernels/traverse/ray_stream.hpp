@@ -9,6 +9,7 @@
 // found.
 #pragma once
 
+#include "../../parallel/progress.hpp"
 #include "../../query/visited_set.hpp"
 #include "../collect/collector.hpp"
 #include "../cost/step_cost.hpp"
@@ -35,7 +36,7 @@ struct RayStreamTuning {
 template <RayPrimitive P>
 class RayStream {
  public:
-  explicit RayStream(const WideBvhView<P>& tree) : tree_(tree), root_(tree) {}
+  RayStream(const WideBvhView<P>& tree, Checkpoint& checkpoint) : tree_(tree), checkpoint_(checkpoint), root_(tree) {}
 
   /// Prepare the rays in lanes [first, end); `first` begins a packet.
   void prepare(const RayGroupOf<P>& rays, int first, int end) {
@@ -57,6 +58,7 @@ class RayStream {
     if constexpr (!AxisPrimitive<P>) reported_.clear();
     begin_rays(first, end);
     while (!nodes_.empty()) {
+      checkpoint_.pass();
       test_nodes(rays);
       if (leaves_.size() >= Tuning::kLeafBatch) test_leaves(rays, collector);
     }
@@ -118,6 +120,7 @@ class RayStream {
   template <class Collector>
   void test_leaves(const RayGroupOf<P>& rays, Collector& collector) {
     const std::size_t n = leaves_.size();
+    checkpoint_.pass(n);
     count_step(&StepCounters::leaves, n);
     cost_ += SingleStepCost::kLeaf * n;
     survivors_.add(tree_, leaves_, cull_);
@@ -198,6 +201,7 @@ class RayStream {
   };
 
   const WideBvhView<P>& tree_;
+  Checkpoint& checkpoint_;
   std::uint64_t cost_ = 0;
   RootCull root_;
   CullRay cull_[kGroupSize];

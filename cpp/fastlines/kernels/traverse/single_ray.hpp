@@ -10,6 +10,7 @@
 
 #include <vector>
 
+#include "../../parallel/progress.hpp"
 #include "../collect/collector.hpp"
 #include "../cost/step_counters.hpp"
 #include "../intersect/load_fields.hpp"
@@ -27,6 +28,8 @@ struct SingleRayTuning {
 template <RayPrimitive P>
 class SingleRay {
  public:
+  Checkpoint* checkpoint = nullptr;  ///< passed before leaves are culled, if there is one
+
   /// Report the hits of a ray to the collector. The ray is what the exact test reads: a `Ray`, or a lane of a group.
   template <class R, RayCollector C>
   void search(const WideBvhView<P>& tree, const R& ray, const CullRay& cull, C& collector) {
@@ -51,6 +54,7 @@ class SingleRay {
       prefetch(tree.nodes + next.node);
       // Cull its leaves, and test what survives.
       if (const std::uint32_t leaves = lanes >> node.n_inner) {
+        if (checkpoint) checkpoint->pass(std::uint64_t(std::popcount(leaves)));
         prepare_leaves();
         if (const std::uint32_t n = cull_leaves(tree, cull, node, leaves)) {
           test_survivors(tree, ray, n, collector);

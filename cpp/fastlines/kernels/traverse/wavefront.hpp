@@ -21,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "../../parallel/progress.hpp"
 #include "../collect/collector.hpp"
 #include "../cost/step_cost.hpp"
 #include "../cost/step_counters.hpp"
@@ -40,7 +41,8 @@ namespace fastlines {
 template <RayPrimitive P, class Query>
 class Wavefront {
  public:
-  Wavefront(const WideBvhView<P>& tree, const Query& query) : tree_(tree), root_(tree), collector_(query.collector()) {}
+  Wavefront(const WideBvhView<P>& tree, const Query& query, Checkpoint& checkpoint)
+      : tree_(tree), checkpoint_(checkpoint), root_(tree), collector_(query.collector()) {}
 
   /// Enter the rays in lanes [first, end) of the packet that begins at `first`. Takes steps until a packet is free; the
   /// query stores the answers of packets that end.
@@ -139,6 +141,7 @@ class Wavefront {
     flush_hits();
     const auto n_active = std::uint64_t(std::popcount(active_));
     cost_ += SingleStepCost::kNode * n_active + SingleStepCost::kLeaf * leaves_.size();
+    checkpoint_.pass(leaves_.size());
     count_step(&StepCounters::nodes, n_active);
     count_step(&StepCounters::leaves, leaves_.size());
     const std::uint64_t before = active_;
@@ -276,6 +279,7 @@ class Wavefront {
   }
 
   const WideBvhView<P>& tree_;
+  Checkpoint& checkpoint_;
   RootCull root_;
   RayGroupOf<P> rays_;
   Collector collector_;

@@ -17,7 +17,7 @@ from ...geometry.hit_places import Float64Array
 from ...progress import ProgressCallback
 from ..backend import Backend, HitColumns, HitLists
 from ..hit_lists import chosen, joined
-from ..rays import NO_SPREAD, RayBatch
+from ..rays import RayBatch
 from .pieces import Pieces
 
 #: The first ρ' of a ray within the scene, as a fraction of the side of a cube that is the share of one row of the core.
@@ -53,8 +53,10 @@ class NearestBackend:
         self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:
         """See `Backend`."""
+        if not by_distance or not k or not len(rays):
+            return self.all.list_hits(rays, surface, k, by_distance, progress)
         size, first = self._lengths()
-        if not by_distance or not k or first == 0 or not len(rays):
+        if first == 0:  # no rows, or all are one point
             return self.all.list_hits(rays, surface, k, by_distance, progress)
         left, away, parts = np.arange(len(rays)), self._away(rays), []
         more = np.full(len(rays), first)
@@ -69,7 +71,7 @@ class NearestBackend:
             if not len(left):
                 break
             some = rays.some(left)
-            near = replace(some, radius=radius, spread=np.zeros_like(some.spread) if rays.has_spread else NO_SPREAD)
+            near = replace(some, radius=radius, spread=np.zeros_like(some.spread))
             offsets, (_, found, *_) = self.pieces.backend.list_hits(near, False, None, False, None)
             offsets, columns = self.pieces.crossings(some, (offsets, found), False, surface, k, True)
             kth, has_k = np.zeros(len(left)), np.diff(offsets) == k

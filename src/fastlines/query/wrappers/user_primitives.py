@@ -20,8 +20,10 @@ from ..backend import Backend, HitColumns, HitLists
 from ..hit_lists import first_of_each, offsets_of
 from ..rays import RayBatch
 
-#: Rays that the core searches at a time, and pairs that brute force tests at a time.
+#: The most rays that the core searches at a time, and about how many pairs are tested: Ctrl-C waits for these.
 CHUNK_RAYS, CHUNK_PAIRS = 1 << 14, 1 << 20
+#: Rays that are searched first, to learn how many pairs they have.
+FIRST_RAYS = 16
 #: Boxes of a ray that are tested at a time when the first hit is searched.
 AT_ONCE = 4
 
@@ -40,8 +42,10 @@ class UserBackend:
         prim = np.full(n, -1)
         t, distance, t_out = (np.full(n, np.inf, np.float32) for _ in range(3))
         u = np.zeros(n, np.float32)
-        for rows in _chunks(n, self._chunk_rays(), progress):
+        chunks = _Chunks(n, self._first_rays(), progress)
+        for rows in chunks:
             offsets, ids, enter = self._candidates(rays, rows)
+            chunks.n_pairs = len(ids)
             at, end = offsets[:-1].copy(), offsets[1:]
             active = np.flatnonzero(at < end)
             while len(active):
@@ -75,8 +79,9 @@ class UserBackend:
     def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
         counts = [np.zeros(0, np.int64)]
-        for rows in _chunks(len(rays), self._chunk_rays(), progress):
-            ray, _, _ = self._hits(rays, rows)
+        chunks = _Chunks(len(rays), self._first_rays(), progress)
+        for rows in chunks:
+            ray, _, _ = self._hits(rays, rows, chunks)
             counts.append(np.bincount(ray, minlength=rows.stop - rows.start))
         return np.concatenate(counts)
 
@@ -89,8 +94,9 @@ class UserBackend:
             [np.zeros(0, np.int64)],
             [UserHits(*[np.zeros(0, np.float32)] * 4)],
         )
-        for rows in _chunks(len(rays), self._chunk_rays(), progress):
-            ray, ids, found = self._hits(rays, rows)
+        chunks = _Chunks(len(rays), self._first_rays(), progress)
+        for rows in chunks:
+            ray, ids, found = self._hits(rays, rows, chunks)
             order = np.lexsort((ids, found.t, ray))
             t, u, distance, t_out = (column[order] for column in found)
             offsets = offsets_of(ray, rows.stop - rows.start)
@@ -103,15 +109,18 @@ class UserBackend:
         offsets = np.concatenate([[0], np.cumsum(np.concatenate(counts), dtype=np.int64)])
         return offsets, (t, np.concatenate(prims), u, distance, t_out if surface else None)
 
-    def _chunk_rays(self) -> int:
-        return CHUNK_RAYS if self.boxes is not None else max(1, CHUNK_PAIRS // max(1, len(self.primitives)))
+    def _first_rays(self) -> int:
+        return FIRST_RAYS if self.boxes is not None else max(1, CHUNK_PAIRS // max(1, len(self.primitives)))
 
-    def _hits(self, rays: RayBatch, rows: slice) -> tuple[IntArray, IntArray, UserHits]:
+    def _hits(self, rays: RayBatch, rows: slice, chunks: _Chunks) -> tuple[IntArray, IntArray, UserHits]:
         """Return all hits of some rays, each once: the ray, counted from the first row, the primitive, and the rest."""
         offsets, ids, _ = self._candidates(rays, rows)
+        chunks.n_pairs = len(ids)
         ray = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
         ray, ids = np.divmod(distinct(ray * len(self.primitives) + ids), max(1, len(self.primitives)))
-        found = self._hit(ids, rays, rows.start + ray)
+        parts = [slice(begin, begin + CHUNK_PAIRS) for begin in range(0, max(1, len(ids)), CHUNK_PAIRS)]
+        tested = [self._hit(ids[part], rays, rows.start + ray[part]) for part in parts]
+        found = UserHits(*map(np.concatenate, zip(*tested, strict=True)))
         hit = np.isfinite(found.t)
         return ray[hit], ids[hit], UserHits(*(column[hit] for column in found))
 
@@ -134,8 +143,23 @@ class UserBackend:
         return self.primitives.hit(ids, Rays(origins, directions, t_min, t_max), radius)
 
 
-def _chunks(n: int, size: int, progress: ProgressCallback | None) -> Iterator[slice]:
-    for begin in range(0, n, size):
-        yield slice(begin, min(begin + size, n))
-        if progress is not None:
-            progress(min(begin + size, n) / n)
+@dataclass
+class _Chunks:
+    """Rays to search at a time: as many as have about `CHUNK_PAIRS` pairs, by the number that the last ones had."""
+
+    n: int
+    #: How many rays are searched first, and next.
+    size: int
+    progress: ProgressCallback | None
+    n_pairs: int = 0
+
+    def __iter__(self) -> Iterator[slice]:
+        begin = 0
+        while begin < self.n:
+            end = min(begin + self.size, self.n)
+            yield slice(begin, end)
+            if self.progress is not None:
+                self.progress(end / self.n)
+            begin = end
+            fitting = self.size * CHUNK_PAIRS // max(1, self.n_pairs)
+            self.size = min(max(1, fitting), 4 * self.size, CHUNK_RAYS)
