@@ -170,7 +170,7 @@ def test_a_query_is_refused_at_its_beginning(ask: str, left: Callable[[float], N
         assert share < 0.1
 
     left(1e9)
-    says = r"hits of 200000 rays do not fit .*by a sample of .* million .* 1.0 GB are left; trace fewer rays"
+    says = r"hits of 200,000 rays do not fit .*by a sample of .* million .* 1.0 GB are left; trace fewer rays"
     with num_threads(1), pytest.raises(MemoryError, match=says):
         ASK[ask](*WIDE, 10.0, progress=tell)
 

@@ -10,7 +10,7 @@ import pytest
 from support.answers import assert_same
 
 import fastlines as fl
-from fastlines.geometry.collection import MOST_SEEN
+from fastlines.geometry.seen_rows import MOST_SEEN
 from fastlines.query.backend import KERNELS
 from fastlines.query.queries import QUERIES, QueryName
 
@@ -78,7 +78,7 @@ def test_a_few_selections_are_kept() -> None:
     tree = fl.build(geometry)
     for parts in range(6):
         assert set(tree.first_hit(*RAYS, parts=parts).part.tolist()) == {-1, parts}
-    assert list(geometry.__dict__["_seen"]) == [(i,) for i in range(6 - MOST_SEEN, 6)]
+    assert list(geometry._seen._kept) == [(i,) for i in range(6 - MOST_SEEN, 6)]
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from ..errors import InputError
 from ..support.computed_once import computed_once
 from ..support.distinct import distinct
 from ..support.immutable import own
+from ..support.texts import counted
 from .any_geometry import AnyGeometry, CoreData
 from .hit_places import Float64Array, HitPlaces, interpolate, unit
 from .round_cone_entry import enter_round_cones
@@ -58,6 +59,14 @@ class AxisGeometry(AnyGeometry):
     def radius_at(self, prim: IntArray, u: Float64Array) -> npt.NDArray[Any]:
         """Return the radius at places u."""
         return interpolate(self.straight.end_radii[prim], np.stack([1 - u, u], axis=1))
+
+    # --- Words ---
+
+    def __repr__(self) -> str:
+        has = [self.count_text()] + [counted(self.n_strands, "strands")] * (self.n_strands > 0)
+        has += ["radius"] * (self.radius is not None) + list(self.attributes)
+        has += [f"{len(self.skipped):,} skipped"] * (len(self.skipped) > 0)
+        return f"<{type(self).__name__}: {', '.join(has)}>"
 
     # --- Selections ---
 

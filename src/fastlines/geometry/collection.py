@@ -21,15 +21,9 @@ from .foreign import lines
 from .hit_places import Float64Array, HitPlaces
 from .kinds import KINDS
 from .offsets import NO_OFFSET, Offset
-from .shapes import BOX, shape_rows
+from .seen_rows import SeenRows
 from .summary import summary_of
 from .user_primitives import UserPrimitives, has_user_methods
-
-#: A row of the core that no ray hits: a box whose low corner lies beyond its high one.
-HIDDEN = shape_rows(BOX, np.array([[3e38] * 3 + [-3e38] * 3], np.float32))[0]
-
-#: The most selections of parts whose rows are kept.
-MOST_SEEN = 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -111,20 +105,15 @@ class Geometry(AnyGeometry):
         return np.asarray(own(np.concatenate([np.zeros(0, np.int64), *rows])))
 
     def seen_data(self, parts: tuple[int, ...] | None) -> CoreData:
-        """See `AnyGeometry`; the rows of other parts are boxes that no ray hits."""
+        """See `AnyGeometry`."""
         if parts is None:
             return self.core_data()
-        with held(self, "_seen"):
-            seen: dict[tuple[int, ...], FloatArray] = self.__dict__.setdefault("_seen", {})
-            if parts not in seen:
-                rows = self.core_rows.copy()
-                ends = np.cumsum([len(part.owner) for part in self.parts])
-                for i in set(range(len(self.parts))).difference(parts):
-                    rows[ends[i] - len(self.parts[i].owner) : ends[i]] = HIDDEN
-                while len(seen) >= MOST_SEEN:
-                    del seen[next(iter(seen))]
-                seen[parts] = np.asarray(own(rows))
-            return self.kind, seen[parts]
+        with held(self, "seen"):
+            return self.kind, self._seen.of(parts)
+
+    @computed_once
+    def _seen(self) -> SeenRows:
+        return SeenRows(self.core_rows, [len(part.owner) for part in self.parts])
 
     @property
     def in_pieces(self) -> bool:

@@ -25,7 +25,6 @@ from ..arrays import (
 from ..errors import InputError
 from ..support.computed_once import computed_once
 from ..support.immutable import frozen
-from ..support.texts import counted
 from .any_geometry import AnyGeometry, Section
 from .axis_geometry import AxisGeometry
 from .bezier import Float64Array, evaluate, largest
@@ -44,7 +43,7 @@ class CurvePoints(NamedTuple):
     radius: Float64Array
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Curves(AxisGeometry):
     """Immutable cubic curves, with a thickness, strands and other attributes; writeable arrays are copied.
 
@@ -126,12 +125,6 @@ class Curves(AxisGeometry):
 
     def __len__(self) -> int:
         return len(self.control)
-
-    def __repr__(self) -> str:
-        has = [self.count_text()] + [counted(self.n_strands, "strands")] * (self.n_strands > 0)
-        has += ["radius"] * (self.radius is not None) + list(self.attributes)
-        has += [f"{len(self.skipped):,} skipped"] * (len(self.skipped) > 0)
-        return f"<{type(self).__name__}: {', '.join(has)}>"
 
     @property
     def bounds(self) -> FloatArray:

@@ -26,7 +26,6 @@ from ..arrays import (
 from ..errors import InputError
 from ..support.computed_once import computed_once
 from ..support.immutable import frozen, own
-from ..support.texts import counted
 from ..support.vectors import dot, unit
 from .any_geometry import AnyGeometry, Section
 from .hit_places import Float64Array
@@ -40,7 +39,7 @@ from .summary import summary_of
 AXES = ("x", "y", "z")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Lines(StrandPoints):
     """Immutable line segments, with strands, radii and other attributes; writeable arrays are copied.
 
@@ -112,12 +111,6 @@ class Lines(StrandPoints):
 
     def __len__(self) -> int:
         return len(self.segments)
-
-    def __repr__(self) -> str:
-        has = [self.count_text()] + [counted(self.n_strands, "strands")] * (self.n_strands > 0)
-        has += ["radius"] * (self.radius is not None) + list(self.attributes)
-        has += [f"{len(self.skipped):,} skipped"] * (len(self.skipped) > 0)
-        return f"<{type(self).__name__}: {', '.join(has)}>"
 
     @property
     def kind(self) -> str:
