@@ -59,11 +59,13 @@ struct LayoutSearch {
   const P& prims;
   const Ignored& ignored;
   const fastlines::Frame& frame = tree.frame;
-  struct Scratch {};
+  struct Scratch {
+    fastlines::Checkpoint* checkpoint = nullptr;
+  };
 
-  void operator()(const fastlines::RayOf<P>& ray, fastlines::RayCollectorRef& to, Scratch&) const {
+  void operator()(const fastlines::RayOf<P>& ray, fastlines::RayCollectorRef& to, Scratch& scratch) const {
     Kept kept{to.at, to.limit, to, ignored};
-    fastlines::traverse(tree, ray, kept);
+    fastlines::traverse(tree, ray, kept, scratch.checkpoint);
   }
 
  private:

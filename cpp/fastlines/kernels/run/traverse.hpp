@@ -18,9 +18,9 @@
 namespace fastlines {
 
 /// Report the hits of a ray to the collector, nearest node first. The ray is prepared for the tree's frame
-/// (`prepare_for`), and valid (rays/ray_check.hpp).
+/// (`prepare_for`), and valid (rays/ray_check.hpp). A `checkpoint` is passed on the way, if there is one.
 template <RayPrimitive P, RayCollector C>
-void traverse(const WideBvhView<P>& tree, const RayOf<P>& ray, C& to) {
+void traverse(const WideBvhView<P>& tree, const RayOf<P>& ray, C& to, Checkpoint* checkpoint = nullptr) {
   const float cull_radius = ray.radius + ray.eps;
   CullRay cull;
   prepare_planes(cull, ray.o, ray.r, cull_radius, ray.t_min);
@@ -29,6 +29,7 @@ void traverse(const WideBvhView<P>& tree, const RayOf<P>& ray, C& to) {
   auto& spare = thread_scratch<std::unique_ptr<SingleRay<P>>>();
   std::unique_ptr<SingleRay<P>> single = std::move(spare);
   if (!single) single = std::make_unique<SingleRay<P>>();
+  single->checkpoint = checkpoint;
   single->search(tree, ray, cull, to, [&] {
     if (!is_projected) cull.projected = project(ray.o, ray.r, ray.u, ray.v, cull_radius);
     is_projected = true;
