@@ -344,3 +344,18 @@ def test_the_command_line(lines):
         "--option offset is '1,2'; expected auto, or three numbers"
         in refused("info", "a.tck", "--option", "offset=1,2")[1]
     )
+
+
+def test_a_mesh_beside_lines_that_keeps_its_offset_is_told():
+    lines = fl.lines(np.array([[[5e6, 5e6, 0], [5e6 + 1, 5e6, 0]]]), offset="auto")
+    wall = np.array([[[5e6, 5e6, -1], [5e6 + 1, 5e6 + 1, 1]]])
+    with pytest.warns(fl.PrecisionWarning, match="part 1 .1 box. lies far from the lines") as told:
+        fl.Geometry([lines, fl.Boxes(wall.astype(np.float32))])
+    assert told[0].filename == __file__
+    fl.Geometry([lines, fl.Boxes((wall - lines.offset).astype(np.float32))])
+
+
+def test_warnings_show_the_line_of_the_caller():
+    with pytest.warns(fl.PrecisionWarning) as told:
+        fl.Lines.from_strands([[[1e7, 0, 0], [1e7 + 0.3, 0.1, 0]]])
+    assert told[0].filename == __file__

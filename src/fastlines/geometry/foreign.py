@@ -15,7 +15,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -24,6 +23,7 @@ import numpy as np
 
 from ..arrays import INVALID, AnyArray, IntArray, choice, kind_of, to_integers
 from ..errors import FileWarning, InputError
+from ..support.warn_caller import warn_caller
 from .lines import Lines, as_lines
 from .making import Making
 from .map_features import of_features
@@ -97,7 +97,7 @@ def lines(obj: Any, *, offset: Any = None, invalid: str = "error") -> Lines:
     if isinstance(obj, Lines) and offset is not None and obj.offset != check_offset(offset):
         made = with_offset(obj, offset)
     for text in told:
-        warnings.warn(text, FileWarning, stacklevel=2)
+        warn_caller(text, FileWarning)
     return made
 
 
