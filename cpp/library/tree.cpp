@@ -132,6 +132,7 @@ RoundCone Tree::line(std::int64_t prim) const {
   return {segment.p, segment.q};
 }
 std::span<const std::int64_t> Tree::strands() const { return impl_->origin().strands; }
+Vec3d Tree::offset() const { return impl_->origin().offset; }
 Place Tree::place(const Ray& ray, float radius, const Hit& hit) const {
   return hit ? detail::place_of(line(hit.prim), ray, radius, hit, impl_->scene_size()) : detail::place_of_miss();
 }
