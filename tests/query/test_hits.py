@@ -194,6 +194,8 @@ def test_hits_by_distance_merge_to_the_same_crossings():
     order = np.lexsort((by_t.distance, by_t.ray))
     assert by_distance.ray.tolist() == by_t.ray[order].tolist()
     assert by_distance.distance.tolist() == by_t.distance[order].tolist()
+    again = pickle.loads(pickle.dumps(by_distance)).merged_by_strand()
+    assert (again.strand.tolist(), again.row.tolist()) == (by_distance.strand.tolist(), by_distance.row.tolist())
     columns = ("ray", "strand", "t", "t_out", "distance")
     rows = [sorted(zip(*(getattr(hits, name) for name in columns), strict=True)) for hits in (by_t, by_distance)]
     assert rows[0] == rows[1]

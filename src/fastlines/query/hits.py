@@ -238,4 +238,7 @@ class AllHits(_OfGeometry):
         offsets = offsets_of(self.ray[first], len(self.offsets) - 1)
         columns = self.t[first], self.prim[first], self.u[first], distance, ends
         kept = None if self.part is None else part[first]
-        return AllHits(offsets, *columns, self.skipped, self.geometry, self.rays, kept)
+        found = AllHits(offsets, *columns, self.skipped, self.geometry, self.rays, kept)
+        if self.geometry is None:  # of a pickle, which has these in its place
+            found.__dict__.update(row=own(self.row[first]), strand=own(self.strand[first]))
+        return found
