@@ -23,7 +23,7 @@ from ..arrays import AnyArray, IntArray, kind_of
 from ..errors import InputError
 from ..support.distinct import is_among
 from .lines import Lines
-from .making import Making
+from .making import Making, has
 from .strand_attributes import FEATURE, array_of, objects, with_strand_values
 
 #: The numbers that shapely has for types of geometries.
@@ -36,9 +36,9 @@ def of_features(obj: Any, how: Making) -> Lines | None:
     """Return the lines of geometries; None if the object is none."""
     if _is_geometry(obj):
         return _of_geometries(objects([obj]), how)
-    if _has(obj, "geometry", "columns", "crs"):
+    if has(obj, "geometry", "columns", "crs"):
         return _of_frame(obj, how)
-    if _has(obj, "geom_type", "crs"):
+    if has(obj, "geom_type", "crs"):
         return replace(_of_geometries(objects(obj), how), **_facts(obj.crs))
     if isinstance(obj, list | tuple | np.ndarray) and _is_geometry(_first(obj)):
         return _of_geometries(objects(obj), how)
@@ -46,7 +46,7 @@ def of_features(obj: Any, how: Making) -> Lines | None:
 
 
 def _is_geometry(obj: object) -> bool:
-    return _has(obj, "geom_type", "wkb") and isinstance(obj.geom_type, str)  # type: ignore[attr-defined]
+    return has(obj, "geom_type", "wkb") and isinstance(obj.geom_type, str)  # type: ignore[attr-defined]
 
 
 def _first(obj: Any) -> object:
@@ -147,7 +147,3 @@ def _facts(crs: Any) -> dict[str, Any]:
     """Return the unit of a reference system, if it is known, and the upward axis of maps."""
     axes = getattr(crs, "axis_info", ())
     return {"unit": _UNITS.get(axes[0].unit_name) if axes else None, "up": "z"}
-
-
-def _has(obj: object, *names: str) -> bool:
-    return all(hasattr(obj, name) for name in names)

@@ -24,7 +24,7 @@ from ..arrays import AnyArray, kind_of
 from ..errors import InputError
 from .join_lines import join_lines
 from .lines import Lines
-from .making import Making
+from .making import Making, flat_column, has
 from .offsets import AUTO, middle_of
 from .vtk_cells import cells_in_rows, line_cells, lines_of_cells
 
@@ -36,20 +36,20 @@ _MAX_DEPTH = 64
 
 def of_vtk(obj: Any, how: Making) -> Lines | None:
     """Return the lines of a mesh or of several; None if the object is none."""
-    if _has(obj, "GetBlock", "GetNumberOfBlocks"):
+    if has(obj, "GetBlock", "GetNumberOfBlocks"):
         return _of_blocks(obj, how)
-    if _has(obj, "GetPointData", "GetCellData") and not _has(obj, "point_data", "n_cells"):
+    if has(obj, "GetPointData", "GetCellData") and not has(obj, "point_data", "n_cells"):
         return _of_mesh(_arrays_of(obj), kind_of(obj), how)
     return _of_mesh(obj, kind_of(obj), how)
 
 
 def _of_mesh(mesh: Any, name: str, how: Making) -> Lines | None:
-    if _has(mesh, "lines", "points", "point_data", "cell_data"):
+    if has(mesh, "lines", "points", "point_data", "cell_data"):
         rows = np.asarray(mesh.lines)
         # Cells are vertices, lines, faces and strips, in this order.
         first, n_cells, others = int(mesh.n_verts), int(mesh.n_cells), "vertices, faces or strips"
         types = None
-    elif _has(mesh, "cells", "celltypes", "points", "point_data", "cell_data"):
+    elif has(mesh, "cells", "celltypes", "points", "point_data", "cell_data"):
         rows, types = np.asarray(mesh.cells), np.asarray(mesh.celltypes)
         first, n_cells, others = 0, len(types), "neither lines nor polylines"
     else:
@@ -66,8 +66,8 @@ def _of_mesh(mesh: Any, name: str, how: Making) -> Lines | None:
     return lines_of_cells(
         points[cells.points],
         cells.counts,
-        {name: _column(values[cells.points]) for name, values in _items(mesh.point_data)},
-        {name: _column(values[first + used]) for name, values in _items(mesh.cell_data)},
+        {name: flat_column(values[cells.points]) for name, values in _items(mesh.point_data)},
+        {name: flat_column(values[first + used]) for name, values in _items(mesh.cell_data)},
         dict(_items(getattr(mesh, "field_data", {}))),
         **how.options,
         warn=lambda text: how.warn(f"{name}: {text}"),
@@ -103,7 +103,7 @@ def _blocks(obj: Any, depth: int) -> Iterator[Any]:
         raise InputError(f"{kind_of(obj)}: its blocks are nested more than {_MAX_DEPTH} deep")
     for i in range(obj.GetNumberOfBlocks()):
         block = obj.GetBlock(i)
-        if _has(block, "GetBlock", "GetNumberOfBlocks"):
+        if has(block, "GetBlock", "GetNumberOfBlocks"):
             yield from _blocks(block, depth + 1)
         else:
             yield block
@@ -111,7 +111,7 @@ def _blocks(obj: Any, depth: int) -> Iterator[Any]:
 
 def _points_of(mesh: Any) -> AnyArray:
     """Return the points of a mesh of PyVista or VTK."""
-    points = mesh.points if _has(mesh, "point_data", "n_cells") else _arrays_of(mesh).points
+    points = mesh.points if has(mesh, "point_data", "n_cells") else _arrays_of(mesh).points
     return np.asarray(points).reshape(-1, 3)
 
 
@@ -135,9 +135,9 @@ def _arrays_of(obj: Any) -> SimpleNamespace:
         field_data=columns(obj.GetFieldData()),
         n_cells=obj.GetNumberOfCells(),
     )
-    if _has(obj, "GetLines", "GetNumberOfVerts"):
+    if has(obj, "GetLines", "GetNumberOfVerts"):
         found.lines, found.n_verts = rows(obj.GetLines()), obj.GetNumberOfVerts()
-    elif _has(obj, "GetCells", "GetCellType"):
+    elif has(obj, "GetCells", "GetCellType"):
         found.cells = rows(obj.GetCells())
         found.celltypes = np.array([obj.GetCellType(i) for i in range(found.n_cells)], np.int64)
     return found
@@ -156,12 +156,3 @@ def _counted(kinds: dict[str, int]) -> str:
 
 def _items(data: Any) -> list[tuple[str, AnyArray]]:
     return [(str(name), np.asarray(data[name])) for name in list(data.keys())]
-
-
-def _column(values: AnyArray) -> AnyArray:
-    """Return values without a last dimension of size 1."""
-    return values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
-
-
-def _has(obj: object, *names: str) -> bool:
-    return all(hasattr(obj, name) for name in names)
