@@ -20,12 +20,14 @@ from contextlib import contextmanager
 
 from ...geometry.lines import Lines
 from ..source import Source, printable, reason
-from .columns import arrays_of, column_of, counted, listed, radius_of, with_features
+from .columns import MISSING, arrays_of, column_of, counted, listed, radius_of, with_features
 from .wkt_text import BARE_START, START, STARTS, STARTS_LINES, Wkt
 
 #: Names of a column of geometries, in lower case, the usual ones first.
 NAMES = ("geometry", "wkt", "geom", "the_geom", "wkt_geom", "shape", "geography", "linestring")
 DELIMITERS = ",;\t|"
+#: What no text holds: the delimiter of tables with one column.
+_NO_DELIMITER = "\x1f"
 #: Reference systems whose unit is the degree: WGS 84 and those of North America and Europe like it.
 DEGREES = frozenset(("4326", "4269", "4258", "4979"))
 #: Guards the two numbers below.
@@ -33,7 +35,8 @@ _LOCK = threading.Lock()
 #: The limit of the csv module on fields is global: how many readers need none, and what it was before them.
 _n_readers, _limit = 0, 0
 
-_COMMENTS = re.compile(r"(?:\s*#[^\n]*\n)*")
+#: Comments, and lines for geometries that are missing.
+_COMMENTS = re.compile(r"(?:\s*(?:#[^\n]*|NULL|None|N/?A|NaN|EMPTY)[ \t\r]*\n)*", re.IGNORECASE)
 _QUOTED_START = re.compile(rf"(['\"]){START}", re.IGNORECASE)
 _QUOTED = re.compile(r"\s*(['\"])(.*)\1\s*")
 _ENDS = re.compile(r"(?:\)|\bEMPTY)\s*;?\s*$", re.IGNORECASE)
@@ -61,6 +64,8 @@ def read(source: Source, invalid: str, *, column: str | None = None, radius: str
     quote = (quoted and quoted[1]) or '"'
     head = text[: 1 << 16].lstrip()
     delimiter = max(DELIMITERS, key=lambda mark: _score(head, mark, quote))
+    if _score(head, delimiter, quote)[1] == 1:  # lines need no quotes in a single column
+        delimiter = _NO_DELIMITER
     del text, quoted  # which hold a copy of the file
     names, rows = _table(source, delimiter, quote)
     at = _geometry_column(source, names, rows, column)
@@ -70,7 +75,7 @@ def read(source: Source, invalid: str, *, column: str | None = None, radius: str
     for line, row in rows:
         found = row[at] if at < len(row) else ""
         long += len(row) > len(names)
-        if not found.strip():
+        if _is_missing(found):
             empty += 1
             continue
         if _BINARY.fullmatch(found):
@@ -120,6 +125,10 @@ def _lines(
     return with_features(lines, features if names else wkt.features, per_strand, unit, radii)
 
 
+def _is_missing(text: str) -> bool:
+    return text.strip().lower() in (*MISSING, "empty")
+
+
 def _is_line(word: object) -> bool:
     return isinstance(word, str) and STARTS.match(word) is not None
 
@@ -136,13 +145,17 @@ def _plain(source: Source, text: str, invalid: str, radius: str | None) -> Lines
     lines = [(i, line) for i, line in enumerate(text.splitlines(), start=1) if line.strip() and line[0] != "#"]
     if any(line.count("(") != line.count(")") or BARE_START.fullmatch(line) for _, line in lines):
         lines = [(1, "\n".join(line for _, line in lines))]
-    wkt = Wkt()
+    wkt, empty = Wkt(), 0
     for number, line in lines:
+        if _is_missing(line):
+            empty += 1
+            wkt.n_geometries += 1
+            continue
         quoted = _QUOTED.fullmatch(line)
         wrong = wkt.add(quoted[2] if quoted else line, number)
         if wrong is not None:
             raise source.error(f"line {number}: {wrong}; expected a LINESTRING or another geometry")
-    return _lines(source, wkt, [], -1, [(number, []) for number, _ in lines], 0, invalid, radius)
+    return _lines(source, wkt, [], -1, [(number, []) for number, _ in lines], empty, invalid, radius)
 
 
 # --- Tables ---
