@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from ..arrays import AnyArray
 from .offsets import Offset
 
 
@@ -29,3 +30,13 @@ class Making:
     def options(self) -> dict[str, Any]:
         """The options of `Lines.from_segments` and its siblings."""
         return {"invalid": self.invalid, "offset": self.offset}
+
+
+def has_attributes(obj: object, *names: str) -> bool:
+    """Return whether an object has all of these attributes, by which objects of other libraries are recognised."""
+    return all(hasattr(obj, name) for name in names)
+
+
+def as_column(values: AnyArray) -> AnyArray:
+    """Return values without a last dimension of size 1."""
+    return values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values

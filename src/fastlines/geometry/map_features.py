@@ -22,8 +22,9 @@ import numpy as np
 from ..arrays import AnyArray, IntArray, kind_of
 from ..errors import InputError
 from ..support.distinct import is_among
+from ..support.texts import kinds_text
 from .lines import Lines
-from .making import Making
+from .making import Making, has_attributes
 from .strand_attributes import FEATURE, array_of, objects, with_strand_values
 
 #: The numbers that shapely has for types of geometries.
@@ -36,9 +37,9 @@ def of_features(obj: Any, how: Making) -> Lines | None:
     """Return the lines of geometries; None if the object is none."""
     if _is_geometry(obj):
         return _of_geometries(objects([obj]), how)
-    if _has(obj, "geometry", "columns", "crs"):
+    if has_attributes(obj, "geometry", "columns", "crs"):
         return _of_frame(obj, how)
-    if _has(obj, "geom_type", "crs"):
+    if has_attributes(obj, "geom_type", "crs"):
         return replace(_of_geometries(objects(obj), how), **_facts(obj.crs))
     if isinstance(obj, list | tuple | np.ndarray) and _is_geometry(_first(obj)):
         return _of_geometries(objects(obj), how)
@@ -46,7 +47,7 @@ def of_features(obj: Any, how: Making) -> Lines | None:
 
 
 def _is_geometry(obj: object) -> bool:
-    return _has(obj, "geom_type", "wkb") and isinstance(obj.geom_type, str)  # type: ignore[attr-defined]
+    return has_attributes(obj, "geom_type", "wkb") and isinstance(obj.geom_type, str)  # type: ignore[attr-defined]
 
 
 def _first(obj: Any) -> object:
@@ -81,8 +82,7 @@ def _of_geometries(geometries: AnyArray, how: Making) -> Lines:
     for part in parts[~is_line & (types >= 0)]:
         others[part.geom_type] = others.get(part.geom_type, 0) + 1
     if others:
-        counted = ", ".join(f"{n} {kind}" for kind, n in others.items())
-        how.warn(f"geometries without a line are not read: {counted}")
+        how.warn(f"geometries without a line are not read: {kinds_text(others)}")
     is_line &= ~shapely.is_empty(parts)
     parts, owner = parts[is_line], owner[is_line]
     points, line = shapely.get_coordinates(parts, include_z=True, return_index=True)
@@ -147,7 +147,3 @@ def _facts(crs: Any) -> dict[str, Any]:
     """Return the unit of a reference system, if it is known, and the upward axis of maps."""
     axes = getattr(crs, "axis_info", ())
     return {"unit": _UNITS.get(axes[0].unit_name) if axes else None, "up": "z"}
-
-
-def _has(obj: object, *names: str) -> bool:
-    return all(hasattr(obj, name) for name in names)

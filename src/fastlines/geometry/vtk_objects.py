@@ -22,9 +22,10 @@ import numpy as np
 
 from ..arrays import AnyArray, kind_of
 from ..errors import InputError
+from ..support.texts import kinds_text
 from .join_lines import join_lines
 from .lines import Lines
-from .making import Making
+from .making import Making, as_column, has_attributes
 from .offsets import AUTO, middle_of
 from .vtk_cells import cells_in_rows, line_cells, lines_of_cells
 
@@ -36,20 +37,20 @@ _MAX_DEPTH = 64
 
 def of_vtk(obj: Any, how: Making) -> Lines | None:
     """Return the lines of a mesh or of several; None if the object is none."""
-    if _has(obj, "GetBlock", "GetNumberOfBlocks"):
+    if has_attributes(obj, "GetBlock", "GetNumberOfBlocks"):
         return _of_blocks(obj, how)
-    if _has(obj, "GetPointData", "GetCellData") and not _has(obj, "point_data", "n_cells"):
-        return _of_mesh(_arrays_of(obj), kind_of(obj), how)
+    if has_attributes(obj, "GetPointData", "GetCellData") and not has_attributes(obj, "point_data", "n_cells"):
+        return _of_mesh(_as_pyvista(obj), kind_of(obj), how)
     return _of_mesh(obj, kind_of(obj), how)
 
 
 def _of_mesh(mesh: Any, name: str, how: Making) -> Lines | None:
-    if _has(mesh, "lines", "points", "point_data", "cell_data"):
+    if has_attributes(mesh, "lines", "points", "point_data", "cell_data"):
         rows = np.asarray(mesh.lines)
         # Cells are vertices, lines, faces and strips, in this order.
         first, n_cells, others = int(mesh.n_verts), int(mesh.n_cells), "vertices, faces or strips"
         types = None
-    elif _has(mesh, "cells", "celltypes", "points", "point_data", "cell_data"):
+    elif has_attributes(mesh, "cells", "celltypes", "points", "point_data", "cell_data"):
         rows, types = np.asarray(mesh.cells), np.asarray(mesh.celltypes)
         first, n_cells, others = 0, len(types), "neither lines nor polylines"
     else:
@@ -61,13 +62,15 @@ def _of_mesh(mesh: Any, name: str, how: Making) -> Lines | None:
         cells, used = line_cells(cells, types) if len(types) == len(cells.counts) else (None, used)
     if cells is None or ((cells.points < 0) | (cells.points >= len(points))).any():
         raise InputError(f"{name}: its lines name points beyond its {len(points)} points, or are cut short")
+    if len(points) and not n_cells:
+        how.warn(f"the {len(points)} points of {name} are not read, as no line joins them")
     if n_cells > len(cells.counts):
         how.warn(f"{n_cells - len(cells.counts)} cells of {name} are {others}, and are not read")
     return lines_of_cells(
         points[cells.points],
         cells.counts,
-        {name: _column(values[cells.points]) for name, values in _items(mesh.point_data)},
-        {name: _column(values[first + used]) for name, values in _items(mesh.cell_data)},
+        {name: as_column(values[cells.points]) for name, values in _items(mesh.point_data)},
+        {name: as_column(values[first + used]) for name, values in _items(mesh.cell_data)},
         dict(_items(getattr(mesh, "field_data", {}))),
         **how.options,
         warn=lambda text: how.warn(f"{name}: {text}"),
@@ -91,7 +94,7 @@ def _of_blocks(obj: Any, how: Making) -> Lines:
         elif block is not None:
             others[type(block).__name__] = others.get(type(block).__name__, 0) + 1
     if others:
-        how.warn(f"blocks of {kind_of(obj)} that are no lines are not read: {_counted(others)}")
+        how.warn(f"blocks of {kind_of(obj)} that are no lines are not read: {kinds_text(others)}")
     if not parts:
         raise InputError(f"{kind_of(obj)} has no block of lines; expected a PolyData or an UnstructuredGrid in it")
     return join_lines(parts, BLOCK, numbers, lambda text: how.warn(f"{kind_of(obj)}: {text}"))
@@ -103,7 +106,7 @@ def _blocks(obj: Any, depth: int) -> Iterator[Any]:
         raise InputError(f"{kind_of(obj)}: its blocks are nested more than {_MAX_DEPTH} deep")
     for i in range(obj.GetNumberOfBlocks()):
         block = obj.GetBlock(i)
-        if _has(block, "GetBlock", "GetNumberOfBlocks"):
+        if has_attributes(block, "GetBlock", "GetNumberOfBlocks"):
             yield from _blocks(block, depth + 1)
         else:
             yield block
@@ -111,11 +114,11 @@ def _blocks(obj: Any, depth: int) -> Iterator[Any]:
 
 def _points_of(mesh: Any) -> AnyArray:
     """Return the points of a mesh of PyVista or VTK."""
-    points = mesh.points if _has(mesh, "point_data", "n_cells") else _arrays_of(mesh).points
+    points = mesh.points if has_attributes(mesh, "point_data", "n_cells") else _as_pyvista(mesh).points
     return np.asarray(points).reshape(-1, 3)
 
 
-def _arrays_of(obj: Any) -> SimpleNamespace:
+def _as_pyvista(obj: Any) -> SimpleNamespace:
     """Return the arrays of an object of VTK by the names that PyVista gives them."""
     to_numpy = import_module("vtkmodules.util.numpy_support").vtk_to_numpy  # of the library that made the object
 
@@ -135,9 +138,9 @@ def _arrays_of(obj: Any) -> SimpleNamespace:
         field_data=columns(obj.GetFieldData()),
         n_cells=obj.GetNumberOfCells(),
     )
-    if _has(obj, "GetLines", "GetNumberOfVerts"):
+    if has_attributes(obj, "GetLines", "GetNumberOfVerts"):
         found.lines, found.n_verts = rows(obj.GetLines()), obj.GetNumberOfVerts()
-    elif _has(obj, "GetCells", "GetCellType"):
+    elif has_attributes(obj, "GetCells", "GetCellType"):
         found.cells = rows(obj.GetCells())
         found.celltypes = np.array([obj.GetCellType(i) for i in range(found.n_cells)], np.int64)
     return found
@@ -150,18 +153,5 @@ def _values(array: Any, to_numpy: Callable[[Any], AnyArray]) -> AnyArray:
     return to_numpy(array)
 
 
-def _counted(kinds: dict[str, int]) -> str:
-    return ", ".join(f"{n} {kind}" for kind, n in kinds.items())
-
-
 def _items(data: Any) -> list[tuple[str, AnyArray]]:
     return [(str(name), np.asarray(data[name])) for name in list(data.keys())]
-
-
-def _column(values: AnyArray) -> AnyArray:
-    """Return values without a last dimension of size 1."""
-    return values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
-
-
-def _has(obj: object, *names: str) -> bool:
-    return all(hasattr(obj, name) for name in names)

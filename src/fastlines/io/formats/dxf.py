@@ -27,8 +27,9 @@ from ...arrays import LEAST, number
 from ...geometry.lines import Lines
 from ...geometry.strand_attributes import NO_TEXT, objects
 from ...support.optional import optional
+from ...support.texts import kinds_text
 from ..source import BAD_COPY, Source, reason
-from .columns import counted, with_features
+from .columns import with_features
 from .dxf_records import Record, without_bad
 
 Float64Array = npt.NDArray[np.float64]
@@ -95,13 +96,13 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
         texts["layer_name"].append(layer)
         texts["handle"].append(handle)
     if bad:
-        source.warn(f"entities that cannot be read are left out: {counted(bad)} ({why.rstrip('.')})")
+        source.warn(f"entities that cannot be read are left out: {kinds_text(bad)} ({why.rstrip('.')})")
     n_elsewhere = sum(entity.dxftype() in _LINES for name in drawing.layouts.names() if name != "Model"
                       for entity in drawing.layouts.get(name))  # fmt: skip
     if n_elsewhere:
         others["lines of layouts"] = n_elsewhere
     if others:
-        source.warn(f"entities other than lines of the model space are not read: {counted(others)}")
+        source.warn(f"entities other than lines of the model space are not read: {kinds_text(others)}")
     points = np.concatenate([np.empty((0, 3)), *strands])
     lines = Lines.from_points(points, [len(part) for part in strands], offset=source.offset, invalid=invalid)
     unit = _UNITS.get(drawing.header.get("$INSUNITS", 0))
@@ -140,7 +141,7 @@ def _open(source: Source, ezdxf: Any) -> Any:
     drawing, audit = loaded
     if bad:
         kinds = [record.kind for record in bad]
-        numbers = counted({kind: kinds.count(kind) for kind in dict.fromkeys(kinds)})
+        numbers = kinds_text({kind: kinds.count(kind) for kind in dict.fromkeys(kinds)})
         source.warn(f"entities that break the rules of the format are left out: {numbers} ({why})")
     else:
         source.warn(f"breaks the rules of the format ({why}); {len(audit.fixes)} mistakes were repaired to read it")

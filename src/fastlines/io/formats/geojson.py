@@ -24,10 +24,11 @@ import numpy.typing as npt
 from ...arrays import IntArray, is_text
 from ...geometry.lines import Lines
 from ...geometry.strand_attributes import FEATURE
+from ...support.texts import kinds_text
 from ..losses import conventions, free_name, strand_numbers
 from ..polylines import Polylines, polylines_of
 from ..source import Source, printable, reason
-from .columns import arrays_of, counted, radius_of, with_features
+from .columns import arrays_of, radius_of, with_features
 
 Float64Array = npt.NDArray[np.float64]
 
@@ -65,7 +66,7 @@ def read(source: Source, invalid: str, *, radius: str | None = None) -> Lines:
             raise source.error(f"holds {what}; expected GeoJSON, such as a FeatureCollection")
         found.add(document)
     if found.others:
-        source.warn(f"features and geometries without a line are not read: {counted(found.others)}")
+        source.warn(f"features and geometries without a line are not read: {kinds_text(found.others)}")
     if found.n_long:
         source.warn(f"{found.n_long} lines have more than 3 numbers a point; only 3 are read")
 

@@ -18,8 +18,9 @@ import pyarrow.compute as pc
 from ...arrays import AnyArray, IntArray
 from ...geometry.lines import Lines
 from ...geometry.strand_attributes import NO_TEXT, objects
+from ...support.texts import kinds_text
 from ..source import Source
-from .columns import counted, with_features
+from .columns import with_features
 from .wkb import Float64Array, Wkb
 
 GEO = b"geo"
@@ -110,7 +111,7 @@ def lines_of(
         points, counts, m, rows = np.empty((0, 3)), np.empty(0, np.int64), None, np.empty(0, np.int64)
         others[geometries.encoding.upper()] = len(column) - column.null_count
     if others:
-        source.warn(f"rows and geometries without a line are not read: {counted(others)}")
+        source.warn(f"rows and geometries without a line are not read: {kinds_text(others)}")
     if geometries.system is not None:
         source.warn(
             f"its coordinates are in the reference system {geometries.system:.80}, whose unit is not known here"

@@ -26,7 +26,7 @@ from ...errors import FileFormatError
 from ...geometry.lines import Lines
 from ...geometry.strand_attributes import FEATURE, with_strand_values
 from ..source import Source, printable, reason
-from .columns import arrays_of, column_of, listed, with_features
+from .columns import arrays_of, column_of, quoted, with_features
 
 _POINTS = {"trkpt": "trkseg", "rtept": "rte"}
 #: The attribute that counts tracks.
@@ -51,7 +51,7 @@ def read(source: Source, invalid: str, *, elevation: bool = True) -> Lines:
     if reader.n_waypoints:
         source.warn(f"{reader.n_waypoints} waypoints are not read")
     if reader.texts:
-        source.warn(f"texts of points are not kept: {listed(sorted(reader.texts))}")
+        source.warn(f"texts of points are not kept: {quoted(sorted(reader.texts))}")
     if reader.n_bad_times:
         source.warn(f"{reader.n_bad_times} times of points are not dates, and become NaN")
 

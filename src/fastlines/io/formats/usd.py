@@ -36,6 +36,7 @@ from ...geometry.collection import Geometry
 from ...geometry.lines import Lines
 from ...geometry.offsets import AUTO, middle_of
 from ...support.optional import optional
+from ...support.texts import kinds_text
 from ..format import AnyLines
 from ..source import UNPACK_BYTES, UNPACK_FACTOR, Source
 from ..units import unit_of
@@ -139,8 +140,7 @@ def _no_lines() -> Lines:
 
 def _tell_of_others(walk: Walk, remarks: Remarks) -> None:
     if walk.other:
-        kinds = ", ".join(f"{n:,} {kind}" for kind, n in walk.other.items())
-        remarks.source.warn(f"prims that are not BasisCurves or HermiteCurves are not read: {kinds}")
+        remarks.source.warn(f"prims that are not BasisCurves or HermiteCurves are not read: {kinds_text(walk.other)}")
 
 
 def _facts(source: Source, stage: Any) -> dict[str, Any]:

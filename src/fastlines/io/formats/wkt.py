@@ -19,8 +19,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from ...geometry.lines import Lines
+from ...support.texts import kinds_text
 from ..source import Source, printable, reason
-from .columns import MISSING, arrays_of, column_of, counted, listed, radius_of, with_features
+from .columns import MISSING, arrays_of, column_of, quoted, radius_of, with_features
 from .wkt_text import BARE_START, START, STARTS, STARTS_LINES, Wkt
 
 #: Names of a column of geometries, in lower case, the usual ones first.
@@ -104,7 +105,7 @@ def _lines(
     """Convert the line strings, and the columns beside them."""
     without = {"without a geometry": n_empty} if n_empty else {}
     if without or wkt.others:
-        source.warn(f"rows and geometries without a line are not read: {counted({**without, **wkt.others})}")
+        source.warn(f"rows and geometries without a line are not read: {kinds_text({**without, **wkt.others})}")
     points, counts, m = wkt.numbers(source)
     row_of = {line: (number, row) for number, (line, row) in enumerate(rows)}
     features, owners = [row_of[line][0] for line in wkt.rows], [row_of[line][1] for line in wkt.rows]
@@ -115,7 +116,7 @@ def _lines(
     }
     lines_too = [name for name, (_, words) in table.items() if any(map(_is_line, words))]
     if lines_too:
-        source.warn(f"other columns of lines are not read (column= names the one to read): {listed(sorted(lines_too))}")
+        source.warn(f"other columns of lines are not read (column= names the one to read): {quoted(sorted(lines_too))}")
     table = {name: column for name, column in table.items() if name not in lines_too}
     per_strand = arrays_of(source, table, len(owners), "columns")
     radii = radius_of(source, per_strand, radius, "column")
