@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gzip
 import json
 import struct
@@ -130,11 +131,24 @@ def test_the_grid_of_a_trx(tmp_path, load) -> None:
 
 @pytest.mark.parametrize(
     "header",
-    [{}, {"DIMENSIONS": [1, 2, 3]}, {"DIMENSIONS": "a"}, {"DIMENSIONS": [2] * 3, "VOXEL_TO_RASMM": [[0] * 4] * 4}],
+    [{"DIMENSIONS": [1, 2, 3]}, {"DIMENSIONS": "a"}, {"DIMENSIONS": [2] * 3, "VOXEL_TO_RASMM": [[0] * 4] * 4}],
 )
 def test_a_trx_without_a_grid_that_can_be_used(load, header) -> None:
-    lines = load(trx(header=json.dumps(header | {"NB_STREAMLINES": 4, "NB_VERTICES": 7})), "a.trx")
+    with pytest.warns(FileWarning, match="its voxel grid is not read"):
+        lines = load(trx(header=json.dumps(header | {"NB_STREAMLINES": 4, "NB_VERTICES": 7})), "a.trx")
     assert lines.metadata == {}
+
+
+def test_a_trx_without_a_grid(load) -> None:
+    assert load(trx(header='{"NB_STREAMLINES": 4, "NB_VERTICES": 7}'), "a.trx").metadata == {}
+
+
+@pytest.mark.parametrize(("dimensions", "kept"), [([9.0, 8, 7.0], True), ([9.5, 8, 7], False), ([9, [8], 7], False)])
+def test_numbers_of_voxels_may_be_written_as_floats(load, dimensions, kept) -> None:
+    grid = {"DIMENSIONS": dimensions, "VOXEL_TO_RASMM": np.eye(4).tolist()}
+    with contextlib.nullcontext() if kept else pytest.warns(FileWarning, match="its dimensions are"):
+        lines = load(trx(header=json.dumps(grid | {"NB_STREAMLINES": 4, "NB_VERTICES": 7})), "a.trx")
+    assert ("grid" in lines.metadata) == kept
 
 
 # --- References ---
