@@ -126,3 +126,8 @@ def test_what_a_reader_does_not_foresee_is_an_error_of_the_file(load, monkeypatc
         monkeypatch.setattr(swc, "read", break_down)
         with pytest.raises(bug, match="a bug, or the disk"):
             load(b"1 1 0 0 0 1 -1", "a.swc")
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-be", "utf-32"])
+def test_first_bytes_tell_the_format_in_other_encodings(load, encoding):
+    assert len(load("# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\n".encode(encoding), "a.zzz")) == 0

@@ -82,6 +82,8 @@ def read(source: Source, invalid: str, *, time: float | None = None, prim: str |
 def _read(source: Source, path: Path, invalid: str, time: float | None, prim: str | None) -> AnyLines:
     from pxr import Sdf, Tf, Usd
 
+    if path != source.path:
+        _find_assets(path, Path(source.name).absolute().parent)
     stage = Usd.Stage.Open(str(path.absolute()))
     for layer in stage.GetUsedLayers():
         # USD shares layers that this program has open elsewhere, even if their file has changed since.
@@ -132,6 +134,18 @@ def _read(source: Source, path: Path, invalid: str, time: float | None, prim: st
     remarks.warn()
     made_parts = [replace(part, **facts) for part in found] or [replace(_no_lines(), **facts)]
     return Geometry(made_parts) if len(made_parts) > 1 else made_parts[0]
+
+
+def _find_assets(copy: Path, folder: Path) -> None:
+    """Let a copy of a file, such as one that was packed, refer to what is beside the file itself."""
+    from pxr import Sdf, UsdUtils
+
+    if copy.suffix.lower() == ".usdz":  # which holds what it refers to
+        return
+    layer = Sdf.Layer.FindOrOpen(str(copy.absolute()))
+    UsdUtils.ModifyAssetPaths(layer, lambda asset: str(folder / asset) if (folder / asset).is_file() else asset)
+    if layer.dirty:
+        layer.Save()
 
 
 def _no_lines() -> Lines:
