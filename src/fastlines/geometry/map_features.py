@@ -29,8 +29,8 @@ from .strand_attributes import FEATURE, array_of, objects, with_strand_values
 
 #: The numbers that shapely has for types of geometries.
 _LINES, _POLYGON, _MANY = (1, 2), 3, (4, 5, 6, 7)
-#: The unit of a reference system that is not in degrees, by its name in PROJ.
-_UNITS = {"metre": "m", "foot": "ft", "kilometre": "km", "degree": "degree"}
+#: The unit of a reference system, by its name in PROJ.
+MAP_UNITS = {"metre": "m", "foot": "ft", "kilometre": "km", "degree": "degree"}
 
 
 def of_features(obj: Any, how: Making) -> Lines | None:
@@ -146,4 +146,4 @@ def _values(column: Any) -> AnyArray | None:
 def _facts(crs: Any) -> dict[str, Any]:
     """Return the unit of a reference system, if it is known, and the upward axis of maps."""
     axes = getattr(crs, "axis_info", ())
-    return {"unit": _UNITS.get(axes[0].unit_name) if axes else None, "up": "z"}
+    return {"unit": MAP_UNITS.get(axes[0].unit_name) if axes else None, "up": "z"}
