@@ -5,7 +5,8 @@ Formats: RFC 4180 for tables, and OGC 06-103r4 for well-known text; `wkt_text` r
 LINESTRING and MULTILINESTRING are read, in collections too, with z and m. Each line string is a strand; m is an
 attribute of each point. The attribute ``feature`` counts the rows of the table below its names, blank lines left out,
 or the geometries of plain text, one in a collection not counted. Columns of numbers, of truth values or of texts become
-attributes of strands. Other geometries are dropped with a warning.
+attributes of strands. Other geometries are dropped with a warning, and so are words that stand for none, such as NULL.
+In a table with a single column, lines need no quotes.
 """
 
 from __future__ import annotations
