@@ -351,3 +351,10 @@ def test_values_of_points_and_streamlines_by_one_name_keep_it(tmp_path) -> None:
         assert again.attributes["fa of streamline"].tolist() == [1, 1, 2, 2, 2]
     header = nibabel.streamlines.load(str(tmp_path / "a.trk")).tractogram
     assert list(header.data_per_streamline) == list(header.data_per_point) == ["fa"]
+
+
+@pytest.mark.parametrize(("name", "value"), [("flips", "abc"), ("image_orientation", (1, 2)), ("flips", (300,) * 6)])
+def test_an_orientation_that_does_not_fit_is_refused(tmp_path, name, value) -> None:
+    grid = {"dimensions": SHAPE, "voxel_to_rasmm": TO_WORLD, name: value}
+    with pytest.raises(InputError, match=f"the metadata 'grid': its {name} is "):
+        fl.write(tmp_path / "a.trk", replace(IN_WORLD, metadata={"grid": grid}))
