@@ -84,7 +84,17 @@ def _loops() -> ctypes.CDLL:
     with tempfile.TemporaryDirectory() as folder:
         library = Path(folder) / "calls.so"
         source = Path(__file__).with_suffix(".cpp")
-        command = [compiler, "-O2", "-shared", "-fPIC", str(source), *flags.stdout.split(), "-o", str(library)]
+        command = [
+            compiler,
+            "-std=c++20",
+            "-O2",
+            "-shared",
+            "-fPIC",
+            str(source),
+            *flags.stdout.split(),
+            "-o",
+            str(library),
+        ]
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode:
             raise fl.FastlinesError(f"the loops over rays cannot be compiled: {done.stderr.strip()[-500:]}")

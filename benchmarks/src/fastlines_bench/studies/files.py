@@ -30,6 +30,8 @@ PEERS = {
     ".trx": ("trx-python", "trx-python, as lines"),
     ".usdc": ("usd-core", "usd-core, as lines"),
 }
+#: The voxel grid around the streamlines, for the formats that have one.
+GRID = {"voxel_to_rasmm": np.eye(4), "dimensions": (201, 201, 201)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,8 +114,9 @@ def run_files(preset: FilesPreset, progress: Callable[[str, float], None] = lamb
         for i, extension in enumerate(known):
             progress(f"{extension}: writing", i / len(known))
             small, path = (Path(folder) / f"{name}{extension}" for name in ("small", "streamlines"))
-            fl.write(small, streamlines(10, 5))
-            fl.write(path, streamlines(preset.n_segments, preset.per_strand))
+            options: dict[str, Any] = {"reference": GRID} if extension in (".trk", ".trx") else {}
+            fl.write(small, streamlines(10, 5), **options)
+            fl.write(path, streamlines(preset.n_segments, preset.per_strand), **options)
             readers = [name for name in ("fastlines", *PEERS[extension]) if _is_there(name)]
             figures: dict[str, list[dict[str, float]]] = {name: [] for name in readers}
             for _ in range(preset.rounds):
