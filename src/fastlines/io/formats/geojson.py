@@ -12,6 +12,7 @@ longitude of 180° is exact to 8e-6°, about 1 m.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -94,11 +95,11 @@ def _documents(source: Source) -> list[Any]:
         try:
             return [_parse(text)]
         except json.JSONDecodeError as error:
-            lines = [line for line in text.split("\n") if line.strip(" \t\r\x1e")]
+            lines = [line for line in re.split("[\r\n]", text) if line.strip(" \t\x1e")]
             if len(lines) < 2 and "\x1e" not in text:
                 raise
             try:
-                return [_parse(line.strip(" \t\r\x1e")) for line in lines]
+                return [_parse(line.strip(" \t\x1e")) for line in lines]
             except json.JSONDecodeError:
                 raise error from None
     except json.JSONDecodeError as error:
